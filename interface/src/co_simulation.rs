@@ -1,0 +1,215 @@
+use crate::{StateError, Variable};
+
+/// Where a unit stands in its life.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// Made, not yet initialised.
+    Instantiated,
+    /// Initialised; steps may be taken.
+    Stepping,
+}
+
+/// What a unit can do beyond plain stepping.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Capabilities {
+    /// The length of a communication step may differ from step to step.
+    pub variable_communication_step: bool,
+    /// [`CoSimulation::directional_derivative`] is offered.
+    pub directional_derivative: bool,
+}
+
+/// A call that breaks the contract, or data that cannot be taken.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CallError {
+    /// No such variable in this unit.
+    #[error(
+        "{unit}: no variable has value reference {value_reference}; the unit's description lists those it has"
+    )]
+    UnknownVariable {
+        /// Unit that was called.
+        unit: &'static str,
+        /// Value reference asked for.
+        value_reference: u32,
+    },
+    /// The variable is not an input.
+    #[error("{unit}: `{variable}` cannot be set; it is fixed when the unit is made, or an output")]
+    NotSettable {
+        /// Unit that was called.
+        unit: &'static str,
+        /// Variable named.
+        variable: &'static str,
+    },
+    /// Wrong number of values.
+    #[error("{unit}: `{variable}` has {expected} values, {found} were given")]
+    Length {
+        /// Unit that was called.
+        unit: &'static str,
+        /// Variable named.
+        variable: &'static str,
+        /// Number of values of the variable.
+        expected: usize,
+        /// Number of values given.
+        found: usize,
+    },
+    /// A value is NaN or infinite.
+    #[error(
+        "{unit}: `{variable}`[{index}] is {value} at t = {time} s; find the first unit whose output is not finite in the log"
+    )]
+    NonFinite {
+        /// Unit that saw the value.
+        unit: &'static str,
+        /// Variable named.
+        variable: &'static str,
+        /// Index of the value, from 0.
+        index: usize,
+        /// The value.
+        value: f64,
+        /// Time of the step, s.
+        time: f64,
+    },
+    /// A call at the wrong stage.
+    #[error(
+        "{unit}: `{call}` is not allowed when {stage:?}; the order is set, initialise, then set, step, get"
+    )]
+    Order {
+        /// Unit that was called.
+        unit: &'static str,
+        /// Name of the call.
+        call: &'static str,
+        /// Stage the unit is in.
+        stage: Stage,
+    },
+    /// The step does not start where the unit stands.
+    #[error(
+        "{unit}: a step from t = {asked} s was asked for, the unit stands at t = {time} s; restore the state saved there first"
+    )]
+    Time {
+        /// Unit that was called.
+        unit: &'static str,
+        /// Start of the step asked for, s.
+        asked: f64,
+        /// Time of the unit, s.
+        time: f64,
+    },
+    /// The unit cannot take a step of this length.
+    #[error("{unit}: a communication step of {asked} s was asked for, it can only take {allowed} s")]
+    CommunicationStep {
+        /// Unit that was called.
+        unit: &'static str,
+        /// Length asked for, s.
+        asked: f64,
+        /// Length that the unit was made for, s.
+        allowed: f64,
+    },
+    /// No such derivative.
+    #[error("{unit}: no derivative of variable {unknown} with respect to variable {known} is offered")]
+    Derivative {
+        /// Unit that was called.
+        unit: &'static str,
+        /// Value reference of the unknown.
+        unknown: u32,
+        /// Value reference of the known.
+        known: u32,
+    },
+    /// A serialised state cannot be used here.
+    #[error(transparent)]
+    State(#[from] StateError),
+}
+
+/// A co-simulation unit.
+///
+/// **Call order**: `set` (initial inputs), [`initialise`](Self::initialise), then for every
+/// step `set`, [`step`](Self::step), `get`. To repeat a step: `restore_state`, `set`, `step`.
+///
+/// **States.** A saved state holds everything that later results depend on: time, motion,
+/// contact and convolution history, the accepted inputs. It is never altered by restoring
+/// it, may be restored any number of times, and restored and stepped with the same inputs
+/// every output is equal bit for bit. Saving and restoring cost the same at any time of a
+/// run; only serialising copies the history.
+pub trait CoSimulation: Send {
+    /// Saved state of the unit.
+    type State: Clone + Send + 'static;
+    /// What can go wrong in the unit, its solver included.
+    type Error: std::error::Error + From<CallError> + Send + Sync + 'static;
+
+    /// Name of the unit, as messages and logs show it.
+    fn name(&self) -> &'static str;
+
+    /// The unit's variables.
+    fn variables(&self) -> &'static [Variable];
+
+    /// Number of values of `variable`.
+    fn size(&self, variable: &Variable) -> usize;
+
+    /// What the unit can do beyond plain stepping.
+    fn capabilities(&self) -> Capabilities;
+
+    /// Ends initialisation at `start_time` (s); inputs set before are those at that time.
+    fn initialise(&mut self, start_time: f64) -> Result<(), Self::Error>;
+
+    /// Sets an input for the end of the next step (or for the start, before `initialise`).
+    ///
+    /// **Errors**: unknown or unsettable variable, wrong length, a value that is not finite.
+    fn set(&mut self, value_reference: u32, values: &[f64]) -> Result<(), Self::Error>;
+
+    /// Advances from `time` by `communication_step` (s).
+    fn step(&mut self, time: f64, communication_step: f64) -> Result<(), Self::Error>;
+
+    /// Copies a variable's values at the current time into `values`.
+    fn get(&self, value_reference: u32, values: &mut [f64]) -> Result<(), Self::Error>;
+
+    /// Saves the state at the current communication point.
+    fn save_state(&self) -> Self::State;
+
+    /// Returns to a saved state.
+    fn restore_state(&mut self, state: &Self::State) -> Result<(), Self::Error>;
+
+    /// Writes a state as bytes that carry a version and the unit's fingerprint.
+    fn serialise_state(&self, state: &Self::State) -> Result<Vec<u8>, Self::Error>;
+
+    /// Reads a state that a unit made from the same scene wrote, in any process.
+    fn deserialise_state(&self, bytes: &[u8]) -> Result<Self::State, Self::Error>;
+
+    /// `sensitivity = ∂(unknown)/∂(known) · seed` of one communication step, exact.
+    ///
+    /// **Errors**: [`CallError::Derivative`] where the unit has none.
+    fn directional_derivative(
+        &self,
+        unknown: u32,
+        known: u32,
+        seed: &[f64],
+        sensitivity: &mut [f64],
+    ) -> Result<(), Self::Error>;
+
+    /// The variable with this value reference.
+    fn variable(&self, value_reference: u32) -> Result<&'static Variable, CallError> {
+        self.variables()
+            .iter()
+            .find(|v| v.value_reference == value_reference)
+            .ok_or(CallError::UnknownVariable { unit: self.name(), value_reference })
+    }
+
+    /// Checks the number of values given for `variable`.
+    fn check_length(&self, variable: &'static Variable, found: usize) -> Result<(), CallError> {
+        let expected = self.size(variable);
+        if expected == found {
+            Ok(())
+        } else {
+            Err(CallError::Length { unit: self.name(), variable: variable.name, expected, found })
+        }
+    }
+
+    /// Checks that all values of `variable` are finite at `time` (s).
+    fn check_finite(&self, variable: &'static Variable, values: &[f64], time: f64) -> Result<(), CallError> {
+        match values.iter().position(|v| !v.is_finite()) {
+            None => Ok(()),
+            Some(index) => Err(CallError::NonFinite {
+                unit: self.name(),
+                variable: variable.name,
+                index,
+                value: values[index],
+                time,
+            }),
+        }
+    }
+}

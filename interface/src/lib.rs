@@ -1,0 +1,34 @@
+//! The contract between the co-simulation units, in Rust.
+//!
+//! Two units are coupled: the *reservoir* (water) and the *dam* (concrete). Each
+//! implements [`CoSimulation`]; what they exchange is listed, one item a variable, in
+//! [`variables`], and described for importers by the XML in `modelDescription/`.
+//!
+//! ```text
+//!            y ↑            crest
+//!   water level ┌───────┬──┐
+//!   ~~~~~~~~~~~~│       │  │        x downstream, y up, origin at the heel
+//!   water, x<0  │→ n    │  │        n: unit normal out of the water, into the dam
+//!               │       dam \
+//!   ────────────┴────────────┴──→ x
+//!             heel          toe
+//! ```
+//!
+//! **Conventions.** SI units, everything per metre of dam. Pressure is the excess over
+//! hydrostatic, positive in compression; its traction on the dam is `p n`. Acceleration
+//! is total (relative + ground) along `n`, so the water obeys `∂p/∂n = −ρ a_n`.
+//!
+//! **One communication step** from t to t + H: inputs are set *for t + H*, the unit keeps
+//! the accepted inputs at t, and its outputs are at t + H. Pressure and ground
+//! acceleration vary linearly over the step; `interface_acceleration` is the step's mean
+//! (v(t+H) − v(t))/H and is held, so that velocity is linear and the exchanged impulse exact.
+
+mod co_simulation;
+mod serialised_state;
+pub mod variables;
+mod wet_face;
+
+pub use co_simulation::{CallError, Capabilities, CoSimulation, Stage};
+pub use serialised_state::{Fingerprint, StateError, open, seal};
+pub use variables::{Causality, Shape, Variability, Variable};
+pub use wet_face::{Panel, WetFace, WetFaceError};

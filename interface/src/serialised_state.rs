@@ -1,0 +1,118 @@
+use serde::{Serialize, de::DeserializeOwned};
+use sha2::{Digest, Sha256};
+
+/// First bytes of every serialised state.
+const MAGIC: &[u8; 8] = b"cofferst";
+/// Version of the layout below: magic, version, fingerprint, payload.
+const VERSION: u32 = 1;
+const HEADER: usize = 8 + 4 + 32;
+
+/// Hash of everything a unit was made from; states are exchanged only between equals.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct Fingerprint([u8; 32]);
+
+impl Fingerprint {
+    /// SHA-256 of the unit's name and its serialised configuration.
+    pub fn of<T: Serialize>(unit: &str, configuration: &T) -> Result<Self, StateError> {
+        let bytes = postcard::to_allocvec(configuration).map_err(StateError::Encoding)?;
+        Ok(Self(Sha256::new().chain_update(unit).chain_update([0]).chain_update(bytes).finalize().into()))
+    }
+}
+
+impl std::fmt::Display for Fingerprint {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.0.iter().try_for_each(|b| write!(f, "{b:02x}"))
+    }
+}
+
+impl std::fmt::Debug for Fingerprint {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Fingerprint({self})")
+    }
+}
+
+/// A serialised state that cannot be read.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum StateError {
+    /// Too short, or does not start as a state does.
+    #[error("these {length} bytes are not a serialised state")]
+    NotAState {
+        /// Number of bytes.
+        length: usize,
+    },
+    /// Written by another version.
+    #[error(
+        "the state has format version {found}, this build reads {expected}; write it again with this build"
+    )]
+    Version {
+        /// Version in the bytes.
+        found: u32,
+        /// Version of this build.
+        expected: u32,
+    },
+    /// Written by a unit of another scene or mesh.
+    #[error("the state belongs to another unit or scene (fingerprint {found}, here {expected})")]
+    Fingerprint {
+        /// Fingerprint in the bytes.
+        found: Fingerprint,
+        /// Fingerprint of this unit.
+        expected: Fingerprint,
+    },
+    /// The payload is damaged, or cannot be written.
+    #[error("the state cannot be encoded or decoded: {0}")]
+    Encoding(postcard::Error),
+}
+
+/// Writes `state` as bytes, behind a version and `fingerprint`.
+pub fn seal<T: Serialize>(fingerprint: Fingerprint, state: &T) -> Result<Vec<u8>, StateError> {
+    let mut bytes = Vec::with_capacity(HEADER);
+    bytes.extend_from_slice(MAGIC);
+    bytes.extend_from_slice(&VERSION.to_le_bytes());
+    bytes.extend_from_slice(&fingerprint.0);
+    postcard::to_extend(state, bytes).map_err(StateError::Encoding)
+}
+
+/// Reads what [`seal`] wrote; refuses other versions and other fingerprints.
+pub fn open<T: DeserializeOwned>(fingerprint: Fingerprint, bytes: &[u8]) -> Result<T, StateError> {
+    let not_a_state = StateError::NotAState { length: bytes.len() };
+    let Some((header, payload)) = bytes.split_at_checked(HEADER) else {
+        return Err(not_a_state);
+    };
+    let (magic, header) = header.split_at(8);
+    if magic != MAGIC {
+        return Err(not_a_state);
+    }
+    let (version, hash) = header.split_at(4);
+    let found = u32::from_le_bytes(version.try_into().map_err(|_| not_a_state.clone())?);
+    if found != VERSION {
+        return Err(StateError::Version { found, expected: VERSION });
+    }
+    let found = Fingerprint(hash.try_into().map_err(|_| not_a_state)?);
+    if found != fingerprint {
+        return Err(StateError::Fingerprint { found, expected: fingerprint });
+    }
+    postcard::from_bytes(payload).map_err(StateError::Encoding)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_state_is_read_back_and_refused_elsewhere() -> Result<(), StateError> {
+        let here = Fingerprint::of("dam", &[1.0, 2.0])?;
+        let elsewhere = Fingerprint::of("dam", &[1.0, 2.5])?;
+        let bytes = seal(here, &vec![0.1, -3.0])?;
+        assert_eq!(open::<Vec<f64>>(here, &bytes)?, vec![0.1, -3.0]);
+        assert_eq!(
+            open::<Vec<f64>>(elsewhere, &bytes),
+            Err(StateError::Fingerprint { found: here, expected: elsewhere })
+        );
+        assert_eq!(open::<Vec<f64>>(here, &bytes[..20]), Err(StateError::NotAState { length: 20 }));
+        assert!(matches!(open::<Vec<f64>>(here, &bytes[..HEADER + 2]), Err(StateError::Encoding(_))));
+        let mut newer = bytes.clone();
+        newer[8] = 9;
+        assert_eq!(open::<Vec<f64>>(here, &newer), Err(StateError::Version { found: 9, expected: VERSION }));
+        Ok(())
+    }
+}
