@@ -67,7 +67,8 @@ impl WetFace {
             let [x, y] = pair[1];
             let coincide = pair[0] == pair[1];
             let at_an_end = i == 0 || i + 2 == points.len();
-            if !(x.is_finite() && y.is_finite()) || !(y > pair[0][1] || coincide && !repeated && !at_an_end) {
+            let follows = y > pair[0][1] || coincide && !repeated && !at_an_end;
+            if !(x.is_finite() && y.is_finite() && follows) {
                 return Err(WetFaceError::NotAscending { index: i + 1, x, y });
             }
             repeated = coincide;

@@ -1,0 +1,43 @@
+//! Cost of the dam's steps: `cargo bench -p dam_dem`.
+//!
+//! The counter is element-steps, so the item rate's inverse is the time per element-step with everything
+//! included (loads, contacts, integration, ledger).
+
+use dam_dem::Dam;
+use divan::{Bencher, counter::ItemsCount};
+use interface::CoSimulation;
+
+#[path = "../tests/support/mod.rs"]
+mod support;
+
+fn main() {
+    divan::main();
+}
+
+const STEP: f64 = 2.5e-3;
+
+#[divan::bench(args = [5.0, 2.5])]
+fn cracked(bencher: Bencher, element_size: f64) {
+    run(bencher, support::at_rest(support::koyna(element_size)).unwrap());
+}
+
+#[divan::bench(args = [5.0, 2.5])]
+fn intact(bencher: Bencher, element_size: f64) {
+    let parameters = dam_dem::DamParameters { cracks: Vec::new(), ..support::koyna(element_size) };
+    run(bencher, support::at_rest(parameters).unwrap());
+}
+
+#[divan::bench(args = [5.0, 2.5], sample_count = 5)]
+fn static_start(bencher: Bencher, element_size: f64) {
+    bencher.bench(|| support::at_rest(support::koyna(element_size)));
+}
+
+fn run(bencher: Bencher, mut dam: Dam) {
+    support::shake(&mut dam, STEP, 0.1, support::bursts).unwrap();
+    let start = dam.save_state();
+    let items = dam.element_count() * dam.time_steps_per(STEP);
+    bencher.counter(ItemsCount::new(items)).bench_local(|| {
+        dam.restore_state(&start)?;
+        dam.step(start.time(), STEP)
+    });
+}

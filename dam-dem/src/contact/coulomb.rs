@@ -1,0 +1,87 @@
+use super::{ContactLaw, Response, Touch};
+use crate::CrackParameters;
+
+/// Coulomb friction with normal and shear springs and dashpots, without tension.
+///
+/// ```text
+/// N = max(0, k_n g + β k_n ġ)   where g > 0, else 0
+/// e = clamp(e_trial, ±μN/k_s),  T = clamp(k_s e + β k_s ṡ, ±μN)
+/// ```
+///
+/// with penetration g, stretch e and slip rate ṡ. Slipping shortens the spring and never stretches
+/// it, so friction work is never negative; with N = 0 the stretch is reset.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coulomb {
+    /// Friction coefficient μ.
+    pub friction: f64,
+    /// Normal stiffness k_n, Pa/m.
+    pub normal_stiffness: f64,
+    /// Shear stiffness k_s, Pa/m.
+    pub shear_stiffness: f64,
+}
+
+impl From<&CrackParameters> for Coulomb {
+    fn from(crack: &CrackParameters) -> Self {
+        Self {
+            friction: crack.friction_coefficient,
+            normal_stiffness: crack.normal_stiffness,
+            shear_stiffness: crack.shear_stiffness,
+        }
+    }
+}
+
+impl ContactLaw for Coulomb {
+    #[inline]
+    fn respond(&self, touch: &Touch) -> Response {
+        if touch.penetration <= 0.0 {
+            return Response { normal: 0.0, shear: 0.0, stretch: 0.0, slipping: false, dashpots: [0.0; 2] };
+        }
+        let spring = self.normal_stiffness * touch.penetration;
+        let normal = (spring + touch.damping * self.normal_stiffness * touch.penetration_rate).max(0.0);
+        let limit = self.friction * normal;
+        let trial = self.shear_stiffness * touch.stretch;
+        let elastic = trial.min(limit).max(-limit);
+        let damped = elastic + touch.damping * self.shear_stiffness * touch.slip_rate;
+        let shear = damped.min(limit).max(-limit);
+        Response {
+            normal,
+            shear,
+            stretch: if elastic == trial { touch.stretch } else { elastic / self.shear_stiffness },
+            slipping: elastic != trial,
+            dashpots: [normal - spring, shear - elastic],
+        }
+    }
+
+    fn stiffness(&self) -> [f64; 2] {
+        [self.normal_stiffness, self.shear_stiffness]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LAW: Coulomb = Coulomb { friction: 0.5, normal_stiffness: 10.0, shear_stiffness: 4.0 };
+
+    #[test]
+    fn sticks_below_the_limit_and_slips_at_it() {
+        let touch =
+            Touch { penetration: 1.0, penetration_rate: 0.0, stretch: 1.0, slip_rate: 0.0, damping: 0.1 };
+        let stick = LAW.respond(&touch);
+        assert_eq!((stick.normal, stick.shear, stick.slipping), (10.0, 4.0, false));
+        let slip = LAW.respond(&Touch { stretch: -2.0, slip_rate: -3.0, ..touch });
+        assert_eq!((slip.shear, slip.stretch, slip.slipping), (-5.0, -1.25, true));
+        assert_eq!(slip.dashpots, [0.0; 2]);
+    }
+
+    #[test]
+    fn leaving_fast_neither_pulls_nor_keeps_its_shear() {
+        let touch =
+            Touch { penetration: 0.1, penetration_rate: -9.0, stretch: 1.0, slip_rate: 1.0, damping: 0.1 };
+        let response = LAW.respond(&touch);
+        assert_eq!((response.normal, response.shear, response.stretch), (0.0, 0.0, 0.0));
+        assert!(
+            response.dashpots[0] * touch.penetration_rate + response.dashpots[1] * touch.slip_rate >= 0.0
+        );
+    }
+}

@@ -1,0 +1,354 @@
+use interface::{
+    CallError, Capabilities, CoSimulation, Fingerprint, Stage, Variable, WetFace, open, seal,
+    variables::dam as variable,
+};
+
+use crate::contact::Coulomb;
+use crate::damping::{Damping, DampingFrequencies};
+use crate::energy::{EnergyLedger, StoredEnergy};
+use crate::integrator::{CentralDifference, DynamicRelaxation};
+use crate::loads::{LoadPath, Wet, add_ground_inertia};
+use crate::state::{DamState, Inputs};
+use crate::structure::Structure;
+use crate::{
+    CrackParameters, CriticalTimeStep, DamError, DamParameters, Mesh, RayleighCoefficients, SystemMatrices,
+    modal,
+};
+
+/// A cracked concrete gravity dam as a co-simulation unit.
+///
+/// ```text
+/// M ü = F_weight + B (p_hydrostatic + p) − M a_g − F_int(u, u̇)
+/// ```
+///
+/// u is relative to the ground. Over a communication step p and a_g vary linearly; the dam takes
+/// as many equal time steps as stability asks for. Before time 0 it comes to rest under weight and
+/// hydrostatic pressure; displacements, sliding, rotations and energies count from that rest.
+#[derive(Clone, Debug)]
+pub struct Dam {
+    parameters: DamParameters,
+    /// From the base up.
+    cracks: Vec<CrackParameters>,
+    structure: Structure,
+    wet: Option<Wet>,
+    crest: usize,
+    damping_frequencies: [f64; 2],
+    critical_time_step: CriticalTimeStep,
+    fingerprint: Fingerprint,
+    state: DamState,
+}
+
+impl Dam {
+    /// Checks the parameters, meshes the section, finds damping and time step.
+    ///
+    /// **Errors**: the [`DamError`] that names the parameter; [`DamError::Singular`] and
+    /// [`DamError::FrequenciesNotConverged`] from the first natural frequency.
+    pub fn new(parameters: DamParameters) -> Result<Self, DamError> {
+        parameters.check()?;
+        let mut cracks = parameters.cracks.clone();
+        cracks.sort_by(|a, b| a.elevation.total_cmp(&b.elevation));
+        let elevations: Vec<f64> = cracks.iter().map(|crack| crack.elevation).collect();
+        let mesh =
+            Mesh::new(&parameters.section, &elevations, &[parameters.water_depth], parameters.element_size);
+        let wet = Wet::below(&mesh, parameters.water_depth)?;
+        let base = mesh.blocks[0].bottom.clone();
+        let crest = mesh.blocks.last().and_then(|block| block.upstream.last()).copied().unwrap_or(0);
+        let laws = cracks.iter().map(Coulomb::from);
+        let mut structure = Structure::new(mesh, &parameters.material, parameters.kinematics, laws, &base);
+        let mut damping_frequencies = [0.0; 2];
+        if let Damping::Rayleigh { ratio, frequencies } = parameters.damping {
+            damping_frequencies = match frequencies {
+                DampingFrequencies::RadiansPerSecond(frequencies) => frequencies,
+                DampingFrequencies::MultiplesOfFirst(multiples) => {
+                    let first = modal::natural_frequencies(&structure, 1)?[0];
+                    multiples.map(|multiple| multiple * first)
+                }
+            };
+            structure.damping = RayleighCoefficients::through(ratio, damping_frequencies);
+        }
+        let points = wet.as_ref().map_or(0, |wet| wet.face.len());
+        let inputs = Inputs { pressure: vec![0.0; points], ground_acceleration: [0.0; 2] };
+        let motion = structure.at_rest();
+        let state = DamState {
+            initialised: false,
+            time: 0.0,
+            rest: motion.displacement.clone(),
+            mean_acceleration: motion.acceleration.clone(),
+            motion,
+            energy: EnergyLedger::default(),
+            hydrostatic_pressure: vec![0.0; points],
+            accepted: inputs.clone(),
+            next: inputs,
+        };
+        Ok(Self {
+            critical_time_step: CriticalTimeStep::of(&structure),
+            fingerprint: Fingerprint::of("dam", &parameters)?,
+            parameters,
+            cracks,
+            structure,
+            wet,
+            crest,
+            damping_frequencies,
+            state,
+        })
+    }
+
+    /// What the dam was made from.
+    pub fn parameters(&self) -> &DamParameters {
+        &self.parameters
+    }
+
+    /// Cracks from the base up, the order of all results that have one value a crack.
+    pub fn cracks(&self) -> &[CrackParameters] {
+        &self.cracks
+    }
+
+    /// The wet face, or `None` with an empty reservoir.
+    pub fn wet_face(&self) -> Option<&WetFace> {
+        self.wet.as_ref().map(|wet| &wet.face)
+    }
+
+    /// Number of triangles.
+    pub fn element_count(&self) -> usize {
+        self.structure.cells.triangle_count()
+    }
+
+    /// Number of nodes; those of cracks count twice.
+    pub fn node_count(&self) -> usize {
+        self.structure.mesh.nodes.len()
+    }
+
+    /// The `count` lowest natural frequencies of the intact dam on an empty reservoir, rad/s.
+    ///
+    /// **Errors**: as [`modal::natural_frequencies`].
+    pub fn natural_frequencies(&self, count: usize) -> Result<Vec<f64>, DamError> {
+        modal::natural_frequencies(&self.structure, count)
+    }
+
+    /// Highest frequency and longest stable time step, without the safety factor.
+    pub fn critical_time_step(&self) -> CriticalTimeStep {
+        self.critical_time_step
+    }
+
+    /// Longest time step that the dam takes, safety factor included, s.
+    pub fn time_step_limit(&self) -> f64 {
+        self.parameters.time_step_safety * self.critical_time_step.limit
+    }
+
+    /// Number of time steps in a communication step of `communication_step` seconds.
+    pub fn time_steps_per(&self, communication_step: f64) -> usize {
+        self.time_steps(communication_step).steps
+    }
+
+    /// Matrices of the intact, linear dam.
+    pub fn system_matrices(&self) -> SystemMatrices {
+        SystemMatrices::of(self)
+    }
+
+    /// Blocks, masses and cracks.
+    pub fn structure(&self) -> &Structure {
+        &self.structure
+    }
+
+    /// Frequencies at which the damping ratio holds, rad/s; zeros without damping.
+    pub fn damping_frequencies(&self) -> [f64; 2] {
+        self.damping_frequencies
+    }
+
+    /// The current state.
+    pub fn state(&self) -> &DamState {
+        &self.state
+    }
+
+    pub(crate) fn wet(&self) -> Option<&Wet> {
+        self.wet.as_ref()
+    }
+
+    pub(crate) fn crest_node(&self) -> usize {
+        self.crest
+    }
+
+    fn time_steps(&self, communication_step: f64) -> CentralDifference {
+        CentralDifference::covering(communication_step, self.time_step_limit())
+    }
+
+    /// Weight and water, N/m.
+    fn forces(&self, pressure: impl Fn(usize) -> f64) -> Vec<[f64; 2]> {
+        let mut forces = self.structure.weight([0.0, -self.parameters.gravity]);
+        if let Some(wet) = &self.wet {
+            let pressure: Vec<f64> = (0..wet.face.len()).map(pressure).collect();
+            wet.load.add(&pressure, &mut forces);
+        }
+        forces
+    }
+
+    fn forces_under(&self, inputs: &Inputs) -> Vec<[f64; 2]> {
+        let hydrostatic = &self.state.hydrostatic_pressure;
+        let mut forces = self.forces(|i| hydrostatic[i] + inputs.pressure[i]);
+        add_ground_inertia(&self.structure.mass, inputs.ground_acceleration, &mut forces);
+        forces
+    }
+
+    fn stage(&self) -> Stage {
+        if self.state.initialised { Stage::Stepping } else { Stage::Instantiated }
+    }
+
+    pub(crate) fn order(&self, call: &'static str) -> CallError {
+        CallError::Order { unit: self.name(), call, stage: self.stage() }
+    }
+}
+
+impl CoSimulation for Dam {
+    type State = DamState;
+    type Error = DamError;
+
+    fn name(&self) -> &'static str {
+        "dam"
+    }
+
+    fn variables(&self) -> &'static [Variable] {
+        variable::ALL
+    }
+
+    fn size(&self, variable: &Variable) -> usize {
+        match variable.shape {
+            interface::Shape::Scalar => 1,
+            interface::Shape::Plane => 2,
+            interface::Shape::InterfacePoints => self.wet.as_ref().map_or(0, |wet| wet.face.len()),
+            interface::Shape::Cracks => self.cracks.len(),
+        }
+    }
+
+    fn capabilities(&self) -> Capabilities {
+        Capabilities { variable_communication_step: true, directional_derivative: false }
+    }
+
+    /// Finds the state of rest under weight and hydrostatic pressure, which is that of `start_time`.
+    ///
+    /// **Errors**: [`DamError::StaticNotConverged`]; [`CallError::Order`] when called twice.
+    fn initialise(&mut self, start_time: f64) -> Result<(), DamError> {
+        if self.state.initialised {
+            return Err(self.order("initialise").into());
+        }
+        let mut motion = self.structure.at_rest();
+        let hydrostatic = &self.state.hydrostatic_pressure;
+        let static_forces = self.forces(|i| hydrostatic[i]);
+        DynamicRelaxation::default().relax(&self.structure, &mut motion, &static_forces)?;
+        self.structure.accelerate(&mut motion, &self.forces_under(&self.state.next));
+        let ground = self.state.next.ground_acceleration;
+        let state = &mut self.state;
+        state.initialised = true;
+        state.time = start_time;
+        state.accepted = state.next.clone();
+        state.rest = motion.displacement.clone();
+        state.mean_acceleration =
+            motion.acceleration.iter().map(|a| [a[0] + ground[0], a[1] + ground[1]]).collect();
+        state.energy = EnergyLedger::starting(StoredEnergy::of(&self.structure, &motion));
+        state.motion = motion;
+        Ok(())
+    }
+
+    fn set(&mut self, value_reference: u32, values: &[f64]) -> Result<(), DamError> {
+        let variable = self.variable(value_reference)?;
+        self.check_length(variable, values.len())?;
+        self.check_finite(variable, values, self.state.time)?;
+        match value_reference {
+            r if r == variable::INTERFACE_PRESSURE.value_reference => {
+                self.state.next.pressure.copy_from_slice(values);
+            }
+            r if r == variable::GROUND_ACCELERATION.value_reference => {
+                self.state.next.ground_acceleration.copy_from_slice(values);
+            }
+            r if r == variable::HYDROSTATIC_PRESSURE.value_reference => {
+                if self.state.initialised && self.state.hydrostatic_pressure != values {
+                    return Err(self.order("set hydrostatic_pressure").into());
+                }
+                self.state.hydrostatic_pressure.copy_from_slice(values);
+            }
+            _ => return Err(CallError::NotSettable { unit: self.name(), variable: variable.name }.into()),
+        }
+        Ok(())
+    }
+
+    /// **Errors**: [`CallError::Order`], [`CallError::Time`], [`DamError::OutOfRange`] for a step that is not
+    /// positive, [`DamError::NonFinite`]; after an error the dam stands where it stood.
+    fn step(&mut self, time: f64, communication_step: f64) -> Result<(), DamError> {
+        if !self.state.initialised {
+            return Err(self.order("step").into());
+        }
+        let step = communication_step;
+        crate::error::require(step > 0.0, "communication_step", step, "positive")?;
+        if (time - self.state.time).abs() > TIME_TOLERANCE * step {
+            return Err(CallError::Time { unit: self.name(), asked: time, time: self.state.time }.into());
+        }
+        let start = self.forces_under(&self.state.accepted);
+        let mut change = self.forces_under(&self.state.next);
+        change.iter_mut().flatten().zip(start.iter().flatten()).for_each(|(end, start)| *end -= start);
+        let mut motion = self.state.motion.clone();
+        let mut energy = self.state.energy;
+        let loads = LoadPath { start, change };
+        self.time_steps(step).advance(&self.structure, &mut motion, &loads, &mut energy.work);
+        let end = time + step;
+        let finite = |i: &usize| {
+            [motion.displacement[*i], motion.velocity[*i]].iter().flatten().all(|x| x.is_finite())
+        };
+        if let Some(node) = (0..self.node_count()).find(|i| !finite(i)) {
+            return Err(DamError::NonFinite { node, block: self.structure.mesh.block_of(node), time: end });
+        }
+        energy.now = StoredEnergy::of(&self.structure, &motion);
+        let state = &mut self.state;
+        let (ground, ground_end) = (state.accepted.ground_acceleration, state.next.ground_acceleration);
+        for (i, mean) in state.mean_acceleration.iter_mut().enumerate() {
+            *mean = [0, 1].map(|d| {
+                (motion.velocity[i][d] - state.motion.velocity[i][d]) / step
+                    + (ground[d] + ground_end[d]) / 2.0
+            });
+        }
+        state.energy = energy;
+        state.motion = motion;
+        state.accepted.clone_from(&state.next);
+        state.time = end;
+        Ok(())
+    }
+
+    fn get(&self, value_reference: u32, values: &mut [f64]) -> Result<(), DamError> {
+        let variable = self.variable(value_reference)?;
+        self.check_length(variable, values.len())?;
+        self.output(variable, values)
+    }
+
+    fn save_state(&self) -> DamState {
+        self.state.clone()
+    }
+
+    /// **Errors**: [`DamError::ForeignState`] for the state of another mesh.
+    fn restore_state(&mut self, state: &DamState) -> Result<(), DamError> {
+        let (found, expected) = (state.rest.len(), self.node_count());
+        if found != expected {
+            return Err(DamError::ForeignState { found, expected });
+        }
+        self.state.clone_from(state);
+        Ok(())
+    }
+
+    fn serialise_state(&self, state: &DamState) -> Result<Vec<u8>, DamError> {
+        Ok(seal(self.fingerprint, state)?)
+    }
+
+    fn deserialise_state(&self, bytes: &[u8]) -> Result<DamState, DamError> {
+        Ok(open(self.fingerprint, bytes)?)
+    }
+
+    fn directional_derivative(
+        &self,
+        unknown: u32,
+        known: u32,
+        _seed: &[f64],
+        _sensitivity: &mut [f64],
+    ) -> Result<(), DamError> {
+        Err(CallError::Derivative { unit: self.name(), unknown, known }.into())
+    }
+}
+
+/// A step may start this share of its length beside the unit's time: sums of steps round.
+const TIME_TOLERANCE: f64 = 1e-6;

@@ -1,0 +1,170 @@
+use interface::{CallError, StateError, WetFaceError};
+
+/// What can go wrong in the dam.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum DamError {
+    /// A parameter outside its range.
+    #[error("`{parameter}` is {value}; it must be {requirement}")]
+    OutOfRange {
+        /// Name of the parameter.
+        parameter: &'static str,
+        /// Value given.
+        value: f64,
+        /// What the parameter must be.
+        requirement: &'static str,
+    },
+    /// A side of the section has fewer than two points.
+    #[error("the {side} side of the section has {found} points; give two or more, from base to crest")]
+    SideTooShort {
+        /// `upstream` or `downstream`.
+        side: &'static str,
+        /// Number of points.
+        found: usize,
+    },
+    /// A point of a side is not finite, or not above the one before it.
+    #[error(
+        "point {index} of the {side} side, ({x}, {y}), is not above the one before it; list the points from base to crest"
+    )]
+    SideNotAscending {
+        /// `upstream` or `downstream`.
+        side: &'static str,
+        /// Index of the point, from 0.
+        index: usize,
+        /// x, m.
+        x: f64,
+        /// y, m.
+        y: f64,
+    },
+    /// The upstream side does not start at the origin.
+    #[error("the upstream side starts at ({x}, {y}); the heel must be the origin, so shift the section")]
+    HeelNotAtOrigin {
+        /// x, m.
+        x: f64,
+        /// y, m.
+        y: f64,
+    },
+    /// The two sides do not end at the same elevation.
+    #[error(
+        "at the {end} the upstream side is at y = {upstream} m and the downstream side at {downstream} m; both must be level"
+    )]
+    SidesNotLevel {
+        /// `base` or `crest`.
+        end: &'static str,
+        /// Elevation of the upstream end, m.
+        upstream: f64,
+        /// Elevation of the downstream end, m.
+        downstream: f64,
+    },
+    /// The upstream side is not left of the downstream side.
+    #[error("the sides of the section meet or cross at y = {elevation} m, where its width is {width} m")]
+    SidesCross {
+        /// Elevation, m.
+        elevation: f64,
+        /// Width of the section there, m.
+        width: f64,
+    },
+    /// A crack at or beyond the base or the crest.
+    #[error(
+        "a crack at {elevation} m lies outside the section; it must lie between the base and the crest at {crest} m"
+    )]
+    CrackOutside {
+        /// Elevation of the crack, m.
+        elevation: f64,
+        /// Elevation of the crest, m.
+        crest: f64,
+    },
+    /// Two cracks at the same elevation.
+    #[error("two cracks lie at {elevation} m; leave one of them out")]
+    DuplicateCrack {
+        /// Elevation, m.
+        elevation: f64,
+    },
+    /// The water stands above the crest or below the base.
+    #[error("a water depth of {depth} m was given; it must lie between 0 (empty) and the crest at {crest} m")]
+    WaterDepth {
+        /// Depth given, m.
+        depth: f64,
+        /// Elevation of the crest, m.
+        crest: f64,
+    },
+    /// More natural frequencies were asked for than the mesh has.
+    #[error(
+        "{asked} natural frequencies were asked for, the mesh has {available}; refine it or ask for fewer"
+    )]
+    TooManyFrequencies {
+        /// Number asked for.
+        asked: usize,
+        /// Number of free degrees of freedom.
+        available: usize,
+    },
+    /// The stiffness matrix could not be factored.
+    #[error("the stiffness of the intact dam is not positive definite; its section or mesh is degenerate")]
+    Singular,
+    /// The natural frequencies did not converge.
+    #[error(
+        "natural frequencies: relative change {change:e} after {iterations} subspace iterations, {tolerance:e} is asked for; ask for fewer frequencies"
+    )]
+    FrequenciesNotConverged {
+        /// Iterations made.
+        iterations: usize,
+        /// Relative change in the last iteration.
+        change: f64,
+        /// Relative change asked for.
+        tolerance: f64,
+    },
+    /// The state of rest before time 0 was not found.
+    #[error(
+        "static start: relative residual {residual:e} after {iterations} iterations, {tolerance:e} is asked for; the cracked dam may not stand under weight and water: check friction and water depth"
+    )]
+    StaticNotConverged {
+        /// Iterations made.
+        iterations: usize,
+        /// Norm of the residual forces over that of the loads.
+        residual: f64,
+        /// Residual asked for.
+        tolerance: f64,
+    },
+    /// A displacement or velocity is NaN or infinite.
+    #[error(
+        "the motion of node {node} in block {block} is not finite at t = {time} s; look for pressures or ground motion out of all bounds, or reduce `time_step_safety`"
+    )]
+    NonFinite {
+        /// Index of the node.
+        node: usize,
+        /// Index of the block, from the base up.
+        block: usize,
+        /// Time at the end of the communication step, s.
+        time: f64,
+    },
+    /// The saved state does not fit this dam.
+    #[error("the state has {found} nodes, this dam has {expected}; restore only states that this dam saved")]
+    ForeignState {
+        /// Nodes of the state.
+        found: usize,
+        /// Nodes of this dam.
+        expected: usize,
+    },
+    /// The wet face cannot be made.
+    #[error(transparent)]
+    WetFace(#[from] WetFaceError),
+    /// A call that breaks the contract.
+    #[error(transparent)]
+    Call(#[from] CallError),
+    /// A state that cannot be read.
+    #[error(transparent)]
+    State(#[from] StateError),
+}
+
+/// Refuses a `value` that is not finite or does not fulfil `holds`.
+pub(crate) fn require(
+    holds: bool,
+    parameter: &'static str,
+    value: f64,
+    requirement: &'static str,
+) -> Result<(), DamError> {
+    if holds && value.is_finite() {
+        Ok(())
+    } else {
+        Err(DamError::OutOfRange { parameter, value, requirement })
+    }
+}

@@ -1,0 +1,7 @@
+//! Motion in time, and the way to rest.
+
+mod central_difference;
+mod dynamic_relaxation;
+
+pub use central_difference::CentralDifference;
+pub use dynamic_relaxation::{DynamicRelaxation, Relaxed};

@@ -1,0 +1,105 @@
+//! External forces: weight, water, ground inertia.
+
+use interface::{WetFace, WetFaceError};
+
+use crate::Mesh;
+
+/// External nodal forces that vary linearly over a communication step, N/m.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoadPath {
+    /// Forces at its start.
+    pub start: Vec<[f64; 2]>,
+    /// Forces at its end minus those at its start.
+    pub change: Vec<[f64; 2]>,
+}
+
+impl LoadPath {
+    /// The same forces all the time.
+    pub fn constant(forces: Vec<[f64; 2]>) -> Self {
+        Self { change: vec![[0.0; 2]; forces.len()], start: forces }
+    }
+}
+
+/// Nodal forces of a pressure that is linear along each panel: `F = B p`, weights computed once.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PressureLoad {
+    /// Node, interface point, and force per pressure, m.
+    entries: Vec<(usize, usize, [f64; 2])>,
+}
+
+impl PressureLoad {
+    /// The pressure's action on `nodes`, one for each point of `face`.
+    pub fn new(face: &WetFace, nodes: &[usize]) -> Self {
+        let mut entries = Vec::new();
+        let mut unit = vec![0.0; face.len()];
+        for point in 0..face.len() {
+            unit[point] = 1.0;
+            let forces = face.nodal_forces(&unit);
+            entries.extend(
+                (0..face.len()).filter(|&i| forces[i] != [0.0, 0.0]).map(|i| (nodes[i], point, forces[i])),
+            );
+            unit[point] = 0.0;
+        }
+        Self { entries }
+    }
+
+    /// Node, interface point, and force per pressure, m, of all entries of B.
+    pub fn entries(&self) -> &[(usize, usize, [f64; 2])] {
+        &self.entries
+    }
+
+    /// Adds `B p` to `forces` (N/m); `pressure` (Pa) holds one value an interface point.
+    pub fn add(&self, pressure: &[f64], forces: &mut [[f64; 2]]) {
+        for &(node, point, weight) in &self.entries {
+            forces[node][0] += weight[0] * pressure[point];
+            forces[node][1] += weight[1] * pressure[point];
+        }
+    }
+}
+
+/// The wet face and the nodes on it.
+#[derive(Clone, Debug)]
+pub(crate) struct Wet {
+    pub face: WetFace,
+    pub normals: Vec<[f64; 2]>,
+    pub nodes: Vec<usize>,
+    pub load: PressureLoad,
+}
+
+impl Wet {
+    /// That of a mesh under water up to `level` (m), or `None` without water.
+    pub fn below(mesh: &Mesh, level: f64) -> Result<Option<Self>, WetFaceError> {
+        if level == 0.0 {
+            return Ok(None);
+        }
+        let nodes = mesh.upstream_nodes_to(level);
+        let face = WetFace::new(nodes.iter().map(|&node| mesh.nodes[node]).collect())?;
+        let load = PressureLoad::new(&face, &nodes);
+        Ok(Some(Self { normals: face.normals(), face, nodes, load }))
+    }
+}
+
+/// Adds the inertia `−m a_g` of nodes that move with the ground at `acceleration` (m/s²).
+pub(crate) fn add_ground_inertia(mass: &[f64], acceleration: [f64; 2], forces: &mut [[f64; 2]]) {
+    for (force, m) in forces.iter_mut().zip(mass) {
+        force[0] -= m * acceleration[0];
+        force[1] -= m * acceleration[1];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_weights_give_the_forces_of_the_wet_face() -> Result<(), interface::WetFaceError> {
+        let face = WetFace::new(vec![[0.0, 0.0], [0.4, 3.0], [0.4, 3.0], [0.5, 7.0]])?;
+        let pressure = [3.0, -1.0, 2.0, 5.0];
+        let mut forces = vec![[0.0; 2]; 4];
+        PressureLoad::new(&face, &[0, 1, 2, 3]).add(&pressure, &mut forces);
+        for (a, b) in forces.iter().flatten().zip(face.nodal_forces(&pressure).iter().flatten()) {
+            assert!((a - b).abs() < 1e-14);
+        }
+        Ok(())
+    }
+}

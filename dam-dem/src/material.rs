@@ -1,0 +1,70 @@
+//! Isotropic linear elastic concrete.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{DamError, require};
+
+/// Which out-of-plane component vanishes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Plane {
+    /// Plane stress, `σ_zz = 0`.
+    Stress,
+    /// Plane strain, `ε_zz = 0`.
+    Strain,
+}
+
+/// Elastic constants and density.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Material {
+    /// Young's modulus E, Pa.
+    pub young_modulus: f64,
+    /// Poisson's ratio ν, in (−1, 0.5).
+    pub poisson_ratio: f64,
+    /// Density ρ, kg/m³.
+    pub density: f64,
+    /// Plane stress or plane strain.
+    pub plane: Plane,
+}
+
+impl Material {
+    /// Checks the ranges.
+    ///
+    /// **Errors**: [`DamError::OutOfRange`] for `E ≤ 0`, `ρ ≤ 0` or ν outside (−1, 0.5).
+    pub fn check(&self) -> Result<(), DamError> {
+        require(self.young_modulus > 0.0, "young_modulus", self.young_modulus, "positive")?;
+        let nu = self.poisson_ratio;
+        require(nu > -1.0 && nu < 0.5, "poisson_ratio", nu, "between -1 and 0.5, both excluded")?;
+        require(self.density > 0.0, "density", self.density, "positive")
+    }
+
+    /// Shear modulus `G = E / 2(1+ν)`, Pa.
+    pub fn shear_modulus(&self) -> f64 {
+        self.young_modulus / (2.0 * (1.0 + self.poisson_ratio))
+    }
+
+    /// λ of `σ = λ tr(ε) I + 2G ε` in the plane, Pa: `Eν/(1−ν²)` in plane stress,
+    /// `Eν/((1+ν)(1−2ν))` in plane strain.
+    pub fn plane_lambda(&self) -> f64 {
+        let (e, nu) = (self.young_modulus, self.poisson_ratio);
+        match self.plane {
+            Plane::Stress => e * nu / (1.0 - nu * nu),
+            Plane::Strain => e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn uniaxial_stress_gives_youngs_modulus() {
+        let material =
+            Material { young_modulus: 31e9, poisson_ratio: 0.2, density: 2640.0, plane: Plane::Stress };
+        let (lambda, g) = (material.plane_lambda(), material.shear_modulus());
+        let (e11, e22) = (1e-4, -0.2e-4);
+        assert!((lambda * (e11 + e22) + 2.0 * g * e22).abs() < 1e-9 * 31e5);
+        assert!(((lambda * (e11 + e22) + 2.0 * g * e11) / 31e5 - 1.0).abs() < 1e-14);
+    }
+}

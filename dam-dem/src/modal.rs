@@ -1,0 +1,182 @@
+//! Matrices of the linear dam, and its natural frequencies.
+
+use faer::Side;
+use faer::linalg::solvers::Solve;
+use faer::sparse::linalg::solvers::Llt;
+use faer::sparse::{SparseColMat, Triplet};
+use nalgebra::{DMatrix, SymmetricEigen};
+
+use crate::DamError;
+use crate::contact::ContactLaw;
+use crate::structure::Structure;
+
+/// Numbering of the free degrees of freedom: x, then y of each node.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DegreesOfFreedom {
+    /// Number of degrees of freedom.
+    pub count: usize,
+    of_node: Vec<Option<usize>>,
+}
+
+impl DegreesOfFreedom {
+    /// Every free node has its own.
+    pub fn free(structure: &Structure<impl ContactLaw>) -> Self {
+        Self::number(structure, |_| None)
+    }
+
+    /// The doubled nodes of a crack share theirs: the intact dam.
+    pub fn intact(structure: &Structure<impl ContactLaw>) -> Self {
+        let mut twin = vec![None; structure.mesh.nodes.len()];
+        for (lower, upper) in structure.mesh.doubled_nodes() {
+            twin[upper] = Some(lower);
+        }
+        Self::number(structure, |node| twin[node])
+    }
+
+    fn number(structure: &Structure<impl ContactLaw>, twin: impl Fn(usize) -> Option<usize>) -> Self {
+        let mut count = 0;
+        let mut of_node: Vec<Option<usize>> = Vec::with_capacity(structure.mesh.nodes.len());
+        for node in 0..structure.mesh.nodes.len() {
+            let dof = match twin(node) {
+                Some(lower) => of_node[lower],
+                None if structure.is_fixed(node) => None,
+                None => {
+                    count += 2;
+                    Some(count - 2)
+                }
+            };
+            of_node.push(dof);
+        }
+        Self { count, of_node }
+    }
+
+    /// First degree of freedom of `node`, or `None` where it is fixed.
+    pub fn of(&self, node: usize) -> Option<usize> {
+        self.of_node[node]
+    }
+
+    /// Free nodes with the first of their degrees of freedom.
+    pub fn nodes(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        self.of_node.iter().enumerate().filter_map(|(node, dof)| Some((node, (*dof)?)))
+    }
+
+    /// Lumped mass of each degree of freedom, kg/m.
+    pub fn masses(&self, structure: &Structure<impl ContactLaw>) -> Vec<f64> {
+        let mut masses = vec![0.0; self.count];
+        for (node, dof) in self.nodes() {
+            masses[dof] += structure.mass[node];
+            masses[dof + 1] += structure.mass[node];
+        }
+        masses
+    }
+}
+
+/// Entries (row, column, N/m per metre) of the unstrained structure's stiffness matrix, each once.
+///
+/// Elements and closed, sticking contacts; contacts vanish where `dofs` ties their two sides.
+pub fn stiffness(
+    structure: &Structure<impl ContactLaw>,
+    dofs: &DegreesOfFreedom,
+) -> Vec<(usize, usize, f64)> {
+    let mut parts = Vec::new();
+    let mut add = |a: usize, b: usize, block: [[f64; 2]; 2], factor: f64| {
+        if let (Some(i), Some(j)) = (dofs.of(a), dofs.of(b)) {
+            for (p, q) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                parts.push((i + p, j + q, factor * block[p][q]));
+            }
+        }
+    };
+    for (nodes, area, gradients) in structure.cells.triangles() {
+        for (a, &u) in gradients.iter().zip(&nodes) {
+            for (b, &v) in gradients.iter().zip(&nodes) {
+                add(u, v, structure.cells.stiffness_block(*a, *b), area);
+            }
+        }
+    }
+    for stencil in structure.stencils() {
+        for (a, &u) in stencil.weights.iter().zip(&stencil.nodes) {
+            for (b, &v) in stencil.weights.iter().zip(&stencil.nodes) {
+                add(u, v, stencil.stiffness, a * b);
+            }
+        }
+    }
+    parts.sort_by_key(|&(row, column, _)| (column, row));
+    let mut entries: Vec<(usize, usize, f64)> = Vec::new();
+    for part in parts {
+        match entries.last_mut() {
+            Some(entry) if (entry.0, entry.1) == (part.0, part.1) => entry.2 += part.2,
+            _ => entries.push(part),
+        }
+    }
+    entries
+}
+
+/// Cholesky factors of the matrix with these `entries`.
+///
+/// **Errors**: [`DamError::Singular`].
+pub fn factor(entries: &[(usize, usize, f64)], size: usize) -> Result<Llt<usize, f64>, DamError> {
+    let triplets: Vec<_> = entries.iter().map(|&(row, col, val)| Triplet { row, col, val }).collect();
+    SparseColMat::try_new_from_triplets(size, size, &triplets)
+        .map_err(|_| DamError::Singular)?
+        .sp_cholesky(Side::Lower)
+        .map_err(|_| DamError::Singular)
+}
+
+/// Relative change of the eigenvalues at which the subspace iteration ends.
+const TOLERANCE: f64 = 1e-11;
+/// Most subspace iterations.
+const MAX_ITERATIONS: usize = 200;
+
+/// The `count` lowest natural frequencies of the intact structure without damping, rad/s, ascending.
+///
+/// `K φ = ω² M φ` by inverse subspace iteration with a sparse Cholesky factor of K.
+///
+/// **Errors**: [`DamError::TooManyFrequencies`], [`DamError::Singular`],
+/// [`DamError::FrequenciesNotConverged`].
+/// **Source**: K.-J. Bathe, *Finite Element Procedures*, 1996, section 11.6.
+pub fn natural_frequencies(
+    structure: &Structure<impl ContactLaw>,
+    count: usize,
+) -> Result<Vec<f64>, DamError> {
+    let dofs = DegreesOfFreedom::intact(structure);
+    let n = dofs.count;
+    if count > n {
+        return Err(DamError::TooManyFrequencies { asked: count, available: n });
+    }
+    let masses = dofs.masses(structure);
+    let factors = factor(&stiffness(structure, &dofs), n)?;
+    let size = (2 * count).min(count + 8).min(n);
+    let mut seed = 1u32;
+    let mut vectors = DMatrix::from_fn(n, size, |_, _| {
+        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        f64::from(seed) / f64::from(u32::MAX) - 0.5
+    });
+    let (mut eigenvalues, mut change) = (vec![0.0; count], f64::INFINITY);
+    for _ in 0..MAX_ITERATIONS {
+        let momenta = DMatrix::from_fn(n, size, |i, j| masses[i] * vectors[(i, j)]);
+        let mut solution = faer::Mat::from_fn(n, size, |i, j| momenta[(i, j)]);
+        factors.solve_in_place(solution.as_mut());
+        let moved = DMatrix::from_fn(n, size, |i, j| solution[(i, j)]);
+        let projected = moved.tr_mul(&momenta);
+        let mass = moved.tr_mul(&DMatrix::from_fn(n, size, |i, j| masses[i] * moved[(i, j)]));
+        let lower = mass.cholesky().ok_or(DamError::Singular)?.unpack();
+        let half = lower.solve_lower_triangular(&projected).ok_or(DamError::Singular)?;
+        let reduced = lower.solve_lower_triangular(&half.transpose()).ok_or(DamError::Singular)?;
+        let eigen = SymmetricEigen::new((&reduced + reduced.transpose()) / 2.0);
+        let mut order: Vec<usize> = (0..size).collect();
+        order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
+        let sorted = DMatrix::from_fn(size, size, |i, j| eigen.eigenvectors[(i, order[j])]);
+        let back = lower.transpose().solve_upper_triangular(&sorted).ok_or(DamError::Singular)?;
+        vectors = moved * back;
+        change = 0.0f64;
+        for (value, &index) in eigenvalues.iter_mut().zip(&order) {
+            let new = eigen.eigenvalues[index];
+            change = change.max((new - *value).abs() / new);
+            *value = new;
+        }
+        if change < TOLERANCE {
+            return Ok(eigenvalues.iter().map(|v| v.sqrt()).collect());
+        }
+    }
+    Err(DamError::FrequenciesNotConverged { iterations: MAX_ITERATIONS, change, tolerance: TOLERANCE })
+}

@@ -1,0 +1,230 @@
+//! The dam's outputs, from its state.
+
+use interface::{Causality, Variable, variables::dam as variable};
+
+use crate::block::best_fit_rotation;
+use crate::contact::ContactStatus;
+use crate::{Dam, DamError};
+
+impl Dam {
+    /// Writes the values of `variable`.
+    ///
+    /// **Errors**: [`CallError::Order`](interface::CallError::Order) for what only exists after initialisation.
+    pub(crate) fn output(&self, variable: &'static Variable, values: &mut [f64]) -> Result<(), DamError> {
+        let state = self.state();
+        let from_motion =
+            variable.causality == Causality::Output || *variable == variable::CREST_STATIC_DISPLACEMENT;
+        if from_motion && !state.initialised {
+            return Err(self.order("get").into());
+        }
+        let parameters = self.parameters();
+        let energy = state.energy();
+        let gained = energy.gained();
+        let crest = self.crest_node();
+        let scalar = match *variable {
+            variable::INTERFACE_PRESSURE => return copy(&state.next.pressure, values),
+            variable::HYDROSTATIC_PRESSURE => return copy(&state.hydrostatic_pressure, values),
+            variable::GROUND_ACCELERATION => return copy(&state.next.ground_acceleration, values),
+            variable::INTERFACE_DISPLACEMENT => return self.along_normals(|i| self.displacement(i), values),
+            variable::INTERFACE_VELOCITY => return self.along_normals(|i| state.motion.velocity[i], values),
+            variable::INTERFACE_ACCELERATION => {
+                return self.along_normals(|i| state.mean_acceleration[i], values);
+            }
+            variable::CREST_DISPLACEMENT => return copy(&self.displacement(crest), values),
+            variable::CREST_ACCELERATION => return copy(&state.mean_acceleration[crest], values),
+            variable::CREST_STATIC_DISPLACEMENT => return copy(&state.rest[crest], values),
+            variable::INTERFACE_X => return self.interface(|p, _, _| p[0], values),
+            variable::INTERFACE_Y => return self.interface(|p, _, _| p[1], values),
+            variable::INTERFACE_NORMAL_X => return self.interface(|_, n, _| n[0], values),
+            variable::INTERFACE_NORMAL_Y => return self.interface(|_, n, _| n[1], values),
+            variable::INTERFACE_LENGTH => return self.interface(|_, _, length| length, values),
+            variable::KINETIC_ENERGY => gained.kinetic,
+            variable::STRAIN_ENERGY => gained.strain,
+            variable::CONTACT_ENERGY => gained.contact,
+            variable::FRICTION_WORK => energy.work.friction,
+            variable::DAMPING_WORK => energy.work.damping,
+            variable::INPUT_WORK => energy.work.input,
+            variable::ENERGY_BALANCE_ERROR => energy.balance_error(),
+            variable::YOUNG_MODULUS => parameters.material.young_modulus,
+            variable::POISSON_RATIO => parameters.material.poisson_ratio,
+            variable::DENSITY => parameters.material.density,
+            variable::DAMPING_RATIO => match parameters.damping {
+                crate::Damping::None => 0.0,
+                crate::Damping::Rayleigh { ratio, .. } => ratio,
+            },
+            variable::DAMPING_FREQUENCY_LOW => self.damping_frequencies()[0],
+            variable::DAMPING_FREQUENCY_HIGH => self.damping_frequencies()[1],
+            variable::ELEMENT_SIZE => parameters.element_size,
+            variable::TIME_STEP_LIMIT => self.time_step_limit(),
+            _ => {
+                for (crack, value) in values.iter_mut().enumerate() {
+                    *value = self.crack_output(variable, crack);
+                }
+                return Ok(());
+            }
+        };
+        copy(&[scalar], values)
+    }
+
+    fn crack_output(&self, variable: &Variable, crack: usize) -> f64 {
+        let parameters = &self.cracks()[crack];
+        let joints = &self.state().motion.joints[crack];
+        let count = |statuses: &[ContactStatus]| {
+            joints.iter().filter(|joint| statuses.contains(&joint.status)).count() as f64
+        };
+        match *variable {
+            variable::CRACK_SLIDING => self.sliding(crack),
+            variable::CRACK_OPENING => {
+                let touching = joints.iter().filter(|joint| joint.status != ContactStatus::Lost);
+                touching.map(|joint| joint.gap).fold(0.0, f64::max)
+            }
+            variable::CRACK_ROTATION => self.rotation(crack),
+            variable::CRACK_STICKING => count(&[ContactStatus::Sticking]),
+            variable::CRACK_SLIPPING => count(&[ContactStatus::Slipping]),
+            variable::CRACK_OPEN => count(&[ContactStatus::Open, ContactStatus::Lost]),
+            variable::CRACK_ACCELERATION_BELOW => self.side_acceleration(crack, 0),
+            variable::CRACK_ACCELERATION_ABOVE => self.side_acceleration(crack, 1),
+            variable::FRICTION_COEFFICIENT => parameters.friction_coefficient,
+            variable::NORMAL_STIFFNESS => parameters.normal_stiffness,
+            variable::SHEAR_STIFFNESS => parameters.shear_stiffness,
+            _ => f64::NAN,
+        }
+    }
+
+    /// Displacement of a node since time 0, m.
+    fn displacement(&self, node: usize) -> [f64; 2] {
+        let (u, rest) = (self.state().motion.displacement[node], self.state().rest[node]);
+        [u[0] - rest[0], u[1] - rest[1]]
+    }
+
+    /// Position of a node in the state of rest, m.
+    fn place_at_rest(&self, node: usize) -> [f64; 2] {
+        let (x, u) = (self.structure().mesh.nodes[node], self.state().rest[node]);
+        [x[0] + u[0], x[1] + u[1]]
+    }
+
+    /// Mean along one side of a crack, weighted by tributary lengths.
+    fn side_mean(&self, crack: usize, side: usize, value: impl Fn(usize) -> f64) -> f64 {
+        let crack = &self.structure().cracks[crack];
+        let (nodes, lengths) = (crack.sides()[side], crack.half_lengths()[side]);
+        let sum: f64 = nodes.iter().zip(lengths).map(|(&node, length)| length * value(node)).sum();
+        sum / lengths.iter().sum::<f64>()
+    }
+
+    /// Mean displacement of the upper side less that of the lower side, since time 0, along the lower
+    /// side's current direction, m.
+    fn sliding(&self, crack: usize) -> f64 {
+        let [x, y] = [0, 1].map(|d| {
+            self.side_mean(crack, 1, |node| self.displacement(node)[d])
+                - self.side_mean(crack, 0, |node| self.displacement(node)[d])
+        });
+        let (sin, cos) = self.lower_side_rotation(crack).sin_cos();
+        x * cos + y * sin
+    }
+
+    /// Mass-weighted best-fit rotation of the block above, less the best-fit rotation of the lower side's
+    /// nodes (weighted by tributary lengths), both since time 0, rad.
+    fn rotation(&self, crack: usize) -> f64 {
+        let structure = self.structure();
+        let block = structure.mesh.blocks[crack + 1].nodes.clone();
+        let above = block.map(|n| (structure.mass[n], self.place_at_rest(n), self.displacement(n)));
+        best_fit_rotation(above) - self.lower_side_rotation(crack)
+    }
+
+    fn lower_side_rotation(&self, crack: usize) -> f64 {
+        let crack = &self.structure().cracks[crack];
+        let points = crack.sides()[0].iter().zip(crack.half_lengths()[0]);
+        best_fit_rotation(points.map(|(&n, &length)| (length, self.place_at_rest(n), self.displacement(n))))
+    }
+
+    fn side_acceleration(&self, crack: usize, side: usize) -> f64 {
+        self.side_mean(crack, side, |node| self.state().mean_acceleration[node][0])
+    }
+
+    fn along_normals(&self, motion: impl Fn(usize) -> [f64; 2], values: &mut [f64]) -> Result<(), DamError> {
+        let Some(wet) = self.wet() else { return Ok(()) };
+        for ((value, &node), n) in values.iter_mut().zip(&wet.nodes).zip(&wet.normals) {
+            let [x, y] = motion(node);
+            *value = x * n[0] + y * n[1];
+        }
+        Ok(())
+    }
+
+    fn interface(
+        &self,
+        quantity: impl Fn([f64; 2], [f64; 2], f64) -> f64,
+        values: &mut [f64],
+    ) -> Result<(), DamError> {
+        let Some(wet) = self.wet() else { return Ok(()) };
+        let points = wet.face.points().iter().zip(&wet.normals).zip(wet.face.tributary_lengths());
+        for (value, ((point, normal), length)) in values.iter_mut().zip(points) {
+            *value = quantity(*point, *normal, length);
+        }
+        Ok(())
+    }
+}
+
+fn copy(from: &[f64], to: &mut [f64]) -> Result<(), DamError> {
+    to.copy_from_slice(from);
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use interface::CoSimulation;
+
+    use super::*;
+    use crate::{CrackParameters, DamParameters, Damping, Kinematics, Material, Plane, Section};
+
+    /// The upper block is turned about the crack's middle and shifted along the crack, both blocks are
+    /// turned together: sliding and rotation are those of the one against the other.
+    #[test]
+    fn sliding_and_rotation_are_relative_to_the_lower_side() -> Result<(), DamError> {
+        let crack = CrackParameters {
+            elevation: 4.0,
+            friction_coefficient: 1.0,
+            normal_stiffness: 1e9,
+            shear_stiffness: 1e9,
+        };
+        let mut dam = Dam::new(DamParameters {
+            section: Section::rectangle(6.0, 10.0),
+            water_depth: 0.0,
+            cracks: vec![crack],
+            material: Material {
+                young_modulus: 1e9,
+                poisson_ratio: 0.2,
+                density: 2400.0,
+                plane: Plane::Stress,
+            },
+            damping: Damping::None,
+            kinematics: Kinematics::Corotational,
+            element_size: 1.0,
+            gravity: 0.0,
+            time_step_safety: 0.9,
+        })?;
+        dam.initialise(0.0)?;
+        let mut state = dam.save_state();
+        let (together, apart, slip) = (0.02f64, 0.1f64, 0.3);
+        let turn = |[x, y]: [f64; 2], angle: f64, about: [f64; 2]| {
+            let (s, c) = angle.sin_cos();
+            let [x, y] = [x - about[0], y - about[1]];
+            [about[0] + c * x - s * y, about[1] + s * x + c * y]
+        };
+        for (node, &rest) in dam.structure().mesh.nodes.iter().enumerate() {
+            let mut place = rest;
+            if dam.structure().mesh.block_of(node) == 1 {
+                place = turn(place, apart, [3.0, 4.0]);
+                place[0] += slip;
+            }
+            place = turn(place, together, [0.0, 0.0]);
+            state.motion.displacement[node] = [place[0] - rest[0], place[1] - rest[1]];
+        }
+        dam.restore_state(&state)?;
+        let mut value = [0.0];
+        dam.get(variable::CRACK_SLIDING.value_reference, &mut value)?;
+        assert!((value[0] - slip).abs() < 1e-13, "sliding {}", value[0]);
+        dam.get(variable::CRACK_ROTATION.value_reference, &mut value)?;
+        assert!((value[0] - apart).abs() < 1e-13, "rotation {}", value[0]);
+        Ok(())
+    }
+}

@@ -1,0 +1,165 @@
+use serde::{Deserialize, Serialize};
+
+use crate::error::{DamError, require};
+use crate::{Damping, Material};
+
+/// Everything a dam is made from. SI units.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DamParameters {
+    /// Outline of the cross-section.
+    pub section: Section,
+    /// Depth of the water at the heel, m; 0 means an empty reservoir and no wet face.
+    pub water_depth: f64,
+    /// Horizontal cracks through the whole section, in any order. Results come from the base up.
+    pub cracks: Vec<CrackParameters>,
+    /// The concrete.
+    pub material: Material,
+    /// Damping of concrete and contacts.
+    pub damping: Damping,
+    /// Small strain, or corotational with finite rotations.
+    pub kinematics: Kinematics,
+    /// Nominal length of an element's side, m.
+    pub element_size: f64,
+    /// Gravitational acceleration g, m/s².
+    pub gravity: f64,
+    /// Time step over the longest stable one, in (0, 1].
+    pub time_step_safety: f64,
+}
+
+/// Outline of a cross-section by its two sides, each from base to crest.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Section {
+    /// Vertices of the upstream side, m, the first one the origin.
+    pub upstream: Vec<[f64; 2]>,
+    /// Vertices of the downstream side, m.
+    pub downstream: Vec<[f64; 2]>,
+}
+
+/// A horizontal crack through the whole section.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CrackParameters {
+    /// Elevation above the base, m.
+    pub elevation: f64,
+    /// Coulomb's friction coefficient μ.
+    pub friction_coefficient: f64,
+    /// Normal stiffness k_n, Pa/m.
+    pub normal_stiffness: f64,
+    /// Shear stiffness k_s, Pa/m.
+    pub shear_stiffness: f64,
+}
+
+/// Measure of strain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kinematics {
+    /// Linear strain, for small displacements and rotations.
+    Small,
+    /// Biot strain `U − I` behind the exact rotation of every element.
+    Corotational,
+}
+
+impl Section {
+    /// A rectangle with its heel at the origin.
+    pub fn rectangle(width: f64, height: f64) -> Self {
+        Self { upstream: vec![[0.0, 0.0], [0.0, height]], downstream: vec![[width, 0.0], [width, height]] }
+    }
+
+    /// Elevation of the crest, m.
+    pub fn height(&self) -> f64 {
+        self.upstream.last().map_or(0.0, |p| p[1])
+    }
+
+    /// Area of the section, m².
+    pub fn area(&self) -> f64 {
+        let below = |side: &[[f64; 2]]| -> f64 {
+            side.windows(2).map(|s| (s[0][0] + s[1][0]) / 2.0 * (s[1][1] - s[0][1])).sum()
+        };
+        below(&self.downstream) - below(&self.upstream)
+    }
+
+    /// x of both sides at elevation `y`, m.
+    pub fn sides_at(&self, y: f64) -> [f64; 2] {
+        [x_at(&self.upstream, y), x_at(&self.downstream, y)]
+    }
+
+    /// Elevations of all vertices, m, unsorted.
+    pub fn vertex_elevations(&self) -> impl Iterator<Item = f64> + '_ {
+        self.upstream.iter().chain(&self.downstream).map(|p| p[1])
+    }
+
+    /// Checks that the sides ascend from a level base to a level crest and do not cross.
+    pub fn check(&self) -> Result<(), DamError> {
+        for (side, points) in [("upstream", &self.upstream), ("downstream", &self.downstream)] {
+            if points.len() < 2 {
+                return Err(DamError::SideTooShort { side, found: points.len() });
+            }
+            for (index, &[x, y]) in points.iter().enumerate() {
+                let ascending = index == 0 || y > points[index - 1][1];
+                if !(x.is_finite() && y.is_finite() && ascending) {
+                    return Err(DamError::SideNotAscending { side, index, x, y });
+                }
+            }
+        }
+        let [x, y] = self.upstream[0];
+        if [x, y] != [0.0, 0.0] {
+            return Err(DamError::HeelNotAtOrigin { x, y });
+        }
+        let toe = self.downstream[0][1];
+        let crest = self.downstream.last().map_or(0.0, |p| p[1]);
+        for (end, upstream, downstream) in [("base", y, toe), ("crest", self.height(), crest)] {
+            if upstream != downstream {
+                return Err(DamError::SidesNotLevel { end, upstream, downstream });
+            }
+        }
+        for elevation in self.vertex_elevations() {
+            let [left, right] = self.sides_at(elevation);
+            if right <= left {
+                return Err(DamError::SidesCross { elevation, width: right - left });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// x of a side at elevation `y`; the side is extended beyond its ends.
+fn x_at(side: &[[f64; 2]], y: f64) -> f64 {
+    let above = side.partition_point(|p| p[1] < y).clamp(1, side.len() - 1);
+    let ([x0, y0], [x1, y1]) = (side[above - 1], side[above]);
+    if y == y1 { x1 } else { x0 + (x1 - x0) * (y - y0) / (y1 - y0) }
+}
+
+impl DamParameters {
+    /// Checks everything that can be checked without a mesh.
+    ///
+    /// **Errors**: the [`DamError`] that names the parameter.
+    pub fn check(&self) -> Result<(), DamError> {
+        self.section.check()?;
+        let crest = self.section.height();
+        if !(self.water_depth >= 0.0 && self.water_depth <= crest) {
+            return Err(DamError::WaterDepth { depth: self.water_depth, crest });
+        }
+        for (i, crack) in self.cracks.iter().enumerate() {
+            let elevation = crack.elevation;
+            let margin = ELEVATION_TOLERANCE * crest;
+            if !(elevation > margin && elevation < crest - margin) {
+                return Err(DamError::CrackOutside { elevation, crest });
+            }
+            if self.cracks[..i].iter().any(|other| (other.elevation - elevation).abs() <= margin) {
+                return Err(DamError::DuplicateCrack { elevation });
+            }
+            let mu = crack.friction_coefficient;
+            require(mu >= 0.0, "friction_coefficient", mu, "zero or positive")?;
+            require(crack.normal_stiffness > 0.0, "normal_stiffness", crack.normal_stiffness, "positive")?;
+            require(crack.shear_stiffness > 0.0, "shear_stiffness", crack.shear_stiffness, "positive")?;
+        }
+        self.material.check()?;
+        self.damping.check()?;
+        require(self.element_size > 0.0, "element_size", self.element_size, "positive")?;
+        require(self.gravity >= 0.0, "gravity", self.gravity, "zero or positive")?;
+        let safety = self.time_step_safety;
+        require(safety > 0.0 && safety <= 1.0, "time_step_safety", safety, "above 0 and at most 1")
+    }
+}
+
+/// Elevations closer than this share of the height count as one.
+pub(crate) const ELEVATION_TOLERANCE: f64 = 1e-6;

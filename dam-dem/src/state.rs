@@ -1,0 +1,46 @@
+use serde::{Deserialize, Serialize};
+
+use crate::energy::EnergyLedger;
+use crate::structure::Motion;
+
+/// Everything that the later motion of a dam depends on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DamState {
+    pub(crate) initialised: bool,
+    pub(crate) time: f64,
+    pub(crate) motion: Motion,
+    /// Displacement in the state of rest before time 0, m.
+    pub(crate) rest: Vec<[f64; 2]>,
+    /// Total acceleration, mean over the last communication step, m/s².
+    pub(crate) mean_acceleration: Vec<[f64; 2]>,
+    pub(crate) energy: EnergyLedger,
+    pub(crate) hydrostatic_pressure: Vec<f64>,
+    /// Inputs at the current time.
+    pub(crate) accepted: Inputs,
+    /// Inputs for the end of the next step.
+    pub(crate) next: Inputs,
+}
+
+/// Inputs at one communication point.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Inputs {
+    pub pressure: Vec<f64>,
+    pub ground_acceleration: [f64; 2],
+}
+
+impl DamState {
+    /// Time, s.
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// Work and stored energy since the state of rest.
+    pub fn energy(&self) -> &EnergyLedger {
+        &self.energy
+    }
+
+    /// Motion of the nodes, relative to the ground.
+    pub fn motion(&self) -> &Motion {
+        &self.motion
+    }
+}

@@ -1,0 +1,121 @@
+use serde::{Deserialize, Serialize};
+
+use crate::contact::{ContactLaw, Coulomb, Crack, JointState, Stencil};
+use crate::element::{CrossedCells, ViscousStress};
+use crate::energy::Losses;
+use crate::{Kinematics, Material, Mesh, RayleighCoefficients};
+
+/// Blocks, their masses, and the cracks between them: everything that moves.
+#[derive(Clone, Debug)]
+pub struct Structure<L: ContactLaw = Coulomb> {
+    /// The mesh in its position without load.
+    pub mesh: Mesh,
+    /// The elements.
+    pub cells: CrossedCells,
+    /// The cracks, from the base up.
+    pub cracks: Vec<Crack<L>>,
+    /// Lumped masses of the nodes, kg/m.
+    pub mass: Vec<f64>,
+    /// 1/mass, and 0 for fixed nodes, m/kg.
+    pub inverse_mass: Vec<f64>,
+    /// Damping of elements and contacts.
+    pub damping: RayleighCoefficients,
+}
+
+/// Motion of all nodes, relative to the ground.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Motion {
+    /// Displacements from the unloaded position, m.
+    pub displacement: Vec<[f64; 2]>,
+    /// Velocities, m/s.
+    pub velocity: Vec<[f64; 2]>,
+    /// Accelerations, m/s².
+    pub acceleration: Vec<[f64; 2]>,
+    /// Stresses of stiffness damping in each cell.
+    pub viscous: Vec<ViscousStress>,
+    /// Contacts of each crack.
+    pub joints: Vec<Vec<JointState>>,
+}
+
+impl<L: ContactLaw> Structure<L> {
+    /// The blocks of `mesh` with `laws` in its cracks (from the base up) and the nodes `fixed` held.
+    pub fn new(
+        mesh: Mesh,
+        material: &Material,
+        kinematics: Kinematics,
+        laws: impl IntoIterator<Item = L>,
+        fixed: &[usize],
+    ) -> Self {
+        let cells = CrossedCells::new(&mesh, material, kinematics);
+        let mut mass = vec![0.0; mesh.nodes.len()];
+        for (nodes, area, _) in cells.triangles() {
+            nodes.iter().for_each(|&n| mass[n] += material.density * area / 3.0);
+        }
+        let mut inverse_mass: Vec<f64> = mass.iter().map(|m| 1.0 / m).collect();
+        fixed.iter().for_each(|&n| inverse_mass[n] = 0.0);
+        let cracks = mesh
+            .blocks
+            .windows(2)
+            .zip(laws)
+            .map(|(pair, law)| Crack::new(&mesh, &pair[0].top, &pair[1].bottom, law))
+            .collect();
+        Self { mesh, cells, cracks, mass, inverse_mass, damping: RayleighCoefficients::default() }
+    }
+
+    /// No displacement, no velocity, all contacts just closed.
+    pub fn at_rest(&self) -> Motion {
+        let zero = vec![[0.0; 2]; self.mesh.nodes.len()];
+        Motion {
+            displacement: zero.clone(),
+            velocity: zero.clone(),
+            acceleration: zero,
+            viscous: vec![ViscousStress::default(); self.mesh.cells.len()],
+            joints: self.cracks.iter().map(Crack::joints_at_rest).collect(),
+        }
+    }
+
+    /// Whether `node` is held by the ground.
+    pub fn is_fixed(&self, node: usize) -> bool {
+        self.inverse_mass[node] == 0.0
+    }
+
+    /// Adds the forces of elements and contacts, with stiffness damping β = `damping` (s), to `forces`
+    /// (N/m), and brings the contacts of `motion` up to date.
+    pub fn add_internal_forces(&self, motion: &mut Motion, damping: f64, forces: &mut [[f64; 2]]) -> Losses {
+        let (u, v) = (&motion.displacement, &motion.velocity);
+        let damping_power = self.cells.add_forces(u, v, damping, &mut motion.viscous, forces);
+        let mut losses = Losses { friction: 0.0, damping_power };
+        for (crack, joints) in self.cracks.iter().zip(&mut motion.joints) {
+            let lost = crack.add_forces(&self.mesh.nodes, u, v, damping, joints, forces);
+            losses.friction += lost.friction;
+            losses.damping_power += lost.damping_power;
+        }
+        losses
+    }
+
+    /// Springs of all contacts, closed, in the position of rest.
+    pub fn stencils(&self) -> Vec<Stencil> {
+        self.cracks.iter().flat_map(|crack| crack.stencils(&self.mesh.nodes)).collect()
+    }
+
+    /// Weight of each node, N/m, under the acceleration `gravity` (m/s²) given as a vector.
+    pub fn weight(&self, gravity: [f64; 2]) -> Vec<[f64; 2]> {
+        self.mass.iter().map(|m| [m * gravity[0], m * gravity[1]]).collect()
+    }
+
+    /// Energy in the contact springs, J/m.
+    pub fn contact_energy(&self, motion: &Motion) -> f64 {
+        self.cracks.iter().zip(&motion.joints).map(|(crack, joints)| crack.energy(joints)).sum()
+    }
+
+    /// Kinetic energy relative to the ground, J/m.
+    pub fn kinetic_energy(&self, motion: &Motion) -> f64 {
+        let square = |(m, v): (&f64, &[f64; 2])| m * (v[0] * v[0] + v[1] * v[1]);
+        0.5 * self.mass.iter().zip(&motion.velocity).map(square).sum::<f64>()
+    }
+
+    /// Strain energy, J/m.
+    pub fn strain_energy(&self, motion: &Motion) -> f64 {
+        self.cells.strain_energy(&motion.displacement)
+    }
+}

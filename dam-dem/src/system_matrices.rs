@@ -1,0 +1,52 @@
+use crate::modal::{self, DegreesOfFreedom};
+use crate::{Dam, RayleighCoefficients};
+
+/// Matrices of the intact, linear dam on its free degrees of freedom (dofs):
+/// `M ü + (αM + βK) u̇ + K u = B p − M ι a_g`, `u` relative to the ground.
+///
+/// The two nodes of a crack share their dofs. SI units, per metre of dam.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SystemMatrices {
+    /// Diagonal of M, kg/m, one value a dof.
+    pub mass: Vec<f64>,
+    /// K as (row, column, N/m per metre): every entry once, both triangles.
+    pub stiffness: Vec<(usize, usize, f64)>,
+    /// α and β.
+    pub damping: RayleighCoefficients,
+    /// B as (dof, interface point, m): nodal forces of a pressure that is linear along each panel.
+    pub pressure_forces: Vec<(usize, usize, f64)>,
+    /// Nᵀ as (interface point, dof, 1): motion of the interface points along n.
+    pub interface_motion: Vec<(usize, usize, f64)>,
+    /// dofs of the upstream crest corner: x, y.
+    pub crest: [usize; 2],
+    /// ι for ground motion along x and along y.
+    pub ground_influence: [Vec<f64>; 2],
+}
+
+impl SystemMatrices {
+    pub(crate) fn of(dam: &Dam) -> Self {
+        let structure = dam.structure();
+        let dofs = DegreesOfFreedom::intact(structure);
+        let mut matrices = Self {
+            mass: dofs.masses(structure),
+            stiffness: modal::stiffness(structure, &dofs),
+            damping: structure.damping,
+            pressure_forces: Vec::new(),
+            interface_motion: Vec::new(),
+            crest: dofs.of(dam.crest_node()).map_or([0, 0], |dof| [dof, dof + 1]),
+            ground_influence: [0, 1].map(|d| (0..dofs.count).map(|i| f64::from(i % 2 == d)).collect()),
+        };
+        let Some(wet) = dam.wet() else { return matrices };
+        for &(node, point, weight) in wet.load.entries() {
+            if let Some(dof) = dofs.of(node) {
+                matrices.pressure_forces.extend([0, 1].map(|d| (dof + d, point, weight[d])));
+            }
+        }
+        for (point, (&node, normal)) in wet.nodes.iter().zip(&wet.normals).enumerate() {
+            if let Some(dof) = dofs.of(node) {
+                matrices.interface_motion.extend([0, 1].map(|d| (point, dof + d, normal[d])));
+            }
+        }
+        matrices
+    }
+}

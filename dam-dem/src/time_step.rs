@@ -1,0 +1,123 @@
+use nalgebra::{DMatrix, SymmetricEigen};
+
+use crate::contact::{ContactLaw, Stencil};
+use crate::structure::Structure;
+
+/// The longest stable time step of central differences with lagged damping.
+///
+/// ```text
+/// Δt = (2/ω) (√(1 + ξ²) − ξ),   ξ = α/2ω + βω/2
+/// ```
+///
+/// at the highest frequency ω of elements and contacts (all closed and sticking, unstrained). In it
+/// lagged damping makes the amplification −1 exactly; lower modes allow more.
+///
+/// **Source**: T. Belytschko, W.K. Liu, B. Moran, *Nonlinear Finite Elements for Continua and
+/// Structures*, 2000, section 6.2; tested in `tests/time_step.rs`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CriticalTimeStep {
+    /// Highest frequency ω, rad/s.
+    pub highest_frequency: f64,
+    /// Longest stable time step, s.
+    pub limit: f64,
+}
+
+/// Relative change of the largest Ritz value, over ten iterations, at which Lanczos ends.
+const TOLERANCE: f64 = 1e-10;
+/// Most Lanczos iterations.
+const MAX_ITERATIONS: usize = 400;
+
+impl CriticalTimeStep {
+    /// That of a structure with its damping.
+    pub fn of(structure: &Structure<impl ContactLaw>) -> Self {
+        let frequency = highest_frequency(structure);
+        let ratio = structure.damping.ratio_at(frequency);
+        Self { highest_frequency: frequency, limit: 2.0 / frequency * ((1.0 + ratio * ratio).sqrt() - ratio) }
+    }
+}
+
+/// Square root of the largest eigenvalue of `M^(−½) K M^(−½)`, by Lanczos iteration with full
+/// reorthogonalisation; K acts through the elements and never is assembled.
+fn highest_frequency(structure: &Structure<impl ContactLaw>) -> f64 {
+    let stencils = structure.stencils();
+    let root: Vec<f64> = structure.inverse_mass.iter().map(|m| m.sqrt()).collect();
+    let scale = |x: &[[f64; 2]]| -> Vec<[f64; 2]> {
+        x.iter().zip(&root).map(|(x, r)| [x[0] * r, x[1] * r]).collect()
+    };
+    let dot = |a: &[[f64; 2]], b: &[[f64; 2]]| -> f64 {
+        a.iter().zip(b).map(|(a, b)| a[0] * b[0] + a[1] * b[1]).sum()
+    };
+    let mut seed = 7u32;
+    let mut random = || {
+        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        f64::from(seed) / f64::from(u32::MAX) - 0.5
+    };
+    let mut next: Vec<[f64; 2]> =
+        root.iter().map(|&r| if r > 0.0 { [random(), random()] } else { [0.0; 2] }).collect();
+    let free = 2 * root.iter().filter(|&&r| r > 0.0).count();
+    let mut basis: Vec<Vec<[f64; 2]>> = Vec::new();
+    let (mut diagonal, mut off_diagonal) = (Vec::new(), Vec::new());
+    let (mut norm, mut largest) = (dot(&next, &next).sqrt(), 0.0);
+    for iteration in 1..=MAX_ITERATIONS.min(free) {
+        next.iter_mut().flatten().for_each(|x| *x /= norm);
+        basis.push(next);
+        let current = &basis[basis.len() - 1];
+        let mut image = scale(&apply_stiffness(structure, &stencils, &scale(current)));
+        diagonal.push(dot(&image, current));
+        for _ in 0..2 {
+            for vector in &basis {
+                let share = dot(&image, vector);
+                for (x, b) in image.iter_mut().zip(vector) {
+                    x[0] -= share * b[0];
+                    x[1] -= share * b[1];
+                }
+            }
+        }
+        norm = dot(&image, &image).sqrt();
+        let exhausted = norm <= 1e-12 * diagonal[0].abs() || iteration == free;
+        if iteration % 10 == 0 || exhausted {
+            let value = largest_eigenvalue(&diagonal, &off_diagonal);
+            if exhausted || (value - largest).abs() <= TOLERANCE * value {
+                return value.sqrt();
+            }
+            largest = value;
+        }
+        off_diagonal.push(norm);
+        next = image;
+    }
+    largest.sqrt()
+}
+
+/// `K u`, N/m.
+fn apply_stiffness(
+    structure: &Structure<impl ContactLaw>,
+    stencils: &[Stencil],
+    u: &[[f64; 2]],
+) -> Vec<[f64; 2]> {
+    let mut forces = vec![[0.0; 2]; u.len()];
+    structure.cells.add_linear_forces(u, &mut forces);
+    forces.iter_mut().flatten().for_each(|f| *f = -*f);
+    for stencil in stencils {
+        let mut relative = [0.0; 2];
+        for (&node, weight) in stencil.nodes.iter().zip(stencil.weights) {
+            relative[0] += weight * u[node][0];
+            relative[1] += weight * u[node][1];
+        }
+        let force = stencil.stiffness.map(|row| row[0] * relative[0] + row[1] * relative[1]);
+        for (&node, weight) in stencil.nodes.iter().zip(stencil.weights) {
+            forces[node][0] += weight * force[0];
+            forces[node][1] += weight * force[1];
+        }
+    }
+    forces
+}
+
+fn largest_eigenvalue(diagonal: &[f64], off_diagonal: &[f64]) -> f64 {
+    let n = diagonal.len();
+    let tridiagonal = DMatrix::from_fn(n, n, |i, j| match i.abs_diff(j) {
+        0 => diagonal[i],
+        1 => off_diagonal[i.min(j)],
+        _ => 0.0,
+    });
+    SymmetricEigen::new(tridiagonal).eigenvalues.max()
+}

@@ -1,0 +1,70 @@
+//! Patch test and rigid rotation of the triangles, on an irregular mesh.
+
+mod support;
+
+use dam_dem::contact::Coulomb;
+use dam_dem::{Kinematics, Mesh, Section, Structure};
+
+/// 4 × 3 cells with inner nodes out of line.
+fn irregular(kinematics: Kinematics) -> Structure {
+    let rows: Vec<f64> = (0..=3).map(f64::from).collect();
+    let mut mesh = Mesh::mapped(&Section::rectangle(4.0, 3.0), &[rows], 4);
+    for (i, [x, y]) in mesh.nodes.iter_mut().enumerate() {
+        if *x > 0.0 && *x < 4.0 && *y > 0.0 && *y < 3.0 {
+            *x += 0.2 * (7.0 * i as f64).sin();
+            *y += 0.2 * (5.0 * i as f64).cos();
+        }
+    }
+    let material = dam_dem::Material { poisson_ratio: 0.2, ..support::stiff(31e9) };
+    Structure::<Coulomb>::new(mesh, &material, kinematics, [], &[])
+}
+
+/// Largest force at inner nodes and at all nodes, and the strain energy, under `u = map(x) − x`.
+fn under(structure: &Structure, map: impl Fn([f64; 2]) -> [f64; 2]) -> (f64, f64, f64) {
+    let mut motion = structure.at_rest();
+    for (u, x) in motion.displacement.iter_mut().zip(&structure.mesh.nodes) {
+        let moved = map(*x);
+        *u = [moved[0] - x[0], moved[1] - x[1]];
+    }
+    let mut forces = vec![[0.0; 2]; motion.displacement.len()];
+    structure.add_internal_forces(&mut motion, 0.0, &mut forces);
+    let (mut inner, mut all) = (0.0f64, 0.0f64);
+    for (force, [x, y]) in forces.iter().zip(&structure.mesh.nodes) {
+        let size = force[0].hypot(force[1]);
+        all = all.max(size);
+        if *x > 0.0 && *x < 4.0 && *y > 0.0 && *y < 3.0 {
+            inner = inner.max(size);
+        }
+    }
+    (inner, all, structure.strain_energy(&motion))
+}
+
+/// A uniform stretch leaves inner nodes in balance and stores A/2 ε:D:ε, also behind a rotation.
+/// Tolerance: rounding of 1 + strain, 1e-16 over the strain of 1e-3.
+#[test]
+fn uniform_strain_is_reproduced() {
+    let (e11, e22, e12) = (1e-3, -0.4e-3, 0.7e-3);
+    let (lambda, shear) = (31e9 * 0.2 / 0.96, 31e9 / 2.4);
+    let exact = 12.0 / 2.0
+        * (lambda * (e11 + e22) * (e11 + e22) + 2.0 * shear * (e11 * e11 + e22 * e22 + 2.0 * e12 * e12));
+    let stretch = |[x, y]: [f64; 2]| [x + e11 * x + e12 * y, y + e12 * x + e22 * y];
+    let (s, c) = 0.5f64.sin_cos();
+    let turn = |[x, y]: [f64; 2]| [c * x - s * y, s * x + c * y];
+    let small = under(&irregular(Kinematics::Small), stretch);
+    let turned = under(&irregular(Kinematics::Corotational), |x| turn(stretch(x)));
+    for (name, (inner, all, energy)) in [("small", small), ("corotational, turned", turned)] {
+        println!("patch test, {name}: inner force {:.1e}, energy {:.1e}", inner / all, energy / exact - 1.0);
+        assert!(inner < 1e-10 * all && (energy / exact - 1.0).abs() < 1e-10);
+    }
+}
+
+/// A rotation by 30° gives no force; measured against those that the linear element would give.
+#[test]
+fn rigid_rotation_gives_no_force() {
+    let (s, c) = 30f64.to_radians().sin_cos();
+    let turn = |[x, y]: [f64; 2]| [c * x - s * y, s * x + c * y];
+    let (_, corotational, _) = under(&irregular(Kinematics::Corotational), turn);
+    let (_, linear, _) = under(&irregular(Kinematics::Small), turn);
+    println!("rigid rotation by 30°: force {:.1e} of the linear element's", corotational / linear);
+    assert!(corotational < 1e-10 * linear);
+}

@@ -1,0 +1,93 @@
+//! The energy ledger: it closes under strong shaking with slip, and motion without damping keeps its energy.
+
+mod support;
+
+use dam_dem::{Dam, DamError, DamParameters, Damping};
+use interface::{CoSimulation, variables::dam as variable};
+
+/// 0.5 g bursts slide the block by decimetres and lift it. Tolerance: 1 % of the peak kinetic energy; what is
+/// left comes from contacts that open and close within a time step.
+#[test]
+fn the_ledger_closes_while_the_crack_slides() -> Result<(), DamError> {
+    let mut dam = support::at_rest(support::koyna(5.0))?;
+    assert_eq!(dam.state().energy().gained().strain, 0.0);
+    assert_eq!(support::get(&dam, &variable::ENERGY_BALANCE_ERROR), [0.0]);
+    let (mut peak, mut worst) = (0.0f64, 0.0f64);
+    while dam.state().time() < 7.0 {
+        let until = dam.state().time() + 2.5e-3;
+        support::shake(&mut dam, 2.5e-3, until, support::bursts)?;
+        peak = peak.max(support::get(&dam, &variable::KINETIC_ENERGY)[0]);
+        worst = worst.max(support::get(&dam, &variable::ENERGY_BALANCE_ERROR)[0].abs());
+    }
+    let work = dam.state().energy().work;
+    let sliding = support::get(&dam, &variable::CRACK_SLIDING)[0];
+    println!("Koyna, 0.5 g bursts: slip {sliding:.4} m; {work:.0?}; peak kinetic {peak:.0} J/m");
+    println!("largest balance error {worst:.1} J/m = {:.2e} of peak kinetic energy", worst / peak);
+    assert!(sliding > 0.01 && work.friction > 0.0 && work.damping > 0.0);
+    assert!(worst < 0.01 * peak);
+    Ok(())
+}
+
+/// A ledger that cannot fail says nothing: booked input that the dam did not receive must show.
+#[test]
+fn the_ledger_sees_work_that_was_not_done() -> Result<(), DamError> {
+    let mut dam = support::at_rest(support::koyna(10.0))?;
+    support::shake(&mut dam, 2.5e-3, 1.0, support::bursts)?;
+    let mut ledger = *dam.state().energy();
+    let closed = ledger.balance_error().abs();
+    ledger.work.input *= 1.05;
+    println!("balance error {closed:.1} J/m, with 5 % more input {:.1} J/m", ledger.balance_error());
+    assert!(ledger.balance_error().abs() > 100.0 * closed);
+    Ok(())
+}
+
+/// Undamped, intact, 60 s of free vibration: total energy (with that of the weight) of the second half against
+/// that of the first.
+/// Tolerance: central differences keep a nearby energy exactly; what they show swings by (ωΔt)²/8.
+#[test]
+fn free_vibration_keeps_its_energy_for_a_minute() -> Result<(), DamError> {
+    let parameters = DamParameters {
+        cracks: Vec::new(),
+        damping: Damping::None,
+        water_depth: 0.0,
+        ..support::koyna(10.0)
+    };
+    let mut dam = support::at_rest(parameters)?;
+    support::shake(&mut dam, 5e-3, 0.5, |time| 3.0 * (12.0 * time).sin() * f64::from(time < 0.45))?;
+    let mut means = [0.0; 2];
+    let input = dam.state().energy().work.input;
+    let start = dam.state().time();
+    for half in &mut means {
+        for _ in 0..6000 {
+            dam.step(dam.state().time(), 5e-3)?;
+            let (gained, work) = (dam.state().energy().gained(), dam.state().energy().work);
+            *half += (gained.kinetic + gained.strain - (work.input - input)) / 6000.0;
+        }
+    }
+    let growth = means[1] / means[0] - 1.0;
+    println!("free vibration over {:.0} s: energy growth {growth:+.1e}", dam.state().time() - start);
+    assert!(growth.abs() < 1e-5);
+    Ok(())
+}
+
+/// The unit's own state of rest moves only by what relaxation left: residual 1e-9 of the loads.
+#[test]
+fn an_unloaded_run_stays_at_rest() -> Result<(), DamError> {
+    let mut dam: Dam = support::at_rest(support::koyna(5.0))?;
+    let (mut acceleration, mut displacement) = (0.0f64, 0.0f64);
+    while dam.state().time() < 0.5 {
+        dam.step(dam.state().time(), 2.5e-3)?;
+        for a in support::get(&dam, &variable::CREST_ACCELERATION) {
+            acceleration = acceleration.max(a.abs());
+        }
+        for u in support::get(&dam, &variable::CREST_DISPLACEMENT) {
+            displacement = displacement.max(u.abs());
+        }
+    }
+    let sliding = support::get(&dam, &variable::CRACK_SLIDING)[0];
+    println!(
+        "at rest for 0.5 s: crest ≤ {acceleration:.1e} m/s², {displacement:.1e} m; slip {sliding:.1e} m"
+    );
+    assert!(acceleration < 1e-5 && displacement < 1e-9 && sliding.abs() < 1e-9);
+    Ok(())
+}

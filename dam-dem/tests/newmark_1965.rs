@@ -1,0 +1,54 @@
+//! Sliding blocks against closed forms.
+
+mod support;
+
+use dam_dem::analytical::newmark_1965::{incline_acceleration, rectangular_pulse_slip};
+use dam_dem::contact::Coulomb;
+use dam_dem::integrator::DynamicRelaxation;
+use dam_dem::{DamError, Motion, RayleighCoefficients, Structure};
+use support::GRAVITY;
+
+fn block(friction: f64, gravity: f64) -> Result<(Structure, Motion), DamError> {
+    let law = Coulomb { friction, normal_stiffness: 1e9, shear_stiffness: 1e9 };
+    let mut structure = support::block_on_ground([3.0, 0.6], 1e9, law);
+    structure.damping = RayleighCoefficients { mass: 0.0, stiffness: 1e-3 };
+    let mut motion = structure.at_rest();
+    let weight = structure.weight([0.0, -gravity]);
+    DynamicRelaxation::default().relax(&structure, &mut motion, &weight)?;
+    Ok((structure, motion))
+}
+
+/// At rest on a level plane, then tilted: a friction angle on either side of the slope.
+/// Tolerance 0.2 %: the block still rings while it starts.
+#[test]
+fn incline_holds_below_the_friction_angle_and_lets_go_above() -> Result<(), DamError> {
+    let angle = 30f64.to_radians();
+    for friction in [0.3, 0.5, 0.55, 0.6, 0.8] {
+        let (structure, mut motion) = block(friction, GRAVITY * angle.cos())?;
+        let body = [GRAVITY * angle.sin(), -GRAVITY * angle.cos()];
+        support::run(&structure, &mut motion, body, 0.2);
+        let early = support::mean(&structure, &motion.velocity, 1)[0];
+        support::run(&structure, &mut motion, body, 0.3);
+        let measured = (support::mean(&structure, &motion.velocity, 1)[0] - early) / 0.3;
+        let exact = incline_acceleration(GRAVITY, angle, friction);
+        println!("incline 30°, μ = {friction}: acceleration {measured:.5}, exact {exact:.5} m/s²");
+        assert!((measured - exact).abs() < 2e-3 * GRAVITY * angle.sin());
+    }
+    Ok(())
+}
+
+/// Tolerance 1 %: the shear springs stretch by μ p/k_s before and return after the slip.
+#[test]
+fn rectangular_pulse_slides_as_newmark_says() -> Result<(), DamError> {
+    let (structure, mut motion) = block(0.4, GRAVITY)?;
+    let rest = support::mean(&structure, &motion.displacement, 1)[0];
+    let mut friction = support::run(&structure, &mut motion, [-8.0, -GRAVITY], 0.25).friction;
+    friction += support::run(&structure, &mut motion, [0.0, -GRAVITY], 0.6).friction;
+    let slip = rest - support::mean(&structure, &motion.displacement, 1)[0];
+    let exact = rectangular_pulse_slip(0.4 * GRAVITY, 8.0, 0.25);
+    let work = 0.4 * 2500.0 * 3.0 * 0.6 * GRAVITY * exact;
+    println!("Newmark pulse: slip {slip:.5} m, exact {exact:.5} m, error {:.2e}", slip / exact - 1.0);
+    println!("Newmark pulse: friction work {friction:.1} J/m, exact {work:.1} J/m");
+    assert!((slip / exact - 1.0).abs() < 0.01 && (friction / work - 1.0).abs() < 0.01);
+    Ok(())
+}

@@ -1,0 +1,77 @@
+//! Every bad parameter has its error.
+
+mod support;
+
+use dam_dem::{CrackParameters, Dam, DamError, DamParameters, Damping, DampingFrequencies};
+
+fn error(change: impl Fn(&mut DamParameters)) -> DamError {
+    let mut parameters = support::koyna(10.0);
+    change(&mut parameters);
+    let Err(error) = Dam::new(parameters) else { panic!("a bad parameter was accepted") };
+    println!("{error}");
+    error
+}
+
+fn rayleigh(ratio: f64, frequencies: [f64; 2]) -> Damping {
+    Damping::Rayleigh { ratio, frequencies: DampingFrequencies::RadiansPerSecond(frequencies) }
+}
+
+#[test]
+fn bad_sections_are_refused() {
+    assert!(matches!(error(|p| p.section.upstream.truncate(1)), DamError::SideTooShort { found: 1, .. }));
+    assert!(matches!(
+        error(|p| p.section.downstream[1][1] = 110.0),
+        DamError::SideNotAscending { side: "downstream", index: 2, .. }
+    ));
+    assert!(matches!(error(|p| p.section.upstream[0] = [1.0, 0.0]), DamError::HeelNotAtOrigin { .. }));
+    assert!(matches!(
+        error(|p| p.section.upstream[1][1] = 99.0),
+        DamError::SidesNotLevel { end: "crest", .. }
+    ));
+    assert!(matches!(error(|p| p.section.downstream[1][0] = -3.0), DamError::SidesCross { .. }));
+}
+
+#[test]
+fn bad_water_and_cracks_are_refused() {
+    for depth in [-1.0, 103.5, f64::NAN] {
+        assert!(matches!(error(|p| p.water_depth = depth), DamError::WaterDepth { .. }));
+    }
+    for elevation in [0.0, 103.0, -4.0, f64::NAN] {
+        assert!(matches!(error(|p| p.cracks[0].elevation = elevation), DamError::CrackOutside { .. }));
+    }
+    assert!(matches!(error(|p| p.cracks.push(p.cracks[0])), DamError::DuplicateCrack { .. }));
+}
+
+#[test]
+fn values_out_of_range_are_refused() {
+    let crack = |change: fn(&mut CrackParameters)| error(|p| change(&mut p.cracks[0]));
+    let cases: [(DamError, &str); 17] = [
+        (crack(|c| c.friction_coefficient = -0.1), "friction_coefficient"),
+        (crack(|c| c.normal_stiffness = 0.0), "normal_stiffness"),
+        (crack(|c| c.shear_stiffness = f64::INFINITY), "shear_stiffness"),
+        (error(|p| p.material.young_modulus = 0.0), "young_modulus"),
+        (error(|p| p.material.poisson_ratio = 0.5), "poisson_ratio"),
+        (error(|p| p.material.poisson_ratio = -1.0), "poisson_ratio"),
+        (error(|p| p.material.density = -1.0), "density"),
+        (error(|p| p.element_size = 0.0), "element_size"),
+        (error(|p| p.element_size = f64::NAN), "element_size"),
+        (error(|p| p.gravity = -9.81), "gravity"),
+        (error(|p| p.time_step_safety = 0.0), "time_step_safety"),
+        (error(|p| p.time_step_safety = 1.1), "time_step_safety"),
+        (error(|p| p.damping = rayleigh(0.0, [1.0, 2.0])), "damping ratio"),
+        (error(|p| p.damping = rayleigh(1.0, [1.0, 2.0])), "damping ratio"),
+        (error(|p| p.damping = rayleigh(0.05, [0.0, 2.0])), "lower damping frequency"),
+        (error(|p| p.damping = rayleigh(0.05, [2.0, 2.0])), "upper damping frequency"),
+        (error(|p| p.damping = rayleigh(0.05, [2.0, f64::NAN])), "upper damping frequency"),
+    ];
+    for (error, name) in cases {
+        assert!(matches!(error, DamError::OutOfRange { parameter, .. } if parameter == name), "{name}");
+    }
+}
+
+#[test]
+fn too_many_frequencies_are_refused() -> Result<(), DamError> {
+    let dam = Dam::new(support::koyna(20.0))?;
+    assert!(matches!(dam.natural_frequencies(10_000), Err(DamError::TooManyFrequencies { .. })));
+    Ok(())
+}

@@ -1,0 +1,104 @@
+//! Saved states.
+
+mod support;
+
+use dam_dem::{Dam, DamError, DamParameters};
+use interface::{CallError, CoSimulation, StateError, variables::dam as variable};
+
+/// Bits of all outputs.
+fn outputs(dam: &Dam) -> Vec<u64> {
+    dam.variables().iter().flat_map(|v| support::get(dam, v)).map(f64::to_bits).collect()
+}
+
+fn sliding_dam() -> Result<Dam, DamError> {
+    let mut dam = support::at_rest(support::koyna(7.0))?;
+    support::shake(&mut dam, 2.5e-3, 1.25, support::bursts)?;
+    Ok(dam)
+}
+
+#[test]
+fn a_repeated_step_gives_the_same_bits() -> Result<(), DamError> {
+    let mut dam = sliding_dam()?;
+    let slipping = support::get(&dam, &variable::CRACK_SLIDING)[0];
+    assert!(slipping.abs() > 1e-3, "nothing slides: {slipping}");
+    let saved = dam.save_state();
+    let kept = saved.clone();
+    let push = vec![2e4; dam.wet_face().map_or(0, |face| face.len())];
+    let go = |dam: &mut Dam| -> Result<Vec<u64>, DamError> {
+        dam.set(variable::INTERFACE_PRESSURE.value_reference, &push)?;
+        support::shake(dam, 2.5e-3, dam.state().time() + 0.05, support::bursts)?;
+        Ok(outputs(dam))
+    };
+    let first = go(&mut dam)?;
+    dam.restore_state(&saved)?;
+    assert_eq!(first, go(&mut dam)?);
+    assert_eq!(saved, kept);
+
+    let mut fresh = Dam::new(support::koyna(7.0))?;
+    let bytes = dam.serialise_state(&saved)?;
+    fresh.restore_state(&fresh.deserialise_state(&bytes)?)?;
+    assert_eq!(first, go(&mut fresh)?);
+    println!("20 steps from a state at slip {slipping:.4} m: bit-equal, restored and in a fresh dam");
+    Ok(())
+}
+
+#[test]
+fn a_state_does_not_grow() -> Result<(), DamError> {
+    let mut dam = support::at_rest(support::koyna(7.0))?;
+    let start = dam.serialise_state(&dam.save_state())?.len();
+    support::shake(&mut dam, 2.5e-3, 1.0, support::bursts)?;
+    let end = dam.serialise_state(&dam.save_state())?.len();
+    println!("serialised state: {start} bytes at time 0, {end} bytes after 400 steps");
+    assert_eq!(start, end);
+    Ok(())
+}
+
+#[test]
+fn foreign_states_are_refused() -> Result<(), DamError> {
+    let dam = support::at_rest(support::koyna(10.0))?;
+    let bytes = dam.serialise_state(&dam.save_state())?;
+    let mut other = Dam::new(DamParameters { gravity: 9.8, ..support::koyna(10.0) })?;
+    assert!(matches!(other.deserialise_state(&bytes), Err(DamError::State(StateError::Fingerprint { .. }))));
+    let mut finer = Dam::new(support::koyna(7.0))?;
+    assert!(matches!(finer.restore_state(&dam.save_state()), Err(DamError::ForeignState { .. })));
+    other.restore_state(&dam.save_state())?;
+    Ok(())
+}
+
+#[test]
+fn calls_out_of_order_are_refused() -> Result<(), DamError> {
+    let mut dam = Dam::new(support::koyna(10.0))?;
+    assert!(matches!(dam.step(0.0, 0.01), Err(DamError::Call(CallError::Order { .. }))));
+    let mut crest = [0.0; 2];
+    let early = dam.get(variable::CREST_DISPLACEMENT.value_reference, &mut crest);
+    assert!(matches!(early, Err(DamError::Call(CallError::Order { .. }))));
+    dam.set(variable::HYDROSTATIC_PRESSURE.value_reference, &support::hydrostatic(&dam))?;
+    dam.initialise(2.0)?;
+    assert!(matches!(dam.initialise(2.0), Err(DamError::Call(CallError::Order { .. }))));
+    assert!(matches!(dam.step(0.0, 0.01), Err(DamError::Call(CallError::Time { .. }))));
+    assert!(matches!(dam.step(2.0, 0.0), Err(DamError::OutOfRange { .. })));
+    let nan = dam.set(variable::GROUND_ACCELERATION.value_reference, &[f64::NAN, 0.0]);
+    assert!(matches!(nan, Err(DamError::Call(CallError::NonFinite { .. }))));
+    let fixed = dam.set(variable::DENSITY.value_reference, &[1.0]);
+    assert!(matches!(fixed, Err(DamError::Call(CallError::NotSettable { .. }))));
+    let late = vec![0.0; support::hydrostatic(&dam).len()];
+    let late = dam.set(variable::HYDROSTATIC_PRESSURE.value_reference, &late);
+    assert!(matches!(late, Err(DamError::Call(CallError::Order { .. }))));
+    dam.set(variable::GROUND_ACCELERATION.value_reference, &[1e300, 0.0])?;
+    let saved = dam.save_state();
+    let blown = dam.step(2.0, 0.01);
+    assert!(matches!(blown, Err(DamError::NonFinite { .. })), "{blown:?}");
+    assert_eq!(dam.save_state(), saved);
+    Ok(())
+}
+
+#[test]
+fn an_empty_reservoir_has_no_interface_points() -> Result<(), DamError> {
+    let mut dam = Dam::new(DamParameters { water_depth: 0.0, ..support::koyna(10.0) })?;
+    assert!(dam.wet_face().is_none());
+    dam.set(variable::INTERFACE_PRESSURE.value_reference, &[])?;
+    dam.initialise(0.0)?;
+    dam.step(0.0, 0.01)?;
+    assert!(support::get(&dam, &variable::INTERFACE_ACCELERATION).is_empty());
+    Ok(())
+}

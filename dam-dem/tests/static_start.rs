@@ -1,0 +1,46 @@
+//! Static equilibrium before time 0.
+
+mod support;
+
+use dam_dem::{CrackParameters, DamError, DamParameters};
+use interface::variables::dam as variable;
+
+/// Reactions at the base equal weight and water; the tolerance is that of the relaxation, 1e-9.
+#[test]
+fn reactions_carry_weight_and_water() -> Result<(), DamError> {
+    for size in [10.0, 5.0] {
+        let dam = support::at_rest(support::koyna(size))?;
+        let structure = dam.structure();
+        let mut motion = dam.state().motion().clone();
+        let mut forces = vec![[0.0; 2]; dam.node_count()];
+        structure.add_internal_forces(&mut motion, 0.0, &mut forces);
+        let base = &structure.mesh.blocks[0].bottom;
+        let own: f64 = base.iter().map(|&n| structure.mass[n]).sum::<f64>() * 9.81;
+        let reaction = [0, 1].map(|d| base.iter().map(|&n| forces[n][d]).sum::<f64>());
+        let weight = 2640.0 * 9.81 * dam.parameters().section.area();
+        let water = 9810.0 * 91.75 * 91.75 / 2.0;
+        let heel = 9810.0 * 91.75 * first_panel(&dam) / 2.0 - 9810.0 * first_panel(&dam).powi(2) / 6.0;
+        // element forces on the base are the ground's reactions with the sign turned
+        let errors = [reaction[0] / (water - heel) - 1.0, -reaction[1] / (weight - own) - 1.0];
+        println!("{size} m: reactions over loads − 1: {:+.1e}, {:+.1e}", errors[0], errors[1]);
+        assert!(errors.iter().all(|error| error.abs() < 1e-8));
+        let closed = support::get(&dam, &variable::CRACK_OPEN)[0];
+        assert_eq!(closed, 0.0, "contacts open at rest");
+    }
+    Ok(())
+}
+
+/// Length of the lowest panel, m; its water pressure partly acts on the fixed heel.
+fn first_panel(dam: &dam_dem::Dam) -> f64 {
+    dam.wet_face().map_or(0.0, |face| face.points()[1][1])
+}
+
+/// Without friction the water pushes the block off: there is no rest to find.
+#[test]
+fn a_dam_that_cannot_stand_is_refused() {
+    let slippery = CrackParameters { friction_coefficient: 0.0, ..support::crack_at(66.5) };
+    let refused = support::at_rest(DamParameters { cracks: vec![slippery], ..support::koyna(15.0) });
+    let Err(error) = refused else { panic!("a block without friction was found at rest") };
+    println!("{error}");
+    assert!(matches!(error, DamError::StaticNotConverged { .. }));
+}

@@ -1,0 +1,125 @@
+//! Dams and drivers that the tests share.
+#![allow(dead_code)] // no test uses all of it
+
+use dam_dem::contact::Coulomb;
+use dam_dem::energy::Work;
+use dam_dem::integrator::CentralDifference;
+use dam_dem::loads::LoadPath;
+use dam_dem::{
+    Block, CrackParameters, CriticalTimeStep, Dam, DamError, DamParameters, Damping, DampingFrequencies,
+    Kinematics, Material, Mesh, Motion, Plane, Section, Structure,
+};
+use interface::{CoSimulation, Variable, variables::dam as variable};
+
+pub fn koyna_section() -> Section {
+    Section {
+        upstream: vec![[0.0, 0.0], [0.0, 103.0]],
+        downstream: vec![[70.0, 0.0], [19.25, 66.5], [14.8, 103.0]],
+    }
+}
+
+/// The cracked Koyna dam of the main scene.
+pub fn koyna(element_size: f64) -> DamParameters {
+    DamParameters {
+        section: koyna_section(),
+        water_depth: 91.75,
+        cracks: vec![crack_at(66.5)],
+        material: Material { young_modulus: 31e9, poisson_ratio: 0.2, density: 2640.0, plane: Plane::Stress },
+        damping: Damping::Rayleigh {
+            ratio: 0.05,
+            frequencies: DampingFrequencies::MultiplesOfFirst([1.0, 5.0]),
+        },
+        kinematics: Kinematics::Corotational,
+        element_size,
+        gravity: 9.81,
+        time_step_safety: 0.9,
+    }
+}
+
+pub fn crack_at(elevation: f64) -> CrackParameters {
+    CrackParameters { elevation, friction_coefficient: 1.0, normal_stiffness: 1e11, shear_stiffness: 0.5e11 }
+}
+
+/// Hydrostatic pressure at the interface points, Pa.
+pub fn hydrostatic(dam: &Dam) -> Vec<f64> {
+    let depth = dam.parameters().water_depth;
+    dam.wet_face().map_or(Vec::new(), |face| face.points().iter().map(|p| 9810.0 * (depth - p[1])).collect())
+}
+
+/// A dam at rest under its weight and water at time 0.
+pub fn at_rest(parameters: DamParameters) -> Result<Dam, DamError> {
+    let mut dam = Dam::new(parameters)?;
+    dam.set(variable::HYDROSTATIC_PRESSURE.value_reference, &hydrostatic(&dam))?;
+    dam.initialise(0.0)?;
+    Ok(dam)
+}
+
+/// Values of a variable.
+pub fn get(dam: &Dam, variable: &Variable) -> Vec<f64> {
+    let mut values = vec![f64::NAN; dam.size(variable)];
+    dam.get(variable.value_reference, &mut values).unwrap();
+    values
+}
+
+/// Steps with the ground acceleration `ground(t)` along x, and `g/2` of it along y.
+pub fn shake(dam: &mut Dam, step: f64, until: f64, ground: impl Fn(f64) -> f64) -> Result<(), DamError> {
+    while dam.state().time() < until - step / 2.0 {
+        let time = dam.state().time();
+        let a = ground(time + step);
+        dam.set(variable::GROUND_ACCELERATION.value_reference, &[a, 0.5 * a])?;
+        dam.step(time, step)?;
+    }
+    Ok(())
+}
+
+/// Three bursts of a 3 Hz sine, each of 0.5 g under a raised cosine.
+pub fn bursts(time: f64) -> f64 {
+    use std::f64::consts::TAU;
+    let envelope = 0.5 - 0.5 * (TAU * time / 2.0).cos();
+    if time < 6.0 { 0.5 * 9.81 * envelope * (TAU * 3.0 * time).sin() } else { 0.0 }
+}
+
+pub const GRAVITY: f64 = 9.81;
+
+pub fn stiff(young_modulus: f64) -> Material {
+    Material { young_modulus, poisson_ratio: 0.0, density: 2500.0, plane: Plane::Stress }
+}
+
+/// A block of `size` [m] in the middle of a fixed one that is 4 m wider and 1 m high; meshes do not match.
+pub fn block_on_ground(size: [f64; 2], young_modulus: f64, law: Coulomb) -> Structure {
+    let width = size[0] + 4.0;
+    let mut mesh = Mesh::mapped(&Section::rectangle(width, 1.0), &[vec![0.0, 1.0]], 11);
+    let rows: Vec<f64> = (0..=2).map(|i| size[1] * f64::from(i) / 2.0).collect();
+    let upper = Mesh::mapped(&Section::rectangle(size[0], size[1]), &[rows], 4);
+    let (nodes, cells) = (mesh.nodes.len(), mesh.cells.len());
+    mesh.nodes.extend(upper.nodes.iter().map(|[x, y]| [x + 2.0, y + 1.0]));
+    mesh.cells.extend(upper.cells.iter().map(|cell| cell.map(|node| node + nodes)));
+    let block = &upper.blocks[0];
+    let shift = |list: &[usize]| list.iter().map(|node| node + nodes).collect();
+    mesh.blocks.push(Block {
+        nodes: nodes..mesh.nodes.len(),
+        cells: cells..mesh.cells.len(),
+        bottom: shift(&block.bottom),
+        top: shift(&block.top),
+        upstream: shift(&block.upstream),
+    });
+    let fixed: Vec<usize> = (0..nodes).collect();
+    Structure::new(mesh, &stiff(young_modulus), Kinematics::Corotational, [law], &fixed)
+}
+
+/// Steps under constant acceleration of the frame, `body` [m/s²], for `duration` (s).
+pub fn run(structure: &Structure, motion: &mut Motion, body: [f64; 2], duration: f64) -> Work {
+    let forces = structure.weight(body);
+    structure.accelerate(motion, &forces);
+    let steps = CentralDifference::covering(duration, 0.9 * CriticalTimeStep::of(structure).limit);
+    let mut work = Work::default();
+    steps.advance(structure, motion, &LoadPath::constant(forces), &mut work);
+    work
+}
+
+/// Mass-weighted mean of `field` over the free nodes of `block`.
+pub fn mean(structure: &Structure, field: &[[f64; 2]], block: usize) -> [f64; 2] {
+    let nodes = structure.mesh.blocks[block].nodes.clone();
+    let mass: f64 = nodes.clone().map(|n| structure.mass[n]).sum();
+    [0, 1].map(|d| nodes.clone().map(|n| structure.mass[n] * field[n][d]).sum::<f64>() / mass)
+}
