@@ -219,6 +219,10 @@ impl CoSimulation for Dam {
         }
     }
 
+    fn fingerprint(&self) -> Fingerprint {
+        self.fingerprint
+    }
+
     fn capabilities(&self) -> Capabilities {
         Capabilities { variable_communication_step: true, directional_derivative: false }
     }

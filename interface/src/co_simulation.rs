@@ -1,4 +1,4 @@
-use crate::{StateError, Variable};
+use crate::{Fingerprint, StateError, Variable};
 
 /// Where a unit stands in its life.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -140,6 +140,9 @@ pub trait CoSimulation: Send {
 
     /// Number of values of `variable`.
     fn size(&self, variable: &Variable) -> usize;
+
+    /// Hash of everything the unit was made from; states pass between equals only.
+    fn fingerprint(&self) -> Fingerprint;
 
     /// What the unit can do beyond plain stepping.
     fn capabilities(&self) -> Capabilities;

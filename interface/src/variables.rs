@@ -62,7 +62,7 @@ pub struct Variable {
 macro_rules! variables {
     ($($reference:literal $item:ident $name:literal $causality:ident $variability:ident $shape:ident $unit:literal $description:literal;)*) => {
         $(
-            #[doc = concat!($description, " [", $unit, "]")]
+            #[doc = concat!($description, "; unit `", $unit, "`")]
             pub const $item: Variable = Variable {
                 name: $name,
                 value_reference: $reference,

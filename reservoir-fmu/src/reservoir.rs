@@ -1,0 +1,320 @@
+use crate::convolution::{Convolution, History};
+use crate::frequency_response::convolution_weights;
+use crate::{Fidelity, ReservoirError, ReservoirParameters};
+use interface::variables::reservoir as variables;
+use interface::{
+    CallError, Capabilities, Causality, CoSimulation, Fingerprint, Shape, Stage, StateError, Variable, open,
+    seal,
+};
+use serde::{Deserialize, Serialize};
+use std::num::NonZeroUsize;
+
+/// Name of the unit in messages and logs.
+const UNIT: &str = "reservoir";
+
+/// Share of a communication step by which times of the caller and the unit may differ.
+const TIME_TOLERANCE: f64 = 1e-6;
+
+/// The water before a dam, as a co-simulation unit.
+///
+/// Input: mean total acceleration of the wet face along n over the step. Output: pressure
+/// at the step's end. A step costs one direct convolution with the open block of the
+/// history; once a block, the frozen ones are convolved by Fourier transform.
+pub struct Reservoir {
+    parameters: ReservoirParameters,
+    fingerprint: Fingerprint,
+    convolution: Convolution,
+    /// Force along x (N/m) and moment about the heel (N·m/m) of 1 Pa at a point.
+    resultants: Vec<[f64; 2]>,
+    state: ReservoirState,
+}
+
+/// Saved state of a [`Reservoir`]; its convolution history is shared, not copied.
+#[derive(Clone)]
+pub struct ReservoirState {
+    fingerprint: Fingerprint,
+    motion: Motion,
+    history: History,
+}
+
+/// The part of a state that does not grow.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Motion {
+    initialised: bool,
+    start_time: f64,
+    steps: usize,
+    ground_acceleration: [f64; 2],
+    /// Input of the last or of the next step, m/s².
+    acceleration: Vec<f64>,
+    /// Velocity of the face since the start, m/s.
+    velocity: Vec<f64>,
+    /// Pressure, Pa.
+    pressure: Vec<f64>,
+}
+
+/// What is written of a state.
+#[derive(Serialize, Deserialize)]
+struct SerialisedState {
+    motion: Motion,
+    /// Velocities at the ends of all steps, m/s.
+    velocities: Vec<f64>,
+}
+
+impl Reservoir {
+    /// Makes the unit; for compressible water this computes the convolution weights on `threads`.
+    ///
+    /// The number of threads changes no bit of the result.
+    ///
+    /// **Errors**: parameters out of range, [`ReservoirError::Kernel`], [`ReservoirError::FarEnd`],
+    /// [`ReservoirError::Threads`].
+    pub fn new(parameters: ReservoirParameters, threads: NonZeroUsize) -> Result<Self, ReservoirError> {
+        parameters.validate()?;
+        let fingerprint = Fingerprint::of(UNIT, &parameters)?;
+        let face = &parameters.wet_face;
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build()?;
+        let convolution = pool.install(|| {
+            let weights = convolution_weights(&parameters)?;
+            Ok::<_, ReservoirError>(Convolution::new(weights))
+        })?;
+        let zeros = vec![0.0; face.len()];
+        let motion = Motion {
+            initialised: false,
+            start_time: 0.0,
+            steps: 0,
+            ground_acceleration: [0.0; 2],
+            acceleration: zeros.clone(),
+            velocity: zeros.clone(),
+            pressure: zeros,
+        };
+        let state = ReservoirState { fingerprint, motion, history: convolution.start() };
+        Ok(Self { resultants: resultants(face), parameters, fingerprint, convolution, state })
+    }
+
+    /// What the unit was made from.
+    pub fn parameters(&self) -> &ReservoirParameters {
+        &self.parameters
+    }
+
+    fn time(&self) -> f64 {
+        let Motion { start_time, steps, .. } = self.state.motion;
+        start_time + steps as f64 * self.parameters.communication_step
+    }
+
+    fn check_step(&self, time: f64, communication_step: f64) -> Result<(), ReservoirError> {
+        let ReservoirParameters { communication_step: allowed, horizon, fidelity, .. } = self.parameters;
+        if !self.state.motion.initialised {
+            return Err(CallError::Order { unit: UNIT, call: "step", stage: Stage::Instantiated }.into());
+        }
+        let tolerance = TIME_TOLERANCE * allowed;
+        if (time - self.time()).abs() > tolerance || !time.is_finite() {
+            return Err(CallError::Time { unit: UNIT, asked: time, time: self.time() }.into());
+        }
+        if (communication_step - allowed).abs() > tolerance || !communication_step.is_finite() {
+            let asked = communication_step;
+            return Err(CallError::CommunicationStep { unit: UNIT, asked, allowed }.into());
+        }
+        if fidelity == Fidelity::Compressible && self.state.motion.steps >= self.parameters.steps() {
+            let end = self.time() + allowed;
+            let elapsed = end - self.state.motion.start_time;
+            return Err(ReservoirError::BeyondHorizon { end, elapsed, horizon });
+        }
+        Ok(())
+    }
+
+    fn check_state(&self, found: Fingerprint) -> Result<(), ReservoirError> {
+        let expected = self.fingerprint;
+        if found == expected { Ok(()) } else { Err(StateError::Fingerprint { found, expected }.into()) }
+    }
+
+    /// Values of any variable of the unit.
+    fn values(&self, variable: &'static Variable) -> Result<Vec<f64>, ReservoirError> {
+        let ReservoirParameters { wet_face, density, gravity, .. } = &self.parameters;
+        let motion = &self.state.motion;
+        let points = wet_face.points();
+        let resultant = |axis: usize| {
+            self.resultants.iter().zip(&motion.pressure).map(|(unit, p)| unit[axis] * p).sum::<f64>()
+        };
+        Ok(match *variable {
+            variables::INTERFACE_ACCELERATION => motion.acceleration.clone(),
+            variables::GROUND_ACCELERATION => motion.ground_acceleration.to_vec(),
+            variables::INTERFACE_PRESSURE => motion.pressure.clone(),
+            variables::HYDROSTATIC_PRESSURE => {
+                points.iter().map(|p| density * gravity * (wet_face.depth() - p[1])).collect()
+            }
+            variables::TOTAL_FORCE => vec![resultant(0)],
+            variables::OVERTURNING_MOMENT => vec![resultant(1)],
+            variables::BASE_PRESSURE => vec![motion.pressure[0]],
+            variables::INTERFACE_X => points.iter().map(|p| p[0]).collect(),
+            variables::INTERFACE_Y => points.iter().map(|p| p[1]).collect(),
+            variables::INTERFACE_NORMAL_X => wet_face.normals().iter().map(|n| n[0]).collect(),
+            variables::INTERFACE_NORMAL_Y => wet_face.normals().iter().map(|n| n[1]).collect(),
+            variables::INTERFACE_LENGTH => wet_face.tributary_lengths(),
+            variables::WATER_DEPTH => vec![wet_face.depth()],
+            variables::WATER_DENSITY => vec![*density],
+            variables::SOUND_SPEED => vec![self.parameters.sound_speed],
+            variables::WAVE_REFLECTION_COEFFICIENT => vec![self.parameters.wave_reflection_coefficient],
+            variables::GRAVITY => vec![*gravity],
+            variables::FIDELITY => vec![self.parameters.fidelity.code()],
+            variables::ELEMENT_SIZE => vec![self.parameters.element_size],
+            variables::FAR_END_DISTANCE => vec![self.parameters.far_end_distance],
+            variables::COMMUNICATION_STEP => vec![self.parameters.communication_step],
+            variables::HORIZON => vec![self.parameters.horizon],
+            Variable { value_reference, .. } => {
+                return Err(CallError::UnknownVariable { unit: UNIT, value_reference }.into());
+            }
+        })
+    }
+}
+
+impl CoSimulation for Reservoir {
+    type State = ReservoirState;
+    type Error = ReservoirError;
+
+    fn name(&self) -> &'static str {
+        UNIT
+    }
+
+    fn variables(&self) -> &'static [Variable] {
+        variables::ALL
+    }
+
+    fn size(&self, variable: &Variable) -> usize {
+        match variable.shape {
+            Shape::Scalar => 1,
+            Shape::Plane => 2,
+            Shape::InterfacePoints => self.parameters.wet_face.len(),
+            Shape::Cracks => 0,
+        }
+    }
+
+    fn fingerprint(&self) -> Fingerprint {
+        self.fingerprint
+    }
+
+    fn capabilities(&self) -> Capabilities {
+        Capabilities { variable_communication_step: false, directional_derivative: true }
+    }
+
+    /// The water is at rest at `start_time`: the pressure is zero whatever the acceleration.
+    fn initialise(&mut self, start_time: f64) -> Result<(), ReservoirError> {
+        if self.state.motion.initialised {
+            return Err(CallError::Order { unit: UNIT, call: "initialise", stage: Stage::Stepping }.into());
+        }
+        if !start_time.is_finite() {
+            return Err(CallError::Time { unit: UNIT, asked: start_time, time: self.time() }.into());
+        }
+        self.state.motion.initialised = true;
+        self.state.motion.start_time = start_time;
+        Ok(())
+    }
+
+    fn set(&mut self, value_reference: u32, values: &[f64]) -> Result<(), ReservoirError> {
+        let variable = self.variable(value_reference)?;
+        if variable.causality != Causality::Input {
+            return Err(CallError::NotSettable { unit: UNIT, variable: variable.name }.into());
+        }
+        self.check_length(variable, values.len())?;
+        self.check_finite(variable, values, self.time())?;
+        if *variable == variables::INTERFACE_ACCELERATION {
+            self.state.motion.acceleration.copy_from_slice(values);
+        } else {
+            let [horizontal, vertical] = [values[0], values[1]];
+            if vertical != 0.0 {
+                return Err(ReservoirError::VerticalGroundMotion { acceleration: vertical });
+            }
+            self.state.motion.ground_acceleration = [horizontal, vertical];
+        }
+        Ok(())
+    }
+
+    fn step(&mut self, time: f64, communication_step: f64) -> Result<(), ReservoirError> {
+        self.check_step(time, communication_step)?;
+        let motion = &self.state.motion;
+        let h = self.parameters.communication_step;
+        let velocity: Vec<f64> =
+            motion.velocity.iter().zip(&motion.acceleration).map(|(v, a)| v + h * a).collect();
+        let pressure = self.convolution.pressure(&self.state.history, &velocity);
+        if let Some(index) = pressure.iter().position(|p| !p.is_finite()) {
+            let (value, time) = (pressure[index], self.time() + h);
+            return Err(ReservoirError::NonFinitePressure { index, value, time });
+        }
+        self.state.history = self.convolution.push(&self.state.history, &velocity);
+        self.state.motion.velocity = velocity;
+        self.state.motion.pressure = pressure;
+        self.state.motion.steps += 1;
+        Ok(())
+    }
+
+    fn get(&self, value_reference: u32, values: &mut [f64]) -> Result<(), ReservoirError> {
+        let variable = self.variable(value_reference)?;
+        self.check_length(variable, values.len())?;
+        values.copy_from_slice(&self.values(variable)?);
+        Ok(())
+    }
+
+    fn save_state(&self) -> ReservoirState {
+        self.state.clone()
+    }
+
+    fn restore_state(&mut self, state: &ReservoirState) -> Result<(), ReservoirError> {
+        self.check_state(state.fingerprint)?;
+        self.state = state.clone();
+        Ok(())
+    }
+
+    fn serialise_state(&self, state: &ReservoirState) -> Result<Vec<u8>, ReservoirError> {
+        self.check_state(state.fingerprint)?;
+        let velocities = state.history.velocities();
+        Ok(seal(self.fingerprint, &SerialisedState { motion: state.motion.clone(), velocities })?)
+    }
+
+    fn deserialise_state(&self, bytes: &[u8]) -> Result<ReservoirState, ReservoirError> {
+        let SerialisedState { motion, velocities } = open(self.fingerprint, bytes)?;
+        let points = self.parameters.wet_face.len();
+        let per_point = [&motion.acceleration, &motion.velocity, &motion.pressure];
+        if per_point.iter().any(|v| v.len() != points) || velocities.len() != motion.steps * points {
+            return Err(StateError::NotAState { length: bytes.len() }.into());
+        }
+        let history = self.convolution.resume(&velocities);
+        Ok(ReservoirState { fingerprint: self.fingerprint, motion, history })
+    }
+
+    /// `∂p/∂a = H W₀`: pressure at the step's end for the step's mean acceleration.
+    fn directional_derivative(
+        &self,
+        unknown: u32,
+        known: u32,
+        seed: &[f64],
+        sensitivity: &mut [f64],
+    ) -> Result<(), ReservoirError> {
+        let (pressure, acceleration) = (variables::INTERFACE_PRESSURE, variables::INTERFACE_ACCELERATION);
+        if unknown != pressure.value_reference || known != acceleration.value_reference {
+            return Err(CallError::Derivative { unit: UNIT, unknown, known }.into());
+        }
+        self.check_length(self.variable(known)?, seed.len())?;
+        self.check_length(self.variable(unknown)?, sensitivity.len())?;
+        let rows = self.convolution.instantaneous().chunks(seed.len());
+        for (value, row) in sensitivity.iter_mut().zip(rows) {
+            let product: f64 = row.iter().zip(seed).map(|(w, a)| w * a).sum();
+            *value = self.parameters.communication_step * product;
+        }
+        Ok(())
+    }
+}
+
+/// Force along x and moment about the heel (positive turning the dam downstream) of 1 Pa at a
+/// point, exact for a pressure linear along panels.
+fn resultants(face: &interface::WetFace) -> Vec<[f64; 2]> {
+    let mut unit = vec![0.0; face.len()];
+    (0..face.len())
+        .map(|point| {
+            unit[point] = 1.0;
+            let forces = face.nodal_forces(&unit);
+            unit[point] = 0.0;
+            forces
+                .iter()
+                .zip(face.points())
+                .fold([0.0; 2], |[force, moment], (f, p)| [force + f[0], moment + f[0] * p[1] - f[1] * p[0]])
+        })
+        .collect()
+}

@@ -1,0 +1,171 @@
+//! States, refusals and variables: the contract of co-simulation units.
+
+mod rectangular;
+
+use interface::variables::reservoir::{
+    ALL, GROUND_ACCELERATION, HORIZON, HYDROSTATIC_PRESSURE, INTERFACE_ACCELERATION, INTERFACE_PRESSURE,
+};
+use interface::{CallError, CoSimulation, StateError};
+use rectangular::{DENSITY, DEPTH, THREADS, parameters};
+use reservoir::{Fidelity, Reservoir, ReservoirError, ReservoirParameters};
+
+const POINTS: usize = 7;
+const STEP: f64 = 0.005;
+
+fn made() -> ReservoirParameters {
+    parameters(0.7, POINTS - 1, STEP, 2.0)
+}
+
+fn stepping(parameters: ReservoirParameters) -> Result<Reservoir, ReservoirError> {
+    let mut unit = Reservoir::new(parameters, THREADS)?;
+    unit.initialise(0.0)?;
+    Ok(unit)
+}
+
+/// Takes step number `step` and returns the pressures' bits.
+fn advance(unit: &mut Reservoir, step: usize) -> Result<Vec<u64>, ReservoirError> {
+    let a: Vec<f64> = (0..POINTS).map(|i| ((step * POINTS + i) as f64).sin() * 3.0).collect();
+    unit.set(INTERFACE_ACCELERATION.value_reference, &a)?;
+    unit.step(step as f64 * STEP, STEP)?;
+    let mut p = vec![0.0; POINTS];
+    unit.get(INTERFACE_PRESSURE.value_reference, &mut p)?;
+    Ok(p.iter().map(|p| p.to_bits()).collect())
+}
+
+/// Saved, stepped, restored, disturbed, restored and stepped: equal bits, within blocks of 128
+/// steps and across their boundaries, in memory and through bytes in another unit.
+#[test]
+fn states_repeat_every_bit() -> Result<(), ReservoirError> {
+    for fidelity in [Fidelity::Compressible, Fidelity::Westergaard] {
+        let mut unit = stepping(ReservoirParameters { fidelity, ..made() })?;
+        let mut other = Reservoir::new(unit.parameters().clone(), THREADS)?;
+        for step in 0..390 {
+            let saved = unit.save_state();
+            let bits = advance(&mut unit, step)?;
+            if [0, 1, 57, 126, 127, 128, 129, 255, 256, 257, 383, 384, 389].contains(&step) {
+                for _ in 0..2 {
+                    unit.restore_state(&saved)?;
+                    unit.set(INTERFACE_ACCELERATION.value_reference, &[1e3; POINTS])?;
+                    unit.step(step as f64 * STEP, STEP)?;
+                }
+                unit.restore_state(&saved)?;
+                assert_eq!(advance(&mut unit, step)?, bits, "step {step}");
+                let bytes = unit.serialise_state(&saved)?;
+                let read = other.deserialise_state(&bytes)?;
+                other.restore_state(&read)?;
+                assert_eq!(advance(&mut other, step)?, bits, "step {step}, serialised");
+                let after = advance(&mut other, step + 1)?;
+                let here = unit.save_state();
+                assert_eq!(advance(&mut unit, step + 1)?, after, "step after {step}, serialised");
+                unit.restore_state(&here)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn states_of_another_reservoir_are_refused() -> Result<(), ReservoirError> {
+    let unit = stepping(made())?;
+    let mut other = stepping(ReservoirParameters { density: 1001.0, ..made() })?;
+    let refused = |result| {
+        matches!(result, Err(ReservoirError::Call(CallError::State(StateError::Fingerprint { .. }))))
+    };
+    let state = unit.save_state();
+    let bytes = unit.serialise_state(&state)?;
+    assert!(refused(other.restore_state(&state)));
+    assert!(refused(other.serialise_state(&state).map(|_| ())));
+    assert!(refused(other.deserialise_state(&bytes).map(|_| ())));
+    Ok(())
+}
+
+#[test]
+fn bad_parameters_are_named() {
+    let error = |change: &dyn Fn(&mut ReservoirParameters)| {
+        let mut parameters = made();
+        change(&mut parameters);
+        Reservoir::new(parameters, THREADS).map(|_| ()).unwrap_err()
+    };
+    for alpha in [-0.1, 1.1, f64::NAN] {
+        let error = error(&|p| p.wave_reflection_coefficient = alpha);
+        assert!(matches!(error, ReservoirError::WaveReflectionCoefficient { .. }), "{error}");
+    }
+    type Field = fn(&mut ReservoirParameters) -> &mut f64;
+    let fields: [(&str, Field); 7] = [
+        ("density", |p| &mut p.density),
+        ("sound_speed", |p| &mut p.sound_speed),
+        ("gravity", |p| &mut p.gravity),
+        ("element_size", |p| &mut p.element_size),
+        ("far_end_distance", |p| &mut p.far_end_distance),
+        ("communication_step", |p| &mut p.communication_step),
+        ("horizon", |p| &mut p.horizon),
+    ];
+    for (name, field) in fields {
+        for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let error = error(&|p| *field(p) = bad);
+            let named = matches!(&error, ReservoirError::NotPositive { parameter, .. } if *parameter == name);
+            assert!(named, "{name} = {bad}: {error}");
+        }
+    }
+    let error = error(&|p| p.horizon = 0.001);
+    assert!(matches!(error, ReservoirError::HorizonTooShort { .. }), "{error}");
+    let s = reservoir::Complex64::new(0.0, 3.0);
+    let error = reservoir::frequency_response(&made(), &[s], THREADS).unwrap_err();
+    assert!(matches!(error, ReservoirError::Frequency { .. }), "{error}");
+}
+
+#[test]
+fn calls_out_of_order_are_refused() -> Result<(), ReservoirError> {
+    let mut unit = Reservoir::new(made(), THREADS)?;
+    let order = |r| matches!(r, Err(ReservoirError::Call(CallError::Order { .. })));
+    assert!(order(unit.step(0.0, STEP)));
+    unit.initialise(1.0)?;
+    assert!(order(unit.initialise(1.0)));
+    assert!(matches!(unit.step(0.0, STEP), Err(ReservoirError::Call(CallError::Time { .. }))));
+    let wrong = unit.step(1.0, 0.01);
+    assert!(matches!(wrong, Err(ReservoirError::Call(CallError::CommunicationStep { .. }))));
+    let wrong = unit.set(HORIZON.value_reference, &[3.0]);
+    assert!(matches!(wrong, Err(ReservoirError::Call(CallError::NotSettable { .. }))));
+    let wrong = unit.set(INTERFACE_ACCELERATION.value_reference, &[3.0]);
+    assert!(matches!(wrong, Err(ReservoirError::Call(CallError::Length { .. }))));
+    let wrong = unit.set(INTERFACE_ACCELERATION.value_reference, &[f64::NAN; POINTS]);
+    assert!(matches!(wrong, Err(ReservoirError::Call(CallError::NonFinite { .. }))));
+    assert!(matches!(unit.set(999, &[3.0]), Err(ReservoirError::Call(CallError::UnknownVariable { .. }))));
+    let ground = GROUND_ACCELERATION.value_reference;
+    let wrong = unit.set(ground, &[0.0, 0.1]);
+    assert!(matches!(wrong, Err(ReservoirError::VerticalGroundMotion { .. })));
+    unit.set(ground, &[3.0, 0.0])?;
+    unit.step(1.0, STEP)?;
+    Ok(())
+}
+
+#[test]
+fn the_horizon_is_the_end() -> Result<(), ReservoirError> {
+    let mut unit = stepping(ReservoirParameters { horizon: 3.0 * STEP, ..made() })?;
+    for step in 0..3 {
+        advance(&mut unit, step)?;
+    }
+    let error = advance(&mut unit, 3).unwrap_err();
+    assert!(matches!(error, ReservoirError::BeyondHorizon { .. }));
+    assert!(
+        error.to_string().contains("0.015 s") && error.to_string().contains("raise `horizon`"),
+        "{error}"
+    );
+    Ok(())
+}
+
+#[test]
+fn every_variable_is_readable() -> Result<(), ReservoirError> {
+    let unit = stepping(made())?;
+    for variable in ALL {
+        let mut values = vec![f64::NAN; unit.size(variable)];
+        unit.get(variable.value_reference, &mut values)?;
+        assert!(values.iter().all(|v| v.is_finite()), "{}", variable.name);
+    }
+    let mut hydrostatic = [0.0; POINTS];
+    unit.get(HYDROSTATIC_PRESSURE.value_reference, &mut hydrostatic)?;
+    assert!(
+        (hydrostatic[0] / (DENSITY * 9.81 * DEPTH) - 1.0).abs() < 1e-15 && hydrostatic[POINTS - 1] == 0.0
+    );
+    Ok(())
+}

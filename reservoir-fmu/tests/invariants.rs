@@ -1,0 +1,201 @@
+//! Passivity, signs, and independence of everything that must not matter.
+
+mod rectangular;
+
+use interface::variables::reservoir::{INTERFACE_ACCELERATION, INTERFACE_PRESSURE};
+use interface::{CoSimulation, WetFace};
+use proptest::prelude::*;
+use proptest::test_runner::{Config, TestRunner};
+use rectangular::{DENSITY, DEPTH, SOUND_SPEED, THREADS, parameters};
+use reservoir::{Reservoir, ReservoirError, ReservoirParameters};
+
+const STEPS: usize = 160;
+const PANELS: usize = 8;
+
+fn get(unit: &Reservoir) -> Vec<f64> {
+    let mut p = vec![0.0; unit.parameters().wet_face.len()];
+    unit.get(INTERFACE_PRESSURE.value_reference, &mut p).unwrap();
+    p
+}
+
+/// Least work done on the water up to any step over `ρc ∫∫ v² ds dt`, p and v linear in a step.
+fn least_work(unit: &mut Reservoir, velocities: &[Vec<f64>]) -> f64 {
+    let h = unit.parameters().communication_step;
+    let face = unit.parameters().wet_face.clone();
+    let weighed =
+        |a: &[f64], b: &[f64]| -> f64 { face.nodal_forces(a).iter().zip(b).map(|(f, v)| f[0] * v).sum() };
+    let (mut p0, mut v0) = (vec![0.0; face.len()], vec![0.0; face.len()]);
+    let (mut work, mut least, mut scale) = (0.0, 0.0f64, 0.0);
+    for (step, v1) in velocities.iter().enumerate() {
+        let a: Vec<f64> = v1.iter().zip(&v0).map(|(b, a)| (b - a) / h).collect();
+        unit.set(INTERFACE_ACCELERATION.value_reference, &a).unwrap();
+        unit.step(step as f64 * h, h).unwrap();
+        let p1 = get(unit);
+        let linear = |a0: &[f64], a1: &[f64], b0: &[f64], b1: &[f64]| {
+            h / 6.0 * (2.0 * weighed(a0, b0) + weighed(a0, b1) + weighed(a1, b0) + 2.0 * weighed(a1, b1))
+        };
+        work -= linear(&p0, &p1, &v0, v1);
+        scale += DENSITY * SOUND_SPEED * linear(&v0, v1, &v0, v1);
+        least = least.min(work);
+        (p0, v0) = (p1, v1.clone());
+    }
+    if scale > 0.0 { least / scale } else { 0.0 }
+}
+
+/// The water cannot give more energy than it was given. Random velocities, rough and smooth in
+/// time and space.
+#[test]
+fn passivity() -> Result<(), ReservoirError> {
+    let mut worst: f64 = 0.0;
+    for alpha in [1.0, 0.5] {
+        let mut unit = Reservoir::new(parameters(alpha, PANELS, 0.0025, 0.4), THREADS)?;
+        unit.initialise(0.0)?;
+        let start = unit.save_state();
+        let noise = prop::collection::vec(-1.0..1.0f64, STEPS * (PANELS + 1));
+        let mut runner = TestRunner::new_with_rng(
+            Config { cases: 60, failure_persistence: None, ..Config::default() },
+            proptest::test_runner::TestRng::deterministic_rng(proptest::test_runner::RngAlgorithm::ChaCha),
+        );
+        let mut worst_here: f64 = 0.0;
+        let cell = std::cell::RefCell::new((&mut unit, &mut worst_here));
+        let outcome = runner.run(&(noise, 0.0..0.99f64, 0.0..1.0f64), |(noise, memory, uniform)| {
+            let (unit, worst) = &mut *cell.borrow_mut();
+            unit.restore_state(&start).unwrap();
+            let mut state = vec![0.0; PANELS + 1];
+            let velocities: Vec<Vec<f64>> = noise
+                .chunks(PANELS + 1)
+                .map(|row| {
+                    for (v, x) in state.iter_mut().zip(row) {
+                        *v = memory * *v + (1.0 - memory) * (uniform * row[0] + (1.0 - uniform) * x);
+                    }
+                    state.clone()
+                })
+                .collect();
+            let least = least_work(unit, &velocities);
+            **worst = worst.min(least);
+            prop_assert!(least > -1e-6, "the water gave {least} of ρc∫v²");
+            Ok(())
+        });
+        println!("passivity, α = {alpha}: least work {worst_here:.2e} of ρc∫v²");
+        worst = worst.min(worst_here);
+        assert!(outcome.is_ok(), "{outcome:?}");
+    }
+    println!("passivity: least work {worst:.2e}");
+    Ok(())
+}
+
+/// The sampled operator: `−Re v*MĜ(θ)v ≥ 0` for every v and θ would be passivity for any history.
+///
+/// Pressure is given at the points, not averaged over them, so on waves that the panels cannot
+/// carry the operator is not quite reciprocal and its least eigenvalue a little negative. It does
+/// not change when the elements are refined. Sixteen panels: 1 % of ρc at five panels a wave or
+/// more, 3 % above. The contour is damped by 1e-3 over the 2 s of weights.
+#[test]
+fn passivity_of_the_sampled_operator() -> Result<(), ReservoirError> {
+    use nalgebra::{Complex, DMatrix, SymmetricEigen};
+    let (h, steps, panels) = (0.005, 400, 16);
+    let size = panels + 1;
+    for alpha in [1.0, 0.5] {
+        let mut unit = Reservoir::new(parameters(alpha, panels, h, 2.0), THREADS)?;
+        unit.initialise(0.0)?;
+        let (start, face) = (unit.save_state(), unit.parameters().wet_face.clone());
+        // columns of M W_n from unit pulses of velocity; M the face's consistent mass
+        let mut pulses = vec![DMatrix::zeros(size, size); steps];
+        for column in 0..size {
+            unit.restore_state(&start)?;
+            for (step, weights) in pulses.iter_mut().enumerate() {
+                let mut a = vec![0.0; size];
+                a[column] = [1.0, -1.0, 0.0][step.min(2)] / h;
+                unit.set(INTERFACE_ACCELERATION.value_reference, &a)?;
+                unit.step(step as f64 * h, h)?;
+                let forces = face.nodal_forces(&get(&unit));
+                weights
+                    .set_column(column, &nalgebra::DVector::from_iterator(size, forces.iter().map(|f| f[0])));
+            }
+        }
+        let scale = DENSITY * SOUND_SPEED * DEPTH / panels as f64;
+        let five_panels = 2.0 * std::f64::consts::PI * SOUND_SPEED / (5.0 * DEPTH / panels as f64);
+        let (mut carried, mut least) = (f64::INFINITY, f64::INFINITY);
+        for k in 0..=200 {
+            let theta = std::f64::consts::PI * k as f64 / 200.0;
+            let mut symbol = DMatrix::<Complex<f64>>::zeros(size, size);
+            for (n, weights) in pulses.iter().enumerate() {
+                let factor = Complex::from_polar(1e-3f64.powf(n as f64 / steps as f64), -theta * n as f64);
+                symbol -= weights.map(|w| factor * w);
+            }
+            let hermitian = (&symbol + symbol.adjoint()) * Complex::from(0.5 / scale);
+            let eigenvalue = SymmetricEigen::new(hermitian).eigenvalues.min();
+            least = least.min(eigenvalue);
+            if theta / h <= five_panels {
+                carried = carried.min(eigenvalue);
+            }
+        }
+        println!(
+            "sampled operator, α = {alpha}: least eigenvalue {carried:.1e} of ρc on carried waves, {least:.1e} on all"
+        );
+        assert!(carried > -1e-2 && least > -3e-2);
+    }
+    Ok(())
+}
+
+/// A face that moves into the water compresses it at once, by about ρcv.
+#[test]
+fn sign_of_the_first_pressure() -> Result<(), ReservoirError> {
+    let mut unit = Reservoir::new(parameters(0.6, PANELS, 0.0025, 0.1), THREADS)?;
+    unit.initialise(0.0)?;
+    assert!(get(&unit).iter().all(|p| *p == 0.0));
+    unit.set(INTERFACE_ACCELERATION.value_reference, &[-4.0; PANELS + 1])?;
+    unit.step(0.0, 0.0025)?;
+    let p = get(&unit);
+    let middle = p[PANELS / 2] / (DENSITY * SOUND_SPEED * 0.01);
+    println!("first pressure in the middle: {middle:.3} ρcv");
+    assert!((middle - 1.0).abs() < 0.05 && p[..PANELS].iter().all(|p| *p > 0.0) && p[PANELS] == 0.0);
+    let mut sensitivity = vec![0.0; PANELS + 1];
+    let (unknown, known) = (INTERFACE_PRESSURE.value_reference, INTERFACE_ACCELERATION.value_reference);
+    unit.directional_derivative(unknown, known, &[-4.0; PANELS + 1], &mut sensitivity)?;
+    for (s, p) in sensitivity.iter().zip(&p) {
+        assert!((s - p).abs() < 1e-12 * p.abs().max(1.0));
+    }
+    Ok(())
+}
+
+/// No order of summation depends on the threads.
+#[test]
+fn threads_change_no_bit() -> Result<(), ReservoirError> {
+    let mut pressures = Vec::new();
+    for threads in [1, 2, 5] {
+        let threads = std::num::NonZeroUsize::new(threads).unwrap();
+        let mut unit = Reservoir::new(parameters(0.8, 6, 0.005, 0.5), threads)?;
+        unit.initialise(0.0)?;
+        for step in 0..100 {
+            unit.set(INTERFACE_ACCELERATION.value_reference, &[(step as f64).sin(); 7])?;
+            unit.step(step as f64 * 0.005, 0.005)?;
+        }
+        pressures.push(get(&unit));
+    }
+    assert!(pressures[0] == pressures[1] && pressures[0] == pressures[2]);
+    Ok(())
+}
+
+/// A crack in the face: coinciding points carry one pressure, and uncracked motion is unaffected.
+#[test]
+fn coinciding_points_share_their_pressure() -> Result<(), ReservoirError> {
+    let y = [0.0, 40.0, 80.0, 116.0, 116.0, 150.0, DEPTH];
+    let cracked = WetFace::new(y.iter().map(|y| [0.0, *y]).collect()).unwrap();
+    let whole =
+        WetFace::new([0.0, 40.0, 80.0, 116.0, 150.0, DEPTH].iter().map(|y| [0.0, *y]).collect()).unwrap();
+    let s = reservoir::Complex64::new(1.0, 15.0);
+    let response = |face: WetFace| {
+        let parameters = ReservoirParameters { wet_face: face, ..parameters(1.0, 24, 0.0025, 1.0) };
+        reservoir::frequency_response(&parameters, &[s], THREADS).map(|mut k| k.remove(0))
+    };
+    let (cracked, whole) = (response(cracked)?, response(whole)?);
+    for column in 0..y.len() {
+        let jump = (cracked[(3, column)] - cracked[(4, column)]).norm();
+        assert!(jump <= 1e-10 * cracked[(3, column)].norm(), "column {column}: {jump}");
+    }
+    let (with, without) = (cracked.row(3).sum(), whole.row(3).sum());
+    println!("uniform motion of a cracked face: pressure differs by {:.1e}", (with / without - 1.0).norm());
+    assert!((with / without - 1.0).norm() < 1e-3); // the meshes differ
+    Ok(())
+}
