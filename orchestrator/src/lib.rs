@@ -1,1 +1,19 @@
-//! orchestrator
+//! Couples two co-simulation units and tells the truth about how it went.
+//!
+//! The orchestrator repeats each communication step, states restored, until what the units
+//! exchange agrees to a tolerance, and logs every exchange. It sees units only through
+//! [`participant::Participant`] and knows no solver; the binary `cofferdam` brings those.
+//!
+//! Data flows one way: [`scene`] → [`participant`] → [`scheme`] (with [`acceleration`],
+//! judged by [`convergence`]) → [`simulation`] → [`observer`]s ([`log`], histories,
+//! progress) → [`report`].
+
+pub mod acceleration;
+pub mod convergence;
+pub mod log;
+pub mod observer;
+pub mod participant;
+pub mod report;
+pub mod scene;
+pub mod scheme;
+pub mod simulation;

@@ -1,0 +1,196 @@
+//! `cofferdam run`.
+
+use super::Run;
+use crate::registry::{self, RegistryError};
+use miette::Diagnostic;
+use orchestrator::acceleration::Acceleration;
+use orchestrator::convergence::ConvergenceMeasure;
+use orchestrator::log::{LogError, LogWriter, Preamble};
+use orchestrator::observer::{HistoriesWriter, Progress, Status};
+use orchestrator::participant::ParticipantError;
+use orchestrator::report::{Build, Manifest, ManifestError, Reference, Summary, Unit};
+use orchestrator::scene::{LoadedScene, SceneError};
+use orchestrator::scheme::{CouplingError, Predictor, SerialImplicit, Units};
+use orchestrator::simulation::{Simulation, SimulationError};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+/// Why a run ended without a result, or with a partial one.
+#[derive(Debug, thiserror::Error, Diagnostic)]
+enum RunError {
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Scene(#[from] SceneError),
+    #[error("{}: {cause}; choose another --output", path.display())]
+    Output { path: PathBuf, cause: std::io::Error },
+    #[error("{} holds a run already; choose another --output, nothing is overwritten", path.display())]
+    OutputTaken { path: PathBuf },
+    #[error(transparent)]
+    Log(#[from] LogError),
+    #[error(transparent)]
+    Manifest(#[from] ManifestError),
+    #[error(transparent)]
+    Unit(#[from] RegistryError),
+    #[error(transparent)]
+    Participant(#[from] ParticipantError),
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+    #[error("Ctrl-C cannot be caught: {0}")]
+    Signal(#[from] ctrlc::Error),
+}
+
+impl RunError {
+    fn exit_status(&self) -> u8 {
+        match self {
+            Self::Scene(_) => 2,
+            Self::Simulation(SimulationError::Coupling(CouplingError::NotConverged { .. })) => 3,
+            Self::Unit(_) | Self::Participant(_) | Self::Simulation(SimulationError::Coupling(_)) => 4,
+            _ => 1,
+        }
+    }
+}
+
+const INTERRUPTED: u8 = 130;
+
+/// Runs a scene and says how it went, on the terminal and by the exit status.
+pub fn run(arguments: &Run) -> ExitCode {
+    match execute(arguments) {
+        Ok(Status::Interrupted) => ExitCode::from(INTERRUPTED),
+        Ok(_) => ExitCode::SUCCESS,
+        Err(error) => {
+            let status = error.exit_status();
+            eprintln!("{:?}", miette::Report::new(error));
+            ExitCode::from(status)
+        }
+    }
+}
+
+fn execute(arguments: &Run) -> Result<Status, RunError> {
+    let loaded = LoadedScene::read(&arguments.scene, &arguments.set)?;
+    let interrupted = catch_interrupt()?;
+    let started = jiff::Timestamp::now();
+    let folder = arguments.output.clone().unwrap_or_else(|| {
+        PathBuf::from("runs").join(format!("{}-{}", loaded.name, started.strftime("%Y%m%dT%H%M%SZ")))
+    });
+    let manifest_path = claim(&folder)?;
+
+    let mut manifest = Manifest {
+        name: loaded.name.clone(),
+        started: started.to_string(),
+        build: Build::here(),
+        units: Vec::new(),
+        result: None,
+        scene: loaded.scene.clone(),
+    };
+    manifest.write(&manifest_path)?;
+    let preamble = Preamble {
+        scene: toml::to_string(&loaded.scene).map_err(ManifestError::from)?,
+        version: manifest.build.version.to_owned(),
+        commit: manifest.build.commit.to_owned(),
+    };
+    let mut log = LogWriter::create(&folder.join("log.mcap"), preamble)?;
+    let mut histories = HistoriesWriter::new(&folder);
+    let mut progress = Progress::new(arguments.quiet);
+
+    println!("{}", loaded.scene.title);
+    let began = Instant::now();
+    let threads = arguments.threads.or(std::thread::available_parallelism().ok());
+    let units = registry::units(&loaded, threads.unwrap_or(std::num::NonZeroUsize::MIN))?;
+    for unit in [&units.dam, &units.reservoir] {
+        let description = unit.description();
+        let (name, solver) = (description.name.clone(), description.solver.clone());
+        println!("{name:<10} {solver}");
+        let fingerprint = description.fingerprint.to_string();
+        manifest.units.push(Unit { name, solver, fingerprint });
+    }
+    println!("prepared in {:.2} s; results go to {}", began.elapsed().as_secs_f64(), folder.display());
+
+    let mut simulation = assemble(&loaded, units)?;
+    let result = simulation.run(&mut [&mut log, &mut histories, &mut progress], &interrupted);
+    let ending = match result {
+        Ok(ending) => ending,
+        Err(error) => {
+            eprintln!("the log and the histories up to there are in {}", folder.display());
+            return Err(error.into());
+        }
+    };
+    let reference = reference(&simulation.units)?;
+    let summary = Summary::of(&loaded, &histories.histories, &ending, &reference);
+    println!("\n{summary}{}", damping_line(&loaded, &simulation.units));
+    println!("{}", ending.wall);
+    manifest.result = Some(summary);
+    manifest.write(&manifest_path)?;
+    println!("log, histories and manifest are in {}", folder.display());
+    Ok(ending.status)
+}
+
+/// Makes the output folder, if it holds no run yet; returns the path of the manifest.
+fn claim(folder: &Path) -> Result<PathBuf, RunError> {
+    let manifest = folder.join("manifest.toml");
+    if manifest.exists() {
+        return Err(RunError::OutputTaken { path: folder.to_owned() });
+    }
+    std::fs::create_dir_all(folder).map_err(|cause| RunError::Output { path: folder.to_owned(), cause })?;
+    Ok(manifest)
+}
+
+/// A flag that the first Ctrl-C raises; the second ends the process.
+fn catch_interrupt() -> Result<Arc<AtomicBool>, RunError> {
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let flag = interrupted.clone();
+    ctrlc::set_handler(move || {
+        if flag.swap(true, Ordering::Relaxed) {
+            std::process::exit(i32::from(INTERRUPTED));
+        }
+    })?;
+    Ok(interrupted)
+}
+
+fn assemble(loaded: &LoadedScene, units: Units) -> Result<Simulation, RunError> {
+    let LoadedScene { scene, ground_motion, .. } = loaded;
+    let coupling = &scene.coupling;
+    let base_pressure = scene.reservoir.density * scene.gravity * scene.reservoir.depth;
+    let scheme = SerialImplicit::new(
+        &units,
+        Acceleration::new(coupling.acceleration, coupling.relaxation),
+        Predictor::new(coupling.predictor_order),
+        ConvergenceMeasure::new(coupling.tolerance, scene.height(), base_pressure),
+        coupling.iteration_limit,
+    )
+    .map_err(SimulationError::from)?;
+    Ok(Simulation {
+        units,
+        scheme,
+        ground_motion: ground_motion.clone(),
+        communication_step: scene.time.communication_step,
+        steps: loaded.steps(),
+    })
+}
+
+fn reference(units: &Units) -> Result<Reference, RunError> {
+    let hydrostatic = units.reservoir.fixed("hydrostatic_pressure")?;
+    let crest = units.dam.fixed("crest_static_displacement").ok();
+    Ok(Reference {
+        hydrostatic_base_pressure: hydrostatic.first().copied().unwrap_or(f64::NAN),
+        static_crest_displacement: crest.map(|u| [u[0], u[1]]),
+    })
+}
+
+/// Names the damping: no sliding may be quoted without it.
+fn damping_line(loaded: &LoadedScene, units: &Units) -> String {
+    let Some(dam) = &loaded.scene.dam else { return String::new() };
+    let frequency = |name: &str| units.dam.fixed(name).ok().and_then(|f| f.first().copied());
+    match (dam.damping.ratio, frequency("damping_frequency_low"), frequency("damping_frequency_high")) {
+        (ratio, Some(low), Some(high)) if ratio > 0.0 => {
+            let percent = 100.0 * ratio;
+            format!(
+                "{:<52} Rayleigh, {percent} % at {low:.2} and {high:.2} rad/s\n",
+                "damping model of the dam"
+            )
+        }
+        _ => format!("{:<52} none\n", "damping model of the dam"),
+    }
+}

@@ -1,0 +1,138 @@
+//! Protobuf message types that are made at run time from a unit's variables, so that a
+//! viewer shows the variables by name, whatever unit takes part.
+
+use prost_types::field_descriptor_proto::{Label, Type};
+use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet};
+
+/// Kind of a field.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// `uint64`
+    Unsigned,
+    /// `bool`
+    Bool,
+    /// `double`
+    Double,
+    /// `repeated double`, packed
+    Doubles,
+    /// `string`
+    Text,
+}
+
+/// Value of a field.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Value<'a> {
+    /// `uint64`
+    Unsigned(u64),
+    /// `bool`
+    Bool(bool),
+    /// `double`
+    Double(f64),
+    /// `repeated double`
+    Doubles(&'a [f64]),
+    /// `string`
+    Text(&'a str),
+}
+
+/// A protobuf message type; its fields are numbered from 1.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MessageType {
+    name: String,
+    fields: Vec<(String, Kind)>,
+}
+
+const PACKAGE: &str = "cofferdam";
+
+impl MessageType {
+    /// The type `name` with `fields`.
+    pub fn new(name: &str, fields: Vec<(String, Kind)>) -> Self {
+        Self { name: name.to_owned(), fields }
+    }
+
+    /// Name with package, as a log's schema carries it.
+    pub fn full_name(&self) -> String {
+        format!("{PACKAGE}.{}", self.name)
+    }
+
+    /// The encoded `FileDescriptorSet` that describes the type.
+    pub fn descriptor_set(&self) -> Vec<u8> {
+        let field = |(index, (name, kind)): (usize, &(String, Kind))| FieldDescriptorProto {
+            name: Some(name.clone()),
+            number: Some(index as i32 + 1),
+            label: Some(if *kind == Kind::Doubles { Label::Repeated } else { Label::Optional } as i32),
+            r#type: Some(match kind {
+                Kind::Unsigned => Type::Uint64,
+                Kind::Bool => Type::Bool,
+                Kind::Double | Kind::Doubles => Type::Double,
+                Kind::Text => Type::String,
+            } as i32),
+            ..Default::default()
+        };
+        let message = DescriptorProto {
+            name: Some(self.name.clone()),
+            field: self.fields.iter().enumerate().map(field).collect(),
+            ..Default::default()
+        };
+        let file = FileDescriptorProto {
+            name: Some(format!("{PACKAGE}/{}.proto", self.name)),
+            package: Some(PACKAGE.to_owned()),
+            syntax: Some("proto3".to_owned()),
+            message_type: vec![message],
+            ..Default::default()
+        };
+        prost::Message::encode_to_vec(&FileDescriptorSet { file: vec![file] })
+    }
+
+    /// A message with `values`, one a field in the order of the fields.
+    pub fn encode<'a>(&self, values: impl IntoIterator<Item = Value<'a>>) -> Vec<u8> {
+        let mut bytes = Vec::with_capacity(512);
+        let mut fields = self.fields.iter();
+        for (index, value) in values.into_iter().enumerate() {
+            let tag = index as u32 + 1;
+            debug_assert_eq!(fields.next().map(|f| f.1), Some(value.kind()), "field {tag} of {}", self.name);
+            match value {
+                Value::Unsigned(v) => prost::encoding::uint64::encode(tag, &v, &mut bytes),
+                Value::Bool(v) => prost::encoding::bool::encode(tag, &v, &mut bytes),
+                Value::Double(v) => prost::encoding::double::encode(tag, &v, &mut bytes),
+                Value::Doubles(v) => prost::encoding::double::encode_packed(tag, v, &mut bytes),
+                Value::Text(v) => prost::encoding::string::encode(tag, &v.to_owned(), &mut bytes),
+            }
+        }
+        debug_assert!(fields.next().is_none(), "values missing in {}", self.name);
+        bytes
+    }
+}
+
+impl Value<'_> {
+    fn kind(&self) -> Kind {
+        match self {
+            Self::Unsigned(_) => Kind::Unsigned,
+            Self::Bool(_) => Kind::Bool,
+            Self::Double(_) => Kind::Double,
+            Self::Doubles(_) => Kind::Doubles,
+            Self::Text(_) => Kind::Text,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_descriptor_names_the_fields_and_the_bytes_follow_it() -> Result<(), prost::DecodeError> {
+        let fields = [("step", Kind::Unsigned), ("pressure", Kind::Doubles), ("unit", Kind::Text)];
+        let kind = MessageType::new("Answer", fields.map(|(n, k)| (n.to_owned(), k)).to_vec());
+        let set: FileDescriptorSet = prost::Message::decode(&*kind.descriptor_set())?;
+        let message = &set.file[0].message_type[0];
+        assert_eq!(message.field.iter().map(|f| f.name()).collect::<Vec<_>>(), ["step", "pressure", "unit"]);
+        assert_eq!(kind.full_name(), "cofferdam.Answer");
+        let bytes = kind.encode([Value::Unsigned(300), Value::Doubles(&[0.5]), Value::Text("dam")]);
+        // From the protobuf encoding rules: varint 300; packed field 2 of 8 bytes; string field 3.
+        let mut expected = vec![0x08, 0xac, 0x02, 0x12, 8];
+        expected.extend_from_slice(&0.5f64.to_le_bytes());
+        expected.extend_from_slice(&[0x1a, 3, b'd', b'a', b'm']);
+        assert_eq!(bytes, expected);
+        Ok(())
+    }
+}

@@ -1,0 +1,370 @@
+use super::schema::{Kind, MessageType, Value};
+use crate::convergence::norm;
+use crate::observer::{Ending, Observer, ObserverError, Start};
+use crate::participant::{Description, Layout};
+use crate::scheme::{Exchange, Side, StepReport};
+use mcap::records::MessageHeader;
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::BufWriter;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// A log that cannot be written.
+#[derive(Debug, thiserror::Error)]
+pub enum LogError {
+    /// The file cannot be made.
+    #[error("{}: {cause}; choose another --output", path.display())]
+    Create {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        cause: std::io::Error,
+    },
+    /// Writing failed.
+    #[error("{}: {cause}; free some space or choose another --output", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the writer said.
+        cause: mcap::McapError,
+    },
+    /// The writing thread ended without a word.
+    #[error("{}: the thread that writes the log ended", path.display())]
+    Stopped {
+        /// The file.
+        path: PathBuf,
+    },
+}
+
+/// What a log begins with, besides the units and the ground motion.
+#[derive(Clone, Debug, Default)]
+pub struct Preamble {
+    /// The scene with all defaults, as TOML.
+    pub scene: String,
+    /// Version of the program.
+    pub version: String,
+    /// Git commit of the program.
+    pub commit: String,
+}
+
+/// Steps whose messages wait for the disk; when the queue is full the run waits.
+const QUEUE: usize = 256;
+const FLUSH_INTERVAL: Duration = Duration::from_secs(1);
+const CHUNK_SIZE: u64 = 1 << 20;
+
+/// Writes the log of a run on a thread of its own.
+///
+/// `log_time` is the start of the step in simulated nanoseconds plus a counter inside the
+/// step: one step is one index range. `publish_time` is the physical time of the data.
+/// `sequence` pairs a request with its answer. Wall times are fields.
+pub struct LogWriter {
+    path: PathBuf,
+    preamble: Preamble,
+    file: Option<File>,
+    queue: Option<SyncSender<Vec<Record>>>,
+    pending: Vec<Record>,
+    thread: Option<JoinHandle<Result<(), mcap::McapError>>>,
+    types: Vec<MessageType>,
+    units: [[Half; 2]; 2],
+    topics: [Topic; 2],
+    sequence: u32,
+    last_log_time: u64,
+}
+
+type Topic = usize;
+
+/// Requests or answers of a unit: their topic, and the place of every variable, arrays marked.
+#[derive(Clone, Debug, Default)]
+struct Half {
+    topic: Topic,
+    fields: Arc<[(Range<usize>, bool)]>,
+}
+
+struct Record {
+    header: MessageHeader,
+    data: Vec<u8>,
+}
+
+impl LogWriter {
+    /// Creates the file `path`.
+    pub fn create(path: &Path, preamble: Preamble) -> Result<Self, LogError> {
+        let file = File::create(path).map_err(|cause| LogError::Create { path: path.to_owned(), cause })?;
+        Ok(Self {
+            path: path.to_owned(),
+            preamble,
+            file: Some(file),
+            queue: None,
+            pending: Vec::new(),
+            thread: None,
+            types: Vec::new(),
+            units: Default::default(),
+            topics: [0; 2],
+            sequence: 0,
+            last_log_time: 0,
+        })
+    }
+
+    /// Declares a topic and its message type; its channel in the file has the same number.
+    fn declare(
+        &mut self,
+        writer: &mut Writer,
+        topic: &str,
+        kind: MessageType,
+    ) -> Result<Topic, mcap::McapError> {
+        let schema = writer.add_schema(&kind.full_name(), "protobuf", &kind.descriptor_set())?;
+        let channel = writer.add_channel(schema, topic, "protobuf", &BTreeMap::new())?;
+        self.types.push(kind);
+        debug_assert_eq!(usize::from(channel), self.types.len());
+        Ok(self.types.len() - 1)
+    }
+
+    fn start(&mut self, file: File, start: &Start<'_>) -> Result<(), mcap::McapError> {
+        let mut writer = mcap::WriteOptions::new()
+            .compression(Some(mcap::Compression::Lz4))
+            .chunk_size(Some(CHUNK_SIZE))
+            .library(format!("cofferdam {}", self.preamble.version))
+            .create(BufWriter::new(file))?;
+        let text = |names: &[&str]| names.iter().map(|n| ((*n).to_owned(), Kind::Text)).collect::<Vec<_>>();
+        let scene = self.declare(&mut writer, "/scene", MessageType::new("Scene", text(&["toml"])))?;
+        let build =
+            self.declare(&mut writer, "/build", MessageType::new("Build", text(&["version", "commit"])))?;
+        let unit = MessageType::new("Unit", text(&["name", "solver", "fingerprint", "inputs", "outputs"]));
+        let unit = self.declare(&mut writer, "/unit", unit)?;
+        let ground = [("interval", Kind::Double), ("acceleration", Kind::Doubles), ("source", Kind::Text)];
+        let ground = self.declare(&mut writer, "/ground_motion", message_type("GroundMotion", &ground))?;
+        for (side, description) in [(Side::Dam, &start.dam), (Side::Reservoir, &start.reservoir)] {
+            let name = &description.name;
+            let mut half = |what: &str, layout: &Layout| -> Result<Half, mcap::McapError> {
+                let kind = exchange_type(&format!("{}{what}", capitalised(name)), layout);
+                let topic = self.declare(&mut writer, &format!("/{name}/{}", what.to_lowercase()), kind)?;
+                Ok(Half { topic, fields: layout.channels().map(|(c, range)| (range, c.array)).collect() })
+            };
+            self.units[side as usize] =
+                [half("Request", &description.inputs)?, half("Answer", &description.outputs)?];
+        }
+        let fields = [
+            ("step", Kind::Unsigned),
+            ("attempt", Kind::Unsigned),
+            ("time", Kind::Double),
+            ("communication_step", Kind::Double),
+            ("iterations", Kind::Unsigned),
+            ("converged", Kind::Bool),
+            ("residual_pressure", Kind::Double),
+            ("residual_displacement", Kind::Double),
+            ("relaxation", Kind::Double),
+        ];
+        self.topics[0] = self.declare(&mut writer, "/step", message_type("Step", &fields))?;
+        let fields = [("status", Kind::Text), ("time", Kind::Double), ("wall_time", Kind::Double)];
+        self.topics[1] = self.declare(&mut writer, "/end", message_type("End", &fields))?;
+
+        let (sender, receiver) = sync_channel(QUEUE);
+        self.queue = Some(sender);
+        self.thread = Some(std::thread::spawn(move || write_all(writer, &receiver)));
+
+        let preamble = std::mem::take(&mut self.preamble);
+        let ground_motion = start.ground_motion;
+        let messages = [
+            (scene, self.types[scene].encode([Value::Text(&preamble.scene)])),
+            (
+                build,
+                self.types[build].encode([Value::Text(&preamble.version), Value::Text(&preamble.commit)]),
+            ),
+            (unit, self.encode_unit(unit, &start.dam)),
+            (unit, self.encode_unit(unit, &start.reservoir)),
+            (
+                ground,
+                self.types[ground].encode([
+                    Value::Double(ground_motion.interval()),
+                    Value::Doubles(ground_motion.acceleration()),
+                    Value::Text(ground_motion.source()),
+                ]),
+            ),
+        ];
+        for (topic, data) in messages {
+            self.send(topic, 0, 0, data);
+        }
+        Ok(())
+    }
+
+    fn encode_unit(&self, topic: Topic, description: &Description) -> Vec<u8> {
+        let list = |layout: &Layout| -> String {
+            let line = |(c, r): (&crate::participant::Channel, Range<usize>)| {
+                format!("{} {} [{}] {}..{}\n", c.value_reference, c.name, c.unit, r.start, r.end)
+            };
+            layout.channels().map(line).collect()
+        };
+        let (inputs, outputs) = (list(&description.inputs), list(&description.outputs));
+        let fingerprint = description.fingerprint.to_string();
+        let texts = [&description.name, &description.solver, &fingerprint, &inputs, &outputs];
+        self.types[topic].encode(texts.map(|t| Value::Text(t)))
+    }
+
+    /// Adds a message to those that the next [`flush`](Self::flush) queues.
+    fn send(&mut self, topic: Topic, sequence: u32, publish_time: u64, data: Vec<u8>) {
+        let header = MessageHeader {
+            channel_id: topic as u16 + 1,
+            sequence,
+            log_time: self.last_log_time,
+            publish_time,
+        };
+        self.last_log_time += 1;
+        self.pending.push(Record { header, data });
+    }
+
+    /// Queues what was sent, all at once: waking the other thread costs more than a message does.
+    fn flush(&mut self) {
+        let pending = std::mem::take(&mut self.pending);
+        if let Some(queue) = &self.queue
+            && queue.send(pending).is_err()
+        {
+            // The thread has ended; `check` asks why.
+            self.queue = None;
+        }
+    }
+
+    /// Ends the writing thread, if `finish` or if it has failed, and returns what it said.
+    fn check(&mut self, finish: bool) -> Result<(), ObserverError> {
+        self.flush();
+        if finish {
+            self.queue = None;
+        }
+        if self.queue.is_some() {
+            return Ok(());
+        }
+        let path = self.path.clone();
+        match self.thread.take().map(JoinHandle::join) {
+            None => Ok(()),
+            Some(Ok(Ok(()))) => Ok(()),
+            Some(Ok(Err(cause))) => Err(LogError::Write { path, cause }.into()),
+            Some(Err(_)) => Err(LogError::Stopped { path }.into()),
+        }
+    }
+
+    fn send_exchange(&mut self, report: &StepReport, exchange: &Exchange) {
+        let [request, answer] = self.units[exchange.side as usize].clone();
+        self.sequence += 1;
+        let end = nanoseconds(report.time + report.communication_step);
+        let halves =
+            [(request, &exchange.inputs, exchange.sent), (answer, &exchange.outputs, exchange.answered)];
+        for (Half { topic, fields }, values, wall_time) in halves {
+            let header = [
+                Value::Unsigned(report.step),
+                Value::Unsigned(u64::from(exchange.iteration)),
+                Value::Unsigned(u64::from(report.attempt)),
+                Value::Bool(exchange.accepted),
+                Value::Double(report.time),
+                Value::Double(report.communication_step),
+                Value::Double(wall_time.as_secs_f64()),
+            ];
+            let fields = fields.iter().flat_map(|(range, array)| {
+                let values = &values[range.clone()];
+                let one = if *array { Value::Doubles(values) } else { Value::Double(values[0]) };
+                let norm = array.then(|| Value::Double(norm(values.iter().copied())));
+                std::iter::once(one).chain(norm)
+            });
+            let data = self.types[topic].encode(header.into_iter().chain(fields));
+            self.send(topic, self.sequence, end, data);
+        }
+    }
+}
+
+impl Observer for LogWriter {
+    fn begin(&mut self, start: &Start<'_>) -> Result<(), ObserverError> {
+        let Some(file) = self.file.take() else { return Ok(()) };
+        self.start(file, start).map_err(|cause| LogError::Write { path: self.path.clone(), cause }.into())
+    }
+
+    fn step(&mut self, report: &StepReport) -> Result<(), ObserverError> {
+        self.last_log_time = self.last_log_time.max(nanoseconds(report.time));
+        for exchange in &report.exchanges {
+            self.send_exchange(report, exchange);
+        }
+        let residual =
+            |of: fn(&crate::convergence::Residuals) -> f64| report.residuals.as_ref().map_or(0.0, of);
+        let data = self.types[self.topics[0]].encode([
+            Value::Unsigned(report.step),
+            Value::Unsigned(u64::from(report.attempt)),
+            Value::Double(report.time),
+            Value::Double(report.communication_step),
+            Value::Unsigned(u64::from(report.iterations())),
+            Value::Bool(report.accepted(Side::Dam).is_some() && report.accepted(Side::Reservoir).is_some()),
+            Value::Double(residual(|r| r.pressure)),
+            Value::Double(residual(|r| r.displacement)),
+            Value::Double(report.relaxation),
+        ]);
+        self.send(self.topics[0], self.sequence, nanoseconds(report.time + report.communication_step), data);
+        self.check(false)
+    }
+
+    fn end(&mut self, ending: &Ending) -> Result<(), ObserverError> {
+        if let Some(kind) = self.types.get(self.topics[1]) {
+            let status = ending.status.to_string();
+            let wall_time = ending.wall.total.as_secs_f64();
+            let data =
+                kind.encode([Value::Text(&status), Value::Double(ending.time), Value::Double(wall_time)]);
+            self.send(self.topics[1], self.sequence, nanoseconds(ending.time), data);
+        }
+        self.check(true)
+    }
+}
+
+type Writer = mcap::Writer<BufWriter<File>>;
+
+/// Writes what comes until the queue closes; every second what there is goes to the disk.
+fn write_all(mut writer: Writer, queue: &Receiver<Vec<Record>>) -> Result<(), mcap::McapError> {
+    let mut flushed = Instant::now();
+    loop {
+        match queue.recv_timeout(FLUSH_INTERVAL) {
+            Ok(records) => {
+                for record in records {
+                    writer.write_to_known_channel(&record.header, &record.data)?;
+                }
+            }
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => return writer.finish().map(|_| ()),
+        }
+        if flushed.elapsed() > FLUSH_INTERVAL {
+            writer.flush()?;
+            flushed = Instant::now();
+        }
+    }
+}
+
+fn message_type(name: &str, fields: &[(&str, Kind)]) -> MessageType {
+    MessageType::new(name, fields.iter().map(|(n, k)| ((*n).to_owned(), *k)).collect())
+}
+
+/// Message type of a request or an answer: header, then a field a variable, an array with its norm.
+fn exchange_type(name: &str, layout: &Layout) -> MessageType {
+    let header = [
+        ("step", Kind::Unsigned),
+        ("iteration", Kind::Unsigned),
+        ("attempt", Kind::Unsigned),
+        ("accepted", Kind::Bool),
+        ("time", Kind::Double),
+        ("communication_step", Kind::Double),
+        ("wall_time", Kind::Double),
+    ];
+    let header = header.map(|(n, k)| (n.to_owned(), k));
+    let fields = layout.channels().flat_map(|(channel, _)| {
+        let kind = if channel.array { Kind::Doubles } else { Kind::Double };
+        let norm = channel.array.then(|| (format!("{}_norm", channel.name), Kind::Double));
+        std::iter::once((channel.name.clone(), kind)).chain(norm)
+    });
+    MessageType::new(name, header.into_iter().chain(fields).collect())
+}
+
+fn capitalised(name: &str) -> String {
+    let mut letters = name.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// Simulated time in whole nanoseconds.
+fn nanoseconds(time: f64) -> u64 {
+    (time * 1e9).round() as u64
+}

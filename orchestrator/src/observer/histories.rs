@@ -1,0 +1,166 @@
+use super::{Ending, Observer, ObserverError, Start};
+use crate::participant::Channel;
+use crate::scheme::{Side, StepReport};
+use std::fs::File;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// Time histories of a run: one row a communication point, one column a quantity.
+///
+/// Columns: `time [s]`, `ground_acceleration.x [m/s2]`, `iterations [1]`, residuals, and every
+/// accepted output of either unit that is no array over the wet face.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Histories {
+    columns: Vec<Vec<f64>>,
+    names: Vec<String>,
+}
+
+impl Histories {
+    /// The column whose name without unit is `name`, such as `dam.crest_displacement.x`.
+    pub fn column(&self, name: &str) -> Option<&[f64]> {
+        let position = self.names.iter().position(|n| n.split(" [").next() == Some(name))?;
+        Some(&self.columns[position])
+    }
+
+    /// Names of the columns, units in brackets.
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.columns.first().map_or(0, Vec::len)
+    }
+}
+
+/// Keeps the histories and writes them as CSV while the run goes on.
+///
+/// `histories.csv` holds [`Histories`]; `dam-interface_displacement.csv` and its like hold one
+/// array over the wet face each. Numbers are written so that reading them gives the same bits.
+pub struct HistoriesWriter {
+    folder: PathBuf,
+    /// What was recorded so far.
+    pub histories: Histories,
+    scalars: Vec<(Side, Range<usize>)>,
+    table: Option<Table>,
+    faces: Vec<(Side, Range<usize>, Table)>,
+    row: Vec<f64>,
+}
+
+struct Table {
+    path: PathBuf,
+    writer: csv::Writer<File>,
+    flushed: Duration,
+}
+
+impl Table {
+    fn create(path: PathBuf, header: &[String]) -> Result<Self, ObserverError> {
+        let failed = |cause| ObserverError::Csv { path: path.clone(), cause };
+        let mut writer = csv::Writer::from_path(&path).map_err(failed)?;
+        writer.write_record(header).map_err(failed)?;
+        Ok(Self { path, writer, flushed: Duration::ZERO })
+    }
+
+    /// Writes a row, and all rows to the disk once a second of wall time `now`.
+    fn write(&mut self, row: &[f64], now: Duration) -> Result<(), ObserverError> {
+        let result = self.writer.serialize(row);
+        result.map_err(|cause| ObserverError::Csv { path: self.path.clone(), cause })?;
+        if now > self.flushed + Duration::from_secs(1) {
+            self.flushed = now;
+            self.flush()?;
+        }
+        Ok(())
+    }
+
+    fn flush(&mut self) -> Result<(), ObserverError> {
+        self.writer.flush().map_err(|e| ObserverError::Csv { path: self.path.clone(), cause: e.into() })
+    }
+}
+
+impl HistoriesWriter {
+    /// Writes into the existing folder `folder`.
+    pub fn new(folder: &Path) -> Self {
+        Self {
+            folder: folder.to_owned(),
+            histories: Histories::default(),
+            scalars: Vec::new(),
+            table: None,
+            faces: Vec::new(),
+            row: Vec::new(),
+        }
+    }
+}
+
+/// Column names of a channel: with `.x`, `.y` or an index where it has several values.
+fn column_names(prefix: &str, channel: &Channel) -> Vec<String> {
+    let name = |suffix: &str| format!("{prefix}{}{suffix} [{}]", channel.name, channel.unit);
+    match (channel.array, channel.size) {
+        (false, _) => vec![name("")],
+        (true, 2) if !channel.name.starts_with("crack_") => vec![name(".x"), name(".y")],
+        (true, size) => (0..size).map(|i| name(&format!(".{i}"))).collect(),
+    }
+}
+
+impl Observer for HistoriesWriter {
+    fn begin(&mut self, start: &Start<'_>) -> Result<(), ObserverError> {
+        let mut names: Vec<String> = [
+            "time [s]",
+            "ground_acceleration.x [m/s2]",
+            "iterations [1]",
+            "residual.pressure [Pa]",
+            "residual.displacement [1]",
+        ]
+        .map(str::to_owned)
+        .to_vec();
+        for (side, description) in [(Side::Dam, &start.dam), (Side::Reservoir, &start.reservoir)] {
+            for (channel, range) in description.outputs.channels() {
+                if channel.name.starts_with("interface_") {
+                    let path = self.folder.join(format!("{}-{}.csv", description.name, channel.name));
+                    let points = (0..channel.size).map(|i| format!("point {i} [{}]", channel.unit));
+                    let header: Vec<String> = std::iter::once("time [s]".to_owned()).chain(points).collect();
+                    self.faces.push((side, range, Table::create(path, &header)?));
+                } else {
+                    names.extend(column_names(&format!("{}.", description.name), channel));
+                    self.scalars.push((side, range));
+                }
+            }
+        }
+        self.table = Some(Table::create(self.folder.join("histories.csv"), &names)?);
+        self.histories = Histories { columns: vec![Vec::new(); names.len()], names };
+        Ok(())
+    }
+
+    fn step(&mut self, report: &StepReport) -> Result<(), ObserverError> {
+        let (Some(dam), Some(reservoir)) = (report.accepted(Side::Dam), report.accepted(Side::Reservoir))
+        else {
+            return Ok(());
+        };
+        let outputs = |side| if side == Side::Dam { &dam.outputs } else { &reservoir.outputs };
+        let now = dam.answered.max(reservoir.answered);
+        let time = report.time + report.communication_step;
+        let residuals = report.residuals.map_or([0.0, 0.0], |r| [r.pressure, r.displacement]);
+        let first = [time, report.ground_acceleration[0], f64::from(report.iterations())];
+        let rest =
+            self.scalars.iter().flat_map(|(side, range)| outputs(*side)[range.clone()].iter().copied());
+        let row: Vec<f64> = first.into_iter().chain(residuals).chain(rest).collect();
+        for (column, value) in self.histories.columns.iter_mut().zip(&row) {
+            column.push(*value);
+        }
+        if let Some(table) = &mut self.table {
+            table.write(&row, now)?;
+        }
+        for (side, range, table) in &mut self.faces {
+            self.row.clear();
+            self.row.push(time);
+            self.row.extend_from_slice(&outputs(*side)[range.clone()]);
+            table.write(&self.row, now)?;
+        }
+        Ok(())
+    }
+
+    fn end(&mut self, _ending: &Ending) -> Result<(), ObserverError> {
+        let tables = self.table.iter_mut().chain(self.faces.iter_mut().map(|(_, _, table)| table));
+        tables.into_iter().try_for_each(Table::flush)
+    }
+}

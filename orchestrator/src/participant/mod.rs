@@ -1,0 +1,172 @@
+//! The door for units: anything that takes part in a co-simulation.
+
+mod in_process;
+mod prescribed;
+
+pub use in_process::InProcess;
+pub use prescribed::Prescribed;
+
+use interface::{Capabilities, Fingerprint};
+
+/// One variable as it travels: its place in a request or an answer.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Channel {
+    /// Name of the variable.
+    pub name: String,
+    /// Value reference of the variable.
+    pub value_reference: u32,
+    /// SI unit.
+    pub unit: String,
+    /// Number of values.
+    pub size: usize,
+    /// The variable is an array by nature, even if `size` is 1.
+    pub array: bool,
+}
+
+/// The variables of a request or an answer, one after another.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Layout {
+    channels: Vec<Channel>,
+}
+
+impl Layout {
+    /// A layout of `channels`, in this order.
+    pub fn new(channels: Vec<Channel>) -> Self {
+        Self { channels }
+    }
+
+    /// Total number of values.
+    pub fn size(&self) -> usize {
+        self.channels.iter().map(|c| c.size).sum()
+    }
+
+    /// The channels, each with the range of its values.
+    pub fn channels(&self) -> impl Iterator<Item = (&Channel, std::ops::Range<usize>)> {
+        self.channels.iter().scan(0, |start, channel| {
+            let range = *start..*start + channel.size;
+            *start = range.end;
+            Some((channel, range))
+        })
+    }
+
+    /// The range of the variable `name`.
+    pub fn range(&self, name: &str) -> Option<std::ops::Range<usize>> {
+        self.channels().find(|(channel, _)| channel.name == name).map(|(_, range)| range)
+    }
+
+    /// Name and index of the value at `position`.
+    pub fn locate(&self, position: usize) -> Option<(&str, usize)> {
+        self.channels()
+            .find(|(_, range)| range.contains(&position))
+            .map(|(channel, range)| (channel.name.as_str(), position - range.start))
+    }
+}
+
+/// What a participant is and exchanges.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Description {
+    /// Name in logs and messages: `dam`, `reservoir`.
+    pub name: String,
+    /// What stands behind the name: solver and version.
+    pub solver: String,
+    /// Hash of everything it was made from.
+    pub fingerprint: Fingerprint,
+    /// Layout of a request.
+    pub inputs: Layout,
+    /// Layout of an answer.
+    pub outputs: Layout,
+    /// What it can do beyond plain stepping.
+    pub capabilities: Capabilities,
+}
+
+/// What went wrong in a participant.
+#[derive(Debug, thiserror::Error)]
+pub enum ParticipantError {
+    /// The unit refused or failed.
+    #[error("{participant}: {cause}")]
+    Unit {
+        /// Name of the participant.
+        participant: String,
+        /// What the unit said.
+        cause: Box<dyn std::error::Error + Send + Sync>,
+    },
+    /// The participant has no such variable.
+    #[error("{participant} has no variable `{variable}`; it cannot take part in this coupling")]
+    Missing {
+        /// Name of the participant.
+        participant: String,
+        /// Name of the variable.
+        variable: String,
+    },
+    /// An answer holds a value that is not finite.
+    #[error(
+        "{participant}: `{variable}`[{index}] became {value} in the step to t = {time} s; \
+         look at the last exchanges in the log, and at the time step's safety factor and the mesh"
+    )]
+    NonFinite {
+        /// Name of the participant.
+        participant: String,
+        /// Name of the variable.
+        variable: String,
+        /// Index of the value, from 0.
+        index: usize,
+        /// The value.
+        value: f64,
+        /// End of the step, s.
+        time: f64,
+    },
+}
+
+/// A unit that takes part in a co-simulation, wherever it runs.
+///
+/// **Call order**: [`initialise`](Self::initialise) once, then
+/// [`save_state`](Self::save_state) and any number of [`step`](Self::step), each after the
+/// first preceded by [`restore_state`](Self::restore_state); the next `save_state` accepts
+/// the last step. Requests and answers are flat slices in the order of the description's
+/// layouts. A participant keeps one saved state; restoring does not use it up.
+///
+/// **Guarantees**: restored and stepped with the same inputs, every output is equal bit for
+/// bit; an answer is finite.
+pub trait Participant: Send {
+    /// What it is and exchanges.
+    fn description(&self) -> &Description;
+
+    /// Reads a variable that is fixed after initialisation, such as the hydrostatic pressure.
+    fn fixed(&self, variable: &str) -> Result<Vec<f64>, ParticipantError>;
+
+    /// Ends initialisation at `start_time` (s) and writes the first outputs.
+    fn initialise(
+        &mut self,
+        start_time: f64,
+        inputs: &[f64],
+        outputs: &mut [f64],
+    ) -> Result<(), ParticipantError>;
+
+    /// Takes the step from `time` to `time + communication_step` (s).
+    fn step(
+        &mut self,
+        time: f64,
+        communication_step: f64,
+        inputs: &[f64],
+        outputs: &mut [f64],
+    ) -> Result<(), ParticipantError>;
+
+    /// Saves the state, in the place of the one saved before.
+    fn save_state(&mut self) -> Result<(), ParticipantError>;
+
+    /// Returns to the saved state.
+    fn restore_state(&mut self) -> Result<(), ParticipantError>;
+}
+
+/// Checks that an answer is finite.
+fn check_finite(description: &Description, outputs: &[f64], time: f64) -> Result<(), ParticipantError> {
+    let Some(position) = outputs.iter().position(|v| !v.is_finite()) else { return Ok(()) };
+    let (variable, index) = description.outputs.locate(position).unwrap_or(("?", position));
+    Err(ParticipantError::NonFinite {
+        participant: description.name.clone(),
+        variable: variable.to_owned(),
+        index,
+        value: outputs[position],
+        time,
+    })
+}

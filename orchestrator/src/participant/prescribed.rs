@@ -1,0 +1,102 @@
+use super::{Channel, Description, Layout, Participant, ParticipantError};
+use interface::{Capabilities, Fingerprint, Shape, StateError, Variable, WetFace, variables::dam};
+
+/// Stands in for a dam that moves as told: rigidly, with the ground.
+///
+/// Its inputs are the dam's, so that a dam can be put in its place; pressure is taken and
+/// has no effect. Displacement and velocity are relative to the ground and so stay zero; the
+/// total acceleration of the face along n is that of the ground, mean over the step.
+pub struct Prescribed {
+    description: Description,
+    face: WetFace,
+    ground_acceleration: [f64; 2],
+    saved: [f64; 2],
+}
+
+const INPUTS: [Variable; 3] = [dam::INTERFACE_PRESSURE, dam::HYDROSTATIC_PRESSURE, dam::GROUND_ACCELERATION];
+const OUTPUTS: [Variable; 3] =
+    [dam::INTERFACE_DISPLACEMENT, dam::INTERFACE_VELOCITY, dam::INTERFACE_ACCELERATION];
+
+impl Prescribed {
+    /// A rigid dam whose wet face is `face`.
+    ///
+    /// **Errors**: the face cannot be hashed.
+    pub fn new(face: WetFace) -> Result<Self, StateError> {
+        let channel = |v: &Variable| Channel {
+            name: v.name.to_owned(),
+            value_reference: v.value_reference,
+            unit: v.unit.to_owned(),
+            size: if v.shape == Shape::Plane { 2 } else { face.len() },
+            array: true,
+        };
+        let description = Description {
+            name: "dam".to_owned(),
+            solver: format!("prescribed {}", env!("CARGO_PKG_VERSION")),
+            fingerprint: Fingerprint::of("prescribed", &face)?,
+            inputs: Layout::new(INPUTS.iter().map(channel).collect()),
+            outputs: Layout::new(OUTPUTS.iter().map(channel).collect()),
+            capabilities: Capabilities { variable_communication_step: true, directional_derivative: false },
+        };
+        Ok(Self { description, face, ground_acceleration: [0.0; 2], saved: [0.0; 2] })
+    }
+
+    fn read_ground(&self, inputs: &[f64]) -> [f64; 2] {
+        let start = 2 * self.face.len();
+        [inputs[start], inputs[start + 1]]
+    }
+}
+
+impl Participant for Prescribed {
+    fn description(&self) -> &Description {
+        &self.description
+    }
+
+    fn fixed(&self, variable: &str) -> Result<Vec<f64>, ParticipantError> {
+        match variable {
+            "interface_x" => Ok(self.face.points().iter().map(|p| p[0]).collect()),
+            "interface_y" => Ok(self.face.points().iter().map(|p| p[1]).collect()),
+            _ => Err(ParticipantError::Missing {
+                participant: self.description.name.clone(),
+                variable: variable.to_owned(),
+            }),
+        }
+    }
+
+    fn initialise(
+        &mut self,
+        _start_time: f64,
+        inputs: &[f64],
+        outputs: &mut [f64],
+    ) -> Result<(), ParticipantError> {
+        self.ground_acceleration = self.read_ground(inputs);
+        outputs.fill(0.0);
+        self.save_state()
+    }
+
+    fn step(
+        &mut self,
+        _time: f64,
+        _communication_step: f64,
+        inputs: &[f64],
+        outputs: &mut [f64],
+    ) -> Result<(), ParticipantError> {
+        let end = self.read_ground(inputs);
+        let mean = [0, 1].map(|i| 0.5 * (self.ground_acceleration[i] + end[i]));
+        outputs.fill(0.0);
+        for (a, n) in outputs[2 * self.face.len()..].iter_mut().zip(self.face.normals()) {
+            *a = mean[0] * n[0] + mean[1] * n[1];
+        }
+        self.ground_acceleration = end;
+        Ok(())
+    }
+
+    fn save_state(&mut self) -> Result<(), ParticipantError> {
+        self.saved = self.ground_acceleration;
+        Ok(())
+    }
+
+    fn restore_state(&mut self) -> Result<(), ParticipantError> {
+        self.ground_acceleration = self.saved;
+        Ok(())
+    }
+}

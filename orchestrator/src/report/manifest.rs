@@ -1,0 +1,90 @@
+use super::Summary;
+use crate::scene::Scene;
+use serde::Serialize;
+use std::path::Path;
+
+/// What a run was made from and what came of it: `manifest.toml` in the run's folder.
+#[derive(Clone, Debug, Serialize)]
+pub struct Manifest {
+    /// Name of the case.
+    pub name: String,
+    /// When the run began, in UTC.
+    pub started: String,
+    /// Program, machine.
+    pub build: Build,
+    /// The participants: name and solver.
+    pub units: Vec<Unit>,
+    /// The result; absent while the run goes on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub result: Option<Summary>,
+    /// The scene with all defaults; copied into a file of its own it can be run again.
+    pub scene: Scene,
+}
+
+/// The program and the machine it runs on.
+#[derive(Clone, Debug, Serialize)]
+pub struct Build {
+    /// Version of the program.
+    pub version: &'static str,
+    /// Git commit of the program.
+    pub commit: &'static str,
+    /// Optimised or not.
+    pub profile: &'static str,
+    /// Processor.
+    pub processor: String,
+    /// Cores that the program may use.
+    pub cores: usize,
+    /// Operating system and architecture.
+    pub system: String,
+}
+
+/// A participant and numbers of its own.
+#[derive(Clone, Debug, Serialize)]
+pub struct Unit {
+    /// Name.
+    pub name: String,
+    /// Solver and version.
+    pub solver: String,
+    /// Hash of everything it was made from.
+    pub fingerprint: String,
+}
+
+impl Build {
+    /// This program on this machine.
+    pub fn here() -> Self {
+        let cpu_info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+        let model = cpu_info.lines().find_map(|l| l.strip_prefix("model name")?.split_once(": "));
+        Self {
+            version: env!("CARGO_PKG_VERSION"),
+            commit: env!("COFFERDAM_COMMIT"),
+            profile: if cfg!(debug_assertions) { "debug" } else { "release" },
+            processor: model.map_or_else(|| "unknown".to_owned(), |(_, name)| name.to_owned()),
+            cores: std::thread::available_parallelism().map_or(1, usize::from),
+            system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
+        }
+    }
+}
+
+/// A manifest that cannot be written.
+#[derive(Debug, thiserror::Error)]
+pub enum ManifestError {
+    /// The file cannot be written.
+    #[error("{}: {cause}; choose another --output", path.display())]
+    Write {
+        /// The file.
+        path: std::path::PathBuf,
+        /// What the system said.
+        cause: std::io::Error,
+    },
+    /// The content is no TOML.
+    #[error("the manifest cannot be written as TOML: {0}")]
+    Encode(#[from] toml::ser::Error),
+}
+
+impl Manifest {
+    /// Writes the manifest to `path`, in the place of one written before.
+    pub fn write(&self, path: &Path) -> Result<(), ManifestError> {
+        let text = toml::to_string(self)?;
+        std::fs::write(path, text).map_err(|cause| ManifestError::Write { path: path.to_owned(), cause })
+    }
+}

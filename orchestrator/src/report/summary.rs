@@ -1,0 +1,197 @@
+use crate::observer::{Ending, Histories, Status, WallTime};
+use crate::scene::LoadedScene;
+use serde::Serialize;
+use std::fmt;
+
+const STANDARD_GRAVITY: f64 = 9.80665;
+/// Rest that the residual sliding asks for, s, and the part of it that is averaged.
+const REST: f64 = 5.0;
+const AVERAGED: f64 = 1.0;
+
+/// One number of a summary.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Quantity {
+    /// What it is.
+    pub name: String,
+    /// Its value, in `unit`.
+    pub value: f64,
+    /// Unit.
+    pub unit: &'static str,
+    /// When it occurred, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time: Option<f64>,
+}
+
+/// The results of a run in a table.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Summary {
+    /// How the run ended.
+    pub status: String,
+    /// Simulated time reached, s.
+    pub simulated_time: f64,
+    /// The numbers.
+    pub quantities: Vec<Quantity>,
+}
+
+/// What a summary needs beside the histories.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reference {
+    /// Hydrostatic pressure at the heel, Pa.
+    pub hydrostatic_base_pressure: f64,
+    /// Static displacement of the crest (x, y), m; `None` for a dam that is not computed.
+    pub static_crest_displacement: Option<[f64; 2]>,
+}
+
+impl Summary {
+    /// Sums up the histories of a run; what the run did not record, or did not reach, is left out.
+    pub fn of(loaded: &LoadedScene, histories: &Histories, ending: &Ending, reference: &Reference) -> Self {
+        let mut table =
+            Table { histories, time: histories.column("time").unwrap_or(&[]), quantities: Vec::new() };
+        if let Some([x, _]) = reference.static_crest_displacement {
+            table.add("static crest displacement (weight, water)", 1e3 * x, "mm", None);
+        }
+        table.extremes("dam.crest_displacement.x");
+        let cracks = loaded.scene.dam.as_ref().map_or(0, |d| d.cracks.len());
+        for crack in 0..cracks {
+            let of = |what: &str| if cracks > 1 { format!("{what}, crack {crack}") } else { what.to_owned() };
+            let column = |name: &str| format!("dam.crack_{name}.{crack}");
+            table.peak(&of("peak sliding"), &column("sliding"), 1e3, "mm");
+            table.residual(&of("residual sliding"), &column("sliding"), loaded);
+            table.peak(&of("peak opening"), &column("opening"), 1e3, "mm");
+            table.peak(&of("peak rotation of the block above"), &column("rotation"), 1e3, "mrad");
+            for side in ["below", "above"] {
+                let name = of(&format!("peak acceleration {side} the crack"));
+                table.peak(&name, &column(&format!("acceleration_{side}")), 1.0 / STANDARD_GRAVITY, "g");
+            }
+        }
+        table.peak("peak crest acceleration", "dam.crest_acceleration.x", 1.0 / STANDARD_GRAVITY, "g");
+        let base = 1.0 / reference.hydrostatic_base_pressure;
+        table.peak("peak hydrodynamic base pressure over hydrostatic", "reservoir.base_pressure", base, "1");
+        table.pressure_coefficient(loaded);
+        table.energy_balance();
+        table.iterations();
+        let quantities = table.quantities;
+        Self { status: ending.status.to_string(), simulated_time: ending.time, quantities }
+    }
+
+    /// The value of the quantity `name`.
+    pub fn value(&self, name: &str) -> Option<f64> {
+        self.quantities.iter().find(|q| q.name == name).map(|q| q.value)
+    }
+}
+
+struct Table<'a> {
+    histories: &'a Histories,
+    time: &'a [f64],
+    quantities: Vec<Quantity>,
+}
+
+impl Table<'_> {
+    fn add(&mut self, name: &str, value: f64, unit: &'static str, time: Option<f64>) {
+        self.quantities.push(Quantity { name: name.to_owned(), value, unit, time });
+    }
+
+    /// Adds the value of a column whose `key` is largest.
+    fn largest(&mut self, name: &str, column: &str, factor: f64, unit: &'static str, key: fn(f64) -> f64) {
+        let Some(values) = self.histories.column(column) else { return };
+        let largest = values.iter().enumerate().max_by(|a, b| key(*a.1).total_cmp(&key(*b.1)));
+        if let Some((index, value)) = largest {
+            self.add(name, factor * value, unit, self.time.get(index).copied());
+        }
+    }
+
+    fn peak(&mut self, name: &str, column: &str, factor: f64, unit: &'static str) {
+        self.largest(name, column, factor, unit, f64::abs);
+    }
+
+    fn extremes(&mut self, column: &str) {
+        self.largest("peak crest displacement downstream", column, 1e3, "mm", |u| u);
+        self.largest("peak crest displacement upstream", column, 1e3, "mm", |u| -u);
+    }
+
+    /// Mean over the last second, if the ground was at rest for long enough before.
+    fn residual(&mut self, name: &str, column: &str, loaded: &LoadedScene) {
+        let Some(values) = self.histories.column(column) else { return };
+        let Some(end) = self.time.last() else { return };
+        if *end + 1e-9 < loaded.ground_motion.duration() + REST {
+            return;
+        }
+        let from = self.time.partition_point(|t| *t < end - AVERAGED);
+        let last = &values[from..];
+        self.add(name, 1e3 * last.iter().sum::<f64>() / last.len() as f64, "mm", None);
+    }
+
+    /// C_p = p/(ρah) of a dam that is prescribed, a being the largest ground acceleration.
+    fn pressure_coefficient(&mut self, loaded: &LoadedScene) {
+        if loaded.scene.prescribed.is_none() {
+            return;
+        }
+        let water = &loaded.scene.reservoir;
+        let largest = loaded.ground_motion.acceleration().iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+        let factor = 1.0 / (water.density * largest * water.depth);
+        self.peak("peak pressure coefficient C_p at the base", "reservoir.base_pressure", factor, "1");
+    }
+
+    fn energy_balance(&mut self) {
+        let largest = |column: &str| {
+            let values = self.histories.column(column)?;
+            Some(values.iter().fold(0.0, |a: f64, b| a.max(b.abs())))
+        };
+        if let (Some(error), Some(kinetic)) =
+            (largest("dam.energy_balance_error"), largest("dam.kinetic_energy"))
+            && kinetic > 0.0
+        {
+            self.add("energy balance error over peak kinetic energy", 100.0 * error / kinetic, "%", None);
+        }
+    }
+
+    fn iterations(&mut self) {
+        let Some(iterations) = self.histories.column("iterations") else { return };
+        // The first row is initialisation.
+        let steps = iterations.get(1..).unwrap_or(&[]);
+        if !steps.is_empty() {
+            let mean = steps.iter().sum::<f64>() / steps.len() as f64;
+            let most = steps.iter().copied().fold(0.0, f64::max);
+            self.add("dam steps per communication step, mean", mean, "1", None);
+            self.add("dam steps per communication step, most", most, "1", None);
+        }
+    }
+}
+
+impl fmt::Display for Summary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.status != Status::Completed.to_string() {
+            writeln!(f, "PARTIAL RESULT, run {} at t = {:.4} s", self.status, self.simulated_time)?;
+        }
+        for Quantity { name, value, unit, time } in &self.quantities {
+            let unit = if *unit == "1" { "" } else { unit };
+            let time = time.map_or_else(String::new, |t| format!("  at {t:.3} s"));
+            writeln!(f, "{name:<52} {:>10} {unit:<4}{time}", significant(*value))?;
+        }
+        Ok(())
+    }
+}
+
+/// Four significant digits.
+fn significant(value: f64) -> String {
+    let digits = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
+    match digits {
+        -5..4 => format!("{value:.*}", (3 - digits).max(0) as usize),
+        _ => format!("{value:.3e}"),
+    }
+}
+
+impl fmt::Display for WallTime {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let part = |name: &str, time: std::time::Duration| {
+            let share = 100.0 * time.as_secs_f64() / self.total.as_secs_f64().max(1e-9);
+            format!("  {name} {:.2} s ({share:.0} %)", time.as_secs_f64())
+        };
+        write!(f, "{:<52} {:>10.2} s", "wall time", self.total.as_secs_f64())?;
+        f.write_str(&part("dam", self.dam))?;
+        f.write_str(&part("reservoir", self.reservoir))?;
+        f.write_str(&part("exchange", self.exchange()))?;
+        f.write_str(&part("log", self.observers))?;
+        f.write_str(&part("initialisation", self.initialisation))
+    }
+}

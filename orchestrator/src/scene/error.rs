@@ -1,0 +1,197 @@
+use super::RecordError;
+use miette::{Diagnostic, NamedSource, SourceSpan};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// A scene that cannot be run, with all its problems.
+#[derive(Debug, thiserror::Error, Diagnostic)]
+#[error("the scene {} cannot be run", path.display())]
+pub struct SceneError {
+    /// The scene's file.
+    pub path: PathBuf,
+    /// Everything that is wrong with it.
+    #[related]
+    pub problems: Vec<SceneProblem>,
+}
+
+/// One problem of a scene, at its place in the file.
+#[derive(Debug, thiserror::Error, Diagnostic)]
+#[error("{invalid}")]
+pub struct SceneProblem {
+    /// What is wrong.
+    pub invalid: Invalid,
+    /// The file.
+    #[source_code]
+    pub source_code: NamedSource<Arc<String>>,
+    /// The place.
+    #[label("here")]
+    pub span: Option<SourceSpan>,
+}
+
+/// What can be wrong with a scene; every message names the key, the value and the remedy.
+#[derive(Debug, thiserror::Error)]
+pub enum Invalid {
+    /// The file cannot be read.
+    #[error("{path}: {cause}; give a folder with scene.toml, or a .toml file", path = path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        cause: std::io::Error,
+    },
+    /// A `--set` that cannot be carried out.
+    #[error(
+        "`--set {text}` is no key=value of this scene, such as dam.element_size=2.5 or dam.cracks.0.elevation=60"
+    )]
+    Override {
+        /// The argument.
+        text: String,
+    },
+    /// Not TOML, a missing or unknown key, a wrong type.
+    #[error("{message}")]
+    Syntax {
+        /// What the parser said.
+        message: String,
+    },
+    /// Must be greater than zero.
+    #[error("`{key}` is {value}; it must be greater than 0 and finite")]
+    NotPositive {
+        /// The key.
+        key: String,
+        /// Its value.
+        value: f64,
+    },
+    /// Outside its range.
+    #[error("`{key}` is {value}; it must lie from {least} to {most}")]
+    OutOfRange {
+        /// The key.
+        key: String,
+        /// Its value.
+        value: f64,
+        /// Least value allowed.
+        least: f64,
+        /// Largest value allowed.
+        most: f64,
+    },
+    /// Water above the crest.
+    #[error(
+        "`reservoir.depth` is {depth} m, but the crest is at {crest} m; water cannot stand above the crest"
+    )]
+    WaterAboveCrest {
+        /// Depth of the water, m.
+        depth: f64,
+        /// Elevation of the crest, m.
+        crest: f64,
+    },
+    /// A crack that does not cut the section.
+    #[error("`{key}` is {elevation} m; a crack must lie inside the section, above 0 and below {crest} m")]
+    CrackOutside {
+        /// The key.
+        key: String,
+        /// Elevation of the crack, m.
+        elevation: f64,
+        /// Elevation of the crest, m.
+        crest: f64,
+    },
+    /// Two cracks, or a crack and the water level, too close to be meshed.
+    #[error(
+        "`{key}` is {elevation} m, within a hundredth of an element of another crack at {other} m; leave one out"
+    )]
+    CracksCoincide {
+        /// The key.
+        key: String,
+        /// Elevation of the crack, m.
+        elevation: f64,
+        /// Elevation of the other crack, m.
+        other: f64,
+    },
+    /// A side of the section that does not rise from point to point.
+    #[error(
+        "`{key}`[{index}] is ({x}, {y}); each point must lie above the one before it, the first at y = 0, and be finite"
+    )]
+    SideNotAscending {
+        /// The key.
+        key: String,
+        /// Index of the point, from 0.
+        index: usize,
+        /// x, m.
+        x: f64,
+        /// y, m.
+        y: f64,
+    },
+    /// The upstream side does not begin at the heel.
+    #[error("`dam.section.upstream` begins at ({x}, {y}); it must begin at the heel, the origin (0, 0)")]
+    NotAtHeel {
+        /// x, m.
+        x: f64,
+        /// y, m.
+        y: f64,
+    },
+    /// The two sides do not make a section.
+    #[error(
+        "the sides of `dam.section` are {width} m apart at elevation {elevation} m; the downstream side must lie to the \
+         right of the upstream side, and both must end at the same elevation"
+    )]
+    SidesCross {
+        /// Elevation, m.
+        elevation: f64,
+        /// Distance from the upstream to the downstream side, m.
+        width: f64,
+    },
+    /// None or both of two tables.
+    #[error("exactly one of `{first}` and `{second}` must be given, {found} are")]
+    ExactlyOne {
+        /// First key.
+        first: &'static str,
+        /// Second key.
+        second: &'static str,
+        /// How many are given.
+        found: usize,
+    },
+    /// Polarity other than 1 and −1.
+    #[error("`ground_motion.record.polarity` is {value}; it must be 1 or -1")]
+    Polarity {
+        /// The value.
+        value: i8,
+    },
+    /// A count that is too small or too large.
+    #[error("`{key}` is {value}; it must be a whole number from {least} to {most}")]
+    Count {
+        /// The key.
+        key: String,
+        /// Its value.
+        value: u64,
+        /// Least value allowed.
+        least: u64,
+        /// Largest value allowed.
+        most: u64,
+    },
+    /// Two frequencies that are not in order.
+    #[error("`{key}` is [{low}, {high}]; both must be greater than 0, the second the larger")]
+    Frequencies {
+        /// The key.
+        key: String,
+        /// First value.
+        low: f64,
+        /// Second value.
+        high: f64,
+    },
+    /// A time that needs a record.
+    #[error("`time.duration` is missing; a ramp has no end of its own, so say how long to run, in s")]
+    DurationMissing,
+    /// The record cannot be used.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+}
+
+impl SceneError {
+    /// A problem that has no place in the file.
+    pub(super) fn without_place(path: &Path, invalid: Invalid) -> Self {
+        let problem = SceneProblem {
+            invalid,
+            source_code: NamedSource::new(path.to_string_lossy(), Arc::default()),
+            span: None,
+        };
+        Self { path: path.to_owned(), problems: vec![problem] }
+    }
+}

@@ -1,0 +1,357 @@
+//! Scenes: what a run computes, in one TOML file. Strict: unknown keys are errors.
+
+mod error;
+mod ground_motion;
+mod locate;
+mod overrides;
+mod validate;
+
+pub use error::{Invalid, SceneError, SceneProblem};
+pub use ground_motion::{GroundMotion, Record, RecordError};
+
+use crate::acceleration::AccelerationKind;
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+/// A scene, read, completed by its defaults and found valid.
+#[derive(Clone, Debug)]
+pub struct LoadedScene {
+    /// Name of the case: its folder's name.
+    pub name: String,
+    /// The scene with all defaults.
+    pub scene: Scene,
+    /// What moves the ground.
+    pub ground_motion: GroundMotion,
+}
+
+/// A scene file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// One line for reports.
+    pub title: String,
+    /// Gravitational acceleration, m/s².
+    #[serde(default = "defaults::gravity")]
+    pub gravity: f64,
+    /// Clock.
+    #[serde(default)]
+    pub time: Time,
+    /// What moves the ground.
+    pub ground_motion: GroundMotionScene,
+    /// The water.
+    pub reservoir: ReservoirScene,
+    /// The dam, if it is computed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dam: Option<DamScene>,
+    /// The dam, if it moves as told.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub prescribed: Option<PrescribedScene>,
+    /// How the two are coupled.
+    #[serde(default)]
+    pub coupling: CouplingScene,
+}
+
+/// `[time]`
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Time {
+    /// Length H of a communication step, s.
+    pub communication_step: f64,
+    /// Time without ground motion after the record, s.
+    pub quiet: f64,
+    /// Simulated time, s; by default the record and `quiet`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub duration: Option<f64>,
+}
+
+/// `[ground_motion]`: one of its two tables.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GroundMotionScene {
+    /// A record from a file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub record: Option<RecordScene>,
+    /// A ramp that is then held.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ramp: Option<RampScene>,
+}
+
+/// `[ground_motion.record]`
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RecordScene {
+    /// `.csv` (time in s, acceleration in g) or PEER `.at2`, relative to the scene's file.
+    pub file: PathBuf,
+    /// Factor on the acceleration, > 0.
+    #[serde(default = "defaults::one")]
+    pub scale: f64,
+    /// 1: positive accelerations point downstream; −1: upstream.
+    #[serde(default = "defaults::polarity")]
+    pub polarity: i8,
+    /// Where in the record the run begins, s.
+    #[serde(default)]
+    pub start: f64,
+    /// Where in the record the motion ends, s; by default its end.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub end: Option<f64>,
+}
+
+/// `[ground_motion.ramp]`
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RampScene {
+    /// Acceleration that is reached and held, m/s², positive downstream.
+    pub acceleration: f64,
+    /// Time in which it is reached, s.
+    pub rise: f64,
+}
+
+/// Model of the water.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FidelityScene {
+    /// Westergaard's added mass.
+    Westergaard,
+    /// Compressible water by boundary elements.
+    Compressible,
+}
+
+/// `[reservoir]`
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ReservoirScene {
+    /// Depth of the water, m.
+    pub depth: f64,
+    /// Model of the water.
+    #[serde(default = "defaults::fidelity")]
+    pub fidelity: FidelityScene,
+    /// Density of the water, kg/m³.
+    #[serde(default = "defaults::water_density")]
+    pub density: f64,
+    /// Speed of sound in the water, m/s.
+    #[serde(default = "defaults::sound_speed")]
+    pub sound_speed: f64,
+    /// Wave reflection coefficient α of the bed, 0 to 1.
+    #[serde(default = "defaults::one")]
+    pub wave_reflection_coefficient: f64,
+    /// Largest length of a boundary element, m; by default depth / 16.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub element_size: Option<f64>,
+    /// Distance of the far end from the dam, m; by default depth / 2.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub far_end_distance: Option<f64>,
+}
+
+/// `[prescribed]`: a rigid dam that moves with the ground.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PrescribedScene {
+    /// Horizontal distance by which the wet face leans downstream from heel to water level, m.
+    #[serde(default)]
+    pub batter: f64,
+    /// Number of panels of the wet face.
+    pub panels: usize,
+}
+
+/// Plane condition.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PlaneScene {
+    /// Plane stress.
+    Stress,
+    /// Plane strain.
+    Strain,
+}
+
+/// Kinematics of the elements.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum KinematicsScene {
+    /// Small strain and rotation.
+    Small,
+    /// Small strain, rotation of any size.
+    Corotational,
+}
+
+/// `[dam]`
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DamScene {
+    /// Nominal length of an element's side, m.
+    pub element_size: f64,
+    /// Kinematics of the elements.
+    #[serde(default = "defaults::kinematics")]
+    pub kinematics: KinematicsScene,
+    /// Factor on the critical time step, 0 to 1.
+    #[serde(default = "defaults::time_step_safety")]
+    pub time_step_safety: f64,
+    /// Outline.
+    pub section: SectionScene,
+    /// Concrete.
+    pub material: MaterialScene,
+    /// Damping; always named, because sliding depends on it more than on anything else.
+    pub damping: DampingScene,
+    /// Penetrated cracks, horizontal.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub cracks: Vec<CrackScene>,
+}
+
+/// `[dam.section]`
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SectionScene {
+    /// Upstream side, (x, y) from the heel (0, 0) up to the crest, m.
+    pub upstream: Vec<[f64; 2]>,
+    /// Downstream side, (x, y) from the toe up to the crest, m.
+    pub downstream: Vec<[f64; 2]>,
+}
+
+/// `[dam.material]`
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MaterialScene {
+    /// Elastic modulus, Pa.
+    pub young_modulus: f64,
+    /// Poisson's ratio.
+    pub poisson_ratio: f64,
+    /// Density, kg/m³.
+    pub density: f64,
+    /// Plane condition.
+    #[serde(default = "defaults::plane")]
+    pub plane: PlaneScene,
+}
+
+/// `[dam.damping]`: Rayleigh damping named by two frequencies, or none.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DampingScene {
+    /// Damping ratio at the two frequencies; 0 for none.
+    pub ratio: f64,
+    /// The two frequencies as multiples of ω₁ of the intact empty dam.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub multiples_of_first: Option<[f64; 2]>,
+    /// The two frequencies, rad/s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub radians_per_second: Option<[f64; 2]>,
+}
+
+/// `[[dam.cracks]]`
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CrackScene {
+    /// Elevation above the heel, m.
+    pub elevation: f64,
+    /// Coulomb friction coefficient.
+    pub friction_coefficient: f64,
+    /// Normal stiffness, Pa/m.
+    pub normal_stiffness: f64,
+    /// Shear stiffness, Pa/m.
+    pub shear_stiffness: f64,
+}
+
+/// `[coupling]`
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct CouplingScene {
+    /// Tolerance ε on displacement and pressure.
+    pub tolerance: f64,
+    /// Most iterations a step.
+    pub iteration_limit: u32,
+    /// Acceleration of the iteration.
+    pub acceleration: AccelerationKind,
+    /// First (Aitken) or constant relaxation factor.
+    pub relaxation: f64,
+    /// Order of the extrapolation of pressure to the first guess, 0 to 2.
+    pub predictor_order: usize,
+}
+
+impl Default for Time {
+    fn default() -> Self {
+        Self { communication_step: 0.0025, quiet: 5.0, duration: None }
+    }
+}
+
+impl Default for CouplingScene {
+    fn default() -> Self {
+        Self {
+            tolerance: 1e-6,
+            iteration_limit: 100,
+            acceleration: AccelerationKind::Aitken,
+            relaxation: 0.9,
+            predictor_order: 2,
+        }
+    }
+}
+
+mod defaults {
+    use super::{FidelityScene, KinematicsScene, PlaneScene};
+
+    pub fn gravity() -> f64 {
+        9.81
+    }
+    pub fn one() -> f64 {
+        1.0
+    }
+    pub fn polarity() -> i8 {
+        1
+    }
+    pub fn water_density() -> f64 {
+        1000.0
+    }
+    pub fn sound_speed() -> f64 {
+        1440.0
+    }
+    pub fn time_step_safety() -> f64 {
+        0.9
+    }
+    pub fn fidelity() -> FidelityScene {
+        FidelityScene::Compressible
+    }
+    pub fn kinematics() -> KinematicsScene {
+        KinematicsScene::Corotational
+    }
+    pub fn plane() -> PlaneScene {
+        PlaneScene::Stress
+    }
+}
+
+impl LoadedScene {
+    /// Reads the scene at `path`: a `.toml` file, or a folder that holds `scene.toml`.
+    ///
+    /// Each of `overrides`, `key=value` such as `dam.element_size=2.5`, then takes the place of
+    /// what is written there; places of problems are those in the scene so changed.
+    ///
+    /// **Errors**: every problem of the scene at once, each at its line.
+    pub fn read(path: &Path, overrides: &[String]) -> Result<Self, SceneError> {
+        let file = if path.is_dir() { path.join("scene.toml") } else { path.to_owned() };
+        let source = std::fs::read_to_string(&file).map_err(|cause| {
+            SceneError::without_place(&file, Invalid::Unreadable { path: file.clone(), cause })
+        })?;
+        let source = overrides::apply(source, overrides, &file)?;
+        let folder = file.parent().unwrap_or(Path::new(""));
+        let folder_name =
+            folder.canonicalize().ok().and_then(|f| Some(f.file_name()?.to_string_lossy().into_owned()));
+        let stem = file.file_stem().map(|s| s.to_string_lossy().into_owned());
+        let name = stem.filter(|s| s != "scene").or(folder_name).unwrap_or_else(|| "scene".to_owned());
+        let (scene, ground_motion) = validate::parse(&source, folder, &file)?;
+        Ok(Self { name, scene, ground_motion })
+    }
+
+    /// Simulated time, s.
+    pub fn duration(&self) -> f64 {
+        self.scene.time.duration.unwrap_or(self.ground_motion.duration() + self.scene.time.quiet)
+    }
+
+    /// Number of communication steps that reach the end of the simulated time.
+    pub fn steps(&self) -> u64 {
+        (self.duration() / self.scene.time.communication_step - 1e-9).ceil() as u64
+    }
+}
+
+impl Scene {
+    /// Height of the dam, m.
+    pub fn height(&self) -> f64 {
+        let crest = self.dam.as_ref().and_then(|d| d.section.upstream.last());
+        crest.map_or(self.reservoir.depth, |p| p[1])
+    }
+}

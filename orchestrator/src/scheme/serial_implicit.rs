@@ -1,0 +1,252 @@
+use super::{CouplingError, Exchange, Predictor, Side, StepFailure, StepReport, Units};
+use crate::acceleration::Acceleration;
+use crate::convergence::ConvergenceMeasure;
+use crate::participant::{Description, Participant, ParticipantError};
+use std::ops::Range;
+use std::time::{Duration, Instant};
+
+/// Gauss–Seidel: in every iteration the dam steps with the guessed pressure, the reservoir
+/// with the dam's acceleration, and the answer's difference from the guess moves the guess.
+///
+/// An iteration is one step of each unit; the confirming one counts.
+pub struct SerialImplicit {
+    acceleration: Acceleration,
+    predictor: Predictor,
+    measure: ConvergenceMeasure,
+    iteration_limit: u32,
+    channels: Channels,
+    hydrostatic_pressure: Vec<f64>,
+    began: Instant,
+}
+
+/// Where the coupled variables lie in requests and answers.
+struct Channels {
+    dam_pressure: Range<usize>,
+    dam_hydrostatic: Range<usize>,
+    dam_ground: Range<usize>,
+    dam_displacement: Range<usize>,
+    dam_acceleration: Range<usize>,
+    reservoir_acceleration: Range<usize>,
+    reservoir_ground: Range<usize>,
+    reservoir_pressure: Range<usize>,
+}
+
+impl Channels {
+    fn of(dam: &Description, reservoir: &Description) -> Result<Self, ParticipantError> {
+        let find = |description: &Description, input: bool, variable: &str| {
+            let layout = if input { &description.inputs } else { &description.outputs };
+            layout.range(variable).ok_or_else(|| ParticipantError::Missing {
+                participant: description.name.clone(),
+                variable: variable.to_owned(),
+            })
+        };
+        Ok(Self {
+            dam_pressure: find(dam, true, "interface_pressure")?,
+            dam_hydrostatic: find(dam, true, "hydrostatic_pressure")?,
+            dam_ground: find(dam, true, "ground_acceleration")?,
+            dam_displacement: find(dam, false, "interface_displacement")?,
+            dam_acceleration: find(dam, false, "interface_acceleration")?,
+            reservoir_acceleration: find(reservoir, true, "interface_acceleration")?,
+            reservoir_ground: find(reservoir, true, "ground_acceleration")?,
+            reservoir_pressure: find(reservoir, false, "interface_pressure")?,
+        })
+    }
+}
+
+impl SerialImplicit {
+    /// A scheme for `units`.
+    ///
+    /// **Errors**: a unit lacks a coupled variable; the interface points of the two differ.
+    pub fn new(
+        units: &Units,
+        acceleration: Acceleration,
+        predictor: Predictor,
+        measure: ConvergenceMeasure,
+        iteration_limit: u32,
+    ) -> Result<Self, CouplingError> {
+        let channels = Channels::of(units.dam.description(), units.reservoir.description())?;
+        let coordinates = |unit: &dyn Participant| -> Result<Vec<[f64; 2]>, ParticipantError> {
+            let (x, y) = (unit.fixed("interface_x")?, unit.fixed("interface_y")?);
+            Ok(x.into_iter().zip(y).map(|(x, y)| [x, y]).collect())
+        };
+        let (dam, reservoir) = (coordinates(&*units.dam)?, coordinates(&*units.reservoir)?);
+        let differs = |(a, b): (&[f64; 2], &[f64; 2])| (a[0] - b[0]).hypot(a[1] - b[1]) > 1e-9;
+        let beyond = [f64::NAN, f64::NAN];
+        let index = dam.iter().zip(&reservoir).position(differs);
+        let index = index.or_else(|| (dam.len() != reservoir.len()).then(|| dam.len().min(reservoir.len())));
+        if let Some(index) = index {
+            let [dam_x, dam_y] = *dam.get(index).unwrap_or(&beyond);
+            let [reservoir_x, reservoir_y] = *reservoir.get(index).unwrap_or(&beyond);
+            return Err(CouplingError::Interface { index, dam_x, dam_y, reservoir_x, reservoir_y });
+        }
+        Ok(Self {
+            acceleration,
+            predictor,
+            measure,
+            iteration_limit,
+            channels,
+            hydrostatic_pressure: Vec::new(),
+            began: Instant::now(),
+        })
+    }
+
+    /// Initialises both units at `time` (s): the reservoir first, whose hydrostatic pressure loads the dam.
+    pub fn initialise(
+        &mut self,
+        units: &mut Units,
+        time: f64,
+        ground_acceleration: [f64; 2],
+    ) -> Result<StepReport, StepFailure> {
+        self.began = Instant::now();
+        let mut report = empty_report(0, time, 0.0, ground_acceleration);
+        match self.initialise_into(units, &mut report) {
+            Ok(()) => Ok(report),
+            Err(error) => Err(StepFailure { report: Box::new(report), error }),
+        }
+    }
+
+    fn initialise_into(&mut self, units: &mut Units, report: &mut StepReport) -> Result<(), CouplingError> {
+        let mut inputs = vec![0.0; units.reservoir.description().inputs.size()];
+        inputs[self.channels.reservoir_ground.clone()].copy_from_slice(&report.ground_acceleration);
+        let initialise = |unit: &mut dyn Participant, time, inputs: &[f64], outputs: &mut [f64]| {
+            unit.initialise(time, inputs, outputs)
+        };
+        let time = report.time;
+        self.exchange(&mut *units.reservoir, Side::Reservoir, 0, inputs, report, |u, i, o| {
+            initialise(u, time, i, o)
+        })?;
+        self.hydrostatic_pressure = units.reservoir.fixed("hydrostatic_pressure")?;
+        let pressure = vec![0.0; self.hydrostatic_pressure.len()];
+        let inputs = self.dam_inputs(&*units.dam, &pressure, report.ground_acceleration);
+        self.exchange(&mut *units.dam, Side::Dam, 0, inputs, report, |u, i, o| initialise(u, time, i, o))?;
+        report.exchanges.iter_mut().for_each(|e| e.accepted = true);
+        self.predictor.accept(&pressure);
+        Ok(())
+    }
+
+    /// Takes step number `step` from `time` (s), repeated until it converges.
+    ///
+    /// **Errors**: a unit fails, or the iterations run out; either comes with the exchanges so far.
+    pub fn advance(
+        &mut self,
+        units: &mut Units,
+        step: u64,
+        time: f64,
+        communication_step: f64,
+        ground_acceleration: [f64; 2],
+    ) -> Result<StepReport, StepFailure> {
+        let mut report = empty_report(step, time, communication_step, ground_acceleration);
+        match self.iterate(units, &mut report) {
+            Ok(()) => Ok(report),
+            Err(error) => Err(StepFailure { report: Box::new(report), error }),
+        }
+    }
+
+    fn iterate(&mut self, units: &mut Units, report: &mut StepReport) -> Result<(), CouplingError> {
+        let (time, length, ground) = (report.time, report.communication_step, report.ground_acceleration);
+        let mut pressure = vec![0.0; self.hydrostatic_pressure.len()];
+        let mut previous_displacement: Option<Vec<f64>> = None;
+        self.predictor.predict(&mut pressure);
+        self.acceleration.begin_step();
+        timed(&mut report.solver_time[0], || units.dam.save_state())?;
+        timed(&mut report.solver_time[1], || units.reservoir.save_state())?;
+        for iteration in 1..=self.iteration_limit {
+            if iteration > 1 {
+                timed(&mut report.solver_time[0], || units.dam.restore_state())?;
+                timed(&mut report.solver_time[1], || units.reservoir.restore_state())?;
+            }
+            let inputs = self.dam_inputs(&*units.dam, &pressure, ground);
+            let dam = self.exchange(&mut *units.dam, Side::Dam, iteration, inputs, report, |u, i, o| {
+                u.step(time, length, i, o)
+            })?;
+            let moved = &report.exchanges[dam].outputs;
+            let displacement = moved[self.channels.dam_displacement.clone()].to_vec();
+            let mut inputs = vec![0.0; units.reservoir.description().inputs.size()];
+            inputs[self.channels.reservoir_acceleration.clone()]
+                .copy_from_slice(&moved[self.channels.dam_acceleration.clone()]);
+            inputs[self.channels.reservoir_ground.clone()].copy_from_slice(&ground);
+            let water = self.exchange(
+                &mut *units.reservoir,
+                Side::Reservoir,
+                iteration,
+                inputs,
+                report,
+                |u, i, o| u.step(time, length, i, o),
+            )?;
+
+            let answered = &report.exchanges[water].outputs[self.channels.reservoir_pressure.clone()];
+            let residuals =
+                self.measure.residuals(&displacement, previous_displacement.as_deref(), &pressure, answered);
+            report.residuals = Some(residuals);
+            report.relaxation = self.acceleration.relaxation();
+            if self.measure.converged(&residuals) {
+                self.predictor.accept(answered);
+                report.exchanges[dam].accepted = true;
+                report.exchanges[water].accepted = true;
+                return Ok(());
+            }
+            let residual: Vec<f64> = answered.iter().zip(&pressure).map(|(q, p)| q - p).collect();
+            self.acceleration.accelerate(&mut pressure, &residual);
+            previous_displacement = Some(displacement);
+        }
+        let residuals = report.residuals.unwrap_or(self.measure.residuals(&[], None, &[], &[]));
+        Err(CouplingError::NotConverged {
+            step: report.step,
+            time,
+            iterations: self.iteration_limit,
+            pressure: residuals.pressure,
+            pressure_ratio: residuals.pressure_ratio,
+            displacement: residuals.displacement,
+            tolerance: self.measure.tolerance,
+        })
+    }
+
+    fn dam_inputs(&self, dam: &dyn Participant, pressure: &[f64], ground_acceleration: [f64; 2]) -> Vec<f64> {
+        let mut inputs = vec![0.0; dam.description().inputs.size()];
+        inputs[self.channels.dam_pressure.clone()].copy_from_slice(pressure);
+        inputs[self.channels.dam_hydrostatic.clone()].copy_from_slice(&self.hydrostatic_pressure);
+        inputs[self.channels.dam_ground.clone()].copy_from_slice(&ground_acceleration);
+        inputs
+    }
+
+    /// Calls a unit and adds the exchange to the report; returns its index there.
+    fn exchange(
+        &self,
+        unit: &mut dyn Participant,
+        side: Side,
+        iteration: u32,
+        inputs: Vec<f64>,
+        report: &mut StepReport,
+        call: impl FnOnce(&mut dyn Participant, &[f64], &mut [f64]) -> Result<(), ParticipantError>,
+    ) -> Result<usize, CouplingError> {
+        let mut outputs = vec![0.0; unit.description().outputs.size()];
+        let sent = self.began.elapsed();
+        let result = call(unit, &inputs, &mut outputs);
+        let answered = self.began.elapsed();
+        report.solver_time[side as usize] += answered - sent;
+        report.exchanges.push(Exchange { side, iteration, accepted: false, inputs, outputs, sent, answered });
+        result?;
+        Ok(report.exchanges.len() - 1)
+    }
+}
+
+fn empty_report(step: u64, time: f64, communication_step: f64, ground_acceleration: [f64; 2]) -> StepReport {
+    StepReport {
+        step,
+        attempt: 1,
+        time,
+        communication_step,
+        ground_acceleration,
+        exchanges: Vec::new(),
+        residuals: None,
+        relaxation: 1.0,
+        solver_time: [Duration::ZERO; 2],
+    }
+}
+
+fn timed<T>(total: &mut Duration, call: impl FnOnce() -> T) -> T {
+    let start = Instant::now();
+    let result = call();
+    *total += start.elapsed();
+    result
+}
