@@ -1,0 +1,120 @@
+"""The log opens with a protobuf-aware MCAP reader, and its values are those of the CSV files."""
+
+import csv
+import tomllib
+from collections import defaultdict
+
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+from mcap_protobuf.decoder import DecoderFactory
+
+
+@pytest.fixture(scope="session")
+def log(run):
+    """The messages by topic, each with its MCAP record: a list of (record, message)."""
+    topics = defaultdict(list)
+    with open(run / "log.mcap", "rb") as file:
+        reader = make_reader(file, decoder_factories=[DecoderFactory()])
+        for _, channel, record, message in reader.iter_decoded_messages(log_time_order=False):
+            topics[channel.topic].append((record, message))
+    return topics
+
+
+def table(path):
+    """Column names and values of a CSV file."""
+    with open(path, newline="") as file:
+        header, *rows = csv.reader(file)
+    return header, np.array(rows, dtype=float)
+
+
+def accepted(log, topic):
+    return [message for _, message in log[topic] if message.accepted]
+
+
+def test_histories_are_the_accepted_answers(run, log):
+    header, values = table(run / "histories.csv")
+    answers = {"dam": accepted(log, "/dam/answer"), "reservoir": accepted(log, "/reservoir/answer")}
+    assert len(values) == len(answers["dam"]) == len(answers["reservoir"]) == 241
+    compared = 0
+    for column, name in enumerate(header):
+        name = name.split(" [")[0]
+        unit, _, quantity = name.partition(".")
+        if unit not in answers:
+            continue
+        quantity, _, index = quantity.partition(".")
+        fields = [getattr(answer, quantity) for answer in answers[unit]]
+        if index:
+            fields = [field[{"x": 0, "y": 1}.get(index) if index in "xy" else int(index)] for field in fields]
+        np.testing.assert_array_equal(values[:, column], fields, err_msg=name)
+        compared += 1
+    assert compared >= 20
+    times = [message.time + message.communication_step for message in answers["dam"]]
+    np.testing.assert_allclose(values[:, 0], times, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "unit, quantity",
+    [("dam", "interface_displacement"), ("dam", "interface_acceleration"), ("reservoir", "interface_pressure")],
+)
+def test_wet_face_files_are_the_accepted_answers(run, log, unit, quantity):
+    _, values = table(run / f"{unit}-{quantity}.csv")
+    answers = np.array([getattr(answer, quantity) for answer in accepted(log, f"/{unit}/answer")])
+    np.testing.assert_array_equal(values[:, 1:], answers)
+    norms = [getattr(answer, f"{quantity}_norm") for answer in accepted(log, f"/{unit}/answer")]
+    np.testing.assert_allclose(norms, np.linalg.norm(answers, axis=1), rtol=1e-12)
+
+
+def test_every_iteration_is_there(log):
+    steps = [message for _, message in log["/step"]]
+    assert [message.step for message in steps] == list(range(241))
+    assert all(message.converged for message in steps)
+    for unit in ("dam", "reservoir"):
+        requests, answers = log[f"/{unit}/request"], log[f"/{unit}/answer"]
+        assert len(requests) == len(answers) == sum(message.iterations for message in steps[1:]) + 1
+        for (sent, request), (came, answer) in zip(requests, answers):
+            assert sent.sequence == came.sequence
+            assert (request.step, request.iteration, request.accepted) == (
+                answer.step,
+                answer.iteration,
+                answer.accepted,
+            )
+            assert sent.publish_time == round((request.time + request.communication_step) * 1e9)
+            assert request.wall_time <= answer.wall_time
+
+
+def test_each_unit_was_asked_what_the_other_answered(log):
+    """Action and reaction of the exchange itself."""
+    dam = {(m.step, m.iteration): m for _, m in log["/dam/answer"]}
+    for _, request in log["/reservoir/request"]:
+        if request.step:
+            answer = dam[request.step, request.iteration]
+            assert list(request.interface_acceleration) == list(answer.interface_acceleration)
+
+
+def test_time_order(log):
+    """Log time never decreases, and a step is one range of it: its start plus a counter."""
+    ranges = defaultdict(list)
+    for topic in ("/dam/request", "/dam/answer", "/reservoir/request", "/reservoir/answer", "/step"):
+        times = [record.log_time for record, _ in log[topic]]
+        assert times == sorted(times)
+        for record, message in log[topic]:
+            ranges[message.step].append(record.log_time)
+    for step, times in ranges.items():
+        start = round(max(step - 1, 0) * 0.0025 * 1e9)
+        assert start <= min(times) and max(times) < start + 1000
+
+
+def test_the_log_says_what_was_run(run, log):
+    manifest = tomllib.loads((run / "manifest.toml").read_text())
+    (scene,) = [message for _, message in log["/scene"]]
+    assert tomllib.loads(scene.toml) == manifest["scene"]
+    (build,) = [message for _, message in log["/build"]]
+    assert build.commit == manifest["build"]["commit"]
+    units = [(message.name, message.fingerprint) for _, message in log["/unit"]]
+    assert units == [(unit["name"], unit["fingerprint"]) for unit in manifest["units"]]
+    assert [name for name, _ in units] == ["dam", "reservoir"] and len(units[0][1]) == 64
+    (ground,) = [message for _, message in log["/ground_motion"]]
+    assert ground.interval == pytest.approx(0.01) and len(ground.acceleration) == 51
+    (end,) = [message for _, message in log["/end"]]
+    assert end.status == "completed"

@@ -1,0 +1,173 @@
+//! The binary on short scenes: what it writes, what it says, how it ends.
+
+use orchestrator::observer::Status;
+use std::process::Stdio;
+use std::time::Duration;
+use whole_chain::scenario::{Histories, Scenario};
+
+/// The strong part of the main scene on a coarse mesh.
+fn short_scene() -> Scenario {
+    let mut scenario = Scenario::shipped("koyna-northridge-1994");
+    scenario.set("dam.element_size", 10.0).set("ground_motion.record.start", 4.0);
+    scenario.set("ground_motion.record.end", 5.0).set("time.quiet", 0.5);
+    scenario
+}
+
+#[test]
+fn a_run_leaves_log_histories_and_manifest() {
+    let scenario = short_scene();
+    let output = scenario.try_run("run");
+    let (said, complaint) =
+        (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "{complaint}");
+    let wanted = [
+        "peak crest displacement downstream",
+        "peak crest displacement upstream",
+        "peak sliding",
+        "peak rotation of the block above",
+        "peak acceleration below the crack",
+        "peak acceleration above the crack",
+        "peak crest acceleration",
+        "peak hydrodynamic base pressure over hydrostatic",
+        "energy balance error",
+        "dam steps per communication step, mean",
+        "Rayleigh, 5 %",
+        "wall time",
+    ];
+    for quantity in wanted {
+        assert!(said.contains(quantity), "`{quantity}` is missing in:\n{said}");
+    }
+    // Half a second of rest is not enough for a residual.
+    assert!(!said.contains("residual sliding"), "{said}");
+
+    let folder = scenario.folder().join("run");
+    let manifest: toml::Table =
+        std::fs::read_to_string(folder.join("manifest.toml")).expect("a manifest").parse().expect("TOML");
+    assert_eq!(
+        manifest["scene"]["coupling"]["predictor_order"].as_integer(),
+        Some(2),
+        "defaults are written"
+    );
+    assert_eq!(manifest["scene"]["reservoir"]["far_end_distance"].as_float(), Some(91.75 / 2.0));
+    assert_eq!(manifest["result"]["status"].as_str(), Some("completed"));
+    assert!(manifest["build"]["commit"].as_str().is_some_and(|c| !c.is_empty()));
+
+    let histories = Histories::read(&folder.join("histories.csv"));
+    let time = histories.column("time");
+    assert_eq!(time.len(), 601);
+    assert_eq!(time[600], 1.5);
+    let quantities = manifest["result"]["quantities"].as_array().expect("quantities");
+    let reported =
+        quantities.iter().find(|q| q["name"].as_str() == Some("peak crest displacement downstream"));
+    let reported = reported.and_then(|q| q["value"].as_float()).expect("a peak");
+    let largest = histories.column("dam.crest_displacement.x").iter().copied().fold(f64::MIN, f64::max);
+    assert_eq!(reported, 1e3 * largest);
+    assert!(std::fs::metadata(folder.join("log.mcap")).expect("a log").len() > 100_000);
+
+    // The manifest's scene can be run again and gives the same bits.
+    let again = scenario.folder().join("again.toml");
+    std::fs::write(&again, toml::to_string(&manifest["scene"]).expect("TOML")).expect("written");
+    let mut command = std::process::Command::new(whole_chain::scenario::binary());
+    command.arg("run").arg(&again).args(["--quiet", "--threads", "1", "--output"]);
+    let output = command.arg(scenario.folder().join("again")).output().expect("cofferdam runs");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let read =
+        |run: &str| std::fs::read(scenario.folder().join(run).join("histories.csv")).expect("histories");
+    assert!(read("run") == read("again"), "the histories differ");
+}
+
+#[test]
+fn iterations_stay_within_what_was_measured() {
+    // Mean of the dam steps per communication step in the strong part of the main scene, 10 m mesh.
+    let histories = short_scene().run();
+    let iterations = &histories.column("iterations")[1..];
+    let mean = iterations.iter().sum::<f64>() / iterations.len() as f64;
+    println!("dam steps per communication step: mean {mean:.2}, most {}", whole_chain::peak(iterations));
+    assert!(mean <= 5.5, "{mean}");
+}
+
+#[test]
+fn energy_is_balanced_in_a_short_run() {
+    let histories = short_scene().run();
+    let error = whole_chain::peak(histories.column("dam.energy_balance_error"));
+    let kinetic = whole_chain::peak(histories.column("dam.kinetic_energy"));
+    println!("energy balance error over peak kinetic energy: {:.2e}", error / kinetic);
+    assert!(kinetic > 0.0 && error <= 0.01 * kinetic, "{error} of {kinetic}");
+}
+
+#[test]
+fn an_interrupted_run_says_so_and_stays_readable() {
+    let mut scenario = Scenario::shipped("koyna-northridge-1994");
+    scenario.set("dam.element_size", 10.0);
+    let mut child =
+        scenario.command("run").stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("a child");
+    let histories = scenario.folder().join("run/histories.csv");
+    // A second after rows began to be written there is something to interrupt.
+    while std::fs::metadata(&histories).map_or(0, |m| m.len()) < 10_000 {
+        assert!(child.try_wait().expect("a child").is_none(), "the run ended by itself");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let signal = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(signal.expect("kill").success());
+    let output = child.wait_with_output().expect("an ending");
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert_eq!(output.status.code(), Some(130), "{said}");
+    assert!(said.contains("PARTIAL RESULT, run interrupted"), "{said}");
+    let manifest: toml::Table = std::fs::read_to_string(scenario.folder().join("run/manifest.toml"))
+        .expect("a manifest")
+        .parse()
+        .expect("TOML");
+    assert_eq!(manifest["result"]["status"].as_str(), Some(&*Status::Interrupted.to_string()));
+    let rows = Histories::read(&histories).column("time").len();
+    assert!(rows > 10 && rows < 9000, "{rows} rows");
+}
+
+#[test]
+fn a_value_that_cannot_be_set_is_refused() {
+    let scenario = short_scene();
+    let output =
+        scenario.command("run").args(["--set", "dam.cracks.4.elevation=3"]).output().expect("cofferdam runs");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains("dam.cracks.4.elevation=3"), "{said}");
+}
+
+#[test]
+fn a_step_that_does_not_converge_ends_the_run_with_status_3() {
+    let scenario = short_scene();
+    let mut command = scenario.command("run");
+    command.args(["--set", "coupling.tolerance=1e-13", "--set", "coupling.iteration_limit=2"]);
+    let output = command.output().expect("cofferdam runs");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(3), "{said}");
+    assert!(said.contains("step 1 at t = 0 s did not converge in 2 iterations"), "{said}");
+}
+
+#[test]
+fn added_mass_runs_too() {
+    let mut scenario = short_scene();
+    scenario.set("reservoir.fidelity", "westergaard");
+    let added = scenario.run();
+    let iterations = &added.column("iterations")[1..];
+    println!("added mass: {:.1} dam steps a step", iterations.iter().sum::<f64>() / iterations.len() as f64);
+    scenario.set("reservoir.fidelity", "compressible");
+    let compressible = whole_chain::peak(short_scene().run().column("dam.crest_displacement.x"));
+    let added = whole_chain::peak(added.column("dam.crest_displacement.x"));
+    assert!((0.5..2.0).contains(&(added / compressible)), "{added} against {compressible}");
+}
+
+#[test]
+fn help_teaches() {
+    let help = std::process::Command::new(whole_chain::scenario::binary()).args(["run", "--help"]).output();
+    let help = String::from_utf8_lossy(&help.expect("help").stdout).into_owned();
+    for word in [
+        "log.mcap",
+        "histories.csv",
+        "manifest.toml",
+        "Exit status",
+        "scenes/koyna-northridge-1994",
+        "Ctrl-C",
+    ] {
+        assert!(help.contains(word), "`{word}` is missing in:\n{help}");
+    }
+}
