@@ -51,7 +51,7 @@ pub enum WetFaceError {
 }
 
 impl WetFace {
-    /// The wet face through `points` [m], from the heel (the origin) up.
+    /// The wet face through `points` (m), from the heel (the origin) up.
     ///
     /// **Errors**: [`WetFaceError`]; two consecutive points may coincide, never three.
     pub fn new(points: Vec<[f64; 2]>) -> Result<Self, WetFaceError> {
@@ -76,7 +76,7 @@ impl WetFace {
         Ok(Self { points })
     }
 
-    /// A straight face from the heel to `top` [m] with `panels` equal panels.
+    /// A straight face from the heel to `top` (m) with `panels` equal panels.
     pub fn straight(top: [f64; 2], panels: usize) -> Result<Self, WetFaceError> {
         let at = |i: usize| i as f64 / panels as f64;
         Self::new((0..=panels).map(|i| [top[0] * at(i), top[1] * at(i)]).collect())
@@ -129,7 +129,7 @@ impl WetFace {
         lengths
     }
 
-    /// Nodal forces [N/m] of a pressure [Pa] that is linear along every panel: `F_i = ∫ N_i p n ds`.
+    /// Nodal forces (N/m) of a pressure (Pa) that is linear along every panel: `F_i = ∫ N_i p n ds`.
     ///
     /// **Shapes**: `pressure` one value a point; the result one (x, y) pair a point.
     pub fn nodal_forces(&self, pressure: &[f64]) -> Vec<[f64; 2]> {
