@@ -3,8 +3,13 @@
 use std::process::Command;
 
 fn main() {
-    println!("cargo:rerun-if-changed=../.git/HEAD");
-    println!("cargo:rerun-if-changed=../.git/index");
+    // Whatever makes the program or the state of the work tree another one.
+    let sources = ["src", "../interface/src", "../reservoir-fmu/src", "../dam-dem/src", "../Cargo.lock"];
+    for path in sources.into_iter().chain(["../.git/HEAD", "../.git/index"]) {
+        if std::path::Path::new(path).exists() {
+            println!("cargo:rerun-if-changed={path}");
+        }
+    }
     let output = Command::new("git").args(["describe", "--always", "--dirty", "--abbrev=12"]).output();
     let commit = output.ok().filter(|o| o.status.success()).and_then(|o| String::from_utf8(o.stdout).ok());
     println!("cargo:rustc-env=COFFERDAM_COMMIT={}", commit.as_deref().map_or("unknown", str::trim));

@@ -70,6 +70,47 @@ fn geometry_that_makes_no_dam() {
 }
 
 #[test]
+fn levels_that_lie_too_close_together() {
+    let thin = |upper: f64| {
+        format!(
+            "vertices, cracks and the water level at 66.5 m and {upper} m are less than 0.5 m apart, a tenth of \
+             `dam.element_size`; make them equal, move one, or use smaller elements"
+        )
+    };
+    one(CRACKED, "reservoir.depth", 66.52, &thin(66.52), "66.52");
+    one(CRACKED, "dam.cracks.0.elevation", 66.6, &thin(66.6), "66.6");
+    let mut scenario = Scenario::shipped(CRACKED);
+    scenario.set("reservoir.depth", 66.5);
+    assert!(LoadedScene::read(&scenario.write(), &[]).is_ok());
+}
+
+#[test]
+fn more_than_can_be_computed() {
+    let elements =
+        "`dam.element_size` leads to 1.436e12 elements of the dam; 1e6 are the most, so change it by as much";
+    one(CRACKED, "dam.element_size", 1e-4, elements, "0.0001");
+    let boundary = "`reservoir.element_size` leads to 2.294e8 boundary elements of the reservoir; 2e3 are the most, \
+                    so change it by as much";
+    one(CRACKED, "reservoir.element_size", 1e-6, boundary, "0.000001");
+    let steps = "`time.communication_step` leads to 2.499e10 communication steps; 1e6 are the most, so change it by \
+                 as much";
+    one(CRACKED, "time.communication_step", 1e-9, steps, "0.000000001");
+    let stiff = Scenario::shipped(CRACKED);
+    let output = stiff.command("run").args(["--set", "dam.cracks.0.normal_stiffness=1e16"]).output();
+    let output = output.expect("cofferdam runs");
+    assert_eq!(output.status.code(), Some(4));
+    let said = flat(&output.stderr);
+    assert!(said.contains("time steps") && said.contains("lower the joint stiffness"), "{said}");
+}
+
+#[test]
+fn a_ground_motion_that_would_be_undersampled() {
+    let step = "`time.communication_step` is 0.02 s, longer than the ground motion's interval of 0.01 s, whose peaks \
+                it would miss; make it no longer, best a whole fraction of it";
+    one(CRACKED, "time.communication_step", 0.02, step, "0.02");
+}
+
+#[test]
 fn keys_that_are_missing_or_unknown() {
     let mut scenario = Scenario::shipped(CRACKED);
     scenario.set("reservoir.dept", 3.0);
@@ -130,6 +171,8 @@ fn records_that_cannot_be_used() {
     assert_eq!(found, "/a.csv: the record has 0 samples, two are the least");
     let found = with("a.csv", Some("0,0.1\n0.01,0\n0.02 0\n"));
     assert_eq!(found, "/a.csv:3: `0.02 0` is not `time,acceleration`, two numbers");
+    let found = with("a.csv", Some("0,O.5\n0.01,0\n0.02,0\n"));
+    assert_eq!(found, "/a.csv:1: `0,O.5` is not `time,acceleration`, two numbers");
     let found = with("a.at2", Some("1\n2\n3\nNPTS= 3, DT= .01 SEC\n0.1 0.2\n"));
     assert!(found.starts_with("/a.at2: the header promises 3 samples, the file holds 2"), "{found}");
     let found = with("a.at2", Some("1\n2\n3\n4\n0.1 0.2\n"));
@@ -171,9 +214,9 @@ fn an_output_folder_that_cannot_be_made_or_is_taken() {
     assert!(said.contains("file/run") && said.contains("choose another --output"), "{said}");
 
     std::fs::create_dir(scenario.folder().join("taken")).expect("a folder");
-    std::fs::write(scenario.folder().join("taken/manifest.toml"), "").expect("a manifest");
+    std::fs::write(scenario.folder().join("taken/histories.csv"), "precious").expect("a file");
     let output = scenario.try_run("taken");
     let said = flat(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{said}");
-    assert!(said.contains("holds a run already"), "{said}");
+    assert!(said.contains("is not empty"), "{said}");
 }

@@ -54,8 +54,9 @@ fn a_run_leaves_log_histories_and_manifest() {
 
     let histories = Histories::read(&folder.join("histories.csv"));
     let time = histories.column("time");
-    assert_eq!(time.len(), 601);
-    assert_eq!(time[600], 1.5);
+    // 1 s of record, 0.01 s in which it falls to zero, 0.5 s of rest.
+    assert_eq!(time.len(), 605);
+    assert_eq!(time[604], 1.51);
     let quantities = manifest["result"]["quantities"].as_array().expect("quantities");
     let reported =
         quantities.iter().find(|q| q["name"].as_str() == Some("peak crest displacement downstream"));
@@ -141,6 +142,12 @@ fn a_step_that_does_not_converge_ends_the_run_with_status_3() {
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(3), "{said}");
     assert!(said.contains("step 1 at t = 0 s did not converge in 2 iterations"), "{said}");
+    assert!(String::from_utf8_lossy(&output.stdout).contains("PARTIAL RESULT, run failed"));
+    let manifest = std::fs::read_to_string(scenario.folder().join("run/manifest.toml")).expect("a manifest");
+    let manifest: toml::Table = manifest.parse().expect("TOML");
+    let status = manifest["result"]["status"].as_str().unwrap_or("");
+    assert!(status.starts_with("failed: step 1"), "{status}");
+    assert_eq!(manifest["units"].as_array().map(Vec::len), Some(2));
 }
 
 #[test]
@@ -150,10 +157,56 @@ fn added_mass_runs_too() {
     let added = scenario.run();
     let iterations = &added.column("iterations")[1..];
     println!("added mass: {:.1} dam steps a step", iterations.iter().sum::<f64>() / iterations.len() as f64);
-    scenario.set("reservoir.fidelity", "compressible");
     let compressible = whole_chain::peak(short_scene().run().column("dam.crest_displacement.x"));
     let added = whole_chain::peak(added.column("dam.crest_displacement.x"));
     assert!((0.5..2.0).contains(&(added / compressible)), "{added} against {compressible}");
+}
+
+#[test]
+fn a_reader_that_goes_away_does_not_end_the_run() {
+    let scenario = Scenario::shipped("rigid-dam-ramp");
+    let mut child = scenario.command("run").stdout(Stdio::piped()).spawn().expect("a child");
+    drop(child.stdout.take());
+    assert!(child.wait().expect("an ending").success());
+    let manifest = std::fs::read_to_string(scenario.folder().join("run/manifest.toml")).expect("a manifest");
+    assert!(manifest.contains("completed"));
+}
+
+#[test]
+fn a_residual_needs_five_seconds_of_rest() {
+    let mut scenario = short_scene();
+    scenario.set("ground_motion.record.end", 4.2).set("time.quiet", 5.0).set("dam.element_size", 20.0);
+    let said = String::from_utf8_lossy(&scenario.try_run("run").stdout).into_owned();
+    assert!(said.contains("residual sliding"), "{said}");
+    scenario.set("time.quiet", 4.99);
+    let said = String::from_utf8_lossy(&scenario.try_run("less").stdout).into_owned();
+    assert!(said.contains("peak sliding") && !said.contains("residual sliding"), "{said}");
+}
+
+#[test]
+fn several_cracks_are_named_by_their_elevations() {
+    let mut scenario = short_scene();
+    let crack = |elevation: f64, friction: f64| {
+        let mut crack = toml::Table::new();
+        crack.insert("elevation".to_owned(), elevation.into());
+        crack.insert("friction_coefficient".to_owned(), friction.into());
+        crack.insert("normal_stiffness".to_owned(), 1e11.into());
+        crack.insert("shear_stiffness".to_owned(), 0.5e11.into());
+        toml::Value::Table(crack)
+    };
+    // In the order from above, with friction that only the upper one can slide on.
+    scenario.set("dam.cracks", vec![crack(66.5, 0.7), crack(40.0, 50.0)]);
+    let output = scenario.try_run("run");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let histories = Histories::read(&scenario.folder().join("run/histories.csv"));
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    for (column, elevation) in [("dam.crack_sliding.0", "40"), ("dam.crack_sliding.1", "66.5")] {
+        let line =
+            said.lines().find(|l| l.starts_with(&format!("peak sliding, {elevation} m"))).expect("a line");
+        let value: f64 = line.split_whitespace().nth(4).and_then(|v| v.parse().ok()).expect("a number");
+        let peak = 1e3 * whole_chain::peak(histories.column(column));
+        assert!((value.abs() / peak - 1.0).abs() < 1e-3, "{line} against {peak}");
+    }
 }
 
 #[test]

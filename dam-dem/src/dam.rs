@@ -69,7 +69,9 @@ impl Dam {
         let points = wet.as_ref().map_or(0, |wet| wet.face.len());
         let inputs = Inputs { pressure: vec![0.0; points], ground_acceleration: [0.0; 2] };
         let motion = structure.at_rest();
+        let fingerprint = Fingerprint::of("dam", &parameters)?;
         let state = DamState {
+            fingerprint,
             initialised: false,
             time: 0.0,
             rest: motion.displacement.clone(),
@@ -82,7 +84,7 @@ impl Dam {
         };
         Ok(Self {
             critical_time_step: CriticalTimeStep::of(&structure),
-            fingerprint: Fingerprint::of("dam", &parameters)?,
+            fingerprint,
             parameters,
             cracks,
             structure,
@@ -132,7 +134,7 @@ impl Dam {
 
     /// Longest time step that the dam takes, safety factor included, s.
     pub fn time_step_limit(&self) -> f64 {
-        self.parameters.time_step_safety * self.critical_time_step.limit
+        self.critical_time_step.with_safety(self.parameters.time_step_safety, !self.cracks.is_empty())
     }
 
     /// Number of time steps in a communication step of `communication_step` seconds.
@@ -234,6 +236,7 @@ impl CoSimulation for Dam {
         if self.state.initialised {
             return Err(self.order("initialise").into());
         }
+        crate::error::require(start_time.is_finite(), "start_time", start_time, "finite")?;
         let mut motion = self.structure.at_rest();
         let hydrostatic = &self.state.hydrostatic_pressure;
         let static_forces = self.forces(|i| hydrostatic[i]);
@@ -282,7 +285,7 @@ impl CoSimulation for Dam {
         }
         let step = communication_step;
         crate::error::require(step > 0.0, "communication_step", step, "positive")?;
-        if (time - self.state.time).abs() > TIME_TOLERANCE * step {
+        if (time - self.state.time).abs() > TIME_TOLERANCE * step || !time.is_finite() {
             return Err(CallError::Time { unit: self.name(), asked: time, time: self.state.time }.into());
         }
         let start = self.forces_under(&self.state.accepted);
@@ -325,11 +328,11 @@ impl CoSimulation for Dam {
         self.state.clone()
     }
 
-    /// **Errors**: [`DamError::ForeignState`] for the state of another mesh.
+    /// **Errors**: [`StateError::Fingerprint`](interface::StateError::Fingerprint) for the state of another dam.
     fn restore_state(&mut self, state: &DamState) -> Result<(), DamError> {
-        let (found, expected) = (state.rest.len(), self.node_count());
+        let (found, expected) = (state.fingerprint, self.fingerprint);
         if found != expected {
-            return Err(DamError::ForeignState { found, expected });
+            return Err(interface::StateError::Fingerprint { found, expected }.into());
         }
         self.state.clone_from(state);
         Ok(())

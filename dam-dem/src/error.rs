@@ -55,6 +55,19 @@ pub enum DamError {
         /// Elevation of the downstream end, m.
         downstream: f64,
     },
+    /// Two elevations at which rows of elements must end lie too close together.
+    #[error(
+        "vertices, cracks and water level at {lower} m and {upper} m are less than {least} m apart, a tenth of an \
+         element; make them equal, move one, or use smaller elements"
+    )]
+    ThinRow {
+        /// Lower elevation, m.
+        lower: f64,
+        /// Upper elevation, m.
+        upper: f64,
+        /// Least distance, m.
+        least: f64,
+    },
     /// The upstream side is not left of the downstream side.
     #[error("the sides of the section meet or cross at y = {elevation} m, where its width is {width} m")]
     SidesCross {
@@ -135,14 +148,6 @@ pub enum DamError {
         block: usize,
         /// Time at the end of the communication step, s.
         time: f64,
-    },
-    /// The saved state does not fit this dam.
-    #[error("the state has {found} nodes, this dam has {expected}; restore only states that this dam saved")]
-    ForeignState {
-        /// Nodes of the state.
-        found: usize,
-        /// Nodes of this dam.
-        expected: usize,
     },
     /// The wet face cannot be made.
     #[error(transparent)]

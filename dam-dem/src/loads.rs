@@ -72,12 +72,37 @@ impl Wet {
         if level == 0.0 {
             return Ok(None);
         }
-        let nodes = mesh.upstream_nodes_to(level);
+        let nodes = double_at_kinks(mesh, &mesh.upstream_nodes_to(level));
         let face = WetFace::new(nodes.iter().map(|&node| mesh.nodes[node]).collect())?;
         let load = PressureLoad::new(&face, &nodes);
         Ok(Some(Self { normals: face.normals(), face, nodes, load }))
     }
 }
+
+/// The chain of nodes with those at a kink of the face twice: each panel then has points with its own
+/// normal. Nodes at a crack are two already.
+fn double_at_kinks(mesh: &Mesh, chain: &[usize]) -> Vec<usize> {
+    let turn = |[a, b, c]: [usize; 3]| {
+        let [a, b, c] = [a, b, c].map(|node| mesh.nodes[node]);
+        (b[0] - a[0]) * (c[1] - b[1]) - (c[0] - b[0]) * (b[1] - a[1])
+    };
+    let mut nodes = Vec::new();
+    for (i, &node) in chain.iter().enumerate() {
+        nodes.push(node);
+        if i > 0 && i + 1 < chain.len() {
+            let [before, after] = [chain[i - 1], chain[i + 1]];
+            let length = mesh.nodes[after][1] - mesh.nodes[before][1];
+            let alone = mesh.nodes[before] != mesh.nodes[node] && mesh.nodes[after] != mesh.nodes[node];
+            if alone && turn([before, node, after]).abs() > KINK * length * length {
+                nodes.push(node);
+            }
+        }
+    }
+    nodes
+}
+
+/// Least turn of the face, about the sine of its angle, that counts as a kink.
+const KINK: f64 = 1e-6;
 
 /// Adds the inertia `−m a_g` of nodes that move with the ground at `acceleration` (m/s²).
 pub(crate) fn add_ground_inertia(mass: &[f64], acceleration: [f64; 2], forces: &mut [[f64; 2]]) {
@@ -90,6 +115,22 @@ pub(crate) fn add_ground_inertia(mass: &[f64], acceleration: [f64; 2], forces: &
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_kink_has_two_points_with_a_normal_each() -> Result<(), WetFaceError> {
+        let section = crate::Section {
+            upstream: vec![[0.0, 0.0], [4.0, 40.0], [4.0, 100.0]],
+            downstream: vec![[70.0, 0.0], [20.0, 100.0]],
+        };
+        for (cracks, points) in [(vec![], 12), (vec![40.0], 12), (vec![70.0], 13)] {
+            let mesh = Mesh::new(&section, &cracks, &[100.0], 10.0);
+            let wet = Wet::below(&mesh, 100.0)?.map(|wet| (wet.face.len(), wet.normals));
+            let (count, normals) = wet.unwrap_or_default();
+            assert_eq!(count, points);
+            assert!(normals.iter().all(|n| n[1] == 0.0 || (n[1] / n[0] + 0.1).abs() < 1e-12), "{normals:?}");
+        }
+        Ok(())
+    }
 
     #[test]
     fn the_weights_give_the_forces_of_the_wet_face() -> Result<(), interface::WetFaceError> {

@@ -155,11 +155,32 @@ impl DamParameters {
         self.material.check()?;
         self.damping.check()?;
         require(self.element_size > 0.0, "element_size", self.element_size, "positive")?;
+        self.check_rows()?;
         require(self.gravity >= 0.0, "gravity", self.gravity, "zero or positive")?;
         let safety = self.time_step_safety;
         require(safety > 0.0 && safety <= 1.0, "time_step_safety", safety, "above 0 and at most 1")
     }
 }
+
+impl DamParameters {
+    /// Rows end at vertices, cracks and water level: two of these close together make flat elements whose
+    /// time step is next to nothing.
+    fn check_rows(&self) -> Result<(), DamError> {
+        let cracks = self.cracks.iter().map(|crack| crack.elevation);
+        let mut levels: Vec<f64> =
+            self.section.vertex_elevations().chain(cracks).chain([self.water_depth]).collect();
+        levels.sort_by(f64::total_cmp);
+        let same = ELEVATION_TOLERANCE * self.section.height();
+        let least = THINNEST_ROW * self.element_size;
+        match levels.windows(2).find(|pair| pair[1] - pair[0] > same && pair[1] - pair[0] < least) {
+            Some(pair) => Err(DamError::ThinRow { lower: pair[0], upper: pair[1], least }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Least height of a row of elements over their nominal size.
+const THINNEST_ROW: f64 = 0.1;
 
 /// Elevations closer than this share of the height count as one.
 pub(crate) const ELEVATION_TOLERANCE: f64 = 1e-6;

@@ -1,3 +1,4 @@
+use interface::Fingerprint;
 use serde::{Deserialize, Serialize};
 
 use crate::energy::EnergyLedger;
@@ -6,6 +7,8 @@ use crate::structure::Motion;
 /// Everything that the later motion of a dam depends on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DamState {
+    /// That of the dam it belongs to.
+    pub(crate) fingerprint: Fingerprint,
     pub(crate) initialised: bool,
     pub(crate) time: f64,
     pub(crate) motion: Motion,

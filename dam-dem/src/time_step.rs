@@ -22,6 +22,10 @@ pub struct CriticalTimeStep {
     pub limit: f64,
 }
 
+/// Largest share of the undamped limit 2/ω that a dam with cracks takes. Contacts that open and close
+/// within a time step create energy near the limit, which is one of linear stability: without
+/// damping 0.9 of it made three times the peak kinetic energy of a run, 0.5 of it 1 %, 0.25 of it 0.1 %.
+const LARGEST_SHARE_WITH_CONTACTS: f64 = 0.25;
 /// Relative change of the largest Ritz value, over ten iterations, at which Lanczos ends.
 const TOLERANCE: f64 = 1e-10;
 /// Most Lanczos iterations.
@@ -33,6 +37,14 @@ impl CriticalTimeStep {
         let frequency = highest_frequency(structure);
         let ratio = structure.damping.ratio_at(frequency);
         Self { highest_frequency: frequency, limit: 2.0 / frequency * ((1.0 + ratio * ratio).sqrt() - ratio) }
+    }
+}
+
+impl CriticalTimeStep {
+    /// Longest time step to take, s: `safety` times the limit, and with contacts at most a quarter of 2/ω.
+    pub fn with_safety(&self, safety: f64, contacts: bool) -> f64 {
+        let cap = if contacts { LARGEST_SHARE_WITH_CONTACTS } else { 1.0 };
+        (safety * self.limit).min(cap * 2.0 / self.highest_frequency)
     }
 }
 

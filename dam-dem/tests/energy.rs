@@ -28,6 +28,26 @@ fn the_ledger_closes_while_the_crack_slides() -> Result<(), DamError> {
     Ok(())
 }
 
+/// Without damping contacts open and close all the time; the time step is held back for that. Tolerance as above.
+#[test]
+fn the_ledger_closes_without_damping_too() -> Result<(), DamError> {
+    let mut dam = support::at_rest(DamParameters { damping: Damping::None, ..support::koyna(5.0) })?;
+    let (mut peak, mut worst) = (0.0f64, 0.0f64);
+    while dam.state().time() < 6.0 {
+        let until = dam.state().time() + 2.5e-3;
+        support::shake(&mut dam, 2.5e-3, until, support::bursts)?;
+        peak = peak.max(support::get(&dam, &variable::KINETIC_ENERGY)[0]);
+        worst = worst.max(support::get(&dam, &variable::ENERGY_BALANCE_ERROR)[0].abs());
+    }
+    let sliding = support::get(&dam, &variable::CRACK_SLIDING)[0];
+    println!(
+        "undamped: slip {sliding:.3} m, largest balance error {:.2e} of peak kinetic energy",
+        worst / peak
+    );
+    assert!(sliding.abs() > 0.01 && worst < 0.01 * peak);
+    Ok(())
+}
+
 /// A ledger that cannot fail says nothing: booked input that the dam did not receive must show.
 #[test]
 fn the_ledger_sees_work_that_was_not_done() -> Result<(), DamError> {

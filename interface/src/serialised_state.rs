@@ -1,4 +1,4 @@
-use serde::{Serialize, de::DeserializeOwned};
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use sha2::{Digest, Sha256};
 
 /// First bytes of every serialised state.
@@ -8,7 +8,7 @@ const VERSION: u32 = 1;
 const HEADER: usize = 8 + 4 + 32;
 
 /// Hash of everything a unit was made from; states are exchanged only between equals.
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Fingerprint([u8; 32]);
 
 impl Fingerprint {
@@ -91,7 +91,10 @@ pub fn open<T: DeserializeOwned>(fingerprint: Fingerprint, bytes: &[u8]) -> Resu
     if found != fingerprint {
         return Err(StateError::Fingerprint { found, expected: fingerprint });
     }
-    postcard::from_bytes(payload).map_err(StateError::Encoding)
+    match postcard::take_from_bytes(payload).map_err(StateError::Encoding)? {
+        (state, []) => Ok(state),
+        (_, _rest) => Err(StateError::NotAState { length: bytes.len() }),
+    }
 }
 
 #[cfg(test)]
@@ -110,6 +113,8 @@ mod tests {
         );
         assert_eq!(open::<Vec<f64>>(here, &bytes[..20]), Err(StateError::NotAState { length: 20 }));
         assert!(matches!(open::<Vec<f64>>(here, &bytes[..HEADER + 2]), Err(StateError::Encoding(_))));
+        let longer = [&bytes[..], &[0]].concat();
+        assert_eq!(open::<Vec<f64>>(here, &longer), Err(StateError::NotAState { length: longer.len() }));
         let mut newer = bytes.clone();
         newer[8] = 9;
         assert_eq!(open::<Vec<f64>>(here, &newer), Err(StateError::Version { found: 9, expected: VERSION }));

@@ -102,7 +102,7 @@ pub mod reservoir {
         34 GRAVITY "gravity" Parameter Fixed Scalar "m/s2" "gravitational acceleration";
         35 FIDELITY "fidelity" Parameter Fixed Scalar "1" "model of the water: 1 Westergaard's added mass, 3 compressible";
         36 ELEMENT_SIZE "element_size" Parameter Fixed Scalar "m" "largest length of a boundary element";
-        37 FAR_END_DISTANCE "far_end_distance" Parameter Fixed Scalar "m" "distance of the far end from the heel";
+        37 FAR_END_DISTANCE "far_end_distance" Parameter Fixed Scalar "m" "distance of the far end from the most upstream point of the wet face";
         38 COMMUNICATION_STEP "communication_step" Parameter Fixed Scalar "s" "length of a communication step";
         39 HORIZON "horizon" Parameter Fixed Scalar "s" "longest time that can be simulated";
     }

@@ -11,6 +11,9 @@ use orchestrator::scheme::Units;
 use reservoir::{Fidelity, Reservoir, ReservoirError, ReservoirParameters};
 use std::num::NonZeroUsize;
 
+/// Most time steps of the dam in a communication step: beyond, no run would end.
+const MOST_TIME_STEPS: usize = 20_000;
+
 /// A unit that cannot be made from a scene.
 #[derive(Debug, thiserror::Error)]
 pub enum RegistryError {
@@ -20,6 +23,17 @@ pub enum RegistryError {
     /// The reservoir.
     #[error(transparent)]
     Reservoir(#[from] ReservoirError),
+    /// The dam's time step is next to nothing.
+    #[error(
+        "the dam needs {time_steps} time steps of {limit:e} s in a communication step, {MOST_TIME_STEPS} are the most; \
+         lower the joint stiffness or the damping, or use larger elements"
+    )]
+    TimeSteps {
+        /// Time steps a communication step.
+        time_steps: usize,
+        /// Longest stable time step, s.
+        limit: f64,
+    },
     /// The prescribed dam.
     #[error(transparent)]
     Prescribed(#[from] interface::StateError),
@@ -37,6 +51,9 @@ pub fn units(loaded: &LoadedScene, threads: NonZeroUsize) -> Result<Units, Regis
             let dam = Dam::new(dam_parameters(dam, scene))?;
             let wet_face = dam.wet_face().cloned().map_or_else(|| WetFace::straight([0.0, depth], 1), Ok)?;
             let time_steps = dam.time_steps_per(scene.time.communication_step);
+            if time_steps > MOST_TIME_STEPS {
+                return Err(RegistryError::TimeSteps { time_steps, limit: dam.time_step_limit() });
+            }
             let solver = format!(
                 "distinct elements {}: {} elements, {} nodes, {time_steps} time steps a communication step",
                 env!("CARGO_PKG_VERSION"),

@@ -35,12 +35,12 @@ impl Simulation {
     /// Runs to the end, to the first failure, or until `interrupted` becomes true.
     ///
     /// Observers see the reports of initialisation and of every step, a failed one too, and
-    /// at last the ending, however it came.
+    /// at last the ending, however it came. A failure comes beside the ending.
     pub fn run(
         &mut self,
         observers: &mut [&mut dyn Observer],
         interrupted: &AtomicBool,
-    ) -> Result<Ending, SimulationError> {
+    ) -> (Ending, Option<SimulationError>) {
         let began = Instant::now();
         let mut wall = WallTime::default();
         let mut time = 0.0;
@@ -51,10 +51,8 @@ impl Simulation {
             Err(error) => Status::Failed(error.to_string()),
         };
         let ending = Ending { status, time, wall };
-        let closed = observers.iter_mut().try_for_each(|o| o.end(&ending));
-        result?;
-        closed?;
-        Ok(ending)
+        let closed = tell_all(observers, |o| o.end(&ending));
+        (ending, result.err().or(closed.err().map(Into::into)))
     }
 
     fn observed_run(
@@ -71,7 +69,7 @@ impl Simulation {
             communication_step: self.communication_step,
             steps: self.steps,
         };
-        observers.iter_mut().try_for_each(|o| o.begin(&start))?;
+        tell_all(observers, |o| o.begin(&start))?;
         let report = self.scheme.initialise(&mut self.units, 0.0, self.ground_motion.at(0.0));
         observe(observers, report, wall)?;
         for step in 1..=self.steps {
@@ -107,7 +105,15 @@ fn observe(
     wall.initialisation +=
         report.solver_time.iter().sum::<Duration>() - counted(report.solver_time.iter().sum());
     let began = Instant::now();
-    observers.iter_mut().try_for_each(|o| o.step(&report))?;
+    let told = tell_all(observers, |o| o.step(&report));
     wall.observers += began.elapsed();
-    error.map_or(Ok(()), |e| Err(e.into()))
+    error.map_or(Ok(()), |e| Err(e.into())).and(told.map_err(Into::into))
+}
+
+/// Tells every observer, even after one has failed; returns the first failure.
+fn tell_all(
+    observers: &mut [&mut dyn Observer],
+    mut tell: impl FnMut(&mut dyn Observer) -> Result<(), ObserverError>,
+) -> Result<(), ObserverError> {
+    observers.iter_mut().map(|o| tell(*o)).fold(Ok(()), Result::and)
 }

@@ -35,7 +35,7 @@ def accepted(log, topic):
 def test_histories_are_the_accepted_answers(run, log):
     header, values = table(run / "histories.csv")
     answers = {"dam": accepted(log, "/dam/answer"), "reservoir": accepted(log, "/reservoir/answer")}
-    assert len(values) == len(answers["dam"]) == len(answers["reservoir"]) == 241
+    assert len(values) == len(answers["dam"]) == len(answers["reservoir"]) == 245
     compared = 0
     for column, name in enumerate(header):
         name = name.split(" [")[0]
@@ -67,7 +67,7 @@ def test_wet_face_files_are_the_accepted_answers(run, log, unit, quantity):
 
 def test_every_iteration_is_there(log):
     steps = [message for _, message in log["/step"]]
-    assert [message.step for message in steps] == list(range(241))
+    assert [message.step for message in steps] == list(range(245))
     assert all(message.converged for message in steps)
     for unit in ("dam", "reservoir"):
         requests, answers = log[f"/{unit}/request"], log[f"/{unit}/answer"]

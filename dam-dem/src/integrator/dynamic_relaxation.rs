@@ -38,6 +38,8 @@ impl Default for DynamicRelaxation {
     }
 }
 
+/// Residual over the loads at which a block is sliding away or falling, not coming to rest.
+const RUNAWAY: f64 = 50.0;
 /// Share by which the fictitious masses exceed Gershgorin's bound.
 const MASS_MARGIN: f64 = 0.2;
 
@@ -68,6 +70,9 @@ impl DynamicRelaxation {
         let mut damping = 0.0;
         for iterations in 0..self.max_iterations {
             let relative = norm(&residual) / scale;
+            if relative > RUNAWAY {
+                break;
+            }
             if relative <= self.tolerance {
                 motion.velocity.fill([0.0; 2]);
                 return Ok(Relaxed { iterations, residual: relative });

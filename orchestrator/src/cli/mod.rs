@@ -44,7 +44,7 @@ pub struct Run {
 
     /// Folder for the results; by default runs/SCENE-TIME
     ///
-    /// It is made if need be. A folder that holds a run already is refused: nothing is overwritten.
+    /// It is made if need be. A folder that is not empty is refused: nothing is overwritten.
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
 

@@ -12,6 +12,7 @@ use orchestrator::report::{Build, Manifest, ManifestError, Reference, Summary, U
 use orchestrator::scene::{LoadedScene, SceneError};
 use orchestrator::scheme::{CouplingError, Predictor, SerialImplicit, Units};
 use orchestrator::simulation::{Simulation, SimulationError};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -26,7 +27,7 @@ enum RunError {
     Scene(#[from] SceneError),
     #[error("{}: {cause}; choose another --output", path.display())]
     Output { path: PathBuf, cause: std::io::Error },
-    #[error("{} holds a run already; choose another --output, nothing is overwritten", path.display())]
+    #[error("{} is not empty; choose another --output, nothing is overwritten", path.display())]
     OutputTaken { path: PathBuf },
     #[error(transparent)]
     Log(#[from] LogError),
@@ -70,7 +71,6 @@ pub fn run(arguments: &Run) -> ExitCode {
 
 fn execute(arguments: &Run) -> Result<Status, RunError> {
     let loaded = LoadedScene::read(&arguments.scene, &arguments.set)?;
-    let interrupted = catch_interrupt()?;
     let started = jiff::Timestamp::now();
     let folder = arguments.output.clone().unwrap_or_else(|| {
         PathBuf::from("runs").join(format!("{}-{}", loaded.name, started.strftime("%Y%m%dT%H%M%SZ")))
@@ -95,45 +95,53 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
     let mut histories = HistoriesWriter::new(&folder);
     let mut progress = Progress::new(arguments.quiet);
 
-    println!("{}", loaded.scene.title);
+    say(&loaded.scene.title);
     let began = Instant::now();
     let threads = arguments.threads.or(std::thread::available_parallelism().ok());
     let units = registry::units(&loaded, threads.unwrap_or(std::num::NonZeroUsize::MIN))?;
     for unit in [&units.dam, &units.reservoir] {
         let description = unit.description();
         let (name, solver) = (description.name.clone(), description.solver.clone());
-        println!("{name:<10} {solver}");
+        say(format!("{name:<10} {solver}"));
         let fingerprint = description.fingerprint.to_string();
         manifest.units.push(Unit { name, solver, fingerprint });
     }
-    println!("prepared in {:.2} s; results go to {}", began.elapsed().as_secs_f64(), folder.display());
+    manifest.write(&manifest_path)?;
+    say(format!("prepared in {:.2} s; results go to {}", began.elapsed().as_secs_f64(), folder.display()));
 
     let mut simulation = assemble(&loaded, units)?;
-    let result = simulation.run(&mut [&mut log, &mut histories, &mut progress], &interrupted);
-    let ending = match result {
-        Ok(ending) => ending,
-        Err(error) => {
-            eprintln!("the log and the histories up to there are in {}", folder.display());
-            return Err(error.into());
-        }
-    };
+    // From here on Ctrl-C leaves a partial result; before, there is none to leave.
+    let interrupted = catch_interrupt()?;
+    let (ending, failure) = simulation.run(&mut [&mut log, &mut histories, &mut progress], &interrupted);
     let reference = reference(&simulation.units)?;
     let summary = Summary::of(&loaded, &histories.histories, &ending, &reference);
-    println!("\n{summary}{}", damping_line(&loaded, &simulation.units));
-    println!("{}", ending.wall);
+    let table = summary.to_string();
     manifest.result = Some(summary);
     manifest.write(&manifest_path)?;
-    println!("log, histories and manifest are in {}", folder.display());
-    Ok(ending.status)
+    say(format!("\n{table}{}", damping_line(&loaded, &simulation.units)));
+    say(ending.wall);
+    say(format!("log, histories and manifest are in {}", folder.display()));
+    match failure {
+        Some(error) => Err(error.into()),
+        None => Ok(ending.status),
+    }
 }
 
-/// Makes the output folder, if it holds no run yet; returns the path of the manifest.
+/// Prints a line; a reader that has gone away does not end the run.
+fn say(line: impl std::fmt::Display) {
+    // Nobody is left to be told.
+    let _ = writeln!(std::io::stdout(), "{line}");
+}
+
+/// Makes the output folder, or takes an empty one; returns the path of the manifest, which then exists.
 fn claim(folder: &Path) -> Result<PathBuf, RunError> {
-    let manifest = folder.join("manifest.toml");
-    if manifest.exists() {
+    let failed = |cause| RunError::Output { path: folder.to_owned(), cause };
+    std::fs::create_dir_all(folder).map_err(failed)?;
+    if std::fs::read_dir(folder).map_err(failed)?.next().is_some() {
         return Err(RunError::OutputTaken { path: folder.to_owned() });
     }
-    std::fs::create_dir_all(folder).map_err(|cause| RunError::Output { path: folder.to_owned(), cause })?;
+    let manifest = folder.join("manifest.toml");
+    std::fs::File::create_new(&manifest).map_err(failed)?;
     Ok(manifest)
 }
 

@@ -1,5 +1,5 @@
 use crate::observer::{Ending, Histories, Status, WallTime};
-use crate::scene::LoadedScene;
+use crate::scene::{CrackScene, LoadedScene};
 use serde::Serialize;
 use std::fmt;
 
@@ -7,6 +7,10 @@ const STANDARD_GRAVITY: f64 = 9.80665;
 /// Rest that the residual sliding asks for, s, and the part of it that is averaged.
 const REST: f64 = 5.0;
 const AVERAGED: f64 = 1.0;
+
+const ENERGY_BALANCE: &str = "energy balance error over peak kinetic energy";
+/// Energy balance error, %, above which a summary says loudly that it cannot be trusted.
+const ENERGY_ALARM: f64 = 1.0;
 
 /// One number of a summary.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -51,9 +55,10 @@ impl Summary {
             table.add("static crest displacement (weight, water)", 1e3 * x, "mm", None);
         }
         table.extremes("dam.crest_displacement.x");
-        let cracks = loaded.scene.dam.as_ref().map_or(0, |d| d.cracks.len());
-        for crack in 0..cracks {
-            let of = |what: &str| if cracks > 1 { format!("{what}, crack {crack}") } else { what.to_owned() };
+        let cracks = loaded.scene.dam.as_ref().map_or(&[][..], |d| &d.cracks);
+        for (crack, CrackScene { elevation, .. }) in cracks.iter().enumerate() {
+            let several = cracks.len() > 1;
+            let of = |what: &str| if several { format!("{what}, {elevation} m") } else { what.to_owned() };
             let column = |name: &str| format!("dam.crack_{name}.{crack}");
             table.peak(&of("peak sliding"), &column("sliding"), 1e3, "mm");
             table.residual(&of("residual sliding"), &column("sliding"), loaded);
@@ -94,9 +99,11 @@ impl Table<'_> {
     /// Adds the value of a column whose `key` is largest.
     fn largest(&mut self, name: &str, column: &str, factor: f64, unit: &'static str, key: fn(f64) -> f64) {
         let Some(values) = self.histories.column(column) else { return };
-        let largest = values.iter().enumerate().max_by(|a, b| key(*a.1).total_cmp(&key(*b.1)));
+        // The first of equals; what is always zero has no time.
+        let largest = values.iter().enumerate().rev().max_by(|a, b| key(*a.1).total_cmp(&key(*b.1)));
         if let Some((index, value)) = largest {
-            self.add(name, factor * value, unit, self.time.get(index).copied());
+            let time = self.time.get(index).copied().filter(|_| *value != 0.0);
+            self.add(name, factor * value, unit, time);
         }
     }
 
@@ -113,7 +120,7 @@ impl Table<'_> {
     fn residual(&mut self, name: &str, column: &str, loaded: &LoadedScene) {
         let Some(values) = self.histories.column(column) else { return };
         let Some(end) = self.time.last() else { return };
-        if *end + 1e-9 < loaded.ground_motion.duration() + REST {
+        if loaded.ground_motion.rest_from().is_none_or(|rest| *end + 1e-9 < rest + REST) {
             return;
         }
         let from = self.time.partition_point(|t| *t < end - AVERAGED);
@@ -128,6 +135,9 @@ impl Table<'_> {
         }
         let water = &loaded.scene.reservoir;
         let largest = loaded.ground_motion.acceleration().iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+        if largest == 0.0 {
+            return;
+        }
         let factor = 1.0 / (water.density * largest * water.depth);
         self.peak("peak pressure coefficient C_p at the base", "reservoir.base_pressure", factor, "1");
     }
@@ -141,7 +151,7 @@ impl Table<'_> {
             (largest("dam.energy_balance_error"), largest("dam.kinetic_energy"))
             && kinetic > 0.0
         {
-            self.add("energy balance error over peak kinetic energy", 100.0 * error / kinetic, "%", None);
+            self.add(ENERGY_BALANCE, 100.0 * error / kinetic, "%", None);
         }
     }
 
@@ -162,6 +172,13 @@ impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.status != Status::Completed.to_string() {
             writeln!(f, "PARTIAL RESULT, run {} at t = {:.4} s", self.status, self.simulated_time)?;
+        }
+        if let Some(error) = self.value(ENERGY_BALANCE).filter(|e| *e > ENERGY_ALARM) {
+            writeln!(
+                f,
+                "WARNING: energy is balanced to {error:.1} % only, more than {ENERGY_ALARM} %: do not use these results;"
+            )?;
+            writeln!(f, "         lower dam.time_step_safety or refine the mesh")?;
         }
         for Quantity { name, value, unit, time } in &self.quantities {
             let unit = if *unit == "1" { "" } else { unit };
@@ -191,7 +208,7 @@ impl fmt::Display for WallTime {
         f.write_str(&part("dam", self.dam))?;
         f.write_str(&part("reservoir", self.reservoir))?;
         f.write_str(&part("exchange", self.exchange()))?;
-        f.write_str(&part("log", self.observers))?;
+        f.write_str(&part("log and histories", self.observers))?;
         f.write_str(&part("initialisation", self.initialisation))
     }
 }

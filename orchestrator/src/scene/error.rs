@@ -93,10 +93,8 @@ pub enum Invalid {
         /// Elevation of the crest, m.
         crest: f64,
     },
-    /// Two cracks, or a crack and the water level, too close to be meshed.
-    #[error(
-        "`{key}` is {elevation} m, within a hundredth of an element of another crack at {other} m; leave one out"
-    )]
+    /// Two cracks at one elevation.
+    #[error("`{key}` is {elevation} m, where another crack is, at {other} m; leave one out")]
     CracksCoincide {
         /// The key.
         key: String,
@@ -104,6 +102,50 @@ pub enum Invalid {
         elevation: f64,
         /// Elevation of the other crack, m.
         other: f64,
+    },
+    /// Two elevations at which rows of elements must end lie too close together.
+    #[error(
+        "vertices, cracks and the water level at {lower} m and {upper} m are less than {least} m apart, a tenth of \
+         `dam.element_size`; make them equal, move one, or use smaller elements"
+    )]
+    ThinRow {
+        /// Lower elevation, m.
+        lower: f64,
+        /// Upper elevation, m.
+        upper: f64,
+        /// Least distance, m.
+        least: f64,
+    },
+    /// More of something than can be computed.
+    #[error("`{key}` leads to {number:.3e} {what}; {most:e} are the most, so change it by as much")]
+    TooMany {
+        /// The key.
+        key: String,
+        /// What there are too many of.
+        what: &'static str,
+        /// How many.
+        number: f64,
+        /// Most allowed.
+        most: f64,
+    },
+    /// Communication points further apart than the samples of the ground motion.
+    #[error(
+        "`time.communication_step` is {communication_step} s, longer than the ground motion's interval of {interval} s, \
+         whose peaks it would miss; make it no longer, best a whole fraction of it"
+    )]
+    Undersampled {
+        /// Communication step, s.
+        communication_step: f64,
+        /// Interval between two samples, or rise of a ramp, s.
+        interval: f64,
+    },
+    /// A side with fewer than two points.
+    #[error("`{key}` has {points} points; give two or more, from base to crest")]
+    SideTooShort {
+        /// The key.
+        key: String,
+        /// Number of points.
+        points: usize,
     },
     /// A side of the section that does not rise from point to point.
     #[error(

@@ -5,6 +5,9 @@ use std::path::{Path, PathBuf};
 /// Standard gravity, m/s²: records are in units of it.
 const STANDARD_GRAVITY: f64 = 9.80665;
 
+/// Share of an interval by which the interval between two printed times may differ from the usual one.
+const UNEVENNESS: f64 = 0.02;
+
 /// Horizontal acceleration of the ground, linear between equally spaced samples, zero afterwards.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GroundMotion {
@@ -64,7 +67,7 @@ pub enum RecordError {
     },
     /// Samples that are not equally spaced.
     #[error(
-        "{}:{line}: the sample at {time} s comes {found} s after the one before, the first interval is {expected} s; \
+        "{}:{line}: the sample at {time} s comes {found} s after the one before, the usual interval is {expected} s; \
          resample the record to equal intervals", path.display()
     )]
     NonUniform {
@@ -76,7 +79,7 @@ pub enum RecordError {
         time: f64,
         /// Interval found, s.
         found: f64,
-        /// Interval of the first two samples, s.
+        /// Usual interval (the median), s.
         expected: f64,
     },
     /// Fewer than two samples.
@@ -154,17 +157,23 @@ impl GroundMotion {
         self.interval * (self.acceleration.len() - 1) as f64
     }
 
+    /// Time from which on the ground does not accelerate, s; `None` if it never ends.
+    pub fn rest_from(&self) -> Option<f64> {
+        let held = self.hold && self.acceleration.last().is_some_and(|a| *a != 0.0);
+        (!held).then(|| self.duration() + if self.hold { 0.0 } else { self.interval })
+    }
+
     /// Acceleration (x, y) at `time` (s), m/s²; after a record it falls to zero within one interval.
     pub fn at(&self, time: f64) -> [f64; 2] {
-        let position = (time / self.interval).max(0.0);
-        let index = position.floor() as usize;
         let last = self.acceleration.len() - 1;
-        let sample = |i: usize| match self.acceleration.get(i) {
-            Some(a) => *a,
-            None if self.hold => self.acceleration[last],
-            None => 0.0,
-        };
-        let (a, b) = (sample(index), sample(index + 1));
+        let after = if self.hold { self.acceleration[last] } else { 0.0 };
+        let position = (time / self.interval).max(0.0);
+        if position >= (last + 1) as f64 {
+            return [after, 0.0];
+        }
+        let index = position.floor() as usize;
+        let a = self.acceleration[index];
+        let b = self.acceleration.get(index + 1).copied().unwrap_or(after);
         [a + (position - index as f64) * (b - a), 0.0]
     }
 }
@@ -189,15 +198,15 @@ impl Record {
 
     /// Two columns, time in s and acceleration in g; `#` begins a comment, one header line may come first.
     fn parse_csv(path: &Path, text: &str) -> Result<Self, RecordError> {
-        let mut interval = f64::NAN;
-        let mut previous = f64::NAN;
-        let mut acceleration = Vec::new();
+        let mut samples: Vec<(usize, f64, f64)> = Vec::new();
         let mut headers = 0;
+        let text = text.trim_start_matches('\u{feff}');
         for (line, content) in lines(text).filter(|(_, l)| !l.is_empty() && !l.starts_with('#')) {
             let numbers: Option<Vec<f64>> = content.split(',').map(|f| f.trim().parse().ok()).collect();
             let Some(&[time, value]) = numbers.as_deref() else {
+                let named = content.starts_with(|c: char| c.is_alphabetic() || c == '"');
                 headers += 1;
-                if headers == 1 && acceleration.is_empty() {
+                if headers == 1 && samples.is_empty() && named {
                     continue;
                 }
                 let expected = "`time,acceleration`, two numbers";
@@ -211,19 +220,25 @@ impl Record {
             if let Some(value) = [time, value].into_iter().find(|v| !v.is_finite()) {
                 return Err(RecordError::NonFinite { path: path.to_owned(), line, value });
             }
-            let found = time - previous;
-            match acceleration.len() {
-                0 => {}
-                1 if found > 0.0 => interval = found,
-                _ if (found - interval).abs() <= 2e-3 * interval => {}
-                _ => {
-                    let path = path.to_owned();
-                    return Err(RecordError::NonUniform { path, line, time, found, expected: interval });
-                }
-            }
-            previous = time;
-            acceleration.push(value);
+            samples.push((line, time, value));
         }
+        let acceleration: Vec<f64> = samples.iter().map(|(_, _, value)| *value).collect();
+        let (Some(first), Some(last)) = (samples.first(), samples.last()) else {
+            return Ok(Self { interval: 0.0, acceleration });
+        };
+        let mut intervals: Vec<f64> = samples.windows(2).map(|pair| pair[1].1 - pair[0].1).collect();
+        intervals.sort_by(f64::total_cmp);
+        let typical = intervals.get(intervals.len().saturating_sub(1) / 2).copied().unwrap_or(0.0);
+        let uneven = |pair: &&[(usize, f64, f64)]| {
+            let found = pair[1].1 - pair[0].1;
+            !(found > 0.0 && (found - typical).abs() <= UNEVENNESS * typical)
+        };
+        if let Some(&[(_, before, _), (line, time, _)]) = samples.windows(2).find(uneven) {
+            let (path, found) = (path.to_owned(), time - before);
+            return Err(RecordError::NonUniform { path, line, time, found, expected: typical });
+        }
+        // The mean, because printed times are rounded.
+        let interval = (last.1 - first.1) / (samples.len() - 1).max(1) as f64;
         Ok(Self { interval, acceleration })
     }
 
@@ -289,7 +304,9 @@ mod tests {
         for (time, value) in [(0.0, 1.0), (0.25, 2.0), (1.0, -2.0), (1.25, -1.0), (1.5, 0.0), (9.0, 0.0)] {
             assert_eq!(motion.at(time), [value, 0.0], "at {time}");
         }
+        assert_eq!(motion.rest_from(), Some(1.5));
         let ramp = GroundMotion::ramp(-2.0, 0.1);
+        assert_eq!(ramp.rest_from(), None);
         assert_eq!([ramp.at(0.05)[0], ramp.at(0.1)[0], ramp.at(5.0)[0]], [-1.0, -2.0, -2.0]);
     }
 }

@@ -88,10 +88,10 @@ pub struct RecordScene {
     /// 1: positive accelerations point downstream; −1: upstream.
     #[serde(default = "defaults::polarity")]
     pub polarity: i8,
-    /// Where in the record the run begins, s.
+    /// Where in the record the run begins, s after its first sample.
     #[serde(default)]
     pub start: f64,
-    /// Where in the record the motion ends, s; by default its end.
+    /// Where in the record the motion ends, s after its first sample; by default its end.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub end: Option<f64>,
 }
@@ -134,10 +134,10 @@ pub struct ReservoirScene {
     /// Wave reflection coefficient α of the bed, 0 to 1.
     #[serde(default = "defaults::one")]
     pub wave_reflection_coefficient: f64,
-    /// Largest length of a boundary element, m; by default depth / 16.
+    /// Largest length of a boundary element, m; by default depth / 16, and not above the dam's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub element_size: Option<f64>,
-    /// Distance of the far end from the dam, m; by default depth / 2.
+    /// Distance of the far end from the face's most upstream point, m; by default depth / 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub far_end_distance: Option<f64>,
 }
@@ -333,22 +333,27 @@ impl LoadedScene {
             folder.canonicalize().ok().and_then(|f| Some(f.file_name()?.to_string_lossy().into_owned()));
         let stem = file.file_stem().map(|s| s.to_string_lossy().into_owned());
         let name = stem.filter(|s| s != "scene").or(folder_name).unwrap_or_else(|| "scene".to_owned());
-        let (scene, ground_motion) = validate::parse(&source, folder, &file)?;
+        let shown = match overrides {
+            [] => file.clone(),
+            _ => PathBuf::from(format!("{} with {}", file.display(), overrides.join(", "))),
+        };
+        let (scene, ground_motion) = validate::parse(&source, folder, &shown)?;
         Ok(Self { name, scene, ground_motion })
-    }
-
-    /// Simulated time, s.
-    pub fn duration(&self) -> f64 {
-        self.scene.time.duration.unwrap_or(self.ground_motion.duration() + self.scene.time.quiet)
     }
 
     /// Number of communication steps that reach the end of the simulated time.
     pub fn steps(&self) -> u64 {
-        (self.duration() / self.scene.time.communication_step - 1e-9).ceil() as u64
+        (self.scene.duration(&self.ground_motion) / self.scene.time.communication_step - 1e-9).ceil() as u64
     }
 }
 
 impl Scene {
+    /// Simulated time, s: as the scene says, or until the ground has been quiet for long enough.
+    pub fn duration(&self, motion: &GroundMotion) -> f64 {
+        let end = motion.rest_from().unwrap_or(motion.duration());
+        self.time.duration.unwrap_or(end + self.time.quiet)
+    }
+
     /// Height of the dam, m.
     pub fn height(&self) -> f64 {
         let crest = self.dam.as_ref().and_then(|d| d.section.upstream.last());

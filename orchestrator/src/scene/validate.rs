@@ -20,10 +20,19 @@ pub fn parse(source: &str, folder: &Path, file: &Path) -> Result<(Scene, GroundM
     let mut findings = Findings::default();
     findings.scene(&scene);
     let ground_motion = findings.ground_motion(&scene, folder);
+    if let Some(motion) = &ground_motion {
+        let steps = scene.duration(motion) / scene.time.communication_step;
+        findings.at_most("time.communication_step", "communication steps", steps, 1e6);
+    }
     match ground_motion {
         Some(ground_motion) if findings.0.is_empty() => {
+            if let Some(dam) = &mut scene.dam {
+                // The order in which the dam's results come.
+                dam.cracks.sort_by(|a, b| a.elevation.total_cmp(&b.elevation));
+            }
             let reservoir = &mut scene.reservoir;
-            reservoir.element_size.get_or_insert(reservoir.depth / 16.0);
+            let panel = scene.dam.as_ref().map_or(f64::INFINITY, |dam| dam.element_size);
+            reservoir.element_size.get_or_insert(panel.min(reservoir.depth / 16.0));
             reservoir.far_end_distance.get_or_insert(reservoir.depth / 2.0);
             if let Some(record) = &mut scene.ground_motion.record {
                 // So that the resolved scene can be run from anywhere.
@@ -66,6 +75,13 @@ impl Findings {
         }
     }
 
+    /// A derived number that decides over time and memory.
+    fn at_most(&mut self, key: &str, what: &'static str, number: f64, most: f64) {
+        if number.is_finite() && number > most {
+            self.add(key, Invalid::TooMany { key: key.to_owned(), what, number, most });
+        }
+    }
+
     fn exactly_one(&mut self, at: &str, first: &'static str, second: &'static str, given: [bool; 2]) {
         let found = given.into_iter().filter(|g| *g).count();
         if found != 1 {
@@ -83,7 +99,7 @@ impl Findings {
         let water = &scene.reservoir;
         self.positive("reservoir.depth", water.depth);
         self.positive("reservoir.density", water.density);
-        self.positive("reservoir.sound_speed", water.sound_speed);
+        self.within("reservoir.sound_speed", water.sound_speed, 1.0, 1e5);
         self.within("reservoir.wave_reflection_coefficient", water.wave_reflection_coefficient, 0.0, 1.0);
         for (key, value) in [
             ("reservoir.element_size", water.element_size),
@@ -93,9 +109,13 @@ impl Findings {
                 self.positive(key, value);
             }
         }
+        let size = water.element_size.unwrap_or(water.depth / 16.0);
+        let boundary = (2.0 * water.depth + water.far_end_distance.unwrap_or(water.depth / 2.0)) / size;
+        self.at_most("reservoir.element_size", "boundary elements of the reservoir", boundary, 2000.0);
         self.exactly_one("title", "[dam]", "[prescribed]", [scene.dam.is_some(), scene.prescribed.is_some()]);
         if let Some(dam) = &scene.dam {
             self.dam(dam);
+            self.rows(dam, water.depth);
             if let Some([_, crest]) = dam.section.upstream.last()
                 && water.depth > *crest
             {
@@ -133,8 +153,7 @@ impl Findings {
             if !(elevation > 0.0 && elevation < crest) {
                 self.add(&key, Invalid::CrackOutside { key: key.clone(), elevation, crest });
             }
-            let near =
-                |other: &&super::CrackScene| (other.elevation - elevation).abs() < 0.01 * dam.element_size;
+            let near = |other: &&super::CrackScene| (other.elevation - elevation).abs() <= SAME_LEVEL * crest;
             if let Some(other) = dam.cracks[..index].iter().find(near) {
                 self.add(
                     &key,
@@ -142,6 +161,29 @@ impl Findings {
                 );
             }
         }
+    }
+
+    /// Rows of elements end at vertices, cracks and the water level; two of these close together make flat
+    /// elements, whose time step is next to nothing.
+    fn rows(&mut self, dam: &DamScene, depth: f64) {
+        let sides = dam.section.upstream.iter().chain(&dam.section.downstream);
+        let crest = dam.section.upstream.last().map_or(0.0, |p| p[1]);
+        let mut levels: Vec<(f64, String)> = sides.map(|p| (p[1], "dam.section".to_owned())).collect();
+        levels.push((depth, "reservoir.depth".to_owned()));
+        let cracks = dam.cracks.iter().enumerate();
+        levels.extend(cracks.map(|(i, crack)| (crack.elevation, format!("dam.cracks.{i}.elevation"))));
+        levels.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let least = THINNEST_ROW * dam.element_size;
+        for pair in levels.windows(2) {
+            let [(lower, below), (upper, above)] = pair else { continue };
+            if upper - lower > SAME_LEVEL * crest && upper - lower < least {
+                let key = if above == "dam.section" { below } else { above };
+                self.add(key, Invalid::ThinRow { lower: *lower, upper: *upper, least });
+            }
+        }
+        let area = area_below(&dam.section.downstream) - area_below(&dam.section.upstream);
+        let elements = 4.0 * area / (dam.element_size * dam.element_size);
+        self.at_most("dam.element_size", "elements of the dam", elements, 1e6);
     }
 
     fn damping(&mut self, damping: &DampingScene) {
@@ -169,7 +211,9 @@ impl Findings {
             ("dam.section.downstream", &dam.section.downstream),
         ];
         for (key, side) in sides {
-            self.count(key, side.len() as u64, 2, 1000);
+            if side.len() < 2 {
+                self.add(key, Invalid::SideTooShort { key: key.to_owned(), points: side.len() });
+            }
             for (index, &[x, y]) in side.iter().enumerate() {
                 let follows = if index == 0 { y == 0.0 } else { y > side[index - 1][1] };
                 if !(follows && x.is_finite() && y.is_finite()) {
@@ -203,28 +247,54 @@ impl Findings {
         if let Some(ramp) = &motion.ramp {
             self.within("ground_motion.ramp.acceleration", ramp.acceleration, -1e3, 1e3);
             self.positive("ground_motion.ramp.rise", ramp.rise);
+            self.sampling(scene, ramp.rise);
             if scene.time.duration.is_none() {
                 self.add("ground_motion.ramp", Invalid::DurationMissing);
             }
             return Some(GroundMotion::ramp(ramp.acceleration, ramp.rise));
         }
         let record = motion.record.as_ref()?;
+        let before = self.0.len();
         let end = record.end.unwrap_or(f64::INFINITY);
         self.positive("ground_motion.record.scale", record.scale);
         self.within("ground_motion.record.start", record.start, 0.0, 1e6);
         self.within("ground_motion.record.end", end, record.start, f64::INFINITY);
-        if record.polarity.abs() != 1 {
+        if !matches!(record.polarity, 1 | -1) {
             self.add("ground_motion.record.polarity", Invalid::Polarity { value: record.polarity });
+        }
+        if self.0.len() > before {
+            return None;
         }
         let factor = record.scale * f64::from(record.polarity);
         match GroundMotion::from_record(&folder.join(&record.file), record.start, end, factor) {
-            Ok(ground_motion) => Some(ground_motion),
+            Ok(ground_motion) => {
+                self.sampling(scene, ground_motion.interval());
+                Some(ground_motion)
+            }
             Err(error) => {
                 self.add("ground_motion.record.file", error.into());
                 None
             }
         }
     }
+
+    /// The units see the ground at communication points only: these must not be further apart than the samples.
+    fn sampling(&mut self, scene: &Scene, interval: f64) {
+        let communication_step = scene.time.communication_step;
+        if communication_step > (1.0 + 1e-9) * interval {
+            self.add("time.communication_step", Invalid::Undersampled { communication_step, interval });
+        }
+    }
+}
+
+/// Elevations closer than this share of the height count as one.
+const SAME_LEVEL: f64 = 1e-6;
+/// Least height of a row of elements over their nominal size.
+const THINNEST_ROW: f64 = 0.1;
+
+/// Area between a side and the y axis, m².
+fn area_below(side: &[[f64; 2]]) -> f64 {
+    side.windows(2).map(|s| 0.5 * (s[0][0] + s[1][0]) * (s[1][1] - s[0][1])).sum()
 }
 
 /// x of a side at elevation `y`, m; beyond its ends that of the end.
