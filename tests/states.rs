@@ -2,7 +2,7 @@
 //! bit for bit; serialised, they continue in another unit.
 
 use dam_dem::Dam;
-use interface::{Causality, CoSimulation, Variable, variables};
+use interface::{Causality, CoSimulation, Variable, WetFace, variables};
 use orchestrator::scene::LoadedScene;
 use reservoir::Reservoir;
 use std::num::NonZeroUsize;
@@ -76,6 +76,25 @@ fn outputs<U: CoSimulation>(unit: &U) -> Result<Vec<(&'static str, Vec<u64>)>, U
         Ok((variable.name, values.iter().map(|v| v.to_bits()).collect()))
     };
     outputs.map(bits).collect()
+}
+
+/// What the tests build without a scene is what the scene says.
+#[test]
+fn the_tests_dam_is_that_of_the_scene() -> Result<(), Box<dyn std::error::Error>> {
+    let scene = LoadedScene::read(&root().join("scenes/koyna-northridge-1994"), &[])?.scene;
+    let (built, said) = (toml::Value::try_from(koyna::dam(5.0, true))?, toml::Value::try_from(&scene.dam)?);
+    for key in ["element_size", "kinematics", "time_step_safety", "section", "material", "cracks"] {
+        assert_eq!(built[key], said[key], "{key}");
+    }
+    let water = &scene.reservoir;
+    let built = koyna::reservoir(WetFace::straight([0.0, water.depth], 1)?, H, 1.0);
+    assert_eq!(
+        (built.density, built.sound_speed, built.gravity),
+        (water.density, water.sound_speed, scene.gravity)
+    );
+    assert_eq!(built.wave_reflection_coefficient, water.wave_reflection_coefficient);
+    assert_eq!((koyna::DEPTH, koyna::dam(5.0, true).water_depth), (water.depth, water.depth));
+    Ok(())
 }
 
 #[test]

@@ -16,7 +16,7 @@ pub struct Progress {
     shown: u64,
 }
 
-const STYLE: &str = "{bar:30} {percent:>3} %  {msg}  left {eta}";
+const STYLE: &str = "{bar:10} {percent:>3} %  {msg}  {eta} left";
 
 impl Progress {
     /// A progress line on standard error, or none if `quiet`.
@@ -30,7 +30,7 @@ impl Progress {
         let time = report.time + report.communication_step;
         let speed = time / self.began.elapsed().as_secs_f64().max(1e-9);
         format!(
-            "t = {time:.2} / {:.2} s  {speed:.2} × real time  {:.2} iterations a step  residual {:.1e} Pa",
+            "{time:.2}/{:.2} s  {speed:.1}× real time  {:.1} iterations  residual {:.0e} Pa",
             self.duration,
             self.iterations as f64 / report.step.max(1) as f64,
             report.residuals.map_or(0.0, |r| r.pressure),
