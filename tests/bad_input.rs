@@ -38,8 +38,12 @@ fn values_out_of_range() {
     one(CRACKED, "dam.element_size", -5.0, size, "-5.0");
     let size = "`reservoir.element_size` is NaN; it must be greater than 0 and finite";
     one(CRACKED, "reservoir.element_size", f64::NAN, size, "nan");
-    let friction = "`dam.cracks.0.friction_coefficient` is -0.5; it must lie from 0 to 100";
+    let friction = "`dam.cracks.0.friction_coefficient` is -0.5; it must lie from 0 to 5";
     one(CRACKED, "dam.cracks.0.friction_coefficient", -0.5, friction, "-0.5");
+    let degrees = "`dam.cracks.0.friction_coefficient` is 45; it must lie from 0 to 5";
+    one(CRACKED, "dam.cracks.0.friction_coefficient", 45.0, degrees, "45.0");
+    let gigapascals = "`dam.material.young_modulus` is 31; it must lie from 1000000 to 10000000000000";
+    one(CRACKED, "dam.material.young_modulus", 31.0, gigapascals, "31.0");
     let poisson = "`dam.material.poisson_ratio` is 0.5; it must lie from 0 to 0.499";
     one(CRACKED, "dam.material.poisson_ratio", 0.5, poisson, "0.5");
     let polarity = "`ground_motion.record.polarity` is 2; it must be 1 or -1";
@@ -182,7 +186,9 @@ fn records_that_cannot_be_used() {
 
     let mut scenario = Scenario::shipped(CRACKED);
     scenario.set("ground_motion.record.start", 30.0);
-    assert!(problems(&scenario.write())[0].0.contains("leaves fewer than two of the record's 19.98 s"));
+    assert!(problems(&scenario.write())[0].0.ends_with("samples from 0 to 19.98 s; two of them must remain"));
+    scenario.set("ground_motion.record.start", 3.0).set("ground_motion.record.end", 60.0);
+    assert!(problems(&scenario.write())[0].0.contains("3–60 s is asked for"));
 }
 
 /// What the program said, without the line breaks and bars of its layout.

@@ -33,12 +33,13 @@ pub struct Run {
     /// Folder that holds scene.toml, or a .toml file
     ///
     /// scenes/README.md explains every key of a scene, with units and defaults. Mistakes in a
-    /// scene are reported all at once, each with its line, before anything is computed.
+    /// scene are reported with their lines before anything is computed: first those of spelling, one
+    /// at a time, then those of values, all at once.
     pub scene: PathBuf,
 
     /// Change a value of the scene; may be given several times
     ///
-    /// The results' manifest shows the scene as it was run.
+    /// Such as dam.element_size=2.5 or dam.cracks.0.elevation=60. The results' manifest shows the scene as it was run.
     #[arg(short, long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 

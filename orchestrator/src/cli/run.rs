@@ -9,7 +9,7 @@ use orchestrator::log::{LogError, LogWriter, Preamble};
 use orchestrator::observer::{HistoriesWriter, Progress, Status};
 use orchestrator::participant::ParticipantError;
 use orchestrator::report::{Build, Manifest, ManifestError, Reference, Summary, Unit};
-use orchestrator::scene::{LoadedScene, SceneError};
+use orchestrator::scene::{GroundMotion, LoadedScene, STANDARD_GRAVITY, SceneError};
 use orchestrator::scheme::{CouplingError, Predictor, SerialImplicit, Units};
 use orchestrator::simulation::{Simulation, SimulationError};
 use std::io::Write;
@@ -81,6 +81,7 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
         name: loaded.name.clone(),
         started: started.to_string(),
         build: Build::here(),
+        wet_face: Vec::new(),
         units: Vec::new(),
         result: None,
         scene: loaded.scene.clone(),
@@ -106,7 +107,10 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
         let fingerprint = description.fingerprint.to_string();
         manifest.units.push(Unit { name, solver, fingerprint });
     }
+    let (x, y) = (units.dam.fixed("interface_x")?, units.dam.fixed("interface_y")?);
+    manifest.wet_face = x.into_iter().zip(y).map(|(x, y)| [x, y]).collect();
     manifest.write(&manifest_path)?;
+    say(ground_line(&loaded.ground_motion));
     say(format!("prepared in {:.2} s; results go to {}", began.elapsed().as_secs_f64(), folder.display()));
 
     let mut simulation = assemble(&loaded, units)?;
@@ -185,6 +189,14 @@ fn reference(units: &Units) -> Result<Reference, RunError> {
         hydrostatic_base_pressure: hydrostatic.first().copied().unwrap_or(f64::NAN),
         static_crest_displacement: crest.map(|u| [u[0], u[1]]),
     })
+}
+
+/// What moves the ground, and its peak.
+fn ground_line(motion: &GroundMotion) -> String {
+    let samples = motion.acceleration().iter().enumerate();
+    let (index, peak) = samples.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).unwrap_or((0, &0.0));
+    let (source, time) = (motion.source(), index as f64 * motion.interval());
+    format!("{:<10} {source}: peak {:.3} g at {time:.2} s", "ground", peak / STANDARD_GRAVITY)
 }
 
 /// Names the damping: no sliding may be quoted without it.

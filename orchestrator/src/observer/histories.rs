@@ -8,7 +8,8 @@ use std::time::Duration;
 
 /// Time histories of a run: one row a communication point, one column a quantity.
 ///
-/// Columns: `time [s]`, `ground_acceleration.x [m/s2]`, `iterations [1]`, residuals, and every
+/// Columns: `time [s]`, `ground_acceleration.x [m/s2]`, `iterations [1]`, residuals, the lowest pressure on the
+/// wet face (hydrostatic and hydrodynamic, against the atmosphere's), and every
 /// accepted output of either unit that is no array over the wet face.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Histories {
@@ -46,6 +47,8 @@ pub struct HistoriesWriter {
     table: Option<Table>,
     faces: Vec<(Side, Range<usize>, Table)>,
     row: Vec<f64>,
+    hydrostatic: Range<usize>,
+    hydrodynamic: Range<usize>,
 }
 
 struct Table {
@@ -88,6 +91,8 @@ impl HistoriesWriter {
             table: None,
             faces: Vec::new(),
             row: Vec::new(),
+            hydrostatic: 0..0,
+            hydrodynamic: 0..0,
         }
     }
 }
@@ -110,9 +115,12 @@ impl Observer for HistoriesWriter {
             "iterations [1]",
             "residual.pressure [Pa]",
             "residual.displacement [1]",
+            "lowest_pressure [Pa]",
         ]
         .map(str::to_owned)
         .to_vec();
+        self.hydrostatic = start.dam.inputs.range("hydrostatic_pressure").unwrap_or_default();
+        self.hydrodynamic = start.reservoir.outputs.range("interface_pressure").unwrap_or_default();
         for (side, description) in [(Side::Dam, &start.dam), (Side::Reservoir, &start.reservoir)] {
             for (channel, range) in description.outputs.channels() {
                 if channel.name.starts_with("interface_") {
@@ -138,12 +146,16 @@ impl Observer for HistoriesWriter {
         };
         let outputs = |side| if side == Side::Dam { &dam.outputs } else { &reservoir.outputs };
         let now = dam.answered.max(reservoir.answered);
-        let time = report.time + report.communication_step;
+        // To the picosecond, so that 4.01 is not written as 4.010000000000001.
+        let time = ((report.time + report.communication_step) * 1e12).round() / 1e12;
+        let still = &dam.inputs[self.hydrostatic.clone()];
+        let moving = &reservoir.outputs[self.hydrodynamic.clone()];
+        let lowest = still.iter().zip(moving).map(|(a, b)| a + b).fold(f64::INFINITY, f64::min);
         let residuals = report.residuals.map_or([0.0, 0.0], |r| [r.pressure, r.displacement]);
         let first = [time, report.ground_acceleration[0], f64::from(report.iterations())];
         let rest =
             self.scalars.iter().flat_map(|(side, range)| outputs(*side)[range.clone()].iter().copied());
-        let row: Vec<f64> = first.into_iter().chain(residuals).chain(rest).collect();
+        let row: Vec<f64> = first.into_iter().chain(residuals).chain([lowest]).chain(rest).collect();
         for (column, value) in self.histories.columns.iter_mut().zip(&row) {
             column.push(*value);
         }

@@ -12,6 +12,8 @@ pub struct Manifest {
     pub started: String,
     /// Program, machine.
     pub build: Build,
+    /// Points of the wet face from the heel up (x, y), m: the columns of the files about it.
+    pub wet_face: Vec<[f64; 2]>,
     /// The participants: name and solver.
     pub units: Vec<Unit>,
     /// The result; absent while the run goes on.

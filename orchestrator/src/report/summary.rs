@@ -1,9 +1,8 @@
 use crate::observer::{Ending, Histories, Status, WallTime};
-use crate::scene::{CrackScene, LoadedScene};
+use crate::scene::{CrackScene, LoadedScene, STANDARD_GRAVITY};
 use serde::Serialize;
 use std::fmt;
 
-const STANDARD_GRAVITY: f64 = 9.80665;
 /// Rest that the residual sliding asks for, s, and the part of it that is averaged.
 const REST: f64 = 5.0;
 const AVERAGED: f64 = 1.0;
@@ -11,6 +10,10 @@ const AVERAGED: f64 = 1.0;
 const ENERGY_BALANCE: &str = "energy balance error over peak kinetic energy";
 /// Energy balance error, %, above which a summary says loudly that it cannot be trusted.
 const ENERGY_ALARM: f64 = 1.0;
+
+const LOWEST_PRESSURE: &str = "lowest pressure on the wet face, hydrostatic included";
+/// Pressure against the atmosphere's at which water boils, kPa.
+const CAVITATION: f64 = -99.0;
 
 /// One number of a summary.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -33,6 +36,9 @@ pub struct Summary {
     pub status: String,
     /// Simulated time reached, s.
     pub simulated_time: f64,
+    /// What must be known to read them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
     /// The numbers.
     pub quantities: Vec<Quantity>,
 }
@@ -72,11 +78,38 @@ impl Summary {
         table.peak("peak crest acceleration", "dam.crest_acceleration.x", 1.0 / STANDARD_GRAVITY, "g");
         let base = 1.0 / reference.hydrostatic_base_pressure;
         table.peak("peak hydrodynamic base pressure over hydrostatic", "reservoir.base_pressure", base, "1");
+        table.largest(LOWEST_PRESSURE, "lowest_pressure", 1e-3, "kPa", |p| -p);
         table.pressure_coefficient(loaded);
         table.energy_balance();
         table.iterations();
-        let quantities = table.quantities;
-        Self { status: ending.status.to_string(), simulated_time: ending.time, quantities }
+        let mut summary = Self {
+            status: ending.status.to_string(),
+            simulated_time: ending.time,
+            notes: Vec::new(),
+            quantities: table.quantities,
+        };
+        summary.notes = summary.remarks(!cracks.is_empty());
+        summary
+    }
+
+    fn remarks(&self, cracked: bool) -> Vec<String> {
+        let mut notes = Vec::new();
+        if let Some(error) = self.value(ENERGY_BALANCE).filter(|e| *e > ENERGY_ALARM) {
+            notes.push(format!(
+                "WARNING: energy is balanced to {error:.1} % only, more than {ENERGY_ALARM} %: do not use these \
+                 results; lower dam.time_step_safety or refine the mesh"
+            ));
+        }
+        if let Some(pressure) = self.value(LOWEST_PRESSURE).filter(|p| *p < CAVITATION) {
+            notes.push(format!(
+                "WARNING: the pressure falls to {pressure:.0} kPa against the atmosphere's; water cavitates near -100 kPa, \
+                 this linear water does not"
+            ));
+        }
+        if cracked && !self.quantities.iter().any(|q| q.name.starts_with("residual sliding")) {
+            notes.push(format!("no residual sliding: the ground was not at rest for the last {REST} s"));
+        }
+        notes
     }
 
     /// The value of the quantity `name`.
@@ -173,12 +206,8 @@ impl fmt::Display for Summary {
         if self.status != Status::Completed.to_string() {
             writeln!(f, "PARTIAL RESULT, run {} at t = {:.4} s", self.status, self.simulated_time)?;
         }
-        if let Some(error) = self.value(ENERGY_BALANCE).filter(|e| *e > ENERGY_ALARM) {
-            writeln!(
-                f,
-                "WARNING: energy is balanced to {error:.1} % only, more than {ENERGY_ALARM} %: do not use these results;"
-            )?;
-            writeln!(f, "         lower dam.time_step_safety or refine the mesh")?;
+        for note in &self.notes {
+            writeln!(f, "{note}")?;
         }
         for Quantity { name, value, unit, time } in &self.quantities {
             let unit = if *unit == "1" { "" } else { unit };

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 /// Standard gravity, m/s²: records are in units of it.
-const STANDARD_GRAVITY: f64 = 9.80665;
+pub const STANDARD_GRAVITY: f64 = 9.80665;
 
 /// Share of an interval by which the interval between two printed times may differ from the usual one.
 const UNEVENNESS: f64 = 0.02;
@@ -100,8 +100,11 @@ pub enum RecordError {
         /// Number of samples found.
         found: usize,
     },
-    /// Cropping leaves nothing.
-    #[error("{}: cropping to {start}–{end} s leaves fewer than two of the record's {duration} s", path.display())]
+    /// A crop that leaves nothing, or reaches beyond the record.
+    #[error(
+        "{}: {start}–{end} s is asked for, the record has samples from 0 to {duration} s; two of them must remain",
+        path.display()
+    )]
     Crop {
         /// The file.
         path: PathBuf,
@@ -122,7 +125,8 @@ impl GroundMotion {
         let first = (start / record.interval - 1e-6).ceil().max(0.0) as usize;
         let last = ((end.min(duration) / record.interval + 1e-6).floor().max(0.0) as usize)
             .min(record.acceleration.len() - 1);
-        if first >= last {
+        let beyond = end.is_finite() && end > duration + 1e-6 * record.interval;
+        if first >= last || beyond {
             return Err(RecordError::Crop { path: path.to_owned(), start, end, duration });
         }
         let acceleration =

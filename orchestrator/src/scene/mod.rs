@@ -7,7 +7,7 @@ mod overrides;
 mod validate;
 
 pub use error::{Invalid, SceneError, SceneProblem};
-pub use ground_motion::{GroundMotion, Record, RecordError};
+pub use ground_motion::{GroundMotion, Record, RecordError, STANDARD_GRAVITY};
 
 use crate::acceleration::AccelerationKind;
 use serde::{Deserialize, Serialize};

@@ -98,7 +98,7 @@ impl Findings {
         }
         let water = &scene.reservoir;
         self.positive("reservoir.depth", water.depth);
-        self.positive("reservoir.density", water.density);
+        self.within("reservoir.density", water.density, 100.0, 1e5);
         self.within("reservoir.sound_speed", water.sound_speed, 1.0, 1e5);
         self.within("reservoir.wave_reflection_coefficient", water.wave_reflection_coefficient, 0.0, 1.0);
         for (key, value) in [
@@ -138,15 +138,15 @@ impl Findings {
         self.positive("dam.element_size", dam.element_size);
         self.within("dam.time_step_safety", dam.time_step_safety, 1e-3, 1.0);
         let material = &dam.material;
-        self.positive("dam.material.young_modulus", material.young_modulus);
+        self.within("dam.material.young_modulus", material.young_modulus, 1e6, 1e13);
         self.within("dam.material.poisson_ratio", material.poisson_ratio, 0.0, 0.499);
-        self.positive("dam.material.density", material.density);
+        self.within("dam.material.density", material.density, 100.0, 1e5);
         self.damping(&dam.damping);
         self.section(dam);
         let Some([_, crest]) = dam.section.upstream.last().copied() else { return };
         for (index, crack) in dam.cracks.iter().enumerate() {
             let key = |name: &str| format!("dam.cracks.{index}.{name}");
-            self.within(&key("friction_coefficient"), crack.friction_coefficient, 0.0, 100.0);
+            self.within(&key("friction_coefficient"), crack.friction_coefficient, 0.0, 5.0);
             self.positive(&key("normal_stiffness"), crack.normal_stiffness);
             self.positive(&key("shear_stiffness"), crack.shear_stiffness);
             let (key, elevation) = (key("elevation"), crack.elevation);
