@@ -3,7 +3,6 @@
 pub mod run;
 
 use clap::{Parser, Subcommand};
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 /// Seismic analysis of cracked concrete gravity dams with their reservoirs.
@@ -52,8 +51,8 @@ pub struct Run {
     /// Threads for preparing the reservoir's operator; by default one a core
     ///
     /// Results are the same, bit for bit, with any number.
-    #[arg(short, long, value_name = "N")]
-    pub threads: Option<NonZeroUsize>,
+    #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub threads: Option<u16>,
 
     /// No progress line
     #[arg(short, long)]

@@ -13,6 +13,7 @@ use orchestrator::scene::{GroundMotion, LoadedScene, STANDARD_GRAVITY, SceneErro
 use orchestrator::scheme::{CouplingError, Predictor, SerialImplicit, Units};
 use orchestrator::simulation::{Simulation, SimulationError};
 use std::io::Write;
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -98,8 +99,9 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
 
     say(&loaded.scene.title);
     let began = Instant::now();
-    let threads = arguments.threads.or(std::thread::available_parallelism().ok());
-    let units = registry::units(&loaded, threads.unwrap_or(std::num::NonZeroUsize::MIN))?;
+    let asked = arguments.threads.and_then(|n| NonZeroUsize::new(n.into()));
+    let threads = asked.or(std::thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN);
+    let units = registry::units(&loaded, threads)?;
     for unit in [&units.dam, &units.reservoir] {
         let description = unit.description();
         let (name, solver) = (description.name.clone(), description.solver.clone());
