@@ -2,7 +2,7 @@
 
 use dam_dem::Dam;
 use interface::WetFace;
-use orchestrator::participant::{InProcess, Participant, ParticipantError, Prescribed};
+use orchestrator::participant::{InProcess, Messages, Occasion, Participant, ParticipantError, Prescribed};
 use reservoir::Reservoir;
 use std::num::NonZeroUsize;
 use whole_chain::koyna;
@@ -10,7 +10,7 @@ use whole_chain::koyna;
 const H: f64 = 0.0025;
 
 /// Inputs that change from step to step and differ from point to point.
-fn inputs(participant: &dyn Participant, step: usize, factor: f64) -> Vec<f64> {
+fn inputs(participant: &dyn Participant, step: u32, factor: f64) -> Vec<f64> {
     let layout = &participant.description().inputs;
     let mut values = vec![0.0; layout.size()];
     for (channel, range) in layout.channels() {
@@ -20,7 +20,7 @@ fn inputs(participant: &dyn Participant, step: usize, factor: f64) -> Vec<f64> {
             _ => 2.0,
         };
         for (i, value) in values[range].iter_mut().enumerate() {
-            *value = factor * size * (0.3 * step as f64 + 0.1 * i as f64).sin();
+            *value = factor * size * (0.3 * f64::from(step) + 0.1 * i as f64).sin();
         }
         if channel.name == "ground_acceleration" {
             // Vertical motion is not modelled.
@@ -40,20 +40,21 @@ fn battery(mut participant: Box<dyn Participant>) -> Result<(), ParticipantError
     assert!(participant.fixed("no_such_variable").is_err());
     let mut again = outputs.clone();
     let mut time = 0.0;
-    for step in 1..=150 {
+    for step in 1..=150_u32 {
         let (trial, wanted) = (inputs(&*participant, step, -0.7), inputs(&*participant, step, 1.0));
+        let occasion = Occasion { step: step.into(), iteration: 1, attempt: 1, time, communication_step: H };
         participant.save_state()?;
-        participant.step(time, H, &wanted, &mut outputs)?;
+        participant.step(&occasion, &wanted, &mut outputs)?;
         // Two other attempts, then the same as at first.
         for _ in 0..2 {
             participant.restore_state()?;
-            participant.step(time, H, &trial, &mut again)?;
+            participant.step(&occasion, &trial, &mut again)?;
             assert_ne!(bits(&again), bits(&outputs), "{name}, step {step}: inputs have no effect");
         }
         participant.restore_state()?;
-        participant.step(time, H, &wanted, &mut again)?;
+        participant.step(&occasion, &wanted, &mut again)?;
         assert_eq!(bits(&again), bits(&outputs), "{name}, step {step}");
-        time = step as f64 * H;
+        time = f64::from(step) * H;
     }
     Ok(())
 }
@@ -69,24 +70,29 @@ fn prescribed() -> Result<(), Box<dyn std::error::Error>> {
 
 #[test]
 fn dam_in_process() -> Result<(), Box<dyn std::error::Error>> {
-    Ok(battery(Box::new(InProcess::new(Dam::new(koyna::dam(10.0, true))?, "dam")))?)
+    Ok(battery(Box::new(InProcess::new(Dam::new(koyna::dam(10.0, true))?, "dam", Messages::default())))?)
 }
 
 #[test]
 fn reservoir_in_process() -> Result<(), Box<dyn std::error::Error>> {
     let parameters = koyna::reservoir(WetFace::straight([0.0, koyna::DEPTH], 9)?, H, 0.5);
-    Ok(battery(Box::new(InProcess::new(Reservoir::new(parameters, NonZeroUsize::MIN)?, "reservoir")))?)
+    Ok(battery(Box::new(InProcess::new(
+        Reservoir::new(parameters, NonZeroUsize::MIN)?,
+        "reservoir",
+        Messages::default(),
+    )))?)
 }
 
 #[test]
 fn an_answer_that_is_not_finite_is_refused() -> Result<(), Box<dyn std::error::Error>> {
-    let mut dam = InProcess::new(Dam::new(koyna::dam(10.0, true))?, "dam");
+    let mut dam = InProcess::new(Dam::new(koyna::dam(10.0, true))?, "dam", Messages::default());
     let zeros = inputs(&dam, 0, 0.0);
     let mut outputs = vec![0.0; dam.description().outputs.size()];
     dam.initialise(0.0, &zeros, &mut outputs)?;
     let mut bad = zeros.clone();
     bad[2] = f64::NAN;
-    let message = dam.step(0.0, H, &bad, &mut outputs).expect_err("NaN is refused").to_string();
+    let occasion = Occasion { step: 1, iteration: 1, attempt: 1, time: 0.0, communication_step: H };
+    let message = dam.step(&occasion, &bad, &mut outputs).expect_err("NaN is refused").to_string();
     assert!(
         message.contains("interface_pressure") && message.contains("[2]") && message.contains("NaN"),
         "{message}"

@@ -11,8 +11,7 @@ use crate::loads::{LoadPath, Wet, add_ground_inertia};
 use crate::state::{DamState, Inputs};
 use crate::structure::Structure;
 use crate::{
-    CrackParameters, CriticalTimeStep, DamError, DamParameters, Mesh, RayleighCoefficients, SystemMatrices,
-    modal,
+    CrackParameters, CriticalTimeStep, DamError, DamParameters, RayleighCoefficients, SystemMatrices, modal,
 };
 
 /// A cracked concrete gravity dam as a co-simulation unit.
@@ -47,9 +46,7 @@ impl Dam {
         parameters.check()?;
         let mut cracks = parameters.cracks.clone();
         cracks.sort_by(|a, b| a.elevation.total_cmp(&b.elevation));
-        let elevations: Vec<f64> = cracks.iter().map(|crack| crack.elevation).collect();
-        let mesh =
-            Mesh::new(&parameters.section, &elevations, &[parameters.water_depth], parameters.element_size);
+        let mesh = parameters.mesh();
         let wet = Wet::below(&mesh, parameters.water_depth)?;
         let base = mesh.blocks[0].bottom.clone();
         let crest = mesh.blocks.last().and_then(|block| block.upstream.last()).copied().unwrap_or(0);

@@ -1,7 +1,9 @@
+use interface::WetFace;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{DamError, require};
-use crate::{Damping, Material};
+use crate::loads::Wet;
+use crate::{Damping, Material, Mesh};
 
 /// Everything a dam is made from. SI units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -163,6 +165,21 @@ impl DamParameters {
 }
 
 impl DamParameters {
+    /// The mesh of the section: rows end at vertices, cracks and the water level.
+    pub(crate) fn mesh(&self) -> Mesh {
+        let mut elevations: Vec<f64> = self.cracks.iter().map(|crack| crack.elevation).collect();
+        elevations.sort_by(f64::total_cmp);
+        Mesh::new(&self.section, &elevations, &[self.water_depth], self.element_size)
+    }
+
+    /// The wet face of the dam that these parameters make, or `None` with an empty reservoir.
+    ///
+    /// **Errors**: as [`check`](Self::check), and [`DamError::WetFace`].
+    pub fn wet_face(&self) -> Result<Option<WetFace>, DamError> {
+        self.check()?;
+        Ok(Wet::below(&self.mesh(), self.water_depth)?.map(|wet| wet.face))
+    }
+
     /// Rows end at vertices, cracks and water level: two of these close together make flat elements whose
     /// time step is next to nothing.
     fn check_rows(&self) -> Result<(), DamError> {

@@ -1,4 +1,5 @@
 use crate::{Fingerprint, StateError, Variable};
+use serde::{Deserialize, Serialize};
 
 /// Where a unit stands in its life.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -10,7 +11,7 @@ pub enum Stage {
 }
 
 /// What a unit can do beyond plain stepping.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Capabilities {
     /// The length of a communication step may differ from step to step.
     pub variable_communication_step: bool,

@@ -5,7 +5,9 @@
 use interface::{Capabilities, Fingerprint, WetFace};
 use orchestrator::acceleration::{Acceleration, AccelerationKind};
 use orchestrator::convergence::ConvergenceMeasure;
-use orchestrator::participant::{Channel, Description, InProcess, Layout, Participant, ParticipantError};
+use orchestrator::participant::{
+    Channel, Description, InProcess, Layout, Messages, Occasion, Participant, ParticipantError,
+};
 use orchestrator::scheme::{Predictor, SerialImplicit, Side, Units};
 use reservoir::{Fidelity, Reservoir, ReservoirParameters};
 use std::num::NonZeroUsize;
@@ -25,7 +27,7 @@ impl Participant for Block {
         &self.description
     }
 
-    fn fixed(&self, variable: &str) -> Result<Vec<f64>, ParticipantError> {
+    fn fixed(&mut self, variable: &str) -> Result<Vec<f64>, ParticipantError> {
         let axis = usize::from(variable == "interface_y");
         Ok(self.face.points().iter().map(|p| p[axis]).collect())
     }
@@ -36,7 +38,8 @@ impl Participant for Block {
     }
 
     /// Trapezoidal rule for m ü + k u = f − m a_g.
-    fn step(&mut self, _: f64, h: f64, inputs: &[f64], outputs: &mut [f64]) -> Result<(), ParticipantError> {
+    fn step(&mut self, at: &Occasion, inputs: &[f64], outputs: &mut [f64]) -> Result<(), ParticipantError> {
+        let h = at.communication_step;
         let (n, [u, v, force, ground], mass, stiffness) = (self.face.len(), self.now, 1e6, 4e8);
         let forces = self.face.nodal_forces(&inputs[..n]);
         let (force_end, ground_end) = (forces.iter().map(|f| f[0]).sum::<f64>(), inputs[2 * n]);
@@ -92,12 +95,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         communication_step: h,
         horizon: 1.0,
     };
-    let reservoir = InProcess::new(Reservoir::new(water, NonZeroUsize::MIN)?, "reservoir");
+    let reservoir =
+        InProcess::new(Reservoir::new(water, NonZeroUsize::MIN)?, "reservoir", Messages::default());
     let dam = Block { description, face, now: [0.0; 4], saved: [0.0; 4] };
     let mut units = Units { dam: Box::new(dam), reservoir: Box::new(reservoir) };
     let aitken = Acceleration::new(AccelerationKind::Aitken, 0.9);
     let measure = ConvergenceMeasure::new(1e-6, 50.0, 1000.0 * 9.81 * 50.0);
-    let mut scheme = SerialImplicit::new(&units, aitken, Predictor::new(2), measure, 50)?;
+    let mut scheme = SerialImplicit::new(&mut units, aitken, Predictor::new(2), measure, 50)?;
     scheme.initialise(&mut units, 0.0, [0.0; 2])?;
     for step in 1..=400_u32 {
         let (time, ground) = (f64::from(step) * h, if step < 200 { 2.0 } else { 0.0 });

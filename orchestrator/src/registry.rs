@@ -5,9 +5,9 @@ use dam_dem::{
     Section,
 };
 use interface::{WetFace, WetFaceError};
-use orchestrator::participant::{InProcess, Participant, Prescribed};
-use orchestrator::scene::{DamScene, FidelityScene, KinematicsScene, LoadedScene, PlaneScene, Scene};
-use orchestrator::scheme::Units;
+use orchestrator::participant::{InProcess, Messages, Participant, Prescribed};
+use orchestrator::scene::{DamScene, FidelityScene, KinematicsScene, PlaneScene, Scene};
+use orchestrator::scheme::Side;
 use reservoir::{Fidelity, Reservoir, ReservoirError, ReservoirParameters};
 use std::num::NonZeroUsize;
 
@@ -42,40 +42,53 @@ pub enum RegistryError {
     WetFace(#[from] WetFaceError),
 }
 
-/// Makes the two units of a scene.
-pub fn units(loaded: &LoadedScene, threads: NonZeroUsize) -> Result<Units, RegistryError> {
-    let scene = &loaded.scene;
-    let depth = scene.reservoir.depth;
-    let (dam, wet_face): (Box<dyn Participant>, WetFace) = match (&scene.dam, &scene.prescribed) {
-        (Some(dam), _) => {
-            let dam = Dam::new(dam_parameters(dam, scene))?;
-            let wet_face = dam.wet_face().cloned().map_or_else(|| WetFace::straight([0.0, depth], 1), Ok)?;
-            let time_steps = dam.time_steps_per(scene.time.communication_step);
-            if time_steps > MOST_TIME_STEPS {
-                return Err(RegistryError::TimeSteps { time_steps, limit: dam.time_step_limit() });
-            }
-            let solver = format!(
-                "distinct elements {}: {} elements, {} nodes, {time_steps} time steps a communication step",
-                env!("CARGO_PKG_VERSION"),
-                dam.element_count(),
-                dam.node_count(),
-            );
-            (Box::new(InProcess::new(dam, &solver)), wet_face)
-        }
-        (None, prescribed) => {
-            let (batter, panels) = prescribed.as_ref().map_or((0.0, 1), |p| (p.batter, p.panels));
-            let wet_face = WetFace::straight([batter, depth], panels)?;
-            (Box::new(Prescribed::new(wet_face.clone())?), wet_face)
-        }
-    };
+/// Makes the unit of `side` of a scene that has been loaded.
+pub fn unit(side: Side, scene: &Scene, threads: NonZeroUsize) -> Result<Box<dyn Participant>, RegistryError> {
+    match (side, &scene.dam) {
+        (Side::Dam, Some(dam)) => computed_dam(dam, scene),
+        (Side::Dam, None) => Ok(Box::new(Prescribed::new(wet_face(scene)?)?)),
+        (Side::Reservoir, _) => reservoir(scene, threads),
+    }
+}
+
+fn computed_dam(dam: &DamScene, scene: &Scene) -> Result<Box<dyn Participant>, RegistryError> {
+    let messages = Messages::default();
+    let dam = messages.listen(|| Dam::new(dam_parameters(dam, scene)))?;
+    let time_steps = dam.time_steps_per(scene.time.communication_step);
+    if time_steps > MOST_TIME_STEPS {
+        return Err(RegistryError::TimeSteps { time_steps, limit: dam.time_step_limit() });
+    }
+    let solver = format!(
+        "distinct elements {}: {} elements, {} nodes, {time_steps} time steps a communication step",
+        env!("CARGO_PKG_VERSION"),
+        dam.element_count(),
+        dam.node_count(),
+    );
+    Ok(Box::new(InProcess::new(dam, &solver, messages)))
+}
+
+fn reservoir(scene: &Scene, threads: NonZeroUsize) -> Result<Box<dyn Participant>, RegistryError> {
+    let wet_face = wet_face(scene)?;
     let points = wet_face.len();
-    let reservoir = Reservoir::new(reservoir_parameters(loaded, wet_face), threads)?;
+    let messages = Messages::default();
+    let reservoir = messages.listen(|| Reservoir::new(reservoir_parameters(scene, wet_face), threads))?;
     let model = match scene.reservoir.fidelity {
         FidelityScene::Compressible => "compressible water, boundary elements",
         FidelityScene::Westergaard => "Westergaard's added mass",
     };
     let solver = format!("{model} {}: {points} interface points", env!("CARGO_PKG_VERSION"));
-    Ok(Units { dam, reservoir: Box::new(InProcess::new(reservoir, &solver)) })
+    Ok(Box::new(InProcess::new(reservoir, &solver, messages)))
+}
+
+/// The wet face of the scene's dam: either unit finds the same by itself.
+fn wet_face(scene: &Scene) -> Result<WetFace, RegistryError> {
+    let depth = scene.reservoir.depth;
+    let straight = |batter, panels| WetFace::straight([batter, depth], panels);
+    Ok(match (&scene.dam, &scene.prescribed) {
+        (Some(dam), _) => dam_parameters(dam, scene).wet_face()?.map_or_else(|| straight(0.0, 1), Ok)?,
+        (None, Some(prescribed)) => straight(prescribed.batter, prescribed.panels)?,
+        (None, None) => straight(0.0, 1)?,
+    })
 }
 
 fn dam_parameters(dam: &DamScene, scene: &Scene) -> DamParameters {
@@ -122,15 +135,15 @@ fn dam_parameters(dam: &DamScene, scene: &Scene) -> DamParameters {
     }
 }
 
-fn reservoir_parameters(loaded: &LoadedScene, wet_face: WetFace) -> ReservoirParameters {
-    let water = &loaded.scene.reservoir;
-    let communication_step = loaded.scene.time.communication_step;
+fn reservoir_parameters(scene: &Scene, wet_face: WetFace) -> ReservoirParameters {
+    let water = &scene.reservoir;
+    let communication_step = scene.time.communication_step;
     ReservoirParameters {
         wet_face,
         density: water.density,
         sound_speed: water.sound_speed,
         wave_reflection_coefficient: water.wave_reflection_coefficient,
-        gravity: loaded.scene.gravity,
+        gravity: scene.gravity,
         fidelity: match water.fidelity {
             FidelityScene::Westergaard => Fidelity::Westergaard,
             FidelityScene::Compressible => Fidelity::Compressible,
@@ -138,6 +151,6 @@ fn reservoir_parameters(loaded: &LoadedScene, wet_face: WetFace) -> ReservoirPar
         element_size: water.element_size.unwrap_or(water.depth / 16.0),
         far_end_distance: water.far_end_distance.unwrap_or(water.depth / 2.0),
         communication_step,
-        horizon: loaded.steps() as f64 * communication_step,
+        horizon: scene.steps() as f64 * communication_step,
     }
 }

@@ -10,7 +10,7 @@ use orchestrator::observer::{HistoriesWriter, Progress, Status};
 use orchestrator::participant::ParticipantError;
 use orchestrator::report::{Build, Manifest, ManifestError, Reference, Summary, Unit};
 use orchestrator::scene::{GroundMotion, LoadedScene, STANDARD_GRAVITY, SceneError};
-use orchestrator::scheme::{CouplingError, Predictor, SerialImplicit, Units};
+use orchestrator::scheme::{CouplingError, Predictor, SerialImplicit, Side, Units};
 use orchestrator::simulation::{Simulation, SimulationError};
 use std::io::Write;
 use std::num::NonZeroUsize;
@@ -101,7 +101,10 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
     let began = Instant::now();
     let asked = arguments.threads.and_then(|n| NonZeroUsize::new(n.into()));
     let threads = asked.or(std::thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN);
-    let units = registry::units(&loaded, threads)?;
+    let mut units = Units {
+        dam: registry::unit(Side::Dam, &loaded.scene, threads)?,
+        reservoir: registry::unit(Side::Reservoir, &loaded.scene, threads)?,
+    };
     for unit in [&units.dam, &units.reservoir] {
         let description = unit.description();
         let (name, solver) = (description.name.clone(), description.solver.clone());
@@ -119,12 +122,12 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
     // From here on Ctrl-C leaves a partial result; before, there is none to leave.
     let interrupted = catch_interrupt()?;
     let (ending, failure) = simulation.run(&mut [&mut log, &mut histories, &mut progress], &interrupted);
-    let reference = reference(&simulation.units)?;
+    let reference = reference(&mut simulation.units)?;
     let summary = Summary::of(&loaded, &histories.histories, &ending, &reference);
     let table = summary.to_string();
     manifest.result = Some(summary);
     manifest.write(&manifest_path)?;
-    say(format!("\n{table}{}", damping_line(&loaded, &simulation.units)));
+    say(format!("\n{table}{}", damping_line(&loaded, &mut simulation.units)));
     say(ending.wall);
     say(format!("log, histories and manifest are in {}", folder.display()));
     match failure {
@@ -163,12 +166,12 @@ fn catch_interrupt() -> Result<Arc<AtomicBool>, RunError> {
     Ok(interrupted)
 }
 
-fn assemble(loaded: &LoadedScene, units: Units) -> Result<Simulation, RunError> {
+fn assemble(loaded: &LoadedScene, mut units: Units) -> Result<Simulation, RunError> {
     let LoadedScene { scene, ground_motion, .. } = loaded;
     let coupling = &scene.coupling;
     let base_pressure = scene.reservoir.density * scene.gravity * scene.reservoir.depth;
     let scheme = SerialImplicit::new(
-        &units,
+        &mut units,
         Acceleration::new(coupling.acceleration, coupling.relaxation),
         Predictor::new(coupling.predictor_order),
         ConvergenceMeasure::new(coupling.tolerance, scene.height(), base_pressure),
@@ -180,11 +183,11 @@ fn assemble(loaded: &LoadedScene, units: Units) -> Result<Simulation, RunError> 
         scheme,
         ground_motion: ground_motion.clone(),
         communication_step: scene.time.communication_step,
-        steps: loaded.steps(),
+        steps: scene.steps(),
     })
 }
 
-fn reference(units: &Units) -> Result<Reference, RunError> {
+fn reference(units: &mut Units) -> Result<Reference, RunError> {
     let hydrostatic = units.reservoir.fixed("hydrostatic_pressure")?;
     let crest = units.dam.fixed("crest_static_displacement").ok();
     Ok(Reference {
@@ -202,9 +205,9 @@ fn ground_line(motion: &GroundMotion) -> String {
 }
 
 /// Names the damping: no sliding may be quoted without it.
-fn damping_line(loaded: &LoadedScene, units: &Units) -> String {
+fn damping_line(loaded: &LoadedScene, units: &mut Units) -> String {
     let Some(dam) = &loaded.scene.dam else { return String::new() };
-    let frequency = |name: &str| units.dam.fixed(name).ok().and_then(|f| f.first().copied());
+    let mut frequency = |name: &str| units.dam.fixed(name).ok().and_then(|f| f.first().copied());
     match (dam.damping.ratio, frequency("damping_frequency_low"), frequency("damping_frequency_high")) {
         (ratio, Some(low), Some(high)) if ratio > 0.0 => {
             let percent = 100.0 * ratio;

@@ -1,16 +1,22 @@
-use super::{Channel, Description, Layout, Participant, ParticipantError, check_finite};
+use super::{
+    Channel, Description, Layout, Message, Messages, Occasion, Participant, ParticipantError, check_finite,
+};
 use interface::{Causality, CoSimulation, Shape};
+use std::time::{Duration, Instant};
 
 /// A unit that is an object of this process.
 pub struct InProcess<U: CoSimulation> {
     unit: U,
     description: Description,
     saved: Option<U::State>,
+    busy: Duration,
+    heard: Messages,
+    messages: Vec<Message>,
 }
 
 impl<U: CoSimulation> InProcess<U> {
-    /// Lets `unit` take part; `solver` names it and its version.
-    pub fn new(unit: U, solver: &str) -> Self {
+    /// Lets `unit` take part; `solver` names it and its version, `heard` what it said while it was made.
+    pub fn new(unit: U, solver: &str, heard: Messages) -> Self {
         let layout = |causality| {
             let variables = unit.variables().iter().filter(|v| v.causality == causality);
             let channels = variables.map(|v| Channel {
@@ -30,7 +36,38 @@ impl<U: CoSimulation> InProcess<U> {
             outputs: layout(Causality::Output),
             capabilities: unit.capabilities(),
         };
-        Self { unit, description, saved: None }
+        let mut new =
+            Self { unit, description, saved: None, busy: Duration::ZERO, heard, messages: Vec::new() };
+        new.keep_messages(&Occasion::default());
+        new
+    }
+
+    /// Calls the unit, listens to what it says and measures the time that it takes.
+    fn call(
+        &mut self,
+        occasion: &Occasion,
+        call: impl FnOnce(&mut Self) -> Result<(), U::Error>,
+    ) -> Result<(), ParticipantError> {
+        let began = Instant::now();
+        let heard = self.heard.clone();
+        let result = heard.listen(|| call(self));
+        self.busy += began.elapsed();
+        self.keep_messages(occasion);
+        result.map_err(|e| self.failed(e))
+    }
+
+    fn keep_messages(&mut self, occasion: &Occasion) {
+        let Occasion { step, iteration, time, .. } = *occasion;
+        let unit = &self.description.name;
+        self.messages.extend(self.heard.take().into_iter().map(|(level, source, text)| Message {
+            unit: unit.clone(),
+            level,
+            step,
+            iteration,
+            time,
+            source,
+            text,
+        }));
     }
 
     fn failed(&self, error: U::Error) -> ParticipantError {
@@ -44,11 +81,11 @@ impl<U: CoSimulation> InProcess<U> {
         Ok(())
     }
 
-    fn get_outputs(&self, time: f64, outputs: &mut [f64]) -> Result<(), ParticipantError> {
+    fn get_outputs(&self, outputs: &mut [f64]) -> Result<(), U::Error> {
         for (channel, range) in self.description.outputs.channels() {
-            self.unit.get(channel.value_reference, &mut outputs[range]).map_err(|e| self.failed(e))?;
+            self.unit.get(channel.value_reference, &mut outputs[range])?;
         }
-        check_finite(&self.description, outputs, time)
+        Ok(())
     }
 }
 
@@ -57,7 +94,7 @@ impl<U: CoSimulation> Participant for InProcess<U> {
         &self.description
     }
 
-    fn fixed(&self, variable: &str) -> Result<Vec<f64>, ParticipantError> {
+    fn fixed(&mut self, variable: &str) -> Result<Vec<f64>, ParticipantError> {
         let found = self.unit.variables().iter().find(|v| v.name == variable).ok_or_else(|| {
             ParticipantError::Missing {
                 participant: self.description.name.clone(),
@@ -75,38 +112,57 @@ impl<U: CoSimulation> Participant for InProcess<U> {
         inputs: &[f64],
         outputs: &mut [f64],
     ) -> Result<(), ParticipantError> {
-        self.set_inputs(inputs).map_err(|e| self.failed(e))?;
-        self.unit.initialise(start_time).map_err(|e| self.failed(e))?;
-        self.get_outputs(start_time, outputs)
+        self.call(&Occasion::initialisation(start_time), |this| {
+            this.set_inputs(inputs)?;
+            this.unit.initialise(start_time)?;
+            this.get_outputs(outputs)
+        })?;
+        check_finite(&self.description, outputs, start_time)
     }
 
     fn step(
         &mut self,
-        time: f64,
-        communication_step: f64,
+        occasion: &Occasion,
         inputs: &[f64],
         outputs: &mut [f64],
     ) -> Result<(), ParticipantError> {
-        self.set_inputs(inputs).map_err(|e| self.failed(e))?;
-        self.unit.step(time, communication_step).map_err(|e| self.failed(e))?;
-        self.get_outputs(time + communication_step, outputs)
+        self.call(occasion, |this| {
+            this.set_inputs(inputs)?;
+            this.unit.step(occasion.time, occasion.communication_step)?;
+            this.get_outputs(outputs)
+        })?;
+        check_finite(&self.description, outputs, occasion.end())
     }
 
     fn save_state(&mut self) -> Result<(), ParticipantError> {
+        let began = Instant::now();
         self.saved = Some(self.unit.save_state());
+        self.busy += began.elapsed();
         Ok(())
     }
 
     fn restore_state(&mut self) -> Result<(), ParticipantError> {
-        match &self.saved {
-            Some(state) => self.unit.restore_state(state).map_err(|e| ParticipantError::Unit {
-                participant: self.description.name.clone(),
-                cause: Box::new(e),
-            }),
+        let began = Instant::now();
+        let participant = || self.description.name.clone();
+        let result = match &self.saved {
+            Some(state) => self
+                .unit
+                .restore_state(state)
+                .map_err(|e| ParticipantError::Unit { participant: participant(), cause: Box::new(e) }),
             None => Err(ParticipantError::Missing {
-                participant: self.description.name.clone(),
+                participant: participant(),
                 variable: "saved state".to_owned(),
             }),
-        }
+        };
+        self.busy += began.elapsed();
+        result
+    }
+
+    fn busy(&self) -> Duration {
+        self.busy
+    }
+
+    fn messages(&mut self) -> Vec<Message> {
+        std::mem::take(&mut self.messages)
     }
 }

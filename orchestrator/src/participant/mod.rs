@@ -1,15 +1,19 @@
 //! The door for units: anything that takes part in a co-simulation.
 
 mod in_process;
+mod messages;
 mod prescribed;
 
 pub use in_process::InProcess;
+pub use messages::{Level, Message, Messages};
 pub use prescribed::Prescribed;
 
 use interface::{Capabilities, Fingerprint};
+use serde::{Deserialize, Serialize};
+use std::time::Duration;
 
 /// One variable as it travels: its place in a request or an answer.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Channel {
     /// Name of the variable.
     pub name: String,
@@ -24,7 +28,8 @@ pub struct Channel {
 }
 
 /// The variables of a request or an answer, one after another.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(transparent)]
 pub struct Layout {
     channels: Vec<Channel>,
 }
@@ -63,7 +68,7 @@ impl Layout {
 }
 
 /// What a participant is and exchanges.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Description {
     /// Name in logs and messages: `dam`, `reservoir`.
     pub name: String,
@@ -77,6 +82,43 @@ pub struct Description {
     pub outputs: Layout,
     /// What it can do beyond plain stepping.
     pub capabilities: Capabilities,
+}
+
+/// Which of its steps a unit is asked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Occasion {
+    /// Number of the communication step, from 1; 0 is initialisation.
+    pub step: u64,
+    /// Iteration of the communication step, from 1; 0 is initialisation.
+    pub iteration: u32,
+    /// How often the step was begun anew with another length, from 1.
+    pub attempt: u32,
+    /// Start of the step, s.
+    pub time: f64,
+    /// Length H of the step, s; 0 at initialisation.
+    pub communication_step: f64,
+}
+
+impl Occasion {
+    /// Initialisation at `time` (s).
+    pub fn initialisation(time: f64) -> Self {
+        Self { attempt: 1, time, ..Self::default() }
+    }
+
+    /// End of the step, s.
+    pub fn end(&self) -> f64 {
+        self.time + self.communication_step
+    }
+}
+
+impl std::fmt::Display for Occasion {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { step, iteration, time, .. } = self;
+        match step {
+            0 => f.write_str("at initialisation"),
+            _ => write!(f, "in step {step} from t = {time} s, iteration {iteration}"),
+        }
+    }
 }
 
 /// What went wrong in a participant.
@@ -132,7 +174,7 @@ pub trait Participant: Send {
     fn description(&self) -> &Description;
 
     /// Reads a variable that is fixed after initialisation, such as the hydrostatic pressure.
-    fn fixed(&self, variable: &str) -> Result<Vec<f64>, ParticipantError>;
+    fn fixed(&mut self, variable: &str) -> Result<Vec<f64>, ParticipantError>;
 
     /// Ends initialisation at `start_time` (s) and writes the first outputs.
     fn initialise(
@@ -142,11 +184,10 @@ pub trait Participant: Send {
         outputs: &mut [f64],
     ) -> Result<(), ParticipantError>;
 
-    /// Takes the step from `time` to `time + communication_step` (s).
+    /// Takes the step of `occasion`.
     fn step(
         &mut self,
-        time: f64,
-        communication_step: f64,
+        occasion: &Occasion,
         inputs: &[f64],
         outputs: &mut [f64],
     ) -> Result<(), ParticipantError>;
@@ -156,6 +197,17 @@ pub trait Participant: Send {
 
     /// Returns to the saved state.
     fn restore_state(&mut self) -> Result<(), ParticipantError>;
+
+    /// Time that the unit itself has spent in all calls so far, states included, the way to it not; zero if it
+    /// is next to nothing or not measured.
+    fn busy(&self) -> Duration {
+        Duration::ZERO
+    }
+
+    /// What the unit has said since it was last asked; most have nothing to say.
+    fn messages(&mut self) -> Vec<Message> {
+        Vec::new()
+    }
 }
 
 /// Checks that an answer is finite.

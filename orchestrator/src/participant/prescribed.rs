@@ -1,4 +1,4 @@
-use super::{Channel, Description, Layout, Participant, ParticipantError};
+use super::{Channel, Description, Layout, Occasion, Participant, ParticipantError};
 use interface::{Capabilities, Fingerprint, Shape, StateError, Variable, WetFace, variables::dam};
 
 /// Stands in for a dam that moves as told: rigidly, with the ground.
@@ -51,7 +51,7 @@ impl Participant for Prescribed {
         &self.description
     }
 
-    fn fixed(&self, variable: &str) -> Result<Vec<f64>, ParticipantError> {
+    fn fixed(&mut self, variable: &str) -> Result<Vec<f64>, ParticipantError> {
         match variable {
             "interface_x" => Ok(self.face.points().iter().map(|p| p[0]).collect()),
             "interface_y" => Ok(self.face.points().iter().map(|p| p[1]).collect()),
@@ -75,8 +75,7 @@ impl Participant for Prescribed {
 
     fn step(
         &mut self,
-        _time: f64,
-        _communication_step: f64,
+        _occasion: &Occasion,
         inputs: &[f64],
         outputs: &mut [f64],
     ) -> Result<(), ParticipantError> {

@@ -340,11 +340,6 @@ impl LoadedScene {
         let (scene, ground_motion) = validate::parse(&source, folder, &shown)?;
         Ok(Self { name, scene, ground_motion })
     }
-
-    /// Number of communication steps that reach the end of the simulated time.
-    pub fn steps(&self) -> u64 {
-        (self.scene.duration(&self.ground_motion) / self.scene.time.communication_step - 1e-9).ceil() as u64
-    }
 }
 
 impl Scene {
@@ -352,6 +347,11 @@ impl Scene {
     pub fn duration(&self, motion: &GroundMotion) -> f64 {
         let end = motion.rest_from().unwrap_or(motion.duration());
         self.time.duration.unwrap_or(end + self.time.quiet)
+    }
+
+    /// Number of communication steps that reach the end of the simulated time, which a loaded scene names.
+    pub fn steps(&self) -> u64 {
+        (self.time.duration.unwrap_or_default() / self.time.communication_step - 1e-9).ceil() as u64
     }
 
     /// Height of the dam, m.

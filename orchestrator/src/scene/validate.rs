@@ -30,6 +30,7 @@ pub fn parse(source: &str, folder: &Path, file: &Path) -> Result<(Scene, GroundM
                 // The order in which the dam's results come.
                 dam.cracks.sort_by(|a, b| a.elevation.total_cmp(&b.elevation));
             }
+            scene.time.duration = Some(scene.duration(&ground_motion));
             let reservoir = &mut scene.reservoir;
             let panel = scene.dam.as_ref().map_or(f64::INFINITY, |dam| dam.element_size);
             reservoir.element_size.get_or_insert(panel.min(reservoir.depth / 16.0));

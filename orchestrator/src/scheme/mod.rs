@@ -7,7 +7,7 @@ pub use predictor::Predictor;
 pub use serial_implicit::SerialImplicit;
 
 use crate::convergence::Residuals;
-use crate::participant::{Participant, ParticipantError};
+use crate::participant::{Message, Occasion, Participant, ParticipantError};
 use std::time::Duration;
 
 /// Which of the two units.
@@ -65,14 +65,22 @@ pub struct StepReport {
     pub residuals: Option<Residuals>,
     /// Relaxation factor used last.
     pub relaxation: f64,
-    /// Time spent inside the dam and inside the reservoir, states saved and restored included.
+    /// Time that the dam and the reservoir themselves took, states saved and restored included.
     pub solver_time: [Duration; 2],
+    /// What the units said.
+    pub messages: Vec<Message>,
 }
 
 impl StepReport {
     /// Number of iterations: dam steps, the confirming one included.
     pub fn iterations(&self) -> u32 {
         self.exchanges.last().map_or(0, |e| e.iteration)
+    }
+
+    /// The iteration `iteration` of this step.
+    pub fn occasion(&self, iteration: u32) -> Occasion {
+        let Self { step, attempt, time, communication_step, .. } = *self;
+        Occasion { step, iteration, attempt, time, communication_step }
     }
 
     /// The accepted exchange with `side`.

@@ -1,7 +1,7 @@
 use super::{CouplingError, Exchange, Predictor, Side, StepFailure, StepReport, Units};
 use crate::acceleration::Acceleration;
 use crate::convergence::ConvergenceMeasure;
-use crate::participant::{Description, Participant, ParticipantError};
+use crate::participant::{Description, Occasion, Participant, ParticipantError};
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
@@ -58,18 +58,18 @@ impl SerialImplicit {
     ///
     /// **Errors**: a unit lacks a coupled variable; the interface points of the two differ.
     pub fn new(
-        units: &Units,
+        units: &mut Units,
         acceleration: Acceleration,
         predictor: Predictor,
         measure: ConvergenceMeasure,
         iteration_limit: u32,
     ) -> Result<Self, CouplingError> {
         let channels = Channels::of(units.dam.description(), units.reservoir.description())?;
-        let coordinates = |unit: &dyn Participant| -> Result<Vec<[f64; 2]>, ParticipantError> {
+        let coordinates = |unit: &mut dyn Participant| -> Result<Vec<[f64; 2]>, ParticipantError> {
             let (x, y) = (unit.fixed("interface_x")?, unit.fixed("interface_y")?);
             Ok(x.into_iter().zip(y).map(|(x, y)| [x, y]).collect())
         };
-        let (dam, reservoir) = (coordinates(&*units.dam)?, coordinates(&*units.reservoir)?);
+        let (dam, reservoir) = (coordinates(&mut *units.dam)?, coordinates(&mut *units.reservoir)?);
         let differs = |(a, b): (&[f64; 2], &[f64; 2])| (a[0] - b[0]).hypot(a[1] - b[1]) > 1e-9;
         let beyond = [f64::NAN, f64::NAN];
         let index = dam.iter().zip(&reservoir).position(differs);
@@ -98,27 +98,19 @@ impl SerialImplicit {
         ground_acceleration: [f64; 2],
     ) -> Result<StepReport, StepFailure> {
         self.began = Instant::now();
-        let mut report = empty_report(0, time, 0.0, ground_acceleration);
-        match self.initialise_into(units, &mut report) {
-            Ok(()) => Ok(report),
-            Err(error) => Err(StepFailure { report: Box::new(report), error }),
-        }
+        let report = empty_report(0, time, 0.0, ground_acceleration);
+        self.reported(units, report, Self::initialise_into)
     }
 
     fn initialise_into(&mut self, units: &mut Units, report: &mut StepReport) -> Result<(), CouplingError> {
+        let occasion = report.occasion(0);
         let mut inputs = vec![0.0; units.reservoir.description().inputs.size()];
         inputs[self.channels.reservoir_ground.clone()].copy_from_slice(&report.ground_acceleration);
-        let initialise = |unit: &mut dyn Participant, time, inputs: &[f64], outputs: &mut [f64]| {
-            unit.initialise(time, inputs, outputs)
-        };
-        let time = report.time;
-        self.exchange(&mut *units.reservoir, Side::Reservoir, 0, inputs, report, |u, i, o| {
-            initialise(u, time, i, o)
-        })?;
+        self.exchange(&mut *units.reservoir, Side::Reservoir, occasion, inputs, report)?;
         self.hydrostatic_pressure = units.reservoir.fixed("hydrostatic_pressure")?;
         let pressure = vec![0.0; self.hydrostatic_pressure.len()];
         let inputs = self.dam_inputs(&*units.dam, &pressure, report.ground_acceleration);
-        self.exchange(&mut *units.dam, Side::Dam, 0, inputs, report, |u, i, o| initialise(u, time, i, o))?;
+        self.exchange(&mut *units.dam, Side::Dam, occasion, inputs, report)?;
         report.exchanges.iter_mut().for_each(|e| e.accepted = true);
         self.predictor.accept(&pressure);
         Ok(())
@@ -135,44 +127,51 @@ impl SerialImplicit {
         communication_step: f64,
         ground_acceleration: [f64; 2],
     ) -> Result<StepReport, StepFailure> {
-        let mut report = empty_report(step, time, communication_step, ground_acceleration);
-        match self.iterate(units, &mut report) {
+        let report = empty_report(step, time, communication_step, ground_acceleration);
+        self.reported(units, report, Self::iterate)
+    }
+
+    /// Fills `report` by `call`, and adds what the units themselves have to report.
+    fn reported(
+        &mut self,
+        units: &mut Units,
+        mut report: StepReport,
+        call: impl FnOnce(&mut Self, &mut Units, &mut StepReport) -> Result<(), CouplingError>,
+    ) -> Result<StepReport, StepFailure> {
+        let before = [units.dam.busy(), units.reservoir.busy()];
+        let result = call(self, units, &mut report);
+        report.solver_time =
+            [units.dam.busy().saturating_sub(before[0]), units.reservoir.busy().saturating_sub(before[1])];
+        report.messages = [units.dam.messages(), units.reservoir.messages()].concat();
+        match result {
             Ok(()) => Ok(report),
             Err(error) => Err(StepFailure { report: Box::new(report), error }),
         }
     }
 
     fn iterate(&mut self, units: &mut Units, report: &mut StepReport) -> Result<(), CouplingError> {
-        let (time, length, ground) = (report.time, report.communication_step, report.ground_acceleration);
+        let ground = report.ground_acceleration;
         let mut pressure = vec![0.0; self.hydrostatic_pressure.len()];
         let mut previous_displacement: Option<Vec<f64>> = None;
         self.predictor.predict(&mut pressure);
         self.acceleration.begin_step();
-        timed(&mut report.solver_time[0], || units.dam.save_state())?;
-        timed(&mut report.solver_time[1], || units.reservoir.save_state())?;
+        units.dam.save_state()?;
+        units.reservoir.save_state()?;
         for iteration in 1..=self.iteration_limit {
             if iteration > 1 {
-                timed(&mut report.solver_time[0], || units.dam.restore_state())?;
-                timed(&mut report.solver_time[1], || units.reservoir.restore_state())?;
+                units.dam.restore_state()?;
+                units.reservoir.restore_state()?;
             }
             let inputs = self.dam_inputs(&*units.dam, &pressure, ground);
-            let dam = self.exchange(&mut *units.dam, Side::Dam, iteration, inputs, report, |u, i, o| {
-                u.step(time, length, i, o)
-            })?;
+            let occasion = report.occasion(iteration);
+            let dam = self.exchange(&mut *units.dam, Side::Dam, occasion, inputs, report)?;
             let moved = &report.exchanges[dam].outputs;
             let displacement = moved[self.channels.dam_displacement.clone()].to_vec();
             let mut inputs = vec![0.0; units.reservoir.description().inputs.size()];
             inputs[self.channels.reservoir_acceleration.clone()]
                 .copy_from_slice(&moved[self.channels.dam_acceleration.clone()]);
             inputs[self.channels.reservoir_ground.clone()].copy_from_slice(&ground);
-            let water = self.exchange(
-                &mut *units.reservoir,
-                Side::Reservoir,
-                iteration,
-                inputs,
-                report,
-                |u, i, o| u.step(time, length, i, o),
-            )?;
+            let water = self.exchange(&mut *units.reservoir, Side::Reservoir, occasion, inputs, report)?;
 
             let answered = &report.exchanges[water].outputs[self.channels.reservoir_pressure.clone()];
             let residuals =
@@ -192,7 +191,7 @@ impl SerialImplicit {
         let residuals = report.residuals.unwrap_or(self.measure.residuals(&[], None, &[], &[]));
         Err(CouplingError::NotConverged {
             step: report.step,
-            time,
+            time: report.time,
             iterations: self.iteration_limit,
             pressure: residuals.pressure,
             pressure_ratio: residuals.pressure_ratio,
@@ -209,21 +208,23 @@ impl SerialImplicit {
         inputs
     }
 
-    /// Calls a unit and adds the exchange to the report; returns its index there.
+    /// Initialises a unit (step 0) or lets it step, and adds the exchange to the report; returns its index there.
     fn exchange(
         &self,
         unit: &mut dyn Participant,
         side: Side,
-        iteration: u32,
+        occasion: Occasion,
         inputs: Vec<f64>,
         report: &mut StepReport,
-        call: impl FnOnce(&mut dyn Participant, &[f64], &mut [f64]) -> Result<(), ParticipantError>,
     ) -> Result<usize, CouplingError> {
         let mut outputs = vec![0.0; unit.description().outputs.size()];
         let sent = self.began.elapsed();
-        let result = call(unit, &inputs, &mut outputs);
+        let result = match occasion.step {
+            0 => unit.initialise(occasion.time, &inputs, &mut outputs),
+            _ => unit.step(&occasion, &inputs, &mut outputs),
+        };
         let answered = self.began.elapsed();
-        report.solver_time[side as usize] += answered - sent;
+        let iteration = occasion.iteration;
         report.exchanges.push(Exchange { side, iteration, accepted: false, inputs, outputs, sent, answered });
         result?;
         Ok(report.exchanges.len() - 1)
@@ -241,12 +242,6 @@ fn empty_report(step: u64, time: f64, communication_step: f64, ground_accelerati
         residuals: None,
         relaxation: 1.0,
         solver_time: [Duration::ZERO; 2],
+        messages: Vec::new(),
     }
-}
-
-fn timed<T>(total: &mut Duration, call: impl FnOnce() -> T) -> T {
-    let start = Instant::now();
-    let result = call();
-    *total += start.elapsed();
-    result
 }
