@@ -2,10 +2,16 @@
 
 use dam_dem::Dam;
 use interface::WetFace;
-use orchestrator::participant::{InProcess, Messages, Occasion, Participant, ParticipantError, Prescribed};
+use orchestrator::participant::{
+    Deadlines, InProcess, Messages, Occasion, Participant, ParticipantError, Prescribed, Starting,
+};
+use orchestrator::scene::LoadedScene;
 use reservoir::Reservoir;
 use std::num::NonZeroUsize;
+use std::process::Command;
+use std::time::Duration;
 use whole_chain::koyna;
+use whole_chain::scenario::{Scenario, binary};
 
 const H: f64 = 0.0025;
 
@@ -81,6 +87,24 @@ fn reservoir_in_process() -> Result<(), Box<dyn std::error::Error>> {
         "reservoir",
         Messages::default(),
     )))?)
+}
+
+#[test]
+fn both_over_shared_memory() -> Result<(), Box<dyn std::error::Error>> {
+    let mut scenario = Scenario::shipped("koyna-northridge-1994");
+    scenario.set("dam.element_size", 10.0).set("time.duration", 0.5).set("time.communication_step", H);
+    let scene = toml::to_string(&LoadedScene::read(&scenario.write(), &[])?.scene)?;
+    let units = ["dam", "reservoir"].map(|name| {
+        let mut command = Command::new(binary());
+        command.args(["unit", name]);
+        (name.to_owned(), command)
+    });
+    let minute = Duration::from_secs(60);
+    let deadlines = Deadlines { preparation: minute, step: minute };
+    for unit in Starting::new(units, &scene, 1, deadlines)?.wait()? {
+        battery(Box::new(unit))?;
+    }
+    Ok(())
 }
 
 #[test]

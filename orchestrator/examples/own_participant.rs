@@ -81,6 +81,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         fingerprint: Fingerprint::of("block", &face)?,
         inputs: Layout::new(inputs.map(|(name, size)| channel(name, size)).into()),
         outputs: Layout::new(outputs.map(|(name, size)| channel(name, size)).into()),
+        fixed: Layout::default(),
         capabilities: Capabilities { variable_communication_step: true, directional_derivative: false },
     };
     let water = ReservoirParameters {

@@ -17,3 +17,4 @@ pub mod report;
 pub mod scene;
 pub mod scheme;
 pub mod simulation;
+pub mod transport;

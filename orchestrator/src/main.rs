@@ -7,8 +7,16 @@ use clap::Parser;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
+    // Options and paths in messages stay whole, so that they can be copied.
+    let whole_words = miette::MietteHandlerOpts::new()
+        .break_words(false)
+        .word_separator(textwrap::WordSeparator::AsciiSpace)
+        .word_splitter(textwrap::WordSplitter::NoHyphenation);
+    // It fails only if a handler is set already.
+    let _ = miette::set_hook(Box::new(move |_| Box::new(whole_words.clone().build())));
     let cli::Arguments { command } = cli::Arguments::parse();
     match command {
         cli::Command::Run(arguments) => cli::run::run(&arguments),
+        cli::Command::Unit(arguments) => cli::unit::unit(&arguments),
     }
 }

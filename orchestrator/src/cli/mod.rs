@@ -1,8 +1,10 @@
 //! The command line.
 
 pub mod run;
+pub mod unit;
 
-use clap::{Parser, Subcommand};
+use clap::{Parser, Subcommand, ValueEnum};
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 /// Seismic analysis of cracked concrete gravity dams with their reservoirs.
@@ -24,6 +26,9 @@ pub enum Command {
     /// Run a scene: crest motion, sliding, rotation, pressure; histories and a log of every exchange
     #[command(after_long_help = RUN_HELP)]
     Run(Run),
+    /// Be one of a run's units: what `run` starts by itself
+    #[command(hide = true, long_about = UNIT_HELP)]
+    Unit(Unit),
 }
 
 /// Arguments of `cofferdam run`.
@@ -54,10 +59,64 @@ pub struct Run {
     #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     pub threads: Option<u16>,
 
+    /// How the units exchange
+    #[arg(long, value_enum, default_value_t = Transport::SharedMemory)]
+    pub transport: Transport,
+
+    /// Longest time in seconds that a unit may take for a step before its process is ended
+    ///
+    /// To be made and to initialise it may take sixty times as long. Without effect in-process.
+    #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = seconds)]
+    pub deadline: f64,
+
     /// No progress line
     #[arg(short, long)]
     pub quiet: bool,
 }
+
+/// How the units exchange.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Transport {
+    /// Each unit is a process of its own, reached over shared memory (iceoryx2)
+    SharedMemory,
+    /// Both units are objects of this process; results are the same, bit for bit
+    InProcess,
+}
+
+/// Arguments of `cofferdam unit`.
+#[derive(clap::Args)]
+pub struct Unit {
+    /// Which of the two
+    pub unit: BuiltIn,
+}
+
+/// The built-in units.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum BuiltIn {
+    /// The dam
+    Dam,
+    /// The reservoir
+    Reservoir,
+}
+
+/// The threads asked for, or else one a core.
+pub fn threads(asked: Option<u16>) -> NonZeroUsize {
+    let asked = asked.and_then(|n| NonZeroUsize::new(n.into()));
+    asked.or(std::thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN)
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "a number of seconds is wanted".to_owned())?;
+    if value > 0.0 && value <= 1e6 { Ok(value) } else { Err("more than 0 and up to 1e6 s".to_owned()) }
+}
+
+const UNIT_HELP: &str = "\
+Be one of a run's units: what `run` starts by itself, once for the dam and once for the reservoir.
+
+The process reads its task, one line of JSON, from standard input, makes its unit, says on standard
+output that it is ready, and answers requests over shared memory until a line `end` comes. It ends
+when standard input closes: when the orchestrator dies. docs/shared-memory.md describes the protocol
+for those who want to put a unit of their own in its place.";
 
 const RUN_HELP: &str = "\
 Results, in the output folder:

@@ -1,24 +1,23 @@
 //! `cofferdam run`.
 
-use super::Run;
+use super::{Run, Transport};
 use crate::registry::{self, RegistryError};
 use miette::Diagnostic;
 use orchestrator::acceleration::Acceleration;
 use orchestrator::convergence::ConvergenceMeasure;
 use orchestrator::log::{LogError, LogWriter, Preamble};
 use orchestrator::observer::{HistoriesWriter, Progress, Status};
-use orchestrator::participant::ParticipantError;
+use orchestrator::participant::{Deadlines, ParticipantError, Starting};
 use orchestrator::report::{Build, Manifest, ManifestError, Reference, Summary, Unit};
-use orchestrator::scene::{GroundMotion, LoadedScene, STANDARD_GRAVITY, SceneError};
+use orchestrator::scene::{GroundMotion, LoadedScene, STANDARD_GRAVITY, Scene, SceneError};
 use orchestrator::scheme::{CouplingError, Predictor, SerialImplicit, Side, Units};
 use orchestrator::simulation::{Simulation, SimulationError};
 use std::io::Write;
-use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Why a run ended without a result, or with a partial one.
 #[derive(Debug, thiserror::Error, Diagnostic)]
@@ -40,6 +39,8 @@ enum RunError {
     Participant(#[from] ParticipantError),
     #[error(transparent)]
     Simulation(#[from] SimulationError),
+    #[error("the program's own file cannot be found: {0}; use --transport in-process")]
+    Program(std::io::Error),
     #[error("Ctrl-C cannot be caught: {0}")]
     Signal(#[from] ctrlc::Error),
 }
@@ -56,6 +57,8 @@ impl RunError {
 }
 
 const INTERRUPTED: u8 = 130;
+/// How many times longer than a step being made and initialising may take.
+const PREPARATION: u32 = 60;
 
 /// Runs a scene and says how it went, on the terminal and by the exit status.
 pub fn run(arguments: &Run) -> ExitCode {
@@ -93,18 +96,13 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
         version: manifest.build.version.to_owned(),
         commit: manifest.build.commit.to_owned(),
     };
-    let mut log = LogWriter::create(&folder.join("log.mcap"), preamble)?;
+    let mut log = LogWriter::create(&folder.join("log.mcap"), preamble.clone())?;
     let mut histories = HistoriesWriter::new(&folder);
     let mut progress = Progress::new(arguments.quiet);
 
     say(&loaded.scene.title);
     let began = Instant::now();
-    let asked = arguments.threads.and_then(|n| NonZeroUsize::new(n.into()));
-    let threads = asked.or(std::thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN);
-    let mut units = Units {
-        dam: registry::unit(Side::Dam, &loaded.scene, threads)?,
-        reservoir: registry::unit(Side::Reservoir, &loaded.scene, threads)?,
-    };
+    let mut units = units(arguments, &loaded.scene, &preamble.scene)?;
     for unit in [&units.dam, &units.reservoir] {
         let description = unit.description();
         let (name, solver) = (description.name.clone(), description.solver.clone());
@@ -122,7 +120,7 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
     // From here on Ctrl-C leaves a partial result; before, there is none to leave.
     let interrupted = catch_interrupt()?;
     let (ending, failure) = simulation.run(&mut [&mut log, &mut histories, &mut progress], &interrupted);
-    let reference = reference(&mut simulation.units)?;
+    let reference = reference(&mut simulation.units);
     let summary = Summary::of(&loaded, &histories.histories, &ending, &reference);
     let table = summary.to_string();
     manifest.result = Some(summary);
@@ -133,6 +131,33 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
     match failure {
         Some(error) => Err(error.into()),
         None => Ok(ending.status),
+    }
+}
+
+/// The units of a scene, of which `resolved` is the TOML.
+fn units(arguments: &Run, scene: &Scene, resolved: &str) -> Result<Units, RunError> {
+    let threads = super::threads(arguments.threads);
+    if arguments.transport == Transport::InProcess {
+        return Ok(Units {
+            dam: registry::unit(Side::Dam, scene, threads)?,
+            reservoir: registry::unit(Side::Reservoir, scene, threads)?,
+        });
+    }
+    let step = Duration::from_secs_f64(arguments.deadline);
+    let deadlines = Deadlines { preparation: PREPARATION * step, step };
+    let program = std::env::current_exe().map_err(RunError::Program)?;
+    let processes = ["dam", "reservoir"].map(|name| {
+        let mut command = std::process::Command::new(&program);
+        command.args(["unit", name]);
+        (name.to_owned(), command)
+    });
+    let starting = Starting::new(processes, resolved, threads.get(), deadlines)?;
+    let processes: Vec<String> = starting.processes().map(|(name, id)| format!("{name} {id}")).collect();
+    say(format!("processes  {}", processes.join(", ")));
+    let mut units = starting.wait()?.into_iter();
+    match (units.next(), units.next()) {
+        (Some(dam), Some(reservoir)) => Ok(Units { dam: Box::new(dam), reservoir: Box::new(reservoir) }),
+        _ => unreachable!("two processes were started"),
     }
 }
 
@@ -187,13 +212,14 @@ fn assemble(loaded: &LoadedScene, mut units: Units) -> Result<Simulation, RunErr
     })
 }
 
-fn reference(units: &mut Units) -> Result<Reference, RunError> {
-    let hydrostatic = units.reservoir.fixed("hydrostatic_pressure")?;
+/// What results are compared with; a unit that has failed may have nothing to say.
+fn reference(units: &mut Units) -> Reference {
+    let hydrostatic = units.reservoir.fixed("hydrostatic_pressure").ok();
     let crest = units.dam.fixed("crest_static_displacement").ok();
-    Ok(Reference {
-        hydrostatic_base_pressure: hydrostatic.first().copied().unwrap_or(f64::NAN),
+    Reference {
+        hydrostatic_base_pressure: hydrostatic.and_then(|p| p.first().copied()).unwrap_or(f64::NAN),
         static_crest_displacement: crest.map(|u| [u[0], u[1]]),
-    })
+    }
 }
 
 /// What moves the ground, and its peak.

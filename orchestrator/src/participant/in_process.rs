@@ -17,8 +17,8 @@ pub struct InProcess<U: CoSimulation> {
 impl<U: CoSimulation> InProcess<U> {
     /// Lets `unit` take part; `solver` names it and its version, `heard` what it said while it was made.
     pub fn new(unit: U, solver: &str, heard: Messages) -> Self {
-        let layout = |causality| {
-            let variables = unit.variables().iter().filter(|v| v.causality == causality);
+        let layout = |causalities: &[Causality]| {
+            let variables = unit.variables().iter().filter(|v| causalities.contains(&v.causality));
             let channels = variables.map(|v| Channel {
                 name: v.name.to_owned(),
                 value_reference: v.value_reference,
@@ -32,8 +32,9 @@ impl<U: CoSimulation> InProcess<U> {
             name: unit.name().to_owned(),
             solver: solver.to_owned(),
             fingerprint: unit.fingerprint(),
-            inputs: layout(Causality::Input),
-            outputs: layout(Causality::Output),
+            inputs: layout(&[Causality::Input]),
+            outputs: layout(&[Causality::Output]),
+            fixed: layout(&[Causality::Parameter, Causality::CalculatedParameter]),
             capabilities: unit.capabilities(),
         };
         let mut new =

@@ -3,11 +3,14 @@
 mod in_process;
 mod messages;
 mod prescribed;
+mod shared_memory;
 
 pub use in_process::InProcess;
 pub use messages::{Level, Message, Messages};
 pub use prescribed::Prescribed;
+pub use shared_memory::{Deadlines, SharedMemory, Starting, Task, Word, host};
 
+use crate::transport::TransportError;
 use interface::{Capabilities, Fingerprint};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
@@ -80,6 +83,8 @@ pub struct Description {
     pub inputs: Layout,
     /// Layout of an answer.
     pub outputs: Layout,
+    /// The variables that are fixed after initialisation.
+    pub fixed: Layout,
     /// What it can do beyond plain stepping.
     pub capabilities: Capabilities,
 }
@@ -140,6 +145,73 @@ pub enum ParticipantError {
         /// Name of the variable.
         variable: String,
     },
+    /// The unit's process said what is wrong.
+    #[error("{text}")]
+    Reported {
+        /// What it said; names the unit.
+        text: String,
+    },
+    /// The unit's process cannot be started.
+    #[error("{participant}: its process cannot be started: {cause}; go on without by --transport in-process")]
+    NotStarted {
+        /// Name of the participant.
+        participant: String,
+        /// What the system said.
+        cause: std::io::Error,
+    },
+    /// The unit's process ended.
+    #[error("{participant}: its process {how} {when}; the log holds every exchange of the steps before")]
+    Ended {
+        /// Name of the participant.
+        participant: String,
+        /// How it ended.
+        how: String,
+        /// Step and iteration, or what was being done.
+        when: String,
+    },
+    /// The unit does not answer.
+    #[error(
+        "{participant}: no answer for {seconds} s {when}, so its process was killed; if it needs longer, raise --deadline"
+    )]
+    Hung {
+        /// Name of the participant.
+        participant: String,
+        /// How long it was waited for, s.
+        seconds: f64,
+        /// Step and iteration, or what was being done.
+        when: String,
+    },
+    /// The unit's description cannot be read.
+    #[error("{participant}: its description cannot be read: {cause}; run it from the same build")]
+    Unintelligible {
+        /// Name of the participant.
+        participant: String,
+        /// What is wrong with it.
+        cause: String,
+    },
+    /// A request holds another number of values than it should.
+    #[error(
+        "{participant}: a request has {found} values, {expected} are the inputs; run both from the same build"
+    )]
+    Length {
+        /// Name of the participant.
+        participant: String,
+        /// Number of values of the inputs.
+        expected: usize,
+        /// Number of values that came.
+        found: usize,
+    },
+    /// A request asks for something unknown.
+    #[error("{participant}: {command} is no command; run both from the same build")]
+    Command {
+        /// Name of the participant.
+        participant: String,
+        /// Number of the command.
+        command: u32,
+    },
+    /// The way between two processes.
+    #[error(transparent)]
+    Transport(#[from] TransportError),
     /// An answer holds a value that is not finite.
     #[error(
         "{participant}: `{variable}`[{index}] became {value} in the step to t = {time} s; \

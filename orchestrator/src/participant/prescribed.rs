@@ -14,6 +14,7 @@ pub struct Prescribed {
 }
 
 const INPUTS: [Variable; 3] = [dam::INTERFACE_PRESSURE, dam::HYDROSTATIC_PRESSURE, dam::GROUND_ACCELERATION];
+const FIXED: [Variable; 2] = [dam::INTERFACE_X, dam::INTERFACE_Y];
 const OUTPUTS: [Variable; 3] =
     [dam::INTERFACE_DISPLACEMENT, dam::INTERFACE_VELOCITY, dam::INTERFACE_ACCELERATION];
 
@@ -35,6 +36,7 @@ impl Prescribed {
             fingerprint: Fingerprint::of("prescribed", &face)?,
             inputs: Layout::new(INPUTS.iter().map(channel).collect()),
             outputs: Layout::new(OUTPUTS.iter().map(channel).collect()),
+            fixed: Layout::new(FIXED.iter().map(channel).collect()),
             capabilities: Capabilities { variable_communication_step: true, directional_derivative: false },
         };
         Ok(Self { description, face, ground_acceleration: [0.0; 2], saved: [0.0; 2] })

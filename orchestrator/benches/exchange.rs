@@ -1,0 +1,277 @@
+//! One exchange of 100 values each way between two processes, over shared memory, beside a Unix socket and
+//! an in-process call: `cargo bench -p orchestrator --bench exchange`.
+//!
+//! The process that answers is this program again. Times are those of the whole call without the solve.
+
+use interface::{Capabilities, Fingerprint};
+use orchestrator::acceleration::{Acceleration, AccelerationKind};
+use orchestrator::convergence::ConvergenceMeasure;
+use orchestrator::log::{LogWriter, Preamble};
+use orchestrator::observer::{Observer, Start};
+use orchestrator::participant::{
+    Channel, Deadlines, Description, Layout, Occasion, Participant, ParticipantError, Starting, host,
+};
+use orchestrator::scene::GroundMotion;
+use orchestrator::scheme::{Exchange, Side, StepReport};
+use std::error::Error;
+use std::io::{Read, Write};
+use std::os::unix::net::{UnixListener, UnixStream};
+use std::process::{Child, Command, ExitCode};
+use std::time::{Duration, Instant};
+
+const VALUES: usize = 100;
+const WARM_UP: usize = 1_000;
+const BYTES: usize = 64 + 8 * VALUES;
+
+/// Answers each request with its values, after a solve of `solve`.
+struct Echo {
+    description: Description,
+    solve: Duration,
+}
+
+impl Echo {
+    fn new(solve: Duration) -> Result<Self, Box<dyn Error>> {
+        let layout = |name: &str| {
+            let (name, unit) = (name.to_owned(), "Pa".to_owned());
+            Layout::new(vec![Channel { name, value_reference: 1, unit, size: VALUES, array: true }])
+        };
+        let description = Description {
+            name: "dam".to_owned(),
+            solver: "echo".to_owned(),
+            fingerprint: Fingerprint::of("echo", &VALUES)?,
+            inputs: layout("interface_pressure"),
+            outputs: layout("interface_acceleration"),
+            fixed: Layout::default(),
+            capabilities: Capabilities { variable_communication_step: true, directional_derivative: false },
+        };
+        Ok(Self { description, solve })
+    }
+}
+
+impl Participant for Echo {
+    fn description(&self) -> &Description {
+        &self.description
+    }
+
+    fn fixed(&mut self, _variable: &str) -> Result<Vec<f64>, ParticipantError> {
+        Ok(Vec::new())
+    }
+
+    fn initialise(
+        &mut self,
+        _start_time: f64,
+        inputs: &[f64],
+        outputs: &mut [f64],
+    ) -> Result<(), ParticipantError> {
+        outputs.copy_from_slice(inputs);
+        Ok(())
+    }
+
+    fn step(
+        &mut self,
+        _occasion: &Occasion,
+        inputs: &[f64],
+        outputs: &mut [f64],
+    ) -> Result<(), ParticipantError> {
+        solve(self.solve);
+        outputs.copy_from_slice(inputs);
+        Ok(())
+    }
+
+    fn save_state(&mut self) -> Result<(), ParticipantError> {
+        Ok(())
+    }
+
+    fn restore_state(&mut self) -> Result<(), ParticipantError> {
+        Ok(())
+    }
+}
+
+/// Computes for `duration`.
+fn solve(duration: Duration) {
+    let began = Instant::now();
+    while began.elapsed() < duration {
+        std::hint::spin_loop();
+    }
+}
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let microseconds = |text: &String| Duration::from_micros(text.parse().unwrap_or(0));
+    match &arguments[..] {
+        [unit, solve] if unit == "unit" => {
+            host(|_| Echo::new(microseconds(solve)).map(|e| Box::new(e) as Box<dyn Participant>))
+        }
+        [socket, path, solve] if socket == "socket" => ended(serve_socket(path, microseconds(solve))),
+        // cargo bench adds --bench.
+        _ => ended(compare()),
+    }
+}
+
+fn ended(result: Result<(), Box<dyn Error>>) -> ExitCode {
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn compare() -> Result<(), Box<dyn Error>> {
+    println!("{:<50} {:>9} {:>9} {:>9}", "µs, beside the solve", "median", "99 %", "99.9 %");
+    for (solve, count) in [(Duration::ZERO, 100_000), (Duration::from_micros(500), 4_000)] {
+        let title = |what: &str| match solve {
+            Duration::ZERO => what.to_owned(),
+            _ => format!("{what}, solves of {:.1} ms", 1e3 * solve.as_secs_f64()),
+        };
+        print(&title("in-process"), solve, measure(&mut Echo::new(solve)?, count, |_, _, _| Ok(()))?);
+        print(&title("Unix socket"), solve, measure_socket(solve, count)?);
+        let mut unit = shared_memory(solve)?;
+        print(&title("shared memory"), solve, measure(&mut *unit, count, |_, _, _| Ok(()))?);
+        drop(unit);
+        let mut unit = shared_memory(solve)?;
+        let mut coupling = Coupling::new(unit.description().clone(), &title("log"))?;
+        let times = measure(&mut *unit, count, |step, inputs, outputs| coupling.step(step, inputs, outputs))?;
+        print(&title("shared memory, acceleration, both log records"), solve, times);
+    }
+    Ok(())
+}
+
+fn print(title: &str, solve: Duration, mut times: Vec<Duration>) {
+    times.sort_unstable();
+    let at = |share: f64| times[(share * (times.len() - 1) as f64) as usize].saturating_sub(solve);
+    let [median, high, highest] = [0.5, 0.99, 0.999].map(|share| 1e6 * at(share).as_secs_f64());
+    println!("{title:<50} {median:>9.2} {high:>9.2} {highest:>9.2}");
+}
+
+/// Wall time of each of `count` steps and of what is done `after` it.
+fn measure(
+    unit: &mut dyn Participant,
+    count: usize,
+    mut after: impl FnMut(u64, &mut [f64], &[f64]) -> Result<(), Box<dyn Error>>,
+) -> Result<Vec<Duration>, Box<dyn Error>> {
+    let (mut inputs, mut outputs) = (vec![0.25; VALUES], vec![0.0; VALUES]);
+    unit.initialise(0.0, &inputs, &mut outputs)?;
+    let mut times = Vec::with_capacity(count);
+    for step in 1..=(WARM_UP + count) as u64 {
+        let time = 1e-3 * step as f64;
+        let occasion = Occasion { step, iteration: 1, attempt: 1, time, communication_step: 1e-3 };
+        inputs.fill(time);
+        let began = Instant::now();
+        unit.save_state()?;
+        unit.step(&occasion, &inputs, &mut outputs)?;
+        after(step, &mut inputs, &outputs)?;
+        times.push(began.elapsed());
+    }
+    Ok(times.split_off(WARM_UP))
+}
+
+fn shared_memory(solve: Duration) -> Result<Box<dyn Participant>, Box<dyn Error>> {
+    let mut command = Command::new(std::env::current_exe()?);
+    command.arg("unit").arg(solve.as_micros().to_string());
+    let deadlines = Deadlines { preparation: Duration::from_secs(10), step: Duration::from_secs(10) };
+    let starting = Starting::new([("dam".to_owned(), command)], "", 1, deadlines)?;
+    Ok(Box::new(starting.wait()?.remove(0)))
+}
+
+/// What the orchestrator does beside the exchange: residuals, acceleration, and a step's log records.
+struct Coupling {
+    acceleration: Acceleration,
+    measure: ConvergenceMeasure,
+    log: LogWriter,
+    guess: Vec<f64>,
+    _folder: tempfile::TempDir,
+}
+
+impl Coupling {
+    fn new(dam: Description, name: &str) -> Result<Self, Box<dyn Error>> {
+        let folder = tempfile::tempdir()?;
+        let mut log = LogWriter::create(&folder.path().join(name), Preamble::default())?;
+        let reservoir = Description { name: "reservoir".to_owned(), ..dam.clone() };
+        let ground_motion = &GroundMotion::ramp(1.0, 1.0);
+        log.begin(&Start { dam, reservoir, ground_motion, communication_step: 1e-3, steps: 1 })?;
+        let acceleration = Acceleration::new(AccelerationKind::Aitken, 0.9);
+        let measure = ConvergenceMeasure::new(1e-6, 100.0, 1e6);
+        Ok(Self { acceleration, measure, log, guess: vec![0.0; VALUES], _folder: folder })
+    }
+
+    fn step(&mut self, step: u64, inputs: &mut [f64], outputs: &[f64]) -> Result<(), Box<dyn Error>> {
+        let residuals = self.measure.residuals(outputs, Some(inputs), &self.guess, outputs);
+        let residual: Vec<f64> = outputs.iter().zip(&self.guess).map(|(q, p)| q - p).collect();
+        self.acceleration.begin_step();
+        self.acceleration.accelerate(&mut self.guess, &residual);
+        let exchange = Exchange {
+            side: Side::Dam,
+            iteration: 1,
+            accepted: true,
+            inputs: inputs.to_vec(),
+            outputs: outputs.to_vec(),
+            sent: Duration::ZERO,
+            answered: Duration::ZERO,
+        };
+        self.log.step(&StepReport {
+            step,
+            attempt: 1,
+            time: 1e-3 * step as f64,
+            communication_step: 1e-3,
+            ground_acceleration: [0.0; 2],
+            exchanges: vec![exchange],
+            residuals: Some(residuals),
+            relaxation: self.acceleration.relaxation(),
+            solver_time: [Duration::ZERO; 2],
+            messages: Vec::new(),
+        })?;
+        Ok(())
+    }
+}
+
+/// A process that answers over a Unix socket, header and values as over shared memory.
+struct Socket {
+    stream: UnixStream,
+    process: Child,
+}
+
+impl Drop for Socket {
+    fn drop(&mut self) {
+        // It ends with its socket; it is only waited for.
+        let _ = self.stream.shutdown(std::net::Shutdown::Both);
+        let _ = self.process.wait();
+    }
+}
+
+fn measure_socket(solve: Duration, count: usize) -> Result<Vec<Duration>, Box<dyn Error>> {
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().join("socket");
+    let listener = UnixListener::bind(&path)?;
+    let mut command = Command::new(std::env::current_exe()?);
+    let process = command.arg("socket").arg(&path).arg(solve.as_micros().to_string()).spawn()?;
+    let mut socket = Socket { stream: listener.accept()?.0, process };
+    let (mut values, mut bytes) = (vec![0.25; VALUES], [0; BYTES]);
+    let mut times = Vec::with_capacity(count);
+    for step in 0..WARM_UP + count {
+        values.fill(step as f64);
+        let began = Instant::now();
+        for (to, value) in bytes[BYTES - 8 * VALUES..].chunks_exact_mut(8).zip(&values) {
+            to.copy_from_slice(&value.to_le_bytes());
+        }
+        socket.stream.write_all(&bytes)?;
+        socket.stream.read_exact(&mut bytes)?;
+        for (value, from) in values.iter_mut().zip(bytes[BYTES - 8 * VALUES..].chunks_exact(8)) {
+            *value = f64::from_le_bytes(from.try_into()?);
+        }
+        times.push(began.elapsed());
+        assert_eq!(values[VALUES - 1], step as f64);
+    }
+    Ok(times.split_off(WARM_UP))
+}
+
+fn serve_socket(path: &str, solving: Duration) -> Result<(), Box<dyn Error>> {
+    let mut stream = UnixStream::connect(path)?;
+    let mut bytes = [0; BYTES];
+    while stream.read_exact(&mut bytes).is_ok() {
+        solve(solving);
+        stream.write_all(&bytes)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,32 @@
+//! `cofferdam unit`.
+
+use super::{BuiltIn, Unit};
+use crate::registry::{self, RegistryError};
+use orchestrator::participant::{Participant, Task, host};
+use orchestrator::scene::Scene;
+use orchestrator::scheme::Side;
+use std::num::NonZeroUsize;
+use std::process::ExitCode;
+
+#[derive(Debug, thiserror::Error)]
+enum UnitError {
+    #[error("the scene in the task is not complete: {0}")]
+    Scene(#[from] toml::de::Error),
+    #[error(transparent)]
+    Registry(#[from] RegistryError),
+}
+
+/// Makes the unit that the orchestrator asks for and serves it until the run is over.
+pub fn unit(arguments: &Unit) -> ExitCode {
+    let side = match arguments.unit {
+        BuiltIn::Dam => Side::Dam,
+        BuiltIn::Reservoir => Side::Reservoir,
+    };
+    host(|task| make(side, task))
+}
+
+fn make(side: Side, task: &Task) -> Result<Box<dyn Participant>, UnitError> {
+    let scene: Scene = toml::from_str(&task.scene)?;
+    let threads = NonZeroUsize::new(task.threads).unwrap_or(NonZeroUsize::MIN);
+    Ok(registry::unit(side, &scene, threads)?)
+}

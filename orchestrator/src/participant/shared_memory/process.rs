@@ -1,0 +1,128 @@
+use super::words::{END, Task, Word};
+use crate::participant::{Level, Message, ParticipantError};
+use std::io::{BufRead, BufReader, Write};
+use std::os::unix::process::{CommandExt, ExitStatusExt};
+use std::process::{Child, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+/// A unit's process: its life and what it says.
+pub struct UnitProcess {
+    pub name: String,
+    child: Mutex<Child>,
+    input: Mutex<Option<ChildStdin>>,
+    words: Mutex<Receiver<Word>>,
+}
+
+/// How long a process may take to end by itself; its own limit is half of it.
+const GRACE: Duration = Duration::from_secs(1);
+/// Between two looks at a process that is ending.
+const LOOK: Duration = Duration::from_millis(1);
+
+impl UnitProcess {
+    /// Starts `command` and gives it its task.
+    ///
+    /// It gets a process group of its own, so that Ctrl-C in a terminal reaches the orchestrator alone.
+    pub fn start(mut command: Command, task: &Task) -> Result<Self, ParticipantError> {
+        let name = task.unit.clone();
+        let failed = |cause| ParticipantError::NotStarted { participant: name.clone(), cause };
+        command.stdin(Stdio::piped()).stdout(Stdio::piped()).process_group(0);
+        let mut child = command.spawn().map_err(failed)?;
+        let (sender, words) = channel();
+        if let Some(output) = child.stdout.take() {
+            let unit = name.clone();
+            std::thread::spawn(move || listen(&unit, output, &sender));
+        }
+        let mut input = child.stdin.take();
+        if let (Some(input), Ok(line)) = (&mut input, serde_json::to_string(task)) {
+            // A process that has ended already is noticed by whoever waits for it to be ready.
+            let _ = writeln!(input, "{line}").and_then(|()| input.flush());
+        }
+        Ok(Self { child: child.into(), input: input.into(), words: words.into(), name: name.clone() })
+    }
+
+    /// Its number in the system.
+    pub fn id(&self) -> u32 {
+        locked(&self.child).id()
+    }
+
+    /// What it says next, if it says something within `patience`.
+    pub fn word(&self, patience: Duration) -> Option<Word> {
+        match locked(&self.words).recv_timeout(patience) {
+            Ok(word) => Some(word),
+            Err(RecvTimeoutError::Timeout) => None,
+            Err(RecvTimeoutError::Disconnected) => {
+                // It has ended, or will: not at once again.
+                std::thread::sleep(patience.min(LOOK));
+                None
+            }
+        }
+    }
+
+    /// How it ended, if it has.
+    pub fn ending(&self) -> Option<String> {
+        locked(&self.child).try_wait().ok().flatten().map(describe)
+    }
+
+    /// Lets it end by itself, and kills it if it does not.
+    pub fn end(&self) {
+        if let Some(mut input) = locked(&self.input).take() {
+            // It may have ended before.
+            let _ = writeln!(input, "{END}");
+        }
+        let began = Instant::now();
+        while self.ending().is_none() {
+            if began.elapsed() > GRACE {
+                return self.kill();
+            }
+            std::thread::sleep(LOOK);
+        }
+    }
+
+    /// Kills it.
+    pub fn kill(&self) {
+        let mut child = locked(&self.child);
+        // It may have ended before.
+        let _ = child.kill();
+        let _ = child.wait();
+    }
+}
+
+impl Drop for UnitProcess {
+    fn drop(&mut self) {
+        self.end();
+    }
+}
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Passes on what a process says; what is no [`Word`] becomes a message.
+fn listen(unit: &str, output: ChildStdout, sender: &Sender<Word>) {
+    for line in BufReader::new(output).lines().map_while(Result::ok) {
+        let word = serde_json::from_str(&line).unwrap_or_else(|_| {
+            Word::Message(Message {
+                unit: unit.to_owned(),
+                level: Level::Information,
+                step: 0,
+                iteration: 0,
+                time: 0.0,
+                source: "standard output".to_owned(),
+                text: line,
+            })
+        });
+        if sender.send(word).is_err() {
+            return;
+        }
+    }
+}
+
+fn describe(status: ExitStatus) -> String {
+    match (status.signal(), status.code()) {
+        (Some(signal), _) => format!("was killed by signal {signal}"),
+        (None, Some(code)) => format!("ended with exit status {code}"),
+        (None, None) => "ended".to_owned(),
+    }
+}

@@ -1,0 +1,195 @@
+use crate::participant::{Description, Occasion};
+use iceoryx2::prelude::ZeroCopySend;
+use sha2::{Digest, Sha256};
+use std::fmt::Write;
+
+/// Version of the protocol: header, commands, and what the unit says when it is ready.
+pub const PROTOCOL_VERSION: u32 = 1;
+
+/// What a unit is asked to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Command {
+    /// Answer with the fixed variable of value reference [`Header::variable`].
+    Fixed = 1,
+    /// Initialise at [`Header::time`] with the inputs, answer with the outputs.
+    Initialise = 2,
+    /// Step with the inputs, answer with the outputs.
+    Step = 3,
+    /// Save the state, then step.
+    SaveAndStep = 4,
+    /// Return to the saved state, then step.
+    RestoreAndStep = 5,
+}
+
+/// How a call went.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Status {
+    /// The answer holds the outputs.
+    Done = 0,
+    /// The unit says why on its standard output; the answer is empty.
+    Failed = 1,
+}
+
+/// What every request begins with; an answer repeats it, and fills the last two fields.
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[repr(C)]
+#[type_name("cofferdam.Header")]
+#[allow(unsafe_code)] // the derive's promise that the type may lie in shared memory
+pub struct Header {
+    /// [`PROTOCOL_VERSION`].
+    pub protocol_version: u32,
+    /// [`Command`].
+    pub command: u32,
+    /// Number of the run.
+    pub run: u64,
+    /// Number of the communication step, from 1; 0 is initialisation.
+    pub step: u64,
+    /// Iteration of the communication step, from 1.
+    pub iteration: u32,
+    /// How often the step was begun anew with another length, from 1.
+    pub attempt: u32,
+    /// Start of the step, s.
+    pub time: f64,
+    /// Length H of the step, s.
+    pub communication_step: f64,
+    /// Value reference, for [`Command::Fixed`].
+    pub variable: u32,
+    /// [`Status`]; 0 in a request.
+    pub status: u32,
+    /// Time that the unit spent, ns; 0 in a request.
+    pub busy: u64,
+}
+
+/// A field of the header that must be echoed.
+pub type HeaderField = &'static str;
+
+/// The header's fields: name, type, offset in bytes.
+const FIELDS: [(HeaderField, &str, usize); 11] = [
+    ("protocol_version", "u32", 0),
+    ("command", "u32", 4),
+    ("run", "u64", 8),
+    ("step", "u64", 16),
+    ("iteration", "u32", 24),
+    ("attempt", "u32", 28),
+    ("time", "f64", 32),
+    ("communication_step", "f64", 40),
+    ("variable", "u32", 48),
+    ("status", "u32", 52),
+    ("busy", "u64", 56),
+];
+
+impl Header {
+    /// A request of `run` for `command` on `occasion`.
+    pub fn request(run: u64, command: Command, occasion: &Occasion) -> Self {
+        let Occasion { step, iteration, attempt, time, communication_step } = *occasion;
+        Self {
+            protocol_version: PROTOCOL_VERSION,
+            command: command as u32,
+            run,
+            step,
+            iteration,
+            attempt,
+            time,
+            communication_step,
+            ..Self::default()
+        }
+    }
+
+    /// The occasion that a request is for.
+    pub fn occasion(&self) -> Occasion {
+        let Self { step, iteration, attempt, time, communication_step, .. } = *self;
+        Occasion { step, iteration, attempt, time, communication_step }
+    }
+
+    /// The command, if it is one.
+    pub fn command(&self) -> Option<Command> {
+        use Command::{Fixed, Initialise, RestoreAndStep, SaveAndStep, Step};
+        [Fixed, Initialise, Step, SaveAndStep, RestoreAndStep].into_iter().find(|c| *c as u32 == self.command)
+    }
+
+    /// The first field that `answer` does not repeat: its name, what was sent, what came.
+    pub fn difference(&self, answer: &Self) -> Option<(HeaderField, String, String)> {
+        let echoed = |h: &Self| {
+            [
+                h.protocol_version.into(),
+                h.command.into(),
+                h.run,
+                h.step,
+                h.iteration.into(),
+                h.attempt.into(),
+                h.time.to_bits(),
+                h.communication_step.to_bits(),
+                h.variable.into(),
+            ]
+        };
+        let (sent, found) = (echoed(self), echoed(answer));
+        let index = (0..sent.len()).find(|&i| sent[i] != found[i])?;
+        let (name, kind, _) = FIELDS[index];
+        let show = |bits: u64| match kind {
+            "f64" => f64::from_bits(bits).to_string(),
+            _ => bits.to_string(),
+        };
+        Some((name, show(sent[index]), show(found[index])))
+    }
+}
+
+/// Hash of how requests and answers of a unit are laid out: SHA-256, in hexadecimal digits, of one line
+/// `header NAME TYPE OFFSET` a field of the header and one line `input NAME REFERENCE SIZE` or
+/// `output NAME REFERENCE SIZE` a variable, each ended by a line feed.
+pub fn layout_hash(description: &Description) -> String {
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    for (name, kind, offset) in FIELDS {
+        let _ = writeln!(text, "header {name} {kind} {offset}");
+    }
+    for (what, layout) in [("input", &description.inputs), ("output", &description.outputs)] {
+        for (channel, range) in layout.channels() {
+            let _ = writeln!(text, "{what} {} {} {}", channel.name, channel.value_reference, range.len());
+        }
+    }
+    Sha256::digest(text).iter().fold(String::new(), |mut digits, byte| {
+        let _ = write!(digits, "{byte:02x}");
+        digits
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::mem::offset_of;
+
+    #[test]
+    fn the_list_of_fields_is_that_of_the_struct() {
+        let offsets = [
+            offset_of!(Header, protocol_version),
+            offset_of!(Header, command),
+            offset_of!(Header, run),
+            offset_of!(Header, step),
+            offset_of!(Header, iteration),
+            offset_of!(Header, attempt),
+            offset_of!(Header, time),
+            offset_of!(Header, communication_step),
+            offset_of!(Header, variable),
+            offset_of!(Header, status),
+            offset_of!(Header, busy),
+        ];
+        assert_eq!(FIELDS.map(|f| f.2), offsets);
+        assert_eq!(size_of::<Header>(), 64);
+    }
+
+    #[test]
+    fn an_echo_that_differs_is_named() {
+        let occasion = Occasion { step: 7, iteration: 2, attempt: 1, time: 0.5, communication_step: 0.25 };
+        let request = Header::request(3, Command::Step, &occasion);
+        assert_eq!((request.occasion(), request.command()), (occasion, Some(Command::Step)));
+        let answer = Header { status: 1, busy: 9, ..request };
+        assert_eq!(request.difference(&answer), None);
+        let late = Header { time: 0.25, ..request };
+        assert_eq!(request.difference(&late), Some(("time", "0.5".to_owned(), "0.25".to_owned())));
+        let other = Header { run: 4, ..request };
+        assert_eq!(request.difference(&other), Some(("run", "3".to_owned(), "4".to_owned())));
+        assert_eq!(Header { command: 99, ..request }.command(), None);
+    }
+}

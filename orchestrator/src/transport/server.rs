@@ -1,0 +1,62 @@
+use super::wait::Wait;
+use super::{Header, Ipc, TransportError, attributes, node, service_name, shared_memory_error};
+use iceoryx2::port::server::Server as Port;
+use iceoryx2::prelude::{AllocationStrategy, ServiceName};
+use std::fmt::Debug;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// A unit's end of its service.
+pub struct Server {
+    port: Port<Ipc, [f64], Header, [f64], Header>,
+}
+
+impl Server {
+    /// Makes the service of `unit` in `run`, whose answers have up to `values` values.
+    ///
+    /// **Errors**: the service exists; no shared memory.
+    pub fn create(run: u64, unit: &str, layout: &str, values: usize) -> Result<Self, TransportError> {
+        let failed = |e: &dyn Debug| shared_memory_error("making the service of a unit", &e);
+        let node = node()?;
+        let name = ServiceName::new(&service_name(run, unit)).map_err(|e| failed(&e))?;
+        let builder = node.service_builder(&name).request_response::<[f64], [f64]>();
+        let builder = builder.request_user_header::<Header>().response_user_header::<Header>();
+        let builder = builder.max_clients(1).max_servers(1).max_nodes(4);
+        let factory = builder.create_with_attributes(&attributes(layout)?).map_err(|e| failed(&e))?;
+        let port = factory
+            .server_builder()
+            .initial_max_slice_len(values.max(1))
+            .allocation_strategy(AllocationStrategy::PowerOfTwo)
+            .create()
+            .map_err(|e| failed(&e))?;
+        Ok(Self { port })
+    }
+
+    /// Answers requests until `over`: `answer` gets header and values of each and fills header and values of
+    /// the answer, which begin as the request's header and as nothing.
+    ///
+    /// **Errors**: the answer cannot be sent.
+    pub fn serve(
+        &self,
+        over: &AtomicBool,
+        mut answer: impl FnMut(&mut Header, &[f64], &mut Vec<f64>),
+    ) -> Result<(), TransportError> {
+        let failed = |e: &dyn Debug| shared_memory_error("sending an answer", &e);
+        let mut values = Vec::new();
+        let mut wait = Wait::begin();
+        while !over.load(Ordering::Relaxed) {
+            let request = self.port.receive().map_err(|e| shared_memory_error("receiving a request", &e))?;
+            let Some(request) = request else {
+                wait.pause();
+                continue;
+            };
+            let mut header = *request.user_header();
+            values.clear();
+            answer(&mut header, request.payload(), &mut values);
+            let mut response = request.loan_slice_uninit(values.len()).map_err(|e| failed(&e))?;
+            *response.user_header_mut() = header;
+            response.write_from_slice(&values).send().map_err(|e| failed(&e))?;
+            wait = Wait::begin();
+        }
+        Ok(())
+    }
+}

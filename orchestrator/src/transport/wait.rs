@@ -1,0 +1,39 @@
+use std::time::{Duration, Instant};
+
+/// Until then a waiting process spins: an idle unit answers within.
+const SPIN: Duration = Duration::from_micros(20);
+/// Until then it lets others run and looks again at once.
+const YIELD: Duration = Duration::from_micros(100);
+/// Then it sleeps this long between two looks: pure spinning or yielding collapses when there are more
+/// processes than cores.
+const NAP: Duration = Duration::from_micros(20);
+
+/// Waiting for the other side: spin, then yield, then nap.
+pub(super) struct Wait {
+    began: Instant,
+}
+
+impl Wait {
+    pub fn begin() -> Self {
+        Self { began: Instant::now() }
+    }
+
+    /// Pauses between two looks; returns how long the wait has lasted.
+    pub fn pause(&self) -> Duration {
+        let waited = self.began.elapsed();
+        if waited < SPIN {
+            std::hint::spin_loop();
+        } else if waited < YIELD {
+            std::thread::yield_now();
+        } else {
+            std::thread::sleep(NAP);
+        }
+        waited
+    }
+}
+
+/// Makes naps of the calling thread as short as asked for: by default Linux adds some 50 µs to each.
+pub fn shorten_naps() {
+    // A nap that lasts longer is no more than slow.
+    let _ = rustix::thread::set_current_timer_slack(Some(std::num::NonZeroU64::MIN));
+}

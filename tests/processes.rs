@@ -1,0 +1,306 @@
+//! Units as processes: killed, hung, doubled, run by another user; nothing is left behind.
+
+use std::io::{BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+use whole_chain::scenario::{Histories, Scenario, binary, root};
+
+/// Tests that look at what lies in shared memory must be alone there.
+fn alone() -> MutexGuard<'static, ()> {
+    static ALONE: Mutex<()> = Mutex::new(());
+    ALONE.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The main scene, coarse, with water that is prepared in no time.
+fn scene(duration: f64) -> Scenario {
+    let mut scenario = Scenario::shipped("koyna-northridge-1994");
+    scenario.set("dam.element_size", 10.0).set("time.duration", duration);
+    scenario.set("reservoir.fidelity", "westergaard");
+    scenario
+}
+
+/// A run whose processes are known.
+struct Running {
+    orchestrator: Child,
+    output: BufReader<ChildStdout>,
+    dam: u32,
+    reservoir: u32,
+}
+
+impl Running {
+    fn start(mut command: Command) -> Self {
+        let mut orchestrator =
+            command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("cofferdam runs");
+        let mut output = BufReader::new(orchestrator.stdout.take().expect("its output"));
+        let line = line_with(&mut output, "processes");
+        let number = |name: &str| -> u32 {
+            let after = line.split(name).nth(1).expect("a process").trim_start();
+            after.split(|c: char| !c.is_ascii_digit()).next().and_then(|n| n.parse().ok()).expect("a number")
+        };
+        let (dam, reservoir) = (number("dam"), number("reservoir"));
+        Self { orchestrator, output, dam, reservoir }
+    }
+
+    /// Waits until the first step is near.
+    fn prepared(&mut self) {
+        line_with(&mut self.output, "prepared");
+    }
+
+    fn signal(&self, process: u32, signal: &str) {
+        let status = Command::new("kill").args([signal, &process.to_string()]).status();
+        assert!(status.expect("kill runs").success(), "kill {signal} {process}");
+    }
+
+    /// Waits for all three processes; returns how the orchestrator ended and what all of them said.
+    fn end(mut self) -> (ExitStatus, String) {
+        let status = self.orchestrator.wait().expect("it ends");
+        let mut said = String::new();
+        // Ends when the last process that writes there has ended.
+        self.orchestrator.stderr.take().expect("its errors").read_to_string(&mut said).expect("text");
+        for process in [self.dam, self.reservoir] {
+            assert!(wait_until(|| is_gone(process)), "process {process} is still there");
+        }
+        (status, said.split_whitespace().filter(|w| *w != "│").collect::<Vec<_>>().join(" "))
+    }
+}
+
+fn line_with(output: &mut impl BufRead, word: &str) -> String {
+    let found = output.lines().map_while(Result::ok).find(|line| line.contains(word));
+    found.unwrap_or_else(|| panic!("no line with `{word}`"))
+}
+
+fn wait_until(condition: impl Fn() -> bool) -> bool {
+    let began = Instant::now();
+    while began.elapsed() < Duration::from_secs(20) {
+        if condition() {
+            return true;
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    false
+}
+
+/// It does not exist, or only its entry is left because nobody has asked how it ended.
+fn is_gone(process: u32) -> bool {
+    let state = std::fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
+    state.rsplit(") ").next().is_none_or(|s| s.is_empty() || s.starts_with('Z'))
+}
+
+/// Everything of this user's runs that lies in shared memory or in the folder beside it, but for the counter
+/// that stays there for all runs.
+fn leftovers() -> Vec<PathBuf> {
+    let me = format!(
+        "cofferdam-{}",
+        std::os::unix::fs::MetadataExt::uid(&Path::new("/proc/self").metadata().expect("proc"))
+    );
+    let entries = |folder: PathBuf| {
+        std::fs::read_dir(folder).into_iter().flatten().flatten().map(|e| e.path()).collect::<Vec<_>>()
+    };
+    let folder = std::env::temp_dir().join(&me);
+    let mut found = entries("/dev/shm".into());
+    found.retain(|path| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        name.starts_with(&me) && !name.ends_with(".global_mgmt")
+    });
+    found.extend(entries(folder.join("nodes")));
+    found.extend(entries(folder.join("services")));
+    found
+}
+
+/// Moments after the preparation, ms: none is special.
+fn moments() -> Vec<u64> {
+    let count = std::env::var("COFFERDAM_KILLS").ok().and_then(|n| n.parse().ok()).unwrap_or(1);
+    (1..=count).map(|i: u64| i * 7919 % 400).collect()
+}
+
+#[test]
+fn a_killed_unit_ends_the_run_with_its_name_and_the_step() {
+    let _alone = alone();
+    let scenario = scene(20.0);
+    for (round, moment) in moments().into_iter().enumerate() {
+        for victim in ["dam", "reservoir"] {
+            let folder = format!("{victim}-{round}");
+            let mut running = Running::start(scenario.command(&folder));
+            running.prepared();
+            std::thread::sleep(Duration::from_millis(moment));
+            running.signal(if victim == "dam" { running.dam } else { running.reservoir }, "-KILL");
+            let killed = Instant::now();
+            let (status, said) = running.end();
+            println!(
+                "{victim} killed after {moment} ms: all ended {:.0} ms later",
+                1e3 * killed.elapsed().as_secs_f64()
+            );
+            assert_eq!(status.code(), Some(4), "{said}");
+            assert!(said.contains(&format!("{victim}: its process was killed by signal 9")), "{said}");
+            assert!(said.contains("in step") || said.contains("at initialisation"), "{said}");
+            let manifest = std::fs::read_to_string(scenario.folder().join(&folder).join("manifest.toml"));
+            assert!(manifest.expect("a manifest").contains("killed by signal 9"));
+            assert_eq!(leftovers(), [] as [PathBuf; 0]);
+        }
+    }
+    assert!(scene(0.1).try_run("after").status.success(), "a run that follows");
+}
+
+#[test]
+fn units_end_when_the_orchestrator_is_killed() {
+    let _alone = alone();
+    let scenario = scene(20.0);
+    for (round, moment) in moments().into_iter().enumerate() {
+        let mut running = Running::start(scenario.command(&format!("run-{round}")));
+        running.prepared();
+        std::thread::sleep(Duration::from_millis(moment));
+        running.signal(running.orchestrator.id(), "-KILL");
+        let killed = Instant::now();
+        let (_, said) = running.end();
+        println!(
+            "orchestrator killed after {moment} ms: all ended {:.0} ms later",
+            1e3 * killed.elapsed().as_secs_f64()
+        );
+        for unit in ["dam", "reservoir"] {
+            assert!(said.contains(&format!("{unit}: the orchestrator died")), "{said}");
+        }
+        assert_eq!(leftovers(), [] as [PathBuf; 0]);
+    }
+    assert!(scene(0.1).try_run("after").status.success(), "a run that follows");
+}
+
+#[test]
+fn units_that_are_still_being_made_can_be_killed_too() {
+    let _alone = alone();
+    let mut scenario = scene(20.0);
+    scenario.set("reservoir.fidelity", "compressible");
+    let running = Running::start(scenario.command("unit"));
+    running.signal(running.reservoir, "-KILL");
+    let (status, said) = running.end();
+    assert_eq!(status.code(), Some(4), "{said}");
+    assert!(
+        said.contains("reservoir: its process was killed by signal 9 while the units were made"),
+        "{said}"
+    );
+    let running = Running::start(scenario.command("orchestrator"));
+    running.signal(running.orchestrator.id(), "-KILL");
+    running.end();
+    assert_eq!(leftovers(), [] as [PathBuf; 0]);
+}
+
+#[test]
+fn a_unit_that_hangs_is_ended_by_its_deadline() {
+    let _alone = alone();
+    let scenario = scene(20.0);
+    let mut command = scenario.command("run");
+    command.args(["--deadline", "0.5"]);
+    let mut running = Running::start(command);
+    running.prepared();
+    std::thread::sleep(Duration::from_millis(100));
+    running.signal(running.dam, "-STOP");
+    let (status, said) = running.end();
+    assert_eq!(status.code(), Some(4), "{said}");
+    assert!(said.contains("dam: no answer for 0.5 s in step") && said.contains("--deadline"), "{said}");
+    assert_eq!(leftovers(), [] as [PathBuf; 0]);
+}
+
+#[test]
+fn two_runs_at_once_do_not_disturb_each_other() {
+    let _alone = alone();
+    let scenario = scene(1.0);
+    let runs = ["one", "two"].map(|folder| scenario.command(folder).stdout(Stdio::null()).spawn());
+    for run in runs {
+        assert!(run.expect("cofferdam runs").wait().expect("it ends").success());
+    }
+    let crest = ["one", "two"].map(|folder| {
+        let histories = Histories::read(&scenario.folder().join(folder).join("histories.csv"));
+        histories.column("dam.crest_displacement.x").iter().map(|u| u.to_bits()).collect::<Vec<_>>()
+    });
+    assert_eq!(crest[0], crest[1]);
+    assert_eq!(leftovers(), [] as [PathBuf; 0]);
+}
+
+/// Everybody may read and run what lies in a folder that everybody may write into.
+fn public_folder() -> tempfile::TempDir {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    std::fs::set_permissions(folder.path(), PermissionsExt::from_mode(0o777)).expect("permissions");
+    folder
+}
+
+fn is_root() -> bool {
+    std::os::unix::fs::MetadataExt::uid(&Path::new("/proc/self").metadata().expect("proc")) == 0
+}
+
+#[test]
+fn a_second_user_can_run() {
+    let _alone = alone();
+    if !is_root() {
+        println!("not tried: only root can run a program as another user");
+        return;
+    }
+    let folder = public_folder();
+    let program = folder.path().join("cofferdam");
+    std::fs::copy(binary(), &program).expect("a copy");
+    let record = "northridge-1994-canyon-country-270.csv";
+    std::fs::copy(root().join("scenes/records").join(record), folder.path().join(record)).expect("a copy");
+    let mut scenario = scene(0.2);
+    scenario.set("ground_motion.record.file", record);
+    std::fs::copy(scenario.write(), folder.path().join("scene.toml")).expect("a copy");
+    let run = |user: u32| {
+        let mut command = Command::new(&program);
+        command.arg("run").arg(folder.path()).arg("--output").arg(folder.path().join(user.to_string()));
+        command.arg("--quiet").current_dir(folder.path());
+        std::os::unix::process::CommandExt::uid(&mut command, user).output().expect("cofferdam runs")
+    };
+    // The first user's files are there already, and those of the third do not hinder the first.
+    for user in [0, 65534, 12345, 0] {
+        let target = folder.path().join(user.to_string());
+        drop(std::fs::remove_dir_all(&target));
+        let output = run(user);
+        assert!(output.status.success(), "user {user}: {}", String::from_utf8_lossy(&output.stderr));
+    }
+}
+
+/// Runs a script as root in a mount namespace of its own; `None` where that is not allowed.
+fn with_other_mounts(script: &str) -> Option<std::process::Output> {
+    let allowed =
+        Command::new("unshare").args(["--mount", "true"]).output().is_ok_and(|o| o.status.success());
+    if !allowed {
+        println!("not tried: mount namespaces are not allowed here");
+        return None;
+    }
+    Some(Command::new("unshare").args(["--mount", "sh", "-c", script]).output().expect("unshare runs"))
+}
+
+#[test]
+fn a_machine_without_shared_memory_is_told_how_to_go_on() {
+    let _alone = alone();
+    let scenario = scene(0.2);
+    let scene = scenario.write();
+    let (program, scene, folder) = (binary().display(), scene.display(), scenario.folder().display());
+    let run = format!("exec {program} run {scene} --quiet --output {folder}");
+    for (name, mount, why) in [
+        ("missing", "mkdir -p DIR && mount --bind DIR /dev", "/dev/shm: No such file or directory"),
+        (
+            "full",
+            "mount -t tmpfs -o size=4k tmpfs /dev/shm && head -c 4096 /dev/zero > /dev/shm/x",
+            "/dev/shm has 0 KiB free",
+        ),
+        (
+            "read-only",
+            "mount -t tmpfs -o ro tmpfs /dev/shm",
+            "/dev/shm cannot be written to: Read-only file system",
+        ),
+    ] {
+        let mount = mount.replace("DIR", &format!("{folder}/empty"));
+        let Some(output) = with_other_mounts(&format!("{mount}; {run}/{name}")) else { return };
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        let said = said.split_whitespace().filter(|w| *w != "│").collect::<Vec<_>>().join(" ");
+        assert_eq!(output.status.code(), Some(4), "{name}: {said}");
+        assert!(said.contains("shared memory cannot be had") && said.contains(why), "{name}: {said}");
+        assert!(said.contains("--transport in-process"), "{name}: {said}");
+        let Some(output) = with_other_mounts(&format!("{mount}; {run}/{name}-2 --transport in-process"))
+        else {
+            return;
+        };
+        assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+    }
+}

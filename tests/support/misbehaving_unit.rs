@@ -1,0 +1,75 @@
+//! A unit's process that breaks the protocol in the way that its argument names.
+
+use interface::{Capabilities, Fingerprint};
+use orchestrator::participant::{Channel, Description, Layout, Task, Word};
+use orchestrator::transport::{PROTOCOL_VERSION, Server, Status, layout_hash};
+use std::io::BufRead;
+use std::sync::atomic::AtomicBool;
+
+fn main() {
+    let fault = std::env::args().nth(1).expect("a fault");
+    let mut line = String::new();
+    std::io::stdin().lock().read_line(&mut line).expect("standard input");
+    let task: Task = serde_json::from_str(&line).expect("a task");
+    let channel = |name: &str| {
+        let (name, unit) = (name.to_owned(), String::new());
+        Layout::new(vec![Channel { name, value_reference: 1, unit, size: 3, array: true }])
+    };
+    let description = Description {
+        name: task.unit.clone(),
+        solver: fault.clone(),
+        fingerprint: Fingerprint::of("misbehaving", &fault).expect("a fingerprint"),
+        inputs: channel("x"),
+        outputs: channel("y"),
+        fixed: channel("z"),
+        capabilities: Capabilities { variable_communication_step: true, directional_derivative: false },
+    };
+    let layout = layout_hash(&description);
+    let announced = serde_json::to_value(&description).expect("a description");
+    let ready = |protocol, description| say(&Word::Ready { protocol, description });
+    let server = |layout: &str| Server::create(task.run, &task.unit, layout, 8).expect("a server");
+    match &*fault {
+        "old-version" => return ready(PROTOCOL_VERSION + 1, serde_json::Value::Null),
+        "no-description" => return ready(PROTOCOL_VERSION, serde_json::Value::from("none")),
+        "no-service" => {
+            ready(PROTOCOL_VERSION, announced);
+            return wait();
+        }
+        "other-layout" => {
+            let _server = server("0123");
+            ready(PROTOCOL_VERSION, announced);
+            return wait();
+        }
+        "silent" => return wait(),
+        "exits" => std::process::exit(7),
+        "panics" => panic!("this unit panics"),
+        _ => {}
+    }
+    println!("this line is no JSON");
+    let server = server(&layout);
+    ready(PROTOCOL_VERSION, announced);
+    let serve = |header: &mut orchestrator::transport::Header, inputs: &[f64], outputs: &mut Vec<f64>| {
+        outputs.extend_from_slice(inputs);
+        match (&*fault, header.step) {
+            ("short-answer", 1) => drop(outputs.pop()),
+            ("wrong-echo", 1) => header.time += 0.5,
+            ("not-finite", 1) => outputs[2] = f64::INFINITY,
+            ("fails-silently", 1) => header.status = Status::Failed as u32,
+            ("hangs", 1) => wait(),
+            ("dies", 1) => std::process::abort(),
+            _ => {}
+        }
+    };
+    server.serve(&AtomicBool::new(false), serve).expect("it serves");
+}
+
+fn say(word: &Word) {
+    println!("{}", serde_json::to_string(word).expect("JSON"));
+}
+
+/// Does nothing until it is killed.
+fn wait() {
+    loop {
+        std::thread::park();
+    }
+}
