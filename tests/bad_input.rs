@@ -1,199 +1,358 @@
-//! Every mistake in a scene gets an error that names place, value and remedy, before any work.
+//! Every mistake in a scene gets an error that names place, value and remedy, before any work; every doubtful choice
+//! a warning. The snapshots are the catalogue of messages: each change of a shipped scene, and what is said about it.
 
-use orchestrator::scene::LoadedScene;
-use std::path::Path;
-use whole_chain::scenario::Scenario;
+use miette::Diagnostic;
+use orchestrator::scene::{Invalid, LoadedScene, RecordError, Warning};
+use std::collections::BTreeSet;
+use whole_chain::scenario::{Scenario, binary, root};
+use whole_chain::scene_text::{Desk, shipped};
 
-const CRACKED: &str = "koyna-northridge-1994";
-
-/// All problems of a scene: the message, and the text that its place shows.
-fn problems(path: &Path) -> Vec<(String, String)> {
-    let source = std::fs::read_to_string(path).expect("the scene");
-    let error = LoadedScene::read(path, &[]).expect_err("the scene is wrong");
-    let place = |p: &orchestrator::scene::SceneProblem| {
-        p.span.map_or(String::new(), |s| source[s.offset()..s.offset() + s.len()].to_owned())
-    };
-    error.problems.iter().map(|p| (p.to_string(), place(p))).collect()
+/// A shipped scene and what is changed in it: text of the scene, other files, `--set`.
+#[derive(Clone, Copy)]
+struct Case {
+    scene: &'static str,
+    edits: &'static [(&'static str, &'static str)],
+    file: Option<(&'static str, &'static str)>,
+    set: &'static [&'static str],
 }
 
-/// The scene with one value changed has this one problem at this place.
-fn one(case: &str, key: &str, value: impl Into<toml::Value>, message: &str, place: &str) {
-    let mut scenario = Scenario::shipped(case);
-    scenario.set(key, value);
-    let found = problems(&scenario.write());
-    assert_eq!(found, [(message.to_owned(), place.to_owned())], "{key}");
+const CRACKED: &str = "koyna-northridge-1994";
+const RAMP: &str = "rigid-dam-ramp";
+
+const fn edit(edits: &'static [(&'static str, &'static str)]) -> Case {
+    Case { scene: CRACKED, edits, file: None, set: &[] }
+}
+
+const fn ramp(edits: &'static [(&'static str, &'static str)]) -> Case {
+    Case { scene: RAMP, ..edit(edits) }
+}
+
+const fn set(set: &'static [&'static str]) -> Case {
+    Case { set, ..edit(&[]) }
+}
+
+const RECORD: &str = "\"../records/northridge-1994-canyon-country-270.csv\"";
+
+const fn csv(content: &'static str) -> Case {
+    Case { file: Some(("r.csv", content)), ..edit(&[(RECORD, "\"r.csv\"")]) }
+}
+
+const fn at2(content: &'static str) -> Case {
+    Case { file: Some(("r.at2", content)), ..edit(&[(RECORD, "\"r.at2\"")]) }
+}
+
+const WRITING: &[Case] = &[
+    edit(&[("depth = 91.75", "depth = 91,75")]),
+    edit(&[("depth = 91.75", "depth = 91.75 m")]),
+    edit(&[("depth = 91.75", "depth 91.75")]),
+    edit(&[("[dam.material]", "[dam.material")]),
+    edit(&[("upstream = [[0.0, 0.0], [0.0, 103.0]]", "upstream = [[0.0, 0.0], [0.0, 103.0]")]),
+    edit(&[("sound_speed = 1440.0", "density = 1000.0")]),
+];
+
+const KEYS: &[Case] = &[
+    edit(&[("depth = 91.75", "dept = 91.75")]),
+    edit(&[("poisson_ratio", "poisson")]),
+    edit(&[("[dam.damping]", "[dam.dampng]")]),
+    edit(&[
+        ("element_size = 5.0", "element_size = 5.0\nfriction_coefficient = 1.0"),
+        ("friction_coefficient = 1.0             # 45°", ""),
+    ]),
+    edit(&[("[coupling]", "[coupling]\nelement_size = 2.0")]),
+    edit(&[("[time]", "[time]\ngravity = 9.81")]),
+    edit(&[("[time]", "[time]\nfoo = 1")]),
+    edit(&[("depth = 91.75                          # m", "")]),
+    edit(&[("title = \"Cracked Koyna dam, Northridge 1994, Canyon Country 270\"", "")]),
+    ramp(&[(
+        "[reservoir]\ndepth = 180.0                          # m\nsound_speed = 1440.0                   # m/s\nwave_reflection_coefficient = 1.0      # rigid bed",
+        "",
+    )]),
+    edit(&[("depth = 91.75", "depth = \"91.75\"")]),
+    edit(&[("[19.25, 66.5]", "[19.25, 66.5, 0.0]")]),
+    edit(&[("polarity = 1 ", "polarity = 1.0 ")]),
+    edit(&[("\"compressible\"", "\"compresible\"")]),
+    edit(&[("\"stress\"", "\"plain\"")]),
+];
+
+const VALUES: &[Case] = &[
+    edit(&[("wave_reflection_coefficient = 0.9", "wave_reflection_coefficient = 1.5")]),
+    edit(&[("depth = 91.75", "depth = -3")]),
+    edit(&[("element_size = 5.0", "element_size = 0")]),
+    edit(&[("depth = 91.75", "depth = 91.75\nelement_size = nan")]),
+    edit(&[("friction_coefficient = 1.0", "friction_coefficient = 45.0")]),
+    edit(&[("young_modulus = 31e9", "young_modulus = 31.0")]),
+    edit(&[("poisson_ratio = 0.2", "poisson_ratio = 0.5")]),
+    edit(&[("polarity = 1 ", "polarity = 2 ")]),
+    edit(&[("tolerance = 1e-6", "tolerance = 0")]),
+    edit(&[("tolerance = 1e-6", "iteration_limit = 1")]),
+    ramp(&[("panels = 16", "panels = -3")]),
+    edit(&[("[1.0, 5.0]", "[5.0, 1.0]")]),
+];
+
+const GEOMETRY: &[Case] = &[
+    edit(&[("depth = 91.75", "depth = 110.0")]),
+    edit(&[("elevation = 66.5", "elevation = 120.0")]),
+    edit(&[(
+        "[coupling]",
+        "[[dam.cracks]]\nelevation = 66.5\nfriction_coefficient = 1.0\nnormal_stiffness = 1e11\nshear_stiffness = 1e11\n\n[coupling]",
+    )]),
+    edit(&[("[[70.0, 0.0], [19.25, 66.5], [14.8, 103.0]]", "[[70.0, 0.0], [-5.0, 103.0]]")]),
+    edit(&[("[[70.0, 0.0], [19.25, 66.5], [14.8, 103.0]]", "[[70.0, 0.0], [14.8, 100.0]]")]),
+    edit(&[("[19.25, 66.5]", "[19.25, 166.5]")]),
+    edit(&[("[[0.0, 0.0], [0.0, 103.0]]", "[[1.0, 0.0], [1.0, 103.0]]")]),
+    edit(&[("[[0.0, 0.0], [0.0, 103.0]]", "[[0.0, 0.0]]")]),
+    edit(&[("depth = 91.75", "depth = 66.52")]),
+    edit(&[("elevation = 66.5", "elevation = 66.6")]),
+];
+
+const AMOUNT: &[Case] = &[
+    edit(&[("element_size = 5.0", "element_size = 1e-4")]),
+    edit(&[("element_size = 5.0", "element_size = 200.0")]),
+    edit(&[("depth = 91.75", "depth = 91.75\nelement_size = 1e-6")]),
+    edit(&[("communication_step = 0.0025", "communication_step = 1e-9")]),
+    edit(&[("communication_step = 0.0025", "communication_step = 0.02")]),
+];
+
+const CHOICES: &[Case] = &[
+    edit(&[("[coupling]", "[prescribed]\npanels = 16\n\n[coupling]")]),
+    ramp(&[(
+        "[prescribed]                           # a rigid dam that moves with the ground\npanels = 16",
+        "",
+    )]),
+    edit(&[("[reservoir]", "[ground_motion.ramp]\nacceleration = 1.0\nrise = 0.1\n\n[reservoir]")]),
+    edit(&[("multiples_of_first = [1.0, 5.0]        # of ω₁ of the intact empty dam", "")]),
+    ramp(&[("duration = 2.0                         # s", "")]),
+];
+
+const RECORDS: &[Case] = &[
+    edit(&[("-270.csv", "-720.csv")]),
+    edit(&[("-270.csv", "-270.txt")]),
+    csv("time,acc\n0,0.1\n0.01,NaN\n"),
+    csv("0,0.1\n0.01,0\n0.03,0\n"),
+    csv("0,0.1\n0,0\n"),
+    csv("# nothing\ntime,acc\n"),
+    csv("0,0.1\n0.01,0\n0.02 0\n"),
+    csv("0,O.5\n0.01,0\n0.02,0\n"),
+    at2("1\n2\n3\nNPTS= 3, DT= .01 SEC\n0.1 0.2\n"),
+    at2("1\n2\n3\n4\n0.1 0.2\n"),
+    edit(&[("scale = 1.0", "start = 30.0")]),
+    edit(&[("scale = 1.0", "start = 3.0\nend = 60.0")]),
+];
+
+const OVERRIDES: &[Case] = &[
+    set(&["dam.element_size=-5"]),
+    set(&["dam.elment_size=2.5"]),
+    set(&["reservoir.fidelity=westergard"]),
+    set(&["dam.cracks.0.friction_coefficient=true"]),
+    set(&["dam.cracks.7.elevation=60"]),
+    set(&["dam.element_size"]),
+    set(&["reservoir.element_size=2", "dam.cracks.0.elevation=66.6"]),
+];
+
+const WARNINGS: &[Case] = &[
+    set(&["dam.element_size=25", "reservoir.element_size=5"]),
+    edit(&[("depth = 91.75", "depth = 91.75\nelement_size = 30.0")]),
+    edit(&[("communication_step = 0.0025", "communication_step = 0.01")]),
+    edit(&[("communication_step = 0.0025", "communication_step = 0.003")]),
+    edit(&[("scale = 1.0", "start = 4.0")]),
+    edit(&[("scale = 1.0", "scale = 9.81")]),
+    edit(&[("quiet = 5.0", "quiet = 1.0")]),
+    edit(&[("quiet = 5.0", "duration = 10.0")]),
+    edit(&[("tolerance = 1e-6", "tolerance = 1e-2")]),
+    edit(&[("ratio = 0.05", "ratio = 0.0")]),
+    edit(&[("young_modulus = 31e9", "young_modulus = 31e7"), ("element_size = 5.0", "element_size = 2.0")]),
+    edit(&[("title =", "gravity = 981.0\ntitle =")]),
+];
+
+const FIVE: &[Case] = &[edit(&[
+    ("quiet = 5.0", "quiet = 5,0"),
+    ("scale = 1.0", "scale = -1.0"),
+    ("depth = 91.75", "dept = 91.75"),
+    ("element_size = 5.0", "element_size = \"5 m\""),
+    ("poisson_ratio = 0.2\n", ""),
+])];
+
+const ALL: &[&[Case]] =
+    &[WRITING, KEYS, VALUES, GEOMETRY, AMOUNT, CHOICES, RECORDS, OVERRIDES, WARNINGS, FIVE];
+
+impl Case {
+    fn text(&self) -> String {
+        self.edits.iter().fold(shipped(self.scene), |text, (old, new)| {
+            assert_eq!(text.matches(old).count(), 1, "`{old}` stands once in {}", self.scene);
+            text.replace(old, new)
+        })
+    }
+
+    fn read(&self, desk: &Desk) -> Result<LoadedScene, orchestrator::scene::SceneError> {
+        if let Some((name, content)) = self.file {
+            std::fs::write(desk.file(name), content).expect("the file is written");
+        }
+        desk.read(self.text(), self.set)
+    }
+
+    /// What is changed, and what is said about it.
+    fn shown(&self, desk: &Desk) -> String {
+        let one_line = |text: &str| text.replace('\n', "⏎");
+        let edits = self.edits.iter().map(|(old, new)| format!("# {} → {}\n", one_line(old), one_line(new)));
+        let files = self.file.iter().map(|(name, content)| format!("# {name}: {}\n", one_line(content)));
+        let sets = self.set.iter().map(|set| format!("# --set {set}\n"));
+        let head: String = edits.chain(files).chain(sets).collect();
+        let show = |diagnostic: &dyn Diagnostic| desk.shown(diagnostic);
+        let said: Vec<String> = match self.read(desk) {
+            Ok(loaded) => loaded.warnings.iter().map(|w| show(w)).collect(),
+            Err(error) => error.problems.iter().map(|p| show(p)).collect(),
+        };
+        assert!(!said.is_empty(), "nothing is said about\n{head}");
+        head + &said.join("\n")
+    }
+}
+
+/// Compares what is said about the cases with the snapshot `name`.
+fn compare(name: &str, cases: &[Case]) {
+    let desk = Desk::default();
+    let shown: Vec<String> = cases.iter().map(|case| case.shown(&desk)).collect();
+    let mut settings = insta::Settings::clone_current();
+    settings.set_omit_expression(true);
+    settings.set_prepend_module_to_snapshot(false);
+    settings.bind(|| insta::assert_snapshot!(name, shown.join("\n")));
+}
+
+#[test]
+fn what_is_no_toml() {
+    compare("writing", WRITING);
+}
+
+#[test]
+fn keys_and_types() {
+    compare("keys", KEYS);
 }
 
 #[test]
 fn values_out_of_range() {
-    let alpha = "`reservoir.wave_reflection_coefficient` is 1.5; it must lie from 0 to 1";
-    one(CRACKED, "reservoir.wave_reflection_coefficient", 1.5, alpha, "1.5");
-    let alpha = "`reservoir.wave_reflection_coefficient` is -0.1; it must lie from 0 to 1";
-    one(CRACKED, "reservoir.wave_reflection_coefficient", -0.1, alpha, "-0.1");
-    let depth = "`reservoir.depth` is -3; it must be greater than 0 and finite";
-    one(CRACKED, "reservoir.depth", -3.0, depth, "-3.0");
-    let size = "`dam.element_size` is 0; it must be greater than 0 and finite";
-    one(CRACKED, "dam.element_size", 0.0, size, "0.0");
-    let size = "`dam.element_size` is -5; it must be greater than 0 and finite";
-    one(CRACKED, "dam.element_size", -5.0, size, "-5.0");
-    let size = "`reservoir.element_size` is NaN; it must be greater than 0 and finite";
-    one(CRACKED, "reservoir.element_size", f64::NAN, size, "nan");
-    let friction = "`dam.cracks.0.friction_coefficient` is -0.5; it must lie from 0 to 5";
-    one(CRACKED, "dam.cracks.0.friction_coefficient", -0.5, friction, "-0.5");
-    let degrees = "`dam.cracks.0.friction_coefficient` is 45; it must lie from 0 to 5";
-    one(CRACKED, "dam.cracks.0.friction_coefficient", 45.0, degrees, "45.0");
-    let gigapascals = "`dam.material.young_modulus` is 31; it must lie from 1000000 to 10000000000000";
-    one(CRACKED, "dam.material.young_modulus", 31.0, gigapascals, "31.0");
-    let poisson = "`dam.material.poisson_ratio` is 0.5; it must lie from 0 to 0.499";
-    one(CRACKED, "dam.material.poisson_ratio", 0.5, poisson, "0.5");
-    let polarity = "`ground_motion.record.polarity` is 2; it must be 1 or -1";
-    one(CRACKED, "ground_motion.record.polarity", 2, polarity, "2");
-    let tolerance = "`coupling.tolerance` is 0; it must lie from 0.00000000000001 to 0.1";
-    one(CRACKED, "coupling.tolerance", 0.0, tolerance, "0.0");
-    let limit = "`coupling.iteration_limit` is 1; it must be a whole number from 2 to 100000";
-    one(CRACKED, "coupling.iteration_limit", 1, limit, "1");
+    compare("values", VALUES);
 }
 
 #[test]
 fn geometry_that_makes_no_dam() {
-    let water = "`reservoir.depth` is 110 m, but the crest is at 103 m; water cannot stand above the crest";
-    one(CRACKED, "reservoir.depth", 110.0, water, "110.0");
-    let crack =
-        "`dam.cracks.0.elevation` is 120 m; a crack must lie inside the section, above 0 and below 103 m";
-    one(CRACKED, "dam.cracks.0.elevation", 120.0, crack, "120.0");
-    let point = |x: f64, y: f64| toml::Value::from(vec![x, y]);
-    let sides = "the sides of `dam.section` are -5 m apart at elevation 103 m; the downstream side must lie to the \
-                 right of the upstream side, and both must end at the same elevation";
-    let crossing = vec![point(70.0, 0.0), point(-5.0, 103.0)];
-    one(CRACKED, "dam.section.downstream", crossing, sides, "[dam.section]");
-    let heel = "`dam.section.upstream` begins at (1, 0); it must begin at the heel, the origin (0, 0)";
-    let shifted = vec![point(1.0, 0.0), point(1.0, 103.0)];
-    let mut scenario = Scenario::shipped(CRACKED);
-    scenario.set("dam.section.upstream", shifted);
-    assert_eq!(problems(&scenario.write())[0].0, heel);
-}
-
-#[test]
-fn levels_that_lie_too_close_together() {
-    let thin = |upper: f64| {
-        format!(
-            "vertices, cracks and the water level at 66.5 m and {upper} m are less than 0.5 m apart, a tenth of \
-             `dam.element_size`; make them equal, move one, or use smaller elements"
-        )
-    };
-    one(CRACKED, "reservoir.depth", 66.52, &thin(66.52), "66.52");
-    one(CRACKED, "dam.cracks.0.elevation", 66.6, &thin(66.6), "66.6");
-    let mut scenario = Scenario::shipped(CRACKED);
-    scenario.set("reservoir.depth", 66.5);
-    assert!(LoadedScene::read(&scenario.write(), &[]).is_ok());
+    compare("geometry", GEOMETRY);
 }
 
 #[test]
 fn more_than_can_be_computed() {
-    let elements =
-        "`dam.element_size` leads to 1.436e12 elements of the dam; 1e6 are the most, so change it by as much";
-    one(CRACKED, "dam.element_size", 1e-4, elements, "0.0001");
-    let boundary = "`reservoir.element_size` leads to 2.294e8 boundary elements of the reservoir; 2e3 are the most, \
-                    so change it by as much";
-    one(CRACKED, "reservoir.element_size", 1e-6, boundary, "0.000001");
-    let steps = "`time.communication_step` leads to 2.499e10 communication steps; 1e6 are the most, so change it by \
-                 as much";
-    one(CRACKED, "time.communication_step", 1e-9, steps, "0.000000001");
+    compare("amount", AMOUNT);
+}
+
+#[test]
+fn none_or_both_of_two() {
+    compare("choices", CHOICES);
+}
+
+#[test]
+fn records_that_cannot_be_used() {
+    compare("records", RECORDS);
+}
+
+#[test]
+fn overrides_that_are_wrong() {
+    compare("overrides", OVERRIDES);
+}
+
+#[test]
+fn doubtful_choices() {
+    compare("warnings", WARNINGS);
+}
+
+#[test]
+fn a_scene_that_is_wrong_in_five_places_shows_five_errors_with_lines() {
+    compare("five", FIVE);
+    let desk = Desk::default();
+    let text = FIVE[0].text();
+    let error = FIVE[0].read(&desk).expect_err("the scene is wrong");
+    let line = |p: &orchestrator::scene::SceneProblem| {
+        let offset = p.span.expect("a place").offset();
+        text[..offset].matches('\n').count() + 1
+    };
+    let lines: Vec<usize> = error.problems.iter().map(line).collect();
+    assert_eq!(lines, [5, 9, 13, 20, 26]);
+}
+
+/// The name of each variant of an enum, kept complete by the compiler.
+macro_rules! variants {
+    ($names:ident, $name:ident, $of:ident: $($variant:ident)*) => {
+        const $names: &[&str] = &[$(stringify!($variant)),*];
+        fn $name(value: &$of) -> &'static str {
+            match value {
+                $($of::$variant { .. } => stringify!($variant),)*
+            }
+        }
+    };
+}
+
+variants!(INVALID, invalid, Invalid:
+    Unreadable Override Syntax Misspelt Misplaced Unknown Missing Type Word NotPositive OutOfRange WaterAboveCrest
+    ElementTooLarge CrackOutside CracksCoincide ThinRow TooMany Undersampled SideTooShort SideNotAscending NotAtHeel SidesCross
+    ExactlyOne Polarity Count Frequencies DurationMissing Record);
+variants!(RECORD_ERRORS, record_error, RecordError:
+    Read Format Line NonFinite NonUniform Empty Truncated Crop);
+variants!(DOUBTS, doubt, Warning:
+    CoarseDam CoarseReservoir CoarseStep ClippedSamples Drift Peak NoResidual LooseTolerance UndampedCrack Unusual);
+
+#[test]
+fn every_message_is_in_a_snapshot() {
+    let desk = Desk::default();
+    // A scene that is not there has no text to change; `a_scene_that_is_not_there` shows it.
+    let mut seen = BTreeSet::from(["Unreadable"]);
+    for case in ALL.iter().copied().flatten() {
+        match case.read(&desk) {
+            Ok(loaded) => seen.extend(loaded.warnings.iter().map(|w| doubt(&w.warning))),
+            Err(error) => {
+                for problem in &error.problems {
+                    seen.insert(invalid(&problem.invalid));
+                    if let Invalid::Record(error) = &problem.invalid {
+                        seen.insert(record_error(error));
+                    }
+                }
+            }
+        }
+    }
+    let all: BTreeSet<&str> = [INVALID, RECORD_ERRORS, DOUBTS].concat().into_iter().collect();
+    let unseen: Vec<&&str> = all.difference(&seen).collect();
+    assert!(unseen.is_empty(), "no case shows {unseen:?}");
+}
+
+#[test]
+fn a_scene_that_is_not_there() {
+    let error = LoadedScene::read(std::path::Path::new("absent"), &[]).expect_err("no such scene");
+    insta::assert_snapshot!(
+        error.problems[0].to_string(),
+        @"absent: No such file or directory (os error 2); give a folder with scene.toml, or a .toml file"
+    );
+}
+
+#[test]
+fn a_crack_at_the_water_level_and_the_shipped_scenes_are_right() {
+    let desk = Desk::default();
+    assert!(edit(&[("depth = 91.75", "depth = 66.5")]).read(&desk).is_ok());
+    for case in [CRACKED, RAMP, "koyna-intact"] {
+        let loaded = LoadedScene::read(&root().join("scenes").join(case), &[]).expect("a shipped scene");
+        assert!(loaded.warnings.is_empty(), "{case}: {:?}", loaded.warnings);
+        assert!(loaded.scene.time.duration.is_some());
+    }
+}
+
+/// What the program said, without the line breaks and bars of its layout.
+fn flat(said: &[u8]) -> String {
+    String::from_utf8_lossy(said).replace('│', " ").split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+#[test]
+fn a_joint_too_stiff_for_the_time_step_ends_with_status_4() {
     let stiff = Scenario::shipped(CRACKED);
     let output = stiff.command("run").args(["--set", "dam.cracks.0.normal_stiffness=1e16"]).output();
     let output = output.expect("cofferdam runs");
     assert_eq!(output.status.code(), Some(4));
     let said = flat(&output.stderr);
     assert!(said.contains("time steps") && said.contains("lower the joint stiffness"), "{said}");
-}
-
-#[test]
-fn a_ground_motion_that_would_be_undersampled() {
-    let step = "`time.communication_step` is 0.02 s, longer than the ground motion's interval of 0.01 s, whose peaks \
-                it would miss; make it no longer, best a whole fraction of it";
-    one(CRACKED, "time.communication_step", 0.02, step, "0.02");
-}
-
-#[test]
-fn keys_that_are_missing_or_unknown() {
-    let mut scenario = Scenario::shipped(CRACKED);
-    scenario.set("reservoir.dept", 3.0);
-    let found = problems(&scenario.write());
-    assert!(found[0].0.starts_with("unknown field `dept`, expected one of `depth`"), "{found:?}");
-    assert_eq!(found[0].1, "dept");
-
-    let mut scenario = Scenario::shipped(CRACKED);
-    scenario.remove("reservoir.depth");
-    let found = problems(&scenario.write());
-    assert_eq!(found[0].0, "missing field `depth`");
-    assert!(found[0].1.starts_with("[reservoir]"), "{found:?}");
-
-    let mut scenario = Scenario::shipped(CRACKED);
-    scenario.remove("dam");
-    let both = "exactly one of `[dam]` and `[prescribed]` must be given, 0 are";
-    assert_eq!(problems(&scenario.write())[0].0, both);
-
-    let mut scenario = Scenario::shipped(CRACKED);
-    scenario.remove("dam.damping.multiples_of_first");
-    let frequencies = "exactly one of `multiples_of_first` and `radians_per_second` must be given, 0 are";
-    assert_eq!(problems(&scenario.write()), [(frequencies.to_owned(), "[dam.damping]".to_owned())]);
-
-    let mut scenario = Scenario::shipped("rigid-dam-ramp");
-    scenario.remove("time.duration");
-    assert!(problems(&scenario.write())[0].0.starts_with("`time.duration` is missing"));
-}
-
-#[test]
-fn several_mistakes_are_reported_together() {
-    let mut scenario = Scenario::shipped(CRACKED);
-    scenario.set("reservoir.depth", -1.0).set("dam.element_size", 0.0).set("ground_motion.record.scale", 0.0);
-    let places: Vec<String> = problems(&scenario.write()).into_iter().map(|p| p.1).collect();
-    assert_eq!(places, ["-1.0", "0.0", "0.0"]);
-}
-
-#[test]
-fn records_that_cannot_be_used() {
-    let with = |name: &str, content: Option<&str>| {
-        let mut scenario = Scenario::shipped(CRACKED);
-        scenario.set("ground_motion.record.file", name);
-        if let Some(content) = content {
-            std::fs::write(scenario.folder().join(name), content).expect("the record is written");
-        }
-        let found = problems(&scenario.write());
-        assert_eq!(found.len(), 1, "{found:?}");
-        assert_eq!(found[0].1, format!("\"{name}\""), "the place is the record's key");
-        found[0].0.clone().replace(&*scenario.folder().to_string_lossy(), "")
-    };
-    let found = with("a.csv", Some("time,acc\n0,0.1\n0.01,NaN\n"));
-    assert_eq!(found, "/a.csv:3: the value NaN is not finite; repair the record or crop it before this line");
-    let found = with("a.csv", Some("0,0.1\n0.01,0\n0.03,0\n"));
-    assert!(found.starts_with("/a.csv:3: the sample at 0.03 s comes 0.01"), "{found}");
-    assert!(found.ends_with("resample the record to equal intervals"), "{found}");
-    let found = with("a.csv", Some("0,0.1\n0,0\n"));
-    assert!(found.starts_with("/a.csv:2: the sample at 0 s comes 0 s after the one before"), "{found}");
-    let found = with("a.csv", Some("# nothing\ntime,acc\n"));
-    assert_eq!(found, "/a.csv: the record has 0 samples, two are the least");
-    let found = with("a.csv", Some("0,0.1\n0.01,0\n0.02 0\n"));
-    assert_eq!(found, "/a.csv:3: `0.02 0` is not `time,acceleration`, two numbers");
-    let found = with("a.csv", Some("0,O.5\n0.01,0\n0.02,0\n"));
-    assert_eq!(found, "/a.csv:1: `0,O.5` is not `time,acceleration`, two numbers");
-    let found = with("a.at2", Some("1\n2\n3\nNPTS= 3, DT= .01 SEC\n0.1 0.2\n"));
-    assert!(found.starts_with("/a.at2: the header promises 3 samples, the file holds 2"), "{found}");
-    let found = with("a.at2", Some("1\n2\n3\n4\n0.1 0.2\n"));
-    assert!(found.starts_with("/a.at2:4: `4` is not a PEER header"), "{found}");
-    assert!(with("a.txt", Some("0,1\n")).starts_with("/a.txt: records are two-column .csv"));
-    assert!(with("absent.csv", None).starts_with("/absent.csv: No such file"));
-
-    let mut scenario = Scenario::shipped(CRACKED);
-    scenario.set("ground_motion.record.start", 30.0);
-    assert!(problems(&scenario.write())[0].0.ends_with("samples from 0 to 19.98 s; two of them must remain"));
-    scenario.set("ground_motion.record.start", 3.0).set("ground_motion.record.end", 60.0);
-    assert!(problems(&scenario.write())[0].0.contains("3–60 s is asked for"));
-}
-
-/// What the program said, without the line breaks and bars of its layout.
-fn flat(said: &[u8]) -> String {
-    String::from_utf8_lossy(said).replace('│', " ").split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 #[test]
@@ -211,8 +370,46 @@ fn the_program_points_at_the_line_and_ends_with_status_2() {
 }
 
 #[test]
+fn check_says_what_a_run_would_be() {
+    let check = |arguments: &[&str]| {
+        let mut command = std::process::Command::new(binary());
+        let output =
+            command.arg("check").args(arguments).current_dir(root()).output().expect("cofferdam runs");
+        (output.status.code(), String::from_utf8_lossy(&output.stdout).into_owned(), flat(&output.stderr))
+    };
+    let (status, said, complaint) =
+        check(&["scenes/koyna-northridge-1994", "scenes/rigid-dam-ramp/scene.toml"]);
+    // 19.98 s of record, 0.01 s in which it falls to zero, 5 s of rest.
+    insta::assert_snapshot!(said, @r"
+    scenes/koyna-northridge-1994/scene.toml can be run: 9996 communication steps of 0.0025 s, 24.99 s; 0 warnings
+    scenes/rigid-dam-ramp/scene.toml can be run: 800 communication steps of 0.0025 s, 2 s; 0 warnings
+    ");
+    assert_eq!((status, complaint.as_str()), (Some(0), ""));
+    let (status, said, complaint) = check(&["scenes/koyna-northridge-1994", "--set", "time.quiet=1"]);
+    assert!(
+        said.ends_with("20.99 s; 1 warning\n") && complaint.contains("no residual sliding"),
+        "{said}{complaint}"
+    );
+    assert_eq!(status, Some(0));
+    let (status, said, complaint) =
+        check(&["scenes/koyna-intact", "scenes/rigid-dam-ramp", "--set", "dam.element_size=0"]);
+    assert_eq!((status, said.as_str()), (Some(2), ""));
+    assert!(complaint.contains("koyna-intact") && complaint.contains("rigid-dam-ramp"), "{complaint}");
+}
+
+#[test]
+fn a_run_shows_the_warnings_and_goes_on() {
+    let mut scenario = Scenario::shipped(RAMP);
+    scenario.set("time.duration", 0.01).set("gravity", 1.62);
+    let output = scenario.try_run("run");
+    let said = flat(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert!(said.contains("⚠ `gravity` is 1.62 m/s²; the Earth has 9.7 to 9.9 m/s²"), "{said}");
+}
+
+#[test]
 fn an_output_folder_that_cannot_be_made_or_is_taken() {
-    let scenario = Scenario::shipped("rigid-dam-ramp");
+    let scenario = Scenario::shipped(RAMP);
     std::fs::write(scenario.folder().join("file"), "").expect("a file");
     let output = scenario.try_run("file/run");
     let said = flat(&output.stderr);

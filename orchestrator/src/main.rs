@@ -18,5 +18,6 @@ fn main() -> ExitCode {
     match command {
         cli::Command::Run(arguments) => cli::run::run(&arguments),
         cli::Command::Unit(arguments) => cli::unit::unit(&arguments),
+        cli::Command::Check(arguments) => cli::check::check(&arguments),
     }
 }

@@ -5,6 +5,7 @@ pub mod frequency_domain;
 pub mod koyna;
 pub mod quadratic_elements;
 pub mod scenario;
+pub mod scene_text;
 
 /// `‖a − b‖₂ / ‖b‖₂`.
 pub fn relative_l2(a: &[f64], b: &[f64]) -> f64 {

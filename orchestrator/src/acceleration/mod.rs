@@ -7,10 +7,11 @@ mod aitken;
 
 pub use aitken::Aitken;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Which acceleration a scene picks.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum AccelerationKind {
     /// p ← p + ω r with a constant ω.

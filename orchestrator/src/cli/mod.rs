@@ -1,9 +1,11 @@
 //! The command line.
 
+pub mod check;
 pub mod run;
 pub mod unit;
 
 use clap::{Parser, Subcommand, ValueEnum};
+use std::io::Write;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
@@ -29,6 +31,9 @@ pub enum Command {
     /// Be one of a run's units: what `run` starts by itself
     #[command(hide = true, long_about = UNIT_HELP)]
     Unit(Unit),
+    /// Check scenes without running them: every mistake at its line, and warnings about doubtful choices
+    #[command(after_long_help = CHECK_HELP)]
+    Check(Check),
 }
 
 /// Arguments of `cofferdam run`.
@@ -36,9 +41,9 @@ pub enum Command {
 pub struct Run {
     /// Folder that holds scene.toml, or a .toml file
     ///
-    /// scenes/README.md explains every key of a scene, with units and defaults. Mistakes in a
-    /// scene are reported with their lines before anything is computed: first those of spelling, one
-    /// at a time, then those of values, all at once.
+    /// scenes/README.md explains every key of a scene, with units and defaults. All mistakes in a
+    /// scene are reported at once, with their lines, before anything is computed; doubtful choices
+    /// bring warnings, and the run begins. `cofferdam check` says the same without running.
     pub scene: PathBuf,
 
     /// Change a value of the scene; may be given several times
@@ -117,6 +122,44 @@ The process reads its task, one line of JSON, from standard input, makes its uni
 output that it is ready, and answers requests over shared memory until a line `end` comes. It ends
 when standard input closes: when the orchestrator dies. docs/shared-memory.md describes the protocol
 for those who want to put a unit of their own in its place.";
+
+/// Arguments of `cofferdam check`.
+#[derive(clap::Args)]
+pub struct Check {
+    /// Folders that hold scene.toml, or .toml files
+    #[arg(required = true, value_name = "SCENE")]
+    pub scenes: Vec<PathBuf>,
+
+    /// Change a value of every scene before it is checked; may be given several times
+    ///
+    /// As in `cofferdam run`; what is wrong with a changed value is shown in the KEY=VALUE itself.
+    #[arg(short, long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+}
+
+/// Prints a line; a reader that has gone away does not end the program.
+fn say(line: impl std::fmt::Display) {
+    // Nobody is left to be told.
+    let _ = writeln!(std::io::stdout(), "{line}");
+}
+
+const CHECK_HELP: &str = "\
+Errors, each at its line: what is no TOML, unknown, misplaced and missing keys, wrong types and
+words, values and geometry that cannot be computed, a record that cannot be read.
+
+Warnings, which `cofferdam run` shows too: elements or communication steps too coarse for the
+record's frequencies, a record that drifts, no rest for the residual sliding, values that look
+like a slip of units. scenes/README.md has the thresholds.
+
+Examples:
+  cofferdam check scenes/koyna-northridge-1994
+      Says how many steps a run would take, or what keeps it from being run.
+  cofferdam check scenes/koyna-northridge-1994 --set dam.element_size=25
+      Would that mesh be fine enough?
+  cofferdam check scenes/*/scene.toml
+      All scenes.
+
+Exit status: 0 every scene can be run, 2 one of them is wrong.";
 
 const RUN_HELP: &str = "\
 Results, in the output folder:

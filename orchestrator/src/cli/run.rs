@@ -1,6 +1,6 @@
 //! `cofferdam run`.
 
-use super::{Run, Transport};
+use super::{Run, Transport, check, say};
 use crate::registry::{self, RegistryError};
 use miette::Diagnostic;
 use orchestrator::acceleration::Acceleration;
@@ -12,7 +12,6 @@ use orchestrator::report::{Build, Manifest, ManifestError, Reference, Summary, U
 use orchestrator::scene::{GroundMotion, LoadedScene, STANDARD_GRAVITY, Scene, SceneError};
 use orchestrator::scheme::{CouplingError, Predictor, SerialImplicit, Side, Units};
 use orchestrator::simulation::{Simulation, SimulationError};
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -80,6 +79,7 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
         PathBuf::from("runs").join(format!("{}-{}", loaded.name, started.strftime("%Y%m%dT%H%M%SZ")))
     });
     let manifest_path = claim(&folder)?;
+    check::warn(&loaded.warnings);
 
     let mut manifest = Manifest {
         name: loaded.name.clone(),
@@ -159,12 +159,6 @@ fn units(arguments: &Run, scene: &Scene, resolved: &str) -> Result<Units, RunErr
         (Some(dam), Some(reservoir)) => Ok(Units { dam: Box::new(dam), reservoir: Box::new(reservoir) }),
         _ => unreachable!("two processes were started"),
     }
-}
-
-/// Prints a line; a reader that has gone away does not end the run.
-fn say(line: impl std::fmt::Display) {
-    // Nobody is left to be told.
-    let _ = writeln!(std::io::stdout(), "{line}");
 }
 
 /// Makes the output folder, or takes an empty one; returns the path of the manifest, which then exists.

@@ -1,10 +1,9 @@
 use crate::observer::{Ending, Histories, Status, WallTime};
-use crate::scene::{CrackScene, LoadedScene, STANDARD_GRAVITY};
+use crate::scene::{CrackScene, LoadedScene, REST, STANDARD_GRAVITY};
 use serde::Serialize;
 use std::fmt;
 
-/// Rest that the residual sliding asks for, s, and the part of it that is averaged.
-const REST: f64 = 5.0;
+/// The part of the rest, s, over which the residual sliding is averaged.
 const AVERAGED: f64 = 1.0;
 
 const ENERGY_BALANCE: &str = "energy balance error over peak kinetic energy";

@@ -47,11 +47,78 @@ pub enum Invalid {
         /// The argument.
         text: String,
     },
-    /// Not TOML, a missing or unknown key, a wrong type.
-    #[error("{message}")]
+    /// Not TOML.
+    #[error("{message}; {remedy}")]
     Syntax {
         /// What the parser said.
         message: String,
+        /// How it would be right.
+        remedy: &'static str,
+    },
+    /// An unknown key that is much like another.
+    #[error("`{key}` is no key of {table}; did you mean `{meant}`?")]
+    Misspelt {
+        /// The key.
+        key: String,
+        /// Its table.
+        table: String,
+        /// The key that was meant.
+        meant: String,
+    },
+    /// A key of another table.
+    #[error("`{key}` is no key of {table}; it belongs to {home}")]
+    Misplaced {
+        /// The key.
+        key: String,
+        /// Its table.
+        table: String,
+        /// Where it would be right.
+        home: String,
+    },
+    /// An unknown key.
+    #[error("`{key}` is no key of {table}; there are {keys}")]
+    Unknown {
+        /// The key.
+        key: String,
+        /// Its table.
+        table: String,
+        /// The keys that the table has.
+        keys: String,
+    },
+    /// A key that must be given.
+    #[error("{key} is missing in {table}; add it ({meaning})")]
+    Missing {
+        /// The key, or the header of the table.
+        key: String,
+        /// Its table.
+        table: String,
+        /// What it is.
+        meaning: String,
+    },
+    /// A value of the wrong type.
+    #[error("`{key}` must be {wanted}, but is {found}")]
+    Type {
+        /// The key.
+        key: String,
+        /// What it must be.
+        wanted: String,
+        /// What it is.
+        found: String,
+    },
+    /// A word that is none of those allowed.
+    #[error(
+        "`{key}` is \"{word}\"; it must be {wanted}{}",
+        meant.as_ref().map_or_else(String::new, |meant| format!("; did you mean `{meant}`?"))
+    )]
+    Word {
+        /// The key.
+        key: String,
+        /// Its value.
+        word: String,
+        /// The words allowed.
+        wanted: String,
+        /// The one that was meant.
+        meant: Option<String>,
     },
     /// Must be greater than zero.
     #[error("`{key}` is {value}; it must be greater than 0 and finite")]
@@ -62,7 +129,7 @@ pub enum Invalid {
         value: f64,
     },
     /// Outside its range.
-    #[error("`{key}` is {value}; it must lie from {least} to {most}")]
+    #[error("`{key}` is {}; it must lie from {} to {}", plain(*value), plain(*least), plain(*most))]
     OutOfRange {
         /// The key.
         key: String,
@@ -80,6 +147,16 @@ pub enum Invalid {
     WaterAboveCrest {
         /// Depth of the water, m.
         depth: f64,
+        /// Elevation of the crest, m.
+        crest: f64,
+    },
+    /// Elements larger than the dam.
+    #[error(
+        "`dam.element_size` is {size} m, more than the dam's height of {crest} m; take a twentieth of that or less"
+    )]
+    ElementTooLarge {
+        /// Nominal length of an element's side, m.
+        size: f64,
         /// Elevation of the crest, m.
         crest: f64,
     },
@@ -171,8 +248,8 @@ pub enum Invalid {
     },
     /// The two sides do not make a section.
     #[error(
-        "the sides of `dam.section` are {width} m apart at elevation {elevation} m; the downstream side must lie to the \
-         right of the upstream side, and both must end at the same elevation"
+        "the sides of `dam.section` are {} m apart at elevation {elevation} m; the downstream side must lie to the \
+         right of the upstream side, and both must end at the same elevation", plain(*width)
     )]
     SidesCross {
         /// Elevation, m.
@@ -194,7 +271,7 @@ pub enum Invalid {
     #[error("`ground_motion.record.polarity` is {value}; it must be 1 or -1")]
     Polarity {
         /// The value.
-        value: i8,
+        value: i64,
     },
     /// A count that is too small or too large.
     #[error("`{key}` is {value}; it must be a whole number from {least} to {most}")]
@@ -202,11 +279,11 @@ pub enum Invalid {
         /// The key.
         key: String,
         /// Its value.
-        value: u64,
+        value: i64,
         /// Least value allowed.
-        least: u64,
+        least: i64,
         /// Largest value allowed.
-        most: u64,
+        most: i64,
     },
     /// Two frequencies that are not in order.
     #[error("`{key}` is [{low}, {high}]; both must be greater than 0, the second the larger")]
@@ -235,5 +312,14 @@ impl SceneError {
             span: None,
         };
         Self { path: path.to_owned(), problems: vec![problem] }
+    }
+}
+
+/// A number to six digits, without a row of zeros.
+pub(super) fn plain(value: f64) -> String {
+    let rounded = format!("{value:.5e}").parse().unwrap_or(value);
+    match rounded.abs() {
+        0.0 | 1e-4..1e5 => rounded.to_string(),
+        _ => format!("{rounded:e}"),
     }
 }

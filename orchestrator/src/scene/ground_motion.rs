@@ -1,5 +1,6 @@
 //! Ground motions: two-column CSV and PEER AT2 records, and the ramp.
 
+use super::error::plain;
 use std::path::{Path, PathBuf};
 
 /// Standard gravity, m/s²: records are in units of it.
@@ -67,8 +68,8 @@ pub enum RecordError {
     },
     /// Samples that are not equally spaced.
     #[error(
-        "{}:{line}: the sample at {time} s comes {found} s after the one before, the usual interval is {expected} s; \
-         resample the record to equal intervals", path.display()
+        "{}:{line}: the sample at {time} s comes {} s after the one before, the usual interval is {} s; \
+         resample the record to equal intervals", path.display(), plain(*found), plain(*expected)
     )]
     NonUniform {
         /// The file.
@@ -127,6 +128,7 @@ impl GroundMotion {
             .min(record.acceleration.len() - 1);
         let beyond = end.is_finite() && end > duration + 1e-6 * record.interval;
         if first >= last || beyond {
+            let end = if beyond { end } else { end.min(duration) };
             return Err(RecordError::Crop { path: path.to_owned(), start, end, duration });
         }
         let acceleration =
@@ -139,6 +141,12 @@ impl GroundMotion {
     pub fn ramp(acceleration: f64, rise: f64) -> Self {
         let source = format!("ramp to {acceleration} m/s2 in {rise} s");
         Self { source, interval: rise, acceleration: vec![0.0, acceleration], hold: true }
+    }
+
+    /// Equally spaced samples (m/s²), `interval` (s) apart, zero afterwards.
+    #[cfg(test)]
+    pub(super) fn of_samples(source: &str, interval: f64, acceleration: Vec<f64>) -> Self {
+        Self { source: source.to_owned(), interval, acceleration, hold: false }
     }
 
     /// Where it came from.
@@ -303,8 +311,7 @@ mod tests {
 
     #[test]
     fn acceleration_is_linear_between_samples_and_ends_at_zero() {
-        let acceleration = vec![1.0, 3.0, -2.0];
-        let motion = GroundMotion { source: String::new(), interval: 0.5, acceleration, hold: false };
+        let motion = GroundMotion::of_samples("", 0.5, vec![1.0, 3.0, -2.0]);
         for (time, value) in [(0.0, 1.0), (0.25, 2.0), (1.0, -2.0), (1.25, -1.0), (1.5, 0.0), (9.0, 0.0)] {
             assert_eq!(motion.at(time), [value, 0.0], "at {time}");
         }

@@ -1,31 +1,34 @@
 //! Scenes: what a run computes, in one TOML file. Strict: unknown keys are errors.
+//!
+//! Text → `syntax` (sets aside what is no TOML) → `document` (a tree with places, `--set` put in) → `conform`
+//! (holds it against the `shape` of the types below, mends what does not fit) → the types → `validate` (values)
+//! → `warning` (doubts). Every mistake is found at once; `conform` and `validate` remember what was wrong, so that
+//! nothing is said about what rests on it.
 
+mod baseline;
+mod conform;
+mod document;
 mod error;
 mod ground_motion;
-mod locate;
-mod overrides;
+mod load;
+mod shape;
+mod spectrum;
+mod syntax;
 mod validate;
+mod warning;
 
 pub use error::{Invalid, SceneError, SceneProblem};
 pub use ground_motion::{GroundMotion, Record, RecordError, STANDARD_GRAVITY};
+pub use load::LoadedScene;
+pub use warning::{REST, SceneWarning, Warning};
 
 use crate::acceleration::AccelerationKind;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::path::{Path, PathBuf};
-
-/// A scene, read, completed by its defaults and found valid.
-#[derive(Clone, Debug)]
-pub struct LoadedScene {
-    /// Name of the case: its folder's name.
-    pub name: String,
-    /// The scene with all defaults.
-    pub scene: Scene,
-    /// What moves the ground.
-    pub ground_motion: GroundMotion,
-}
+use std::path::PathBuf;
 
 /// A scene file.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
     /// One line for reports.
@@ -37,6 +40,7 @@ pub struct Scene {
     #[serde(default)]
     pub time: Time,
     /// What moves the ground.
+    #[serde(default)]
     pub ground_motion: GroundMotionScene,
     /// The water.
     pub reservoir: ReservoirScene,
@@ -52,20 +56,20 @@ pub struct Scene {
 }
 
 /// `[time]`
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Time {
     /// Length H of a communication step, s.
     pub communication_step: f64,
     /// Time without ground motion after the record, s.
     pub quiet: f64,
-    /// Simulated time, s; by default the record and `quiet`.
+    /// Simulated time, s; by default the record and `quiet`. A scene that was read has it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub duration: Option<f64>,
 }
 
 /// `[ground_motion]`: one of its two tables.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GroundMotionScene {
     /// A record from a file.
@@ -77,7 +81,7 @@ pub struct GroundMotionScene {
 }
 
 /// `[ground_motion.record]`
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RecordScene {
     /// `.csv` (time in s, acceleration in g) or PEER `.at2`, relative to the scene's file.
@@ -87,7 +91,7 @@ pub struct RecordScene {
     pub scale: f64,
     /// 1: positive accelerations point downstream; −1: upstream.
     #[serde(default = "defaults::polarity")]
-    pub polarity: i8,
+    pub polarity: i64,
     /// Where in the record the run begins, s after its first sample.
     #[serde(default)]
     pub start: f64,
@@ -97,7 +101,7 @@ pub struct RecordScene {
 }
 
 /// `[ground_motion.ramp]`
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RampScene {
     /// Acceleration that is reached and held, m/s², positive downstream.
@@ -107,7 +111,7 @@ pub struct RampScene {
 }
 
 /// Model of the water.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FidelityScene {
     /// Westergaard's added mass.
@@ -117,7 +121,7 @@ pub enum FidelityScene {
 }
 
 /// `[reservoir]`
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ReservoirScene {
     /// Depth of the water, m.
@@ -143,18 +147,19 @@ pub struct ReservoirScene {
 }
 
 /// `[prescribed]`: a rigid dam that moves with the ground.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PrescribedScene {
     /// Horizontal distance by which the wet face leans downstream from heel to water level, m.
     #[serde(default)]
     pub batter: f64,
     /// Number of panels of the wet face.
+    #[schemars(range(min = 1, max = 1000))]
     pub panels: usize,
 }
 
 /// Plane condition.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum PlaneScene {
     /// Plane stress.
@@ -164,7 +169,7 @@ pub enum PlaneScene {
 }
 
 /// Kinematics of the elements.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum KinematicsScene {
     /// Small strain and rotation.
@@ -174,7 +179,7 @@ pub enum KinematicsScene {
 }
 
 /// `[dam]`
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DamScene {
     /// Nominal length of an element's side, m.
@@ -197,7 +202,7 @@ pub struct DamScene {
 }
 
 /// `[dam.section]`
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SectionScene {
     /// Upstream side, (x, y) from the heel (0, 0) up to the crest, m.
@@ -207,7 +212,7 @@ pub struct SectionScene {
 }
 
 /// `[dam.material]`
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MaterialScene {
     /// Elastic modulus, Pa.
@@ -222,7 +227,7 @@ pub struct MaterialScene {
 }
 
 /// `[dam.damping]`: Rayleigh damping named by two frequencies, or none.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DampingScene {
     /// Damping ratio at the two frequencies; 0 for none.
@@ -236,7 +241,7 @@ pub struct DampingScene {
 }
 
 /// `[[dam.cracks]]`
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CrackScene {
     /// Elevation above the heel, m.
@@ -250,18 +255,20 @@ pub struct CrackScene {
 }
 
 /// `[coupling]`
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct CouplingScene {
     /// Tolerance ε on displacement and pressure.
     pub tolerance: f64,
     /// Most iterations a step.
+    #[schemars(range(min = 2, max = 100_000))]
     pub iteration_limit: u32,
     /// Acceleration of the iteration.
     pub acceleration: AccelerationKind,
     /// First (Aitken) or constant relaxation factor.
     pub relaxation: f64,
     /// Order of the extrapolation of pressure to the first guess, 0 to 2.
+    #[schemars(range(min = 0, max = 2))]
     pub predictor_order: usize,
 }
 
@@ -292,7 +299,7 @@ mod defaults {
     pub fn one() -> f64 {
         1.0
     }
-    pub fn polarity() -> i8 {
+    pub fn polarity() -> i64 {
         1
     }
     pub fn water_density() -> f64 {
@@ -315,43 +322,10 @@ mod defaults {
     }
 }
 
-impl LoadedScene {
-    /// Reads the scene at `path`: a `.toml` file, or a folder that holds `scene.toml`.
-    ///
-    /// Each of `overrides`, `key=value` such as `dam.element_size=2.5`, then takes the place of
-    /// what is written there; places of problems are those in the scene so changed.
-    ///
-    /// **Errors**: every problem of the scene at once, each at its line.
-    pub fn read(path: &Path, overrides: &[String]) -> Result<Self, SceneError> {
-        let file = if path.is_dir() { path.join("scene.toml") } else { path.to_owned() };
-        let source = std::fs::read_to_string(&file).map_err(|cause| {
-            SceneError::without_place(&file, Invalid::Unreadable { path: file.clone(), cause })
-        })?;
-        let source = overrides::apply(source, overrides, &file)?;
-        let folder = file.parent().unwrap_or(Path::new(""));
-        let folder_name =
-            folder.canonicalize().ok().and_then(|f| Some(f.file_name()?.to_string_lossy().into_owned()));
-        let stem = file.file_stem().map(|s| s.to_string_lossy().into_owned());
-        let name = stem.filter(|s| s != "scene").or(folder_name).unwrap_or_else(|| "scene".to_owned());
-        let shown = match overrides {
-            [] => file.clone(),
-            _ => PathBuf::from(format!("{} with {}", file.display(), overrides.join(", "))),
-        };
-        let (scene, ground_motion) = validate::parse(&source, folder, &shown)?;
-        Ok(Self { name, scene, ground_motion })
-    }
-}
-
 impl Scene {
-    /// Simulated time, s: as the scene says, or until the ground has been quiet for long enough.
-    pub fn duration(&self, motion: &GroundMotion) -> f64 {
-        let end = motion.rest_from().unwrap_or(motion.duration());
-        self.time.duration.unwrap_or(end + self.time.quiet)
-    }
-
-    /// Number of communication steps that reach the end of the simulated time, which a loaded scene names.
+    /// Number of communication steps that reach the end of the simulated time, which a scene that was read has.
     pub fn steps(&self) -> u64 {
-        (self.time.duration.unwrap_or_default() / self.time.communication_step - 1e-9).ceil() as u64
+        (self.time.duration.unwrap_or(0.0) / self.time.communication_step - 1e-9).ceil() as u64
     }
 
     /// Height of the dam, m.

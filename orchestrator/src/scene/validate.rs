@@ -1,78 +1,66 @@
-use super::locate::locate;
-use super::{DamScene, DampingScene, GroundMotion, Invalid, Scene, SceneError, SceneProblem};
-use miette::NamedSource;
-use std::path::Path;
-use std::sync::Arc;
+//! What values a scene may have.
 
-/// Parses a scene, fills in the defaults, reads its ground motion, and reports every problem.
-pub fn parse(source: &str, folder: &Path, file: &Path) -> Result<(Scene, GroundMotion), SceneError> {
-    let source = Arc::new(source.to_owned());
-    let problem = |invalid, span: Option<std::ops::Range<usize>>| SceneProblem {
-        invalid,
-        source_code: NamedSource::new(file.to_string_lossy(), source.clone()).with_language("TOML"),
-        span: span.map(Into::into),
-    };
-    let failed = |problems| SceneError { path: file.to_owned(), problems };
-    let mut scene: Scene = toml::from_str(&source).map_err(|e| {
-        let invalid = Invalid::Syntax { message: e.message().to_owned() };
-        failed(vec![problem(invalid, e.span())])
-    })?;
-    let mut findings = Findings::default();
-    findings.scene(&scene);
-    let ground_motion = findings.ground_motion(&scene, folder);
-    if let Some(motion) = &ground_motion {
-        let steps = scene.duration(motion) / scene.time.communication_step;
+use super::{DamScene, DampingScene, GroundMotion, Invalid, RecordError, RecordScene, Scene};
+use std::collections::BTreeSet;
+use std::path::Path;
+
+/// What is wrong with the values of a scene, each with its key, and the ground motion if it can be made.
+///
+/// Nothing is said about keys that are `unsound`, nor about what rests on them. The record is sought from `folder`.
+pub fn judge(
+    scene: &Scene,
+    folder: &Path,
+    unsound: BTreeSet<String>,
+) -> (Vec<(String, Invalid)>, Option<GroundMotion>) {
+    let mut findings = Findings { found: Vec::new(), unsound };
+    findings.scene(scene);
+    let ground_motion = findings.ground_motion(scene, folder);
+    if let Some(motion) = &ground_motion
+        && findings.sound(&["time.communication_step", "time.duration", "time.quiet"])
+    {
+        let steps = duration(scene, motion) / scene.time.communication_step;
         findings.at_most("time.communication_step", "communication steps", steps, 1e6);
     }
-    match ground_motion {
-        Some(ground_motion) if findings.0.is_empty() => {
-            if let Some(dam) = &mut scene.dam {
-                // The order in which the dam's results come.
-                dam.cracks.sort_by(|a, b| a.elevation.total_cmp(&b.elevation));
-            }
-            scene.time.duration = Some(scene.duration(&ground_motion));
-            let reservoir = &mut scene.reservoir;
-            let panel = scene.dam.as_ref().map_or(f64::INFINITY, |dam| dam.element_size);
-            reservoir.element_size.get_or_insert(panel.min(reservoir.depth / 16.0));
-            reservoir.far_end_distance.get_or_insert(reservoir.depth / 2.0);
-            if let Some(record) = &mut scene.ground_motion.record {
-                // So that the resolved scene can be run from anywhere.
-                let file = folder.join(&record.file);
-                record.file = file.canonicalize().unwrap_or(file);
-            }
-            Ok((scene, ground_motion))
-        }
-        _ => {
-            let located = |(key, invalid): (String, Invalid)| problem(invalid, locate(&source, &key));
-            Err(failed(findings.0.into_iter().map(located).collect()))
-        }
-    }
+    (findings.found, ground_motion)
+}
+
+/// Simulated time, s: as the scene says, or until the ground has been quiet for long enough.
+pub fn duration(scene: &Scene, motion: &GroundMotion) -> f64 {
+    let end = motion.rest_from().unwrap_or(motion.duration());
+    scene.time.duration.unwrap_or(end + scene.time.quiet)
 }
 
 /// What was found wrong, each with the key whose place shows it.
-#[derive(Default)]
-struct Findings(Vec<(String, Invalid)>);
+struct Findings {
+    found: Vec<(String, Invalid)>,
+    /// Keys about which something was said; what rests on them would be wrong too.
+    unsound: BTreeSet<String>,
+}
 
 impl Findings {
     fn add(&mut self, key: &str, invalid: Invalid) {
-        self.0.push((key.to_owned(), invalid));
+        self.found.push((key.to_owned(), invalid));
+        self.unsound.insert(key.to_owned());
+    }
+
+    /// Whether nothing was said about these keys, about a part of them, or about what they are part of.
+    fn sound(&self, keys: &[&str]) -> bool {
+        let part = |inner: &str, outer: &str| {
+            inner.strip_prefix(outer).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+        };
+        let touches = |key: &&str| self.unsound.iter().any(|bad| part(key, bad) || part(bad, key));
+        !keys.iter().any(touches)
     }
 
     fn positive(&mut self, key: &str, value: f64) {
-        if !(value > 0.0 && value.is_finite()) {
+        if self.sound(&[key]) && !(value > 0.0 && value.is_finite()) {
             self.add(key, Invalid::NotPositive { key: key.to_owned(), value });
         }
     }
 
     fn within(&mut self, key: &str, value: f64, least: f64, most: f64) {
-        if !(least..=most).contains(&value) {
+        if self.sound(&[key]) && !(least..=most).contains(&value) {
             self.add(key, Invalid::OutOfRange { key: key.to_owned(), value, least, most });
-        }
-    }
-
-    fn count(&mut self, key: &str, value: u64, least: u64, most: u64) {
-        if !(least..=most).contains(&value) {
-            self.add(key, Invalid::Count { key: key.to_owned(), value, least, most });
         }
     }
 
@@ -110,29 +98,32 @@ impl Findings {
                 self.positive(key, value);
             }
         }
-        let size = water.element_size.unwrap_or(water.depth / 16.0);
-        let boundary = (2.0 * water.depth + water.far_end_distance.unwrap_or(water.depth / 2.0)) / size;
-        self.at_most("reservoir.element_size", "boundary elements of the reservoir", boundary, 2000.0);
-        self.exactly_one("title", "[dam]", "[prescribed]", [scene.dam.is_some(), scene.prescribed.is_some()]);
+        if self.sound(&["reservoir.element_size", "reservoir.depth", "reservoir.far_end_distance"]) {
+            let size = water.element_size.unwrap_or(water.depth / 16.0);
+            let boundary = (2.0 * water.depth + water.far_end_distance.unwrap_or(water.depth / 2.0)) / size;
+            self.at_most("reservoir.element_size", "boundary elements of the reservoir", boundary, 2000.0);
+        }
+        if self.sound(&["dam", "prescribed"]) || scene.dam.is_some() && scene.prescribed.is_some() {
+            let given = [scene.dam.is_some(), scene.prescribed.is_some()];
+            self.exactly_one("prescribed", "[dam]", "[prescribed]", given);
+        }
         if let Some(dam) = &scene.dam {
             self.dam(dam);
-            self.rows(dam, water.depth);
             if let Some([_, crest]) = dam.section.upstream.last()
+                && self.sound(&["reservoir.depth", "dam.section.upstream"])
                 && water.depth > *crest
             {
                 let invalid = Invalid::WaterAboveCrest { depth: water.depth, crest: *crest };
                 self.add("reservoir.depth", invalid);
             }
+            self.rows(dam, water.depth);
         }
         if let Some(prescribed) = &scene.prescribed {
             self.within("prescribed.batter", prescribed.batter, 0.0, 1e3);
-            self.count("prescribed.panels", prescribed.panels as u64, 1, 1000);
         }
         let coupling = &scene.coupling;
         self.within("coupling.tolerance", coupling.tolerance, 1e-14, 0.1);
-        self.count("coupling.iteration_limit", u64::from(coupling.iteration_limit), 2, 100_000);
         self.within("coupling.relaxation", coupling.relaxation, 1e-6, 1.5);
-        self.count("coupling.predictor_order", coupling.predictor_order as u64, 0, 2);
     }
 
     fn dam(&mut self, dam: &DamScene) {
@@ -145,21 +136,25 @@ impl Findings {
         self.damping(&dam.damping);
         self.section(dam);
         let Some([_, crest]) = dam.section.upstream.last().copied() else { return };
+        let size = dam.element_size;
+        if self.sound(&["dam.element_size", "dam.section.upstream"]) && size > crest {
+            self.add("dam.element_size", Invalid::ElementTooLarge { size, crest });
+        }
         for (index, crack) in dam.cracks.iter().enumerate() {
             let key = |name: &str| format!("dam.cracks.{index}.{name}");
             self.within(&key("friction_coefficient"), crack.friction_coefficient, 0.0, 5.0);
             self.positive(&key("normal_stiffness"), crack.normal_stiffness);
             self.positive(&key("shear_stiffness"), crack.shear_stiffness);
             let (key, elevation) = (key("elevation"), crack.elevation);
-            if !(elevation > 0.0 && elevation < crest) {
+            if self.sound(&[&key, "dam.section.upstream"]) && !(elevation > 0.0 && elevation < crest) {
                 self.add(&key, Invalid::CrackOutside { key: key.clone(), elevation, crest });
             }
             let near = |other: &&super::CrackScene| (other.elevation - elevation).abs() <= SAME_LEVEL * crest;
-            if let Some(other) = dam.cracks[..index].iter().find(near) {
-                self.add(
-                    &key,
-                    Invalid::CracksCoincide { key: key.clone(), elevation, other: other.elevation },
-                );
+            if let Some(other) = dam.cracks[..index].iter().find(near)
+                && self.sound(&[&key])
+            {
+                let other = other.elevation;
+                self.add(&key, Invalid::CracksCoincide { key: key.clone(), elevation, other });
             }
         }
     }
@@ -173,7 +168,11 @@ impl Findings {
         levels.push((depth, "reservoir.depth".to_owned()));
         let cracks = dam.cracks.iter().enumerate();
         levels.extend(cracks.map(|(i, crack)| (crack.elevation, format!("dam.cracks.{i}.elevation"))));
+        levels.retain(|(_, key)| self.sound(&[key]));
         levels.sort_by(|a, b| a.0.total_cmp(&b.0));
+        if !self.sound(&["dam.element_size"]) {
+            return;
+        }
         let least = THINNEST_ROW * dam.element_size;
         for pair in levels.windows(2) {
             let [(lower, below), (upper, above)] = pair else { continue };
@@ -182,6 +181,9 @@ impl Findings {
                 self.add(key, Invalid::ThinRow { lower: *lower, upper: *upper, least });
             }
         }
+        if !self.sound(&["dam.element_size", "dam.section"]) {
+            return;
+        }
         let area = area_below(&dam.section.downstream) - area_below(&dam.section.upstream);
         let elements = 4.0 * area / (dam.element_size * dam.element_size);
         self.at_most("dam.element_size", "elements of the dam", elements, 1e6);
@@ -189,45 +191,53 @@ impl Findings {
 
     fn damping(&mut self, damping: &DampingScene) {
         self.within("dam.damping.ratio", damping.ratio, 0.0, 0.999);
-        let (multiples, radians) = (damping.multiples_of_first, damping.radians_per_second);
-        if damping.ratio != 0.0 || multiples.is_some() && radians.is_some() {
-            let given = [multiples.is_some(), radians.is_some()];
-            self.exactly_one("dam.damping", "multiples_of_first", "radians_per_second", given);
-        }
-        for (key, pair) in
-            [("dam.damping.multiples_of_first", multiples), ("dam.damping.radians_per_second", radians)]
-        {
+        let pairs = [
+            ("dam.damping.multiples_of_first", damping.multiples_of_first),
+            ("dam.damping.radians_per_second", damping.radians_per_second),
+        ];
+        for (key, pair) in pairs {
             if let Some([low, high]) = pair
+                && self.sound(&[key])
                 && !(low > 0.0 && high > low && high.is_finite())
             {
                 self.add(key, Invalid::Frequencies { key: key.to_owned(), low, high });
             }
         }
+        let given = pairs.map(|(_, pair)| pair.is_some());
+        let both = given == [true, true];
+        if both || damping.ratio != 0.0 && self.sound(&["dam.damping"]) {
+            self.exactly_one("dam.damping", "multiples_of_first", "radians_per_second", given);
+        }
     }
 
     fn section(&mut self, dam: &DamScene) {
-        let before = self.0.len();
         let sides = [
             ("dam.section.upstream", &dam.section.upstream),
             ("dam.section.downstream", &dam.section.downstream),
         ];
-        for (key, side) in sides {
-            if side.len() < 2 {
-                self.add(key, Invalid::SideTooShort { key: key.to_owned(), points: side.len() });
-            }
-            for (index, &[x, y]) in side.iter().enumerate() {
-                let follows = if index == 0 { y == 0.0 } else { y > side[index - 1][1] };
-                if !(follows && x.is_finite() && y.is_finite()) {
-                    self.add(key, Invalid::SideNotAscending { key: key.to_owned(), index, x, y });
-                }
-            }
-        }
         if let Some(&[x, y]) = dam.section.upstream.first()
+            && self.sound(&["dam.section.upstream"])
             && (x, y) != (0.0, 0.0)
         {
             self.add("dam.section.upstream", Invalid::NotAtHeel { x, y });
         }
-        if self.0.len() > before {
+        for (key, side) in sides {
+            if !self.sound(&[key]) {
+                continue;
+            }
+            if side.len() < 2 {
+                self.add(key, Invalid::SideTooShort { key: key.to_owned(), points: side.len() });
+            }
+            let follows = |index: usize| {
+                if index == 0 { side[0][1] == 0.0 } else { side[index][1] > side[index - 1][1] }
+            };
+            let wrong = |index: &usize| !(follows(*index) && side[*index].iter().all(|c| c.is_finite()));
+            if let Some(index) = (0..side.len()).find(wrong) {
+                let [x, y] = side[index];
+                self.add(key, Invalid::SideNotAscending { key: key.to_owned(), index, x, y });
+            }
+        }
+        if !self.sound(&["dam.section"]) {
             return;
         }
         let top = |side: &[[f64; 2]]| side[side.len() - 1][1];
@@ -243,37 +253,59 @@ impl Findings {
 
     fn ground_motion(&mut self, scene: &Scene, folder: &Path) -> Option<GroundMotion> {
         let motion = &scene.ground_motion;
-        let given = [motion.record.is_some(), motion.ramp.is_some()];
-        self.exactly_one("ground_motion", "[ground_motion.record]", "[ground_motion.ramp]", given);
         if let Some(ramp) = &motion.ramp {
             self.within("ground_motion.ramp.acceleration", ramp.acceleration, -1e3, 1e3);
             self.positive("ground_motion.ramp.rise", ramp.rise);
-            self.sampling(scene, ramp.rise);
-            if scene.time.duration.is_none() {
-                self.add("ground_motion.ramp", Invalid::DurationMissing);
+        }
+        if let Some(record) = &motion.record {
+            self.positive("ground_motion.record.scale", record.scale);
+            self.within("ground_motion.record.start", record.start, 0.0, 1e6);
+            if self.sound(&["ground_motion.record.start"]) {
+                let end = record.end.unwrap_or(f64::INFINITY);
+                self.within("ground_motion.record.end", end, record.start, f64::INFINITY);
             }
-            return Some(GroundMotion::ramp(ramp.acceleration, ramp.rise));
+            if self.sound(&["ground_motion.record.polarity"]) && !matches!(record.polarity, 1 | -1) {
+                self.add("ground_motion.record.polarity", Invalid::Polarity { value: record.polarity });
+            }
         }
-        let record = motion.record.as_ref()?;
-        let before = self.0.len();
-        let end = record.end.unwrap_or(f64::INFINITY);
-        self.positive("ground_motion.record.scale", record.scale);
-        self.within("ground_motion.record.start", record.start, 0.0, 1e6);
-        self.within("ground_motion.record.end", end, record.start, f64::INFINITY);
-        if !matches!(record.polarity, 1 | -1) {
-            self.add("ground_motion.record.polarity", Invalid::Polarity { value: record.polarity });
+        let given = [motion.record.is_some(), motion.ramp.is_some()];
+        if given == [true, true] || self.sound(&["ground_motion"]) {
+            self.exactly_one("ground_motion.ramp", "[ground_motion.record]", "[ground_motion.ramp]", given);
         }
-        if self.0.len() > before {
+        match (&motion.record, &motion.ramp) {
+            (Some(record), None) => self.record(scene, record, folder),
+            (None, Some(ramp)) => {
+                if scene.time.duration.is_none() && self.sound(&["time.duration"]) {
+                    self.add("ground_motion.ramp", Invalid::DurationMissing);
+                }
+                if !self.sound(&["ground_motion.ramp.rise", "ground_motion.ramp.acceleration"]) {
+                    return None;
+                }
+                self.sampling(scene, ramp.rise);
+                Some(GroundMotion::ramp(ramp.acceleration, ramp.rise))
+            }
+            _ => None,
+        }
+    }
+
+    fn record(&mut self, scene: &Scene, record: &RecordScene, folder: &Path) -> Option<GroundMotion> {
+        if !self.sound(&["ground_motion.record"]) {
             return None;
         }
-        let factor = record.scale * f64::from(record.polarity);
+        let end = record.end.unwrap_or(f64::INFINITY);
+        let factor = record.scale * record.polarity as f64;
         match GroundMotion::from_record(&folder.join(&record.file), record.start, end, factor) {
             Ok(ground_motion) => {
                 self.sampling(scene, ground_motion.interval());
                 Some(ground_motion)
             }
             Err(error) => {
-                self.add("ground_motion.record.file", error.into());
+                let key = match error {
+                    RecordError::Crop { .. } if record.end.is_some() => "ground_motion.record.end",
+                    RecordError::Crop { .. } => "ground_motion.record.start",
+                    _ => "ground_motion.record.file",
+                };
+                self.add(key, error.into());
                 None
             }
         }
@@ -282,7 +314,7 @@ impl Findings {
     /// The units see the ground at communication points only: these must not be further apart than the samples.
     fn sampling(&mut self, scene: &Scene, interval: f64) {
         let communication_step = scene.time.communication_step;
-        if communication_step > (1.0 + 1e-9) * interval {
+        if self.sound(&["time.communication_step"]) && communication_step > (1.0 + 1e-9) * interval {
             self.add("time.communication_step", Invalid::Undersampled { communication_step, interval });
         }
     }

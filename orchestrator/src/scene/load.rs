@@ -1,0 +1,118 @@
+use super::conform::Conformed;
+use super::document::{Node, Place};
+use super::{GroundMotion, Invalid, Scene, SceneError, SceneProblem, SceneWarning, validate, warning};
+use miette::NamedSource;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// A scene, read, completed by its defaults and found valid.
+#[derive(Clone, Debug)]
+pub struct LoadedScene {
+    /// Name of the case: its folder's name.
+    pub name: String,
+    /// Its file.
+    pub path: PathBuf,
+    /// The scene with all defaults.
+    pub scene: Scene,
+    /// What moves the ground.
+    pub ground_motion: GroundMotion,
+    /// What is doubtful about it.
+    pub warnings: Vec<SceneWarning>,
+}
+
+impl LoadedScene {
+    /// Reads the scene at `path`: a `.toml` file, or a folder that holds `scene.toml`.
+    ///
+    /// Each of `overrides`, `key=value` such as `dam.element_size=2.5`, takes the place of what is written there;
+    /// what is wrong with it is shown in the override itself.
+    ///
+    /// **Errors**: every problem of the scene at once, each at its place, in the order of the lines.
+    pub fn read(path: &Path, overrides: &[String]) -> Result<Self, SceneError> {
+        let file = if path.is_dir() { path.join("scene.toml") } else { path.to_owned() };
+        let source = std::fs::read_to_string(&file).map_err(|cause| {
+            SceneError::without_place(&file, Invalid::Unreadable { path: file.clone(), cause })
+        })?;
+        let texts = Texts::new(&file, &source, overrides);
+        let failed = |mut problems: Vec<(Place, Invalid)>| {
+            problems.sort_by(|a, b| a.0.cmp(&b.0));
+            let problems = problems.into_iter().map(|(place, invalid)| texts.problem(&place, invalid));
+            SceneError { path: file.clone(), problems: problems.collect() }
+        };
+        let (tree, mut problems) = Node::read(&source);
+        let Some(mut tree) = tree else { return Err(failed(problems)) };
+        for (index, text) in overrides.iter().enumerate() {
+            if tree.set(text, index + 1).is_none() {
+                let place = Place { text: index + 1, start: 0, end: text.len() };
+                problems.push((place, Invalid::Override { text: text.clone() }));
+            }
+        }
+        let (scene, mut conformed) = Conformed::read(&tree);
+        problems.append(&mut conformed.problems);
+        let Some(mut scene) = scene else { return Err(failed(problems)) };
+        let folder = file.parent().unwrap_or(Path::new(""));
+        let unsound = std::mem::take(&mut conformed.unsound);
+        let (findings, ground_motion) = validate::judge(&scene, folder, unsound);
+        problems.extend(findings.into_iter().map(|(key, invalid)| (conformed.place(&key), invalid)));
+        let ground_motion = match ground_motion {
+            Some(ground_motion) if problems.is_empty() => ground_motion,
+            _ => return Err(failed(problems)),
+        };
+        resolve(&mut scene, &ground_motion, folder);
+        let doubts = warning::doubts(&scene, &ground_motion).into_iter();
+        let mut doubts: Vec<_> = doubts.map(|(key, warning)| (conformed.place(key), warning)).collect();
+        doubts.sort_by(|a, b| a.0.cmp(&b.0));
+        let warnings = doubts.into_iter().map(|(place, warning)| texts.warning(&place, warning)).collect();
+        Ok(Self { name: name(&file, folder), path: file, scene, ground_motion, warnings })
+    }
+
+    /// Number of communication steps that reach the end of the simulated time.
+    pub fn steps(&self) -> u64 {
+        self.scene.steps()
+    }
+}
+
+/// Fills in what follows from the rest, so that the scene stands for itself and can be run from anywhere.
+fn resolve(scene: &mut Scene, ground_motion: &GroundMotion, folder: &Path) {
+    scene.time.duration = Some(validate::duration(scene, ground_motion));
+    if let Some(dam) = &mut scene.dam {
+        // The order in which the dam's results come.
+        dam.cracks.sort_by(|a, b| a.elevation.total_cmp(&b.elevation));
+    }
+    let reservoir = &mut scene.reservoir;
+    let panel = scene.dam.as_ref().map_or(f64::INFINITY, |dam| dam.element_size);
+    reservoir.element_size.get_or_insert(panel.min(reservoir.depth / 16.0));
+    reservoir.far_end_distance.get_or_insert(reservoir.depth / 2.0);
+    if let Some(record) = &mut scene.ground_motion.record {
+        let file = folder.join(&record.file);
+        record.file = file.canonicalize().unwrap_or(file);
+    }
+}
+
+fn name(file: &Path, folder: &Path) -> String {
+    let folder_name =
+        folder.canonicalize().ok().and_then(|f| Some(f.file_name()?.to_string_lossy().into_owned()));
+    let stem = file.file_stem().map(|s| s.to_string_lossy().into_owned());
+    stem.filter(|s| s != "scene").or(folder_name).unwrap_or_else(|| "scene".to_owned())
+}
+
+/// The file and the overrides, as they are shown.
+struct Texts(Vec<NamedSource<Arc<String>>>);
+
+impl Texts {
+    fn new(file: &Path, source: &str, overrides: &[String]) -> Self {
+        let named =
+            |name: &str, text: &str| NamedSource::new(name, Arc::new(text.to_owned())).with_language("TOML");
+        let first = named(&file.to_string_lossy(), source);
+        Self(std::iter::once(first).chain(overrides.iter().map(|text| named("--set", text))).collect())
+    }
+
+    fn problem(&self, place: &Place, invalid: Invalid) -> SceneProblem {
+        let span = Some((place.start..place.end).into());
+        SceneProblem { invalid, source_code: self.0[place.text].clone(), span }
+    }
+
+    fn warning(&self, place: &Place, warning: super::Warning) -> SceneWarning {
+        let span = (place.start..place.end).into();
+        SceneWarning { warning, source_code: self.0[place.text].clone(), span }
+    }
+}

@@ -1,0 +1,269 @@
+//! What may be run, but is doubtful.
+
+use super::error::plain;
+use super::{DamScene, FidelityScene, GroundMotion, STANDARD_GRAVITY, Scene};
+use miette::{Diagnostic, NamedSource, SourceSpan};
+use std::sync::Arc;
+
+/// A doubtful choice, at its place in the file.
+#[derive(Clone, Debug, thiserror::Error, Diagnostic)]
+#[error("{warning}")]
+#[diagnostic(severity(Warning))]
+pub struct SceneWarning {
+    /// What is doubtful.
+    pub warning: Warning,
+    /// The file.
+    #[source_code]
+    pub source_code: NamedSource<Arc<String>>,
+    /// The place.
+    #[label("here")]
+    pub span: SourceSpan,
+}
+
+/// What can be doubtful about a scene; every message has the numbers and the remedy.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Warning {
+    /// The dam's mesh is too coarse for the record.
+    #[error(
+        "`dam.element_size` is {size} m: {elements:.1} elements a shear wave of {wavelength:.0} m at {frequency:.1} Hz, \
+         below which {percent} % of the record's energy lies; {ELEMENTS_OF_THE_DAM} are advised, so {least} m or less",
+        elements = wavelength / size, percent = 100.0 * ENERGY, least = down(wavelength / ELEMENTS_OF_THE_DAM)
+    )]
+    CoarseDam {
+        /// Element size, m.
+        size: f64,
+        /// Length of a shear wave at that frequency, m.
+        wavelength: f64,
+        /// Highest frequency of the record, Hz.
+        frequency: f64,
+    },
+    /// The reservoir's mesh is too coarse for the record.
+    #[error(
+        "`reservoir.element_size` is {size} m: {elements:.1} elements a sound wave of {wavelength:.0} m at \
+         {frequency:.1} Hz, below which {percent} % of the record's energy lies; {ELEMENTS_OF_THE_RESERVOIR} are \
+         advised, so {least} m or less",
+        elements = wavelength / size, percent = 100.0 * ENERGY, least = down(wavelength / ELEMENTS_OF_THE_RESERVOIR)
+    )]
+    CoarseReservoir {
+        /// Element size, m.
+        size: f64,
+        /// Length of a sound wave at that frequency, m.
+        wavelength: f64,
+        /// Highest frequency of the record, Hz.
+        frequency: f64,
+    },
+    /// The communication step is too long for the record.
+    #[error(
+        "`time.communication_step` is {step} s: {steps:.1} steps a period at {frequency:.1} Hz, below which {percent} % \
+         of the record's energy lies; {STEPS_A_PERIOD} are advised, so {least} s or less",
+        steps = 1.0 / (step * frequency), percent = 100.0 * ENERGY, least = down(1.0 / (STEPS_A_PERIOD * frequency))
+    )]
+    CoarseStep {
+        /// Communication step, s.
+        step: f64,
+        /// Highest frequency of the record, Hz.
+        frequency: f64,
+    },
+    /// The communication step is no whole fraction of the record's interval.
+    #[error(
+        "`time.communication_step` is {step} s, no whole fraction of the record's interval of {interval} s: peaks \
+         between communication points are cut off; take {better} s"
+    )]
+    ClippedSamples {
+        /// Communication step, s.
+        step: f64,
+        /// Interval of the record, s.
+        interval: f64,
+        /// The next smaller whole fraction, s.
+        better: f64,
+    },
+    /// The record does not come to rest.
+    #[error(
+        "the record drifts: the ground ends at {velocity:.0} % of its peak velocity and {displacement:.0} % of its peak \
+         displacement; correct the record's baseline, or crop it where the ground is at rest"
+    )]
+    Drift {
+        /// Velocity at the end over the peak, %.
+        velocity: f64,
+        /// Displacement at the end over the peak, %.
+        displacement: f64,
+    },
+    /// An acceleration that no ground has.
+    #[error(
+        "the record's peak is {peak:.1} g, more than {LARGEST_PEAK} g; records are in g, so check the unit of the file and \
+         `ground_motion.record.scale`"
+    )]
+    Peak {
+        /// Peak acceleration, g.
+        peak: f64,
+    },
+    /// Too short a rest for the residual sliding.
+    #[error(
+        "the run ends {rest:.2} s after the ground comes to rest: no residual sliding is given, which needs {REST} s; \
+         lengthen `time.quiet` or `time.duration`"
+    )]
+    NoResidual {
+        /// Time without ground motion, s.
+        rest: f64,
+    },
+    /// Tolerance too loose.
+    #[error(
+        "`coupling.tolerance` is {tolerance}; looser than {LOOSEST_TOLERANCE} the two units agree to fewer than three \
+         digits: take 1e-6"
+    )]
+    LooseTolerance {
+        /// Tolerance.
+        tolerance: f64,
+    },
+    /// A crack without damping.
+    #[error(
+        "`dam.damping.ratio` is 0 with a crack: nothing damps what an impact sets ringing, and the sliding depends on it; \
+         give a ratio, such as 0.05"
+    )]
+    UndampedCrack,
+    /// A value that is allowed, but seldom true: mostly a slip of units.
+    #[error(
+        "`{key}` is {} {unit}; {what} has {} to {} {unit}, so check the unit", plain(*value), plain(*least), plain(*most)
+    )]
+    Unusual {
+        /// The key.
+        key: &'static str,
+        /// Its value.
+        value: f64,
+        /// Its unit.
+        unit: &'static str,
+        /// Whose value it is.
+        what: &'static str,
+        /// Least usual value.
+        least: f64,
+        /// Largest usual value.
+        most: f64,
+    },
+}
+
+/// Share of a record's Fourier energy that lies below its highest frequency of interest. What is above (a hundredth of
+/// the energy, a tenth of the amplitude) is mostly noise; 99 % of the shipped records lies below 9 to 11 Hz.
+const ENERGY: f64 = 0.99;
+/// Constant-strain triangles a shear wave: the velocity of a wave in linear elements of length h errs by about
+/// (kh)²/24, here 1.6 %.
+const ELEMENTS_OF_THE_DAM: f64 = 10.0;
+/// Linear boundary elements a wave: the rule of six of acoustics, which gives errors of some percent.
+const ELEMENTS_OF_THE_RESERVOIR: f64 = 6.0;
+/// Communication steps a period: the peak of a sine is missed by at most 1 − cos(π/20) = 1.2 %.
+const STEPS_A_PERIOD: f64 = 20.0;
+/// Part of a step by which samples and communication points may run apart: times in files are rounded.
+const UNEVEN: f64 = 1e-4;
+/// Velocity at the end over the peak. The shipped records, processed with care, end below 0.01 %.
+const VELOCITY_AT_END: f64 = 0.1;
+/// Displacement at the end over the peak. The shipped records end below 0.2 %; that of a drift is its peak, but ground
+/// beside a fault may stay displaced in earnest.
+const DISPLACEMENT_AT_END: f64 = 0.5;
+/// Peak acceleration, g: hardly any horizontal record is stronger; in m/s² most are.
+const LARGEST_PEAK: f64 = 2.0;
+/// Rest that the residual sliding asks for, s.
+pub const REST: f64 = 5.0;
+const LOOSEST_TOLERANCE: f64 = 1e-3;
+
+/// What is doubtful about a scene that was read, each with its key.
+pub fn doubts(scene: &Scene, motion: &GroundMotion) -> Vec<(&'static str, Warning)> {
+    let mut doubts = unusual(scene);
+    if scene.coupling.tolerance > LOOSEST_TOLERANCE {
+        let tolerance = scene.coupling.tolerance;
+        doubts.push(("coupling.tolerance", Warning::LooseTolerance { tolerance }));
+    }
+    let cracked = scene.dam.as_ref().filter(|dam| !dam.cracks.is_empty());
+    if let Some(dam) = cracked {
+        if dam.damping.ratio == 0.0 {
+            doubts.push(("dam.damping.ratio", Warning::UndampedCrack));
+        }
+        if let (Some(begin), Some(end)) = (motion.rest_from(), scene.time.duration)
+            && end - begin < REST - 1e-9
+        {
+            // The duration, if it is written, decides.
+            let quiet = (end - begin - scene.time.quiet).abs() < 1e-9;
+            let key = if quiet { "time.quiet" } else { "time.duration" };
+            doubts.push((key, Warning::NoResidual { rest: (end - begin).max(0.0) }));
+        }
+    }
+    if scene.ground_motion.record.is_some() {
+        doubts.extend(of_record(motion));
+        doubts.extend(resolution(scene, motion));
+    }
+    doubts
+}
+
+/// Doubts about the record itself.
+fn of_record(motion: &GroundMotion) -> Vec<(&'static str, Warning)> {
+    let mut doubts = Vec::new();
+    let [velocity, displacement] = motion.drift().map(|drift| drift.share());
+    if velocity > VELOCITY_AT_END || displacement > DISPLACEMENT_AT_END {
+        let (velocity, displacement) = (100.0 * velocity, 100.0 * displacement);
+        doubts.push(("ground_motion.record.file", Warning::Drift { velocity, displacement }));
+    }
+    let peak = motion.acceleration().iter().fold(0.0, |peak: f64, a| peak.max(a.abs())) / STANDARD_GRAVITY;
+    if peak > LARGEST_PEAK {
+        doubts.push(("ground_motion.record.file", Warning::Peak { peak }));
+    }
+    doubts
+}
+
+/// Whether time and space are fine enough for the record.
+fn resolution(scene: &Scene, motion: &GroundMotion) -> Vec<(&'static str, Warning)> {
+    let mut doubts = Vec::new();
+    let frequency = motion.frequency_below_which(ENERGY);
+    let (step, interval) = (scene.time.communication_step, motion.interval());
+    if step * frequency * STEPS_A_PERIOD > 1.0 {
+        doubts.push(("time.communication_step", Warning::CoarseStep { step, frequency }));
+    }
+    let fraction = interval / step;
+    if (fraction - fraction.round()).abs() > UNEVEN * fraction {
+        let better = interval / fraction.ceil();
+        doubts.push(("time.communication_step", Warning::ClippedSamples { step, interval, better }));
+    }
+    if let Some(dam) = &scene.dam {
+        let (size, wavelength) = (dam.element_size, shear_wave_velocity(dam) / frequency);
+        if size * ELEMENTS_OF_THE_DAM > wavelength {
+            doubts.push(("dam.element_size", Warning::CoarseDam { size, wavelength, frequency }));
+        }
+    }
+    let water = &scene.reservoir;
+    if let (FidelityScene::Compressible, Some(size)) = (water.fidelity, water.element_size) {
+        let wavelength = water.sound_speed / frequency;
+        if size * ELEMENTS_OF_THE_RESERVOIR > wavelength {
+            doubts.push(("reservoir.element_size", Warning::CoarseReservoir { size, wavelength, frequency }));
+        }
+    }
+    doubts
+}
+
+/// c_s = √(G/ρ), G = E/(2(1 + ν)), m/s.
+fn shear_wave_velocity(dam: &DamScene) -> f64 {
+    let material = &dam.material;
+    (material.young_modulus / (2.0 * (1.0 + material.poisson_ratio)) / material.density).sqrt()
+}
+
+/// Values that smell of another unit.
+fn unusual(scene: &Scene) -> Vec<(&'static str, Warning)> {
+    let water = &scene.reservoir;
+    let mut values = vec![
+        ("gravity", scene.gravity, "m/s²", "the Earth", 9.7, 9.9),
+        ("reservoir.density", water.density, "kg/m³", "water", 950.0, 1200.0),
+        ("reservoir.sound_speed", water.sound_speed, "m/s", "water", 1300.0, 1600.0),
+    ];
+    if let Some(DamScene { material, .. }) = &scene.dam {
+        values.push(("dam.material.young_modulus", material.young_modulus, "Pa", "concrete", 5e9, 8e10));
+        values.push(("dam.material.density", material.density, "kg/m³", "concrete", 1800.0, 3200.0));
+    }
+    let odd = |&(_, value, _, _, least, most): &(_, f64, _, _, f64, f64)| !(least..=most).contains(&value);
+    let warn = |(key, value, unit, what, least, most)| {
+        (key, Warning::Unusual { key, value, unit, what, least, most })
+    };
+    values.into_iter().filter(odd).map(warn).collect()
+}
+
+/// Two digits, rounded down.
+fn down(value: f64) -> String {
+    let digits = 1 - value.log10().floor() as i32;
+    let unit = 10.0_f64.powi(-digits);
+    format!("{:.*}", digits.max(0) as usize, (value / unit).floor() * unit)
+}
