@@ -25,7 +25,7 @@ const RULES: &[Rule] = &[
             "dam_dem",
             "orchestrator",
         ],
-        why: "solvers use mathematics, serde and the contract only",
+        why: "solvers use mathematics, serde and the contract only, and speak through tracing",
     },
     Rule {
         within: "dam-dem/src",
@@ -40,7 +40,7 @@ const RULES: &[Rule] = &[
             "reservoir::",
             "orchestrator",
         ],
-        why: "solvers use mathematics, serde and the contract only",
+        why: "solvers use mathematics, serde and the contract only, and speak through tracing",
     },
     Rule {
         within: "reservoir-fmu/src",
@@ -53,6 +53,18 @@ const RULES: &[Rule] = &[
         except: &["dam-dem/src/dam.rs", "dam-dem/src/lib.rs"],
         words: &["CoSimulation"],
         why: "beneath dam.rs nothing knows that coupling exists",
+    },
+    Rule {
+        within: "reservoir-fmu/src",
+        except: &["reservoir-fmu/src/reservoir.rs"],
+        words: &["tracing"],
+        why: "a unit speaks in reservoir.rs alone",
+    },
+    Rule {
+        within: "dam-dem/src",
+        except: &["dam-dem/src/dam.rs"],
+        words: &["tracing"],
+        why: "a unit speaks in dam.rs alone",
     },
     Rule {
         within: "orchestrator/src",

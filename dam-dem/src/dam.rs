@@ -35,6 +35,36 @@ pub struct Dam {
     critical_time_step: CriticalTimeStep,
     fingerprint: Fingerprint,
     state: DamState,
+    energy_watch: EnergyWatch,
+}
+
+/// Watches the balance of energy over a run: no part of the state, and without effect on any result.
+#[derive(Clone, Copy, Debug, Default)]
+struct EnergyWatch {
+    peak_kinetic: f64,
+    warned: bool,
+}
+
+/// Share of the peak kinetic energy that the balance may miss before the dam warns.
+const ENERGY_ALARM: f64 = 0.01;
+/// Kinetic energy, as a share of what is stored at rest, below which balances are rounding.
+const AT_REST: f64 = 1e-9;
+
+impl EnergyWatch {
+    /// Looks at the ledger at `time` (s): the start of a step, a state that was accepted.
+    fn look(&mut self, energy: &EnergyLedger, time: f64) {
+        self.peak_kinetic = self.peak_kinetic.max(energy.now.kinetic);
+        let rest = energy.at_rest.strain + energy.at_rest.contact;
+        let error = energy.balance_error().abs();
+        if !self.warned && self.peak_kinetic > AT_REST * rest && error > ENERGY_ALARM * self.peak_kinetic {
+            self.warned = true;
+            tracing::warn!(
+                "at t = {time} s energy is balanced to {:.2} % of the peak kinetic energy only; lower the time step's \
+                 safety factor or refine the mesh",
+                100.0 * error / self.peak_kinetic
+            );
+        }
+    }
 }
 
 impl Dam {
@@ -79,7 +109,7 @@ impl Dam {
             accepted: inputs.clone(),
             next: inputs,
         };
-        Ok(Self {
+        let dam = Self {
             critical_time_step: CriticalTimeStep::of(&structure),
             fingerprint,
             parameters,
@@ -89,7 +119,17 @@ impl Dam {
             crest,
             damping_frequencies,
             state,
-        })
+            energy_watch: EnergyWatch::default(),
+        };
+        tracing::info!(
+            "{} elements, {} nodes, {} cracks; highest frequency {:.4e} rad/s, time step at most {:.4e} s",
+            dam.element_count(),
+            dam.node_count(),
+            dam.cracks.len(),
+            dam.critical_time_step.highest_frequency,
+            dam.time_step_limit()
+        );
+        Ok(dam)
     }
 
     /// What the dam was made from.
@@ -237,7 +277,12 @@ impl CoSimulation for Dam {
         let mut motion = self.structure.at_rest();
         let hydrostatic = &self.state.hydrostatic_pressure;
         let static_forces = self.forces(|i| hydrostatic[i]);
-        DynamicRelaxation::default().relax(&self.structure, &mut motion, &static_forces)?;
+        let rest = DynamicRelaxation::default().relax(&self.structure, &mut motion, &static_forces)?;
+        tracing::info!(
+            "at rest under weight and water after {} iterations, residual {:.1e} of the loads",
+            rest.iterations,
+            rest.residual
+        );
         self.structure.accelerate(&mut motion, &self.forces_under(&self.state.next));
         let ground = self.state.next.ground_acceleration;
         let state = &mut self.state;
@@ -285,6 +330,7 @@ impl CoSimulation for Dam {
         if (time - self.state.time).abs() > TIME_TOLERANCE * step || !time.is_finite() {
             return Err(CallError::Time { unit: self.name(), asked: time, time: self.state.time }.into());
         }
+        self.energy_watch.look(&self.state.energy, time);
         let start = self.forces_under(&self.state.accepted);
         let mut change = self.forces_under(&self.state.next);
         change.iter_mut().flatten().zip(start.iter().flatten()).for_each(|(end, start)| *end -= start);
@@ -356,3 +402,27 @@ impl CoSimulation for Dam {
 
 /// A step may start this share of its length beside the unit's time: sums of steps round.
 const TIME_TOLERANCE: f64 = 1e-6;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_doubtful_balance_is_noticed_and_rounding_is_not() {
+        let ledger = |kinetic: f64, input: f64| {
+            let at_rest = StoredEnergy { strain: 1e6, ..StoredEnergy::default() };
+            let mut ledger = EnergyLedger::starting(at_rest);
+            ledger.now.kinetic = kinetic;
+            ledger.work.input = input;
+            ledger
+        };
+        let mut watch = EnergyWatch::default();
+        // Everything is wrong, but next to nothing; then 0.9 % of the peak; then 0.9 % of a peak that is over.
+        for (kinetic, input) in [(1e-4, 0.0), (1e3, 1009.0), (10.0, 19.0)] {
+            watch.look(&ledger(kinetic, input), 0.0);
+            assert!(!watch.warned, "{kinetic} J/m");
+        }
+        watch.look(&ledger(1e3, 1011.0), 0.0);
+        assert!(watch.warned);
+    }
+}

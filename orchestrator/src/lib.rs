@@ -6,13 +6,15 @@
 //!
 //! Data flows one way: [`scene`] → [`participant`] → [`scheme`] (with [`acceleration`],
 //! judged by [`convergence`]) → [`simulation`] → [`observer`]s ([`log`], histories,
-//! progress) → [`report`].
+//! progress) → [`report`]. A [`log`] that was written is read again by [`replay`].
 
 pub mod acceleration;
 pub mod convergence;
+pub mod difference;
 pub mod log;
 pub mod observer;
 pub mod participant;
+pub mod replay;
 pub mod report;
 pub mod scene;
 pub mod scheme;

@@ -19,5 +19,7 @@ fn main() -> ExitCode {
         cli::Command::Run(arguments) => cli::run::run(&arguments),
         cli::Command::Unit(arguments) => cli::unit::unit(&arguments),
         cli::Command::Check(arguments) => cli::check::check(&arguments),
+        cli::Command::Replay(arguments) => cli::replay::run(&arguments),
+        cli::Command::Log(command) => cli::log::run(&command),
     }
 }

@@ -12,6 +12,7 @@ use nalgebra::DMatrix;
 use num_complex::Complex64;
 use rayon::prelude::*;
 use std::num::NonZeroUsize;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// K(s): interface pressure (Pa) for a unit interface velocity (m/s) at complex frequencies.
 ///
@@ -50,16 +51,27 @@ fn boundary_system(parameters: &ReservoirParameters) -> Result<BoundarySystem, R
     BoundarySystem::new(face, mesh, &FreeSurface { level: face.depth() }, water)
 }
 
-/// The convolution weights of the parameters' fidelity, on the current rayon pool.
-pub(crate) fn convolution_weights(parameters: &ReservoirParameters) -> Result<Weights, ReservoirError> {
+/// The convolution weights of the parameters' fidelity, on the current rayon pool, and the number of
+/// frequencies at which the system was solved for them.
+pub(crate) fn convolution_weights(
+    parameters: &ReservoirParameters,
+) -> Result<(Weights, usize), ReservoirError> {
     if parameters.fidelity == Fidelity::Westergaard {
         let mass = added_mass(&parameters.wet_face, parameters.density);
-        return Ok(added_mass_weights(&mass, parameters.communication_step));
+        return Ok((added_mass_weights(&mass, parameters.communication_step), 0));
     }
     let system = boundary_system(parameters)?;
-    let quadrature = ConvolutionQuadrature {
-        communication_step: parameters.communication_step,
-        steps: parameters.steps(),
+    let solved = AtomicUsize::new(0);
+    let symbol = |s| {
+        solved.fetch_add(1, Ordering::Relaxed);
+        system.symbol(s)
     };
-    quadrature.weights(|s| system.symbol(s), &parameters.branch_points())
+    let weights = quadrature(parameters).weights(symbol, &parameters.branch_points())?;
+    Ok((weights, solved.into_inner()))
+}
+
+/// The convolution quadrature over the parameters' horizon.
+pub(crate) fn quadrature(parameters: &ReservoirParameters) -> ConvolutionQuadrature {
+    let communication_step = parameters.communication_step;
+    ConvolutionQuadrature { communication_step, steps: parameters.steps() }
 }

@@ -1,5 +1,5 @@
 use crate::convolution::{Convolution, History};
-use crate::frequency_response::convolution_weights;
+use crate::frequency_response::{convolution_weights, quadrature};
 use crate::{Fidelity, ReservoirError, ReservoirParameters};
 use interface::variables::reservoir as variables;
 use interface::{
@@ -72,10 +72,19 @@ impl Reservoir {
         let fingerprint = Fingerprint::of(UNIT, &parameters)?;
         let face = &parameters.wet_face;
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build()?;
-        let convolution = pool.install(|| {
-            let weights = convolution_weights(&parameters)?;
-            Ok::<_, ReservoirError>(Convolution::new(weights))
+        let (convolution, solved) = pool.install(|| {
+            let (weights, solved) = convolution_weights(&parameters)?;
+            Ok::<_, ReservoirError>((Convolution::new(weights), solved))
         })?;
+        let (points, depth) = (face.len(), face.depth());
+        match parameters.fidelity {
+            Fidelity::Compressible => tracing::info!(
+                "{points} interface points, {depth} m of compressible water; solved at {solved} frequencies in the \
+                 place of {}",
+                quadrature(&parameters).frequencies()
+            ),
+            Fidelity::Westergaard => tracing::info!("{points} interface points, {depth} m of added mass"),
+        }
         let zeros = vec![0.0; face.len()];
         let motion = Motion {
             initialised: false,

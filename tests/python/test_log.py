@@ -105,6 +105,36 @@ def test_time_order(log):
         assert start <= min(times) and max(times) < start + 1000
 
 
+def test_all_topics_are_there(log):
+    exchanges = {f"/{unit}/{half}" for unit in ("dam", "reservoir") for half in ("request", "answer")}
+    assert set(log) == exchanges | {"/scene", "/build", "/unit", "/ground_motion", "/log", "/step", "/end"}
+
+
+def test_units_speak(log):
+    """Messages have the type that Foxglove's log panel shows."""
+    for record, message in log["/log"]:
+        assert message.DESCRIPTOR.full_name == "foxglove.Log"
+        assert (message.level, message.step, message.iteration) == (2, 0, 0)
+        assert message.timestamp.seconds == 0 and record.publish_time == 0
+    said = [(message.name, message.file) for _, message in log["/log"]]
+    assert said == [("dam", "dam_dem::dam")] * 2 + [("reservoir", "reservoir::reservoir")]
+    assert "elements" in log["/log"][0][1].message
+    levels = log["/log"][0][1].DESCRIPTOR.enum_types_by_name["Level"].values_by_name
+    assert {name: value.number for name, value in levels.items()}["WARNING"] == 3
+
+
+def test_units_list_their_variables(log):
+    for _, unit in log["/unit"]:
+        for half, variables in (("request", unit.inputs), ("answer", unit.outputs)):
+            _, first = log[f"/{unit.name}/{half}"][0]
+            for variable in variables:
+                values = getattr(first, variable.name)
+                assert (len(values) if variable.array else 1) == variable.size
+    (_, dam), (_, reservoir) = log["/unit"]
+    assert [variable.name for variable in dam.inputs][0] == "interface_pressure"
+    assert [(v.name, v.unit) for v in reservoir.outputs][0] == ("interface_pressure", "Pa")
+
+
 def test_the_log_says_what_was_run(run, log):
     manifest = tomllib.loads((run / "manifest.toml").read_text())
     (scene,) = [message for _, message in log["/scene"]]

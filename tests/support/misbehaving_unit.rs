@@ -48,6 +48,7 @@ fn main() {
     println!("this line is no JSON");
     let server = server(&layout);
     ready(PROTOCOL_VERSION, announced);
+    println!("nor is this one");
     let serve = |header: &mut orchestrator::transport::Header, inputs: &[f64], outputs: &mut Vec<f64>| {
         outputs.extend_from_slice(inputs);
         match (&*fault, header.step) {
@@ -55,6 +56,7 @@ fn main() {
             ("wrong-echo", 1) => header.time += 0.5,
             ("not-finite", 1) => outputs[2] = f64::INFINITY,
             ("fails-silently", 1) => header.status = Status::Failed as u32,
+            ("promises-words", 1) => (header.status, header.words) = (Status::Failed as u32, 99),
             ("hangs", 1) => wait(),
             ("dies", 1) => std::process::abort(),
             _ => {}

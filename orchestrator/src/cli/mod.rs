@@ -1,6 +1,8 @@
 //! The command line.
 
 pub mod check;
+pub mod log;
+pub mod replay;
 pub mod run;
 pub mod unit;
 
@@ -28,12 +30,27 @@ pub enum Command {
     /// Run a scene: crest motion, sliding, rotation, pressure; histories and a log of every exchange
     #[command(after_long_help = RUN_HELP)]
     Run(Run),
-    /// Be one of a run's units: what `run` starts by itself
-    #[command(hide = true, long_about = UNIT_HELP)]
-    Unit(Unit),
     /// Check scenes without running them: every mistake at its line, and warnings about doubtful choices
     #[command(after_long_help = CHECK_HELP)]
     Check(Check),
+    /// Put the requests of a run's log to units made anew: are the answers the same, bit for bit?
+    #[command(after_long_help = replay::HELP)]
+    Replay(replay::Arguments),
+    /// Look into the logs of runs
+    #[command(subcommand)]
+    Log(log::Command),
+    /// Be one of a run's units: what `run` starts by itself
+    #[command(hide = true, long_about = UNIT_HELP)]
+    Unit(Unit),
+}
+
+/// Exit status when two things that should be identical are not.
+const DIFFERENT: u8 = 5;
+
+/// Prints a line; a reader that has gone away does not end the program.
+fn say(line: impl std::fmt::Display) {
+    // Nobody is left to be told.
+    let _ = writeln!(std::io::stdout(), "{line}");
 }
 
 /// Arguments of `cofferdam run`.
@@ -135,12 +152,6 @@ pub struct Check {
     /// As in `cofferdam run`; what is wrong with a changed value is shown in the KEY=VALUE itself.
     #[arg(short, long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-}
-
-/// Prints a line; a reader that has gone away does not end the program.
-fn say(line: impl std::fmt::Display) {
-    // Nobody is left to be told.
-    let _ = writeln!(std::io::stdout(), "{line}");
 }
 
 const CHECK_HELP: &str = "\

@@ -1,7 +1,23 @@
-//! The log: every request and every answer, as protobuf messages in MCAP.
+//! The log: every request and every answer, as protobuf messages in MCAP; written, read and compared.
 
+mod comparison;
+mod decode;
+mod error;
+mod foxglove;
+mod head;
+mod overview;
+mod reader;
 mod schema;
+mod stream;
+mod topic;
+mod types;
 mod writer;
 
+pub use comparison::{Comparison, KeyDifference, compare};
+pub use decode::{Mismatch, Wanted};
+pub use error::{LogError, LogReadError};
+pub use head::{Head, LoggedGroundMotion, LoggedUnit};
+pub use overview::Overview;
+pub use reader::{Entries, Entry, Log, LoggedEnd, LoggedExchange, LoggedStep, Traffic};
 pub use schema::{Kind, MessageType, Value};
-pub use writer::{LogError, LogWriter, Preamble};
+pub use writer::{LogWriter, Preamble};

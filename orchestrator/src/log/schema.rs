@@ -5,7 +5,7 @@ use prost_types::field_descriptor_proto::{Label, Type};
 use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet};
 
 /// Kind of a field.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// `uint64`
     Unsigned,
@@ -17,6 +17,8 @@ pub enum Kind {
     Doubles,
     /// `string`
     Text,
+    /// Repeated messages of a type that is declared inside the message's own.
+    Messages(MessageType),
 }
 
 /// Value of a field.
@@ -32,6 +34,8 @@ pub enum Value<'a> {
     Doubles(&'a [f64]),
     /// `string`
     Text(&'a str),
+    /// Repeated messages, encoded.
+    Messages(&'a [Vec<u8>]),
 }
 
 /// A protobuf message type; its fields are numbered from 1.
@@ -56,31 +60,53 @@ impl MessageType {
 
     /// The encoded `FileDescriptorSet` that describes the type.
     pub fn descriptor_set(&self) -> Vec<u8> {
+        let file = FileDescriptorProto {
+            name: Some(format!("{PACKAGE}/{}.proto", self.name)),
+            package: Some(PACKAGE.to_owned()),
+            syntax: Some("proto3".to_owned()),
+            message_type: vec![self.descriptor(&format!(".{PACKAGE}"))],
+            ..Default::default()
+        };
+        prost::Message::encode_to_vec(&FileDescriptorSet { file: vec![file] })
+    }
+
+    /// The descriptor of the type inside `scope`, those of the messages in it included.
+    fn descriptor(&self, scope: &str) -> DescriptorProto {
+        let scope = format!("{scope}.{}", self.name);
         let field = |(index, (name, kind)): (usize, &(String, Kind))| FieldDescriptorProto {
             name: Some(name.clone()),
             number: Some(index as i32 + 1),
-            label: Some(if *kind == Kind::Doubles { Label::Repeated } else { Label::Optional } as i32),
+            label: Some(match kind {
+                Kind::Doubles | Kind::Messages(_) => Label::Repeated,
+                _ => Label::Optional,
+            } as i32),
             r#type: Some(match kind {
                 Kind::Unsigned => Type::Uint64,
                 Kind::Bool => Type::Bool,
                 Kind::Double | Kind::Doubles => Type::Double,
                 Kind::Text => Type::String,
+                Kind::Messages(_) => Type::Message,
             } as i32),
+            type_name: match kind {
+                Kind::Messages(inner) => Some(format!("{scope}.{}", inner.name)),
+                _ => None,
+            },
             ..Default::default()
         };
-        let message = DescriptorProto {
+        let mut nested: Vec<DescriptorProto> = Vec::new();
+        for (_, kind) in &self.fields {
+            if let Kind::Messages(inner) = kind
+                && !nested.iter().any(|n| n.name() == inner.name)
+            {
+                nested.push(inner.descriptor(&scope));
+            }
+        }
+        DescriptorProto {
             name: Some(self.name.clone()),
             field: self.fields.iter().enumerate().map(field).collect(),
+            nested_type: nested,
             ..Default::default()
-        };
-        let file = FileDescriptorProto {
-            name: Some(format!("{PACKAGE}/{}.proto", self.name)),
-            package: Some(PACKAGE.to_owned()),
-            syntax: Some("proto3".to_owned()),
-            message_type: vec![message],
-            ..Default::default()
-        };
-        prost::Message::encode_to_vec(&FileDescriptorSet { file: vec![file] })
+        }
     }
 
     /// A message with `values`, one a field in the order of the fields.
@@ -89,13 +115,16 @@ impl MessageType {
         let mut fields = self.fields.iter();
         for (index, value) in values.into_iter().enumerate() {
             let tag = index as u32 + 1;
-            debug_assert_eq!(fields.next().map(|f| f.1), Some(value.kind()), "field {tag} of {}", self.name);
+            debug_assert!(fields.next().is_some_and(|f| value.fits(&f.1)), "field {tag} of {}", self.name);
             match value {
                 Value::Unsigned(v) => prost::encoding::uint64::encode(tag, &v, &mut bytes),
                 Value::Bool(v) => prost::encoding::bool::encode(tag, &v, &mut bytes),
                 Value::Double(v) => prost::encoding::double::encode(tag, &v, &mut bytes),
                 Value::Doubles(v) => prost::encoding::double::encode_packed(tag, v, &mut bytes),
                 Value::Text(v) => prost::encoding::string::encode(tag, &v.to_owned(), &mut bytes),
+                Value::Messages(v) => {
+                    v.iter().for_each(|message| prost::encoding::bytes::encode(tag, message, &mut bytes));
+                }
             }
         }
         debug_assert!(fields.next().is_none(), "values missing in {}", self.name);
@@ -104,14 +133,16 @@ impl MessageType {
 }
 
 impl Value<'_> {
-    fn kind(&self) -> Kind {
-        match self {
-            Self::Unsigned(_) => Kind::Unsigned,
-            Self::Bool(_) => Kind::Bool,
-            Self::Double(_) => Kind::Double,
-            Self::Doubles(_) => Kind::Doubles,
-            Self::Text(_) => Kind::Text,
-        }
+    fn fits(&self, kind: &Kind) -> bool {
+        matches!(
+            (self, kind),
+            (Self::Unsigned(_), Kind::Unsigned)
+                | (Self::Bool(_), Kind::Bool)
+                | (Self::Double(_), Kind::Double)
+                | (Self::Doubles(_), Kind::Doubles)
+                | (Self::Text(_), Kind::Text)
+                | (Self::Messages(_), Kind::Messages(_))
+        )
     }
 }
 

@@ -1,7 +1,12 @@
-use super::schema::{Kind, MessageType, Value};
+use super::schema::{MessageType, Value};
+use super::types::{
+    build_type, capitalised, end_type, exchange_type, ground_motion_type, scene_type, step_type, unit_type,
+    variable_type,
+};
+use super::{LogError, foxglove};
 use crate::convergence::norm;
 use crate::observer::{Ending, Observer, ObserverError, Start};
-use crate::participant::{Description, Layout};
+use crate::participant::{Channel, Description, Layout, Message};
 use crate::scheme::{Exchange, Side, StepReport};
 use mcap::records::MessageHeader;
 use std::collections::BTreeMap;
@@ -13,33 +18,6 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
-
-/// A log that cannot be written.
-#[derive(Debug, thiserror::Error)]
-pub enum LogError {
-    /// The file cannot be made.
-    #[error("{}: {cause}; choose another --output", path.display())]
-    Create {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        cause: std::io::Error,
-    },
-    /// Writing failed.
-    #[error("{}: {cause}; free some space or choose another --output", path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// What the writer said.
-        cause: mcap::McapError,
-    },
-    /// The writing thread ended without a word.
-    #[error("{}: the thread that writes the log ended", path.display())]
-    Stopped {
-        /// The file.
-        path: PathBuf,
-    },
-}
 
 /// What a log begins with, besides the units and the ground motion.
 #[derive(Clone, Debug, Default)]
@@ -61,7 +39,7 @@ const CHUNK_SIZE: u64 = 1 << 20;
 ///
 /// `log_time` is the start of the step in simulated nanoseconds plus a counter inside the
 /// step: one step is one index range. `publish_time` is the physical time of the data.
-/// `sequence` pairs a request with its answer. Wall times are fields.
+/// `sequence` pairs a request with its answer, which is missing where the unit failed. Wall times are fields.
 pub struct LogWriter {
     path: PathBuf,
     preamble: Preamble,
@@ -71,12 +49,19 @@ pub struct LogWriter {
     thread: Option<JoinHandle<Result<(), mcap::McapError>>>,
     types: Vec<MessageType>,
     units: [[Half; 2]; 2],
-    topics: [Topic; 2],
+    topics: Topics,
     sequence: u32,
     last_log_time: u64,
 }
 
 type Topic = usize;
+
+#[derive(Clone, Copy, Default)]
+struct Topics {
+    message: Topic,
+    step: Topic,
+    end: Topic,
+}
 
 /// Requests or answers of a unit: their topic, and the place of every variable, arrays marked.
 #[derive(Clone, Debug, Default)]
@@ -103,7 +88,7 @@ impl LogWriter {
             thread: None,
             types: Vec::new(),
             units: Default::default(),
-            topics: [0; 2],
+            topics: Topics::default(),
             sequence: 0,
             last_log_time: 0,
         })
@@ -123,20 +108,24 @@ impl LogWriter {
         Ok(self.types.len() - 1)
     }
 
+    /// Declares the topic of what units say; its type is not one of this program's, and only holds the place here.
+    fn declare_messages(&mut self, writer: &mut Writer) -> Result<Topic, mcap::McapError> {
+        let schema = writer.add_schema(foxglove::LOG, "protobuf", &foxglove::descriptor_set())?;
+        writer.add_channel(schema, "/log", "protobuf", &BTreeMap::new())?;
+        self.types.push(MessageType::new("Log", Vec::new()));
+        Ok(self.types.len() - 1)
+    }
+
     fn start(&mut self, file: File, start: &Start<'_>) -> Result<(), mcap::McapError> {
         let mut writer = mcap::WriteOptions::new()
             .compression(Some(mcap::Compression::Lz4))
             .chunk_size(Some(CHUNK_SIZE))
             .library(format!("cofferdam {}", self.preamble.version))
             .create(BufWriter::new(file))?;
-        let text = |names: &[&str]| names.iter().map(|n| ((*n).to_owned(), Kind::Text)).collect::<Vec<_>>();
-        let scene = self.declare(&mut writer, "/scene", MessageType::new("Scene", text(&["toml"])))?;
-        let build =
-            self.declare(&mut writer, "/build", MessageType::new("Build", text(&["version", "commit"])))?;
-        let unit = MessageType::new("Unit", text(&["name", "solver", "fingerprint", "inputs", "outputs"]));
-        let unit = self.declare(&mut writer, "/unit", unit)?;
-        let ground = [("interval", Kind::Double), ("acceleration", Kind::Doubles), ("source", Kind::Text)];
-        let ground = self.declare(&mut writer, "/ground_motion", message_type("GroundMotion", &ground))?;
+        let scene = self.declare(&mut writer, "/scene", scene_type())?;
+        let build = self.declare(&mut writer, "/build", build_type())?;
+        let unit = self.declare(&mut writer, "/unit", unit_type())?;
+        let ground = self.declare(&mut writer, "/ground_motion", ground_motion_type())?;
         for (side, description) in [(Side::Dam, &start.dam), (Side::Reservoir, &start.reservoir)] {
             let name = &description.name;
             let mut half = |what: &str, layout: &Layout| -> Result<Half, mcap::McapError> {
@@ -147,20 +136,9 @@ impl LogWriter {
             self.units[side as usize] =
                 [half("Request", &description.inputs)?, half("Answer", &description.outputs)?];
         }
-        let fields = [
-            ("step", Kind::Unsigned),
-            ("attempt", Kind::Unsigned),
-            ("time", Kind::Double),
-            ("communication_step", Kind::Double),
-            ("iterations", Kind::Unsigned),
-            ("converged", Kind::Bool),
-            ("residual_pressure", Kind::Double),
-            ("residual_displacement", Kind::Double),
-            ("relaxation", Kind::Double),
-        ];
-        self.topics[0] = self.declare(&mut writer, "/step", message_type("Step", &fields))?;
-        let fields = [("status", Kind::Text), ("time", Kind::Double), ("wall_time", Kind::Double)];
-        self.topics[1] = self.declare(&mut writer, "/end", message_type("End", &fields))?;
+        self.topics.message = self.declare_messages(&mut writer)?;
+        self.topics.step = self.declare(&mut writer, "/step", step_type())?;
+        self.topics.end = self.declare(&mut writer, "/end", end_type())?;
 
         let (sender, receiver) = sync_channel(QUEUE);
         self.queue = Some(sender);
@@ -188,20 +166,27 @@ impl LogWriter {
         for (topic, data) in messages {
             self.send(topic, 0, 0, data);
         }
+        self.flush();
         Ok(())
     }
 
     fn encode_unit(&self, topic: Topic, description: &Description) -> Vec<u8> {
-        let list = |layout: &Layout| -> String {
-            let line = |(c, r): (&crate::participant::Channel, Range<usize>)| {
-                format!("{} {} [{}] {}..{}\n", c.value_reference, c.name, c.unit, r.start, r.end)
-            };
-            layout.channels().map(line).collect()
+        let variable = variable_type();
+        let encoded = |channel: &Channel| {
+            variable.encode([
+                Value::Text(&channel.name),
+                Value::Unsigned(u64::from(channel.value_reference)),
+                Value::Text(&channel.unit),
+                Value::Unsigned(channel.size as u64),
+                Value::Bool(channel.array),
+            ])
         };
+        let list = |layout: &Layout| layout.channels().map(|(c, _)| encoded(c)).collect::<Vec<_>>();
         let (inputs, outputs) = (list(&description.inputs), list(&description.outputs));
         let fingerprint = description.fingerprint.to_string();
-        let texts = [&description.name, &description.solver, &fingerprint, &inputs, &outputs];
-        self.types[topic].encode(texts.map(|t| Value::Text(t)))
+        let texts = [&description.name, &description.solver, &fingerprint].map(|t| Value::Text(t));
+        let lists = [Value::Messages(&inputs), Value::Messages(&outputs)];
+        self.types[topic].encode(texts.into_iter().chain(lists))
     }
 
     /// Adds a message to those that the next [`flush`](Self::flush) queues.
@@ -245,6 +230,11 @@ impl LogWriter {
         }
     }
 
+    fn send_message(&mut self, message: &Message) {
+        let data = foxglove::encode(message);
+        self.send(self.topics.message, self.sequence, nanoseconds(message.time), data);
+    }
+
     fn send_exchange(&mut self, report: &StepReport, exchange: &Exchange) {
         let [request, answer] = self.units[exchange.side as usize].clone();
         self.sequence += 1;
@@ -252,6 +242,10 @@ impl LogWriter {
         let halves =
             [(request, &exchange.inputs, exchange.sent), (answer, &exchange.outputs, exchange.answered)];
         for (Half { topic, fields }, values, wall_time) in halves {
+            if values.is_empty() && !fields.is_empty() {
+                // A unit that failed gave no answer.
+                continue;
+            }
             let header = [
                 Value::Unsigned(report.step),
                 Value::Unsigned(u64::from(exchange.iteration)),
@@ -284,9 +278,12 @@ impl Observer for LogWriter {
         for exchange in &report.exchanges {
             self.send_exchange(report, exchange);
         }
+        for message in &report.messages {
+            self.send_message(message);
+        }
         let residual =
             |of: fn(&crate::convergence::Residuals) -> f64| report.residuals.as_ref().map_or(0.0, of);
-        let data = self.types[self.topics[0]].encode([
+        let data = self.types[self.topics.step].encode([
             Value::Unsigned(report.step),
             Value::Unsigned(u64::from(report.attempt)),
             Value::Double(report.time),
@@ -297,17 +294,22 @@ impl Observer for LogWriter {
             Value::Double(residual(|r| r.displacement)),
             Value::Double(report.relaxation),
         ]);
-        self.send(self.topics[0], self.sequence, nanoseconds(report.time + report.communication_step), data);
+        self.send(
+            self.topics.step,
+            self.sequence,
+            nanoseconds(report.time + report.communication_step),
+            data,
+        );
         self.check(false)
     }
 
     fn end(&mut self, ending: &Ending) -> Result<(), ObserverError> {
-        if let Some(kind) = self.types.get(self.topics[1]) {
+        if let Some(kind) = self.types.get(self.topics.end) {
             let status = ending.status.to_string();
             let wall_time = ending.wall.total.as_secs_f64();
             let data =
                 kind.encode([Value::Text(&status), Value::Double(ending.time), Value::Double(wall_time)]);
-            self.send(self.topics[1], self.sequence, nanoseconds(ending.time), data);
+            self.send(self.topics.end, self.sequence, nanoseconds(ending.time), data);
         }
         self.check(true)
     }
@@ -315,9 +317,9 @@ impl Observer for LogWriter {
 
 type Writer = mcap::Writer<BufWriter<File>>;
 
-/// Writes what comes until the queue closes; every second what there is goes to the disk.
+/// Writes what comes until the queue closes; what there is goes to the disk at once at first, later every second.
 fn write_all(mut writer: Writer, queue: &Receiver<Vec<Record>>) -> Result<(), mcap::McapError> {
-    let mut flushed = Instant::now();
+    let mut flushed: Option<Instant> = None;
     loop {
         match queue.recv_timeout(FLUSH_INTERVAL) {
             Ok(records) => {
@@ -328,40 +330,11 @@ fn write_all(mut writer: Writer, queue: &Receiver<Vec<Record>>) -> Result<(), mc
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => return writer.finish().map(|_| ()),
         }
-        if flushed.elapsed() > FLUSH_INTERVAL {
+        if flushed.is_none_or(|f| f.elapsed() > FLUSH_INTERVAL) {
             writer.flush()?;
-            flushed = Instant::now();
+            flushed = Some(Instant::now());
         }
     }
-}
-
-fn message_type(name: &str, fields: &[(&str, Kind)]) -> MessageType {
-    MessageType::new(name, fields.iter().map(|(n, k)| ((*n).to_owned(), *k)).collect())
-}
-
-/// Message type of a request or an answer: header, then a field a variable, an array with its norm.
-fn exchange_type(name: &str, layout: &Layout) -> MessageType {
-    let header = [
-        ("step", Kind::Unsigned),
-        ("iteration", Kind::Unsigned),
-        ("attempt", Kind::Unsigned),
-        ("accepted", Kind::Bool),
-        ("time", Kind::Double),
-        ("communication_step", Kind::Double),
-        ("wall_time", Kind::Double),
-    ];
-    let header = header.map(|(n, k)| (n.to_owned(), k));
-    let fields = layout.channels().flat_map(|(channel, _)| {
-        let kind = if channel.array { Kind::Doubles } else { Kind::Double };
-        let norm = channel.array.then(|| (format!("{}_norm", channel.name), Kind::Double));
-        std::iter::once((channel.name.clone(), kind)).chain(norm)
-    });
-    MessageType::new(name, header.into_iter().chain(fields).collect())
-}
-
-fn capitalised(name: &str) -> String {
-    let mut letters = name.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 /// Simulated time in whole nanoseconds.

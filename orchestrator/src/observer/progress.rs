@@ -1,11 +1,14 @@
 use super::{Ending, Observer, ObserverError, Start, Status};
+use crate::participant::Level;
 use crate::scheme::StepReport;
 use indicatif::{ProgressBar, ProgressStyle};
+use std::collections::HashSet;
 use std::time::{Duration, Instant};
 
 /// The progress line: simulated time, speed relative to real time, iterations a step, residual.
 ///
-/// On a terminal it is a bar that redraws itself; elsewhere a line every tenth of the run.
+/// On a terminal it is a bar that redraws itself; elsewhere a line every tenth of the run. What units warn
+/// of stands above it, once, whether there is a progress line or none.
 pub struct Progress {
     bar: ProgressBar,
     plain: bool,
@@ -14,6 +17,7 @@ pub struct Progress {
     steps: u64,
     iterations: u64,
     shown: u64,
+    warned: HashSet<(String, String)>,
 }
 
 const STYLE: &str = "{bar:10} {percent:>3} %  {msg}  {eta} left";
@@ -23,7 +27,26 @@ impl Progress {
     pub fn new(quiet: bool) -> Self {
         let bar = if quiet { ProgressBar::hidden() } else { ProgressBar::new(0) };
         let plain = !quiet && bar.is_hidden();
-        Self { bar, plain, began: Instant::now(), duration: 0.0, steps: 0, iterations: 0, shown: 0 }
+        Self {
+            bar,
+            plain,
+            began: Instant::now(),
+            duration: 0.0,
+            steps: 0,
+            iterations: 0,
+            shown: 0,
+            warned: HashSet::new(),
+        }
+    }
+
+    /// Shows the warnings that are new.
+    fn warn(&mut self, report: &StepReport) {
+        for message in report.messages.iter().filter(|m| m.level >= Level::Warning) {
+            if self.warned.insert((message.unit.clone(), message.text.clone())) {
+                let (kind, unit, text) = (message.level, &message.unit, &message.text);
+                self.bar.suspend(|| eprintln!("{kind}: {unit}: {text}"));
+            }
+        }
     }
 
     fn line(&self, report: &StepReport) -> String {
@@ -51,6 +74,7 @@ impl Observer for Progress {
     }
 
     fn step(&mut self, report: &StepReport) -> Result<(), ObserverError> {
+        self.warn(report);
         if report.step == 0 {
             self.began = Instant::now();
             self.bar.reset_eta();

@@ -32,42 +32,82 @@ impl LoadedScene {
         let source = std::fs::read_to_string(&file).map_err(|cause| {
             SceneError::without_place(&file, Invalid::Unreadable { path: file.clone(), cause })
         })?;
-        let texts = Texts::new(&file, &source, overrides);
-        let failed = |mut problems: Vec<(Place, Invalid)>| {
-            problems.sort_by(|a, b| a.0.cmp(&b.0));
-            let problems = problems.into_iter().map(|(place, invalid)| texts.problem(&place, invalid));
-            SceneError { path: file.clone(), problems: problems.collect() }
-        };
-        let (tree, mut problems) = Node::read(&source);
-        let Some(mut tree) = tree else { return Err(failed(problems)) };
-        for (index, text) in overrides.iter().enumerate() {
-            if tree.set(text, index + 1).is_none() {
-                let place = Place { text: index + 1, start: 0, end: text.len() };
-                problems.push((place, Invalid::Override { text: text.clone() }));
-            }
-        }
-        let (scene, mut conformed) = Conformed::read(&tree);
-        problems.append(&mut conformed.problems);
-        let Some(mut scene) = scene else { return Err(failed(problems)) };
+        let mut draft = Draft::new(&file, &source, overrides);
+        let Some(mut scene) = draft.scene.take() else { return Err(draft.error()) };
         let folder = file.parent().unwrap_or(Path::new(""));
-        let unsound = std::mem::take(&mut conformed.unsound);
+        let unsound = std::mem::take(&mut draft.conformed.unsound);
         let (findings, ground_motion) = validate::judge(&scene, folder, unsound);
-        problems.extend(findings.into_iter().map(|(key, invalid)| (conformed.place(&key), invalid)));
+        draft.add(findings);
         let ground_motion = match ground_motion {
-            Some(ground_motion) if problems.is_empty() => ground_motion,
-            _ => return Err(failed(problems)),
+            Some(ground_motion) if draft.problems.is_empty() => ground_motion,
+            _ => return Err(draft.error()),
         };
         resolve(&mut scene, &ground_motion, folder);
         let doubts = warning::doubts(&scene, &ground_motion).into_iter();
-        let mut doubts: Vec<_> = doubts.map(|(key, warning)| (conformed.place(key), warning)).collect();
+        let mut doubts: Vec<_> = doubts.map(|(key, warning)| (draft.conformed.place(key), warning)).collect();
         doubts.sort_by(|a, b| a.0.cmp(&b.0));
-        let warnings = doubts.into_iter().map(|(place, warning)| texts.warning(&place, warning)).collect();
+        let warnings =
+            doubts.into_iter().map(|(place, warning)| draft.texts.warning(&place, warning)).collect();
         Ok(Self { name: name(&file, folder), path: file, scene, ground_motion, warnings })
     }
 
     /// Number of communication steps that reach the end of the simulated time.
     pub fn steps(&self) -> u64 {
         self.scene.steps()
+    }
+}
+
+impl Scene {
+    /// A scene with all defaults, as logs and manifests hold it, with `overrides` as in [`LoadedScene::read`]; its
+    /// record is not read. `file` is what problems name.
+    ///
+    /// **Errors**: as [`LoadedScene::read`], but for those of the record.
+    pub fn resolved(source: &str, overrides: &[String], file: &Path) -> Result<Self, SceneError> {
+        let mut draft = Draft::new(file, source, overrides);
+        let Some(scene) = draft.scene.take() else { return Err(draft.error()) };
+        let unsound = std::mem::take(&mut draft.conformed.unsound);
+        draft.add(validate::judge_without_record(&scene, unsound));
+        if draft.problems.is_empty() { Ok(scene) } else { Err(draft.error()) }
+    }
+}
+
+/// A scene that has its shape, and what was wrong so far.
+struct Draft<'a> {
+    file: &'a Path,
+    texts: Texts,
+    /// `None` where too little is left of it.
+    scene: Option<Scene>,
+    conformed: Conformed,
+    problems: Vec<(Place, Invalid)>,
+}
+
+impl<'a> Draft<'a> {
+    fn new(file: &'a Path, source: &str, overrides: &[String]) -> Self {
+        let texts = Texts::new(file, source, overrides);
+        let (tree, mut problems) = Node::read(source);
+        let (mut scene, mut conformed) = (None, Conformed::default());
+        if let Some(mut tree) = tree {
+            for (index, text) in overrides.iter().enumerate() {
+                if tree.set(text, index + 1).is_none() {
+                    let place = Place { text: index + 1, start: 0, end: text.len() };
+                    problems.push((place, Invalid::Override { text: text.clone() }));
+                }
+            }
+            (scene, conformed) = Conformed::read(&tree);
+            problems.append(&mut conformed.problems);
+        }
+        Self { file, texts, scene, conformed, problems }
+    }
+
+    fn add(&mut self, findings: Vec<(String, Invalid)>) {
+        let place = |(key, invalid): (String, Invalid)| (self.conformed.place(&key), invalid);
+        self.problems.extend(findings.into_iter().map(place));
+    }
+
+    fn error(mut self) -> SceneError {
+        self.problems.sort_by(|a, b| a.0.cmp(&b.0));
+        let problems = self.problems.into_iter().map(|(place, invalid)| self.texts.problem(&place, invalid));
+        SceneError { path: self.file.to_owned(), problems: problems.collect() }
     }
 }
 

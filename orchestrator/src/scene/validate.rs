@@ -24,6 +24,13 @@ pub fn judge(
     (findings.found, ground_motion)
 }
 
+/// What is wrong with the values of a scene, the record aside.
+pub fn judge_without_record(scene: &Scene, unsound: BTreeSet<String>) -> Vec<(String, Invalid)> {
+    let mut findings = Findings { found: Vec::new(), unsound };
+    findings.scene(scene);
+    findings.found
+}
+
 /// Simulated time, s: as the scene says, or until the ground has been quiet for long enough.
 pub fn duration(scene: &Scene, motion: &GroundMotion) -> f64 {
     let end = motion.rest_from().unwrap_or(motion.duration());

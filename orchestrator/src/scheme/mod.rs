@@ -38,7 +38,7 @@ pub struct Exchange {
     pub accepted: bool,
     /// The request, in the order of the unit's input layout.
     pub inputs: Vec<f64>,
-    /// The answer, in the order of the unit's output layout.
+    /// The answer, in the order of the unit's output layout; empty if the unit failed and gave none.
     pub outputs: Vec<f64>,
     /// When the request was sent, since the run began.
     pub sent: Duration,

@@ -224,6 +224,10 @@ impl SerialImplicit {
             _ => unit.step(&occasion, &inputs, &mut outputs),
         };
         let answered = self.began.elapsed();
+        // What a unit that failed left there is no answer; one that is not finite is.
+        if result.as_ref().is_err_and(|e| !matches!(e, ParticipantError::NonFinite { .. })) {
+            outputs.clear();
+        }
         let iteration = occasion.iteration;
         report.exchanges.push(Exchange { side, iteration, accepted: false, inputs, outputs, sent, answered });
         result?;

@@ -32,7 +32,7 @@ pub enum Status {
     Failed = 1,
 }
 
-/// What every request begins with; an answer repeats it, and fills the last two fields.
+/// What every request begins with; an answer repeats it, and fills the last three fields.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("cofferdam.Header")]
@@ -60,13 +60,15 @@ pub struct Header {
     pub status: u32,
     /// Time that the unit spent, ns; 0 in a request.
     pub busy: u64,
+    /// Number of words that the unit has said on its standard output so far; 0 in a request.
+    pub words: u64,
 }
 
 /// A field of the header that must be echoed.
 pub type HeaderField = &'static str;
 
 /// The header's fields: name, type, offset in bytes.
-const FIELDS: [(HeaderField, &str, usize); 11] = [
+const FIELDS: [(HeaderField, &str, usize); 12] = [
     ("protocol_version", "u32", 0),
     ("command", "u32", 4),
     ("run", "u64", 8),
@@ -78,6 +80,7 @@ const FIELDS: [(HeaderField, &str, usize); 11] = [
     ("variable", "u32", 48),
     ("status", "u32", 52),
     ("busy", "u64", 56),
+    ("words", "u64", 64),
 ];
 
 impl Header {
@@ -174,9 +177,10 @@ mod tests {
             offset_of!(Header, variable),
             offset_of!(Header, status),
             offset_of!(Header, busy),
+            offset_of!(Header, words),
         ];
         assert_eq!(FIELDS.map(|f| f.2), offsets);
-        assert_eq!(size_of::<Header>(), 64);
+        assert_eq!(size_of::<Header>(), 72);
     }
 
     #[test]
@@ -184,7 +188,7 @@ mod tests {
         let occasion = Occasion { step: 7, iteration: 2, attempt: 1, time: 0.5, communication_step: 0.25 };
         let request = Header::request(3, Command::Step, &occasion);
         assert_eq!((request.occasion(), request.command()), (occasion, Some(Command::Step)));
-        let answer = Header { status: 1, busy: 9, ..request };
+        let answer = Header { status: 1, busy: 9, words: 2, ..request };
         assert_eq!(request.difference(&answer), None);
         let late = Header { time: 0.25, ..request };
         assert_eq!(request.difference(&late), Some(("time", "0.5".to_owned(), "0.25".to_owned())));

@@ -52,6 +52,16 @@ fn stage_frequencies(zeta: Complex64) -> [(Complex64, Complex64); 2] {
 }
 
 impl ConvolutionQuadrature {
+    /// Number of points on the contour.
+    fn length(&self) -> usize {
+        (2 * self.steps).next_multiple_of(2).max(64)
+    }
+
+    /// Number of frequencies that the symbol would be needed at without interpolation.
+    pub fn frequencies(&self) -> usize {
+        self.length() + 2
+    }
+
     /// The weights of `symbol` K(s), whose branch points (1/s) may be told to save work.
     ///
     /// Runs on the current rayon pool; the result does not depend on its size.
@@ -60,7 +70,7 @@ impl ConvolutionQuadrature {
         symbol: impl Fn(Complex64) -> Result<DMatrix<Complex64>, E> + Sync,
         branch_points: &[Complex64],
     ) -> Result<Weights, E> {
-        let length = (2 * self.steps).next_multiple_of(2).max(64);
+        let length = self.length();
         let radius = ALIASING.powf(1.0 / length as f64);
         let spacing = 2.0 * PI / length as f64;
         let generating = |theta: f64| {

@@ -61,15 +61,24 @@ fn task() -> Result<Task, String> {
 }
 
 fn fail(error: &impl std::fmt::Display) -> ExitCode {
-    speak(&Word::Failed { text: error.to_string() });
+    Voice::default().say(&Word::Failed { text: error.to_string() });
     ExitCode::from(FAILED)
 }
 
-fn speak(word: &Word) {
-    let mut output = std::io::stdout().lock();
-    if let Ok(line) = serde_json::to_string(word) {
-        // Nobody is left to be told.
-        let _ = writeln!(output, "{line}").and_then(|()| output.flush());
+/// Says words on standard output and counts them.
+#[derive(Default)]
+struct Voice {
+    words: u64,
+}
+
+impl Voice {
+    fn say(&mut self, word: &Word) {
+        let mut output = std::io::stdout().lock();
+        if let Ok(line) = serde_json::to_string(word) {
+            self.words += 1;
+            // Nobody is left to be told.
+            let _ = writeln!(output, "{line}").and_then(|()| output.flush());
+        }
     }
 }
 
@@ -118,24 +127,26 @@ fn serve(participant: &mut dyn Participant, run: u64, lifeline: &Lifeline) -> Re
     let longest = description.fixed.channels().map(|(_, range)| range.len()).max().unwrap_or(0);
     let values = longest.max(description.outputs.size());
     let server = Server::create(run, &description.name, &layout_hash(&description), values)?;
+    let mut voice = Voice::default();
     for message in participant.messages() {
-        speak(&Word::Message(message));
+        voice.say(&Word::Message(message));
     }
     let described = serde_json::to_value(&description).unwrap_or_default();
-    speak(&Word::Ready { protocol: PROTOCOL_VERSION, description: described });
+    voice.say(&Word::Ready { protocol: PROTOCOL_VERSION, description: described });
     server.serve(&lifeline.over, |header, inputs, outputs| {
         *lifeline.occasion.lock().unwrap_or_else(PoisonError::into_inner) = Some(header.occasion());
         let before = participant.busy();
         let result = answer(participant, header, inputs, outputs);
         header.busy = (participant.busy() - before).as_nanos() as u64;
         for message in participant.messages() {
-            speak(&Word::Message(message));
+            voice.say(&Word::Message(message));
         }
         if let Err(error) = result {
             outputs.clear();
             header.status = Status::Failed as u32;
-            speak(&Word::Failed { text: error.to_string() });
+            voice.say(&Word::Failed { text: error.to_string() });
         }
+        header.words = voice.words;
     })
 }
 

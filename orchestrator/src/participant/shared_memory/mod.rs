@@ -7,7 +7,7 @@ mod words;
 pub use host::host;
 pub use words::{Task, Word};
 
-use super::{Description, Message, Occasion, Participant, ParticipantError, check_finite};
+use super::{Description, Level, Message, Occasion, Participant, ParticipantError, check_finite};
 use crate::transport::{
     Client, Command, Header, PROTOCOL_VERSION, Status, TransportError, layout_hash, new_run, probe,
     shorten_naps,
@@ -39,7 +39,18 @@ pub struct SharedMemory {
     deadlines: Deadlines,
     pending: Option<Pending>,
     busy: Duration,
+    /// Words that the unit had said at its last answer, and those heard of them.
+    said: u64,
+    heard: Heard,
+}
+
+/// What was heard from a unit.
+#[derive(Default)]
+struct Heard {
+    words: u64,
     messages: Vec<Message>,
+    failure: Option<String>,
+    ready: Option<(u32, serde_json::Value)>,
 }
 
 /// What must be done before the next step.
@@ -51,8 +62,8 @@ enum Pending {
 
 /// How often a process is looked at while it is made.
 const LOOK: Duration = Duration::from_millis(10);
-/// How long the reason of a failure may take to arrive after the answer that says so.
-const REASON: Duration = Duration::from_secs(1);
+/// How long words may take to arrive after the answer that counts them.
+const WORDS: Duration = Duration::from_secs(1);
 
 /// Units whose processes run and are not ready yet.
 pub struct Starting {
@@ -104,29 +115,29 @@ impl SharedMemory {
         let Starting { run, deadlines, began, .. } = *starting;
         let (process, run_mates) = (process.clone(), starting.processes.clone());
         let unit = process.name.clone();
-        let mut messages = Vec::new();
-        let description: Description = loop {
-            match process.word(LOOK) {
-                Some(Word::Ready { protocol: PROTOCOL_VERSION, description }) => {
-                    break serde_json::from_value(description).map_err(|cause| {
-                        ParticipantError::Unintelligible {
-                            participant: unit.clone(),
-                            cause: cause.to_string(),
-                        }
-                    })?;
-                }
-                Some(Word::Ready { protocol: found, .. }) => {
-                    return Err(TransportError::Protocol { unit, expected: PROTOCOL_VERSION, found }.into());
-                }
-                Some(Word::Failed { text }) => return Err(ParticipantError::Reported { text }),
-                Some(Word::Message(message)) => messages.push(message),
-                None => look(&run_mates, "while the units were made", deadlines.preparation, &unit, began)?,
+        let mut heard = Heard::default();
+        let (protocol, description) = loop {
+            if !heard.listen(&process, LOOK) {
+                look(&run_mates, "while the units were made", deadlines.preparation, &unit, began)?;
+            }
+            if let Some(text) = heard.failure.take() {
+                return Err(ParticipantError::Reported { text });
+            }
+            if let Some(ready) = heard.ready.take() {
+                break ready;
             }
         };
+        if protocol != PROTOCOL_VERSION {
+            let (expected, found) = (PROTOCOL_VERSION, protocol);
+            return Err(TransportError::Protocol { unit, expected, found }.into());
+        }
+        let description: Description = serde_json::from_value(description).map_err(|cause| {
+            ParticipantError::Unintelligible { participant: unit.clone(), cause: cause.to_string() }
+        })?;
         let layout = layout_hash(&description);
         let client = Client::open(run, &unit, &layout, description.inputs.size())?;
-        let (pending, busy) = (None, Duration::ZERO);
-        Ok(Self { process, run_mates, client, run, description, deadlines, pending, busy, messages })
+        let (pending, busy, said) = (None, Duration::ZERO, heard.words);
+        Ok(Self { process, run_mates, client, run, description, deadlines, pending, busy, said, heard })
     }
 
     /// Sends a command and waits for its answer, which has as many values as `outputs`.
@@ -152,21 +163,46 @@ impl SharedMemory {
             |_| look(&self.run_mates, &occasion.to_string(), limit, unit, began),
         )?;
         self.busy += Duration::from_nanos(answer.busy);
-        if answer.status == Status::Done as u32 { Ok(()) } else { Err(self.reason(&occasion)) }
+        self.said = answer.words;
+        if answer.status == Status::Done as u32 {
+            return Ok(());
+        }
+        self.hear();
+        let silent = || format!("{}: failed {occasion} and did not say why", self.process.name);
+        let text = self.heard.failure.take().unwrap_or_else(silent);
+        Err(ParticipantError::Reported { text })
     }
 
-    /// Why the last call failed.
-    fn reason(&mut self, occasion: &Occasion) -> ParticipantError {
+    /// Hears all words that the unit had said at its last answer, and whatever else there is.
+    fn hear(&mut self) {
         let began = Instant::now();
-        while began.elapsed() < REASON {
-            match self.process.word(LOOK) {
-                Some(Word::Failed { text }) => return ParticipantError::Reported { text },
-                Some(Word::Message(message)) => self.messages.push(message),
-                Some(Word::Ready { .. }) | None => {}
-            }
+        while self.heard.words < self.said && began.elapsed() < WORDS {
+            self.heard.listen(&self.process, LOOK);
         }
-        let text = format!("{}: failed {occasion} and did not say why", self.process.name);
-        ParticipantError::Reported { text }
+        while self.heard.listen(&self.process, Duration::ZERO) {}
+    }
+}
+
+impl Heard {
+    /// Keeps what the unit says next; `false` if that is nothing within `patience`.
+    fn listen(&mut self, process: &UnitProcess, patience: Duration) -> bool {
+        let Some(line) = process.line(patience) else { return false };
+        self.words += u64::from(line.is_ok());
+        match line {
+            Ok(Word::Message(message)) => self.messages.push(message),
+            Ok(Word::Failed { text }) => self.failure = Some(text),
+            Ok(Word::Ready { protocol, description }) => self.ready = Some((protocol, description)),
+            Err(text) => self.messages.push(Message {
+                unit: process.name.clone(),
+                level: Level::Information,
+                step: 0,
+                iteration: 0,
+                time: 0.0,
+                source: "standard output".to_owned(),
+                text,
+            }),
+        }
+        true
     }
 }
 
@@ -181,8 +217,8 @@ fn look(
     for process in run_mates {
         if let Some(how) = process.ending() {
             // What it could still say matters more than how it ended.
-            while let Some(word) = process.word(LOOK) {
-                if let Word::Failed { text } = word {
+            while let Some(line) = process.line(LOOK) {
+                if let Ok(Word::Failed { text }) = line {
                     return Err(ParticipantError::Reported { text });
                 }
             }
@@ -259,12 +295,8 @@ impl Participant for SharedMemory {
     }
 
     fn messages(&mut self) -> Vec<Message> {
-        while let Some(word) = self.process.word(Duration::ZERO) {
-            if let Word::Message(message) = word {
-                self.messages.push(message);
-            }
-        }
-        std::mem::take(&mut self.messages)
+        self.hear();
+        std::mem::take(&mut self.heard.messages)
     }
 }
 

@@ -1,5 +1,5 @@
 use super::words::{END, Task, Word};
-use crate::participant::{Level, Message, ParticipantError};
+use crate::participant::ParticipantError;
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::process::{Child, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
@@ -12,7 +12,7 @@ pub struct UnitProcess {
     pub name: String,
     child: Mutex<Child>,
     input: Mutex<Option<ChildStdin>>,
-    words: Mutex<Receiver<Word>>,
+    lines: Mutex<Receiver<Result<Word, String>>>,
 }
 
 /// How long a process may take to end by itself; its own limit is half of it.
@@ -29,17 +29,16 @@ impl UnitProcess {
         let failed = |cause| ParticipantError::NotStarted { participant: name.clone(), cause };
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).process_group(0);
         let mut child = command.spawn().map_err(failed)?;
-        let (sender, words) = channel();
+        let (sender, lines) = channel();
         if let Some(output) = child.stdout.take() {
-            let unit = name.clone();
-            std::thread::spawn(move || listen(&unit, output, &sender));
+            std::thread::spawn(move || listen(output, &sender));
         }
         let mut input = child.stdin.take();
         if let (Some(input), Ok(line)) = (&mut input, serde_json::to_string(task)) {
             // A process that has ended already is noticed by whoever waits for it to be ready.
             let _ = writeln!(input, "{line}").and_then(|()| input.flush());
         }
-        Ok(Self { child: child.into(), input: input.into(), words: words.into(), name: name.clone() })
+        Ok(Self { child: child.into(), input: input.into(), lines: lines.into(), name: name.clone() })
     }
 
     /// Its number in the system.
@@ -47,10 +46,10 @@ impl UnitProcess {
         locked(&self.child).id()
     }
 
-    /// What it says next, if it says something within `patience`.
-    pub fn word(&self, patience: Duration) -> Option<Word> {
-        match locked(&self.words).recv_timeout(patience) {
-            Ok(word) => Some(word),
+    /// What it says next, if it says something within `patience`: a word, or a line that is none.
+    pub fn line(&self, patience: Duration) -> Option<Result<Word, String>> {
+        match locked(&self.lines).recv_timeout(patience) {
+            Ok(line) => Some(line),
             Err(RecvTimeoutError::Timeout) => None,
             Err(RecvTimeoutError::Disconnected) => {
                 // It has ended, or will: not at once again.
@@ -99,21 +98,10 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Passes on what a process says; what is no [`Word`] becomes a message.
-fn listen(unit: &str, output: ChildStdout, sender: &Sender<Word>) {
+/// Passes on what a process says.
+fn listen(output: ChildStdout, sender: &Sender<Result<Word, String>>) {
     for line in BufReader::new(output).lines().map_while(Result::ok) {
-        let word = serde_json::from_str(&line).unwrap_or_else(|_| {
-            Word::Message(Message {
-                unit: unit.to_owned(),
-                level: Level::Information,
-                step: 0,
-                iteration: 0,
-                time: 0.0,
-                source: "standard output".to_owned(),
-                text: line,
-            })
-        });
-        if sender.send(word).is_err() {
+        if sender.send(serde_json::from_str(&line).map_err(|_| line)).is_err() {
             return;
         }
     }

@@ -1,0 +1,101 @@
+//! `cofferdam log`.
+
+use super::{DIFFERENT, say};
+use orchestrator::log::{Comparison, Log, LogReadError, Overview, compare};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// What to do with logs.
+#[derive(clap::Subcommand)]
+pub enum Command {
+    /// Say what a log holds and how its run ended
+    #[command(after_long_help = INFO_HELP)]
+    Info {
+        /// The log.mcap of a run, or the run's folder
+        log: PathBuf,
+    },
+    /// Find the first difference between two logs, bit for bit
+    #[command(after_long_help = DIFF_HELP)]
+    Diff {
+        /// The log.mcap of a run, or the run's folder
+        a: PathBuf,
+        /// Another
+        b: PathBuf,
+    },
+}
+
+const INFO_HELP: &str = "\
+A log that was cut short, such as that of a run that was killed, is read up to where it breaks off.
+
+Example:
+  cofferdam log info runs/koyna-northridge-1994-20260101T120000Z
+
+Exit status: 0, or 1 if the log cannot be read.";
+
+const DIFF_HELP: &str = "\
+Exchanges are compared in their order, requests and answers, every value by its bits. What was set
+differently is listed first. Wall times, the program's version and what the units said are not compared.
+
+Example:
+  cofferdam log diff runs/before runs/after
+
+Exit status: 0 the exchanges are identical, 1 a log cannot be read, 5 the exchanges differ.";
+
+/// Does what is asked and says how it went, on the terminal and by the exit status.
+pub fn run(command: &Command) -> ExitCode {
+    let done = match command {
+        Command::Info { log } => info(log).map(|()| true),
+        Command::Diff { a, b } => diff(a, b),
+    };
+    match done {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::from(DIFFERENT),
+        Err(error) => {
+            eprintln!("{:?}", miette::Report::msg(error));
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn info(path: &Path) -> Result<(), LogReadError> {
+    let log = Log::open(path)?;
+    let head = log.head();
+    say(format!("{:<12} {}", "scene", head.scene.title));
+    say(format!("{:<12} cofferdam {}, commit {}", "recorded by", head.version, head.commit));
+    for unit in &head.units {
+        say(format!("{:<12} {}", unit.name, unit.solver));
+        say(format!("{:<12} fingerprint {}", "", unit.fingerprint));
+    }
+    let motion = &head.ground_motion;
+    let samples = motion.acceleration.len();
+    say(format!("{:<12} {}: {samples} samples, {} s apart", "ground", motion.source, motion.interval));
+    let overview = Overview::of(&log)?;
+    say(overview.to_string().trim_end());
+    Ok(())
+}
+
+/// Compares; true if the exchanges are identical.
+fn diff(a: &Path, b: &Path) -> Result<bool, LogReadError> {
+    let logs = [Log::open(a)?, Log::open(b)?];
+    for (name, log) in ["a", "b"].into_iter().zip(&logs) {
+        say(format!("{name}: {}", log.path().display()));
+    }
+    let comparison = compare(logs.each_ref(), |_| ())?;
+    for setting in &comparison.settings {
+        say(format!("  {setting}"));
+    }
+    say(verdict(&comparison));
+    Ok(comparison.identical())
+}
+
+fn verdict(comparison: &Comparison) -> String {
+    let Comparison { identical, endings, divergence, .. } = comparison;
+    match (divergence, endings) {
+        (Some(divergence), _) => divergence.report(["a", "b"]).to_string(),
+        (None, [Some(a), Some(b)]) if a == b => format!("identical: {identical} exchanges"),
+        (None, [Some(a), Some(b)]) => format!("identical: {identical} exchanges; a: {a}; b: {b}"),
+        (None, [Some(a), None]) => format!("a is shorter ({a}): {identical} identical exchanges, b goes on"),
+        (None, [None, Some(b)]) => format!("b is shorter ({b}): {identical} identical exchanges, a goes on"),
+        (None, [None, None]) => format!("identical: {identical} exchanges"),
+    }
+}

@@ -1,0 +1,200 @@
+//! `cofferdam replay`.
+
+use super::{DIFFERENT, say};
+use crate::registry::{self, RegistryError};
+use indicatif::{ProgressBar, ProgressStyle};
+use miette::Diagnostic;
+use orchestrator::log::{Log, LogReadError};
+use orchestrator::participant::Occasion;
+use orchestrator::replay::{Replay, ReplayError, Unanswered, replay};
+use orchestrator::scene::{Scene, SceneError};
+use orchestrator::scheme::Side;
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+/// Arguments of `cofferdam replay`.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// The log.mcap of a run, or the run's folder
+    pub log: PathBuf,
+
+    /// Replay this unit only; by default both, side by side
+    #[arg(short, long)]
+    pub unit: Option<Unit>,
+
+    /// Change a value of the scene that the units are made from; may be given several times
+    ///
+    /// Such as dam.cracks.0.friction_coefficient=0.8: where would answers begin to differ?
+    #[arg(short, long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+
+    /// Threads for preparing the reservoir's operator; by default one a core
+    #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub threads: Option<u16>,
+
+    /// No progress line
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// A unit by its name.
+#[derive(Clone, Copy, clap::ValueEnum)]
+pub enum Unit {
+    /// The dam
+    Dam,
+    /// The reservoir
+    Reservoir,
+}
+
+pub const HELP: &str = "\
+Every recorded request is put once more to a unit made anew from the scene in the log, states saved
+and restored as in the run, and every answer is compared bit for bit. The record of the ground motion
+is not needed. A log that was cut short is replayed up to where it breaks off.
+
+Examples:
+  cofferdam replay runs/koyna-northridge-1994-20260101T120000Z
+      Does this build, on this machine, compute what was computed then?
+  cofferdam replay run/log.mcap --unit dam --set dam.cracks.0.friction_coefficient=0.8
+      Where does a dam with other friction first answer otherwise?
+
+Exit status: 0 every answer is identical, 1 the log cannot be read, 2 a --set is wrong,
+4 a unit failed where the recorded one did not, 5 an answer is different.";
+
+/// Why a replay came to no result.
+#[derive(Debug, thiserror::Error, Diagnostic)]
+enum Failure {
+    #[error(transparent)]
+    Log(#[from] LogReadError),
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Scene(#[from] SceneError),
+    #[error(transparent)]
+    Unit(#[from] RegistryError),
+    #[error(transparent)]
+    Replay(Box<ReplayError>),
+    #[error("{unit}: its thread ended")]
+    Thread { unit: String },
+}
+
+impl Failure {
+    fn exit_status(&self) -> u8 {
+        match self {
+            Self::Log(_) => 1,
+            Self::Replay(cause) if matches!(**cause, ReplayError::Log(_)) => 1,
+            Self::Scene(_) => 2,
+            Self::Unit(_) | Self::Replay(_) | Self::Thread { .. } => 4,
+        }
+    }
+}
+
+/// Replays a log and says how it went, on the terminal and by the exit status.
+pub fn run(arguments: &Arguments) -> ExitCode {
+    match execute(arguments) {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::from(DIFFERENT),
+        Err(failure) => {
+            let status = failure.exit_status();
+            eprintln!("{:?}", miette::Report::new(failure));
+            ExitCode::from(status)
+        }
+    }
+}
+
+/// Replays; true if all answers were identical.
+fn execute(arguments: &Arguments) -> Result<bool, Failure> {
+    let log = Log::open(&arguments.log)?;
+    let head = log.head();
+    let scene = match &*arguments.set {
+        [] => head.scene.clone(),
+        overrides => {
+            let shown = format!("{} with {}", log.path().display(), overrides.join(", "));
+            Scene::resolved(&head.scene_text, overrides, shown.as_ref())?
+        }
+    };
+    let sides = match arguments.unit {
+        None => vec![Side::Dam, Side::Reservoir],
+        Some(Unit::Dam) => vec![Side::Dam],
+        Some(Unit::Reservoir) => vec![Side::Reservoir],
+    };
+    let asked = arguments.threads.and_then(|n| NonZeroUsize::new(n.into()));
+    let threads = asked.or(std::thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN);
+    say(format!("{} (recorded by cofferdam {}, commit {})", head.scene.title, head.version, head.commit));
+    let bar = progress(arguments.quiet, head.scene.steps() * sides.len() as u64);
+    let results: Vec<_> = std::thread::scope(|scope| {
+        let one = |side| {
+            let (log, scene, bar) = (&log, &scene, &bar);
+            (side, scope.spawn(move || replay_unit(log, side, scene, threads, bar)))
+        };
+        let running: Vec<_> = sides.into_iter().map(one).collect();
+        running.into_iter().map(|(side, thread)| (side, thread.join())).collect()
+    });
+    bar.finish_and_clear();
+    let (mut identical, mut failure) = (true, None);
+    for (side, result) in results {
+        let unit = head.unit(side).name.clone();
+        match result.unwrap_or_else(|_| Err(Failure::Thread { unit: unit.clone() })) {
+            Ok(replay) => {
+                identical &= replay.divergence.is_none();
+                say(report(&unit, &replay));
+            }
+            Err(error) => failure = failure.or(Some(error)),
+        }
+    }
+    failure.map_or(Ok(identical), Err)
+}
+
+fn replay_unit(
+    log: &Log,
+    side: Side,
+    scene: &Scene,
+    threads: NonZeroUsize,
+    bar: &ProgressBar,
+) -> Result<Replay, Failure> {
+    let mut unit = registry::unit(side, scene, threads)?;
+    let recorded = log.head().unit(side);
+    let fingerprint = unit.description().fingerprint.to_string();
+    if fingerprint != recorded.fingerprint {
+        bar.suspend(|| {
+            eprintln!(
+                "warning: {}: made from other parameters, or by a version that hashes them otherwise \
+                 (fingerprint {:.12} now, {:.12} in the log)",
+                recorded.name, fingerprint, recorded.fingerprint
+            );
+        });
+    }
+    let seen = |at: &Occasion| bar.inc(u64::from(at.iteration == 1));
+    replay(log, side, &mut *unit, seen).map_err(|cause| Failure::Replay(Box::new(cause)))
+}
+
+fn progress(quiet: bool, steps: u64) -> ProgressBar {
+    let bar = if quiet { ProgressBar::hidden() } else { ProgressBar::new(steps) };
+    if let Ok(style) = ProgressStyle::with_template("{bar:10} {percent:>3} %  replay  {eta} left") {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}
+
+fn report(unit: &str, replay: &Replay) -> String {
+    let mut lines = vec![match &replay.divergence {
+        Some(divergence) => divergence.report(["recorded", "replayed"]).to_string(),
+        None => format!("{unit}: identical: {} exchanges", replay.identical),
+    }];
+    if let Some(Unanswered { occasion, failure }) = &replay.unanswered {
+        lines.push(match failure {
+            Some(cause) => format!("  the next request, {occasion}, failed in the run and fails again: {cause}"),
+            None => format!(
+                "  the next request, {occasion}, failed in the run; replayed, it is answered: look for the cause \
+                 outside the unit's computing"
+            ),
+        });
+    }
+    match &replay.ending {
+        Some(Err(position)) => lines.push(format!("  up to byte {position}, where the log is cut short")),
+        Some(Ok(status)) if status != "completed" => lines.push(format!("  the run ended early: {status}")),
+        _ => {}
+    }
+    lines.join("\n")
+}

@@ -1,0 +1,157 @@
+use super::{Entries, Entry, Log, LogReadError, LoggedExchange, LoggedUnit};
+use crate::difference::{Difference, Divergence, Half};
+use crate::participant::Occasion;
+use std::collections::BTreeMap;
+use std::fmt;
+use toml::{Table, Value};
+
+/// Two logs beside each other.
+///
+/// Wall times, the program's version and what the units said are not compared.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Comparison {
+    /// What was run differently: keys of the scene, units, ground motion.
+    pub settings: Vec<KeyDifference>,
+    /// Exchanges that are identical, up to the first difference.
+    pub identical: u64,
+    /// How both logs end; a log whose end was not reached has none.
+    pub endings: [Option<String>; 2],
+    /// Where the exchanges part, if not because one log has no more of them.
+    pub divergence: Option<Divergence>,
+}
+
+/// A setting that differs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KeyDifference {
+    /// Its key, such as `dam.cracks.0.friction_coefficient`.
+    pub key: String,
+    /// Its values; `None` where it is not set.
+    pub values: [Option<String>; 2],
+}
+
+impl fmt::Display for KeyDifference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [first, second] = self.values.each_ref().map(|v| v.as_deref().unwrap_or("not set"));
+        write!(f, "{}: {first} | {second}", self.key)
+    }
+}
+
+impl Comparison {
+    /// Both logs hold the same exchanges, and the same number of them.
+    pub fn identical(&self) -> bool {
+        self.divergence.is_none() && self.endings.iter().all(Option::is_some)
+    }
+}
+
+/// Compares two logs up to the first exchange that differs in a bit; `progress` sees every one before.
+pub fn compare(logs: [&Log; 2], mut progress: impl FnMut(&Occasion)) -> Result<Comparison, LogReadError> {
+    let [first, second] = logs;
+    let mut comparison =
+        Comparison { settings: settings(logs), identical: 0, endings: [None, None], divergence: None };
+    let (mut left, mut right) = (first.entries()?, second.entries()?);
+    loop {
+        let [a, b] = [next(&mut left)?, next(&mut right)?];
+        let (a, b) = match (a, b) {
+            (Ok(a), Ok(b)) => (a, b),
+            (a, b) => {
+                comparison.endings = [a.err(), b.err()];
+                return Ok(comparison);
+            }
+        };
+        let (unit, other) = (first.head().unit(a.side), second.head().unit(b.side));
+        if let Some(what) = difference(unit, other, &a, &b) {
+            let (unit, occasion, before) = (unit.name.clone(), a.occasion, comparison.identical);
+            comparison.divergence = Some(Divergence { unit, occasion, before, what });
+            return Ok(comparison);
+        }
+        comparison.identical += 1;
+        progress(&a.occasion);
+    }
+}
+
+/// The next exchange, or how the log ends.
+fn next(entries: &mut Entries) -> Result<Result<LoggedExchange, String>, LogReadError> {
+    for entry in entries {
+        match entry? {
+            Entry::Exchange(exchange) => return Ok(Ok(exchange)),
+            Entry::End(end) => return Ok(Err(end.status)),
+            Entry::Cut(position) => return Ok(Err(format!("cut short at byte {position}"))),
+            Entry::Step(_) | Entry::Message(_) => {}
+        }
+    }
+    Ok(Err("no end".to_owned()))
+}
+
+fn difference(
+    unit: &LoggedUnit,
+    other: &LoggedUnit,
+    a: &LoggedExchange,
+    b: &LoggedExchange,
+) -> Option<Difference> {
+    if (a.side, a.occasion) != (b.side, b.occasion) {
+        return Some(Difference::Asked { unit: other.name.clone(), occasion: b.occasion });
+    }
+    let missing = |half| Difference::Layout { half };
+    if unit.inputs != other.inputs {
+        return Some(missing(Half::Request));
+    }
+    if unit.outputs != other.outputs {
+        return Some(missing(Half::Answer));
+    }
+    Difference::of_values(Half::Request, &unit.inputs, &a.inputs, &b.inputs).or_else(|| {
+        match (a.outputs.is_empty(), b.outputs.is_empty()) {
+            (false, true) => Some(Difference::Answer { first: true }),
+            (true, false) => Some(Difference::Answer { first: false }),
+            _ => Difference::of_values(Half::Answer, &unit.outputs, &a.outputs, &b.outputs),
+        }
+    })
+}
+
+/// Everything that was set differently: the scenes key by key, the units, the ground motion.
+fn settings(logs: [&Log; 2]) -> Vec<KeyDifference> {
+    let all = logs.map(|log| {
+        let head = log.head();
+        let mut values = BTreeMap::new();
+        flatten("", &Value::Table(head.scene_text.parse::<Table>().unwrap_or_default()), &mut values);
+        for unit in &head.units {
+            values.insert(format!("[{}] solver", unit.name), unit.solver.clone());
+            values.insert(format!("[{}] fingerprint", unit.name), unit.fingerprint.clone());
+            for (half, layout) in [("request", &unit.inputs), ("answer", &unit.outputs)] {
+                for (channel, _) in layout.channels() {
+                    let key = format!("[{}] {half} {}", unit.name, channel.name);
+                    values.insert(key, format!("{} values in {}", channel.size, channel.unit));
+                }
+            }
+        }
+        let motion = &head.ground_motion;
+        values.insert("[ground motion] interval".to_owned(), format!("{:?} s", motion.interval));
+        for (index, value) in motion.acceleration.iter().enumerate() {
+            values.insert(format!("[ground motion] sample {index:>7}"), format!("{value:?} m/s2"));
+        }
+        values
+    });
+    let keys: std::collections::BTreeSet<&String> = all.iter().flat_map(BTreeMap::keys).collect();
+    let values = |key: &String| all.each_ref().map(|values| values.get(key).cloned());
+    let differing = keys.into_iter().map(|key| KeyDifference { key: key.clone(), values: values(key) });
+    let mut differing: Vec<_> = differing.filter(|d| d.values[0] != d.values[1]).collect();
+    differing.sort_by_key(|d| d.key.starts_with('['));
+    // One sample shows that the records differ; thousands would hide the rest.
+    let mut samples = 0;
+    differing.retain(|d| {
+        samples += u32::from(d.key.starts_with("[ground motion] sample"));
+        samples <= 1 || !d.key.starts_with("[ground motion] sample")
+    });
+    differing
+}
+
+fn flatten(prefix: &str, value: &Value, into: &mut BTreeMap<String, String>) {
+    let mut inner = |name: &str, value: &Value| match prefix {
+        "" => flatten(name, value, into),
+        _ => flatten(&format!("{prefix}.{name}"), value, into),
+    };
+    match value {
+        Value::Table(table) => table.iter().for_each(|(name, value)| inner(name, value)),
+        Value::Array(array) => array.iter().enumerate().for_each(|(i, value)| inner(&i.to_string(), value)),
+        _ => drop(into.insert(prefix.to_owned(), value.to_string())),
+    }
+}

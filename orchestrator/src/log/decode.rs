@@ -1,0 +1,279 @@
+//! Messages read by the schema that stands in the file: fields by their names, whatever their numbers.
+
+use prost::DecodeError;
+use prost::encoding::{self, DecodeContext};
+use prost_types::field_descriptor_proto::{Label, Type};
+use prost_types::{DescriptorProto, FileDescriptorSet};
+
+/// What a field is wanted as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wanted {
+    /// A whole number, or an enumeration; a negative one counts as 0.
+    Unsigned,
+    /// A truth value.
+    Bool,
+    /// One number.
+    Double,
+    /// Numbers.
+    Doubles,
+    /// A text.
+    Text,
+    /// One message or several, still encoded.
+    Messages,
+}
+
+/// Why messages of a type cannot be read.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Mismatch {
+    /// The schema is no set of protobuf descriptors.
+    #[error("its schema is no protobuf file descriptor set")]
+    Schema,
+    /// The type is not among those that the schema describes.
+    #[error("its schema does not describe the message `{0}`")]
+    Type(String),
+    /// A field that is needed is not there.
+    #[error("its message `{message}` has no field `{field}`")]
+    Missing {
+        /// Name of the message type.
+        message: String,
+        /// Name of the field.
+        field: String,
+    },
+    /// A field is of another type.
+    #[error("the field `{field}` of its message `{message}` is {found:?}, not {wanted:?}")]
+    Kind {
+        /// Name of the message type.
+        message: String,
+        /// Name of the field.
+        field: String,
+        /// Its type in the schema.
+        found: Type,
+        /// What it is wanted as.
+        wanted: Wanted,
+    },
+    /// A message whose bytes do not follow the schema.
+    #[error("a message is damaged: {0}")]
+    Bytes(#[from] DecodeError),
+    /// Another number of values than the unit's layout says.
+    #[error("`{variable}` has {found} values, the unit's layout says {expected}")]
+    Length {
+        /// Name of the variable.
+        variable: String,
+        /// Number of values in the layout.
+        expected: usize,
+        /// Number of values in the message.
+        found: usize,
+    },
+    /// A value that means nothing.
+    #[error("`{field}` is `{value}`, which means nothing here")]
+    Value {
+        /// Name of the field.
+        field: &'static str,
+        /// Its value.
+        value: String,
+    },
+}
+
+/// A message type of a file.
+pub struct Schema(DescriptorProto);
+
+/// Reads the wanted fields of messages of one type; others are skipped.
+pub struct Decoder {
+    fields: Vec<Field>,
+    values: Vec<Value>,
+}
+
+struct Field {
+    number: u32,
+    slot: usize,
+    read: Type,
+}
+
+#[derive(Clone, Debug)]
+enum Value {
+    Unsigned(u64),
+    Bool(bool),
+    Doubles(Vec<f64>),
+    Text(String),
+    Messages(Vec<Vec<u8>>),
+}
+
+impl Schema {
+    /// The type `name` (with its package) of an encoded `FileDescriptorSet`.
+    pub fn find(name: &str, set: &[u8]) -> Result<Self, Mismatch> {
+        let set: FileDescriptorSet = prost::Message::decode(set).map_err(|_| Mismatch::Schema)?;
+        let full = |package: &str, message: &DescriptorProto| match package {
+            "" => message.name().to_owned(),
+            _ => format!("{package}.{}", message.name()),
+        };
+        let types = set.file.into_iter().flat_map(|f| {
+            let package = f.package().to_owned();
+            f.message_type.into_iter().map(move |message| (full(&package, &message), message))
+        });
+        let found = types.into_iter().find(|(full, _)| full == name);
+        found.map(|(_, message)| Self(message)).ok_or_else(|| Mismatch::Type(name.to_owned()))
+    }
+
+    /// The message type `name` that is declared inside this one.
+    pub fn nested(&self, name: &str) -> Result<Self, Mismatch> {
+        let found = self.0.nested_type.iter().find(|message| message.name() == name);
+        found.map(|message| Self(message.clone())).ok_or_else(|| Mismatch::Type(name.to_owned()))
+    }
+
+    /// A decoder of `wanted`, whose values are then asked for by their places in this list.
+    ///
+    /// **Errors**: a field that is missing or cannot be read as wanted.
+    pub fn decoder<'a>(
+        &self,
+        wanted: impl IntoIterator<Item = (&'a str, Wanted)>,
+    ) -> Result<Decoder, Mismatch> {
+        let (mut fields, mut values) = (Vec::new(), Vec::new());
+        for (slot, (name, wanted)) in wanted.into_iter().enumerate() {
+            let message = || self.0.name().to_owned();
+            let field = self.0.field.iter().find(|f| f.name() == name);
+            let field =
+                field.ok_or_else(|| Mismatch::Missing { message: message(), field: name.to_owned() })?;
+            let (found, repeated) = (field.r#type(), field.label() == Label::Repeated);
+            let value = match (wanted, found, repeated) {
+                (
+                    Wanted::Unsigned,
+                    Type::Uint64 | Type::Uint32 | Type::Int64 | Type::Int32 | Type::Enum,
+                    false,
+                ) => Value::Unsigned(0),
+                (Wanted::Bool, Type::Bool, false) => Value::Bool(false),
+                (Wanted::Double, Type::Double, false) => Value::Doubles(vec![0.0]),
+                (Wanted::Doubles, Type::Double, true) => Value::Doubles(Vec::new()),
+                (Wanted::Text, Type::String, false) => Value::Text(String::new()),
+                (Wanted::Messages, Type::Message, _) => Value::Messages(Vec::new()),
+                _ => {
+                    let (message, field) = (message(), name.to_owned());
+                    return Err(Mismatch::Kind { message, field, found, wanted });
+                }
+            };
+            fields.push(Field { number: field.number().unsigned_abs(), slot, read: found });
+            values.push(value);
+        }
+        Ok(Decoder { fields, values })
+    }
+}
+
+impl Decoder {
+    /// Reads a message; a field that is not written has the value that protobuf gives it.
+    pub fn read(&mut self, mut bytes: &[u8]) -> Result<(), Mismatch> {
+        for field in &self.fields {
+            match &mut self.values[field.slot] {
+                Value::Unsigned(value) => *value = 0,
+                Value::Bool(value) => *value = false,
+                Value::Doubles(values) => values.clear(),
+                Value::Text(text) => text.clear(),
+                Value::Messages(messages) => messages.clear(),
+            }
+        }
+        while !bytes.is_empty() {
+            let (number, wire) = encoding::decode_key(&mut bytes)?;
+            let context = DecodeContext::default();
+            let Some(Field { slot, read, .. }) = self.fields.iter().find(|f| f.number == number) else {
+                encoding::skip_field(wire, number, &mut bytes, context)?;
+                continue;
+            };
+            match &mut self.values[*slot] {
+                Value::Unsigned(value) if matches!(read, Type::Enum | Type::Int32 | Type::Int64) => {
+                    let mut number = 0;
+                    encoding::int64::merge(wire, &mut number, &mut bytes, context)?;
+                    *value = number.try_into().unwrap_or(0);
+                }
+                Value::Unsigned(value) => encoding::uint64::merge(wire, value, &mut bytes, context)?,
+                Value::Bool(value) => encoding::bool::merge(wire, value, &mut bytes, context)?,
+                Value::Doubles(values) => {
+                    encoding::double::merge_repeated(wire, values, &mut bytes, context)?;
+                }
+                Value::Text(text) => encoding::string::merge(wire, text, &mut bytes, context)?,
+                Value::Messages(messages) => {
+                    let mut message = Vec::new();
+                    encoding::bytes::merge(wire, &mut message, &mut bytes, context)?;
+                    messages.push(message);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The whole number at `place` of what is wanted.
+    pub fn unsigned(&self, place: usize) -> u64 {
+        if let Value::Unsigned(value) = self.values[place] { value } else { 0 }
+    }
+
+    /// The truth value at `place`.
+    pub fn bool(&self, place: usize) -> bool {
+        matches!(self.values[place], Value::Bool(true))
+    }
+
+    /// The number at `place`.
+    pub fn double(&self, place: usize) -> f64 {
+        self.doubles(place).last().copied().unwrap_or(0.0)
+    }
+
+    /// The numbers at `place`.
+    pub fn doubles(&self, place: usize) -> &[f64] {
+        if let Value::Doubles(values) = &self.values[place] { values } else { &[] }
+    }
+
+    /// The text at `place`.
+    pub fn text(&self, place: usize) -> String {
+        if let Value::Text(text) = &self.values[place] { text.clone() } else { String::new() }
+    }
+
+    /// The messages at `place`.
+    pub fn messages(&self, place: usize) -> &[Vec<u8>] {
+        if let Value::Messages(messages) = &self.values[place] { messages } else { &[] }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::schema::{Kind, MessageType, Value as Written};
+    use super::*;
+
+    fn written(fields: &[(&str, Kind)], values: &[Written<'_>]) -> (Schema, Vec<u8>) {
+        let fields = fields.iter().map(|(n, k)| ((*n).to_owned(), k.clone())).collect();
+        let kind = MessageType::new("Thing", fields);
+        let schema = Schema::find("cofferdam.Thing", &kind.descriptor_set()).ok();
+        (schema.unwrap_or(Schema(DescriptorProto::default())), kind.encode(values.iter().copied()))
+    }
+
+    #[test]
+    fn fields_are_found_by_name_and_numbers_keep_their_bits() -> Result<(), Mismatch> {
+        let odd = [f64::from_bits(0x7ff0_0000_0000_0001), -0.0, f64::from_bits(1), f64::NEG_INFINITY];
+        let fields =
+            [("new", Kind::Text), ("a", Kind::Doubles), ("step", Kind::Unsigned), ("b", Kind::Double)];
+        let values =
+            [Written::Text("?"), Written::Doubles(&odd), Written::Unsigned(1 << 63), Written::Double(odd[0])];
+        let (schema, bytes) = written(&fields, &values);
+        let wanted = [("b", Wanted::Double), ("step", Wanted::Unsigned), ("a", Wanted::Doubles)];
+        let mut decoder = schema.decoder(wanted)?;
+        for _ in 0..2 {
+            decoder.read(&bytes)?;
+            assert_eq!(decoder.double(0).to_bits(), odd[0].to_bits());
+            assert_eq!(decoder.unsigned(1), 1 << 63);
+            assert_eq!(
+                decoder.doubles(2).iter().map(|v| v.to_bits()).collect::<Vec<_>>(),
+                odd.map(f64::to_bits)
+            );
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn what_is_missing_or_of_another_kind_is_named() {
+        let (schema, bytes) = written(&[("a", Kind::Double)], &[Written::Double(1.0)]);
+        let missing = schema.decoder([("step", Wanted::Unsigned)]).err().map(|e| e.to_string());
+        assert_eq!(missing.as_deref(), Some("its message `Thing` has no field `step`"));
+        let kind = schema.decoder([("a", Wanted::Text)]).err().map(|e| e.to_string());
+        assert_eq!(kind.as_deref(), Some("the field `a` of its message `Thing` is Double, not Text"));
+        for end in 1..bytes.len() {
+            let read = schema.decoder([("a", Wanted::Double)]).and_then(|mut d| d.read(&bytes[..end]));
+            assert!(matches!(read, Err(Mismatch::Bytes(_))), "{end} bytes");
+        }
+        assert!(matches!(Schema::find("cofferdam.Thing", &[1, 2, 3]), Err(Mismatch::Schema)));
+    }
+}

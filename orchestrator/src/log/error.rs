@@ -1,0 +1,131 @@
+use super::decode::Mismatch;
+use std::path::PathBuf;
+
+/// A log that cannot be written.
+#[derive(Debug, thiserror::Error)]
+pub enum LogError {
+    /// The file cannot be made.
+    #[error("{}: {cause}; choose another --output", path.display())]
+    Create {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        cause: std::io::Error,
+    },
+    /// Writing failed.
+    #[error("{}: {cause}; free some space or choose another --output", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the writer said.
+        cause: mcap::McapError,
+    },
+    /// The writing thread ended without a word.
+    #[error("{}: the thread that writes the log ended", path.display())]
+    Stopped {
+        /// The file.
+        path: PathBuf,
+    },
+}
+
+/// A log that cannot be read, or not to its end; what came before the place named is sound.
+#[derive(Debug, thiserror::Error)]
+pub enum LogReadError {
+    /// The file cannot be opened.
+    #[error("{}: {cause}; give the log.mcap of a run, or the run's folder", path.display())]
+    Open {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        cause: std::io::Error,
+    },
+    /// The system cannot read on.
+    #[error("{}: byte {position}: {cause}; copy the log to another disk", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Where, bytes from the beginning.
+        position: u64,
+        /// What the system said.
+        cause: std::io::Error,
+    },
+    /// Nothing is in the file.
+    #[error("{}: the file is empty; its run ended before it wrote anything, run it again", path.display())]
+    Empty {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The file begins otherwise than MCAP.
+    #[error(
+        "{}: byte 0: this is no MCAP file; give the log.mcap of a run, or the run's folder", path.display()
+    )]
+    NotMcap {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The file is MCAP, but no run wrote it.
+    #[error(
+        "{}: byte {position}: this MCAP file (written by `{library}`) has no `{topic}` before its first exchange; \
+         only the logs of `cofferdam run` can be read", path.display()
+    )]
+    Foreign {
+        /// The file.
+        path: PathBuf,
+        /// Where that was noticed, bytes from the beginning.
+        position: u64,
+        /// What the file says of the program that wrote it.
+        library: String,
+        /// Topic that is missing.
+        topic: &'static str,
+    },
+    /// The file ends before it says what was run.
+    #[error(
+        "{}: byte {position}: the log is cut short before it says what was run; nothing can be read from it, \
+         run the scene again", path.display()
+    )]
+    Headless {
+        /// The file.
+        path: PathBuf,
+        /// Where it breaks off, bytes from the beginning.
+        position: u64,
+    },
+    /// The scene in the log is none that this program knows.
+    #[error(
+        "{}: the scene in the log is not one of this version: {message}; read it with cofferdam {version} \
+         (commit {commit}), which wrote it", path.display()
+    )]
+    Scene {
+        /// The file.
+        path: PathBuf,
+        /// What the parser said.
+        message: String,
+        /// Version that wrote the log.
+        version: String,
+        /// Commit that wrote the log.
+        commit: String,
+    },
+    /// Bytes were changed after they were written.
+    #[error("{}: byte {position}: the log is damaged here: {cause}; fetch it again from where it was written", path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// Where, bytes from the beginning.
+        position: u64,
+        /// What is wrong.
+        cause: String,
+    },
+    /// A topic's messages cannot be read as what they should be.
+    #[error(
+        "{}: byte {position}: topic `{topic}`: {mismatch}; read the log with the version that wrote it", path.display()
+    )]
+    Topic {
+        /// The file.
+        path: PathBuf,
+        /// Where, bytes from the beginning.
+        position: u64,
+        /// The topic.
+        topic: String,
+        /// What is wrong.
+        mismatch: Mismatch,
+    },
+}

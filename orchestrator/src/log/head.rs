@@ -1,0 +1,187 @@
+//! What a log says before its first exchange.
+
+use super::LogReadError;
+use super::decode::{Mismatch, Schema, Wanted};
+use super::stream::{Channel, Next, Stream};
+use crate::participant::{self, Layout};
+use crate::scene::Scene;
+use crate::scheme::Side;
+
+/// What was run, by whom.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Head {
+    /// The scene with all defaults.
+    pub scene: Scene,
+    /// The same as it stands in the log, TOML.
+    pub scene_text: String,
+    /// Version of the program.
+    pub version: String,
+    /// Git commit of the program.
+    pub commit: String,
+    /// The dam and the reservoir.
+    pub units: [LoggedUnit; 2],
+    /// What moved the ground.
+    pub ground_motion: LoggedGroundMotion,
+}
+
+/// A unit that took part.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoggedUnit {
+    /// Name in topics and messages.
+    pub name: String,
+    /// What stood behind the name: solver and version.
+    pub solver: String,
+    /// Hash of everything it was made from, in hexadecimal digits.
+    pub fingerprint: String,
+    /// Layout of a request.
+    pub inputs: Layout,
+    /// Layout of an answer.
+    pub outputs: Layout,
+}
+
+/// What moved the ground.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoggedGroundMotion {
+    /// Where it came from.
+    pub source: String,
+    /// Time between two samples, s.
+    pub interval: f64,
+    /// The samples, m/s².
+    pub acceleration: Vec<f64>,
+}
+
+impl Head {
+    /// The unit of `side`.
+    pub fn unit(&self, side: Side) -> &LoggedUnit {
+        &self.units[side as usize]
+    }
+
+    /// Reads on until everything is known.
+    pub(super) fn read(stream: &mut Stream, path: &std::path::Path) -> Result<Self, LogReadError> {
+        let mut parts = Parts::default();
+        loop {
+            let missing = match parts {
+                Parts { scene: None, .. } => "/scene",
+                Parts { build: None, .. } => "/build",
+                Parts { ref units, .. } if units.len() < 2 => "/unit",
+                Parts { ground_motion: None, .. } => "/ground_motion",
+                _ => break,
+            };
+            let (path, position) = (path.to_owned(), stream.position());
+            let raw = match stream.next()? {
+                Next::Message(raw) => raw,
+                Next::Cut => return Err(LogReadError::Headless { path, position: stream.position() }),
+                Next::End => {
+                    let library = stream.library().to_owned();
+                    return Err(LogReadError::Foreign { path, position, library, topic: missing });
+                }
+            };
+            let known = match stream.channel(raw.channel) {
+                None => Ok(false),
+                Some(channel) => parts.take(channel, &raw.data).map_err(|mismatch| {
+                    let (topic, path, position) = (channel.topic.clone(), path.clone(), stream.position());
+                    LogReadError::Topic { path, position, topic, mismatch }
+                }),
+            };
+            if !known? {
+                let (position, library) = (stream.position(), stream.library().to_owned());
+                return Err(LogReadError::Foreign { path, position, library, topic: missing });
+            }
+        }
+        let Parts { scene, build, units, ground_motion } = parts;
+        let (scene_text, (version, commit)) = (scene.unwrap_or_default(), build.unwrap_or_default());
+        let (Ok(units), Some(ground_motion)) = (<[LoggedUnit; 2]>::try_from(units), ground_motion) else {
+            return Err(LogReadError::Headless { path: path.to_owned(), position: stream.position() });
+        };
+        let scene = toml::from_str(&scene_text).map_err(|e| LogReadError::Scene {
+            path: path.to_owned(),
+            message: e.message().to_owned(),
+            version: version.clone(),
+            commit: commit.clone(),
+        })?;
+        Ok(Self { scene, scene_text, version, commit, units, ground_motion })
+    }
+}
+
+#[derive(Default)]
+struct Parts {
+    scene: Option<String>,
+    build: Option<(String, String)>,
+    units: Vec<LoggedUnit>,
+    ground_motion: Option<LoggedGroundMotion>,
+}
+
+impl Parts {
+    /// Takes a message if it belongs to the head; says whether it does.
+    fn take(&mut self, channel: &Channel, data: &[u8]) -> Result<bool, Mismatch> {
+        let schema = || Schema::find(&channel.schema, &channel.descriptor);
+        match &*channel.topic {
+            "/scene" => {
+                let mut decoder = schema()?.decoder([("toml", Wanted::Text)])?;
+                decoder.read(data)?;
+                self.scene = Some(decoder.text(0));
+            }
+            "/build" => {
+                let mut decoder = schema()?.decoder([("version", Wanted::Text), ("commit", Wanted::Text)])?;
+                decoder.read(data)?;
+                self.build = Some((decoder.text(0), decoder.text(1)));
+            }
+            "/unit" => self.units.push(unit(&schema()?, data)?),
+            "/ground_motion" => {
+                let wanted = [
+                    ("source", Wanted::Text),
+                    ("interval", Wanted::Double),
+                    ("acceleration", Wanted::Doubles),
+                ];
+                let mut decoder = schema()?.decoder(wanted)?;
+                decoder.read(data)?;
+                self.ground_motion = Some(LoggedGroundMotion {
+                    source: decoder.text(0),
+                    interval: decoder.double(1),
+                    acceleration: decoder.doubles(2).to_vec(),
+                });
+            }
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+}
+
+fn unit(schema: &Schema, data: &[u8]) -> Result<LoggedUnit, Mismatch> {
+    let texts = ["name", "solver", "fingerprint"].map(|name| (name, Wanted::Text));
+    let lists = ["inputs", "outputs"].map(|name| (name, Wanted::Messages));
+    let mut decoder = schema.decoder(texts.into_iter().chain(lists))?;
+    decoder.read(data)?;
+    let mut variable = schema.nested("Variable")?.decoder([
+        ("name", Wanted::Text),
+        ("value_reference", Wanted::Unsigned),
+        ("unit", Wanted::Text),
+        ("size", Wanted::Unsigned),
+        ("array", Wanted::Bool),
+    ])?;
+    let mut layout = |messages: &[Vec<u8>]| -> Result<Layout, Mismatch> {
+        let mut channels = Vec::new();
+        for message in messages {
+            variable.read(message)?;
+            let number = |place, field| {
+                let value: u64 = variable.unsigned(place);
+                u32::try_from(value).map_err(|_| Mismatch::Value { field, value: value.to_string() })
+            };
+            channels.push(participant::Channel {
+                name: variable.text(0),
+                value_reference: number(1, "value_reference")?,
+                unit: variable.text(2),
+                size: number(3, "size")? as usize,
+                array: variable.bool(4),
+            });
+        }
+        Ok(Layout::new(channels))
+    };
+    Ok(LoggedUnit {
+        name: decoder.text(0),
+        solver: decoder.text(1),
+        fingerprint: decoder.text(2),
+        inputs: layout(decoder.messages(3))?,
+        outputs: layout(decoder.messages(4))?,
+    })
+}

@@ -1,0 +1,101 @@
+use super::{Entry, Log, LogReadError, LoggedEnd, Traffic};
+use crate::participant::Level;
+use std::collections::BTreeMap;
+use std::fmt;
+
+/// What a log holds, counted.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Overview {
+    /// Communication steps that converged.
+    pub steps: u64,
+    /// Time reached by them, s.
+    pub time: f64,
+    /// Iterations of all steps, and the most of one.
+    pub iterations: [u64; 2],
+    /// Exchanges.
+    pub exchanges: u64,
+    /// Those among them without an answer.
+    pub unanswered: u64,
+    /// Messages of the units by level: debug, information, warning, error.
+    pub messages: [u64; 4],
+    /// Messages and bytes by topic.
+    pub traffic: BTreeMap<String, Traffic>,
+    /// Length of the file, bytes.
+    pub size: u64,
+    /// How the run ended; `None` if the log is cut short.
+    pub end: Option<LoggedEnd>,
+    /// Where it is cut short, bytes from the beginning.
+    pub cut: Option<u64>,
+}
+
+impl Overview {
+    /// Reads a log from beginning to end.
+    pub fn of(log: &Log) -> Result<Self, LogReadError> {
+        let mut entries = log.entries()?;
+        let mut overview = Self { size: entries.size(), ..Self::default() };
+        for entry in entries.by_ref() {
+            match entry? {
+                Entry::Exchange(exchange) => {
+                    overview.exchanges += 1;
+                    overview.unanswered += u64::from(exchange.outputs.is_empty());
+                }
+                Entry::Step(step) => {
+                    if step.converged && step.occasion.step > 0 {
+                        let iterations = u64::from(step.occasion.iteration);
+                        overview.steps += 1;
+                        overview.time = step.occasion.end();
+                        overview.iterations[0] += iterations;
+                        overview.iterations[1] = overview.iterations[1].max(iterations);
+                    }
+                }
+                Entry::Message(message) => {
+                    overview.messages[match message.level {
+                        Level::Debug => 0,
+                        Level::Information => 1,
+                        Level::Warning => 2,
+                        Level::Error => 3,
+                    }] += 1;
+                }
+                Entry::End(end) => overview.end = Some(end),
+                Entry::Cut(position) => overview.cut = Some(position),
+            }
+        }
+        overview.traffic = entries.traffic().into_iter().map(|(t, n)| (t.to_owned(), n)).collect();
+        Ok(overview)
+    }
+
+    /// How the run ended, or where its log is cut short.
+    pub fn ending(&self) -> String {
+        let Self { steps, time, size, .. } = self;
+        match (&self.end, self.cut) {
+            (Some(end), _) => end.status.clone(),
+            (None, Some(position)) => {
+                format!("cut short at byte {position} of {size}, after step {steps}, t = {time:.4} s")
+            }
+            (None, None) => "unknown".to_owned(),
+        }
+    }
+}
+
+impl fmt::Display for Overview {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut line = |name: &str, text: String| writeln!(f, "{name:<12} {text}");
+        line("steps", format!("{}, to t = {:.4} s", self.steps, self.time))?;
+        let [all, most] = self.iterations;
+        let mean = all as f64 / self.steps.max(1) as f64;
+        line("iterations", format!("mean {mean:.2} a step, most {most}"))?;
+        let without = match self.unanswered {
+            0 => String::new(),
+            n => format!(", {n} without an answer"),
+        };
+        line("exchanges", format!("{}{without}", self.exchanges))?;
+        let [debug, information, warning, error] = self.messages;
+        let messages = format!("{error} errors, {warning} warnings, {information} others");
+        line("messages", if debug > 0 { format!("{messages}, {debug} for debugging") } else { messages })?;
+        line("size", format!("{:.1} MB", 1e-6 * self.size as f64))?;
+        for (topic, Traffic { messages, bytes }) in &self.traffic {
+            line("", format!("{topic:<20} {messages:>9} messages {:>9.1} MB", 1e-6 * *bytes as f64))?;
+        }
+        line("ended", self.ending())
+    }
+}

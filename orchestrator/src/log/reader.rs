@@ -1,0 +1,239 @@
+//! The log of a run, read as typed entries in the order of the file, values bit for bit.
+
+use super::LogReadError;
+use super::decode::Mismatch;
+use super::head::Head;
+use super::stream::{Next, Raw, Stream};
+use super::topic::{Part, Topic};
+use crate::participant::{Message, Occasion};
+use crate::scheme::Side;
+use std::collections::{BTreeMap, HashMap, VecDeque};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// The log of a run, complete or cut short.
+///
+/// ```no_run
+/// # use orchestrator::log::{Entry, Log, LogReadError};
+/// let log = Log::open("runs/koyna/log.mcap".as_ref())?;
+/// println!("{}", log.head().scene.title);
+/// for entry in log.entries()? {
+///     if let Entry::Exchange(exchange) = entry? {
+///         println!("{:?} {}: {:?}", exchange.side, exchange.occasion, exchange.outputs);
+///     }
+/// }
+/// # Ok::<(), LogReadError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Log {
+    path: PathBuf,
+    head: Arc<Head>,
+}
+
+/// A request and its answer.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoggedExchange {
+    /// Unit that was asked.
+    pub side: Side,
+    /// Which of its steps.
+    pub occasion: Occasion,
+    /// The values that the run went on with.
+    pub accepted: bool,
+    /// Number of the exchange in its run, from 1.
+    pub sequence: u32,
+    /// The request, in the order of the unit's input layout.
+    pub inputs: Vec<f64>,
+    /// The answer, in the order of the unit's output layout; empty if the unit failed and gave none.
+    pub outputs: Vec<f64>,
+}
+
+/// A communication step that was taken, or tried.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LoggedStep {
+    /// The step; its iteration is the number of iterations.
+    pub occasion: Occasion,
+    /// Both units have an accepted exchange.
+    pub converged: bool,
+}
+
+/// How a run ended.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoggedEnd {
+    /// `completed`, `interrupted`, or `failed: ` and why.
+    pub status: String,
+    /// Time reached, s.
+    pub time: f64,
+}
+
+/// One entry of a log.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Entry {
+    /// A request and its answer.
+    Exchange(LoggedExchange),
+    /// The end of a step, after its exchanges.
+    Step(LoggedStep),
+    /// Something that a unit said.
+    Message(Message),
+    /// The end of the run; nothing follows.
+    End(LoggedEnd),
+    /// The file breaks off at this byte, and the run's end with it; nothing follows.
+    Cut(u64),
+}
+
+/// Messages of a topic, and their bytes before compression.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Traffic {
+    /// Number of messages.
+    pub messages: u64,
+    /// Their bytes.
+    pub bytes: u64,
+}
+
+impl Log {
+    /// Opens the log `path`, or that in the folder `path`, and reads what was run.
+    ///
+    /// **Errors**: what the file is instead of a log, or where it breaks off.
+    pub fn open(path: &Path) -> Result<Self, LogReadError> {
+        let path = if path.is_dir() { path.join("log.mcap") } else { path.to_owned() };
+        let head = Head::read(&mut Stream::open(&path)?, &path)?;
+        Ok(Self { path, head: Arc::new(head) })
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// What was run.
+    pub fn head(&self) -> &Head {
+        &self.head
+    }
+
+    /// The entries, from the first exchange on; each call reads the file anew.
+    pub fn entries(&self) -> Result<Entries, LogReadError> {
+        Ok(Entries {
+            path: self.path.clone(),
+            head: Arc::clone(&self.head),
+            stream: Stream::open(&self.path)?,
+            topics: HashMap::new(),
+            request: None,
+            waiting: VecDeque::new(),
+            sequence: 0,
+            done: false,
+        })
+    }
+}
+
+/// Reads a log entry by entry. After an error there are no more.
+pub struct Entries {
+    path: PathBuf,
+    head: Arc<Head>,
+    stream: Stream,
+    topics: HashMap<u16, (Topic, Traffic)>,
+    request: Option<LoggedExchange>,
+    waiting: VecDeque<Entry>,
+    sequence: u32,
+    done: bool,
+}
+
+impl Entries {
+    /// Messages and bytes read so far, by topic.
+    pub fn traffic(&self) -> BTreeMap<&str, Traffic> {
+        let named = |(number, (_, traffic)): (&u16, &(Topic, Traffic))| {
+            Some((self.stream.channel(*number)?.topic.as_str(), *traffic))
+        };
+        self.topics.iter().filter_map(named).collect()
+    }
+
+    /// Length of the file, bytes.
+    pub fn size(&self) -> u64 {
+        self.stream.size()
+    }
+
+    fn advance(&mut self) -> Result<(), LogReadError> {
+        match self.stream.next()? {
+            Next::Message(raw) => self.take(&raw),
+            Next::End | Next::Cut => {
+                self.waiting.push_back(Entry::Cut(self.stream.position()));
+                Ok(())
+            }
+        }
+    }
+
+    fn take(&mut self, raw: &Raw) -> Result<(), LogReadError> {
+        let Some(channel) = self.stream.channel(raw.channel) else {
+            return Err(self.damaged(format!("a message of channel {}, which is not declared", raw.channel)));
+        };
+        if !self.topics.contains_key(&raw.channel) {
+            let topic = Topic::of(channel, &self.head.units).map_err(|e| self.mismatch(raw, e))?;
+            self.topics.insert(raw.channel, (topic, Traffic::default()));
+        }
+        let Some((topic, traffic)) = self.topics.get_mut(&raw.channel) else { return Ok(()) };
+        traffic.messages += 1;
+        traffic.bytes += raw.data.len() as u64;
+        match topic.read(raw, &self.head.units) {
+            Ok(part) => self.place(part),
+            Err(mismatch) => Err(self.mismatch(raw, mismatch)),
+        }
+    }
+
+    fn place(&mut self, part: Part) -> Result<(), LogReadError> {
+        match part {
+            Part::Request(request) => {
+                self.waiting.extend(self.request.take().map(Entry::Exchange));
+                let expected = self.sequence.wrapping_add(1);
+                if request.sequence != expected {
+                    let found = request.sequence;
+                    return Err(self.damaged(format!("exchange {found} stands where {expected} should")));
+                }
+                self.sequence = expected;
+                self.request = Some(request);
+            }
+            Part::Answer(answer) => match self.request.take() {
+                Some(request) if (request.side, request.sequence) == (answer.side, answer.sequence) => {
+                    let outputs = answer.outputs;
+                    self.waiting.push_back(Entry::Exchange(LoggedExchange { outputs, ..request }));
+                }
+                _ => {
+                    let sequence = answer.sequence;
+                    return Err(self.damaged(format!("the answer of exchange {sequence} has no request")));
+                }
+            },
+            Part::Entry(entry) => {
+                self.waiting.extend(self.request.take().map(Entry::Exchange));
+                self.waiting.push_back(entry);
+            }
+            Part::Nothing => {}
+        }
+        Ok(())
+    }
+
+    fn damaged(&self, cause: String) -> LogReadError {
+        LogReadError::Damaged { path: self.path.clone(), position: self.stream.position(), cause }
+    }
+
+    fn mismatch(&self, raw: &Raw, mismatch: Mismatch) -> LogReadError {
+        let topic = self.stream.channel(raw.channel).map_or_else(String::new, |c| c.topic.clone());
+        LogReadError::Topic { path: self.path.clone(), position: self.stream.position(), topic, mismatch }
+    }
+}
+
+impl Iterator for Entries {
+    type Item = Result<Entry, LogReadError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            if let Some(entry) = self.waiting.pop_front() {
+                self.done |= matches!(entry, Entry::End(_) | Entry::Cut(_));
+                return Some(Ok(entry));
+            }
+            if self.done {
+                return None;
+            }
+            if let Err(error) = self.advance() {
+                self.done = true;
+                return Some(Err(error));
+            }
+        }
+    }
+}

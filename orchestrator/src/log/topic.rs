@@ -1,0 +1,172 @@
+//! What the messages of a topic are, read by the schema in the file.
+
+use super::decode::{Decoder, Mismatch, Schema, Wanted};
+use super::foxglove;
+use super::head::LoggedUnit;
+use super::reader::{Entry, LoggedEnd, LoggedExchange, LoggedStep};
+use super::stream::{Channel, Raw};
+use crate::participant::{Layout, Message, Occasion};
+use crate::scheme::Side;
+
+/// A topic, with the decoder of its messages.
+pub enum Topic {
+    Request(Side, Decoder),
+    Answer(Side, Decoder),
+    Step(Decoder),
+    Message(Decoder, Decoder),
+    End(Decoder),
+    Other,
+}
+
+/// Fields that every request and answer begins with.
+const OCCASION: [(&str, Wanted); 6] = [
+    ("step", Wanted::Unsigned),
+    ("iteration", Wanted::Unsigned),
+    ("attempt", Wanted::Unsigned),
+    ("time", Wanted::Double),
+    ("communication_step", Wanted::Double),
+    ("accepted", Wanted::Bool),
+];
+
+impl Topic {
+    /// The topic of a channel; one that is not known is skipped.
+    pub fn of(channel: &Channel, units: &[LoggedUnit; 2]) -> Result<Self, Mismatch> {
+        let schema = || Schema::find(&channel.schema, &channel.descriptor);
+        let exchange = |layout: &Layout| {
+            let variables = layout
+                .channels()
+                .map(|(c, _)| (c.name.as_str(), if c.array { Wanted::Doubles } else { Wanted::Double }));
+            schema()?.decoder(OCCASION.into_iter().chain(variables))
+        };
+        for (side, unit) in [Side::Dam, Side::Reservoir].into_iter().zip(units) {
+            let half = channel.topic.strip_prefix('/').and_then(|t| t.strip_prefix(unit.name.as_str()));
+            match half {
+                Some("/request") => return Ok(Self::Request(side, exchange(&unit.inputs)?)),
+                Some("/answer") => return Ok(Self::Answer(side, exchange(&unit.outputs)?)),
+                _ => {}
+            }
+        }
+        Ok(match &*channel.topic {
+            "/step" => {
+                let iterations = ("iterations", Wanted::Unsigned);
+                let converged = ("converged", Wanted::Bool);
+                let [step, _, attempt, time, length, _] = OCCASION;
+                Self::Step(schema()?.decoder([step, iterations, attempt, time, length, converged])?)
+            }
+            "/log" => {
+                let message = schema()?.decoder([
+                    ("step", Wanted::Unsigned),
+                    ("iteration", Wanted::Unsigned),
+                    ("level", Wanted::Unsigned),
+                    ("name", Wanted::Text),
+                    ("file", Wanted::Text),
+                    ("message", Wanted::Text),
+                    ("timestamp", Wanted::Messages),
+                ])?;
+                let timestamp = Schema::find(foxglove::TIMESTAMP, &channel.descriptor)?;
+                Self::Message(
+                    message,
+                    timestamp.decoder(["seconds", "nanos"].map(|n| (n, Wanted::Unsigned)))?,
+                )
+            }
+            "/end" => Self::End(schema()?.decoder([("status", Wanted::Text), ("time", Wanted::Double)])?),
+            _ => Self::Other,
+        })
+    }
+}
+
+/// What a message gives: half an exchange, or a whole entry.
+pub enum Part {
+    Request(LoggedExchange),
+    Answer(LoggedExchange),
+    Entry(Entry),
+    Nothing,
+}
+
+impl Topic {
+    /// Reads a message of the topic.
+    pub fn read(&mut self, raw: &Raw, units: &[LoggedUnit; 2]) -> Result<Part, Mismatch> {
+        Ok(match self {
+            Self::Request(side, decoder) => {
+                let (exchange, inputs) = exchange(*side, decoder, raw, &units[*side as usize].inputs)?;
+                Part::Request(LoggedExchange { inputs, ..exchange })
+            }
+            Self::Answer(side, decoder) => {
+                let (exchange, outputs) = exchange(*side, decoder, raw, &units[*side as usize].outputs)?;
+                Part::Answer(LoggedExchange { outputs, ..exchange })
+            }
+            Self::Step(decoder) => {
+                decoder.read(&raw.data)?;
+                Part::Entry(Entry::Step(LoggedStep {
+                    occasion: occasion(decoder)?,
+                    converged: decoder.bool(5),
+                }))
+            }
+            Self::Message(decoder, timestamp) => {
+                decoder.read(&raw.data)?;
+                timestamp.read(decoder.messages(6).last().map_or(&[][..], Vec::as_slice))?;
+                Part::Entry(Entry::Message(Message {
+                    unit: decoder.text(3),
+                    level: foxglove::level(decoder.unsigned(2)),
+                    step: decoder.unsigned(0),
+                    iteration: small(decoder.unsigned(1), "iteration")?,
+                    time: timestamp.unsigned(0) as f64 + 1e-9 * timestamp.unsigned(1) as f64,
+                    source: decoder.text(4),
+                    text: decoder.text(5),
+                }))
+            }
+            Self::End(decoder) => {
+                decoder.read(&raw.data)?;
+                Part::Entry(Entry::End(LoggedEnd { status: decoder.text(0), time: decoder.double(1) }))
+            }
+            Self::Other => Part::Nothing,
+        })
+    }
+}
+
+fn occasion(decoder: &Decoder) -> Result<Occasion, Mismatch> {
+    Ok(Occasion {
+        step: decoder.unsigned(0),
+        iteration: small(decoder.unsigned(1), "iteration")?,
+        attempt: small(decoder.unsigned(2), "attempt")?,
+        time: decoder.double(3),
+        communication_step: decoder.double(4),
+    })
+}
+
+fn small(value: u64, field: &'static str) -> Result<u32, Mismatch> {
+    u32::try_from(value).map_err(|_| Mismatch::Value { field, value: value.to_string() })
+}
+
+/// An exchange without its values, and the values.
+fn exchange(
+    side: Side,
+    decoder: &mut Decoder,
+    raw: &Raw,
+    layout: &Layout,
+) -> Result<(LoggedExchange, Vec<f64>), Mismatch> {
+    decoder.read(&raw.data)?;
+    let mut values = Vec::with_capacity(layout.size());
+    for (index, (channel, _)) in layout.channels().enumerate() {
+        let found = decoder.doubles(OCCASION.len() + index);
+        match (channel.array, found) {
+            // Protobuf leaves a zero out.
+            (false, []) => values.push(0.0),
+            (false, [.., value]) => values.push(*value),
+            (true, _) if found.len() == channel.size => values.extend_from_slice(found),
+            (true, _) => {
+                let (variable, expected, found) = (channel.name.clone(), channel.size, found.len());
+                return Err(Mismatch::Length { variable, expected, found });
+            }
+        }
+    }
+    let exchange = LoggedExchange {
+        side,
+        occasion: occasion(decoder)?,
+        accepted: decoder.bool(5),
+        sequence: raw.sequence,
+        inputs: Vec::new(),
+        outputs: Vec::new(),
+    };
+    Ok((exchange, values))
+}

@@ -1,0 +1,100 @@
+//! The message types of a log, but for `foxglove.Log`.
+
+use super::schema::{Kind, MessageType};
+use crate::participant::Layout;
+
+fn message_type(name: &str, fields: &[(&str, Kind)]) -> MessageType {
+    MessageType::new(name, fields.iter().map(|(n, k)| ((*n).to_owned(), k.clone())).collect())
+}
+
+/// `/scene`.
+pub fn scene_type() -> MessageType {
+    message_type("Scene", &[("toml", Kind::Text)])
+}
+
+/// `/build`.
+pub fn build_type() -> MessageType {
+    message_type("Build", &[("version", Kind::Text), ("commit", Kind::Text)])
+}
+
+/// `/ground_motion`.
+pub fn ground_motion_type() -> MessageType {
+    let fields = [("interval", Kind::Double), ("acceleration", Kind::Doubles), ("source", Kind::Text)];
+    message_type("GroundMotion", &fields)
+}
+
+/// `/step`.
+pub fn step_type() -> MessageType {
+    let fields = [
+        ("step", Kind::Unsigned),
+        ("attempt", Kind::Unsigned),
+        ("time", Kind::Double),
+        ("communication_step", Kind::Double),
+        ("iterations", Kind::Unsigned),
+        ("converged", Kind::Bool),
+        ("residual_pressure", Kind::Double),
+        ("residual_displacement", Kind::Double),
+        ("relaxation", Kind::Double),
+    ];
+    message_type("Step", &fields)
+}
+
+/// `/end`.
+pub fn end_type() -> MessageType {
+    message_type("End", &[("status", Kind::Text), ("time", Kind::Double), ("wall_time", Kind::Double)])
+}
+
+/// `/unit`.
+pub fn unit_type() -> MessageType {
+    let list = || Kind::Messages(variable_type());
+    message_type(
+        "Unit",
+        &[
+            ("name", Kind::Text),
+            ("solver", Kind::Text),
+            ("fingerprint", Kind::Text),
+            ("inputs", list()),
+            ("outputs", list()),
+        ],
+    )
+}
+
+/// One variable of a unit, as it travels.
+pub fn variable_type() -> MessageType {
+    message_type(
+        "Variable",
+        &[
+            ("name", Kind::Text),
+            ("value_reference", Kind::Unsigned),
+            ("unit", Kind::Text),
+            ("size", Kind::Unsigned),
+            ("array", Kind::Bool),
+        ],
+    )
+}
+
+/// Message type of a request or an answer: header, then a field a variable, an array with its norm.
+pub fn exchange_type(name: &str, layout: &Layout) -> MessageType {
+    let header = [
+        ("step", Kind::Unsigned),
+        ("iteration", Kind::Unsigned),
+        ("attempt", Kind::Unsigned),
+        ("accepted", Kind::Bool),
+        ("time", Kind::Double),
+        ("communication_step", Kind::Double),
+        ("wall_time", Kind::Double),
+    ];
+    let header = header.map(|(n, k)| (n.to_owned(), k));
+    let fields = layout.channels().flat_map(|(channel, _)| {
+        let kind = if channel.array { Kind::Doubles } else { Kind::Double };
+        let norm = channel.array.then(|| (format!("{}_norm", channel.name), Kind::Double));
+        std::iter::once((channel.name.clone(), kind)).chain(norm)
+    });
+    MessageType::new(name, header.into_iter().chain(fields).collect())
+}
+
+/// A name as message types have it.
+pub fn capitalised(name: &str) -> String {
+    let mut letters = name.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}

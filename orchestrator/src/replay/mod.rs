@@ -1,0 +1,129 @@
+//! Replay: the requests of a log put once more, to a unit made anew, whose answers must have the same bits.
+
+use crate::difference::{Difference, Divergence, Half};
+use crate::log::{Entry, Log, LogReadError, LoggedExchange};
+use crate::participant::{Occasion, Participant, ParticipantError};
+use crate::scheme::Side;
+
+/// How a replay of one unit went.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Replay {
+    /// Exchanges whose answers are identical, up to the first difference.
+    pub identical: u64,
+    /// The first difference.
+    pub divergence: Option<Divergence>,
+    /// The request that the recorded unit did not answer, which ended the run.
+    pub unanswered: Option<Unanswered>,
+    /// How the log ends: the run's status, or the byte at which it is cut short; `None` behind a difference.
+    pub ending: Option<Result<String, u64>>,
+}
+
+/// A request without an answer in the log.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unanswered {
+    /// When it was put.
+    pub occasion: Occasion,
+    /// What the replayed unit said when it failed too; `None` if it gave an answer.
+    pub failure: Option<String>,
+}
+
+/// Why a replay cannot go on.
+#[derive(Debug, thiserror::Error)]
+pub enum ReplayError {
+    /// The log.
+    #[error(transparent)]
+    Log(#[from] LogReadError),
+    /// The unit fails where the recorded one did not.
+    #[error("{occasion}, where the recorded unit gave an answer: {cause}")]
+    Unit {
+        /// When it failed.
+        occasion: Occasion,
+        /// What it said.
+        cause: ParticipantError,
+    },
+}
+
+/// Puts the requests to the unit of `side` in `log` to `unit`, and compares every answer bit for bit.
+///
+/// States are saved and restored as a run does: saved before the first request of a communication
+/// step, restored before every other. `progress` sees every occasion. Ends at the first difference.
+///
+/// **Errors**: [`ReplayError::Log`]; [`ReplayError::Unit`], if `unit` fails where the recorded one did not.
+pub fn replay(
+    log: &Log,
+    side: Side,
+    unit: &mut dyn Participant,
+    mut progress: impl FnMut(&Occasion),
+) -> Result<Replay, ReplayError> {
+    let logged = log.head().unit(side);
+    let mut replay = Replay { identical: 0, divergence: None, unanswered: None, ending: None };
+    let description = unit.description().clone();
+    let halves = [
+        (Half::Request, &logged.inputs, &description.inputs),
+        (Half::Answer, &logged.outputs, &description.outputs),
+    ];
+    let mut outputs = vec![0.0; description.outputs.size()];
+    let mut step = 0;
+    for entry in log.entries()? {
+        let exchange = match entry? {
+            Entry::Exchange(exchange) if exchange.side == side => exchange,
+            Entry::End(end) => {
+                replay.ending = Some(Ok(end.status));
+                break;
+            }
+            Entry::Cut(position) => {
+                replay.ending = Some(Err(position));
+                break;
+            }
+            _ => continue,
+        };
+        let LoggedExchange { occasion, .. } = exchange;
+        let parted = |what| {
+            let (unit, before) = (logged.name.clone(), replay.identical);
+            Some(Divergence { unit, occasion, before, what })
+        };
+        if let Some((half, ..)) = halves.into_iter().find(|(_, recorded, now)| recorded != now) {
+            replay.divergence = parted(Difference::Layout { half });
+            break;
+        }
+        let result = put(unit, &exchange, &mut step, &mut outputs);
+        // An answer that is not finite is one all the same.
+        let failure = result.err().filter(|e| !matches!(e, ParticipantError::NonFinite { .. }));
+        if exchange.outputs.is_empty() {
+            let failure = failure.map(|cause| cause.to_string());
+            replay.unanswered = Some(Unanswered { occasion, failure });
+            continue;
+        }
+        if let Some(cause) = failure {
+            return Err(ReplayError::Unit { occasion, cause });
+        }
+        let difference = Difference::of_values(Half::Answer, &logged.outputs, &exchange.outputs, &outputs);
+        if let Some(what) = difference {
+            replay.divergence = parted(what);
+            break;
+        }
+        replay.identical += 1;
+        progress(&occasion);
+    }
+    Ok(replay)
+}
+
+/// Puts one request as the run did; `step` is that whose start is the saved state.
+fn put(
+    unit: &mut dyn Participant,
+    exchange: &LoggedExchange,
+    step: &mut u64,
+    outputs: &mut [f64],
+) -> Result<(), ParticipantError> {
+    let LoggedExchange { occasion, inputs, .. } = exchange;
+    if occasion.step == 0 {
+        return unit.initialise(occasion.time, inputs, outputs);
+    }
+    if *step == occasion.step {
+        unit.restore_state()?;
+    } else {
+        unit.save_state()?;
+        *step = occasion.step;
+    }
+    unit.step(occasion, inputs, outputs)
+}
