@@ -7,6 +7,7 @@ pub mod run;
 pub mod unit;
 
 use clap::{Parser, Subcommand, ValueEnum};
+use orchestrator::scheme::Side;
 use std::io::Write;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -119,6 +120,15 @@ pub enum BuiltIn {
     Dam,
     /// The reservoir
     Reservoir,
+}
+
+impl From<BuiltIn> for Side {
+    fn from(unit: BuiltIn) -> Self {
+        match unit {
+            BuiltIn::Dam => Self::Dam,
+            BuiltIn::Reservoir => Self::Reservoir,
+        }
+    }
 }
 
 /// The threads asked for, or else one a core.

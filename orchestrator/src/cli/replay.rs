@@ -1,6 +1,6 @@
 //! `cofferdam replay`.
 
-use super::{DIFFERENT, say};
+use super::{BuiltIn, DIFFERENT, say};
 use crate::registry::{self, RegistryError};
 use indicatif::{ProgressBar, ProgressStyle};
 use miette::Diagnostic;
@@ -22,7 +22,7 @@ pub struct Arguments {
 
     /// Replay this unit only; by default both, side by side
     #[arg(short, long)]
-    pub unit: Option<Unit>,
+    pub unit: Option<BuiltIn>,
 
     /// Change a value of the scene that the units are made from; may be given several times
     ///
@@ -37,15 +37,6 @@ pub struct Arguments {
     /// No progress line
     #[arg(short, long)]
     pub quiet: bool,
-}
-
-/// A unit by its name.
-#[derive(Clone, Copy, clap::ValueEnum)]
-pub enum Unit {
-    /// The dam
-    Dam,
-    /// The reservoir
-    Reservoir,
 }
 
 pub const HELP: &str = "\
@@ -115,11 +106,9 @@ fn execute(arguments: &Arguments) -> Result<bool, Failure> {
     };
     let sides = match arguments.unit {
         None => vec![Side::Dam, Side::Reservoir],
-        Some(Unit::Dam) => vec![Side::Dam],
-        Some(Unit::Reservoir) => vec![Side::Reservoir],
+        Some(unit) => vec![unit.into()],
     };
-    let asked = arguments.threads.and_then(|n| NonZeroUsize::new(n.into()));
-    let threads = asked.or(std::thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN);
+    let threads = super::threads(arguments.threads);
     say(format!("{} (recorded by cofferdam {}, commit {})", head.scene.title, head.version, head.commit));
     let bar = progress(arguments.quiet, head.scene.steps() * sides.len() as u64);
     let results: Vec<_> = std::thread::scope(|scope| {

@@ -1,6 +1,6 @@
 //! `cofferdam unit`.
 
-use super::{BuiltIn, Unit};
+use super::Unit;
 use crate::registry::{self, RegistryError};
 use orchestrator::participant::{Participant, Task, host};
 use orchestrator::scene::Scene;
@@ -18,11 +18,7 @@ enum UnitError {
 
 /// Makes the unit that the orchestrator asks for and serves it until the run is over.
 pub fn unit(arguments: &Unit) -> ExitCode {
-    let side = match arguments.unit {
-        BuiltIn::Dam => Side::Dam,
-        BuiltIn::Reservoir => Side::Reservoir,
-    };
-    host(|task| make(side, task))
+    host(|task| make(arguments.unit.into(), task))
 }
 
 fn make(side: Side, task: &Task) -> Result<Box<dyn Participant>, UnitError> {

@@ -15,7 +15,7 @@ use std::io::BufWriter;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -31,7 +31,10 @@ pub struct Preamble {
 }
 
 /// Steps whose messages wait for the disk; when the queue is full the run waits.
-const QUEUE: usize = 256;
+const QUEUE: usize = 1024;
+/// The writing thread looks for messages at this interval: waking it for each would cost the run more than the
+/// exchange of a step does.
+const LOOK: Duration = Duration::from_millis(1);
 const FLUSH_INTERVAL: Duration = Duration::from_secs(1);
 const CHUNK_SIZE: u64 = 1 << 20;
 
@@ -201,7 +204,7 @@ impl LogWriter {
         self.pending.push(Record { header, data });
     }
 
-    /// Queues what was sent, all at once: waking the other thread costs more than a message does.
+    /// Queues what was sent, all at once.
     fn flush(&mut self) {
         let pending = std::mem::take(&mut self.pending);
         if let Some(queue) = &self.queue
@@ -321,14 +324,14 @@ type Writer = mcap::Writer<BufWriter<File>>;
 fn write_all(mut writer: Writer, queue: &Receiver<Vec<Record>>) -> Result<(), mcap::McapError> {
     let mut flushed: Option<Instant> = None;
     loop {
-        match queue.recv_timeout(FLUSH_INTERVAL) {
+        match queue.try_recv() {
             Ok(records) => {
                 for record in records {
                     writer.write_to_known_channel(&record.header, &record.data)?;
                 }
             }
-            Err(RecvTimeoutError::Timeout) => {}
-            Err(RecvTimeoutError::Disconnected) => return writer.finish().map(|_| ()),
+            Err(TryRecvError::Empty) => std::thread::sleep(LOOK),
+            Err(TryRecvError::Disconnected) => return writer.finish().map(|_| ()),
         }
         if flushed.is_none_or(|f| f.elapsed() > FLUSH_INTERVAL) {
             writer.flush()?;
