@@ -119,6 +119,29 @@ fn a_replay_gives_the_same_bits_without_the_record() -> Result<(), LogReadError>
 }
 
 #[test]
+fn both_transports_exchange_the_same_bits() {
+    let scenario = short_scene();
+    let logs = ["shared-memory", "in-process"].map(|transport| {
+        let mut command = scenario.command(transport);
+        let status = command.args(["--transport", transport]).stdout(std::process::Stdio::null()).status();
+        assert!(status.expect("cofferdam runs").success(), "{transport}");
+        scenario.folder().join(transport).join("log.mcap")
+    });
+    let (status, said) = cofferdam(&["log", "diff", text(&logs[0]), text(&logs[1])]);
+    assert_eq!(status, Some(0), "{said}");
+    let count =
+        |line: &str| line.strip_prefix("identical: ")?.strip_suffix(" exchanges")?.parse::<u64>().ok();
+    assert!(said.lines().find_map(count).is_some_and(|exchanges| exchanges > 1000), "{said}");
+    for log in &logs {
+        let (status, said) = cofferdam(&["replay", "--quiet", text(log)]);
+        assert_eq!(status, Some(0), "{said}");
+        for unit in ["dam: identical: ", "reservoir: identical: "] {
+            assert!(said.contains(unit), "{said}");
+        }
+    }
+}
+
+#[test]
 fn a_flipped_bit_is_found_where_it_is() -> Result<(), LogReadError> {
     let scenario = quick_scene();
     let log = logged(&scenario, "run");
