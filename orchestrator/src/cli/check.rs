@@ -1,6 +1,6 @@
 //! `cofferdam check`.
 
-use super::{Check, say};
+use super::{Check, complain, say};
 use orchestrator::scene::{LoadedScene, SceneError, SceneWarning};
 use std::path::Path;
 use std::process::ExitCode;
@@ -10,7 +10,7 @@ pub fn check(arguments: &Check) -> ExitCode {
     let mut status = ExitCode::SUCCESS;
     for path in &arguments.scenes {
         if let Err(error) = examine(path, &arguments.set) {
-            eprintln!("{:?}", miette::Report::new(error));
+            complain(format!("{:?}", miette::Report::new(error)));
             status = ExitCode::from(2);
         }
     }
@@ -38,6 +38,6 @@ fn examine(path: &Path, overrides: &[String]) -> Result<(), SceneError> {
 /// Shows what is doubtful about a scene.
 pub fn warn(warnings: &[SceneWarning]) {
     for warning in warnings {
-        eprintln!("{:?}", miette::Report::new(warning.clone()));
+        complain(format!("{:?}", miette::Report::new(warning.clone())));
     }
 }

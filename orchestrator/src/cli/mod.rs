@@ -54,6 +54,12 @@ fn say(line: impl std::fmt::Display) {
     let _ = writeln!(std::io::stdout(), "{line}");
 }
 
+/// Prints a line on standard error; a reader that has gone away does not end the program.
+fn complain(line: impl std::fmt::Display) {
+    // Nobody is left to be told.
+    let _ = writeln!(std::io::stderr(), "{line}");
+}
+
 /// Arguments of `cofferdam run`.
 #[derive(clap::Args)]
 pub struct Run {

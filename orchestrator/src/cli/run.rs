@@ -1,6 +1,6 @@
 //! `cofferdam run`.
 
-use super::{Run, Transport, check, say};
+use super::{Run, Transport, check, complain, say};
 use crate::registry::{self, RegistryError};
 use miette::Diagnostic;
 use orchestrator::acceleration::Acceleration;
@@ -66,7 +66,7 @@ pub fn run(arguments: &Run) -> ExitCode {
         Ok(_) => ExitCode::SUCCESS,
         Err(error) => {
             let status = error.exit_status();
-            eprintln!("{:?}", miette::Report::new(error));
+            complain(format!("{:?}", miette::Report::new(error)));
             ExitCode::from(status)
         }
     }

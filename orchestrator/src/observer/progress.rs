@@ -3,6 +3,7 @@ use crate::participant::Level;
 use crate::scheme::StepReport;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::collections::HashSet;
+use std::io::Write;
 use std::time::{Duration, Instant};
 
 /// The progress line: simulated time, speed relative to real time, iterations a step, residual.
@@ -44,7 +45,7 @@ impl Progress {
         for message in report.messages.iter().filter(|m| m.level >= Level::Warning) {
             if self.warned.insert((message.unit.clone(), message.text.clone())) {
                 let (kind, unit, text) = (message.level, &message.unit, &message.text);
-                self.bar.suspend(|| eprintln!("{kind}: {unit}: {text}"));
+                self.bar.suspend(|| print(&format!("{kind}: {unit}: {text}")));
             }
         }
     }
@@ -59,6 +60,12 @@ impl Progress {
             report.residuals.map_or(0.0, |r| r.pressure),
         )
     }
+}
+
+/// Prints a line on standard error; a reader that has gone away does not end the run.
+fn print(line: &str) {
+    // Nobody is left to be told.
+    let _ = writeln!(std::io::stderr(), "{line}");
 }
 
 impl Observer for Progress {
@@ -84,7 +91,7 @@ impl Observer for Progress {
         let tenths = 10 * report.step / self.steps.max(1);
         if self.plain && tenths > self.shown {
             self.shown = tenths;
-            eprintln!("{:>3} %  {}", 10 * tenths, self.line(report));
+            print(&format!("{:>3} %  {}", 10 * tenths, self.line(report)));
         }
         if !self.bar.is_hidden() && report.step.is_multiple_of(16) {
             self.bar.set_message(self.line(report));

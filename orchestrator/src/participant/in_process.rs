@@ -10,6 +10,8 @@ pub struct InProcess<U: CoSimulation> {
     description: Description,
     saved: Option<U::State>,
     busy: Duration,
+    /// Of the last call.
+    occasion: Occasion,
     heard: Messages,
     messages: Vec<Message>,
 }
@@ -37,28 +39,24 @@ impl<U: CoSimulation> InProcess<U> {
             fixed: layout(&[Causality::Parameter, Causality::CalculatedParameter]),
             capabilities: unit.capabilities(),
         };
-        let mut new =
-            Self { unit, description, saved: None, busy: Duration::ZERO, heard, messages: Vec::new() };
-        new.keep_messages(&Occasion::default());
+        let (busy, occasion) = (Duration::ZERO, Occasion::initialisation(0.0));
+        let mut new = Self { unit, description, saved: None, busy, occasion, heard, messages: Vec::new() };
+        new.keep_messages();
         new
     }
 
     /// Calls the unit, listens to what it says and measures the time that it takes.
-    fn call(
-        &mut self,
-        occasion: &Occasion,
-        call: impl FnOnce(&mut Self) -> Result<(), U::Error>,
-    ) -> Result<(), ParticipantError> {
+    fn call<T>(&mut self, call: impl FnOnce(&mut Self) -> T) -> T {
         let began = Instant::now();
         let heard = self.heard.clone();
         let result = heard.listen(|| call(self));
         self.busy += began.elapsed();
-        self.keep_messages(occasion);
-        result.map_err(|e| self.failed(e))
+        self.keep_messages();
+        result
     }
 
-    fn keep_messages(&mut self, occasion: &Occasion) {
-        let Occasion { step, iteration, time, .. } = *occasion;
+    fn keep_messages(&mut self) {
+        let Occasion { step, iteration, time, .. } = self.occasion;
         let unit = &self.description.name;
         self.messages.extend(self.heard.take().into_iter().map(|(level, source, text)| Message {
             unit: unit.clone(),
@@ -113,11 +111,13 @@ impl<U: CoSimulation> Participant for InProcess<U> {
         inputs: &[f64],
         outputs: &mut [f64],
     ) -> Result<(), ParticipantError> {
-        self.call(&Occasion::initialisation(start_time), |this| {
+        self.occasion = Occasion::initialisation(start_time);
+        let result = self.call(|this| {
             this.set_inputs(inputs)?;
             this.unit.initialise(start_time)?;
             this.get_outputs(outputs)
-        })?;
+        });
+        result.map_err(|e| self.failed(e))?;
         check_finite(&self.description, outputs, start_time)
     }
 
@@ -127,36 +127,29 @@ impl<U: CoSimulation> Participant for InProcess<U> {
         inputs: &[f64],
         outputs: &mut [f64],
     ) -> Result<(), ParticipantError> {
-        self.call(occasion, |this| {
+        self.occasion = *occasion;
+        let result = self.call(|this| {
             this.set_inputs(inputs)?;
             this.unit.step(occasion.time, occasion.communication_step)?;
             this.get_outputs(outputs)
-        })?;
+        });
+        result.map_err(|e| self.failed(e))?;
         check_finite(&self.description, outputs, occasion.end())
     }
 
     fn save_state(&mut self) -> Result<(), ParticipantError> {
-        let began = Instant::now();
-        self.saved = Some(self.unit.save_state());
-        self.busy += began.elapsed();
+        self.saved = Some(self.call(|this| this.unit.save_state()));
         Ok(())
     }
 
     fn restore_state(&mut self) -> Result<(), ParticipantError> {
-        let began = Instant::now();
-        let participant = || self.description.name.clone();
-        let result = match &self.saved {
-            Some(state) => self
-                .unit
-                .restore_state(state)
-                .map_err(|e| ParticipantError::Unit { participant: participant(), cause: Box::new(e) }),
-            None => Err(ParticipantError::Missing {
-                participant: participant(),
-                variable: "saved state".to_owned(),
-            }),
+        let Some(state) = self.saved.take() else {
+            let participant = self.description.name.clone();
+            return Err(ParticipantError::Missing { participant, variable: "saved state".to_owned() });
         };
-        self.busy += began.elapsed();
-        result
+        let result = self.call(|this| this.unit.restore_state(&state));
+        self.saved = Some(state);
+        result.map_err(|e| self.failed(e))
     }
 
     fn busy(&self) -> Duration {

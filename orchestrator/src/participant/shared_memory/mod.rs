@@ -48,6 +48,8 @@ pub struct SharedMemory {
 #[derive(Default)]
 struct Heard {
     words: u64,
+    /// Of the last call.
+    occasion: Occasion,
     messages: Vec<Message>,
     failure: Option<String>,
     ready: Option<(u32, serde_json::Value)>,
@@ -143,6 +145,7 @@ impl SharedMemory {
     /// Sends a command and waits for its answer, which has as many values as `outputs`.
     fn call(&mut self, header: Header, inputs: &[f64], outputs: &mut [f64]) -> Result<(), ParticipantError> {
         let occasion = header.occasion();
+        self.heard.occasion = occasion;
         let limit = if occasion.step == 0 { self.deadlines.preparation } else { self.deadlines.step };
         let unit = &self.process.name;
         let began = Instant::now();
@@ -195,9 +198,9 @@ impl Heard {
             Err(text) => self.messages.push(Message {
                 unit: process.name.clone(),
                 level: Level::Information,
-                step: 0,
-                iteration: 0,
-                time: 0.0,
+                step: self.occasion.step,
+                iteration: self.occasion.iteration,
+                time: self.occasion.time,
                 source: "standard output".to_owned(),
                 text,
             }),

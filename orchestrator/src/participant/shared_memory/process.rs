@@ -100,8 +100,10 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 /// Passes on what a process says.
 fn listen(output: ChildStdout, sender: &Sender<Result<Word, String>>) {
-    for line in BufReader::new(output).lines().map_while(Result::ok) {
-        if sender.send(serde_json::from_str(&line).map_err(|_| line)).is_err() {
+    // Whatever else a process writes there, the words behind it count.
+    for line in BufReader::new(output).split(b'\n').map_while(Result::ok) {
+        let text = || String::from_utf8_lossy(&line).into_owned();
+        if sender.send(serde_json::from_slice(&line).map_err(|_| text())).is_err() {
             return;
         }
     }
