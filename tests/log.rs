@@ -548,7 +548,14 @@ fn failed_run(path: &Path, value: Option<f64>) -> Result<(), Box<dyn std::error:
         50,
     )?;
     let ground_motion = loaded.ground_motion;
-    let mut simulation = Simulation { units, scheme, ground_motion, communication_step: 0.0025, steps: 100 };
+    let mut simulation = Simulation {
+        units,
+        scheme,
+        ground_motion,
+        communication_step: 0.0025,
+        steps: 100,
+        static_crest_displacement: None,
+    };
     let (_, failure) = simulation.run(&mut [&mut log], &AtomicBool::new(false));
     assert!(failure.is_some(), "the run fails");
     Ok(())

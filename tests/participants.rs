@@ -9,6 +9,7 @@ use orchestrator::scene::LoadedScene;
 use reservoir::Reservoir;
 use std::num::NonZeroUsize;
 use std::process::Command;
+use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 use whole_chain::koyna;
 use whole_chain::scenario::{Scenario, binary};
@@ -101,7 +102,7 @@ fn both_over_shared_memory() -> Result<(), Box<dyn std::error::Error>> {
     });
     let minute = Duration::from_secs(60);
     let deadlines = Deadlines { preparation: minute, step: minute };
-    for unit in Starting::new(units, &scene, 1, deadlines)?.wait()? {
+    for unit in Starting::new(units, &scene, 1, deadlines)?.wait(&AtomicBool::new(false))? {
         battery(Box::new(unit))?;
     }
     Ok(())

@@ -1,7 +1,10 @@
 //! A unit's process that breaks the protocol is refused or ended, with a message that says how.
 
-use orchestrator::participant::{Deadlines, Occasion, Participant, ParticipantError, SharedMemory, Starting};
+use orchestrator::participant::{
+    Deadlines, Level, Occasion, Participant, ParticipantError, SharedMemory, Starting,
+};
 use std::process::Command;
+use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 /// Starts a unit with a fault.
@@ -11,7 +14,7 @@ fn start(fault: &str) -> Result<SharedMemory, ParticipantError> {
     let deadlines = Deadlines { preparation: Duration::from_secs(1), step: Duration::from_millis(200) };
     let starting = Starting::new([("dam".to_owned(), command)], "", 1, deadlines)?;
     let process = starting.processes().map(|(_, id)| id).next().expect("a process");
-    let mut units = starting.wait().inspect_err(|_| assert_gone(process))?;
+    let mut units = starting.wait(&AtomicBool::new(false)).inspect_err(|_| assert_gone(process))?;
     Ok(units.pop().expect("a unit"))
 }
 
@@ -42,6 +45,9 @@ fn every_breach_is_named() {
         ("no-service", ["dam is not connected", "must serve `cofferdam/"]),
         ("other-layout", ["dam lays out requests and answers as 0123", "the same build"]),
         ("silent", ["dam: no answer for 1 s while the units were made", "--deadline"]),
+        ("chatters", ["dam: no answer for 1 s while the units were made", "was killed"]),
+        ("other-name", ["dam: its description cannot be read", "it is that of `dyke`"]),
+        ("warns-and-dies", ["dam: it is too much", ""]),
         ("exits", ["dam: its process ended with exit status 7", "while the units were made"]),
         ("panics", ["dam: its process ended with exit status 101", "while the units were made"]),
         ("short-answer", ["dam answered with 2 values", "3 were expected"]),
@@ -65,8 +71,34 @@ fn what_is_no_json_is_kept_as_a_message() -> Result<(), ParticipantError> {
         texts.extend(unit.messages().into_iter().map(|m| m.text));
         std::thread::sleep(Duration::from_millis(1));
     }
-    assert_eq!(texts, ["this line is no JSON", "nor is this one"]);
+    assert_eq!(texts, ["this line is no JSON", "caf\u{fffd}", "nor is this one"]);
     Ok(())
+}
+
+#[test]
+fn words_that_never_come_are_waited_for_once() -> Result<(), ParticipantError> {
+    let mut unit = start("miscounts-words")?;
+    let mut outputs = [0.0; 3];
+    unit.initialise(0.0, &[1.0, 2.0, 3.0], &mut outputs)?;
+    let warnings = |unit: &mut SharedMemory| {
+        unit.messages().into_iter().filter(|m| m.level == Level::Warning).map(|m| m.text).collect::<Vec<_>>()
+    };
+    assert_eq!(warnings(&mut unit), ["98 of the words that its answer counts were not heard"]);
+    let occasion = Occasion { step: 1, iteration: 1, attempt: 1, time: 0.0, communication_step: 0.25 };
+    unit.step(&occasion, &[4.0, 5.0, 6.0], &mut outputs)?;
+    assert!(warnings(&mut unit).is_empty());
+    Ok(())
+}
+
+#[test]
+fn a_unit_that_does_not_read_a_long_task_is_ended_too() {
+    let mut command = Command::new("sleep");
+    command.arg("60");
+    let deadlines = Deadlines { preparation: Duration::from_millis(200), step: Duration::from_millis(200) };
+    let units = [("dam".to_owned(), command)];
+    let started = Starting::new(units, &"x".repeat(1 << 20), 1, deadlines);
+    let message = started.and_then(|s| s.wait(&AtomicBool::new(false))).err().expect("no answer").to_string();
+    assert!(message.contains("dam: no answer for 0.2 s while the units were made"), "{message}");
 }
 
 #[test]

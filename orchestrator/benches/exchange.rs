@@ -17,6 +17,7 @@ use std::error::Error;
 use std::io::{Read, Write};
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::process::{Child, Command, ExitCode};
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 const VALUES: usize = 100;
@@ -172,7 +173,7 @@ fn shared_memory(solve: Duration) -> Result<Box<dyn Participant>, Box<dyn Error>
     command.arg("unit").arg(solve.as_micros().to_string());
     let deadlines = Deadlines { preparation: Duration::from_secs(10), step: Duration::from_secs(10) };
     let starting = Starting::new([("dam".to_owned(), command)], "", 1, deadlines)?;
-    Ok(Box::new(starting.wait()?.remove(0)))
+    Ok(Box::new(starting.wait(&AtomicBool::new(false))?.remove(0)))
 }
 
 /// What the orchestrator does beside the exchange: residuals, acceleration, and a step's log records.

@@ -1,6 +1,7 @@
 //! The run itself: step after step, every report to every observer.
 
 use crate::observer::{Ending, Observer, ObserverError, Start, Status, WallTime};
+use crate::participant::ParticipantError;
 use crate::scene::GroundMotion;
 use crate::scheme::{CouplingError, SerialImplicit, StepFailure, StepReport, Units};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -18,6 +19,9 @@ pub struct Simulation {
     pub communication_step: f64,
     /// Number of communication steps.
     pub steps: u64,
+    /// Displacement (x, y) of the crest under weight and hydrostatic pressure, m, once a dam that has it is
+    /// initialised.
+    pub static_crest_displacement: Option<[f64; 2]>,
 }
 
 /// Why a run ended early.
@@ -72,6 +76,11 @@ impl Simulation {
         tell_all(observers, |o| o.begin(&start))?;
         let report = self.scheme.initialise(&mut self.units, 0.0, self.ground_motion.at(0.0));
         observe(observers, report, wall)?;
+        self.static_crest_displacement = match self.units.dam.fixed("crest_static_displacement") {
+            Ok(u) => u.first().zip(u.get(1)).map(|(x, y)| [*x, *y]),
+            Err(ParticipantError::Missing { .. }) => None,
+            Err(error) => return Err(CouplingError::from(error).into()),
+        };
         for step in 1..=self.steps {
             if interrupted.load(Ordering::Relaxed) {
                 return Ok(Status::Interrupted);

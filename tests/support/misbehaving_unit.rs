@@ -3,7 +3,7 @@
 use interface::{Capabilities, Fingerprint};
 use orchestrator::participant::{Channel, Description, Layout, Task, Word};
 use orchestrator::transport::{PROTOCOL_VERSION, Server, Status, layout_hash};
-use std::io::BufRead;
+use std::io::{BufRead, Write};
 use std::sync::atomic::AtomicBool;
 
 fn main() {
@@ -43,9 +43,18 @@ fn main() {
         "silent" => return wait(),
         "exits" => std::process::exit(7),
         "panics" => panic!("this unit panics"),
+        "chatters" => loop {
+            println!("this line is no JSON");
+            std::thread::sleep(std::time::Duration::from_millis(1));
+        },
+        "other-name" => {
+            let description = Description { name: "dyke".to_owned(), ..description };
+            return ready(PROTOCOL_VERSION, serde_json::to_value(&description).expect("a description"));
+        }
         _ => {}
     }
     println!("this line is no JSON");
+    std::io::stdout().write_all(b"caf\xe9\n").expect("standard output");
     let server = server(&layout);
     ready(PROTOCOL_VERSION, announced);
     println!("nor is this one");
@@ -56,6 +65,11 @@ fn main() {
             ("wrong-echo", 1) => header.time += 0.5,
             ("not-finite", 1) => outputs[2] = f64::INFINITY,
             ("fails-silently", 1) => header.status = Status::Failed as u32,
+            ("miscounts-words", _) => header.words = 99,
+            ("warns-and-dies", 1) => {
+                say(&Word::Failed { text: "dam: it is too much".to_owned() });
+                std::process::abort();
+            }
             ("promises-words", 1) => (header.status, header.words) = (Status::Failed as u32, 99),
             ("hangs", 1) => wait(),
             ("dies", 1) => std::process::abort(),

@@ -145,7 +145,7 @@ pub fn threads(asked: Option<u16>) -> NonZeroUsize {
 
 fn seconds(text: &str) -> Result<f64, String> {
     let value: f64 = text.parse().map_err(|_| "a number of seconds is wanted".to_owned())?;
-    if value > 0.0 && value <= 1e6 { Ok(value) } else { Err("more than 0 and up to 1e6 s".to_owned()) }
+    if (0.1..=1e6).contains(&value) { Ok(value) } else { Err("it must lie from 0.1 to 1e6 s".to_owned()) }
 }
 
 const UNIT_HELP: &str = "\

@@ -8,7 +8,7 @@ use orchestrator::convergence::ConvergenceMeasure;
 use orchestrator::log::{LogError, LogWriter, Preamble};
 use orchestrator::observer::{HistoriesWriter, Progress, Status};
 use orchestrator::participant::{Deadlines, ParticipantError, Starting};
-use orchestrator::report::{Build, Manifest, ManifestError, Reference, Summary, Unit};
+use orchestrator::report::{Build, Manifest, ManifestError, Summary, Unit};
 use orchestrator::scene::{GroundMotion, LoadedScene, STANDARD_GRAVITY, Scene, SceneError};
 use orchestrator::scheme::{CouplingError, Predictor, SerialImplicit, Side, Units};
 use orchestrator::simulation::{Simulation, SimulationError};
@@ -48,6 +48,7 @@ impl RunError {
     fn exit_status(&self) -> u8 {
         match self {
             Self::Scene(_) => 2,
+            Self::Participant(ParticipantError::Interrupted) => INTERRUPTED,
             Self::Simulation(SimulationError::Coupling(CouplingError::NotConverged { .. })) => 3,
             Self::Unit(_) | Self::Participant(_) | Self::Simulation(SimulationError::Coupling(_)) => 4,
             _ => 1,
@@ -78,6 +79,10 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
     let folder = arguments.output.clone().unwrap_or_else(|| {
         PathBuf::from("runs").join(format!("{}-{}", loaded.name, started.strftime("%Y%m%dT%H%M%SZ")))
     });
+    if arguments.transport == Transport::SharedMemory {
+        Starting::check()?;
+    }
+    let interrupted = catch_interrupt()?;
     let manifest_path = claim(&folder)?;
     check::warn(&loaded.warnings);
 
@@ -102,7 +107,7 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
 
     say(&loaded.scene.title);
     let began = Instant::now();
-    let mut units = units(arguments, &loaded.scene, &preamble.scene)?;
+    let mut units = units(arguments, &loaded.scene, &preamble.scene, &interrupted)?;
     for unit in [&units.dam, &units.reservoir] {
         let description = unit.description();
         let (name, solver) = (description.name.clone(), description.solver.clone());
@@ -113,19 +118,17 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
     let (x, y) = (units.dam.fixed("interface_x")?, units.dam.fixed("interface_y")?);
     manifest.wet_face = x.into_iter().zip(y).map(|(x, y)| [x, y]).collect();
     manifest.write(&manifest_path)?;
+    let damping = damping_line(&loaded, &mut units)?;
     say(ground_line(&loaded.ground_motion));
     say(format!("prepared in {:.2} s; results go to {}", began.elapsed().as_secs_f64(), folder.display()));
 
     let mut simulation = assemble(&loaded, units)?;
-    // From here on Ctrl-C leaves a partial result; before, there is none to leave.
-    let interrupted = catch_interrupt()?;
     let (ending, failure) = simulation.run(&mut [&mut log, &mut histories, &mut progress], &interrupted);
-    let reference = reference(&mut simulation.units);
-    let summary = Summary::of(&loaded, &histories.histories, &ending, &reference);
+    let summary = Summary::of(&loaded, &histories.histories, &ending, simulation.static_crest_displacement);
     let table = summary.to_string();
     manifest.result = Some(summary);
     manifest.write(&manifest_path)?;
-    say(format!("\n{table}{}", damping_line(&loaded, &mut simulation.units)));
+    say(format!("\n{table}{damping}"));
     say(ending.wall);
     say(format!("log, histories and manifest are in {}", folder.display()));
     match failure {
@@ -135,7 +138,12 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
 }
 
 /// The units of a scene, of which `resolved` is the TOML.
-fn units(arguments: &Run, scene: &Scene, resolved: &str) -> Result<Units, RunError> {
+fn units(
+    arguments: &Run,
+    scene: &Scene,
+    resolved: &str,
+    interrupted: &AtomicBool,
+) -> Result<Units, RunError> {
     let threads = super::threads(arguments.threads);
     if arguments.transport == Transport::InProcess {
         return Ok(Units {
@@ -154,7 +162,7 @@ fn units(arguments: &Run, scene: &Scene, resolved: &str) -> Result<Units, RunErr
     let starting = Starting::new(processes, resolved, threads.get(), deadlines)?;
     let processes: Vec<String> = starting.processes().map(|(name, id)| format!("{name} {id}")).collect();
     say(format!("processes  {}", processes.join(", ")));
-    let mut units = starting.wait()?.into_iter();
+    let mut units = starting.wait(interrupted)?.into_iter();
     match (units.next(), units.next()) {
         (Some(dam), Some(reservoir)) => Ok(Units { dam: Box::new(dam), reservoir: Box::new(reservoir) }),
         _ => unreachable!("two processes were started"),
@@ -188,12 +196,11 @@ fn catch_interrupt() -> Result<Arc<AtomicBool>, RunError> {
 fn assemble(loaded: &LoadedScene, mut units: Units) -> Result<Simulation, RunError> {
     let LoadedScene { scene, ground_motion, .. } = loaded;
     let coupling = &scene.coupling;
-    let base_pressure = scene.reservoir.density * scene.gravity * scene.reservoir.depth;
     let scheme = SerialImplicit::new(
         &mut units,
         Acceleration::new(coupling.acceleration, coupling.relaxation),
         Predictor::new(coupling.predictor_order),
-        ConvergenceMeasure::new(coupling.tolerance, scene.height(), base_pressure),
+        ConvergenceMeasure::new(coupling.tolerance, scene.height(), scene.hydrostatic_base_pressure()),
         coupling.iteration_limit,
     )
     .map_err(SimulationError::from)?;
@@ -203,17 +210,8 @@ fn assemble(loaded: &LoadedScene, mut units: Units) -> Result<Simulation, RunErr
         ground_motion: ground_motion.clone(),
         communication_step: scene.time.communication_step,
         steps: scene.steps(),
+        static_crest_displacement: None,
     })
-}
-
-/// What results are compared with; a unit that has failed may have nothing to say.
-fn reference(units: &mut Units) -> Reference {
-    let hydrostatic = units.reservoir.fixed("hydrostatic_pressure").ok();
-    let crest = units.dam.fixed("crest_static_displacement").ok();
-    Reference {
-        hydrostatic_base_pressure: hydrostatic.and_then(|p| p.first().copied()).unwrap_or(f64::NAN),
-        static_crest_displacement: crest.map(|u| [u[0], u[1]]),
-    }
 }
 
 /// What moves the ground, and its peak.
@@ -225,17 +223,15 @@ fn ground_line(motion: &GroundMotion) -> String {
 }
 
 /// Names the damping: no sliding may be quoted without it.
-fn damping_line(loaded: &LoadedScene, units: &mut Units) -> String {
-    let Some(dam) = &loaded.scene.dam else { return String::new() };
-    let mut frequency = |name: &str| units.dam.fixed(name).ok().and_then(|f| f.first().copied());
-    match (dam.damping.ratio, frequency("damping_frequency_low"), frequency("damping_frequency_high")) {
-        (ratio, Some(low), Some(high)) if ratio > 0.0 => {
-            let percent = 100.0 * ratio;
-            format!(
-                "{:<52} Rayleigh, {percent} % at {low:.2} and {high:.2} rad/s\n",
-                "damping model of the dam"
-            )
-        }
-        _ => format!("{:<52} none\n", "damping model of the dam"),
-    }
+fn damping_line(loaded: &LoadedScene, units: &mut Units) -> Result<String, ParticipantError> {
+    let Some(dam) = &loaded.scene.dam else { return Ok(String::new()) };
+    let damping = if dam.damping.ratio > 0.0 {
+        let mut frequencies = units.dam.fixed("damping_frequency_low")?;
+        frequencies.extend(units.dam.fixed("damping_frequency_high")?);
+        let frequencies: Vec<String> = frequencies.iter().map(|f| format!("{f:.2}")).collect();
+        format!("Rayleigh, {} % at {} rad/s", 100.0 * dam.damping.ratio, frequencies.join(" and "))
+    } else {
+        "none".to_owned()
+    };
+    Ok(format!("{:<52} {damping}\n", "damping model of the dam"))
 }

@@ -48,6 +48,11 @@ impl Layout {
         self.channels.iter().map(|c| c.size).sum()
     }
 
+    /// Number of values of the longest variable.
+    pub fn longest(&self) -> usize {
+        self.channels.iter().map(|c| c.size).max().unwrap_or(0)
+    }
+
     /// The channels, each with the range of its values.
     pub fn channels(&self) -> impl Iterator<Item = (&Channel, std::ops::Range<usize>)> {
         self.channels.iter().scan(0, |start, channel| {
@@ -145,6 +150,20 @@ pub enum ParticipantError {
         /// Name of the variable.
         variable: String,
     },
+    /// A coupled variable has another number of values than its counterpart.
+    #[error(
+        "{participant}: `{variable}` has {found} values, {expected} are needed; both units need the same points"
+    )]
+    Size {
+        /// Name of the participant.
+        participant: String,
+        /// Name of the variable.
+        variable: String,
+        /// Number of values needed.
+        expected: usize,
+        /// Number of values found.
+        found: usize,
+    },
     /// The unit's process said what is wrong.
     #[error("{text}")]
     Reported {
@@ -160,7 +179,7 @@ pub enum ParticipantError {
         cause: std::io::Error,
     },
     /// The unit's process ended.
-    #[error("{participant}: its process {how} {when}; the log holds every exchange of the steps before")]
+    #[error("{participant}: its process {how} {when}")]
     Ended {
         /// Name of the participant.
         participant: String,
@@ -169,9 +188,13 @@ pub enum ParticipantError {
         /// Step and iteration, or what was being done.
         when: String,
     },
+    /// The user did not want to wait any longer.
+    #[error("interrupted while the units were made")]
+    Interrupted,
     /// The unit does not answer.
     #[error(
-        "{participant}: no answer for {seconds} s {when}, so its process was killed; if it needs longer, raise --deadline"
+        "{participant}: no answer for {seconds} s {when}, so its process was killed; if it needs longer, raise \
+         --deadline, which is the limit for a step and a sixtieth of that for making and initialising"
     )]
     Hung {
         /// Name of the participant.

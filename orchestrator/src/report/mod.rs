@@ -4,4 +4,4 @@ mod manifest;
 mod summary;
 
 pub use manifest::{Build, Manifest, ManifestError, Unit};
-pub use summary::{Quantity, Reference, Summary};
+pub use summary::{Quantity, Summary};

@@ -42,21 +42,19 @@ pub struct Summary {
     pub quantities: Vec<Quantity>,
 }
 
-/// What a summary needs beside the histories.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Reference {
-    /// Hydrostatic pressure at the heel, Pa.
-    pub hydrostatic_base_pressure: f64,
-    /// Static displacement of the crest (x, y), m; `None` for a dam that is not computed.
-    pub static_crest_displacement: Option<[f64; 2]>,
-}
-
 impl Summary {
     /// Sums up the histories of a run; what the run did not record, or did not reach, is left out.
-    pub fn of(loaded: &LoadedScene, histories: &Histories, ending: &Ending, reference: &Reference) -> Self {
+    ///
+    /// `static_crest` is the displacement (x, y) of the crest at rest, m, of a dam that is computed.
+    pub fn of(
+        loaded: &LoadedScene,
+        histories: &Histories,
+        ending: &Ending,
+        static_crest: Option<[f64; 2]>,
+    ) -> Self {
         let mut table =
             Table { histories, time: histories.column("time").unwrap_or(&[]), quantities: Vec::new() };
-        if let Some([x, _]) = reference.static_crest_displacement {
+        if let Some([x, _]) = static_crest {
             table.add("static crest displacement (weight, water)", 1e3 * x, "mm", None);
         }
         table.extremes("dam.crest_displacement.x");
@@ -75,7 +73,7 @@ impl Summary {
             }
         }
         table.peak("peak crest acceleration", "dam.crest_acceleration.x", 1.0 / STANDARD_GRAVITY, "g");
-        let base = 1.0 / reference.hydrostatic_base_pressure;
+        let base = 1.0 / loaded.scene.hydrostatic_base_pressure();
         table.peak("peak hydrodynamic base pressure over hydrostatic", "reservoir.base_pressure", base, "1");
         table.largest(LOWEST_PRESSURE, "lowest_pressure", 1e-3, "kPa", |p| -p);
         table.pressure_coefficient(loaded);

@@ -328,6 +328,11 @@ impl Scene {
         (self.time.duration.unwrap_or(0.0) / self.time.communication_step - 1e-9).ceil() as u64
     }
 
+    /// Hydrostatic pressure ρ g h at the heel, Pa.
+    pub fn hydrostatic_base_pressure(&self) -> f64 {
+        self.reservoir.density * self.gravity * self.reservoir.depth
+    }
+
     /// Height of the dam, m.
     pub fn height(&self) -> f64 {
         let crest = self.dam.as_ref().and_then(|d| d.section.upstream.last());

@@ -33,24 +33,44 @@ struct Channels {
 
 impl Channels {
     fn of(dam: &Description, reservoir: &Description) -> Result<Self, ParticipantError> {
-        let find = |description: &Description, input: bool, variable: &str| {
+        let range = |description: &Description, input: bool, variable: &str| {
             let layout = if input { &description.inputs } else { &description.outputs };
             layout.range(variable).ok_or_else(|| ParticipantError::Missing {
                 participant: description.name.clone(),
                 variable: variable.to_owned(),
             })
         };
+        let points = range(dam, true, "interface_pressure")?.len();
+        let find = |description: &Description, input: bool, variable: &str, size: usize| {
+            let range = range(description, input, variable)?;
+            check_size(description, variable, size, range.len())?;
+            Ok::<_, ParticipantError>(range)
+        };
         Ok(Self {
-            dam_pressure: find(dam, true, "interface_pressure")?,
-            dam_hydrostatic: find(dam, true, "hydrostatic_pressure")?,
-            dam_ground: find(dam, true, "ground_acceleration")?,
-            dam_displacement: find(dam, false, "interface_displacement")?,
-            dam_acceleration: find(dam, false, "interface_acceleration")?,
-            reservoir_acceleration: find(reservoir, true, "interface_acceleration")?,
-            reservoir_ground: find(reservoir, true, "ground_acceleration")?,
-            reservoir_pressure: find(reservoir, false, "interface_pressure")?,
+            dam_pressure: find(dam, true, "interface_pressure", points)?,
+            dam_hydrostatic: find(dam, true, "hydrostatic_pressure", points)?,
+            dam_ground: find(dam, true, "ground_acceleration", 2)?,
+            dam_displacement: find(dam, false, "interface_displacement", points)?,
+            dam_acceleration: find(dam, false, "interface_acceleration", points)?,
+            reservoir_acceleration: find(reservoir, true, "interface_acceleration", points)?,
+            reservoir_ground: find(reservoir, true, "ground_acceleration", 2)?,
+            reservoir_pressure: find(reservoir, false, "interface_pressure", points)?,
         })
     }
+}
+
+/// Checks the number of values of a coupled variable.
+fn check_size(
+    description: &Description,
+    variable: &str,
+    expected: usize,
+    found: usize,
+) -> Result<(), ParticipantError> {
+    if expected == found {
+        return Ok(());
+    }
+    let (participant, variable) = (description.name.clone(), variable.to_owned());
+    Err(ParticipantError::Size { participant, variable, expected, found })
 }
 
 impl SerialImplicit {
@@ -108,7 +128,9 @@ impl SerialImplicit {
         inputs[self.channels.reservoir_ground.clone()].copy_from_slice(&report.ground_acceleration);
         self.exchange(&mut *units.reservoir, Side::Reservoir, occasion, inputs, report)?;
         self.hydrostatic_pressure = units.reservoir.fixed("hydrostatic_pressure")?;
-        let pressure = vec![0.0; self.hydrostatic_pressure.len()];
+        let (points, found) = (self.channels.dam_pressure.len(), self.hydrostatic_pressure.len());
+        check_size(units.reservoir.description(), "hydrostatic_pressure", points, found)?;
+        let pressure = vec![0.0; points];
         let inputs = self.dam_inputs(&*units.dam, &pressure, report.ground_acceleration);
         self.exchange(&mut *units.dam, Side::Dam, occasion, inputs, report)?;
         report.exchanges.iter_mut().for_each(|e| e.accepted = true);

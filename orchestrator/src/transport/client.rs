@@ -66,8 +66,7 @@ impl Client {
 
     /// Sends a request and waits for its answer, which it hands to `take`; returns the answer's header.
     ///
-    /// When the answer is late (10 ms), `look` is called with the time waited, again and again, and may
-    /// give up.
+    /// When the answer is late (10 ms), `look` is called after every nap, and may give up.
     ///
     /// **Errors**: nobody serves; the answer does not echo the header; whatever `look` returns.
     pub fn call<E: From<TransportError>>(
@@ -75,14 +74,13 @@ impl Client {
         header: Header,
         values: &[f64],
         take: impl FnOnce(&Header, &[f64]) -> Result<(), TransportError>,
-        mut look: impl FnMut(Duration) -> Result<(), E>,
+        mut look: impl FnMut() -> Result<(), E>,
     ) -> Result<Header, E> {
         let failed = |e: &dyn Debug| shared_memory_error("sending a request", &e);
         let mut request = self.port.loan_slice_uninit(values.len()).map_err(|e| failed(&e))?;
         *request.user_header_mut() = header;
         let pending = request.write_from_slice(values).send().map_err(|e| failed(&e))?;
         if pending.number_of_server_connections() == 0 {
-            look(Duration::ZERO)?;
             let service = service_name(header.run, &self.unit);
             return Err(TransportError::NotConnected { unit: self.unit.clone(), service }.into());
         }
@@ -99,7 +97,7 @@ impl Client {
             }
             let waited = wait.pause();
             if waited > LATE {
-                look(waited)?;
+                look()?;
             }
         }
     }

@@ -2,9 +2,9 @@
 //!
 //! A unit is the one server of the service `cofferdam/<run>/<unit>`, the orchestrator its one
 //! client. Request and answer are `[f64]` slices behind the same [`Header`]; the service carries
-//! protocol version and layout hash as attributes. Files of iceoryx2 lie in a short folder of the
-//! user's own, so that users do not meet; what a killed process leaves behind is removed by the
-//! next one that opens or closes a node there.
+//! protocol version and layout hash as attributes. Files of iceoryx2 lie in a folder of the user's
+//! own, so that users do not meet. What a killed process leaves behind is removed by the next one
+//! that opens or closes a node there, and whatever escapes that by the next one that is alone.
 
 mod client;
 mod header;
@@ -24,8 +24,10 @@ use iceoryx2::prelude::{
 };
 use iceoryx2::service::attribute::{AttributeKey, AttributeValue};
 use std::fmt::Debug;
+use std::fs::File;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 use std::time::Duration;
 
 /// What goes wrong on the way between two processes.
@@ -43,15 +45,14 @@ pub enum TransportError {
         /// What iceoryx2 said.
         cause: String,
     },
-    /// The user's folder for iceoryx2 belongs to somebody else, or cannot be made.
+    /// Something of this user's name in shared memory belongs to somebody else.
     #[error(
-        "{}: {cause}; remove it, or go on without shared memory by --transport in-process", path.display()
+        "{} is not a folder that only this user can write into; ask its owner or root to remove it, or go on \
+         without shared memory by --transport in-process", path.display()
     )]
     Folder {
         /// The folder.
         path: PathBuf,
-        /// What is wrong with it.
-        cause: String,
     },
     /// The other side speaks another version of the protocol.
     #[error(
@@ -161,26 +162,59 @@ pub fn new_run() -> u64 {
     std::hash::RandomState::new().build_hasher().finish()
 }
 
-/// What everything of this user is called that lies in shared memory and among temporary files.
+/// What everything of this user is called that lies in shared memory.
 fn prefix() -> String {
     format!("cofferdam-{}", rustix::process::getuid().as_raw())
 }
 
-/// The user's own folder for iceoryx2's files, private, because others could write into a run.
+/// The user's own folder for iceoryx2's files, which nobody else may write into. It lies where the memory does, and
+/// goes with it.
 fn folder() -> Result<PathBuf, TransportError> {
-    let path = std::env::temp_dir().join(prefix());
-    let user = rustix::process::getuid().as_raw();
-    let failed = |cause: String| TransportError::Folder { path: path.clone(), cause };
+    let path = Path::new(SHARED_MEMORY).join(prefix());
+    let failed = |e: std::io::Error| shared_memory_error("making a folder", &e);
     match std::fs::DirBuilder::new().mode(0o700).create(&path) {
-        Ok(()) => Ok(path),
+        Ok(()) => {}
         Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists => {
-            let metadata = std::fs::symlink_metadata(&path).map_err(|e| failed(e.to_string()))?;
-            match metadata.is_dir() && metadata.uid() == user && metadata.mode() & 0o022 == 0 {
-                true => Ok(path),
-                false => Err(failed("it is not a folder that only this user can write into".to_owned())),
+            let metadata = std::fs::symlink_metadata(&path).map_err(failed)?;
+            let mine = metadata.uid() == rustix::process::getuid().as_raw();
+            if !(metadata.is_dir() && mine && metadata.mode() & 0o022 == 0) {
+                return Err(TransportError::Folder { path });
             }
         }
-        Err(e) => Err(failed(e.to_string())),
+        Err(e) => return Err(failed(e)),
+    }
+    hold(&path).map_err(failed)?;
+    Ok(path)
+}
+
+/// Says that this process uses `folder`, as long as it lives; if no other does, removes whatever is left there.
+fn hold(folder: &Path) -> std::io::Result<()> {
+    static LOCK: OnceLock<File> = OnceLock::new();
+    if LOCK.get().is_some() {
+        return Ok(());
+    }
+    let lock = File::options().create(true).append(true).open(folder.join("lock"))?;
+    if lock.try_lock().is_ok() {
+        sweep(folder);
+        lock.unlock()?;
+    }
+    lock.lock_shared()?;
+    // Another thread may have been first; one lock is enough.
+    let _ = LOCK.set(lock);
+    Ok(())
+}
+
+/// Removes everything of this user from shared memory but the lock; nobody may be using it.
+fn sweep(folder: &Path) {
+    let segments = format!("{}_", prefix());
+    // What cannot be removed will not be missed: names are not used twice.
+    for entry in std::fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten() {
+        if entry.file_name().to_string_lossy().starts_with(&segments) {
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
+    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+        let _ = std::fs::remove_dir_all(entry.path());
     }
 }
 
@@ -197,28 +231,35 @@ fn node() -> Result<Node, TransportError> {
     builder.create::<Ipc>().map_err(|e| shared_memory_error("making a node", &e))
 }
 
-/// An error of iceoryx2, with what seems wrong with the machine's shared memory.
+/// An error of iceoryx2 or the system, with what seems wrong with the machine's shared memory.
 fn shared_memory_error(doing: &'static str, cause: &dyn Debug) -> TransportError {
     let path = Path::new(SHARED_MEMORY);
-    let why = match std::fs::metadata(path) {
-        Err(e) => format!("{SHARED_MEMORY}: {e}"),
-        Ok(metadata) if !metadata.is_dir() => format!("{SHARED_MEMORY} is no folder"),
-        Ok(_) => match (tempfile_in(path), rustix::fs::statvfs(path)) {
-            (Err(e), _) => format!("{SHARED_MEMORY} cannot be written to: {e}"),
-            (_, Ok(space)) => {
-                format!("{SHARED_MEMORY} has {} KiB free", space.f_bavail * space.f_frsize / 1024)
-            }
-            (_, Err(e)) => format!("{SHARED_MEMORY}: {e}"),
-        },
+    let why = match (std::fs::read_dir(path), try_writing(path), rustix::fs::statvfs(path)) {
+        (Err(e), _, _) => format!("{SHARED_MEMORY}: {e}"),
+        (_, Err(e), _) => format!("{SHARED_MEMORY} cannot be written to: {e}"),
+        (_, _, Err(e)) => format!("{SHARED_MEMORY}: {e}"),
+        (Ok(mut entries), _, Ok(space)) => {
+            let me = rustix::process::getuid().as_raw();
+            let strange = entries.find_map(|entry| {
+                let entry = entry.ok()?;
+                let mine = entry.file_name().to_string_lossy().starts_with(&prefix());
+                let owner = entry.metadata().ok().filter(|_| mine)?.uid();
+                (owner != me).then(|| format!("{} belongs to user {owner}", entry.path().display()))
+            });
+            let free = || format!("{SHARED_MEMORY} has {} KiB free", space.f_bavail * space.f_frsize / 1024);
+            strange.unwrap_or_else(free)
+        }
     };
     TransportError::SharedMemory { why, doing, cause: format!("{cause:?}") }
 }
 
 /// Makes a file in `folder` and removes it.
-fn tempfile_in(folder: &Path) -> std::io::Result<()> {
+fn try_writing(folder: &Path) -> std::io::Result<()> {
     let path = folder.join(format!("{}-{:016x}", prefix(), new_run()));
-    std::fs::File::create_new(&path)?;
-    std::fs::remove_file(path)
+    File::create_new(&path)?;
+    // It is there, so it could be written.
+    let _ = std::fs::remove_file(path);
+    Ok(())
 }
 
 fn attributes(layout: &str) -> Result<AttributeSpecifier, TransportError> {

@@ -43,7 +43,7 @@ impl Server {
         let failed = |e: &dyn Debug| shared_memory_error("sending an answer", &e);
         let mut values = Vec::new();
         let mut wait = Wait::begin();
-        while !over.load(Ordering::Relaxed) {
+        while !over.load(Ordering::Acquire) {
             let request = self.port.receive().map_err(|e| shared_memory_error("receiving a request", &e))?;
             let Some(request) = request else {
                 wait.pause();

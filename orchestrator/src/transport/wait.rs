@@ -5,9 +5,12 @@ use std::time::{Duration, Instant};
 const SPIN: Duration = Duration::from_micros(3);
 /// Until then it lets others run and looks again at once.
 const YIELD: Duration = Duration::from_micros(100);
-/// Then it sleeps this long between two looks: pure spinning or yielding collapses when there are more
+/// Then it sleeps at least this long between two looks: pure spinning or yielding collapses when there are more
 /// processes than cores.
-const NAP: Duration = Duration::from_micros(20);
+const SHORTEST_NAP: Duration = Duration::from_micros(20);
+/// The longer it has waited the longer it sleeps, which delays an answer by no more than this share.
+const NAP_SHARE: u32 = 50;
+const LONGEST_NAP: Duration = Duration::from_millis(1);
 
 /// Waiting for the other side: spin, then yield, then nap.
 pub(super) struct Wait {
@@ -27,7 +30,7 @@ impl Wait {
         } else if waited < YIELD {
             std::thread::yield_now();
         } else {
-            std::thread::sleep(NAP);
+            std::thread::sleep((waited / NAP_SHARE).clamp(SHORTEST_NAP, LONGEST_NAP));
         }
         waited
     }

@@ -37,8 +37,12 @@ pub fn host<E: std::fmt::Display>(make: impl FnOnce(&Task) -> Result<Box<dyn Par
         Ok(participant) => participant,
         Err(error) => return fail(&error),
     };
+    let named = &participant.description().name;
+    if *named != task.unit {
+        return fail(&format!("{}: the unit that was made is called `{named}`", task.unit));
+    }
     let served = serve(&mut *participant, task.run, &lifeline);
-    if lifeline.orphaned.load(Ordering::Relaxed) {
+    if lifeline.over.load(Ordering::Acquire) && lifeline.orphaned.load(Ordering::Relaxed) {
         // What the orchestrator left behind goes with this process.
         tidy();
         return lifeline.mourn();
@@ -100,7 +104,7 @@ impl Lifeline {
         std::thread::spawn(move || {
             let ended = std::io::stdin().lock().lines().map_while(Result::ok).any(|line| line == END);
             watched.orphaned.store(!ended, Ordering::Relaxed);
-            watched.over.store(true, Ordering::Relaxed);
+            watched.over.store(true, Ordering::Release);
             std::thread::sleep(GRACE);
             if ended {
                 std::process::exit(0);
@@ -124,8 +128,7 @@ impl Lifeline {
 
 fn serve(participant: &mut dyn Participant, run: u64, lifeline: &Lifeline) -> Result<(), TransportError> {
     let description = participant.description().clone();
-    let longest = description.fixed.channels().map(|(_, range)| range.len()).max().unwrap_or(0);
-    let values = longest.max(description.outputs.size());
+    let values = description.fixed.longest().max(description.outputs.size());
     let server = Server::create(run, &description.name, &layout_hash(&description), values)?;
     let mut voice = Voice::default();
     for message in participant.messages() {
@@ -137,7 +140,7 @@ fn serve(participant: &mut dyn Participant, run: u64, lifeline: &Lifeline) -> Re
         *lifeline.occasion.lock().unwrap_or_else(PoisonError::into_inner) = Some(header.occasion());
         let before = participant.busy();
         let result = answer(participant, header, inputs, outputs);
-        header.busy = (participant.busy() - before).as_nanos() as u64;
+        header.busy = participant.busy().saturating_sub(before).as_nanos() as u64;
         for message in participant.messages() {
             voice.say(&Word::Message(message));
         }
@@ -158,6 +161,10 @@ fn answer(
 ) -> Result<(), ParticipantError> {
     let description = participant.description();
     let (name, occasion) = (description.name.clone(), header.occasion());
+    if header.protocol_version != PROTOCOL_VERSION {
+        let (expected, found) = (PROTOCOL_VERSION, header.protocol_version);
+        return Err(TransportError::Protocol { unit: name, expected, found }.into());
+    }
     let Some(command) = header.command() else {
         return Err(ParticipantError::Command { participant: name, command: header.command });
     };

@@ -12,8 +12,10 @@ use crate::transport::{
     Client, Command, Header, PROTOCOL_VERSION, Status, TransportError, layout_hash, new_run, probe,
     shorten_naps,
 };
-use process::UnitProcess;
+use process::{Listening, RunMates, UnitProcess};
+use std::fmt::Display;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// How long a unit may take before it counts as hung.
@@ -30,29 +32,17 @@ pub struct Deadlines {
 /// Saving and restoring travel with the next step: one request an iteration. A unit that ends, or does not
 /// answer in time, is an error that names it and the step; so is one whose neighbour ends meanwhile.
 pub struct SharedMemory {
-    process: Arc<UnitProcess>,
-    /// All units of the run: when one ends, waiting for another is in vain.
-    run_mates: Arc<[Arc<UnitProcess>]>,
+    run_mates: Arc<RunMates>,
+    /// Which of them this is.
+    index: usize,
     client: Client,
     run: u64,
     description: Description,
     deadlines: Deadlines,
     pending: Option<Pending>,
     busy: Duration,
-    /// Words that the unit had said at its last answer, and those heard of them.
+    /// Words that the unit had said at its last answer.
     said: u64,
-    heard: Heard,
-}
-
-/// What was heard from a unit.
-#[derive(Default)]
-struct Heard {
-    words: u64,
-    /// Of the last call.
-    occasion: Occasion,
-    messages: Vec<Message>,
-    failure: Option<String>,
-    ready: Option<(u32, serde_json::Value)>,
 }
 
 /// What must be done before the next step.
@@ -62,26 +52,39 @@ enum Pending {
     Restore,
 }
 
-/// How often a process is looked at while it is made.
+/// Between two looks at the processes of a run.
 const LOOK: Duration = Duration::from_millis(10);
-/// How long words may take to arrive after the answer that counts them.
-const WORDS: Duration = Duration::from_secs(1);
+/// Most time that counts between two looks: while this process was stopped, so was the wait.
+const LONGEST_LOOK: Duration = Duration::from_millis(100);
+/// How long words may take to arrive after the answer that counts them, or after their process has ended.
+const WORDS: Duration = Duration::from_millis(200);
+/// How long after a broken connection a process may still end, which explains it.
+const LAST_BREATH: Duration = Duration::from_millis(300);
+/// Largest number of values of a variable.
+const MOST_VALUES: usize = 1 << 24;
 
 /// Units whose processes run and are not ready yet.
 pub struct Starting {
     run: u64,
-    processes: Arc<[Arc<UnitProcess>]>,
+    processes: Arc<RunMates>,
     deadlines: Deadlines,
-    began: Instant,
 }
 
 impl Starting {
+    /// Checks that shared memory can be had, which is worth knowing before any work is done.
+    ///
+    /// **Errors**: what is wrong with it.
+    pub fn check() -> Result<(), ParticipantError> {
+        Ok(probe(new_run())?)
+    }
+
     /// Starts a process for each unit: a name, and the command that runs it.
     ///
     /// All units are made at the same time, each with up to `threads` threads, from `scene` (TOML, with all
-    /// defaults). A command must run [`host`] or keep the protocol itself.
+    /// defaults). A command must run [`host`] or keep the protocol itself. Shortens the naps of the calling
+    /// thread, which is to be the one that steps the units.
     ///
-    /// **Errors**: shared memory cannot be had; a process cannot be started.
+    /// **Errors**: a process cannot be started.
     pub fn new(
         units: impl IntoIterator<Item = (String, std::process::Command)>,
         scene: &str,
@@ -90,151 +93,200 @@ impl Starting {
     ) -> Result<Self, ParticipantError> {
         shorten_naps();
         let run = new_run();
-        probe(run)?;
-        let start = |(unit, command)| {
+        let mut processes = RunMates::default();
+        for (unit, command) in units {
             let task = Task { protocol: PROTOCOL_VERSION, run, unit, threads, scene: scene.to_owned() };
-            UnitProcess::start(command, &task).map(Arc::new)
-        };
-        let processes = units.into_iter().map(start).collect::<Result<_, _>>()?;
-        Ok(Self { run, processes, deadlines, began: Instant::now() })
+            processes.0.push(UnitProcess::start(command, &task)?);
+        }
+        Ok(Self { run, processes: Arc::new(processes), deadlines })
     }
 
     /// Name and number of each process.
     pub fn processes(&self) -> impl Iterator<Item = (&str, u32)> {
-        self.processes.iter().map(|process| (process.name.as_str(), process.id()))
+        self.processes.0.iter().map(|process| (process.name.as_str(), process.id()))
     }
 
-    /// Waits until all units are ready; they come in the order in which they were named.
+    /// Waits until all units are ready, or until `interrupted`; they come in the order in which they were named.
     ///
     /// **Errors**: a process ends, takes too long, cannot make its unit, or is of another version.
-    pub fn wait(self) -> Result<Vec<SharedMemory>, ParticipantError> {
-        self.processes.iter().map(|process| SharedMemory::when_ready(process, &self)).collect()
+    pub fn wait(self, interrupted: &AtomicBool) -> Result<Vec<SharedMemory>, ParticipantError> {
+        let mut watch = Watch::new(&self.processes, self.deadlines.preparation);
+        let ready = |index| SharedMemory::when_ready(index, &self, &mut watch, interrupted);
+        (0..self.processes.0.len()).map(ready).collect()
     }
 }
 
 impl SharedMemory {
-    fn when_ready(process: &Arc<UnitProcess>, starting: &Starting) -> Result<Self, ParticipantError> {
-        let Starting { run, deadlines, began, .. } = *starting;
-        let (process, run_mates) = (process.clone(), starting.processes.clone());
+    fn when_ready(
+        index: usize,
+        starting: &Starting,
+        watch: &mut Watch<'_>,
+        interrupted: &AtomicBool,
+    ) -> Result<Self, ParticipantError> {
+        let Starting { run, deadlines, .. } = *starting;
+        let run_mates = starting.processes.clone();
+        let process = &run_mates.0[index];
         let unit = process.name.clone();
-        let mut heard = Heard::default();
         let (protocol, description) = loop {
-            if !heard.listen(&process, LOOK) {
-                look(&run_mates, "while the units were made", deadlines.preparation, &unit, began)?;
-            }
-            if let Some(text) = heard.failure.take() {
+            let listening = process.listen(LOOK);
+            if let Some(text) = process.heard(|heard| heard.failure.take()) {
                 return Err(ParticipantError::Reported { text });
             }
-            if let Some(ready) = heard.ready.take() {
+            if let Some(ready) = process.heard(|heard| heard.ready.take()) {
                 break ready;
             }
+            if interrupted.load(Ordering::Relaxed) {
+                return Err(ParticipantError::Interrupted);
+            }
+            if listening == Listening::Closed {
+                std::thread::sleep(LOOK);
+            }
+            watch.look(&unit, &MAKING)?;
         };
         if protocol != PROTOCOL_VERSION {
             let (expected, found) = (PROTOCOL_VERSION, protocol);
             return Err(TransportError::Protocol { unit, expected, found }.into());
         }
-        let description: Description = serde_json::from_value(description).map_err(|cause| {
-            ParticipantError::Unintelligible { participant: unit.clone(), cause: cause.to_string() }
-        })?;
+        let unintelligible =
+            |cause: String| ParticipantError::Unintelligible { participant: unit.clone(), cause };
+        let description: Description =
+            serde_json::from_value(description).map_err(|e| unintelligible(e.to_string()))?;
+        if description.name != unit {
+            return Err(unintelligible(format!("it is that of `{}`", description.name)));
+        }
+        for layout in [&description.inputs, &description.outputs, &description.fixed] {
+            let longest = layout.longest();
+            if longest > MOST_VALUES {
+                return Err(unintelligible(format!("a variable has {longest} values")));
+            }
+        }
         let layout = layout_hash(&description);
-        let client = Client::open(run, &unit, &layout, description.inputs.size())?;
-        let (pending, busy, said) = (None, Duration::ZERO, heard.words);
-        Ok(Self { process, run_mates, client, run, description, deadlines, pending, busy, said, heard })
+        let client = Client::open(run, &unit, &layout, description.inputs.size())
+            .map_err(|e| explained(&run_mates, e, &MAKING))?;
+        let (pending, busy, said) = (None, Duration::ZERO, process.heard(|heard| heard.words));
+        Ok(Self { run_mates, index, client, run, description, deadlines, pending, busy, said })
+    }
+
+    fn process(&self) -> &UnitProcess {
+        &self.run_mates.0[self.index]
     }
 
     /// Sends a command and waits for its answer, which has as many values as `outputs`.
     fn call(&mut self, header: Header, inputs: &[f64], outputs: &mut [f64]) -> Result<(), ParticipantError> {
         let occasion = header.occasion();
-        self.heard.occasion = occasion;
-        let limit = if occasion.step == 0 { self.deadlines.preparation } else { self.deadlines.step };
-        let unit = &self.process.name;
-        let began = Instant::now();
-        let answer = self.client.call(
-            header,
-            inputs,
-            |header, values| {
-                if header.status != Status::Done as u32 {
-                    return Ok(());
-                }
-                let (expected, found) = (outputs.len(), values.len());
-                if expected != found {
-                    return Err(TransportError::Length { unit: unit.clone(), expected, found });
-                }
-                outputs.copy_from_slice(values);
-                Ok(())
-            },
-            |_| look(&self.run_mates, &occasion.to_string(), limit, unit, began),
-        )?;
+        let limit = match header.command() {
+            Some(Command::Initialise) => self.deadlines.preparation,
+            _ => self.deadlines.step,
+        };
+        let process = &self.run_mates.0[self.index];
+        process.heard(|heard| heard.occasion = occasion);
+        let mut watch = Watch::new(&self.run_mates, limit);
+        let take = |header: &Header, values: &[f64]| {
+            if header.status != Status::Done as u32 {
+                return Ok(());
+            }
+            let (expected, found) = (outputs.len(), values.len());
+            if expected != found {
+                return Err(TransportError::Length { unit: process.name.clone(), expected, found });
+            }
+            outputs.copy_from_slice(values);
+            Ok(())
+        };
+        let answer = self.client.call(header, inputs, take, || watch.look(&process.name, &occasion));
+        let answer = answer.map_err(|error| match error {
+            ParticipantError::Transport(error) => explained(&self.run_mates, error, &occasion),
+            error => error,
+        })?;
         self.busy += Duration::from_nanos(answer.busy);
         self.said = answer.words;
         if answer.status == Status::Done as u32 {
             return Ok(());
         }
         self.hear();
-        let silent = || format!("{}: failed {occasion} and did not say why", self.process.name);
-        let text = self.heard.failure.take().unwrap_or_else(silent);
+        let process = self.process();
+        let silent = || format!("{}: failed {occasion} and did not say why", process.name);
+        let text = process.heard(|heard| heard.failure.take()).unwrap_or_else(silent);
         Err(ParticipantError::Reported { text })
     }
 
     /// Hears all words that the unit had said at its last answer, and whatever else there is.
-    fn hear(&mut self) {
+    fn hear(&self) {
+        let process = self.process();
         let began = Instant::now();
-        while self.heard.words < self.said && began.elapsed() < WORDS {
-            self.heard.listen(&self.process, LOOK);
+        let heard = || process.heard(|heard| heard.words);
+        while heard() < self.said && began.elapsed() < WORDS {
+            process.listen(LOOK);
         }
-        while self.heard.listen(&self.process, Duration::ZERO) {}
+        while process.listen(Duration::ZERO) == Listening::Said && began.elapsed() < WORDS {}
+        let missing = self.said.saturating_sub(heard());
+        if missing > 0 {
+            process.heard(|heard| {
+                let text = format!("{missing} of the words that its answer counts were not heard");
+                heard.messages.push(process.message(&heard.occasion, Level::Warning, text));
+                // Not waited for again.
+                heard.words = self.said;
+            });
+        }
     }
 }
 
-impl Heard {
-    /// Keeps what the unit says next; `false` if that is nothing within `patience`.
-    fn listen(&mut self, process: &UnitProcess, patience: Duration) -> bool {
-        let Some(line) = process.line(patience) else { return false };
-        self.words += u64::from(line.is_ok());
-        match line {
-            Ok(Word::Message(message)) => self.messages.push(message),
-            Ok(Word::Failed { text }) => self.failure = Some(text),
-            Ok(Word::Ready { protocol, description }) => self.ready = Some((protocol, description)),
-            Err(text) => self.messages.push(Message {
-                unit: process.name.clone(),
-                level: Level::Information,
-                step: self.occasion.step,
-                iteration: self.occasion.iteration,
-                time: self.occasion.time,
-                source: "standard output".to_owned(),
-                text,
-            }),
-        }
-        true
-    }
-}
+/// What is being done before the first call.
+const MAKING: &str = "while the units were made";
 
-/// Looks at all units of a run while one of them is waited for since `began`.
-fn look(
-    run_mates: &[Arc<UnitProcess>],
-    when: &str,
+/// Looks at all units of a run while one of them is waited for.
+struct Watch<'a> {
+    run_mates: &'a RunMates,
     limit: Duration,
-    awaited: &str,
-    began: Instant,
-) -> Result<(), ParticipantError> {
-    for process in run_mates {
-        if let Some(how) = process.ending() {
-            // What it could still say matters more than how it ended.
-            while let Some(line) = process.line(LOOK) {
-                if let Ok(Word::Failed { text }) = line {
-                    return Err(ParticipantError::Reported { text });
-                }
-            }
-            let (participant, when) = (process.name.clone(), when.to_owned());
-            return Err(ParticipantError::Ended { participant, how, when });
+    waited: Duration,
+    looked: Instant,
+}
+
+impl<'a> Watch<'a> {
+    fn new(run_mates: &'a RunMates, limit: Duration) -> Self {
+        Self { run_mates, limit, waited: Duration::ZERO, looked: Instant::now() }
+    }
+
+    /// Fails if a unit has ended, or if the one that is `awaited` has taken too long; looks seldom.
+    fn look(&mut self, awaited: &str, when: &dyn Display) -> Result<(), ParticipantError> {
+        let since = self.looked.elapsed();
+        if since < LOOK {
+            return Ok(());
         }
+        self.looked = Instant::now();
+        self.waited += since.min(LONGEST_LOOK);
+        self.run_mates.0.iter().try_for_each(|process| alive(process, when))?;
+        if self.waited < self.limit {
+            return Ok(());
+        }
+        self.run_mates.0.iter().filter(|process| process.name == awaited).for_each(|process| process.kill());
+        let (participant, seconds, when) = (awaited.to_owned(), self.limit.as_secs_f64(), when.to_string());
+        Err(ParticipantError::Hung { participant, seconds, when })
     }
-    if began.elapsed() < limit {
-        return Ok(());
+}
+
+/// Fails if a process has ended, with what it said last.
+fn alive(process: &UnitProcess, when: &dyn Display) -> Result<(), ParticipantError> {
+    let Some(how) = process.ending() else { return Ok(()) };
+    let began = Instant::now();
+    while process.listen(LOOK) != Listening::Closed && began.elapsed() < WORDS {}
+    Err(match process.heard(|heard| heard.failure.take()) {
+        Some(text) => ParticipantError::Reported { text },
+        None => ParticipantError::Ended { participant: process.name.clone(), how, when: when.to_string() },
+    })
+}
+
+/// A broken connection, or rather the end of a process that explains it.
+fn explained(run_mates: &RunMates, error: TransportError, when: &dyn Display) -> ParticipantError {
+    let began = Instant::now();
+    while matches!(error, TransportError::NotConnected { .. } | TransportError::SharedMemory { .. })
+        && began.elapsed() < LAST_BREATH
+    {
+        if let Err(ended) = run_mates.0.iter().try_for_each(|process| alive(process, when)) {
+            return ended;
+        }
+        std::thread::sleep(LOOK);
     }
-    run_mates.iter().filter(|process| process.name == awaited).for_each(|process| process.kill());
-    let (participant, when) = (awaited.to_owned(), when.to_owned());
-    Err(ParticipantError::Hung { participant, seconds: limit.as_secs_f64(), when })
+    error.into()
 }
 
 impl Participant for SharedMemory {
@@ -299,12 +351,12 @@ impl Participant for SharedMemory {
 
     fn messages(&mut self) -> Vec<Message> {
         self.hear();
-        std::mem::take(&mut self.heard.messages)
+        self.process().heard(|heard| std::mem::take(&mut heard.messages))
     }
 }
 
 impl Drop for SharedMemory {
     fn drop(&mut self) {
-        self.process.end();
+        self.process().tell_end();
     }
 }

@@ -1,6 +1,6 @@
 use super::words::{END, Task, Word};
-use crate::participant::ParticipantError;
-use std::io::{BufRead, BufReader, Write};
+use crate::participant::{Level, Message, Occasion, ParticipantError};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::process::{Child, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -11,14 +11,41 @@ use std::time::{Duration, Instant};
 pub struct UnitProcess {
     pub name: String,
     child: Mutex<Child>,
-    input: Mutex<Option<ChildStdin>>,
-    lines: Mutex<Receiver<Result<Word, String>>>,
+    /// Writes to its standard input and then keeps it open.
+    input: Mutex<Option<Sender<&'static str>>>,
+    ears: Mutex<(Receiver<Result<Word, String>>, Heard)>,
 }
 
-/// How long a process may take to end by itself; its own limit is half of it.
-const GRACE: Duration = Duration::from_secs(1);
+/// What was heard from a unit.
+#[derive(Default)]
+pub struct Heard {
+    /// Number of words.
+    pub words: u64,
+    /// The call that it was said in.
+    pub occasion: Occasion,
+    pub messages: Vec<Message>,
+    pub failure: Option<String>,
+    pub ready: Option<(u32, serde_json::Value)>,
+}
+
+/// What came of listening for a while.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Listening {
+    /// Something was said, and kept.
+    Said,
+    /// Nothing was said.
+    Silent,
+    /// Nothing will be said any more.
+    Closed,
+}
+
+/// How long processes may take to end by themselves; their own limit is shorter.
+const GRACE: Duration = Duration::from_millis(700);
 /// Between two looks at a process that is ending.
 const LOOK: Duration = Duration::from_millis(1);
+/// Longest line that is kept, bytes.
+const LONGEST_LINE: u64 = 1 << 24;
+const SIGBUS: i32 = 7;
 
 impl UnitProcess {
     /// Starts `command` and gives it its task.
@@ -29,16 +56,16 @@ impl UnitProcess {
         let failed = |cause| ParticipantError::NotStarted { participant: name.clone(), cause };
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).process_group(0);
         let mut child = command.spawn().map_err(failed)?;
-        let (sender, lines) = channel();
+        let (heard, lines) = channel();
         if let Some(output) = child.stdout.take() {
-            std::thread::spawn(move || listen(output, &sender));
+            std::thread::spawn(move || listen(output, &heard));
         }
-        let mut input = child.stdin.take();
-        if let (Some(input), Ok(line)) = (&mut input, serde_json::to_string(task)) {
-            // A process that has ended already is noticed by whoever waits for it to be ready.
-            let _ = writeln!(input, "{line}").and_then(|()| input.flush());
+        let (input, said) = channel();
+        if let (Some(pipe), Ok(line)) = (child.stdin.take(), serde_json::to_string(task)) {
+            std::thread::spawn(move || speak(pipe, &line, &said));
         }
-        Ok(Self { child: child.into(), input: input.into(), lines: lines.into(), name: name.clone() })
+        let ears = (lines, Heard::default()).into();
+        Ok(Self { child: child.into(), input: Some(input).into(), ears, name: name.clone() })
     }
 
     /// Its number in the system.
@@ -46,36 +73,54 @@ impl UnitProcess {
         locked(&self.child).id()
     }
 
-    /// What it says next, if it says something within `patience`: a word, or a line that is none.
-    pub fn line(&self, patience: Duration) -> Option<Result<Word, String>> {
-        match locked(&self.lines).recv_timeout(patience) {
-            Ok(line) => Some(line),
-            Err(RecvTimeoutError::Timeout) => None,
-            Err(RecvTimeoutError::Disconnected) => {
-                // It has ended, or will: not at once again.
-                std::thread::sleep(patience.min(LOOK));
-                None
+    /// Keeps what it says next, if it says something within `patience`.
+    pub fn listen(&self, patience: Duration) -> Listening {
+        let mut ears = locked(&self.ears);
+        let line = match ears.0.recv_timeout(patience) {
+            Ok(line) => line,
+            Err(RecvTimeoutError::Timeout) => return Listening::Silent,
+            Err(RecvTimeoutError::Disconnected) => return Listening::Closed,
+        };
+        let heard = &mut ears.1;
+        heard.words += u64::from(line.is_ok());
+        match line {
+            Ok(Word::Message(message)) => heard.messages.push(message),
+            Ok(Word::Failed { text }) => heard.failure = Some(text),
+            Ok(Word::Ready { protocol, description }) => heard.ready = Some((protocol, description)),
+            Err(text) => {
+                let message = self.message(&heard.occasion, Level::Information, text);
+                heard.messages.push(message);
             }
         }
+        Listening::Said
+    }
+
+    /// Looks into what was heard, or changes it.
+    pub fn heard<T>(&self, look: impl FnOnce(&mut Heard) -> T) -> T {
+        look(&mut locked(&self.ears).1)
+    }
+
+    /// Something to be logged in its name.
+    pub fn message(&self, occasion: &Occasion, level: Level, text: String) -> Message {
+        let Occasion { step, iteration, time, .. } = *occasion;
+        let (unit, source) = (self.name.clone(), "standard output".to_owned());
+        Message { unit, level, step, iteration, time, source, text }
     }
 
     /// How it ended, if it has.
     pub fn ending(&self) -> Option<String> {
-        locked(&self.child).try_wait().ok().flatten().map(describe)
+        match locked(&self.child).try_wait() {
+            Ok(status) => status.map(describe),
+            // Somebody else was told, or nobody, as a parent that ignores SIGCHLD wants it.
+            Err(_) => Some("ended, how is not known".to_owned()),
+        }
     }
 
-    /// Lets it end by itself, and kills it if it does not.
-    pub fn end(&self) {
-        if let Some(mut input) = locked(&self.input).take() {
+    /// Tells it that the run is over.
+    pub fn tell_end(&self) {
+        if let Some(input) = locked(&self.input).take() {
             // It may have ended before.
-            let _ = writeln!(input, "{END}");
-        }
-        let began = Instant::now();
-        while self.ending().is_none() {
-            if began.elapsed() > GRACE {
-                return self.kill();
-            }
-            std::thread::sleep(LOOK);
+            let _ = input.send(END);
         }
     }
 
@@ -88,9 +133,24 @@ impl UnitProcess {
     }
 }
 
-impl Drop for UnitProcess {
+/// All units of a run: when one ends, waiting for another is in vain.
+#[derive(Default)]
+pub struct RunMates(pub Vec<UnitProcess>);
+
+impl Drop for RunMates {
+    /// Lets the processes end by themselves, all at once, and kills those that do not.
     fn drop(&mut self) {
-        self.end();
+        self.0.iter().for_each(UnitProcess::tell_end);
+        let began = Instant::now();
+        for process in &self.0 {
+            while process.ending().is_none() {
+                if began.elapsed() > GRACE {
+                    process.kill();
+                    break;
+                }
+                std::thread::sleep(LOOK);
+            }
+        }
     }
 }
 
@@ -98,19 +158,31 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Passes on what a process says.
-fn listen(output: ChildStdout, sender: &Sender<Result<Word, String>>) {
-    // Whatever else a process writes there, the words behind it count.
-    for line in BufReader::new(output).split(b'\n').map_while(Result::ok) {
-        let text = || String::from_utf8_lossy(&line).into_owned();
-        if sender.send(serde_json::from_slice(&line).map_err(|_| text())).is_err() {
+/// Writes the task and whatever is to be said later; the process may read when it likes.
+fn speak(mut pipe: ChildStdin, task: &str, said: &Receiver<&'static str>) {
+    // When it has ended, whoever waits for it notices.
+    let mut write = |line: &str| writeln!(pipe, "{line}").and_then(|()| pipe.flush()).is_ok();
+    let _ = write(task) && said.iter().all(write);
+}
+
+/// Passes on what a process says, word or not, each a line.
+fn listen(output: ChildStdout, heard: &Sender<Result<Word, String>>) {
+    let mut output = BufReader::new(output);
+    let mut line = Vec::new();
+    while output.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut line).is_ok_and(|read| read > 0) {
+        let text = || String::from_utf8_lossy(&line).trim_end().to_owned();
+        if heard.send(serde_json::from_slice(&line).map_err(|_| text())).is_err() {
             return;
         }
+        line.clear();
     }
 }
 
 fn describe(status: ExitStatus) -> String {
     match (status.signal(), status.code()) {
+        (Some(SIGBUS), _) => {
+            format!("was killed by signal {SIGBUS}, as when /dev/shm is full: see `df /dev/shm`")
+        }
         (Some(signal), _) => format!("was killed by signal {signal}"),
         (None, Some(code)) => format!("ended with exit status {code}"),
         (None, None) => "ended".to_owned(),
