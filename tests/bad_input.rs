@@ -48,6 +48,7 @@ const WRITING: &[Case] = &[
     edit(&[("[dam.material]", "[dam.material")]),
     edit(&[("upstream = [[0.0, 0.0], [0.0, 103.0]]", "upstream = [[0.0, 0.0], [0.0, 103.0]")]),
     edit(&[("sound_speed = 1440.0", "density = 1000.0")]),
+    edit(&[("depth = 91.75", "\"depth\" = 91.75 m")]),
 ];
 
 const KEYS: &[Case] = &[
@@ -70,6 +71,9 @@ const KEYS: &[Case] = &[
     edit(&[("depth = 91.75", "depth = \"91.75\"")]),
     edit(&[("[19.25, 66.5]", "[19.25, 66.5, 0.0]")]),
     edit(&[("polarity = 1 ", "polarity = 1.0 ")]),
+    edit(&[("polarity = 1 ", "polarity = 0xffffffffffffffffff ")]),
+    edit(&[("tolerance = 1e-6", "iteration_limit = 100000000000000000000")]),
+    edit(&[("tolerance = 1e-6", "iteration_limit = 1e300")]),
     edit(&[("\"compressible\"", "\"compresible\"")]),
     edit(&[("\"stress\"", "\"plain\"")]),
 ];
@@ -77,6 +81,8 @@ const KEYS: &[Case] = &[
 const VALUES: &[Case] = &[
     edit(&[("wave_reflection_coefficient = 0.9", "wave_reflection_coefficient = 1.5")]),
     edit(&[("depth = 91.75", "depth = -3")]),
+    edit(&[("depth = 91.75", "depth = -1e300")]),
+    edit(&[("scale = 1.0", "scale = 1e308")]),
     edit(&[("element_size = 5.0", "element_size = 0")]),
     edit(&[("depth = 91.75", "depth = 91.75\nelement_size = nan")]),
     edit(&[("friction_coefficient = 1.0", "friction_coefficient = 45.0")]),
@@ -91,6 +97,9 @@ const VALUES: &[Case] = &[
 
 const GEOMETRY: &[Case] = &[
     edit(&[("depth = 91.75", "depth = 110.0")]),
+    edit(&[("depth = 91.75", "depth = 1e3")]),
+    edit(&[("depth = 91.75", "depth = 1e-5")]),
+    edit(&[("elevation = 66.5", "elevation = 1e-300")]),
     edit(&[("elevation = 66.5", "elevation = 120.0")]),
     edit(&[(
         "[coupling]",
@@ -111,6 +120,12 @@ const AMOUNT: &[Case] = &[
     edit(&[("depth = 91.75", "depth = 91.75\nelement_size = 1e-6")]),
     edit(&[("communication_step = 0.0025", "communication_step = 1e-9")]),
     edit(&[("communication_step = 0.0025", "communication_step = 0.02")]),
+    set(&["time.duration=1e308"]),
+    set(&["time.communication_step=1e-310"]),
+    set(&["reservoir.far_end_distance=1e308"]),
+    set(&["time.duration=1e-12"]),
+    set(&["dam.element_size=1e-200"]),
+    csv("0,0\n1e308,0\n"),
 ];
 
 const CHOICES: &[Case] = &[
@@ -130,17 +145,23 @@ const RECORDS: &[Case] = &[
     csv("time,acc\n0,0.1\n0.01,NaN\n"),
     csv("0,0.1\n0.01,0\n0.03,0\n"),
     csv("0,0.1\n0,0\n"),
+    csv("0,0\n1e300,0\n2e301,0\n"),
+    csv("0,0\n1e-300,0\n"),
+    csv("0,490.0\n0.01,0\n"),
     csv("# nothing\ntime,acc\n"),
     csv("0,0.1\n0.01,0\n0.02 0\n"),
     csv("0,O.5\n0.01,0\n0.02,0\n"),
     at2("1\n2\n3\nNPTS= 3, DT= .01 SEC\n0.1 0.2\n"),
     at2("1\n2\n3\n4\n0.1 0.2\n"),
+    at2("1\n2\n3\nNPTS= 2, DT= inf SEC\n0.1 0.2\n"),
+    at2("1\n2\n3\nNPTS= 1e30, DT= .01 SEC\n0.1 0.2\n"),
     edit(&[("scale = 1.0", "start = 30.0")]),
     edit(&[("scale = 1.0", "start = 3.0\nend = 60.0")]),
 ];
 
 const OVERRIDES: &[Case] = &[
     set(&["dam.element_size=-5"]),
+    set(&["dam.\"element_size\"=-5"]),
     set(&["dam.elment_size=2.5"]),
     set(&["reservoir.fidelity=westergard"]),
     set(&["dam.cracks.0.friction_coefficient=true"]),
@@ -290,10 +311,10 @@ macro_rules! variants {
 
 variants!(INVALID, invalid, Invalid:
     Unreadable Override Syntax Misspelt Misplaced Unknown Missing Type Word NotPositive OutOfRange WaterAboveCrest
-    ElementTooLarge CrackOutside CracksCoincide ThinRow TooMany Undersampled SideTooShort SideNotAscending NotAtHeel SidesCross
+    WaterTooShallow ElementTooLarge CrackOutside CracksCoincide ThinRow TooMany NoStep Undersampled SideTooShort SideNotAscending NotAtHeel SidesCross
     ExactlyOne Polarity Count Frequencies DurationMissing Record);
 variants!(RECORD_ERRORS, record_error, RecordError:
-    Read Format Line NonFinite NonUniform Empty Truncated Crop);
+    Read Format Line NonFinite NonUniform Empty Truncated Crop TooStrong);
 variants!(DOUBTS, doubt, Warning:
     CoarseDam CoarseReservoir CoarseStep ClippedSamples Drift Peak NoResidual LooseTolerance UndampedCrack Unusual);
 
@@ -338,6 +359,29 @@ fn a_crack_at_the_water_level_and_the_shipped_scenes_are_right() {
         assert!(loaded.warnings.is_empty(), "{case}: {:?}", loaded.warnings);
         assert!(loaded.scene.time.duration.is_some());
     }
+}
+
+#[test]
+fn a_byte_order_mark_and_quoted_keys_are_no_mistakes() -> Result<(), orchestrator::scene::SceneError> {
+    let desk = Desk::default();
+    let text = shipped(CRACKED).replace("title =", "\u{feff}\"title\" =").replace("[dam.mat", "['dam'.\"mat");
+    let text = text.replace("material]", "material\"]");
+    let loaded = desk.read(text, &["dam.\"element_size\"=4", "'dam' . cracks.0.elevation = 60"])?;
+    let dam = loaded.scene.dam.expect("a dam");
+    assert_eq!((dam.element_size, dam.cracks[0].elevation, dam.material.density), (4.0, 60.0, 2640.0));
+    Ok(())
+}
+
+#[test]
+fn a_record_that_is_no_text() {
+    let desk = Desk::default();
+    std::fs::write(desk.file("r.csv"), [0xff, 0xfe, 0x30]).expect("the file is written");
+    let error = desk.read(edit(&[(RECORD, "\"r.csv\"")]).text(), &[]).expect_err("the record is no text");
+    let said = error.problems[0].to_string();
+    assert!(
+        said.ends_with("valid UTF-8; a record is a text file, named relative to the scene's folder"),
+        "{said}"
+    );
 }
 
 /// What the program said, without the line breaks and bars of its layout.

@@ -135,11 +135,38 @@ fn a_wrong_type_is_one_problem() {
 
 #[test]
 fn an_absurd_number_is_at_most_one_problem() {
-    let wrong =
-        |text: &str, index: usize| with_values(text, index, &["nan", "-1e9", "0", "1e300", "inf", "7"]);
+    let wrong = |text: &str, index: usize| {
+        with_values(text, index, &["nan", "-1e9", "0", "1e308", "1e-310", "inf", "7"])
+    };
     sweep(wrong, |found, _| found.len() <= 1);
     let nan = |text: &str, index: usize| with_values(text, index, &["nan"]);
     sweep(nan, |found, _| found.len() == 1);
+}
+
+#[test]
+fn a_number_that_no_run_can_take_is_one_problem() {
+    let desk = Desk::default();
+    for (case, set) in [
+        (CASES[0], "time.duration=1e308"),
+        (CASES[0], "time.duration=1e-12"),
+        (CASES[0], "time.communication_step=1e-310"),
+        (CASES[0], "dam.element_size=1e-200"),
+        (CASES[0], "dam.cracks.0.elevation=1e-310"),
+        (CASES[0], "reservoir.element_size=1e-310"),
+        (CASES[0], "reservoir.depth=1e-300"),
+        (CASES[0], "ground_motion.record.scale=1e308"),
+        (CASES[0], "ground_motion.record.scale=1e5"),
+        (CASES[2], "reservoir.depth=1e300"),
+        (CASES[2], "reservoir.depth=1e-300"),
+        (CASES[2], "time.duration=1e-12"),
+        (CASES[2], "time.duration=1e308"),
+        (CASES[2], "ground_motion.ramp.rise=1e-310"),
+    ] {
+        let found = problems(&desk, &shipped(case), &[set]);
+        assert_eq!(found.len(), 1, "{case}, {set}: {found:#?}");
+        let said = found[0].to_string();
+        assert!(said.len() < 200, "{case}, {set}: {said}");
+    }
 }
 
 #[test]
@@ -150,10 +177,16 @@ fn a_statement_that_is_no_toml_is_one_problem() {
             let mut lines: Vec<String> = lines.iter().map(|wrong| format!("{key} = {wrong}")).collect();
             lines.extend([format!("{key} {value}"), key.to_owned(), format!("{key}: {value}")]);
             lines.extend([
+                format!("\"{key}\" = = 1"),
+                format!("'{key}' {value}"),
+                format!("\"{key} = {value}"),
+            ]);
+            lines.extend([
                 format!("{key} = {value}\n{key} = {value}"),
                 format!("// comment\n{key} = {value}"),
             ]);
-            lines.iter().map(|line| with_line(text, index, line)).collect()
+            let mark = if index == 0 { "\u{feff}" } else { "" };
+            lines.iter().map(|line| with_line(text, index, &format!("{mark}{line}"))).collect()
         }
         Some(Line::Header { brackets, path }) => {
             let path = path.join(".");

@@ -67,6 +67,7 @@ impl Conformed {
             }
             (Shape::Number, Content::Scalar(Value::Float(number))) => return (*number).into(),
             (Shape::Number, Content::Scalar(Value::Integer(number))) => return (*number as f64).into(),
+            (Shape::Number, Content::Large(_, number)) => return (*number).into(),
             (Shape::Whole([least, most]), Content::Scalar(Value::Integer(value))) => {
                 if (least..=most).contains(&value) {
                     return (*value).into();
@@ -243,7 +244,10 @@ fn described(content: &Content) -> String {
         Content::Table(_) => "a table".to_owned(),
         Content::Array(values) => format!("an array of {}", values.len()),
         Content::Scalar(Value::String(text)) => format!("the text {text:?}"),
-        Content::Scalar(value @ (Value::Integer(_) | Value::Float(_))) => format!("the number {value}"),
+        Content::Scalar(Value::Integer(number)) => format!("the number {number}"),
+        // Not the three hundred digits of 1e300.
+        Content::Scalar(Value::Float(number)) => format!("the number {number:?}"),
+        Content::Large(text, _) => format!("the number {text}, which is too large"),
         Content::Scalar(value) => value.to_string(),
         Content::Unreadable => "unreadable".to_owned(),
     }

@@ -30,6 +30,8 @@ pub enum Content {
     Table(Entries),
     Array(Vec<Node>),
     Scalar(toml::Value),
+    /// A whole number beyond 64 bits: as it is written, and as near as a float comes.
+    Large(String, f64),
     /// Given, but no TOML; said already.
     Unreadable,
 }
@@ -63,16 +65,14 @@ impl Node {
     /// `None` if it is none, or no such place can be in the scene.
     pub fn set(&mut self, text: &str, number: usize) -> Option<()> {
         let (key, value) = text.split_once('=')?;
+        let statement = format!("{key}=0");
+        let tables = DeTable::parse(&statement).ok()?;
         let mut parts = Vec::new();
-        let mut start = 0;
-        for part in key.split('.') {
-            let name = part.trim();
-            if name.is_empty() {
-                return None;
-            }
-            let start_of_name = start + part.len() - part.trim_start().len();
-            parts.push((name, Place { text: number, start: start_of_name, end: start_of_name + name.len() }));
-            start += part.len() + 1;
+        let mut table = Some(tables.get_ref());
+        while let Some((name, value)) = table.and_then(|table| table.iter().next()) {
+            let span = name.span();
+            parts.push((name.get_ref().as_ref(), Place { text: number, start: span.start, end: span.end }));
+            table = value.get_ref().as_table();
         }
         // Padded, so that places are those in `text`.
         let padded = format!("v{}={value}", " ".repeat(key.len() - 1));
@@ -103,7 +103,7 @@ impl Node {
                 entry.1.put(rest, new)
             }
             Content::Array(array) => array.get_mut(name.parse::<usize>().ok()?)?.put(rest, new),
-            Content::Scalar(_) => None,
+            Content::Scalar(_) | Content::Large(..) => None,
             Content::Unreadable => Some(()),
         }
     }
@@ -148,12 +148,19 @@ fn node(value: &Spanned<DeValue<'_>>, text: usize) -> Node {
         DeValue::Datetime(date) => Content::Scalar((*date).into()),
         DeValue::Float(number) => Content::Scalar(number.as_str().parse().unwrap_or(f64::NAN).into()),
         DeValue::Integer(number) => {
-            Content::Scalar(match i64::from_str_radix(number.as_str(), number.radix()) {
-                Ok(number) => number.into(),
-                // Too large for a whole number.
-                Err(_) => number.as_str().parse().unwrap_or(f64::NAN).into(),
-            })
+            let (digits, radix) = (number.as_str(), number.radix());
+            match i64::from_str_radix(digits, radix) {
+                Ok(number) => Content::Scalar(number.into()),
+                Err(_) => Content::Large(number.to_string(), float(digits, radix)),
+            }
         }
     };
     Node { content, place: Place { text, start: span.start, end: span.end } }
+}
+
+/// The whole number of these digits, which only decimal ones have a sign before.
+fn float(digits: &str, radix: u32) -> f64 {
+    let each = digits.chars().filter_map(|c| c.to_digit(radix));
+    let size = each.fold(0.0, |size, digit| size * f64::from(radix) + f64::from(digit));
+    if digits.starts_with('-') { -size } else { size }
 }

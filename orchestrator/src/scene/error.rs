@@ -121,7 +121,7 @@ pub enum Invalid {
         meant: Option<String>,
     },
     /// Must be greater than zero.
-    #[error("`{key}` is {value}; it must be greater than 0 and finite")]
+    #[error("`{key}` is {}; it must be greater than 0 and finite", exact(*value))]
     NotPositive {
         /// The key.
         key: String,
@@ -142,7 +142,8 @@ pub enum Invalid {
     },
     /// Water above the crest.
     #[error(
-        "`reservoir.depth` is {depth} m, but the crest is at {crest} m; water cannot stand above the crest"
+        "`reservoir.depth` is {} m, but the crest is at {} m; water cannot stand above the crest",
+        exact(*depth), exact(*crest)
     )]
     WaterAboveCrest {
         /// Depth of the water, m.
@@ -150,9 +151,23 @@ pub enum Invalid {
         /// Elevation of the crest, m.
         crest: f64,
     },
+    /// Water so shallow that it has no row of elements of its own.
+    #[error(
+        "`reservoir.depth` is {} m, next to nothing beside the crest at {} m; make it more than {} m",
+        exact(*depth), exact(*crest), exact(*least)
+    )]
+    WaterTooShallow {
+        /// Depth of the water, m.
+        depth: f64,
+        /// Elevation of the crest, m.
+        crest: f64,
+        /// Least depth, m.
+        least: f64,
+    },
     /// Elements larger than the dam.
     #[error(
-        "`dam.element_size` is {size} m, more than the dam's height of {crest} m; take a twentieth of that or less"
+        "`dam.element_size` is {} m, more than the dam's height of {} m; take a twentieth of that or less",
+        exact(*size), exact(*crest)
     )]
     ElementTooLarge {
         /// Nominal length of an element's side, m.
@@ -161,7 +176,10 @@ pub enum Invalid {
         crest: f64,
     },
     /// A crack that does not cut the section.
-    #[error("`{key}` is {elevation} m; a crack must lie inside the section, above 0 and below {crest} m")]
+    #[error(
+        "`{key}` is {} m; a crack must lie inside the section, above 0 and below {} m",
+        exact(*elevation), exact(*crest)
+    )]
     CrackOutside {
         /// The key.
         key: String,
@@ -171,7 +189,9 @@ pub enum Invalid {
         crest: f64,
     },
     /// Two cracks at one elevation.
-    #[error("`{key}` is {elevation} m, where another crack is, at {other} m; leave one out")]
+    #[error(
+        "`{key}` is {} m, where another crack is, at {} m; leave one out", exact(*elevation), exact(*other)
+    )]
     CracksCoincide {
         /// The key.
         key: String,
@@ -182,8 +202,9 @@ pub enum Invalid {
     },
     /// Two elevations at which rows of elements must end lie too close together.
     #[error(
-        "vertices, cracks and the water level at {lower} m and {upper} m are less than {least} m apart, a tenth of \
-         `dam.element_size`; make them equal, move one, or use smaller elements"
+        "vertices, cracks and the water level at {} m and {} m are less than {} m apart, a tenth of \
+         `dam.element_size`; make them equal, move one, or use smaller elements",
+        exact(*lower), exact(*upper), exact(*least)
     )]
     ThinRow {
         /// Lower elevation, m.
@@ -194,7 +215,7 @@ pub enum Invalid {
         least: f64,
     },
     /// More of something than can be computed.
-    #[error("`{key}` leads to {number:.3e} {what}; {most:e} are the most, so change it by as much")]
+    #[error("`{key}` leads to {} {what}; {most:e} are the most, so change it by as much", count(*number))]
     TooMany {
         /// The key.
         key: String,
@@ -205,10 +226,21 @@ pub enum Invalid {
         /// Most allowed.
         most: f64,
     },
+    /// A simulated time that ends before the first communication step.
+    #[error(
+        "`time.duration` is {} s, next to nothing beside a communication step of {} s; make it that or longer",
+        exact(*duration), exact(*communication_step)
+    )]
+    NoStep {
+        /// Simulated time, s.
+        duration: f64,
+        /// Communication step, s.
+        communication_step: f64,
+    },
     /// Communication points further apart than the samples of the ground motion.
     #[error(
-        "`time.communication_step` is {communication_step} s, longer than the ground motion's interval of {interval} s, \
-         whose peaks it would miss; make it no longer, best a whole fraction of it"
+        "`time.communication_step` is {} s, longer than the ground motion's interval of {} s, whose peaks it would \
+         miss; make it no longer, best a whole fraction of it", exact(*communication_step), plain(*interval)
     )]
     Undersampled {
         /// Communication step, s.
@@ -226,7 +258,8 @@ pub enum Invalid {
     },
     /// A side of the section that does not rise from point to point.
     #[error(
-        "`{key}`[{index}] is ({x}, {y}); each point must lie above the one before it, the first at y = 0, and be finite"
+        "`{key}`[{index}] is ({}, {}); each point must lie above the one before it, the first at y = 0, and be finite",
+        exact(*x), exact(*y)
     )]
     SideNotAscending {
         /// The key.
@@ -239,7 +272,9 @@ pub enum Invalid {
         y: f64,
     },
     /// The upstream side does not begin at the heel.
-    #[error("`dam.section.upstream` begins at ({x}, {y}); it must begin at the heel, the origin (0, 0)")]
+    #[error(
+        "`dam.section.upstream` begins at ({}, {}); it must begin at the heel, the origin (0, 0)", exact(*x), exact(*y)
+    )]
     NotAtHeel {
         /// x, m.
         x: f64,
@@ -248,8 +283,8 @@ pub enum Invalid {
     },
     /// The two sides do not make a section.
     #[error(
-        "the sides of `dam.section` are {} m apart at elevation {elevation} m; the downstream side must lie to the \
-         right of the upstream side, and both must end at the same elevation", plain(*width)
+        "the sides of `dam.section` are {} m apart at elevation {} m; the downstream side must lie to the right of the \
+         upstream side, and both must end at the same elevation", plain(*width), exact(*elevation)
     )]
     SidesCross {
         /// Elevation, m.
@@ -286,7 +321,9 @@ pub enum Invalid {
         most: i64,
     },
     /// Two frequencies that are not in order.
-    #[error("`{key}` is [{low}, {high}]; both must be greater than 0, the second the larger")]
+    #[error(
+        "`{key}` is [{}, {}]; both must be greater than 0, the second the larger", exact(*low), exact(*high)
+    )]
     Frequencies {
         /// The key.
         key: String,
@@ -315,11 +352,24 @@ impl SceneError {
     }
 }
 
+/// A number of things, which may be more than there are numbers for.
+fn count(number: f64) -> String {
+    if number.is_finite() { format!("{number:.3e}") } else { "more than 1e308".to_owned() }
+}
+
 /// A number to six digits, without a row of zeros.
 pub(super) fn plain(value: f64) -> String {
-    let rounded = format!("{value:.5e}").parse().unwrap_or(value);
+    let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
     match rounded.abs() {
         0.0 | 1e-4..1e5 => rounded.to_string(),
         _ => format!("{rounded:e}"),
+    }
+}
+
+/// A number with all its digits, but without a row of zeros.
+pub(super) fn exact(value: f64) -> String {
+    match value.abs() {
+        0.0 | 1e-4..1e16 => value.to_string(),
+        _ => format!("{value:e}"),
     }
 }

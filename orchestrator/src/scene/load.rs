@@ -118,10 +118,8 @@ fn resolve(scene: &mut Scene, ground_motion: &GroundMotion, folder: &Path) {
         // The order in which the dam's results come.
         dam.cracks.sort_by(|a, b| a.elevation.total_cmp(&b.elevation));
     }
-    let reservoir = &mut scene.reservoir;
-    let panel = scene.dam.as_ref().map_or(f64::INFINITY, |dam| dam.element_size);
-    reservoir.element_size.get_or_insert(panel.min(reservoir.depth / 16.0));
-    reservoir.far_end_distance.get_or_insert(reservoir.depth / 2.0);
+    scene.reservoir.element_size = Some(scene.boundary_element_size());
+    scene.reservoir.far_end_distance = Some(scene.far_end_distance());
     if let Some(record) = &mut scene.ground_motion.record {
         let file = folder.join(&record.file);
         record.file = file.canonicalize().unwrap_or(file);

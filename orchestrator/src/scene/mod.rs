@@ -11,6 +11,7 @@ mod document;
 mod error;
 mod ground_motion;
 mod load;
+mod record;
 mod shape;
 mod spectrum;
 mod syntax;
@@ -18,8 +19,9 @@ mod validate;
 mod warning;
 
 pub use error::{Invalid, SceneError, SceneProblem};
-pub use ground_motion::{GroundMotion, Record, RecordError, STANDARD_GRAVITY};
+pub use ground_motion::GroundMotion;
 pub use load::LoadedScene;
+pub use record::{Record, RecordError, STANDARD_GRAVITY};
 pub use warning::{REST, SceneWarning, Warning};
 
 use crate::acceleration::AccelerationKind;
@@ -86,7 +88,7 @@ pub struct GroundMotionScene {
 pub struct RecordScene {
     /// `.csv` (time in s, acceleration in g) or PEER `.at2`, relative to the scene's file.
     pub file: PathBuf,
-    /// Factor on the acceleration, > 0.
+    /// Factor on the acceleration, 1e-6 to 1e6.
     #[serde(default = "defaults::one")]
     pub scale: f64,
     /// 1: positive accelerations point downstream; −1: upstream.
@@ -325,7 +327,18 @@ mod defaults {
 impl Scene {
     /// Number of communication steps that reach the end of the simulated time, which a scene that was read has.
     pub fn steps(&self) -> u64 {
-        (self.time.duration.unwrap_or(0.0) / self.time.communication_step - 1e-9).ceil() as u64
+        validate::whole_steps(self.time.duration.unwrap_or(0.0) / self.time.communication_step) as u64
+    }
+
+    /// Largest length of a boundary element of the reservoir, m.
+    fn boundary_element_size(&self) -> f64 {
+        let panel = self.dam.as_ref().map_or(f64::INFINITY, |dam| dam.element_size);
+        self.reservoir.element_size.unwrap_or(panel.min(self.reservoir.depth / 16.0))
+    }
+
+    /// Distance of the reservoir's far end from the face's most upstream point, m.
+    fn far_end_distance(&self) -> f64 {
+        self.reservoir.far_end_distance.unwrap_or(self.reservoir.depth / 2.0)
     }
 
     /// Hydrostatic pressure ρ g h at the heel, Pa.

@@ -93,8 +93,10 @@ fn lines(source: &str) -> Vec<Line> {
     let mut start = 0;
     let line = |text: &str| {
         let header = header(text);
-        let first = text.trim_start().chars().next();
-        let begins = header.is_some() || first.is_some_and(|c| c.is_alphabetic() || c == '_');
+        let content = without_mark(text);
+        // A quoted key, unlike a quoted value, has its `=` behind it.
+        let begins =
+            header.is_some() || begins_bare(content) || content.starts_with(QUOTES) && content.contains('=');
         let line = Line { start, text: text.to_owned(), header, begins };
         start += text.len();
         line
@@ -108,20 +110,48 @@ fn lines(source: &str) -> Vec<Line> {
 
 /// The path that a table's header names, however its brackets are.
 fn header(line: &str) -> Option<Vec<String>> {
-    let line = line.split('#').next().unwrap_or(line).trim();
+    let line = without_mark(line.split('#').next().unwrap_or(line)).trim_end();
     let name = line.trim_matches(['[', ']', ' ', '\t']);
-    let named = name.starts_with(|c: char| c.is_alphabetic() || c == '_') && !line.contains('=');
+    // A quoted name, unlike a row of texts, has no comma.
+    let named = begins_bare(name) || name.starts_with(QUOTES) && !name.contains(',');
+    let bracketed = line.starts_with('[') || line.ends_with(']') && name.chars().all(|c| bare(c) || c == '.');
     // Without its first bracket, it must look like nothing else.
-    (named && (line.starts_with('[') || line.ends_with(']') && name.chars().all(bare))).then(|| words(name))
+    (named && bracketed && !line.contains('=')).then(|| words(name))
+}
+
+const QUOTES: [char; 2] = ['"', '\''];
+
+/// The line from its first letter, and without the mark that some editors put before the first line.
+fn without_mark(line: &str) -> &str {
+    line.trim_start_matches('\u{feff}').trim_start()
+}
+
+fn begins_bare(text: &str) -> bool {
+    text.starts_with(|c: char| c.is_alphabetic() || c == '_')
 }
 
 fn bare(c: char) -> bool {
-    c.is_alphanumeric() || matches!(c, '_' | '-' | '.')
+    c.is_alphanumeric() || matches!(c, '_' | '-')
 }
 
-fn words(name: &str) -> Vec<String> {
-    let name = name.split(|c| !bare(c)).next().unwrap_or("");
-    name.split('.').filter(|word| !word.is_empty()).map(str::to_owned).collect()
+/// The words with dots between them that a line begins with, without their quotes.
+fn words(line: &str) -> Vec<String> {
+    let mut words = Vec::new();
+    let mut rest = Some(without_mark(line));
+    while let Some(text) = rest {
+        let quoted = text.strip_prefix('"').and_then(|t| t.split_once('"'));
+        let quoted = quoted.or_else(|| text.strip_prefix('\'')?.split_once('\''));
+        // With a `=` inside, the first quote is left open.
+        let quoted = quoted.filter(|(word, _)| !word.contains('='));
+        let text = text.trim_start_matches(QUOTES);
+        let (word, after) =
+            quoted.unwrap_or_else(|| text.split_at(text.find(|c| !bare(c)).unwrap_or(text.len())));
+        if !word.is_empty() {
+            words.push(word.to_owned());
+        }
+        rest = after.trim_start().strip_prefix('.').map(str::trim_start);
+    }
+    words
 }
 
 /// The lines of the statement over which the parser stumbled in line `at`; of a header, its whole table.
@@ -153,7 +183,7 @@ fn left_open(lines: &[Line]) -> bool {
 fn paths(lines: &[Line], statement: &Range<usize>) -> Vec<Vec<String>> {
     let table =
         lines[..=statement.start].iter().rev().find_map(|line| line.header.clone()).unwrap_or_default();
-    let key = |line: &Line| table.iter().cloned().chain(words(line.text.trim_start())).collect();
+    let key = |line: &Line| table.iter().cloned().chain(words(&line.text)).collect();
     match lines[statement.start].header {
         None => vec![key(&lines[statement.start])],
         Some(_) => {
@@ -201,6 +231,28 @@ mod tests {
         assert_eq!((kept.as_str(), paths), ("[a]; c = 1", vec!["a.d".to_owned()]));
         let (kept, paths) = read("[a]\nd = 1\n// comment\nc = 1\nd = 2\n");
         assert_eq!((kept.as_str(), paths), ("[a]; d = 1; c = 1", vec!["a".to_owned(), "a.d".to_owned()]));
+    }
+
+    #[test]
+    fn quotes_and_a_byte_order_mark_are_no_part_of_a_key() {
+        for (broken, path) in [
+            ("\"d\" = 9 m", "a.d"),
+            ("'d' = = 3", "a.d"),
+            ("\"d\" 9", "a.d"),
+            ("\"d = 9", "a.d"),
+            ("d . \"e\" = 9 m", "a.d.e"),
+            ("\"d\" = [[0, 1]", "a.d"),
+            ("d = [[0, 1],\n[\"x\", \"y\"]", "a.d"),
+        ] {
+            let (kept, paths) = read(&format!("[\"a\"]\n{broken}\n\"c\" = 1\n"));
+            assert_eq!((kept.as_str(), paths), ("[\"a\"]; \"c\" = 1", vec![path.to_owned()]), "{broken}");
+        }
+        for (source, path) in
+            [("d 9\nc = 1\n", "d"), ("\"d\" = = 9\nc = 1\n", "d"), ("[a\nd = 9\n[b]\nc = 1\n", "a")]
+        {
+            let (kept, paths) = read(&format!("\u{feff}{source}"));
+            assert!(kept.ends_with("c = 1") && paths == [path], "{source}: {kept}, {paths:?}");
+        }
     }
 
     #[test]

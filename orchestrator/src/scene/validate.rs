@@ -1,5 +1,6 @@
 //! What values a scene may have.
 
+use super::record::STRONGEST;
 use super::{DamScene, DampingScene, GroundMotion, Invalid, RecordError, RecordScene, Scene};
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -18,8 +19,12 @@ pub fn judge(
     if let Some(motion) = &ground_motion
         && findings.sound(&["time.communication_step", "time.duration", "time.quiet"])
     {
-        let steps = duration(scene, motion) / scene.time.communication_step;
+        let (duration, communication_step) = (duration(scene, motion), scene.time.communication_step);
+        let steps = duration / communication_step;
         findings.at_most("time.communication_step", "communication steps", steps, 1e6);
+        if whole_steps(steps) < 1.0 {
+            findings.add("time.duration", Invalid::NoStep { duration, communication_step });
+        }
     }
     (findings.found, ground_motion)
 }
@@ -35,6 +40,11 @@ pub fn judge_without_record(scene: &Scene, unsound: BTreeSet<String>) -> Vec<(St
 pub fn duration(scene: &Scene, motion: &GroundMotion) -> f64 {
     let end = motion.rest_from().unwrap_or(motion.duration());
     scene.time.duration.unwrap_or(end + scene.time.quiet)
+}
+
+/// Communication steps that reach the end of so many.
+pub fn whole_steps(steps: f64) -> f64 {
+    (steps - 1e-9).ceil()
 }
 
 /// What was found wrong, each with the key whose place shows it.
@@ -73,7 +83,7 @@ impl Findings {
 
     /// A derived number that decides over time and memory.
     fn at_most(&mut self, key: &str, what: &'static str, number: f64, most: f64) {
-        if number.is_finite() && number > most {
+        if number > most {
             self.add(key, Invalid::TooMany { key: key.to_owned(), what, number, most });
         }
     }
@@ -90,10 +100,10 @@ impl Findings {
         self.positive("time.communication_step", scene.time.communication_step);
         self.within("time.quiet", scene.time.quiet, 0.0, 1e6);
         if let Some(duration) = scene.time.duration {
-            self.positive("time.duration", duration);
+            self.within("time.duration", duration, 0.0, 1e6);
         }
         let water = &scene.reservoir;
-        self.positive("reservoir.depth", water.depth);
+        self.within("reservoir.depth", water.depth, 1e-6, 1e4);
         self.within("reservoir.density", water.density, 100.0, 1e5);
         self.within("reservoir.sound_speed", water.sound_speed, 1.0, 1e5);
         self.within("reservoir.wave_reflection_coefficient", water.wave_reflection_coefficient, 0.0, 1.0);
@@ -105,11 +115,6 @@ impl Findings {
                 self.positive(key, value);
             }
         }
-        if self.sound(&["reservoir.element_size", "reservoir.depth", "reservoir.far_end_distance"]) {
-            let size = water.element_size.unwrap_or(water.depth / 16.0);
-            let boundary = (2.0 * water.depth + water.far_end_distance.unwrap_or(water.depth / 2.0)) / size;
-            self.at_most("reservoir.element_size", "boundary elements of the reservoir", boundary, 2000.0);
-        }
         if self.sound(&["dam", "prescribed"]) || scene.dam.is_some() && scene.prescribed.is_some() {
             let given = [scene.dam.is_some(), scene.prescribed.is_some()];
             self.exactly_one("prescribed", "[dam]", "[prescribed]", given);
@@ -118,19 +123,44 @@ impl Findings {
             self.dam(dam);
             if let Some([_, crest]) = dam.section.upstream.last()
                 && self.sound(&["reservoir.depth", "dam.section.upstream"])
-                && water.depth > *crest
             {
-                let invalid = Invalid::WaterAboveCrest { depth: water.depth, crest: *crest };
-                self.add("reservoir.depth", invalid);
+                let (depth, crest, least) = (water.depth, *crest, SAME_LEVEL * crest);
+                if depth > crest {
+                    self.add("reservoir.depth", Invalid::WaterAboveCrest { depth, crest });
+                } else if depth <= least {
+                    self.add("reservoir.depth", Invalid::WaterTooShallow { depth, crest, least });
+                }
             }
             self.rows(dam, water.depth);
         }
+        self.boundary(scene);
         if let Some(prescribed) = &scene.prescribed {
             self.within("prescribed.batter", prescribed.batter, 0.0, 1e3);
         }
         let coupling = &scene.coupling;
         self.within("coupling.tolerance", coupling.tolerance, 1e-14, 0.1);
         self.within("coupling.relaxation", coupling.relaxation, 1e-6, 1.5);
+    }
+
+    /// How many boundary elements there are.
+    fn boundary(&mut self, scene: &Scene) {
+        let water = &scene.reservoir;
+        if self.sound(&[
+            "reservoir.element_size",
+            "reservoir.depth",
+            "reservoir.far_end_distance",
+            "dam.element_size",
+        ]) {
+            let (size, far_end) = (scene.boundary_element_size(), scene.far_end_distance());
+            // Divided first: the sum may be too large for a number.
+            let elements = 2.0 * (water.depth / size) + far_end / size;
+            let key = match (water.far_end_distance, water.element_size) {
+                (Some(_), _) if far_end > 2.0 * water.depth => "reservoir.far_end_distance",
+                (_, None) if size < water.depth / 16.0 => "dam.element_size",
+                _ => "reservoir.element_size",
+            };
+            self.at_most(key, "boundary elements of the reservoir", elements, 2000.0);
+        }
     }
 
     fn dam(&mut self, dam: &DamScene) {
@@ -153,7 +183,8 @@ impl Findings {
             self.positive(&key("normal_stiffness"), crack.normal_stiffness);
             self.positive(&key("shear_stiffness"), crack.shear_stiffness);
             let (key, elevation) = (key("elevation"), crack.elevation);
-            if self.sound(&[&key, "dam.section.upstream"]) && !(elevation > 0.0 && elevation < crest) {
+            let inside = elevation > SAME_LEVEL * crest && elevation < (1.0 - SAME_LEVEL) * crest;
+            if self.sound(&[&key, "dam.section.upstream"]) && !inside {
                 self.add(&key, Invalid::CrackOutside { key: key.clone(), elevation, crest });
             }
             let near = |other: &&super::CrackScene| (other.elevation - elevation).abs() <= SAME_LEVEL * crest;
@@ -261,11 +292,11 @@ impl Findings {
     fn ground_motion(&mut self, scene: &Scene, folder: &Path) -> Option<GroundMotion> {
         let motion = &scene.ground_motion;
         if let Some(ramp) = &motion.ramp {
-            self.within("ground_motion.ramp.acceleration", ramp.acceleration, -1e3, 1e3);
+            self.within("ground_motion.ramp.acceleration", ramp.acceleration, -STRONGEST, STRONGEST);
             self.positive("ground_motion.ramp.rise", ramp.rise);
         }
         if let Some(record) = &motion.record {
-            self.positive("ground_motion.record.scale", record.scale);
+            self.within("ground_motion.record.scale", record.scale, 1e-6, 1e6);
             self.within("ground_motion.record.start", record.start, 0.0, 1e6);
             if self.sound(&["ground_motion.record.start"]) {
                 let end = record.end.unwrap_or(f64::INFINITY);
@@ -310,6 +341,7 @@ impl Findings {
                 let key = match error {
                     RecordError::Crop { .. } if record.end.is_some() => "ground_motion.record.end",
                     RecordError::Crop { .. } => "ground_motion.record.start",
+                    RecordError::TooStrong { .. } if record.scale != 1.0 => "ground_motion.record.scale",
                     _ => "ground_motion.record.file",
                 };
                 self.add(key, error.into());
