@@ -4,10 +4,11 @@ use orchestrator::acceleration::{Acceleration, AccelerationKind};
 use orchestrator::convergence::ConvergenceMeasure;
 use orchestrator::difference::{Difference, Divergence, Half};
 use orchestrator::log::{Entry, Log, LogReadError, LogWriter, LoggedExchange, Preamble, compare};
+use orchestrator::observer::{Observer, Start};
 use orchestrator::participant::{
     Description, InProcess, Level, Messages, Occasion, Participant, ParticipantError, Prescribed,
 };
-use orchestrator::replay::{Unanswered, replay};
+use orchestrator::replay::{ReplayError, Unanswered, replay};
 use orchestrator::scene::LoadedScene;
 use orchestrator::scheme::{Predictor, SerialImplicit, Side, Units};
 use orchestrator::simulation::Simulation;
@@ -63,6 +64,14 @@ fn text(path: &Path) -> &str {
 
 /// Copies a log record by record, new checksums included; `change` may alter a message of a topic.
 fn rewrite(from: &Path, to: &Path, mut change: impl FnMut(&str, u32, &mut Vec<u8>)) {
+    rewrite_all(from, to, |topic, sequence, mut data| {
+        change(topic, sequence, &mut data);
+        vec![data]
+    });
+}
+
+/// The same; `change` gives the messages that stand in the place of one.
+fn rewrite_all(from: &Path, to: &Path, mut change: impl FnMut(&str, u32, Vec<u8>) -> Vec<Vec<u8>>) {
     let bytes = std::fs::read(from).expect("a log");
     let file = std::fs::File::create(to).expect("a file");
     let options =
@@ -78,12 +87,25 @@ fn rewrite(from: &Path, to: &Path, mut change: impl FnMut(&str, u32, &mut Vec<u8
             writer.add_channel(schema, &channel.topic, "protobuf", &channel.metadata).expect("a channel")
         });
         let mcap::Message { sequence, log_time, publish_time, .. } = message;
-        let mut data = message.data.to_vec();
-        change(&channel.topic, sequence, &mut data);
-        let header = mcap::records::MessageHeader { channel_id: id, sequence, log_time, publish_time };
-        writer.write_to_known_channel(&header, &data).expect("written");
+        for data in change(&channel.topic, sequence, message.data.to_vec()) {
+            let header = mcap::records::MessageHeader { channel_id: id, sequence, log_time, publish_time };
+            writer.write_to_known_channel(&header, &data).expect("written");
+        }
     }
     writer.finish().expect("finished");
+}
+
+/// Places and opcodes of the records outside chunks, up to the end of the data.
+fn records(bytes: &[u8]) -> Vec<(usize, u8)> {
+    let (mut place, mut found) = (mcap::MAGIC.len(), Vec::new());
+    loop {
+        let length = bytes[place + 1..place + 9].try_into().map(u64::from_le_bytes).expect("a length");
+        found.push((place, bytes[place]));
+        if bytes[place] == mcap::records::op::DATA_END {
+            return found;
+        }
+        place += 9 + length as usize;
+    }
 }
 
 #[test]
@@ -153,6 +175,7 @@ fn a_flipped_bit_is_found_where_it_is() -> Result<(), LogReadError> {
         .position(|e| e.side == Side::Dam && e.occasion.step == 200 && e.occasion.iteration == 2)
         .expect("an exchange");
     let LoggedExchange { sequence, occasion, outputs, .. } = &all[index];
+    let outputs = outputs.as_ref().expect("an answer");
     let (recorded, flipped) = (outputs[at], f64::from_bits(outputs[at].to_bits() ^ 1));
     let damaged = scenario.folder().join("flipped.mcap");
     rewrite(&log, &damaged, |topic, number, data| {
@@ -165,11 +188,11 @@ fn a_flipped_bit_is_found_where_it_is() -> Result<(), LogReadError> {
     });
 
     let original = Log::open(&log)?;
-    let found = compare([&original, &Log::open(&damaged)?], |_| ())?;
+    let found = compare([&original, &Log::open(&damaged)?])?;
     let what = |values| Difference::Value {
         half: Half::Answer,
         variable: "interface_velocity".to_owned(),
-        index: 5,
+        index: Some(5),
         values,
     };
     let at = |before, values| Divergence {
@@ -191,6 +214,17 @@ fn a_flipped_bit_is_found_where_it_is() -> Result<(), LogReadError> {
     assert_eq!(status, Some(5), "{said}");
     assert!(said.contains("in step 200 from t = 0.4975 s, iteration 2"), "{said}");
 
+    // Of a record of the ground motion that differs, one sample is named.
+    let shaken = scenario.folder().join("shaken.mcap");
+    rewrite(&log, &shaken, |topic, _, data| {
+        if topic == "/ground_motion" {
+            data[100] ^= 1;
+            data[300] ^= 1;
+        }
+    });
+    let settings = compare([&original, &Log::open(&shaken)?])?.settings;
+    assert!(settings.len() == 1 && settings[0].key == "[ground motion] sample 11", "{settings:?}");
+
     // Rewritten without a change, it is the same log.
     let copy = scenario.folder().join("copy.mcap");
     rewrite(&log, &copy, |_, _, _| ());
@@ -206,7 +240,7 @@ fn other_friction_is_found_where_a_run_with_it_parts() -> Result<(), LogReadErro
     let log = logged(&scenario, "run");
     scenario.set("dam.cracks.0.friction_coefficient", 1.0 + 1e-12);
     let other = logged(&scenario, "other");
-    let found = compare([&Log::open(&log)?, &Log::open(&other)?], |_| ())?;
+    let found = compare([&Log::open(&log)?, &Log::open(&other)?])?;
     let keys: Vec<_> = found.settings.iter().map(|s| s.key.as_str()).collect();
     assert_eq!(keys, ["dam.cracks.0.friction_coefficient", "[dam] fingerprint"]);
     let mut divergence = found.divergence.expect("a difference");
@@ -259,7 +293,6 @@ fn a_log_that_is_cut_anywhere_is_read_up_to_there() -> Result<(), LogReadError> 
                 most = most.max(before.len());
             }
             Err(LogReadError::Empty { .. }) => assert_eq!(end, 0),
-            Err(LogReadError::NotMcap { .. }) => assert_eq!(end, 5),
             Err(LogReadError::Headless { position, .. }) => assert!(position <= end as u64 && end < 70_000),
             Err(error) => panic!("cut at {end}: {error}"),
         }
@@ -318,7 +351,7 @@ fn a_log_that_is_damaged_anywhere_gives_nothing_false() -> Result<(), LogReadErr
         let Ok(log) = Log::open(&damaged) else { continue };
         for (index, entry) in log.entries()?.enumerate() {
             match entry {
-                Ok(Entry::Cut(_)) => break,
+                Ok(Entry::Cut(_)) => panic!("byte {place}: a finished file is no cut one"),
                 Ok(entry) => assert!(entry == all[index], "byte {place}, entry {index}"),
                 Err(LogReadError::Damaged { position, .. }) => {
                     assert!(position <= place as u64);
@@ -384,6 +417,40 @@ fn what_cannot_be_read_is_named() -> Result<(), LogReadError> {
     });
     insta::assert_snapshot!(said("short.mcap"), @"/short.mcap: byte N: topic `/dam/request`: `interface_pressure` has 11 values, the unit's layout says 12; read the log with the version that wrote it");
 
+    // A value that is no array cannot be several.
+    rewrite(&log, &folder.join("size.mcap"), |topic, _, data| {
+        let single = |w: &[u8]| matches!(w, [0x20, 1, 0x28, 0] | [0x20, 1, 0x22 | 0x2a, _]);
+        if topic == "/unit"
+            && let Some(place) = data.windows(4).position(single)
+        {
+            data[place + 1] = 9;
+        }
+    });
+    insta::assert_snapshot!(said("size.mcap"), @"/size.mcap: byte N: topic `/unit`: `size` is `9`, which means nothing here; read the log with the version that wrote it");
+    let made = std::process::Command::new("mkfifo").arg(folder.join("pipe")).status();
+    assert!(made.is_ok_and(|status| status.success()), "a pipe");
+    insta::assert_snapshot!(said("pipe"), @"/pipe: is no regular file; copy it to one");
+
+    // Behind the head, which goes to the disk by itself, there is nothing.
+    let chunks = records(&bytes).into_iter().filter(|(_, kind)| *kind == mcap::records::op::CHUNK);
+    let second = chunks.map(|(place, _)| place).nth(1).expect("a second chunk");
+    std::fs::write(folder.join("head.mcap"), &bytes[..second]).expect("written");
+    let (status, message) = cofferdam(&["replay", text(&folder.join("head.mcap")), "--quiet"]);
+    assert_eq!(status, Some(1), "{message}");
+    assert!(message.contains("dam: nothing to compare") && !message.contains("identical"), "{message}");
+
+    // A scene that is none is not replayed.
+    rewrite(&log, &folder.join("scene.mcap"), |topic, _, data| {
+        let key = b"communication_step = 0.0025";
+        if topic == "/scene"
+            && let Some(place) = data.windows(key.len()).position(|w| w == key)
+        {
+            data[place + key.len() - 2..place + key.len()].fill(b'0');
+        }
+    });
+    let (status, message) = cofferdam(&["replay", text(&folder.join("scene.mcap")), "--quiet"]);
+    assert!(status == Some(1) && message.contains("communication_step"), "{message}");
+
     // Most of the file is chunks; a damage elsewhere does no harm.
     let noticed = (1..20).map(|i| i * bytes.len() / 20).find_map(|place| {
         let mut damaged = bytes.clone();
@@ -395,6 +462,14 @@ fn what_cannot_be_read_is_named() -> Result<(), LogReadError> {
     assert!(message.contains("the log is damaged here:") && message.contains("fetch it again"), "{message}");
     let (status, message) = cofferdam(&["replay", text(&folder.join("damaged.mcap")), "--quiet"]);
     assert_eq!(status, Some(1), "{message}");
+    assert_eq!(message.matches("identical exchanges before the damage").count(), 2, "{message}");
+    assert_eq!(message.matches('×').count(), 2, "both units say why: {message}");
+    let (status, message) = cofferdam(&["log", "info", text(&folder.join("damaged.mcap"))]);
+    assert_eq!(status, Some(1), "{message}");
+    assert!(message.contains("ended        unknown: damaged after step"), "{message}");
+    let (status, message) = cofferdam(&["log", "diff", text(&log), text(&folder.join("damaged.mcap"))]);
+    assert_eq!(status, Some(1), "{message}");
+    assert!(message.contains("identical exchanges before the damage"), "{message}");
     let (status, message) = cofferdam(&["log", "info", text(&folder.join("text.mcap"))]);
     assert_eq!(status, Some(1), "{message}");
     Ok(())
@@ -410,9 +485,18 @@ fn a_difference_is_reported_in_words() {
     let value = |values| Difference::Value {
         half: Half::Answer,
         variable: "crest_displacement".to_owned(),
-        index: 0,
+        index: Some(0),
         values,
     };
+    let scalar =
+        |values| Difference::Value { half: Half::Request, variable: "gain".to_owned(), index: None, values };
+    insta::assert_snapshot!(report(scalar([0.0, 0.5])), @r"
+    dam: different in step 45 from t = 0.11 s, iteration 2, attempt 1, after 150 identical exchanges
+      request, gain
+        recorded  0.0
+        b         0.5
+        4602678819172646912 ulps apart
+    ");
     insta::assert_snapshot!(report(value([0.1, 0.1 + 3e-17])), @r"
     dam: different in step 45 from t = 0.11 s, iteration 2, attempt 1, after 150 identical exchanges
       answer, crest_displacement[0]
@@ -569,8 +653,8 @@ fn a_run_that_failed_is_replayed_up_to_its_failure() -> Result<(), Box<dyn std::
     let all = exchanges(&path)?;
     let last = all.last().expect("an exchange");
     assert_eq!((last.side, last.occasion.step, last.occasion.iteration), (Side::Reservoir, 7, 1));
-    assert!(last.outputs.is_empty() && !last.inputs.is_empty(), "a failed answer is none");
-    assert!(all[..all.len() - 1].iter().all(|e| !e.outputs.is_empty()));
+    assert!(last.outputs.is_none() && !last.inputs.is_empty(), "a failed answer is none");
+    assert!(all[..all.len() - 1].iter().all(|e| e.outputs.is_some()));
     let log = Log::open(&path)?;
     let answered = all.iter().filter(|e| e.side == Side::Reservoir).count() as u64 - 1;
     for (step, failure) in [(7, Some("reservoir: dry".to_owned())), (8, None)] {
@@ -584,8 +668,106 @@ fn a_run_that_failed_is_replayed_up_to_its_failure() -> Result<(), Box<dyn std::
         early.to_string(),
         "in step 5 from t = 0.01 s, iteration 1, where the recorded unit gave an answer: reservoir: dry"
     );
-    let same = compare([&log, &log], |_| ())?;
+    let same = compare([&log, &log])?;
     assert!(same.identical() && same.identical == all.len() as u64);
+    Ok(())
+}
+
+#[test]
+fn a_flipped_bit_of_the_framing_hides_nothing() -> Result<(), Box<dyn std::error::Error>> {
+    let folder = tempfile::tempdir()?;
+    let (path, damaged) = (folder.path().join("failed.mcap"), folder.path().join("damaged.mcap"));
+    failed_run(&path, None)?;
+    let (mut bytes, all) = (std::fs::read(&path)?, entries(&path)?);
+    let (mut noticed, mut flipped) = (0, 0);
+    for (place, kind) in records(&bytes) {
+        for bit in 0..72 {
+            bytes[place + bit / 8] ^= 1 << (bit % 8);
+            std::fs::write(&damaged, &bytes)?;
+            bytes[place + bit / 8] ^= 1 << (bit % 8);
+            let found: Vec<_> = match Log::open(&damaged).and_then(|log| log.entries()) {
+                Ok(entries) => entries.collect(),
+                Err(error) => vec![Err(error)],
+            };
+            let sound: Vec<_> = found.iter().filter_map(|e| e.as_ref().ok()).collect();
+            let at = format!("bit {bit} of record {kind} at byte {place}");
+            assert!(sound.iter().zip(&all).all(|(found, entry)| *found == entry), "{at}");
+            assert!(sound.len() == all.len() || found.last().is_some_and(Result::is_err), "{at}");
+            flipped += 1;
+            noticed += u32::from(sound.len() < all.len());
+        }
+    }
+    println!("{noticed} of {flipped} damages were noticed, the others are behind the run's end");
+    assert!(noticed >= 144, "those of the header and of the chunks at the least");
+    Ok(())
+}
+
+#[test]
+fn what_is_missing_from_a_finished_log_is_damage() -> Result<(), Box<dyn std::error::Error>> {
+    let folder = tempfile::tempdir()?;
+    let (path, changed) = (folder.path().join("failed.mcap"), folder.path().join("changed.mcap"));
+    failed_run(&path, None)?;
+    let all = exchanges(&path)?;
+    let message = || match entries(&changed) {
+        Err(LogReadError::Damaged { cause, .. }) => cause,
+        other => panic!("{other:?}"),
+    };
+    let lost = &all[all.len() / 2];
+    rewrite_all(&path, &changed, |topic, sequence, data| {
+        let gone = sequence == lost.sequence && topic.ends_with("/answer");
+        if gone { Vec::new() } else { vec![data] }
+    });
+    assert_eq!(message(), format!("exchange {} has no answer", lost.sequence));
+    let mut water = water(8, None)?;
+    let error = replay(&Log::open(&changed)?, Side::Reservoir, &mut water, |_| ()).expect_err("damaged");
+    let before = all[..all.len() / 2].iter().filter(|e| e.side == Side::Reservoir).count() as u64;
+    assert!(
+        matches!(error, ReplayError::Log { identical, .. } if identical == before && before > 0),
+        "{error:?}"
+    );
+    let found = compare([&Log::open(&path)?, &Log::open(&changed)?])?;
+    assert_eq!((found.identical, found.identical()), (all.len() as u64 / 2, false));
+    assert!(found.error.is_some() && found.divergence.is_none());
+
+    rewrite(&path, &changed, |topic, _, data| {
+        if topic == "/end" {
+            *data = b"\x0a\x09completed".to_vec();
+        }
+    });
+    assert_eq!(message(), format!("exchange {} has no answer", all.len()));
+    rewrite_all(&path, &changed, |topic, _, data| if topic == "/end" { Vec::new() } else { vec![data] });
+    assert_eq!(message(), "the file is complete but has no `/end`");
+    rewrite_all(&path, &changed, |topic, _, data| vec![data; if topic == "/unit" { 2 } else { 1 }]);
+    assert_eq!(message(), "a third `/unit`");
+    let (status, said) = cofferdam(&["log", "diff", text(&path), text(&path)]);
+    assert_eq!(status, Some(0), "{said}");
+    assert!(said.contains("exchanges; a: failed: reservoir: dry; b: failed: reservoir: dry"), "{said}");
+    Ok(())
+}
+
+#[test]
+fn what_was_run_is_on_the_disk_at_once() -> Result<(), Box<dyn std::error::Error>> {
+    let folder = tempfile::tempdir()?;
+    let loaded = LoadedScene::read(&root().join("scenes/rigid-dam-ramp"), &[])?;
+    let dam = Prescribed::new(interface::WetFace::straight([0.0, koyna::DEPTH], 9)?)?;
+    let start = Start {
+        dam: dam.description().clone(),
+        reservoir: water(1, None)?.description().clone(),
+        ground_motion: &loaded.ground_motion,
+        communication_step: 0.0025,
+        steps: 1,
+    };
+    for run in 0..5 {
+        let path = folder.path().join(format!("{run}.mcap"));
+        let preamble = Preamble { scene: toml::to_string(&loaded.scene)?, ..Preamble::default() };
+        let mut log = LogWriter::create(&path, preamble)?;
+        log.begin(&start)?;
+        let began = std::time::Instant::now();
+        while Log::open(&path).is_err() {
+            assert!(began.elapsed().as_millis() < 800, "the head waits for the next flush");
+            std::thread::sleep(std::time::Duration::from_millis(5));
+        }
+    }
     Ok(())
 }
 
@@ -596,13 +778,13 @@ fn an_answer_that_is_not_finite_keeps_its_bits() -> Result<(), Box<dyn std::erro
     let odd = f64::from_bits(0x7ff8_0000_0000_0abc);
     failed_run(&path, Some(odd))?;
     let all = exchanges(&path)?;
-    assert_eq!(all.last().map(|e| e.outputs[3].to_bits()), Some(odd.to_bits()));
+    assert_eq!(all.last().and_then(|e| Some(e.outputs.as_ref()?[3].to_bits())), Some(odd.to_bits()));
     let log = Log::open(&path)?;
     let same = replay(&log, Side::Reservoir, &mut water(7, Some(odd))?, |_| ())?;
     assert_eq!((same.divergence, same.unanswered), (None, None));
     let other = f64::from_bits(odd.to_bits() ^ 1);
     let differs = replay(&log, Side::Reservoir, &mut water(7, Some(other))?, |_| ())?;
     let divergence = differs.divergence.expect("another NaN");
-    assert!(matches!(divergence.what, Difference::Value { index: 3, .. }), "{divergence:?}");
+    assert!(matches!(divergence.what, Difference::Value { index: Some(3), .. }), "{divergence:?}");
     Ok(())
 }

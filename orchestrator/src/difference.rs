@@ -40,8 +40,8 @@ pub enum Difference {
         half: Half,
         /// Name of the variable.
         variable: String,
-        /// Index of the value, from 0.
-        index: usize,
+        /// Index of the value in an array, from 0; `None` for a scalar.
+        index: Option<usize>,
         /// The two values.
         values: [f64; 2],
     },
@@ -82,9 +82,10 @@ impl Difference {
     /// The first value whose bits differ, by name and index in `layout`.
     pub fn of_values(half: Half, layout: &Layout, first: &[f64], second: &[f64]) -> Option<Self> {
         let position = first.iter().zip(second).position(|(a, b)| a.to_bits() != b.to_bits())?;
-        let (variable, index) = layout.locate(position).unwrap_or(("?", position));
+        let (channel, range) = layout.channels().find(|(_, range)| range.contains(&position))?;
+        let index = channel.array.then_some(position - range.start);
         let values = [first[position], second[position]];
-        Some(Self::Value { half, variable: variable.to_owned(), index, values })
+        Some(Self::Value { half, variable: channel.name.clone(), index, values })
     }
 }
 
@@ -111,7 +112,9 @@ impl fmt::Display for Report<'_> {
         writeln!(f, ", after {before} identical exchanges")?;
         match what {
             Difference::Value { half, variable, index, values } => {
-                writeln!(f, "  {half}, {variable}[{index}]")?;
+                write!(f, "  {half}, {variable}")?;
+                index.map_or(Ok(()), |index| write!(f, "[{index}]"))?;
+                writeln!(f)?;
                 for (name, value) in self.names.iter().zip(values) {
                     write!(f, "    {name:<width$}  {value:?}")?;
                     if value.is_nan() {
@@ -123,7 +126,8 @@ impl fmt::Display for Report<'_> {
                     Some(1) => f.write_str("    1 ulp apart"),
                     Some(ulps) => {
                         let relative = (values[1] - values[0]).abs() / values[0].abs();
-                        write!(f, "    {ulps} ulps apart, {relative:.1e} of the first")
+                        write!(f, "    {ulps} ulps apart")?;
+                        if relative.is_finite() { write!(f, ", {relative:.1e} of the first") } else { Ok(()) }
                     }
                     None => f.write_str("    not comparable"),
                 }

@@ -1,6 +1,6 @@
 //! `cofferdam log`.
 
-use super::{DIFFERENT, say};
+use super::{DIFFERENT, complain, say};
 use orchestrator::log::{Comparison, Log, LogReadError, Overview, compare};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -25,12 +25,13 @@ pub enum Command {
 }
 
 const INFO_HELP: &str = "\
-A log that was cut short, such as that of a run that was killed, is read up to where it breaks off.
+A log that was cut short, such as that of a run that was killed, is read up to where it breaks off; a
+damaged one up to its damage.
 
 Example:
   cofferdam log info runs/koyna-northridge-1994-20260101T120000Z
 
-Exit status: 0, or 1 if the log cannot be read.";
+Exit status: 0, or 1 if the log cannot be read, or not to its end.";
 
 const DIFF_HELP: &str = "\
 Exchanges are compared in their order, requests and answers, every value by its bits. What was set
@@ -39,7 +40,7 @@ differently is listed first. Wall times, the program's version and what the unit
 Example:
   cofferdam log diff runs/before runs/after
 
-Exit status: 0 the exchanges are identical, 1 a log cannot be read, 5 the exchanges differ.";
+Exit status: 0 the exchanges are identical, 1 a log cannot be read, or not so far, 5 the exchanges differ.";
 
 /// Does what is asked and says how it went, on the terminal and by the exit status.
 pub fn run(command: &Command) -> ExitCode {
@@ -51,7 +52,7 @@ pub fn run(command: &Command) -> ExitCode {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::from(DIFFERENT),
         Err(error) => {
-            eprintln!("{:?}", miette::Report::msg(error));
+            complain(format!("{:?}", miette::Report::msg(error)));
             ExitCode::FAILURE
         }
     }
@@ -71,7 +72,7 @@ fn info(path: &Path) -> Result<(), LogReadError> {
     say(format!("{:<12} {}: {samples} samples, {} s apart", "ground", motion.source, motion.interval));
     let overview = Overview::of(&log)?;
     say(overview.to_string().trim_end());
-    Ok(())
+    overview.error.map_or(Ok(()), Err)
 }
 
 /// Compares; true if the exchanges are identical.
@@ -80,22 +81,25 @@ fn diff(a: &Path, b: &Path) -> Result<bool, LogReadError> {
     for (name, log) in ["a", "b"].into_iter().zip(&logs) {
         say(format!("{name}: {}", log.path().display()));
     }
-    let comparison = compare(logs.each_ref(), |_| ())?;
+    let comparison = compare(logs.each_ref())?;
     for setting in &comparison.settings {
         say(format!("  {setting}"));
     }
     say(verdict(&comparison));
-    Ok(comparison.identical())
+    let identical = comparison.identical();
+    comparison.error.map_or(Ok(identical), Err)
 }
 
 fn verdict(comparison: &Comparison) -> String {
     let Comparison { identical, endings, divergence, .. } = comparison;
     match (divergence, endings) {
         (Some(divergence), _) => divergence.report(["a", "b"]).to_string(),
-        (None, [Some(a), Some(b)]) if a == b => format!("identical: {identical} exchanges"),
+        (None, [Some(a), Some(b)]) if [a, b] == ["completed"; 2] => {
+            format!("identical: {identical} exchanges")
+        }
         (None, [Some(a), Some(b)]) => format!("identical: {identical} exchanges; a: {a}; b: {b}"),
         (None, [Some(a), None]) => format!("a is shorter ({a}): {identical} identical exchanges, b goes on"),
         (None, [None, Some(b)]) => format!("b is shorter ({b}): {identical} identical exchanges, a goes on"),
-        (None, [None, None]) => format!("identical: {identical} exchanges"),
+        (None, [None, None]) => format!("{identical} identical exchanges before the damage"),
     }
 }

@@ -1,6 +1,6 @@
 //! `cofferdam replay`.
 
-use super::{BuiltIn, DIFFERENT, say};
+use super::{BuiltIn, DIFFERENT, complain, say};
 use crate::registry::{self, RegistryError};
 use indicatif::{ProgressBar, ProgressStyle};
 use miette::Diagnostic;
@@ -42,7 +42,8 @@ pub struct Arguments {
 pub const HELP: &str = "\
 Every recorded request is put once more to a unit made anew from the scene in the log, states saved
 and restored as in the run, and every answer is compared bit for bit. The record of the ground motion
-is not needed. A log that was cut short is replayed up to where it breaks off.
+is not needed. A log that was cut short is replayed up to where it breaks off, a damaged one up to its
+damage.
 
 Examples:
   cofferdam replay runs/koyna-northridge-1994-20260101T120000Z
@@ -50,8 +51,8 @@ Examples:
   cofferdam replay run/log.mcap --unit dam --set dam.cracks.0.friction_coefficient=0.8
       Where does a dam with other friction first answer otherwise?
 
-Exit status: 0 every answer is identical, 1 the log cannot be read, 2 a --set is wrong,
-4 a unit failed where the recorded one did not, 5 an answer is different.";
+Exit status: 0 every answer is identical, 1 the log cannot be read, or not to its end, or holds nothing to
+compare, 2 a --set is wrong, 4 a unit failed where the recorded one did not, 5 an answer is different.";
 
 /// Why a replay came to no result.
 #[derive(Debug, thiserror::Error, Diagnostic)]
@@ -60,7 +61,10 @@ enum Failure {
     Log(#[from] LogReadError),
     #[error(transparent)]
     #[diagnostic(transparent)]
-    Scene(#[from] SceneError),
+    Logged(SceneError),
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Set(SceneError),
     #[error(transparent)]
     Unit(#[from] RegistryError),
     #[error(transparent)]
@@ -72,9 +76,9 @@ enum Failure {
 impl Failure {
     fn exit_status(&self) -> u8 {
         match self {
-            Self::Log(_) => 1,
-            Self::Replay(cause) if matches!(**cause, ReplayError::Log(_)) => 1,
-            Self::Scene(_) => 2,
+            Self::Log(_) | Self::Logged(_) => 1,
+            Self::Replay(cause) if matches!(**cause, ReplayError::Log { .. }) => 1,
+            Self::Set(_) => 2,
             Self::Unit(_) | Self::Replay(_) | Self::Thread { .. } => 4,
         }
     }
@@ -83,34 +87,35 @@ impl Failure {
 /// Replays a log and says how it went, on the terminal and by the exit status.
 pub fn run(arguments: &Arguments) -> ExitCode {
     match execute(arguments) {
-        Ok(true) => ExitCode::SUCCESS,
-        Ok(false) => ExitCode::from(DIFFERENT),
-        Err(failure) => {
-            let status = failure.exit_status();
-            eprintln!("{:?}", miette::Report::new(failure));
-            ExitCode::from(status)
-        }
+        Ok(status) => ExitCode::from(status),
+        Err(failure) => ExitCode::from(told(failure)),
     }
 }
 
-/// Replays; true if all answers were identical.
-fn execute(arguments: &Arguments) -> Result<bool, Failure> {
+/// Says what failed; returns the exit status.
+fn told(failure: Failure) -> u8 {
+    let status = failure.exit_status();
+    complain(format!("{:?}", miette::Report::new(failure)));
+    status
+}
+
+/// Replays, and says of every unit how it went; returns the exit status.
+fn execute(arguments: &Arguments) -> Result<u8, Failure> {
     let log = Log::open(&arguments.log)?;
     let head = log.head();
-    let scene = match &*arguments.set {
-        [] => head.scene.clone(),
-        overrides => {
-            let shown = format!("{} with {}", log.path().display(), overrides.join(", "));
-            Scene::resolved(&head.scene_text, overrides, shown.as_ref())?
-        }
+    let (path, overrides) = (log.path().display(), &arguments.set);
+    let (shown, wrong): (_, fn(_) -> _) = match &**overrides {
+        [] => (format!("{path}, its scene"), Failure::Logged),
+        _ => (format!("{path} with {}", overrides.join(", ")), Failure::Set),
     };
+    let scene = Scene::resolved(&head.scene_text, overrides, shown.as_ref()).map_err(wrong)?;
     let sides = match arguments.unit {
         None => vec![Side::Dam, Side::Reservoir],
         Some(unit) => vec![unit.into()],
     };
     let threads = super::threads(arguments.threads);
     say(format!("{} (recorded by cofferdam {}, commit {})", head.scene.title, head.version, head.commit));
-    let bar = progress(arguments.quiet, head.scene.steps() * sides.len() as u64);
+    let bar = progress(arguments.quiet, head.scene.steps().saturating_mul(sides.len() as u64));
     let results: Vec<_> = std::thread::scope(|scope| {
         let one = |side| {
             let (log, scene, bar) = (&log, &scene, &bar);
@@ -120,18 +125,31 @@ fn execute(arguments: &Arguments) -> Result<bool, Failure> {
         running.into_iter().map(|(side, thread)| (side, thread.join())).collect()
     });
     bar.finish_and_clear();
-    let (mut identical, mut failure) = (true, None);
+    let (mut failure, mut different, mut nothing) = (None, false, false);
     for (side, result) in results {
         let unit = head.unit(side).name.clone();
         match result.unwrap_or_else(|_| Err(Failure::Thread { unit: unit.clone() })) {
             Ok(replay) => {
-                identical &= replay.divergence.is_none();
+                different |= replay.divergence.is_some();
+                nothing |= replay.divergence.is_none() && replay.identical == 0;
                 say(report(&unit, &replay));
             }
-            Err(error) => failure = failure.or(Some(error)),
+            Err(error) => {
+                if let Failure::Replay(cause) = &error
+                    && let ReplayError::Log { identical, .. } = **cause
+                {
+                    say(format!("{unit}: {identical} identical exchanges before the damage"));
+                }
+                let status = told(error);
+                failure = failure.or(Some(status));
+            }
         }
     }
-    failure.map_or(Ok(identical), Err)
+    Ok(match failure {
+        Some(status) => status,
+        None if different => DIFFERENT,
+        None => u8::from(nothing),
+    })
 }
 
 fn replay_unit(
@@ -146,11 +164,11 @@ fn replay_unit(
     let fingerprint = unit.description().fingerprint.to_string();
     if fingerprint != recorded.fingerprint {
         bar.suspend(|| {
-            eprintln!(
+            complain(format_args!(
                 "warning: {}: made from other parameters, or by a version that hashes them otherwise \
                  (fingerprint {:.12} now, {:.12} in the log)",
                 recorded.name, fingerprint, recorded.fingerprint
-            );
+            ));
         });
     }
     let seen = |at: &Occasion| bar.inc(u64::from(at.iteration == 1));
@@ -169,6 +187,7 @@ fn progress(quiet: bool, steps: u64) -> ProgressBar {
 fn report(unit: &str, replay: &Replay) -> String {
     let mut lines = vec![match &replay.divergence {
         Some(divergence) => divergence.report(["recorded", "replayed"]).to_string(),
+        None if replay.identical == 0 => format!("{unit}: nothing to compare"),
         None => format!("{unit}: identical: {} exchanges", replay.identical),
     }];
     if let Some(Unanswered { occasion, failure }) = &replay.unanswered {

@@ -1,6 +1,5 @@
 use super::{Entries, Entry, Log, LogReadError, LoggedExchange, LoggedUnit};
 use crate::difference::{Difference, Divergence, Half};
-use crate::participant::Occasion;
 use std::collections::BTreeMap;
 use std::fmt;
 use toml::{Table, Value};
@@ -8,7 +7,7 @@ use toml::{Table, Value};
 /// Two logs beside each other.
 ///
 /// Wall times, the program's version and what the units said are not compared.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub struct Comparison {
     /// What was run differently: keys of the scene, units, ground motion.
     pub settings: Vec<KeyDifference>,
@@ -18,6 +17,8 @@ pub struct Comparison {
     pub endings: [Option<String>; 2],
     /// Where the exchanges part, if not because one log has no more of them.
     pub divergence: Option<Divergence>,
+    /// Why a log could not be read on.
+    pub error: Option<LogReadError>,
 }
 
 /// A setting that differs.
@@ -43,18 +44,28 @@ impl Comparison {
     }
 }
 
-/// Compares two logs up to the first exchange that differs in a bit; `progress` sees every one before.
-pub fn compare(logs: [&Log; 2], mut progress: impl FnMut(&Occasion)) -> Result<Comparison, LogReadError> {
+/// Compares two logs up to the first exchange that differs in a bit, or that cannot be read.
+///
+/// **Errors**: a log can no longer be opened.
+pub fn compare(logs: [&Log; 2]) -> Result<Comparison, LogReadError> {
     let [first, second] = logs;
-    let mut comparison =
-        Comparison { settings: settings(logs), identical: 0, endings: [None, None], divergence: None };
+    let mut comparison = Comparison {
+        settings: settings(logs),
+        identical: 0,
+        endings: [None, None],
+        divergence: None,
+        error: None,
+    };
     let (mut left, mut right) = (first.entries()?, second.entries()?);
     loop {
-        let [a, b] = [next(&mut left)?, next(&mut right)?];
-        let (a, b) = match (a, b) {
-            (Ok(a), Ok(b)) => (a, b),
-            (a, b) => {
+        let (a, b) = match (next(&mut left), next(&mut right)) {
+            (Ok(Ok(a)), Ok(Ok(b))) => (a, b),
+            (Ok(a), Ok(b)) => {
                 comparison.endings = [a.err(), b.err()];
+                return Ok(comparison);
+            }
+            (Err(error), _) | (_, Err(error)) => {
+                comparison.error = Some(error);
                 return Ok(comparison);
             }
         };
@@ -65,21 +76,19 @@ pub fn compare(logs: [&Log; 2], mut progress: impl FnMut(&Occasion)) -> Result<C
             return Ok(comparison);
         }
         comparison.identical += 1;
-        progress(&a.occasion);
     }
 }
 
 /// The next exchange, or how the log ends.
 fn next(entries: &mut Entries) -> Result<Result<LoggedExchange, String>, LogReadError> {
-    for entry in entries {
-        match entry? {
+    loop {
+        match entries.read()? {
             Entry::Exchange(exchange) => return Ok(Ok(exchange)),
             Entry::End(end) => return Ok(Err(end.status)),
             Entry::Cut(position) => return Ok(Err(format!("cut short at byte {position}"))),
             Entry::Step(_) | Entry::Message(_) => {}
         }
     }
-    Ok(Err("no end".to_owned()))
 }
 
 fn difference(
@@ -99,10 +108,11 @@ fn difference(
         return Some(missing(Half::Answer));
     }
     Difference::of_values(Half::Request, &unit.inputs, &a.inputs, &b.inputs).or_else(|| {
-        match (a.outputs.is_empty(), b.outputs.is_empty()) {
-            (false, true) => Some(Difference::Answer { first: true }),
-            (true, false) => Some(Difference::Answer { first: false }),
-            _ => Difference::of_values(Half::Answer, &unit.outputs, &a.outputs, &b.outputs),
+        match (&a.outputs, &b.outputs) {
+            (Some(a), Some(b)) => Difference::of_values(Half::Answer, &unit.outputs, a, b),
+            (Some(_), None) => Some(Difference::Answer { first: true }),
+            (None, Some(_)) => Some(Difference::Answer { first: false }),
+            (None, None) => None,
         }
     })
 }
@@ -123,11 +133,8 @@ fn settings(logs: [&Log; 2]) -> Vec<KeyDifference> {
                 }
             }
         }
-        let motion = &head.ground_motion;
-        values.insert("[ground motion] interval".to_owned(), format!("{:?} s", motion.interval));
-        for (index, value) in motion.acceleration.iter().enumerate() {
-            values.insert(format!("[ground motion] sample {index:>7}"), format!("{value:?} m/s2"));
-        }
+        let interval = format!("{:?} s", head.ground_motion.interval);
+        values.insert("[ground motion] interval".to_owned(), interval);
         values
     });
     let keys: std::collections::BTreeSet<&String> = all.iter().flat_map(BTreeMap::keys).collect();
@@ -135,13 +142,17 @@ fn settings(logs: [&Log; 2]) -> Vec<KeyDifference> {
     let differing = keys.into_iter().map(|key| KeyDifference { key: key.clone(), values: values(key) });
     let mut differing: Vec<_> = differing.filter(|d| d.values[0] != d.values[1]).collect();
     differing.sort_by_key(|d| d.key.starts_with('['));
-    // One sample shows that the records differ; thousands would hide the rest.
-    let mut samples = 0;
-    differing.retain(|d| {
-        samples += u32::from(d.key.starts_with("[ground motion] sample"));
-        samples <= 1 || !d.key.starts_with("[ground motion] sample")
-    });
+    differing.extend(first_sample(logs.map(|log| log.head().ground_motion.acceleration.as_slice())));
     differing
+}
+
+/// The first sample of the ground motion that differs: thousands would hide the rest.
+fn first_sample(motions: [&[f64]; 2]) -> Option<KeyDifference> {
+    let bits = |motion: &[f64], index: usize| motion.get(index).map(|v| v.to_bits());
+    let samples = motions[0].len().max(motions[1].len());
+    let index = (0..samples).find(|i| bits(motions[0], *i) != bits(motions[1], *i))?;
+    let values = motions.map(|motion| motion.get(index).map(|v| format!("{v:?} m/s2")));
+    Some(KeyDifference { key: format!("[ground motion] sample {index}"), values })
 }
 
 fn flatten(prefix: &str, value: &Value, into: &mut BTreeMap<String, String>) {

@@ -49,6 +49,12 @@ pub enum LogReadError {
         /// What the system said.
         cause: std::io::Error,
     },
+    /// Pipes and devices have no length, and cannot be read twice.
+    #[error("{}: is no regular file; copy it to one", path.display())]
+    Irregular {
+        /// What was given.
+        path: PathBuf,
+    },
     /// Nothing is in the file.
     #[error("{}: the file is empty; its run ended before it wrote anything, run it again", path.display())]
     Empty {

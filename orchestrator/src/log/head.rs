@@ -87,6 +87,10 @@ impl Head {
                 let (position, library) = (stream.position(), stream.library().to_owned());
                 return Err(LogReadError::Foreign { path, position, library, topic: missing });
             }
+            if parts.units.len() > 2 {
+                let (position, cause) = (stream.position(), "a third `/unit`".to_owned());
+                return Err(LogReadError::Damaged { path, position, cause });
+            }
         }
         let Parts { scene, build, units, ground_motion } = parts;
         let (scene_text, (version, commit)) = (scene.unwrap_or_default(), build.unwrap_or_default());
@@ -167,12 +171,16 @@ fn unit(schema: &Schema, data: &[u8]) -> Result<LoggedUnit, Mismatch> {
                 let value: u64 = variable.unsigned(place);
                 u32::try_from(value).map_err(|_| Mismatch::Value { field, value: value.to_string() })
             };
+            let (size, array) = (number(3, "size")?, variable.bool(4));
+            if !array && size != 1 {
+                return Err(Mismatch::Value { field: "size", value: size.to_string() });
+            }
             channels.push(participant::Channel {
                 name: variable.text(0),
                 value_reference: number(1, "value_reference")?,
                 unit: variable.text(2),
-                size: number(3, "size")? as usize,
-                array: variable.bool(4),
+                size: size as usize,
+                array,
             });
         }
         Ok(Layout::new(channels))

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 /// What a log holds, counted.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Debug, Default)]
 pub struct Overview {
     /// Communication steps that converged.
     pub steps: u64,
@@ -22,24 +22,29 @@ pub struct Overview {
     pub traffic: BTreeMap<String, Traffic>,
     /// Length of the file, bytes.
     pub size: u64,
-    /// How the run ended; `None` if the log is cut short.
+    /// How the run ended; `None` if the log is cut short or damaged.
     pub end: Option<LoggedEnd>,
     /// Where it is cut short, bytes from the beginning.
     pub cut: Option<u64>,
+    /// Why it could not be read to its end; what came before is counted.
+    pub error: Option<LogReadError>,
 }
 
 impl Overview {
-    /// Reads a log from beginning to end.
+    /// Reads a log from beginning to end, or to where it is cut short or damaged.
+    ///
+    /// **Errors**: the log can no longer be opened.
     pub fn of(log: &Log) -> Result<Self, LogReadError> {
         let mut entries = log.entries()?;
         let mut overview = Self { size: entries.size(), ..Self::default() };
         for entry in entries.by_ref() {
-            match entry? {
-                Entry::Exchange(exchange) => {
+            match entry {
+                Err(error) => overview.error = Some(error),
+                Ok(Entry::Exchange(exchange)) => {
                     overview.exchanges += 1;
-                    overview.unanswered += u64::from(exchange.outputs.is_empty());
+                    overview.unanswered += u64::from(exchange.outputs.is_none());
                 }
-                Entry::Step(step) => {
+                Ok(Entry::Step(step)) => {
                     if step.converged && step.occasion.step > 0 {
                         let iterations = u64::from(step.occasion.iteration);
                         overview.steps += 1;
@@ -48,7 +53,7 @@ impl Overview {
                         overview.iterations[1] = overview.iterations[1].max(iterations);
                     }
                 }
-                Entry::Message(message) => {
+                Ok(Entry::Message(message)) => {
                     overview.messages[match message.level {
                         Level::Debug => 0,
                         Level::Information => 1,
@@ -56,8 +61,8 @@ impl Overview {
                         Level::Error => 3,
                     }] += 1;
                 }
-                Entry::End(end) => overview.end = Some(end),
-                Entry::Cut(position) => overview.cut = Some(position),
+                Ok(Entry::End(end)) => overview.end = Some(end),
+                Ok(Entry::Cut(position)) => overview.cut = Some(position),
             }
         }
         overview.traffic = entries.traffic().into_iter().map(|(t, n)| (t.to_owned(), n)).collect();
@@ -72,7 +77,7 @@ impl Overview {
             (None, Some(position)) => {
                 format!("cut short at byte {position} of {size}, after step {steps}, t = {time:.4} s")
             }
-            (None, None) => "unknown".to_owned(),
+            (None, None) => format!("unknown: damaged after step {steps}, t = {time:.4} s"),
         }
     }
 }

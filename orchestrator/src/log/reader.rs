@@ -43,8 +43,8 @@ pub struct LoggedExchange {
     pub sequence: u32,
     /// The request, in the order of the unit's input layout.
     pub inputs: Vec<f64>,
-    /// The answer, in the order of the unit's output layout; empty if the unit failed and gave none.
-    pub outputs: Vec<f64>,
+    /// The answer, in the order of the unit's output layout; `None` if the unit failed and gave none.
+    pub outputs: Option<Vec<f64>>,
 }
 
 /// A communication step that was taken, or tried.
@@ -117,6 +117,7 @@ impl Log {
             stream: Stream::open(&self.path)?,
             topics: HashMap::new(),
             request: None,
+            held: Vec::new(),
             waiting: VecDeque::new(),
             sequence: 0,
             done: false,
@@ -131,6 +132,8 @@ pub struct Entries {
     stream: Stream,
     topics: HashMap<u16, (Topic, Traffic)>,
     request: Option<LoggedExchange>,
+    /// What follows a request without an answer, until it is sure that the run has ended there.
+    held: Vec<Entry>,
     waiting: VecDeque<Entry>,
     sequence: u32,
     done: bool,
@@ -150,14 +153,35 @@ impl Entries {
         self.stream.size()
     }
 
+    /// The next entry; none may be asked for behind an error, the end or the cut.
+    pub(super) fn read(&mut self) -> Result<Entry, LogReadError> {
+        loop {
+            if let Some(entry) = self.waiting.pop_front() {
+                return Ok(entry);
+            }
+            self.advance()?;
+        }
+    }
+
     fn advance(&mut self) -> Result<(), LogReadError> {
         match self.stream.next()? {
-            Next::Message(raw) => self.take(&raw),
-            Next::End | Next::Cut => {
-                self.waiting.push_back(Entry::Cut(self.stream.position()));
-                Ok(())
+            Next::Message(raw) => return self.take(&raw),
+            Next::End if self.stream.finished() => {
+                return Err(self.damaged("the file is complete but has no `/end`".to_owned()));
             }
+            Next::End | Next::Cut => {}
         }
+        if !self.held.is_empty() {
+            self.release();
+        }
+        self.waiting.push_back(Entry::Cut(self.stream.position()));
+        Ok(())
+    }
+
+    /// Lets go a request that has no answer, and what follows it.
+    fn release(&mut self) {
+        self.waiting.extend(self.request.take().map(Entry::Exchange));
+        self.waiting.extend(self.held.drain(..));
     }
 
     fn take(&mut self, raw: &Raw) -> Result<(), LogReadError> {
@@ -180,7 +204,7 @@ impl Entries {
     fn place(&mut self, part: Part) -> Result<(), LogReadError> {
         match part {
             Part::Request(request) => {
-                self.waiting.extend(self.request.take().map(Entry::Exchange));
+                self.answered()?;
                 let expected = self.sequence.wrapping_add(1);
                 if request.sequence != expected {
                     let found = request.sequence;
@@ -190,7 +214,10 @@ impl Entries {
                 self.request = Some(request);
             }
             Part::Answer(answer) => match self.request.take() {
-                Some(request) if (request.side, request.sequence) == (answer.side, answer.sequence) => {
+                Some(request)
+                    if (request.side, request.sequence) == (answer.side, answer.sequence)
+                        && self.held.is_empty() =>
+                {
                     let outputs = answer.outputs;
                     self.waiting.push_back(Entry::Exchange(LoggedExchange { outputs, ..request }));
                 }
@@ -199,13 +226,25 @@ impl Entries {
                     return Err(self.damaged(format!("the answer of exchange {sequence} has no request")));
                 }
             },
-            Part::Entry(entry) => {
-                self.waiting.extend(self.request.take().map(Entry::Exchange));
-                self.waiting.push_back(entry);
+            Part::Entry(Entry::End(end)) => {
+                if !end.status.starts_with("failed") {
+                    self.answered()?;
+                }
+                self.release();
+                self.waiting.push_back(Entry::End(end));
             }
+            Part::Entry(entry) if self.request.is_some() => self.held.push(entry),
+            Part::Entry(entry) => self.waiting.push_back(entry),
             Part::Nothing => {}
         }
         Ok(())
+    }
+
+    /// Only the last request of a run that failed may lack its answer.
+    fn answered(&self) -> Result<(), LogReadError> {
+        let missing =
+            |r: &LoggedExchange| Err(self.damaged(format!("exchange {} has no answer", r.sequence)));
+        self.request.as_ref().map_or(Ok(()), missing)
     }
 
     fn damaged(&self, cause: String) -> LogReadError {
@@ -222,18 +261,11 @@ impl Iterator for Entries {
     type Item = Result<Entry, LogReadError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        loop {
-            if let Some(entry) = self.waiting.pop_front() {
-                self.done |= matches!(entry, Entry::End(_) | Entry::Cut(_));
-                return Some(Ok(entry));
-            }
-            if self.done {
-                return None;
-            }
-            if let Err(error) = self.advance() {
-                self.done = true;
-                return Some(Err(error));
-            }
+        if self.done {
+            return None;
         }
+        let entry = self.read();
+        self.done = matches!(entry, Err(_) | Ok(Entry::End(_) | Entry::Cut(_)));
+        Some(entry)
     }
 }

@@ -5,7 +5,7 @@ use mcap::records::{Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use std::collections::{HashMap, VecDeque};
 use std::fs::File;
-use std::io::{BufReader, Read};
+use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 /// A message as it lies in the file.
@@ -24,7 +24,7 @@ pub enum Next {
     Message(Raw),
     /// The end that the writer has written.
     End,
-    /// The file ends without one.
+    /// The file ends without one; its writer has not finished it.
     Cut,
 }
 
@@ -50,6 +50,8 @@ pub struct Stream {
     records: LinearReader,
     waiting: VecDeque<Raw>,
     ended: bool,
+    /// The writer has finished the file: nothing may be missing from it.
+    finished: bool,
     library: String,
     schemas: HashMap<u16, (String, Vec<u8>)>,
     channels: HashMap<u16, Channel>,
@@ -64,16 +66,28 @@ impl Stream {
     /// Opens the file `path`, which must begin as MCAP does.
     pub fn open(path: &Path) -> Result<Self, LogReadError> {
         let failed = |cause| LogReadError::Open { path: path.to_owned(), cause };
-        let file = File::open(path).map_err(failed)?;
-        let size = file.metadata().map_err(failed)?.len();
-        let mut file = BufReader::with_capacity(1 << 16, file);
-        let mut magic = Vec::new();
-        file.by_ref().take(mcap::MAGIC.len() as u64).read_to_end(&mut magic).map_err(failed)?;
+        // Asked before it is opened: that of a pipe waits for a writer.
+        let metadata = std::fs::metadata(path).map_err(failed)?;
+        if !metadata.is_file() {
+            return Err(LogReadError::Irregular { path: path.to_owned() });
+        }
+        let (size, length) = (metadata.len(), mcap::MAGIC.len() as u64);
+        let mut file = BufReader::with_capacity(1 << 16, File::open(path).map_err(failed)?);
+        let mut magic = |place| {
+            let mut magic = Vec::new();
+            file.seek(SeekFrom::Start(place))?;
+            file.by_ref().take(length).read_to_end(&mut magic).map(|_| magic)
+        };
+        let finished = size >= 2 * length && magic(size - length).map_err(failed)? == mcap::MAGIC;
+        let magic = magic(0).map_err(failed)?;
         if magic.is_empty() {
             return Err(LogReadError::Empty { path: path.to_owned() });
         }
-        if magic != mcap::MAGIC {
+        if !mcap::MAGIC.starts_with(&magic) {
             return Err(LogReadError::NotMcap { path: path.to_owned() });
+        }
+        if magic != mcap::MAGIC {
+            return Err(LogReadError::Headless { path: path.to_owned(), position: magic.len() as u64 });
         }
         let options = LinearReaderOptions::default()
             .with_skip_start_magic(true)
@@ -89,6 +103,7 @@ impl Stream {
             records: LinearReader::new_with_options(options),
             waiting: VecDeque::new(),
             ended: false,
+            finished,
             library: String::new(),
             schemas: HashMap::new(),
             channels: HashMap::new(),
@@ -110,6 +125,11 @@ impl Stream {
         self.size
     }
 
+    /// The writer has finished the file.
+    pub fn finished(&self) -> bool {
+        self.finished
+    }
+
     /// The channel `number`, if it was declared so far.
     pub fn channel(&self, number: u16) -> Option<&Channel> {
         self.channels.get(&number)
@@ -127,6 +147,9 @@ impl Stream {
                 return Ok(Next::End);
             }
             if !self.read_record()? {
+                if self.finished {
+                    return Err(self.damaged("the file was written to its end, but no record fits here"));
+                }
                 return Ok(Next::Cut);
             }
         }
@@ -146,6 +169,10 @@ impl Stream {
         // A chunk that was being written has no length yet; a crash may leave zeros.
         if opcode == 0 || length > remaining - FRAME {
             return Ok(false);
+        }
+        // The writer puts every message into a chunk, whose checksum covers it.
+        if opcode == op::MESSAGE {
+            return Err(self.damaged("a message outside the chunks"));
         }
         if opcode == op::DATA_END {
             self.ended = true;

@@ -93,7 +93,7 @@ impl Topic {
             }
             Self::Answer(side, decoder) => {
                 let (exchange, outputs) = exchange(*side, decoder, raw, &units[*side as usize].outputs)?;
-                Part::Answer(LoggedExchange { outputs, ..exchange })
+                Part::Answer(LoggedExchange { outputs: Some(outputs), ..exchange })
             }
             Self::Step(decoder) => {
                 decoder.read(&raw.data)?;
@@ -146,7 +146,7 @@ fn exchange(
     layout: &Layout,
 ) -> Result<(LoggedExchange, Vec<f64>), Mismatch> {
     decoder.read(&raw.data)?;
-    let mut values = Vec::with_capacity(layout.size());
+    let mut values = Vec::new();
     for (index, (channel, _)) in layout.channels().enumerate() {
         let found = decoder.doubles(OCCASION.len() + index);
         match (channel.array, found) {
@@ -166,7 +166,7 @@ fn exchange(
         accepted: decoder.bool(5),
         sequence: raw.sequence,
         inputs: Vec::new(),
-        outputs: Vec::new(),
+        outputs: None,
     };
     Ok((exchange, values))
 }

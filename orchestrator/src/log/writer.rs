@@ -52,14 +52,15 @@ pub struct LogWriter {
     thread: Option<JoinHandle<Result<(), mcap::McapError>>>,
     types: Vec<MessageType>,
     units: [[Half; 2]; 2],
-    topics: Topics,
+    topics: Option<Topics>,
     sequence: u32,
     last_log_time: u64,
 }
 
 type Topic = usize;
 
-#[derive(Clone, Copy, Default)]
+/// Known once all is declared.
+#[derive(Clone, Copy)]
 struct Topics {
     message: Topic,
     step: Topic,
@@ -91,7 +92,7 @@ impl LogWriter {
             thread: None,
             types: Vec::new(),
             units: Default::default(),
-            topics: Topics::default(),
+            topics: None,
             sequence: 0,
             last_log_time: 0,
         })
@@ -139,9 +140,11 @@ impl LogWriter {
             self.units[side as usize] =
                 [half("Request", &description.inputs)?, half("Answer", &description.outputs)?];
         }
-        self.topics.message = self.declare_messages(&mut writer)?;
-        self.topics.step = self.declare(&mut writer, "/step", step_type())?;
-        self.topics.end = self.declare(&mut writer, "/end", end_type())?;
+        self.topics = Some(Topics {
+            message: self.declare_messages(&mut writer)?,
+            step: self.declare(&mut writer, "/step", step_type())?,
+            end: self.declare(&mut writer, "/end", end_type())?,
+        });
 
         let (sender, receiver) = sync_channel(QUEUE);
         self.queue = Some(sender);
@@ -233,9 +236,9 @@ impl LogWriter {
         }
     }
 
-    fn send_message(&mut self, message: &Message) {
+    fn send_message(&mut self, topic: Topic, message: &Message) {
         let data = foxglove::encode(message);
-        self.send(self.topics.message, self.sequence, nanoseconds(message.time), data);
+        self.send(topic, self.sequence, nanoseconds(message.time), data);
     }
 
     fn send_exchange(&mut self, report: &StepReport, exchange: &Exchange) {
@@ -277,16 +280,17 @@ impl Observer for LogWriter {
     }
 
     fn step(&mut self, report: &StepReport) -> Result<(), ObserverError> {
+        let Some(topics) = self.topics else { return Ok(()) };
         self.last_log_time = self.last_log_time.max(nanoseconds(report.time));
         for exchange in &report.exchanges {
             self.send_exchange(report, exchange);
         }
         for message in &report.messages {
-            self.send_message(message);
+            self.send_message(topics.message, message);
         }
         let residual =
             |of: fn(&crate::convergence::Residuals) -> f64| report.residuals.as_ref().map_or(0.0, of);
-        let data = self.types[self.topics.step].encode([
+        let data = self.types[topics.step].encode([
             Value::Unsigned(report.step),
             Value::Unsigned(u64::from(report.attempt)),
             Value::Double(report.time),
@@ -297,22 +301,21 @@ impl Observer for LogWriter {
             Value::Double(residual(|r| r.displacement)),
             Value::Double(report.relaxation),
         ]);
-        self.send(
-            self.topics.step,
-            self.sequence,
-            nanoseconds(report.time + report.communication_step),
-            data,
-        );
+        let end = nanoseconds(report.time + report.communication_step);
+        self.send(topics.step, self.sequence, end, data);
         self.check(false)
     }
 
     fn end(&mut self, ending: &Ending) -> Result<(), ObserverError> {
-        if let Some(kind) = self.types.get(self.topics.end) {
+        if let Some(topics) = self.topics {
             let status = ending.status.to_string();
             let wall_time = ending.wall.total.as_secs_f64();
-            let data =
-                kind.encode([Value::Text(&status), Value::Double(ending.time), Value::Double(wall_time)]);
-            self.send(self.topics.end, self.sequence, nanoseconds(ending.time), data);
+            let data = self.types[topics.end].encode([
+                Value::Text(&status),
+                Value::Double(ending.time),
+                Value::Double(wall_time),
+            ]);
+            self.send(topics.end, self.sequence, nanoseconds(ending.time), data);
         }
         self.check(true)
     }
@@ -323,8 +326,10 @@ type Writer = mcap::Writer<BufWriter<File>>;
 /// Writes what comes until the queue closes; what there is goes to the disk at once at first, later every second.
 fn write_all(mut writer: Writer, queue: &Receiver<Vec<Record>>) -> Result<(), mcap::McapError> {
     let mut flushed: Option<Instant> = None;
+    // What comes first is waited for, so that it is flushed as soon as it is there.
+    let mut received = queue.recv().map_err(|_| TryRecvError::Disconnected);
     loop {
-        match queue.try_recv() {
+        match received {
             Ok(records) => {
                 for record in records {
                     writer.write_to_known_channel(&record.header, &record.data)?;
@@ -337,6 +342,7 @@ fn write_all(mut writer: Writer, queue: &Receiver<Vec<Record>>) -> Result<(), mc
             writer.flush()?;
             flushed = Some(Instant::now());
         }
+        received = queue.try_recv();
     }
 }
 

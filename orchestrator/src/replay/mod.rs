@@ -31,8 +31,13 @@ pub struct Unanswered {
 #[derive(Debug, thiserror::Error)]
 pub enum ReplayError {
     /// The log.
-    #[error(transparent)]
-    Log(#[from] LogReadError),
+    #[error("{cause}")]
+    Log {
+        /// Exchanges before whose answers are identical.
+        identical: u64,
+        /// What is wrong with it.
+        cause: LogReadError,
+    },
     /// The unit fails where the recorded one did not.
     #[error("{occasion}, where the recorded unit gave an answer: {cause}")]
     Unit {
@@ -62,10 +67,11 @@ pub fn replay(
         (Half::Request, &logged.inputs, &description.inputs),
         (Half::Answer, &logged.outputs, &description.outputs),
     ];
+    let other = halves.into_iter().find(|(_, recorded, now)| recorded != now).map(|(half, ..)| half);
     let mut outputs = vec![0.0; description.outputs.size()];
     let mut step = 0;
-    for entry in log.entries()? {
-        let exchange = match entry? {
+    for entry in log.entries().map_err(|cause| ReplayError::Log { identical: 0, cause })? {
+        let exchange = match entry.map_err(|cause| ReplayError::Log { identical: replay.identical, cause })? {
             Entry::Exchange(exchange) if exchange.side == side => exchange,
             Entry::End(end) => {
                 replay.ending = Some(Ok(end.status));
@@ -82,22 +88,22 @@ pub fn replay(
             let (unit, before) = (logged.name.clone(), replay.identical);
             Some(Divergence { unit, occasion, before, what })
         };
-        if let Some((half, ..)) = halves.into_iter().find(|(_, recorded, now)| recorded != now) {
+        if let Some(half) = other {
             replay.divergence = parted(Difference::Layout { half });
             break;
         }
         let result = put(unit, &exchange, &mut step, &mut outputs);
         // An answer that is not finite is one all the same.
         let failure = result.err().filter(|e| !matches!(e, ParticipantError::NonFinite { .. }));
-        if exchange.outputs.is_empty() {
+        let Some(recorded) = &exchange.outputs else {
             let failure = failure.map(|cause| cause.to_string());
             replay.unanswered = Some(Unanswered { occasion, failure });
             continue;
-        }
+        };
         if let Some(cause) = failure {
             return Err(ReplayError::Unit { occasion, cause });
         }
-        let difference = Difference::of_values(Half::Answer, &logged.outputs, &exchange.outputs, &outputs);
+        let difference = Difference::of_values(Half::Answer, &logged.outputs, recorded, &outputs);
         if let Some(what) = difference {
             replay.divergence = parted(what);
             break;
