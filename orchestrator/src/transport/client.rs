@@ -15,6 +15,7 @@ use std::time::Duration;
 pub struct Client {
     unit: String,
     port: Port<Ipc, [f64], Header, [f64], Header>,
+    wait: Wait,
 }
 
 /// From then on a wait for an answer counts as long, and its caller looks whether it still makes sense.
@@ -55,7 +56,7 @@ impl Client {
             .allocation_strategy(AllocationStrategy::PowerOfTwo)
             .create()
             .map_err(|e| failed(&e))?;
-        Ok(Self { unit: unit.to_owned(), port })
+        Ok(Self { unit: unit.to_owned(), port, wait: Wait::new() })
     }
 
     /// Takes memory for a request of `values` values and gives it back.
@@ -84,10 +85,11 @@ impl Client {
             let service = service_name(header.run, &self.unit);
             return Err(TransportError::NotConnected { unit: self.unit.clone(), service }.into());
         }
-        let wait = Wait::begin();
+        self.wait.begin();
         loop {
             let answer = pending.receive().map_err(|e| shared_memory_error("receiving an answer", &e))?;
             if let Some(answer) = answer {
+                self.wait.end();
                 let found = *answer.user_header();
                 if let Some((field, sent, found)) = header.difference(&found) {
                     return Err(TransportError::Echo { unit: self.unit.clone(), field, sent, found }.into());
@@ -95,7 +97,7 @@ impl Client {
                 take(&found, answer.payload())?;
                 return Ok(found);
             }
-            let waited = wait.pause();
+            let waited = self.wait.pause();
             if waited > LATE {
                 look()?;
             }

@@ -42,20 +42,21 @@ impl Server {
     ) -> Result<(), TransportError> {
         let failed = |e: &dyn Debug| shared_memory_error("sending an answer", &e);
         let mut values = Vec::new();
-        let mut wait = Wait::begin();
+        let mut wait = Wait::new();
         while !over.load(Ordering::Acquire) {
             let request = self.port.receive().map_err(|e| shared_memory_error("receiving a request", &e))?;
             let Some(request) = request else {
                 wait.pause();
                 continue;
             };
+            wait.end();
             let mut header = *request.user_header();
             values.clear();
             answer(&mut header, request.payload(), &mut values);
             let mut response = request.loan_slice_uninit(values.len()).map_err(|e| failed(&e))?;
             *response.user_header_mut() = header;
             response.write_from_slice(&values).send().map_err(|e| failed(&e))?;
-            wait = Wait::begin();
+            wait.begin();
         }
         Ok(())
     }

@@ -160,13 +160,13 @@ fn answer(
     outputs: &mut Vec<f64>,
 ) -> Result<(), ParticipantError> {
     let description = participant.description();
-    let (name, occasion) = (description.name.clone(), header.occasion());
+    let name = || description.name.clone();
     if header.protocol_version != PROTOCOL_VERSION {
         let (expected, found) = (PROTOCOL_VERSION, header.protocol_version);
-        return Err(TransportError::Protocol { unit: name, expected, found }.into());
+        return Err(TransportError::Protocol { unit: name(), expected, found }.into());
     }
     let Some(command) = header.command() else {
-        return Err(ParticipantError::Command { participant: name, command: header.command });
+        return Err(ParticipantError::Command { participant: name(), command: header.command });
     };
     if command == Command::Fixed {
         let named = description.fixed.channels().find(|(c, _)| c.value_reference == header.variable);
@@ -176,7 +176,7 @@ fn answer(
     }
     let (expected, found) = (description.inputs.size(), inputs.len());
     if expected != found {
-        return Err(ParticipantError::Length { participant: name, expected, found });
+        return Err(ParticipantError::Length { participant: name(), expected, found });
     }
     outputs.resize(description.outputs.size(), 0.0);
     match command {
@@ -185,5 +185,5 @@ fn answer(
         Command::RestoreAndStep => participant.restore_state()?,
         Command::Step | Command::Fixed => {}
     }
-    participant.step(&occasion, inputs, outputs)
+    participant.step(&header.occasion(), inputs, outputs)
 }
