@@ -1,0 +1,67 @@
+use super::process::{Listening, RunMates, UnitProcess};
+use super::{LOOK, WORDS};
+use crate::participant::ParticipantError;
+use crate::transport::TransportError;
+use std::fmt::Display;
+use std::time::{Duration, Instant};
+
+/// Most time that counts between two looks: while this process was stopped, so was the wait.
+const LONGEST_LOOK: Duration = Duration::from_millis(100);
+/// How long after a broken connection a process may still end, which explains it.
+const LAST_BREATH: Duration = Duration::from_millis(300);
+
+/// Looks at all units of a run while one of them is waited for.
+pub struct Watch<'a> {
+    run_mates: &'a RunMates,
+    limit: Duration,
+    waited: Duration,
+    looked: Instant,
+}
+
+impl<'a> Watch<'a> {
+    pub fn new(run_mates: &'a RunMates, limit: Duration) -> Self {
+        Self { run_mates, limit, waited: Duration::ZERO, looked: Instant::now() }
+    }
+
+    /// Fails if a unit has ended, or if the one that is `awaited` has taken too long; looks seldom.
+    pub fn look(&mut self, awaited: &str, when: &dyn Display) -> Result<(), ParticipantError> {
+        let since = self.looked.elapsed();
+        if since < LOOK {
+            return Ok(());
+        }
+        self.looked = Instant::now();
+        self.waited += since.min(LONGEST_LOOK);
+        self.run_mates.0.iter().try_for_each(|process| alive(process, when))?;
+        if self.waited < self.limit {
+            return Ok(());
+        }
+        self.run_mates.0.iter().filter(|process| process.name == awaited).for_each(|process| process.kill());
+        let (participant, seconds, when) = (awaited.to_owned(), self.limit.as_secs_f64(), when.to_string());
+        Err(ParticipantError::Hung { participant, seconds, when })
+    }
+}
+
+/// Fails if a process has ended, with what it said last.
+fn alive(process: &UnitProcess, when: &dyn Display) -> Result<(), ParticipantError> {
+    let Some(how) = process.ending() else { return Ok(()) };
+    let began = Instant::now();
+    while process.listen(LOOK) != Listening::Closed && began.elapsed() < WORDS {}
+    Err(match process.heard(|heard| heard.failure.take()) {
+        Some(text) => ParticipantError::Reported { text },
+        None => ParticipantError::Ended { participant: process.name.clone(), how, when: when.to_string() },
+    })
+}
+
+/// A broken connection, or rather the end of a process that explains it.
+pub fn explained(run_mates: &RunMates, error: TransportError, when: &dyn Display) -> ParticipantError {
+    let began = Instant::now();
+    while matches!(error, TransportError::NotConnected { .. } | TransportError::SharedMemory { .. })
+        && began.elapsed() < LAST_BREATH
+    {
+        if let Err(ended) = run_mates.0.iter().try_for_each(|process| alive(process, when)) {
+            return ended;
+        }
+        std::thread::sleep(LOOK);
+    }
+    error.into()
+}
