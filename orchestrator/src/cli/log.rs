@@ -31,7 +31,7 @@ damaged one up to its damage.
 Example:
   cofferdam log info runs/koyna-northridge-1994-20260101T120000Z
 
-Exit status: 0, or 1 if the log cannot be read, or not to its end.";
+Exit status: 0, also for a log that was cut short; 1 if it cannot be read or is damaged.";
 
 const DIFF_HELP: &str = "\
 Exchanges are compared in their order, requests and answers, every value by its bits. What was set

@@ -18,7 +18,7 @@ use std::path::PathBuf;
 /// distinct elements) are two co-simulation units. Each communication step is repeated until
 /// the pressure and the motion of the wet face agree, and every exchange is logged.
 #[derive(Parser)]
-#[command(version, arg_required_else_help = true)]
+#[command(name = "cofferdam", version, arg_required_else_help = true)]
 pub struct Arguments {
     /// What to do.
     #[command(subcommand)]

@@ -194,7 +194,7 @@ pub enum ParticipantError {
     /// The unit does not answer.
     #[error(
         "{participant}: no answer for {seconds} s {when}, so its process was killed; if it needs longer, raise \
-         --deadline, which is the limit for a step and a sixtieth of that for making and initialising"
+         --deadline (making and initialising may take sixty times as long)"
     )]
     Hung {
         /// Name of the participant.

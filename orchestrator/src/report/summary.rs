@@ -201,7 +201,7 @@ impl Table<'_> {
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.status != Status::Completed.to_string() {
-            writeln!(f, "PARTIAL RESULT, run {} at t = {:.4} s", self.status, self.simulated_time)?;
+            writeln!(f, "PARTIAL RESULT up to t = {:.4} s, run {}", self.simulated_time, self.status)?;
         }
         for note in &self.notes {
             writeln!(f, "{note}")?;

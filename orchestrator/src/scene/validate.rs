@@ -327,11 +327,14 @@ impl Findings {
     }
 
     fn record(&mut self, scene: &Scene, record: &RecordScene, folder: &Path) -> Option<GroundMotion> {
-        if !self.sound(&["ground_motion.record"]) {
+        let key = |name: &str| format!("ground_motion.record.{name}");
+        if ["file", "start", "end"].iter().any(|name| !self.sound(&[&key(name)])) {
             return None;
         }
         let end = record.end.unwrap_or(f64::INFINITY);
-        let factor = record.scale * record.polarity as f64;
+        // The interval can be judged whatever the factor is.
+        let sound = self.sound(&[&key("scale"), &key("polarity")]);
+        let factor = if sound { record.scale * record.polarity as f64 } else { 1.0 };
         match GroundMotion::from_record(&folder.join(&record.file), record.start, end, factor) {
             Ok(ground_motion) => {
                 self.sampling(scene, ground_motion.interval());

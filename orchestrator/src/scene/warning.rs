@@ -99,11 +99,12 @@ pub enum Warning {
     },
     /// Too short a rest for the residual sliding.
     #[error(
-        "the run ends {rest:.2} s after the ground comes to rest: no residual sliding is given, which needs {REST} s; \
-         lengthen `time.quiet` or `time.duration`"
+        "the run ends {}: no residual sliding is given, which needs {REST} s of rest; lengthen `{key}`", at_end(*rest)
     )]
     NoResidual {
-        /// Time without ground motion, s.
+        /// The key that decides over it.
+        key: &'static str,
+        /// Time without ground motion, s; negative before the ground comes to rest.
         rest: f64,
     },
     /// Tolerance too loose.
@@ -182,7 +183,7 @@ pub fn doubts(scene: &Scene, motion: &GroundMotion) -> Vec<(&'static str, Warnin
             // The duration, if it is written, decides.
             let quiet = (end - begin - scene.time.quiet).abs() < 1e-9;
             let key = if quiet { "time.quiet" } else { "time.duration" };
-            doubts.push((key, Warning::NoResidual { rest: (end - begin).max(0.0) }));
+            doubts.push((key, Warning::NoResidual { key, rest: end - begin }));
         }
     }
     if scene.ground_motion.record.is_some() {
@@ -259,6 +260,12 @@ fn unusual(scene: &Scene) -> Vec<(&'static str, Warning)> {
         (key, Warning::Unusual { key, value, unit, what, least, most })
     };
     values.into_iter().filter(odd).map(warn).collect()
+}
+
+/// When a run ends that has so much rest, s.
+fn at_end(rest: f64) -> String {
+    let side = if rest < 0.0 { "before" } else { "after" };
+    format!("{:.2} s {side} the ground comes to rest", rest.abs())
 }
 
 /// Two digits, rounded down.
