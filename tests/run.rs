@@ -113,7 +113,7 @@ fn an_interrupted_run_says_so_and_stays_readable() {
     let output = child.wait_with_output().expect("an ending");
     let said = String::from_utf8_lossy(&output.stdout);
     assert_eq!(output.status.code(), Some(130), "{said}");
-    assert!(said.contains("PARTIAL RESULT, run interrupted"), "{said}");
+    assert!(said.contains("PARTIAL RESULT up to t =") && said.contains(", run interrupted"), "{said}");
     let manifest: toml::Table = std::fs::read_to_string(scenario.folder().join("run/manifest.toml"))
         .expect("a manifest")
         .parse()
@@ -142,7 +142,8 @@ fn a_step_that_does_not_converge_ends_the_run_with_status_3() {
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(3), "{said}");
     assert!(said.contains("step 1 at t = 0 s did not converge in 2 iterations"), "{said}");
-    assert!(String::from_utf8_lossy(&output.stdout).contains("PARTIAL RESULT, run failed"));
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(said.contains("PARTIAL RESULT up to t =") && said.contains(", run failed"), "{said}");
     let manifest = std::fs::read_to_string(scenario.folder().join("run/manifest.toml")).expect("a manifest");
     let manifest: toml::Table = manifest.parse().expect("TOML");
     let status = manifest["result"]["status"].as_str().unwrap_or("");
