@@ -4,8 +4,10 @@ use std::process::Command;
 
 fn main() {
     // Whatever makes the program or the state of the work tree another one.
-    let sources = ["src", "../interface/src", "../reservoir-fmu/src", "../dam-dem/src", "../Cargo.lock"];
-    for path in sources.into_iter().chain(["../.git/HEAD", "../.git/index"]) {
+    let solvers =
+        ["../reservoir-fmu/src", "../reservoir-fmu/fmu/src", "../dam-dem/src", "../dam-dem/fmu/src"];
+    let sources = ["src", "../interface/src", "../Cargo.lock"].into_iter().chain(solvers);
+    for path in sources.chain(["../.git/HEAD", "../.git/index"]) {
         if std::path::Path::new(path).exists() {
             println!("cargo:rerun-if-changed={path}");
         }

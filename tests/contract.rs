@@ -1,46 +1,26 @@
-//! The XML in `modelDescription/` and the variables in Rust say the same.
+//! The XML in `modelDescription/`, the variables in Rust and the FMUs that are packed say the same.
 
 use interface::{Causality, Shape, Variability, Variable, variables};
-use quick_xml::Reader;
-use quick_xml::events::{BytesStart, Event};
 use std::collections::BTreeMap;
+use whole_chain::fmu::{Element, Fmu, export};
 use whole_chain::scenario::root;
 
-/// What the XML says of a variable: attributes, and its dimension.
-#[derive(Clone, Debug, PartialEq)]
-struct Described {
-    attributes: BTreeMap<String, String>,
-    dimension: Option<(String, String)>,
+fn reference(file: &str) -> Element {
+    let path = root().join("modelDescription").join(file);
+    Element::read(&std::fs::read_to_string(path).expect("the XML"))
 }
 
-fn attributes(element: &BytesStart<'_>) -> BTreeMap<String, String> {
-    let pair =
-        |a: quick_xml::events::attributes::Attribute<'_>| (a.key.as_ref().to_owned(), a.value.to_string());
-    element.attributes().map(|a| pair(a.expect("an attribute"))).collect()
+/// Attributes of a variable, and its dimension.
+type Described = (BTreeMap<String, String>, Option<(String, String)>);
+
+fn described(element: &Element) -> Described {
+    let mut attributes = element.attributes.clone();
+    attributes.remove("start");
+    let dimension = element.children.first().and_then(|d| d.attributes.clone().into_iter().next());
+    (attributes, dimension)
 }
 
-fn described(file: &str) -> (Vec<Described>, Vec<u32>) {
-    let text = std::fs::read_to_string(root().join("modelDescription").join(file)).expect("the XML");
-    let mut reader = Reader::from_str(&text);
-    let (mut variables, mut outputs) = (Vec::new(), Vec::new());
-    loop {
-        match reader.read_event().expect("well-formed XML") {
-            Event::Start(e) | Event::Empty(e) => match e.name().as_ref() {
-                "Float64" => variables.push(Described { attributes: attributes(&e), dimension: None }),
-                "Dimension" => {
-                    let variable: &mut Described = variables.last_mut().expect("a variable");
-                    variable.dimension = attributes(&e).into_iter().next();
-                }
-                "Output" => outputs.push(attributes(&e)["valueReference"].parse().expect("a number")),
-                _ => {}
-            },
-            Event::Eof => return (variables, outputs),
-            _ => {}
-        }
-    }
-}
-
-fn expected(variable: &Variable) -> (BTreeMap<String, String>, Option<(String, String)>) {
+fn expected(variable: &Variable) -> Described {
     let causality = match variable.causality {
         Causality::Parameter => "parameter",
         Causality::CalculatedParameter => "calculatedParameter",
@@ -71,21 +51,28 @@ fn expected(variable: &Variable) -> (BTreeMap<String, String>, Option<(String, S
     (pairs.map(own).into(), dimension.map(own))
 }
 
+/// Value references and dependencies of the outputs.
+fn outputs(description: &Element) -> Vec<(u32, Vec<u32>)> {
+    let output = |element: &Element| {
+        let inputs = element.get("dependencies").split(' ').map(|input| input.parse().expect("a number"));
+        (element.get("valueReference").parse().expect("a number"), inputs.collect())
+    };
+    description.list("ModelStructure", "Output").into_iter().map(output).collect()
+}
+
 fn agree(file: &str, variables: &[Variable]) {
-    let (described, outputs) = described(file);
-    let described: Vec<_> =
-        described.into_iter().filter(|d| d.attributes["causality"] != "independent").collect();
+    let reference = reference(file);
+    let described: Vec<Described> = reference.list("ModelVariables", "Float64")[1..]
+        .iter()
+        .map(|element| self::described(element))
+        .collect();
     assert_eq!(described.len(), variables.len(), "{file}: number of variables");
     for (found, variable) in described.into_iter().zip(variables) {
-        let (attributes, dimension) = expected(variable);
-        let mut found_attributes = found.attributes;
-        found_attributes.remove("start");
-        assert_eq!(found_attributes, attributes, "{file}");
-        assert_eq!(found.dimension, dimension, "{file}: {}", variable.name);
+        assert_eq!(found, expected(variable), "{file}");
     }
-    let expected: Vec<u32> =
-        variables.iter().filter(|v| v.causality == Causality::Output).map(|v| v.value_reference).collect();
-    assert_eq!(outputs, expected, "{file}: outputs of the model structure");
+    let results = variables.iter().filter(|v| v.causality == Causality::Output);
+    let expected: Vec<_> = results.map(|v| (v.value_reference, v.dependencies.to_vec())).collect();
+    assert_eq!(outputs(&reference), expected, "{file}: outputs of the model structure");
 }
 
 #[test]
@@ -112,4 +99,98 @@ fn names_and_value_references_are_unique() {
             }
         }
     }
+}
+
+/// The FMU of a unit of a shipped scene on a mesh of 10 m, and what its terminal is made of.
+fn packed(case: &str, unit: &str) -> (Element, Element) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let more = ["--set", "dam.element_size=10", "-o", "x.fmu"];
+    let output = export(folder.path(), &root().join("scenes").join(case), unit, &more);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let mut fmu = Fmu::open(&folder.path().join("x.fmu"));
+    let terminals = Element::read(&fmu.text("terminalsAndIcons/terminalsAndIcons.xml"));
+    (fmu.description(), terminals)
+}
+
+/// Whether the FMU says what the contract says, with these sizes; returns the names of its terminal's members.
+fn packed_agrees(unit: &str, interface_points: usize) -> Vec<String> {
+    let reference = reference(&format!("{unit}.xml"));
+    let (found, terminals) = packed("koyna-northridge-1994", unit);
+
+    let mut capabilities = found.child("CoSimulation").attributes.clone();
+    let step = capabilities.remove("fixedInternalStepSize");
+    assert_eq!(capabilities, reference.child("CoSimulation").attributes);
+    let varies = capabilities["canHandleVariableCommunicationStepSize"] == "true";
+    assert_eq!(step.as_deref(), (!varies).then_some("0.0025"));
+    assert_eq!(found.child("UnitDefinitions"), reference.child("UnitDefinitions"));
+    assert_eq!(found.child("ModelStructure"), reference.child("ModelStructure"));
+    assert_eq!(found.child("DefaultExperiment").get("stepSize"), "0.0025");
+    assert!(found.get("description").ends_with(": Cracked Koyna dam, Northridge 1994, Canyon Country 270"));
+
+    let all = &found.child("ModelVariables").children;
+    assert!(all.iter().all(|variable| variable.name == "Float64"), "no structural parameters");
+    let wanted = reference.list("ModelVariables", "Float64");
+    assert_eq!(all.len(), wanted.len());
+    for (found, wanted) in all.iter().zip(wanted) {
+        let (attributes, dimension) = described(wanted);
+        let size = match dimension.as_ref().map(|(name, value)| (name.as_str(), value.as_str())) {
+            None => None,
+            Some(("start", "2")) => Some(2),
+            Some(("valueReference", "900")) => Some(interface_points),
+            Some(("valueReference", "901")) => Some(1),
+            other => panic!("{other:?}"),
+        };
+        let fixed = size.map(|size| ("start".to_owned(), size.to_string()));
+        assert_eq!(described(found), (attributes, fixed));
+        assert_eq!(found.attributes.contains_key("start"), wanted.attributes.contains_key("start"));
+        if found.attributes.contains_key("start") {
+            let start = found.start();
+            assert!(start.iter().all(|value| value.is_finite()));
+            assert_eq!(start.len(), size.unwrap_or(1), "{}", found.get("name"));
+        }
+    }
+
+    let terminal = terminals.list("Terminals", "Terminal");
+    assert_eq!(terminal.len(), 1);
+    assert_eq!((terminal[0].get("name"), terminal[0].get("matchingRule")), ("wet_face", "bus"));
+    let member = |member: &Element| {
+        assert!(all.iter().any(|v| v.get("name") == member.get("variableName")), "{member:?}");
+        member.get("memberName").to_owned()
+    };
+    terminal[0].children.iter().map(member).collect()
+}
+
+#[test]
+fn a_packed_reservoir_keeps_the_contract() {
+    let members = packed_agrees("reservoir", INTERFACE_POINTS);
+    assert_eq!(members, ["pressure", "hydrostatic_pressure", "acceleration"]);
+}
+
+#[test]
+fn a_packed_dam_keeps_the_contract() {
+    let members = packed_agrees("dam", INTERFACE_POINTS);
+    assert_eq!(members, ["pressure", "hydrostatic_pressure", "acceleration", "displacement", "velocity"]);
+}
+
+/// Rows of 10 m nearly: 7 panels in 66.5 m below the crack, 3 in 25.25 m above; a point more than panels on
+/// either side of it.
+const INTERFACE_POINTS: usize = 7 + 1 + 3 + 1;
+
+#[test]
+fn a_dam_without_cracks_has_no_variables_of_cracks() {
+    let (found, _) = packed("koyna-intact", "dam");
+    let wanted: Vec<_> = variables::dam::ALL.iter().filter(|v| v.shape != Shape::Cracks).collect();
+    let variables = &found.child("ModelVariables").children;
+    let names = |variable: &Element| variable.get("name").to_owned();
+    assert_eq!(
+        variables[1..].iter().map(names).collect::<Vec<_>>(),
+        wanted.iter().map(|v| v.name).collect::<Vec<_>>()
+    );
+    let dimensions = variables.iter().flat_map(|v| &v.children);
+    assert!(dimensions.map(|d| d.get("start")).all(|size| size != "0"));
+    let known: Vec<&str> = variables.iter().map(|v| v.get("valueReference")).collect();
+    for entry in &found.child("ModelStructure").children {
+        assert!(known.contains(&entry.get("valueReference")), "{entry:?}");
+    }
+    assert!(found.list("UnitDefinitions", "Unit").iter().all(|unit| unit.get("name") != "Pa/m"));
 }

@@ -1,7 +1,9 @@
 use interface::{
-    CallError, Capabilities, CoSimulation, Fingerprint, Stage, Variable, WetFace, open, seal,
-    variables::dam as variable,
+    CallError, Capabilities, CoSimulation, Fingerprint, Packable, Shape, Stage, Variable, WetFace, open,
+    seal, variables::dam as variable,
 };
+
+use std::num::NonZeroUsize;
 
 use crate::contact::Coulomb;
 use crate::damping::{Damping, DampingFrequencies};
@@ -96,7 +98,7 @@ impl Dam {
         let points = wet.as_ref().map_or(0, |wet| wet.face.len());
         let inputs = Inputs { pressure: vec![0.0; points], ground_acceleration: [0.0; 2] };
         let motion = structure.at_rest();
-        let fingerprint = Fingerprint::of("dam", &parameters)?;
+        let fingerprint = Fingerprint::of(Self::NAME, &parameters)?;
         let state = DamState {
             fingerprint,
             initialised: false,
@@ -242,7 +244,7 @@ impl CoSimulation for Dam {
     type Error = DamError;
 
     fn name(&self) -> &'static str {
-        "dam"
+        Self::NAME
     }
 
     fn variables(&self) -> &'static [Variable] {
@@ -251,10 +253,8 @@ impl CoSimulation for Dam {
 
     fn size(&self, variable: &Variable) -> usize {
         match variable.shape {
-            interface::Shape::Scalar => 1,
-            interface::Shape::Plane => 2,
-            interface::Shape::InterfacePoints => self.wet.as_ref().map_or(0, |wet| wet.face.len()),
-            interface::Shape::Cracks => self.cracks.len(),
+            Shape::InterfacePoints => self.wet.as_ref().map_or(0, |wet| wet.face.len()),
+            _ => Self::size_for(&self.parameters, variable),
         }
     }
 
@@ -263,7 +263,7 @@ impl CoSimulation for Dam {
     }
 
     fn capabilities(&self) -> Capabilities {
-        Capabilities { variable_communication_step: true, directional_derivative: false }
+        Self::capabilities_for(&self.parameters)
     }
 
     /// Finds the state of rest under weight and hydrostatic pressure, which is that of `start_time`.
@@ -397,6 +397,36 @@ impl CoSimulation for Dam {
         _sensitivity: &mut [f64],
     ) -> Result<(), DamError> {
         Err(CallError::Derivative { unit: self.name(), unknown, known }.into())
+    }
+}
+
+impl Packable for Dam {
+    type Parameters = DamParameters;
+
+    const NAME: &'static str = "dam";
+    const DESCRIPTION: &'static str = "Concrete gravity dam with penetrated cracks";
+    const VARIABLES: &'static [Variable] = variable::ALL;
+
+    fn from_parameters(parameters: DamParameters, _threads: NonZeroUsize) -> Result<Self, DamError> {
+        Self::new(parameters)
+    }
+
+    /// Zero for what depends on the wet face of a section that makes none.
+    fn size_for(parameters: &DamParameters, variable: &Variable) -> usize {
+        match variable.shape {
+            Shape::Scalar => 1,
+            Shape::Plane => 2,
+            Shape::InterfacePoints => parameters.wet_face().ok().flatten().map_or(0, |face| face.len()),
+            Shape::Cracks => parameters.cracks.len(),
+        }
+    }
+
+    fn capabilities_for(_parameters: &DamParameters) -> Capabilities {
+        Capabilities { variable_communication_step: true, directional_derivative: false }
+    }
+
+    fn numbers<'a>(parameters: &'a mut DamParameters, variable: &Variable) -> Vec<&'a mut f64> {
+        parameters.numbers(variable)
     }
 }
 

@@ -1,4 +1,5 @@
-use interface::WetFace;
+use interface::variables::dam as variables;
+use interface::{Variable, WetFace};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{DamError, require};
@@ -165,8 +166,29 @@ impl DamParameters {
 }
 
 impl DamParameters {
+    /// The numbers behind a variable that an importer may change; those of cracks from the base up.
+    pub(crate) fn numbers(&mut self, variable: &Variable) -> Vec<&mut f64> {
+        let Material { young_modulus, poisson_ratio, density, .. } = &mut self.material;
+        let mut cracks: Vec<&mut CrackParameters> = self.cracks.iter_mut().collect();
+        cracks.sort_by(|a, b| a.elevation.total_cmp(&b.elevation));
+        let cracks = cracks.into_iter();
+        match *variable {
+            variables::YOUNG_MODULUS => vec![young_modulus],
+            variables::POISSON_RATIO => vec![poisson_ratio],
+            variables::DENSITY => vec![density],
+            variables::FRICTION_COEFFICIENT => cracks.map(|crack| &mut crack.friction_coefficient).collect(),
+            variables::NORMAL_STIFFNESS => cracks.map(|crack| &mut crack.normal_stiffness).collect(),
+            variables::SHEAR_STIFFNESS => cracks.map(|crack| &mut crack.shear_stiffness).collect(),
+            variables::DAMPING_RATIO => match &mut self.damping {
+                Damping::Rayleigh { ratio, .. } => vec![ratio],
+                Damping::None => Vec::new(),
+            },
+            _ => Vec::new(),
+        }
+    }
+
     /// The mesh of the section: rows end at vertices, cracks and the water level.
-    pub(crate) fn mesh(&self) -> Mesh {
+    pub fn mesh(&self) -> Mesh {
         let mut elevations: Vec<f64> = self.cracks.iter().map(|crack| crack.elevation).collect();
         elevations.sort_by(f64::total_cmp);
         Mesh::new(&self.section, &elevations, &[self.water_depth], self.element_size)

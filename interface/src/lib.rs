@@ -24,11 +24,16 @@
 //! (v(t+H) − v(t))/H and is held, so that velocity is linear and the exchanged impulse exact.
 
 mod co_simulation;
+pub mod export;
+mod messages;
+mod packable;
 mod serialised_state;
 pub mod variables;
 mod wet_face;
 
 pub use co_simulation::{CallError, Capabilities, CoSimulation, Stage};
+pub use messages::{Level, Messages};
+pub use packable::Packable;
 pub use serialised_state::{Fingerprint, StateError, open, seal};
 pub use variables::{Causality, Shape, Variability, Variable};
 pub use wet_face::{Panel, WetFace, WetFaceError};

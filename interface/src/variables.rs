@@ -6,9 +6,9 @@
 /// Role of a variable, as FMI 3.0 names it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Causality {
-    /// Fixed when the unit is made from a scene; readable, not settable.
+    /// Fixed when the unit is made; an importer of its FMU may change it before that.
     Parameter,
-    /// Follows from the parameters; readable after initialisation.
+    /// Follows from the scene and the parameters; readable after initialisation.
     CalculatedParameter,
     /// Set by the caller before a step.
     Input,
@@ -57,10 +57,12 @@ pub struct Variable {
     pub unit: &'static str,
     /// What it is, in one line.
     pub description: &'static str,
+    /// Of an output: value references of the inputs that it depends on.
+    pub dependencies: &'static [u32],
 }
 
 macro_rules! variables {
-    ($($reference:literal $item:ident $name:literal $causality:ident $variability:ident $shape:ident $unit:literal $description:literal;)*) => {
+    ($($reference:literal $item:ident $name:literal $causality:ident $variability:ident $shape:ident $unit:literal $description:literal $(<- $($input:literal)+)?;)*) => {
         $(
             #[doc = concat!($description, "; unit `", $unit, "`")]
             pub const $item: Variable = Variable {
@@ -71,6 +73,7 @@ macro_rules! variables {
                 shape: Shape::$shape,
                 unit: $unit,
                 description: $description,
+                dependencies: &[$($($input),+)?],
             };
         )*
         /// All variables of the unit, by value reference.
@@ -85,25 +88,25 @@ pub mod reservoir {
     variables! {
         1 INTERFACE_ACCELERATION "interface_acceleration" Input Continuous InterfacePoints "m/s2" "total acceleration of the wet face along n, mean over the step";
         2 GROUND_ACCELERATION "ground_acceleration" Input Continuous Plane "m/s2" "acceleration of the ground at the step's end";
-        10 INTERFACE_PRESSURE "interface_pressure" Output Continuous InterfacePoints "Pa" "hydrodynamic pressure on the wet face, excess over hydrostatic";
+        10 INTERFACE_PRESSURE "interface_pressure" Output Continuous InterfacePoints "Pa" "hydrodynamic pressure on the wet face, excess over hydrostatic" <- 1;
         11 HYDROSTATIC_PRESSURE "hydrostatic_pressure" CalculatedParameter Fixed InterfacePoints "Pa" "hydrostatic pressure on the wet face";
-        12 TOTAL_FORCE "total_force" Output Continuous Scalar "N/m" "hydrodynamic force on the wet face along x";
-        13 OVERTURNING_MOMENT "overturning_moment" Output Continuous Scalar "N.m/m" "moment of the hydrodynamic pressure about the heel, positive when it turns the dam downstream";
-        14 BASE_PRESSURE "base_pressure" Output Continuous Scalar "Pa" "hydrodynamic pressure at the heel";
+        12 TOTAL_FORCE "total_force" Output Continuous Scalar "N/m" "hydrodynamic force on the wet face along x" <- 1;
+        13 OVERTURNING_MOMENT "overturning_moment" Output Continuous Scalar "N.m/m" "moment of the hydrodynamic pressure about the heel, positive when it turns the dam downstream" <- 1;
+        14 BASE_PRESSURE "base_pressure" Output Continuous Scalar "Pa" "hydrodynamic pressure at the heel" <- 1;
         20 INTERFACE_X "interface_x" CalculatedParameter Fixed InterfacePoints "m" "x of the interface points";
         21 INTERFACE_Y "interface_y" CalculatedParameter Fixed InterfacePoints "m" "y of the interface points";
         22 INTERFACE_NORMAL_X "interface_normal_x" CalculatedParameter Fixed InterfacePoints "1" "x component of n at the interface points";
         23 INTERFACE_NORMAL_Y "interface_normal_y" CalculatedParameter Fixed InterfacePoints "1" "y component of n at the interface points";
         24 INTERFACE_LENGTH "interface_length" CalculatedParameter Fixed InterfacePoints "m" "tributary length of the interface points";
-        30 WATER_DEPTH "water_depth" Parameter Fixed Scalar "m" "depth of the water at the heel";
+        30 WATER_DEPTH "water_depth" CalculatedParameter Fixed Scalar "m" "depth of the water at the heel";
         31 WATER_DENSITY "water_density" Parameter Fixed Scalar "kg/m3" "density of the water";
         32 SOUND_SPEED "sound_speed" Parameter Fixed Scalar "m/s" "speed of sound in the water";
         33 WAVE_REFLECTION_COEFFICIENT "wave_reflection_coefficient" Parameter Fixed Scalar "1" "share of a pressure wave's amplitude that the bed reflects at normal incidence";
         34 GRAVITY "gravity" Parameter Fixed Scalar "m/s2" "gravitational acceleration";
-        35 FIDELITY "fidelity" Parameter Fixed Scalar "1" "model of the water: 1 Westergaard's added mass, 3 compressible";
+        35 FIDELITY "fidelity" CalculatedParameter Fixed Scalar "1" "model of the water: 1 Westergaard's added mass, 3 compressible";
         36 ELEMENT_SIZE "element_size" Parameter Fixed Scalar "m" "largest length of a boundary element";
         37 FAR_END_DISTANCE "far_end_distance" Parameter Fixed Scalar "m" "distance of the far end from the most upstream point of the wet face";
-        38 COMMUNICATION_STEP "communication_step" Parameter Fixed Scalar "s" "length of a communication step";
+        38 COMMUNICATION_STEP "communication_step" CalculatedParameter Fixed Scalar "s" "length of a communication step";
         39 HORIZON "horizon" Parameter Fixed Scalar "s" "longest time that can be simulated";
     }
 }
@@ -116,27 +119,27 @@ pub mod dam {
         1 INTERFACE_PRESSURE "interface_pressure" Input Continuous InterfacePoints "Pa" "hydrodynamic pressure on the wet face at the step's end";
         2 HYDROSTATIC_PRESSURE "hydrostatic_pressure" Input Discrete InterfacePoints "Pa" "hydrostatic pressure on the wet face, set before initialisation";
         3 GROUND_ACCELERATION "ground_acceleration" Input Continuous Plane "m/s2" "acceleration of the ground at the step's end";
-        10 INTERFACE_DISPLACEMENT "interface_displacement" Output Continuous InterfacePoints "m" "displacement of the wet face relative to the ground along n, since time 0";
-        11 INTERFACE_VELOCITY "interface_velocity" Output Continuous InterfacePoints "m/s" "velocity of the wet face relative to the ground along n";
-        12 INTERFACE_ACCELERATION "interface_acceleration" Output Continuous InterfacePoints "m/s2" "total acceleration of the wet face along n, mean over the step";
-        13 CREST_DISPLACEMENT "crest_displacement" Output Continuous Plane "m" "displacement of the upstream crest corner relative to the ground, since time 0";
-        14 CREST_ACCELERATION "crest_acceleration" Output Continuous Plane "m/s2" "total acceleration of the upstream crest corner, mean over the step";
+        10 INTERFACE_DISPLACEMENT "interface_displacement" Output Continuous InterfacePoints "m" "displacement of the wet face relative to the ground along n, since time 0" <- 1 3;
+        11 INTERFACE_VELOCITY "interface_velocity" Output Continuous InterfacePoints "m/s" "velocity of the wet face relative to the ground along n" <- 1 3;
+        12 INTERFACE_ACCELERATION "interface_acceleration" Output Continuous InterfacePoints "m/s2" "total acceleration of the wet face along n, mean over the step" <- 1 3;
+        13 CREST_DISPLACEMENT "crest_displacement" Output Continuous Plane "m" "displacement of the upstream crest corner relative to the ground, since time 0" <- 1 3;
+        14 CREST_ACCELERATION "crest_acceleration" Output Continuous Plane "m/s2" "total acceleration of the upstream crest corner, mean over the step" <- 1 3;
         15 CREST_STATIC_DISPLACEMENT "crest_static_displacement" CalculatedParameter Fixed Plane "m" "displacement of the upstream crest corner under weight and hydrostatic pressure";
-        20 CRACK_SLIDING "crack_sliding" Output Continuous Cracks "m" "mean slip of the block above, positive downstream, since time 0";
-        21 CRACK_OPENING "crack_opening" Output Continuous Cracks "m" "largest gap along the crack";
-        22 CRACK_ROTATION "crack_rotation" Output Continuous Cracks "rad" "rotation of the block above against the block below, positive counter-clockwise, since time 0";
-        23 CRACK_STICKING "crack_sticking" Output Discrete Cracks "1" "number of contacts that stick";
-        24 CRACK_SLIPPING "crack_slipping" Output Discrete Cracks "1" "number of contacts that slip";
-        25 CRACK_OPEN "crack_open" Output Discrete Cracks "1" "number of contacts that are open";
-        26 CRACK_ACCELERATION_BELOW "crack_acceleration_below" Output Continuous Cracks "m/s2" "total horizontal acceleration of the lower side, mean along the crack and over the step";
-        27 CRACK_ACCELERATION_ABOVE "crack_acceleration_above" Output Continuous Cracks "m/s2" "total horizontal acceleration of the upper side, mean along the crack and over the step";
-        30 KINETIC_ENERGY "kinetic_energy" Output Continuous Scalar "J/m" "kinetic energy relative to the ground";
-        31 STRAIN_ENERGY "strain_energy" Output Continuous Scalar "J/m" "strain energy since time 0";
-        32 CONTACT_ENERGY "contact_energy" Output Continuous Scalar "J/m" "energy in the contact springs since time 0";
-        33 FRICTION_WORK "friction_work" Output Continuous Scalar "J/m" "energy lost to friction since time 0";
-        34 DAMPING_WORK "damping_work" Output Continuous Scalar "J/m" "energy lost to damping, contact dashpots included, since time 0";
-        35 INPUT_WORK "input_work" Output Continuous Scalar "J/m" "work of weight, water and ground inertia since time 0";
-        36 ENERGY_BALANCE_ERROR "energy_balance_error" Output Continuous Scalar "J/m" "input work minus all other energies";
+        20 CRACK_SLIDING "crack_sliding" Output Continuous Cracks "m" "mean slip of the block above, positive downstream, since time 0" <- 1 3;
+        21 CRACK_OPENING "crack_opening" Output Continuous Cracks "m" "largest gap along the crack" <- 1 3;
+        22 CRACK_ROTATION "crack_rotation" Output Continuous Cracks "rad" "rotation of the block above against the block below, positive counter-clockwise, since time 0" <- 1 3;
+        23 CRACK_STICKING "crack_sticking" Output Discrete Cracks "1" "number of contacts that stick" <- 1 3;
+        24 CRACK_SLIPPING "crack_slipping" Output Discrete Cracks "1" "number of contacts that slip" <- 1 3;
+        25 CRACK_OPEN "crack_open" Output Discrete Cracks "1" "number of contacts that are open" <- 1 3;
+        26 CRACK_ACCELERATION_BELOW "crack_acceleration_below" Output Continuous Cracks "m/s2" "total horizontal acceleration of the lower side, mean along the crack and over the step" <- 1 3;
+        27 CRACK_ACCELERATION_ABOVE "crack_acceleration_above" Output Continuous Cracks "m/s2" "total horizontal acceleration of the upper side, mean along the crack and over the step" <- 1 3;
+        30 KINETIC_ENERGY "kinetic_energy" Output Continuous Scalar "J/m" "kinetic energy relative to the ground" <- 1 3;
+        31 STRAIN_ENERGY "strain_energy" Output Continuous Scalar "J/m" "strain energy since time 0" <- 1 3;
+        32 CONTACT_ENERGY "contact_energy" Output Continuous Scalar "J/m" "energy in the contact springs since time 0" <- 1 3;
+        33 FRICTION_WORK "friction_work" Output Continuous Scalar "J/m" "energy lost to friction since time 0" <- 1 3;
+        34 DAMPING_WORK "damping_work" Output Continuous Scalar "J/m" "energy lost to damping, contact dashpots included, since time 0" <- 1 3;
+        35 INPUT_WORK "input_work" Output Continuous Scalar "J/m" "work of weight, water and ground inertia since time 0" <- 1 3;
+        36 ENERGY_BALANCE_ERROR "energy_balance_error" Output Continuous Scalar "J/m" "input work minus all other energies" <- 1 3;
         40 INTERFACE_X "interface_x" CalculatedParameter Fixed InterfacePoints "m" "x of the interface points";
         41 INTERFACE_Y "interface_y" CalculatedParameter Fixed InterfacePoints "m" "y of the interface points";
         42 INTERFACE_NORMAL_X "interface_normal_x" CalculatedParameter Fixed InterfacePoints "1" "x component of n at the interface points";
@@ -151,7 +154,7 @@ pub mod dam {
         56 DAMPING_RATIO "damping_ratio" Parameter Fixed Scalar "1" "damping ratio at the two named frequencies";
         57 DAMPING_FREQUENCY_LOW "damping_frequency_low" CalculatedParameter Fixed Scalar "rad/s" "lower frequency at which the damping ratio holds";
         58 DAMPING_FREQUENCY_HIGH "damping_frequency_high" CalculatedParameter Fixed Scalar "rad/s" "upper frequency at which the damping ratio holds";
-        59 ELEMENT_SIZE "element_size" Parameter Fixed Scalar "m" "nominal length of an element's side";
+        59 ELEMENT_SIZE "element_size" CalculatedParameter Fixed Scalar "m" "nominal length of an element's side";
         60 TIME_STEP_LIMIT "time_step_limit" CalculatedParameter Fixed Scalar "s" "longest stable time step, safety factor included";
     }
 }

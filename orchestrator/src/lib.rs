@@ -6,11 +6,12 @@
 //!
 //! Data flows one way: [`scene`] → [`participant`] → [`scheme`] (with [`acceleration`],
 //! judged by [`convergence`]) → [`simulation`] → [`observer`]s ([`log`], histories,
-//! progress) → [`report`]. A [`log`] that was written is read again by [`replay`].
+//! progress) → [`report`]. A [`log`] that was written is read again by [`replay`]. Units leave as FMUs by [`fmu`].
 
 pub mod acceleration;
 pub mod convergence;
 pub mod difference;
+pub mod fmu;
 pub mod log;
 pub mod observer;
 pub mod participant;

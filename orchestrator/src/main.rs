@@ -1,6 +1,7 @@
 //! `cofferdam`: couples a reservoir and a cracked dam under an earthquake.
 
 mod cli;
+mod packing;
 mod registry;
 
 use clap::Parser;
@@ -19,6 +20,7 @@ fn main() -> ExitCode {
         cli::Command::Run(arguments) => cli::run::run(&arguments),
         cli::Command::Unit(arguments) => cli::unit::unit(&arguments),
         cli::Command::Check(arguments) => cli::check::check(&arguments),
+        cli::Command::ExportFmu(arguments) => cli::export_fmu::run(&arguments),
         cli::Command::Replay(arguments) => cli::replay::run(&arguments),
         cli::Command::Log(command) => cli::log::run(&command),
     }

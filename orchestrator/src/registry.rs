@@ -53,11 +53,7 @@ pub fn unit(side: Side, scene: &Scene, threads: NonZeroUsize) -> Result<Box<dyn 
 
 fn computed_dam(dam: &DamScene, scene: &Scene) -> Result<Box<dyn Participant>, RegistryError> {
     let messages = Messages::default();
-    let dam = messages.listen(|| Dam::new(dam_parameters(dam, scene)))?;
-    let time_steps = dam.time_steps_per(scene.time.communication_step);
-    if time_steps > MOST_TIME_STEPS {
-        return Err(RegistryError::TimeSteps { time_steps, limit: dam.time_step_limit() });
-    }
+    let (dam, time_steps) = messages.listen(|| made_dam(dam_parameters(dam, scene), scene))?;
     let solver = format!(
         "distinct elements {}: {} elements, {} nodes, {time_steps} time steps a communication step",
         env!("CARGO_PKG_VERSION"),
@@ -65,6 +61,18 @@ fn computed_dam(dam: &DamScene, scene: &Scene) -> Result<Box<dyn Participant>, R
         dam.node_count(),
     );
     Ok(Box::new(InProcess::new(dam, &solver, messages)))
+}
+
+/// Makes the dam; also returns its time steps a communication step of `scene`.
+///
+/// **Errors**: those of the dam, and [`RegistryError::TimeSteps`].
+pub fn made_dam(parameters: DamParameters, scene: &Scene) -> Result<(Dam, usize), RegistryError> {
+    let dam = Dam::new(parameters)?;
+    let time_steps = dam.time_steps_per(scene.time.communication_step);
+    if time_steps > MOST_TIME_STEPS {
+        return Err(RegistryError::TimeSteps { time_steps, limit: dam.time_step_limit() });
+    }
+    Ok((dam, time_steps))
 }
 
 fn reservoir(scene: &Scene, threads: NonZeroUsize) -> Result<Box<dyn Participant>, RegistryError> {
@@ -81,7 +89,7 @@ fn reservoir(scene: &Scene, threads: NonZeroUsize) -> Result<Box<dyn Participant
 }
 
 /// The wet face of the scene's dam: either unit finds the same by itself.
-fn wet_face(scene: &Scene) -> Result<WetFace, RegistryError> {
+pub fn wet_face(scene: &Scene) -> Result<WetFace, RegistryError> {
     let depth = scene.reservoir.depth;
     let straight = |batter, panels| WetFace::straight([batter, depth], panels);
     Ok(match (&scene.dam, &scene.prescribed) {
@@ -91,7 +99,8 @@ fn wet_face(scene: &Scene) -> Result<WetFace, RegistryError> {
     })
 }
 
-fn dam_parameters(dam: &DamScene, scene: &Scene) -> DamParameters {
+/// The parameters of the dam of a scene.
+pub fn dam_parameters(dam: &DamScene, scene: &Scene) -> DamParameters {
     let DamScene { section, material, damping, .. } = dam;
     let frequencies = match (damping.multiples_of_first, damping.radians_per_second) {
         (Some(multiples), _) => Some(DampingFrequencies::MultiplesOfFirst(multiples)),
@@ -135,7 +144,8 @@ fn dam_parameters(dam: &DamScene, scene: &Scene) -> DamParameters {
     }
 }
 
-fn reservoir_parameters(scene: &Scene, wet_face: WetFace) -> ReservoirParameters {
+/// The parameters of the reservoir of a scene.
+pub fn reservoir_parameters(scene: &Scene, wet_face: WetFace) -> ReservoirParameters {
     let water = &scene.reservoir;
     let communication_step = scene.time.communication_step;
     ReservoirParameters {

@@ -1,5 +1,6 @@
 use crate::{Fidelity, ReservoirError};
-use interface::WetFace;
+use interface::variables::reservoir as variables;
+use interface::{Variable, WetFace};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -30,8 +31,10 @@ pub struct ReservoirParameters {
 }
 
 impl ReservoirParameters {
-    /// Checks every value.
-    pub(crate) fn validate(&self) -> Result<(), ReservoirError> {
+    /// Checks every value; making the reservoir finds out the rest.
+    ///
+    /// **Errors**: the [`ReservoirError`] that names the parameter.
+    pub fn validate(&self) -> Result<(), ReservoirError> {
         let alpha = self.wave_reflection_coefficient;
         if !(0.0..=1.0).contains(&alpha) {
             return Err(ReservoirError::WaveReflectionCoefficient { value: alpha });
@@ -54,6 +57,20 @@ impl ReservoirParameters {
             return Err(ReservoirError::HorizonTooShort { horizon, communication_step });
         }
         Ok(())
+    }
+
+    /// The numbers behind a variable that an importer may change.
+    pub(crate) fn numbers(&mut self, variable: &Variable) -> Vec<&mut f64> {
+        match *variable {
+            variables::WATER_DENSITY => vec![&mut self.density],
+            variables::SOUND_SPEED => vec![&mut self.sound_speed],
+            variables::WAVE_REFLECTION_COEFFICIENT => vec![&mut self.wave_reflection_coefficient],
+            variables::GRAVITY => vec![&mut self.gravity],
+            variables::ELEMENT_SIZE => vec![&mut self.element_size],
+            variables::FAR_END_DISTANCE => vec![&mut self.far_end_distance],
+            variables::HORIZON => vec![&mut self.horizon],
+            _ => Vec::new(),
+        }
     }
 
     /// Admittance of the bed `q = (1 − α)/((1 + α) c)`, s/m.

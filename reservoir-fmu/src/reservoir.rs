@@ -3,8 +3,8 @@ use crate::frequency_response::{convolution_weights, quadrature};
 use crate::{Fidelity, ReservoirError, ReservoirParameters};
 use interface::variables::reservoir as variables;
 use interface::{
-    CallError, Capabilities, Causality, CoSimulation, Fingerprint, Shape, Stage, StateError, Variable, open,
-    seal,
+    CallError, Capabilities, Causality, CoSimulation, Fingerprint, Packable, Shape, Stage, StateError,
+    Variable, open, seal,
 };
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroUsize;
@@ -135,14 +135,16 @@ impl Reservoir {
         if found == expected { Ok(()) } else { Err(StateError::Fingerprint { found, expected }.into()) }
     }
 
+    /// Force along x (`axis` 0, N/m) or moment about the heel (1, N·m/m) of a pressure (Pa).
+    fn resultant(&self, axis: usize, pressure: &[f64]) -> f64 {
+        self.resultants.iter().zip(pressure).map(|(unit, p)| unit[axis] * p).sum()
+    }
+
     /// Values of any variable of the unit.
     fn values(&self, variable: &'static Variable) -> Result<Vec<f64>, ReservoirError> {
         let ReservoirParameters { wet_face, density, gravity, .. } = &self.parameters;
         let motion = &self.state.motion;
         let points = wet_face.points();
-        let resultant = |axis: usize| {
-            self.resultants.iter().zip(&motion.pressure).map(|(unit, p)| unit[axis] * p).sum::<f64>()
-        };
         Ok(match *variable {
             variables::INTERFACE_ACCELERATION => motion.acceleration.clone(),
             variables::GROUND_ACCELERATION => motion.ground_acceleration.to_vec(),
@@ -150,8 +152,8 @@ impl Reservoir {
             variables::HYDROSTATIC_PRESSURE => {
                 points.iter().map(|p| density * gravity * (wet_face.depth() - p[1])).collect()
             }
-            variables::TOTAL_FORCE => vec![resultant(0)],
-            variables::OVERTURNING_MOMENT => vec![resultant(1)],
+            variables::TOTAL_FORCE => vec![self.resultant(0, &motion.pressure)],
+            variables::OVERTURNING_MOMENT => vec![self.resultant(1, &motion.pressure)],
             variables::BASE_PRESSURE => vec![motion.pressure[0]],
             variables::INTERFACE_X => points.iter().map(|p| p[0]).collect(),
             variables::INTERFACE_Y => points.iter().map(|p| p[1]).collect(),
@@ -188,12 +190,7 @@ impl CoSimulation for Reservoir {
     }
 
     fn size(&self, variable: &Variable) -> usize {
-        match variable.shape {
-            Shape::Scalar => 1,
-            Shape::Plane => 2,
-            Shape::InterfacePoints => self.parameters.wet_face.len(),
-            Shape::Cracks => 0,
-        }
+        Self::size_for(&self.parameters, variable)
     }
 
     fn fingerprint(&self) -> Fingerprint {
@@ -201,7 +198,7 @@ impl CoSimulation for Reservoir {
     }
 
     fn capabilities(&self) -> Capabilities {
-        Capabilities { variable_communication_step: false, directional_derivative: true }
+        Self::capabilities_for(&self.parameters)
     }
 
     /// The water is at rest at `start_time`: the pressure is zero whatever the acceleration.
@@ -288,7 +285,8 @@ impl CoSimulation for Reservoir {
         Ok(ReservoirState { fingerprint: self.fingerprint, motion, history })
     }
 
-    /// `∂p/∂a = H W₀`: pressure at the step's end for the step's mean acceleration.
+    /// `∂p/∂a = H W₀`: pressure at the step's end for the step's mean acceleration, and what follows from the
+    /// pressure. The ground moves along its bed and pushes no water: a derivative of zero.
     fn directional_derivative(
         &self,
         unknown: u32,
@@ -296,18 +294,59 @@ impl CoSimulation for Reservoir {
         seed: &[f64],
         sensitivity: &mut [f64],
     ) -> Result<(), ReservoirError> {
-        let (pressure, acceleration) = (variables::INTERFACE_PRESSURE, variables::INTERFACE_ACCELERATION);
-        if unknown != pressure.value_reference || known != acceleration.value_reference {
-            return Err(CallError::Derivative { unit: UNIT, unknown, known }.into());
-        }
-        self.check_length(self.variable(known)?, seed.len())?;
-        self.check_length(self.variable(unknown)?, sensitivity.len())?;
-        let rows = self.convolution.instantaneous().chunks(seed.len());
-        for (value, row) in sensitivity.iter_mut().zip(rows) {
-            let product: f64 = row.iter().zip(seed).map(|(w, a)| w * a).sum();
-            *value = self.parameters.communication_step * product;
+        let none = || CallError::Derivative { unit: UNIT, unknown, known };
+        let [of, by] = [self.variable(unknown)?, self.variable(known)?];
+        self.check_length(by, seed.len())?;
+        self.check_length(of, sensitivity.len())?;
+        let step = self.parameters.communication_step;
+        let product = |row: &[f64]| step * row.iter().zip(seed).map(|(w, a)| w * a).sum::<f64>();
+        let pressure: Vec<f64> = match *by {
+            variables::INTERFACE_ACCELERATION => {
+                self.convolution.instantaneous().chunks(seed.len()).map(product).collect()
+            }
+            variables::GROUND_ACCELERATION => vec![0.0; self.parameters.wet_face.len()],
+            _ => return Err(none().into()),
+        };
+        match *of {
+            variables::INTERFACE_PRESSURE => sensitivity.copy_from_slice(&pressure),
+            variables::TOTAL_FORCE => sensitivity[0] = self.resultant(0, &pressure),
+            variables::OVERTURNING_MOMENT => sensitivity[0] = self.resultant(1, &pressure),
+            variables::BASE_PRESSURE => sensitivity[0] = pressure[0],
+            _ => return Err(none().into()),
         }
         Ok(())
+    }
+}
+
+impl Packable for Reservoir {
+    type Parameters = ReservoirParameters;
+
+    const NAME: &'static str = UNIT;
+    const DESCRIPTION: &'static str = "Water of infinite extent upstream of a dam";
+    const VARIABLES: &'static [Variable] = variables::ALL;
+
+    fn from_parameters(
+        parameters: ReservoirParameters,
+        threads: NonZeroUsize,
+    ) -> Result<Self, ReservoirError> {
+        Self::new(parameters, threads)
+    }
+
+    fn size_for(parameters: &ReservoirParameters, variable: &Variable) -> usize {
+        match variable.shape {
+            Shape::Scalar => 1,
+            Shape::Plane => 2,
+            Shape::InterfacePoints => parameters.wet_face.len(),
+            Shape::Cracks => 0,
+        }
+    }
+
+    fn capabilities_for(_parameters: &ReservoirParameters) -> Capabilities {
+        Capabilities { variable_communication_step: false, directional_derivative: true }
+    }
+
+    fn numbers<'a>(parameters: &'a mut ReservoirParameters, variable: &Variable) -> Vec<&'a mut f64> {
+        parameters.numbers(variable)
     }
 }
 

@@ -5,6 +5,7 @@ import subprocess
 import tomllib
 from pathlib import Path
 
+import fmus
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -23,3 +24,10 @@ def run(tmp_path_factory):
     command = [os.environ["COFFERDAM"], "run", folder / "scene.toml", "--quiet", "--output", folder / "out"]
     subprocess.run(command, check=True, capture_output=True)
     return folder / "out"
+
+
+@pytest.fixture(scope="session")
+def coarse(tmp_path_factory):
+    """The FMUs of half a second of strong motion on a coarse mesh, by unit."""
+    folder = tmp_path_factory.mktemp("fmus")
+    return {unit: fmus.pack(folder, unit, fmus.COARSE_HALF_SECOND) for unit in ("dam", "reservoir")}

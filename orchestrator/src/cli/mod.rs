@@ -1,6 +1,7 @@
 //! The command line.
 
 pub mod check;
+pub mod export_fmu;
 pub mod log;
 pub mod replay;
 pub mod run;
@@ -37,6 +38,9 @@ pub enum Command {
     /// Put the requests of a run's log to units made anew: are the answers the same, bit for bit?
     #[command(after_long_help = replay::HELP)]
     Replay(replay::Arguments),
+    /// Pack a unit of a scene as an FMU (FMI 3.0), for other programs to simulate
+    #[command(after_long_help = export_fmu::HELP)]
+    ExportFmu(export_fmu::Arguments),
     /// Look into the logs of runs
     #[command(subcommand)]
     Log(log::Command),

@@ -6,7 +6,8 @@ mod prescribed;
 mod shared_memory;
 
 pub use in_process::InProcess;
-pub use messages::{Level, Message, Messages};
+pub use interface::{Level, Messages};
+pub use messages::Message;
 pub use prescribed::Prescribed;
 pub use shared_memory::{Deadlines, SharedMemory, Starting, Task, Word, host};
 

@@ -1,0 +1,75 @@
+"""Dam and reservoir, coupled by hand: each communication step is repeated until both agree.
+
+python fixed_point.py dam.fmu reservoir.fmu record.csv [results.csv]
+"""
+
+import sys
+
+import numpy as np
+
+from unit import Unit, ground_acceleration
+
+
+def predicted(accepted):
+    """The pressure extrapolated from the last three accepted ones, as far as there are."""
+    weights = {1: [1.0], 2: [-1.0, 2.0], 3: [1.0, -3.0, 3.0]}[len(accepted)]
+    return sum(weight * pressure for weight, pressure in zip(weights, accepted))
+
+
+def main(dam, reservoir, record, results=None):
+    dam, reservoir = Unit(dam), Unit(reservoir)
+    scene = dam.scene
+    step, tolerance = scene["time"]["communication_step"], scene["coupling"]["tolerance"]
+    steps = round(float(dam.description.defaultExperiment.stopTime) / step)
+    ground = ground_acceleration(record, scene)
+
+    for unit in (reservoir, dam):
+        unit.set("ground_acceleration", ground(0.0))
+        unit.fmu.enterInitializationMode(startTime=0.0)
+        if unit is dam:
+            dam.set("hydrostatic_pressure", hydrostatic)
+        hydrostatic = unit.get("hydrostatic_pressure")
+        unit.fmu.exitInitializationMode()
+    displacement_scale = 1e-9 * scene["dam"]["section"]["upstream"][-1][1]
+    pressure_floor = 1e-6 * hydrostatic[0]
+
+    accepted, relaxation, iterations, rows = [np.zeros_like(hydrostatic)], scene["coupling"]["relaxation"], 0, []
+    for n in range(steps):
+        time, guess = n * step, predicted(accepted)
+        for unit in (dam, reservoir):
+            unit.set("ground_acceleration", ground((n + 1) * step))
+        # A saved state holds the inputs too: what is set before it is saved needs no setting again.
+        saved = [unit.fmu.getFMUState() for unit in (dam, reservoir)]
+        residual, moved = None, None
+        while True:
+            dam.set("interface_pressure", guess)
+            dam.fmu.doStep(time, step)
+            reservoir.set("interface_acceleration", dam.get("interface_acceleration"))
+            reservoir.fmu.doStep(time, step)
+            answer, displacement = reservoir.get("interface_pressure"), dam.get("interface_displacement")
+            iterations += 1
+
+            before, residual = residual, answer - guess
+            allowed = tolerance * np.linalg.norm(answer) + pressure_floor
+            if moved is not None and np.linalg.norm(residual) <= allowed:
+                if np.max(abs(displacement - moved) / (abs(moved) + displacement_scale)) <= tolerance:
+                    break
+            if before is not None and (change := residual - before).any():
+                aitken = -relaxation * (before @ change) / (change @ change)
+                relaxation = np.clip(aitken, 0.01, 1.5) if aitken > 0 else relaxation
+            guess, moved = guess + relaxation * residual, displacement
+            for unit, state in zip((dam, reservoir), saved):
+                unit.fmu.setFMUState(state)
+        for unit, state in zip((dam, reservoir), saved):
+            unit.fmu.freeFMUState(state)
+        accepted = [*accepted[-2:], answer]
+        rows.append([(n + 1) * step, *dam.get("crest_displacement")])
+
+    crest = np.array(rows)[:, 1]
+    print(f"crest {1e3 * crest.min():+.2f} to {1e3 * crest.max():+.2f} mm, {iterations / steps:.2f} dam steps a step")
+    if results:
+        np.savetxt(results, rows, delimiter=",", header="time,crest_x,crest_y", comments="")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,0 +1,65 @@
+use crate::{Fingerprint, Packable, StateError};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Name of the file among an FMU's resources that holds its [`Contents`].
+pub const FILE: &str = "unit.toml";
+
+/// What an FMU's unit is made from, and what its inputs are before the importer sets them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Contents<P> {
+    /// Inputs that do not start at zero, by name.
+    pub start: BTreeMap<String, Vec<f64>>,
+    /// Parameters of the unit.
+    pub parameters: P,
+}
+
+/// Contents that cannot be read or written.
+#[derive(Debug, thiserror::Error)]
+pub enum ContentsError {
+    /// The file cannot be read.
+    #[error("{path} cannot be read: {cause}; pass the path of the FMU's unpacked `resources` folder", path = .path.display())]
+    Unreadable {
+        /// File.
+        path: PathBuf,
+        /// What the system said.
+        cause: std::io::Error,
+    },
+    /// The file holds something else.
+    #[error("{path} does not describe this unit: {cause}; pack the FMU again with this build", path = .path.display())]
+    Unintelligible {
+        /// File.
+        path: PathBuf,
+        /// What is wrong.
+        cause: Box<toml::de::Error>,
+    },
+    /// The contents cannot be written as TOML.
+    #[error("the unit's parameters cannot be written as TOML: {0}")]
+    Unwritable(#[from] toml::ser::Error),
+    /// The contents cannot be hashed.
+    #[error(transparent)]
+    Unhashable(#[from] StateError),
+}
+
+impl<P: Clone + Serialize + DeserializeOwned> Contents<P> {
+    /// Reads the [`FILE`] in the folder `resources`.
+    pub fn read(resources: &Path) -> Result<Self, ContentsError> {
+        let path = resources.join(FILE);
+        let text = std::fs::read_to_string(&path)
+            .map_err(|cause| ContentsError::Unreadable { path: path.clone(), cause })?;
+        toml::from_str(&text).map_err(|cause| ContentsError::Unintelligible { path, cause: Box::new(cause) })
+    }
+
+    /// The contents as TOML: reading it gives the same numbers, bit for bit.
+    pub fn to_toml(&self) -> Result<String, ContentsError> {
+        Ok(toml::to_string(self)?)
+    }
+
+    /// The FMU's instantiation token: another for other contents.
+    pub fn token<U: Packable<Parameters = P>>(&self) -> Result<String, ContentsError> {
+        Ok(format!("cofferdam-{}-{}", U::NAME, Fingerprint::of(U::NAME, self)?))
+    }
+}

@@ -1,0 +1,448 @@
+//! The C functions of FMI 3.0, generic over the unit. [`export_fmi3!`](crate::export_fmi3) gives them their names.
+//!
+//! **Source**: Functional Mock-up Interface specification 3.0.2, sections 2.2 and 4.2, and its header files.
+#![allow(unsafe_code)] // C calls it
+
+use super::instance::Instance;
+use super::log::{self, Log};
+use super::{Contents, ExportError};
+use crate::Packable;
+use std::ffi::{CStr, c_char, c_void};
+use std::path::Path;
+
+pub use super::instances::Instances;
+
+/// `fmi3Instance`, `fmi3FMUState`: a number that is looked up, never dereferenced.
+pub type Handle = *mut c_void;
+/// `fmi3Boolean`: whatever a C compiler leaves there is read without undefined behaviour.
+pub type Boolean = u8;
+/// `fmi3String`.
+pub type Text = *const c_char;
+/// `fmi3LogMessageCallback`.
+pub type LogMessage = unsafe extern "C" fn(*mut c_void, Status, Text, Text);
+
+/// `fmi3Status`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(C)]
+pub enum Status {
+    /// All well.
+    Ok,
+    /// The results may be doubtful.
+    Warning,
+    /// Not done, nothing lost.
+    Discard,
+    /// Refused; the instance stands where it stood.
+    Error,
+    /// The instance is lost.
+    Fatal,
+}
+
+/// The numbers at `pointer`.
+///
+/// # Safety
+/// A pointer that is neither null nor misaligned points to `length` values that live during the call.
+unsafe fn slice<'a, T>(
+    call: &'static str,
+    argument: &'static str,
+    pointer: *const T,
+    length: usize,
+) -> Result<&'a [T], ExportError> {
+    if length == 0 {
+        return Ok(&[]);
+    }
+    let possible = length.checked_mul(size_of::<T>()).is_some_and(|bytes| bytes <= isize::MAX as usize);
+    if pointer.is_null() || !pointer.is_aligned() || !possible {
+        return Err(ExportError::Pointer { call, argument });
+    }
+    // SAFETY: by the caller; checked as far as it can be.
+    Ok(unsafe { std::slice::from_raw_parts(pointer, length) })
+}
+
+/// Room for numbers at `pointer`.
+///
+/// # Safety
+/// As [`slice`], and nobody else uses them during the call.
+unsafe fn slice_mut<'a, T>(
+    call: &'static str,
+    argument: &'static str,
+    pointer: *mut T,
+    length: usize,
+) -> Result<&'a mut [T], ExportError> {
+    // SAFETY: by the caller.
+    let checked = unsafe { slice(call, argument, pointer.cast_const(), length) }?;
+    if checked.is_empty() {
+        return Ok(&mut []);
+    }
+    // SAFETY: as above.
+    Ok(unsafe { std::slice::from_raw_parts_mut(pointer, length) })
+}
+
+/// The value at `pointer`.
+///
+/// # Safety
+/// As [`slice_mut`].
+unsafe fn place<'a, T>(
+    call: &'static str,
+    argument: &'static str,
+    pointer: *mut T,
+) -> Result<&'a mut T, ExportError> {
+    // SAFETY: by the caller.
+    let places = unsafe { slice_mut(call, argument, pointer, 1) }?;
+    places.first_mut().ok_or(ExportError::Pointer { call, argument })
+}
+
+/// The text at `pointer`.
+///
+/// # Safety
+/// A pointer that is not null points to a C string.
+unsafe fn text<'a>(
+    call: &'static str,
+    argument: &'static str,
+    pointer: Text,
+) -> Result<&'a str, ExportError> {
+    if pointer.is_null() {
+        return Err(ExportError::Pointer { call, argument });
+    }
+    // SAFETY: by the caller.
+    unsafe { CStr::from_ptr(pointer) }.to_str().map_err(|_| ExportError::Text { call, argument })
+}
+
+/// `fmi3InstantiateCoSimulation`, without what this FMU does not offer.
+///
+/// # Safety
+/// As FMI 3.0 demands of importers.
+pub unsafe fn instantiate<U: Packable>(
+    instances: &Instances<U>,
+    call: &'static str,
+    [name, token, resources]: [Text; 3],
+    [logging, event_mode]: [Boolean; 2],
+    environment: *mut c_void,
+    log_message: Option<LogMessage>,
+) -> Handle {
+    let log = Log::new(log_message, environment, logging != 0);
+    let made = instances.insert(call, log, || {
+        // SAFETY: by the caller.
+        unsafe { text(call, "instanceName", name) }?;
+        // SAFETY: by the caller.
+        let found = unsafe { text(call, "instantiationToken", token) }?;
+        // SAFETY: by the caller.
+        let resources = unsafe { text(call, "resourcePath", resources) }?;
+        if event_mode != 0 {
+            return Err(ExportError::EventMode);
+        }
+        let contents = Contents::read(Path::new(resources))?;
+        let expected = contents.token::<U>()?;
+        if found != expected {
+            return Err(ExportError::Token { found: found.to_owned(), expected });
+        }
+        Instance::new(contents)
+    });
+    made.map_or(std::ptr::null_mut(), std::ptr::without_provenance_mut)
+}
+
+/// The instantiation of a kind of FMU that this is not: says so, and returns null.
+pub fn refuse_instance<U: Packable>(
+    instances: &Instances<U>,
+    call: &'static str,
+    environment: *mut c_void,
+    log_message: Option<LogMessage>,
+) -> Handle {
+    let log = Log::new(log_message, environment, false);
+    instances.insert(call, log, || Err(ExportError::NotOffered { call }));
+    std::ptr::null_mut()
+}
+
+/// `fmi3FreeInstance`.
+pub fn free_instance<U: Packable>(instances: &Instances<U>, instance: Handle) {
+    instances.remove(instance.addr());
+}
+
+/// Whatever this FMU does not offer.
+pub fn refuse<U: Packable>(instances: &Instances<U>, call: &'static str, instance: Handle) -> Status {
+    instances.call(call, instance.addr(), |_, _| Err(ExportError::NotOffered { call }))
+}
+
+/// Getters and setters of types that no variable has: nothing can be got and set.
+pub fn no_variable<U: Packable>(
+    instances: &Instances<U>,
+    call: &'static str,
+    instance: Handle,
+    references: usize,
+) -> Status {
+    instances.call(call, instance.addr(), |_, _| match references {
+        0 => Ok(()),
+        _ => Err(ExportError::NotOffered { call }),
+    })
+}
+
+/// `fmi3SetDebugLogging`; without categories all are meant.
+///
+/// # Safety
+/// As FMI 3.0 demands of importers.
+pub unsafe fn set_debug_logging<U: Packable>(
+    instances: &Instances<U>,
+    call: &'static str,
+    instance: Handle,
+    on: Boolean,
+    (count, categories): (usize, *const Text),
+) -> Status {
+    instances.call(call, instance.addr(), |_, log| {
+        // SAFETY: by the caller.
+        let categories = unsafe { slice(call, "categories", categories, count) }?;
+        let mut wanted = if count == 0 { log::ALL } else { 0 };
+        for category in categories {
+            // SAFETY: by the caller.
+            wanted |= log::category(unsafe { text(call, "categories", *category) }?)?;
+        }
+        log.choose(on != 0, wanted);
+        Ok(())
+    })
+}
+
+/// `fmi3EnterInitializationMode`.
+pub fn enter_initialization_mode<U: Packable>(
+    instances: &Instances<U>,
+    call: &'static str,
+    instance: Handle,
+    start_time: f64,
+) -> Status {
+    instances.call(call, instance.addr(), |i, _| i.enter_initialization(call, start_time))
+}
+
+/// `fmi3ExitInitializationMode`.
+pub fn exit_initialization_mode<U: Packable>(
+    instances: &Instances<U>,
+    call: &'static str,
+    instance: Handle,
+) -> Status {
+    instances.call(call, instance.addr(), |i, _| i.exit_initialization(call))
+}
+
+/// `fmi3Terminate`.
+pub fn terminate<U: Packable>(instances: &Instances<U>, call: &'static str, instance: Handle) -> Status {
+    instances.call(call, instance.addr(), |i, _| i.terminate(call))
+}
+
+/// `fmi3Reset`.
+pub fn reset<U: Packable>(instances: &Instances<U>, call: &'static str, instance: Handle) -> Status {
+    instances.call(call, instance.addr(), |i, _| i.reset())
+}
+
+/// `fmi3GetFloat64`.
+///
+/// # Safety
+/// As FMI 3.0 demands of importers.
+pub unsafe fn get_float64<U: Packable>(
+    instances: &Instances<U>,
+    call: &'static str,
+    instance: Handle,
+    (references, count): (*const u32, usize),
+    (values, length): (*mut f64, usize),
+) -> Status {
+    instances.call(call, instance.addr(), |i, _| {
+        // SAFETY: by the caller.
+        let references = unsafe { slice(call, "valueReferences", references, count) }?;
+        // SAFETY: by the caller.
+        let values = unsafe { slice_mut(call, "values", values, length) }?;
+        i.get(call, references, values)
+    })
+}
+
+/// `fmi3SetFloat64`.
+///
+/// # Safety
+/// As FMI 3.0 demands of importers.
+pub unsafe fn set_float64<U: Packable>(
+    instances: &Instances<U>,
+    call: &'static str,
+    instance: Handle,
+    (references, count): (*const u32, usize),
+    (values, length): (*const f64, usize),
+) -> Status {
+    instances.call(call, instance.addr(), |i, _| {
+        // SAFETY: by the caller.
+        let references = unsafe { slice(call, "valueReferences", references, count) }?;
+        // SAFETY: by the caller.
+        let values = unsafe { slice(call, "values", values, length) }?;
+        i.set(call, references, values)
+    })
+}
+
+/// `fmi3DoStep`: events, early return and termination never happen.
+///
+/// # Safety
+/// As FMI 3.0 demands of importers.
+pub unsafe fn do_step<U: Packable>(
+    instances: &Instances<U>,
+    call: &'static str,
+    instance: Handle,
+    [time, communication_step]: [f64; 2],
+    flags: [(&'static str, *mut Boolean); 3],
+    last_successful_time: *mut f64,
+) -> Status {
+    instances.call(call, instance.addr(), |i, _| {
+        for (argument, flag) in flags {
+            // SAFETY: by the caller.
+            *unsafe { place(call, argument, flag) }? = 0;
+        }
+        // SAFETY: by the caller.
+        let end = unsafe { place(call, "lastSuccessfulTime", last_successful_time) }?;
+        *end = time;
+        *end = i.step(call, time, communication_step)?;
+        Ok(())
+    })
+}
+
+/// `fmi3GetDirectionalDerivative`.
+///
+/// # Safety
+/// As FMI 3.0 demands of importers.
+pub unsafe fn get_directional_derivative<U: Packable>(
+    instances: &Instances<U>,
+    call: &'static str,
+    instance: Handle,
+    [unknowns, knowns]: [(*const u32, usize); 2],
+    (seed, seed_length): (*const f64, usize),
+    (sensitivity, sensitivity_length): (*mut f64, usize),
+) -> Status {
+    instances.call(call, instance.addr(), |i, _| {
+        // SAFETY: by the caller.
+        let unknowns = unsafe { slice(call, "unknowns", unknowns.0, unknowns.1) }?;
+        // SAFETY: by the caller.
+        let knowns = unsafe { slice(call, "knowns", knowns.0, knowns.1) }?;
+        // SAFETY: by the caller.
+        let seed = unsafe { slice(call, "seed", seed, seed_length) }?;
+        // SAFETY: by the caller.
+        let sensitivity = unsafe { slice_mut(call, "sensitivity", sensitivity, sensitivity_length) }?;
+        i.directional_derivative(call, [unknowns, knowns], seed, sensitivity)
+    })
+}
+
+/// The handle that is used again, or else a new one.
+fn handle_for<U: Packable>(
+    instances: &Instances<U>,
+    call: &'static str,
+    instance: &Instance<U>,
+    state: Handle,
+) -> Result<usize, ExportError> {
+    if state.is_null() {
+        return Ok(instances.new_handle());
+    }
+    instance.check_state(call, state.addr())?;
+    Ok(state.addr())
+}
+
+/// `fmi3GetFMUState`: a handle that is not null is used again.
+///
+/// # Safety
+/// As FMI 3.0 demands of importers.
+pub unsafe fn get_fmu_state<U: Packable>(
+    instances: &Instances<U>,
+    call: &'static str,
+    instance: Handle,
+    state: *mut Handle,
+) -> Status {
+    instances.call(call, instance.addr(), |i, _| {
+        // SAFETY: by the caller.
+        let state = unsafe { place(call, "FMUState", state) }?;
+        let handle = handle_for(instances, call, i, *state)?;
+        i.save_state(handle)?;
+        *state = std::ptr::without_provenance_mut(handle);
+        Ok(())
+    })
+}
+
+/// `fmi3SetFMUState`.
+pub fn set_fmu_state<U: Packable>(
+    instances: &Instances<U>,
+    call: &'static str,
+    instance: Handle,
+    state: Handle,
+) -> Status {
+    instances.call(call, instance.addr(), |i, _| i.restore_state(call, state.addr()))
+}
+
+/// `fmi3FreeFMUState`: null is let be, the handle becomes null.
+///
+/// # Safety
+/// As FMI 3.0 demands of importers.
+pub unsafe fn free_fmu_state<U: Packable>(
+    instances: &Instances<U>,
+    call: &'static str,
+    instance: Handle,
+    state: *mut Handle,
+) -> Status {
+    instances.call(call, instance.addr(), |i, _| {
+        // SAFETY: by the caller.
+        let state = unsafe { place(call, "FMUState", state) }?;
+        if !state.is_null() {
+            i.free_state(call, state.addr())?;
+            *state = std::ptr::null_mut();
+        }
+        Ok(())
+    })
+}
+
+/// `fmi3SerializedFMUStateSize`.
+///
+/// # Safety
+/// As FMI 3.0 demands of importers.
+pub unsafe fn serialized_fmu_state_size<U: Packable>(
+    instances: &Instances<U>,
+    call: &'static str,
+    instance: Handle,
+    state: Handle,
+    size: *mut usize,
+) -> Status {
+    instances.call(call, instance.addr(), |i, _| {
+        // SAFETY: by the caller.
+        *unsafe { place(call, "size", size) }? = i.serialise_state(call, state.addr())?.len();
+        Ok(())
+    })
+}
+
+/// `fmi3SerializeFMUState`.
+///
+/// # Safety
+/// As FMI 3.0 demands of importers.
+pub unsafe fn serialize_fmu_state<U: Packable>(
+    instances: &Instances<U>,
+    call: &'static str,
+    instance: Handle,
+    state: Handle,
+    (bytes, size): (*mut u8, usize),
+) -> Status {
+    instances.call(call, instance.addr(), |i, _| {
+        // SAFETY: by the caller.
+        let room = unsafe { slice_mut(call, "serializedState", bytes, size) }?;
+        let written = i.serialise_state(call, state.addr())?;
+        if written.len() != size {
+            return Err(ExportError::StateSize { expected: written.len(), found: size });
+        }
+        room.copy_from_slice(&written);
+        Ok(())
+    })
+}
+
+/// `fmi3DeserializeFMUState`.
+///
+/// # Safety
+/// As FMI 3.0 demands of importers.
+pub unsafe fn deserialize_fmu_state<U: Packable>(
+    instances: &Instances<U>,
+    call: &'static str,
+    instance: Handle,
+    (bytes, size): (*const u8, usize),
+    state: *mut Handle,
+) -> Status {
+    instances.call(call, instance.addr(), |i, _| {
+        // SAFETY: by the caller.
+        let bytes = unsafe { slice(call, "serializedState", bytes, size) }?;
+        // SAFETY: by the caller.
+        let state = unsafe { place(call, "FMUState", state) }?;
+        let handle = handle_for(instances, call, i, *state)?;
+        i.deserialise_state(bytes, handle)?;
+        *state = std::ptr::without_provenance_mut(handle);
+        Ok(())
+    })
+}

@@ -1,0 +1,390 @@
+//! The C functions as an importer calls them, on a unit that can be made to fail.
+#![allow(unsafe_code)] // it is C's side
+
+use interface::export::fmi3::{Handle, Status, Text};
+use interface::export::{Contents, FILE};
+use interface::variables::reservoir::{ALL, GROUND_ACCELERATION, SOUND_SPEED, TOTAL_FORCE, WATER_DENSITY};
+use interface::{CallError, Capabilities, CoSimulation, Fingerprint, Packable, Variable, open, seal};
+use std::collections::BTreeMap;
+use std::ffi::{CStr, CString, c_void};
+use std::num::NonZeroUsize;
+use std::ptr::{null, null_mut};
+use std::sync::Mutex;
+
+/// Integrates its input with factor `gain`; says that it steps, and panics when it steps beyond 1 s.
+struct Integrator {
+    gain: f64,
+    /// Input (two values), integral.
+    state: [f64; 3],
+}
+
+impl CoSimulation for Integrator {
+    type State = [f64; 3];
+    type Error = CallError;
+
+    fn name(&self) -> &'static str {
+        Self::NAME
+    }
+    fn variables(&self) -> &'static [Variable] {
+        ALL
+    }
+    fn size(&self, variable: &Variable) -> usize {
+        Self::size_for(&self.gain, variable)
+    }
+    fn fingerprint(&self) -> Fingerprint {
+        Fingerprint::of(Self::NAME, &self.gain).expect("a number is hashed")
+    }
+    fn capabilities(&self) -> Capabilities {
+        Self::capabilities_for(&self.gain)
+    }
+    fn initialise(&mut self, _start_time: f64) -> Result<(), CallError> {
+        Ok(())
+    }
+    fn set(&mut self, _reference: u32, values: &[f64]) -> Result<(), CallError> {
+        self.state[..2].copy_from_slice(values);
+        Ok(())
+    }
+    fn step(&mut self, time: f64, communication_step: f64) -> Result<(), CallError> {
+        assert!(time < 1.0, "beyond one second");
+        tracing::info!("a step");
+        self.state[2] += self.gain * self.state[0] * communication_step;
+        Ok(())
+    }
+    fn get(&self, reference: u32, values: &mut [f64]) -> Result<(), CallError> {
+        match reference {
+            FORCE => values[0] = self.state[2],
+            _ => values.copy_from_slice(&self.state[..2]),
+        }
+        Ok(())
+    }
+    fn save_state(&self) -> [f64; 3] {
+        self.state
+    }
+    fn restore_state(&mut self, state: &[f64; 3]) -> Result<(), CallError> {
+        self.state = *state;
+        Ok(())
+    }
+    fn serialise_state(&self, state: &[f64; 3]) -> Result<Vec<u8>, CallError> {
+        Ok(seal(self.fingerprint(), state)?)
+    }
+    fn deserialise_state(&self, bytes: &[u8]) -> Result<[f64; 3], CallError> {
+        Ok(open(self.fingerprint(), bytes)?)
+    }
+    fn directional_derivative(
+        &self,
+        _unknown: u32,
+        _known: u32,
+        seed: &[f64],
+        sensitivity: &mut [f64],
+    ) -> Result<(), CallError> {
+        sensitivity[0] = self.gain * seed[0];
+        Ok(())
+    }
+}
+
+impl Packable for Integrator {
+    type Parameters = f64;
+    const NAME: &'static str = "integrator";
+    const DESCRIPTION: &'static str = "An integrator";
+    const VARIABLES: &'static [Variable] = &[GROUND_ACCELERATION, TOTAL_FORCE, WATER_DENSITY, SOUND_SPEED];
+
+    fn from_parameters(gain: f64, _threads: NonZeroUsize) -> Result<Self, CallError> {
+        assert!(gain > 0.0, "no gain");
+        Ok(Self { gain, state: [0.0; 3] })
+    }
+    fn size_for(_gain: &f64, variable: &Variable) -> usize {
+        if *variable == GROUND_ACCELERATION { 2 } else { 1 }
+    }
+    fn capabilities_for(_gain: &f64) -> Capabilities {
+        Capabilities { variable_communication_step: true, directional_derivative: true }
+    }
+    fn numbers<'a>(gain: &'a mut f64, variable: &Variable) -> Vec<&'a mut f64> {
+        if *variable == WATER_DENSITY { vec![gain] } else { Vec::new() }
+    }
+}
+
+interface::export_fmi3!(Integrator);
+
+const FORCE: u32 = TOTAL_FORCE.value_reference;
+const INPUT: u32 = GROUND_ACCELERATION.value_reference;
+const GAIN: u32 = WATER_DENSITY.value_reference;
+
+/// What the FMU said: status, category, text.
+#[derive(Default)]
+struct Said(Mutex<Vec<(Status, [String; 2])>>);
+
+impl Said {
+    fn last(&self) -> (Status, [String; 2]) {
+        self.0.lock().expect("nobody panicked").pop().expect("something was said")
+    }
+
+    fn last_text(&self) -> String {
+        let (_, [_, text]) = self.last();
+        text
+    }
+}
+
+/// Keeps what the FMU says in the [`Said`] that the environment points to.
+unsafe extern "C" fn listen(environment: *mut c_void, status: Status, category: Text, message: Text) {
+    // SAFETY: every test passes such an environment, and strings come from the FMU.
+    let (said, category, message) =
+        unsafe { (&*environment.cast::<Said>(), CStr::from_ptr(category), CStr::from_ptr(message)) };
+    let texts = [category, message].map(|text| text.to_string_lossy().into_owned());
+    said.0.lock().expect("nobody panicked").push((status, texts));
+}
+
+/// A folder of resources, its token, and what was said.
+struct Importer {
+    folder: tempfile::TempDir,
+    token: CString,
+    said: Said,
+}
+
+impl Importer {
+    fn new(gain: f64) -> Self {
+        let start = BTreeMap::from([(GROUND_ACCELERATION.name.to_owned(), vec![2.0, 0.0])]);
+        let contents = Contents { start, parameters: gain };
+        let folder = tempfile::tempdir().expect("a folder");
+        std::fs::write(folder.path().join(FILE), contents.to_toml().expect("TOML")).expect("a file");
+        let token = CString::new(contents.token::<Integrator>().expect("a token")).expect("no NUL");
+        Self { folder, token, said: Said::default() }
+    }
+
+    fn environment(&self) -> *mut c_void {
+        (&raw const self.said).cast_mut().cast()
+    }
+
+    fn try_instantiate(&self, token: &CStr) -> Handle {
+        let resources = CString::new(self.folder.path().to_str().expect("UTF-8")).expect("no NUL");
+        let (name, token, resources) = (c"one".as_ptr(), token.as_ptr(), resources.as_ptr());
+        let environment = self.environment();
+        let log = Some(listen as _);
+        // SAFETY: all pointers live during the call; the environment as long as the importer.
+        unsafe {
+            fmi3InstantiateCoSimulation(
+                name,
+                token,
+                resources,
+                0,
+                1,
+                0,
+                0,
+                null(),
+                0,
+                environment,
+                log,
+                null(),
+            )
+        }
+    }
+
+    fn instantiate(&self) -> Handle {
+        let instance = self.try_instantiate(&self.token);
+        assert!(!instance.is_null(), "{:?}", self.said.last());
+        instance
+    }
+
+    fn in_step_mode(&self) -> Handle {
+        let instance = self.instantiate();
+        assert_eq!(enter_initialization(instance), Status::Ok);
+        // SAFETY: no pointer but the handle.
+        assert_eq!(unsafe { fmi3ExitInitializationMode(instance) }, Status::Ok);
+        instance
+    }
+}
+
+fn enter_initialization(instance: Handle) -> Status {
+    // SAFETY: no pointer but the handle.
+    unsafe { fmi3EnterInitializationMode(instance, 0, 0.0, 0.0, 0, 0.0) }
+}
+
+fn get(instance: Handle, reference: u32) -> Result<f64, Status> {
+    let mut value = [f64::NAN; 2];
+    let size = if reference == INPUT { 2 } else { 1 };
+    // SAFETY: both arrays live during the call.
+    match unsafe { fmi3GetFloat64(instance, &raw const reference, 1, value.as_mut_ptr(), size) } {
+        Status::Ok => Ok(value[0]),
+        status => Err(status),
+    }
+}
+
+fn set(instance: Handle, reference: u32, values: &[f64]) -> Status {
+    // SAFETY: both arrays live during the call.
+    unsafe { fmi3SetFloat64(instance, &raw const reference, 1, values.as_ptr(), values.len()) }
+}
+
+fn step(instance: Handle, time: f64) -> Status {
+    let (mut flags, mut end) = ([9u8; 3], 0.0);
+    let [event, terminate, early] = flags.each_mut();
+    // SAFETY: all places live during the call.
+    let status = unsafe { fmi3DoStep(instance, time, 0.5, 0, event, terminate, early, &raw mut end) };
+    if status == Status::Ok {
+        assert_eq!((flags, end), ([0; 3], time + 0.5));
+    }
+    status
+}
+
+#[test]
+fn start_values_and_parameters_hold_and_reset_brings_them_back() {
+    let importer = Importer::new(3.0);
+    let instance = importer.instantiate();
+    assert_eq!((get(instance, INPUT), get(instance, GAIN)), (Ok(2.0), Ok(3.0)));
+    assert_eq!(set(instance, GAIN, &[5.0]), Status::Ok);
+    assert_eq!(enter_initialization(instance), Status::Ok);
+    assert_eq!(get(instance, FORCE), Ok(0.0));
+    assert_eq!(set(instance, INPUT, &[4.0, 0.0]), Status::Ok);
+    assert_eq!(set(instance, GAIN, &[7.0]), Status::Ok, "the unit is made anew, its input stays");
+    // SAFETY: no pointers but the handle.
+    unsafe {
+        assert_eq!(fmi3ExitInitializationMode(instance), Status::Ok);
+        assert_eq!(step(instance, 0.0), Status::Ok);
+        assert_eq!((get(instance, FORCE), get(instance, 0)), (Ok(14.0), Ok(0.5)));
+        assert_eq!(set(instance, GAIN, &[8.0]), Status::Error);
+        assert!(importer.said.last_text().contains("not allowed in Step Mode"));
+        assert_eq!(fmi3Terminate(instance), Status::Ok);
+        assert_eq!((get(instance, FORCE), set(instance, INPUT, &[1.0, 0.0])), (Ok(14.0), Status::Error));
+        assert_eq!(fmi3Reset(instance), Status::Ok);
+        assert_eq!(
+            (get(instance, INPUT), get(instance, GAIN), get(instance, 0)),
+            (Ok(2.0), Ok(3.0), Ok(0.0))
+        );
+        fmi3FreeInstance(instance);
+    }
+}
+
+#[test]
+fn a_panic_ends_at_the_border_and_only_its_instance_is_lost() {
+    let importer = Importer::new(1.0);
+    let [broken, sound] = [importer.in_step_mode(), importer.in_step_mode()];
+    assert_eq!(step(broken, 1.0), Status::Fatal);
+    assert!(importer.said.last_text().contains("fmi3DoStep broke down: beyond one second"));
+    assert_eq!(get(broken, FORCE), Err(Status::Fatal));
+    assert!(importer.said.last_text().contains("broke down earlier"));
+    assert_eq!(step(sound, 0.0), Status::Ok);
+    let other = Importer::new(-1.0);
+    let unmade = other.instantiate();
+    assert_eq!(enter_initialization(unmade), Status::Fatal);
+    assert!(other.said.last_text().contains("no gain"));
+    for instance in [broken, sound, unmade] {
+        // SAFETY: no pointer but the handle.
+        unsafe { fmi3FreeInstance(instance) };
+    }
+}
+
+#[test]
+fn handles_are_never_followed() {
+    let importer = Importer::new(1.0);
+    let instance = importer.in_step_mode();
+    let nonsense: Handle = std::ptr::without_provenance_mut(0xdead_beef);
+    // SAFETY: what is passed beside handles lives during the call.
+    unsafe {
+        for wrong in [null_mut(), nonsense] {
+            assert_eq!(step(wrong, 0.0), Status::Error);
+            assert_eq!(get(wrong, FORCE), Err(Status::Error));
+            assert_eq!(fmi3Reset(wrong), Status::Error);
+            assert_eq!(fmi3SetFMUState(instance, wrong), Status::Error);
+            fmi3FreeInstance(wrong);
+        }
+        let mut state: Handle = nonsense;
+        assert_eq!(fmi3GetFMUState(instance, &raw mut state), Status::Error);
+        state = null_mut();
+        assert_eq!(fmi3FreeFMUState(instance, &raw mut state), Status::Ok);
+        assert_eq!(fmi3GetFMUState(instance, &raw mut state), Status::Ok);
+        let (first, other) = (state, importer.in_step_mode());
+        assert_eq!(fmi3GetFMUState(instance, &raw mut state), Status::Ok);
+        assert_eq!(state, first, "a handle is used again");
+        assert_eq!(fmi3SetFMUState(other, state), Status::Error, "of another instance");
+        assert_eq!(fmi3FreeFMUState(instance, &raw mut state), Status::Ok);
+        assert!(state.is_null());
+        assert_eq!(fmi3SetFMUState(instance, first), Status::Error, "freed");
+        fmi3FreeInstance(instance);
+        assert_eq!(get(instance, FORCE), Err(Status::Error), "freed");
+    }
+}
+
+#[test]
+fn null_and_misaligned_pointers_are_refused_and_empty_arrays_are_not() {
+    let importer = Importer::new(1.0);
+    let instance = importer.in_step_mode();
+    let (force, mut value) = (FORCE, [0.0f64; 2]);
+    let reference = &raw const force;
+    let room = value.as_mut_ptr();
+    let crooked = room.cast::<u8>().wrapping_add(1).cast::<f64>();
+    // SAFETY: what is neither null nor misaligned lives during the call.
+    unsafe {
+        assert_eq!(fmi3GetFloat64(instance, null(), 0, null_mut(), 0), Status::Ok);
+        assert_eq!(fmi3GetUInt64(instance, null(), 0), Status::Ok);
+        assert_eq!(fmi3GetUInt64(instance, reference, 1), Status::Error);
+        assert_eq!(fmi3GetFloat64(instance, null(), 1, room, 1), Status::Error);
+        assert!(importer.said.last_text().contains("`valueReferences` is null"));
+        assert_eq!(fmi3GetFloat64(instance, reference, 1, null_mut(), 1), Status::Error);
+        assert_eq!(fmi3GetFloat64(instance, reference, 1, crooked, 1), Status::Error);
+        assert_eq!(fmi3GetFloat64(instance, reference, 1, room, 2), Status::Error);
+        assert!(importer.said.last_text().contains("have 1 values together, 2 were passed"));
+        assert_eq!(fmi3SetFloat64(instance, reference, usize::MAX, room, 1), Status::Error);
+        assert_eq!(fmi3GetFMUState(instance, null_mut()), Status::Error);
+        let nowhere = null_mut();
+        assert_eq!(fmi3DoStep(instance, 0.0, 0.5, 0, nowhere, nowhere, nowhere, null_mut()), Status::Error);
+        assert_eq!(fmi3SetDebugLogging(instance, 1, 1, null()), Status::Error);
+        assert_eq!(fmi3SetDebugLogging(instance, 1, 1, [c"logAll".as_ptr()].as_ptr()), Status::Error);
+        assert!(importer.said.last_text().contains("no log category \"logAll\""));
+        assert_eq!(get(instance, FORCE), Ok(0.0), "it stands where it stood");
+        fmi3FreeInstance(instance);
+    }
+}
+
+#[test]
+fn what_cannot_be_instantiated_says_why() {
+    let importer = Importer::new(1.0);
+    assert!(importer.try_instantiate(c"another").is_null());
+    let (status, [category, text]) = importer.said.last();
+    assert_eq!((status, &*category), (Status::Error, "logStatusError"));
+    assert!(text.contains("the instantiation token is another"), "{text}");
+    let file = importer.folder.path().join(FILE);
+    std::fs::write(&file, "parameters = 'none'").expect("a file");
+    assert!(importer.try_instantiate(&importer.token).is_null());
+    assert!(importer.said.last_text().contains("does not describe this unit"));
+    std::fs::remove_file(file).expect("a file");
+    assert!(importer.try_instantiate(&importer.token).is_null());
+    assert!(importer.said.last_text().contains("cannot be read"));
+    let (environment, log) = (importer.environment(), Some(listen as _));
+    // SAFETY: null is what is tested; the environment lives.
+    unsafe {
+        let none = fmi3InstantiateCoSimulation(
+            null(),
+            null(),
+            null(),
+            0,
+            0,
+            0,
+            0,
+            null(),
+            0,
+            environment,
+            log,
+            null(),
+        );
+        assert!(none.is_null() && importer.said.last_text().contains("`instanceName` is null"));
+        let none = fmi3InstantiateModelExchange(null(), null(), null(), 0, 0, environment, log);
+        assert!(none.is_null() && importer.said.last_text().contains("does not offer it"));
+    }
+}
+
+#[test]
+fn events_are_said_to_whom_wants_them() {
+    let importer = Importer::new(1.0);
+    let instance = importer.in_step_mode();
+    let said = || std::mem::take(&mut *importer.said.0.lock().expect("nobody panicked")).len();
+    assert_eq!((step(instance, 0.0), said()), (Status::Ok, 1));
+    // SAFETY: the categories live during the call.
+    unsafe {
+        assert_eq!(fmi3SetDebugLogging(instance, 1, 1, [c"logStatusWarning".as_ptr()].as_ptr()), Status::Ok);
+        assert_eq!((step(instance, 0.5), said()), (Status::Ok, 0));
+        assert_eq!(fmi3SetDebugLogging(instance, 1, 0, null()), Status::Ok);
+        assert_eq!((step(instance, 0.5), said()), (Status::Ok, 1));
+        assert_eq!(fmi3SetDebugLogging(instance, 0, 0, null()), Status::Ok);
+        assert_eq!((step(instance, 0.5), said()), (Status::Ok, 0));
+        assert_eq!((get(instance, 77), said()), (Err(Status::Error), 1), "errors are always said");
+        fmi3FreeInstance(instance);
+    }
+}

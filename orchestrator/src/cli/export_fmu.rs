@@ -1,0 +1,94 @@
+//! `cofferdam export-fmu`.
+
+use super::{BuiltIn, check, complain, say};
+use crate::packing::{self, PackingError, Target};
+use miette::Diagnostic;
+use orchestrator::scene::{LoadedScene, SceneError};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Arguments of `cofferdam export-fmu`.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Folder that holds scene.toml, or a .toml file
+    pub scene: PathBuf,
+
+    /// Which of the scene's two units
+    #[arg(short, long)]
+    pub unit: BuiltIn,
+
+    /// The FMU's file; by default SCENE-UNIT.fmu in the current folder
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+
+    /// Change a value of the scene; may be given several times
+    ///
+    /// As in `cofferdam run`. Meshes and cracks can be changed here alone: in the FMU their numbers are fixed.
+    #[arg(short, long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+
+    /// Overwrite a file that exists
+    #[arg(short, long)]
+    pub force: bool,
+
+    /// The unit's shared library; by default the one that was built with this program
+    #[arg(long, value_name = "FILE")]
+    pub library: Option<PathBuf>,
+}
+
+pub const HELP: &str = "\
+The FMU (FMI 3.0, co-simulation) holds one unit of the scene: its compiled library for this platform, its
+parameters, and a description of its variables and of how to use it. It needs neither cofferdam nor
+the scene's files. The number of interface points and of cracks is fixed; material, friction, damping
+and the like can be changed by the importer. Which, and how to repeat a communication step, says
+documentation/index.html in it: unpack it like any zip file.
+
+Examples:
+  cofferdam export-fmu scenes/koyna-northridge-1994 --unit dam
+      koyna-northridge-1994-dam.fmu: the cracked dam under its weight and the hydrostatic pressure.
+  cofferdam export-fmu scenes/koyna-northridge-1994 --unit reservoir -o water.fmu --force
+      The water before it; a file water.fmu that exists is overwritten.
+  cofferdam export-fmu scenes/koyna-northridge-1994 --unit dam --set dam.element_size=2.5 -o fine.fmu
+      The dam on a finer mesh.
+
+Exit status: 0 packed, 1 it cannot be packed or written, 2 the scene is wrong.";
+
+/// Why no FMU was written.
+#[derive(Debug, thiserror::Error, Diagnostic)]
+enum Failure {
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Scene(#[from] SceneError),
+    #[error(transparent)]
+    Packing(#[from] PackingError),
+}
+
+/// Packs a unit of a scene, and says what came of it.
+pub fn run(arguments: &Arguments) -> ExitCode {
+    match execute(arguments) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            let status = if matches!(error, Failure::Scene(_)) { 2 } else { 1 };
+            complain(format!("{:?}", miette::Report::new(error)));
+            ExitCode::from(status)
+        }
+    }
+}
+
+fn execute(arguments: &Arguments) -> Result<(), Failure> {
+    let loaded = LoadedScene::read(&arguments.scene, &arguments.set)?;
+    check::warn(&loaded.warnings);
+    let unit = match arguments.unit {
+        BuiltIn::Dam => "dam",
+        BuiltIn::Reservoir => "reservoir",
+    };
+    let path = arguments.output.clone().unwrap_or_else(|| format!("{}-{unit}.fmu", loaded.name).into());
+    let target = Target { path: &path, overwrite: arguments.force, library: arguments.library.as_deref() };
+    let packed = packing::pack(arguments.unit.into(), &loaded.scene, &target)?;
+    let step = loaded.scene.time.communication_step;
+    let steps = if packed.variable_step { "or any other" } else { "and no other" };
+    say(format!("{}: {} kB, FMI 3.0 co-simulation", path.display(), packed.size.div_ceil(1000)));
+    say(format!("{} interface points; communication step {step} s {steps}", packed.interface_points));
+    say("for every importer of FMI 3.0, such as FMPy; documentation/index.html in it says how to use it");
+    Ok(())
+}

@@ -1,0 +1,112 @@
+use super::variables::causality;
+use super::{Package, SizedVariable};
+use interface::{Causality, Packable, Shape};
+use quick_xml::escape::escape;
+use std::fmt::Write;
+
+const PAGE: &str = include_str!("page.html");
+
+/// documentation/index.html: what the unit is, and how to use it.
+pub fn page<U: Packable>(package: &Package<U>, variables: &[SizedVariable]) -> String {
+    let points = variables.iter().find(|v| v.variable.shape == Shape::InterfacePoints).map_or(0, |v| v.size);
+    let numbers = [
+        ("step", package.communication_step.to_string()),
+        // The sum of decimal numbers, without what binary ones add to it.
+        ("end", ((package.end() * 1e9).round() / 1e9).to_string()),
+        ("points", points.to_string()),
+    ];
+    let step = match U::capabilities_for(&package.contents.parameters).variable_communication_step {
+        true => "The length of a communication step may differ from the scene's, and from step to step.",
+        false => "Every communication step has this length; others are refused.",
+    };
+    let mesh: Vec<String> =
+        package.mesh.iter().map(|(name, _)| format!("<code>resources/mesh/{name}</code>")).collect();
+    let mut values = vec![
+        ("unit", U::NAME.to_owned()),
+        ("description", escape(U::DESCRIPTION).into_owned()),
+        ("title", escape(&*package.title).into_owned()),
+        ("version", env!("CARGO_PKG_VERSION").to_owned()),
+        ("step_length", step.to_owned()),
+        ("mesh", if mesh.is_empty() { "none, this unit has no mesh".to_owned() } else { mesh.join(", ") }),
+        ("about", filled(package.about.trim_end(), &numbers)),
+        ("example", filled(package.example.trim_end(), &numbers)),
+        ("variables", table(variables)),
+        ("parameters", parameters(variables)),
+    ];
+    values.extend(numbers);
+    filled(PAGE, &values)
+}
+
+/// documentation/licenses/license.txt.
+pub fn licences() -> String {
+    format!(
+        "Licensed under either of the MIT licence or the Apache licence 2.0, at your choice.\n\n{}\n\n{}",
+        include_str!("../../../LICENSE-MIT"),
+        include_str!("../../../LICENSE-APACHE")
+    )
+}
+
+/// The template with every `{name}` replaced by its value. Braces around anything else stay, and those in values.
+fn filled(template: &str, values: &[(&str, String)]) -> String {
+    let (mut text, mut rest) = (String::new(), template);
+    while let Some(open) = rest.find('{') {
+        let (before, after) = rest.split_at(open);
+        text.push_str(before);
+        let named = after[1..].split_once('}').and_then(|(name, rest)| {
+            values.iter().find(|(known, _)| *known == name).map(|(_, value)| (value, rest))
+        });
+        match named {
+            Some((value, after)) => {
+                text.push_str(value);
+                rest = after;
+            }
+            None => {
+                text.push('{');
+                rest = &after[1..];
+            }
+        }
+    }
+    text + rest
+}
+
+/// A row a variable.
+fn table(variables: &[SizedVariable]) -> String {
+    let mut rows = String::new();
+    for sized in variables {
+        let variable = sized.variable;
+        let start = match variable.causality {
+            Causality::Parameter => sized.start_text().unwrap_or_default(),
+            _ => String::new(),
+        };
+        // Writing into a string does not fail.
+        let _ = writeln!(
+            rows,
+            "<tr><td><code>{}</code></td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
+            variable.name,
+            variable.value_reference,
+            causality(variable.causality),
+            sized.size,
+            escape(variable.unit),
+            start,
+            escape(variable.description),
+        );
+    }
+    rows
+}
+
+/// Names of the parameters, as a list in a sentence.
+fn parameters(variables: &[SizedVariable]) -> String {
+    let parameters = variables.iter().filter(|v| v.variable.causality == Causality::Parameter);
+    parameters.map(|v| format!("<code>{}</code>", v.variable.name)).collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_known_names_are_replaced_and_values_stay_as_they_are() {
+        let values = [("a", "{b}".to_owned()), ("b", "1".to_owned())];
+        assert_eq!(filled("p { c: {a}; } {b}{d} {", &values), "p { c: {b}; } 1{d} {");
+    }
+}

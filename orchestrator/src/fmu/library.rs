@@ -1,0 +1,135 @@
+use super::FmuError;
+use std::env::consts::{ARCH, DLL_PREFIX, DLL_SUFFIX, OS};
+use std::path::{Path, PathBuf};
+
+/// A function that every library of an FMU of ours has.
+const FUNCTION: &str = "fmi3InstantiateCoSimulation";
+
+/// A unit's shared library, of the platform that this program runs on.
+pub struct Library {
+    bytes: Vec<u8>,
+}
+
+impl Library {
+    /// Reads the library of the unit `name`: the one at `given`, or the one that was built with this program.
+    ///
+    /// **Errors**: none is found; it is no library of this platform, or none of FMI 3.0.
+    pub fn find(name: &str, given: Option<&Path>) -> Result<Self, FmuError> {
+        let path = match given {
+            Some(path) => path.to_owned(),
+            None => built_with(&std::env::current_exe().map_err(FmuError::Program)?, name)?,
+        };
+        match std::fs::read(&path) {
+            Ok(bytes) => Self::of(bytes, path),
+            Err(cause) => Err(FmuError::UnreadableLibrary { path, cause }),
+        }
+    }
+
+    fn of(bytes: Vec<u8>, path: PathBuf) -> Result<Self, FmuError> {
+        if !is_library(&bytes) {
+            return Err(FmuError::NotALibrary { path, platform: platform() });
+        }
+        let name = FUNCTION.as_bytes();
+        if !bytes.windows(name.len()).any(|window| window == name) {
+            return Err(FmuError::NotFmi { path, function: FUNCTION });
+        }
+        Ok(Self { bytes })
+    }
+
+    /// The file's content.
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    /// Where it lies in an FMU whose model identifier is `name`.
+    pub fn entry(&self, name: &str) -> String {
+        format!("binaries/{}/{name}{DLL_SUFFIX}", platform())
+    }
+}
+
+/// This platform, as FMI 3.0 names it.
+fn platform() -> String {
+    let system = if OS == "macos" { "darwin" } else { OS };
+    format!("{ARCH}-{system}")
+}
+
+/// The library of the unit `name` that was built with `program`.
+fn built_with(program: &Path, name: &str) -> Result<PathBuf, FmuError> {
+    let file = format!("{DLL_PREFIX}{name}_fmu{DLL_SUFFIX}");
+    // cargo renews the one in `deps` with the program; one beside it may be left from an earlier build.
+    let folders = [program.with_file_name("deps"), program.with_file_name("")];
+    match folders.iter().map(|folder| folder.join(&file)).find(|path| path.is_file()) {
+        Some(path) => Ok(path),
+        None => {
+            let folders = folders.map(|folder| folder.display().to_string()).join(" or ");
+            Err(FmuError::NoLibrary { file, folders })
+        }
+    }
+}
+
+/// Whether a file begins as a shared library of this platform does.
+fn is_library(bytes: &[u8]) -> bool {
+    match OS {
+        "linux" => is_elf_library(bytes),
+        "macos" => bytes.starts_with(&0xfeed_facf_u32.to_le_bytes()),
+        "windows" => bytes.starts_with(b"MZ"),
+        _ => true,
+    }
+}
+
+/// ELF of 64 bits, a shared object (`e_type` 3), for this processor (`e_machine`).
+fn is_elf_library(bytes: &[u8]) -> bool {
+    let machine: &[u8] = match ARCH {
+        "x86_64" => &[62, 0],
+        "aarch64" => &[183, 0],
+        _ => &[],
+    };
+    bytes.starts_with(b"\x7fELF\x02")
+        && bytes.get(16..18) == Some(&[3, 0])
+        && bytes.get(18..).is_some_and(|rest| rest.starts_with(machine))
+}
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use super::*;
+
+    /// A file that begins as a library of this platform does.
+    fn blob(kind: u8, tail: &str) -> Vec<u8> {
+        let own = std::fs::read(std::env::current_exe().expect("a test has a path")).expect("readable");
+        let mut bytes = own[..20].to_vec();
+        bytes[16] = kind;
+        bytes.extend(tail.bytes());
+        bytes
+    }
+
+    fn refused(bytes: Vec<u8>) -> String {
+        Library::of(bytes, "x.so".into()).err().map_or_else(String::new, |error| error.to_string())
+    }
+
+    #[test]
+    fn only_a_library_with_the_function_is_taken() {
+        assert!(Library::of(blob(3, "..fmi3InstantiateCoSimulation.."), "x.so".into()).is_ok());
+        assert!(refused(b"PK".to_vec()).contains("no shared library of"));
+        // A program that is bound to its address.
+        assert!(refused(blob(2, FUNCTION)).contains("no shared library of"));
+        let without = refused(blob(3, "fmi3Instantiate"));
+        assert!(without.contains(FUNCTION) && without.contains("cargo build --release"), "{without}");
+    }
+
+    #[test]
+    fn the_library_lies_beside_the_program() -> std::io::Result<()> {
+        let folder = tempfile::tempdir()?;
+        let program = folder.path().join("cofferdam");
+        let error = built_with(&program, "dam").err().map_or_else(String::new, |e| e.to_string());
+        for word in ["libdam_fmu.so", &*folder.path().to_string_lossy(), "deps", "--library"] {
+            assert!(error.contains(word), "`{word}` in {error}");
+        }
+        let (beside, deps) = (folder.path().join("libdam_fmu.so"), folder.path().join("deps/libdam_fmu.so"));
+        std::fs::write(&beside, "")?;
+        assert_eq!(built_with(&program, "dam").ok(), Some(beside));
+        std::fs::create_dir(folder.path().join("deps"))?;
+        std::fs::write(&deps, "")?;
+        assert_eq!(built_with(&program, "dam").ok(), Some(deps));
+        Ok(())
+    }
+}

@@ -1,0 +1,130 @@
+//! FMI 3.0 FMUs of built units: everything but the library is generated from the unit's variables and parameters.
+//!
+//! An FMU holds one unit of one scene: the sizes of all arrays are fixed. It sees units through
+//! [`interface::Packable`] and knows no solver.
+//!
+//! ```text
+//! modelDescription.xml                      model_description: attributes, units, variables, dependencies
+//! terminalsAndIcons/terminalsAndIcons.xml   terminals: the wet face as one terminal
+//! binaries/<platform>/<unit>.so             library: built together with the program
+//! resources/unit.toml                       interface::export::Contents, which the library reads
+//! resources/scene.toml, resources/mesh/     for people
+//! documentation/index.html, licenses/       documentation
+//! ```
+
+mod documentation;
+mod error;
+mod library;
+mod model_description;
+mod terminals;
+mod variables;
+
+pub use error::FmuError;
+pub use library::Library;
+
+use interface::Packable;
+use interface::export::{Contents, FILE};
+use std::io::{Cursor, Write};
+use std::path::Path;
+use variables::SizedVariable;
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, DateTime, ZipWriter};
+
+/// Everything that an FMU of a unit is made from.
+pub struct Package<U: Packable> {
+    /// What the library makes the unit from.
+    pub contents: Contents<U::Parameters>,
+    /// Title of the scene.
+    pub title: String,
+    /// The scene with all defaults, TOML.
+    pub scene: String,
+    /// What the unit computes: HTML, in which `{step}`, `{end}` and `{points}` are replaced.
+    pub about: &'static str,
+    /// How to simulate it with FMPy: HTML, with the same replaced.
+    pub example: &'static str,
+    /// Length H of the scene's communication steps, s.
+    pub communication_step: f64,
+    /// Number of communication steps of the scene.
+    pub steps: u64,
+    /// Files of the mesh: name and text.
+    pub mesh: Vec<(&'static str, String)>,
+    /// The unit's library.
+    pub library: Library,
+}
+
+impl<U: Packable> Package<U> {
+    /// Writes the FMU to `path`; returns its size in bytes. The same package gives the same bytes.
+    ///
+    /// **Errors**: a target that exists, unless `overwrite`, one in a folder that does not, contents that cannot
+    /// be written. Nothing half-written is left.
+    pub fn write(&self, path: &Path, overwrite: bool) -> Result<u64, FmuError> {
+        check_target(path, overwrite)?;
+        let failed = |cause| FmuError::Write { path: path.to_owned(), cause };
+        let archive = archive(&self.entries()?).map_err(failed)?;
+        let mut name = path.file_name().unwrap_or_default().to_owned();
+        name.push(format!(".{}.part", std::process::id()));
+        let draft = path.with_file_name(name);
+        let written = std::fs::write(&draft, &archive).and_then(|()| std::fs::rename(&draft, path));
+        if let Err(cause) = written {
+            // What kept it from being written is the news.
+            let _ = std::fs::remove_file(&draft);
+            return Err(failed(cause));
+        }
+        Ok(archive.len() as u64)
+    }
+
+    /// Simulated time of the scene, s.
+    fn end(&self) -> f64 {
+        self.steps as f64 * self.communication_step
+    }
+
+    /// Name and content of the files in the FMU.
+    fn entries(&self) -> Result<Vec<(String, Vec<u8>)>, FmuError> {
+        let variables = variables::of::<U>(&self.contents)?;
+        let text = |name: &str, text: String| (name.to_owned(), text.into_bytes());
+        let mut entries = vec![text("modelDescription.xml", model_description::write(self, &variables)?)];
+        if let Some(terminals) = terminals::write(&variables)? {
+            entries.push(text("terminalsAndIcons/terminalsAndIcons.xml", terminals));
+        }
+        entries.push((self.library.entry(U::NAME), self.library.bytes().to_vec()));
+        entries.push(text(&format!("resources/{FILE}"), self.contents.to_toml()?));
+        entries.push(text("resources/scene.toml", self.scene.clone()));
+        for (name, content) in &self.mesh {
+            entries.push(text(&format!("resources/mesh/{name}"), content.clone()));
+        }
+        entries.push(text("documentation/index.html", documentation::page(self, &variables)));
+        entries.push(text("documentation/licenses/license.txt", documentation::licences()));
+        Ok(entries)
+    }
+}
+
+/// Refuses a target before any work is done for it.
+fn check_target(path: &Path, overwrite: bool) -> Result<(), FmuError> {
+    let path_owned = || path.to_owned();
+    if path.is_dir() || path.file_name().is_none() {
+        return Err(FmuError::TargetIsFolder { path: path_owned() });
+    }
+    if path.exists() && !overwrite {
+        return Err(FmuError::Exists { path: path_owned() });
+    }
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
+            Err(FmuError::NoFolder { folder: folder.to_owned() })
+        }
+        _ => Ok(()),
+    }
+}
+
+fn archive(entries: &[(String, Vec<u8>)]) -> std::io::Result<Vec<u8>> {
+    let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
+    // A clock would make every archive another one.
+    let options = SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Deflated)
+        .last_modified_time(DateTime::DEFAULT);
+    for (name, content) in entries {
+        let mode = if name.starts_with("binaries/") { 0o755 } else { 0o644 };
+        archive.start_file(name, options.unix_permissions(mode))?;
+        archive.write_all(content)?;
+    }
+    Ok(archive.finish()?.into_inner())
+}

@@ -1,0 +1,70 @@
+use super::FmuError;
+use interface::export::Contents;
+use interface::{Causality, Packable, Variable};
+
+/// A variable as one FMU has it: its size is fixed.
+pub struct SizedVariable {
+    /// The unit's variable.
+    pub variable: &'static Variable,
+    /// Number of values.
+    pub size: usize,
+    /// Values before initialisation, of inputs and parameters.
+    pub start: Option<Vec<f64>>,
+}
+
+impl SizedVariable {
+    /// The start values as XML has them; none for what has no start.
+    pub fn start_text(&self) -> Option<String> {
+        self.start.as_deref().map(list)
+    }
+}
+
+/// The variables that a unit made from `contents` has: none without values, no parameter without a number behind it.
+///
+/// **Errors**: [`FmuError::Start`].
+pub fn of<U: Packable>(contents: &Contents<U::Parameters>) -> Result<Vec<SizedVariable>, FmuError> {
+    let mut parameters = contents.parameters.clone();
+    let mut found = Vec::new();
+    for variable in U::VARIABLES {
+        let size = U::size_for(&parameters, variable);
+        let start = match variable.causality {
+            Causality::Input => {
+                Some(contents.start.get(variable.name).cloned().unwrap_or_else(|| vec![0.0; size]))
+            }
+            Causality::Parameter => Some(U::numbers(&mut parameters, variable).iter().map(|v| **v).collect()),
+            Causality::CalculatedParameter | Causality::Output => None,
+        };
+        if size > 0 && start.as_ref().is_none_or(|values| !values.is_empty()) {
+            found.push(SizedVariable { variable, size, start });
+        }
+    }
+    for (name, values) in &contents.start {
+        let input =
+            found.iter().find(|v| v.variable.name == name && v.variable.causality == Causality::Input);
+        let expected = input.map_or(0, |v| v.size);
+        if values.len() != expected {
+            return Err(FmuError::Start { name: name.clone(), expected, found: values.len() });
+        }
+    }
+    Ok(found)
+}
+
+/// A number that reads back bit for bit.
+pub fn number(value: f64) -> String {
+    format!("{value:?}")
+}
+
+/// Numbers that read back bit for bit, with spaces between them.
+fn list(values: &[f64]) -> String {
+    values.iter().copied().map(number).collect::<Vec<_>>().join(" ")
+}
+
+/// The role of a variable, as FMI writes it.
+pub fn causality(causality: Causality) -> &'static str {
+    match causality {
+        Causality::Parameter => "parameter",
+        Causality::CalculatedParameter => "calculatedParameter",
+        Causality::Input => "input",
+        Causality::Output => "output",
+    }
+}

@@ -1,0 +1,51 @@
+//! The units' meshes as CSV files, for people.
+
+use dam_dem::DamParameters;
+use reservoir::{BoundaryCondition, BoundaryMesh, Fidelity, ReservoirParameters};
+
+/// Name and text of a file.
+pub type File = (&'static str, String);
+
+/// A file of `header` and `rows`.
+fn file<const N: usize>(
+    name: &'static str,
+    header: [&str; N],
+    rows: impl Iterator<Item = [String; N]>,
+) -> File {
+    let lines = std::iter::once(header.map(str::to_owned)).chain(rows);
+    (name, lines.map(|row| row.join(",") + "\n").collect())
+}
+
+/// Nodes and triangles; those of a cell are: corner k, corner k + 1, centre.
+pub fn dam(parameters: &DamParameters) -> Vec<File> {
+    let mesh = parameters.mesh();
+    let nodes = mesh.nodes.iter().map(|point| point.map(|x| x.to_string()));
+    let triangles = mesh.blocks.iter().enumerate().flat_map(|(block, part)| {
+        mesh.cells[part.cells.clone()].iter().flat_map(move |cell| {
+            (0..4).map(move |k| [cell[k], cell[(k + 1) % 4], cell[4], block].map(|index| index.to_string()))
+        })
+    });
+    vec![
+        file("nodes.csv", ["x", "y"], nodes),
+        file("triangles.csv", ["node_1", "node_2", "node_3", "block"], triangles),
+    ]
+}
+
+/// The boundary elements; added mass has none.
+pub fn reservoir(parameters: &ReservoirParameters) -> Vec<File> {
+    let ReservoirParameters { wet_face, fidelity, element_size, far_end_distance, .. } = parameters;
+    if *fidelity != Fidelity::Compressible {
+        return Vec::new();
+    }
+    let mesh = BoundaryMesh::new(wet_face, *element_size, *far_end_distance);
+    let rows = mesh.elements().iter().map(|element| {
+        let part = match element.condition {
+            BoundaryCondition::Radiation => "far_end",
+            BoundaryCondition::AbsorbingBed => "bed",
+            BoundaryCondition::WetFace => "wet_face",
+        };
+        let ([x1, y1], [x2, y2]) = (element.start, element.end);
+        [x1.to_string(), y1.to_string(), x2.to_string(), y2.to_string(), part.to_owned()]
+    });
+    vec![file("boundary.csv", ["x1", "y1", "x2", "y2", "part"], rows)]
+}

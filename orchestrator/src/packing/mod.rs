@@ -1,0 +1,132 @@
+//! The built-in units of a scene as FMUs.
+
+mod mesh;
+
+use crate::registry::{self, RegistryError};
+use dam_dem::Dam;
+use interface::export::Contents;
+use interface::{Packable, variables};
+use orchestrator::fmu::{FmuError, Library, Package};
+use orchestrator::scene::Scene;
+use orchestrator::scheme::Side;
+use reservoir::Reservoir;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// A unit of a scene that cannot be packed.
+#[derive(Debug, thiserror::Error)]
+pub enum PackingError {
+    /// The dam moves as told.
+    #[error(
+        "the scene has no dam to pack, it moves as [prescribed] says; pack its water by --unit reservoir, or give \
+         the scene a [dam] in the place of [prescribed]"
+    )]
+    NoDam,
+    /// The unit cannot be made.
+    #[error(transparent)]
+    Unit(#[from] RegistryError),
+    /// The FMU cannot be made.
+    #[error(transparent)]
+    Fmu(#[from] FmuError),
+    /// The scene cannot be written.
+    #[error("the scene cannot be written as TOML: {0}")]
+    Scene(#[from] toml::ser::Error),
+}
+
+/// Where an FMU is to go, and what with.
+pub struct Target<'a> {
+    /// The FMU's file.
+    pub path: &'a Path,
+    /// Whether one that exists may be overwritten.
+    pub overwrite: bool,
+    /// The unit's library; by default the one that was built with this program.
+    pub library: Option<&'a Path>,
+}
+
+/// What was packed.
+pub struct Packed {
+    /// Size of the FMU, bytes.
+    pub size: u64,
+    /// Number of points of the wet face.
+    pub interface_points: usize,
+    /// The importer may choose the length of its communication steps.
+    pub variable_step: bool,
+}
+
+/// Packs the unit of `side` of a scene that has been loaded.
+///
+/// **Errors**: a unit that could not be made from the scene, and those of [`Package::write`]; nothing is written then.
+pub fn pack(side: Side, scene: &Scene, target: &Target<'_>) -> Result<Packed, PackingError> {
+    match side {
+        Side::Dam => dam(scene, target),
+        Side::Reservoir => reservoir(scene, target),
+    }
+}
+
+fn dam(scene: &Scene, target: &Target<'_>) -> Result<Packed, PackingError> {
+    let parameters = registry::dam_parameters(scene.dam.as_ref().ok_or(PackingError::NoDam)?, scene);
+    // Some of its mistakes show when it is made; that takes no longer than a few of its steps.
+    registry::made_dam(parameters.clone(), scene)?;
+    let face = parameters.wet_face().map_err(RegistryError::from)?;
+    let mut start = BTreeMap::new();
+    if let Some(face) = face {
+        // The order of the operations is the reservoir's, so that it gives the same bits.
+        let (weight, depth) = (scene.reservoir.density * scene.gravity, face.depth());
+        let pressure = face.points().iter().map(|point| weight * (depth - point[1])).collect();
+        start.insert(variables::dam::HYDROSTATIC_PRESSURE.name.to_owned(), pressure);
+    }
+    let package = Package::<Dam> {
+        mesh: mesh::dam(&parameters),
+        contents: Contents { start, parameters },
+        title: scene.title.clone(),
+        scene: portable(scene)?,
+        about: include_str!("dam.html"),
+        example: include_str!("dam_example.html"),
+        communication_step: scene.time.communication_step,
+        steps: scene.steps(),
+        library: Library::find(Dam::NAME, target.library)?,
+    };
+    written(&package, &variables::dam::INTERFACE_PRESSURE, target)
+}
+
+fn reservoir(scene: &Scene, target: &Target<'_>) -> Result<Packed, PackingError> {
+    let parameters = registry::reservoir_parameters(scene, registry::wet_face(scene)?);
+    parameters.validate().map_err(RegistryError::from)?;
+    let package = Package::<Reservoir> {
+        mesh: mesh::reservoir(&parameters),
+        contents: Contents { start: BTreeMap::new(), parameters },
+        title: scene.title.clone(),
+        scene: portable(scene)?,
+        about: include_str!("reservoir.html"),
+        example: include_str!("reservoir_example.html"),
+        communication_step: scene.time.communication_step,
+        steps: scene.steps(),
+        library: Library::find(Reservoir::NAME, target.library)?,
+    };
+    written(&package, &variables::reservoir::INTERFACE_PRESSURE, target)
+}
+
+/// Writes the package; `pressure` is a variable with a value a point.
+fn written<U: Packable>(
+    package: &Package<U>,
+    pressure: &interface::Variable,
+    target: &Target<'_>,
+) -> Result<Packed, PackingError> {
+    let parameters = &package.contents.parameters;
+    Ok(Packed {
+        size: package.write(target.path, target.overwrite)?,
+        interface_points: U::size_for(parameters, pressure),
+        variable_step: U::capabilities_for(parameters).variable_communication_step,
+    })
+}
+
+/// The scene as TOML, its record by name only: where it lies here is of no use to those who get the FMU.
+fn portable(scene: &Scene) -> Result<String, toml::ser::Error> {
+    let mut scene = scene.clone();
+    if let Some(record) = &mut scene.ground_motion.record
+        && let Some(name) = record.file.file_name()
+    {
+        record.file = name.into();
+    }
+    toml::to_string(&scene)
+}

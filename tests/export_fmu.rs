@@ -1,0 +1,258 @@
+//! `cofferdam export-fmu`: what is packed, and what it says when it cannot be.
+
+use dam_dem::{Dam, Mesh};
+use interface::export::Contents;
+use interface::{CoSimulation, Packable, variables};
+use reservoir::Reservoir;
+use std::num::NonZeroUsize;
+use std::path::Path;
+use tempfile::TempDir;
+use whole_chain::fmu::{Fmu, export};
+use whole_chain::scenario::{binary, root};
+
+const SCENE: &str = "koyna-northridge-1994";
+const COARSE: [&str; 2] = ["--set", "dam.element_size=10"];
+
+fn folder() -> TempDir {
+    tempfile::tempdir().expect("a temporary folder")
+}
+
+/// Packs a unit of the coarse main scene as `x.fmu`.
+fn pack(folder: &Path, unit: &str, more: &[&str]) -> Fmu {
+    let arguments = [&COARSE, &["-o", "x.fmu"][..], more].concat();
+    let output = export(folder, &root().join("scenes").join(SCENE), unit, &arguments);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    Fmu::open(&folder.join("x.fmu"))
+}
+
+/// The contents, which must be read back from `x.fmu` as the library does it.
+fn contents<U: Packable>(fmu: &mut Fmu, folder: &Path) -> Contents<U::Parameters> {
+    std::fs::write(folder.join("unit.toml"), fmu.bytes("resources/unit.toml")).expect("written");
+    Contents::read(folder).expect("contents")
+}
+
+/// The status of a packing that fails, and what it says, on one line.
+fn refused(folder: &Path, scene: &str, unit: &str, more: &[&str]) -> (Option<i32>, String) {
+    let output = export(folder, &root().join("scenes").join(scene), unit, more);
+    let said = String::from_utf8_lossy(&output.stderr).replace('│', " ");
+    let left: Vec<_> =
+        std::fs::read_dir(folder).expect("a folder").flatten().map(|e| e.file_name()).collect();
+    let known = |name: &&std::ffi::OsString| *name != "fake.so" && *name != "x.fmu";
+    assert_eq!(left.iter().filter(known).count(), 0, "left: {left:?}");
+    (output.status.code(), said.split_whitespace().collect::<Vec<_>>().join(" "))
+}
+
+#[test]
+fn an_fmu_has_all_that_it_needs() {
+    let folder = folder();
+    let mut dam = pack(folder.path(), "dam", &[]);
+    let platform = format!("{}-linux", std::env::consts::ARCH);
+    let dam_names = [
+        "modelDescription.xml".to_owned(),
+        "terminalsAndIcons/terminalsAndIcons.xml".to_owned(),
+        format!("binaries/{platform}/dam.so"),
+        "resources/unit.toml".to_owned(),
+        "resources/scene.toml".to_owned(),
+        "resources/mesh/nodes.csv".to_owned(),
+        "resources/mesh/triangles.csv".to_owned(),
+        "documentation/index.html".to_owned(),
+        "documentation/licenses/license.txt".to_owned(),
+    ];
+    assert_eq!(dam.names(), dam_names);
+    let library = std::fs::read(folder.path().join("fake.so")).expect("the library");
+    assert_eq!(dam.bytes(&format!("binaries/{platform}/dam.so")), library);
+    let licences = dam.text("documentation/licenses/license.txt");
+    assert!(licences.contains("MIT License") && licences.contains("Apache License"), "{licences}");
+
+    let dam_contents = contents::<Dam>(&mut dam, folder.path());
+    let token = dam_contents.token::<Dam>().expect("a token");
+    assert_eq!(dam.description().get("instantiationToken"), token);
+    let page = dam.text("documentation/index.html");
+    let words =
+        ["Cracked Koyna dam", "<code>crack_sliding</code>", "0.0025 s", "density</code></td><td>52</td>"];
+    for word in words.into_iter().chain(["2640.0", "fmi3SetFMUState", "output_interval"]) {
+        assert!(page.contains(word), "`{word}` is missing in the page");
+    }
+    let replaced = ["{step}", "{end}", "{points}", "{about}", "{example}", "{variables}", "{title}"];
+    assert!(replaced.iter().all(|name| !page.contains(name)));
+
+    let mut reservoir = pack(folder.path(), "reservoir", &["--force"]);
+    assert!(reservoir.names().contains(&"resources/mesh/boundary.csv".to_owned()));
+    let added = pack(folder.path(), "reservoir", &["--force", "--set", "reservoir.fidelity=\"westergaard\""]);
+    assert!(!added.names().iter().any(|name| name.starts_with("resources/mesh")));
+    // Nothing of where the scene lies on this machine.
+    let scene: toml::Table = reservoir.text("resources/scene.toml").parse().expect("TOML");
+    let record = scene["ground_motion"]["record"]["file"].as_str();
+    assert_eq!(record, Some("northridge-1994-canyon-country-270.csv"));
+    assert_eq!(scene["dam"]["element_size"].as_float(), Some(10.0));
+}
+
+#[test]
+fn the_dam_starts_under_the_water_of_the_reservoir_bit_for_bit() {
+    let folder = folder();
+    let mut dam =
+        pack(folder.path(), "dam", &["--set", "gravity=9.80665", "--set", "reservoir.density=1001.3"]);
+    let described = dam.description();
+    let dam = contents::<Dam>(&mut dam, folder.path());
+    let more = ["--force", "--set", "gravity=9.80665", "--set", "reservoir.density=1001.3"];
+    let fidelity = ["--set", "reservoir.fidelity=\"westergaard\""];
+    let mut packed = pack(folder.path(), "reservoir", &[&more[..], &fidelity].concat());
+    let Contents { start, parameters } = contents::<Reservoir>(&mut packed, folder.path());
+    assert!(start.is_empty());
+    let reservoir = Reservoir::from_parameters(parameters, NonZeroUsize::MIN).expect("a reservoir");
+    let variable = &variables::reservoir::HYDROSTATIC_PRESSURE;
+    let mut pressure = vec![0.0; reservoir.size(variable)];
+    reservoir.get(variable.value_reference, &mut pressure).expect("a value");
+    assert!(pressure[0] > 9e5, "{}", pressure[0]);
+    assert_eq!(dam.start["hydrostatic_pressure"], pressure);
+    let variables = described.list("ModelVariables", "Float64");
+    let written =
+        variables.into_iter().find(|v| v.get("name") == "hydrostatic_pressure").expect("a variable");
+    assert_eq!(written.start(), pressure);
+}
+
+#[test]
+fn the_mesh_is_the_one_that_is_computed() {
+    let folder = folder();
+    let mut fmu = pack(folder.path(), "dam", &[]);
+    let parameters = contents::<Dam>(&mut fmu, folder.path()).parameters;
+    let Mesh { nodes, cells, .. } = parameters.mesh();
+    let table = |text: String| -> Vec<Vec<f64>> {
+        let row = |line: &str| line.split(',').map(|value| value.parse().expect("a number")).collect();
+        text.lines().skip(1).map(row).collect()
+    };
+    let written: Vec<[f64; 2]> =
+        table(fmu.text("resources/mesh/nodes.csv")).iter().map(|row| [row[0], row[1]]).collect();
+    assert_eq!(written, nodes);
+    let triangles = table(fmu.text("resources/mesh/triangles.csv"));
+    assert_eq!(triangles.len(), 4 * cells.len());
+    let area: f64 = triangles
+        .iter()
+        .map(|row| {
+            let [a, b, c] = [0, 1, 2].map(|corner| nodes[row[corner] as usize]);
+            let double = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+            assert!(double > 0.0, "counter-clockwise");
+            // The block is the one on that side of the crack.
+            assert_eq!(row[3], f64::from(u8::from((a[1] + b[1] + c[1]) / 3.0 > 66.5)));
+            double / 2.0
+        })
+        .sum();
+    assert!((area / parameters.section.area() - 1.0).abs() < 1e-12);
+
+    let mut fmu = pack(folder.path(), "reservoir", &["--force"]);
+    let boundary = fmu.text("resources/mesh/boundary.csv");
+    let length = |part: &str| -> f64 {
+        let rows = boundary.lines().filter(|line| line.ends_with(part));
+        let ends = rows
+            .map(|line| line.split(',').take(4).map(|v| v.parse().expect("a number")).collect::<Vec<f64>>());
+        ends.map(|x| (x[2] - x[0]).hypot(x[3] - x[1])).sum()
+    };
+    for (part, expected) in [("far_end", 91.75), ("bed", 91.75 / 2.0), ("wet_face", 91.75)] {
+        assert!((length(part) / expected - 1.0).abs() < 1e-12, "{part}");
+    }
+}
+
+#[test]
+fn the_same_scene_gives_the_same_bytes() {
+    let folder = folder();
+    pack(folder.path(), "dam", &[]);
+    let first = std::fs::read(folder.path().join("x.fmu")).expect("an FMU");
+    pack(folder.path(), "dam", &["--force"]);
+    assert!(first == std::fs::read(folder.path().join("x.fmu")).expect("an FMU"));
+    pack(folder.path(), "dam", &["--force", "--set", "dam.material.density=2641"]);
+    assert!(first != std::fs::read(folder.path().join("x.fmu")).expect("an FMU"));
+}
+
+#[test]
+fn it_says_what_was_packed() {
+    let folder = folder();
+    let output = export(folder.path(), &root().join("scenes").join(SCENE), "reservoir", &COARSE);
+    let said = String::from_utf8_lossy(&output.stdout);
+    let size =
+        std::fs::metadata(folder.path().join("koyna-northridge-1994-reservoir.fmu")).expect("an FMU").len();
+    let size = format!("{} kB", size.div_ceil(1000));
+    for word in
+        ["koyna-northridge-1994-reservoir.fmu: ", &size, "12 interface points", "0.0025 s", "index.html"]
+    {
+        assert!(said.contains(word), "`{word}` is missing in:\n{said}");
+    }
+}
+
+#[test]
+fn an_existing_file_is_overwritten_by_force_alone() {
+    let folder = folder();
+    let path = folder.path().join("x.fmu");
+    std::fs::write(&path, "mine").expect("written");
+    let (status, said) = refused(folder.path(), SCENE, "dam", &["-o", "x.fmu"]);
+    assert!(said.contains("x.fmu exists; choose another --output, or overwrite it by --force"), "{said}");
+    assert_eq!((status, std::fs::read(&path).expect("a file")), (Some(1), b"mine".to_vec()));
+    pack(folder.path(), "dam", &["--force"]);
+    assert!(std::fs::read(&path).expect("an FMU").starts_with(b"PK"));
+}
+
+#[test]
+fn what_cannot_be_packed_is_refused_with_a_remedy() {
+    let folder = folder();
+    let refused = |scene: &str, unit: &str, more: &[&str]| refused(folder.path(), scene, unit, more);
+    let (status, said) = refused(SCENE, "dam", &["-o", "none/x.fmu"]);
+    assert_eq!(status, Some(1));
+    assert!(said.contains("the folder none does not exist; make it first"), "{said}");
+    let (status, said) = refused(SCENE, "dam", &["-o", "."]);
+    assert_eq!(status, Some(1));
+    assert!(said.contains("give --output the name of the FMU"), "{said}");
+    let (status, said) = refused(SCENE, "water", &[]);
+    assert_eq!(status, Some(2));
+    assert!(said.contains("[possible values: dam, reservoir]"), "{said}");
+    let (status, said) = refused("rigid-dam-ramp", "dam", &[]);
+    assert_eq!(status, Some(1));
+    assert!(said.contains("--unit reservoir") && said.contains("give the scene a [dam]"), "{said}");
+    let (status, said) = refused(SCENE, "dam", &["--set", "dam.material.density=-1"]);
+    assert_eq!(status, Some(2));
+    assert!(said.contains("dam.material.density=-1"), "{said}");
+    // Wrong in a way that shows only when the dam is made.
+    let (status, said) = refused(SCENE, "dam", &["--set", "dam.cracks.0.normal_stiffness=1e17"]);
+    assert_eq!(status, Some(1), "{said}");
+    assert!(said.contains("lower the joint stiffness"), "{said}");
+}
+
+#[test]
+fn a_library_that_is_none_is_refused() {
+    let folder = folder();
+    let said = |library: &Path| {
+        let mut command = std::process::Command::new(binary());
+        command.current_dir(folder.path()).arg("export-fmu").arg(root().join("scenes/rigid-dam-ramp"));
+        command.args(["--unit", "reservoir", "-o", "x.fmu", "--library"]).arg(library);
+        let output = command.output().expect("cofferdam runs");
+        assert_eq!(output.status.code(), Some(1));
+        assert!(!folder.path().join("x.fmu").exists());
+        let said = String::from_utf8_lossy(&output.stderr).replace('│', " ");
+        said.split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    let missing = said(Path::new("none.so"));
+    assert!(missing.contains("none.so") && missing.contains("by --library"), "{missing}");
+    let other = said(&root().join("Cargo.toml"));
+    assert!(other.contains("is no shared library of") && other.contains("by --library"), "{other}");
+    let program = std::fs::read(whole_chain::fmu::fake_library(folder.path())).expect("a library");
+    let without = folder.path().join("without.so");
+    std::fs::write(&without, &program[..20]).expect("written");
+    let without = said(&without);
+    assert!(without.contains("fmi3InstantiateCoSimulation") && without.contains("cargo build"), "{without}");
+}
+
+#[test]
+fn a_doubtful_scene_is_packed_with_its_warnings() {
+    let folder = folder();
+    let output =
+        export(folder.path(), &root().join("scenes").join(SCENE), "dam", &["--set", "dam.element_size=25"]);
+    assert!(output.status.success());
+    assert!(!output.stderr.is_empty(), "warnings");
+}
+
+#[test]
+fn help_teaches() {
+    let help = std::process::Command::new(binary()).args(["export-fmu", "--help"]).output().expect("help");
+    let help = String::from_utf8_lossy(&help.stdout).into_owned();
+    for word in ["FMI 3.0", "Exit status", "Examples", "--force", "--library", "documentation/index.html"] {
+        assert!(help.contains(word), "`{word}` is missing in:\n{help}");
+    }
+}

@@ -1,0 +1,76 @@
+"""The examples for FMPy: short, and right."""
+
+import csv
+import os
+import subprocess
+import sys
+
+import loop_cost
+import numpy as np
+import pytest
+from fmus import RECORD, ROOT, SCENES, STRONG_SECOND, pack, settings
+
+EXAMPLES = ROOT / "examples" / "fmpy"
+
+
+def example(name, *arguments):
+    """Runs an example; what it printed."""
+    command = [sys.executable, "-B", EXAMPLES / name, *arguments]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    print(done.stdout)
+    return done.stdout
+
+
+def run(folder, scene, overrides=()):
+    """The histories of a run of the orchestrator, by name without unit."""
+    command = [os.environ["COFFERDAM"], "run", SCENES / scene, "--quiet", "--output", folder, *settings(overrides)]
+    subprocess.run(command, check=True, capture_output=True)
+    with open(folder / "histories.csv", newline="") as file:
+        header, *rows = csv.reader(file)
+    return dict(zip((name.split(" [")[0] for name in header), np.array(rows, dtype=float).T))
+
+
+def table(path):
+    return np.genfromtxt(path, delimiter=",", names=True, deletechars="")
+
+
+@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.py")), ids=lambda path: path.name)
+def test_examples_are_short(path):
+    assert len(path.read_text().splitlines()) < 80
+
+
+def test_the_fixed_point_is_the_orchestrators(tmp_path):
+    """One second of strong motion in the main scene: the crest to 1e-9; and the same calls give the same bits."""
+    fmus = [pack(tmp_path, unit, STRONG_SECOND) for unit in ("dam", "reservoir")]
+    said = [example("fixed_point.py", *fmus, RECORD, tmp_path / f"{n}.csv") for n in (1, 2)]
+    assert said[0] == said[1] and (tmp_path / "1.csv").read_bytes() == (tmp_path / "2.csv").read_bytes()
+    histories = run(tmp_path / "run", "koyna-northridge-1994", STRONG_SECOND)
+    found, expected = table(tmp_path / "1.csv"), histories["dam.crest_displacement.x"][1:]
+    assert len(found) == len(expected) >= 400
+    difference = np.abs(found["crest_x"] - expected).max() / np.abs(expected).max()
+    print(f"crest: largest difference {difference:.1e} of the peak")
+    assert difference < 1e-9
+
+
+def test_the_reservoir_alone_is_the_orchestrators(tmp_path):
+    fmu = pack(tmp_path, "reservoir", scene="rigid-dam-ramp")
+    example("reservoir_alone.py", fmu, tmp_path / "results.csv")
+    histories = run(tmp_path / "run", "rigid-dam-ramp")
+    found, expected = table(tmp_path / "results.csv"), histories["reservoir.base_pressure"]
+    np.testing.assert_allclose(found["base_pressure"], expected, rtol=0, atol=1e-9 * expected.max())
+
+
+def test_the_dam_alone_keeps_its_energy(tmp_path):
+    fmu = pack(tmp_path, "dam", [*STRONG_SECOND, "dam.element_size=10"])
+    said = example("dam_alone.py", fmu, RECORD, tmp_path / "results.csv")
+    results = table(tmp_path / "results.csv")
+    error = np.abs(results["energy_balance_error[1]"]).max() / results["kinetic_energy[1]"].max()
+    assert error < 0.01 and "residual sliding" in said
+
+
+def test_the_cost_of_the_loop_can_be_measured(capsys):
+    """Only that: figures are in docs/performance.md, for machines differ."""
+    loop_cost.main(iterations=5)
+    said = capsys.readouterr().out.splitlines()
+    assert len(said) == 3 and all("loop median" in line for line in said)

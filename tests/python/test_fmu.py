@@ -1,0 +1,459 @@
+"""The FMUs, seen from an importer: FMPy."""
+
+import gc
+import subprocess
+import sys
+import threading
+import tomllib
+import zipfile
+from ctypes import byref, c_void_p
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy import simulate_fmu
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi3 import fmi3FMUState
+from fmpy.validation import validate_fmu
+from fmus import COARSE_HALF_SECOND, H, ROOT, Unit, advance, initialised, load, names_of, outputs, pack
+from lxml import etree
+
+SCHEMAS = Path(fmpy.__file__).parent / "schema" / "fmi3"
+UNITS = ["dam", "reservoir"]
+
+
+@pytest.fixture(scope="session", params=UNITS)
+def path(request, coarse):
+    """Each of the two FMUs of half a second of strong motion on a coarse mesh."""
+    return coarse[request.param]
+
+
+@pytest.fixture
+def said():
+    """What an instance made with `listening` says: (status, category, text)."""
+    return []
+
+
+def listening(path, said, **arguments):
+    """An instance in the state Instantiated whose messages end up in `said`."""
+    unit = Unit.__new__(Unit)
+    description = fmpy.read_model_description(path)
+    unit.folder = fmpy.extract(path)
+    log = lambda _, status, category, text: said.append((status, category.decode(), text.decode()))  # noqa: E731
+    unit.fmu = fmpy.instantiate_fmu(unit.folder, description, logger=log, **arguments)
+    unit.description = description
+    unit.references = {v.name: ([v.valueReference], int(np.prod(v.shape))) for v in description.modelVariables}
+    return unit
+
+
+# What the archive holds
+
+
+def test_validate_is_clean(path):
+    assert validate_fmu(path) == []
+    command = [sys.executable, "-m", "fmpy", "validate", path]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0 and "No problems found" in done.stdout, done.stdout + done.stderr
+
+
+def schema(name):
+    return etree.XMLSchema(etree.parse(SCHEMAS / name))
+
+
+def test_xml_is_valid(path):
+    with zipfile.ZipFile(path) as archive:
+        assert archive.testzip() is None
+        schema("fmi3ModelDescription.xsd").assertValid(etree.fromstring(archive.read("modelDescription.xml")))
+        terminals = etree.fromstring(archive.read("terminalsAndIcons/terminalsAndIcons.xml"))
+        schema("fmi3TerminalsAndIcons.xsd").assertValid(terminals)
+        page = etree.fromstring(archive.read("documentation/index.html"), etree.HTMLParser(recover=False))
+        assert page.findtext(".//h1")
+        names = set(archive.namelist())
+    for name in ("resources/unit.toml", "resources/scene.toml", "documentation/licenses/license.txt"):
+        assert name in names
+    assert any(name.startswith("resources/mesh/") for name in names)
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_the_contract_is_valid_too(unit):
+    schema("fmi3ModelDescription.xsd").assertValid(etree.parse(ROOT / "modelDescription" / f"{unit}.xml"))
+
+
+def test_starts_have_the_length_of_their_arrays_and_terminals_name_variables(coarse):
+    members = {}
+    for unit, path in coarse.items():
+        description = fmpy.read_model_description(path)
+        names = {v.name for v in description.modelVariables}
+        for variable in description.modelVariables:
+            if variable.start is not None:
+                assert len(str(variable.start).split()) == np.prod(variable.shape, dtype=int), variable.name
+        with zipfile.ZipFile(path) as archive:
+            terminals = etree.fromstring(archive.read("terminalsAndIcons/terminalsAndIcons.xml"))
+        (terminal,) = terminals.iter("Terminal")
+        assert terminal.get("name") == "wet_face"
+        assert {m.get("variableName") for m in terminal} <= names
+        members[unit] = {m.get("memberName") for m in terminal}
+    assert members["reservoir"] == {"pressure", "hydrostatic_pressure", "acceleration"}
+    assert members["reservoir"] < members["dam"]
+
+
+def test_declared_dependencies_are_the_real_ones(path):
+    """An input moves an output of the same step if and only if the description says so."""
+    unit = initialised(path)
+    advance(unit, 0, 150)
+    load(unit, 150)
+    state = unit.fmu.getFMUState()
+    # In a long step what pulls at the dam opens the crack and lets it slide.
+    step = 0.1 if path.stem == "dam" else H
+    pulls = {"interface_pressure": -1e7, "ground_acceleration": [-60.0, 0.0], "interface_acceleration": -30.0}
+
+    def answers():
+        unit.fmu.doStep(150 * H, step)
+        return outputs(unit)
+
+    before = answers()
+    moved = {name: set() for name in before}
+    for name in names_of(unit, causality="input", variability="continuous"):
+        unit.fmu.setFMUState(state)
+        unit.set(name, unit.get(name) + pulls[name])
+        for output, bits in answers().items():
+            if bits != before[output]:
+                moved[output].add(name)
+    declared = {output.variable.name: {v.name for v in output.dependencies} for output in unit.description.outputs}
+    for counted in names_of(unit, causality="output", variability="discrete"):
+        assert moved.pop(counted) <= declared.pop(counted), "a number of contacts may stay what it was"
+    assert moved == declared
+
+
+# States
+
+
+def test_save_step_restore_step_gives_the_same_bits(path):
+    unit = initialised(path)
+    advance(unit, 0, 100)
+    state = unit.fmu.getFMUState()
+    advance(unit, 100, 120)
+    first = outputs(unit)
+    for _ in range(3):
+        unit.fmu.setFMUState(state)
+        assert unit.get("time") == 100 * H
+        advance(unit, 100, 120)
+        assert outputs(unit) == first
+    again = initialised(path)
+    advance(again, 0, 120)
+    assert outputs(again) == first, "and without saving"
+
+
+CONTINUE = """
+import sys
+from pathlib import Path
+sys.path.insert(0, sys.argv[1])
+from fmus import Unit, advance, outputs
+unit = Unit(sys.argv[2])
+state = unit.fmu.deserializeFMUState(Path(sys.argv[3]).read_bytes())
+unit.fmu.setFMUState(state)
+advance(unit, 100, 120)
+Path(sys.argv[4]).write_text(repr(outputs(unit)))
+"""
+
+
+def test_a_serialised_state_continues_in_another_process(path, tmp_path):
+    unit = initialised(path)
+    advance(unit, 0, 100)
+    state = unit.fmu.getFMUState()
+    (tmp_path / "state").write_bytes(unit.fmu.serializeFMUState(state))
+    advance(unit, 100, 120)
+    arguments = [Path(__file__).parent, path, tmp_path / "state", tmp_path / "outputs"]
+    subprocess.run([sys.executable, "-B", "-c", CONTINUE, *arguments], check=True)
+    assert (tmp_path / "outputs").read_text() == repr(outputs(unit))
+
+
+def resident():
+    """Memory of this process, bytes."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * 4096
+
+
+@pytest.mark.parametrize("reuse", [False, True])
+def test_a_thousand_saves_do_not_grow_memory(path, reuse):
+    unit = initialised(path)
+    advance(unit, 0, 20)
+    state = fmi3FMUState()
+
+    def save(times):
+        for _ in range(times):
+            unit.fmu.fmi3GetFMUState(unit.fmu.component, byref(state))
+            if not reuse:
+                unit.fmu.freeFMUState(state)
+                assert not state.value
+
+    save(100)
+    gc.collect()
+    before, size = resident(), len(unit.fmu.serializeFMUState(unit.fmu.getFMUState()))
+    save(1000)
+    grown = resident() - before
+    print(f"a state of {size} bytes, saved 1000 times: {grown} bytes more")
+    assert grown < 100 * size, "a tenth of what would be lost if they were kept"
+
+
+def test_a_state_of_another_scene_is_refused(path, tmp_path, said):
+    other = listening(pack(tmp_path, path.stem, [*COARSE_HALF_SECOND, "gravity=9.8"]), said)
+    unit = initialised(path)
+    advance(unit, 0, 3)
+    written = unit.fmu.serializeFMUState(unit.fmu.getFMUState())
+    with pytest.raises(FMICallException):
+        other.fmu.deserializeFMUState(written)
+    assert "the state belongs to another unit or scene" in said[-1][2]
+    for damaged in (b"", b"x", written[:40], written[:-1], written + b"x"):
+        with pytest.raises(FMICallException):
+            listening(path, said).fmu.deserializeFMUState(damaged)
+        assert "state" in said[-1][2]
+
+
+# Instances
+
+
+def test_reset_begins_anew_and_instances_do_not_touch_each_other(path):
+    unit, other = initialised(path), initialised(path)
+    advance(unit, 0, 30)
+    expected = outputs(unit)
+    unit.fmu.terminate()
+    unit.fmu.reset()
+    unit.fmu.enterInitializationMode(startTime=0.0)
+    unit.fmu.exitInitializationMode()
+    for n in range(30):
+        advance(unit, n, n + 1)
+        advance(other, n, n + 1)
+    assert outputs(unit) == outputs(other) == expected
+    unit.fmu.freeInstance()
+    advance(other, 30, 31)
+
+
+def test_instances_run_at_once_in_threads(path):
+    units = [initialised(path) for _ in range(3)]
+    threads = [threading.Thread(target=advance, args=(unit, 0, 40)) for unit in units]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert outputs(units[0]) == outputs(units[1]) == outputs(units[2])
+
+
+@pytest.mark.parametrize(
+    "unit, variable, value, override",
+    [
+        ("dam", "friction_coefficient", 0.5, "dam.cracks.0.friction_coefficient=0.5"),
+        ("dam", "young_modulus", 2.5e10, "dam.material.young_modulus=2.5e10"),
+        ("dam", "damping_ratio", 0.02, "dam.damping.ratio=0.02"),
+        ("reservoir", "wave_reflection_coefficient", 0.5, "reservoir.wave_reflection_coefficient=0.5"),
+        ("reservoir", "sound_speed", 1500.0, "reservoir.sound_speed=1500"),
+    ],
+)
+def test_a_parameter_set_is_that_of_the_scene(coarse, tmp_path, unit, variable, value, override):
+    expected = initialised(pack(tmp_path, unit, [*COARSE_HALF_SECOND, override]))
+    early, late = Unit(coarse[unit]), Unit(coarse[unit])
+    early.set(variable, value)
+    for instance in (early, late):
+        instance.fmu.enterInitializationMode(startTime=0.0)
+    late.get("interface_x")
+    late.set(variable, value)
+    for instance in (early, late):
+        instance.fmu.exitInitializationMode()
+        assert instance.get(variable) == value
+    for instance in (expected, early, late):
+        advance(instance, 0, 40)
+    assert outputs(early) == outputs(late) == outputs(expected)
+    unchanged = initialised(coarse[unit])
+    advance(unchanged, 0, 40)
+    assert outputs(unchanged) != outputs(expected)
+
+
+def test_outputs_in_initialization_mode_follow_the_inputs(coarse):
+    dam = Unit(coarse["dam"])
+    dam.fmu.enterInitializationMode(startTime=0.0)
+    full = dam.get("crest_static_displacement")
+    hydrostatic = dam.get("hydrostatic_pressure")
+    assert hydrostatic[0] == 1000.0 * 9.81 * 91.75
+    dam.set("hydrostatic_pressure", 0 * hydrostatic)
+    empty = dam.get("crest_static_displacement")
+    assert empty[0] < full[0], "without water the dam leans upstream"
+    dam.set("hydrostatic_pressure", hydrostatic)
+    dam.set("ground_acceleration", [1.0, 0.0])
+    np.testing.assert_array_equal(dam.get("crest_static_displacement"), full)
+    dam.fmu.exitInitializationMode()
+    np.testing.assert_array_equal(dam.get("crest_static_displacement"), full)
+    water = Unit(coarse["reservoir"])
+    water.fmu.enterInitializationMode(startTime=0.0)
+    np.testing.assert_array_equal(water.get("hydrostatic_pressure"), hydrostatic)
+
+
+def test_the_directional_derivative_is_the_difference_of_two_steps(coarse):
+    water = initialised(coarse["reservoir"])
+    advance(water, 0, 50)
+    load(water, 50)
+    state = water.fmu.getFMUState()
+    names = ["interface_pressure", "total_force", "overturning_moment", "base_pressure"]
+    unknowns = [water.references[name][0][0] for name in names]
+    size = sum(water.references[name][1] for name in names)
+    points = water.references["interface_acceleration"][1]
+    seed = np.cos(np.arange(points))
+    knowns = [water.references[name][0][0] for name in ("interface_acceleration", "ground_acceleration")]
+    found = water.fmu.getDirectionalDerivative(unknowns, knowns, [*seed, 1.0, 1.0], size)
+
+    def answer():
+        water.fmu.doStep(50 * H, H)
+        return np.concatenate([water.get(name) for name in names])
+
+    before = answer()
+    water.fmu.setFMUState(state)
+    water.set("interface_acceleration", water.get("interface_acceleration") + seed)
+    difference = answer() - before
+    np.testing.assert_allclose(found, difference, rtol=1e-9, atol=1e-9 * abs(difference).max())
+    with pytest.raises(FMICallException):
+        initialised(coarse["dam"]).fmu.getDirectionalDerivative([10], [1], np.zeros(points), points)
+
+
+# Wrong calls: status and message, and the instance stands where it stood
+
+
+def refused(said, text, call, *arguments, **named):
+    with pytest.raises(FMICallException) as caught:
+        call(*arguments, **named)
+    assert caught.value.status == 3 and said[-1][:2] == (3, "logStatusError")
+    assert text in said[-1][2], said[-1][2]
+
+
+def test_wrong_calls_are_refused_with_a_message(path, said):
+    unit = listening(path, said)
+    fmu, size = unit.fmu, unit.references["interface_x"][1]
+    wet = "interface_pressure" if path.stem == "dam" else "interface_acceleration"
+    (wet,), calculated = unit.references[wet][0], unit.references["interface_x"][0]
+
+    refused(said, "not allowed in the state Instantiated", fmu.doStep, 0.0, H)
+    refused(said, "not allowed in the state Instantiated", fmu.exitInitializationMode)
+    refused(said, "not allowed in the state Instantiated", fmu.terminate)
+    refused(said, "the start time is NaN", fmu.enterInitializationMode, startTime=float("nan"))
+    fmu.enterInitializationMode(startTime=0.0)
+    refused(said, "not allowed in Initialization Mode", fmu.doStep, 0.0, H)
+    refused(said, "not allowed in Initialization Mode", fmu.enterInitializationMode, startTime=0.0)
+    fmu.exitInitializationMode()
+    advance(unit, 0, 5)
+    load(unit, 5)
+    state = fmu.getFMUState()
+    fmu.doStep(5 * H, H)
+    expected = outputs(unit)
+    fmu.setFMUState(state)
+
+    refused(said, "no variable has value reference 999", fmu.getFloat64, [999], 1)
+    refused(said, "no variable has value reference 999", fmu.setFloat64, [999], [1.0])
+    refused(said, f"have {size} values together, {size - 1} were passed", fmu.setFloat64, [wet], [0.0] * (size - 1))
+    refused(said, f"have {size} values together, 1 were passed", fmu.getFloat64, [wet])
+    refused(said, "[3] is NaN", fmu.setFloat64, [wet], [0.0] * 3 + [float("nan")] + [0.0] * (size - 4))
+    refused(said, "is inf", fmu.setFloat64, [wet], [float("inf")] * size)
+    refused(said, "`interface_x` cannot be set", fmu.setFloat64, calculated, [0.0] * size)
+    refused(said, "`time` cannot be set", fmu.setFloat64, [0], [1.0])
+    refused(said, "fmi3GetInt32: this FMU does not offer it", fmu.getInt32, [wet])
+    refused(said, "fmi3EnterStepMode: this FMU does not offer it", fmu.enterStepMode)
+    refused(said, "the unit stands at t =", fmu.doStep, 4 * H, H)
+    refused(said, "the unit stands at t =", fmu.doStep, float("nan"), H)
+    for length in (0.0, -H, float("nan")):
+        with pytest.raises(FMICallException):
+            fmu.doStep(5 * H, length)
+    refused(said, "null or misaligned", fmu.fmi3GetFloat64, fmu.component, None, 1, None, 1)
+    refused(said, "null or misaligned", fmu.fmi3SetFloat64, fmu.component, None, 1, None, 1)
+    refused(said, "null or misaligned", fmu.fmi3GetFMUState, fmu.component, None)
+    refused(said, "null or misaligned", fmu.fmi3DoStep, fmu.component, 5 * H, H, True, None, None, None, None)
+    refused(said, "not saved by this instance", fmu.setFMUState, fmi3FMUState())
+    refused(said, "not saved by this instance", fmu.setFMUState, c_void_p(4242))
+    other = initialised(path).fmu.getFMUState()
+    refused(said, "not saved by this instance", fmu.setFMUState, other)
+    for nobody in (None, c_void_p(4242)):
+        with pytest.raises(FMICallException):
+            fmu.fmi3Reset(nobody)
+        fmu.fmi3FreeInstance(nobody)
+    fmu.fmi3GetFloat64(fmu.component, None, 0, None, 0)
+
+    fmu.doStep(5 * H, H)
+    assert outputs(unit) == expected, "after all that"
+    fmu.terminate()
+    refused(said, "not allowed in the state Terminated", fmu.doStep, 6 * H, H)
+    assert outputs(unit) == expected
+
+
+def test_parameters_that_make_no_unit_are_refused_before_it_is_made(coarse, said):
+    dam = listening(coarse["dam"], said)
+    dam.set("poisson_ratio", 0.7)
+    refused(said, "poisson_ratio", dam.fmu.enterInitializationMode, startTime=0.0)
+    dam.set("poisson_ratio", 0.2)
+    dam.fmu.enterInitializationMode(startTime=0.0)
+    dam.fmu.exitInitializationMode()
+    refused(said, "not allowed in Step Mode", dam.set, "poisson_ratio", 0.2)
+    water = listening(coarse["reservoir"], said)
+    water.set("wave_reflection_coefficient", 1.5)
+    refused(said, "must lie between 0", water.fmu.enterInitializationMode, startTime=0.0)
+
+
+def test_steps_that_the_reservoir_cannot_take_say_why(coarse, said):
+    water = listening(coarse["reservoir"], said)
+    water.fmu.enterInitializationMode(startTime=0.0)
+    water.fmu.exitInitializationMode()
+    refused(said, "it can only take 0.0025 s", water.fmu.doStep, 0.0, 2 * H)
+    steps = round(water.get("horizon")[0] / H)
+    advance(water, 0, steps)
+    refused(said, "raise `horizon`", water.fmu.doStep, steps * H, H)
+
+
+def test_there_is_no_event_mode(path, said):
+    with pytest.raises(Exception, match="Failed to instantiate"):
+        listening(path, said, event_mode_used=True)
+    assert "has no event mode" in said[-1][2]
+
+
+def test_units_say_what_they_do_if_asked(path, said):
+    unit = listening(path, said, debug_logging=True)
+    unit.fmu.enterInitializationMode(startTime=0.0)
+    unit.fmu.exitInitializationMode()
+    assert {category for _, category, _ in said} == {"logEvents"}
+    assert any("interface points" in text or "elements" in text for _, _, text in said)
+
+
+# From the command line
+
+
+def test_fmpy_simulate_with_an_input_csv(path, tmp_path):
+    """`fmpy simulate` sets the inputs of time t before the step from t."""
+    unit = initialised(path)
+    name = "ground_acceleration" if path.stem == "dam" else "interface_acceleration"
+    size = unit.references[name][1]
+    rows = [[0.01 * n, *[(n % 3 - 1.0) * (1.0 if i == 0 or path.stem != "dam" else 0.0) for i in range(size)]] for n in range(20)]
+    text = "".join(f"{row[0]},{' '.join(map(str, row[1:]))}\n" for row in rows)
+    (tmp_path / "input.csv").write_text(f"time,{name}\n{text}")
+    command = [sys.executable, "-m", "fmpy", "simulate", path, "--input-file", tmp_path / "input.csv"]
+    command += ["--output-file", tmp_path / "output.csv", "--stop-time", "0.1", "--output-interval", str(H)]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    found = np.genfromtxt(tmp_path / "output.csv", delimiter=",", names=True, dtype=None, encoding=None)
+    scalar = "kinetic_energy" if path.stem == "dam" else "total_force"
+    table = np.array(rows)
+    again = Unit(path)
+    again.fmu.enterInitializationMode(startTime=0.0)
+    again.set(name, table[0, 1:])
+    again.fmu.exitInitializationMode()
+    expected = [again.get(scalar)[0]]
+    for n in range(40):
+        again.set(name, [np.interp(n * H, table[:, 0], column) for column in table[:, 1:].T])
+        again.fmu.doStep(n * H, H)
+        expected.append(again.get(scalar)[0])
+    np.testing.assert_allclose(found[scalar], expected, rtol=1e-12, atol=1e-12 * max(map(abs, expected)))
+    assert len(found) == 41 and max(map(abs, expected)) > 0
+
+
+def test_simulate_fmu_with_start_values(coarse):
+    result = simulate_fmu(coarse["dam"], start_values={"friction_coefficient": [0.4]}, stop_time=0.05)
+    assert result["time"][-1] == pytest.approx(0.05)
+
+
+def test_the_scene_is_inside(path):
+    with zipfile.ZipFile(path) as archive:
+        scene = tomllib.loads(archive.read("resources/scene.toml").decode())
+    assert scene["time"]["duration"] == pytest.approx(0.51, abs=0.02)
