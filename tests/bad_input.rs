@@ -120,6 +120,7 @@ const AMOUNT: &[Case] = &[
     edit(&[("depth = 91.75", "depth = 91.75\nelement_size = 1e-6")]),
     edit(&[("communication_step = 0.0025", "communication_step = 1e-9")]),
     edit(&[("communication_step = 0.0025", "communication_step = 0.02")]),
+    edit(&[("title = \"Cracked Koyna dam,", "title = \"Cracked\\tKoyna dam,")]),
     set(&["time.duration=1e308"]),
     set(&["time.communication_step=1e-310"]),
     set(&["reservoir.far_end_distance=1e308"]),

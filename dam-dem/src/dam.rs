@@ -1,6 +1,6 @@
 use interface::{
-    CallError, Capabilities, CoSimulation, Fingerprint, Packable, Shape, Stage, Variable, WetFace, open,
-    seal, variables::dam as variable,
+    CallError, Capabilities, CoSimulation, Fingerprint, Packable, Shape, Stage, StateError, Variable,
+    WetFace, open, seal, variables::dam as variable,
 };
 
 use std::num::NonZeroUsize;
@@ -47,6 +47,8 @@ struct EnergyWatch {
     warned: bool,
 }
 
+/// Time steps in one communication step: with more it would never end.
+const MOST_TIME_STEPS: f64 = 1e7;
 /// Share of the peak kinetic energy that the balance may miss before the dam warns.
 const ENERGY_ALARM: f64 = 0.01;
 /// Kinetic energy, as a share of what is stored at rest, below which balances are rounding.
@@ -230,6 +232,11 @@ impl Dam {
         forces
     }
 
+    fn check_state(&self, state: &DamState) -> Result<(), StateError> {
+        let (found, expected) = (state.fingerprint, self.fingerprint);
+        if found == expected { Ok(()) } else { Err(StateError::Fingerprint { found, expected }) }
+    }
+
     fn stage(&self) -> Stage {
         if self.state.initialised { Stage::Stepping } else { Stage::Instantiated }
     }
@@ -327,6 +334,9 @@ impl CoSimulation for Dam {
         }
         let step = communication_step;
         crate::error::require(step > 0.0, "communication_step", step, "positive")?;
+        let (longest, requirement) =
+            (MOST_TIME_STEPS * self.time_step_limit(), "no longer than 1e7 time steps");
+        crate::error::require(step <= longest, "communication_step", step, requirement)?;
         if (time - self.state.time).abs() > TIME_TOLERANCE * step || !time.is_finite() {
             return Err(CallError::Time { unit: self.name(), asked: time, time: self.state.time }.into());
         }
@@ -371,22 +381,28 @@ impl CoSimulation for Dam {
         self.state.clone()
     }
 
-    /// **Errors**: [`StateError::Fingerprint`](interface::StateError::Fingerprint) for the state of another dam.
+    /// **Errors**: [`StateError::Fingerprint`] for the state of another dam.
     fn restore_state(&mut self, state: &DamState) -> Result<(), DamError> {
-        let (found, expected) = (state.fingerprint, self.fingerprint);
-        if found != expected {
-            return Err(interface::StateError::Fingerprint { found, expected }.into());
-        }
+        self.check_state(state)?;
         self.state.clone_from(state);
+        if !state.initialised {
+            self.energy_watch = EnergyWatch::default();
+        }
         Ok(())
     }
 
     fn serialise_state(&self, state: &DamState) -> Result<Vec<u8>, DamError> {
+        self.check_state(state)?;
         Ok(seal(self.fingerprint, state)?)
     }
 
     fn deserialise_state(&self, bytes: &[u8]) -> Result<DamState, DamError> {
-        Ok(open(self.fingerprint, bytes)?)
+        let state: DamState = open(self.fingerprint, bytes)?;
+        self.check_state(&state)?;
+        if !state.has_shape_of(&self.state) {
+            return Err(StateError::NotAState { length: bytes.len() }.into());
+        }
+        Ok(state)
     }
 
     fn directional_derivative(
@@ -404,7 +420,7 @@ impl Packable for Dam {
     type Parameters = DamParameters;
 
     const NAME: &'static str = "dam";
-    const DESCRIPTION: &'static str = "Concrete gravity dam with penetrated cracks";
+    const DESCRIPTION: &'static str = "Concrete gravity dam of blocks on rigid ground";
     const VARIABLES: &'static [Variable] = variable::ALL;
 
     fn from_parameters(parameters: DamParameters, _threads: NonZeroUsize) -> Result<Self, DamError> {

@@ -32,6 +32,19 @@ pub(crate) struct Inputs {
 }
 
 impl DamState {
+    /// Whether this state has as many nodes, cells, contacts and interface points as `other`.
+    pub(crate) fn has_shape_of(&self, other: &Self) -> bool {
+        let shape = |state: &Self| {
+            let motion = &state.motion;
+            let nodes = [&motion.displacement, &motion.velocity, &motion.acceleration, &state.rest];
+            let points = [&state.hydrostatic_pressure, &state.accepted.pressure, &state.next.pressure];
+            let contacts: Vec<usize> = motion.joints.iter().map(Vec::len).collect();
+            let others = [motion.viscous.len(), state.mean_acceleration.len()];
+            (nodes.map(Vec::len), points.map(Vec::len), others, contacts)
+        };
+        shape(self) == shape(other)
+    }
+
     /// Time, s.
     pub fn time(&self) -> f64 {
         self.time

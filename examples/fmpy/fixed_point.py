@@ -18,10 +18,12 @@ def predicted(accepted):
 
 def main(dam, reservoir, record, results=None):
     dam, reservoir = Unit(dam), Unit(reservoir)
-    scene = dam.scene
-    step, tolerance = scene["time"]["communication_step"], scene["coupling"]["tolerance"]
+    scene, coupling = dam.scene, dam.scene["coupling"]
+    step, tolerance = scene["time"]["communication_step"], coupling["tolerance"]
     steps = round(float(dam.description.defaultExperiment.stopTime) / step)
     ground = ground_acceleration(record, scene)
+    if (coupling["acceleration"], coupling["predictor_order"]) != ("aitken", 2):
+        raise SystemExit("only Aitken's relaxation and the predictor of order 2 are written out here")
 
     for unit in (reservoir, dam):
         unit.set("ground_acceleration", ground(0.0))
@@ -33,7 +35,7 @@ def main(dam, reservoir, record, results=None):
     displacement_scale = 1e-9 * scene["dam"]["section"]["upstream"][-1][1]
     pressure_floor = 1e-6 * hydrostatic[0]
 
-    accepted, relaxation, iterations, rows = [np.zeros_like(hydrostatic)], scene["coupling"]["relaxation"], 0, []
+    accepted, relaxation, iterations, rows = [np.zeros_like(hydrostatic)], coupling["relaxation"], 0, []
     for n in range(steps):
         time, guess = n * step, predicted(accepted)
         for unit in (dam, reservoir):
@@ -41,7 +43,7 @@ def main(dam, reservoir, record, results=None):
         # A saved state holds the inputs too: what is set before it is saved needs no setting again.
         saved = [unit.fmu.getFMUState() for unit in (dam, reservoir)]
         residual, moved = None, None
-        while True:
+        for _ in range(coupling["iteration_limit"]):
             dam.set("interface_pressure", guess)
             dam.fmu.doStep(time, step)
             reservoir.set("interface_acceleration", dam.get("interface_acceleration"))
@@ -60,6 +62,8 @@ def main(dam, reservoir, record, results=None):
             guess, moved = guess + relaxation * residual, displacement
             for unit, state in zip((dam, reservoir), saved):
                 unit.fmu.setFMUState(state)
+        else:
+            raise SystemExit(f"the step at {time} s did not converge")
         for unit, state in zip((dam, reservoir), saved):
             unit.fmu.freeFMUState(state)
         accepted = [*accepted[-2:], answer]

@@ -1,4 +1,4 @@
-"""The reservoir alone: the water before a rigid dam that is accelerated towards it by a ramp, then held.
+"""The reservoir alone: the water before a rigid dam that is accelerated upstream by a ramp, then held.
 
 python reservoir_alone.py reservoir.fmu [results.csv]
 """
@@ -6,10 +6,12 @@ python reservoir_alone.py reservoir.fmu [results.csv]
 import sys
 
 import numpy as np
-from fmpy import read_model_description, simulate_fmu
+from fmpy import simulate_fmu
 from fmpy.util import write_csv
 
-ACCELERATION = -1.0  # m/s², along n: the dam moves towards the water
+from unit import Unit
+
+ACCELERATION = -1.0  # m/s², along x: the dam moves towards the water
 RISE = 0.1  # s
 
 
@@ -19,28 +21,26 @@ def velocity(time):
 
 
 def main(path, results=None):
-    description = read_model_description(path)
-    sizes = {v.name: int(np.prod(v.shape)) for v in description.modelVariables}
-    starts = {v.name: v.start for v in description.modelVariables}
-    step = float(description.defaultExperiment.stepSize)
-    stop = float(description.defaultExperiment.stopTime)
+    water = Unit(path)
+    experiment = water.description.defaultExperiment
+    step, stop = float(experiment.stepSize), float(experiment.stopTime)
+    normal = water.get("interface_normal_x")
 
     # FMPy sets the inputs of time t before the step from t, and the reservoir takes
     # `interface_acceleration` as that step's mean: so a row holds the mean from its time on.
     time = np.arange(round(stop / step)) * step
-    points = sizes["interface_acceleration"]
-    signals = np.zeros(len(time), [("time", float), ("interface_acceleration", float, points)])
+    signals = np.zeros(len(time), [("time", float), ("interface_acceleration", float, len(normal))])
     signals["time"] = time
-    signals["interface_acceleration"] = ((velocity(time + step) - velocity(time)) / step)[:, np.newaxis]
+    signals["interface_acceleration"] = np.outer((velocity(time + step) - velocity(time)) / step, normal)
 
     outputs = ["base_pressure", "total_force", "interface_pressure"]
-    history = simulate_fmu(path, input=signals, output=outputs, stop_time=stop, output_interval=step)
+    experiment = {"input": signals, "output": outputs, "stop_time": stop, "output_interval": step}
+    history = simulate_fmu(path, fmu_instance=water.fmu, model_description=water.description, **experiment)
 
     pressure = history["base_pressure"]
     peak = np.argmax(pressure)
     print(f"pressure at the base: peak {pressure[peak]:.1f} Pa at {history['time'][peak]:.4f} s")
     print(f"pressure at the base at last: {pressure[-1]:.1f} Pa")
-    print(f"water of {starts['water_density']} kg/m3, sound at {starts['sound_speed']} m/s, {len(time)} steps of {step} s")
     if results:
         write_csv(results, history[["time", "base_pressure", "total_force"]])
 

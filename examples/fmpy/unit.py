@@ -1,5 +1,6 @@
 """An instance of an FMU whose variables are set and got by name, and the record that moves the ground."""
 
+import tempfile
 import tomllib
 from pathlib import Path
 
@@ -10,12 +11,14 @@ STANDARD_GRAVITY = 9.80665  # m/s²
 
 
 class Unit:
-    def __init__(self, path):
-        """Unpacks the FMU at `path` and instantiates it."""
-        self.description = read_model_description(path)
-        self.folder = Path(extract(path))
-        self.fmu = instantiate_fmu(self.folder, self.description)
-        self.scene = tomllib.loads((self.folder / "resources" / "scene.toml").read_text())
+    def __init__(self, path, **arguments):
+        """Instantiates the FMU at `path`, unpacked already or not, with `arguments` of FMPy's instantiate_fmu."""
+        self.description, folder = read_model_description(path), path
+        if not Path(path).is_dir():
+            self.unpacked = tempfile.TemporaryDirectory()
+            folder = extract(path, unzipdir=self.unpacked.name)
+        self.fmu = instantiate_fmu(folder, self.description, **arguments)
+        self.scene = tomllib.loads((Path(folder) / "resources" / "scene.toml").read_text())
         variables = self.description.modelVariables
         self.references = {v.name: ([v.valueReference], int(np.prod(v.shape))) for v in variables}
 
@@ -28,14 +31,13 @@ class Unit:
 
 def ground_acceleration(path, scene):
     """The CSV record `path`, cropped and scaled as in `scene`: acceleration (x, y), m/s², as a function of time, s."""
-    record = scene["ground_motion"]["record"]
-    with open(path) as file:
-        rows = [line for line in file if line[0].isdigit()]
-    time, acceleration = np.loadtxt(rows, delimiter=",").T
-    start, end = record.get("start", 0.0), record.get("end", np.inf)
-    inside = (time > start - 1e-9) & (time < end + 1e-9)
-    interval, samples = time[1] - time[0], acceleration[inside]
+    record = scene["ground_motion"].get("record", {"file": "none"})
+    if Path(path).name != record["file"]:
+        raise SystemExit(f"{path} is not the scene's record, {record['file']}: pack a scene that has it")
+    time, acceleration = np.loadtxt(path, delimiter=",", comments=["#", "time"], unpack=True)
+    time = time - time[0]
+    inside = (time > record.get("start", 0.0) - 1e-9) & (time < record.get("end", np.inf) + 1e-9)
     # After its last sample the record falls to zero within one interval.
-    samples = STANDARD_GRAVITY * record["scale"] * record["polarity"] * np.append(samples, 0.0)
-    times = interval * np.arange(len(samples))
+    samples = STANDARD_GRAVITY * record["scale"] * record["polarity"] * np.append(acceleration[inside], 0.0)
+    times = time[1] * np.arange(len(samples))
     return lambda t: np.array([np.interp(t, times, samples), 0.0])

@@ -93,7 +93,10 @@ pub enum CallError {
         time: f64,
     },
     /// The unit cannot take a step of this length.
-    #[error("{unit}: a communication step of {asked} s was asked for, it can only take {allowed} s")]
+    #[error(
+        "{unit}: a communication step of {asked} s was asked for, it can only take {allowed} s; \
+             let the caller step, or give out its results, every {allowed} s"
+    )]
     CommunicationStep {
         /// Unit that was called.
         unit: &'static str,

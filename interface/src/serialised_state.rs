@@ -3,9 +3,9 @@ use sha2::{Digest, Sha256};
 
 /// First bytes of every serialised state.
 const MAGIC: &[u8; 8] = b"cofferst";
-/// Version of the layout below: magic, version, fingerprint, payload.
-const VERSION: u32 = 1;
-const HEADER: usize = 8 + 4 + 32;
+/// Version of the layout below: magic, version, fingerprint, digest of the payload, payload.
+const VERSION: u32 = 2;
+const HEADER: usize = 8 + 4 + 32 + 32;
 
 /// Hash of everything a unit was made from; states are exchanged only between equals.
 #[derive(Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -51,25 +51,38 @@ pub enum StateError {
         expected: u32,
     },
     /// Written by a unit of another scene or mesh.
-    #[error("the state belongs to another unit or scene (fingerprint {found}, here {expected})")]
+    #[error(
+        "the state belongs to another unit or scene (fingerprint {found}, here {expected}); take it back to a unit made \
+         from the same"
+    )]
     Fingerprint {
         /// Fingerprint in the bytes.
         found: Fingerprint,
         /// Fingerprint of this unit.
         expected: Fingerprint,
     },
-    /// The payload is damaged, or cannot be written.
+    /// The payload is not what was written.
+    #[error("the state is damaged: {length} bytes that are not those written; write or copy it again")]
+    Damaged {
+        /// Number of bytes.
+        length: usize,
+    },
+    /// The payload cannot be written, or is none of this unit's.
     #[error("the state cannot be encoded or decoded: {0}")]
     Encoding(postcard::Error),
 }
 
-/// Writes `state` as bytes, behind a version and `fingerprint`.
+/// Writes `state` as bytes, behind a version, `fingerprint` and a digest.
 pub fn seal<T: Serialize>(fingerprint: Fingerprint, state: &T) -> Result<Vec<u8>, StateError> {
     let mut bytes = Vec::with_capacity(HEADER);
     bytes.extend_from_slice(MAGIC);
     bytes.extend_from_slice(&VERSION.to_le_bytes());
     bytes.extend_from_slice(&fingerprint.0);
-    postcard::to_extend(state, bytes).map_err(StateError::Encoding)
+    bytes.resize(HEADER, 0);
+    let mut bytes = postcard::to_extend(state, bytes).map_err(StateError::Encoding)?;
+    let digest = Sha256::digest(&bytes[HEADER..]);
+    bytes[HEADER - digest.len()..HEADER].copy_from_slice(&digest);
+    Ok(bytes)
 }
 
 /// Reads what [`seal`] wrote; refuses other versions and other fingerprints.
@@ -87,9 +100,13 @@ pub fn open<T: DeserializeOwned>(fingerprint: Fingerprint, bytes: &[u8]) -> Resu
     if found != VERSION {
         return Err(StateError::Version { found, expected: VERSION });
     }
+    let (hash, digest) = hash.split_at(32);
     let found = Fingerprint(hash.try_into().map_err(|_| not_a_state)?);
     if found != fingerprint {
         return Err(StateError::Fingerprint { found, expected: fingerprint });
+    }
+    if *digest != *Sha256::digest(payload) {
+        return Err(StateError::Damaged { length: bytes.len() });
     }
     match postcard::take_from_bytes(payload).map_err(StateError::Encoding)? {
         (state, []) => Ok(state),
@@ -112,9 +129,14 @@ mod tests {
             Err(StateError::Fingerprint { found: here, expected: elsewhere })
         );
         assert_eq!(open::<Vec<f64>>(here, &bytes[..20]), Err(StateError::NotAState { length: 20 }));
-        assert!(matches!(open::<Vec<f64>>(here, &bytes[..HEADER + 2]), Err(StateError::Encoding(_))));
-        let longer = [&bytes[..], &[0]].concat();
-        assert_eq!(open::<Vec<f64>>(here, &longer), Err(StateError::NotAState { length: longer.len() }));
+        let (shorter, longer) = (&bytes[..HEADER + 2], [&bytes[..], &[0]].concat());
+        for damaged in [shorter, &longer] {
+            let length = damaged.len();
+            assert_eq!(open::<Vec<f64>>(here, damaged), Err(StateError::Damaged { length }));
+        }
+        // Another kind of state, though whole.
+        assert_eq!(open::<[f64; 1]>(here, &bytes), Err(StateError::NotAState { length: bytes.len() }));
+        assert!(matches!(open::<[Vec<f64>; 3]>(here, &bytes), Err(StateError::Encoding(_))));
         let mut newer = bytes.clone();
         newer[8] = 9;
         assert_eq!(open::<Vec<f64>>(here, &newer), Err(StateError::Version { found: 9, expected: VERSION }));

@@ -117,7 +117,7 @@ pub mod dam {
 
     variables! {
         1 INTERFACE_PRESSURE "interface_pressure" Input Continuous InterfacePoints "Pa" "hydrodynamic pressure on the wet face at the step's end";
-        2 HYDROSTATIC_PRESSURE "hydrostatic_pressure" Input Discrete InterfacePoints "Pa" "hydrostatic pressure on the wet face, set before initialisation";
+        2 HYDROSTATIC_PRESSURE "hydrostatic_pressure" Input Discrete InterfacePoints "Pa" "hydrostatic pressure on the wet face, fixed when initialisation ends";
         3 GROUND_ACCELERATION "ground_acceleration" Input Continuous Plane "m/s2" "acceleration of the ground at the step's end";
         10 INTERFACE_DISPLACEMENT "interface_displacement" Output Continuous InterfacePoints "m" "displacement of the wet face relative to the ground along n, since time 0" <- 1 3;
         11 INTERFACE_VELOCITY "interface_velocity" Output Continuous InterfacePoints "m/s" "velocity of the wet face relative to the ground along n" <- 1 3;

@@ -14,12 +14,12 @@ use std::sync::Mutex;
 /// Integrates its input with factor `gain`; says that it steps, and panics when it steps beyond 1 s.
 struct Integrator {
     gain: f64,
-    /// Input (two values), integral.
-    state: [f64; 3],
+    /// Input (two values, the second never negative), integral, whether it is initialised.
+    state: [f64; 4],
 }
 
 impl CoSimulation for Integrator {
-    type State = [f64; 3];
+    type State = [f64; 4];
     type Error = CallError;
 
     fn name(&self) -> &'static str {
@@ -38,9 +38,13 @@ impl CoSimulation for Integrator {
         Self::capabilities_for(&self.gain)
     }
     fn initialise(&mut self, _start_time: f64) -> Result<(), CallError> {
+        self.state[3] = 1.0;
         Ok(())
     }
-    fn set(&mut self, _reference: u32, values: &[f64]) -> Result<(), CallError> {
+    fn set(&mut self, reference: u32, values: &[f64]) -> Result<(), CallError> {
+        if values[1] < 0.0 {
+            return Err(CallError::UnknownVariable { unit: Self::NAME, value_reference: reference });
+        }
         self.state[..2].copy_from_slice(values);
         Ok(())
     }
@@ -52,22 +56,26 @@ impl CoSimulation for Integrator {
     }
     fn get(&self, reference: u32, values: &mut [f64]) -> Result<(), CallError> {
         match reference {
-            FORCE => values[0] = self.state[2],
+            FORCE if self.state[3] == 0.0 => {
+                let stage = interface::Stage::Instantiated;
+                return Err(CallError::Order { unit: Self::NAME, call: "get", stage });
+            }
+            FORCE => values[0] = self.state[2] + self.state[0],
             _ => values.copy_from_slice(&self.state[..2]),
         }
         Ok(())
     }
-    fn save_state(&self) -> [f64; 3] {
+    fn save_state(&self) -> [f64; 4] {
         self.state
     }
-    fn restore_state(&mut self, state: &[f64; 3]) -> Result<(), CallError> {
+    fn restore_state(&mut self, state: &[f64; 4]) -> Result<(), CallError> {
         self.state = *state;
         Ok(())
     }
-    fn serialise_state(&self, state: &[f64; 3]) -> Result<Vec<u8>, CallError> {
+    fn serialise_state(&self, state: &[f64; 4]) -> Result<Vec<u8>, CallError> {
         Ok(seal(self.fingerprint(), state)?)
     }
-    fn deserialise_state(&self, bytes: &[u8]) -> Result<[f64; 3], CallError> {
+    fn deserialise_state(&self, bytes: &[u8]) -> Result<[f64; 4], CallError> {
         Ok(open(self.fingerprint(), bytes)?)
     }
     fn directional_derivative(
@@ -90,7 +98,7 @@ impl Packable for Integrator {
 
     fn from_parameters(gain: f64, _threads: NonZeroUsize) -> Result<Self, CallError> {
         assert!(gain > 0.0, "no gain");
-        Ok(Self { gain, state: [0.0; 3] })
+        Ok(Self { gain, state: [0.0; 4] })
     }
     fn size_for(_gain: &f64, variable: &Variable) -> usize {
         if *variable == GROUND_ACCELERATION { 2 } else { 1 }
@@ -230,19 +238,21 @@ fn start_values_and_parameters_hold_and_reset_brings_them_back() {
     let instance = importer.instantiate();
     assert_eq!((get(instance, INPUT), get(instance, GAIN)), (Ok(2.0), Ok(3.0)));
     assert_eq!(set(instance, GAIN, &[5.0]), Status::Ok);
+    assert_eq!(get(instance, FORCE), Err(Status::Error), "there are no outputs yet");
     assert_eq!(enter_initialization(instance), Status::Ok);
-    assert_eq!(get(instance, FORCE), Ok(0.0));
+    assert_eq!(get(instance, FORCE), Ok(2.0), "on trial");
     assert_eq!(set(instance, INPUT, &[4.0, 0.0]), Status::Ok);
+    assert_eq!(get(instance, FORCE), Ok(4.0), "on trial once more");
     assert_eq!(set(instance, GAIN, &[7.0]), Status::Ok, "the unit is made anew, its input stays");
     // SAFETY: no pointers but the handle.
     unsafe {
         assert_eq!(fmi3ExitInitializationMode(instance), Status::Ok);
         assert_eq!(step(instance, 0.0), Status::Ok);
-        assert_eq!((get(instance, FORCE), get(instance, 0)), (Ok(14.0), Ok(0.5)));
+        assert_eq!((get(instance, FORCE), get(instance, 0)), (Ok(18.0), Ok(0.5)));
         assert_eq!(set(instance, GAIN, &[8.0]), Status::Error);
         assert!(importer.said.last_text().contains("not allowed in Step Mode"));
         assert_eq!(fmi3Terminate(instance), Status::Ok);
-        assert_eq!((get(instance, FORCE), set(instance, INPUT, &[1.0, 0.0])), (Ok(14.0), Status::Error));
+        assert_eq!((get(instance, FORCE), set(instance, INPUT, &[1.0, 0.0])), (Ok(18.0), Status::Error));
         assert_eq!(fmi3Reset(instance), Status::Ok);
         assert_eq!(
             (get(instance, INPUT), get(instance, GAIN), get(instance, 0)),
@@ -289,6 +299,7 @@ fn handles_are_never_followed() {
         assert_eq!(fmi3GetFMUState(instance, &raw mut state), Status::Error);
         state = null_mut();
         assert_eq!(fmi3FreeFMUState(instance, &raw mut state), Status::Ok);
+        assert_eq!(fmi3FreeFMUState(instance, null_mut()), Status::Ok);
         assert_eq!(fmi3GetFMUState(instance, &raw mut state), Status::Ok);
         let (first, other) = (state, importer.in_step_mode());
         assert_eq!(fmi3GetFMUState(instance, &raw mut state), Status::Ok);
@@ -300,6 +311,146 @@ fn handles_are_never_followed() {
         fmi3FreeInstance(instance);
         assert_eq!(get(instance, FORCE), Err(Status::Error), "freed");
     }
+}
+
+#[test]
+fn a_refused_set_changes_nothing() {
+    let importer = Importer::new(3.0);
+    let instance = importer.instantiate();
+    assert_eq!(enter_initialization(instance), Status::Ok);
+    let set = |references: &[u32], values: &[f64]| {
+        // SAFETY: both arrays live during the call.
+        unsafe {
+            fmi3SetFloat64(instance, references.as_ptr(), references.len(), values.as_ptr(), values.len())
+        }
+    };
+    for (references, values) in [
+        (&[INPUT, GAIN][..], &[9.0, 9.0, f64::NAN][..]),
+        (&[GAIN, INPUT], &[9.0, f64::INFINITY, 0.0]),
+        (&[INPUT, FORCE], &[9.0, 9.0, 9.0]),
+        (&[INPUT, 0], &[9.0, 9.0, 9.0]),
+        (&[INPUT, SOUND_SPEED.value_reference], &[9.0, 9.0, 9.0]),
+        // The unit itself refuses this one.
+        (&[GAIN, INPUT, INPUT], &[9.0, 9.0, 9.0, 9.0, -1.0]),
+    ] {
+        assert_eq!(set(references, values), Status::Error, "{references:?}");
+        assert_eq!((get(instance, INPUT), get(instance, GAIN)), (Ok(2.0), Ok(3.0)), "{references:?}");
+    }
+    assert_eq!(set(&[GAIN, INPUT], &[9.0, 8.0, 7.0]), Status::Ok);
+    assert_eq!((get(instance, INPUT), get(instance, GAIN)), (Ok(8.0), Ok(9.0)));
+    // SAFETY: no pointer but the handle.
+    unsafe { fmi3FreeInstance(instance) };
+}
+
+#[test]
+fn a_state_brings_its_parameters_its_mode_and_its_time() {
+    let importer = Importer::new(3.0);
+    let instance = importer.instantiate();
+    assert_eq!(set(instance, GAIN, &[5.0]), Status::Ok);
+    let (mut before, mut after, mut size) = (null_mut(), null_mut(), 0);
+    let all = |instance| (get(instance, FORCE), get(instance, GAIN), get(instance, 0));
+    // SAFETY: what is passed beside handles lives during the call.
+    unsafe {
+        assert_eq!(enter_initialization(instance), Status::Ok);
+        assert_eq!(fmi3GetFMUState(instance, &raw mut before), Status::Ok);
+        assert_eq!(fmi3ExitInitializationMode(instance), Status::Ok);
+        assert_eq!(step(instance, 0.0), Status::Ok);
+        assert_eq!(fmi3GetFMUState(instance, &raw mut after), Status::Ok);
+        let expected = (Ok(7.0), Ok(5.0), Ok(0.5));
+        assert_eq!(all(instance), expected);
+        assert_eq!(fmi3SerializedFMUStateSize(instance, after, &raw mut size), Status::Ok);
+        let mut bytes = vec![0; size];
+        assert_eq!(fmi3SerializeFMUState(instance, after, bytes.as_mut_ptr(), size - 1), Status::Error);
+        assert!(importer.said.last_text().contains("ask fmi3SerializedFMUStateSize"));
+        assert_eq!(fmi3SerializeFMUState(instance, after, bytes.as_mut_ptr(), size), Status::Ok);
+
+        assert_eq!(fmi3Reset(instance), Status::Ok);
+        assert_eq!(get(instance, GAIN), Ok(3.0));
+        assert_eq!(fmi3SetFMUState(instance, after), Status::Ok);
+        assert_eq!(all(instance), expected, "over a reset");
+        assert_eq!(fmi3Terminate(instance), Status::Ok);
+        assert_eq!(fmi3SetFMUState(instance, before), Status::Ok);
+        assert_eq!(step(instance, 0.0), Status::Error, "it is in Initialization Mode again");
+        assert_eq!(fmi3ExitInitializationMode(instance), Status::Ok);
+        assert_eq!(step(instance, 0.0), Status::Ok);
+        assert_eq!(all(instance), expected);
+
+        let other = importer.instantiate();
+        let mut read: Handle = std::ptr::without_provenance_mut(77);
+        assert_eq!(fmi3DeserializeFMUState(other, bytes.as_ptr(), size, &raw mut read), Status::Ok);
+        assert_eq!(fmi3SetFMUState(other, read), Status::Ok);
+        assert_eq!(all(other), expected, "in another instance, of other parameters");
+        assert_eq!(fmi3SerializedFMUStateSize(other, read, &raw mut size), Status::Ok);
+        let mut again = vec![0; size];
+        assert_eq!(fmi3SerializeFMUState(other, read, again.as_mut_ptr(), size), Status::Ok);
+        assert!(again == bytes);
+        for position in 0..size {
+            again[position] ^= 1;
+            assert_eq!(fmi3DeserializeFMUState(other, again.as_ptr(), size, &raw mut read), Status::Error);
+            again[position] ^= 1;
+        }
+        let stranger = Importer::new(4.0);
+        let elsewhere = stranger.instantiate();
+        assert_eq!(fmi3DeserializeFMUState(elsewhere, bytes.as_ptr(), size, &raw mut read), Status::Error);
+        assert!(stranger.said.last_text().contains("belongs to another unit or scene"));
+        [instance, other, elsewhere].into_iter().for_each(|instance| fmi3FreeInstance(instance));
+    }
+}
+
+#[test]
+fn no_step_passes_the_stop_time_and_a_refused_one_says_where_the_instance_stands() {
+    let importer = Importer::new(1.0);
+    let instance = importer.instantiate();
+    let (mut flags, mut end) = ([0u8; 3], f64::NAN);
+    let [event, terminate, early] = flags.each_mut().map(std::ptr::from_mut);
+    // SAFETY: all places live during the call.
+    unsafe {
+        for (start, stop) in [(f64::NAN, 1.0), (0.0, f64::NAN), (1.0, 0.5)] {
+            assert_eq!(fmi3EnterInitializationMode(instance, 0, 0.0, start, 1, stop), Status::Error);
+        }
+        assert_eq!(fmi3EnterInitializationMode(instance, 0, 0.0, 0.0, 1, 0.5), Status::Ok);
+        assert_eq!(fmi3ExitInitializationMode(instance), Status::Ok);
+        assert_eq!(step(instance, 0.0), Status::Ok);
+        let status = fmi3DoStep(instance, 0.5, 0.5, 0, event, terminate, early, &raw mut end);
+        assert_eq!((status, end), (Status::Error, 0.5));
+        assert!(importer.said.last_text().contains("passes the stop time of 0.5 s"));
+        fmi3FreeInstance(instance);
+    }
+}
+
+#[test]
+fn the_seed_may_be_where_the_sensitivity_goes() {
+    let importer = Importer::new(3.0);
+    let instance = importer.in_step_mode();
+    let mut both = [2.0, 0.0];
+    let place = both.as_mut_ptr();
+    let (force, input) = (FORCE, INPUT);
+    // SAFETY: all places live during the call.
+    let status = unsafe {
+        fmi3GetDirectionalDerivative(instance, &raw const force, 1, &raw const input, 1, place, 2, place, 1)
+    };
+    assert_eq!((status, both[0]), (Status::Ok, 6.0));
+    // SAFETY: no pointer but the handle.
+    unsafe { fmi3FreeInstance(instance) };
+}
+
+#[test]
+fn instances_of_one_library_run_at_once() {
+    let importer = Importer::new(1.0);
+    let sums: Vec<f64> = std::thread::scope(|scope| {
+        let run = |n: u32| {
+            let importer = &importer;
+            move || {
+                let instance = importer.in_step_mode();
+                assert_eq!(set(instance, INPUT, &[f64::from(n), 0.0]), Status::Ok);
+                (0..500).for_each(|_| assert_eq!(step(instance, 0.0), Status::Ok));
+                get(instance, FORCE).expect("a force")
+            }
+        };
+        let threads: Vec<_> = (1..5).map(|n| scope.spawn(run(n))).collect();
+        threads.into_iter().map(|thread| thread.join().expect("no panic")).collect()
+    });
+    assert_eq!(sums, [251.0, 502.0, 753.0, 1004.0]);
 }
 
 #[test]
@@ -320,7 +471,7 @@ fn null_and_misaligned_pointers_are_refused_and_empty_arrays_are_not() {
         assert_eq!(fmi3GetFloat64(instance, reference, 1, null_mut(), 1), Status::Error);
         assert_eq!(fmi3GetFloat64(instance, reference, 1, crooked, 1), Status::Error);
         assert_eq!(fmi3GetFloat64(instance, reference, 1, room, 2), Status::Error);
-        assert!(importer.said.last_text().contains("have 1 values together, 2 were passed"));
+        assert!(importer.said.last_text().contains("the variables have 1 values together, 2 were passed"));
         assert_eq!(fmi3SetFloat64(instance, reference, usize::MAX, room, 1), Status::Error);
         assert_eq!(fmi3GetFMUState(instance, null_mut()), Status::Error);
         let nowhere = null_mut();
@@ -328,7 +479,7 @@ fn null_and_misaligned_pointers_are_refused_and_empty_arrays_are_not() {
         assert_eq!(fmi3SetDebugLogging(instance, 1, 1, null()), Status::Error);
         assert_eq!(fmi3SetDebugLogging(instance, 1, 1, [c"logAll".as_ptr()].as_ptr()), Status::Error);
         assert!(importer.said.last_text().contains("no log category \"logAll\""));
-        assert_eq!(get(instance, FORCE), Ok(0.0), "it stands where it stood");
+        assert_eq!(get(instance, FORCE), Ok(2.0), "it stands where it stood");
         fmi3FreeInstance(instance);
     }
 }

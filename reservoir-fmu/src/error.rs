@@ -36,6 +36,18 @@ pub enum ReservoirError {
         /// Communication step, s.
         communication_step: f64,
     },
+    /// More than can be computed.
+    #[error("the reservoir would have {value:.3e} {what}, {most:.0e} are the most; {remedy}")]
+    TooMuch {
+        /// What there is too much of.
+        what: &'static str,
+        /// How many.
+        value: f64,
+        /// How many there may be.
+        most: f64,
+        /// What to change.
+        remedy: &'static str,
+    },
     /// A step would end after the horizon that the weights were made for.
     #[error(
         "a step to t = {end} s, {elapsed} s after the start, passes the horizon of {horizon} s that the \

@@ -56,6 +56,25 @@ impl ReservoirParameters {
         if horizon < communication_step {
             return Err(ReservoirError::HorizonTooShort { horizon, communication_step });
         }
+        if self.fidelity == Fidelity::Compressible { self.check_size() } else { Ok(()) }
+    }
+
+    /// Refuses what no machine can hold, before memory is asked for it.
+    fn check_size(&self) -> Result<(), ReservoirError> {
+        let (depth, points) = (self.wet_face.depth(), self.wet_face.len() as f64);
+        let steps = self.horizon / self.communication_step;
+        let elements = (2.0 * depth + self.far_end_distance) / self.element_size;
+        let cut_offs = 8.0 * depth / (PI * self.sound_speed * self.communication_step);
+        for (what, value, most, remedy) in [
+            ("communication steps", steps, 1e6, "shorten `horizon`, or lengthen the steps"),
+            ("convolution weights", steps * points * points, 1e9, "shorten `horizon`, or take fewer points"),
+            ("boundary elements", elements, 2e3, "raise `element_size`, or lower `far_end_distance`"),
+            ("cut-off frequencies", cut_offs, 1e5, "raise `sound_speed`, or lengthen the steps"),
+        ] {
+            if value > most {
+                return Err(ReservoirError::TooMuch { what, value, most, remedy });
+            }
+        }
         Ok(())
     }
 

@@ -30,6 +30,12 @@ def path(request, coarse):
 
 
 @pytest.fixture
+def unpacked(path, tmp_path):
+    """The same, unpacked: instances made of it share one library."""
+    return Path(fmpy.extract(path, unzipdir=tmp_path / path.stem))
+
+
+@pytest.fixture
 def said():
     """What an instance made with `listening` says: (status, category, text)."""
     return []
@@ -37,14 +43,11 @@ def said():
 
 def listening(path, said, **arguments):
     """An instance in the state Instantiated whose messages end up in `said`."""
-    unit = Unit.__new__(Unit)
-    description = fmpy.read_model_description(path)
-    unit.folder = fmpy.extract(path)
-    log = lambda _, status, category, text: said.append((status, category.decode(), text.decode()))  # noqa: E731
-    unit.fmu = fmpy.instantiate_fmu(unit.folder, description, logger=log, **arguments)
-    unit.description = description
-    unit.references = {v.name: ([v.valueReference], int(np.prod(v.shape))) for v in description.modelVariables}
-    return unit
+
+    def listen(_, status, category, text):
+        said.append((status, category.decode(), text.decode()))
+
+    return Unit(path, logger=listen, **arguments)
 
 
 # What the archive holds
@@ -196,6 +199,21 @@ def test_a_thousand_saves_do_not_grow_memory(path, reuse):
     assert grown < 100 * size, "a tenth of what would be lost if they were kept"
 
 
+def test_a_state_brings_its_parameters_into_another_instance(coarse):
+    dam = Unit(coarse["dam"])
+    dam.set("friction_coefficient", 0.5)
+    dam.fmu.enterInitializationMode(startTime=0.0)
+    dam.fmu.exitInitializationMode()
+    advance(dam, 0, 60)
+    written = dam.fmu.serializeFMUState(dam.fmu.getFMUState())
+    advance(dam, 60, 80)
+    other = Unit(coarse["dam"])
+    other.fmu.setFMUState(other.fmu.deserializeFMUState(written))
+    assert other.get("friction_coefficient") == 0.5 and other.get("time") == 60 * H
+    advance(other, 60, 80)
+    assert outputs(other) == outputs(dam)
+
+
 def test_a_state_of_another_scene_is_refused(path, tmp_path, said):
     other = listening(pack(tmp_path, path.stem, [*COARSE_HALF_SECOND, "gravity=9.8"]), said)
     unit = initialised(path)
@@ -213,8 +231,8 @@ def test_a_state_of_another_scene_is_refused(path, tmp_path, said):
 # Instances
 
 
-def test_reset_begins_anew_and_instances_do_not_touch_each_other(path):
-    unit, other = initialised(path), initialised(path)
+def test_reset_begins_anew_and_instances_do_not_touch_each_other(unpacked):
+    unit, other = initialised(unpacked), initialised(unpacked)
     advance(unit, 0, 30)
     expected = outputs(unit)
     unit.fmu.terminate()
@@ -229,8 +247,8 @@ def test_reset_begins_anew_and_instances_do_not_touch_each_other(path):
     advance(other, 30, 31)
 
 
-def test_instances_run_at_once_in_threads(path):
-    units = [initialised(path) for _ in range(3)]
+def test_instances_run_at_once_in_threads(unpacked):
+    units = [initialised(unpacked) for _ in range(3)]
     threads = [threading.Thread(target=advance, args=(unit, 0, 40)) for unit in units]
     for thread in threads:
         thread.start()
@@ -323,7 +341,8 @@ def refused(said, text, call, *arguments, **named):
     assert text in said[-1][2], said[-1][2]
 
 
-def test_wrong_calls_are_refused_with_a_message(path, said):
+def test_wrong_calls_are_refused_with_a_message(unpacked, said):
+    path = unpacked
     unit = listening(path, said)
     fmu, size = unit.fmu, unit.references["interface_x"][1]
     wet = "interface_pressure" if path.stem == "dam" else "interface_acceleration"
@@ -332,7 +351,7 @@ def test_wrong_calls_are_refused_with_a_message(path, said):
     refused(said, "not allowed in the state Instantiated", fmu.doStep, 0.0, H)
     refused(said, "not allowed in the state Instantiated", fmu.exitInitializationMode)
     refused(said, "not allowed in the state Instantiated", fmu.terminate)
-    refused(said, "the start time is NaN", fmu.enterInitializationMode, startTime=float("nan"))
+    refused(said, "the start time is NaN s", fmu.enterInitializationMode, startTime=float("nan"))
     fmu.enterInitializationMode(startTime=0.0)
     refused(said, "not allowed in Initialization Mode", fmu.doStep, 0.0, H)
     refused(said, "not allowed in Initialization Mode", fmu.enterInitializationMode, startTime=0.0)
@@ -346,8 +365,8 @@ def test_wrong_calls_are_refused_with_a_message(path, said):
 
     refused(said, "no variable has value reference 999", fmu.getFloat64, [999], 1)
     refused(said, "no variable has value reference 999", fmu.setFloat64, [999], [1.0])
-    refused(said, f"have {size} values together, {size - 1} were passed", fmu.setFloat64, [wet], [0.0] * (size - 1))
-    refused(said, f"have {size} values together, 1 were passed", fmu.getFloat64, [wet])
+    refused(said, f"the variables have {size} values together, {size - 1} were passed", fmu.setFloat64, [wet], [0.0] * (size - 1))
+    refused(said, f"the variables have {size} values together, 1 were passed", fmu.getFloat64, [wet])
     refused(said, "[3] is NaN", fmu.setFloat64, [wet], [0.0] * 3 + [float("nan")] + [0.0] * (size - 4))
     refused(said, "is inf", fmu.setFloat64, [wet], [float("inf")] * size)
     refused(said, "`interface_x` cannot be set", fmu.setFloat64, calculated, [0.0] * size)
@@ -356,17 +375,17 @@ def test_wrong_calls_are_refused_with_a_message(path, said):
     refused(said, "fmi3EnterStepMode: this FMU does not offer it", fmu.enterStepMode)
     refused(said, "the unit stands at t =", fmu.doStep, 4 * H, H)
     refused(said, "the unit stands at t =", fmu.doStep, float("nan"), H)
-    for length in (0.0, -H, float("nan")):
+    for length in (0.0, -H, float("nan"), 1e6, 1e300, float("inf")):
         with pytest.raises(FMICallException):
             fmu.doStep(5 * H, length)
-    refused(said, "null or misaligned", fmu.fmi3GetFloat64, fmu.component, None, 1, None, 1)
-    refused(said, "null or misaligned", fmu.fmi3SetFloat64, fmu.component, None, 1, None, 1)
-    refused(said, "null or misaligned", fmu.fmi3GetFMUState, fmu.component, None)
-    refused(said, "null or misaligned", fmu.fmi3DoStep, fmu.component, 5 * H, H, True, None, None, None, None)
+    refused(said, "is null, misaligned", fmu.fmi3GetFloat64, fmu.component, None, 1, None, 1)
+    refused(said, "is null, misaligned", fmu.fmi3SetFloat64, fmu.component, None, 1, None, 1)
+    refused(said, "is null, misaligned", fmu.fmi3GetFMUState, fmu.component, None)
+    refused(said, "is null, misaligned", fmu.fmi3DoStep, fmu.component, 5 * H, H, True, None, None, None, None)
     refused(said, "not saved by this instance", fmu.setFMUState, fmi3FMUState())
     refused(said, "not saved by this instance", fmu.setFMUState, c_void_p(4242))
-    other = initialised(path).fmu.getFMUState()
-    refused(said, "not saved by this instance", fmu.setFMUState, other)
+    for other in (initialised(path), initialised(path.parent.parent / path.name)):
+        refused(said, "not saved by this instance", fmu.setFMUState, other.fmu.getFMUState())
     for nobody in (None, c_void_p(4242)):
         with pytest.raises(FMICallException):
             fmu.fmi3Reset(nobody)
@@ -383,14 +402,26 @@ def test_wrong_calls_are_refused_with_a_message(path, said):
 def test_parameters_that_make_no_unit_are_refused_before_it_is_made(coarse, said):
     dam = listening(coarse["dam"], said)
     dam.set("poisson_ratio", 0.7)
+    dam.set("interface_pressure", 0 * dam.get("interface_pressure"))
     refused(said, "poisson_ratio", dam.fmu.enterInitializationMode, startTime=0.0)
+    refused(said, "`poisson_ratio`[0] cannot be NaN", dam.set, "poisson_ratio", float("nan"))
     dam.set("poisson_ratio", 0.2)
     dam.fmu.enterInitializationMode(startTime=0.0)
     dam.fmu.exitInitializationMode()
     refused(said, "not allowed in Step Mode", dam.set, "poisson_ratio", 0.2)
     water = listening(coarse["reservoir"], said)
-    water.set("wave_reflection_coefficient", 1.5)
-    refused(said, "must lie between 0", water.fmu.enterInitializationMode, startTime=0.0)
+    for name, value, text in [
+        ("wave_reflection_coefficient", 1.5, "must lie between 0"),
+        ("horizon", 1e12, "communication steps"),
+        ("horizon", 1e300, "communication steps"),
+        ("element_size", 1e-9, "boundary elements"),
+        ("element_size", 1e-300, "boundary elements"),
+        ("far_end_distance", 1e12, "boundary elements"),
+        ("sound_speed", 1e-9, "cut-off frequencies"),
+    ]:
+        water.set(name, value)
+        refused(said, text, water.fmu.enterInitializationMode, startTime=0.0)
+        water.fmu.reset()
 
 
 def test_steps_that_the_reservoir_cannot_take_say_why(coarse, said):
@@ -425,8 +456,9 @@ def test_fmpy_simulate_with_an_input_csv(path, tmp_path):
     unit = initialised(path)
     name = "ground_acceleration" if path.stem == "dam" else "interface_acceleration"
     size = unit.references[name][1]
-    rows = [[0.01 * n, *[(n % 3 - 1.0) * (1.0 if i == 0 or path.stem != "dam" else 0.0) for i in range(size)]] for n in range(20)]
-    text = "".join(f"{row[0]},{' '.join(map(str, row[1:]))}\n" for row in rows)
+    pattern = [1.0, 0.0] if path.stem == "dam" else [1.0] * size
+    table = np.array([[0.01 * n, *((n % 3 - 1.0) * value for value in pattern)] for n in range(20)])
+    text = "".join(f"{row[0]},{' '.join(map(str, row[1:]))}\n" for row in table)
     (tmp_path / "input.csv").write_text(f"time,{name}\n{text}")
     command = [sys.executable, "-m", "fmpy", "simulate", path, "--input-file", tmp_path / "input.csv"]
     command += ["--output-file", tmp_path / "output.csv", "--stop-time", "0.1", "--output-interval", str(H)]
@@ -434,7 +466,6 @@ def test_fmpy_simulate_with_an_input_csv(path, tmp_path):
     assert done.returncode == 0, done.stdout + done.stderr
     found = np.genfromtxt(tmp_path / "output.csv", delimiter=",", names=True, dtype=None, encoding=None)
     scalar = "kinetic_energy" if path.stem == "dam" else "total_force"
-    table = np.array(rows)
     again = Unit(path)
     again.fmu.enterInitializationMode(startTime=0.0)
     again.set(name, table[0, 1:])
@@ -449,8 +480,49 @@ def test_fmpy_simulate_with_an_input_csv(path, tmp_path):
 
 
 def test_simulate_fmu_with_start_values(coarse):
-    result = simulate_fmu(coarse["dam"], start_values={"friction_coefficient": [0.4]}, stop_time=0.05)
+    dam = Unit(coarse["dam"])
+    values = {"friction_coefficient": [0.4], "hydrostatic_pressure": 0.5 * dam.get("hydrostatic_pressure")}
+    arguments = {"output": ["crest_displacement"], "stop_time": 0.05, "output_interval": H}
+    result = simulate_fmu(coarse["dam"], start_values={**values, "ground_acceleration": [3.0, 0.0]}, **arguments)
+    for name, value in values.items():
+        dam.set(name, value)
+    dam.set("ground_acceleration", [3.0, 0.0])
+    dam.fmu.enterInitializationMode(startTime=0.0)
+    dam.fmu.exitInitializationMode()
+    for n in range(20):
+        dam.fmu.doStep(n * H, H)
+    np.testing.assert_allclose(result["crest_displacement"][-1], dam.get("crest_displacement"), rtol=1e-12)
     assert result["time"][-1] == pytest.approx(0.05)
+
+
+@pytest.mark.parametrize(
+    "scene, overrides",
+    [
+        ("koyna-intact", COARSE_HALF_SECOND[:1]),
+        ("koyna-northridge-1994", [*COARSE_HALF_SECOND, 'reservoir.fidelity="westergaard"', 'title="a < b & \'c\' 坝"']),
+    ],
+)
+@pytest.mark.parametrize("unit", UNITS)
+def test_other_scenes_are_as_described(tmp_path, scene, overrides, unit):
+    """Every start value in the description is what a fresh instance has, and the unit runs."""
+    path = pack(tmp_path, unit, overrides, scene=scene)
+    assert validate_fmu(path) == []
+    instance = Unit(path)
+    starts = {v.name: v.start for v in instance.description.modelVariables if v.start is not None}
+    assert len(starts) > 5
+    for name, start in starts.items():
+        assert list(map(float, str(start).split())) == instance.get(name).tolist(), name
+    instance.fmu.enterInitializationMode(startTime=0.0)
+    instance.fmu.exitInitializationMode()
+    instance.fmu.doStep(0.0, float(instance.description.defaultExperiment.stepSize))
+    assert all(np.isfinite(instance.get(v.name)).all() for v in instance.description.modelVariables)
+
+
+def test_a_variable_that_the_description_does_not_have_cannot_be_got(tmp_path, said):
+    """Without damping there is no damping ratio, without cracks nothing of theirs."""
+    dam = listening(pack(tmp_path, "dam", ["dam.damping.ratio=0", "dam.element_size=10"], scene="koyna-intact"), said)
+    for reference in (20, 53, 56):
+        refused(said, f"no variable has value reference {reference}", dam.fmu.getFloat64, [reference], 1)
 
 
 def test_the_scene_is_inside(path):

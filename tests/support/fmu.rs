@@ -79,13 +79,13 @@ impl Element {
     }
 }
 
-/// A file that begins like a shared library of this platform and names the functions that the packing looks for.
-pub fn fake_library(folder: &Path) -> PathBuf {
+/// A file that begins like a shared library of this platform, and is that of `unit` by its marker.
+pub fn fake_library(folder: &Path, unit: &str) -> PathBuf {
     let mut bytes = std::fs::read(std::env::current_exe().expect("a test has a path")).expect("a program");
     bytes.truncate(20);
     // A shared object (ELF's e_type).
     bytes[16] = 3;
-    bytes.extend(b"\0fmi3InstantiateCoSimulation\0");
+    bytes.extend(format!("\0cofferdam unit: {unit}\0").bytes());
     let path = folder.join("fake.so");
     std::fs::write(&path, bytes).expect("a library is written");
     path
@@ -95,7 +95,7 @@ pub fn fake_library(folder: &Path) -> PathBuf {
 pub fn export(folder: &Path, scene: &Path, unit: &str, more: &[&str]) -> Output {
     let mut command = Command::new(binary());
     command.current_dir(folder).arg("export-fmu").arg(scene).args(["--unit", unit, "--library"]);
-    command.arg(fake_library(folder)).args(more).output().expect("cofferdam runs")
+    command.arg(fake_library(folder, unit)).args(more).output().expect("cofferdam runs")
 }
 
 /// An FMU.

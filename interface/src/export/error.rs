@@ -26,8 +26,8 @@ pub enum ExportError {
         /// What would be allowed.
         remedy: &'static str,
     },
-    /// A pointer is null, or points where no such value can lie.
-    #[error("{call}: `{argument}` is null or misaligned; pass a valid pointer")]
+    /// A pointer is null, or points where no such values can lie.
+    #[error("{call}: `{argument}` is null, misaligned or impossibly long; pass a valid pointer and length")]
     Pointer {
         /// The function.
         call: &'static str,
@@ -35,7 +35,7 @@ pub enum ExportError {
         argument: &'static str,
     },
     /// A string is no UTF-8.
-    #[error("{call}: `{argument}` is no UTF-8 text")]
+    #[error("{call}: `{argument}` is no UTF-8 text; encode it so")]
     Text {
         /// The function.
         call: &'static str,
@@ -43,33 +43,57 @@ pub enum ExportError {
         argument: &'static str,
     },
     /// The values do not fit the variables.
-    #[error("{call}: the {references} variables have {expected} values together, {found} were passed")]
+    #[error("{call}: the variables have {expected} values together, {found} were passed; pass as many")]
     Values {
         /// The function.
         call: &'static str,
-        /// Number of variables.
-        references: usize,
         /// Number of their values.
         expected: usize,
         /// Number of values passed.
         found: usize,
     },
-    /// A start time that is not finite.
-    #[error("the start time is {value} s; it must be finite")]
-    StartTime {
-        /// Value passed, s.
-        value: f64,
+    /// An interval that no simulation can have.
+    #[error("the start time is {start_time} s, the stop time {stop_time} s; both must be finite, and ascend")]
+    Interval {
+        /// Start passed, s.
+        start_time: f64,
+        /// Stop passed, s.
+        stop_time: f64,
+    },
+    /// A step beyond the end.
+    #[error(
+        "a step to {end} s passes the stop time of {stop_time} s; give fmi3EnterInitializationMode a later one, or none"
+    )]
+    BeyondStop {
+        /// End of the step, s.
+        end: f64,
+        /// Stop time, s.
+        stop_time: f64,
+    },
+    /// A start value among the resources that no input of the unit can take.
+    #[error("`{name}` cannot start with {found} values: the unit has an input of that name with {expected}")]
+    Start {
+        /// Name in the contents.
+        name: String,
+        /// Number of values of the input of that name; 0 if there is none.
+        expected: usize,
+        /// Number of values in the contents.
+        found: usize,
     },
     /// `time` cannot be set.
     #[error("`time` cannot be set; it is what fmi3EnterInitializationMode and fmi3DoStep make it")]
     Time,
-    /// A parameter that these contents do not let change.
-    #[error("{unit}: `{variable}` cannot be changed in this FMU; change the scene and pack it again")]
-    Unchangeable {
+    /// A parameter is NaN or infinite.
+    #[error("{unit}: `{variable}`[{index}] cannot be {value}; set it to a finite number")]
+    NonFiniteParameter {
         /// Unit that was called.
         unit: &'static str,
         /// Variable named.
         variable: &'static str,
+        /// Index of the value, from 0.
+        index: usize,
+        /// The value.
+        value: f64,
     },
     /// The token is not that of the resources.
     #[error(

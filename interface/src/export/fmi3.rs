@@ -33,7 +33,7 @@ pub enum Status {
     Discard,
     /// Refused; the instance stands where it stood.
     Error,
-    /// The instance is lost.
+    /// The instance is lost, or was not made because it broke down.
     Fatal,
 }
 
@@ -205,8 +205,10 @@ pub fn enter_initialization_mode<U: Packable>(
     call: &'static str,
     instance: Handle,
     start_time: f64,
+    (has_stop_time, stop_time): (Boolean, f64),
 ) -> Status {
-    instances.call(call, instance.addr(), |i, _| i.enter_initialization(call, start_time))
+    let stop_time = (has_stop_time != 0).then_some(stop_time);
+    instances.call(call, instance.addr(), |i, _| i.enter_initialization(call, start_time, stop_time))
 }
 
 /// `fmi3ExitInitializationMode`.
@@ -287,7 +289,7 @@ pub unsafe fn do_step<U: Packable>(
         }
         // SAFETY: by the caller.
         let end = unsafe { place(call, "lastSuccessfulTime", last_successful_time) }?;
-        *end = time;
+        *end = i.time();
         *end = i.step(call, time, communication_step)?;
         Ok(())
     })
@@ -310,29 +312,16 @@ pub unsafe fn get_directional_derivative<U: Packable>(
         let unknowns = unsafe { slice(call, "unknowns", unknowns.0, unknowns.1) }?;
         // SAFETY: by the caller.
         let knowns = unsafe { slice(call, "knowns", knowns.0, knowns.1) }?;
+        // The importer may take the same place for both.
         // SAFETY: by the caller.
-        let seed = unsafe { slice(call, "seed", seed, seed_length) }?;
+        let seed = unsafe { slice(call, "seed", seed, seed_length) }?.to_vec();
         // SAFETY: by the caller.
         let sensitivity = unsafe { slice_mut(call, "sensitivity", sensitivity, sensitivity_length) }?;
-        i.directional_derivative(call, [unknowns, knowns], seed, sensitivity)
+        i.directional_derivative(call, [unknowns, knowns], &seed, sensitivity)
     })
 }
 
-/// The handle that is used again, or else a new one.
-fn handle_for<U: Packable>(
-    instances: &Instances<U>,
-    call: &'static str,
-    instance: &Instance<U>,
-    state: Handle,
-) -> Result<usize, ExportError> {
-    if state.is_null() {
-        return Ok(instances.new_handle());
-    }
-    instance.check_state(call, state.addr())?;
-    Ok(state.addr())
-}
-
-/// `fmi3GetFMUState`: a handle that is not null is used again.
+/// `fmi3GetFMUState`: a handle that is not null must be a saved state's, and is used again.
 ///
 /// # Safety
 /// As FMI 3.0 demands of importers.
@@ -345,7 +334,11 @@ pub unsafe fn get_fmu_state<U: Packable>(
     instances.call(call, instance.addr(), |i, _| {
         // SAFETY: by the caller.
         let state = unsafe { place(call, "FMUState", state) }?;
-        let handle = handle_for(instances, call, i, *state)?;
+        let handle = match state.addr() {
+            0 => instances.new_handle(),
+            known if i.has_state(known) => known,
+            _ => return Err(ExportError::UnknownState { call }),
+        };
         i.save_state(handle)?;
         *state = std::ptr::without_provenance_mut(handle);
         Ok(())
@@ -362,7 +355,7 @@ pub fn set_fmu_state<U: Packable>(
     instances.call(call, instance.addr(), |i, _| i.restore_state(call, state.addr()))
 }
 
-/// `fmi3FreeFMUState`: null is let be, the handle becomes null.
+/// `fmi3FreeFMUState`: null, or a place that holds it, is let be; a handle becomes null.
 ///
 /// # Safety
 /// As FMI 3.0 demands of importers.
@@ -373,6 +366,9 @@ pub unsafe fn free_fmu_state<U: Packable>(
     state: *mut Handle,
 ) -> Status {
     instances.call(call, instance.addr(), |i, _| {
+        if state.is_null() {
+            return Ok(());
+        }
         // SAFETY: by the caller.
         let state = unsafe { place(call, "FMUState", state) }?;
         if !state.is_null() {
@@ -424,7 +420,7 @@ pub unsafe fn serialize_fmu_state<U: Packable>(
     })
 }
 
-/// `fmi3DeserializeFMUState`.
+/// `fmi3DeserializeFMUState`: the handle of a saved state is used again, any other is replaced.
 ///
 /// # Safety
 /// As FMI 3.0 demands of importers.
@@ -440,7 +436,7 @@ pub unsafe fn deserialize_fmu_state<U: Packable>(
         let bytes = unsafe { slice(call, "serializedState", bytes, size) }?;
         // SAFETY: by the caller.
         let state = unsafe { place(call, "FMUState", state) }?;
-        let handle = handle_for(instances, call, i, *state)?;
+        let handle = if i.has_state(state.addr()) { state.addr() } else { instances.new_handle() };
         i.deserialise_state(bytes, handle)?;
         *state = std::ptr::without_provenance_mut(handle);
         Ok(())

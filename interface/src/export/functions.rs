@@ -9,6 +9,10 @@ macro_rules! export_fmi3 {
         static INSTANCES: $crate::export::fmi3::Instances<$unit> = $crate::export::fmi3::Instances::new();
 
         #[unsafe(no_mangle)]
+        static cofferdam_unit: [u8; $crate::export::MARKER.len() + <$unit as $crate::Packable>::NAME.len() + 1] =
+            $crate::export::marker(<$unit as $crate::Packable>::NAME);
+
+        #[unsafe(no_mangle)]
         extern "C" fn fmi3GetVersion() -> *const ::core::ffi::c_char {
             c"3.0".as_ptr()
         }
@@ -80,8 +84,8 @@ macro_rules! export_fmi3 {
             fmi3SetDebugLogging = set_debug_logging(on: u8, n: usize, categories: *const $crate::export::fmi3::Text)
                 => (on, (n, categories));
             fmi3EnterInitializationMode = enter_initialization_mode(
-                _tolerance_defined: u8, _tolerance: f64, start_time: f64, _stop_time_defined: u8, _stop_time: f64
-            ) => (start_time);
+                _tolerance_defined: u8, _tolerance: f64, start_time: f64, stop_time_defined: u8, stop_time: f64
+            ) => (start_time, (stop_time_defined, stop_time));
             fmi3ExitInitializationMode = exit_initialization_mode() => ();
             fmi3Terminate = terminate() => ();
             fmi3Reset = reset() => ();

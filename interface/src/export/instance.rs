@@ -1,11 +1,14 @@
 use super::{Contents, ExportError};
-use crate::{CallError, Causality, Packable, Variable, open, seal};
+use crate::{CallError, Causality, Fingerprint, Packable, StateError, Variable, open, seal};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashMap};
 use std::num::NonZeroUsize;
 
 /// Value reference of the independent variable `time`.
 const TIME: u32 = 0;
+
+/// Share of a communication step by which its end may pass the stop time: sums of steps round.
+const STOP_TOLERANCE: f64 = 1e-6;
 
 /// Where an instance stands in the life that FMI 3.0 prescribes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -31,14 +34,20 @@ impl Mode {
 ///
 /// The unit is made when something of it is needed, at the latest when initialisation begins: so
 /// parameters that are set before cost nothing. Changing one later in initialisation makes it anew.
+///
+/// A call that is refused leaves everything as it was.
 pub struct Instance<U: Packable> {
     packed: Contents<U::Parameters>,
+    fingerprint: Fingerprint,
+    /// The variables that this FMU has, and their numbers of values.
+    variables: BTreeMap<u32, (&'static Variable, usize)>,
     parameters: U::Parameters,
     /// Inputs that were set while there is no unit.
     inputs: BTreeMap<u32, Vec<f64>>,
     made: Option<Made<U>>,
     mode: Mode,
     time: f64,
+    stop_time: Option<f64>,
     states: HashMap<usize, Saved<U::State>>,
 }
 
@@ -53,7 +62,15 @@ struct Made<U: Packable> {
 struct Saved<S> {
     mode: Mode,
     time: f64,
-    state: S,
+    /// The numbers of all parameters.
+    parameters: Vec<f64>,
+    state: Kept<S>,
+}
+
+/// A state, or what was read of it: only a unit with its parameters can make the one from the other.
+enum Kept<S> {
+    State(S),
+    Written(Vec<u8>),
 }
 
 /// What is written of a saved state.
@@ -61,6 +78,7 @@ struct Saved<S> {
 struct SerialisedState {
     mode: Mode,
     time: f64,
+    parameters: Vec<f64>,
     unit: Vec<u8>,
 }
 
@@ -73,22 +91,51 @@ impl<U: Packable> Instance<U> {
     ///
     /// **Errors**: a start value for what is no input, or of the wrong length.
     pub fn new(packed: Contents<U::Parameters>) -> Result<Self, ExportError> {
-        let parameters = packed.parameters.clone();
-        let inputs = BTreeMap::new();
-        let states = HashMap::new();
-        let mut new =
-            Self { packed, parameters, inputs, made: None, mode: Mode::Instantiated, time: 0.0, states };
+        let mut parameters = packed.parameters.clone();
+        let mut variables = BTreeMap::new();
+        for variable in U::VARIABLES {
+            let size = U::size_for(&parameters, variable);
+            let numbers = U::numbers(&mut parameters, variable).len();
+            if size > 0 && (variable.causality != Causality::Parameter || numbers == size) {
+                variables.insert(variable.value_reference, (variable, size));
+            }
+        }
+        let input = |name: &str| variables.values().find(|(v, _)| v.name == name && is_input(v));
+        for (name, values) in &packed.start {
+            let expected = input(name).map_or(0, |(_, size)| *size);
+            if expected != values.len() {
+                return Err(ExportError::Start { name: name.clone(), expected, found: values.len() });
+            }
+        }
+        let mut new = Self {
+            fingerprint: Fingerprint::of(U::NAME, &packed)?,
+            packed,
+            variables,
+            parameters,
+            inputs: BTreeMap::new(),
+            made: None,
+            mode: Mode::Instantiated,
+            time: 0.0,
+            stop_time: None,
+            states: HashMap::new(),
+        };
         new.set_start_values()?;
         Ok(new)
     }
 
     fn set_start_values(&mut self) -> Result<(), ExportError> {
-        for variable in U::VARIABLES.iter().filter(|v| v.causality == Causality::Input) {
-            let zero = || vec![0.0; self.size(variable)];
-            let start = self.packed.start.get(variable.name).cloned().unwrap_or_else(zero);
-            self.set_input(variable, &start)?;
+        for (variable, size) in
+            self.variables.values().copied().filter(|(v, _)| is_input(v)).collect::<Vec<_>>()
+        {
+            let start = self.packed.start.get(variable.name).cloned();
+            self.set_input(variable, &start.unwrap_or_else(|| vec![0.0; size]))?;
         }
         Ok(())
+    }
+
+    /// Simulated time, s.
+    pub fn time(&self) -> f64 {
+        self.time
     }
 
     fn refused(&self, call: &'static str, remedy: &'static str) -> ExportError {
@@ -102,13 +149,7 @@ impl<U: Packable> Instance<U> {
     /// The unit, made now if it is not there.
     fn made(&mut self) -> Result<&mut Made<U>, ExportError> {
         if self.made.is_none() {
-            let threads = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
-            let mut unit = U::from_parameters(self.parameters.clone(), threads).map_err(failed)?;
-            let new = unit.save_state();
-            for (reference, values) in &self.inputs {
-                unit.set(*reference, values).map_err(failed)?;
-            }
-            self.made = Some(Made { unit, new, before_outputs: None });
+            self.made = Some(Made::new(self.parameters.clone(), &self.inputs)?);
         }
         // It is there.
         self.made.as_mut().ok_or(ExportError::Broken)
@@ -117,80 +158,94 @@ impl<U: Packable> Instance<U> {
     /// Gives up the unit because a parameter changes; its inputs stay.
     fn unmake(&mut self) -> Result<(), ExportError> {
         let Some(made) = self.made.take() else { return Ok(()) };
-        for variable in U::VARIABLES.iter().filter(|v| v.causality == Causality::Input) {
-            let mut values = vec![0.0; made.unit.size(variable)];
-            made.unit.get(variable.value_reference, &mut values).map_err(failed)?;
-            self.inputs.insert(variable.value_reference, values);
+        for (reference, (_, size)) in self.variables.iter().filter(|(_, (v, _))| is_input(v)) {
+            let mut values = vec![0.0; *size];
+            made.unit.get(*reference, &mut values).map_err(failed)?;
+            self.inputs.insert(*reference, values);
         }
         Ok(())
     }
 
-    fn size(&self, variable: &Variable) -> usize {
-        match &self.made {
-            Some(made) => made.unit.size(variable),
-            None => U::size_for(&self.parameters, variable),
-        }
-    }
-
-    fn variable(reference: u32) -> Result<&'static Variable, CallError> {
-        let found = U::VARIABLES.iter().find(|v| v.value_reference == reference);
-        found.ok_or(CallError::UnknownVariable { unit: U::NAME, value_reference: reference })
+    fn variable(&self, reference: u32) -> Result<(&'static Variable, usize), CallError> {
+        let unknown = CallError::UnknownVariable { unit: U::NAME, value_reference: reference };
+        self.variables.get(&reference).copied().ok_or(unknown)
     }
 
     /// Number of values of each variable; checks that `found` is their sum.
     fn sizes(&self, call: &'static str, references: &[u32], found: usize) -> Result<Vec<usize>, ExportError> {
         let size = |reference: &u32| match *reference {
             TIME => Ok(1),
-            reference => Ok(self.size(Self::variable(reference)?)),
+            reference => self.variable(reference).map(|(_, size)| size),
         };
         let sizes = references.iter().map(size).collect::<Result<Vec<usize>, CallError>>()?;
         let expected = sizes.iter().sum();
-        if expected == found {
-            Ok(sizes)
-        } else {
-            Err(ExportError::Values { call, references: references.len(), expected, found })
-        }
+        if expected == found { Ok(sizes) } else { Err(ExportError::Values { call, expected, found }) }
     }
 
-    /// Sets variables, one after the other, from `values`.
+    /// Sets variables from `values`, all of them or none.
     ///
     /// **Errors**: unknown or unsettable variable, wrong number of values, a value that is not finite.
     pub fn set(&mut self, call: &'static str, references: &[u32], values: &[f64]) -> Result<(), ExportError> {
         if self.mode == Mode::Terminated {
             return Err(self.refused(call, "reset the instance first"));
         }
-        let mut rest = values;
+        let (mut settings, mut rest) = (Vec::with_capacity(references.len()), values);
         for (reference, size) in references.iter().zip(self.sizes(call, references, values.len())?) {
             let (own, others) = rest.split_at(size);
             rest = others;
             if *reference == TIME {
                 return Err(ExportError::Time);
             }
-            let variable = Self::variable(*reference)?;
-            let not_finite = |index: usize| {
-                let (value, time) = (own[index], self.time);
-                CallError::NonFinite { unit: U::NAME, variable: variable.name, index, value, time }
-            };
-            if let Some(index) = own.iter().position(|v| !v.is_finite()) {
-                return Err(not_finite(index).into());
-            }
-            match variable.causality {
-                Causality::Input => self.set_input(variable, own)?,
-                Causality::Parameter => self.set_parameter(call, variable, own)?,
-                Causality::CalculatedParameter | Causality::Output => {
-                    return Err(CallError::NotSettable { unit: U::NAME, variable: variable.name }.into());
+            let (variable, _) = self.variable(*reference)?;
+            self.check_setting(call, variable, own)?;
+            settings.push((variable, own));
+        }
+        // What the unit itself refuses must not leave half of the rest behind.
+        let before = match &self.made {
+            Some(made) if settings.len() > 1 => Some(made.unit.save_state()),
+            _ => None,
+        };
+        let (parameters, inputs): (Vec<_>, Vec<_>) =
+            settings.into_iter().partition(|(variable, _)| variable.causality == Causality::Parameter);
+        for (variable, values) in inputs {
+            if let Err(error) = self.set_input(variable, values) {
+                if let (Some(made), Some(before)) = (&mut self.made, before) {
+                    made.unit.restore_state(&before).map_err(failed)?;
                 }
+                return Err(error);
             }
         }
-        Ok(())
+        parameters.into_iter().try_for_each(|(variable, values)| self.set_parameter(variable, values))
+    }
+
+    /// Whether a variable can be set to these values, as far as it can be told without the unit.
+    fn check_setting(
+        &self,
+        call: &'static str,
+        variable: &'static Variable,
+        values: &[f64],
+    ) -> Result<(), ExportError> {
+        let (unit, variable_name, time) = (U::NAME, variable.name, self.time);
+        let not_finite = values.iter().position(|v| !v.is_finite()).map(|index| (index, values[index]));
+        match (variable.causality, not_finite) {
+            (Causality::CalculatedParameter | Causality::Output, _) => {
+                Err(CallError::NotSettable { unit, variable: variable_name }.into())
+            }
+            (Causality::Parameter, Some((index, value))) => {
+                Err(ExportError::NonFiniteParameter { unit, variable: variable_name, index, value })
+            }
+            (Causality::Parameter, None) => {
+                let remedy = "parameters are set before fmi3ExitInitializationMode";
+                self.expect(call, &[Mode::Instantiated, Mode::Initialization], remedy)
+            }
+            (Causality::Input, Some((index, value))) => {
+                Err(CallError::NonFinite { unit, variable: variable_name, index, value, time }.into())
+            }
+            (Causality::Input, None) => Ok(()),
+        }
     }
 
     fn set_input(&mut self, variable: &'static Variable, values: &[f64]) -> Result<(), ExportError> {
-        let expected = self.size(variable);
-        if values.len() != expected {
-            let (unit, variable, found) = (U::NAME, variable.name, values.len());
-            return Err(CallError::Length { unit, variable, expected, found }.into());
-        }
         let Some(made) = &mut self.made else {
             self.inputs.insert(variable.value_reference, values.to_vec());
             return Ok(());
@@ -201,21 +256,12 @@ impl<U: Packable> Instance<U> {
         made.unit.set(variable.value_reference, values).map_err(failed)
     }
 
-    fn set_parameter(
-        &mut self,
-        call: &'static str,
-        variable: &'static Variable,
-        values: &[f64],
-    ) -> Result<(), ExportError> {
-        let remedy = "parameters are set before fmi3ExitInitializationMode";
-        self.expect(call, &[Mode::Instantiated, Mode::Initialization], remedy)?;
-        let numbers = U::numbers(&mut self.parameters, variable);
-        if numbers.len() != values.len() {
-            return Err(ExportError::Unchangeable { unit: U::NAME, variable: variable.name });
+    fn set_parameter(&mut self, variable: &'static Variable, values: &[f64]) -> Result<(), ExportError> {
+        let mut numbers = U::numbers(&mut self.parameters, variable);
+        if numbers.iter().map(|number| **number).eq(values.iter().copied()) {
+            return Ok(());
         }
-        for (number, value) in numbers.into_iter().zip(values) {
-            *number = *value;
-        }
+        numbers.iter_mut().zip(values).for_each(|(number, value)| **number = *value);
         self.unmake()
     }
 
@@ -234,7 +280,7 @@ impl<U: Packable> Instance<U> {
             rest = others;
             match *reference {
                 TIME => own.fill(self.time),
-                reference => self.get_one(Self::variable(reference)?, own)?,
+                reference => self.get_one(self.variable(reference)?.0, own)?,
             }
         }
         Ok(())
@@ -242,15 +288,14 @@ impl<U: Packable> Instance<U> {
 
     fn get_one(&mut self, variable: &'static Variable, values: &mut [f64]) -> Result<(), ExportError> {
         let reference = variable.value_reference;
-        match (variable.causality, &self.made) {
-            (Causality::Parameter, _) => {
-                for (value, number) in values.iter_mut().zip(U::numbers(&mut self.parameters, variable)) {
-                    *value = *number;
-                }
+        match (variable.causality, &self.made, self.inputs.get(&reference)) {
+            (Causality::Parameter, ..) => {
+                let numbers = U::numbers(&mut self.parameters, variable);
+                values.iter_mut().zip(numbers).for_each(|(value, number)| *value = *number);
                 Ok(())
             }
-            (Causality::Input, None) => {
-                values.copy_from_slice(self.inputs.get(&reference).map_or(&[], |v| v));
+            (Causality::Input, None, Some(set)) => {
+                values.copy_from_slice(set);
                 Ok(())
             }
             _ => {
@@ -268,14 +313,20 @@ impl<U: Packable> Instance<U> {
         }
     }
 
-    /// Begins initialisation at `start_time` (s): the unit is made.
-    pub fn enter_initialization(&mut self, call: &'static str, start_time: f64) -> Result<(), ExportError> {
+    /// Begins initialisation at `start_time` (s): the unit is made. No step will pass `stop_time`.
+    pub fn enter_initialization(
+        &mut self,
+        call: &'static str,
+        start_time: f64,
+        stop_time: Option<f64>,
+    ) -> Result<(), ExportError> {
         self.expect(call, &[Mode::Instantiated], "it comes once, after instantiating or resetting")?;
-        if !start_time.is_finite() {
-            return Err(ExportError::StartTime { value: start_time });
+        let stops = stop_time.is_none_or(|stop| stop.is_finite() && stop >= start_time);
+        if !(start_time.is_finite() && stops) {
+            return Err(ExportError::Interval { start_time, stop_time: stop_time.unwrap_or(f64::INFINITY) });
         }
         self.made()?;
-        (self.time, self.mode) = (start_time, Mode::Initialization);
+        (self.time, self.stop_time, self.mode) = (start_time, stop_time, Mode::Initialization);
         Ok(())
     }
 
@@ -300,26 +351,28 @@ impl<U: Packable> Instance<U> {
         communication_step: f64,
     ) -> Result<f64, ExportError> {
         self.expect(call, &[Mode::Step], "initialise the instance first; after fmi3Terminate, reset it")?;
+        let end = time + communication_step;
+        if let Some(stop_time) = self.stop_time
+            && end > stop_time + STOP_TOLERANCE * communication_step
+        {
+            return Err(ExportError::BeyondStop { end, stop_time });
+        }
         self.made()?.unit.step(time, communication_step).map_err(failed)?;
-        self.time = time + communication_step;
-        Ok(self.time)
+        self.time = end;
+        Ok(end)
     }
 
     /// Ends the simulation; results can still be read.
     pub fn terminate(&mut self, call: &'static str) -> Result<(), ExportError> {
-        self.expect(call, &[Mode::Step], "there is nothing to end")?;
+        self.expect(call, &[Mode::Step], "there is no simulation to end: free or reset the instance")?;
         self.mode = Mode::Terminated;
         Ok(())
     }
 
     /// Goes back to where the instance began; saved states stay.
     pub fn reset(&mut self) -> Result<(), ExportError> {
-        let changed = U::VARIABLES.iter().any(|variable| {
-            let packed: Vec<f64> =
-                U::numbers(&mut self.packed.parameters, variable).into_iter().map(|n| *n).collect();
-            U::numbers(&mut self.parameters, variable).into_iter().ne(&packed)
-        });
-        if changed {
+        let packed = numbers_of::<U>(&mut self.packed.parameters);
+        if numbers_of::<U>(&mut self.parameters) != packed {
             self.parameters = self.packed.parameters.clone();
             self.made = None;
         }
@@ -327,7 +380,7 @@ impl<U: Packable> Instance<U> {
             made.before_outputs = None;
             made.unit.restore_state(&made.new).map_err(failed)?;
         }
-        (self.mode, self.time) = (Mode::Instantiated, 0.0);
+        (self.mode, self.time, self.stop_time) = (Mode::Instantiated, 0.0, None);
         self.set_start_values()
     }
 
@@ -353,6 +406,10 @@ impl<U: Packable> Instance<U> {
             for (known, size) in knowns.iter().zip(&known_sizes) {
                 let (seed, others) = seeds.split_at(*size);
                 seeds = others;
+                if [*unknown, *known].contains(&TIME) {
+                    let (unknown, known) = (*unknown, *known);
+                    return Err(CallError::Derivative { unit: U::NAME, unknown, known }.into());
+                }
                 unit.directional_derivative(*unknown, *known, seed, &mut part).map_err(failed)?;
                 own.iter_mut().zip(&part).for_each(|(sum, part)| *sum += part);
             }
@@ -360,33 +417,50 @@ impl<U: Packable> Instance<U> {
         Ok(())
     }
 
-    /// Checks that `handle` is a saved state's.
-    pub fn check_state(&self, call: &'static str, handle: usize) -> Result<(), ExportError> {
-        self.saved(call, handle).map(|_| ())
-    }
-
-    fn saved(&self, call: &'static str, handle: usize) -> Result<&Saved<U::State>, ExportError> {
-        self.states.get(&handle).ok_or(ExportError::UnknownState { call })
+    /// Whether `handle` is a saved state's.
+    pub fn has_state(&self, handle: usize) -> bool {
+        self.states.contains_key(&handle)
     }
 
     /// Saves the state under `handle`.
     pub fn save_state(&mut self, handle: usize) -> Result<(), ExportError> {
         let (mode, time) = (self.mode, self.time);
+        let parameters = numbers_of::<U>(&mut self.parameters);
         let made = self.made()?;
         let state = made.before_outputs.clone().unwrap_or_else(|| made.unit.save_state());
-        self.states.insert(handle, Saved { mode, time, state });
+        self.states.insert(handle, Saved { mode, time, parameters, state: Kept::State(state) });
         Ok(())
     }
 
-    /// Returns to the state saved under `handle`.
+    /// Returns to the state saved under `handle`, its parameters included.
     pub fn restore_state(&mut self, call: &'static str, handle: usize) -> Result<(), ExportError> {
-        self.made()?;
-        let saved = self.states.get(&handle).ok_or(ExportError::UnknownState { call })?;
-        if let Some(made) = &mut self.made {
-            made.unit.restore_state(&saved.state).map_err(failed)?;
-            made.before_outputs = None;
+        let saved = self.states.get_mut(&handle).ok_or(ExportError::UnknownState { call })?;
+        let mut parameters = None;
+        if numbers_of::<U>(&mut self.parameters) != saved.parameters {
+            let mut others = self.packed.parameters.clone();
+            set_numbers::<U>(&mut others, &saved.parameters)?;
+            parameters = Some(others);
         }
+        let mut other = None;
+        let made = match (&parameters, &mut self.made) {
+            (None, Some(made)) => made,
+            (parameters, _) => {
+                let parameters = parameters.as_ref().unwrap_or(&self.parameters).clone();
+                other.insert(Made::new(parameters, &self.inputs)?)
+            }
+        };
+        if let Kept::Written(bytes) = &saved.state {
+            saved.state = Kept::State(made.unit.deserialise_state(bytes).map_err(failed)?);
+        }
+        if let Kept::State(state) = &saved.state {
+            made.unit.restore_state(state).map_err(failed)?;
+        }
+        made.before_outputs = None;
         (self.mode, self.time) = (saved.mode, saved.time);
+        self.made = other.or(self.made.take());
+        if let Some(parameters) = parameters {
+            self.parameters = parameters;
+        }
         Ok(())
     }
 
@@ -397,24 +471,49 @@ impl<U: Packable> Instance<U> {
 
     /// The state saved under `handle` as bytes.
     pub fn serialise_state(&mut self, call: &'static str, handle: usize) -> Result<Vec<u8>, ExportError> {
-        self.made()?;
-        let Saved { mode, time, state } = self.saved(call, handle)?;
-        let made = self.made.as_ref().ok_or(ExportError::Broken)?;
-        let unit = made.unit.serialise_state(state).map_err(failed)?;
-        Ok(seal(made.unit.fingerprint(), &SerialisedState { mode: *mode, time: *time, unit })?)
+        let saved = self.states.get(&handle).ok_or(ExportError::UnknownState { call })?;
+        let unit = match &saved.state {
+            Kept::Written(bytes) => bytes.clone(),
+            Kept::State(state) => {
+                let own;
+                let made = match &self.made {
+                    Some(made) if numbers_of::<U>(&mut self.parameters) == saved.parameters => made,
+                    _ => {
+                        let mut parameters = self.packed.parameters.clone();
+                        set_numbers::<U>(&mut parameters, &saved.parameters)?;
+                        own = Made::<U>::new(parameters, &self.inputs)?;
+                        &own
+                    }
+                };
+                made.unit.serialise_state(state).map_err(failed)?
+            }
+        };
+        let (mode, time, parameters) = (saved.mode, saved.time, saved.parameters.clone());
+        Ok(seal(self.fingerprint, &SerialisedState { mode, time, parameters, unit })?)
     }
 
     /// Reads what [`serialise_state`](Self::serialise_state) wrote, in any process, and saves it under `handle`.
+    ///
+    /// **Errors**: damaged bytes, and those of another FMU.
     pub fn deserialise_state(&mut self, bytes: &[u8], handle: usize) -> Result<(), ExportError> {
-        let unit = &self.made()?.unit;
-        let SerialisedState { mode, time, unit: state } = open(unit.fingerprint(), bytes)?;
-        let state = unit.deserialise_state(&state).map_err(failed)?;
-        self.states.insert(handle, Saved { mode, time, state });
+        let SerialisedState { mode, time, parameters, unit } = open(self.fingerprint, bytes)?;
+        set_numbers::<U>(&mut self.packed.parameters.clone(), &parameters)?;
+        self.states.insert(handle, Saved { mode, time, parameters, state: Kept::Written(unit) });
         Ok(())
     }
 }
 
 impl<U: Packable> Made<U> {
+    fn new(parameters: U::Parameters, inputs: &BTreeMap<u32, Vec<f64>>) -> Result<Self, ExportError> {
+        let threads = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
+        let mut unit = U::from_parameters(parameters, threads).map_err(failed)?;
+        let new = unit.save_state();
+        for (reference, values) in inputs {
+            unit.set(*reference, values).map_err(failed)?;
+        }
+        Ok(Self { unit, new, before_outputs: None })
+    }
+
     /// Initialises the unit, and remembers how it was before.
     fn initialise(&mut self, start_time: f64) -> Result<(), ExportError> {
         let before = self.unit.save_state();
@@ -422,4 +521,31 @@ impl<U: Packable> Made<U> {
         self.before_outputs = Some(before);
         Ok(())
     }
+}
+
+fn is_input(variable: &Variable) -> bool {
+    variable.causality == Causality::Input
+}
+
+/// The numbers of all parameters that can be changed, in the order of the variables.
+fn numbers_of<U: Packable>(parameters: &mut U::Parameters) -> Vec<f64> {
+    let mut numbers = Vec::new();
+    for variable in U::VARIABLES {
+        numbers.extend(U::numbers(parameters, variable).iter().map(|number| **number));
+    }
+    numbers
+}
+
+/// Sets what [`numbers_of`] gave.
+fn set_numbers<U: Packable>(parameters: &mut U::Parameters, values: &[f64]) -> Result<(), StateError> {
+    if numbers_of::<U>(parameters).len() != values.len() {
+        return Err(StateError::NotAState { length: values.len() });
+    }
+    let mut rest = values.iter();
+    for variable in U::VARIABLES {
+        for (number, value) in U::numbers(parameters, variable).into_iter().zip(&mut rest) {
+            *number = *value;
+        }
+    }
+    Ok(())
 }

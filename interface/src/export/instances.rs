@@ -27,7 +27,7 @@ impl<U: Packable> Instances<U> {
         Self { live: Mutex::new(BTreeMap::new()), handles: AtomicUsize::new(1) }
     }
 
-    /// A handle that was never used, here or in another library of this process.
+    /// A handle that was never used while this library is loaded, nor by another library.
     pub fn new_handle(&self) -> usize {
         // No two libraries have this page of memory.
         let library = (std::ptr::from_ref(self).addr() >> 12) << (usize::BITS / 2);
@@ -44,7 +44,7 @@ impl<U: Packable> Instances<U> {
         let instance = match guarded(call, make) {
             Ok(instance) => Mutex::new(instance),
             Err(error) => {
-                log.error(Status::Error, &error);
+                log.error(status_of(&error), &error);
                 return None;
             }
         };
@@ -61,8 +61,7 @@ impl<U: Packable> Instances<U> {
     /// Frees an instance, if there is one, with all its saved states.
     pub fn remove(&self, handle: usize) {
         let removed = self.live.lock().unwrap_or_else(PoisonError::into_inner).remove(&handle);
-        // What a broken instance leaves behind may panic once more.
-        let _ = catch_unwind(AssertUnwindSafe(|| drop(removed)));
+        release(removed);
     }
 
     /// Calls `body` with the instance, and tells the importer what was said meanwhile and what went wrong.
@@ -82,13 +81,29 @@ impl<U: Packable> Instances<U> {
         for (level, _, text) in live.heard.take() {
             live.log.message(level, &text);
         }
-        let Err(error) = result else { return Status::Ok };
-        let status = match error {
-            ExportError::Panicked { .. } | ExportError::Broken => Status::Fatal,
-            _ => Status::Error,
+        let status = match &result {
+            Ok(()) => Status::Ok,
+            Err(error) => status_of(error),
         };
-        live.log.error(status, &error);
+        if let Err(error) = result {
+            live.log.error(status, &error);
+        }
+        release(live);
         status
+    }
+}
+
+fn status_of(error: &ExportError) -> Status {
+    match error {
+        ExportError::Panicked { .. } | ExportError::Broken => Status::Fatal,
+        _ => Status::Error,
+    }
+}
+
+/// Drops what an instance leaves behind: if it is the last to hold it and breaks down, nobody is left to be told.
+fn release<T>(left: T) {
+    if let Err(panic) = catch_unwind(AssertUnwindSafe(|| drop(left))) {
+        std::mem::forget(panic);
     }
 }
 
@@ -97,6 +112,8 @@ fn guarded<T>(call: &'static str, body: impl FnOnce() -> Result<T, ExportError>)
     catch_unwind(AssertUnwindSafe(body)).unwrap_or_else(|panic| {
         let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
         let cause = text.or_else(|| panic.downcast_ref::<String>().cloned());
+        // Dropping it might panic once more.
+        std::mem::forget(panic);
         Err(ExportError::Panicked { call, cause: cause.unwrap_or_else(|| "it said nothing".to_owned()) })
     })
 }

@@ -23,7 +23,7 @@ pub struct Arguments {
 
     /// Change a value of the scene; may be given several times
     ///
-    /// As in `cofferdam run`. Meshes and cracks can be changed here alone: in the FMU their numbers are fixed.
+    /// As in `cofferdam run`. The dam's mesh and cracks can be changed here alone: in the FMU they are fixed.
     #[arg(short, long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
@@ -89,6 +89,8 @@ fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let steps = if packed.variable_step { "or any other" } else { "and no other" };
     say(format!("{}: {} kB, FMI 3.0 co-simulation", path.display(), packed.size.div_ceil(1000)));
     say(format!("{} interface points; communication step {step} s {steps}", packed.interface_points));
-    say("for every importer of FMI 3.0, such as FMPy; documentation/index.html in it says how to use it");
+    say(
+        "for importers of FMI 3.0 on this platform, such as FMPy; documentation/index.html in it says how to use it",
+    );
     Ok(())
 }

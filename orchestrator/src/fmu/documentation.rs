@@ -1,6 +1,6 @@
 use super::variables::causality;
 use super::{Package, SizedVariable};
-use interface::{Causality, Packable, Shape};
+use interface::{Causality, Packable};
 use quick_xml::escape::escape;
 use std::fmt::Write;
 
@@ -8,12 +8,10 @@ const PAGE: &str = include_str!("page.html");
 
 /// documentation/index.html: what the unit is, and how to use it.
 pub fn page<U: Packable>(package: &Package<U>, variables: &[SizedVariable]) -> String {
-    let points = variables.iter().find(|v| v.variable.shape == Shape::InterfacePoints).map_or(0, |v| v.size);
     let numbers = [
         ("step", package.communication_step.to_string()),
-        // The sum of decimal numbers, without what binary ones add to it.
-        ("end", ((package.end() * 1e9).round() / 1e9).to_string()),
-        ("points", points.to_string()),
+        ("end", package.end().to_string()),
+        ("points", package.interface_points().to_string()),
     ];
     let step = match U::capabilities_for(&package.contents.parameters).variable_communication_step {
         true => "The length of a communication step may differ from the scene's, and from step to step.",
@@ -40,7 +38,10 @@ pub fn page<U: Packable>(package: &Package<U>, variables: &[SizedVariable]) -> S
 /// documentation/licenses/license.txt.
 pub fn licences() -> String {
     format!(
-        "Licensed under either of the MIT licence or the Apache licence 2.0, at your choice.\n\n{}\n\n{}",
+        "Licensed under either of the MIT licence or the Apache licence 2.0, at your choice. The library is linked with \
+         crates of others under licences of their own, most of them these two: in the sources of cofferdam {}, \
+         `cargo tree --edges normal --format '{{p}} {{l}}'` lists them.\n\n{}\n\n{}",
+        env!("CARGO_PKG_VERSION"),
         include_str!("../../../LICENSE-MIT"),
         include_str!("../../../LICENSE-APACHE")
     )

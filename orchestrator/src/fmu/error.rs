@@ -40,17 +40,22 @@ pub enum FmuError {
         /// Platform, as FMI names it.
         platform: String,
     },
-    /// The library is not one of FMI 3.0.
+    /// The library is another one.
     #[error(
-        "{} does not have the function {function}; build it anew by `cargo build --release`, or name by --library \
-         one that has the functions of FMI 3.0",
+        "{} is not the library of the unit `{unit}`; without --library the program finds its own",
         path.display()
     )]
-    NotFmi {
+    OtherLibrary {
         /// The file.
         path: PathBuf,
-        /// The function that is missing.
-        function: &'static str,
+        /// The unit that is packed.
+        unit: String,
+    },
+    /// The target is something that must not be replaced.
+    #[error("{} is no regular file and is not overwritten; choose another --output", path.display())]
+    NotAFile {
+        /// The target.
+        path: PathBuf,
     },
     /// The target exists.
     #[error("{} exists; choose another --output, or overwrite it by --force", path.display())]

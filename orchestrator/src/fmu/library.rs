@@ -1,9 +1,7 @@
 use super::FmuError;
+use interface::export::MARKER;
 use std::env::consts::{ARCH, DLL_PREFIX, DLL_SUFFIX, OS};
 use std::path::{Path, PathBuf};
-
-/// A function that every library of an FMU of ours has.
-const FUNCTION: &str = "fmi3InstantiateCoSimulation";
 
 /// A unit's shared library, of the platform that this program runs on.
 pub struct Library {
@@ -13,25 +11,25 @@ pub struct Library {
 impl Library {
     /// Reads the library of the unit `name`: the one at `given`, or the one that was built with this program.
     ///
-    /// **Errors**: none is found; it is no library of this platform, or none of FMI 3.0.
+    /// **Errors**: none is found; it is no library of this platform, or not this unit's.
     pub fn find(name: &str, given: Option<&Path>) -> Result<Self, FmuError> {
         let path = match given {
             Some(path) => path.to_owned(),
             None => built_with(&std::env::current_exe().map_err(FmuError::Program)?, name)?,
         };
         match std::fs::read(&path) {
-            Ok(bytes) => Self::of(bytes, path),
+            Ok(bytes) => Self::of(bytes, name, path),
             Err(cause) => Err(FmuError::UnreadableLibrary { path, cause }),
         }
     }
 
-    fn of(bytes: Vec<u8>, path: PathBuf) -> Result<Self, FmuError> {
+    fn of(bytes: Vec<u8>, name: &str, path: PathBuf) -> Result<Self, FmuError> {
         if !is_library(&bytes) {
             return Err(FmuError::NotALibrary { path, platform: platform() });
         }
-        let name = FUNCTION.as_bytes();
-        if !bytes.windows(name.len()).any(|window| window == name) {
-            return Err(FmuError::NotFmi { path, function: FUNCTION });
+        let marker = format!("{MARKER}{name}\0");
+        if !bytes.windows(marker.len()).any(|window| window == marker.as_bytes()) {
+            return Err(FmuError::OtherLibrary { path, unit: name.to_owned() });
         }
         Ok(Self { bytes })
     }
@@ -103,17 +101,17 @@ mod tests {
     }
 
     fn refused(bytes: Vec<u8>) -> String {
-        Library::of(bytes, "x.so".into()).err().map_or_else(String::new, |error| error.to_string())
+        Library::of(bytes, "dam", "x.so".into()).err().map_or_else(String::new, |error| error.to_string())
     }
 
     #[test]
-    fn only_a_library_with_the_function_is_taken() {
-        assert!(Library::of(blob(3, "..fmi3InstantiateCoSimulation.."), "x.so".into()).is_ok());
+    fn only_the_units_own_library_is_taken() {
+        assert!(Library::of(blob(3, "..cofferdam unit: dam\0.."), "dam", "x.so".into()).is_ok());
         assert!(refused(b"PK".to_vec()).contains("no shared library of"));
         // A program that is bound to its address.
-        assert!(refused(blob(2, FUNCTION)).contains("no shared library of"));
-        let without = refused(blob(3, "fmi3Instantiate"));
-        assert!(without.contains(FUNCTION) && without.contains("cargo build --release"), "{without}");
+        assert!(refused(blob(2, "cofferdam unit: dam\0")).contains("no shared library of"));
+        let other = refused(blob(3, "cofferdam unit: reservoir\0"));
+        assert!(other.contains("is not the library of the unit `dam`"), "{other}");
     }
 
     #[test]

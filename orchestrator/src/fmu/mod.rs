@@ -1,7 +1,7 @@
 //! FMI 3.0 FMUs of built units: everything but the library is generated from the unit's variables and parameters.
 //!
-//! An FMU holds one unit of one scene: the sizes of all arrays are fixed. It sees units through
-//! [`interface::Packable`] and knows no solver.
+//! An FMU holds one unit of one scene: the sizes of all arrays are fixed. Units are seen through
+//! [`interface::Packable`] and the contract's variables; no solver is known here.
 //!
 //! ```text
 //! modelDescription.xml                      model_description: attributes, units, variables, dependencies
@@ -22,8 +22,8 @@ mod variables;
 pub use error::FmuError;
 pub use library::Library;
 
-use interface::Packable;
 use interface::export::{Contents, FILE};
+use interface::{Packable, Shape};
 use std::io::{Cursor, Write};
 use std::path::Path;
 use variables::SizedVariable;
@@ -53,12 +53,10 @@ pub struct Package<U: Packable> {
 }
 
 impl<U: Packable> Package<U> {
-    /// Writes the FMU to `path`; returns its size in bytes. The same package gives the same bytes.
+    /// Writes the FMU to `path`, whatever is there; returns its size in bytes. The same package gives the same bytes.
     ///
-    /// **Errors**: a target that exists, unless `overwrite`, one in a folder that does not, contents that cannot
-    /// be written. Nothing half-written is left.
-    pub fn write(&self, path: &Path, overwrite: bool) -> Result<u64, FmuError> {
-        check_target(path, overwrite)?;
+    /// **Errors**: contents that cannot be written. Nothing half-written is left.
+    pub fn write(&self, path: &Path) -> Result<u64, FmuError> {
         let failed = |cause| FmuError::Write { path: path.to_owned(), cause };
         let archive = archive(&self.entries()?).map_err(failed)?;
         let mut name = path.file_name().unwrap_or_default().to_owned();
@@ -73,9 +71,15 @@ impl<U: Packable> Package<U> {
         Ok(archive.len() as u64)
     }
 
-    /// Simulated time of the scene, s.
+    /// Simulated time of the scene, s: the sum of decimal numbers, without what binary ones add to it.
     fn end(&self) -> f64 {
-        self.steps as f64 * self.communication_step
+        (self.steps as f64 * self.communication_step * 1e9).round() / 1e9
+    }
+
+    /// Number of points of the wet face.
+    pub fn interface_points(&self) -> usize {
+        let found = U::VARIABLES.iter().find(|v| v.shape == Shape::InterfacePoints);
+        found.map_or(0, |variable| U::size_for(&self.contents.parameters, variable))
     }
 
     /// Name and content of the files in the FMU.
@@ -98,14 +102,18 @@ impl<U: Packable> Package<U> {
     }
 }
 
-/// Refuses a target before any work is done for it.
-fn check_target(path: &Path, overwrite: bool) -> Result<(), FmuError> {
+/// Refuses a target before any work is done for it: one that exists, unless `overwrite`, one that is no regular file
+/// (a link is none), one in a folder that does not exist.
+pub fn check_target(path: &Path, overwrite: bool) -> Result<(), FmuError> {
     let path_owned = || path.to_owned();
-    if path.is_dir() || path.file_name().is_none() {
+    let ends_as_folder = path.as_os_str().to_string_lossy().ends_with(std::path::is_separator);
+    if path.is_dir() || path.file_name().is_none() || ends_as_folder {
         return Err(FmuError::TargetIsFolder { path: path_owned() });
     }
-    if path.exists() && !overwrite {
-        return Err(FmuError::Exists { path: path_owned() });
+    match path.symlink_metadata() {
+        Ok(there) if !there.is_file() => return Err(FmuError::NotAFile { path: path_owned() }),
+        Ok(_) if !overwrite => return Err(FmuError::Exists { path: path_owned() }),
+        _ => {}
     }
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {

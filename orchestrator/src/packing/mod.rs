@@ -6,7 +6,7 @@ use crate::registry::{self, RegistryError};
 use dam_dem::Dam;
 use interface::export::Contents;
 use interface::{Packable, variables};
-use orchestrator::fmu::{FmuError, Library, Package};
+use orchestrator::fmu::{FmuError, Library, Package, check_target};
 use orchestrator::scene::Scene;
 use orchestrator::scheme::Side;
 use reservoir::Reservoir;
@@ -55,8 +55,10 @@ pub struct Packed {
 
 /// Packs the unit of `side` of a scene that has been loaded.
 ///
-/// **Errors**: a unit that could not be made from the scene, and those of [`Package::write`]; nothing is written then.
+/// **Errors**: a target that cannot be, a unit that could not be made from the scene, and those of
+/// [`Package::write`]; nothing is written then.
 pub fn pack(side: Side, scene: &Scene, target: &Target<'_>) -> Result<Packed, PackingError> {
+    check_target(target.path, target.overwrite)?;
     match side {
         Side::Dam => dam(scene, target),
         Side::Reservoir => reservoir(scene, target),
@@ -75,48 +77,42 @@ fn dam(scene: &Scene, target: &Target<'_>) -> Result<Packed, PackingError> {
         let pressure = face.points().iter().map(|point| weight * (depth - point[1])).collect();
         start.insert(variables::dam::HYDROSTATIC_PRESSURE.name.to_owned(), pressure);
     }
-    let package = Package::<Dam> {
-        mesh: mesh::dam(&parameters),
-        contents: Contents { start, parameters },
-        title: scene.title.clone(),
-        scene: portable(scene)?,
-        about: include_str!("dam.html"),
-        example: include_str!("dam_example.html"),
-        communication_step: scene.time.communication_step,
-        steps: scene.steps(),
-        library: Library::find(Dam::NAME, target.library)?,
-    };
-    written(&package, &variables::dam::INTERFACE_PRESSURE, target)
+    let page = [include_str!("dam.html"), include_str!("dam_example.html")];
+    let mesh = mesh::dam(&parameters);
+    written::<Dam>(scene, Contents { start, parameters }, mesh, page, target)
 }
 
 fn reservoir(scene: &Scene, target: &Target<'_>) -> Result<Packed, PackingError> {
     let parameters = registry::reservoir_parameters(scene, registry::wet_face(scene)?);
     parameters.validate().map_err(RegistryError::from)?;
-    let package = Package::<Reservoir> {
-        mesh: mesh::reservoir(&parameters),
-        contents: Contents { start: BTreeMap::new(), parameters },
-        title: scene.title.clone(),
-        scene: portable(scene)?,
-        about: include_str!("reservoir.html"),
-        example: include_str!("reservoir_example.html"),
-        communication_step: scene.time.communication_step,
-        steps: scene.steps(),
-        library: Library::find(Reservoir::NAME, target.library)?,
-    };
-    written(&package, &variables::reservoir::INTERFACE_PRESSURE, target)
+    let page = [include_str!("reservoir.html"), include_str!("reservoir_example.html")];
+    let mesh = mesh::reservoir(&parameters);
+    written::<Reservoir>(scene, Contents { start: BTreeMap::new(), parameters }, mesh, page, target)
 }
 
-/// Writes the package; `pressure` is a variable with a value a point.
+/// Writes the FMU of a unit with these contents.
 fn written<U: Packable>(
-    package: &Package<U>,
-    pressure: &interface::Variable,
+    scene: &Scene,
+    contents: Contents<U::Parameters>,
+    mesh: Vec<mesh::File>,
+    [about, example]: [&'static str; 2],
     target: &Target<'_>,
 ) -> Result<Packed, PackingError> {
-    let parameters = &package.contents.parameters;
+    let package = Package::<U> {
+        contents,
+        title: scene.title.clone(),
+        scene: portable(scene)?,
+        about,
+        example,
+        communication_step: scene.time.communication_step,
+        steps: scene.steps(),
+        mesh,
+        library: Library::find(U::NAME, target.library)?,
+    };
     Ok(Packed {
-        size: package.write(target.path, target.overwrite)?,
-        interface_points: U::size_for(parameters, pressure),
-        variable_step: U::capabilities_for(parameters).variable_communication_step,
+        size: package.write(target.path)?,
+        interface_points: package.interface_points(),
+        variable_step: U::capabilities_for(&package.contents.parameters).variable_communication_step,
     })
 }
 

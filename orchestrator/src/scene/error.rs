@@ -237,6 +237,12 @@ pub enum Invalid {
         /// Communication step, s.
         communication_step: f64,
     },
+    /// A title that cannot be shown.
+    #[error("`title` has the unprintable character {character:?}; leave it out")]
+    Title {
+        /// The character.
+        character: char,
+    },
     /// Communication points further apart than the samples of the ground motion.
     #[error(
         "`time.communication_step` is {} s, longer than the ground motion's interval of {} s, whose peaks it would \

@@ -96,6 +96,11 @@ impl Findings {
     }
 
     fn scene(&mut self, scene: &Scene) {
+        // Neither a terminal nor XML takes them.
+        let unprintable = |c: &char| c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}');
+        if let Some(character) = scene.title.chars().find(unprintable) {
+            self.add("title", Invalid::Title { character });
+        }
         self.positive("gravity", scene.gravity);
         self.positive("time.communication_step", scene.time.communication_step);
         self.within("time.quiet", scene.time.quiet, 0.0, 1e6);
