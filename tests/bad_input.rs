@@ -312,7 +312,7 @@ macro_rules! variants {
 
 variants!(INVALID, invalid, Invalid:
     Unreadable Override Syntax Misspelt Misplaced Unknown Missing Type Word NotPositive OutOfRange WaterAboveCrest
-    WaterTooShallow ElementTooLarge CrackOutside CracksCoincide ThinRow TooMany NoStep Undersampled SideTooShort SideNotAscending NotAtHeel SidesCross
+    WaterTooShallow ElementTooLarge CrackOutside CracksCoincide ThinRow TooMany NoStep Title Undersampled SideTooShort SideNotAscending NotAtHeel SidesCross
     ExactlyOne Polarity Count Frequencies DurationMissing Record);
 variants!(RECORD_ERRORS, record_error, RecordError:
     Read Format Line NonFinite NonUniform Empty Truncated Crop TooStrong);

@@ -260,7 +260,10 @@ fn a_doubtful_scene_is_packed_with_its_warnings() {
         export(folder.path(), &root().join("scenes").join(SCENE), "dam", &["--set", "dam.element_size=25"]);
     assert!(output.status.success());
     let said = String::from_utf8_lossy(&output.stderr).replace('│', " ");
-    assert!(said.split_whitespace().collect::<Vec<_>>().join(" ").contains("elements of 25 m"), "{said}");
+    assert!(
+        said.split_whitespace().collect::<Vec<_>>().join(" ").contains("`dam.element_size` is 25 m"),
+        "{said}"
+    );
 }
 
 #[test]

@@ -341,9 +341,8 @@ def refused(said, text, call, *arguments, **named):
     assert text in said[-1][2], said[-1][2]
 
 
-def test_wrong_calls_are_refused_with_a_message(unpacked, said):
-    path = unpacked
-    unit = listening(path, said)
+def test_wrong_calls_are_refused_with_a_message(path, unpacked, said):
+    unit = listening(unpacked, said)
     fmu, size = unit.fmu, unit.references["interface_x"][1]
     wet = "interface_pressure" if path.stem == "dam" else "interface_acceleration"
     (wet,), calculated = unit.references[wet][0], unit.references["interface_x"][0]
@@ -384,7 +383,7 @@ def test_wrong_calls_are_refused_with_a_message(unpacked, said):
     refused(said, "is null, misaligned", fmu.fmi3DoStep, fmu.component, 5 * H, H, True, None, None, None, None)
     refused(said, "not saved by this instance", fmu.setFMUState, fmi3FMUState())
     refused(said, "not saved by this instance", fmu.setFMUState, c_void_p(4242))
-    for other in (initialised(path), initialised(path.parent.parent / path.name)):
+    for other in (initialised(unpacked), initialised(path)):
         refused(said, "not saved by this instance", fmu.setFMUState, other.fmu.getFMUState())
     for nobody in (None, c_void_p(4242)):
         with pytest.raises(FMICallException):
