@@ -121,6 +121,8 @@ const AMOUNT: &[Case] = &[
     edit(&[("communication_step = 0.0025", "communication_step = 1e-9")]),
     edit(&[("communication_step = 0.0025", "communication_step = 0.02")]),
     edit(&[("title = \"Cracked Koyna dam,", "title = \"Cracked\\tKoyna dam,")]),
+    set(&["coupling.measures=[]"]),
+    set(&["coupling.measures=[\"presure\"]"]),
     set(&["time.duration=1e308"]),
     set(&["time.communication_step=1e-310"]),
     set(&["reservoir.far_end_distance=1e308"]),
@@ -312,7 +314,7 @@ macro_rules! variants {
 
 variants!(INVALID, invalid, Invalid:
     Unreadable Override Syntax Misspelt Misplaced Unknown Missing Type Word NotPositive OutOfRange WaterAboveCrest
-    WaterTooShallow ElementTooLarge CrackOutside CracksCoincide ThinRow TooMany NoStep Title Undersampled SideTooShort SideNotAscending NotAtHeel SidesCross
+    WaterTooShallow ElementTooLarge CrackOutside CracksCoincide ThinRow TooMany NoStep NoMeasure Title Undersampled SideTooShort SideNotAscending NotAtHeel SidesCross
     ExactlyOne Polarity Count Frequencies DurationMissing Record);
 variants!(RECORD_ERRORS, record_error, RecordError:
     Read Format Line NonFinite NonUniform Empty Truncated Crop TooStrong);

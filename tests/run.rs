@@ -78,16 +78,6 @@ fn a_run_leaves_log_histories_and_manifest() {
 }
 
 #[test]
-fn iterations_stay_within_what_was_measured() {
-    // Mean of the dam steps per communication step in the strong part of the main scene, 10 m mesh.
-    let histories = short_scene().run();
-    let iterations = &histories.column("iterations")[1..];
-    let mean = iterations.iter().sum::<f64>() / iterations.len() as f64;
-    println!("dam steps per communication step: mean {mean:.2}, most {}", whole_chain::peak(iterations));
-    assert!(mean <= 5.5, "{mean}");
-}
-
-#[test]
 fn energy_is_balanced_in_a_short_run() {
     let histories = short_scene().run();
     let error = whole_chain::peak(histories.column("dam.energy_balance_error"));
@@ -137,7 +127,11 @@ fn a_value_that_cannot_be_set_is_refused() {
 fn a_step_that_does_not_converge_ends_the_run_with_status_3() {
     let scenario = short_scene();
     let mut command = scenario.command("run");
-    command.args(["--set", "coupling.tolerance=1e-13", "--set", "coupling.iteration_limit=2"]);
+    for setting in
+        ["tolerance=1e-13", "iteration_limit=2", "acceleration=constant", "measures=['displacement']"]
+    {
+        command.args(["--set", &format!("coupling.{setting}")]);
+    }
     let output = command.output().expect("cofferdam runs");
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(3), "{said}");

@@ -5,7 +5,7 @@
 
 use interface::{Capabilities, Fingerprint};
 use orchestrator::acceleration::{Acceleration, AccelerationKind};
-use orchestrator::convergence::ConvergenceMeasure;
+use orchestrator::convergence::{ConvergenceMeasure, Measure};
 use orchestrator::log::{LogWriter, Preamble};
 use orchestrator::observer::{Observer, Start};
 use orchestrator::participant::{
@@ -192,13 +192,13 @@ impl Coupling {
         let reservoir = Description { name: "reservoir".to_owned(), ..dam.clone() };
         let ground_motion = &GroundMotion::ramp(1.0, 1.0);
         log.begin(&Start { dam, reservoir, ground_motion, communication_step: 1e-3, steps: 1 })?;
-        let acceleration = Acceleration::new(AccelerationKind::Aitken, 0.9);
-        let measure = ConvergenceMeasure::new(1e-6, 100.0, 1e6);
+        let acceleration = Acceleration::new(AccelerationKind::Aitken, 0.9, 1.0);
+        let measure = ConvergenceMeasure::new(&[Measure::Displacement, Measure::Pressure], 1e-6, 100.0, 1e6);
         Ok(Self { acceleration, measure, log, guess: vec![0.0; VALUES], _folder: folder })
     }
 
     fn step(&mut self, step: u64, inputs: &mut [f64], outputs: &[f64]) -> Result<(), Box<dyn Error>> {
-        let residuals = self.measure.residuals(outputs, Some(inputs), &self.guess, outputs);
+        let residuals = self.measure.residuals(outputs, Some(inputs), [&self.guess, outputs], None);
         let residual: Vec<f64> = outputs.iter().zip(&self.guess).map(|(q, p)| q - p).collect();
         self.acceleration.begin_step();
         self.acceleration.accelerate(&mut self.guess, &residual);

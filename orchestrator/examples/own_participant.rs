@@ -4,7 +4,7 @@
 
 use interface::{Capabilities, Fingerprint, WetFace};
 use orchestrator::acceleration::{Acceleration, AccelerationKind};
-use orchestrator::convergence::ConvergenceMeasure;
+use orchestrator::convergence::{ConvergenceMeasure, Measure};
 use orchestrator::participant::{
     Channel, Description, InProcess, Layout, Messages, Occasion, Participant, ParticipantError,
 };
@@ -100,8 +100,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         InProcess::new(Reservoir::new(water, NonZeroUsize::MIN)?, "reservoir", Messages::default());
     let dam = Block { description, face, now: [0.0; 4], saved: [0.0; 4] };
     let mut units = Units { dam: Box::new(dam), reservoir: Box::new(reservoir) };
-    let aitken = Acceleration::new(AccelerationKind::Aitken, 0.9);
-    let measure = ConvergenceMeasure::new(1e-6, 50.0, 1000.0 * 9.81 * 50.0);
+    let aitken = Acceleration::new(AccelerationKind::Aitken, 0.9, 1.0);
+    let measure = ConvergenceMeasure::new(
+        &[Measure::Displacement, Measure::Pressure],
+        1e-6,
+        50.0,
+        1000.0 * 9.81 * 50.0,
+    );
     let mut scheme = SerialImplicit::new(&mut units, aitken, Predictor::new(2), measure, 50)?;
     scheme.initialise(&mut units, 0.0, [0.0; 2])?;
     for step in 1..=400_u32 {

@@ -7,6 +7,7 @@ pub mod koyna;
 pub mod quadratic_elements;
 pub mod scenario;
 pub mod scene_text;
+pub mod small_unit;
 
 /// `‖a − b‖₂ / ‖b‖₂`.
 pub fn relative_l2(a: &[f64], b: &[f64]) -> f64 {

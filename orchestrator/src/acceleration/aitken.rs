@@ -53,7 +53,7 @@ mod tests {
 
     /// Solves p = G p + 1 and counts the iterations to 1e-12.
     fn iterations(kind: AccelerationKind, gain: f64) -> usize {
-        let mut acceleration = Acceleration::new(kind, 0.5);
+        let mut acceleration = Acceleration::new(kind, 0.5, 1.0);
         let mut p = [0.0, 0.0];
         acceleration.begin_step();
         for count in 1..200 {

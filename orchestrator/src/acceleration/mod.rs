@@ -4,8 +4,15 @@
 //! residual into the next guess. It never logs; [`Acceleration::relaxation`] tells what it did.
 
 mod aitken;
+mod filtered_qr;
+mod interface_jacobian;
+mod iqn_ils;
+mod secants;
 
 pub use aitken::Aitken;
+pub use interface_jacobian::InterfaceJacobian;
+pub use iqn_ils::IqnIls;
+pub use secants::{Projection, Secants};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -18,6 +25,10 @@ pub enum AccelerationKind {
     Constant,
     /// p ← p + ω r with Aitken's ω from the last two residuals.
     Aitken,
+    /// Quasi-Newton: the inverse Jacobian by least squares from the iterations of this and of past steps.
+    IqnIls,
+    /// Interface Newton: the Jacobian measured once, corrected by the iterations of this and of past steps.
+    InterfaceJacobian,
 }
 
 /// A scheme for the next guess.
@@ -27,28 +38,48 @@ pub enum Acceleration {
     Constant(f64),
     /// Aitken's dynamic relaxation.
     Aitken(Aitken),
+    /// Interface quasi-Newton.
+    IqnIls(IqnIls),
+    /// Interface Newton.
+    InterfaceJacobian(InterfaceJacobian),
 }
 
+/// Communication steps whose differences are reused, and what must be new in a difference to be used.
+const REUSED_STEPS: u64 = 30;
+const FILTER: f64 = 1e-3;
+
 impl Acceleration {
-    /// The acceleration of `kind` with first (or constant) relaxation factor `relaxation`.
-    pub fn new(kind: AccelerationKind, relaxation: f64) -> Self {
+    /// The acceleration of `kind` with first (or constant) relaxation factor `relaxation`; unknowns are moved by `probe`
+    /// where a Jacobian is measured.
+    pub fn new(kind: AccelerationKind, relaxation: f64, probe: f64) -> Self {
+        let secants = Secants::new(REUSED_STEPS, FILTER);
         match kind {
             AccelerationKind::Constant => Self::Constant(relaxation),
             AccelerationKind::Aitken => Self::Aitken(Aitken::new(relaxation)),
+            AccelerationKind::IqnIls => Self::IqnIls(IqnIls::new(relaxation, secants)),
+            AccelerationKind::InterfaceJacobian => {
+                Self::InterfaceJacobian(InterfaceJacobian::new(probe, secants))
+            }
         }
     }
 
     /// Begins the iteration of a new communication step.
     pub fn begin_step(&mut self) {
-        if let Self::Aitken(aitken) = self {
-            aitken.begin_step();
+        match self {
+            Self::Constant(_) => {}
+            Self::Aitken(aitken) => aitken.begin_step(),
+            Self::IqnIls(iqn) => iqn.begin_step(),
+            Self::InterfaceJacobian(newton) => newton.begin_step(),
         }
     }
 
     /// Moves `guess` on by means of `residual` = G(guess) − guess.
     pub fn accelerate(&mut self, guess: &mut [f64], residual: &[f64]) {
-        if let Self::Aitken(aitken) = self {
-            aitken.observe(residual);
+        match self {
+            Self::Constant(_) => {}
+            Self::Aitken(aitken) => aitken.observe(residual),
+            Self::IqnIls(iqn) => return iqn.accelerate(guess, residual),
+            Self::InterfaceJacobian(newton) => return newton.accelerate(guess, residual),
         }
         let relaxation = self.relaxation();
         for (p, r) in guess.iter_mut().zip(residual) {
@@ -61,6 +92,46 @@ impl Acceleration {
         match self {
             Self::Constant(relaxation) => *relaxation,
             Self::Aitken(aitken) => aitken.relaxation(),
+            Self::IqnIls(iqn) => iqn.relaxation(),
+            Self::InterfaceJacobian(_) => 1.0,
         }
+    }
+
+    /// Whether the last guess was made to measure something, not to converge.
+    pub fn measuring(&self) -> bool {
+        matches!(self, Self::InterfaceJacobian(newton) if newton.measuring())
+    }
+}
+
+/// A linear problem for tests: G(x) = A x + b with an A that is far from a multiple of unity, and diverges by itself.
+#[cfg(test)]
+mod linear_problem {
+    use super::Acceleration;
+
+    pub const SIZE: usize = 8;
+
+    fn answer(x: &[f64], load: f64) -> Vec<f64> {
+        (0..SIZE)
+            .map(|i| {
+                let along = |j: usize| {
+                    (0.7 * (i * i + 3 * j * j + i * j) as f64).sin() - if i == j { 1.5 } else { 0.0 }
+                };
+                load * (i as f64).cos() + (0..SIZE).map(|j| along(j) * x[j]).sum::<f64>()
+            })
+            .collect()
+    }
+
+    /// Iterations of one step to 1e-9.
+    pub fn iterations(acceleration: &mut Acceleration, load: f64) -> usize {
+        let mut x = vec![0.0; SIZE];
+        acceleration.begin_step();
+        for count in 1..100 {
+            let residual: Vec<f64> = answer(&x, load).iter().zip(&x).map(|(g, x)| g - x).collect();
+            if residual.iter().all(|r| r.abs() < 1e-9) {
+                return count;
+            }
+            acceleration.accelerate(&mut x, &residual);
+        }
+        usize::MAX
     }
 }

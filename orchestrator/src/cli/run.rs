@@ -49,7 +49,11 @@ impl RunError {
         match self {
             Self::Scene(_) => 2,
             Self::Participant(ParticipantError::Interrupted) => INTERRUPTED,
-            Self::Simulation(SimulationError::Coupling(CouplingError::NotConverged { .. })) => 3,
+            Self::Simulation(SimulationError::Coupling(
+                CouplingError::NotConverged { .. }
+                | CouplingError::Hopeless { .. }
+                | CouplingError::BlewUp { .. },
+            )) => 3,
             Self::Unit(_) | Self::Participant(_) | Self::Simulation(SimulationError::Coupling(_)) => 4,
             _ => 1,
         }
@@ -193,14 +197,27 @@ fn catch_interrupt() -> Result<Arc<AtomicBool>, RunError> {
     Ok(interrupted)
 }
 
+/// Change of a pressure that measures what it does, as a share of the hydrostatic pressure at the base: far above
+/// rounding, and too little to move a crack.
+const PROBE: f64 = 1e-4;
+
 fn assemble(loaded: &LoadedScene, mut units: Units) -> Result<Simulation, RunError> {
     let LoadedScene { scene, ground_motion, .. } = loaded;
     let coupling = &scene.coupling;
     let scheme = SerialImplicit::new(
         &mut units,
-        Acceleration::new(coupling.acceleration, coupling.relaxation),
+        Acceleration::new(
+            coupling.acceleration,
+            coupling.relaxation,
+            PROBE * scene.hydrostatic_base_pressure(),
+        ),
         Predictor::new(coupling.predictor_order),
-        ConvergenceMeasure::new(coupling.tolerance, scene.height(), scene.hydrostatic_base_pressure()),
+        ConvergenceMeasure::new(
+            &coupling.measures,
+            coupling.tolerance,
+            scene.height(),
+            scene.hydrostatic_base_pressure(),
+        ),
         coupling.iteration_limit,
     )
     .map_err(SimulationError::from)?;

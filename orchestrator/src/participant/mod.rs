@@ -307,7 +307,11 @@ pub trait Participant: Send {
 }
 
 /// Checks that an answer is finite.
-fn check_finite(description: &Description, outputs: &[f64], time: f64) -> Result<(), ParticipantError> {
+pub(crate) fn check_finite(
+    description: &Description,
+    outputs: &[f64],
+    time: f64,
+) -> Result<(), ParticipantError> {
     let Some(position) = outputs.iter().position(|v| !v.is_finite()) else { return Ok(()) };
     let (variable, index) = description.outputs.locate(position).unwrap_or(("?", position));
     Err(ParticipantError::NonFinite {

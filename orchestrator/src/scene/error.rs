@@ -237,6 +237,9 @@ pub enum Invalid {
         /// Communication step, s.
         communication_step: f64,
     },
+    /// Nothing that would have to be small.
+    #[error("`coupling.measures` is empty; list one or more of pressure, residual and displacement")]
+    NoMeasure,
     /// A title that cannot be shown.
     #[error("`title` has the unprintable character {character:?}; leave it out")]
     Title {

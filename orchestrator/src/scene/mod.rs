@@ -25,6 +25,7 @@ pub use record::{Record, RecordError, STANDARD_GRAVITY};
 pub use warning::{REST, SceneWarning, Warning};
 
 use crate::acceleration::AccelerationKind;
+use crate::convergence::Measure;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -260,8 +261,10 @@ pub struct CrackScene {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct CouplingScene {
-    /// Tolerance ε on displacement and pressure.
+    /// Tolerance ε.
     pub tolerance: f64,
+    /// What it is a tolerance of.
+    pub measures: Vec<Measure>,
     /// Most iterations a step.
     #[schemars(range(min = 2, max = 100_000))]
     pub iteration_limit: u32,
@@ -284,8 +287,9 @@ impl Default for CouplingScene {
     fn default() -> Self {
         Self {
             tolerance: 1e-6,
+            measures: vec![Measure::Pressure],
             iteration_limit: 100,
-            acceleration: AccelerationKind::Aitken,
+            acceleration: AccelerationKind::InterfaceJacobian,
             relaxation: 0.9,
             predictor_order: 2,
         }

@@ -144,6 +144,9 @@ impl Findings {
         }
         let coupling = &scene.coupling;
         self.within("coupling.tolerance", coupling.tolerance, 1e-14, 0.1);
+        if self.sound(&["coupling.measures"]) && coupling.measures.is_empty() {
+            self.add("coupling.measures", Invalid::NoMeasure);
+        }
         self.within("coupling.relaxation", coupling.relaxation, 1e-6, 1.5);
     }
 

@@ -6,7 +6,7 @@ mod serial_implicit;
 pub use predictor::Predictor;
 pub use serial_implicit::SerialImplicit;
 
-use crate::convergence::Residuals;
+use crate::convergence::{Hopeless, Residuals};
 use crate::participant::{Message, Occasion, Participant, ParticipantError};
 use std::time::Duration;
 
@@ -116,6 +116,36 @@ pub enum CouplingError {
         displacement: f64,
         /// Tolerance ε.
         tolerance: f64,
+    },
+    /// Going on would be in vain.
+    #[error(
+        "step {step} at t = {time} s {why}, in iteration {iteration}; choose another [coupling] acceleration, lower its \
+         relaxation, or change communication_step"
+    )]
+    Hopeless {
+        /// Number of the step.
+        step: u64,
+        /// Start of the step, s.
+        time: f64,
+        /// Iterations taken.
+        iteration: u32,
+        /// What was recognised.
+        why: Hopeless,
+    },
+    /// The guesses became such that a unit could not answer with numbers.
+    #[error(
+        "step {step} at t = {time} s diverges: in iteration {iteration} {cause}; choose another [coupling] acceleration, \
+         lower its relaxation, or change communication_step"
+    )]
+    BlewUp {
+        /// Number of the step.
+        step: u64,
+        /// Start of the step, s.
+        time: f64,
+        /// Iterations taken, from 2: in the first, what is not finite is the unit's own.
+        iteration: u32,
+        /// What was not finite.
+        cause: ParticipantError,
     },
     /// The wet faces of the two units differ.
     #[error(

@@ -1,7 +1,7 @@
 use super::{CouplingError, Exchange, Predictor, Side, StepFailure, StepReport, Units};
 use crate::acceleration::Acceleration;
-use crate::convergence::ConvergenceMeasure;
-use crate::participant::{Description, Occasion, Participant, ParticipantError};
+use crate::convergence::{ConvergenceMeasure, Guard};
+use crate::participant::{Description, Occasion, Participant, ParticipantError, check_finite};
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
@@ -175,11 +175,17 @@ impl SerialImplicit {
         let ground = report.ground_acceleration;
         let mut pressure = vec![0.0; self.hydrostatic_pressure.len()];
         let mut previous_displacement: Option<Vec<f64>> = None;
+        let mut guard = Guard::default();
+        let mut first = None;
         self.predictor.predict(&mut pressure);
         self.acceleration.begin_step();
         units.dam.save_state()?;
         units.reservoir.save_state()?;
-        for iteration in 1..=self.iteration_limit {
+        let mut iteration = 0;
+        let mut left = self.iteration_limit;
+        while left > 0 {
+            iteration += 1;
+            left -= u32::from(!self.acceleration.measuring());
             if iteration > 1 {
                 units.dam.restore_state()?;
                 units.reservoir.restore_state()?;
@@ -196,8 +202,13 @@ impl SerialImplicit {
             let water = self.exchange(&mut *units.reservoir, Side::Reservoir, occasion, inputs, report)?;
 
             let answered = &report.exchanges[water].outputs[self.channels.reservoir_pressure.clone()];
-            let residuals =
-                self.measure.residuals(&displacement, previous_displacement.as_deref(), &pressure, answered);
+            let residuals = self.measure.residuals(
+                &displacement,
+                previous_displacement.as_deref(),
+                [&pressure, answered],
+                first,
+            );
+            first.get_or_insert(residuals.pressure);
             report.residuals = Some(residuals);
             report.relaxation = self.acceleration.relaxation();
             if self.measure.converged(&residuals) {
@@ -206,15 +217,21 @@ impl SerialImplicit {
                 report.exchanges[water].accepted = true;
                 return Ok(());
             }
+            if !self.acceleration.measuring()
+                && let Err(why) = guard.observe(residuals.pressure, &pressure, answered)
+            {
+                let (step, time) = (report.step, report.time);
+                return Err(CouplingError::Hopeless { step, time, iteration, why });
+            }
             let residual: Vec<f64> = answered.iter().zip(&pressure).map(|(q, p)| q - p).collect();
             self.acceleration.accelerate(&mut pressure, &residual);
             previous_displacement = Some(displacement);
         }
-        let residuals = report.residuals.unwrap_or(self.measure.residuals(&[], None, &[], &[]));
+        let residuals = report.residuals.unwrap_or(self.measure.residuals(&[], None, [&[], &[]], None));
         Err(CouplingError::NotConverged {
             step: report.step,
             time: report.time,
-            iterations: self.iteration_limit,
+            iterations: iteration,
             pressure: residuals.pressure,
             pressure_ratio: residuals.pressure_ratio,
             displacement: residuals.displacement,
@@ -246,14 +263,23 @@ impl SerialImplicit {
             _ => unit.step(&occasion, &inputs, &mut outputs),
         };
         let answered = self.began.elapsed();
+        let result = result.and_then(|()| {
+            check_finite(unit.description(), &outputs, occasion.time + occasion.communication_step)
+        });
         // What a unit that failed left there is no answer; one that is not finite is.
         if result.as_ref().is_err_and(|e| !matches!(e, ParticipantError::NonFinite { .. })) {
             outputs.clear();
         }
         let iteration = occasion.iteration;
         report.exchanges.push(Exchange { side, iteration, accepted: false, inputs, outputs, sent, answered });
-        result?;
-        Ok(report.exchanges.len() - 1)
+        match result {
+            Ok(()) => Ok(report.exchanges.len() - 1),
+            Err(cause @ ParticipantError::NonFinite { .. }) if iteration > 1 => {
+                let Occasion { step, time, .. } = occasion;
+                Err(CouplingError::BlewUp { step, time, iteration, cause })
+            }
+            Err(error) => Err(error.into()),
+        }
     }
 }
 

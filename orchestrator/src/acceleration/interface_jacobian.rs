@@ -1,0 +1,125 @@
+use super::secants::Secants;
+use nalgebra::{DMatrix, DVector, Dyn, LU};
+
+/// Interface Newton: the Jacobian of the residual is measured once, then used in every step.
+///
+/// ```text
+/// x ← x − ΔX c − J⁻¹ r⊥,  J = ∂r/∂x,  r = ΔR c + r⊥
+/// ```
+///
+/// In the first iterations that are needed at all, every unknown is moved by itself: one iteration each gives J
+/// to rounding, as long as the units are linear there (a dam at rest: elastic, sticking). Where they no longer are,
+/// differences between iterations of this and of past steps ([`Secants`]) correct it. Judged on the true residual, like
+/// everything else.
+///
+/// The units need no derivatives of their own, only states that can be restored; the measurement is part of the log.
+///
+/// **Source**: a chord Newton method with the multi-secant update of Eyert (1996).
+#[derive(Clone, Debug)]
+pub struct InterfaceJacobian {
+    /// By how much an unknown is moved.
+    probe: f64,
+    secants: Secants,
+    stage: Stage,
+}
+
+#[derive(Clone, Debug)]
+enum Stage {
+    /// Nothing is known.
+    Unknown,
+    /// The Jacobian is being measured from this guess and its residual.
+    Measuring { guess: Vec<f64>, residual: Vec<f64>, columns: Vec<f64> },
+    /// It is known.
+    Known(Box<LU<f64, Dyn, Dyn>>),
+    /// It cannot be inverted; the iteration goes on without.
+    Singular,
+}
+
+impl InterfaceJacobian {
+    /// Will move unknowns by `probe` (Pa) to measure.
+    pub fn new(probe: f64, secants: Secants) -> Self {
+        Self { probe, secants, stage: Stage::Unknown }
+    }
+
+    /// Whether the last guess was a probe: its residual says nothing of convergence.
+    pub fn measuring(&self) -> bool {
+        matches!(self.stage, Stage::Measuring { .. })
+    }
+
+    /// Begins a communication step; a measurement that was not finished is begun anew.
+    pub fn begin_step(&mut self) {
+        self.secants.begin_step();
+        if self.measuring() {
+            self.stage = Stage::Unknown;
+        }
+    }
+
+    /// Moves `guess` on by means of `residual` = G(guess) − guess.
+    pub fn accelerate(&mut self, guess: &mut [f64], residual: &[f64]) {
+        let size = guess.len();
+        match &mut self.stage {
+            Stage::Unknown => {
+                let columns = Vec::with_capacity(size * size);
+                self.stage = Stage::Measuring { guess: guess.to_vec(), residual: residual.to_vec(), columns };
+                guess[0] += self.probe;
+            }
+            Stage::Measuring { guess: base, residual: from, columns } => {
+                let moved = columns.len() / size;
+                columns.extend(residual.iter().zip(from.iter()).map(|(r, base)| (r - base) / self.probe));
+                guess.copy_from_slice(base);
+                if moved + 1 < size {
+                    guess[moved + 1] += self.probe;
+                    return;
+                }
+                let (jacobian, residual) =
+                    (DMatrix::from_column_slice(size, size, columns).lu(), from.clone());
+                let sound = jacobian.is_invertible() && jacobian.u().iter().all(|x| x.is_finite());
+                self.stage = if sound { Stage::Known(Box::new(jacobian)) } else { Stage::Singular };
+                self.correct(guess, &residual);
+            }
+            Stage::Known(_) | Stage::Singular => self.correct(guess, residual),
+        }
+    }
+
+    fn correct(&mut self, guess: &mut [f64], residual: &[f64]) {
+        self.secants.observe(guess, residual);
+        let known = self.secants.project(residual);
+        let mut newton = DVector::from_column_slice(&known.rest);
+        match &self.stage {
+            Stage::Known(jacobian) => {
+                // It was found to be invertible.
+                let _ = jacobian.solve_mut(&mut newton);
+            }
+            _ => newton.neg_mut(),
+        }
+        for ((x, change), step) in guess.iter_mut().zip(&known.change).zip(newton.iter()) {
+            *x -= change + step;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::acceleration::linear_problem::{SIZE, iterations};
+    use crate::acceleration::{Acceleration, AccelerationKind};
+
+    #[test]
+    fn a_linear_problem_is_measured_once_and_takes_two_iterations_then() {
+        let mut newton = Acceleration::new(AccelerationKind::InterfaceJacobian, 0.1, 1e-3);
+        assert_eq!(iterations(&mut newton, 1.0), SIZE + 2);
+        for step in 1..5 {
+            assert_eq!(iterations(&mut newton, 1.0 + f64::from(step)), 2);
+        }
+    }
+
+    #[test]
+    fn a_residual_that_nothing_moves_leaves_everything_finite() {
+        let mut newton = super::InterfaceJacobian::new(1.0, super::Secants::new(3, 1e-3));
+        let mut x = [1.0, 2.0];
+        newton.begin_step();
+        for _ in 0..9 {
+            newton.accelerate(&mut x, &[1.0, -1.0]);
+            assert!(x.iter().all(|x| x.is_finite()));
+        }
+    }
+}

@@ -1,0 +1,152 @@
+//! When a communication step counts as converged, and when it is in vain to go on.
+
+mod guard;
+
+pub use guard::{Guard, Hopeless};
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What must be small for a communication step to be converged. All that a scene lists must be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Measure {
+    /// The residual of the fixed point: `‖p̃ − p‖₂ ≤ ε ‖p̃‖₂ + p_ref`, with p what the dam was given and p̃ what the
+    /// reservoir answered.
+    Pressure,
+    /// The same against the residual of the step's first iteration: `‖r‖₂ ≤ ε ‖r₁‖₂ + p_ref`.
+    Residual,
+    /// The change of displacement from iteration j − 1 to j: `max_i |u_i^{j} − u_i^{j−1}| / (|u_i^{j−1}| + u_ref) ≤ ε`
+    /// over the points of the wet face, the paper's eq. 15 with an absolute scale, so that rest is no 0/0. It is
+    /// that of the iteration before last: a scheme that converges fast takes one iteration more for it.
+    Displacement,
+}
+
+/// The measures of convergence and their tolerance.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ConvergenceMeasure {
+    /// What must be small.
+    pub measures: Vec<Measure>,
+    /// ε, dimensionless.
+    pub tolerance: f64,
+    /// u_ref, m.
+    pub displacement_scale: f64,
+    /// p_ref, Pa.
+    pub pressure_floor: f64,
+}
+
+/// How far an iteration is from convergence.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Residuals {
+    /// Largest relative change of displacement; infinite in a step's first iteration.
+    pub displacement: f64,
+    /// ‖p̃ − p‖₂, Pa.
+    pub pressure: f64,
+    /// ‖p̃ − p‖₂ over what is allowed beside the pressure; converged at ≤ 1.
+    pub pressure_ratio: f64,
+    /// The same over what is allowed beside the step's first residual.
+    pub residual_ratio: f64,
+}
+
+impl ConvergenceMeasure {
+    /// `measures` and ε with the scales for a dam of `height` (m) in water of hydrostatic base pressure `ρgh` (Pa):
+    /// u_ref = 1e-9 × height, p_ref = 1e-6 ρgh.
+    pub fn new(measures: &[Measure], tolerance: f64, height: f64, hydrostatic_base_pressure: f64) -> Self {
+        Self {
+            measures: measures.to_vec(),
+            tolerance,
+            displacement_scale: 1e-9 * height,
+            pressure_floor: 1e-6 * hydrostatic_base_pressure,
+        }
+    }
+
+    /// The residuals of an iteration.
+    ///
+    /// **Arguments**: displacement of this iteration and of the one before (m; `None` in a step's first), pressure
+    /// given to the dam and answered by the reservoir (Pa), and the norm of the step's first residual (Pa; `None` in a
+    /// step's first).
+    pub fn residuals(
+        &self,
+        displacement: &[f64],
+        previous_displacement: Option<&[f64]>,
+        [given, answered]: [&[f64]; 2],
+        first: Option<f64>,
+    ) -> Residuals {
+        let displacement = previous_displacement.map_or(f64::INFINITY, |previous| {
+            let change = |(u, v): (&f64, &f64)| (u - v).abs() / (v.abs() + self.displacement_scale);
+            displacement.iter().zip(previous).map(change).fold(0.0, largest)
+        });
+        let pressure = norm(given.iter().zip(answered).map(|(p, q)| q - p));
+        let allowed = self.tolerance * norm(answered.iter().copied()) + self.pressure_floor;
+        let allowed_of_first = self.tolerance * first.unwrap_or(pressure) + self.pressure_floor;
+        Residuals {
+            displacement,
+            pressure,
+            pressure_ratio: pressure / allowed,
+            residual_ratio: pressure / allowed_of_first,
+        }
+    }
+
+    /// All measures hold; a residual that is not finite never does.
+    pub fn converged(&self, residuals: &Residuals) -> bool {
+        let holds = |measure: &Measure| match measure {
+            Measure::Pressure => residuals.pressure_ratio <= 1.0,
+            Measure::Residual => residuals.residual_ratio <= 1.0,
+            Measure::Displacement => residuals.displacement <= self.tolerance,
+        };
+        residuals.pressure.is_finite() && !self.measures.is_empty() && self.measures.iter().all(holds)
+    }
+}
+
+/// The larger of two numbers, NaN if either is.
+fn largest(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a > b { a } else { b }
+}
+
+/// Euclidean norm.
+pub fn norm(values: impl Iterator<Item = f64>) -> f64 {
+    values.map(|v| v * v).sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BOTH: [Measure; 2] = [Measure::Displacement, Measure::Pressure];
+
+    #[test]
+    fn rest_converges_at_once_unless_a_change_is_asked_for() {
+        let zero: [&[f64]; 2] = [&[0.0, 0.0]; 2];
+        for (measures, first) in [(&BOTH[..], false), (&BOTH[1..], true), (&[Measure::Residual], true)] {
+            let measure = ConvergenceMeasure::new(measures, 1e-6, 100.0, 1e6);
+            assert_eq!(measure.converged(&measure.residuals(zero[0], None, zero, None)), first);
+            assert!(measure.converged(&measure.residuals(zero[0], Some(zero[0]), zero, Some(0.0))));
+        }
+    }
+
+    #[test]
+    fn each_measure_can_refuse_alone() {
+        let measure = ConvergenceMeasure::new(&BOTH, 1e-3, 100.0, 1e6);
+        let (p, near, far) = ([1e4, 2e4], [1e4, 2e4 + 1.0], [1e4, 2.1e4]);
+        let converged = |u: f64, q: &[f64]| {
+            measure.converged(&measure.residuals(&[u], Some(&[0.01]), [&p, q], Some(1e9)))
+        };
+        assert!(converged(0.010001, &near));
+        assert!(!converged(0.0101, &near));
+        assert!(!converged(0.010001, &far));
+        assert!(!converged(f64::NAN, &near));
+        assert!(!converged(0.010001, &[1e4, f64::NAN]));
+    }
+
+    #[test]
+    fn the_first_residual_is_a_scale_of_its_own_and_nothing_asked_is_never_converged() {
+        let p = [1e4, 2e4];
+        let converged = |measures: &[Measure], residual: f64, first: f64| {
+            let measure = ConvergenceMeasure::new(measures, 1e-3, 100.0, 0.0);
+            measure.converged(&measure.residuals(&[0.0], None, [&p, &[1e4 + residual, 2e4]], Some(first)))
+        };
+        assert!(converged(&[Measure::Pressure], 10.0, 1e3) && !converged(&[Measure::Residual], 10.0, 1e3));
+        assert!(converged(&[Measure::Residual], 0.9, 1e3));
+        assert!(!converged(&[], 0.0, 1.0));
+    }
+}

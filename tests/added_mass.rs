@@ -1,0 +1,144 @@
+//! Small units whose coupling diverges by itself, or answers nonsense: what converges, and what is said of what does not.
+//!
+//! A body of unit mass on a spring, and a fluid that answers its acceleration with the inertia of `ratio` masses:
+//! `p = −ratio (a + coupling of neighbours)`. Gauss–Seidel multiplies an error by −ratio in every iteration.
+
+use orchestrator::acceleration::{Acceleration, AccelerationKind};
+use orchestrator::convergence::{ConvergenceMeasure, Hopeless, Measure};
+use orchestrator::participant::ParticipantError;
+use orchestrator::scheme::{CouplingError, Predictor, SerialImplicit, StepFailure, Units};
+use whole_chain::small_unit::SmallUnit;
+
+const POINTS: usize = 6;
+const STEP: f64 = 0.01;
+
+/// Displacement and velocity of the bodies.
+type Bodies = [[f64; 2]; POINTS];
+
+/// Bodies on springs of different stiffness, pushed by p and a load; implicit Euler.
+fn bodies() -> SmallUnit<Bodies> {
+    SmallUnit::dam(
+        POINTS,
+        [[0.0; 2]; POINTS],
+        vec![0.0; 2 * POINTS],
+        |state: &mut Bodies, at, inputs, outputs| {
+            for (i, [u, v]) in state.iter_mut().enumerate() {
+                let stiffness = 100.0 * (i + 1) as f64;
+                let load = (7.0 * at.end() + i as f64).sin();
+                let v_end =
+                    (*v + STEP * (load + inputs[i] - stiffness * *u)) / (1.0 + STEP * STEP * stiffness);
+                let acceleration = (v_end - *v) / STEP;
+                (*u, *v) = (*u + STEP * v_end, v_end);
+                (outputs[i], outputs[POINTS + i]) = (*u, acceleration);
+            }
+        },
+    )
+}
+
+/// A fluid of `ratio` times the bodies' mass; `spoil` may spoil its answers.
+fn fluid(ratio: f64, mut spoil: impl FnMut(u64, u32, &mut [f64]) + Send + 'static) -> SmallUnit<()> {
+    SmallUnit::reservoir(POINTS, (), vec![0.0; POINTS], move |(), at, inputs, outputs| {
+        for i in 0..POINTS {
+            let beside = [i.wrapping_sub(1), i + 1].map(|j| if j < POINTS { inputs[j] } else { 0.0 });
+            outputs[i] = -ratio * (inputs[i] + 0.3 * (beside[0] + beside[1]));
+        }
+        spoil(at.step, at.iteration, outputs);
+    })
+}
+
+/// Iterations of 40 steps, up to the first that fails.
+fn run(kind: AccelerationKind, relaxation: f64, fluid: SmallUnit<()>) -> Result<Vec<u32>, StepFailure> {
+    let mut units = Units { dam: Box::new(bodies()), reservoir: Box::new(fluid) };
+    let measure = ConvergenceMeasure {
+        measures: vec![Measure::Pressure],
+        tolerance: 1e-9,
+        displacement_scale: 0.0,
+        pressure_floor: 1e-12,
+    };
+    let acceleration = Acceleration::new(kind, relaxation, 1e-3);
+    let mut scheme = SerialImplicit::new(&mut units, acceleration, Predictor::new(2), measure, 100)
+        .expect("the units fit");
+    scheme.initialise(&mut units, 0.0, [0.0; 2])?;
+    (1..=40)
+        .map(|step| {
+            let time = (step - 1) as f64 * STEP;
+            Ok(scheme.advance(&mut units, step, time, STEP, [0.0; 2])?.iterations())
+        })
+        .collect()
+}
+
+fn mean(counts: &[u32]) -> f64 {
+    f64::from(counts.iter().sum::<u32>()) / counts.len() as f64
+}
+
+#[test]
+fn a_heavy_fluid_takes_two_iterations_with_a_measured_jacobian_and_few_with_iqn_ils()
+-> Result<(), StepFailure> {
+    for ratio in [0.01, 0.5, 5.0, 26.0, 1000.0] {
+        let sound = || fluid(ratio, |_, _, _| {});
+        let newton = run(AccelerationKind::InterfaceJacobian, 0.5, sound())?;
+        let iqn = run(AccelerationKind::IqnIls, 0.1 / ratio.max(1.0), sound())?;
+        println!(
+            "ratio {ratio}: interface Jacobian {:.2} ({} in the first step), IQN-ILS {:.2} dam steps a step",
+            mean(&newton[1..]),
+            newton[0],
+            mean(&iqn)
+        );
+        assert_eq!(newton[0], POINTS as u32 + 2);
+        assert!(newton[1..].iter().all(|count| *count <= 3), "{newton:?}");
+        assert!(mean(&iqn) <= 5.0, "{iqn:?}");
+    }
+    Ok(())
+}
+
+#[test]
+fn what_diverges_stagnates_or_is_frozen_is_named_in_its_step() {
+    let failure = |relaxation, spoiled: SmallUnit<()>| {
+        let failure = run(AccelerationKind::Constant, relaxation, spoiled).expect_err("it cannot converge");
+        println!("{failure}");
+        (failure.report.step, failure.error)
+    };
+    let (step, error) = failure(1.0, fluid(26.0, |_, _, _| {}));
+    assert_eq!(step, 1);
+    assert!(matches!(error, CouplingError::Hopeless { why: Hopeless::Diverging { .. }, .. }), "{error}");
+    // Its answers jump to and fro by 1e-3 from step 7 on.
+    let noisy =
+        fluid(0.1, |step, iteration, p| p[0] += if step > 6 { 1e-3 * f64::from(iteration % 2) } else { 0.0 });
+    let (step, error) = failure(1.0, noisy);
+    assert_eq!(step, 7);
+    assert!(matches!(error, CouplingError::Hopeless { why: Hopeless::Stagnating { .. }, .. }), "{error}");
+    let frozen = fluid(0.1, |step, _, p| {
+        if step > 3 {
+            p.fill(1.0)
+        }
+    });
+    let (step, error) = failure(0.5, frozen);
+    assert_eq!(step, 4);
+    assert!(matches!(error, CouplingError::Hopeless { why: Hopeless::Frozen, .. }), "{error}");
+}
+
+#[test]
+fn a_unit_that_answers_nan_is_named_with_step_and_iteration_and_what_it_answered_before_is_kept() {
+    for (iteration, blown_up) in [(1, false), (2, true)] {
+        let spoiled = fluid(0.1, move |step, i, p| {
+            if (step, i) == (5, iteration) {
+                p[3] = f64::NAN
+            }
+        });
+        let failure = run(AccelerationKind::Constant, 1.0, spoiled).expect_err("NaN is no answer");
+        println!("{failure}");
+        let report = &failure.report;
+        assert_eq!((report.step, report.iterations()), (5, iteration));
+        assert_eq!(report.exchanges.len(), 2 * iteration as usize, "both sides are there");
+        assert!(report.exchanges.last().is_some_and(|e| e.outputs[3].is_nan()), "what it answered is kept");
+        assert_eq!(matches!(failure.error, CouplingError::BlewUp { .. }), blown_up);
+        let named = ParticipantError::NonFinite {
+            participant: "reservoir".to_owned(),
+            variable: "interface_pressure".to_owned(),
+            index: 3,
+            value: f64::NAN,
+            time: 0.05,
+        };
+        assert!(failure.to_string().contains(&named.to_string()), "{failure}");
+    }
+}
