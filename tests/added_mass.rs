@@ -1,7 +1,7 @@
 //! Small units whose coupling diverges by itself, or answers nonsense: what converges, and what is said of what does not.
 //!
 //! A body of unit mass on a spring, and a fluid that answers its acceleration with the inertia of `ratio` masses:
-//! `p = −ratio (a + coupling of neighbours)`. Gauss–Seidel multiplies an error by −ratio in every iteration.
+//! `p = −ratio (a + coupling of neighbours)`. Gauss–Seidel multiplies an error by some 1.5 ratio in every iteration.
 
 use orchestrator::acceleration::{Acceleration, AccelerationKind};
 use orchestrator::convergence::{ConvergenceMeasure, Hopeless, Measure};
@@ -54,6 +54,7 @@ fn run(kind: AccelerationKind, relaxation: f64, fluid: SmallUnit<()>) -> Result<
         tolerance: 1e-9,
         displacement_scale: 0.0,
         pressure_floor: 1e-12,
+        pressure_bound: 1e12,
     };
     let acceleration = Acceleration::new(kind, relaxation, 1e-3);
     let mut scheme = SerialImplicit::new(&mut units, acceleration, Predictor::new(2), measure, 100)
@@ -85,14 +86,37 @@ fn a_heavy_fluid_takes_two_iterations_with_a_measured_jacobian_and_few_with_iqn_
             mean(&iqn)
         );
         assert_eq!(newton[0], POINTS as u32 + 2);
-        assert!(newton[1..].iter().all(|count| *count <= 3), "{newton:?}");
+        assert!(mean(&newton[1..]) <= 2.1, "{newton:?}");
         assert!(mean(&iqn) <= 5.0, "{iqn:?}");
     }
     Ok(())
 }
 
 #[test]
-fn what_diverges_stagnates_or_is_frozen_is_named_in_its_step() {
+fn a_probe_never_counts_as_converged() -> Result<(), StepFailure> {
+    let mut units = Units { dam: Box::new(bodies()), reservoir: Box::new(fluid(5.0, |_, _, _| {})) };
+    let measure = ConvergenceMeasure {
+        measures: vec![Measure::Displacement],
+        tolerance: 1.0,
+        displacement_scale: 1e9,
+        pressure_floor: 0.0,
+        pressure_bound: 1e12,
+    };
+    let acceleration = Acceleration::new(AccelerationKind::InterfaceJacobian, 0.5, 1e-3);
+    let mut scheme =
+        SerialImplicit::new(&mut units, acceleration, Predictor::new(0), measure, 3).expect("the units fit");
+    scheme.initialise(&mut units, 0.0, [0.0; 2])?;
+    let report = scheme.advance(&mut units, 1, 0.0, STEP, [0.0; 2])?;
+    assert_eq!(
+        report.iterations(),
+        POINTS as u32 + 2,
+        "the measurement is finished; its iterations have no limit"
+    );
+    Ok(())
+}
+
+#[test]
+fn what_diverges_stagnates_or_leaves_all_bounds_is_named_in_its_step() {
     let failure = |relaxation, spoiled: SmallUnit<()>| {
         let failure = run(AccelerationKind::Constant, relaxation, spoiled).expect_err("it cannot converge");
         println!("{failure}");
@@ -107,14 +131,14 @@ fn what_diverges_stagnates_or_is_frozen_is_named_in_its_step() {
     let (step, error) = failure(1.0, noisy);
     assert_eq!(step, 7);
     assert!(matches!(error, CouplingError::Hopeless { why: Hopeless::Stagnating { .. }, .. }), "{error}");
-    let frozen = fluid(0.1, |step, _, p| {
+    let huge = fluid(0.1, |step, _, p| {
         if step > 3 {
-            p.fill(1.0)
+            p[2] = -1e13
         }
     });
-    let (step, error) = failure(0.5, frozen);
+    let (step, error) = failure(0.5, huge);
     assert_eq!(step, 4);
-    assert!(matches!(error, CouplingError::Hopeless { why: Hopeless::Frozen, .. }), "{error}");
+    assert!(matches!(error, CouplingError::Hopeless { why: Hopeless::Unbounded { .. }, .. }), "{error}");
 }
 
 #[test]

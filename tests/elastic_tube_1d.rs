@@ -7,8 +7,8 @@
 //! L = 10 in 100 cells, E = 10 000, a₀ = 1, ρ = 1, velocity at the inlet 10 + 3 sin(10πt), a non-reflecting outlet,
 //! 100 steps of 0.01 by the implicit Euler method.
 //!
-//! **Source**: Degroote, Bruggeman, Haelterman and Vierendeels (2008), eqs. 13–15; the figures are those of the
-//! tutorial `elastic-tube-1d` of preCICE, whose IQN-ILS takes 8.6 iterations a step on the mean to 1e-5.
+//! **Source**: Degroote, Bruggeman, Haelterman and Vierendeels (2008); the numbers are those of the tutorial
+//! `elastic-tube-1d` of preCICE.
 
 use nalgebra::{DMatrix, DVector};
 use orchestrator::acceleration::{Acceleration, AccelerationKind};
@@ -130,6 +130,7 @@ fn iterations(acceleration: Acceleration) -> Result<Vec<u32>, StepFailure> {
         tolerance: 1e-5,
         displacement_scale: 0.0,
         pressure_floor: 1e-9,
+        pressure_bound: 1e12,
     };
     let mut scheme = SerialImplicit::new(&mut units, acceleration, Predictor::new(0), measure, 100)
         .expect("the units fit");
@@ -149,7 +150,7 @@ fn iqn_ils_converges_in_every_step() -> Result<(), StepFailure> {
     let most = counts.iter().max().copied().unwrap_or(0);
     println!("elastic tube, IQN-ILS: {mean:.2} iterations a step on the mean, {most} at most");
     assert_eq!(counts.len(), 100);
-    assert!(mean <= 8.6, "{mean}");
+    assert!(mean <= 6.5, "{mean}");
     Ok(())
 }
 

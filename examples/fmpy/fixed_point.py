@@ -33,7 +33,7 @@ def main(dam, reservoir, record, results=None):
             dam.set("hydrostatic_pressure", hydrostatic)
         hydrostatic = unit.get("hydrostatic_pressure")
         unit.fmu.exitInitializationMode()
-    pressure_floor = 1e-6 * hydrostatic[0]
+    pressure_floor = 0.01 * tolerance * hydrostatic[0]
 
     accepted, relaxation, iterations, rows = [np.zeros_like(hydrostatic)], coupling["relaxation"], 0, []
     for n in range(steps):

@@ -7,10 +7,10 @@ use nalgebra::{DMatrix, DVector, Dyn, LU};
 /// x ← x − ΔX c − J⁻¹ r⊥,  J = ∂r/∂x,  r = ΔR c + r⊥
 /// ```
 ///
-/// In the first iterations that are needed at all, every unknown is moved by itself: one iteration each gives J
-/// to rounding, as long as the units are linear there (a dam at rest: elastic, sticking). Where they no longer are,
-/// differences between iterations of this and of past steps ([`Secants`]) correct it. Judged on the true residual, like
-/// everything else.
+/// In the first iterations that are needed at all, every unknown is moved by itself: one iteration each gives J, as far
+/// as the units are linear there (a dam that has hardly moved: elastic, sticking). Where they no longer are, differences
+/// between iterations of this and of past steps ([`Secants`]) correct it. A J that cannot be inverted is left out: then
+/// the guess is relaxed by a constant factor beside the secants. Judged on the true residual, like everything else.
 ///
 /// The units need no derivatives of their own, only states that can be restored; the measurement is part of the log.
 ///
@@ -19,9 +19,14 @@ use nalgebra::{DMatrix, DVector, Dyn, LU};
 pub struct InterfaceJacobian {
     /// By how much an unknown is moved.
     probe: f64,
+    /// Factor for the guess without a Jacobian and without secants.
+    relaxation: f64,
     secants: Secants,
     stage: Stage,
 }
+
+/// Smallest pivot of an invertible Jacobian, as a share of the largest.
+const SMALLEST_PIVOT: f64 = 1e-12;
 
 #[derive(Clone, Debug)]
 enum Stage {
@@ -36,9 +41,10 @@ enum Stage {
 }
 
 impl InterfaceJacobian {
-    /// Will move unknowns by `probe` (Pa) to measure.
-    pub fn new(probe: f64, secants: Secants) -> Self {
-        Self { probe, secants, stage: Stage::Unknown }
+    /// Will move unknowns by `probe` (Pa, not zero) to measure; relaxes by `relaxation` if it cannot invert what it
+    /// finds.
+    pub fn new(probe: f64, relaxation: f64, secants: Secants) -> Self {
+        Self { probe, relaxation, secants, stage: Stage::Unknown }
     }
 
     /// Whether the last guess was a probe: its residual says nothing of convergence.
@@ -73,7 +79,10 @@ impl InterfaceJacobian {
                 }
                 let (jacobian, residual) =
                     (DMatrix::from_column_slice(size, size, columns).lu(), from.clone());
-                let sound = jacobian.is_invertible() && jacobian.u().iter().all(|x| x.is_finite());
+                let pivots: Vec<f64> = jacobian.u().diagonal().iter().map(|x| x.abs()).collect();
+                let largest = pivots.iter().copied().fold(0.0, f64::max);
+                let sound =
+                    largest.is_finite() && pivots.iter().all(|pivot| *pivot > SMALLEST_PIVOT * largest);
                 self.stage = if sound { Stage::Known(Box::new(jacobian)) } else { Stage::Singular };
                 self.correct(guess, &residual);
             }
@@ -86,11 +95,10 @@ impl InterfaceJacobian {
         let known = self.secants.project(residual);
         let mut newton = DVector::from_column_slice(&known.rest);
         match &self.stage {
-            Stage::Known(jacobian) => {
-                // It was found to be invertible.
-                let _ = jacobian.solve_mut(&mut newton);
-            }
-            _ => newton.neg_mut(),
+            // It was found to be invertible, so it solves.
+            Stage::Known(jacobian) if jacobian.solve_mut(&mut newton) => {}
+            _ if known.columns > 0 => newton.neg_mut(),
+            _ => newton *= -self.relaxation,
         }
         for ((x, change), step) in guess.iter_mut().zip(&known.change).zip(newton.iter()) {
             *x -= change + step;
@@ -114,7 +122,7 @@ mod tests {
 
     #[test]
     fn a_residual_that_nothing_moves_leaves_everything_finite() {
-        let mut newton = super::InterfaceJacobian::new(1.0, super::Secants::new(3, 1e-3));
+        let mut newton = super::InterfaceJacobian::new(1.0, 0.5, super::Secants::new(3, 1e-3));
         let mut x = [1.0, 2.0];
         newton.begin_step();
         for _ in 0..9 {

@@ -13,6 +13,8 @@ use super::secants::Secants;
 #[derive(Clone, Debug)]
 pub struct IqnIls {
     /// Factor for the guess without a model.
+    without_model: f64,
+    /// The factor applied last: 1 with a model.
     relaxation: f64,
     secants: Secants,
 }
@@ -20,10 +22,10 @@ pub struct IqnIls {
 impl IqnIls {
     /// Begins without a model; relaxes by `relaxation` as long as it has none.
     pub fn new(relaxation: f64, secants: Secants) -> Self {
-        Self { relaxation, secants }
+        Self { without_model: relaxation, relaxation, secants }
     }
 
-    /// The constant factor that serves where there is no model.
+    /// The factor applied last: 1 with a model.
     pub fn relaxation(&self) -> f64 {
         self.relaxation
     }
@@ -37,9 +39,9 @@ impl IqnIls {
     pub fn accelerate(&mut self, guess: &mut [f64], residual: &[f64]) {
         self.secants.observe(guess, residual);
         let known = self.secants.project(residual);
-        let factor = if known.columns > 0 { 1.0 } else { self.relaxation };
+        self.relaxation = if known.columns > 0 { 1.0 } else { self.without_model };
         for ((x, change), rest) in guess.iter_mut().zip(&known.change).zip(&known.rest) {
-            *x += factor * rest - change;
+            *x += self.relaxation * rest - change;
         }
     }
 }

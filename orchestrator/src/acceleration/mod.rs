@@ -49,8 +49,8 @@ const REUSED_STEPS: u64 = 30;
 const FILTER: f64 = 1e-3;
 
 impl Acceleration {
-    /// The acceleration of `kind` with first (or constant) relaxation factor `relaxation`; unknowns are moved by `probe`
-    /// where a Jacobian is measured.
+    /// The acceleration of `kind` with first (or constant) relaxation factor `relaxation`; unknowns (Pa) are moved by `probe`
+    /// (not zero) where a Jacobian is measured.
     pub fn new(kind: AccelerationKind, relaxation: f64, probe: f64) -> Self {
         let secants = Secants::new(REUSED_STEPS, FILTER);
         match kind {
@@ -58,7 +58,7 @@ impl Acceleration {
             AccelerationKind::Aitken => Self::Aitken(Aitken::new(relaxation)),
             AccelerationKind::IqnIls => Self::IqnIls(IqnIls::new(relaxation, secants)),
             AccelerationKind::InterfaceJacobian => {
-                Self::InterfaceJacobian(InterfaceJacobian::new(probe, secants))
+                Self::InterfaceJacobian(InterfaceJacobian::new(probe, relaxation, secants))
             }
         }
     }

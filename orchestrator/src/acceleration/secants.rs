@@ -69,10 +69,11 @@ impl Secants {
         let minus = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a - b).collect() };
         if let Some(previous) = &self.previous {
             let (guess, residual) = (minus(guess, &previous.guess), minus(residual, &previous.residual));
-            if norm(residual.iter().copied()) > NOISE * self.first {
+            let finite = guess.iter().chain(&residual).all(|x| x.is_finite());
+            if finite && norm(residual.iter().copied()) > NOISE * self.first {
                 self.differences.push_front(Difference { step: self.step, guess, residual });
             }
-            // What is older than these was never needed.
+            // So many are enough, even if most are filtered out.
             self.differences.truncate(4 * previous.guess.len());
         } else {
             self.first = norm(residual.iter().copied());

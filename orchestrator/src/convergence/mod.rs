@@ -17,8 +17,8 @@ pub enum Measure {
     /// The same against the residual of the step's first iteration: `‖r‖₂ ≤ ε ‖r₁‖₂ + p_ref`.
     Residual,
     /// The change of displacement from iteration j − 1 to j: `max_i |u_i^{j} − u_i^{j−1}| / (|u_i^{j−1}| + u_ref) ≤ ε`
-    /// over the points of the wet face, the paper's eq. 15 with an absolute scale, so that rest is no 0/0. It is
-    /// that of the iteration before last: a scheme that converges fast takes one iteration more for it.
+    /// over the points of the wet face, the paper's eq. 15 with an absolute scale, so that rest is no 0/0. It tells how
+    /// far iteration j − 1 was from the solution: a scheme that converges fast takes one iteration more for it.
     Displacement,
 }
 
@@ -33,6 +33,8 @@ pub struct ConvergenceMeasure {
     pub displacement_scale: f64,
     /// p_ref, Pa.
     pub pressure_floor: f64,
+    /// Largest pressure that can be, Pa.
+    pub pressure_bound: f64,
 }
 
 /// How far an iteration is from convergence.
@@ -50,13 +52,15 @@ pub struct Residuals {
 
 impl ConvergenceMeasure {
     /// `measures` and ε with the scales for a dam of `height` (m) in water of hydrostatic base pressure `ρgh` (Pa):
-    /// u_ref = 1e-9 × height, p_ref = 1e-6 ρgh.
+    /// u_ref = 1e-9 × height, p_ref = ε ρgh/100, so that ε is relative as long as pressures exceed a hundredth of the
+    /// hydrostatic; no pressure may exceed 10⁶ ρgh.
     pub fn new(measures: &[Measure], tolerance: f64, height: f64, hydrostatic_base_pressure: f64) -> Self {
         Self {
             measures: measures.to_vec(),
             tolerance,
             displacement_scale: 1e-9 * height,
-            pressure_floor: 1e-6 * hydrostatic_base_pressure,
+            pressure_floor: 0.01 * tolerance * hydrostatic_base_pressure,
+            pressure_bound: 1e6 * hydrostatic_base_pressure,
         }
     }
 
@@ -79,12 +83,17 @@ impl ConvergenceMeasure {
         let pressure = norm(given.iter().zip(answered).map(|(p, q)| q - p));
         let allowed = self.tolerance * norm(answered.iter().copied()) + self.pressure_floor;
         let allowed_of_first = self.tolerance * first.unwrap_or(pressure) + self.pressure_floor;
-        Residuals {
-            displacement,
-            pressure,
-            pressure_ratio: pressure / allowed,
-            residual_ratio: pressure / allowed_of_first,
-        }
+        // At rest with a floor of zero nothing is asked and nothing is left.
+        let over = |allowed: f64| if pressure == 0.0 { 0.0 } else { pressure / allowed };
+        let (pressure_ratio, residual_ratio) = (over(allowed), over(allowed_of_first));
+        Residuals { displacement, pressure, pressure_ratio, residual_ratio }
+    }
+
+    /// The first pressure (Pa) that is beyond all bounds.
+    pub fn unbounded(&self, answered: &[f64]) -> Option<Hopeless> {
+        let bound = self.pressure_bound;
+        let beyond = answered.iter().copied().find(|p| p.is_nan() || p.abs() > bound);
+        beyond.map(|pressure| Hopeless::Unbounded { pressure, bound })
     }
 
     /// All measures hold; a residual that is not finite never does.

@@ -99,7 +99,8 @@ pub enum CouplingError {
     #[error(
         "step {step} at t = {time} s did not converge in {iterations} iterations: pressure residual {pressure:e} Pa \
          ({pressure_ratio:.3e} of what is allowed), displacement {displacement:.3e}, tolerance {tolerance:e}; \
-         lower [coupling] relaxation, or shorten communication_step for compressible water (lengthen it for added mass)"
+         raise [coupling] iteration_limit, choose another acceleration, or shorten communication_step for compressible \
+         water (lengthen it for added mass)"
     )]
     NotConverged {
         /// Number of the step.
@@ -119,8 +120,8 @@ pub enum CouplingError {
     },
     /// Going on would be in vain.
     #[error(
-        "step {step} at t = {time} s {why}, in iteration {iteration}; choose another [coupling] acceleration, lower its \
-         relaxation, or change communication_step"
+        "step {step} at t = {time} s {why}, in iteration {iteration}; choose another [coupling] acceleration, or change \
+         communication_step"
     )]
     Hopeless {
         /// Number of the step.
@@ -135,7 +136,7 @@ pub enum CouplingError {
     /// The guesses became such that a unit could not answer with numbers.
     #[error(
         "step {step} at t = {time} s diverges: in iteration {iteration} {cause}; choose another [coupling] acceleration, \
-         lower its relaxation, or change communication_step"
+         or change communication_step"
     )]
     BlewUp {
         /// Number of the step.

@@ -41,6 +41,10 @@ impl Channels {
             })
         };
         let points = range(dam, true, "interface_pressure")?.len();
+        if points == 0 {
+            let (participant, variable) = (dam.name.clone(), "interface_pressure".to_owned());
+            return Err(ParticipantError::Missing { participant, variable });
+        }
         let find = |description: &Description, input: bool, variable: &str, size: usize| {
             let range = range(description, input, variable)?;
             check_size(description, variable, size, range.len())?;
@@ -185,7 +189,9 @@ impl SerialImplicit {
         let mut left = self.iteration_limit;
         while left > 0 {
             iteration += 1;
-            left -= u32::from(!self.acceleration.measuring());
+            // A probe answers for the Jacobian, not for this step.
+            let probe = self.acceleration.measuring();
+            left -= u32::from(!probe);
             if iteration > 1 {
                 units.dam.restore_state()?;
                 units.reservoir.restore_state()?;
@@ -211,21 +217,27 @@ impl SerialImplicit {
             first.get_or_insert(residuals.pressure);
             report.residuals = Some(residuals);
             report.relaxation = self.acceleration.relaxation();
-            if self.measure.converged(&residuals) {
+            let hopeless = |why| {
+                let (step, time) = (report.step, report.time);
+                CouplingError::Hopeless { step, time, iteration, why }
+            };
+            if let Some(why) = self.measure.unbounded(answered) {
+                return Err(hopeless(why));
+            }
+            if !probe && self.measure.converged(&residuals) {
                 self.predictor.accept(answered);
                 report.exchanges[dam].accepted = true;
                 report.exchanges[water].accepted = true;
                 return Ok(());
             }
-            if !self.acceleration.measuring()
-                && let Err(why) = guard.observe(residuals.pressure, &pressure, answered)
-            {
-                let (step, time) = (report.step, report.time);
-                return Err(CouplingError::Hopeless { step, time, iteration, why });
+            if !probe && let Err(why) = guard.observe(residuals.pressure, answered.len()) {
+                return Err(hopeless(why));
             }
             let residual: Vec<f64> = answered.iter().zip(&pressure).map(|(q, p)| q - p).collect();
             self.acceleration.accelerate(&mut pressure, &residual);
-            previous_displacement = Some(displacement);
+            if !probe {
+                previous_displacement = Some(displacement);
+            }
         }
         let residuals = report.residuals.unwrap_or(self.measure.residuals(&[], None, [&[], &[]], None));
         Err(CouplingError::NotConverged {
@@ -274,7 +286,9 @@ impl SerialImplicit {
         report.exchanges.push(Exchange { side, iteration, accepted: false, inputs, outputs, sent, answered });
         match result {
             Ok(()) => Ok(report.exchanges.len() - 1),
-            Err(cause @ ParticipantError::NonFinite { .. }) if iteration > 1 => {
+            Err(cause @ ParticipantError::NonFinite { .. })
+                if iteration > 1 && !self.acceleration.measuring() =>
+            {
                 let Occasion { step, time, .. } = occasion;
                 Err(CouplingError::BlewUp { step, time, iteration, cause })
             }
