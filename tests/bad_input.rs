@@ -85,6 +85,7 @@ const VALUES: &[Case] = &[
     edit(&[("scale = 1.0", "scale = 1e308")]),
     edit(&[("element_size = 5.0", "element_size = 0")]),
     edit(&[("depth = 91.75", "depth = 91.75\nelement_size = nan")]),
+    edit(&[("depth = 91.75", "depth = 91.75\ninterface_size = 0.0")]),
     edit(&[("friction_coefficient = 1.0", "friction_coefficient = 45.0")]),
     edit(&[("young_modulus = 31e9", "young_modulus = 31.0")]),
     edit(&[("poisson_ratio = 0.2", "poisson_ratio = 0.5")]),
@@ -99,6 +100,7 @@ const GEOMETRY: &[Case] = &[
     edit(&[("depth = 91.75", "depth = 110.0")]),
     edit(&[("depth = 91.75", "depth = 1e3")]),
     edit(&[("depth = 91.75", "depth = 1e-5")]),
+    edit(&[("depth = 91.75", "depth = 91.75\ninterface_size = 100.0")]),
     edit(&[("elevation = 66.5", "elevation = 1e-300")]),
     edit(&[("elevation = 66.5", "elevation = 120.0")]),
     edit(&[(
@@ -118,6 +120,8 @@ const AMOUNT: &[Case] = &[
     edit(&[("element_size = 5.0", "element_size = 1e-4")]),
     edit(&[("element_size = 5.0", "element_size = 200.0")]),
     edit(&[("depth = 91.75", "depth = 91.75\nelement_size = 1e-6")]),
+    set(&["reservoir.interface_size=1e-3"]),
+    set(&["reservoir.interface_size=0.1"]),
     edit(&[("communication_step = 0.0025", "communication_step = 1e-9")]),
     edit(&[("communication_step = 0.0025", "communication_step = 0.02")]),
     edit(&[("title = \"Cracked Koyna dam,", "title = \"Cracked\\tKoyna dam,")]),
@@ -141,6 +145,46 @@ const CHOICES: &[Case] = &[
     edit(&[("multiples_of_first = [1.0, 5.0]        # of ω₁ of the intact empty dam", "")]),
     ramp(&[("duration = 2.0                         # s", "")]),
 ];
+
+const COUPLING: &[Case] = &[
+    set(&["coupling.scheme=added-mass"]),
+    Case { scene: RAMP, ..set(&["coupling.scheme=added-mass", "reservoir.fidelity=westergaard"]) },
+    set(&["coupling.on_failure=halve"]),
+    set(&[
+        "coupling.on_failure=halve",
+        "reservoir.fidelity=westergaard",
+        "coupling.window=4",
+        "coupling.scheme=serial-implicit",
+    ]),
+    set(&["coupling.on_failure=halve", "reservoir.fidelity=westergaard"]),
+    set(&[
+        "time.adaptive={tolerance=1e-3, shortest=1e-9, longest=0.01}",
+        ADAPTIVE,
+        "coupling.scheme=serial-implicit",
+    ]),
+    set(&["coupling.window=0"]),
+    set(&["coupling.window=4", "coupling.scheme=parallel-explicit"]),
+    set(&["coupling.scheme=paralel-implicit"]),
+    set(&["time.adaptive={tolerance=1e-3, shortest=1e-3, longest=0.01}"]),
+    set(&["time.adaptive={tolerance=1e-3, shortest=1e-3, longest=0.01}", "reservoir.fidelity=westergaard"]),
+    set(&[
+        "time.adaptive={tolerance=0, shortest=0.005, longest=0.1}",
+        ADAPTIVE,
+        "coupling.scheme=serial-implicit",
+    ]),
+    set(&[
+        "time.adaptive={tolerance=1e-3, shortest=-1, longest=0.01}",
+        ADAPTIVE,
+        "coupling.scheme=aded-mass",
+    ]),
+    set(&[
+        "time.adaptive={tolerance=1e-3, shortest=0.005, longest=0.01}",
+        ADAPTIVE,
+        "coupling.scheme=serial-implicit",
+    ]),
+];
+
+const ADAPTIVE: &str = "reservoir.fidelity=westergaard";
 
 const RECORDS: &[Case] = &[
     edit(&[("-270.csv", "-720.csv")]),
@@ -197,7 +241,7 @@ const FIVE: &[Case] = &[edit(&[
 ])];
 
 const ALL: &[&[Case]] =
-    &[WRITING, KEYS, VALUES, GEOMETRY, AMOUNT, CHOICES, RECORDS, OVERRIDES, WARNINGS, FIVE];
+    &[WRITING, KEYS, VALUES, GEOMETRY, AMOUNT, CHOICES, COUPLING, RECORDS, OVERRIDES, WARNINGS, FIVE];
 
 impl Case {
     fn text(&self) -> String {
@@ -272,6 +316,11 @@ fn none_or_both_of_two() {
 }
 
 #[test]
+fn couplings_that_cannot_be() {
+    compare("coupling", COUPLING);
+}
+
+#[test]
 fn records_that_cannot_be_used() {
     compare("records", RECORDS);
 }
@@ -314,7 +363,8 @@ macro_rules! variants {
 
 variants!(INVALID, invalid, Invalid:
     Unreadable Override Syntax Misspelt Misplaced Unknown Missing Type Word NotPositive OutOfRange WaterAboveCrest
-    WaterTooShallow ElementTooLarge CrackOutside CracksCoincide ThinRow TooMany NoStep NoMeasure Title Undersampled SideTooShort SideNotAscending NotAtHeel SidesCross
+    WaterTooShallow ElementTooLarge PanelTooLong CrackOutside CracksCoincide ThinRow TooMany NoStep NoMeasure FixedStep Window AddedMassScheme AdaptiveScheme NothingToHalve AdaptiveBounds
+    Title Undersampled SideTooShort SideNotAscending NotAtHeel SidesCross
     ExactlyOne Polarity Count Frequencies DurationMissing Record);
 variants!(RECORD_ERRORS, record_error, RecordError:
     Read Format Line NonFinite NonUniform Empty Truncated Crop TooStrong);
@@ -395,7 +445,7 @@ fn flat(said: &[u8]) -> String {
 #[test]
 fn a_joint_too_stiff_for_the_time_step_ends_with_status_4() {
     let stiff = Scenario::shipped(CRACKED);
-    let output = stiff.command("run").args(["--set", "dam.cracks.0.normal_stiffness=1e16"]).output();
+    let output = stiff.command("run").args(["--set", "dam.cracks.0.normal_stiffness=1e18"]).output();
     let output = output.expect("cofferdam runs");
     assert_eq!(output.status.code(), Some(4));
     let said = flat(&output.stderr);

@@ -153,6 +153,24 @@ fn the_mesh_is_the_one_that_is_computed() {
 }
 
 #[test]
+fn the_reservoir_may_have_panels_of_its_own() {
+    let folder = folder();
+    // 66.5 m up to the crack, 25.25 m from there.
+    for (size, panels, element_size) in [("20", [4, 2], 91.75 / 16.0), ("3", [23, 9], 3.0)] {
+        let set = format!("reservoir.interface_size={size}");
+        let mut fmu = pack(folder.path(), "reservoir", &["--force", "--set", &set]);
+        let parameters = contents::<Reservoir>(&mut fmu, folder.path()).parameters;
+        let points = parameters.wet_face.points();
+        assert_eq!(points.len(), panels[0] + panels[1] + 2);
+        assert_eq!([points[panels[0]], points[panels[0] + 1]], [[0.0, 66.5]; 2]);
+        assert_eq!(points[points.len() - 1], [0.0, 91.75]);
+        assert_eq!(parameters.element_size, element_size);
+    }
+    let mut dam = pack(folder.path(), "dam", &["--force", "--set", "reservoir.interface_size=20"]);
+    assert_eq!(contents::<Dam>(&mut dam, folder.path()).start["hydrostatic_pressure"].len(), 12);
+}
+
+#[test]
 fn the_same_scene_gives_the_same_bytes() {
     let folder = folder();
     pack(folder.path(), "dam", &[]);

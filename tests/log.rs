@@ -10,8 +10,9 @@ use orchestrator::participant::{
 };
 use orchestrator::replay::{ReplayError, Unanswered, replay};
 use orchestrator::scene::LoadedScene;
-use orchestrator::scheme::{Predictor, SerialImplicit, Side, Units};
+use orchestrator::scheme::{Predictor, Scheme, Settings, Side, Units};
 use orchestrator::simulation::Simulation;
+use orchestrator::stepping::Stepping;
 use std::collections::HashMap;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -31,7 +32,7 @@ fn short_scene() -> Scenario {
 /// The same before added mass, which is prepared in no time.
 fn quick_scene() -> Scenario {
     let mut scenario = short_scene();
-    scenario.set("reservoir.fidelity", "westergaard");
+    scenario.set("reservoir.fidelity", "westergaard").set("coupling.scheme", "serial-implicit");
     scenario
 }
 
@@ -624,8 +625,9 @@ fn failed_run(path: &Path, value: Option<f64>) -> Result<(), Box<dyn std::error:
     let mut log = LogWriter::create(path, Preamble { scene, ..Preamble::default() })?;
     let dam = Prescribed::new(interface::WetFace::straight([0.0, koyna::DEPTH], 9)?)?;
     let mut units = Units { dam: Box::new(dam), reservoir: Box::new(water(7, value)?) };
-    let scheme = SerialImplicit::new(
+    let scheme = Scheme::new(
         &mut units,
+        Settings::default(),
         Acceleration::new(AccelerationKind::Aitken, 0.9, 1.0),
         Predictor::new(2),
         ConvergenceMeasure::new(
@@ -634,15 +636,13 @@ fn failed_run(path: &Path, value: Option<f64>) -> Result<(), Box<dyn std::error:
             koyna::DEPTH,
             1000.0 * 9.81 * koyna::DEPTH,
         ),
-        50,
     )?;
     let ground_motion = loaded.ground_motion;
     let mut simulation = Simulation {
         units,
         scheme,
         ground_motion,
-        communication_step: 0.0025,
-        steps: 100,
+        stepping: Stepping::equal(0.0025, 100),
         static_crest_displacement: None,
     };
     let (_, failure) = simulation.run(&mut [&mut log], &AtomicBool::new(false));
@@ -759,8 +759,7 @@ fn what_was_run_is_on_the_disk_at_once() -> Result<(), Box<dyn std::error::Error
         dam: dam.description().clone(),
         reservoir: water(1, None)?.description().clone(),
         ground_motion: &loaded.ground_motion,
-        communication_step: 0.0025,
-        steps: 1,
+        stepping: Stepping::equal(0.0025, 1),
     };
     for run in 0..5 {
         let path = folder.path().join(format!("{run}.mcap"));

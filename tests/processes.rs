@@ -1,5 +1,7 @@
 //! Units as processes: killed, hung, doubled, run by another user; nothing is left behind.
 
+use orchestrator::log::{Entry, Log};
+use orchestrator::scheme::Side;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
@@ -17,7 +19,7 @@ fn alone() -> MutexGuard<'static, ()> {
 fn scene(duration: f64) -> Scenario {
     let mut scenario = Scenario::shipped("koyna-northridge-1994");
     scenario.set("dam.element_size", 10.0).set("time.duration", duration);
-    scenario.set("reservoir.fidelity", "westergaard");
+    scenario.set("reservoir.fidelity", "westergaard").set("coupling.scheme", "serial-implicit");
     scenario
 }
 
@@ -211,6 +213,19 @@ fn a_unit_that_hangs_is_ended_by_its_deadline() {
     let (status, said) = running.end();
     assert_eq!(status.code(), Some(4), "{said}");
     assert!(said.contains("dam: no answer for 0.5 s in step") && said.contains("--deadline"), "{said}");
+    let log = Log::open(&scenario.folder().join("run/log.mcap")).expect("a log");
+    let entries: Vec<Entry> =
+        log.entries().expect("entries").collect::<Result<_, _>>().expect("an intact log");
+    assert!(
+        matches!(entries.last(), Some(Entry::End(end)) if end.status.contains("no answer")),
+        "{:?}",
+        entries.last()
+    );
+    let last = entries.iter().rev().find_map(|e| if let Entry::Exchange(e) = e { Some(e) } else { None });
+    assert!(
+        last.is_some_and(|e| e.side == Side::Dam && e.outputs.is_none()),
+        "the request stands, its answer does not"
+    );
     the_next_run_succeeds();
 }
 

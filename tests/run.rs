@@ -13,6 +13,14 @@ fn short_scene() -> Scenario {
     scenario
 }
 
+/// The same, coarser and shorter, for tests that compare several runs.
+fn shorter_scene() -> Scenario {
+    let mut scenario = short_scene();
+    scenario.set("dam.element_size", 15.0).set("reservoir.element_size", 15.0);
+    scenario.set("ground_motion.record.start", 4.4).set("time.quiet", 0.0);
+    scenario
+}
+
 #[test]
 fn a_run_leaves_log_histories_and_manifest() {
     let scenario = short_scene();
@@ -145,16 +153,103 @@ fn a_step_that_does_not_converge_ends_the_run_with_status_3() {
     assert_eq!(manifest["units"].as_array().map(Vec::len), Some(2));
 }
 
+/// Runs a scene a second time.
+fn run_into(scenario: &Scenario, output: &str) -> whole_chain::scenario::Histories {
+    let run = scenario.try_run(output);
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    whole_chain::scenario::Histories::read(&scenario.folder().join(output).join("histories.csv"))
+}
+
+fn iterations(histories: &whole_chain::scenario::Histories) -> f64 {
+    let counts = &histories.column("iterations")[1..];
+    counts.iter().sum::<f64>() / counts.len() as f64
+}
+
+/// Largest difference over the largest value.
+fn apart(a: &[f64], b: &[f64]) -> f64 {
+    let largest = a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert_eq!(a.len(), b.len());
+    largest / whole_chain::peak(b)
+}
+
 #[test]
-fn added_mass_runs_too() {
-    let mut scenario = short_scene();
-    scenario.set("reservoir.fidelity", "westergaard");
-    let added = scenario.run();
-    let iterations = &added.column("iterations")[1..];
-    println!("added mass: {:.1} dam steps a step", iterations.iter().sum::<f64>() / iterations.len() as f64);
-    let compressible = whole_chain::peak(short_scene().run().column("dam.crest_displacement.x"));
-    let added = whole_chain::peak(added.column("dam.crest_displacement.x"));
-    assert!((0.5..2.0).contains(&(added / compressible)), "{added} against {compressible}");
+fn water_without_memory_needs_no_iteration_and_is_nearly_the_same_iterated() {
+    for fidelity in ["westergaard", "incompressible"] {
+        let mut scenario = shorter_scene();
+        scenario.set("reservoir.fidelity", fidelity);
+        let in_the_mass = scenario.run();
+        scenario.set("coupling.scheme", "serial-implicit");
+        let iterated = run_into(&scenario, "iterated");
+        let crest = ["dam.crest_displacement.x", "reservoir.total_force"]
+            .map(|name| apart(in_the_mass.column(name), iterated.column(name)));
+        println!(
+            "{fidelity}: {:.2} dam steps a step, iterated {:.2}; crest {:.1e} apart, force of the water {:.1e}",
+            iterations(&in_the_mass),
+            iterations(&iterated),
+            crest[0],
+            crest[1]
+        );
+        assert_eq!(iterations(&in_the_mass), 1.0);
+        // Beside the linear interpolation of pressure they differ by what makes the added mass symmetric, on 15 m.
+        assert!(crest.iter().all(|apart| *apart < 0.08), "{crest:?}");
+    }
+}
+
+#[test]
+fn all_schemes_give_nearly_the_same_and_the_explicit_ones_say_what_they_leave() {
+    let reference = shorter_scene().run();
+    let crest = reference.column("dam.crest_displacement.x");
+    for (settings, tolerance) in [
+        (&[("coupling.scheme", "parallel-implicit")][..], 1e-5),
+        (&[("coupling.acceleration", "iqn-ils"), ("coupling.scheme", "parallel-implicit")], 1e-5),
+        // One extrapolation of second or first order a step, and no correction.
+        (&[("coupling.scheme", "serial-explicit")], 0.05),
+        (&[("coupling.scheme", "parallel-explicit"), ("coupling.predictor_order", "1")], 0.1),
+    ] {
+        let mut scenario = shorter_scene();
+        for (key, value) in settings {
+            match value.parse::<i64>() {
+                Ok(number) => scenario.set(key, number),
+                Err(_) => scenario.set(key, *value),
+            };
+        }
+        let histories = scenario.run();
+        let error = apart(histories.column("dam.crest_displacement.x"), crest);
+        let residual = whole_chain::peak(histories.column("residual.pressure"));
+        println!(
+            "{settings:?}: {:.2} iterations, crest {error:.1e}, residual {residual:.1e} Pa",
+            iterations(&histories)
+        );
+        assert!(error < tolerance, "{settings:?}: {error}");
+        assert!(residual > 0.0);
+    }
+}
+
+#[test]
+fn a_reservoir_with_panels_of_its_own_gives_nearly_the_same() {
+    let reference = shorter_scene().run();
+    // The dam's own panels are 15 m long: pressure is as coarse on either side as that.
+    for (size, tolerance) in [(7.0, 0.06), (23.0, 0.06)] {
+        let mut scenario = shorter_scene();
+        scenario.set("reservoir.interface_size", size);
+        let histories = scenario.run();
+        let error =
+            apart(histories.column("dam.crest_displacement.x"), reference.column("dam.crest_displacement.x"));
+        println!("panels of {size} m on the reservoir's side: crest {error:.1e} apart");
+        assert!(error < tolerance, "{error}");
+        let manifest =
+            std::fs::read_to_string(scenario.folder().join("run/manifest.toml")).expect("a manifest");
+        let manifest: toml::Table = manifest.parse().expect("TOML");
+        let points = manifest["reservoir_wet_face"].as_array().map_or(0, Vec::len);
+        assert!(points > 2 && Some(points) != manifest["wet_face"].as_array().map(Vec::len));
+        let quantities = manifest["result"]["quantities"].as_array().expect("a list");
+        let named = |q: &&toml::Value| {
+            q["name"].as_str().is_some_and(|name| name.starts_with("work error of the mapping"))
+        };
+        let work =
+            quantities.iter().find(named).and_then(|q| q["value"].as_float()).expect("the mapping's error");
+        assert!(work < 1e-12, "{work}");
+    }
 }
 
 #[test]

@@ -25,18 +25,19 @@ pub struct Losses {
 /// found from a balance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Work {
-    /// Work of weight, water and ground inertia.
+    /// Work of weight, water and ground inertia, that of added mass included.
     pub input: f64,
     /// Energy lost to friction, and with the springs of contacts that slid past an end.
     pub friction: f64,
-    /// Energy lost to mass and stiffness damping, contact dashpots included.
+    /// Energy lost to mass and stiffness damping, contact dashpots included: the work of their forces. What
+    /// damping's memory holds for the moment counts as lost.
     pub damping: f64,
 }
 
 /// Energies stored at one instant, J/m.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StoredEnergy {
-    /// Kinetic, relative to the ground.
+    /// Kinetic, relative to the ground, that of added mass included.
     pub kinetic: f64,
     /// In the elements, from their strains.
     pub strain: f64,

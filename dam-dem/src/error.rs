@@ -100,6 +100,28 @@ pub enum DamError {
         /// Elevation of the crest, m.
         crest: f64,
     },
+    /// The added mass belongs to another wet face.
+    #[error(
+        "the added mass has a side of {found} values, the wet face has {points} interface points; make it from the \
+         reservoir before the same dam, and leave `added_mass` out with an empty reservoir"
+    )]
+    AddedMassShape {
+        /// Number of rows, or of values in a row.
+        found: usize,
+        /// Number of interface points; 0 with an empty reservoir.
+        points: usize,
+    },
+    /// The added mass takes too much of the concrete's mass away.
+    #[error(
+        "the added mass is negative, {share:.3} of the concrete's mass in some motion of the wet face, {most} is the most; \
+         check its sign (pressure −A a), or use a mesh whose elements at the water level are not so small"
+    )]
+    AddedMassNegative {
+        /// Largest share of the concrete's mass.
+        share: f64,
+        /// Largest share allowed.
+        most: f64,
+    },
     /// More natural frequencies were asked for than the mesh has.
     #[error(
         "{asked} natural frequencies were asked for, the mesh has {available}; refine it or ask for fewer"

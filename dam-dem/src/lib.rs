@@ -25,6 +25,8 @@
 //! - *Damping*: Rayleigh, `α M + β K`, β in elements and contacts ([`Damping`]).
 //! - *Time*: central differences, explicit, as many time steps in a communication step as stability
 //!   asks for ([`integrator`], [`CriticalTimeStep`]). Pressure and a_g are linear over the step.
+//! - *Water without memory* may be part of the mass matrix ([`AddedMass`]): `M + X` in the place of M above but
+//!   in `α M`; p then is what acts beside it.
 //! - *Rest*: weight and hydrostatic pressure are in equilibrium before time 0
 //!   ([`integrator::DynamicRelaxation`]). Displacement, sliding, rotation and energy count from there.
 //! - *Energy*: every kind of work and energy is counted on its own ([`energy`]).
@@ -40,6 +42,7 @@
 //! [`Dam`] is the co-simulation unit. The layers beneath know nothing of coupling: [`Mesh`],
 //! [`Structure`], [`integrator::CentralDifference`] also build bars and sliding blocks.
 
+mod added_mass;
 pub mod analytical;
 mod block;
 pub mod contact;
@@ -60,9 +63,10 @@ mod structure;
 mod system_matrices;
 mod time_step;
 
+pub use added_mass::AddedMass;
 pub use block::{Block, best_fit_rotation};
 pub use dam::Dam;
-pub use damping::{Damping, DampingFrequencies, RayleighCoefficients};
+pub use damping::{Damping, DampingFrequencies, RayleighCoefficients, StiffnessDamping};
 pub use error::DamError;
 pub use material::{Material, Plane};
 pub use mesh::Mesh;

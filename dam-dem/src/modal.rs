@@ -127,7 +127,8 @@ const TOLERANCE: f64 = 1e-11;
 /// Most subspace iterations.
 const MAX_ITERATIONS: usize = 200;
 
-/// The `count` lowest natural frequencies of the intact structure without damping, rad/s, ascending.
+/// The `count` lowest natural frequencies of the intact structure without damping and added mass, rad/s,
+/// ascending.
 ///
 /// `K φ = ω² M φ` by inverse subspace iteration with a sparse Cholesky factor of K.
 ///

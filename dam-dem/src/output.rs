@@ -56,6 +56,7 @@ impl Dam {
             variable::DAMPING_FREQUENCY_HIGH => self.damping_frequencies()[1],
             variable::ELEMENT_SIZE => parameters.element_size,
             variable::TIME_STEP_LIMIT => self.time_step_limit(),
+            variable::ADDED_MASS_INCLUDED => f64::from(parameters.added_mass.is_some()),
             _ => {
                 for (crack, value) in values.iter_mut().enumerate() {
                     *value = self.crack_output(variable, crack);
@@ -201,6 +202,7 @@ mod tests {
             element_size: 1.0,
             gravity: 0.0,
             time_step_safety: 0.9,
+            added_mass: None,
         })?;
         dam.initialise(0.0)?;
         let mut state = dam.save_state();

@@ -27,6 +27,10 @@ pub struct DamParameters {
     pub gravity: f64,
     /// Time step over the longest stable one, in (0, 1].
     pub time_step_safety: f64,
+    /// Added mass of water without memory, rows of points × points, Pa per m/s²: it becomes part of the mass
+    /// matrix ([`AddedMass`](crate::AddedMass)), and `interface_pressure` what acts beside it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub added_mass: Option<Vec<Vec<f64>>>,
 }
 
 /// Outline of a cross-section by its two sides, each from base to crest.

@@ -1,9 +1,10 @@
 use serde::{Deserialize, Serialize};
 
 use crate::contact::{ContactLaw, Coulomb, Crack, JointState, Stencil};
+use crate::damping::StiffnessDamping;
 use crate::element::{CrossedCells, ViscousStress};
 use crate::energy::Losses;
-use crate::{Kinematics, Material, Mesh, RayleighCoefficients};
+use crate::{AddedMass, Kinematics, Material, Mesh, RayleighCoefficients};
 
 /// Blocks, their masses, and the cracks between them: everything that moves.
 #[derive(Clone, Debug)]
@@ -20,6 +21,10 @@ pub struct Structure<L: ContactLaw = Coulomb> {
     pub inverse_mass: Vec<f64>,
     /// Damping of elements and contacts.
     pub damping: RayleighCoefficients,
+    /// Inertia of the water, beside `mass`, which is that of the concrete.
+    pub added_mass: Option<AddedMass>,
+    /// Memory m of stiffness damping, in [0, 1).
+    pub damping_memory: f64,
 }
 
 /// Motion of all nodes, relative to the ground.
@@ -31,7 +36,7 @@ pub struct Motion {
     pub velocity: Vec<[f64; 2]>,
     /// Accelerations, m/s².
     pub acceleration: Vec<[f64; 2]>,
-    /// Stresses of stiffness damping in each cell.
+    /// Stresses of stiffness damping in each batch of cells.
     pub viscous: Vec<ViscousStress>,
     /// Contacts of each crack.
     pub joints: Vec<Vec<JointState>>,
@@ -59,7 +64,16 @@ impl<L: ContactLaw> Structure<L> {
             .zip(laws)
             .map(|(pair, law)| Crack::new(&mesh, &pair[0].top, &pair[1].bottom, law))
             .collect();
-        Self { mesh, cells, cracks, mass, inverse_mass, damping: RayleighCoefficients::default() }
+        Self {
+            mesh,
+            cells,
+            cracks,
+            mass,
+            inverse_mass,
+            damping: RayleighCoefficients::default(),
+            added_mass: None,
+            damping_memory: 0.0,
+        }
     }
 
     /// No displacement, no velocity, all contacts just closed.
@@ -69,7 +83,7 @@ impl<L: ContactLaw> Structure<L> {
             displacement: zero.clone(),
             velocity: zero.clone(),
             acceleration: zero,
-            viscous: vec![ViscousStress::default(); self.mesh.cells.len()],
+            viscous: self.cells.viscous_at_rest(),
             joints: self.cracks.iter().map(Crack::joints_at_rest).collect(),
         }
     }
@@ -79,9 +93,15 @@ impl<L: ContactLaw> Structure<L> {
         self.inverse_mass[node] == 0.0
     }
 
-    /// Adds the forces of elements and contacts, with stiffness damping β = `damping` (s), to `forces`
-    /// (N/m), and brings the contacts of `motion` up to date.
-    pub fn add_internal_forces(&self, motion: &mut Motion, damping: f64, forces: &mut [[f64; 2]]) -> Losses {
+    /// Adds the forces of elements and contacts, with stiffness damping `damping` (β in s, or with its memory), to
+    /// `forces` (N/m), and brings damping stresses and contacts of `motion` up to date.
+    pub fn add_internal_forces(
+        &self,
+        motion: &mut Motion,
+        damping: impl Into<StiffnessDamping>,
+        forces: &mut [[f64; 2]],
+    ) -> Losses {
+        let damping = damping.into();
         let (u, v) = (&motion.displacement, &motion.velocity);
         let damping_power = self.cells.add_forces(u, v, damping, &mut motion.viscous, forces);
         let mut losses = Losses { friction: 0.0, damping_power };
@@ -91,6 +111,11 @@ impl<L: ContactLaw> Structure<L> {
             losses.damping_power += lost.damping_power;
         }
         losses
+    }
+
+    /// Stiffness damping with its memory.
+    pub fn stiffness_damping(&self) -> StiffnessDamping {
+        StiffnessDamping { coefficient: self.damping.stiffness, memory: self.damping_memory }
     }
 
     /// Springs of all contacts, closed, in the position of rest.
@@ -108,10 +133,14 @@ impl<L: ContactLaw> Structure<L> {
         self.cracks.iter().zip(&motion.joints).map(|(crack, joints)| crack.energy(joints)).sum()
     }
 
-    /// Kinetic energy relative to the ground, J/m.
+    /// Kinetic energy relative to the ground, that of added mass included, J/m.
     pub fn kinetic_energy(&self, motion: &Motion) -> f64 {
         let square = |(m, v): (&f64, &[f64; 2])| m * (v[0] * v[0] + v[1] * v[1]);
-        0.5 * self.mass.iter().zip(&motion.velocity).map(square).sum::<f64>()
+        let concrete = 0.5 * self.mass.iter().zip(&motion.velocity).map(square).sum::<f64>();
+        match &self.added_mass {
+            Some(water) => concrete + water.kinetic_energy(&motion.velocity),
+            None => concrete,
+        }
     }
 
     /// Strain energy, J/m.

@@ -1,14 +1,21 @@
+use std::collections::BTreeMap;
+
 use crate::modal::{self, DegreesOfFreedom};
 use crate::{Dam, RayleighCoefficients};
 
 /// Matrices of the intact, linear dam on its free degrees of freedom (dofs):
-/// `M ü + (αM + βK) u̇ + K u = B p − M ι a_g`, `u` relative to the ground.
+/// `(M + X) ü + (αM + βK) u̇ + K u = B p − (M ι + X ι) a_g`, `u` relative to the ground.
 ///
 /// The two nodes of a crack share their dofs. SI units, per metre of dam.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SystemMatrices {
-    /// Diagonal of M, kg/m, one value a dof.
+    /// Diagonal of the concrete's M, kg/m, one value a dof.
     pub mass: Vec<f64>,
+    /// X of the water in the mass matrix as (row, column, kg/m): every entry once; none without
+    /// [`AddedMass`](crate::AddedMass).
+    pub added_mass: Vec<(usize, usize, f64)>,
+    /// X ι for ground motion along x and along y, kg/m: fixed nodes push their water too.
+    pub added_ground_inertia: [Vec<f64>; 2],
     /// K as (row, column, N/m per metre): every entry once, both triangles.
     pub stiffness: Vec<(usize, usize, f64)>,
     /// α and β.
@@ -29,6 +36,8 @@ impl SystemMatrices {
         let dofs = DegreesOfFreedom::intact(structure);
         let mut matrices = Self {
             mass: dofs.masses(structure),
+            added_mass: Vec::new(),
+            added_ground_inertia: [0, 1].map(|_| vec![0.0; dofs.count]),
             stiffness: modal::stiffness(structure, &dofs),
             damping: structure.damping,
             pressure_forces: Vec::new(),
@@ -36,6 +45,22 @@ impl SystemMatrices {
             crest: dofs.of(dam.crest_node()).map_or([0, 0], |dof| [dof, dof + 1]),
             ground_influence: [0, 1].map(|d| (0..dofs.count).map(|i| f64::from(i % 2 == d)).collect()),
         };
+        if let Some(water) = &structure.added_mass {
+            let mut entries = BTreeMap::new();
+            for ([a, p], [b, q], value) in water.entries() {
+                if let (Some(i), Some(j)) = (dofs.of(a), dofs.of(b)) {
+                    *entries.entry((i + p, j + q)).or_insert(0.0) += value;
+                }
+            }
+            matrices.added_mass = entries.into_iter().map(|((i, j), value)| (i, j, value)).collect();
+            for (axis, inertia) in matrices.added_ground_inertia.iter_mut().enumerate() {
+                for (node, values) in water.ground_inertia(axis) {
+                    if let Some(dof) = dofs.of(node) {
+                        (0..2).for_each(|d| inertia[dof + d] += values[d]);
+                    }
+                }
+            }
+        }
         let Some(wet) = dam.wet() else { return matrices };
         for &(node, point, weight) in wet.load.entries() {
             if let Some(dof) = dofs.of(node) {

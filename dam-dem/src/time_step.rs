@@ -2,21 +2,32 @@ use nalgebra::{DMatrix, SymmetricEigen};
 
 use crate::contact::{ContactLaw, Stencil};
 use crate::structure::Structure;
+use crate::{AddedMass, RayleighCoefficients};
 
-/// The longest stable time step of central differences with lagged damping.
+/// The longest stable time step of central differences with lagged damping of memory m
+/// ([`StiffnessDamping`](crate::StiffnessDamping)).
 ///
 /// ```text
-/// Δt = (2/ω) (√(1 + ξ²) − ξ),   ξ = α/2ω + βω/2
+/// Δt = (2/ω) (√(1 + ξ²) − ξ),   ξ = α/2ω + (1 − m)/(1 + m) βω/2
 /// ```
 ///
-/// at the highest frequency ω of elements and contacts (all closed and sticking, unstrained). In it
-/// lagged damping makes the amplification −1 exactly; lower modes allow more.
+/// at the highest frequency ω of elements and contacts (all closed and sticking, unstrained). A mode is
+/// multiplied by z in every time step,
 ///
-/// **Source**: T. Belytschko, W.K. Liu, B. Moran, *Nonlinear Finite Elements for Continua and
-/// Structures*, 2000, section 6.2; tested in `tests/time_step.rs`.
+/// ```text
+/// (z − 1)² (z − m) + (ωΔt)² z (z − m) + αΔt (z − 1)(z − m) + (1 − m) βω²Δt z (z − 1) = 0
+/// ```
+///
+/// with |z| < 1 below the limit and z = −1 at it; lower modes allow more.
+///
+/// Undamped added mass X only helps if it is positive semidefinite, which it nearly is. With `M + X ≥ μ M`
+/// ([`AddedMass::least_share`](crate::AddedMass::least_share)) the limit is that of the mass μ M.
+///
+/// **Source**: for m = 0 T. Belytschko, W.K. Liu, B. Moran, *Nonlinear Finite Elements for Continua and
+/// Structures*, 2000, section 6.2; tested in `tests/time_step.rs` and `tests/damping_memory.rs`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CriticalTimeStep {
-    /// Highest frequency ω, rad/s.
+    /// Highest frequency ω, rad/s; with added mass a bound for it.
     pub highest_frequency: f64,
     /// Longest stable time step, s.
     pub limit: f64,
@@ -34,13 +45,19 @@ const MAX_ITERATIONS: usize = 400;
 impl CriticalTimeStep {
     /// That of a structure with its damping.
     pub fn of(structure: &Structure<impl ContactLaw>) -> Self {
-        let frequency = highest_frequency(structure);
-        let ratio = structure.damping.ratio_at(frequency);
+        Self::of_frequency(structure, highest_frequency(structure))
+    }
+
+    /// The same, where the highest frequency without added mass is known to be `frequency` (rad/s).
+    pub(crate) fn of_frequency(structure: &Structure<impl ContactLaw>, frequency: f64) -> Self {
+        let least = structure.added_mass.as_ref().map_or(1.0, AddedMass::least_share);
+        let RayleighCoefficients { mass, stiffness } = structure.damping;
+        let damping = RayleighCoefficients { mass: mass / least, stiffness };
+        let frequency = frequency / least.sqrt();
+        let ratio = damping.limiting_ratio(frequency, structure.damping_memory);
         Self { highest_frequency: frequency, limit: 2.0 / frequency * ((1.0 + ratio * ratio).sqrt() - ratio) }
     }
-}
 
-impl CriticalTimeStep {
     /// Longest time step to take, s: `safety` times the limit, and with contacts at most a quarter of 2/ω.
     pub fn with_safety(&self, safety: f64, contacts: bool) -> f64 {
         let cap = if contacts { LARGEST_SHARE_WITH_CONTACTS } else { 1.0 };
@@ -49,8 +66,8 @@ impl CriticalTimeStep {
 }
 
 /// Square root of the largest eigenvalue of `M^(−½) K M^(−½)`, by Lanczos iteration with full
-/// reorthogonalisation; K acts through the elements and never is assembled.
-fn highest_frequency(structure: &Structure<impl ContactLaw>) -> f64 {
+/// reorthogonalisation; K acts through the elements and never is assembled. rad/s, without added mass.
+pub(crate) fn highest_frequency(structure: &Structure<impl ContactLaw>) -> f64 {
     let stencils = structure.stencils();
     let root: Vec<f64> = structure.inverse_mass.iter().map(|m| m.sqrt()).collect();
     let scale = |x: &[[f64; 2]]| -> Vec<[f64; 2]> {

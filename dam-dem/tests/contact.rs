@@ -47,7 +47,7 @@ proptest! {
         prop_assert!(moment.abs() <= LAW.friction * size * deepest + 1e-11 * size);
     }
 
-    /// |T| ≤ μN, N ≥ 0, springs that never store more by slipping, dashpots that never feed in.
+    /// |T| ≤ μN, 0 ≤ N ≤ twice the spring's, springs that never store more by slipping, dashpots that never feed in.
     #[test]
     fn coulomb_keeps_its_limits(
         penetration in -1e-3f64..1e-3, penetration_rate in -5.0f64..5.0,
@@ -56,6 +56,8 @@ proptest! {
         let touch = Touch { penetration, penetration_rate, stretch, slip_rate, damping };
         let response = LAW.respond(&touch);
         prop_assert!(response.normal >= 0.0);
+        let spring = LAW.normal_stiffness * penetration.max(0.0);
+        prop_assert!(response.normal <= 2.0 * spring * (1.0 + 1e-15));
         prop_assert!(response.shear.abs() <= LAW.friction * response.normal * (1.0 + 1e-15));
         prop_assert!(response.stretch.abs() <= stretch.abs());
         prop_assert!(penetration > 0.0 || response.normal == 0.0);

@@ -48,7 +48,23 @@ pub enum WetFaceError {
         /// y, m.
         y: f64,
     },
+    /// Panels of no length, or too many.
+    #[error(
+        "panels of {size:e} m would be {panels:e} on the wet face; take a length above 0, for at most {MOST_PANELS:e}"
+    )]
+    PanelSize {
+        /// Largest length of a panel, m.
+        size: f64,
+        /// Length of the face over that.
+        panels: f64,
+    },
 }
+
+/// Most panels of a face that is divided anew.
+const MOST_PANELS: f64 = 1e4;
+
+/// Least sine of the angle between two panels that makes a kink.
+const KINK: f64 = 1e-9;
 
 impl WetFace {
     /// The wet face through `points` (m), from the heel (the origin) up.
@@ -105,6 +121,55 @@ impl WetFace {
             let length = dx.hypot(dy);
             (length > 0.0).then(|| Panel { start, length, normal: [dy / length, -dx / length] })
         })
+    }
+
+    /// The straight pieces, upwards: indices of the first and the last point of each.
+    ///
+    /// A piece ends at a kink, which the next one shares unless it has two points, and where two points coincide.
+    pub fn straight_pieces(&self) -> Vec<[usize; 2]> {
+        let panels: Vec<Panel> = self.panels().collect();
+        let mut pieces = Vec::new();
+        let mut first = 0;
+        for pair in panels.windows(2) {
+            let [m, n] = [pair[0].normal, pair[1].normal];
+            let (before, next) = (pair[0].start + 1, pair[1].start);
+            if before != next || (m[0] * n[1] - m[1] * n[0]).abs() > KINK {
+                pieces.push([first, before]);
+                first = next;
+            }
+        }
+        pieces.push([first, self.len() - 1]);
+        pieces
+    }
+
+    /// The same face divided anew: every straight piece into equal panels no longer than `size` (m).
+    ///
+    /// Kinks and coinciding points stay, to the bit; other points need not.
+    ///
+    /// **Errors**: [`WetFaceError::PanelSize`]; panels so short that points would not ascend.
+    pub fn respaced(&self, size: f64) -> Result<Self, WetFaceError> {
+        let panels = self.panels().map(|panel| panel.length).sum::<f64>() / size;
+        if !(size > 0.0 && panels <= MOST_PANELS) {
+            return Err(WetFaceError::PanelSize { size, panels });
+        }
+        let mut points = vec![self.points[0]];
+        let mut last_before = 0;
+        for [first, last] in self.straight_pieces() {
+            let (start, end) = (self.points[first], self.points[last]);
+            if first != last_before {
+                points.push(start);
+            }
+            let length = (end[0] - start[0]).hypot(end[1] - start[1]);
+            // Rounding of the length adds no panel.
+            let count = (length / size * (1.0 - 1e-9)).ceil().max(1.0);
+            points.extend((1..count as usize).map(|i| {
+                let t = i as f64 / count;
+                [0, 1].map(|axis| start[axis] * (1.0 - t) + end[axis] * t)
+            }));
+            points.push(end);
+            last_before = last;
+        }
+        Self::new(points)
     }
 
     /// Unit normals at the points: those of the adjacent panels, weighted by their lengths.
@@ -186,6 +251,43 @@ mod tests {
         let moment: f64 = forces.iter().zip(face.points()).map(|(f, p)| f[0] * p[1]).sum();
         assert!((total / (9810.0 * 72.0) - 1.0).abs() < 1e-14);
         assert!((moment / (9810.0 * 288.0) - 1.0).abs() < 1e-14);
+        Ok(())
+    }
+
+    #[test]
+    fn a_face_divided_anew_keeps_its_kinks_and_coinciding_points() -> Result<(), WetFaceError> {
+        let (kink, crack, level) = ([3.0, 4.0], [3.0, 10.0], [3.0, 20.0]);
+        let face = WetFace::new(vec![[0.0, 0.0], [1.5, 2.0], kink, [3.0, 9.0], crack, crack, level])?;
+        assert_eq!(face.straight_pieces(), [[0, 2], [2, 4], [5, 6]]);
+        // 5 m, 6 m and 10 m long.
+        for (size, panels) in [(100.0, [1, 1, 1]), (5.0, [1, 2, 2]), (4.0, [2, 2, 3]), (0.1, [50, 60, 100])] {
+            let anew = face.respaced(size)?;
+            let ends = [0, panels[0], panels[0] + panels[1]];
+            let last = anew.len() - 1;
+            assert_eq!(anew.straight_pieces(), [[0, ends[1]], [ends[1], ends[2]], [ends[2] + 1, last]]);
+            assert_eq!(last, panels.iter().sum::<usize>() + 1);
+            let kept = [ends[1], ends[2], ends[2] + 1, last].map(|i| anew.points()[i]);
+            assert_eq!(kept, [kink, crack, crack, level]);
+            assert!(anew.panels().all(|panel| panel.length <= size * (1.0 + 1e-9)));
+            let of_first = anew.panels().take(panels[0]).map(|panel| panel.length * panels[0] as f64);
+            assert!(of_first.into_iter().all(|length| (length - 5.0).abs() < 1e-13));
+            assert_eq!(anew.respaced(size)?, anew);
+        }
+        let doubled = WetFace::new(vec![[0.0, 0.0], kink, kink, level])?;
+        assert_eq!(doubled.respaced(100.0)?, doubled);
+        Ok(())
+    }
+
+    #[test]
+    fn panels_of_no_length_and_too_many_are_refused() -> Result<(), WetFaceError> {
+        let face = WetFace::straight([0.0, 12.0], 5)?;
+        for size in [0.0, -1.0, 1e-4, f64::NAN] {
+            let error = face.respaced(size).expect_err("the size is refused");
+            assert!(matches!(error, WetFaceError::PanelSize { .. }), "{error}");
+        }
+        let error = face.respaced(1e-3).expect_err("12000 are too many");
+        let said = "panels of 1e-3 m would be 1.2e4 on the wet face; take a length above 0, for at most 1e4";
+        assert_eq!(error.to_string(), said);
         Ok(())
     }
 

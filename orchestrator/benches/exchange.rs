@@ -12,7 +12,8 @@ use orchestrator::participant::{
     Channel, Deadlines, Description, Layout, Occasion, Participant, ParticipantError, Starting, host,
 };
 use orchestrator::scene::GroundMotion;
-use orchestrator::scheme::{Exchange, Side, StepReport};
+use orchestrator::scheme::{Exchange, Interval, Side, WindowReport};
+use orchestrator::stepping::Stepping;
 use std::error::Error;
 use std::io::{Read, Write};
 use std::os::unix::net::{UnixListener, UnixStream};
@@ -191,7 +192,7 @@ impl Coupling {
         let mut log = LogWriter::create(&folder.path().join(name), Preamble::default())?;
         let reservoir = Description { name: "reservoir".to_owned(), ..dam.clone() };
         let ground_motion = &GroundMotion::ramp(1.0, 1.0);
-        log.begin(&Start { dam, reservoir, ground_motion, communication_step: 1e-3, steps: 1 })?;
+        log.begin(&Start { dam, reservoir, ground_motion, stepping: Stepping::equal(1e-3, 1) })?;
         let acceleration = Acceleration::new(AccelerationKind::Aitken, 0.9, 1.0);
         let measure = ConvergenceMeasure::new(&[Measure::Displacement, Measure::Pressure], 1e-6, 100.0, 1e6);
         Ok(Self { acceleration, measure, log, guess: vec![0.0; VALUES], _folder: folder })
@@ -202,26 +203,25 @@ impl Coupling {
         let residual: Vec<f64> = outputs.iter().zip(&self.guess).map(|(q, p)| q - p).collect();
         self.acceleration.begin_step();
         self.acceleration.accelerate(&mut self.guess, &residual);
+        let time = 1e-3 * step as f64;
+        let interval = Interval { step, time, communication_step: 1e-3, ground_acceleration: [0.0; 2] };
         let exchange = Exchange {
             side: Side::Dam,
-            iteration: 1,
+            occasion: Occasion { step, iteration: 1, attempt: 1, time, communication_step: 1e-3 },
             accepted: true,
             inputs: inputs.to_vec(),
             outputs: outputs.to_vec(),
             sent: Duration::ZERO,
             answered: Duration::ZERO,
         };
-        self.log.step(&StepReport {
-            step,
+        self.log.window(&WindowReport {
+            steps: vec![interval],
             attempt: 1,
-            time: 1e-3 * step as f64,
-            communication_step: 1e-3,
-            ground_acceleration: [0.0; 2],
             exchanges: vec![exchange],
+            converged: true,
             residuals: Some(residuals),
             relaxation: self.acceleration.relaxation(),
-            solver_time: [Duration::ZERO; 2],
-            messages: Vec::new(),
+            ..WindowReport::default()
         })?;
         Ok(())
     }

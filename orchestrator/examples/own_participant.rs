@@ -8,7 +8,7 @@ use orchestrator::convergence::{ConvergenceMeasure, Measure};
 use orchestrator::participant::{
     Channel, Description, InProcess, Layout, Messages, Occasion, Participant, ParticipantError,
 };
-use orchestrator::scheme::{Predictor, SerialImplicit, Side, Units};
+use orchestrator::scheme::{Interval, Predictor, Scheme, Settings, Side, Units};
 use reservoir::{Fidelity, Reservoir, ReservoirParameters};
 use std::num::NonZeroUsize;
 
@@ -107,13 +107,20 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         50.0,
         1000.0 * 9.81 * 50.0,
     );
-    let mut scheme = SerialImplicit::new(&mut units, aitken, Predictor::new(2), measure, 50)?;
+    let mut scheme = Scheme::new(&mut units, Settings::default(), aitken, Predictor::new(2), measure)?;
     scheme.initialise(&mut units, 0.0, [0.0; 2])?;
     for step in 1..=400_u32 {
         let (time, ground) = (f64::from(step) * h, if step < 200 { 2.0 } else { 0.0 });
-        let report = scheme.advance(&mut units, u64::from(step), time - h, h, [ground, 0.0])?;
+        let interval = Interval {
+            step: step.into(),
+            time: time - h,
+            communication_step: h,
+            ground_acceleration: [ground, 0.0],
+        };
+        let report = scheme.advance(&mut units, &[interval])?;
         if step % 40 == 0 {
-            let displacement = report.accepted(Side::Dam).map_or(f64::NAN, |e| 1e3 * e.outputs[0]);
+            let displacement =
+                report.accepted(Side::Dam, interval.step).map_or(f64::NAN, |e| 1e3 * e.outputs[0]);
             println!("{time:.2} s: {displacement:+.3} mm, {} iterations", report.iterations());
         }
     }

@@ -5,14 +5,16 @@
 //! [`participant::Participant`] and knows no solver; the binary `cofferdam` brings those.
 //!
 //! Data flows one way: [`scene`] → [`participant`] → [`scheme`] (with [`acceleration`],
-//! judged by [`convergence`]) → [`simulation`] → [`observer`]s ([`log`], histories,
-//! progress) → [`report`]. A [`log`] that was written is read again by [`replay`]. Units leave as FMUs by [`fmu`].
+//! judged by [`convergence`]; by a [`mapping`] where points do not match) → [`simulation`] →
+//! [`observer`]s ([`log`], histories, progress) → [`report`]. A [`log`] that was written is read
+//! again by [`replay`]. Units leave as FMUs by [`fmu`].
 
 pub mod acceleration;
 pub mod convergence;
 pub mod difference;
 pub mod fmu;
 pub mod log;
+pub mod mapping;
 pub mod observer;
 pub mod participant;
 pub mod replay;
@@ -20,4 +22,5 @@ pub mod report;
 pub mod scene;
 pub mod scheme;
 pub mod simulation;
+pub mod stepping;
 pub mod transport;

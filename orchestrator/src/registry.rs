@@ -7,8 +7,8 @@ use dam_dem::{
 use interface::{WetFace, WetFaceError};
 use orchestrator::participant::{InProcess, Messages, Participant, Prescribed};
 use orchestrator::scene::{DamScene, FidelityScene, KinematicsScene, PlaneScene, Scene};
-use orchestrator::scheme::Side;
-use reservoir::{Fidelity, Reservoir, ReservoirError, ReservoirParameters};
+use orchestrator::scheme::{SchemeKind, Side};
+use reservoir::{Fidelity, Reservoir, ReservoirError, ReservoirParameters, added_mass};
 use std::num::NonZeroUsize;
 
 /// Most time steps of the dam in a communication step: beyond, no run would end.
@@ -53,7 +53,7 @@ pub fn unit(side: Side, scene: &Scene, threads: NonZeroUsize) -> Result<Box<dyn 
 
 fn computed_dam(dam: &DamScene, scene: &Scene) -> Result<Box<dyn Participant>, RegistryError> {
     let messages = Messages::default();
-    let (dam, time_steps) = messages.listen(|| made_dam(dam_parameters(dam, scene), scene))?;
+    let (dam, time_steps) = messages.listen(|| made_dam(dam_parameters(dam, scene)?, scene))?;
     let solver = format!(
         "distinct elements {}: {} elements, {} nodes, {time_steps} time steps a communication step",
         env!("CARGO_PKG_VERSION"),
@@ -68,7 +68,8 @@ fn computed_dam(dam: &DamScene, scene: &Scene) -> Result<Box<dyn Participant>, R
 /// **Errors**: those of the dam, and [`RegistryError::TimeSteps`].
 pub fn made_dam(parameters: DamParameters, scene: &Scene) -> Result<(Dam, usize), RegistryError> {
     let dam = Dam::new(parameters)?;
-    let time_steps = dam.time_steps_per(scene.time.communication_step);
+    let longest = scene.time.adaptive.map_or(scene.time.communication_step, |adaptive| adaptive.longest);
+    let time_steps = dam.time_steps_per(longest);
     if time_steps > MOST_TIME_STEPS {
         return Err(RegistryError::TimeSteps { time_steps, limit: dam.time_step_limit() });
     }
@@ -76,16 +77,26 @@ pub fn made_dam(parameters: DamParameters, scene: &Scene) -> Result<(Dam, usize)
 }
 
 fn reservoir(scene: &Scene, threads: NonZeroUsize) -> Result<Box<dyn Participant>, RegistryError> {
-    let wet_face = wet_face(scene)?;
+    let wet_face = reservoir_face(scene)?;
     let points = wet_face.len();
     let messages = Messages::default();
     let reservoir = messages.listen(|| Reservoir::new(reservoir_parameters(scene, wet_face), threads))?;
     let model = match scene.reservoir.fidelity {
         FidelityScene::Compressible => "compressible water, boundary elements",
+        FidelityScene::Incompressible => "incompressible water, boundary elements",
         FidelityScene::Westergaard => "Westergaard's added mass",
     };
     let solver = format!("{model} {}: {points} interface points", env!("CARGO_PKG_VERSION"));
     Ok(Box::new(InProcess::new(reservoir, &solver, messages)))
+}
+
+/// The reservoir's wet face: the dam's, divided anew if the scene gives the reservoir panels of its own.
+pub fn reservoir_face(scene: &Scene) -> Result<WetFace, RegistryError> {
+    let face = wet_face(scene)?;
+    Ok(match scene.reservoir.interface_size {
+        Some(size) => face.respaced(size)?,
+        None => face,
+    })
 }
 
 /// The wet face of the scene's dam: either unit finds the same by itself.
@@ -93,14 +104,26 @@ pub fn wet_face(scene: &Scene) -> Result<WetFace, RegistryError> {
     let depth = scene.reservoir.depth;
     let straight = |batter, panels| WetFace::straight([batter, depth], panels);
     Ok(match (&scene.dam, &scene.prescribed) {
-        (Some(dam), _) => dam_parameters(dam, scene).wet_face()?.map_or_else(|| straight(0.0, 1), Ok)?,
+        (Some(dam), _) => dry_dam(dam, scene).wet_face()?.map_or_else(|| straight(0.0, 1), Ok)?,
         (None, Some(prescribed)) => straight(prescribed.batter, prescribed.panels)?,
         (None, None) => straight(0.0, 1)?,
     })
 }
 
-/// The parameters of the dam of a scene.
-pub fn dam_parameters(dam: &DamScene, scene: &Scene) -> DamParameters {
+/// The parameters of the dam of a scene, with the water's added mass if the scheme wants it there.
+///
+/// **Errors**: the wet face, and those of the reservoir that the mass is taken from.
+pub fn dam_parameters(dam: &DamScene, scene: &Scene) -> Result<DamParameters, RegistryError> {
+    let mut parameters = dry_dam(dam, scene);
+    if scene.scheme() == SchemeKind::AddedMass {
+        // At the dam's own points, whatever the reservoir's are.
+        let mass = added_mass(&reservoir_parameters(scene, wet_face(scene)?))?;
+        parameters.added_mass = Some(mass.row_iter().map(|row| row.iter().copied().collect()).collect());
+    }
+    Ok(parameters)
+}
+
+fn dry_dam(dam: &DamScene, scene: &Scene) -> DamParameters {
     let DamScene { section, material, damping, .. } = dam;
     let frequencies = match (damping.multiples_of_first, damping.radians_per_second) {
         (Some(multiples), _) => Some(DampingFrequencies::MultiplesOfFirst(multiples)),
@@ -141,6 +164,7 @@ pub fn dam_parameters(dam: &DamScene, scene: &Scene) -> DamParameters {
         element_size: dam.element_size,
         gravity: scene.gravity,
         time_step_safety: dam.time_step_safety,
+        added_mass: None,
     }
 }
 
@@ -156,6 +180,7 @@ pub fn reservoir_parameters(scene: &Scene, wet_face: WetFace) -> ReservoirParame
         gravity: scene.gravity,
         fidelity: match water.fidelity {
             FidelityScene::Westergaard => Fidelity::Westergaard,
+            FidelityScene::Incompressible => Fidelity::Incompressible,
             FidelityScene::Compressible => Fidelity::Compressible,
         },
         element_size: water.element_size.unwrap_or(water.depth / 16.0),

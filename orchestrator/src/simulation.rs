@@ -1,9 +1,10 @@
 //! The run itself: step after step, every report to every observer.
 
-use crate::observer::{Ending, Observer, ObserverError, Start, Status, WallTime};
-use crate::participant::ParticipantError;
+use crate::observer::{Ending, Observer, ObserverError, Start, Statistics, Status, WallTime};
+use crate::participant::{Description, ParticipantError};
 use crate::scene::GroundMotion;
-use crate::scheme::{CouplingError, SerialImplicit, StepFailure, StepReport, Units};
+use crate::scheme::{CouplingError, Scheme, Side, StepFailure, Units, WindowReport};
+use crate::stepping::{Clock, Stepping};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -12,13 +13,11 @@ pub struct Simulation {
     /// The units.
     pub units: Units,
     /// How they take a step together.
-    pub scheme: SerialImplicit,
+    pub scheme: Scheme,
     /// What moves the ground.
     pub ground_motion: GroundMotion,
-    /// Length of a communication step, s.
-    pub communication_step: f64,
-    /// Number of communication steps.
-    pub steps: u64,
+    /// Which communication steps are taken.
+    pub stepping: Stepping,
     /// Displacement (x, y) of the crest under weight and hydrostatic pressure, m, once a dam that has it is
     /// initialised.
     pub static_crest_displacement: Option<[f64; 2]>,
@@ -46,15 +45,15 @@ impl Simulation {
         interrupted: &AtomicBool,
     ) -> (Ending, Option<SimulationError>) {
         let began = Instant::now();
-        let mut wall = WallTime::default();
-        let mut time = 0.0;
-        let result = self.observed_run(observers, interrupted, &mut wall, &mut time);
+        let mut tally = Tally::default();
+        let result = self.observed_run(observers, interrupted, &mut tally);
+        let Tally { mut wall, statistics, time } = tally;
         wall.total = began.elapsed();
         let status = match &result {
             Ok(status) => status.clone(),
             Err(error) => Status::Failed(error.to_string()),
         };
-        let ending = Ending { status, time, wall };
+        let ending = Ending { status, time, wall, statistics };
         let closed = tell_all(observers, |o| o.end(&ending));
         (ending, result.err().or(closed.err().map(Into::into)))
     }
@@ -63,60 +62,120 @@ impl Simulation {
         &mut self,
         observers: &mut [&mut dyn Observer],
         interrupted: &AtomicBool,
-        wall: &mut WallTime,
-        time: &mut f64,
+        tally: &mut Tally,
     ) -> Result<Status, SimulationError> {
         let start = Start {
             dam: self.units.dam.description().clone(),
             reservoir: self.units.reservoir.description().clone(),
             ground_motion: &self.ground_motion,
-            communication_step: self.communication_step,
-            steps: self.steps,
+            stepping: self.stepping,
         };
+        self.check_stepping([&start.dam, &start.reservoir])?;
         tell_all(observers, |o| o.begin(&start))?;
-        let report = self.scheme.initialise(&mut self.units, 0.0, self.ground_motion.at(0.0));
-        observe(observers, report, wall)?;
+        match self.scheme.initialise(&mut self.units, 0.0, self.ground_motion.at(0.0)) {
+            Ok(report) => observe(observers, &report, tally)?,
+            Err(failure) => return Err(failed(observers, failure, tally)),
+        }
         self.static_crest_displacement = match self.units.dam.fixed("crest_static_displacement") {
             Ok(u) => u.first().zip(u.get(1)).map(|(x, y)| [*x, *y]),
             Err(ParticipantError::Missing { .. }) => None,
             Err(error) => return Err(CouplingError::from(error).into()),
         };
-        for step in 1..=self.steps {
+        let mut clock = Clock::new(self.stepping);
+        loop {
             if interrupted.load(Ordering::Relaxed) {
                 return Ok(Status::Interrupted);
             }
-            let length = self.communication_step;
-            let end = step as f64 * length;
-            let ground = self.ground_motion.at(end);
+            let window = clock.window(&self.ground_motion);
+            if window.is_empty() {
+                return Ok(Status::Completed);
+            }
             let began = Instant::now();
-            let report = self.scheme.advance(&mut self.units, step, *time, length, ground);
-            wall.coupling += began.elapsed();
-            observe(observers, report, wall)?;
-            *time = end;
+            let result = self.scheme.attempt(&mut self.units, &window, clock.attempt());
+            tally.wall.coupling += began.elapsed();
+            match result {
+                Ok(mut report) => {
+                    let taken = clock.takes(&report);
+                    if taken {
+                        self.scheme.accept(&mut report);
+                        clock.accept(&report);
+                    }
+                    tally.statistics.rejected += u64::from(!taken);
+                    observe(observers, &report, tally)?;
+                }
+                Err(failure)
+                    if failure.error.is_of_coupling()
+                        && clock.shorten(failure.report.end() - failure.report.time()) =>
+                {
+                    tally.statistics.rejected += 1;
+                    observe(observers, &failure.report, tally)?;
+                }
+                Err(failure) => return Err(failed(observers, failure, tally)),
+            }
+            tally.time = clock.time();
         }
-        Ok(Status::Completed)
+    }
+
+    /// Units that take steps of one length only take no others.
+    fn check_stepping(&self, units: [&Description; 2]) -> Result<(), CouplingError> {
+        let fixed = units.into_iter().find(|unit| !unit.capabilities.variable_communication_step);
+        match fixed {
+            Some(unit) if self.stepping.varies() => {
+                Err(CouplingError::FixedStep { participant: unit.name.clone() })
+            }
+            _ => Ok(()),
+        }
     }
 }
 
-/// Shows a report, or what there is of a failed one, to the observers.
+/// What is counted during a run.
+#[derive(Default)]
+struct Tally {
+    wall: WallTime,
+    statistics: Statistics,
+    time: f64,
+}
+
+/// Shows what there is of a window that failed to the observers; the error that ends the run.
+fn failed(observers: &mut [&mut dyn Observer], failure: StepFailure, tally: &mut Tally) -> SimulationError {
+    let StepFailure { report, error } = failure;
+    // The coupling's own failure is the news.
+    let _ = observe(observers, &report, tally);
+    error.into()
+}
+
+/// Shows a report to the observers.
 fn observe(
     observers: &mut [&mut dyn Observer],
-    result: Result<StepReport, StepFailure>,
-    wall: &mut WallTime,
+    report: &WindowReport,
+    tally: &mut Tally,
 ) -> Result<(), SimulationError> {
-    let (report, error) = match result {
-        Ok(report) => (report, None),
-        Err(StepFailure { report, error }) => (*report, Some(error)),
-    };
-    let counted = |time: Duration| if report.step > 0 { time } else { Duration::ZERO };
-    wall.dam += counted(report.solver_time[0]);
-    wall.reservoir += counted(report.solver_time[1]);
-    wall.initialisation +=
-        report.solver_time.iter().sum::<Duration>() - counted(report.solver_time.iter().sum());
+    let Tally { wall, statistics, .. } = tally;
+    if report.step() > 0 {
+        wall.dam += report.solver_time[0];
+        wall.reservoir += report.solver_time[1];
+        wall.units += report.unit_time;
+    } else {
+        wall.initialisation += report.solver_time.iter().sum::<Duration>();
+    }
+    for (calls, side) in statistics.calls.iter_mut().zip([Side::Dam, Side::Reservoir]) {
+        let [all, repeated] = report.calls(side);
+        (calls[0], calls[1]) = (calls[0] + all, calls[1] + repeated);
+    }
+    if report.step() > 0 {
+        let steps = report.steps.len() as u64;
+        statistics.unconverged += if report.is_accepted() && !report.converged { steps } else { 0 };
+    }
+    let errors = report.interface.iter().map(|interface| interface.mapping_error);
+    statistics.mapping_error = errors.fold(statistics.mapping_error, f64::max);
+    if report.is_accepted() {
+        statistics.largest_pressure = statistics.largest_pressure.max(report.largest_pressure);
+    }
+    statistics.rounding_floor = report.rounding_floor.or(statistics.rounding_floor);
     let began = Instant::now();
-    let told = tell_all(observers, |o| o.step(&report));
+    let told = tell_all(observers, |o| o.window(report));
     wall.observers += began.elapsed();
-    error.map_or(Ok(()), |e| Err(e.into())).and(told.map_err(Into::into))
+    Ok(told?)
 }
 
 /// Tells every observer, even after one has failed; returns the first failure.

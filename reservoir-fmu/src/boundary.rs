@@ -69,8 +69,8 @@ impl BoundaryMesh {
         };
         mesh([upstream, face.depth()], [upstream, 0.0], BoundaryCondition::Radiation);
         mesh([upstream, 0.0], [0.0, 0.0], BoundaryCondition::AbsorbingBed);
-        for pair in straight_parts(face).windows(2) {
-            mesh(face.points()[pair[0]], face.points()[pair[1]], BoundaryCondition::WetFace);
+        for [first, last] in face.straight_pieces() {
+            mesh(face.points()[first], face.points()[last], BoundaryCondition::WetFace);
         }
         Self { elements }
     }
@@ -91,22 +91,6 @@ impl BoundaryMesh {
         let count = self.elements.iter().filter(|e| e.condition == condition).count();
         2 * first..2 * (first + count)
     }
-}
-
-/// Points between which the face is straight and its motion continuous, both ends included.
-fn straight_parts(face: &WetFace) -> Vec<usize> {
-    let panels: Vec<_> = face.panels().collect();
-    let mut ends = vec![0];
-    for pair in panels.windows(2) {
-        let [m, n] = [pair[0].normal, pair[1].normal];
-        let kink = (m[0] * n[1] - m[1] * n[0]).abs() > 1e-9;
-        let jump = pair[1].start != pair[0].start + 1;
-        if kink || jump {
-            ends.push(pair[1].start);
-        }
-    }
-    ends.push(face.len() - 1);
-    ends
 }
 
 #[cfg(test)]

@@ -48,6 +48,12 @@ pub enum ReservoirError {
         /// What to change.
         remedy: &'static str,
     },
+    /// Compressible water has no added mass.
+    #[error(
+        "compressible water has a memory, so no added mass gives its pressure; choose the fidelity `westergaard` or \
+         `incompressible`"
+    )]
+    Memory,
     /// A step would end after the horizon that the weights were made for.
     #[error(
         "a step to t = {end} s, {elapsed} s after the start, passes the horizon of {horizon} s that the \

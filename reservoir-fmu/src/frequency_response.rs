@@ -1,13 +1,12 @@
 //! The symbol K(s) of a reservoir and the convolution weights that follow from it.
 //!
-//! Depends on `boundary`, `convolution`, `fidelity`, `kernel` and `system`.
+//! Depends on `added_mass`, `boundary`, `convolution`, `fidelity`, `kernel` and `system`.
 
 use crate::boundary::BoundaryMesh;
 use crate::convolution::{ConvolutionQuadrature, Weights};
-use crate::fidelity::{added_mass, added_mass_weights};
 use crate::kernel::FreeSurface;
 use crate::system::{BoundarySystem, Water};
-use crate::{Fidelity, ReservoirError, ReservoirParameters};
+use crate::{ReservoirError, ReservoirParameters, added_mass};
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -17,7 +16,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// K(s): interface pressure (Pa) for a unit interface velocity (m/s) at complex frequencies.
 ///
 /// **Shapes and units**: `s` in 1/s with positive real parts; one points × points matrix a
-/// frequency. For Westergaard's added mass m it is `−s m`.
+/// frequency. For water without memory it is `−s A`, A its added mass.
 ///
 /// **Errors**: parameters out of range, [`ReservoirError::Frequency`], [`ReservoirError::Kernel`],
 /// [`ReservoirError::FarEnd`], [`ReservoirError::Threads`].
@@ -30,9 +29,8 @@ pub fn frequency_response(
     if let Some(&frequency) = s.iter().find(|s| !(s.re > 0.0 && s.is_finite())) {
         return Err(ReservoirError::Frequency { frequency });
     }
-    if parameters.fidelity == Fidelity::Westergaard {
-        let mass = nalgebra::DVector::from_vec(added_mass(&parameters.wet_face, parameters.density));
-        let mass = DMatrix::from_diagonal(&mass);
+    if !parameters.fidelity.has_memory() {
+        let mass = added_mass(parameters)?;
         return Ok(s.iter().map(|&s| mass.map(|m| -s * m)).collect());
     }
     let system = boundary_system(parameters)?;
@@ -40,26 +38,21 @@ pub fn frequency_response(
     pool.install(|| s.par_iter().map(|&s| system.symbol(s)).collect())
 }
 
-fn boundary_system(parameters: &ReservoirParameters) -> Result<BoundarySystem, ReservoirError> {
+/// The boundary element system of the parameters' water.
+pub(crate) fn boundary_system(parameters: &ReservoirParameters) -> Result<BoundarySystem, ReservoirError> {
     let face = &parameters.wet_face;
     let mesh = BoundaryMesh::new(face, parameters.element_size, parameters.far_end_distance);
-    let water = Water {
-        density: parameters.density,
-        sound_speed: parameters.sound_speed,
-        bed_admittance: parameters.bed_admittance(),
-    };
+    // At s = 0 the bed is rigid whatever its admittance.
+    let bed_admittance = if parameters.fidelity.has_memory() { parameters.bed_admittance() } else { 0.0 };
+    let water = Water { density: parameters.density, sound_speed: parameters.sound_speed, bed_admittance };
     BoundarySystem::new(face, mesh, &FreeSurface { level: face.depth() }, water)
 }
 
-/// The convolution weights of the parameters' fidelity, on the current rayon pool, and the number of
+/// The convolution weights of compressible water, on the current rayon pool, and the number of
 /// frequencies at which the system was solved for them.
 pub(crate) fn convolution_weights(
     parameters: &ReservoirParameters,
 ) -> Result<(Weights, usize), ReservoirError> {
-    if parameters.fidelity == Fidelity::Westergaard {
-        let mass = added_mass(&parameters.wet_face, parameters.density);
-        return Ok((added_mass_weights(&mass, parameters.communication_step), 0));
-    }
     let system = boundary_system(parameters)?;
     let solved = AtomicUsize::new(0);
     let symbol = |s| {

@@ -29,9 +29,13 @@
 //! is evaluated in blocks, its history shared by all saved states ([`Reservoir`]). Elements should
 //! not be much longer than 2 cH: shorter waves would be excited that the mesh cannot carry.
 //!
+//! **Without memory.** Incompressible water, `∇²p = 0`, is one solve of the same system, at s = 0,
+//! Westergaard's parabola a formula: `p = −A a` ([`added_mass()`]), for communication steps of any length.
+//!
 //! **Assumptions.** Plane section, linear water, horizontal ground motion (the flat bed then does
 //! not move along its normal), constant depth upstream of the far end.
 
+mod added_mass;
 pub mod analytical;
 mod boundary;
 mod condition;
@@ -47,6 +51,7 @@ mod radiation;
 mod reservoir;
 mod system;
 
+pub use added_mass::added_mass;
 pub use boundary::{BoundaryMesh, Element};
 pub use condition::BoundaryCondition;
 pub use error::ReservoirError;

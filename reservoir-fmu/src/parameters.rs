@@ -24,9 +24,9 @@ pub struct ReservoirParameters {
     pub element_size: f64,
     /// Distance L of the far end from the face's most upstream point, m; h/2 is ample.
     pub far_end_distance: f64,
-    /// Length of a communication step H, s.
+    /// Length of a communication step H, s; water without memory takes others too.
     pub communication_step: f64,
-    /// Longest time that can be simulated, s; the added mass has no memory and needs none.
+    /// Longest time that can be simulated, s; at least a communication step. Without effect on water without memory.
     pub horizon: f64,
 }
 
@@ -53,10 +53,10 @@ impl ReservoirParameters {
             }
         }
         let (horizon, communication_step) = (self.horizon, self.communication_step);
-        if horizon < communication_step {
+        if self.fidelity.has_memory() && horizon < communication_step {
             return Err(ReservoirError::HorizonTooShort { horizon, communication_step });
         }
-        if self.fidelity == Fidelity::Compressible { self.check_size() } else { Ok(()) }
+        self.check_size()
     }
 
     /// Refuses what no machine can hold, before memory is asked for it.
@@ -65,13 +65,16 @@ impl ReservoirParameters {
         let steps = self.horizon / self.communication_step;
         let elements = (2.0 * depth + self.far_end_distance) / self.element_size;
         let cut_offs = 8.0 * depth / (PI * self.sound_speed * self.communication_step);
-        for (what, value, most, remedy) in [
-            ("communication steps", steps, 1e6, "shorten `horizon`, or lengthen the steps"),
-            ("convolution weights", steps * points * points, 1e9, "shorten `horizon`, or take fewer points"),
-            ("boundary elements", elements, 2e3, "raise `element_size`, or lower `far_end_distance`"),
-            ("cut-off frequencies", cut_offs, 1e5, "raise `sound_speed`, or lengthen the steps"),
+        let (solved, memory) = (self.fidelity != Fidelity::Westergaard, self.fidelity.has_memory());
+        let weights = steps * points * points;
+        for (applies, what, value, most, remedy) in [
+            (solved, "boundary elements", elements, 2e3, "raise `element_size`, or lower `far_end_distance`"),
+            (memory, "communication steps", steps, 1e6, "shorten `horizon`, or lengthen the steps"),
+            (memory, "convolution weights", weights, 1e9, "shorten `horizon`, or take fewer points"),
+            (memory, "cut-off frequencies", cut_offs, 1e5, "raise `sound_speed`, or lengthen the steps"),
+            (!memory, "entries of the added mass", points * points, 1e8, "take fewer points"),
         ] {
-            if value > most {
+            if applies && value > most {
                 return Err(ReservoirError::TooMuch { what, value, most, remedy });
             }
         }

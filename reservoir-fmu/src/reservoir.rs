@@ -1,11 +1,13 @@
+use crate::added_mass::LastStep;
 use crate::convolution::{Convolution, History};
 use crate::frequency_response::{convolution_weights, quadrature};
-use crate::{Fidelity, ReservoirError, ReservoirParameters};
+use crate::{Fidelity, ReservoirError, ReservoirParameters, added_mass};
 use interface::variables::reservoir as variables;
 use interface::{
     CallError, Capabilities, Causality, CoSimulation, Fingerprint, Packable, Shape, Stage, StateError,
     Variable, open, seal,
 };
+use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroUsize;
 
@@ -18,15 +20,24 @@ const TIME_TOLERANCE: f64 = 1e-6;
 /// The water before a dam, as a co-simulation unit.
 ///
 /// Input: mean total acceleration of the wet face along n over the step. Output: pressure
-/// at the step's end. A step costs one direct convolution with the open block of the
-/// history; once a block, the frozen ones are convolved by Fourier transform.
+/// at the step's end. A step of compressible water costs one direct convolution with the open block of
+/// the history; once a block, the frozen ones are convolved by Fourier transform. A step of water without
+/// memory may have any length and costs one product with the added mass.
 pub struct Reservoir {
     parameters: ReservoirParameters,
     fingerprint: Fingerprint,
-    convolution: Convolution,
+    model: Model,
     /// Force along x (N/m) and moment about the heel (N·m/m) of 1 Pa at a point.
     resultants: Vec<[f64; 2]>,
     state: ReservoirState,
+}
+
+/// What turns acceleration into pressure.
+enum Model {
+    /// `p = −A a` at the step's end.
+    AddedMass(DMatrix<f64>),
+    /// Compressible water.
+    Convolution(Convolution),
 }
 
 /// Saved state of a [`Reservoir`]; its convolution history is shared, not copied.
@@ -34,6 +45,7 @@ pub struct Reservoir {
 pub struct ReservoirState {
     fingerprint: Fingerprint,
     motion: Motion,
+    /// Of compressible water; without memory there is none.
     history: History,
 }
 
@@ -42,12 +54,15 @@ pub struct ReservoirState {
 struct Motion {
     initialised: bool,
     start_time: f64,
+    time: f64,
     steps: usize,
     ground_acceleration: [f64; 2],
     /// Input of the last or of the next step, m/s².
     acceleration: Vec<f64>,
-    /// Velocity of the face since the start, m/s.
+    /// Velocity of the face since the start, m/s; zeros without memory.
     velocity: Vec<f64>,
+    /// Of water without memory; with it as at the start.
+    last_step: LastStep,
     /// Pressure, Pa.
     pressure: Vec<f64>,
 }
@@ -56,12 +71,13 @@ struct Motion {
 #[derive(Serialize, Deserialize)]
 struct SerialisedState {
     motion: Motion,
-    /// Velocities at the ends of all steps, m/s.
+    /// Velocities at the ends of all steps, m/s; none without memory.
     velocities: Vec<f64>,
 }
 
 impl Reservoir {
-    /// Makes the unit; for compressible water this computes the convolution weights on `threads`.
+    /// Makes the unit; for compressible water this computes the convolution weights on `threads`, for
+    /// incompressible water it solves one system.
     ///
     /// The number of threads changes no bit of the result.
     ///
@@ -72,31 +88,42 @@ impl Reservoir {
         let fingerprint = Fingerprint::of(UNIT, &parameters)?;
         let face = &parameters.wet_face;
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build()?;
-        let (convolution, solved) = pool.install(|| {
-            let (weights, solved) = convolution_weights(&parameters)?;
-            Ok::<_, ReservoirError>((Convolution::new(weights), solved))
-        })?;
         let (points, depth) = (face.len(), face.depth());
+        // What is said on the pool's threads, nobody hears.
+        let (model, history, solved) = pool.install(|| {
+            if !parameters.fidelity.has_memory() {
+                return Ok((Model::AddedMass(added_mass(&parameters)?), History::default(), 0));
+            }
+            let (weights, solved) = convolution_weights(&parameters)?;
+            let convolution = Convolution::new(weights);
+            let history = convolution.start();
+            Ok::<_, ReservoirError>((Model::Convolution(convolution), history, solved))
+        })?;
         match parameters.fidelity {
             Fidelity::Compressible => tracing::info!(
                 "{points} interface points, {depth} m of compressible water; solved at {solved} frequencies in the \
                  place of {}",
                 quadrature(&parameters).frequencies()
             ),
+            Fidelity::Incompressible => {
+                tracing::info!("{points} interface points, {depth} m of incompressible water");
+            }
             Fidelity::Westergaard => tracing::info!("{points} interface points, {depth} m of added mass"),
         }
         let zeros = vec![0.0; face.len()];
         let motion = Motion {
             initialised: false,
             start_time: 0.0,
+            time: 0.0,
             steps: 0,
             ground_acceleration: [0.0; 2],
             acceleration: zeros.clone(),
             velocity: zeros.clone(),
+            last_step: LastStep::at_rest(face.len()),
             pressure: zeros,
         };
-        let state = ReservoirState { fingerprint, motion, history: convolution.start() };
-        Ok(Self { resultants: resultants(face), parameters, fingerprint, convolution, state })
+        let state = ReservoirState { fingerprint, motion, history };
+        Ok(Self { resultants: resultants(face), parameters, fingerprint, model, state })
     }
 
     /// What the unit was made from.
@@ -104,26 +131,30 @@ impl Reservoir {
         &self.parameters
     }
 
-    fn time(&self) -> f64 {
-        let Motion { start_time, steps, .. } = self.state.motion;
-        start_time + steps as f64 * self.parameters.communication_step
-    }
-
     fn check_step(&self, time: f64, communication_step: f64) -> Result<(), ReservoirError> {
-        let ReservoirParameters { communication_step: allowed, horizon, fidelity, .. } = self.parameters;
+        let ReservoirParameters { communication_step: allowed, horizon, .. } = self.parameters;
         if !self.state.motion.initialised {
             return Err(CallError::Order { unit: UNIT, call: "step", stage: Stage::Instantiated }.into());
         }
-        let tolerance = TIME_TOLERANCE * allowed;
-        if (time - self.time()).abs() > tolerance || !time.is_finite() {
-            return Err(CallError::Time { unit: UNIT, asked: time, time: self.time() }.into());
+        let memoryless = !self.parameters.fidelity.has_memory();
+        if memoryless && !(communication_step > 0.0 && communication_step.is_finite()) {
+            let (parameter, value) = ("communication_step", communication_step);
+            return Err(ReservoirError::NotPositive { parameter, value, unit: "s" });
+        }
+        let tolerance = TIME_TOLERANCE * if memoryless { communication_step } else { allowed };
+        let now = self.state.motion.time;
+        if (time - now).abs() > tolerance || !time.is_finite() {
+            return Err(CallError::Time { unit: UNIT, asked: time, time: now }.into());
+        }
+        if memoryless {
+            return Ok(());
         }
         if (communication_step - allowed).abs() > tolerance || !communication_step.is_finite() {
             let asked = communication_step;
             return Err(CallError::CommunicationStep { unit: UNIT, asked, allowed }.into());
         }
-        if fidelity == Fidelity::Compressible && self.state.motion.steps >= self.parameters.steps() {
-            let end = self.time() + allowed;
+        if self.state.motion.steps >= self.parameters.steps() {
+            let end = now + allowed;
             let elapsed = end - self.state.motion.start_time;
             return Err(ReservoirError::BeyondHorizon { end, elapsed, horizon });
         }
@@ -207,10 +238,13 @@ impl CoSimulation for Reservoir {
             return Err(CallError::Order { unit: UNIT, call: "initialise", stage: Stage::Stepping }.into());
         }
         if !start_time.is_finite() {
-            return Err(CallError::Time { unit: UNIT, asked: start_time, time: self.time() }.into());
+            return Err(
+                CallError::Time { unit: UNIT, asked: start_time, time: self.state.motion.time }.into()
+            );
         }
         self.state.motion.initialised = true;
         self.state.motion.start_time = start_time;
+        self.state.motion.time = start_time;
         Ok(())
     }
 
@@ -220,7 +254,7 @@ impl CoSimulation for Reservoir {
             return Err(CallError::NotSettable { unit: UNIT, variable: variable.name }.into());
         }
         self.check_length(variable, values.len())?;
-        self.check_finite(variable, values, self.time())?;
+        self.check_finite(variable, values, self.state.motion.time)?;
         if *variable == variables::INTERFACE_ACCELERATION {
             self.state.motion.acceleration.copy_from_slice(values);
         } else {
@@ -235,19 +269,33 @@ impl CoSimulation for Reservoir {
 
     fn step(&mut self, time: f64, communication_step: f64) -> Result<(), ReservoirError> {
         self.check_step(time, communication_step)?;
-        let motion = &self.state.motion;
-        let h = self.parameters.communication_step;
-        let velocity: Vec<f64> =
-            motion.velocity.iter().zip(&motion.acceleration).map(|(v, a)| v + h * a).collect();
-        let pressure = self.convolution.pressure(&self.state.history, &velocity);
-        if let Some(index) = pressure.iter().position(|p| !p.is_finite()) {
-            let (value, time) = (pressure[index], self.time() + h);
+        let mut motion = self.state.motion.clone();
+        motion.steps += 1;
+        motion.pressure = match &self.model {
+            Model::AddedMass(mass) => {
+                // From the caller's time: a sum of the unit's own would drift.
+                motion.time = time + communication_step;
+                let (last_step, at_end) =
+                    motion.last_step.followed_by(&motion.acceleration, communication_step);
+                motion.last_step = last_step;
+                minus(mass * at_end)
+            }
+            Model::Convolution(convolution) => {
+                // The step that the weights were made for.
+                let h = self.parameters.communication_step;
+                motion.time = motion.start_time + motion.steps as f64 * h;
+                motion.velocity.iter_mut().zip(&motion.acceleration).for_each(|(v, a)| *v += h * a);
+                convolution.pressure(&self.state.history, &motion.velocity)
+            }
+        };
+        if let Some(index) = motion.pressure.iter().position(|p| !p.is_finite()) {
+            let (value, time) = (motion.pressure[index], motion.time);
             return Err(ReservoirError::NonFinitePressure { index, value, time });
         }
-        self.state.history = self.convolution.push(&self.state.history, &velocity);
-        self.state.motion.velocity = velocity;
-        self.state.motion.pressure = pressure;
-        self.state.motion.steps += 1;
+        if let Model::Convolution(convolution) = &self.model {
+            self.state.history = convolution.push(&self.state.history, &motion.velocity);
+        }
+        self.state.motion = motion;
         Ok(())
     }
 
@@ -277,16 +325,21 @@ impl CoSimulation for Reservoir {
     fn deserialise_state(&self, bytes: &[u8]) -> Result<ReservoirState, ReservoirError> {
         let SerialisedState { motion, velocities } = open(self.fingerprint, bytes)?;
         let points = self.parameters.wet_face.len();
-        let per_point = [&motion.acceleration, &motion.velocity, &motion.pressure];
-        if per_point.iter().any(|v| v.len() != points) || velocities.len() != motion.steps * points {
+        let Motion { acceleration, velocity, last_step, pressure, .. } = &motion;
+        let per_point = [acceleration, velocity, &last_step.acceleration, pressure];
+        let steps = if self.parameters.fidelity.has_memory() { motion.steps } else { 0 };
+        if per_point.iter().any(|v| v.len() != points) || velocities.len() != steps * points {
             return Err(StateError::NotAState { length: bytes.len() }.into());
         }
-        let history = self.convolution.resume(&velocities);
+        let history = match &self.model {
+            Model::AddedMass(_) => History::default(),
+            Model::Convolution(convolution) => convolution.resume(&velocities),
+        };
         Ok(ReservoirState { fingerprint: self.fingerprint, motion, history })
     }
 
-    /// `∂p/∂a = H W₀`: pressure at the step's end for the step's mean acceleration, and what follows from the
-    /// pressure. The ground moves along its bed and pushes no water: a derivative of zero.
+    /// `∂p/∂a = H W₀`, without memory `−(1 + H_n/(H_n + H_{n−1})) A` of the last step (before the first: of equal
+    /// ones): pressure at the step's end for the step's mean acceleration, and what follows from the pressure. The ground moves along its bed and pushes no water: a derivative of zero.
     fn directional_derivative(
         &self,
         unknown: u32,
@@ -301,9 +354,15 @@ impl CoSimulation for Reservoir {
         let step = self.parameters.communication_step;
         let product = |row: &[f64]| step * row.iter().zip(seed).map(|(w, a)| w * a).sum::<f64>();
         let pressure: Vec<f64> = match *by {
-            variables::INTERFACE_ACCELERATION => {
-                self.convolution.instantaneous().chunks(seed.len()).map(product).collect()
-            }
+            variables::INTERFACE_ACCELERATION => match &self.model {
+                Model::AddedMass(mass) => {
+                    let factor = 1.0 + self.state.motion.last_step.share;
+                    minus(mass * (factor * DVector::from_column_slice(seed)))
+                }
+                Model::Convolution(convolution) => {
+                    convolution.instantaneous().chunks(seed.len()).map(product).collect()
+                }
+            },
             variables::GROUND_ACCELERATION => vec![0.0; self.parameters.wet_face.len()],
             _ => return Err(none().into()),
         };
@@ -341,13 +400,19 @@ impl Packable for Reservoir {
         }
     }
 
-    fn capabilities_for(_parameters: &ReservoirParameters) -> Capabilities {
-        Capabilities { variable_communication_step: false, directional_derivative: true }
+    fn capabilities_for(parameters: &ReservoirParameters) -> Capabilities {
+        let variable_communication_step = !parameters.fidelity.has_memory();
+        Capabilities { variable_communication_step, directional_derivative: true }
     }
 
     fn numbers<'a>(parameters: &'a mut ReservoirParameters, variable: &Variable) -> Vec<&'a mut f64> {
         parameters.numbers(variable)
     }
+}
+
+/// The negated values; zero stays without a sign.
+fn minus(values: DVector<f64>) -> Vec<f64> {
+    values.iter().map(|value| 0.0 - value).collect()
 }
 
 /// Force along x and moment about the heel (positive turning the dam downstream) of 1 Pa at a

@@ -36,7 +36,8 @@ pub struct Water {
 /// ```
 ///
 /// The rows of the nodes give p; those of the interface points, where p is then evaluated
-/// by the representation formula, give the pressure to be exchanged. E is the element-wise
+/// by the representation formula, give the pressure to be exchanged. At s = 0, with `−ρ s v` replaced by
+/// `−ρ a`, it is that of incompressible water. E is the element-wise
 /// L² projection of the piecewise linear interface velocity onto the face's nodes.
 pub struct BoundarySystem {
     mesh: BoundaryMesh,
@@ -77,13 +78,45 @@ impl BoundarySystem {
     ///
     /// **Errors**: [`ReservoirError::Kernel`], [`ReservoirError::FarEnd`].
     pub fn symbol(&self, s: Complex64) -> Result<DMatrix<Complex64>, ReservoirError> {
-        let Water { density, sound_speed, bed_admittance } = self.water;
-        let Layers { single, double: mut matrix } = self
+        let Water { density, sound_speed, .. } = self.water;
+        let layers = self
             .layers
             .assemble(s / sound_speed)
             .map_err(|source| ReservoirError::Kernel { frequency: s, source })?;
+        let response = self.response(layers, s)?;
+        Ok(DMatrix::from_fn(self.outputs() + 1, self.outputs() + 1, |i, j| {
+            if i == self.outputs() {
+                return Complex64::ZERO; // the water level
+            }
+            -density * s * response[(i, j)] / self.free_terms[i]
+        }))
+    }
+
+    /// A of incompressible water, `p = −A a`: interface pressure (Pa) for a unit interface acceleration
+    /// (m/s²) into the water, points × points. It solves Laplace's equation, the limit s → 0 of `−K(s)/s`.
+    ///
+    /// **Errors**: [`ReservoirError::FarEnd`].
+    pub fn added_mass(&self) -> Result<DMatrix<f64>, ReservoirError> {
+        let response = self.response(self.layers.assemble_static(), Complex64::ZERO)?;
+        Ok(DMatrix::from_fn(self.outputs() + 1, self.outputs() + 1, |i, j| {
+            if i == self.outputs() {
+                return 0.0; // the water level
+            }
+            self.water.density * response[(i, j)].re / self.free_terms[i]
+        }))
+    }
+
+    /// Number of interface points below the water level.
+    fn outputs(&self) -> usize {
+        self.free_terms.len()
+    }
+
+    /// γ times the pressure at the points below the water level for `∂p/∂n` on the face of 1 at each
+    /// interface point and 0 at the others.
+    fn response(&self, layers: Layers, s: Complex64) -> Result<Mat<Complex64>, ReservoirError> {
+        let bed_admittance = self.water.bed_admittance;
+        let Layers { single, double: mut matrix } = layers;
         let nodes = matrix.ncols();
-        let outputs = self.free_terms.len();
 
         let far = self.mesh.part(BoundaryCondition::Radiation);
         let bed = self.mesh.part(BoundaryCondition::AbsorbingBed);
@@ -106,13 +139,8 @@ impl BoundarySystem {
         }
         let solution =
             matrix.as_ref().subrows(0, nodes).partial_piv_lu().solve(forcing.as_ref().subrows(0, nodes));
-        let evaluated = matrix.as_ref().subrows(nodes, outputs) * solution;
-        Ok(DMatrix::from_fn(outputs + 1, outputs + 1, |i, j| {
-            if i == outputs {
-                return Complex64::ZERO; // the water level
-            }
-            -density * s * (forcing[(nodes + i, j)] - evaluated[(i, j)]) / self.free_terms[i]
-        }))
+        let evaluated = matrix.as_ref().subrows(nodes, self.outputs()) * solution;
+        Ok(forcing.as_ref().subrows(nodes, self.outputs()) - evaluated)
     }
 }
 

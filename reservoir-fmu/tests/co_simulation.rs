@@ -36,7 +36,7 @@ fn advance(unit: &mut Reservoir, step: usize) -> Result<Vec<u64>, ReservoirError
 /// steps and across their boundaries, in memory and through bytes in another unit.
 #[test]
 fn states_repeat_every_bit() -> Result<(), ReservoirError> {
-    for fidelity in [Fidelity::Compressible, Fidelity::Westergaard] {
+    for fidelity in [Fidelity::Compressible, Fidelity::Incompressible, Fidelity::Westergaard] {
         let mut unit = stepping(ReservoirParameters { fidelity, ..made() })?;
         let mut other = Reservoir::new(unit.parameters().clone(), THREADS)?;
         for step in 0..390 {
@@ -109,6 +109,8 @@ fn bad_parameters_are_named() {
     }
     let error = error(&|p| p.horizon = 0.001);
     assert!(matches!(error, ReservoirError::HorizonTooShort { .. }), "{error}");
+    let short = ReservoirParameters { horizon: 0.001, fidelity: Fidelity::Westergaard, ..made() };
+    assert!(short.validate().is_ok(), "without memory there is no horizon");
     let s = reservoir::Complex64::new(0.0, 3.0);
     let error = reservoir::frequency_response(&made(), &[s], THREADS).unwrap_err();
     assert!(matches!(error, ReservoirError::Frequency { .. }), "{error}");
@@ -136,6 +138,43 @@ fn calls_out_of_order_are_refused() -> Result<(), ReservoirError> {
     assert!(matches!(wrong, Err(ReservoirError::VerticalGroundMotion { .. })));
     unit.set(ground, &[3.0, 0.0])?;
     unit.step(1.0, STEP)?;
+    Ok(())
+}
+
+/// The time, the last step's mean and length: all of it is in the bytes.
+#[test]
+fn states_after_steps_of_varying_length_repeat_every_bit() -> Result<(), ReservoirError> {
+    for fidelity in [Fidelity::Incompressible, Fidelity::Westergaard] {
+        let parameters = ReservoirParameters { fidelity, ..made() };
+        let [mut unit, mut other] = [stepping(parameters.clone())?, stepping(parameters)?];
+        let advance = |unit: &mut Reservoir, time: f64, length: f64| -> Result<Vec<u64>, ReservoirError> {
+            unit.set(INTERFACE_ACCELERATION.value_reference, &[(91.0 * time).cos(); POINTS])?;
+            unit.step(time, length)?;
+            let mut p = [0.0; POINTS];
+            unit.get(INTERFACE_PRESSURE.value_reference, &mut p)?;
+            Ok(p.iter().map(|p| p.to_bits()).collect())
+        };
+        let mut time = 0.0;
+        for step in 0..600 {
+            let length = 0.01 + 0.009 * f64::from(step).sin();
+            let saved = unit.save_state();
+            let bits = advance(&mut unit, time, length)?;
+            unit.restore_state(&saved)?;
+            advance(&mut unit, time, 7.0 * length)?;
+            other.restore_state(&other.deserialise_state(&unit.serialise_state(&saved)?)?)?;
+            assert_eq!(advance(&mut other, time, length)?, bits);
+            let reached = other.save_state();
+            unit.restore_state(&reached)?;
+            time += length;
+        }
+        for bad in [0.0, -0.01, f64::NAN, f64::INFINITY] {
+            let error = unit.step(time, bad).unwrap_err();
+            assert!(matches!(error, ReservoirError::NotPositive { parameter: "communication_step", .. }));
+        }
+        let late = unit.step(time + 0.01, 0.01);
+        assert!(matches!(late, Err(ReservoirError::Call(CallError::Time { .. }))));
+        assert!(time > 2.0, "the horizon is no end");
+    }
     Ok(())
 }
 

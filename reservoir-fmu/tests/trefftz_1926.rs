@@ -60,6 +60,13 @@ fn incompressible_limit() -> Result<(), ReservoirError> {
     let converged = force(&coarse) / force(&fine) - 1.0;
     let error = force(&p) / force(&fine) - 1.0;
     let base = p[0] / fine[0] - 1.0;
+    let incompressible =
+        ReservoirParameters { fidelity: reservoir::Fidelity::Incompressible, ..parameters.clone() };
+    let mass = reservoir::added_mass(&incompressible)?;
+    let p: Vec<f64> = mass.row_iter().map(|row| row.sum() / DENSITY).collect();
+    let exactly = force(&p) / force(&fine) - 1.0;
+    println!("batter 1:10, incompressible model: force off by {exactly:.2e}");
+    assert!(exactly.abs() < 1e-3);
     println!(
         "batter 1:10, static: force off by {error:.2e}, base pressure by {base:.2e}; Trefftz {converged:.1e}"
     );

@@ -48,6 +48,42 @@ fn parabola() -> Result<(), ReservoirError> {
     Ok(())
 }
 
+/// A smooth pulse in steps of lengths in the ratios 1 : 2 : 1/2 : 3/2: extrapolation of the means to the step's
+/// end is of second order, as with equal ones.
+#[test]
+fn second_order_in_steps_of_varying_length() -> Result<(), ReservoirError> {
+    let mass = DENSITY * westergaard_1933::pressure(DEPTH, 0.0);
+    // a = sin⁴(πt/T), v = ∫a
+    let pulse = 0.4;
+    let acceleration = |t: f64| (std::f64::consts::PI * t / pulse).sin().powi(4);
+    let velocity = |t: f64| {
+        let x = 2.0 * std::f64::consts::PI * t / pulse;
+        0.375 * t - pulse / (4.0 * std::f64::consts::PI) * (x.sin() - (2.0 * x).sin() / 8.0)
+    };
+    let mut errors = Vec::new();
+    for scale in [0.008, 0.004, 0.002, 0.001] {
+        let mut unit = unit(4)?;
+        let (mut time, mut worst) = (0.0, 0.0f64);
+        for ratio in [1.0, 2.0, 0.5, 1.5].into_iter().cycle() {
+            let (length, end) = (ratio * scale, time + ratio * scale);
+            if end > pulse {
+                break;
+            }
+            let mean = (velocity(end) - velocity(time)) / length;
+            unit.set(INTERFACE_ACCELERATION.value_reference, &[mean; 5])?;
+            unit.step(time, length)?;
+            worst = worst.max((value(&unit, BASE_PRESSURE)? / -mass - acceleration(end)).abs());
+            time = end;
+        }
+        println!("sin⁴ pulse, steps of {scale} s times 1, 2, ½, 1½: largest error {worst:.2e} of the peak");
+        errors.push(worst);
+    }
+    let order = (errors[0] / errors[3]).log2() / 3.0;
+    println!("Westergaard, steps of varying length: order {order:.2}");
+    assert!(order > 1.9);
+    Ok(())
+}
+
 /// BDF2 on exact end velocities: 1.5 of this step's mean less 0.5 of the last one's.
 #[test]
 fn acceleration_at_the_end_of_the_step() -> Result<(), ReservoirError> {

@@ -2,6 +2,13 @@
 
 use interface::{Capabilities, Fingerprint};
 use orchestrator::participant::{Channel, Description, Layout, Occasion, Participant, ParticipantError};
+use orchestrator::scheme::Interval;
+
+/// Communication step number `step` (from 1) of equal ones (s), over ground at rest.
+pub fn interval(step: u64, communication_step: f64) -> Interval {
+    let time = (step - 1) as f64 * communication_step;
+    Interval { step, time, communication_step, ground_acceleration: [0.0; 2] }
+}
 
 /// Names and numbers of values of variables.
 type Sizes<'a> = &'a [(&'a str, usize)];
@@ -44,6 +51,12 @@ impl<S: Clone> SmallUnit<S> {
         let inputs = [("interface_acceleration", points), ("ground_acceleration", 2)];
         let outputs = [("interface_pressure", points)];
         Self::new("reservoir", points, (&inputs, &outputs), state, start, Box::new(step))
+    }
+
+    /// The same, but for steps of one length only.
+    pub fn of_one_length(mut self) -> Self {
+        self.description.capabilities.variable_communication_step = false;
+        self
     }
 
     fn new(

@@ -4,12 +4,16 @@ use crate::CrackParameters;
 /// Coulomb friction with normal and shear springs and dashpots, without tension.
 ///
 /// ```text
-/// N = max(0, k_n g + β k_n ġ)   where g > 0, else 0
+/// N = k_n g + clamp(β k_n ġ, ±k_n g)   where g > 0, else 0
 /// e = clamp(e_trial, ±μN/k_s),  T = clamp(k_s e + β k_s ṡ, ±μN)
 /// ```
 ///
 /// with penetration g, stretch e and slip rate ṡ. Slipping shortens the spring and never stretches
 /// it, so friction work is never negative; with N = 0 the stretch is reset.
+///
+/// The dashpot never exceeds its spring, so that forces grow from zero where a contact closes; what a contact forgets on
+/// opening still jumps. With a jump at closing the dam's motion would be no continuous function of the pressure on it, and
+/// an iteration to a fixed point might find none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coulomb {
     /// Friction coefficient μ.
@@ -37,7 +41,8 @@ impl ContactLaw for Coulomb {
             return Response { normal: 0.0, shear: 0.0, stretch: 0.0, slipping: false, dashpots: [0.0; 2] };
         }
         let spring = self.normal_stiffness * touch.penetration;
-        let normal = (spring + touch.damping * self.normal_stiffness * touch.penetration_rate).max(0.0);
+        let dashpot = touch.damping * self.normal_stiffness * touch.penetration_rate;
+        let normal = spring + dashpot.min(spring).max(-spring);
         let limit = self.friction * normal;
         let trial = self.shear_stiffness * touch.stretch;
         let elastic = trial.min(limit).max(-limit);
@@ -72,6 +77,19 @@ mod tests {
         let slip = LAW.respond(&Touch { stretch: -2.0, slip_rate: -3.0, ..touch });
         assert_eq!((slip.shear, slip.stretch, slip.slipping), (-5.0, -1.25, true));
         assert_eq!(slip.dashpots, [0.0; 2]);
+    }
+
+    /// The dam looks for what is not finite after a step, and says where.
+    #[test]
+    fn nan_passes_through() {
+        let touch = Touch {
+            penetration: f64::NAN,
+            penetration_rate: f64::NAN,
+            stretch: f64::NAN,
+            slip_rate: 0.0,
+            damping: 0.1,
+        };
+        assert!(LAW.respond(&touch).normal.is_nan());
     }
 
     #[test]

@@ -3,6 +3,7 @@ use serde::{Deserialize, Serialize};
 use super::search::find_segment;
 use super::{ContactLaw, Coulomb, OVERHANG, Touch};
 use crate::Mesh;
+use crate::damping::StiffnessDamping;
 use crate::energy::Losses;
 
 /// Where a contact stands.
@@ -33,6 +34,9 @@ pub struct JointState {
     pub gap: f64,
     /// Normal and shear stress of the dashpots, Pa.
     pub dashpots: [f64; 2],
+    /// Rates of penetration and slip that the dashpots feel, with damping's memory, m/s; 0 where open, and
+    /// without memory, which needs none.
+    pub rates: [f64; 2],
 }
 
 /// A crack: two chains of nodes, and the law between them.
@@ -123,6 +127,7 @@ impl<L: ContactLaw> Crack<L> {
                     stretch: 0.0,
                     gap: 0.0,
                     dashpots: [0.0; 2],
+                    rates: [0.0; 2],
                 })
             })
             .collect()
@@ -171,16 +176,18 @@ impl<L: ContactLaw> Crack<L> {
     /// Adds the contact forces to `forces` and brings `joints` up to date.
     ///
     /// **Shapes and units**: `rest`, `displacement` (m), `velocity` (m/s) and `forces` (N/m) hold one pair
-    /// a node, `joints` one state a contact; `damping` is β (s).
+    /// a node, `joints` one state a contact; `damping` is β (s), with its memory or without. A contact that closes remembers nothing:
+    /// its dashpots take hold over the memory's time, where the whole of them at once would throw it back.
     pub fn add_forces(
         &self,
         rest: &[[f64; 2]],
         displacement: &[[f64; 2]],
         velocity: &[[f64; 2]],
-        damping: f64,
+        damping: impl Into<StiffnessDamping>,
         joints: &mut [JointState],
         forces: &mut [[f64; 2]],
     ) -> Losses {
+        let StiffnessDamping { coefficient, memory } = damping.into();
         let mut losses = Losses::default();
         let shear_stiffness = self.law.stiffness()[1];
         for ((slave, index, weight), joint) in self.contacts().zip(joints) {
@@ -197,6 +204,7 @@ impl<L: ContactLaw> Crack<L> {
                     stretch: 0.0,
                     gap: place.gap,
                     dashpots: [0.0; 2],
+                    rates: [0.0; 2],
                     ..*joint
                 };
                 continue;
@@ -214,12 +222,13 @@ impl<L: ContactLaw> Crack<L> {
             let relative = [relative_in(0), relative_in(1)];
             let along = |axis: [f64; 2]| relative[0] * axis[0] + relative[1] * axis[1];
             let rates = [-along(place.normal), along(place.tangent)];
+            let felt = [0, 1].map(|i| memory * joint.rates[i] + (1.0 - memory) * rates[i]);
             let response = self.law.respond(&Touch {
                 penetration: -place.gap,
-                penetration_rate: rates[0],
+                penetration_rate: felt[0],
                 stretch: place.slip - joint.anchor,
-                slip_rate: rates[1],
-                damping,
+                slip_rate: felt[1],
+                damping: coefficient,
             });
             let anchor = if response.slipping || place.gap >= 0.0 {
                 place.slip - response.stretch
@@ -242,6 +251,7 @@ impl<L: ContactLaw> Crack<L> {
                 stretch: response.stretch,
                 gap: place.gap,
                 dashpots: response.dashpots,
+                rates: if place.gap < 0.0 && memory > 0.0 { felt } else { [0.0; 2] },
             };
             let (n, t) = (place.normal, place.tangent);
             let force = [

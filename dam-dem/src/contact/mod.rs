@@ -26,11 +26,11 @@ pub const OVERHANG: f64 = 1e-3;
 pub struct Touch {
     /// Overlap of the surfaces along the normal, m; negative where there is a gap.
     pub penetration: f64,
-    /// Its rate, m/s.
+    /// Its rate, m/s, as the dashpot feels it: with the memory of stiffness damping.
     pub penetration_rate: f64,
     /// Stretch of the shear spring if nothing slips now, m.
     pub stretch: f64,
-    /// Tangential velocity of the node against the other side, m/s.
+    /// Tangential velocity of the node against the other side, m/s, felt in the same way.
     pub slip_rate: f64,
     /// Stiffness damping β of the dashpots `β k_n` and `β k_s`, s.
     pub damping: f64,
@@ -56,8 +56,9 @@ pub struct Response {
 /// **Call order**: [`respond`](Self::respond) once per contact and time step. A law has no memory of
 /// its own: the stretch of the shear spring is kept for it. **Guarantees expected**: no tension
 /// (`normal ≥ 0`, and nothing at all where the penetration is not positive), a stretch that only
-/// shrinks by slipping, dashpots that never feed energy in. The critical time step knows the
-/// [`stiffness`](Self::stiffness) and β; a law with dampers of its own must be run with shorter ones.
+/// shrinks by slipping, dashpots that never feed energy in against the rates in [`Touch`]. The critical
+/// time step knows the [`stiffness`](Self::stiffness) and β; a law with dampers of its own must be run with
+/// shorter ones.
 ///
 /// `examples/lubricated_joint.rs` walks through a law of one's own.
 pub trait ContactLaw: Clone + Send + Sync {

@@ -1,67 +1,96 @@
+use pulp::Simd;
 use serde::{Deserialize, Serialize};
-use std::ops::{Add, AddAssign, Mul, Sub};
+use std::ops::{Add, AddAssign, Div, Index, IndexMut, Mul, Sub};
 
-/// One value for each of the four triangles of a cell; the compiler turns it into SIMD registers.
+/// Cells that are computed together.
+pub(super) const LANES: usize = 8;
+
+/// One value for each cell of a batch.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Lanes(pub(super) [f64; 4]);
+pub struct Lanes([f64; LANES]);
 
 impl Lanes {
-    /// The same value in all lanes.
-    #[inline(always)]
-    pub fn splat(value: f64) -> Self {
-        Self([value; 4])
+    /// Adds up the cells, always in the same order.
+    pub(super) fn sum(&self) -> f64 {
+        self.0.iter().sum()
     }
 
-    /// Lane k takes the value of lane k + 1, the last that of the first.
+    /// Registers that hold one value for each cell.
     #[inline(always)]
-    pub fn next(self) -> Self {
-        let [a, b, c, d] = self.0;
-        Self([b, c, d, a])
+    pub(super) fn registers<S: Simd>() -> usize {
+        LANES / S::F64_LANES
     }
 
-    /// Lane k takes the value of lane k − 1, the first that of the last.
     #[inline(always)]
-    pub fn previous(self) -> Self {
-        let [a, b, c, d] = self.0;
-        Self([d, a, b, c])
+    pub(super) fn load<S: Simd>(&self, simd: S, register: usize) -> Register<S> {
+        Register { simd, value: S::as_simd_f64s(&self.0).0[register] }
+    }
+
+    #[inline(always)]
+    pub(super) fn store<S: Simd>(&mut self, register: usize, from: Register<S>) {
+        S::as_mut_simd_f64s(&mut self.0).0[register] = from.value;
+    }
+}
+
+impl Index<usize> for Lanes {
+    type Output = f64;
+
+    #[inline(always)]
+    fn index(&self, lane: usize) -> &f64 {
+        &self.0[lane]
+    }
+}
+
+impl IndexMut<usize> for Lanes {
+    #[inline(always)]
+    fn index_mut(&mut self, lane: usize) -> &mut f64 {
+        &mut self.0[lane]
+    }
+}
+
+/// Values of as many cells as a register of the processor holds. All operations are those of IEEE 754, never
+/// fused: the bits do not depend on the register's width.
+#[derive(Clone, Copy)]
+pub(super) struct Register<S: Simd> {
+    simd: S,
+    value: S::f64s,
+}
+
+impl<S: Simd> Register<S> {
+    /// The same value for all cells.
+    #[inline(always)]
+    pub fn splat(simd: S, value: f64) -> Self {
+        Self { simd, value: simd.splat_f64s(value) }
+    }
+
+    /// The same value for all cells, in a register like this one.
+    #[inline(always)]
+    pub fn splat_like(self, value: f64) -> Self {
+        Self::splat(self.simd, value)
     }
 
     #[inline(always)]
     pub fn sqrt(self) -> Self {
-        let [a, b, c, d] = self.0;
-        Self([a.sqrt(), b.sqrt(), c.sqrt(), d.sqrt()])
-    }
-
-    #[inline(always)]
-    pub fn reciprocal(self) -> Self {
-        let [a, b, c, d] = self.0;
-        Self([1.0 / a, 1.0 / b, 1.0 / c, 1.0 / d])
-    }
-
-    #[inline(always)]
-    pub fn sum(self) -> f64 {
-        let [a, b, c, d] = self.0;
-        (a + c) + (b + d)
+        Self { value: self.simd.sqrt_f64s(self.value), ..self }
     }
 }
 
-macro_rules! elementwise {
-    ($($trait:ident $method:ident $op:tt),*) => {$(
-        impl $trait for Lanes {
+macro_rules! operators {
+    ($($trait:ident $method:ident $call:ident),*) => {$(
+        impl<S: Simd> $trait for Register<S> {
             type Output = Self;
 
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
-                let (a, b) = (self.0, other.0);
-                Self([a[0] $op b[0], a[1] $op b[1], a[2] $op b[2], a[3] $op b[3]])
+                Self { value: self.simd.$call(self.value, other.value), ..self }
             }
         }
     )*};
 }
 
-elementwise!(Add add +, Sub sub -, Mul mul *);
+operators!(Add add add_f64s, Sub sub sub_f64s, Mul mul mul_f64s, Div div div_f64s);
 
-impl AddAssign for Lanes {
+impl<S: Simd> AddAssign for Register<S> {
     #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;

@@ -12,8 +12,11 @@ use crate::structure::{Motion, Structure};
 /// vⁿ⁺¹ = vⁿ⁺½ + Δt/2 aⁿ⁺¹
 /// ```
 ///
-/// Second order for the elastic part; damping lags by half a step, which keeps the scheme
-/// explicit and only shifts the limit of stability ([`CriticalTimeStep`](crate::CriticalTimeStep)).
+/// M is the lumped mass, with the dense [`AddedMass`](crate::AddedMass) of the wet nodes if there is any.
+///
+/// Second order for the elastic part; damping lags by half a step, its stiffness part also by its memory
+/// ([`StiffnessDamping`](crate::StiffnessDamping)), which keeps the scheme explicit and only shifts the limit of
+/// stability ([`CriticalTimeStep`](crate::CriticalTimeStep)).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CentralDifference {
     /// Δt, s.
@@ -60,7 +63,10 @@ impl CentralDifference {
                     f[d] = start[d] + end * change[d];
                 }
             }
-            let losses = structure.add_internal_forces(motion, damping.stiffness, &mut forces);
+            let losses = structure.add_internal_forces(motion, structure.stiffness_damping(), &mut forces);
+            if let Some(water) = &structure.added_mass {
+                water.take_share(&mut forces, &motion.velocity, &structure.mass, damping.mass);
+            }
             let advance = if step + 1 < self.steps { dt } else { dt / 2.0 };
             let mut twice_kinetic = 0.0;
             for ((((a, v), f), m), inverse) in motion
@@ -93,9 +99,14 @@ fn kick(motion: &mut Motion, duration: f64) {
 
 impl<L: ContactLaw> Structure<L> {
     /// Sets the acceleration of `motion` to that under `forces` (N/m).
+    ///
+    /// **Call order**: once, at the start: it takes one step of the damping's memory.
     pub fn accelerate(&self, motion: &mut Motion, forces: &[[f64; 2]]) {
         let mut total = forces.to_vec();
-        self.add_internal_forces(motion, self.damping.stiffness, &mut total);
+        self.add_internal_forces(motion, self.stiffness_damping(), &mut total);
+        if let Some(water) = &self.added_mass {
+            water.take_share(&mut total, &motion.velocity, &self.mass, self.damping.mass);
+        }
         for (i, force) in total.iter().enumerate() {
             let v = motion.velocity[i];
             motion.acceleration[i] =

@@ -52,6 +52,11 @@ impl InterfaceJacobian {
         matches!(self.stage, Stage::Measuring { .. })
     }
 
+    /// Number of differences that the last guess rests on.
+    pub fn secants(&self) -> usize {
+        self.secants.used()
+    }
+
     /// Begins a communication step; a measurement that was not finished is begun anew.
     pub fn begin_step(&mut self) {
         self.secants.begin_step();

@@ -30,6 +30,11 @@ impl IqnIls {
         self.relaxation
     }
 
+    /// Number of differences that the last guess rests on.
+    pub fn secants(&self) -> usize {
+        self.secants.used()
+    }
+
     /// Begins a communication step.
     pub fn begin_step(&mut self) {
         self.secants.begin_step();

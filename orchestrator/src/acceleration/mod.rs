@@ -97,6 +97,15 @@ impl Acceleration {
         }
     }
 
+    /// Number of differences of past iterations that the last guess rests on.
+    pub fn secants(&self) -> usize {
+        match self {
+            Self::Constant(_) | Self::Aitken(_) => 0,
+            Self::IqnIls(iqn) => iqn.secants(),
+            Self::InterfaceJacobian(newton) => newton.secants(),
+        }
+    }
+
     /// Whether the last guess was made to measure something, not to converge.
     pub fn measuring(&self) -> bool {
         matches!(self, Self::InterfaceJacobian(newton) if newton.measuring())

@@ -18,6 +18,8 @@ pub struct Secants {
     previous: Option<Iterate>,
     /// Newest first.
     differences: VecDeque<Difference>,
+    /// Differences that the last projection used.
+    used: usize,
 }
 
 /// Differences smaller than this share of a step's first residual are nearly rounding, and change nothing.
@@ -51,7 +53,12 @@ impl Secants {
     /// Knows nothing yet.
     pub fn new(reused_steps: u64, filter: f64) -> Self {
         let differences = VecDeque::new();
-        Self { reused_steps, filter, step: 0, first: 0.0, previous: None, differences }
+        Self { reused_steps, filter, step: 0, first: 0.0, previous: None, differences, used: 0 }
+    }
+
+    /// Number of differences that the last projection used.
+    pub fn used(&self) -> usize {
+        self.used
     }
 
     /// Begins a communication step: iterates of different steps have no differences.
@@ -82,7 +89,7 @@ impl Secants {
     }
 
     /// Explains `residual` by the differences; nothing of it, if that would not be finite.
-    pub fn project(&self, residual: &[f64]) -> Projection {
+    pub fn project(&mut self, residual: &[f64]) -> Projection {
         let mut qr = FilteredQr::default();
         let mut kept = Vec::new();
         for difference in &self.differences {
@@ -98,7 +105,9 @@ impl Secants {
             change.iter_mut().zip(&difference.guess).for_each(|(x, d)| *x += coefficient * d);
             rest.iter_mut().zip(&difference.residual).for_each(|(x, d)| *x -= coefficient * d);
         }
-        if change.iter().chain(&rest).all(|x| x.is_finite()) {
+        let finite = change.iter().chain(&rest).all(|x| x.is_finite());
+        self.used = if finite { qr.len() } else { 0 };
+        if finite {
             Projection { change, rest, columns: qr.len() }
         } else {
             Projection { change: vec![0.0; residual.len()], rest: residual.to_vec(), columns: 0 }

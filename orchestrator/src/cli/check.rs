@@ -28,10 +28,11 @@ fn examine(path: &Path, overrides: &[String]) -> Result<(), SceneError> {
     };
     // The sum of decimal numbers, without what binary ones add to it.
     let duration = (duration * 1e9).round() / 1e9;
-    say(format!(
-        "{} can be run: {steps} communication steps of {step} s, {duration} s; {warnings}",
-        loaded.path.display()
-    ));
+    let steps = match time.adaptive {
+        Some(adaptive) => format!("communication steps of {} to {} s", adaptive.shortest, adaptive.longest),
+        None => format!("{steps} communication steps of {step} s"),
+    };
+    say(format!("{} can be run: {steps}, {duration} s; {warnings}", loaded.path.display()));
     Ok(())
 }
 

@@ -1,7 +1,8 @@
 //! `cofferdam log`.
 
 use super::{DIFFERENT, complain, say};
-use orchestrator::log::{Comparison, Log, LogReadError, Overview, compare};
+use orchestrator::log::{Comparison, Log, LogReadError, LoggedStep, Overview, compare, worst};
+use orchestrator::participant::Occasion;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -13,6 +14,15 @@ pub enum Command {
     Info {
         /// The log.mcap of a run, or the run's folder
         log: PathBuf,
+    },
+    /// List the communication steps that took most iterations
+    #[command(after_long_help = WORST_HELP)]
+    Worst {
+        /// The log.mcap of a run, or the run's folder
+        log: PathBuf,
+        /// How many steps
+        #[arg(short, long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..))]
+        count: u16,
     },
     /// Find the first difference between two logs, bit for bit
     #[command(after_long_help = DIFF_HELP)]
@@ -33,6 +43,16 @@ Example:
 
 Exit status: 0, also for a log that was cut short; 1 if it cannot be read or is damaged.";
 
+const WORST_HELP: &str = "\
+A step that was begun anew with another length stands there once for every attempt. The iterations that measure
+and check the units (a Jacobian, the rounding floor, whether states are restored) are iterations too: the first steps
+of a run often lead.
+
+Example:
+  cofferdam log worst runs/koyna-northridge-1994-20260101T120000Z --count 20
+
+Exit status: 0, also for a log that was cut short; 1 if it cannot be read or is damaged.";
+
 const DIFF_HELP: &str = "\
 Exchanges are compared in their order, requests and answers, every value by its bits. What was set
 differently is listed first. Wall times, the program's version and what the units said are not compared.
@@ -46,6 +66,7 @@ Exit status: 0 the exchanges are identical, 1 a log cannot be read, or not so fa
 pub fn run(command: &Command) -> ExitCode {
     let done = match command {
         Command::Info { log } => info(log).map(|()| true),
+        Command::Worst { log, count } => list_worst(log, usize::from(*count)).map(|()| true),
         Command::Diff { a, b } => diff(a, b),
     };
     match done {
@@ -73,6 +94,28 @@ fn info(path: &Path) -> Result<(), LogReadError> {
     let overview = Overview::of(&log)?;
     say(overview.to_string().trim_end());
     overview.error.map_or(Ok(()), Err)
+}
+
+fn list_worst(path: &Path, count: usize) -> Result<(), LogReadError> {
+    let log = Log::open(path)?;
+    say(format!(
+        "{:>8} {:>12} {:>10} {:>7} {:>10} {:>12}  ",
+        "step", "t, s", "H, s", "attempt", "iterations", "residual, Pa"
+    ));
+    for LoggedStep { occasion, accepted, converged, residual } in worst(&log, count)? {
+        let Occasion { step, attempt, time, communication_step, iteration } = occasion;
+        let how = match (accepted, converged) {
+            (true, true) => "",
+            (true, false) => "NOT CONVERGED, gone on with",
+            (false, true) => "begun anew: its error was too large",
+            (false, false) => "did not converge",
+        };
+        let line = format!(
+            "{step:>8} {time:>12.6} {communication_step:>10.3e} {attempt:>7} {iteration:>10} {residual:>12.3e}  {how}"
+        );
+        say(line.trim_end());
+    }
+    Ok(())
 }
 
 /// Compares; true if the exchanges are identical.

@@ -5,6 +5,7 @@ pub mod export_fmu;
 pub mod log;
 pub mod replay;
 pub mod run;
+pub mod study;
 pub mod unit;
 
 use clap::{Parser, Subcommand, ValueEnum};
@@ -44,6 +45,9 @@ pub enum Command {
     /// Look into the logs of runs
     #[command(subcommand)]
     Log(log::Command),
+    /// Series of runs: where the coupling converges, what tolerance and minutes of vibration do to it
+    #[command(subcommand)]
+    Study(study::Command),
     /// Be one of a run's units: what `run` starts by itself
     #[command(hide = true, long_about = UNIT_HELP)]
     Unit(Unit),

@@ -9,8 +9,8 @@ use orchestrator::log::{LogError, LogWriter, Preamble};
 use orchestrator::observer::{HistoriesWriter, Progress, Status};
 use orchestrator::participant::{Deadlines, ParticipantError, Starting};
 use orchestrator::report::{Build, Manifest, ManifestError, Summary, Unit};
-use orchestrator::scene::{GroundMotion, LoadedScene, STANDARD_GRAVITY, Scene, SceneError};
-use orchestrator::scheme::{CouplingError, Predictor, SerialImplicit, Side, Units};
+use orchestrator::scene::{GroundMotion, LoadedScene, OnFailure, STANDARD_GRAVITY, Scene, SceneError};
+use orchestrator::scheme::{CouplingError, Predictor, Scheme, Settings, Side, Units, interface_points};
 use orchestrator::simulation::{Simulation, SimulationError};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -95,6 +95,7 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
         started: started.to_string(),
         build: Build::here(),
         wet_face: Vec::new(),
+        reservoir_wet_face: None,
         units: Vec::new(),
         result: None,
         scene: loaded.scene.clone(),
@@ -119,14 +120,15 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
         let fingerprint = description.fingerprint.to_string();
         manifest.units.push(Unit { name, solver, fingerprint });
     }
-    let (x, y) = (units.dam.fixed("interface_x")?, units.dam.fixed("interface_y")?);
-    manifest.wet_face = x.into_iter().zip(y).map(|(x, y)| [x, y]).collect();
+    let [dam, reservoir] = interface_points(&mut units)?;
+    manifest.reservoir_wet_face = Some(reservoir).filter(|points| *points != dam);
+    manifest.wet_face = dam;
     manifest.write(&manifest_path)?;
     let damping = damping_line(&loaded, &mut units)?;
     say(ground_line(&loaded.ground_motion));
     say(format!("prepared in {:.2} s; results go to {}", began.elapsed().as_secs_f64(), folder.display()));
 
-    let mut simulation = assemble(&loaded, units)?;
+    let mut simulation = assemble(&loaded.scene, &loaded.ground_motion, units)?;
     let (ending, failure) = simulation.run(&mut [&mut log, &mut histories, &mut progress], &interrupted);
     let summary = Summary::of(&loaded, &histories.histories, &ending, simulation.static_crest_displacement);
     let table = summary.to_string();
@@ -201,11 +203,23 @@ fn catch_interrupt() -> Result<Arc<AtomicBool>, RunError> {
 /// rounding, and too little to move a crack.
 const PROBE: f64 = 1e-4;
 
-fn assemble(loaded: &LoadedScene, mut units: Units) -> Result<Simulation, RunError> {
-    let LoadedScene { scene, ground_motion, .. } = loaded;
+/// The simulation of a scene with `units`.
+pub fn assemble(
+    scene: &Scene,
+    ground_motion: &GroundMotion,
+    mut units: Units,
+) -> Result<Simulation, SimulationError> {
     let coupling = &scene.coupling;
-    let scheme = SerialImplicit::new(
+    let settings = Settings {
+        kind: scene.scheme(),
+        iteration_limit: coupling.iteration_limit,
+        accept_unconverged: coupling.on_failure == OnFailure::Continue,
+        // The inertia of the water column.
+        acceleration_scale: scene.reservoir.density * scene.reservoir.depth,
+    };
+    let scheme = Scheme::new(
         &mut units,
+        settings,
         Acceleration::new(
             coupling.acceleration,
             coupling.relaxation,
@@ -218,15 +232,12 @@ fn assemble(loaded: &LoadedScene, mut units: Units) -> Result<Simulation, RunErr
             scene.height(),
             scene.hydrostatic_base_pressure(),
         ),
-        coupling.iteration_limit,
-    )
-    .map_err(SimulationError::from)?;
+    )?;
     Ok(Simulation {
         units,
         scheme,
         ground_motion: ground_motion.clone(),
-        communication_step: scene.time.communication_step,
-        steps: scene.steps(),
+        stepping: scene.stepping(),
         static_crest_displacement: None,
     })
 }

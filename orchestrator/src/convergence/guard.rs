@@ -3,6 +3,8 @@ const DIVERGENCE: f64 = 1e6;
 /// Iterations in which the residual does not fall to this share of what it was that count as stagnation.
 const PATIENCE: usize = 30;
 const PROGRESS: f64 = 0.99;
+/// A residual that rests below so many rounding floors rests because of rounding.
+const FLOORS: f64 = 30.0;
 
 /// Watches the iterations of a communication step that has not converged: will it ever?
 ///
@@ -36,6 +38,17 @@ pub enum Hopeless {
         /// Smallest residual of the step, Pa.
         smallest: f64,
     },
+    /// The residual gets no smaller, because the units cannot answer more exactly.
+    #[error(
+        "stagnates at {smallest:.3e} Pa, the rounding floor of the units: pressures changed by rounding change the \
+         residual by {floor:.3e} Pa; the tolerance asks for more digits than there are"
+    )]
+    RoundingFloor {
+        /// Smallest residual of the step, Pa.
+        smallest: f64,
+        /// The rounding floor, Pa.
+        floor: f64,
+    },
     /// A pressure beyond anything that can be.
     #[error(
         "left all bounds: a pressure of {pressure:.3e} Pa was answered, {bound:.3e} Pa is the most that can be"
@@ -48,11 +61,27 @@ pub enum Hopeless {
     },
 }
 
+impl Hopeless {
+    /// What may help.
+    pub fn remedy(&self) -> &'static str {
+        match self {
+            Self::Diverging { .. } | Self::Stagnating { .. } => {
+                "choose another [coupling] acceleration, or change communication_step"
+            }
+            Self::RoundingFloor { .. } => "raise [coupling] tolerance",
+            Self::Unbounded { .. } => {
+                "choose an implicit [coupling] scheme, another acceleration, or change communication_step"
+            }
+        }
+    }
+}
+
 impl Guard {
-    /// Looks at an iteration that did not converge: its residual ‖p̃ − p‖₂ (Pa), for `unknowns` pressures.
+    /// Looks at an iteration that did not converge: its residual ‖p̃ − p‖₂ (Pa), for `unknowns` pressures; `floor` is the
+    /// change of the residual by rounding (Pa), where it was measured.
     ///
-    /// **Errors**: [`Hopeless::Diverging`], [`Hopeless::Stagnating`].
-    pub fn observe(&mut self, residual: f64, unknowns: usize) -> Result<(), Hopeless> {
+    /// **Errors**: [`Hopeless::Diverging`], [`Hopeless::Stagnating`], [`Hopeless::RoundingFloor`].
+    pub fn observe(&mut self, residual: f64, unknowns: usize, floor: Option<f64>) -> Result<(), Hopeless> {
         let smallest = self.smallest.unwrap_or(f64::INFINITY);
         if self.smallest.is_none() || residual < PROGRESS * self.mark {
             (self.mark, self.since_progress) = (residual, 0);
@@ -66,8 +95,11 @@ impl Guard {
             Err(Hopeless::Diverging { residual, smallest })
         } else if self.since_progress >= PATIENCE.max(2 * unknowns) {
             // Quasi-Newton schemes may rest while they learn as many directions as there are unknowns.
-            let iterations = self.since_progress;
-            Err(Hopeless::Stagnating { iterations, smallest: smallest.min(residual) })
+            let (iterations, smallest) = (self.since_progress, smallest.min(residual));
+            Err(match floor.filter(|floor| smallest <= FLOORS * floor) {
+                Some(floor) => Hopeless::RoundingFloor { smallest, floor },
+                None => Hopeless::Stagnating { iterations, smallest },
+            })
         } else {
             Ok(())
         }
@@ -78,31 +110,37 @@ impl Guard {
 mod tests {
     use super::*;
 
-    fn first_complaint(residuals: impl Iterator<Item = f64>) -> Option<(usize, Hopeless)> {
+    fn first_complaint(
+        residuals: impl Iterator<Item = f64>,
+        floor: Option<f64>,
+    ) -> Option<(usize, Hopeless)> {
         let mut guard = Guard::default();
         let mut complaints = residuals.take(400).enumerate();
-        complaints.find_map(|(count, residual)| Some((count, guard.observe(residual, 6).err()?)))
+        complaints.find_map(|(count, residual)| Some((count, guard.observe(residual, 6, floor).err()?)))
     }
 
     #[test]
     fn slow_convergence_and_bumps_are_let_be() {
         for rate in [0.98f64, 0.995, 0.9995] {
-            assert_eq!(first_complaint((0..).map(|k: i32| rate.powi(k))), None, "{rate}");
+            assert_eq!(first_complaint((0..).map(|k: i32| rate.powi(k)), Some(1.0)), None, "{rate}");
         }
         let bumpy = |k: i32| 0.9f64.powi(k) * if k % 10 == 5 { 1e5 } else { 1.0 };
-        assert_eq!(first_complaint((0..).map(bumpy)), None);
+        assert_eq!(first_complaint((0..).map(bumpy), None), None);
     }
 
     #[test]
     fn growth_is_divergence_and_rest_is_stagnation() {
-        let (count, hopeless) = first_complaint((0..).map(|k| 26f64.powi(k))).expect("it diverges");
+        let (count, hopeless) = first_complaint((0..).map(|k| 26f64.powi(k)), None).expect("it diverges");
         assert_eq!((count, hopeless), (5, Hopeless::Diverging { residual: 26f64.powi(5), smallest: 1.0 }));
         for first in [f64::INFINITY, f64::NAN] {
-            let complaint = first_complaint(std::iter::once(first));
+            let complaint = first_complaint(std::iter::once(first), None);
             assert!(matches!(complaint, Some((0, Hopeless::Diverging { .. }))), "{complaint:?}");
         }
-        let (count, hopeless) = first_complaint((0..).map(|k: i32| 1e-9 + 0.1f64.powi(k))).expect("it rests");
+        let resting = || (0..).map(|k: i32| 1e-9 + 0.1f64.powi(k));
+        let (count, hopeless) = first_complaint(resting(), Some(1e-12)).expect("it rests");
         assert!(matches!(hopeless, Hopeless::Stagnating { smallest, .. } if smallest < 1.1e-9), "{hopeless}");
         assert!((30..50).contains(&count), "{count}");
+        let (_, hopeless) = first_complaint(resting(), Some(1e-10)).expect("it rests");
+        assert!(matches!(hopeless, Hopeless::RoundingFloor { floor: 1e-10, .. }), "{hopeless}");
     }
 }

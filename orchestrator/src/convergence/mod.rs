@@ -50,6 +50,18 @@ pub struct Residuals {
     pub residual_ratio: f64,
 }
 
+impl Residuals {
+    /// The larger of both in every measure.
+    pub fn or_larger(&self, other: &Self) -> Self {
+        Self {
+            displacement: largest(self.displacement, other.displacement),
+            pressure: largest(self.pressure, other.pressure),
+            pressure_ratio: largest(self.pressure_ratio, other.pressure_ratio),
+            residual_ratio: largest(self.residual_ratio, other.residual_ratio),
+        }
+    }
+}
+
 impl ConvergenceMeasure {
     /// `measures` and ε with the scales for a dam of `height` (m) in water of hydrostatic base pressure `ρgh` (Pa):
     /// u_ref = 1e-9 × height, p_ref = ε ρgh/100, so that ε is relative as long as pressures exceed a hundredth of the

@@ -11,6 +11,7 @@ mod schema;
 mod stream;
 mod topic;
 mod types;
+mod worst;
 mod writer;
 
 pub use comparison::{Comparison, KeyDifference, compare};
@@ -20,4 +21,5 @@ pub use head::{Head, LoggedGroundMotion, LoggedUnit};
 pub use overview::Overview;
 pub use reader::{Entries, Entry, Log, LoggedEnd, LoggedExchange, LoggedStep, Traffic};
 pub use schema::{Kind, MessageType, Value};
+pub use worst::worst;
 pub use writer::{LogWriter, Preamble};

@@ -6,8 +6,10 @@ use std::fmt;
 /// What a log holds, counted.
 #[derive(Debug, Default)]
 pub struct Overview {
-    /// Communication steps that converged.
+    /// Communication steps that were taken.
     pub steps: u64,
+    /// Those among them that did not converge.
+    pub unconverged: u64,
     /// Time reached by them, s.
     pub time: f64,
     /// Iterations of all steps, and the most of one.
@@ -45,7 +47,8 @@ impl Overview {
                     overview.unanswered += u64::from(exchange.outputs.is_none());
                 }
                 Ok(Entry::Step(step)) => {
-                    if step.converged && step.occasion.step > 0 {
+                    if step.accepted && step.occasion.step > 0 {
+                        overview.unconverged += u64::from(!step.converged);
                         let iterations = u64::from(step.occasion.iteration);
                         overview.steps += 1;
                         overview.time = step.occasion.end();
@@ -85,7 +88,11 @@ impl Overview {
 impl fmt::Display for Overview {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut line = |name: &str, text: String| writeln!(f, "{name:<12} {text}");
-        line("steps", format!("{}, to t = {:.4} s", self.steps, self.time))?;
+        let unconverged = match self.unconverged {
+            0 => String::new(),
+            count => format!(", {count} of them NOT CONVERGED"),
+        };
+        line("steps", format!("{}, to t = {:.4} s{unconverged}", self.steps, self.time))?;
         let [all, most] = self.iterations;
         let mean = all as f64 / self.steps.max(1) as f64;
         line("iterations", format!("mean {mean:.2} a step, most {most}"))?;

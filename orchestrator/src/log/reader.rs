@@ -52,8 +52,12 @@ pub struct LoggedExchange {
 pub struct LoggedStep {
     /// The step; its iteration is the number of iterations.
     pub occasion: Occasion,
-    /// Both units have an accepted exchange.
+    /// The run went on with it.
+    pub accepted: bool,
+    /// The units agreed as closely as was asked.
     pub converged: bool,
+    /// Pressure residual of its last iteration, Pa.
+    pub residual: f64,
 }
 
 /// How a run ended.
@@ -117,6 +121,7 @@ impl Log {
             stream: Stream::open(&self.path)?,
             topics: HashMap::new(),
             request: None,
+            silent: None,
             held: Vec::new(),
             waiting: VecDeque::new(),
             sequence: 0,
@@ -132,6 +137,8 @@ pub struct Entries {
     stream: Stream,
     topics: HashMap<u16, (Topic, Traffic)>,
     request: Option<LoggedExchange>,
+    /// A request of the other unit that came before, and has no answer: both units failed at once.
+    silent: Option<LoggedExchange>,
     /// What follows a request without an answer, until it is sure that the run has ended there.
     held: Vec<Entry>,
     waiting: VecDeque<Entry>,
@@ -180,6 +187,7 @@ impl Entries {
 
     /// Lets go a request that has no answer, and what follows it.
     fn release(&mut self) {
+        self.waiting.extend(self.silent.take().map(Entry::Exchange));
         self.waiting.extend(self.request.take().map(Entry::Exchange));
         self.waiting.extend(self.held.drain(..));
     }
@@ -204,7 +212,17 @@ impl Entries {
     fn place(&mut self, part: Part) -> Result<(), LogReadError> {
         match part {
             Part::Request(request) => {
-                self.answered()?;
+                match self.request.take() {
+                    Some(before)
+                        if before.side != request.side && self.silent.is_none() && self.held.is_empty() =>
+                    {
+                        self.silent = Some(before);
+                    }
+                    before => {
+                        self.request = before;
+                        self.answered()?;
+                    }
+                }
                 let expected = self.sequence.wrapping_add(1);
                 if request.sequence != expected {
                     let found = request.sequence;
@@ -214,6 +232,7 @@ impl Entries {
                 self.request = Some(request);
             }
             Part::Answer(answer) => match self.request.take() {
+                Some(_) if self.silent.is_some() => return self.answered(),
                 Some(request)
                     if (request.side, request.sequence) == (answer.side, answer.sequence)
                         && self.held.is_empty() =>
@@ -240,11 +259,11 @@ impl Entries {
         Ok(())
     }
 
-    /// Only the last request of a run that failed may lack its answer.
+    /// Only the last request of a run that failed may lack its answer, or that to either unit.
     fn answered(&self) -> Result<(), LogReadError> {
         let missing =
             |r: &LoggedExchange| Err(self.damaged(format!("exchange {} has no answer", r.sequence)));
-        self.request.as_ref().map_or(Ok(()), missing)
+        self.silent.as_ref().or(self.request.as_ref()).map_or(Ok(()), missing)
     }
 
     fn damaged(&self, cause: String) -> LogReadError {

@@ -50,8 +50,10 @@ impl Topic {
             "/step" => {
                 let iterations = ("iterations", Wanted::Unsigned);
                 let converged = ("converged", Wanted::Bool);
-                let [step, _, attempt, time, length, _] = OCCASION;
-                Self::Step(schema()?.decoder([step, iterations, attempt, time, length, converged])?)
+                let residual = ("residual_pressure", Wanted::Double);
+                let [step, _, attempt, time, length, accepted] = OCCASION;
+                let wanted = [step, iterations, attempt, time, length, accepted, converged, residual];
+                Self::Step(schema()?.decoder(wanted)?)
             }
             "/log" => {
                 let message = schema()?.decoder([
@@ -99,7 +101,9 @@ impl Topic {
                 decoder.read(&raw.data)?;
                 Part::Entry(Entry::Step(LoggedStep {
                     occasion: occasion(decoder)?,
-                    converged: decoder.bool(5),
+                    accepted: decoder.bool(5),
+                    converged: decoder.bool(6),
+                    residual: decoder.double(7),
                 }))
             }
             Self::Message(decoder, timestamp) => {

@@ -32,16 +32,37 @@ pub fn step_type() -> MessageType {
         ("communication_step", Kind::Double),
         ("iterations", Kind::Unsigned),
         ("converged", Kind::Bool),
+        ("accepted", Kind::Bool),
         ("residual_pressure", Kind::Double),
+        ("pressure_ratio", Kind::Double),
+        ("residual_ratio", Kind::Double),
         ("residual_displacement", Kind::Double),
         ("relaxation", Kind::Double),
+        ("secants", Kind::Unsigned),
+        ("interpolation_error", Kind::Double),
+        ("interface_work", Kind::Double),
+        ("interface_energy_produced", Kind::Double),
+        ("dam_calls", Kind::Unsigned),
+        ("dam_restores", Kind::Unsigned),
+        ("dam_time", Kind::Double),
+        ("reservoir_calls", Kind::Unsigned),
+        ("reservoir_restores", Kind::Unsigned),
+        ("reservoir_time", Kind::Double),
     ];
     message_type("Step", &fields)
 }
 
 /// `/end`.
 pub fn end_type() -> MessageType {
-    message_type("End", &[("status", Kind::Text), ("time", Kind::Double), ("wall_time", Kind::Double)])
+    let fields = [
+        ("status", Kind::Text),
+        ("time", Kind::Double),
+        ("wall_time", Kind::Double),
+        ("unconverged", Kind::Unsigned),
+        ("rejected", Kind::Unsigned),
+        ("rounding_floor", Kind::Double),
+    ];
+    message_type("End", &fields)
 }
 
 /// `/unit`.

@@ -4,10 +4,10 @@ use super::types::{
     variable_type,
 };
 use super::{LogError, foxglove};
-use crate::convergence::norm;
+use crate::convergence::{Residuals, norm};
 use crate::observer::{Ending, Observer, ObserverError, Start};
-use crate::participant::{Channel, Description, Layout, Message};
-use crate::scheme::{Exchange, Side, StepReport};
+use crate::participant::{Channel, Description, Layout, Message, Occasion};
+use crate::scheme::{Exchange, Interval, Side, WindowReport};
 use mcap::records::MessageHeader;
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -40,8 +40,8 @@ const CHUNK_SIZE: u64 = 1 << 20;
 
 /// Writes the log of a run on a thread of its own.
 ///
-/// `log_time` is the start of the step in simulated nanoseconds plus a counter inside the
-/// step: one step is one index range. `publish_time` is the physical time of the data.
+/// `log_time` is the start of the window in simulated nanoseconds plus a counter inside the
+/// window, which mostly is one step: one window is one index range, in the order in which things happened. `publish_time` is the physical time of the data.
 /// `sequence` pairs a request with its answer, which is missing where the unit failed. Wall times are fields.
 pub struct LogWriter {
     path: PathBuf,
@@ -241,10 +241,44 @@ impl LogWriter {
         self.send(topic, self.sequence, nanoseconds(message.time), data);
     }
 
-    fn send_exchange(&mut self, report: &StepReport, exchange: &Exchange) {
+    fn send_step(&mut self, topic: Topic, report: &WindowReport, interval: &Interval, index: usize) {
+        let residual = |of: fn(&Residuals) -> f64| report.residuals.as_ref().map_or(0.0, of);
+        let work = report.interface.get(index).and_then(|i| i.work).unwrap_or_default();
+        let units =
+            [Side::Dam, Side::Reservoir].into_iter().zip(report.solver_time).flat_map(|(side, time)| {
+                // All that a window took is shared by its steps.
+                let share = |total: u64| total.div_ceil(report.steps.len() as u64);
+                let [calls, restores] = report.calls(side).map(share);
+                let time = time.as_secs_f64() / report.steps.len() as f64;
+                [Value::Unsigned(calls), Value::Unsigned(restores), Value::Double(time)]
+            });
+        let values = [
+            Value::Unsigned(interval.step),
+            Value::Unsigned(u64::from(report.attempt)),
+            Value::Double(interval.time),
+            Value::Double(interval.communication_step),
+            Value::Unsigned(u64::from(report.iterations())),
+            Value::Bool(report.converged),
+            Value::Bool(report.is_accepted()),
+            Value::Double(residual(|r| r.pressure)),
+            Value::Double(residual(|r| r.pressure_ratio)),
+            Value::Double(residual(|r| r.residual_ratio)),
+            Value::Double(residual(|r| r.displacement)),
+            Value::Double(report.relaxation),
+            Value::Unsigned(report.secants as u64),
+            Value::Double(report.interpolation_error.unwrap_or(0.0)),
+            Value::Double(work.on_dam),
+            Value::Double(work.produced()),
+        ];
+        let data = self.types[topic].encode(values.into_iter().chain(units));
+        self.send(topic, self.sequence, nanoseconds(interval.end()), data);
+    }
+
+    fn send_exchange(&mut self, exchange: &Exchange) {
         let [request, answer] = self.units[exchange.side as usize].clone();
         self.sequence += 1;
-        let end = nanoseconds(report.time + report.communication_step);
+        let Occasion { step, iteration, attempt, time, communication_step } = exchange.occasion;
+        let end = nanoseconds(exchange.occasion.end());
         let halves =
             [(request, &exchange.inputs, exchange.sent), (answer, &exchange.outputs, exchange.answered)];
         for (Half { topic, fields }, values, wall_time) in halves {
@@ -253,12 +287,12 @@ impl LogWriter {
                 continue;
             }
             let header = [
-                Value::Unsigned(report.step),
-                Value::Unsigned(u64::from(exchange.iteration)),
-                Value::Unsigned(u64::from(report.attempt)),
+                Value::Unsigned(step),
+                Value::Unsigned(u64::from(iteration)),
+                Value::Unsigned(u64::from(attempt)),
                 Value::Bool(exchange.accepted),
-                Value::Double(report.time),
-                Value::Double(report.communication_step),
+                Value::Double(time),
+                Value::Double(communication_step),
                 Value::Double(wall_time.as_secs_f64()),
             ];
             let fields = fields.iter().flat_map(|(range, array)| {
@@ -279,30 +313,18 @@ impl Observer for LogWriter {
         self.start(file, start).map_err(|cause| LogError::Write { path: self.path.clone(), cause }.into())
     }
 
-    fn step(&mut self, report: &StepReport) -> Result<(), ObserverError> {
+    fn window(&mut self, report: &WindowReport) -> Result<(), ObserverError> {
         let Some(topics) = self.topics else { return Ok(()) };
-        self.last_log_time = self.last_log_time.max(nanoseconds(report.time));
+        self.last_log_time = self.last_log_time.max(nanoseconds(report.time()));
         for exchange in &report.exchanges {
-            self.send_exchange(report, exchange);
+            self.send_exchange(exchange);
         }
         for message in &report.messages {
             self.send_message(topics.message, message);
         }
-        let residual =
-            |of: fn(&crate::convergence::Residuals) -> f64| report.residuals.as_ref().map_or(0.0, of);
-        let data = self.types[topics.step].encode([
-            Value::Unsigned(report.step),
-            Value::Unsigned(u64::from(report.attempt)),
-            Value::Double(report.time),
-            Value::Double(report.communication_step),
-            Value::Unsigned(u64::from(report.iterations())),
-            Value::Bool(report.accepted(Side::Dam).is_some() && report.accepted(Side::Reservoir).is_some()),
-            Value::Double(residual(|r| r.pressure)),
-            Value::Double(residual(|r| r.displacement)),
-            Value::Double(report.relaxation),
-        ]);
-        let end = nanoseconds(report.time + report.communication_step);
-        self.send(topics.step, self.sequence, end, data);
+        for (index, interval) in report.steps.iter().enumerate() {
+            self.send_step(topics.step, report, interval, index);
+        }
         self.check(false)
     }
 
@@ -314,6 +336,9 @@ impl Observer for LogWriter {
                 Value::Text(&status),
                 Value::Double(ending.time),
                 Value::Double(wall_time),
+                Value::Unsigned(ending.statistics.unconverged),
+                Value::Unsigned(ending.statistics.rejected),
+                Value::Double(ending.statistics.rounding_floor.unwrap_or(0.0)),
             ]);
             self.send(topics.end, self.sequence, nanoseconds(ending.time), data);
         }

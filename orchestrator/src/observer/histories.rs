@@ -1,6 +1,6 @@
 use super::{Ending, Observer, ObserverError, Start};
 use crate::participant::Channel;
-use crate::scheme::{Side, StepReport};
+use crate::scheme::{Exchange, InterfaceWork, Interval, Side, WindowReport};
 use std::fs::File;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -8,9 +8,11 @@ use std::time::Duration;
 
 /// Time histories of a run: one row a communication point, one column a quantity.
 ///
-/// Columns: `time [s]`, `ground_acceleration.x [m/s2]`, `iterations [1]`, residuals, the lowest pressure on the
-/// wet face (hydrostatic and hydrodynamic, against the atmosphere's), and every
-/// accepted output of either unit that is no array over the wet face.
+/// Columns: `time [s]`, `ground_acceleration.x [m/s2]`; of the coupling: `iterations [1]`, `converged [1]` (1 or 0),
+/// `residual.pressure [Pa]`, `residual.displacement [1]`, `interpolation_error [Pa]` (0 where there is no estimate),
+/// `interface_work [J/m]` on the dam since the start and `interface_energy_produced [J/m]` by the coupling; the lowest
+/// pressure on the wet face (hydrostatic and hydrodynamic, against the atmosphere's); and every accepted output of
+/// either unit that is no array over the wet face.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Histories {
     columns: Vec<Vec<f64>>,
@@ -40,15 +42,15 @@ impl Histories {
 /// `histories.csv` holds [`Histories`]; `dam-interface_displacement.csv` and its like hold one
 /// array over the wet face each. Numbers are written so that reading them gives the same bits.
 pub struct HistoriesWriter {
-    folder: PathBuf,
+    /// Where to; `None` keeps them in memory only.
+    folder: Option<PathBuf>,
     /// What was recorded so far.
     pub histories: Histories,
     scalars: Vec<(Side, Range<usize>)>,
     table: Option<Table>,
     faces: Vec<(Side, Range<usize>, Table)>,
     row: Vec<f64>,
-    hydrostatic: Range<usize>,
-    hydrodynamic: Range<usize>,
+    work: InterfaceWork,
 }
 
 struct Table {
@@ -84,16 +86,65 @@ impl Table {
 impl HistoriesWriter {
     /// Writes into the existing folder `folder`.
     pub fn new(folder: &Path) -> Self {
+        Self { folder: Some(folder.to_owned()), ..Self::in_memory() }
+    }
+
+    /// Writes nothing: keeps the histories only.
+    pub fn in_memory() -> Self {
         Self {
-            folder: folder.to_owned(),
+            folder: None,
             histories: Histories::default(),
             scalars: Vec::new(),
             table: None,
             faces: Vec::new(),
             row: Vec::new(),
-            hydrostatic: 0..0,
-            hydrodynamic: 0..0,
+            work: InterfaceWork::default(),
         }
+    }
+}
+
+impl HistoriesWriter {
+    /// Writes the row of a step.
+    fn write(
+        &mut self,
+        report: &WindowReport,
+        interval: &Interval,
+        [dam, reservoir]: [&Exchange; 2],
+        lowest_pressure: f64,
+    ) -> Result<(), ObserverError> {
+        let outputs = |side| if side == Side::Dam { &dam.outputs } else { &reservoir.outputs };
+        let now = dam.answered.max(reservoir.answered);
+        // To the picosecond, so that 4.01 is not written as 4.010000000000001.
+        let time = (interval.end() * 1e12).round() / 1e12;
+        let residuals = report.residuals.map_or([0.0, 0.0], |r| [r.pressure, r.displacement]);
+        let first = [
+            time,
+            interval.ground_acceleration[0],
+            f64::from(report.iterations()),
+            f64::from(u8::from(report.converged)),
+            residuals[0],
+            residuals[1],
+            report.interpolation_error.unwrap_or(0.0),
+            self.work.on_dam,
+            self.work.produced(),
+            lowest_pressure,
+        ];
+        let rest =
+            self.scalars.iter().flat_map(|(side, range)| outputs(*side)[range.clone()].iter().copied());
+        let row: Vec<f64> = first.into_iter().chain(rest).collect();
+        for (column, value) in self.histories.columns.iter_mut().zip(&row) {
+            column.push(*value);
+        }
+        if let Some(table) = &mut self.table {
+            table.write(&row, now)?;
+        }
+        for (side, range, table) in &mut self.faces {
+            self.row.clear();
+            self.row.push(time);
+            self.row.extend_from_slice(&outputs(*side)[range.clone()]);
+            table.write(&self.row, now)?;
+        }
+        Ok(())
     }
 }
 
@@ -113,18 +164,21 @@ impl Observer for HistoriesWriter {
             "time [s]",
             "ground_acceleration.x [m/s2]",
             "iterations [1]",
+            "converged [1]",
             "residual.pressure [Pa]",
             "residual.displacement [1]",
+            "interpolation_error [Pa]",
+            "interface_work [J/m]",
+            "interface_energy_produced [J/m]",
             "lowest_pressure [Pa]",
         ]
         .map(str::to_owned)
         .to_vec();
-        self.hydrostatic = start.dam.inputs.range("hydrostatic_pressure").unwrap_or_default();
-        self.hydrodynamic = start.reservoir.outputs.range("interface_pressure").unwrap_or_default();
         for (side, description) in [(Side::Dam, &start.dam), (Side::Reservoir, &start.reservoir)] {
             for (channel, range) in description.outputs.channels() {
                 if channel.name.starts_with("interface_") {
-                    let path = self.folder.join(format!("{}-{}.csv", description.name, channel.name));
+                    let Some(folder) = &self.folder else { continue };
+                    let path = folder.join(format!("{}-{}.csv", description.name, channel.name));
                     let points = (0..channel.size).map(|i| format!("point {i} [{}]", channel.unit));
                     let header: Vec<String> = std::iter::once("time [s]".to_owned()).chain(points).collect();
                     self.faces.push((side, range, Table::create(path, &header)?));
@@ -134,39 +188,22 @@ impl Observer for HistoriesWriter {
                 }
             }
         }
-        self.table = Some(Table::create(self.folder.join("histories.csv"), &names)?);
+        if let Some(folder) = &self.folder {
+            self.table = Some(Table::create(folder.join("histories.csv"), &names)?);
+        }
         self.histories = Histories { columns: vec![Vec::new(); names.len()], names };
         Ok(())
     }
 
-    fn step(&mut self, report: &StepReport) -> Result<(), ObserverError> {
-        let (Some(dam), Some(reservoir)) = (report.accepted(Side::Dam), report.accepted(Side::Reservoir))
-        else {
-            return Ok(());
-        };
-        let outputs = |side| if side == Side::Dam { &dam.outputs } else { &reservoir.outputs };
-        let now = dam.answered.max(reservoir.answered);
-        // To the picosecond, so that 4.01 is not written as 4.010000000000001.
-        let time = ((report.time + report.communication_step) * 1e12).round() / 1e12;
-        let still = &dam.inputs[self.hydrostatic.clone()];
-        let moving = &reservoir.outputs[self.hydrodynamic.clone()];
-        let lowest = still.iter().zip(moving).map(|(a, b)| a + b).fold(f64::INFINITY, f64::min);
-        let residuals = report.residuals.map_or([0.0, 0.0], |r| [r.pressure, r.displacement]);
-        let first = [time, report.ground_acceleration[0], f64::from(report.iterations())];
-        let rest =
-            self.scalars.iter().flat_map(|(side, range)| outputs(*side)[range.clone()].iter().copied());
-        let row: Vec<f64> = first.into_iter().chain(residuals).chain([lowest]).chain(rest).collect();
-        for (column, value) in self.histories.columns.iter_mut().zip(&row) {
-            column.push(*value);
-        }
-        if let Some(table) = &mut self.table {
-            table.write(&row, now)?;
-        }
-        for (side, range, table) in &mut self.faces {
-            self.row.clear();
-            self.row.push(time);
-            self.row.extend_from_slice(&outputs(*side)[range.clone()]);
-            table.write(&self.row, now)?;
+    fn window(&mut self, report: &WindowReport) -> Result<(), ObserverError> {
+        for (index, interval) in report.steps.iter().enumerate() {
+            let of = |side| report.accepted(side, interval.step);
+            if let (Some(dam), Some(reservoir)) = (of(Side::Dam), of(Side::Reservoir)) {
+                let interface = report.interface.get(index).copied();
+                self.work += interface.and_then(|i| i.work).unwrap_or_default();
+                let lowest_pressure = interface.map_or(0.0, |i| i.lowest_pressure);
+                self.write(report, interval, [dam, reservoir], lowest_pressure)?;
+            }
         }
         Ok(())
     }

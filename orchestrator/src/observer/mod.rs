@@ -9,7 +9,8 @@ pub use progress::Progress;
 use crate::log::LogError;
 use crate::participant::Description;
 use crate::scene::GroundMotion;
-use crate::scheme::StepReport;
+use crate::scheme::WindowReport;
+use crate::stepping::Stepping;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -21,10 +22,8 @@ pub struct Start<'a> {
     pub reservoir: Description,
     /// What moves the ground.
     pub ground_motion: &'a GroundMotion,
-    /// Length of a communication step, s.
-    pub communication_step: f64,
-    /// Number of communication steps planned.
-    pub steps: u64,
+    /// Which communication steps are planned.
+    pub stepping: Stepping,
 }
 
 /// How a run ended.
@@ -61,6 +60,8 @@ pub struct WallTime {
     pub dam: Duration,
     /// Inside the reservoir, states included.
     pub reservoir: Duration,
+    /// With a unit at work: the sum of the two, or the longer where both work at once.
+    pub units: Duration,
     /// Inside the observers: log, histories, progress.
     pub observers: Duration,
 }
@@ -68,8 +69,25 @@ pub struct WallTime {
 impl WallTime {
     /// Time of the coupling that was spent in neither unit.
     pub fn exchange(&self) -> Duration {
-        self.coupling.saturating_sub(self.dam + self.reservoir)
+        self.coupling.saturating_sub(self.units)
     }
+}
+
+/// What was counted in a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Statistics {
+    /// Steps that the dam and the reservoir took, and how many of them repeated one.
+    pub calls: [[u64; 2]; 2],
+    /// Communication steps that were gone on with though they had not converged.
+    pub unconverged: u64,
+    /// Windows that were begun anew with shorter steps.
+    pub rejected: u64,
+    /// Change of the residual when pressures change by rounding, Pa, where it was measured.
+    pub rounding_floor: Option<f64>,
+    /// Largest pressure on the wet face, Pa (2-norm).
+    pub largest_pressure: f64,
+    /// Largest difference of the work between faces that do not match, as a share of it.
+    pub mapping_error: f64,
 }
 
 /// The end of a run.
@@ -81,6 +99,8 @@ pub struct Ending {
     pub time: f64,
     /// Where the wall time went.
     pub wall: WallTime,
+    /// What was counted.
+    pub statistics: Statistics,
 }
 
 /// An observer that cannot go on.
@@ -101,15 +121,15 @@ pub enum ObserverError {
 
 /// Watches a run; never changes it.
 ///
-/// **Call order**: `begin`, `step` for initialisation (step 0) and for every step, `end` in
-/// any case. An error ends the run.
+/// **Call order**: `begin`, `window` for initialisation (step 0) and for every window of communication steps (mostly of
+/// one), `end` in any case. An error ends the run.
 pub trait Observer {
     /// Before the first exchange.
     fn begin(&mut self, start: &Start<'_>) -> Result<(), ObserverError>;
 
-    /// After every step; a failed one holds no accepted exchange.
-    fn step(&mut self, report: &StepReport) -> Result<(), ObserverError>;
+    /// After every window; one that failed, or is begun anew, holds no accepted exchange.
+    fn window(&mut self, report: &WindowReport) -> Result<(), ObserverError>;
 
-    /// After the last step, however the run ended.
+    /// After the last window, however the run ended.
     fn end(&mut self, ending: &Ending) -> Result<(), ObserverError>;
 }

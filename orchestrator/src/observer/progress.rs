@@ -1,12 +1,13 @@
 use super::{Ending, Observer, ObserverError, Start, Status};
 use crate::participant::Level;
-use crate::scheme::StepReport;
+use crate::scheme::WindowReport;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::collections::HashSet;
 use std::io::Write;
 use std::time::{Duration, Instant};
 
-/// The progress line: simulated time, speed relative to real time, iterations a step, residual.
+/// The progress line: simulated time, speed relative to real time, iterations a step, residual, relaxation factor,
+/// estimate of the coupling error over the largest pressure, the units' shares of the time, steps that did not converge.
 ///
 /// On a terminal it is a bar that redraws itself; elsewhere a line every tenth of the run. What units warn
 /// of stands above it, once, whether there is a progress line or none.
@@ -15,12 +16,17 @@ pub struct Progress {
     plain: bool,
     began: Instant,
     duration: f64,
-    steps: u64,
+    /// Windows accepted, and iterations of all.
+    windows: u64,
     iterations: u64,
+    unconverged: u64,
+    solver_time: [Duration; 2],
     shown: u64,
     warned: HashSet<(String, String)>,
 }
 
+/// Parts of the run that the bar shows.
+const PARTS: u64 = 1000;
 const STYLE: &str = "{bar:10} {percent:>3} %  {msg}  {eta} left";
 
 impl Progress {
@@ -33,15 +39,17 @@ impl Progress {
             plain,
             began: Instant::now(),
             duration: 0.0,
-            steps: 0,
+            windows: 0,
             iterations: 0,
+            unconverged: 0,
+            solver_time: [Duration::ZERO; 2],
             shown: 0,
             warned: HashSet::new(),
         }
     }
 
     /// Shows the warnings that are new.
-    fn warn(&mut self, report: &StepReport) {
+    fn warn(&mut self, report: &WindowReport) {
         for message in report.messages.iter().filter(|m| m.level >= Level::Warning) {
             if self.warned.insert((message.unit.clone(), message.text.clone())) {
                 let (kind, unit, text) = (message.level, &message.unit, &message.text);
@@ -50,13 +58,28 @@ impl Progress {
         }
     }
 
-    fn line(&self, report: &StepReport) -> String {
-        let time = report.time + report.communication_step;
-        let speed = time / self.began.elapsed().as_secs_f64().max(1e-9);
+    fn line(&self, report: &WindowReport) -> String {
+        let time = report.end();
+        let elapsed = self.began.elapsed().as_secs_f64().max(1e-9);
+        let speed = time / elapsed;
+        let [dam, reservoir] = self.solver_time.map(|time| 100.0 * time.as_secs_f64() / elapsed);
+        // A factor of one, and quasi-Newton schemes, have nothing to tell here.
+        let relaxation = match report.relaxation {
+            1.0 => String::new(),
+            factor => format!("  ω {factor:.2}"),
+        };
+        let estimate = report
+            .relative_interpolation_error()
+            .map_or_else(String::new, |e| format!("  coupling error {e:.0e}"));
+        let unconverged = match self.unconverged {
+            0 => String::new(),
+            count => format!("  {count} NOT CONVERGED"),
+        };
         format!(
-            "{time:.2}/{:.2} s  {speed:.1}× real time  {:.1} iterations  residual {:.0e} Pa",
+            "{time:.2}/{:.2} s  {speed:.1}× real time  {:.1} iterations  residual {:.0e} Pa{relaxation}{estimate}  \
+             dam {dam:.0} %, reservoir {reservoir:.0} %{unconverged}",
             self.duration,
-            self.iterations as f64 / report.step.max(1) as f64,
+            self.iterations as f64 / self.windows.max(1) as f64,
             report.residuals.map_or(0.0, |r| r.pressure),
         )
     }
@@ -70,9 +93,8 @@ fn print(line: &str) {
 
 impl Observer for Progress {
     fn begin(&mut self, start: &Start<'_>) -> Result<(), ObserverError> {
-        self.steps = start.steps;
-        self.duration = start.steps as f64 * start.communication_step;
-        self.bar.set_length(start.steps);
+        self.duration = start.stepping.end();
+        self.bar.set_length(PARTS);
         if let Ok(style) = ProgressStyle::with_template(STYLE) {
             self.bar.set_style(style);
         }
@@ -80,22 +102,31 @@ impl Observer for Progress {
         Ok(())
     }
 
-    fn step(&mut self, report: &StepReport) -> Result<(), ObserverError> {
+    fn window(&mut self, report: &WindowReport) -> Result<(), ObserverError> {
         self.warn(report);
-        if report.step == 0 {
+        if report.step() == 0 {
             self.began = Instant::now();
             self.bar.reset_eta();
             return Ok(());
         }
         self.iterations += u64::from(report.iterations());
-        let tenths = 10 * report.step / self.steps.max(1);
+        for (sum, time) in self.solver_time.iter_mut().zip(report.solver_time) {
+            *sum += time;
+        }
+        if !report.is_accepted() {
+            return Ok(());
+        }
+        self.windows += 1;
+        self.unconverged += if report.converged { 0 } else { report.steps.len() as u64 };
+        let share = report.end() / self.duration.max(f64::MIN_POSITIVE);
+        let tenths = (10.0 * share + 1e-9) as u64;
         if self.plain && tenths > self.shown {
             self.shown = tenths;
             print(&format!("{:>3} %  {}", 10 * tenths, self.line(report)));
         }
-        if !self.bar.is_hidden() && report.step.is_multiple_of(16) {
+        if !self.bar.is_hidden() && self.windows.is_multiple_of(16) {
             self.bar.set_message(self.line(report));
-            self.bar.set_position(report.step);
+            self.bar.set_position((PARTS as f64 * share) as u64);
         }
         Ok(())
     }

@@ -31,10 +31,10 @@ pub fn dam(parameters: &DamParameters) -> Vec<File> {
     ]
 }
 
-/// The boundary elements; added mass has none.
+/// The boundary elements; Westergaard's added mass has none.
 pub fn reservoir(parameters: &ReservoirParameters) -> Vec<File> {
     let ReservoirParameters { wet_face, fidelity, element_size, far_end_distance, .. } = parameters;
-    if *fidelity != Fidelity::Compressible {
+    if *fidelity == Fidelity::Westergaard {
         return Vec::new();
     }
     let mesh = BoundaryMesh::new(wet_face, *element_size, *far_end_distance);

@@ -66,7 +66,7 @@ pub fn pack(side: Side, scene: &Scene, target: &Target<'_>) -> Result<Packed, Pa
 }
 
 fn dam(scene: &Scene, target: &Target<'_>) -> Result<Packed, PackingError> {
-    let parameters = registry::dam_parameters(scene.dam.as_ref().ok_or(PackingError::NoDam)?, scene);
+    let parameters = registry::dam_parameters(scene.dam.as_ref().ok_or(PackingError::NoDam)?, scene)?;
     // Some of its mistakes show when it is made; that takes no longer than a few of its steps.
     registry::made_dam(parameters.clone(), scene)?;
     let face = parameters.wet_face().map_err(RegistryError::from)?;
@@ -83,7 +83,7 @@ fn dam(scene: &Scene, target: &Target<'_>) -> Result<Packed, PackingError> {
 }
 
 fn reservoir(scene: &Scene, target: &Target<'_>) -> Result<Packed, PackingError> {
-    let parameters = registry::reservoir_parameters(scene, registry::wet_face(scene)?);
+    let parameters = registry::reservoir_parameters(scene, registry::reservoir_face(scene)?);
     parameters.validate().map_err(RegistryError::from)?;
     let page = [include_str!("reservoir.html"), include_str!("reservoir_example.html")];
     let mesh = mesh::reservoir(&parameters);

@@ -50,8 +50,8 @@ pub enum ReplayError {
 
 /// Puts the requests to the unit of `side` in `log` to `unit`, and compares every answer bit for bit.
 ///
-/// States are saved and restored as a run does: saved before the first request of a communication
-/// step, restored before every other. `progress` sees every occasion. Ends at the first difference.
+/// States are saved and restored as a run does: saved before the first request of a window of communication
+/// steps, restored before every other iteration and attempt of it. `progress` sees every occasion. Ends at the first difference.
 ///
 /// **Errors**: [`ReplayError::Log`]; [`ReplayError::Unit`], if `unit` fails where the recorded one did not.
 pub fn replay(
@@ -69,7 +69,7 @@ pub fn replay(
     ];
     let other = halves.into_iter().find(|(_, recorded, now)| recorded != now).map(|(half, ..)| half);
     let mut outputs = vec![0.0; description.outputs.size()];
-    let mut step = 0;
+    let mut place = Place { window: log.head().scene.coupling.window as u64, ..Place::default() };
     for entry in log.entries().map_err(|cause| ReplayError::Log { identical: 0, cause })? {
         let exchange = match entry.map_err(|cause| ReplayError::Log { identical: replay.identical, cause })? {
             Entry::Exchange(exchange) if exchange.side == side => exchange,
@@ -92,7 +92,7 @@ pub fn replay(
             replay.divergence = parted(Difference::Layout { half });
             break;
         }
-        let result = put(unit, &exchange, &mut step, &mut outputs);
+        let result = put(unit, &exchange, &mut place, &mut outputs);
         // An answer that is not finite is one all the same.
         let failure = result.err().filter(|e| !matches!(e, ParticipantError::NonFinite { .. }));
         let Some(recorded) = &exchange.outputs else {
@@ -114,22 +114,35 @@ pub fn replay(
     Ok(replay)
 }
 
-/// Puts one request as the run did; `step` is that whose start is the saved state.
+/// Where a replay stands.
+#[derive(Default)]
+struct Place {
+    /// Communication steps in a window.
+    window: u64,
+    /// First step of the window whose start is the saved state.
+    saved: u64,
+    /// Attempt and iteration that the unit is in.
+    inside: (u32, u32),
+}
+
+/// Puts one request as the run did.
 fn put(
     unit: &mut dyn Participant,
     exchange: &LoggedExchange,
-    step: &mut u64,
+    place: &mut Place,
     outputs: &mut [f64],
 ) -> Result<(), ParticipantError> {
     let LoggedExchange { occasion, inputs, .. } = exchange;
-    if occasion.step == 0 {
+    let Occasion { step, attempt, iteration, .. } = *occasion;
+    if step == 0 {
         return unit.initialise(occasion.time, inputs, outputs);
     }
-    if *step == occasion.step {
-        unit.restore_state()?;
-    } else {
+    let first = step - (step - 1) % place.window.max(1);
+    if place.saved != first {
         unit.save_state()?;
-        *step = occasion.step;
+    } else if place.inside != (attempt, iteration) {
+        unit.restore_state()?;
     }
+    (place.saved, place.inside) = (first, (attempt, iteration));
     unit.step(occasion, inputs, outputs)
 }

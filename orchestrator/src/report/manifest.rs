@@ -14,6 +14,9 @@ pub struct Manifest {
     pub build: Build,
     /// Points of the wet face from the heel up (x, y), m: the columns of the files about it.
     pub wet_face: Vec<[f64; 2]>,
+    /// Points of the reservoir's wet face, where they are others.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reservoir_wet_face: Option<Vec<[f64; 2]>>,
     /// The participants: name and solver.
     pub units: Vec<Unit>,
     /// The result; absent while the run goes on.

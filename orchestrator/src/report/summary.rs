@@ -78,7 +78,7 @@ impl Summary {
         table.largest(LOWEST_PRESSURE, "lowest_pressure", 1e-3, "kPa", |p| -p);
         table.pressure_coefficient(loaded);
         table.energy_balance();
-        table.iterations();
+        table.coupling(ending);
         let mut summary = Self {
             status: ending.status.to_string(),
             simulated_time: ending.time,
@@ -86,6 +86,15 @@ impl Summary {
             quantities: table.quantities,
         };
         summary.notes = summary.remarks(!cracks.is_empty());
+        if let count @ 1.. = ending.statistics.unconverged {
+            summary.notes.insert(
+                0,
+                format!(
+                    "WARNING: {count} communication steps did not converge and were gone on with: do not use these results \
+                     beyond the first of them; histories.csv and the log say which"
+                ),
+            );
+        }
         summary
     }
 
@@ -185,7 +194,7 @@ impl Table<'_> {
         }
     }
 
-    fn iterations(&mut self) {
+    fn coupling(&mut self, ending: &Ending) {
         let Some(iterations) = self.histories.column("iterations") else { return };
         // The first row is initialisation.
         let steps = iterations.get(1..).unwrap_or(&[]);
@@ -194,6 +203,44 @@ impl Table<'_> {
             let most = steps.iter().copied().fold(0.0, f64::max);
             self.add("dam steps per communication step, mean", mean, "1", None);
             self.add("dam steps per communication step, most", most, "1", None);
+        }
+        for (unit, [calls, repeated]) in ["dam", "reservoir"].into_iter().zip(ending.statistics.calls) {
+            self.add(&format!("steps of the {unit}, repeated ones included"), calls as f64, "1", None);
+            self.add(&format!("steps of the {unit} that were repeated"), repeated as f64, "1", None);
+        }
+        if ending.statistics.rejected > 0 {
+            self.add("windows begun anew", ending.statistics.rejected as f64, "1", None);
+        }
+        let estimated =
+            self.histories.column("interpolation_error").is_some_and(|c| c.iter().any(|e| *e > 0.0));
+        if estimated && ending.statistics.largest_pressure > 0.0 {
+            let share = 100.0 / ending.statistics.largest_pressure;
+            self.peak("coupling error, estimate beside the tolerance", "interpolation_error", share, "%");
+        }
+        if let Some(floor) = ending.statistics.rounding_floor {
+            self.add("rounding floor of the units, pressure", floor, "Pa", None);
+        }
+        if ending.statistics.mapping_error > 0.0 {
+            self.add(
+                "work error of the mapping between wet faces",
+                ending.statistics.mapping_error,
+                "1",
+                None,
+            );
+        }
+        let largest = |column: &str| {
+            self.histories.column(column).map(|c| c.iter().fold(0.0, |a: f64, b| a.max(b.abs())))
+        };
+        if let (Some(produced), Some(work)) =
+            (largest("interface_energy_produced"), largest("interface_work"))
+            && work > 0.0
+        {
+            self.add(
+                "energy produced by the coupling over interface work",
+                100.0 * produced / work,
+                "%",
+                None,
+            );
         }
     }
 }

@@ -175,6 +175,17 @@ pub enum Invalid {
         /// Elevation of the crest, m.
         crest: f64,
     },
+    /// Panels of the reservoir longer than the wet face.
+    #[error(
+        "`reservoir.interface_size` is {} m, more than the depth of {} m; take a sixteenth of that or less",
+        exact(*size), exact(*depth)
+    )]
+    PanelTooLong {
+        /// Largest length of a panel, m.
+        size: f64,
+        /// Depth of the water, m.
+        depth: f64,
+    },
     /// A crack that does not cut the section.
     #[error(
         "`{key}` is {} m; a crack must lie inside the section, above 0 and below {} m",
@@ -240,6 +251,55 @@ pub enum Invalid {
     /// Nothing that would have to be small.
     #[error("`coupling.measures` is empty; list one or more of pressure, residual and displacement")]
     NoMeasure,
+    /// Steps that vary, for water that cannot.
+    #[error(
+        "`{key}` lets the communication step vary, and compressible water takes steps of one length only; leave it out, or \
+         choose `reservoir.fidelity` without memory"
+    )]
+    FixedStep {
+        /// The key.
+        key: &'static str,
+    },
+    /// Several steps in a window, where they are taken one by one.
+    #[error("`coupling.window` is {window}, but {why}; make it 1, or leave it out")]
+    Window {
+        /// Steps in a window.
+        window: usize,
+        /// Why there can be no window.
+        why: &'static str,
+    },
+    /// The scheme with added mass where there is none.
+    #[error(
+        "`coupling.scheme` is \"added-mass\", but {why}; leave it out, and the scheme that fits is chosen"
+    )]
+    AddedMassScheme {
+        /// What is missing.
+        why: &'static str,
+    },
+    /// Steps that follow an error which the scheme does not have, or does not tell.
+    #[error(
+        "`time.adaptive` needs a scheme that exchanges pressures and takes them one after the other; leave it out, or \
+         choose `coupling.scheme` = \"serial-implicit\""
+    )]
+    AdaptiveScheme,
+    /// Steps to be halved when they do not converge, which they are not asked to.
+    #[error(
+        "`coupling.on_failure` is \"halve\", but only implicit schemes converge; leave it out, or choose one"
+    )]
+    NothingToHalve,
+    /// Bounds of the communication step that do not hold it.
+    #[error(
+        "`time.adaptive` has `shortest` = {} s and `longest` = {} s; `time.communication_step` = {} s must lie between \
+         them", exact(*shortest), exact(*longest), exact(*communication_step)
+    )]
+    AdaptiveBounds {
+        /// Shortest step, s.
+        shortest: f64,
+        /// Longest step, s.
+        longest: f64,
+        /// First step, s.
+        communication_step: f64,
+    },
     /// A title that cannot be shown.
     #[error("`title` has the unprintable character {character:?}; leave it out")]
     Title {
@@ -248,10 +308,12 @@ pub enum Invalid {
     },
     /// Communication points further apart than the samples of the ground motion.
     #[error(
-        "`time.communication_step` is {} s, longer than the ground motion's interval of {} s, whose peaks it would \
+        "`{key}` is {} s, longer than the ground motion's interval of {} s, whose peaks it would \
          miss; make it no longer, best a whole fraction of it", exact(*communication_step), plain(*interval)
     )]
     Undersampled {
+        /// The key.
+        key: &'static str,
         /// Communication step, s.
         communication_step: f64,
         /// Interval between two samples, or rise of a ramp, s.

@@ -43,8 +43,7 @@ impl GroundMotion {
     }
 
     /// Equally spaced samples (m/s²), `interval` (s) apart, zero afterwards.
-    #[cfg(test)]
-    pub(super) fn of_samples(source: &str, interval: f64, acceleration: Vec<f64>) -> Self {
+    pub fn of_samples(source: &str, interval: f64, acceleration: Vec<f64>) -> Self {
         Self { source: source.to_owned(), interval, acceleration, hold: false }
     }
 

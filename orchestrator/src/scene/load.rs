@@ -114,6 +114,7 @@ impl<'a> Draft<'a> {
 /// Fills in what follows from the rest, so that the scene stands for itself and can be run from anywhere.
 fn resolve(scene: &mut Scene, ground_motion: &GroundMotion, folder: &Path) {
     scene.time.duration = Some(validate::duration(scene, ground_motion));
+    scene.coupling.scheme = Some(scene.scheme());
     if let Some(dam) = &mut scene.dam {
         // The order in which the dam's results come.
         dam.cracks.sort_by(|a, b| a.elevation.total_cmp(&b.elevation));

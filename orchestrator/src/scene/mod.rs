@@ -26,6 +26,8 @@ pub use warning::{REST, SceneWarning, Warning};
 
 use crate::acceleration::AccelerationKind;
 use crate::convergence::Measure;
+use crate::scheme::SchemeKind;
+use crate::stepping::{Adaptive, Stepping};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -69,6 +71,21 @@ pub struct Time {
     /// Simulated time, s; by default the record and `quiet`. A scene that was read has it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub duration: Option<f64>,
+    /// Steps whose length follows an error estimate, from `communication_step` on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub adaptive: Option<AdaptiveScene>,
+}
+
+/// `[time.adaptive]`
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AdaptiveScene {
+    /// Largest estimate of the interpolation error, as a share of the largest pressure.
+    pub tolerance: f64,
+    /// Shortest communication step, s.
+    pub shortest: f64,
+    /// Longest communication step, s.
+    pub longest: f64,
 }
 
 /// `[ground_motion]`: one of its two tables.
@@ -119,8 +136,17 @@ pub struct RampScene {
 pub enum FidelityScene {
     /// Westergaard's added mass.
     Westergaard,
+    /// Incompressible water by boundary elements: added mass of the real section.
+    Incompressible,
     /// Compressible water by boundary elements.
     Compressible,
+}
+
+impl FidelityScene {
+    /// Whether the pressure depends on more than the acceleration of the moment.
+    pub fn has_memory(self) -> bool {
+        self == Self::Compressible
+    }
 }
 
 /// `[reservoir]`
@@ -141,7 +167,10 @@ pub struct ReservoirScene {
     /// Wave reflection coefficient α of the bed, 0 to 1.
     #[serde(default = "defaults::one")]
     pub wave_reflection_coefficient: f64,
-    /// Largest length of a boundary element, m; by default depth / 16, and not above the dam's.
+    /// Largest length of the reservoir's own panels on the wet face, m; by default its points are the dam's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interface_size: Option<f64>,
+    /// Largest length of a boundary element, m; by default depth / 16, and not above the panels'.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub element_size: Option<f64>,
     /// Distance of the far end from the face's most upstream point, m; by default depth / 2.
@@ -257,10 +286,29 @@ pub struct CrackScene {
     pub shear_stiffness: f64,
 }
 
+/// What is done when a communication step does not converge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum OnFailure {
+    /// The run stops.
+    Stop,
+    /// The run goes on from the last iteration, and says so; not from a divergence.
+    Continue,
+    /// The step is begun anew with half its length.
+    Halve,
+}
+
 /// `[coupling]`
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct CouplingScene {
+    /// Scheme; by default `added-mass` for a computed dam in water without memory, else `serial-implicit`. A scene that
+    /// was read has it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scheme: Option<SchemeKind>,
+    /// Communication steps that are iterated together.
+    #[schemars(range(min = 1, max = 10_000))]
+    pub window: usize,
     /// Tolerance ε.
     pub tolerance: f64,
     /// What it is a tolerance of.
@@ -268,6 +316,8 @@ pub struct CouplingScene {
     /// Most iterations a step.
     #[schemars(range(min = 2, max = 100_000))]
     pub iteration_limit: u32,
+    /// What is done when they run out, or are in vain.
+    pub on_failure: OnFailure,
     /// Acceleration of the iteration.
     pub acceleration: AccelerationKind,
     /// First (Aitken) or constant relaxation factor.
@@ -279,16 +329,19 @@ pub struct CouplingScene {
 
 impl Default for Time {
     fn default() -> Self {
-        Self { communication_step: 0.0025, quiet: 5.0, duration: None }
+        Self { communication_step: 0.0025, quiet: 5.0, duration: None, adaptive: None }
     }
 }
 
 impl Default for CouplingScene {
     fn default() -> Self {
         Self {
+            scheme: None,
+            window: 1,
             tolerance: 1e-6,
             measures: vec![Measure::Pressure],
             iteration_limit: 100,
+            on_failure: OnFailure::Stop,
             acceleration: AccelerationKind::InterfaceJacobian,
             relaxation: 0.9,
             predictor_order: 2,
@@ -334,9 +387,35 @@ impl Scene {
         validate::whole_steps(self.time.duration.unwrap_or(0.0) / self.time.communication_step) as u64
     }
 
+    /// The communication steps.
+    pub fn stepping(&self) -> Stepping {
+        let adaptive = self.time.adaptive.map(|AdaptiveScene { tolerance, shortest, longest }| Adaptive {
+            tolerance,
+            shortest,
+            longest,
+        });
+        Stepping {
+            communication_step: self.time.communication_step,
+            steps: self.steps(),
+            window: self.coupling.window,
+            halve: self.coupling.on_failure == OnFailure::Halve,
+            adaptive,
+        }
+    }
+
+    /// The coupling scheme.
+    pub fn scheme(&self) -> SchemeKind {
+        let remembers = self.reservoir.fidelity.has_memory();
+        self.coupling.scheme.unwrap_or(match &self.dam {
+            Some(_) if !remembers => SchemeKind::AddedMass,
+            _ => SchemeKind::SerialImplicit,
+        })
+    }
+
     /// Largest length of a boundary element of the reservoir, m.
     fn boundary_element_size(&self) -> f64 {
-        let panel = self.dam.as_ref().map_or(f64::INFINITY, |dam| dam.element_size);
+        let dam = self.dam.as_ref().map_or(f64::INFINITY, |dam| dam.element_size);
+        let panel = self.reservoir.interface_size.unwrap_or(dam);
         self.reservoir.element_size.unwrap_or(panel.min(self.reservoir.depth / 16.0))
     }
 

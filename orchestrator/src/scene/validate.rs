@@ -1,7 +1,11 @@
 //! What values a scene may have.
 
 use super::record::STRONGEST;
-use super::{DamScene, DampingScene, GroundMotion, Invalid, RecordError, RecordScene, Scene};
+use super::{
+    AdaptiveScene, DamScene, DampingScene, GroundMotion, Invalid, OnFailure, RecordError, RecordScene,
+    ReservoirScene, Scene,
+};
+use crate::scheme::SchemeKind;
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -22,6 +26,10 @@ pub fn judge(
         let (duration, communication_step) = (duration(scene, motion), scene.time.communication_step);
         let steps = duration / communication_step;
         findings.at_most("time.communication_step", "communication steps", steps, 1e6);
+        if let Some(adaptive) = scene.time.adaptive.filter(|_| findings.sound(&["time.adaptive"])) {
+            let most = duration / adaptive.shortest;
+            findings.at_most("time.adaptive.shortest", "communication steps", most, 1e6);
+        }
         if whole_steps(steps) < 1.0 {
             findings.add("time.duration", Invalid::NoStep { duration, communication_step });
         }
@@ -113,6 +121,7 @@ impl Findings {
         self.within("reservoir.sound_speed", water.sound_speed, 1.0, 1e5);
         self.within("reservoir.wave_reflection_coefficient", water.wave_reflection_coefficient, 0.0, 1.0);
         for (key, value) in [
+            ("reservoir.interface_size", water.interface_size),
             ("reservoir.element_size", water.element_size),
             ("reservoir.far_end_distance", water.far_end_distance),
         ] {
@@ -138,6 +147,7 @@ impl Findings {
             }
             self.rows(dam, water.depth);
         }
+        self.interface(&scene.reservoir);
         self.boundary(scene);
         if let Some(prescribed) = &scene.prescribed {
             self.within("prescribed.batter", prescribed.batter, 0.0, 1e3);
@@ -148,6 +158,86 @@ impl Findings {
             self.add("coupling.measures", Invalid::NoMeasure);
         }
         self.within("coupling.relaxation", coupling.relaxation, 1e-6, 1.5);
+        self.stepping(scene);
+    }
+
+    /// Whether the scheme, its window and steps that vary go together.
+    fn stepping(&mut self, scene: &Scene) {
+        if let Some(AdaptiveScene { tolerance, shortest, longest }) = scene.time.adaptive {
+            self.within("time.adaptive.tolerance", tolerance, 1e-12, 1.0);
+            self.positive("time.adaptive.shortest", shortest);
+            self.positive("time.adaptive.longest", longest);
+            let communication_step = scene.time.communication_step;
+            if self.sound(&["time.adaptive", "time.communication_step"])
+                && !(shortest..=longest).contains(&communication_step)
+            {
+                self.add("time.adaptive", Invalid::AdaptiveBounds { shortest, longest, communication_step });
+            }
+        }
+        if !self.sound(&[
+            "coupling.scheme",
+            "reservoir.fidelity",
+            "dam",
+            "time.adaptive",
+            "coupling.on_failure",
+        ]) {
+            return;
+        }
+        let (scheme, memory) = (scene.scheme(), scene.reservoir.fidelity.has_memory());
+        let halves = scene.coupling.on_failure == OnFailure::Halve;
+        if halves && !scheme.is_implicit() {
+            self.add("coupling.on_failure", Invalid::NothingToHalve);
+        }
+        for (key, varies) in
+            [("time.adaptive", scene.time.adaptive.is_some()), ("coupling.on_failure", halves)]
+        {
+            if varies && memory {
+                self.add(key, Invalid::FixedStep { key });
+            }
+        }
+        if scheme == SchemeKind::AddedMass {
+            let why = match scene.dam {
+                _ if memory => Some("compressible water has a memory that no mass has"),
+                None => Some("a dam that is prescribed has no mass matrix"),
+                Some(_) => None,
+            };
+            if let Some(why) = why {
+                self.add("coupling.scheme", Invalid::AddedMassScheme { why });
+            }
+        }
+        if scene.time.adaptive.is_some()
+            && !memory
+            && matches!(scheme, SchemeKind::AddedMass | SchemeKind::ParallelExplicit)
+        {
+            self.add("time.adaptive", Invalid::AdaptiveScheme);
+        }
+        let window = scene.coupling.window;
+        if window > 1 && self.sound(&["coupling.window"]) {
+            let why = if scene.time.adaptive.is_some() || halves {
+                Some("steps that vary are taken one by one")
+            } else if !scheme.is_implicit() {
+                Some("only implicit schemes iterate")
+            } else {
+                None
+            };
+            if let Some(why) = why {
+                self.add("coupling.window", Invalid::Window { window, why });
+            }
+        }
+    }
+
+    /// The reservoir's own panels on the wet face.
+    fn interface(&mut self, water: &ReservoirScene) {
+        let key = "reservoir.interface_size";
+        if let Some(size) = water.interface_size
+            && self.sound(&[key, "reservoir.depth"])
+        {
+            let depth = water.depth;
+            if size > depth {
+                self.add(key, Invalid::PanelTooLong { size, depth });
+            }
+            self.at_most(key, "panels of the reservoir on the wet face", depth / size, 1000.0);
+        }
     }
 
     /// How many boundary elements there are.
@@ -157,6 +247,7 @@ impl Findings {
             "reservoir.element_size",
             "reservoir.depth",
             "reservoir.far_end_distance",
+            "reservoir.interface_size",
             "dam.element_size",
         ]) {
             let (size, far_end) = (scene.boundary_element_size(), scene.far_end_distance());
@@ -164,7 +255,10 @@ impl Findings {
             let elements = 2.0 * (water.depth / size) + far_end / size;
             let key = match (water.far_end_distance, water.element_size) {
                 (Some(_), _) if far_end > 2.0 * water.depth => "reservoir.far_end_distance",
-                (_, None) if size < water.depth / 16.0 => "dam.element_size",
+                (_, None) if size < water.depth / 16.0 => match water.interface_size {
+                    Some(_) => "reservoir.interface_size",
+                    None => "dam.element_size",
+                },
                 _ => "reservoir.element_size",
             };
             self.at_most(key, "boundary elements of the reservoir", elements, 2000.0);
@@ -363,9 +457,13 @@ impl Findings {
 
     /// The units see the ground at communication points only: these must not be further apart than the samples.
     fn sampling(&mut self, scene: &Scene, interval: f64) {
-        let communication_step = scene.time.communication_step;
-        if self.sound(&["time.communication_step"]) && communication_step > (1.0 + 1e-9) * interval {
-            self.add("time.communication_step", Invalid::Undersampled { communication_step, interval });
+        let longest = scene.time.adaptive.map(|adaptive| ("time.adaptive.longest", adaptive.longest));
+        for (key, communication_step) in
+            std::iter::once(("time.communication_step", scene.time.communication_step)).chain(longest)
+        {
+            if self.sound(&[key]) && communication_step > (1.0 + 1e-9) * interval {
+                self.add(key, Invalid::Undersampled { key, communication_step, interval });
+            }
         }
     }
 }

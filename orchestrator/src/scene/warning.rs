@@ -54,11 +54,13 @@ pub enum Warning {
     },
     /// The communication step is too long for the record.
     #[error(
-        "`time.communication_step` is {step} s: {steps:.1} steps a period at {frequency:.1} Hz, below which {percent} % \
+        "`{key}` is {step} s: {steps:.1} steps a period at {frequency:.1} Hz, below which {percent} % \
          of the record's energy lies; {STEPS_A_PERIOD} are advised, so {least} s or less",
         steps = 1.0 / (step * frequency), percent = 100.0 * ENERGY, least = down(1.0 / (STEPS_A_PERIOD * frequency))
     )]
     CoarseStep {
+        /// The key.
+        key: &'static str,
         /// Communication step, s.
         step: f64,
         /// Highest frequency of the record, Hz.
@@ -213,8 +215,12 @@ fn resolution(scene: &Scene, motion: &GroundMotion) -> Vec<(&'static str, Warnin
     let mut doubts = Vec::new();
     let frequency = motion.frequency_below_which(ENERGY);
     let (step, interval) = (scene.time.communication_step, motion.interval());
-    if step * frequency * STEPS_A_PERIOD > 1.0 {
-        doubts.push(("time.communication_step", Warning::CoarseStep { step, frequency }));
+    let (key, longest) = match scene.time.adaptive {
+        Some(adaptive) => ("time.adaptive.longest", adaptive.longest),
+        None => ("time.communication_step", step),
+    };
+    if longest * frequency * STEPS_A_PERIOD > 1.0 {
+        doubts.push((key, Warning::CoarseStep { key, step: longest, frequency }));
     }
     let fraction = interval / step;
     if (fraction - fraction.round()).abs() > UNEVEN * fraction {

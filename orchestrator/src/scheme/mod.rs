@@ -1,14 +1,63 @@
-//! Coupling schemes: how the units take a communication step together.
+//! Coupling schemes: how the units take communication steps together.
+//!
+//! With the dam p ↦ a = D(p) and the reservoir a ↦ p = R(a) over a window of one or several communication steps:
+//!
+//! | kind | in an iteration | repeats until |
+//! |---|---|---|
+//! | serial explicit | the dam with the predicted p, the reservoir with its a | never |
+//! | parallel explicit | both at once, with predicted p and a | never |
+//! | serial implicit (Gauss–Seidel) | the dam with the guessed p, the reservoir with its a | p = R(D(p)) |
+//! | parallel implicit (Jacobi) | both at once, with guessed p and a | p = R(a) and a = D(p) |
+//! | added mass | the dam, which has the water's mass, then the reservoir, to know p | never |
 
+mod channels;
+mod coupled;
+mod error;
+mod evaluation;
+mod frozen;
+mod interface_work;
 mod predictor;
-mod serial_implicit;
 
+pub use channels::interface_points;
+pub use coupled::{Scheme, Settings};
+pub use error::{CouplingError, StepFailure};
+pub use interface_work::{InterfaceReport, InterfaceWork};
 pub use predictor::Predictor;
-pub use serial_implicit::SerialImplicit;
 
-use crate::convergence::{Hopeless, Residuals};
-use crate::participant::{Message, Occasion, Participant, ParticipantError};
+use crate::convergence::Residuals;
+use crate::participant::{Message, Occasion, Participant};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::time::Duration;
+
+/// Which scheme a scene picks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum SchemeKind {
+    /// The dam with the predicted pressure, then the reservoir; nothing is repeated.
+    SerialExplicit,
+    /// Both at once with predicted pressure and acceleration; nothing is repeated.
+    ParallelExplicit,
+    /// Gauss–Seidel: the dam, then the reservoir, repeated until they agree.
+    #[default]
+    SerialImplicit,
+    /// Jacobi: both at once, repeated until they agree.
+    ParallelImplicit,
+    /// The water's mass is in the dam's mass matrix; the reservoir tells the pressure.
+    AddedMass,
+}
+
+impl SchemeKind {
+    /// Whether steps are repeated until the units agree.
+    pub fn is_implicit(self) -> bool {
+        matches!(self, Self::SerialImplicit | Self::ParallelImplicit)
+    }
+
+    /// Whether both units step at the same time.
+    pub fn is_parallel(self) -> bool {
+        matches!(self, Self::ParallelExplicit | Self::ParallelImplicit)
+    }
+}
 
 /// Which of the two units.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,13 +76,33 @@ pub struct Units {
     pub reservoir: Box<dyn Participant>,
 }
 
+/// One communication step: from `time` on, for `communication_step`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interval {
+    /// Number of the step, from 1; 0 is initialisation.
+    pub step: u64,
+    /// Start of the step, s.
+    pub time: f64,
+    /// Length of the step, s; 0 at initialisation.
+    pub communication_step: f64,
+    /// Ground acceleration (x, y) at the step's end, m/s².
+    pub ground_acceleration: [f64; 2],
+}
+
+impl Interval {
+    /// End of the step, s.
+    pub fn end(&self) -> f64 {
+        self.time + self.communication_step
+    }
+}
+
 /// One request and its answer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Exchange {
     /// Unit that was asked.
     pub side: Side,
-    /// Iteration of the communication step, from 1; 0 is initialisation.
-    pub iteration: u32,
+    /// Which of its steps.
+    pub occasion: Occasion,
     /// The values that the run went on with.
     pub accepted: bool,
     /// The request, in the order of the unit's input layout.
@@ -46,133 +115,82 @@ pub struct Exchange {
     pub answered: Duration,
 }
 
-/// What happened in a communication step.
-#[derive(Clone, Debug, PartialEq)]
-pub struct StepReport {
-    /// Number of the step, from 1; 0 is initialisation.
-    pub step: u64,
-    /// How often the step was begun anew with another length, from 1.
+/// What happened in a window of communication steps, mostly of one.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct WindowReport {
+    /// The steps; step 0 is initialisation.
+    pub steps: Vec<Interval>,
+    /// How often the window was begun anew with other steps, from 1.
     pub attempt: u32,
-    /// Start of the step, s.
-    pub time: f64,
-    /// Length of the step, s; 0 at initialisation.
-    pub communication_step: f64,
-    /// Ground acceleration (x, y) at the step's end, m/s².
-    pub ground_acceleration: [f64; 2],
     /// Every exchange, in order.
     pub exchanges: Vec<Exchange>,
-    /// Residuals of the last iteration; `None` at initialisation.
+    /// Whether the units agree as closely as was asked, or nothing was asked; a window can be accepted without.
+    pub converged: bool,
+    /// Residuals of the last iteration; `None` where nothing was compared.
     pub residuals: Option<Residuals>,
     /// Relaxation factor used last.
     pub relaxation: f64,
+    /// Differences of past iterations used last by a quasi-Newton scheme.
+    pub secants: usize,
+    /// What linear interpolation of the pressure within the step misses at most, Pa (2-norm): an estimate of the
+    /// coupling error that no tolerance removes. `None` in the first steps and for windows of several.
+    pub interpolation_error: Option<f64>,
+    /// Largest pressure of the run before this window, and of its last step where it is one alone, Pa (2-norm).
+    pub largest_pressure: f64,
+    /// The interface at the end of each step, once accepted.
+    pub interface: Vec<InterfaceReport>,
+    /// Change of the residual when pressures change by rounding, Pa; `None` as long as it was not measured.
+    pub rounding_floor: Option<f64>,
     /// Time that the dam and the reservoir themselves took, states saved and restored included.
     pub solver_time: [Duration; 2],
+    /// With a unit at work: the sum of the two, or the longer where both work at once.
+    pub unit_time: Duration,
     /// What the units said.
     pub messages: Vec<Message>,
 }
 
-impl StepReport {
-    /// Number of iterations: dam steps, the confirming one included.
+impl WindowReport {
+    /// Number of the first step; 0 is initialisation.
+    pub fn step(&self) -> u64 {
+        self.steps.first().map_or(0, |interval| interval.step)
+    }
+
+    /// Start of the window, s.
+    pub fn time(&self) -> f64 {
+        self.steps.first().map_or(0.0, |interval| interval.time)
+    }
+
+    /// End of the window, s.
+    pub fn end(&self) -> f64 {
+        self.steps.last().map_or(0.0, Interval::end)
+    }
+
+    /// Number of iterations: dam steps a communication step, the confirming one included.
     pub fn iterations(&self) -> u32 {
-        self.exchanges.last().map_or(0, |e| e.iteration)
+        self.exchanges.last().map_or(0, |e| e.occasion.iteration)
     }
 
-    /// The iteration `iteration` of this step.
-    pub fn occasion(&self, iteration: u32) -> Occasion {
-        let Self { step, attempt, time, communication_step, .. } = *self;
-        Occasion { step, iteration, attempt, time, communication_step }
+    /// The interpolation error over the largest pressure of the run so far.
+    pub fn relative_interpolation_error(&self) -> Option<f64> {
+        self.interpolation_error
+            .filter(|_| self.largest_pressure > 0.0)
+            .map(|error| error / self.largest_pressure)
     }
 
-    /// The accepted exchange with `side`.
-    pub fn accepted(&self, side: Side) -> Option<&Exchange> {
-        self.exchanges.iter().find(|e| e.side == side && e.accepted)
+    /// Whether the run went on with it.
+    pub fn is_accepted(&self) -> bool {
+        self.exchanges.iter().any(|e| e.accepted)
     }
-}
 
-/// Why a communication step failed.
-#[derive(Debug, thiserror::Error)]
-pub enum CouplingError {
-    /// A unit failed.
-    #[error(transparent)]
-    Participant(#[from] ParticipantError),
-    /// Iterations ran out.
-    #[error(
-        "step {step} at t = {time} s did not converge in {iterations} iterations: pressure residual {pressure:e} Pa \
-         ({pressure_ratio:.3e} of what is allowed), displacement {displacement:.3e}, tolerance {tolerance:e}; \
-         raise [coupling] iteration_limit, choose another acceleration, or shorten communication_step for compressible \
-         water (lengthen it for added mass)"
-    )]
-    NotConverged {
-        /// Number of the step.
-        step: u64,
-        /// Start of the step, s.
-        time: f64,
-        /// Iterations taken.
-        iterations: u32,
-        /// Pressure residual, Pa.
-        pressure: f64,
-        /// Pressure residual over what is allowed.
-        pressure_ratio: f64,
-        /// Displacement residual.
-        displacement: f64,
-        /// Tolerance ε.
-        tolerance: f64,
-    },
-    /// Going on would be in vain.
-    #[error(
-        "step {step} at t = {time} s {why}, in iteration {iteration}; choose another [coupling] acceleration, or change \
-         communication_step"
-    )]
-    Hopeless {
-        /// Number of the step.
-        step: u64,
-        /// Start of the step, s.
-        time: f64,
-        /// Iterations taken.
-        iteration: u32,
-        /// What was recognised.
-        why: Hopeless,
-    },
-    /// The guesses became such that a unit could not answer with numbers.
-    #[error(
-        "step {step} at t = {time} s diverges: in iteration {iteration} {cause}; choose another [coupling] acceleration, \
-         or change communication_step"
-    )]
-    BlewUp {
-        /// Number of the step.
-        step: u64,
-        /// Start of the step, s.
-        time: f64,
-        /// Iterations taken, from 2: in the first, what is not finite is the unit's own.
-        iteration: u32,
-        /// What was not finite.
-        cause: ParticipantError,
-    },
-    /// The wet faces of the two units differ.
-    #[error(
-        "interface point {index} lies at ({dam_x}, {dam_y}) in the dam and at ({reservoir_x}, {reservoir_y}) in the \
-         reservoir; both need the same points"
-    )]
-    Interface {
-        /// Index of the point, from 0.
-        index: usize,
-        /// x in the dam, m.
-        dam_x: f64,
-        /// y in the dam, m.
-        dam_y: f64,
-        /// x in the reservoir, m.
-        reservoir_x: f64,
-        /// y in the reservoir, m.
-        reservoir_y: f64,
-    },
-}
+    /// The accepted exchange with `side` in step number `step`.
+    pub fn accepted(&self, side: Side, step: u64) -> Option<&Exchange> {
+        self.exchanges.iter().rev().find(|e| e.side == side && e.accepted && e.occasion.step == step)
+    }
 
-/// A step that failed, with what had happened in it so far.
-#[derive(Debug, thiserror::Error)]
-#[error("{error}")]
-pub struct StepFailure {
-    /// Exchanges up to the failure.
-    pub report: Box<StepReport>,
-    /// Why it failed.
-    pub error: CouplingError,
+    /// Calls of `side` to step, and how many of them repeated a step.
+    pub fn calls(&self, side: Side) -> [u64; 2] {
+        let calls = self.exchanges.iter().filter(|e| e.side == side && e.occasion.step > 0);
+        let repeated = |e: &&Exchange| e.occasion.iteration > 1 || e.occasion.attempt > 1;
+        [calls.clone().count() as u64, calls.filter(repeated).count() as u64]
+    }
 }

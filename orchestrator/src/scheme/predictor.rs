@@ -1,14 +1,14 @@
-use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
-/// Extrapolates the accepted values to the end of the next step, for its first guess.
+/// Extrapolates the accepted values to the end of the next steps, for their first guess.
 ///
-/// Order 0: p₀; order 1: 2p₀ − p₁; order 2: 3p₀ − 3p₁ + p₂, with p₀ the newest; steps of
-/// equal length. Begins with the order that the history allows.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// The polynomial through the newest `order + 1` accepted values, of as high an order as the history allows; steps may
+/// differ in length. With equal ones: order 0: p₀; order 1: 2p₀ − p₁; order 2: 3p₀ − 3p₁ + p₂, with p₀ the newest.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Predictor {
     order: usize,
-    history: VecDeque<Vec<f64>>,
+    /// Newest first: length of the step that ends with them (s), and the values.
+    history: VecDeque<(f64, Vec<f64>)>,
 }
 
 impl Predictor {
@@ -20,26 +20,45 @@ impl Predictor {
         Self { order: order.min(Self::HIGHEST_ORDER), history: VecDeque::new() }
     }
 
-    /// Takes accepted values.
-    pub fn accept(&mut self, values: &[f64]) {
-        self.history.truncate(self.order);
-        self.history.push_front(values.to_vec());
+    /// Takes the accepted values at the end of a step of `length` (s).
+    pub fn accept(&mut self, length: f64, values: &[f64]) {
+        // Curvature needs three, whatever the order.
+        self.history.truncate(Self::HIGHEST_ORDER);
+        self.history.push_front((length, values.to_vec()));
     }
 
-    /// Writes the extrapolated values; zero without a history.
-    pub fn predict(&self, values: &mut [f64]) {
-        let weights: &[f64] = match self.history.len() {
-            0 => &[],
-            1 => &[1.0],
-            2 => &[2.0, -1.0],
-            _ => &[3.0, -3.0, 1.0],
-        };
+    /// Writes the values extrapolated by `ahead` (s, positive); zero without a history.
+    pub fn predict(&self, ahead: f64, values: &mut [f64]) {
         values.fill(0.0);
-        for (weight, past) in weights.iter().zip(&self.history) {
+        let used = self.history.len().min(self.order + 1);
+        let mut back = 0.0;
+        // How far back the values lie from the point that is asked for, in units of `ahead`: 1, 2, 3 for equal steps.
+        let distances: Vec<f64> = std::iter::once(1.0)
+            .chain(self.history.iter().map(|(length, _)| {
+                back += length / ahead;
+                1.0 + back
+            }))
+            .take(used)
+            .collect();
+        for (i, (_, past)) in self.history.iter().take(used).enumerate() {
+            let others = distances.iter().enumerate().filter(|(j, _)| *j != i);
+            let weight: f64 = others.map(|(_, d)| d / (d - distances[i])).product();
             for (value, p) in values.iter_mut().zip(past) {
                 *value += weight * p;
             }
         }
+    }
+
+    /// What linear interpolation over a step of `length` (s) to `values` misses at most, to leading order:
+    /// `H²/8 |p″|`, 2-norm, with p″ from the last three values; `None` with fewer. `values` may be the first of those
+    /// that were accepted.
+    pub fn interpolation_error(&self, length: f64, values: &[f64]) -> Option<f64> {
+        let ((before, p), (_, q)) = self.history.front().zip(self.history.get(1))?;
+        let curvature = |((new, old), older): ((&f64, &f64), &f64)| {
+            2.0 * ((new - old) / length - (old - older) / before) / (length + before)
+        };
+        let curvatures = values.iter().zip(p).zip(q).map(curvature);
+        Some(length * length / 8.0 * crate::convergence::norm(curvatures))
     }
 }
 
@@ -48,21 +67,40 @@ mod tests {
     use super::Predictor;
 
     #[test]
-    fn polynomials_up_to_the_order_are_met_exactly() {
-        for order in 0..=2 {
+    fn polynomials_up_to_the_order_are_met_exactly_by_steps_of_any_length() {
+        for (order, lengths) in
+            [[1.0; 6], [1.0, 0.5, 2.0, 0.25, 1.0, 4.0]].iter().flat_map(|l| (0..=2).map(move |o| (o, l)))
+        {
             let polynomial =
                 |t: f64| 3.0 + if order > 0 { 2.0 * t } else { 0.0 } + if order > 1 { t * t } else { 0.0 };
             let mut predictor = Predictor::new(order);
             let mut guess = [1.0];
-            predictor.predict(&mut guess);
+            predictor.predict(1.0, &mut guess);
             assert_eq!(guess, [0.0]);
-            for step in 0..6 {
-                if step > order {
-                    predictor.predict(&mut guess);
-                    assert_eq!(guess[0], polynomial(step as f64), "order {order}, step {step}");
+            let mut time = 0.0;
+            predictor.accept(0.0, &[polynomial(time)]);
+            for (step, length) in lengths.iter().enumerate() {
+                if step >= order {
+                    for ahead in [*length, 3.0 * length] {
+                        predictor.predict(ahead, &mut guess);
+                        let exact = polynomial(time + ahead);
+                        assert!((guess[0] - exact).abs() < 1e-12 * exact, "order {order}, step {step}");
+                    }
                 }
-                predictor.accept(&[polynomial(step as f64)]);
+                time += length;
+                predictor.accept(*length, &[polynomial(time)]);
             }
         }
+    }
+
+    #[test]
+    fn the_interpolation_error_of_a_parabola_is_exact() {
+        let mut predictor = Predictor::new(0);
+        assert_eq!(predictor.interpolation_error(1.0, &[0.0]), None);
+        // p = t² at 0, 0.5 and 2.5: between the last two the chord misses (2/2)² = 1 at most.
+        predictor.accept(0.0, &[0.0]);
+        predictor.accept(0.5, &[0.25]);
+        let missed = predictor.interpolation_error(2.0, &[6.25]);
+        assert!(missed.is_some_and(|e| (e - 1.0).abs() < 1e-14), "{missed:?}");
     }
 }

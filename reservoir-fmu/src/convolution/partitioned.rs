@@ -27,8 +27,8 @@ pub(crate) struct Convolution {
 /// The velocities that a convolution has seen: an append-only list shared by reference.
 ///
 /// A clone costs at most one block. What the history contributes to the next step is
-/// evaluated once and shared by all clones.
-#[derive(Clone)]
+/// evaluated once and shared by all clones. The default belongs to no convolution.
+#[derive(Clone, Default)]
 pub(crate) struct History {
     frozen: Option<Arc<FrozenBlock>>,
     /// Contribution of the frozen blocks to the open one, `BLOCK` × size.

@@ -22,7 +22,8 @@ pub struct Source {
 /// A solution of `∇²G − k²G = −δ`, written as free-space sources.
 ///
 /// `G(x, y) = Σ_i a_i K₀(k|y − x_i|)/2π` with the sources `(x_i, a_i)` of `x`. A kernel that
-/// satisfies a boundary condition by images spares the mesh of that boundary. The sources
+/// satisfies a boundary condition by images spares the mesh of that boundary. At k = 0 and with strengths
+/// that sum to zero it is the solution `G = −Σ_i a_i ln|y − x_i|/2π` of Laplace's equation. The sources
 /// do not depend on `k`, so [`sources`](Self::sources) is called once for every collocation
 /// point when a system is made, never for a frequency.
 pub trait HelmholtzKernel: Sync {

@@ -25,6 +25,12 @@ impl Distance {
     pub fn new(r: f64) -> Self {
         Self { r, ln: r.ln(), inverse_root: 1.0 / r.sqrt() }
     }
+
+    /// `[−ln r, 1/r]`: what `[K₀(kr), k K₁(kr)]` tends to as k → 0, but for a constant that cancels
+    /// between sources whose strengths sum to zero.
+    pub fn static_limit(&self) -> [f64; 2] {
+        [-self.ln, 1.0 / self.r]
+    }
 }
 
 /// `K₀(kr)` and `k K₁(kr)` along the ray of one complex wavenumber `k`.

@@ -1,0 +1,272 @@
+//! The forces of all cells, for as many of them at a time as the processor can.
+
+use pulp::{Simd, WithSimd};
+
+use super::ViscousStress;
+use super::batch::{Batch, Nodal};
+use super::cst::CrossedCells;
+use super::lanes::{Lanes, Register};
+use crate::damping::StiffnessDamping;
+
+/// A vector, and a tensor `[[11, 12], [21, 22]]`, in each triangle k of some cells.
+type Vector<S> = [Register<S>; 2];
+type Tensor<S> = [[Register<S>; 2]; 2];
+/// A symmetric tensor: 11, 22, 12 components.
+type Symmetric<S> = [Register<S>; 3];
+
+/// Forces of stress and damping; the result is the power of damping, W/m.
+pub(super) struct Evaluation<'a, const COROTATIONAL: bool, const DAMPED: bool> {
+    pub cells: &'a CrossedCells,
+    pub displacement: &'a [[f64; 2]],
+    pub velocity: &'a [[f64; 2]],
+    pub damping: StiffnessDamping,
+    pub viscous: &'a mut [ViscousStress],
+    pub forces: &'a mut [[f64; 2]],
+}
+
+impl<const COROTATIONAL: bool, const DAMPED: bool> Evaluation<'_, COROTATIONAL, DAMPED> {
+    /// Displacements and velocities of a batch.
+    #[inline(always)]
+    fn gather(&self, batch: usize, [u, v]: &mut [Nodal; 2]) {
+        if let Some(batch) = self.cells.batches.get(batch) {
+            batch.gather(self.displacement, u);
+            if DAMPED {
+                batch.gather(self.velocity, v);
+            }
+        }
+    }
+}
+
+impl<const COROTATIONAL: bool, const DAMPED: bool> WithSimd for Evaluation<'_, COROTATIONAL, DAMPED> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        let elastic = Elastic::new(simd, self.cells);
+        let StiffnessDamping { coefficient, memory } = self.damping;
+        let fresh = Register::splat(simd, (1.0 - memory) * coefficient);
+        let memory = Register::splat(simd, memory);
+        let mut power = Lanes::default();
+        let batches = &self.cells.batches;
+        let mut fields = [[Nodal::default(); 2]; 2];
+        self.gather(0, &mut fields[0]);
+        let zero = Register::splat(simd, 0.0);
+        let mut stretched = [[Lanes::default(); 5]; 4];
+        let mut forces = Nodal::default();
+        for (index, batch) in batches.iter().enumerate() {
+            self.gather(index + 1, &mut fields[(index + 1) % 2]);
+            let [u, v] = &fields[index % 2];
+            // all roots and quotients before the rest, so that they overlap
+            for register in 0..Lanes::registers::<S>() {
+                let u = from_centre(simd, u, register);
+                for (k, stretched) in stretched.iter_mut().enumerate() {
+                    let shape = Shape::load(simd, batch, k, register);
+                    let Stretched { cos, sin, strain } =
+                        polar::<S, COROTATIONAL>(shape.gradient(u[k], u[(k + 1) % 4]));
+                    for (to, from) in stretched.iter_mut().zip([cos, sin, strain[0], strain[1], strain[2]]) {
+                        to.store(register, from);
+                    }
+                }
+            }
+            for register in 0..Lanes::registers::<S>() {
+                let v = from_centre(simd, v, register);
+                let mut sum = [[zero; 2]; 4];
+                let mut lost = power.load(simd, register);
+                for (k, [cos, sin, e11, e22, e12]) in stretched.iter().enumerate() {
+                    let (cos, sin) = (cos.load(simd, register), sin.load(simd, register));
+                    let strain =
+                        [e11.load(simd, register), e22.load(simd, register), e12.load(simd, register)];
+                    let next = (k + 1) % 4;
+                    let shape = Shape::load(simd, batch, k, register);
+                    let mut stress = elastic.stress(&strain);
+                    if DAMPED {
+                        let rate = rotated_rate::<S, COROTATIONAL>(cos, sin, shape.gradient(v[k], v[next]));
+                        let viscous = &mut self.viscous[index][k];
+                        let target = elastic.stress(&rate);
+                        let mut both = target;
+                        for i in 0..3 {
+                            let before = viscous[i].load(simd, register);
+                            let now = memory * before + fresh * target[i];
+                            viscous[i].store(register, now);
+                            stress[i] += now;
+                            both[i] = before + now;
+                        }
+                        lost += shape.area * contract(&rate, &both);
+                    }
+                    let [s11, s22, s12] =
+                        [stress[0] * shape.area, stress[1] * shape.area, stress[2] * shape.area];
+                    let piola = if COROTATIONAL {
+                        [
+                            [cos * s11 - sin * s12, cos * s12 - sin * s22],
+                            [sin * s11 + cos * s12, sin * s12 + cos * s22],
+                        ]
+                    } else {
+                        [[s11, s12], [s12, s22]]
+                    };
+                    for (corner, gradient) in [(k, shape.gradients[0]), (next, shape.gradients[1])] {
+                        for d in 0..2 {
+                            sum[corner][d] += piola[d][0] * gradient[0] + piola[d][1] * gradient[1];
+                        }
+                    }
+                }
+                power.store(register, lost);
+                for d in 0..2 {
+                    for k in 0..4 {
+                        forces[k][d].store(register, zero - sum[k][d]);
+                    }
+                    forces[4][d].store(register, (sum[0][d] + sum[2][d]) + (sum[1][d] + sum[3][d]));
+                }
+            }
+            batch.scatter(&forces, self.forces);
+        }
+        0.5 * power.sum()
+    }
+}
+
+/// Strain energy, J/m.
+pub(super) struct Energy<'a, const COROTATIONAL: bool> {
+    pub cells: &'a CrossedCells,
+    pub displacement: &'a [[f64; 2]],
+}
+
+impl<const COROTATIONAL: bool> WithSimd for Energy<'_, COROTATIONAL> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        let elastic = Elastic::new(simd, self.cells);
+        let mut twice = Lanes::default();
+        for batch in &self.cells.batches {
+            let mut u = Nodal::default();
+            batch.gather(self.displacement, &mut u);
+            for register in 0..Lanes::registers::<S>() {
+                let u = from_centre(simd, &u, register);
+                for k in 0..4 {
+                    let shape = Shape::load(simd, batch, k, register);
+                    let strain = polar::<S, COROTATIONAL>(shape.gradient(u[k], u[(k + 1) % 4])).strain;
+                    let energy = shape.area * contract(&strain, &elastic.stress(&strain));
+                    let so_far = twice.load(simd, register);
+                    twice.store(register, so_far + energy);
+                }
+            }
+        }
+        0.5 * twice.sum()
+    }
+}
+
+/// A field at the corners, from its value at the centre.
+#[inline(always)]
+fn from_centre<S: Simd>(simd: S, field: &Nodal, register: usize) -> [Vector<S>; 4] {
+    let mut relative = [[Register::splat(simd, 0.0); 2]; 4];
+    for d in 0..2 {
+        let centre = field[4][d].load(simd, register);
+        for k in 0..4 {
+            relative[k][d] = field[k][d].load(simd, register) - centre;
+        }
+    }
+    relative
+}
+
+/// Triangle k of some cells.
+struct Shape<S: Simd> {
+    gradients: [Vector<S>; 2],
+    area: Register<S>,
+}
+
+impl<S: Simd> Shape<S> {
+    #[inline(always)]
+    fn load(simd: S, batch: &Batch, k: usize, register: usize) -> Self {
+        let [[ax, ay], [bx, by]] = &batch.gradients[k];
+        Self {
+            gradients: [
+                [ax.load(simd, register), ay.load(simd, register)],
+                [bx.load(simd, register), by.load(simd, register)],
+            ],
+            area: batch.areas[k].load(simd, register),
+        }
+    }
+
+    /// `[[∂₁f₁, ∂₂f₁], [∂₁f₂, ∂₂f₂]]` of a field with the values `a` and `b` at the two corners, 0 at the centre.
+    #[inline(always)]
+    fn gradient(&self, a: Vector<S>, b: Vector<S>) -> Tensor<S> {
+        let [g, h] = self.gradients;
+        [
+            [a[0] * g[0] + b[0] * h[0], a[0] * g[1] + b[0] * h[1]],
+            [a[1] * g[0] + b[1] * h[0], a[1] * g[1] + b[1] * h[1]],
+        ]
+    }
+}
+
+/// Lamé's λ and 2G, Pa.
+struct Elastic<S: Simd> {
+    lambda: Register<S>,
+    twice_shear: Register<S>,
+}
+
+impl<S: Simd> Elastic<S> {
+    #[inline(always)]
+    fn new(simd: S, cells: &CrossedCells) -> Self {
+        Self {
+            lambda: Register::splat(simd, cells.lambda),
+            twice_shear: Register::splat(simd, cells.twice_shear),
+        }
+    }
+
+    /// `D : ε`.
+    #[inline(always)]
+    fn stress(&self, &[e11, e22, e12]: &Symmetric<S>) -> Symmetric<S> {
+        let volumetric = self.lambda * (e11 + e22);
+        [volumetric + self.twice_shear * e11, volumetric + self.twice_shear * e22, self.twice_shear * e12]
+    }
+}
+
+/// Rotation and strain.
+#[derive(Clone, Copy)]
+struct Stretched<S: Simd> {
+    cos: Register<S>,
+    sin: Register<S>,
+    strain: Symmetric<S>,
+}
+
+/// Rotation R and strain from the displacement gradient; `versine` is 1 − cos θ.
+#[inline(always)]
+fn polar<S: Simd, const COROTATIONAL: bool>([[h11, h12], [h21, h22]]: Tensor<S>) -> Stretched<S> {
+    let one = h11.splat_like(1.0);
+    if !COROTATIONAL {
+        let strain = [h11, h22, (h12 + h21) * h11.splat_like(0.5)];
+        return Stretched { cos: one, sin: h11.splat_like(0.0), strain };
+    }
+    let (a, b) = (one + h11 + (one + h22), h21 - h12);
+    let stretch = (a * a + b * b).sqrt();
+    let sum = stretch + a;
+    let inverse = one / (stretch * sum);
+    let versine = b * b * inverse;
+    let (cos, sin) = (one - versine, b * sum * inverse);
+    let e11 = cos * h11 + sin * h21 - versine;
+    let e22 = cos * h22 - sin * h12 - versine;
+    let e12 = cos * h12 + sin * h22 + sin;
+    Stretched { cos, sin, strain: [e11, e22, e12] }
+}
+
+/// `sym(Rᵀ Ḟ)`.
+#[inline(always)]
+fn rotated_rate<S: Simd, const COROTATIONAL: bool>(
+    cos: Register<S>,
+    sin: Register<S>,
+    [[f11, f12], [f21, f22]]: Tensor<S>,
+) -> Symmetric<S> {
+    let half = f11.splat_like(0.5);
+    if COROTATIONAL {
+        let e12 = half * (cos * (f12 + f21) + sin * (f22 - f11));
+        [cos * f11 + sin * f21, cos * f22 - sin * f12, e12]
+    } else {
+        [f11, f22, half * (f12 + f21)]
+    }
+}
+
+/// `a : b`.
+#[inline(always)]
+fn contract<S: Simd>(a: &Symmetric<S>, b: &Symmetric<S>) -> Register<S> {
+    let shear = a[2] * b[2];
+    a[0] * b[0] + a[1] * b[1] + (shear + shear)
+}

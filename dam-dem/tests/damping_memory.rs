@@ -1,0 +1,186 @@
+//! Stiffness damping with a memory: its limit of stability, its energy, and how it tends to that without.
+
+mod support;
+
+use dam_dem::contact::Coulomb;
+use dam_dem::energy::Work;
+use dam_dem::integrator::CentralDifference;
+use dam_dem::loads::LoadPath;
+use dam_dem::{
+    CriticalTimeStep, Dam, DamError, DamParameters, Kinematics, Mesh, Motion, RayleighCoefficients, Section,
+    Structure,
+};
+use interface::variables::dam as variable;
+use nalgebra::DMatrix;
+
+/// A column of `cells` cells on the ground.
+fn column(cells: usize, damping: RayleighCoefficients, memory: f64) -> Structure {
+    let rows: Vec<f64> = (0..=cells).map(|i| i as f64).collect();
+    let mesh = Mesh::mapped(&Section::rectangle(1.3, cells as f64), &[rows], 1);
+    let base = mesh.blocks[0].bottom.clone();
+    let mut structure = Structure::<Coulomb>::new(mesh, &support::stiff(31e9), Kinematics::Small, [], &base);
+    structure.damping = damping;
+    structure.damping_memory = memory;
+    structure
+}
+
+fn free(structure: &Structure) -> Vec<usize> {
+    (0..structure.mesh.nodes.len()).filter(|&i| !structure.is_fixed(i)).collect()
+}
+
+/// Numbers of a motion: displacements and velocities over the time step, its accelerations and damping stresses.
+fn values<'a>(structure: &Structure, motion: &'a mut Motion) -> Vec<&'a mut f64> {
+    let free = free(structure);
+    let nodes = |field: &'a mut Vec<[f64; 2]>| {
+        let moving = field.iter_mut().enumerate().filter(|(i, _)| free.contains(i));
+        moving.flat_map(|(_, value)| value.iter_mut()).collect::<Vec<_>>()
+    };
+    let mut all = nodes(&mut motion.displacement);
+    all.extend(nodes(&mut motion.velocity));
+    all.extend(nodes(&mut motion.acceleration));
+    let stresses = motion.viscous.iter_mut().flatten().flatten();
+    all.extend(stresses.map(|lanes| &mut lanes[0]));
+    all
+}
+
+/// Largest eigenvalue, in size, of the map of one time step, from its powers.
+fn amplification(structure: &Structure, share: f64) -> f64 {
+    let time_step = share * CriticalTimeStep::of(structure).limit;
+    let still = LoadPath::constant(structure.weight([0.0; 2]));
+    let free = 2 * free(structure).len();
+    // displacement in m, velocity in m/step, acceleration in m/step², stress as the acceleration it gives
+    let mass = structure.mass[structure.mesh.nodes.len() - 1];
+    let unit = |i: usize| match i / free {
+        0 => 1.0,
+        1 => 1.0 / time_step,
+        2 => 1.0 / (time_step * time_step),
+        _ => mass / (time_step * time_step),
+    };
+    let size = values(structure, &mut structure.at_rest()).len();
+    let columns: Vec<Vec<f64>> = (0..size)
+        .map(|i| {
+            let mut motion = structure.at_rest();
+            *values(structure, &mut motion)[i] = unit(i);
+            let one = CentralDifference { time_step, steps: 1 };
+            one.advance(structure, &mut motion, &still, &mut Work::default());
+            values(structure, &mut motion).iter().enumerate().map(|(j, x)| **x / unit(j)).collect()
+        })
+        .collect();
+    let mut power = DMatrix::from_fn(size, size, |i, j| columns[j][i]);
+    // ‖Aⁿ‖^(1/n) at n = 2²⁶ steps, by squaring
+    let mut logarithm = 0.0;
+    for _ in 0..26 {
+        let norm = power.norm();
+        power /= norm;
+        power = &power * &power;
+        logarithm = 2.0 * (logarithm + norm.ln());
+    }
+    ((logarithm + power.norm().ln()) / 2f64.powi(26)).exp()
+}
+
+/// The map of one step just below and just above the limit. Tolerance: powers of 2²⁶ steps, of a map with entries
+/// of 1e6, leave 14/2²⁶.
+#[test]
+fn the_limit_is_that_of_the_true_amplification() {
+    for (mass, stiffness, memory) in [
+        (0.0, 1e-4, 0.0),
+        (0.0, 1e-4, 0.5),
+        (50.0, 1e-4, 0.5),
+        (0.0, 1e-3, 0.8),
+        (20.0, 0.0, 0.8),
+        (0.0, 1e-5, 0.9),
+    ] {
+        let structure = column(1, RayleighCoefficients { mass, stiffness }, memory);
+        let [below, above] = [0.999, 1.001].map(|share| amplification(&structure, share));
+        let ratio = structure.damping.ratio_at(CriticalTimeStep::of(&structure).highest_frequency);
+        println!(
+            "ξ = {ratio:.1e}, m = {memory}: largest |z| {below:.5} at 0.999, {above:.5} at 1.001 of the limit"
+        );
+        assert!(below < 1.0 + 1e-6 && above > 1.0 + 1e-5);
+    }
+}
+
+/// A column swings freely, in all its modes. What is lost to damping and what is left make up what was there,
+/// but for the (ωΔt)²/8 of central differences, which go down with the square of the time step.
+#[test]
+fn the_ledger_closes_with_memory() {
+    let mut errors = Vec::new();
+    for share in [0.4, 0.2, 0.1] {
+        let structure = column(6, RayleighCoefficients { mass: 0.0, stiffness: 2e-4 }, 0.7);
+        let mut motion = structure.at_rest();
+        for (i, v) in motion.velocity.iter_mut().enumerate().filter(|(i, _)| !structure.is_fixed(*i)) {
+            *v = [(3.0 * i as f64).sin(), (7.0 * i as f64).cos()];
+        }
+        let still = LoadPath::constant(structure.weight([0.0; 2]));
+        structure.accelerate(&mut motion, &still.start);
+        let start = structure.kinetic_energy(&motion);
+        let steps = CentralDifference::covering(5e-3, share * CriticalTimeStep::of(&structure).limit);
+        let mut work = Work::default();
+        steps.advance(&structure, &mut motion, &still, &mut work);
+        let left = structure.kinetic_energy(&motion) + structure.strain_energy(&motion);
+        errors.push(((start - left - work.damping) / start).abs());
+        println!(
+            "{} steps: {:.1e} of the energy is left, balance error {:.1e}",
+            steps.steps,
+            left / start,
+            errors[errors.len() - 1]
+        );
+        assert!(left < 0.9 * start && work.damping > 0.0);
+    }
+    assert!(errors[2] < 0.1 * errors[0] && errors[2] < 1e-2);
+}
+
+/// The first swing of a column against that without memory and with a twentieth of the time step: the error is of
+/// first order in the time step, half a step and the memory's time late.
+#[test]
+fn memory_fades_with_the_time_step() {
+    let top = |memory: f64, time_step: f64| {
+        let structure = column(20, RayleighCoefficients { mass: 0.0, stiffness: 5e-4 }, memory);
+        let mut motion = structure.at_rest();
+        let push = LoadPath::constant(structure.weight([10.0, 0.0]));
+        structure.accelerate(&mut motion, &push.start);
+        let steps = CentralDifference::covering(0.1, time_step);
+        steps.advance(&structure, &mut motion, &push, &mut Work::default());
+        motion.velocity[structure.mesh.nodes.len() - 2][0]
+    };
+    let limit =
+        CriticalTimeStep::of(&column(20, RayleighCoefficients { mass: 0.0, stiffness: 5e-4 }, 0.0)).limit;
+    let exact = top(0.0, limit / 20.0);
+    let errors = [1.0, 0.5, 0.25].map(|share| (top(0.5, share * limit) / exact - 1.0).abs());
+    let orders = [(errors[0] / errors[1]).log2(), (errors[1] / errors[2]).log2()];
+    println!("velocity of the top {exact:.5} m/s, errors {errors:?}, orders {orders:.2?}");
+    assert!(orders.iter().all(|order| (0.85..1.6).contains(order)) && errors[0] < 1e-3);
+}
+
+/// A dam takes the memory that its damping needs, and slides as with time steps a ninth as long, in which the same
+/// memory lasts a ninth of the time. Tolerance: 1 %, what halving the time step changes too.
+#[test]
+fn sliding_with_memory_hardly_depends_on_the_time_step() -> Result<(), DamError> {
+    let slid = |safety: f64| -> Result<(Dam, f64), DamError> {
+        let mut dam = support::at_rest(DamParameters { time_step_safety: safety, ..support::koyna(5.0) })?;
+        support::shake(&mut dam, 2.5e-3, 3.0, support::bursts)?;
+        let sliding = support::get(&dam, &variable::CRACK_SLIDING)[0];
+        Ok((dam, sliding))
+    };
+    let (dam, sliding) = slid(0.9)?;
+    let (_, fine) = slid(0.1)?;
+    let memory = dam.structure().damping_memory;
+    println!(
+        "m = {memory:.3}, {} time steps in 2.5 ms: slid {sliding:.5} m, with steps a ninth as long {fine:.5} m",
+        dam.time_steps_per(2.5e-3)
+    );
+    assert!(memory > 0.0 && sliding.abs() > 0.01 && (sliding / fine - 1.0).abs() < 0.01);
+    Ok(())
+}
+
+/// The fictitious motion of dynamic relaxation leaves no rates behind.
+#[test]
+fn rest_remembers_no_motion() -> Result<(), DamError> {
+    let dam = support::at_rest(support::koyna(5.0))?;
+    let joints = dam.state().motion().joints.iter().flatten();
+    assert!(dam.structure().damping_memory > 0.0);
+    for joint in joints {
+        assert_eq!((joint.rates, joint.dashpots), ([0.0; 2], [0.0; 2]));
+    }
+    Ok(())
+}

@@ -1,0 +1,190 @@
+//! Pictures of studies, as SVG.
+
+use super::stability::{Case, Grid, Verdict, name, water};
+use super::tolerance::Series;
+use super::{Outcome, StudyError};
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use std::error::Error;
+
+/// Label, colour, points.
+type Line<'a> = (&'a str, RGBColor, Vec<(f64, f64)>);
+type Drawing = Result<(), Box<dyn Error + Send + Sync>>;
+
+const BLUE: RGBColor = RGBColor(0x1f, 0x77, 0xb4);
+const ORANGE: RGBColor = RGBColor(0xff, 0x7f, 0x0e);
+const GREEN: RGBColor = RGBColor(0x2c, 0xa0, 0x2c);
+const FONT: &str = "sans-serif";
+
+/// An SVG of `size` that `draw` fills.
+fn svg(
+    size: (u32, u32),
+    draw: impl FnOnce(&DrawingArea<SVGBackend<'_>, plotters::coord::Shift>) -> Drawing,
+) -> Result<String, StudyError> {
+    let mut text = String::new();
+    let drawn = {
+        let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
+        area.fill(&WHITE).map_err(Into::into).and_then(|()| draw(&area)).and_then(|()| Ok(area.present()?))
+    };
+    drawn.map_err(|cause| StudyError::File { path: "picture".into(), cause })?;
+    Ok(text)
+}
+
+/// A colour from few iterations (light green) to a hundred (dark); red where it does not converge.
+fn colour(verdict: &Verdict) -> RGBColor {
+    match verdict {
+        Verdict::Converges(mean, _) => {
+            let share = (mean.max(1.0).log10() / 2.0).min(1.0);
+            let mix = |light: f64, dark: f64| (light + share * (dark - light)) as u8;
+            RGBColor(mix(229.0, 0.0), mix(245.0, 90.0), mix(224.0, 50.0))
+        }
+        Verdict::Diverges => RGBColor(0xcb, 0x18, 0x1d),
+        Verdict::Stagnates => RGBColor(0xfb, 0x6a, 0x4a),
+        Verdict::Limit => RGBColor(0xfc, 0xae, 0x91),
+        Verdict::Refused(_) => RGBColor(0xd9, 0xd9, 0xd9),
+    }
+}
+
+/// A panel for every water, mesh and acceleration: densities upwards, communication steps to the right.
+pub fn stability(grid: &Grid, judged: &[(Case, Verdict)]) -> Result<String, StudyError> {
+    let (rows, columns) = (grid.density_ratios.len(), grid.communication_steps.len());
+    let accelerations = judged.len() / (rows * columns * grid.meshes.len() * grid.waters.len());
+    let (cell, left, top) = (38, 70, 60);
+    let (wide, high) = ((columns * cell + left) as i32, (rows * cell + top + 20) as i32);
+    let size = (
+        (accelerations as i32 * wide + 20) as u32,
+        ((judged.len() / (rows * columns * accelerations)) as i32 * high + 30) as u32,
+    );
+    svg(size, |area| {
+        let small = (FONT, 11).into_font().color(&BLACK);
+        let middle = small.pos(Pos::new(HPos::Center, VPos::Center));
+        for (index, panel) in judged.chunks(rows * columns).enumerate() {
+            let (x, y) = ((index % accelerations) as i32 * wide, (index / accelerations) as i32 * high);
+            let Case { water: of, mesh, acceleration, .. } = panel[0].0;
+            let title = format!("{} water, {mesh} m, {}", water(of), name(acceleration));
+            area.draw_text(&title, &(FONT, 13).into_font().color(&BLACK), (x + left as i32 - 40, y + 20))?;
+            for (i, (case, verdict)) in panel.iter().enumerate() {
+                let (row, column) = ((rows - 1 - i / columns) as i32, (i % columns) as i32);
+                let (x0, y0) = (x + left as i32 + column * cell as i32, y + 40 + row * cell as i32);
+                let corners = [(x0, y0), (x0 + cell as i32 - 2, y0 + cell as i32 - 2)];
+                area.draw(&Rectangle::new(corners, colour(verdict).filled()))?;
+                area.draw_text(
+                    &verdict.cell(),
+                    &middle,
+                    (x0 + cell as i32 / 2 - 1, y0 + cell as i32 / 2 - 1),
+                )?;
+                if column == 0 {
+                    area.draw_text(
+                        &case.density_ratio.to_string(),
+                        &middle,
+                        (x0 - 18, y0 + cell as i32 / 2),
+                    )?;
+                }
+                if row == rows as i32 - 1 {
+                    let below = (x0 + cell as i32 / 2, y0 + cell as i32 + 8);
+                    area.draw_text(&format!("{:e}", case.communication_step), &middle, below)?;
+                }
+            }
+        }
+        let legend = "up: density of the water over the concrete's; right: communication step in s; in the cells: dam steps a communication step, D diverges, S stagnates, L iteration limit, R refused";
+        Ok(area.draw_text(legend, &small, (20, size.1 as i32 - 18))?)
+    })
+}
+
+/// Errors and iterations over the tolerance, with the error of the communication step as a line.
+pub fn tolerance(series: &Series) -> Result<String, StudyError> {
+    let Series { points, of_step } = series;
+    svg((760, 460), |area| {
+        let (tightest, loosest) =
+            points.iter().fold((f64::MAX, f64::MIN), |(a, b), p| (a.min(p.tolerance), b.max(p.tolerance)));
+        let most = points.iter().map(|p| p.iterations).fold(1.0, f64::max).ceil();
+        let mut chart = ChartBuilder::on(area)
+            .caption("What a tolerance buys and costs", (FONT, 16))
+            .margin(12)
+            .x_label_area_size(40)
+            .y_label_area_size(70)
+            .right_y_label_area_size(50)
+            .build_cartesian_2d((loosest..tightest).log_scale(), (1e-14..1.0).log_scale())?
+            .set_secondary_coord((loosest..tightest).log_scale(), 0.0..most + 1.0);
+        chart
+            .configure_mesh()
+            .x_desc("tolerance ε")
+            .y_desc("largest difference over largest value")
+            .x_label_formatter(&|x| format!("{x:.0e}"))
+            .y_label_formatter(&|y| format!("{y:.0e}"))
+            .draw()?;
+        chart.configure_secondary_axes().y_desc("dam steps a communication step").draw()?;
+        let lines: [Line<'_>; 2] = [
+            ("crest displacement", BLUE, points.iter().map(|p| (p.tolerance, p.crest.max(1e-14))).collect()),
+            ("sliding", ORANGE, points.iter().map(|p| (p.tolerance, p.sliding.max(1e-14))).collect()),
+        ];
+        for ((label, color, line), error) in lines.into_iter().zip(of_step) {
+            chart
+                .draw_series(LineSeries::new(line, color.stroke_width(2)).point_size(3))?
+                .label(label)
+                .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], color.stroke_width(2)));
+            if *error > 0.0 {
+                let dashed = [(loosest, *error), (tightest, *error)];
+                chart
+                    .draw_series(DashedLineSeries::new(dashed, 6, 4, color.stroke_width(1)))?
+                    .label(format!("{label}: error of the communication step"))
+                    .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], color.stroke_width(1)));
+            }
+        }
+        let iterations = points.iter().map(|p| (p.tolerance, p.iterations));
+        chart
+            .draw_secondary_series(LineSeries::new(iterations, GREEN.stroke_width(2)).point_size(3))?
+            .label("dam steps a communication step")
+            .legend(|(x, y)| PathElement::new([(x, y), (x + 20, y)], GREEN.stroke_width(2)));
+        chart
+            .configure_series_labels()
+            .position(SeriesLabelPosition::LowerLeft)
+            .background_style(WHITE.mix(0.8))
+            .border_style(BLACK)
+            .draw()?;
+        Ok(())
+    })
+}
+
+/// Stored energy, what the balance misses, and what the coupling produced, over time.
+pub fn ambient(outcome: &Outcome, stored: &[f64]) -> Result<String, StudyError> {
+    let time = outcome.column("time");
+    let magnitudes = |values: &[f64]| -> Vec<(f64, f64)> {
+        let every = (time.len() / 1500).max(1);
+        time.chunks(every)
+            .zip(values.chunks(every))
+            .map(|(t, values)| (t[0], values.iter().fold(1e-12, |a: f64, b| a.max(b.abs()))))
+            .collect()
+    };
+    let lines = [
+        ("stored energy", BLUE, magnitudes(stored)),
+        ("damped", GREEN, magnitudes(outcome.column("dam.damping_work"))),
+        ("missed by the dam's balance", ORANGE, magnitudes(outcome.column("dam.energy_balance_error"))),
+        ("produced by the coupling", BLACK, magnitudes(outcome.column("interface_energy_produced"))),
+    ];
+    let end = time.last().copied().unwrap_or(1.0);
+    let most = lines.iter().flat_map(|(.., line)| line).fold(1.0, |most: f64, (_, e)| most.max(*e));
+    svg((860, 460), |area| {
+        let mut chart = ChartBuilder::on(area)
+            .caption("Energy under ambient vibration", (FONT, 16))
+            .margin(12)
+            .x_label_area_size(40)
+            .y_label_area_size(70)
+            .build_cartesian_2d(0.0..end, (most * 1e-9..most * 3.0).log_scale())?;
+        chart
+            .configure_mesh()
+            .x_desc("time, s")
+            .y_desc("J per metre of dam, absolute")
+            .y_label_formatter(&|y| format!("{y:.0e}"))
+            .draw()?;
+        for (label, color, line) in lines {
+            let shown = line.into_iter().map(|(t, e)| (t, e.max(most * 1e-9)));
+            chart
+                .draw_series(LineSeries::new(shown, color.stroke_width(1)))?
+                .label(label)
+                .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], color.stroke_width(2)));
+        }
+        chart.configure_series_labels().background_style(WHITE.mix(0.8)).border_style(BLACK).draw()?;
+        Ok(())
+    })
+}

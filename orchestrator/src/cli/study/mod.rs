@@ -1,0 +1,211 @@
+//! `cofferdam study`: series of runs, their tables and pictures.
+
+mod ambient;
+mod figure;
+mod stability;
+mod table;
+mod tolerance;
+
+use self::table::Table;
+use super::run::assemble;
+use super::{complain, say};
+use crate::registry::{self, RegistryError};
+use miette::Diagnostic;
+use orchestrator::observer::{Ending, Histories, HistoriesWriter, Status};
+use orchestrator::scene::{GroundMotion, LoadedScene, Scene, SceneError};
+use orchestrator::scheme::{CouplingError, Side, Units};
+use orchestrator::simulation::SimulationError;
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::atomic::AtomicBool;
+
+/// The studies.
+#[derive(clap::Subcommand)]
+pub enum Command {
+    /// Where does each acceleration converge: densities, steps, meshes, water
+    #[command(after_long_help = stability::HELP)]
+    Stability(Arguments),
+    /// What does a tighter tolerance buy, and what does it cost
+    #[command(after_long_help = tolerance::HELP)]
+    Tolerance(Arguments),
+    /// Does energy drift in minutes of ambient vibration
+    #[command(after_long_help = ambient::HELP)]
+    Ambient(Arguments),
+}
+
+/// Arguments of all studies.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Folder that holds scene.toml, or a .toml file
+    scene: PathBuf,
+
+    /// Change a value of the scene; may be given several times
+    #[arg(short, long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+
+    /// Folder for tables and pictures; made if need be, and must be empty
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+
+    /// Fewer and shorter runs: under a minute
+    #[arg(long)]
+    coarse: bool,
+}
+
+/// Why a study ended early.
+#[derive(Debug, thiserror::Error, Diagnostic)]
+pub enum StudyError {
+    /// The scene.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Scene(#[from] SceneError),
+    /// A unit.
+    #[error(transparent)]
+    Unit(#[from] RegistryError),
+    /// A run that must succeed.
+    #[error("{what}: {cause}")]
+    Run {
+        /// Which run.
+        what: String,
+        /// What was wrong.
+        cause: Box<SimulationError>,
+    },
+    /// A scene that the study is not about.
+    #[error("{what}; choose another scene")]
+    Unfit {
+        /// What is missing.
+        what: &'static str,
+    },
+    /// A folder with something in it.
+    #[error("{} is not empty; choose another --output, nothing is overwritten", path.display())]
+    OutputTaken {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// A file.
+    #[error("{}: {cause}; choose another --output", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What was wrong.
+        cause: Box<dyn std::error::Error + Send + Sync>,
+    },
+}
+
+/// Does a study and says how it went.
+pub fn run(command: &Command) -> ExitCode {
+    let done = match command {
+        Command::Stability(arguments) => stability::run(arguments),
+        Command::Tolerance(arguments) => tolerance::run(arguments),
+        Command::Ambient(arguments) => ambient::run(arguments),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            let status = match error {
+                StudyError::Scene(_) | StudyError::Unfit { .. } => 2,
+                StudyError::Run { .. } => 3,
+                StudyError::Unit(_) => 4,
+                StudyError::File { .. } | StudyError::OutputTaken { .. } => 1,
+            };
+            complain(format!("{:?}", miette::Report::new(error)));
+            ExitCode::from(status)
+        }
+    }
+}
+
+impl Arguments {
+    fn load(&self) -> Result<LoadedScene, StudyError> {
+        let loaded = LoadedScene::read(&self.scene, &self.set)?;
+        let path = &self.output;
+        let empty =
+            std::fs::create_dir_all(path).and_then(|()| Ok(std::fs::read_dir(path)?.next().is_none()));
+        match empty {
+            Ok(true) => Ok(loaded),
+            Ok(false) => Err(StudyError::OutputTaken { path: path.clone() }),
+            Err(cause) => Err(StudyError::File { path: path.clone(), cause: cause.into() }),
+        }
+    }
+
+    /// Writes a file into the output folder, and says so.
+    fn write(&self, name: &str, content: &str) -> Result<(), StudyError> {
+        let path = self.output.join(name);
+        std::fs::write(&path, content)
+            .map_err(|cause| StudyError::File { path: path.clone(), cause: cause.into() })?;
+        say(format!("wrote {}", path.display()));
+        Ok(())
+    }
+
+    /// Writes a table as comma-separated values.
+    fn write_table(&self, name: &str, table: &Table) -> Result<(), StudyError> {
+        let text = table.csv().map_err(|cause| StudyError::File { path: self.output.join(name), cause })?;
+        self.write(name, &text)
+    }
+}
+
+/// What came of a run.
+struct Outcome {
+    histories: Histories,
+    ending: Ending,
+    failure: Option<CouplingError>,
+}
+
+/// Runs a scene in this process under `motion`, keeping its histories in memory.
+///
+/// **Errors**: a unit cannot be made; a failure of the coupling comes with the outcome.
+fn run_scene(scene: &Scene, motion: &GroundMotion, threads: NonZeroUsize) -> Result<Outcome, StudyError> {
+    let units = Units {
+        dam: registry::unit(Side::Dam, scene, threads)?,
+        reservoir: registry::unit(Side::Reservoir, scene, threads)?,
+    };
+    let wrong = |cause| StudyError::Run { what: scene.title.clone(), cause: Box::new(cause) };
+    let mut histories = HistoriesWriter::in_memory();
+    let mut simulation = match assemble(scene, motion, units) {
+        Ok(simulation) => simulation,
+        Err(error) => return Err(wrong(error)),
+    };
+    let (ending, failure) = simulation.run(&mut [&mut histories], &AtomicBool::new(false));
+    let failure = match failure {
+        None => None,
+        Some(SimulationError::Coupling(error)) => Some(error),
+        Some(error @ SimulationError::Observer(_)) => return Err(wrong(error)),
+    };
+    Ok(Outcome { histories: histories.histories, ending, failure })
+}
+
+impl Outcome {
+    /// The outcome of a run that must reach its end.
+    fn completed(self, what: &str) -> Result<Self, StudyError> {
+        match self.failure {
+            Some(cause) => Err(StudyError::Run { what: what.to_owned(), cause: Box::new(cause.into()) }),
+            None => {
+                debug_assert_eq!(self.ending.status, Status::Completed);
+                Ok(self)
+            }
+        }
+    }
+
+    fn column(&self, name: &str) -> &[f64] {
+        self.histories.column(name).unwrap_or(&[])
+    }
+
+    /// Largest absolute value of a column.
+    fn peak(&self, name: &str) -> f64 {
+        self.column(name).iter().fold(0.0, |a, b| a.max(b.abs()))
+    }
+
+    /// Dam steps a communication step, on the mean from row `from` on.
+    fn iterations(&self, from: usize) -> f64 {
+        let counts = self.column("iterations").get(from..).unwrap_or(&[]);
+        counts.iter().sum::<f64>() / counts.len().max(1) as f64
+    }
+}
+
+/// The path of a scene's file as a study's table quotes it.
+fn quoted(scene: &Path) -> String {
+    let mut parts: Vec<_> =
+        scene.components().rev().take(2).map(|c| c.as_os_str().to_string_lossy()).collect();
+    parts.reverse();
+    parts.join("/")
+}

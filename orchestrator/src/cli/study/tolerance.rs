@@ -1,0 +1,119 @@
+//! `cofferdam study tolerance`.
+
+use super::table::Table;
+use super::{Arguments, Outcome, StudyError, figure, quoted, run_scene};
+use crate::cli::{say, threads};
+use orchestrator::scene::OnFailure;
+
+pub const HELP: &str = "\
+Runs the scene with tolerances from 1e-2 to 1e-12 and compares crest displacement and sliding with those of the tightest;
+and once more with half the communication step, which tells the error that no tolerance removes.
+
+Writes tolerance.md, tolerance.csv and tolerance.svg.
+
+Example:
+  cofferdam study tolerance scenes/koyna-northridge-1994 --output studies/tolerance
+
+Exit status: 0, 1 results could not be written, 2 the scene is wrong or does not fit, 3 a run failed, 4 a unit cannot be
+made.";
+
+/// The tightest tolerance: the others are compared with it.
+const TIGHTEST: f64 = 1e-13;
+
+/// One tolerance.
+pub struct Point {
+    pub tolerance: f64,
+    /// Largest differences from the tightest over the largest value.
+    pub crest: f64,
+    pub sliding: f64,
+    pub iterations: f64,
+}
+
+/// Points, and the errors that half the communication step shows.
+pub struct Series {
+    pub points: Vec<Point>,
+    pub of_step: [f64; 2],
+}
+
+const CREST: &str = "dam.crest_displacement.x";
+const SLIDING: &str = "dam.crack_sliding.0";
+
+pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
+    let loaded = arguments.load()?;
+    if loaded.scene.dam.is_none() {
+        return Err(StudyError::Unfit { what: "the study needs a dam that is computed" });
+    }
+    if !loaded.scene.scheme().is_implicit() || loaded.scene.time.adaptive.is_some() {
+        return Err(StudyError::Unfit {
+            what: "a tolerance matters to implicit schemes, and is compared at equal steps",
+        });
+    }
+    let motion = &loaded.ground_motion;
+    let solve = |tolerance: f64, halvings: i32| -> Result<Outcome, StudyError> {
+        let mut scene = loaded.scene.clone();
+        scene.coupling.tolerance = tolerance;
+        // Where rounding is all that is left, the run goes on, and the table says how often.
+        scene.coupling.on_failure = OnFailure::Continue;
+        scene.time.communication_step /= 2f64.powi(halvings);
+        let what = format!("ε = {tolerance:e}, H = {} s", scene.time.communication_step);
+        let outcome = run_scene(&scene, motion, threads(None))?.completed(&what)?;
+        say(format!(
+            "{what}: {:.2} iterations, {:.1} s",
+            outcome.iterations(1),
+            outcome.ending.wall.total.as_secs_f64()
+        ));
+        Ok(outcome)
+    };
+    let reference = solve(TIGHTEST, 0)?;
+    let halved = solve(TIGHTEST, 1)?;
+    // Second order: half the step leaves a quarter of the error, so that the difference is three quarters of it.
+    let of_step = [CREST, SLIDING].map(|name| {
+        let every_second: Vec<f64> = halved.column(name).iter().copied().step_by(2).collect();
+        4.0 / 3.0 * difference(reference.column(name), &every_second)
+    });
+    let exponents: Vec<i32> = if arguments.coarse { vec![2, 4, 6, 8] } else { (2..=12).collect() };
+    let mut points = Vec::new();
+    let mut table =
+        Table::new(["ε", "dam steps a step", "steps that rest above ε", "wall time, s", "crest", "sliding"]);
+    for exponent in exponents {
+        let tolerance = 10f64.powi(-exponent);
+        let outcome = solve(tolerance, 0)?;
+        let [crest, sliding] =
+            [CREST, SLIDING].map(|name| difference(outcome.column(name), reference.column(name)));
+        let iterations = outcome.iterations(1);
+        table.row([
+            format!("{tolerance:e}"),
+            format!("{iterations:.2}"),
+            outcome.ending.statistics.unconverged.to_string(),
+            format!("{:.1}", outcome.ending.wall.total.as_secs_f64()),
+            format!("{crest:.1e}"),
+            format!("{sliding:.1e}"),
+        ]);
+        points.push(Point { tolerance, crest, sliding, iterations });
+    }
+    let step = loaded.scene.time.communication_step;
+    let text = format!(
+        "`cofferdam study tolerance {}{}`: largest difference from ε = {TIGHTEST:e} over the largest value\n\n{}\n\
+         The communication step itself, H = {step} s: crest {:.1e}, sliding {:.1e} (4/3 of the difference from H/2), whatever ε is. \
+         The run's own estimate of its coupling error: {:.1e} at most. {} steps of the reference rest above its tolerance.\n",
+        quoted(&arguments.scene),
+        if arguments.coarse { " --coarse" } else { "" },
+        table.markdown(),
+        of_step[0],
+        of_step[1],
+        reference.peak("interpolation_error")
+            / reference.ending.statistics.largest_pressure.max(f64::MIN_POSITIVE),
+        reference.ending.statistics.unconverged,
+    );
+    say(&text);
+    arguments.write("tolerance.md", &text)?;
+    arguments.write_table("tolerance.csv", &table)?;
+    arguments.write("tolerance.svg", &figure::tolerance(&Series { points, of_step })?)
+}
+
+/// Largest difference over the largest value; 0 of what is not there.
+fn difference(values: &[f64], reference: &[f64]) -> f64 {
+    let largest = reference.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+    let apart = values.iter().zip(reference).fold(0.0, |a: f64, (x, y)| a.max((x - y).abs()));
+    if largest > 0.0 { apart / largest } else { 0.0 }
+}

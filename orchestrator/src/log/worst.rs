@@ -1,0 +1,19 @@
+use super::{Entry, Log, LogReadError, LoggedStep};
+
+/// The `count` communication steps of a log that took most iterations, the worst first; of equals the earliest.
+///
+/// Steps that were begun anew count each by itself. A log that is cut short gives those that it holds.
+///
+/// **Errors**: the log can no longer be opened, or is damaged.
+pub fn worst(log: &Log, count: usize) -> Result<Vec<LoggedStep>, LogReadError> {
+    let mut worst: Vec<LoggedStep> = Vec::new();
+    for entry in log.entries()? {
+        let Entry::Step(step) = entry? else { continue };
+        let place = worst.partition_point(|other| other.occasion.iteration >= step.occasion.iteration);
+        if step.occasion.step > 0 && place < count {
+            worst.insert(place, step);
+            worst.truncate(count);
+        }
+    }
+    Ok(worst)
+}

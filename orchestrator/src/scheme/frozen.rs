@@ -1,0 +1,48 @@
+use super::{Exchange, Side, WindowReport};
+
+/// Steps with the same answers after which a unit counts as frozen.
+const PATIENCE: u32 = 20;
+
+/// Watches a unit: does it still answer to what it is given?
+///
+/// A unit that never answered to a change within a step is not watched: a motion that is prescribed, or any unit of a
+/// scheme that does not iterate. Neither is one whose answer is zero.
+#[derive(Clone, Debug, Default)]
+pub(super) struct FrozenWatch {
+    responds: bool,
+    /// Accepted request and answer of the last step.
+    last: Option<(Vec<f64>, Vec<f64>)>,
+    /// Steps whose answers were the same.
+    same: u32,
+}
+
+impl FrozenWatch {
+    /// `Some` steps if the unit of `side` would be frozen with the window that is about to be accepted.
+    pub fn frozen(&self, side: Side, report: &WindowReport) -> Option<u32> {
+        let same = self.same_with(report, last(side, report)?);
+        (self.responds && same >= PATIENCE).then_some(same)
+    }
+
+    /// Takes an accepted window.
+    pub fn accept(&mut self, side: Side, report: &WindowReport) {
+        let Some(last) = last(side, report) else { return };
+        self.same = self.same_with(report, last);
+        let step =
+            report.exchanges.iter().filter(|e| e.side == side && e.occasion.step == last.occasion.step);
+        for (earlier, later) in step.clone().zip(step.skip(1)) {
+            self.responds |= earlier.inputs != later.inputs && earlier.outputs != later.outputs;
+        }
+        self.last = Some((last.inputs.clone(), last.outputs.clone()));
+    }
+
+    fn same_with(&self, report: &WindowReport, last: &Exchange) -> u32 {
+        let same = self.last.as_ref().is_some_and(|(inputs, outputs)| {
+            *inputs != last.inputs && *outputs == last.outputs && outputs.iter().any(|x| *x != 0.0)
+        });
+        if same { self.same + report.steps.len() as u32 } else { 0 }
+    }
+}
+
+fn last(side: Side, report: &WindowReport) -> Option<&Exchange> {
+    report.exchanges.iter().rfind(|e| e.side == side)
+}

@@ -1,0 +1,217 @@
+//! Incompressible water: Westergaard's series, the compressible model's limit, and energy.
+
+mod rectangular;
+
+use interface::variables::reservoir::{FIDELITY, INTERFACE_ACCELERATION, INTERFACE_PRESSURE};
+use interface::{CoSimulation, WetFace};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use rectangular::{DENSITY, DEPTH, SOUND_SPEED, THREADS};
+use reservoir::analytical::chopra_1967::{self, STATIC_BASE_PRESSURE, STATIC_FORCE};
+use reservoir::{
+    Complex64, Fidelity, Reservoir, ReservoirError, ReservoirParameters, added_mass, frequency_response,
+};
+use std::f64::consts::PI;
+
+fn parameters(elements: usize) -> ReservoirParameters {
+    ReservoirParameters {
+        fidelity: Fidelity::Incompressible,
+        ..rectangular::parameters(1.0, elements, 0.01, 1.0)
+    }
+}
+
+/// Pressure over ρa at the points of the face that moves as one into the water, m.
+fn uniform(parameters: &ReservoirParameters) -> Result<Vec<f64>, ReservoirError> {
+    Ok(added_mass(parameters)?.row_iter().map(|row| row.sum() / DENSITY).collect())
+}
+
+/// Force over ρa of the pressure, linear along panels, m².
+fn force(face: &WetFace, pressure: &[f64]) -> f64 {
+    face.nodal_forces(pressure).iter().map(|f| f[0]).sum()
+}
+
+/// Westergaard's exact series at the points, m.
+fn series(face: &WetFace) -> Vec<f64> {
+    let s = Complex64::new(1e-9, 0.0);
+    let at = |p: &[f64; 2]| chopra_1967::pressure(s, DEPTH, SOUND_SPEED, p[1]).re;
+    face.points().iter().map(at).collect()
+}
+
+/// `∫ N_i N_j ds`: the face's consistent mass.
+fn consistent_mass(face: &WetFace) -> DMatrix<f64> {
+    let mut mass = DMatrix::zeros(face.len(), face.len());
+    for panel in face.panels() {
+        for (i, j, share) in [(0, 0, 3.0), (0, 1, 6.0), (1, 0, 6.0), (1, 1, 3.0)] {
+            mass[(panel.start + i, panel.start + j)] += panel.length / share;
+        }
+    }
+    mass
+}
+
+/// Eight panels throughout, so that nothing but the elements changes. Linear elements give second order; of
+/// the force, an integral, no less. The corner at the surface, where p ~ r ln r, keeps it from being more.
+#[test]
+fn base_pressure_and_force_converge() -> Result<(), ReservoirError> {
+    let face = WetFace::straight([0.0, DEPTH], 8).unwrap();
+    let sampled = force(&face, &series(&face));
+    let mut errors = Vec::new();
+    for elements in [4, 8, 16, 32, 64] {
+        let p = uniform(&ReservoirParameters { wet_face: face.clone(), ..parameters(elements) })?;
+        let error = [p[0] / (DEPTH * STATIC_BASE_PRESSURE) - 1.0, force(&face, &p) / sampled - 1.0];
+        println!("{elements} elements: base pressure off by {:+.2e}, force by {:+.2e}", error[0], error[1]);
+        errors.push(error.map(f64::abs));
+    }
+    for (what, index) in [("base pressure", 0), ("force", 1)] {
+        let order = (errors[0][index] / errors[3][index]).log2() / 3.0;
+        println!("{what}: order {order:.2} from 4 to 32 elements");
+        assert!(order > 1.9 && errors[4][index] < 1e-5);
+    }
+    Ok(())
+}
+
+/// Against the closed forms as they are: the force of 64 panels, and the series at every point. A pressure
+/// linear along panels underestimates the force of the concave profile.
+#[test]
+fn closed_forms() -> Result<(), ReservoirError> {
+    let parameters = parameters(64);
+    let p = uniform(&parameters)?;
+    let force = force(&parameters.wet_face, &p) / (DEPTH * DEPTH);
+    let exact = series(&parameters.wet_face);
+    let worst = p.iter().zip(&exact).map(|(p, q)| (p - q).abs() / DEPTH).fold(0.0, f64::max);
+    println!(
+        "64 elements: base {:.6} ρah against {STATIC_BASE_PRESSURE:.6}, force {force:.6} ρah² against \
+         {STATIC_FORCE:.6}, pressure along the face off by at most {worst:.1e} ρah",
+        p[0] / DEPTH
+    );
+    assert!((p[0] / DEPTH - STATIC_BASE_PRESSURE).abs() < 1e-6);
+    assert!((force / STATIC_FORCE - 1.0).abs() < 3e-4 && worst < 1e-4);
+    Ok(())
+}
+
+/// `−K(s)/s → A`, and the difference falls like (s/c)², on a cracked battered face and for every motion, not
+/// only the uniform one. Against a norm of A; rounding of K(s) ends it near 1e-9.
+#[test]
+fn limit_of_the_compressible_model() -> Result<(), ReservoirError> {
+    let points = [[0.0, 0.0], [2.0, 40.0], [4.0, 80.0], [4.0, 80.0], [6.0, 120.0], [9.0, DEPTH]];
+    let incompressible =
+        ReservoirParameters { wet_face: WetFace::new(points.to_vec()).unwrap(), ..parameters(16) };
+    let compressible = ReservoirParameters { fidelity: Fidelity::Compressible, ..incompressible.clone() };
+    let mass = added_mass(&incompressible)?;
+    let mut differences = Vec::new();
+    for ratio in [1e-1, 1e-2, 1e-3] {
+        let s = Complex64::new(ratio * PI * SOUND_SPEED / (2.0 * DEPTH), 0.0);
+        let limit = frequency_response(&compressible, &[s], THREADS)?.remove(0).map(|k| (-k / s).re);
+        differences.push((limit - &mass).norm() / mass.norm());
+        println!("s = {ratio} ω₁: −K(s)/s differs from A by {:.2e}", differences[differences.len() - 1]);
+    }
+    assert!(differences.windows(2).all(|d| d[1] < 0.02 * d[0]) && differences[2] < 1e-6);
+    let s = [Complex64::new(0.3, 2.0)];
+    let response = frequency_response(&incompressible, &s, THREADS)?.remove(0);
+    assert!((response + mass.map(|m| s[0] * m)).norm() == 0.0, "K(s) = −s A");
+    Ok(())
+}
+
+/// κ_m = λ_m is exact for every mode; a far end at h/4 still sees waves of the elements' length.
+#[test]
+fn far_end_may_stand_anywhere_and_sound_and_bed_have_no_effect() -> Result<(), ReservoirError> {
+    let at = |distance: f64| uniform(&ReservoirParameters { far_end_distance: distance, ..parameters(16) });
+    let [near, middle, far] = [at(DEPTH / 4.0)?, at(DEPTH / 2.0)?, at(DEPTH)?];
+    let difference = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    let spread = difference(&near, &middle).max(difference(&far, &middle)) / middle[0];
+    println!("far end at h/4, h/2, h: pressures differ by {spread:.1e} of the base pressure");
+    assert!(spread < 1e-4);
+    let other =
+        ReservoirParameters { sound_speed: 700.0, wave_reflection_coefficient: 0.3, ..parameters(16) };
+    assert!(added_mass(&other)? == added_mass(&parameters(16))?);
+    let refused = added_mass(&ReservoirParameters { fidelity: Fidelity::Compressible, ..parameters(4) });
+    assert!(matches!(refused, Err(ReservoirError::Memory)));
+    Ok(())
+}
+
+/// Twice the water's kinetic energy over a² is `aᵀ M_Γ A a`: symmetric by reciprocity and positive. Sampling at
+/// points costs some of either, less on finer panels and least where the motion is smooth.
+#[test]
+fn energy_is_nearly_symmetric_and_positive() -> Result<(), ReservoirError> {
+    let mut asymmetries = Vec::new();
+    for panels in [8, 16, 32] {
+        let parameters = parameters(panels);
+        let energy = consistent_mass(&parameters.wet_face) * added_mass(&parameters)?;
+        let asymmetry = (&energy - energy.transpose()).norm() / energy.norm();
+        let eigen = SymmetricEigen::new((&energy + energy.transpose()) / 2.0).eigenvalues;
+        let [least, largest] = [eigen.min(), eigen.max()];
+        // The water's mass on a panel that moves alone, over its length squared.
+        let panel = DENSITY * (DEPTH / panels as f64).powi(2);
+        println!(
+            "{panels} panels: asymmetry {asymmetry:.1e}, eigenvalues from {:.1e} to 1, the least {:.1e} of ρℓ²",
+            least / largest,
+            least / panel
+        );
+        assert!(least > -1e-3 * panel);
+        let smooth = DVector::from_fn(panels + 1, |i, _| (PI * i as f64 / (2 * panels) as f64).cos());
+        let uniform = DVector::repeat(panels + 1, 1.0);
+        let exchanged = smooth.dot(&(&energy * &uniform)) / uniform.dot(&(&energy * &smooth)) - 1.0;
+        println!("  a smooth and a uniform motion exchanged: {exchanged:+.1e}");
+        assert!(exchanged.abs() < 1e-3);
+        asymmetries.push(asymmetry);
+    }
+    assert!(asymmetries.windows(2).all(|a| a[1] < a[0]) && asymmetries[1] < 0.02);
+    Ok(())
+}
+
+/// Pressure is linear in the step's mean acceleration: the derivative is the difference of a step and its repetition
+/// with another mean, but for rounding.
+#[test]
+fn derivative_after_an_unequal_step() -> Result<(), ReservoirError> {
+    let (known, unknown) = (INTERFACE_ACCELERATION.value_reference, INTERFACE_PRESSURE.value_reference);
+    for fidelity in [Fidelity::Incompressible, Fidelity::Westergaard] {
+        let mut unit = Reservoir::new(ReservoirParameters { fidelity, ..parameters(8) }, THREADS)?;
+        unit.initialise(0.0)?;
+        let [a, seed] = [1.0, 3.0].map(|k| [0, 1, 2, 3, 4, 5, 6, 7, 8].map(|i| (k * f64::from(i)).cos()));
+        unit.set(known, &a)?;
+        unit.step(0.0, 0.01)?;
+        let saved = unit.save_state();
+        let mut pressure = |shift: f64| -> Result<_, ReservoirError> {
+            unit.restore_state(&saved)?;
+            let moved: Vec<f64> = a.iter().zip(seed).map(|(a, s)| a - 2.0 + shift * s).collect();
+            unit.set(known, &moved)?;
+            unit.step(0.01, 0.003)?;
+            let (mut p, mut sensitivity) = ([0.0; 9], [0.0; 9]);
+            unit.get(unknown, &mut p)?;
+            unit.directional_derivative(unknown, known, &seed, &mut sensitivity)?;
+            Ok((p, sensitivity))
+        };
+        let ((before, _), (after, sensitivity)) = (pressure(0.0)?, pressure(1.0)?);
+        let size = sensitivity.iter().fold(0.0f64, |size, s| size.max(s.abs()));
+        for ((before, after), s) in before.iter().zip(after).zip(sensitivity) {
+            assert!((after - before - s).abs() < 1e-13 * size, "{fidelity:?}: {} {s}", after - before);
+        }
+    }
+    Ok(())
+}
+
+/// The unit gives `−A a`, a the acceleration at the step's end.
+#[test]
+fn the_unit_gives_the_added_masses_pressure() -> Result<(), ReservoirError> {
+    let parameters = parameters(8);
+    let mass = added_mass(&parameters)?;
+    let mut unit = Reservoir::new(parameters, THREADS)?;
+    unit.initialise(0.0)?;
+    let a: Vec<f64> = (0..9).map(|i| (i as f64).sin()).collect();
+    let expected = mass * DVector::from_column_slice(&a);
+    let mut time = 0.0;
+    for length in [0.01, 0.003, 0.02] {
+        unit.set(INTERFACE_ACCELERATION.value_reference, &a)?;
+        unit.step(time, length)?;
+        time += length;
+        let mut p = [0.0; 9];
+        unit.get(INTERFACE_PRESSURE.value_reference, &mut p)?;
+        let factor = if time == 0.01 { 1.5 } else { 1.0 };
+        for (p, e) in p.iter().zip(&expected) {
+            assert!((p + factor * e).abs() < 1e-12 * expected.norm(), "{p} {e}");
+        }
+    }
+    let mut code = [0.0];
+    unit.get(FIDELITY.value_reference, &mut code)?;
+    assert_eq!(code, [2.0]);
+    assert!(unit.capabilities().variable_communication_step);
+    Ok(())
+}

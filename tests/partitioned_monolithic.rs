@@ -1,0 +1,257 @@
+//! The intact dam and its water as two units, iterated, against one assembled system that is solved without iterating.
+//!
+//! The assembled system has dense matrices, a time stepping of its own, and for every communication step the one linear
+//! equation of all interface pressures: with the dam's motion ā = ā₀ + S p₁ (S from its matrices) and the water's
+//! pressure p₁ = h + D ā (h from its history, D the exact derivative),
+//!
+//! ```text
+//! (1 − D S) p₁ = h + D ā₀
+//! ```
+
+use dam_dem::{Dam, SystemMatrices};
+use interface::{CoSimulation, variables};
+use nalgebra::{DMatrix, DVector};
+use orchestrator::acceleration::{Acceleration, AccelerationKind};
+use orchestrator::convergence::{ConvergenceMeasure, Measure};
+use orchestrator::participant::{InProcess, Messages};
+use orchestrator::scheme::{Interval, Predictor, Scheme, SchemeKind, Settings, Side, Units};
+use reservoir::{Fidelity, Reservoir};
+use std::num::NonZeroUsize;
+use whole_chain::koyna;
+
+const H: f64 = 0.0025;
+const STEPS: u64 = 240;
+const SIZE: f64 = 10.0;
+
+type Failure = Box<dyn std::error::Error>;
+
+fn ground(step: u64) -> [f64; 2] {
+    let t = step as f64 * H;
+    [if t < 0.3 { 3.0 * (40.0 * t).sin() * (9.0 * t).cos() } else { 0.0 }, 0.0]
+}
+
+/// The dam's matrices, dense, and its motion relative to the ground.
+#[derive(Clone)]
+struct Assembled {
+    inverse_mass: DMatrix<f64>,
+    stiffness: DMatrix<f64>,
+    concrete: DVector<f64>,
+    damping: dam_dem::RayleighCoefficients,
+    pressure_forces: DMatrix<f64>,
+    interface_motion: DMatrix<f64>,
+    /// What a unit of ground acceleration along x pushes, kg/m, and what of it the interface points show.
+    inertia: DVector<f64>,
+    shown: DVector<f64>,
+    /// Memory of the stiffness damping, and the rate that it has come to.
+    memory: f64,
+    rate: DVector<f64>,
+    time_steps: usize,
+    crest: usize,
+    displacement: DVector<f64>,
+    velocity: DVector<f64>,
+    acceleration: DVector<f64>,
+}
+
+impl Assembled {
+    fn new(dam: &Dam) -> Result<Self, Failure> {
+        let m: SystemMatrices = dam.system_matrices();
+        let face = dam.wet_face().ok_or("a dam in water")?;
+        let (n, points) = (m.mass.len(), face.len());
+        let concrete = DVector::from_vec(m.mass.clone());
+        let mut mass = DMatrix::from_diagonal(&concrete);
+        let mut stiffness = DMatrix::zeros(n, n);
+        let (mut forces, mut motion) = (DMatrix::zeros(n, points), DMatrix::zeros(points, n));
+        m.added_mass.iter().for_each(|&(i, j, x)| mass[(i, j)] += x);
+        m.stiffness.iter().for_each(|&(i, j, k)| stiffness[(i, j)] += k);
+        m.pressure_forces.iter().for_each(|&(i, j, b)| forces[(i, j)] += b);
+        m.interface_motion.iter().for_each(|&(i, j, x)| motion[(i, j)] += x);
+        let inertia =
+            DVector::from_fn(n, |i, _| m.mass[i] * m.ground_influence[0][i] + m.added_ground_inertia[0][i]);
+        Ok(Self {
+            inverse_mass: mass.try_inverse().ok_or("a mass matrix has an inverse")?,
+            stiffness,
+            concrete,
+            damping: m.damping,
+            pressure_forces: forces,
+            interface_motion: motion,
+            inertia,
+            shown: DVector::from_iterator(points, face.normals().iter().map(|normal| normal[0])),
+            memory: dam.structure().damping_memory,
+            rate: DVector::zeros(n),
+            time_steps: dam.time_steps_per(H),
+            crest: m.crest[0],
+            displacement: DVector::zeros(n),
+            velocity: DVector::zeros(n),
+            acceleration: DVector::zeros(n),
+        })
+    }
+
+    /// A communication step; returns the mean total acceleration of the interface points.
+    fn step(&mut self, pressure: [&DVector<f64>; 2], ground: [f64; 2]) -> DVector<f64> {
+        let load = |p: &DVector<f64>, a: f64| &self.pressure_forces * p - &self.inertia * a;
+        let (start, end) = (load(pressure[0], ground[0]), load(pressure[1], ground[1]));
+        let change = end - &start;
+        let before = self.velocity.clone();
+        let dt = H / self.time_steps as f64;
+        self.velocity += &self.acceleration * (dt / 2.0);
+        for step in 1..=self.time_steps {
+            self.displacement += &self.velocity * dt;
+            let share = step as f64 / self.time_steps as f64;
+            self.rate = &self.rate * self.memory + &self.velocity * (1.0 - self.memory);
+            let strained = &self.displacement + &self.rate * self.damping.stiffness;
+            let damped = self.concrete.component_mul(&self.velocity) * self.damping.mass;
+            let force = &start + &change * share - &self.stiffness * strained - damped;
+            self.acceleration = &self.inverse_mass * force;
+            let advance = if step < self.time_steps { dt } else { dt / 2.0 };
+            self.velocity += &self.acceleration * advance;
+        }
+        let mean = (&self.velocity - before) / H;
+        &self.interface_motion * mean + &self.shown * ((ground[0] + ground[1]) / 2.0)
+    }
+}
+
+/// The water alone: its pressure for a mean acceleration, from the state that is saved.
+struct Water {
+    unit: Reservoir,
+    derivative: DMatrix<f64>,
+    points: usize,
+}
+
+impl Water {
+    fn new(parameters: reservoir::ReservoirParameters) -> Result<Self, Failure> {
+        let mut unit = Reservoir::new(parameters, NonZeroUsize::MIN)?;
+        unit.initialise(0.0)?;
+        let points = unit.parameters().wet_face.len();
+        let mut derivative = DMatrix::zeros(points, points);
+        let [p, a] = [
+            variables::reservoir::INTERFACE_PRESSURE.value_reference,
+            variables::reservoir::INTERFACE_ACCELERATION.value_reference,
+        ];
+        for j in 0..points {
+            let seed: Vec<f64> = (0..points).map(|i| f64::from(u8::from(i == j))).collect();
+            let mut column = vec![0.0; points];
+            unit.directional_derivative(p, a, &seed, &mut column)?;
+            derivative.set_column(j, &DVector::from_vec(column));
+        }
+        Ok(Self { unit, derivative, points })
+    }
+
+    fn step(&mut self, step: u64, acceleration: &DVector<f64>) -> Result<DVector<f64>, Failure> {
+        let [p, a] = [
+            variables::reservoir::INTERFACE_PRESSURE.value_reference,
+            variables::reservoir::INTERFACE_ACCELERATION.value_reference,
+        ];
+        self.unit.set(a, acceleration.as_slice())?;
+        self.unit.step((step - 1) as f64 * H, H)?;
+        let mut pressure = vec![0.0; self.points];
+        self.unit.get(p, &mut pressure)?;
+        Ok(DVector::from_vec(pressure))
+    }
+}
+
+/// Crest displacement and the pressures at all communication points.
+type History = (Vec<f64>, Vec<f64>);
+
+/// The assembled system; `exchanged` where the water is not in the mass matrix.
+fn monolithic(dam: &Dam, mut water: Water, exchanged: bool) -> Result<History, Failure> {
+    let mut assembled = Assembled::new(dam)?;
+    let points = water.points;
+    let rest = DVector::zeros(points);
+    let mut response = DMatrix::zeros(points, points);
+    for j in 0..points {
+        let mut unit = DVector::zeros(points);
+        unit[j] = 1.0;
+        response.set_column(j, &assembled.clone().step([&rest, &unit], [0.0; 2]));
+    }
+    let system = DMatrix::identity(points, points) - &water.derivative * &response;
+    let system = system.lu();
+    let (mut crest, mut pressures, mut before) = (Vec::new(), Vec::new(), rest.clone());
+    for step in 1..=STEPS {
+        let ground = [ground(step - 1)[0], ground(step)[0]];
+        if exchanged {
+            let alone = assembled.clone().step([&before, &rest], ground);
+            let saved = water.unit.save_state();
+            let history = water.step(step, &DVector::zeros(points))?;
+            water.unit.restore_state(&saved)?;
+            let right = history + &water.derivative * alone;
+            let pressure = system.solve(&right).ok_or("the interface equation has a solution")?;
+            let acceleration = assembled.step([&before, &pressure], ground);
+            let answered = water.step(step, &acceleration)?;
+            assert!((&answered - &pressure).norm() <= 1e-9 * pressure.norm() + 1e-6, "the equation holds");
+            before = pressure;
+        } else {
+            let acceleration = assembled.step([&rest, &rest], ground);
+            before = water.step(step, &acceleration)?;
+        }
+        crest.push(assembled.displacement[assembled.crest]);
+        pressures.extend_from_slice(before.as_slice());
+    }
+    Ok((crest, pressures))
+}
+
+fn partitioned(dam: Dam, water: Reservoir, kind: SchemeKind) -> Result<(History, f64), Failure> {
+    let base = 1000.0 * 9.81 * koyna::DEPTH;
+    let mut units = Units {
+        dam: Box::new(InProcess::new(dam, "dam", Messages::default())),
+        reservoir: Box::new(InProcess::new(water, "reservoir", Messages::default())),
+    };
+    let range = |range: Option<std::ops::Range<usize>>| range.ok_or("the contract's variables");
+    let crest_range = range(units.dam.description().outputs.range("crest_displacement"))?;
+    let pressure_range = range(units.reservoir.description().outputs.range("interface_pressure"))?;
+    let measure = ConvergenceMeasure::new(&[Measure::Pressure], 1e-10, koyna::CREST, base);
+    let acceleration = Acceleration::new(AccelerationKind::InterfaceJacobian, 0.5, 1e-4 * base);
+    let settings = Settings { kind, acceleration_scale: 1000.0 * koyna::DEPTH, ..Settings::default() };
+    let mut scheme = Scheme::new(&mut units, settings, acceleration, Predictor::new(2), measure)?;
+    scheme.initialise(&mut units, 0.0, ground(0))?;
+    let (mut crest, mut pressures, mut iterations) = (Vec::new(), Vec::new(), 0);
+    for step in 1..=STEPS {
+        let time = (step - 1) as f64 * H;
+        let interval = Interval { step, time, communication_step: H, ground_acceleration: ground(step) };
+        let report = scheme.advance(&mut units, &[interval])?;
+        iterations += report.iterations();
+        let of = |side| report.accepted(side, step).ok_or("an accepted exchange");
+        crest.push(of(Side::Dam)?.outputs[crest_range.clone()][0]);
+        pressures.extend_from_slice(&of(Side::Reservoir)?.outputs[pressure_range.clone()]);
+    }
+    Ok(((crest, pressures), f64::from(iterations) / STEPS as f64))
+}
+
+/// ‖a − b‖₂ / ‖b‖₂
+fn apart(a: &[f64], b: &[f64]) -> f64 {
+    let square = |values: &mut dyn Iterator<Item = f64>| values.map(|x| x * x).sum::<f64>();
+    (square(&mut a.iter().zip(b).map(|(a, b)| a - b)) / square(&mut b.iter().copied())).sqrt()
+}
+
+#[test]
+fn iterated_units_give_what_one_assembled_system_gives() -> Result<(), Failure> {
+    for (fidelity, kind) in [
+        (Fidelity::Compressible, SchemeKind::SerialImplicit),
+        (Fidelity::Compressible, SchemeKind::ParallelImplicit),
+        (Fidelity::Incompressible, SchemeKind::SerialImplicit),
+        (Fidelity::Incompressible, SchemeKind::AddedMass),
+        (Fidelity::Westergaard, SchemeKind::SerialImplicit),
+        (Fidelity::Westergaard, SchemeKind::AddedMass),
+    ] {
+        let mut parameters = koyna::dam(SIZE, false);
+        let face = parameters.wet_face()?.ok_or("a dam in water")?;
+        let water =
+            reservoir::ReservoirParameters { fidelity, ..koyna::reservoir(face, H, STEPS as f64 * H) };
+        if kind == SchemeKind::AddedMass {
+            let mass = reservoir::added_mass(&water)?;
+            parameters.added_mass = Some(mass.row_iter().map(|row| row.iter().copied().collect()).collect());
+        }
+        let exchanged = kind != SchemeKind::AddedMass;
+        let dam = Dam::new(parameters)?;
+        let (crest, pressure) = monolithic(&dam, Water::new(water.clone())?, exchanged)?;
+        let unit = Reservoir::new(water, NonZeroUsize::MIN)?;
+        let ((crest_too, pressure_too), iterations) = partitioned(dam, unit, kind)?;
+        let errors = [apart(&crest_too, &crest), apart(&pressure_too, &pressure)];
+        println!(
+            "{fidelity:?}, {kind:?}: crest {:.1e}, pressure {:.1e} (relative L2), {iterations:.2} dam steps a step",
+            errors[0], errors[1]
+        );
+        assert!(errors.iter().all(|error| *error <= 1e-6), "{errors:?}");
+        assert!(crest.iter().any(|u| u.abs() > 1e-3), "it moves");
+    }
+    Ok(())
+}

@@ -1,0 +1,481 @@
+//! What a scheme does beside iterating: units at once, steps begun anew, failures gone on with, frozen units.
+
+use orchestrator::acceleration::{Acceleration, AccelerationKind};
+use orchestrator::convergence::{ConvergenceMeasure, Hopeless, Measure};
+use orchestrator::log::{Entry, Log, LogWriter, LoggedExchange, Preamble};
+use orchestrator::observer::{Ending, Observer, ObserverError, Start, Status};
+use orchestrator::participant::{Description, Occasion, Participant, ParticipantError};
+use orchestrator::scene::{GroundMotion, LoadedScene};
+use orchestrator::scheme::{
+    CouplingError, Interval, Predictor, Scheme, SchemeKind, Settings, Side, Units, WindowReport,
+};
+use orchestrator::simulation::{Simulation, SimulationError};
+use orchestrator::stepping::{Adaptive, Stepping};
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+use std::sync::mpsc::channel;
+use std::time::Duration;
+use whole_chain::scenario::root;
+use whole_chain::small_unit::{SmallUnit, interval};
+
+const MASS: f64 = 2.0;
+
+/// A mass, pushed by p and by `load(t)`, its acceleration constant in a step.
+fn mass(load: impl Fn(f64) -> f64 + Send + 'static) -> SmallUnit<[f64; 2]> {
+    SmallUnit::dam(1, [0.0; 2], vec![0.0; 2], move |[u, v], at, given, answer| {
+        let h = at.communication_step;
+        let acceleration = (given[0] + load(at.end())) / MASS;
+        *u += h * *v + h * h * acceleration / 2.0;
+        *v += h * acceleration;
+        (answer[0], answer[1]) = (*u, acceleration);
+    })
+}
+
+/// Water of `added` mass that answers `p = −added a`; what it answers may be spoilt.
+fn water(added: f64, mut spoil: impl FnMut(&Occasion, &mut f64) + Send + 'static) -> SmallUnit<()> {
+    SmallUnit::reservoir(1, (), vec![0.0], move |(), at, given, answer| {
+        answer[0] = -added * given[0];
+        spoil(at, &mut answer[0]);
+    })
+}
+
+fn measure(tolerance: f64) -> ConvergenceMeasure {
+    ConvergenceMeasure {
+        measures: vec![Measure::Pressure],
+        tolerance,
+        displacement_scale: 0.0,
+        pressure_floor: 1e-14,
+        pressure_bound: 1e9,
+    }
+}
+
+#[derive(Default)]
+struct Kept(Vec<WindowReport>);
+
+impl Observer for Kept {
+    fn begin(&mut self, _: &Start<'_>) -> Result<(), ObserverError> {
+        Ok(())
+    }
+    fn window(&mut self, report: &WindowReport) -> Result<(), ObserverError> {
+        self.0.push(report.clone());
+        Ok(())
+    }
+    fn end(&mut self, _: &Ending) -> Result<(), ObserverError> {
+        Ok(())
+    }
+}
+
+struct Case {
+    settings: Settings,
+    acceleration: AccelerationKind,
+    relaxation: f64,
+    tolerance: f64,
+    stepping: Stepping,
+}
+
+impl Case {
+    fn new(stepping: Stepping) -> Self {
+        let (acceleration, tolerance) = (AccelerationKind::Constant, 1e-9);
+        Self { settings: Settings::default(), acceleration, relaxation: 1.0, tolerance, stepping }
+    }
+
+    fn run(
+        self,
+        dam: impl Participant + 'static,
+        reservoir: impl Participant + 'static,
+    ) -> (Vec<WindowReport>, Ending, Option<SimulationError>) {
+        self.run_with(dam, reservoir, &mut [])
+    }
+
+    fn run_with(
+        self,
+        dam: impl Participant + 'static,
+        reservoir: impl Participant + 'static,
+        others: &mut [&mut dyn Observer],
+    ) -> (Vec<WindowReport>, Ending, Option<SimulationError>) {
+        let mut units = Units { dam: Box::new(dam), reservoir: Box::new(reservoir) };
+        let acceleration = Acceleration::new(self.acceleration, self.relaxation, 1e-3);
+        let scheme =
+            Scheme::new(&mut units, self.settings, acceleration, Predictor::new(1), measure(self.tolerance))
+                .expect("the units fit");
+        let mut simulation = Simulation {
+            units,
+            scheme,
+            ground_motion: GroundMotion::ramp(0.0, 1.0),
+            stepping: self.stepping,
+            static_crest_displacement: None,
+        };
+        let mut kept = Kept::default();
+        let mut observers: Vec<&mut dyn Observer> = vec![&mut kept];
+        observers.extend(others.iter_mut().map(|o| &mut **o as &mut dyn Observer));
+        let (ending, failure) = simulation.run(&mut observers, &AtomicBool::new(false));
+        drop(observers);
+        (kept.0, ending, failure)
+    }
+}
+
+#[test]
+fn parallel_schemes_run_both_units_at_once() {
+    for kind in [SchemeKind::ParallelExplicit, SchemeKind::ParallelImplicit] {
+        // Each waits for the other in the middle of its step.
+        let ((to_dam, from_reservoir), (to_reservoir, from_dam)) = (channel::<()>(), channel::<()>());
+        let patience = Duration::from_secs(60);
+        let dam = SmallUnit::dam(1, (), vec![0.0; 2], move |(), at, given, answer| {
+            to_reservoir.send(()).expect("the reservoir is there");
+            from_reservoir.recv_timeout(patience).expect("the reservoir steps at the same time");
+            (answer[0], answer[1]) = (0.0, (at.end().sin() + given[0]) / MASS);
+        });
+        let reservoir = SmallUnit::reservoir(1, (), vec![0.0], move |(), _, given, answer| {
+            to_dam.send(()).expect("the dam is there");
+            from_dam.recv_timeout(patience).expect("the dam steps at the same time");
+            answer[0] = -0.5 * given[0];
+        });
+        let case =
+            Case { settings: Settings { kind, ..Settings::default() }, ..Case::new(Stepping::equal(0.1, 5)) };
+        let (reports, ending, failure) = case.run(dam, reservoir);
+        assert!(failure.is_none() && ending.status == Status::Completed, "{failure:?}");
+        assert_eq!(reports.len(), 6);
+    }
+}
+
+#[test]
+fn a_parallel_run_whose_units_fail_leaves_a_log_that_can_be_read() {
+    for (failing, unanswered) in [([true, false], 1), ([false, true], 1), ([true, true], 2)] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("log.mcap");
+        let mut log = log_of_a_scene(&path);
+        let settings = Settings { kind: SchemeKind::ParallelImplicit, ..Settings::default() };
+        let case = Case { settings, ..Case::new(Stepping::equal(0.1, 5)) };
+        let dam = Failing { unit: Box::new(mass(f64::cos)), fails: failing[0] };
+        let reservoir = Failing { unit: Box::new(water(0.3 * MASS, |_, _| ())), fails: failing[1] };
+        let (_, _, failure) = case.run_with(dam, reservoir, &mut [&mut log]);
+        assert!(failure.is_some());
+        let exchanges = logged_exchanges(&path);
+        let silent: Vec<_> = exchanges.iter().rev().take_while(|e| e.outputs.is_none()).collect();
+        assert_eq!(silent.len(), unanswered, "{failing:?}");
+        assert!(silent.iter().all(|e| e.occasion.step == 3), "{failing:?}");
+        assert_eq!(exchanges.iter().filter(|e| e.outputs.is_none()).count(), unanswered);
+    }
+}
+
+#[test]
+fn all_implicit_schemes_and_accelerations_find_the_same_and_explicit_ones_do_not_repeat() {
+    // (m + 0.8 m) a = load
+    let exact = |t: f64| t.sin() / (1.8 * MASS);
+    for kind in [SchemeKind::SerialImplicit, SchemeKind::ParallelImplicit] {
+        for window in [1, 4, 3] {
+            for acceleration in [
+                AccelerationKind::Constant,
+                AccelerationKind::Aitken,
+                AccelerationKind::IqnIls,
+                AccelerationKind::InterfaceJacobian,
+            ] {
+                let case = Case {
+                    settings: Settings { kind, iteration_limit: 400, ..Settings::default() },
+                    acceleration,
+                    relaxation: 0.4,
+                    ..Case::new(Stepping { window, ..Stepping::equal(0.1, 20) })
+                };
+                let (reports, _, failure) = case.run(mass(f64::sin), water(0.8 * MASS, |_, _| ()));
+                assert!(failure.is_none(), "{kind:?} {acceleration:?}: {failure:?}");
+                let steps = reports.iter().skip(1).flat_map(|r| r.steps.iter().map(move |s| (r, s)));
+                let mut count = 0;
+                for (report, step) in steps {
+                    let dam = report.accepted(Side::Dam, step.step).expect("it was taken");
+                    assert!(
+                        (dam.outputs[1] - exact(step.end())).abs() < 1e-8,
+                        "{kind:?} {acceleration:?} {step:?}"
+                    );
+                    assert!(report.converged);
+                    count += 1;
+                }
+                assert_eq!(count, 20);
+            }
+        }
+    }
+    let explicit = Settings { kind: SchemeKind::SerialExplicit, ..Settings::default() };
+    let case = Case { settings: explicit, ..Case::new(Stepping::equal(0.1, 20)) };
+    let (reports, _, failure) = case.run(mass(f64::sin), water(0.8 * MASS, |_, _| ()));
+    assert!(failure.is_none());
+    assert!(reports.iter().skip(1).all(|r| r.exchanges.len() == 2 && r.residuals.is_some()));
+}
+
+#[test]
+fn a_step_that_does_not_converge_stops_is_gone_on_with_or_is_halved_as_the_scene_says() {
+    // Steps longer than 0.03 s meet water that is too heavy for a plain iteration.
+    let light_when_short = || {
+        SmallUnit::reservoir(1, (), vec![0.0], |(), at, given, answer| {
+            let heavy = at.communication_step > 0.03 && (0.3..0.5).contains(&at.time);
+            answer[0] = if heavy { -0.99 } else { -0.3 } * MASS * given[0];
+        })
+    };
+    let case = |accept_unconverged, halve| Case {
+        settings: Settings { iteration_limit: 25, accept_unconverged, ..Settings::default() },
+        ..Case::new(Stepping { halve, ..Stepping::equal(0.1, 10) })
+    };
+    let (reports, ending, failure) = case(false, false).run(mass(f64::cos), light_when_short());
+    let failed = reports.last().expect("the step that failed");
+    assert!(
+        matches!(failure, Some(SimulationError::Coupling(CouplingError::NotConverged { step: 4, .. }))),
+        "{failure:?}"
+    );
+    assert!(!failed.converged && !failed.is_accepted() && ending.statistics.rejected == 0);
+
+    let (reports, ending, failure) = case(true, false).run(mass(f64::cos), light_when_short());
+    assert!(failure.is_none() && ending.status == Status::Completed);
+    let unconverged: Vec<u64> = reports.iter().filter(|r| !r.converged).map(WindowReport::step).collect();
+    assert_eq!((unconverged, ending.statistics.unconverged), (vec![4, 5], 2));
+    assert!(reports.iter().all(WindowReport::is_accepted));
+
+    let (reports, ending, failure) = case(false, true).run(mass(f64::cos), light_when_short());
+    assert!(failure.is_none() && ending.status == Status::Completed, "{failure:?}");
+    let taken: Vec<f64> = reports
+        .iter()
+        .filter(|r| r.is_accepted() && r.step() > 0)
+        .map(|r| r.steps[0].communication_step)
+        .collect();
+    let quarters = taken.iter().filter(|h| (**h - 0.025).abs() < 1e-12).count();
+    assert_eq!((taken.len(), quarters), (16, 8), "{taken:?}");
+    let rejected: Vec<_> =
+        reports.iter().filter(|r| !r.is_accepted()).map(|r| (r.step(), r.attempt)).collect();
+    // Two quarters make a half, after which a half is tried again.
+    assert_eq!(rejected, [(4, 1), (4, 2), (6, 1), (8, 1), (8, 2), (10, 1)]);
+    assert_eq!(ending.statistics.rejected, 6);
+    assert!((ending.time - 1.0).abs() < 1e-12);
+    // States were restored: with every step converged the motion is that of one mass under one load.
+    let last = reports.last().and_then(|r| r.accepted(Side::Dam, r.step())).expect("the last step");
+    assert!((last.outputs[1] - 1f64.cos() / (1.3 * MASS)).abs() < 1e-8);
+}
+
+#[test]
+fn steps_that_never_converge_are_not_halved_for_ever_and_divergence_is_never_gone_on_with() {
+    let heavy = || water(40.0 * MASS, |_, _| ());
+    let case = Case {
+        stepping: Stepping { halve: true, ..Stepping::equal(0.1, 3) },
+        ..Case::new(Stepping::equal(0.1, 3))
+    };
+    let (reports, _, failure) = case.run(mass(f64::cos), heavy());
+    assert!(matches!(
+        failure,
+        Some(SimulationError::Coupling(CouplingError::Hopeless { why: Hopeless::Diverging { .. }, .. }))
+    ));
+    assert_eq!(reports.last().map(|r| (r.step(), r.attempt)), Some((1, 11)));
+    let settings = Settings { accept_unconverged: true, ..Settings::default() };
+    let (_, _, failure) =
+        Case { settings, ..Case::new(Stepping::equal(0.1, 3)) }.run(mass(f64::cos), heavy());
+    assert!(matches!(failure, Some(SimulationError::Coupling(CouplingError::Hopeless { .. }))));
+}
+
+#[test]
+fn steps_follow_the_estimate_of_their_error() {
+    // Slow at first, then ten times as fast.
+    let load = |t: f64| if t < 5.0 { t.sin() } else { 5f64.sin() + (10.0 * (t - 5.0)).sin() };
+    let adaptive = Adaptive { tolerance: 1e-3, shortest: 1e-4, longest: 1.0 };
+    let case = Case::new(Stepping { adaptive: Some(adaptive), ..Stepping::equal(0.01, 1000) });
+    let (reports, ending, failure) = case.run(mass(load), water(0.3 * MASS, |_, _| ()));
+    assert!(failure.is_none(), "{failure:?}");
+    assert!((ending.time - 10.0).abs() < 1e-9);
+    let taken: Vec<_> = reports.iter().filter(|r| r.is_accepted() && r.step() > 0).collect();
+    for report in &taken {
+        let h = report.steps[0].communication_step;
+        assert!(
+            report.relative_interpolation_error().is_none_or(|e| e <= 1e-3) || h < 1.01e-4,
+            "{:?}",
+            report.steps
+        );
+    }
+    let mean = |from: f64, to: f64| {
+        let lengths: Vec<f64> = taken
+            .iter()
+            .map(|r| r.steps[0])
+            .filter(|s| s.time > from && s.end() < to)
+            .map(|s| s.communication_step)
+            .collect();
+        lengths.iter().sum::<f64>() / lengths.len() as f64
+    };
+    let (slow, fast) = (mean(1.0, 4.9), mean(6.0, 9.9));
+    println!("{} steps in place of 1000, {:.3e} s long on the mean, then {:.3e} s", taken.len(), slow, fast);
+    assert!((5.0..20.0).contains(&(slow / fast)) && taken.len() < 500, "{slow} {fast}");
+    assert!(reports.iter().any(|r| !r.is_accepted()), "a step was begun anew when the load became fast");
+}
+
+#[test]
+fn units_with_steps_of_one_length_are_not_asked_for_others() {
+    let fixed = water(0.3 * MASS, |_, _| ()).of_one_length();
+    let case = Case::new(Stepping { halve: true, ..Stepping::equal(0.1, 3) });
+    let (reports, _, failure) = case.run(mass(f64::cos), fixed);
+    let failure = failure.expect("it cannot be").to_string();
+    assert!(failure.starts_with("reservoir takes communication steps of one length only"), "{failure}");
+    assert!(reports.is_empty(), "nothing was asked of any unit");
+}
+
+#[test]
+fn a_unit_that_freezes_is_named_and_one_that_never_answers_to_changes_is_let_be() {
+    let mut last = 0.0;
+    let freezing = water(0.3 * MASS, move |at, p| {
+        if at.step < 30 {
+            last = *p;
+        }
+        *p = last;
+    });
+    let (reports, _, failure) = Case::new(Stepping::equal(0.1, 100)).run(mass(f64::cos), freezing);
+    let Some(SimulationError::Coupling(error)) = failure else { panic!("{failure:?}") };
+    println!("{error}");
+    assert!(
+        matches!(&error, CouplingError::Frozen { participant, step: 49, steps: 20, .. } if participant == "reservoir")
+    );
+    assert_eq!(reports.last().map(WindowReport::step), Some(49));
+    let still = SmallUnit::reservoir(1, (), vec![0.0], |(), _, _, answer| answer[0] = 3.0);
+    let (_, ending, failure) = Case::new(Stepping::equal(0.1, 100)).run(mass(f64::cos), still);
+    assert!(failure.is_none() && ending.status == Status::Completed, "{failure:?}");
+}
+
+#[test]
+fn a_tolerance_beneath_the_rounding_floor_is_said_to_be_so() {
+    // A pressure that is as if computed with few digits: its error jumps with the last bits of what it was made from.
+    let coarse = water(0.3 * MASS, |_, p| *p += 1e-5 * f64::from((p.to_bits() % 7) as u8));
+    let case = Case { tolerance: 1e-12, ..Case::new(Stepping::equal(0.1, 100)) };
+    let (reports, _, failure) = case.run(mass(f64::cos), coarse);
+    let failure = failure.expect("it cannot converge").to_string();
+    println!("{failure}");
+    assert!(failure.contains("stagnates at"), "{failure}");
+    let floor = reports.last().and_then(|r| r.rounding_floor);
+    assert!(floor.is_some_and(|floor| (1e-6..1e-4).contains(&floor)), "{floor:?}");
+}
+
+fn log_of_a_scene(path: &Path) -> LogWriter {
+    let scene = LoadedScene::read(&root().join("scenes/rigid-dam-ramp"), &[]).expect("a shipped scene").scene;
+    let preamble = Preamble { scene: toml::to_string(&scene).expect("TOML"), ..Preamble::default() };
+    LogWriter::create(path, preamble).expect("a log")
+}
+
+/// The exchanges of a log that is intact.
+fn logged_exchanges(path: &Path) -> Vec<LoggedExchange> {
+    let entries: Result<Vec<Entry>, _> =
+        Log::open(path).expect("a log").entries().expect("entries").collect();
+    let exchange = |entry| if let Entry::Exchange(exchange) = entry { Some(exchange) } else { None };
+    entries.expect("an intact log").into_iter().filter_map(exchange).collect()
+}
+
+/// A unit that fails in step 3, if it is told to.
+struct Failing {
+    unit: Box<dyn Participant>,
+    fails: bool,
+}
+
+impl Participant for Failing {
+    fn description(&self) -> &Description {
+        self.unit.description()
+    }
+    fn fixed(&mut self, variable: &str) -> Result<Vec<f64>, ParticipantError> {
+        self.unit.fixed(variable)
+    }
+    fn initialise(
+        &mut self,
+        start: f64,
+        inputs: &[f64],
+        outputs: &mut [f64],
+    ) -> Result<(), ParticipantError> {
+        self.unit.initialise(start, inputs, outputs)
+    }
+    fn step(&mut self, at: &Occasion, inputs: &[f64], outputs: &mut [f64]) -> Result<(), ParticipantError> {
+        if self.fails && at.step == 3 {
+            let participant = self.description().name.clone();
+            return Err(ParticipantError::Unit { participant, cause: "dry".into() });
+        }
+        self.unit.step(at, inputs, outputs)
+    }
+    fn save_state(&mut self) -> Result<(), ParticipantError> {
+        self.unit.save_state()
+    }
+    fn restore_state(&mut self) -> Result<(), ParticipantError> {
+        self.unit.restore_state()
+    }
+}
+
+/// A unit that keeps what it has become when it is told to return.
+struct Forgetful(SmallUnit<[f64; 2]>);
+
+impl Participant for Forgetful {
+    fn description(&self) -> &Description {
+        self.0.description()
+    }
+    fn fixed(&mut self, variable: &str) -> Result<Vec<f64>, ParticipantError> {
+        self.0.fixed(variable)
+    }
+    fn initialise(
+        &mut self,
+        start: f64,
+        inputs: &[f64],
+        outputs: &mut [f64],
+    ) -> Result<(), ParticipantError> {
+        self.0.initialise(start, inputs, outputs)
+    }
+    fn step(&mut self, at: &Occasion, inputs: &[f64], outputs: &mut [f64]) -> Result<(), ParticipantError> {
+        self.0.step(at, inputs, outputs)
+    }
+    fn save_state(&mut self) -> Result<(), ParticipantError> {
+        self.0.save_state()
+    }
+    fn restore_state(&mut self) -> Result<(), ParticipantError> {
+        Ok(())
+    }
+}
+
+#[test]
+fn a_unit_that_does_not_return_to_its_state_is_named_and_the_log_holds_both_answers() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("log.mcap");
+    let mut log = log_of_a_scene(&path);
+    let case = Case::new(Stepping::equal(0.1, 5));
+    let (reports, _, failure) =
+        case.run_with(Forgetful(mass(f64::cos)), water(0.3 * MASS, |_, _| ()), &mut [&mut log]);
+    let failure = failure.expect("it cannot be coupled").to_string();
+    println!("{failure}");
+    assert!(
+        failure.starts_with("dam does not return to its saved state: restored and asked the same in step 1"),
+        "{failure}"
+    );
+    let seen = reports.last().map_or(0, |r| r.exchanges.len());
+    let logged = logged_exchanges(&path);
+    assert_eq!(
+        (logged.len(), seen),
+        (2 + 6, 6),
+        "initialisation, and the first step's first two iterations, and the last of them again"
+    );
+    assert!(logged.iter().all(|exchange| exchange.outputs.is_some()));
+    let dam: Vec<_> = logged.iter().filter(|e| e.side == Side::Dam && e.occasion.step == 1).collect();
+    assert!(dam[1].inputs == dam[2].inputs && dam[1].outputs != dam[2].outputs);
+}
+
+#[test]
+fn an_attempt_that_is_not_accepted_leaves_no_trace() {
+    let run = |twice: bool| {
+        let mut units =
+            Units { dam: Box::new(mass(f64::cos)), reservoir: Box::new(water(0.3 * MASS, |_, _| ())) };
+        let acceleration = Acceleration::new(AccelerationKind::Constant, 1.0, 1.0);
+        let mut scheme =
+            Scheme::new(&mut units, Settings::default(), acceleration, Predictor::new(2), measure(1e-9))
+                .expect("the units fit");
+        scheme.initialise(&mut units, 0.0, [0.0; 2]).expect("they initialise");
+        (1..20)
+            .map(|step| {
+                if twice {
+                    let longer = Interval { communication_step: 0.13, ..interval(step, 0.1) };
+                    scheme.attempt(&mut units, &[longer], 1).expect("it converges");
+                }
+                let attempt = if twice { 2 } else { 1 };
+                let mut report =
+                    scheme.attempt(&mut units, &[interval(step, 0.1)], attempt).expect("it converges");
+                scheme.accept(&mut report);
+                let bits = |side| {
+                    let outputs =
+                        report.accepted(side, step).map(|e| e.outputs.clone()).expect("it was taken");
+                    outputs.into_iter().map(f64::to_bits).collect::<Vec<_>>()
+                };
+                (bits(Side::Dam), bits(Side::Reservoir))
+            })
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(run(false), run(true));
+}
