@@ -76,6 +76,10 @@ const KEYS: &[Case] = &[
     edit(&[("tolerance = 1e-6", "iteration_limit = 1e300")]),
     edit(&[("\"compressible\"", "\"compresible\"")]),
     edit(&[("\"stress\"", "\"plain\"")]),
+    set(&["reservoir.surface_waves=1"]),
+    set(&["reservoir.method=radau"]),
+    set(&["reservoir.element_order=quadratic"]),
+    set(&["reservoir.bed=[-20, -3]"]),
 ];
 
 const VALUES: &[Case] = &[
@@ -86,6 +90,8 @@ const VALUES: &[Case] = &[
     edit(&[("element_size = 5.0", "element_size = 0")]),
     edit(&[("depth = 91.75", "depth = 91.75\nelement_size = nan")]),
     edit(&[("depth = 91.75", "depth = 91.75\ninterface_size = 0.0")]),
+    set(&["reservoir.bed_element_size=0"]),
+    set(&["reservoir.corner_element_size=-1"]),
     edit(&[("friction_coefficient = 1.0", "friction_coefficient = 45.0")]),
     edit(&[("young_modulus = 31e9", "young_modulus = 31.0")]),
     edit(&[("poisson_ratio = 0.2", "poisson_ratio = 0.5")]),
@@ -101,6 +107,9 @@ const GEOMETRY: &[Case] = &[
     edit(&[("depth = 91.75", "depth = 1e3")]),
     edit(&[("depth = 91.75", "depth = 1e-5")]),
     edit(&[("depth = 91.75", "depth = 91.75\ninterface_size = 100.0")]),
+    set(&["reservoir.bed=[[-20, -3], [5, -3]]"]),
+    set(&["reservoir.bed=[[-20, 91.75]]"]),
+    set(&["reservoir.bed=[[0, 0], [-20, -3]]"]),
     edit(&[("elevation = 66.5", "elevation = 1e-300")]),
     edit(&[("elevation = 66.5", "elevation = 120.0")]),
     edit(&[(
@@ -122,6 +131,8 @@ const AMOUNT: &[Case] = &[
     edit(&[("depth = 91.75", "depth = 91.75\nelement_size = 1e-6")]),
     set(&["reservoir.interface_size=1e-3"]),
     set(&["reservoir.interface_size=0.1"]),
+    set(&["reservoir.bed_element_size=0.05"]),
+    set(&["reservoir.bed=[[-1e6, -3]]"]),
     edit(&[("communication_step = 0.0025", "communication_step = 1e-9")]),
     edit(&[("communication_step = 0.0025", "communication_step = 0.02")]),
     edit(&[("title = \"Cracked Koyna dam,", "title = \"Cracked\\tKoyna dam,")]),
@@ -144,6 +155,8 @@ const CHOICES: &[Case] = &[
     edit(&[("[reservoir]", "[ground_motion.ramp]\nacceleration = 1.0\nrise = 0.1\n\n[reservoir]")]),
     edit(&[("multiples_of_first = [1.0, 5.0]        # of ω₁ of the intact empty dam", "")]),
     ramp(&[("duration = 2.0                         # s", "")]),
+    Case { scene: RAMP, ..set(&["reservoir.fidelity=none"]) },
+    set(&["reservoir.fidelity=incompressible", "reservoir.surface_waves=true"]),
 ];
 
 const COUPLING: &[Case] = &[
@@ -230,6 +243,9 @@ const WARNINGS: &[Case] = &[
     edit(&[("ratio = 0.05", "ratio = 0.0")]),
     edit(&[("young_modulus = 31e9", "young_modulus = 31e7"), ("element_size = 5.0", "element_size = 2.0")]),
     edit(&[("title =", "gravity = 981.0\ntitle =")]),
+    set(&["reservoir.fidelity=westergaard", "reservoir.bed=[[-20, -3]]", "reservoir.method=bdf2"]),
+    set(&["reservoir.method=finite-elements", "reservoir.element_order=constant"]),
+    set(&["reservoir.fidelity=none"]),
 ];
 
 const FIVE: &[Case] = &[edit(&[
@@ -363,13 +379,13 @@ macro_rules! variants {
 
 variants!(INVALID, invalid, Invalid:
     Unreadable Override Syntax Misspelt Misplaced Unknown Missing Type Word NotPositive OutOfRange WaterAboveCrest
-    WaterTooShallow ElementTooLarge PanelTooLong CrackOutside CracksCoincide ThinRow TooMany NoStep NoMeasure FixedStep Window AddedMassScheme AdaptiveScheme NothingToHalve AdaptiveBounds
+    WaterTooShallow ElementTooLarge BedCorner WavesWithoutMemory NothingToCompute PanelTooLong CrackOutside CracksCoincide ThinRow TooMany NoStep NoMeasure FixedStep Window AddedMassScheme AdaptiveScheme NothingToHalve AdaptiveBounds
     Title Undersampled SideTooShort SideNotAscending NotAtHeel SidesCross
     ExactlyOne Polarity Count Frequencies DurationMissing Record);
 variants!(RECORD_ERRORS, record_error, RecordError:
     Read Format Line NonFinite NonUniform Empty Truncated Crop TooStrong);
 variants!(DOUBTS, doubt, Warning:
-    CoarseDam CoarseReservoir CoarseStep ClippedSamples Drift Peak NoResidual LooseTolerance UndampedCrack Unusual);
+    CoarseDam CoarseReservoir CoarseStep ClippedSamples Drift Peak NoResidual LooseTolerance UndampedCrack WithoutEffect Unusual);
 
 #[test]
 fn every_message_is_in_a_snapshot() {

@@ -479,3 +479,15 @@ fn an_attempt_that_is_not_accepted_leaves_no_trace() {
     };
     assert_eq!(run(false), run(true));
 }
+
+#[test]
+fn an_implicit_scheme_that_may_not_iterate_is_refused() {
+    let scheme = |kind| {
+        let mut units = Units { dam: Box::new(mass(|_| 1.0)), reservoir: Box::new(water(0.5, |_, _| ())) };
+        let settings = Settings { kind, iteration_limit: 0, ..Settings::default() };
+        let acceleration = Acceleration::new(AccelerationKind::Constant, 1.0, 1e-3);
+        Scheme::new(&mut units, settings, acceleration, Predictor::new(1), measure(1e-9)).err()
+    };
+    assert!(matches!(scheme(SchemeKind::SerialImplicit), Some(CouplingError::NoIteration)));
+    assert!(scheme(SchemeKind::SerialExplicit).is_none(), "which never asks how often");
+}

@@ -103,7 +103,7 @@ pub mod reservoir {
         32 SOUND_SPEED "sound_speed" Parameter Fixed Scalar "m/s" "speed of sound in the water";
         33 WAVE_REFLECTION_COEFFICIENT "wave_reflection_coefficient" Parameter Fixed Scalar "1" "share of a pressure wave's amplitude that the bed reflects at normal incidence";
         34 GRAVITY "gravity" Parameter Fixed Scalar "m/s2" "gravitational acceleration";
-        35 FIDELITY "fidelity" CalculatedParameter Fixed Scalar "1" "model of the water: 1 Westergaard's added mass, 2 incompressible, 3 compressible";
+        35 FIDELITY "fidelity" CalculatedParameter Fixed Scalar "1" "model of the water: 1 Westergaard's parabola, 2 incompressible, 3 compressible, 4 Westergaard's series";
         36 ELEMENT_SIZE "element_size" Parameter Fixed Scalar "m" "largest length of a boundary element";
         37 FAR_END_DISTANCE "far_end_distance" Parameter Fixed Scalar "m" "distance of the far end from the most upstream point of the wet face";
         38 COMMUNICATION_STEP "communication_step" CalculatedParameter Fixed Scalar "s" "length of a communication step";

@@ -9,7 +9,7 @@ use orchestrator::participant::{
     Channel, Description, InProcess, Layout, Messages, Occasion, Participant, ParticipantError,
 };
 use orchestrator::scheme::{Interval, Predictor, Scheme, Settings, Side, Units};
-use reservoir::{Fidelity, Reservoir, ReservoirParameters};
+use reservoir::{Reservoir, ReservoirParameters};
 use std::num::NonZeroUsize;
 
 /// Displacement, velocity, force of the water, ground acceleration; for 1000 t on a spring of 400 MN/m.
@@ -85,16 +85,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         capabilities: Capabilities { variable_communication_step: true, directional_derivative: false },
     };
     let water = ReservoirParameters {
-        wet_face: face.clone(),
-        density: 1000.0,
-        sound_speed: 1440.0,
         wave_reflection_coefficient: 0.9,
-        gravity: 9.81,
-        fidelity: Fidelity::Compressible,
-        element_size: 5.0,
-        far_end_distance: 25.0,
         communication_step: h,
         horizon: 1.0,
+        ..ReservoirParameters::before(face.clone())
     };
     let reservoir =
         InProcess::new(Reservoir::new(water, NonZeroUsize::MIN)?, "reservoir", Messages::default());

@@ -23,6 +23,7 @@ fn main() -> ExitCode {
         cli::Command::ExportFmu(arguments) => cli::export_fmu::run(&arguments),
         cli::Command::Replay(arguments) => cli::replay::run(&arguments),
         cli::Command::Log(command) => cli::log::run(&command),
+        cli::Command::Reservoir(command) => cli::reservoir::run(&command),
         cli::Command::Study(command) => cli::study::run(&command),
     }
 }

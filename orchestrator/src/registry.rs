@@ -5,10 +5,12 @@ use dam_dem::{
     Section,
 };
 use interface::{WetFace, WetFaceError};
-use orchestrator::participant::{InProcess, Messages, Participant, Prescribed};
-use orchestrator::scene::{DamScene, FidelityScene, KinematicsScene, PlaneScene, Scene};
+use orchestrator::participant::{EmptyReservoir, InProcess, Messages, Participant, Prescribed};
+use orchestrator::scene::{
+    DamScene, ElementOrderScene, FidelityScene, KinematicsScene, MethodScene, PlaneScene, ProfileScene, Scene,
+};
 use orchestrator::scheme::{SchemeKind, Side};
-use reservoir::{Fidelity, Reservoir, ReservoirError, ReservoirParameters, added_mass};
+use reservoir::{ElementOrder, Fidelity, Method, Reservoir, ReservoirError, ReservoirParameters, added_mass};
 use std::num::NonZeroUsize;
 
 /// Most time steps of the dam in a communication step: beyond, no run would end.
@@ -34,9 +36,12 @@ pub enum RegistryError {
         /// Longest stable time step, s.
         limit: f64,
     },
-    /// The prescribed dam.
+    /// The prescribed dam, or the empty reservoir.
     #[error(transparent)]
-    Prescribed(#[from] interface::StateError),
+    Face(#[from] interface::StateError),
+    /// There is no water to compute.
+    #[error("the reservoir is empty: `reservoir.fidelity` is \"none\"; choose another fidelity")]
+    Empty,
     /// The wet face.
     #[error(transparent)]
     WetFace(#[from] WetFaceError),
@@ -47,8 +52,14 @@ pub fn unit(side: Side, scene: &Scene, threads: NonZeroUsize) -> Result<Box<dyn 
     match (side, &scene.dam) {
         (Side::Dam, Some(dam)) => computed_dam(dam, scene),
         (Side::Dam, None) => Ok(Box::new(Prescribed::new(wet_face(scene)?)?)),
+        (Side::Reservoir, _) if is_empty(scene) => Ok(Box::new(EmptyReservoir::new(wet_face(scene)?)?)),
         (Side::Reservoir, _) => reservoir(scene, threads),
     }
+}
+
+/// Whether the reservoir is one without water, which is no unit of its own.
+pub fn is_empty(scene: &Scene) -> bool {
+    scene.reservoir.fidelity == FidelityScene::Empty
 }
 
 fn computed_dam(dam: &DamScene, scene: &Scene) -> Result<Box<dyn Participant>, RegistryError> {
@@ -80,12 +91,15 @@ fn reservoir(scene: &Scene, threads: NonZeroUsize) -> Result<Box<dyn Participant
     let wet_face = reservoir_face(scene)?;
     let points = wet_face.len();
     let messages = Messages::default();
-    let reservoir = messages.listen(|| Reservoir::new(reservoir_parameters(scene, wet_face), threads))?;
-    let model = match scene.reservoir.fidelity {
-        FidelityScene::Compressible => "compressible water, boundary elements",
-        FidelityScene::Incompressible => "incompressible water, boundary elements",
-        FidelityScene::Westergaard => "Westergaard's added mass",
+    let parameters = reservoir_parameters(scene, wet_face)?;
+    let model = match (parameters.fidelity, parameters.method) {
+        (Fidelity::Compressible, Method::FiniteElements) => "compressible water, finite elements",
+        (Fidelity::Compressible, _) => "compressible water, boundary elements",
+        (Fidelity::Incompressible, _) => "incompressible water, boundary elements",
+        (Fidelity::Westergaard, _) => "Westergaard's added mass",
+        (Fidelity::WestergaardExact, _) => "Westergaard's added mass, exact profile",
     };
+    let reservoir = messages.listen(|| Reservoir::new(parameters, threads))?;
     let solver = format!("{model} {}: {points} interface points", env!("CARGO_PKG_VERSION"));
     Ok(Box::new(InProcess::new(reservoir, &solver, messages)))
 }
@@ -101,7 +115,7 @@ pub fn reservoir_face(scene: &Scene) -> Result<WetFace, RegistryError> {
 
 /// The wet face of the scene's dam: either unit finds the same by itself.
 pub fn wet_face(scene: &Scene) -> Result<WetFace, RegistryError> {
-    let depth = scene.reservoir.depth;
+    let depth = scene.depth();
     let straight = |batter, panels| WetFace::straight([batter, depth], panels);
     Ok(match (&scene.dam, &scene.prescribed) {
         (Some(dam), _) => dry_dam(dam, scene).wet_face()?.map_or_else(|| straight(0.0, 1), Ok)?,
@@ -117,7 +131,7 @@ pub fn dam_parameters(dam: &DamScene, scene: &Scene) -> Result<DamParameters, Re
     let mut parameters = dry_dam(dam, scene);
     if scene.scheme() == SchemeKind::AddedMass {
         // At the dam's own points, whatever the reservoir's are.
-        let mass = added_mass(&reservoir_parameters(scene, wet_face(scene)?))?;
+        let mass = added_mass(&reservoir_parameters(scene, wet_face(scene)?)?)?;
         parameters.added_mass = Some(mass.row_iter().map(|row| row.iter().copied().collect()).collect());
     }
     Ok(parameters)
@@ -131,7 +145,7 @@ fn dry_dam(dam: &DamScene, scene: &Scene) -> DamParameters {
     };
     DamParameters {
         section: Section { upstream: section.upstream.clone(), downstream: section.downstream.clone() },
-        water_depth: scene.reservoir.depth,
+        water_depth: scene.depth(),
         cracks: dam
             .cracks
             .iter()
@@ -169,23 +183,44 @@ fn dry_dam(dam: &DamScene, scene: &Scene) -> DamParameters {
 }
 
 /// The parameters of the reservoir of a scene.
-pub fn reservoir_parameters(scene: &Scene, wet_face: WetFace) -> ReservoirParameters {
+///
+/// **Errors**: [`RegistryError::Empty`].
+pub fn reservoir_parameters(scene: &Scene, wet_face: WetFace) -> Result<ReservoirParameters, RegistryError> {
     let water = &scene.reservoir;
     let communication_step = scene.time.communication_step;
-    ReservoirParameters {
-        wet_face,
+    Ok(ReservoirParameters {
         density: water.density,
         sound_speed: water.sound_speed,
         wave_reflection_coefficient: water.wave_reflection_coefficient,
         gravity: scene.gravity,
-        fidelity: match water.fidelity {
-            FidelityScene::Westergaard => Fidelity::Westergaard,
-            FidelityScene::Incompressible => Fidelity::Incompressible,
-            FidelityScene::Compressible => Fidelity::Compressible,
+        fidelity: match (water.fidelity, water.profile) {
+            (FidelityScene::Westergaard, ProfileScene::Parabola) => Fidelity::Westergaard,
+            (FidelityScene::Westergaard, ProfileScene::Exact) => Fidelity::WestergaardExact,
+            (FidelityScene::Incompressible, _) => Fidelity::Incompressible,
+            (FidelityScene::Compressible, _) => Fidelity::Compressible,
+            (FidelityScene::Empty, _) => return Err(RegistryError::Empty),
         },
-        element_size: water.element_size.unwrap_or(water.depth / 16.0),
-        far_end_distance: water.far_end_distance.unwrap_or(water.depth / 2.0),
+        // A formula knows neither.
+        surface_waves: water.fidelity.is_solved() && water.surface_waves,
+        bed: if water.fidelity.is_solved() { water.bed.clone() } else { Vec::new() },
+        element_order: match water.element_order {
+            ElementOrderScene::Constant => ElementOrder::Constant,
+            ElementOrderScene::Linear => ElementOrder::Linear,
+        },
+        element_size: scene.boundary_element_size(),
+        bed_element_size: water.bed_element_size,
+        corner_element_size: water.corner_element_size,
+        far_end_distance: scene.far_end_distance(),
         communication_step,
         horizon: scene.steps() as f64 * communication_step,
-    }
+        method: match water.method {
+            MethodScene::Bdf2 => Method::Bdf2,
+            MethodScene::Trapezoid => Method::Trapezoid,
+            MethodScene::Radau2 => Method::Radau2,
+            MethodScene::Radau3 => Method::Radau3,
+            MethodScene::Recursive => Method::Recursive,
+            MethodScene::FiniteElements => Method::FiniteElements,
+        },
+        ..ReservoirParameters::before(wet_face)
+    })
 }

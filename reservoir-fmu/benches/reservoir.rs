@@ -3,7 +3,7 @@
 use divan::Bencher;
 use interface::variables::reservoir::INTERFACE_ACCELERATION;
 use interface::{CoSimulation, WetFace};
-use reservoir::{Fidelity, Reservoir, ReservoirParameters};
+use reservoir::{Reservoir, ReservoirParameters};
 use std::num::NonZeroUsize;
 
 const STEP: f64 = 0.0025;
@@ -16,16 +16,11 @@ fn main() {
 fn parameters(points: usize, alpha: f64) -> ReservoirParameters {
     let depth = 91.75;
     ReservoirParameters {
-        wet_face: WetFace::straight([0.0, depth], points - 1).unwrap(),
-        density: 1000.0,
-        sound_speed: 1440.0,
         wave_reflection_coefficient: alpha,
-        gravity: 9.81,
-        fidelity: Fidelity::Compressible,
         element_size: 5.1,
-        far_end_distance: depth / 2.0,
         communication_step: STEP,
         horizon: 25.0,
+        ..ReservoirParameters::before(WetFace::straight([0.0, depth], points - 1).unwrap())
     }
 }
 

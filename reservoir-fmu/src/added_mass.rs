@@ -1,10 +1,10 @@
 //! Water without memory: its added mass, and pressure at the ends of steps of any length.
 //!
-//! Depends on `fidelity`, `frequency_response` and `system`.
+//! Depends on `analytical`, `fidelity`, `frequency_response` and `system`.
 
+use crate::analytical::westergaard_1933;
 use crate::frequency_response::boundary_system;
 use crate::{Fidelity, ReservoirError, ReservoirParameters};
-use interface::WetFace;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
@@ -12,30 +12,54 @@ use serde::{Deserialize, Serialize};
 /// along n.
 ///
 /// **Shapes and units**: points × points, kg/m² (Pa per m/s²); `a` in m/s², `p` in Pa.
-/// Westergaard's is the diagonal `⅞ ρ √(h(h − y))`, on a sloped face for the local normal acceleration.
+/// Westergaard's is the diagonal `⅞ ρ √(h(h − y))`, or ρ times his series, on a sloped face for the local normal
+/// acceleration.
 /// That of incompressible water is full: Laplace's equation with ∂p/∂n = −ρ a on the face, p = 0 at the
-/// surface, a rigid bed, and what decays upstream, by boundary elements. Pressure at points, as everywhere,
-/// so that `M_Γ A`, with the face's consistent mass M_Γ, is symmetric to the accuracy of the mesh only.
+/// surface, a rigid bed, and what decays upstream, by boundary elements; `M_Γ A`, with the face's consistent mass
+/// M_Γ, is symmetric.
 ///
 /// **Errors**: parameters out of range, [`ReservoirError::Memory`] for compressible water,
-/// [`ReservoirError::FarEnd`].
+/// [`ReservoirError::GravityWaves`], [`ReservoirError::FarEnd`].
 ///
 /// **Source**: Westergaard (1933), and his series for incompressible water
 /// ([`chopra_1967`](crate::analytical::chopra_1967), s → 0).
 pub fn added_mass(parameters: &ReservoirParameters) -> Result<DMatrix<f64>, ReservoirError> {
+    let points = parameters.wet_face.len();
+    Ok(both(parameters)?.columns(0, points).into_owned())
+}
+
+/// The added mass of the ground, `p = −A_g a_g` for its acceleration along x and y, the face at rest.
+///
+/// **Shapes and units**: points × 2, kg/m². A level bed pushes no water along x; upwards it lifts all of it,
+/// `A_g[·, 1] = −ρ (h − y)` far from the face. Zero for Westergaard's water, which does not know the ground.
+///
+/// **Errors**: those of [`added_mass`].
+pub fn ground_added_mass(parameters: &ReservoirParameters) -> Result<DMatrix<f64>, ReservoirError> {
+    let points = parameters.wet_face.len();
+    Ok(both(parameters)?.columns(points, 2).into_owned())
+}
+
+/// A and beside it A_g.
+fn both(parameters: &ReservoirParameters) -> Result<DMatrix<f64>, ReservoirError> {
     parameters.validate()?;
+    if parameters.surface_waves {
+        let remedy = "unset `surface_waves`, or take the frequency response";
+        return Err(ReservoirError::GravityWaves { what: "an added mass", remedy });
+    }
     match parameters.fidelity {
-        Fidelity::Westergaard => Ok(westergaard(&parameters.wet_face, parameters.density)),
+        Fidelity::Westergaard => Ok(profile(parameters, westergaard_1933::pressure)),
+        Fidelity::WestergaardExact => Ok(profile(parameters, westergaard_1933::series_pressure)),
         Fidelity::Incompressible => boundary_system(parameters)?.added_mass(),
         Fidelity::Compressible => Err(ReservoirError::Memory),
     }
 }
 
-/// Westergaard's: `⅞ ρ √(h(h − y))` on the diagonal.
-fn westergaard(face: &WetFace, density: f64) -> DMatrix<f64> {
-    let depth = face.depth();
-    let mass = |point: &[f64; 2]| 0.875 * density * (depth * (depth - point[1])).sqrt();
-    DMatrix::from_diagonal(&DVector::from_iterator(face.len(), face.points().iter().map(mass)))
+/// ρ times a profile `p/(ρa)` (m) of depth and elevation (m) on the diagonal, and two columns of zeros.
+fn profile(parameters: &ReservoirParameters, pressure: fn(f64, f64) -> f64) -> DMatrix<f64> {
+    let ReservoirParameters { wet_face, density, .. } = parameters;
+    let mass = |point: &[f64; 2]| density * pressure(wet_face.depth(), point[1]);
+    DMatrix::from_diagonal(&DVector::from_iterator(wet_face.len(), wet_face.points().iter().map(mass)))
+        .resize_horizontally(wet_face.len() + 2, 0.0)
 }
 
 /// The step before: all that water without memory needs to know.

@@ -1,17 +1,32 @@
-//! The boundary mesh: far end, bed and wet face in straight discontinuous linear elements.
+//! The boundary mesh: the water's outline in straight elements with nodes of their own.
 //!
-//! Depends on `condition`.
+//! Depends on `condition`, `outline` and `parameters`.
 
 use crate::condition::BoundaryCondition;
-use interface::WetFace;
+use crate::outline::{Outline, Piece};
+use crate::parameters::{ElementOrder, ReservoirParameters};
+use std::f64::consts::LN_2;
 use std::ops::Range;
 
-/// Position of the two nodes of an element, ±1/√3: those of Gauss' two-point rule.
-pub(crate) const NODE: f64 = 0.577_350_269_189_625_8;
+/// Position of the two nodes of a linear element, ±1/√3: those of Gauss' two-point rule.
+const NODE: f64 = 0.577_350_269_189_625_8;
 
-/// Linear shape functions of an element's two nodes at ξ.
-pub(crate) fn shape(position: f64) -> [f64; 2] {
-    [0.5 * (1.0 - position / NODE), 0.5 * (1.0 + position / NODE)]
+impl ElementOrder {
+    /// Positions ξ of an element's nodes.
+    pub(crate) fn nodes(self) -> &'static [f64] {
+        match self {
+            Self::Constant => &[0.0],
+            Self::Linear => &[-NODE, NODE],
+        }
+    }
+
+    /// Shape functions of an element's nodes at ξ; a constant element has no second one.
+    pub(crate) fn shape(self, position: f64) -> [f64; 2] {
+        match self {
+            Self::Constant => [1.0, 0.0],
+            Self::Linear => [0.5 * (1.0 - position / NODE), 0.5 * (1.0 + position / NODE)],
+        }
+    }
 }
 
 /// A straight boundary element; the water is on its left going from `start` to `end`.
@@ -39,40 +54,48 @@ impl Element {
 
     /// Coordinates (m) at ξ in [−1, 1].
     pub fn at(&self, position: f64) -> [f64; 2] {
-        let t = 0.5 * (1.0 + position);
-        std::array::from_fn(|axis| self.start[axis] * (1.0 - t) + self.end[axis] * t)
+        between(self.start, self.end, 0.5 * (1.0 + position))
     }
 }
 
-/// Elements in the order far end (downwards), bed (downstream), wet face (upwards).
+/// The point at the share `t` of the way; a coordinate that both have is kept to the bit.
+fn between(start: [f64; 2], end: [f64; 2], t: f64) -> [f64; 2] {
+    std::array::from_fn(|axis| {
+        if start[axis] == end[axis] { start[axis] } else { start[axis] * (1.0 - t) + end[axis] * t }
+    })
+}
+
+/// Elements in the order far end (downwards), bed (downstream), wet face (upwards), surface (upstream).
 ///
-/// Element e carries the nodes 2e and 2e + 1.
+/// Nodes are numbered element by element.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BoundaryMesh {
     elements: Vec<Element>,
+    order: ElementOrder,
 }
 
 impl BoundaryMesh {
-    /// Meshes the water before `face` with elements no longer than `element_size` (m).
+    /// Meshes `outline` with the element sizes of `parameters`.
     ///
-    /// The far end stands `far_end_distance` (m) upstream of the face's most upstream point.
     /// On the face, element ends include its kinks and its coinciding points.
-    pub fn new(face: &WetFace, element_size: f64, far_end_distance: f64) -> Self {
-        let upstream = face.points().iter().fold(0.0, |x: f64, p| x.min(p[0])) - far_end_distance;
+    pub fn new(outline: &Outline, parameters: &ReservoirParameters) -> Self {
         let mut elements = Vec::new();
-        let mut mesh = |start: [f64; 2], end: [f64; 2], condition| {
-            let length = (end[0] - start[0]).hypot(end[1] - start[1]);
-            let count = (length / element_size * (1.0 - 1e-9)).ceil().max(1.0);
-            let whole = Element { start, end, condition };
-            let at = |i: usize| whole.at(2.0 * i as f64 / count - 1.0);
-            elements.extend((0..count as usize).map(|i| Element { start: at(i), end: at(i + 1), condition }));
-        };
-        mesh([upstream, face.depth()], [upstream, 0.0], BoundaryCondition::Radiation);
-        mesh([upstream, 0.0], [0.0, 0.0], BoundaryCondition::AbsorbingBed);
-        for [first, last] in face.straight_pieces() {
-            mesh(face.points()[first], face.points()[last], BoundaryCondition::WetFace);
+        for piece in outline.pieces() {
+            let grading = Grading::of(piece, parameters);
+            let count = grading.count() as usize;
+            let at = |i: usize| between(piece.start, piece.end, grading.share(i as f64 / count as f64));
+            elements.extend((0..count).map(|i| Element {
+                start: at(i),
+                end: at(i + 1),
+                condition: piece.condition,
+            }));
         }
-        Self { elements }
+        Self { elements, order: parameters.element_order }
+    }
+
+    /// How many elements [`new`](Self::new) would make, whether they fit into memory or not.
+    pub(crate) fn count(outline: &Outline, parameters: &ReservoirParameters) -> f64 {
+        outline.pieces().iter().map(|piece| Grading::of(piece, parameters).count()).sum()
     }
 
     /// The elements.
@@ -80,35 +103,167 @@ impl BoundaryMesh {
         &self.elements
     }
 
+    /// Shape functions of the elements.
+    pub fn order(&self) -> ElementOrder {
+        self.order
+    }
+
     /// Coordinates of the nodes, m.
     pub fn nodes(&self) -> Vec<[f64; 2]> {
-        self.elements.iter().flat_map(|e| [e.at(-NODE), e.at(NODE)]).collect()
+        self.elements.iter().flat_map(|e| self.order.nodes().iter().map(|&x| e.at(x))).collect()
+    }
+
+    /// Indices of the elements where `condition` holds.
+    pub fn elements_of(&self, condition: BoundaryCondition) -> Range<usize> {
+        let first = self.elements.iter().take_while(|e| e.condition != condition).count();
+        first..first + self.elements.iter().filter(|e| e.condition == condition).count()
     }
 
     /// The nodes on the part of the boundary where `condition` holds.
     pub fn part(&self, condition: BoundaryCondition) -> Range<usize> {
-        let first = self.elements.iter().take_while(|e| e.condition != condition).count();
-        let count = self.elements.iter().filter(|e| e.condition == condition).count();
-        2 * first..2 * (first + count)
+        let (elements, nodes) = (self.elements_of(condition), self.order.nodes().len());
+        nodes * elements.start..nodes * elements.end
+    }
+}
+
+/// Lengths of the elements along a straight piece: at most `size`, and at a corner `finest`, from where they
+/// double.
+///
+/// The elements are what a density 1/ℓ of them makes, `ℓ = ln 2 (finest + distance from the corner)` up to
+/// `size`: N = ⌈∫ ds/ℓ⌉ elements, each with the same share of the integral. From a corner on, their ends then
+/// lie at `finest (2^j − 1)` or closer.
+struct Grading {
+    length: f64,
+    size: f64,
+    finest: f64,
+    /// Length of the graded ranges at either end.
+    graded: [f64; 2],
+}
+
+impl Grading {
+    fn of(piece: &Piece, parameters: &ReservoirParameters) -> Self {
+        let on_face = piece.condition == BoundaryCondition::WetFace;
+        let elsewhere = parameters.bed_element_size.unwrap_or(parameters.element_size);
+        let size = if on_face { parameters.element_size } else { elsewhere };
+        let finest = parameters.corner_element_size.unwrap_or(size);
+        let length = piece.length();
+        let full = (size / LN_2 - finest).max(0.0);
+        let most = if piece.corners == [true, true] { 0.5 * length } else { length };
+        let graded = piece.corners.map(|corner| if corner && finest < size { full.min(most) } else { 0.0 });
+        Self { length, size, finest, graded }
+    }
+
+    /// ∫ ds/ℓ over the graded ranges and what lies between them.
+    fn integrals(&self) -> [f64; 3] {
+        let graded = |range: f64| (range / self.finest).ln_1p() / LN_2;
+        let middle = (self.length - self.graded[0] - self.graded[1]).max(0.0);
+        [graded(self.graded[0]), middle / self.size, graded(self.graded[1])]
+    }
+
+    /// Number of elements.
+    fn count(&self) -> f64 {
+        (self.integrals().iter().sum::<f64>() * (1.0 - 1e-9)).ceil().max(1.0)
+    }
+
+    /// Share of the length at which the share `t` of the integral is reached.
+    fn share(&self, t: f64) -> f64 {
+        if t == 0.0 || t == 1.0 || self.graded == [0.0; 2] {
+            return t;
+        }
+        let [first, middle, last] = self.integrals();
+        let reached = t * (first + middle + last);
+        let graded = |integral: f64| self.finest * (integral * LN_2).exp_m1();
+        let distance = if reached < first {
+            graded(reached)
+        } else if reached < first + middle {
+            self.graded[0] + (reached - first) * self.size
+        } else {
+            self.length - graded(first + middle + last - reached)
+        };
+        distance / self.length
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use interface::WetFace;
+
+    fn meshed(parameters: &ReservoirParameters) -> BoundaryMesh {
+        BoundaryMesh::new(&Outline::new(parameters).unwrap(), parameters)
+    }
 
     #[test]
     fn elements_break_at_kinks_and_coinciding_points_only() -> Result<(), interface::WetFaceError> {
         let face =
             WetFace::new(vec![[0.0, 0.0], [0.0, 4.0], [0.0, 10.0], [0.0, 10.0], [0.0, 12.0], [1.0, 20.0]])?;
-        let mesh = BoundaryMesh::new(&face, 5.0, 10.0);
-        let wet: Vec<_> =
-            mesh.elements().iter().filter(|e| e.condition == BoundaryCondition::WetFace).collect();
+        let parameters = ReservoirParameters {
+            element_size: 5.0,
+            far_end_distance: 10.0,
+            ..ReservoirParameters::before(face)
+        };
+        let mesh = meshed(&parameters);
+        let wet = &mesh.elements()[mesh.elements_of(BoundaryCondition::WetFace)];
         assert_eq!(wet.iter().map(|e| e.end[1]).collect::<Vec<_>>(), [5.0, 10.0, 12.0, 16.0, 20.0]);
         assert!(mesh.elements().iter().all(|e| e.length() <= 5.0));
         assert_eq!(mesh.part(BoundaryCondition::Radiation), 0..8);
         assert_eq!(mesh.part(BoundaryCondition::AbsorbingBed), 8..12);
         assert_eq!(mesh.part(BoundaryCondition::WetFace), 12..22);
+        assert_eq!(mesh.part(BoundaryCondition::SurfaceWaves), 22..22);
+        let constant = meshed(&ReservoirParameters { element_order: ElementOrder::Constant, ..parameters });
+        assert_eq!(constant.part(BoundaryCondition::WetFace), 6..11);
+        assert_eq!(constant.nodes()[6], [0.0, 2.5]);
         Ok(())
+    }
+
+    /// Closed, with lengths that start at the corner's and at most double.
+    #[test]
+    fn graded_elements_double_from_the_corners() -> Result<(), interface::WetFaceError> {
+        let face = WetFace::new(vec![[0.0, 0.0], [0.0, 30.0], [8.0, 100.0]])?;
+        for (size, bed, finest) in [(6.0, 11.0, 0.01), (6.0, 3.0, 4.1), (30.0, 90.0, 1.0), (5.0, 5.0, 9.0)] {
+            let parameters = ReservoirParameters {
+                bed: vec![[-20.0, 1.0], [-50.0, 10.0]],
+                surface_waves: true,
+                element_size: size,
+                bed_element_size: Some(bed),
+                corner_element_size: Some(finest),
+                ..ReservoirParameters::before(face.clone())
+            };
+            let mesh = meshed(&parameters);
+            let elements = mesh.elements();
+            for (i, element) in elements.iter().enumerate() {
+                let next = &elements[(i + 1) % elements.len()];
+                assert_eq!(element.end, next.start);
+                let most = if element.condition == BoundaryCondition::WetFace { size } else { bed };
+                assert!(element.length() <= most * (1.0 + 1e-9), "{element:?}");
+                let turns = (element.normal()[0] - next.normal()[0]).abs() > 1e-9;
+                let ratio = next.length() / element.length();
+                assert!(
+                    turns || finest > size || (0.49999..2.00001).contains(&ratio),
+                    "{ratio}: {element:?}"
+                );
+                let foot =
+                    element.condition == BoundaryCondition::Radiation && next.condition != element.condition;
+                if turns && !foot {
+                    let longest = element.length().max(next.length());
+                    assert!(longest <= finest * (1.0 + 1e-9), "{longest} at {:?}", element.end);
+                }
+            }
+            println!("elements of {size}, {bed} and {finest} m: {}", elements.len());
+            let outline = Outline::new(&parameters).unwrap();
+            assert_eq!(BoundaryMesh::count(&outline, &parameters), elements.len() as f64);
+        }
+        Ok(())
+    }
+
+    /// Every node's two shape functions sum to one, so do the weights: `∫ N₁ + N₂ = length`.
+    #[test]
+    fn shapes_are_a_partition_of_unity() {
+        for position in [-1.0, -NODE, 0.2, 1.0] {
+            for order in [ElementOrder::Constant, ElementOrder::Linear] {
+                let [first, second] = order.shape(position);
+                assert!((first + second - 1.0).abs() < 1e-15);
+            }
+        }
     }
 }

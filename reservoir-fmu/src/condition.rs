@@ -1,12 +1,25 @@
 /// What holds on a part of the boundary; n points out of the water.
 ///
-/// The free surface (`p = 0`) is no part of the mesh: the kernel's image source satisfies it.
+/// Without gravity waves the surface (`p = 0`) is no part of the mesh: the kernel's image source satisfies it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BoundaryCondition {
     /// The far end: `∂p/∂n = −T p`, waves travel away from the dam.
     Radiation,
-    /// The bed: `∂p/∂n = −q s p` with `q = (1 − α)/((1 + α) c)`.
+    /// The bed: `∂p/∂n = −ρ s v − q s p` with its velocity v along n and `q = (1 − α)/((1 + α) c)`.
     AbsorbingBed,
     /// The dam: `∂p/∂n = −ρ s v` with the velocity v along n.
     WetFace,
+    /// The surface with gravity waves: `∂p/∂n = −(s²/g) p`.
+    SurfaceWaves,
+}
+
+impl std::fmt::Display for BoundaryCondition {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Radiation => "far end",
+            Self::AbsorbingBed => "bed",
+            Self::WetFace => "wet face",
+            Self::SurfaceWaves => "surface",
+        })
+    }
 }

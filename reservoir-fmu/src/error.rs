@@ -1,3 +1,4 @@
+use crate::BoundaryCondition;
 use interface::{CallError, StateError};
 use num_complex::Complex64;
 
@@ -67,22 +68,88 @@ pub enum ReservoirError {
         /// Horizon, s.
         horizon: f64,
     },
-    /// The ground moves vertically.
-    #[error(
-        "the ground accelerates vertically at {acceleration} m/s²; the reservoir does not model a vertically \
-         moving bed yet: leave `ground_acceleration`[1] at zero"
-    )]
-    VerticalGroundMotion {
-        /// Vertical acceleration given, m/s².
-        acceleration: f64,
-    },
     /// A complex frequency outside the half plane where the symbol is defined.
     #[error(
-        "the complex frequency {frequency} 1/s is not in the right half plane; give it a positive real part"
+        "the complex frequency {frequency} 1/s is 0, not finite or has a negative real part; real frequencies ω > 0 \
+         are s = iω"
     )]
     Frequency {
         /// Frequency given, 1/s.
         frequency: Complex64,
+    },
+    /// A real frequency at which a mode of the channel over a rigid bed begins to propagate.
+    #[error(
+        "at s = {frequency} 1/s the response of a rigid bed is infinite: mode {mode} of the channel upstream begins to \
+         propagate at {cut_off} rad/s; move the frequency by more than a millionth, or lower \
+         `wave_reflection_coefficient` below 1"
+    )]
+    CutOff {
+        /// Frequency given, 1/s.
+        frequency: Complex64,
+        /// Number of the mode, from 1.
+        mode: u64,
+        /// Its cut-off frequency, rad/s.
+        cut_off: f64,
+    },
+    /// A corner of the bed that is not finite or not below the surface.
+    #[error(
+        "corner {corner} of `bed` is ({x}, {y}) m; it must be finite and lie below the water level of {level} m"
+    )]
+    BedCorner {
+        /// Number of the corner, from 1 at the first upstream of the heel.
+        corner: usize,
+        /// x, m.
+        x: f64,
+        /// y, m.
+        y: f64,
+        /// Elevation of the water level, m.
+        level: f64,
+    },
+    /// The bed crosses or touches itself or another part of the water's boundary.
+    #[error(
+        "the bed upstream of its corner {corner}, at ({x}, {y}) m, has no length, turns back on itself, or crosses or \
+         touches the {other} from ({}, {}) to ({}, {}) m; move that corner (0 is the heel) or the next of `bed`",
+        start[0], start[1], end[0], end[1]
+    )]
+    BedCrosses {
+        /// Number of the corner where the piece of bed begins, 0 at the heel, counted upstream.
+        corner: usize,
+        /// x of that corner, m.
+        x: f64,
+        /// y of that corner, m.
+        y: f64,
+        /// What it meets.
+        other: BoundaryCondition,
+        /// One end of the piece that it meets, m.
+        start: [f64; 2],
+        /// Its other end, m.
+        end: [f64; 2],
+    },
+    /// A model of the water, or a use of it, that gravity waves do not go with.
+    #[error("{what} cannot have gravity waves; {remedy}")]
+    GravityWaves {
+        /// The model or use.
+        what: &'static str,
+        /// What to change.
+        remedy: &'static str,
+    },
+    /// Westergaard's water has a pressure on the face only.
+    #[error("Westergaard's parabola gives no pressure inside the water; choose another `fidelity`")]
+    NoField,
+    /// A field point outside the meshed water.
+    #[error(
+        "field point {index}, ({x}, {y}) m, is not inside the water between dam and far end (x > {far_end} m), off its \
+         boundary; move it, or raise `far_end_distance`"
+    )]
+    FieldPoint {
+        /// Index of the point, from 0.
+        index: usize,
+        /// x, m.
+        x: f64,
+        /// y, m.
+        y: f64,
+        /// x of the far end, m.
+        far_end: f64,
     },
     /// The fundamental solution could not be evaluated.
     #[error(
@@ -100,6 +167,43 @@ pub enum ReservoirError {
     FarEnd {
         /// Complex frequency, 1/s.
         frequency: Complex64,
+    },
+    /// No rational function was found that is close enough to the frequency response, and passive.
+    #[error(
+        "no recursion was found for this water: the best is {error:.1e} off its frequency response and needs a loss of \
+         {loss:.1e} ρc to be passive; choose the method `radau2` or `radau3`, or a coarser wet face"
+    )]
+    Recursion {
+        /// Relative error.
+        error: f64,
+        /// Loss over ρc.
+        loss: f64,
+    },
+    /// The outline of the water meets itself.
+    #[error(
+        "bed, wet face and water level enclose no simple section: see ({x}, {y}) m; the bed must go upstream from the \
+         heel, stay below the level, and touch neither the face nor itself"
+    )]
+    Section {
+        /// x of the point, m.
+        x: f64,
+        /// y, m.
+        y: f64,
+    },
+    /// The water could not be divided into finite elements.
+    #[error(
+        "the water could not be divided into triangles without angles below 28°; raise `corner_element_size`, or \
+         avoid corners much sharper than that"
+    )]
+    Mesh,
+    /// The system of the finite elements could not be factored.
+    #[error(
+        "the finite elements' system could not be factored at a rate of {rate} 1/s; check the units of the \
+         communication step, the sound speed and the depth"
+    )]
+    FiniteElementSystem {
+        /// |s|, or 2/H for steps in time, 1/s.
+        rate: f64,
     },
     /// A calculated pressure is NaN or infinite.
     #[error(

@@ -6,6 +6,9 @@ use serde::{Deserialize, Serialize};
 pub enum Fidelity {
     /// Added mass `p = −⅞ ρ √(h(h − y)) a_n` at every point (Westergaard 1933): no waves, no memory.
     Westergaard,
+    /// The same with the exact profile of incompressible water before a vertical face, of which the parabola is an
+    /// approximation ([`series_pressure`](crate::analytical::westergaard_1933::series_pressure)).
+    WestergaardExact,
     /// Incompressible water by boundary elements, `∇²p = 0`: added mass of the real section, no waves, no
     /// memory. Sound speed and bed have no effect.
     Incompressible,
@@ -20,6 +23,7 @@ impl Fidelity {
             Self::Westergaard => 1.0,
             Self::Incompressible => 2.0,
             Self::Compressible => 3.0,
+            Self::WestergaardExact => 4.0,
         }
     }
 
@@ -27,5 +31,10 @@ impl Fidelity {
     /// [`added_mass`](crate::added_mass()).
     pub fn has_memory(self) -> bool {
         self == Self::Compressible
+    }
+
+    /// Whether equations are solved in the water; else its pressure is a formula, point by point.
+    pub fn is_solved(self) -> bool {
+        matches!(self, Self::Incompressible | Self::Compressible)
     }
 }

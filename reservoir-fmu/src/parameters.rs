@@ -1,9 +1,48 @@
+use crate::boundary::BoundaryMesh;
+use crate::outline::Outline;
 use crate::{Fidelity, ReservoirError};
 use interface::variables::reservoir as variables;
 use interface::{Variable, WetFace};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
+
+/// Shape functions of the boundary elements.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ElementOrder {
+    /// One node in the middle.
+    Constant,
+    /// Two nodes inside, at Gauss' points, not shared with the neighbours.
+    #[default]
+    Linear,
+}
+
+/// How compressible water is stepped in time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// Convolution quadrature by BDF2.
+    Bdf2,
+    /// Convolution quadrature by the trapezoidal rule.
+    Trapezoid,
+    /// Convolution quadrature by Radau IIA of two stages.
+    #[default]
+    Radau2,
+    /// Convolution quadrature by Radau IIA of three stages.
+    Radau3,
+    /// A recursion fitted to the frequency response: constant cost a step, no horizon.
+    Recursive,
+    /// Finite elements with a Sommerfeld end.
+    FiniteElements,
+}
+
+impl Method {
+    /// Whether it is made for a run of limited length.
+    pub fn has_horizon(self) -> bool {
+        !matches!(self, Self::Recursive | Self::FiniteElements)
+    }
+}
 
 /// Everything a reservoir is made from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -20,17 +59,54 @@ pub struct ReservoirParameters {
     pub gravity: f64,
     /// Model of the water.
     pub fidelity: Fidelity,
+    /// Gravity waves on the surface, `∂p/∂n = −s² p/g`, in the place of `p = 0`.
+    pub surface_waves: bool,
+    /// Corners of the bed, m, from the heel upstream; from the last one on it is level. None: level from the heel on.
+    pub bed: Vec<[f64; 2]>,
+    /// Shape functions of the boundary elements.
+    pub element_order: ElementOrder,
     /// Largest length of a boundary element, m.
     pub element_size: f64,
-    /// Distance L of the far end from the face's most upstream point, m; h/2 is ample.
+    /// The same on bed, far end and meshed surface, m, if it is another one than on the face.
+    pub bed_element_size: Option<f64>,
+    /// Length of the elements at the corners, m, from where each is at most twice as long as the one before; if
+    /// none, all are as long as they may.
+    pub corner_element_size: Option<f64>,
+    /// Distance L of the far end from the most upstream point of face and bed, m; h/2 is ample.
     pub far_end_distance: f64,
     /// Length of a communication step H, s; water without memory takes others too.
     pub communication_step: f64,
     /// Longest time that can be simulated, s; at least a communication step. Without effect on water without memory.
     pub horizon: f64,
+    /// How compressible water is stepped in time.
+    pub method: Method,
 }
 
 impl ReservoirParameters {
+    /// Compressible water of 1000 kg/m³ and 1440 m/s before `wet_face`, over a rigid level bed; linear elements of
+    /// h/16, the far end at h/2, steps of 2.5 ms for 20 s.
+    pub fn before(wet_face: WetFace) -> Self {
+        let depth = wet_face.depth();
+        Self {
+            wet_face,
+            density: 1000.0,
+            sound_speed: 1440.0,
+            wave_reflection_coefficient: 1.0,
+            gravity: 9.81,
+            fidelity: Fidelity::Compressible,
+            surface_waves: false,
+            bed: Vec::new(),
+            element_order: ElementOrder::Linear,
+            element_size: depth / 16.0,
+            bed_element_size: None,
+            corner_element_size: None,
+            far_end_distance: depth / 2.0,
+            communication_step: 0.0025,
+            horizon: 20.0,
+            method: Method::default(),
+        }
+    }
+
     /// Checks every value; making the reservoir finds out the rest.
     ///
     /// **Errors**: the [`ReservoirError`] that names the parameter.
@@ -47,31 +123,38 @@ impl ReservoirParameters {
             ("far_end_distance", self.far_end_distance, "m"),
             ("communication_step", self.communication_step, "s"),
             ("horizon", self.horizon, "s"),
+            ("bed_element_size", self.bed_element_size.unwrap_or(1.0), "m"),
+            ("corner_element_size", self.corner_element_size.unwrap_or(1.0), "m"),
         ] {
             if !(value > 0.0 && value.is_finite()) {
                 return Err(ReservoirError::NotPositive { parameter, value, unit });
             }
         }
+        if !self.fidelity.is_solved() && self.surface_waves {
+            let (what, remedy) = ("Westergaard's water", "unset `surface_waves` or choose another fidelity");
+            return Err(ReservoirError::GravityWaves { what, remedy });
+        }
         let (horizon, communication_step) = (self.horizon, self.communication_step);
-        if self.fidelity.has_memory() && horizon < communication_step {
+        if self.fidelity.has_memory() && self.method.has_horizon() && horizon < communication_step {
             return Err(ReservoirError::HorizonTooShort { horizon, communication_step });
         }
-        self.check_size()
+        self.check_size(&Outline::new(self)?)
     }
 
     /// Refuses what no machine can hold, before memory is asked for it.
-    fn check_size(&self) -> Result<(), ReservoirError> {
-        let (depth, points) = (self.wet_face.depth(), self.wet_face.len() as f64);
+    fn check_size(&self, outline: &Outline) -> Result<(), ReservoirError> {
+        let (depth, points) = (self.channel_depth(), self.wet_face.len() as f64);
         let steps = self.horizon / self.communication_step;
-        let elements = (2.0 * depth + self.far_end_distance) / self.element_size;
+        let elements = BoundaryMesh::count(outline, self);
         let cut_offs = 8.0 * depth / (PI * self.sound_speed * self.communication_step);
-        let (solved, memory) = (self.fidelity != Fidelity::Westergaard, self.fidelity.has_memory());
+        let (solved, memory) = (self.fidelity.is_solved(), self.fidelity.has_memory());
+        let convolved = memory && self.method.has_horizon();
         let weights = steps * points * points;
         for (applies, what, value, most, remedy) in [
-            (solved, "boundary elements", elements, 2e3, "raise `element_size`, or lower `far_end_distance`"),
-            (memory, "communication steps", steps, 1e6, "shorten `horizon`, or lengthen the steps"),
-            (memory, "convolution weights", weights, 1e9, "shorten `horizon`, or take fewer points"),
-            (memory, "cut-off frequencies", cut_offs, 1e5, "raise `sound_speed`, or lengthen the steps"),
+            (solved, "boundary elements", elements, 3e3, "raise `element_size`, or lower `far_end_distance`"),
+            (convolved, "communication steps", steps, 1e6, "shorten `horizon`, or lengthen the steps"),
+            (convolved, "convolution weights", weights, 1e9, "shorten `horizon`, or take fewer points"),
+            (convolved, "cut-off frequencies", cut_offs, 1e5, "raise `sound_speed`, or lengthen the steps"),
             (!memory, "entries of the added mass", points * points, 1e8, "take fewer points"),
         ] {
             if applies && value > most {
@@ -101,17 +184,22 @@ impl ReservoirParameters {
         (1.0 - alpha) / ((1.0 + alpha) * self.sound_speed)
     }
 
+    /// Depth of the channel upstream of the bed's last corner, m.
+    pub(crate) fn channel_depth(&self) -> f64 {
+        self.wet_face.depth() - self.bed.last().map_or(0.0, |corner| corner[1])
+    }
+
     /// Number of communication steps in the horizon.
     pub(crate) fn steps(&self) -> usize {
         (self.horizon / self.communication_step * (1.0 - 1e-9)).ceil() as usize
     }
 
     /// Branch points of the symbol (1/s): s = 0, where the kernel's logarithm is, and the cut-off
-    /// frequencies `(2m − 1)iπc/2h + (c/2h) ln α` that matter on the contour.
+    /// frequencies `(2m − 1)iπc/2d + (c/2d) ln α` of the channel of depth d that matter on the contour.
     ///
-    /// At cut-off κ = 0, so λ = ω/c and `e^{2iλh} = −(λ − ωq)/(λ + ωq) = −α`.
+    /// At cut-off κ = 0, so λ = ω/c and `e^{2iλd} = −(λ − ωq)/(λ + ωq) = −α`.
     pub(crate) fn branch_points(&self) -> Vec<Complex64> {
-        let rate = self.sound_speed / (2.0 * self.wet_face.depth());
+        let rate = self.sound_speed / (2.0 * self.channel_depth());
         let damping = rate * self.wave_reflection_coefficient.ln();
         let largest = 8.0 / self.communication_step;
         let cut_offs = (0..)

@@ -1,7 +1,10 @@
 use crate::added_mass::LastStep;
-use crate::convolution::{Convolution, History};
+use crate::convolution::Convolution;
+use crate::finite_elements::FiniteElements;
 use crate::frequency_response::{convolution_weights, quadrature};
-use crate::{Fidelity, ReservoirError, ReservoirParameters, added_mass};
+use crate::rational::recursion;
+use crate::time_domain::{Memory, TimeDomain};
+use crate::{Fidelity, Method, ReservoirError, ReservoirParameters, added_mass, ground_added_mass};
 use interface::variables::reservoir as variables;
 use interface::{
     CallError, Capabilities, Causality, CoSimulation, Fingerprint, Packable, Shape, Stage, StateError,
@@ -19,10 +22,10 @@ const TIME_TOLERANCE: f64 = 1e-6;
 
 /// The water before a dam, as a co-simulation unit.
 ///
-/// Input: mean total acceleration of the wet face along n over the step. Output: pressure
-/// at the step's end. A step of compressible water costs one direct convolution with the open block of
-/// the history; once a block, the frozen ones are convolved by Fourier transform. A step of water without
-/// memory may have any length and costs one product with the added mass.
+/// Input: mean total acceleration of the wet face along n over the step, and acceleration of the ground at its end.
+/// Output: pressure at the step's end. Compressible water is stepped by a [`Method`]: a convolution costs a direct sum
+/// over the open block of the history and, once a block, a Fourier transform of all others; a recursion and finite
+/// elements cost the same at any time of a run. Water without memory, and a recursion, take steps of any length.
 pub struct Reservoir {
     parameters: ReservoirParameters,
     fingerprint: Fingerprint,
@@ -34,19 +37,18 @@ pub struct Reservoir {
 
 /// What turns acceleration into pressure.
 enum Model {
-    /// `p = −A a` at the step's end.
+    /// `p = −A a` at the step's end: a column an interface point, then the ground along x and y.
     AddedMass(DMatrix<f64>),
     /// Compressible water.
-    Convolution(Convolution),
+    Memory(Box<dyn TimeDomain>),
 }
 
-/// Saved state of a [`Reservoir`]; its convolution history is shared, not copied.
+/// Saved state of a [`Reservoir`]; what is long of its memory is shared, not copied.
 #[derive(Clone)]
 pub struct ReservoirState {
     fingerprint: Fingerprint,
     motion: Motion,
-    /// Of compressible water; without memory there is none.
-    history: History,
+    memory: Memory,
 }
 
 /// The part of a state that does not grow.
@@ -57,11 +59,13 @@ struct Motion {
     time: f64,
     steps: usize,
     ground_acceleration: [f64; 2],
+    /// The same at the end of the last step.
+    last_ground_acceleration: [f64; 2],
     /// Input of the last or of the next step, m/s².
     acceleration: Vec<f64>,
-    /// Velocity of the face since the start, m/s; zeros without memory.
+    /// Velocity of the face, then of the ground, since the start, m/s; zeros without memory.
     velocity: Vec<f64>,
-    /// Of water without memory; with it as at the start.
+    /// With memory only its length.
     last_step: LastStep,
     /// Pressure, Pa.
     pressure: Vec<f64>,
@@ -71,8 +75,8 @@ struct Motion {
 #[derive(Serialize, Deserialize)]
 struct SerialisedState {
     motion: Motion,
-    /// Velocities at the ends of all steps, m/s; none without memory.
-    velocities: Vec<f64>,
+    /// All of the water's memory.
+    memory: Vec<f64>,
 }
 
 impl Reservoir {
@@ -90,26 +94,8 @@ impl Reservoir {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build()?;
         let (points, depth) = (face.len(), face.depth());
         // What is said on the pool's threads, nobody hears.
-        let (model, history, solved) = pool.install(|| {
-            if !parameters.fidelity.has_memory() {
-                return Ok((Model::AddedMass(added_mass(&parameters)?), History::default(), 0));
-            }
-            let (weights, solved) = convolution_weights(&parameters)?;
-            let convolution = Convolution::new(weights);
-            let history = convolution.start();
-            Ok::<_, ReservoirError>((Model::Convolution(convolution), history, solved))
-        })?;
-        match parameters.fidelity {
-            Fidelity::Compressible => tracing::info!(
-                "{points} interface points, {depth} m of compressible water; solved at {solved} frequencies in the \
-                 place of {}",
-                quadrature(&parameters).frequencies()
-            ),
-            Fidelity::Incompressible => {
-                tracing::info!("{points} interface points, {depth} m of incompressible water");
-            }
-            Fidelity::Westergaard => tracing::info!("{points} interface points, {depth} m of added mass"),
-        }
+        let (model, said) = pool.install(|| made(&parameters))?;
+        tracing::info!("{points} interface points, {depth} m of {said}");
         let zeros = vec![0.0; face.len()];
         let motion = Motion {
             initialised: false,
@@ -117,12 +103,17 @@ impl Reservoir {
             time: 0.0,
             steps: 0,
             ground_acceleration: [0.0; 2],
+            last_ground_acceleration: [0.0; 2],
             acceleration: zeros.clone(),
-            velocity: zeros.clone(),
+            velocity: vec![0.0; face.len() + 2],
             last_step: LastStep::at_rest(face.len()),
             pressure: zeros,
         };
-        let state = ReservoirState { fingerprint, motion, history };
+        let memory = match &model {
+            Model::AddedMass(_) => Memory::None,
+            Model::Memory(water) => water.at_rest(),
+        };
+        let state = ReservoirState { fingerprint, motion, memory };
         Ok(Self { resultants: resultants(face), parameters, fingerprint, model, state })
     }
 
@@ -136,24 +127,24 @@ impl Reservoir {
         if !self.state.motion.initialised {
             return Err(CallError::Order { unit: UNIT, call: "step", stage: Stage::Instantiated }.into());
         }
-        let memoryless = !self.parameters.fidelity.has_memory();
-        if memoryless && !(communication_step > 0.0 && communication_step.is_finite()) {
+        let any = takes_any_step(&self.parameters);
+        if any && !(communication_step > 0.0 && communication_step.is_finite()) {
             let (parameter, value) = ("communication_step", communication_step);
             return Err(ReservoirError::NotPositive { parameter, value, unit: "s" });
         }
-        let tolerance = TIME_TOLERANCE * if memoryless { communication_step } else { allowed };
+        let tolerance = TIME_TOLERANCE * if any { communication_step } else { allowed };
         let now = self.state.motion.time;
         if (time - now).abs() > tolerance || !time.is_finite() {
             return Err(CallError::Time { unit: UNIT, asked: time, time: now }.into());
         }
-        if memoryless {
+        if any {
             return Ok(());
         }
         if (communication_step - allowed).abs() > tolerance || !communication_step.is_finite() {
             let asked = communication_step;
             return Err(CallError::CommunicationStep { unit: UNIT, asked, allowed }.into());
         }
-        if self.state.motion.steps >= self.parameters.steps() {
+        if self.parameters.method.has_horizon() && self.state.motion.steps >= self.parameters.steps() {
             let end = now + allowed;
             let elapsed = end - self.state.motion.start_time;
             return Err(ReservoirError::BeyondHorizon { end, elapsed, horizon });
@@ -258,11 +249,7 @@ impl CoSimulation for Reservoir {
         if *variable == variables::INTERFACE_ACCELERATION {
             self.state.motion.acceleration.copy_from_slice(values);
         } else {
-            let [horizontal, vertical] = [values[0], values[1]];
-            if vertical != 0.0 {
-                return Err(ReservoirError::VerticalGroundMotion { acceleration: vertical });
-            }
-            self.state.motion.ground_acceleration = [horizontal, vertical];
+            self.state.motion.ground_acceleration = [values[0], values[1]];
         }
         Ok(())
     }
@@ -271,29 +258,41 @@ impl CoSimulation for Reservoir {
         self.check_step(time, communication_step)?;
         let mut motion = self.state.motion.clone();
         motion.steps += 1;
+        // Steps of one length are counted, as a sum of them would drift.
+        let length = if takes_any_step(&self.parameters) {
+            motion.time = time + communication_step;
+            communication_step
+        } else {
+            motion.time = motion.start_time + motion.steps as f64 * self.parameters.communication_step;
+            self.parameters.communication_step
+        };
+        let ground = motion.ground_acceleration;
         motion.pressure = match &self.model {
             Model::AddedMass(mass) => {
-                // From the caller's time: a sum of the unit's own would drift.
-                motion.time = time + communication_step;
-                let (last_step, at_end) =
-                    motion.last_step.followed_by(&motion.acceleration, communication_step);
+                let (last_step, at_end) = motion.last_step.followed_by(&motion.acceleration, length);
                 motion.last_step = last_step;
-                minus(mass * at_end)
+                let points = at_end.len();
+                minus(
+                    mass * at_end.resize_vertically(points + 2, 0.0)
+                        + mass.columns(points, 2) * DVector::from(ground.to_vec()),
+                )
             }
-            Model::Convolution(convolution) => {
-                // The step that the weights were made for.
-                let h = self.parameters.communication_step;
-                motion.time = motion.start_time + motion.steps as f64 * h;
-                motion.velocity.iter_mut().zip(&motion.acceleration).for_each(|(v, a)| *v += h * a);
-                convolution.pressure(&self.state.history, &motion.velocity)
+            Model::Memory(water) => {
+                motion.last_step.length = length;
+                let before = motion.last_ground_acceleration;
+                let means = [0, 1].map(|axis| 0.5 * (before[axis] + ground[axis]));
+                let means = motion.acceleration.iter().chain(&means);
+                motion.velocity.iter_mut().zip(means).for_each(|(v, a)| *v += length * a);
+                water.pressure(&self.state.memory, &motion.velocity, length)
             }
         };
+        motion.last_ground_acceleration = ground;
         if let Some(index) = motion.pressure.iter().position(|p| !p.is_finite()) {
             let (value, time) = (motion.pressure[index], motion.time);
             return Err(ReservoirError::NonFinitePressure { index, value, time });
         }
-        if let Model::Convolution(convolution) = &self.model {
-            self.state.history = convolution.push(&self.state.history, &motion.velocity);
+        if let Model::Memory(water) = &self.model {
+            self.state.memory = water.push(&self.state.memory, &motion.velocity, length);
         }
         self.state.motion = motion;
         Ok(())
@@ -318,28 +317,32 @@ impl CoSimulation for Reservoir {
 
     fn serialise_state(&self, state: &ReservoirState) -> Result<Vec<u8>, ReservoirError> {
         self.check_state(state.fingerprint)?;
-        let velocities = state.history.velocities();
-        Ok(seal(self.fingerprint, &SerialisedState { motion: state.motion.clone(), velocities })?)
+        let memory = match &self.model {
+            Model::AddedMass(_) => Vec::new(),
+            Model::Memory(water) => water.values(&state.memory),
+        };
+        Ok(seal(self.fingerprint, &SerialisedState { motion: state.motion.clone(), memory })?)
     }
 
     fn deserialise_state(&self, bytes: &[u8]) -> Result<ReservoirState, ReservoirError> {
-        let SerialisedState { motion, velocities } = open(self.fingerprint, bytes)?;
+        let SerialisedState { motion, memory } = open(self.fingerprint, bytes)?;
         let points = self.parameters.wet_face.len();
         let Motion { acceleration, velocity, last_step, pressure, .. } = &motion;
-        let per_point = [acceleration, velocity, &last_step.acceleration, pressure];
-        let steps = if self.parameters.fidelity.has_memory() { motion.steps } else { 0 };
-        if per_point.iter().any(|v| v.len() != points) || velocities.len() != steps * points {
-            return Err(StateError::NotAState { length: bytes.len() }.into());
-        }
-        let history = match &self.model {
-            Model::AddedMass(_) => History::default(),
-            Model::Convolution(convolution) => convolution.resume(&velocities),
+        let per_point = [acceleration, &last_step.acceleration, pressure];
+        let whole = per_point.iter().all(|v| v.len() == points) && velocity.len() == points + 2;
+        let memory = match &self.model {
+            Model::AddedMass(_) => memory.is_empty().then_some(Memory::None),
+            Model::Memory(water) => water.resume(&memory, motion.steps),
         };
-        Ok(ReservoirState { fingerprint: self.fingerprint, motion, history })
+        match memory.filter(|_| whole) {
+            Some(memory) => Ok(ReservoirState { fingerprint: self.fingerprint, motion, memory }),
+            None => Err(StateError::NotAState { length: bytes.len() }.into()),
+        }
     }
 
-    /// `∂p/∂a = H W₀`, without memory `−(1 + H_n/(H_n + H_{n−1})) A` of the last step (before the first: of equal
-    /// ones): pressure at the step's end for the step's mean acceleration, and what follows from the pressure. The ground moves along its bed and pushes no water: a derivative of zero.
+    /// Of the last step (before the first: of one as long as the parameters say), pressure at its end and what follows
+    /// from that, by the step's mean acceleration, `H W₀`, without memory `−(1 + H_n/(H_n + H_{n−1})) A`; by the ground's
+    /// acceleration at its end, `½ H W₀`, without memory −A.
     fn directional_derivative(
         &self,
         unknown: u32,
@@ -351,20 +354,21 @@ impl CoSimulation for Reservoir {
         let [of, by] = [self.variable(unknown)?, self.variable(known)?];
         self.check_length(by, seed.len())?;
         self.check_length(of, sensitivity.len())?;
-        let step = self.parameters.communication_step;
-        let product = |row: &[f64]| step * row.iter().zip(seed).map(|(w, a)| w * a).sum::<f64>();
-        let pressure: Vec<f64> = match *by {
-            variables::INTERFACE_ACCELERATION => match &self.model {
-                Model::AddedMass(mass) => {
-                    let factor = 1.0 + self.state.motion.last_step.share;
-                    minus(mass * (factor * DVector::from_column_slice(seed)))
-                }
-                Model::Convolution(convolution) => {
-                    convolution.instantaneous().chunks(seed.len()).map(product).collect()
-                }
-            },
-            variables::GROUND_ACCELERATION => vec![0.0; self.parameters.wet_face.len()],
+        let points = self.parameters.wet_face.len();
+        let LastStep { length, share, .. } = self.state.motion.last_step;
+        let length = if length > 0.0 { length } else { self.parameters.communication_step };
+        let (first, of_memory, of_mass) = match *by {
+            variables::INTERFACE_ACCELERATION => (0, length, 1.0 + share),
+            variables::GROUND_ACCELERATION => (points, 0.5 * length, 1.0),
             _ => return Err(none().into()),
+        };
+        let seed = DVector::from_column_slice(seed);
+        let pressure: Vec<f64> = match &self.model {
+            Model::AddedMass(mass) => minus(mass.columns(first, seed.len()) * seed * of_mass),
+            Model::Memory(water) => {
+                let product = water.instantaneous(length).columns(first, seed.len()) * seed * of_memory;
+                product.data.into()
+            }
         };
         match *of {
             variables::INTERFACE_PRESSURE => sensitivity.copy_from_slice(&pressure),
@@ -401,13 +405,50 @@ impl Packable for Reservoir {
     }
 
     fn capabilities_for(parameters: &ReservoirParameters) -> Capabilities {
-        let variable_communication_step = !parameters.fidelity.has_memory();
+        let variable_communication_step = takes_any_step(parameters);
         Capabilities { variable_communication_step, directional_derivative: true }
     }
 
     fn numbers<'a>(parameters: &'a mut ReservoirParameters, variable: &Variable) -> Vec<&'a mut f64> {
         parameters.numbers(variable)
     }
+}
+
+/// Whether a step may have any length.
+fn takes_any_step(parameters: &ReservoirParameters) -> bool {
+    !parameters.fidelity.has_memory() || parameters.method == Method::Recursive
+}
+
+/// The water's model, and a word about it.
+fn made(parameters: &ReservoirParameters) -> Result<(Model, String), ReservoirError> {
+    match parameters.fidelity {
+        Fidelity::Compressible => {}
+        fidelity => {
+            let points = parameters.wet_face.len();
+            let mut mass = added_mass(parameters)?.resize_horizontally(points + 2, 0.0);
+            mass.columns_mut(points, 2).copy_from(&ground_added_mass(parameters)?);
+            let incompressible = fidelity == Fidelity::Incompressible;
+            let said = if incompressible { "incompressible water" } else { "added mass" };
+            return Ok((Model::AddedMass(mass), said.to_owned()));
+        }
+    }
+    Ok(match parameters.method {
+        Method::Bdf2 | Method::Trapezoid | Method::Radau2 | Method::Radau3 => {
+            let (weights, solved) = convolution_weights(parameters)?;
+            let all = quadrature(parameters).frequencies();
+            let said = format!("compressible water; solved at {solved} frequencies in the place of {all}");
+            (Model::Memory(Box::new(Convolution::new(weights))), said)
+        }
+        Method::Recursive => {
+            let (recursion, quality) = recursion(parameters)?;
+            (Model::Memory(Box::new(recursion)), format!("compressible water; {quality}"))
+        }
+        Method::FiniteElements => {
+            let elements = FiniteElements::new(parameters)?;
+            let said = format!("compressible water; {} finite elements", elements.triangles().len());
+            (Model::Memory(Box::new(elements)), said)
+        }
+    })
 }
 
 /// The negated values; zero stays without a sign.

@@ -1,59 +1,70 @@
-//! The boundary element system: interface velocity in, interface pressure out.
+//! The boundary element system: velocity of face and ground in, pressure out.
 //!
-//! Depends on `boundary`, `condition`, `kernel`, `operator` and `radiation`.
+//! Depends on `boundary`, `channel_motion`, `condition`, `cut_off`, `kernel`, `operator`, `projection` and
+//! `radiation`.
 
 use crate::ReservoirError;
-use crate::boundary::{BoundaryMesh, shape};
+use crate::boundary::BoundaryMesh;
+use crate::channel_motion::plane_wave;
 use crate::condition::BoundaryCondition;
+use crate::cut_off::check_cut_off;
 use crate::kernel::HelmholtzKernel;
 use crate::operator::{LayerOperators, Layers};
-use crate::quadrature::gauss_legendre;
+use crate::projection::InterfaceProjection;
 use crate::radiation::Radiation;
 use faer::{Mat, linalg::solvers::Solve};
 use interface::WetFace;
 use nalgebra::DMatrix;
 use num_complex::Complex64;
-use std::f64::consts::PI;
 
 /// The water's constants.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Water {
     /// Density, kg/m³.
     pub density: f64,
-    /// Speed of sound, m/s.
+    /// Speed of sound, m/s; infinite in incompressible water.
     pub sound_speed: f64,
     /// Admittance of the bed `q = (1 − α)/((1 + α) c)`, s/m.
     pub bed_admittance: f64,
+    /// Gravitational acceleration, m/s², if there are gravity waves.
+    pub gravity: Option<f64>,
 }
 
-/// Boundary integral equation at the nodes and at the interface points.
+/// Boundary integral equation at the nodes, and pressure at the interface points.
 ///
-/// With the layers S, D and the free term γ (½ at nodes, the water's angle over 2π at the
-/// interface points)
+/// With the layers S, D
 ///
 /// ```text
-/// γ p + D p + q s S_bed p_bed + S_far T p_far = −ρ s S_face E v
+/// ½ P + D P + q s S_bed P + (s²/g) S_surface P + S_far T (P − p₁) = −ρ s (S_face E v + S_bed n·v_g)
+/// p = Q P
 /// ```
 ///
-/// The rows of the nodes give p; those of the interface points, where p is then evaluated
-/// by the representation formula, give the pressure to be exchanged. At s = 0, with `−ρ s v` replaced by
-/// `−ρ a`, it is that of incompressible water. E is the element-wise
-/// L² projection of the piecewise linear interface velocity onto the face's nodes.
+/// E and Q are the L² projections of piecewise linear interface velocity onto the face's elements and of the
+/// elements' pressure onto the points' hat functions: `vᵀMp` is the power `∫ (E v) P ds`. p₁ is the channel's
+/// plane wave under vertical motion of the ground, v_g, which the far end does not let out. At s = 0, with
+/// accelerations in the place of s v, it is the equation of incompressible water.
 pub struct BoundarySystem {
     mesh: BoundaryMesh,
     layers: LayerOperators,
     radiation: Radiation,
-    /// E: face nodes × interface points.
-    projection: Mat<Complex64>,
-    /// γ at the interface points below the water level.
-    free_terms: Vec<f64>,
+    interface: InterfaceProjection,
     water: Water,
+    /// Elevations of the channel's surface and bed, m.
+    channel: [f64; 2],
+}
+
+/// Pressure and its normal derivative at the nodes, over ρ s (at s = 0 over ρ): columns as those of
+/// [`BoundarySystem::symbol`].
+pub(crate) struct BoundaryValues {
+    pub pressure: Mat<Complex64>,
+    pub slope: Mat<Complex64>,
 }
 
 impl BoundarySystem {
     /// Prepares everything that does not depend on the frequency.
     ///
-    /// `kernel` must vanish at the water level, the face's highest point.
+    /// Without gravity waves `kernel` must vanish at the water level, the face's highest point; with them the
+    /// mesh has a surface.
     ///
     /// **Errors**: [`ReservoirError::FarEnd`].
     pub fn new(
@@ -62,130 +73,183 @@ impl BoundarySystem {
         kernel: &dyn HelmholtzKernel,
         water: Water,
     ) -> Result<Self, ReservoirError> {
+        let far = &mesh.elements()[mesh.elements_of(BoundaryCondition::Radiation)];
+        let bottom = far.last().map_or(0.0, |element| element.end[1]);
+        let interface = InterfaceProjection::new(face, &mesh);
         let mut points = mesh.nodes();
-        points.extend(&face.points()[..face.len() - 1]);
+        points.extend(&interface.samples);
         Ok(Self {
             layers: LayerOperators::new(&mesh, kernel, &points),
-            radiation: Radiation::new(&mesh, face.depth(), water.sound_speed, water.bed_admittance)?,
-            projection: velocity_projection(face, &mesh),
-            free_terms: free_terms(face),
+            radiation: Radiation::new(&mesh, water)?,
+            interface,
+            channel: [face.depth(), bottom],
             water,
             mesh,
         })
     }
 
-    /// K(s): interface pressure (Pa) for a unit interface velocity (m/s), points × points.
+    /// K(s): interface pressure (Pa) for a unit interface velocity (m/s), then for a unit velocity of the ground
+    /// (bed) along x and along y: points × (points + 2).
     ///
-    /// **Errors**: [`ReservoirError::Kernel`], [`ReservoirError::FarEnd`].
+    /// The square part is `½ (K + M⁻¹ Kᵀ M)` of what collocation gives: reciprocity, to rounding.
+    ///
+    /// **Errors**: [`ReservoirError::Frequency`], [`ReservoirError::CutOff`], [`ReservoirError::Kernel`],
+    /// [`ReservoirError::FarEnd`].
     pub fn symbol(&self, s: Complex64) -> Result<DMatrix<Complex64>, ReservoirError> {
-        let Water { density, sound_speed, .. } = self.water;
-        let layers = self
-            .layers
-            .assemble(s / sound_speed)
-            .map_err(|source| ReservoirError::Kernel { frequency: s, source })?;
-        let response = self.response(layers, s)?;
-        Ok(DMatrix::from_fn(self.outputs() + 1, self.outputs() + 1, |i, j| {
-            if i == self.outputs() {
-                return Complex64::ZERO; // the water level
-            }
-            -density * s * response[(i, j)] / self.free_terms[i]
-        }))
+        if !(s.re >= 0.0 && s.is_finite() && s != Complex64::ZERO) {
+            return Err(ReservoirError::Frequency { frequency: s });
+        }
+        self.at_points(s, self.water.density * s)
     }
 
     /// A of incompressible water, `p = −A a`: interface pressure (Pa) for a unit interface acceleration
-    /// (m/s²) into the water, points × points. It solves Laplace's equation, the limit s → 0 of `−K(s)/s`.
+    /// (m/s²) into the water, then for that of the ground along −x and −y: points × (points + 2). It solves
+    /// Laplace's equation, the limit s → 0 of `−K(s)/s`.
     ///
     /// **Errors**: [`ReservoirError::FarEnd`].
     pub fn added_mass(&self) -> Result<DMatrix<f64>, ReservoirError> {
-        let response = self.response(self.layers.assemble_static(), Complex64::ZERO)?;
-        Ok(DMatrix::from_fn(self.outputs() + 1, self.outputs() + 1, |i, j| {
-            if i == self.outputs() {
-                return 0.0; // the water level
-            }
-            self.water.density * response[(i, j)].re / self.free_terms[i]
+        Ok(self.at_points(Complex64::ZERO, (-self.water.density).into())?.map(|z| z.re))
+    }
+
+    /// `factor` times the pressures over ρ s at the points.
+    fn at_points(&self, s: Complex64, factor: Complex64) -> Result<DMatrix<Complex64>, ReservoirError> {
+        let (pressure, _) = self.solve(s)?;
+        let wet = self.mesh.part(BoundaryCondition::WetFace);
+        let samples = self.interface.samples.len();
+        let sampled = pressure.as_ref().subrows(pressure.nrows() - samples, samples);
+        let projected = self.interface.to_points.as_ref().subcols(0, wet.len())
+            * pressure.as_ref().subrows(wet.start, wet.len())
+            + self.interface.to_points.as_ref().subcols(wet.len(), samples) * sampled;
+        let points = projected.nrows();
+        let reciprocal = self.interface.reciprocal_part(projected.as_ref().subcols(0, points));
+        Ok(DMatrix::from_fn(points, points + 2, |i, j| {
+            factor * if j < points { reciprocal[(i, j)] } else { projected[(i, j)] }
         }))
     }
 
-    /// Number of interface points below the water level.
-    fn outputs(&self) -> usize {
-        self.free_terms.len()
-    }
-
-    /// γ times the pressure at the points below the water level for `∂p/∂n` on the face of 1 at each
-    /// interface point and 0 at the others.
-    fn response(&self, layers: Layers, s: Complex64) -> Result<Mat<Complex64>, ReservoirError> {
-        let bed_admittance = self.water.bed_admittance;
-        let Layers { single, double: mut matrix } = layers;
-        let nodes = matrix.ncols();
-
+    /// Pressure over ρ s at the nodes, then at the interface's samples, and T.
+    fn solve(&self, s: Complex64) -> Result<(Mat<Complex64>, Mat<Complex64>), ReservoirError> {
+        check_cut_off(&self.water, s, self.channel[0] - self.channel[1])?;
+        let kernel = |source| ReservoirError::Kernel { frequency: s, source };
+        let Layers { single, double: mut matrix } =
+            self.layers.assemble(s / self.water.sound_speed).map_err(kernel)?;
+        let map = self.radiation.dirichlet_to_neumann(s)?;
         let far = self.mesh.part(BoundaryCondition::Radiation);
-        let bed = self.mesh.part(BoundaryCondition::AbsorbingBed);
-        let wet = self.mesh.part(BoundaryCondition::WetFace);
-        let columns = |part: &std::ops::Range<usize>| single.as_ref().subcols(part.start, part.len());
-        let radiated = columns(&far) * self.radiation.dirichlet_to_neumann(s)?;
-        let forcing = columns(&wet) * &self.projection;
+        let radiated = single.as_ref().subcols(far.start, far.len()) * &map;
+        let forcing = self.forcing(&single, &radiated, s);
+        let nodes = matrix.ncols();
+        for node in 0..nodes {
+            matrix[(node, node)] += 0.5;
+        }
         for (offset, column) in far.enumerate() {
             for row in 0..matrix.nrows() {
                 matrix[(row, column)] += radiated[(row, offset)];
             }
         }
-        for column in bed {
-            for row in 0..matrix.nrows() {
-                matrix[(row, column)] += bed_admittance * s * single[(row, column)];
-            }
-        }
-        for node in 0..nodes {
-            matrix[(node, node)] += 0.5;
-        }
-        let solution =
-            matrix.as_ref().subrows(0, nodes).partial_piv_lu().solve(forcing.as_ref().subrows(0, nodes));
-        let evaluated = matrix.as_ref().subrows(nodes, self.outputs()) * solution;
-        Ok(forcing.as_ref().subrows(nodes, self.outputs()) - evaluated)
-    }
-}
-
-/// E: the L² projection of interface velocities, linear along panels, onto each face element.
-///
-/// The nodes are Gauss points, so the element's mass matrix is half its length times one.
-fn velocity_projection(face: &WetFace, mesh: &BoundaryMesh) -> Mat<Complex64> {
-    let wet = mesh.part(BoundaryCondition::WetFace);
-    let mut projection = Mat::zeros(wet.len(), face.len());
-    let rule = gauss_legendre(2);
-    let mut element_start = 0.0;
-    for (index, element) in mesh.elements()[wet.start / 2..wet.end / 2].iter().enumerate() {
-        let length = element.length();
-        let mut panel_start = 0.0;
-        for panel in face.panels() {
-            let start = f64::max(element_start, panel_start);
-            let end = f64::min(element_start + length, panel_start + panel.length);
-            for q in rule.iter().filter(|_| end > start) {
-                let arc = 0.5 * (start + end) + 0.5 * (end - start) * q.position;
-                let weight = 0.5 * (end - start) * q.weight * 2.0 / length;
-                let along = (arc - panel_start) / panel.length;
-                for (node, n) in shape(2.0 * (arc - element_start) / length - 1.0).into_iter().enumerate() {
-                    projection[(2 * index + node, panel.start)] +=
-                        Complex64::from(weight * n * (1.0 - along));
-                    projection[(2 * index + node, panel.start + 1)] += Complex64::from(weight * n * along);
+        for (part, admittance) in self.admittances(s) {
+            for column in self.mesh.part(part) {
+                for row in 0..matrix.nrows() {
+                    matrix[(row, column)] += admittance * single[(row, column)];
                 }
             }
-            panel_start += panel.length;
         }
-        element_start += length;
+        let at_nodes =
+            matrix.as_ref().subrows(0, nodes).partial_piv_lu().solve(forcing.as_ref().subrows(0, nodes));
+        // Samples lie inside of straight elements, where C = ½ too.
+        let samples = self.interface.samples.len();
+        let known = matrix.as_ref().subrows(nodes, samples) * &at_nodes;
+        let pressure = Mat::from_fn(nodes + samples, forcing.ncols(), |row, column| {
+            if row < nodes {
+                at_nodes[(row, column)]
+            } else {
+                2.0 * (forcing[(row, column)] - known[(row - nodes, column)])
+            }
+        });
+        Ok((pressure, map))
     }
-    projection
-}
 
-/// The water's angle over 2π at every interface point below the water level.
-fn free_terms(face: &WetFace) -> Vec<f64> {
-    let panels: Vec<_> = face.panels().collect();
-    (0..face.len() - 1)
-        .map(|point| {
-            let above = panels.iter().find(|p| p.start >= point).map_or([1.0, 0.0], |p| p.normal);
-            let bed = [0.0, -1.0];
-            let below = panels.iter().rev().find(|p| p.start < point).map_or(bed, |p| p.normal);
-            let turn =
-                (below[0] * above[1] - below[1] * above[0]).atan2(below[0] * above[0] + below[1] * above[1]);
-            0.5 * (1.0 - turn / PI)
+    /// Parts where `∂p/∂n = −β p` of what moves not itself, and β (1/m).
+    fn admittances(&self, s: Complex64) -> Vec<(BoundaryCondition, Complex64)> {
+        let mut admittances = Vec::new();
+        if self.water.bed_admittance > 0.0 {
+            admittances.push((BoundaryCondition::AbsorbingBed, self.water.bed_admittance * s));
+        }
+        admittances.extend(self.water.gravity.map(|g| (BoundaryCondition::SurfaceWaves, s * s / g)));
+        admittances
+    }
+
+    /// The right-hand sides over ρ s: face, ground along x, ground along y.
+    fn forcing(&self, single: &Mat<Complex64>, radiated: &Mat<Complex64>, s: Complex64) -> Mat<Complex64> {
+        let wet = self.mesh.part(BoundaryCondition::WetFace);
+        let (faces, points) = (&self.interface.to_nodes, self.interface.to_nodes.ncols());
+        let of_face = single.as_ref().subcols(wet.start, wet.len()) * faces;
+        let ground = self.ground_normals();
+        let plane = self.plane_wave_at_far_end(s);
+        let bed = self.mesh.part(BoundaryCondition::AbsorbingBed);
+        Mat::from_fn(single.nrows(), points + 2, |row, column| {
+            if column < points {
+                return -of_face[(row, column)];
+            }
+            let axis = column - points;
+            let moved: Complex64 =
+                bed.clone().zip(&ground).map(|(node, normal)| single[(row, node)] * normal[axis]).sum();
+            let waves: Complex64 = plane.iter().enumerate().map(|(node, p)| radiated[(row, node)] * p).sum();
+            if axis == 1 { waves - moved } else { -moved }
         })
-        .collect()
+    }
+
+    /// Normals at the bed's nodes.
+    fn ground_normals(&self) -> Vec<[f64; 2]> {
+        let elements = &self.mesh.elements()[self.mesh.elements_of(BoundaryCondition::AbsorbingBed)];
+        elements.iter().flat_map(|e| self.mesh.order().nodes().iter().map(|_| e.normal())).collect()
+    }
+
+    /// `p₁/(ρ s v)` (m) at the far end's nodes.
+    fn plane_wave_at_far_end(&self, s: Complex64) -> Vec<Complex64> {
+        let [surface, bottom] = self.channel;
+        let nodes = self.mesh.nodes();
+        let far = &nodes[self.mesh.part(BoundaryCondition::Radiation)];
+        far.iter().map(|node| plane_wave(&self.water, s, surface - bottom, surface - node[1])).collect()
+    }
+
+    /// Pressure and slope at all nodes over ρ s (at s = 0 over ρ).
+    pub(crate) fn boundary_values(&self, s: Complex64) -> Result<BoundaryValues, ReservoirError> {
+        let (solved, map) = self.solve(s)?;
+        let pressure = solved.as_ref().subrows(0, self.mesh.nodes().len()).to_owned();
+        let mut slope = Mat::zeros(pressure.nrows(), pressure.ncols());
+        let points = pressure.ncols() - 2;
+        for (offset, node) in self.mesh.part(BoundaryCondition::WetFace).enumerate() {
+            for column in 0..points {
+                slope[(node, column)] = -self.interface.to_nodes[(offset, column)];
+            }
+        }
+        for (node, normal) in self.mesh.part(BoundaryCondition::AbsorbingBed).zip(self.ground_normals()) {
+            slope[(node, points)] = (-normal[0]).into();
+            slope[(node, points + 1)] = (-normal[1]).into();
+        }
+        for (part, admittance) in self.admittances(s) {
+            for node in self.mesh.part(part) {
+                for column in 0..points + 2 {
+                    slope[(node, column)] -= admittance * pressure[(node, column)];
+                }
+            }
+        }
+        let far = self.mesh.part(BoundaryCondition::Radiation);
+        let mut outgoing = pressure.as_ref().subrows(far.start, far.len()).to_owned();
+        for (node, plane) in self.plane_wave_at_far_end(s).into_iter().enumerate() {
+            outgoing[(node, points + 1)] -= plane;
+        }
+        let let_out = map * outgoing;
+        for (offset, node) in far.enumerate() {
+            for column in 0..points + 2 {
+                slope[(node, column)] = -let_out[(offset, column)];
+            }
+        }
+        Ok(BoundaryValues { pressure, slope })
+    }
+
+    /// The mesh.
+    pub(crate) fn mesh(&self) -> &BoundaryMesh {
+        &self.mesh
+    }
 }

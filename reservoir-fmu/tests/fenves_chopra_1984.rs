@@ -2,7 +2,10 @@
 
 mod rectangular;
 
-use rectangular::{DENSITY, DEPTH, SOUND_SPEED, THREADS, base_pressures, parameters};
+use rectangular::{
+    DENSITY, DEPTH, SOUND_SPEED, THREADS, base_pressures, difference, of_uniform_motion, parameters,
+    projected,
+};
 use reservoir::analytical::fenves_chopra_1984;
 use reservoir::{Complex64, ReservoirError, frequency_response};
 use std::f64::consts::PI;
@@ -36,14 +39,10 @@ fn frequency_response_of_the_modes() -> Result<(), ReservoirError> {
         for ratio in [0.3, 0.7, 1.5, 2.5, 3.6] {
             let s = Complex64::new(0.02, ratio) * cut_off;
             let k = frequency_response(&parameters, &[s], THREADS)?.remove(0);
-            let elevations: Vec<f64> = parameters.wet_face.points().iter().map(|p| p[1]).collect();
-            let exact = fenves_chopra_1984::pressures(s, DEPTH, SOUND_SPEED, alpha, &elevations);
-            let (mut difference, mut norm) = (0.0, 0.0);
-            for (row, exact) in k.row_iter().zip(exact) {
-                difference += (-row.sum() / (s * DENSITY) - exact).norm_sqr();
-                norm += exact.norm_sqr();
-            }
-            let error = (difference / norm).sqrt();
+            let exact = projected(&parameters.wet_face, |elevations| {
+                fenves_chopra_1984::pressures(s, DEPTH, SOUND_SPEED, alpha, elevations)
+            });
+            let error = difference(&parameters.wet_face, &of_uniform_motion(&k, s), &exact);
             println!("α = {alpha}, ω = {ratio} ω₁: relative L2 error {error:.2e}");
             assert!(error < 1e-3);
         }

@@ -4,8 +4,8 @@ mod rectangular;
 
 use interface::variables::reservoir::{FIDELITY, INTERFACE_ACCELERATION, INTERFACE_PRESSURE};
 use interface::{CoSimulation, WetFace};
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
-use rectangular::{DENSITY, DEPTH, SOUND_SPEED, THREADS};
+use nalgebra::{DVector, SymmetricEigen};
+use rectangular::{DENSITY, DEPTH, SOUND_SPEED, THREADS, consistent_mass, projected};
 use reservoir::analytical::chopra_1967::{self, STATIC_BASE_PRESSURE, STATIC_FORCE};
 use reservoir::{
     Complex64, Fidelity, Reservoir, ReservoirError, ReservoirParameters, added_mass, frequency_response,
@@ -29,22 +29,11 @@ fn force(face: &WetFace, pressure: &[f64]) -> f64 {
     face.nodal_forces(pressure).iter().map(|f| f[0]).sum()
 }
 
-/// Westergaard's exact series at the points, m.
+/// Westergaard's exact series, as linear along the panels, m.
 fn series(face: &WetFace) -> Vec<f64> {
     let s = Complex64::new(1e-9, 0.0);
-    let at = |p: &[f64; 2]| chopra_1967::pressure(s, DEPTH, SOUND_SPEED, p[1]).re;
-    face.points().iter().map(at).collect()
-}
-
-/// `∫ N_i N_j ds`: the face's consistent mass.
-fn consistent_mass(face: &WetFace) -> DMatrix<f64> {
-    let mut mass = DMatrix::zeros(face.len(), face.len());
-    for panel in face.panels() {
-        for (i, j, share) in [(0, 0, 3.0), (0, 1, 6.0), (1, 0, 6.0), (1, 1, 3.0)] {
-            mass[(panel.start + i, panel.start + j)] += panel.length / share;
-        }
-    }
-    mass
+    let at = |y: &f64| chopra_1967::pressure(s, DEPTH, SOUND_SPEED, *y);
+    projected(face, |elevations| elevations.iter().map(at).collect()).iter().map(|p| p.re).collect()
 }
 
 /// Eight panels throughout, so that nothing but the elements changes. Linear elements give second order; of
@@ -52,11 +41,11 @@ fn consistent_mass(face: &WetFace) -> DMatrix<f64> {
 #[test]
 fn base_pressure_and_force_converge() -> Result<(), ReservoirError> {
     let face = WetFace::straight([0.0, DEPTH], 8).unwrap();
-    let sampled = force(&face, &series(&face));
+    let exact = series(&face);
     let mut errors = Vec::new();
     for elements in [4, 8, 16, 32, 64] {
         let p = uniform(&ReservoirParameters { wet_face: face.clone(), ..parameters(elements) })?;
-        let error = [p[0] / (DEPTH * STATIC_BASE_PRESSURE) - 1.0, force(&face, &p) / sampled - 1.0];
+        let error = [p[0] / exact[0] - 1.0, force(&face, &p) / (DEPTH * DEPTH * STATIC_FORCE) - 1.0];
         println!("{elements} elements: base pressure off by {:+.2e}, force by {:+.2e}", error[0], error[1]);
         errors.push(error.map(f64::abs));
     }
@@ -68,22 +57,28 @@ fn base_pressure_and_force_converge() -> Result<(), ReservoirError> {
     Ok(())
 }
 
-/// Against the closed forms as they are: the force of 64 panels, and the series at every point. A pressure
-/// linear along panels underestimates the force of the concave profile.
+/// Against the closed forms as they are: the force of 64 panels is that of the elements. The base pressure of what is
+/// nearest to the profile and linear along panels is ℓ²p″/12 off, 1.2e-4 of it; where elements are as long as panels, their two nodes miss as much of the
+/// pressure ~ r² ln r that half a hat of velocity makes at the heel, and reciprocity hands it on. The profile in the mean square, as it
+/// is projected.
 #[test]
 fn closed_forms() -> Result<(), ReservoirError> {
     let parameters = parameters(64);
     let p = uniform(&parameters)?;
     let force = force(&parameters.wet_face, &p) / (DEPTH * DEPTH);
     let exact = series(&parameters.wet_face);
+    let complex = |p: &[f64]| p.iter().map(|&p| p.into()).collect::<Vec<Complex64>>();
+    let off = rectangular::difference(&parameters.wet_face, &complex(&p), &complex(&exact));
     let worst = p.iter().zip(&exact).map(|(p, q)| (p - q).abs() / DEPTH).fold(0.0, f64::max);
     println!(
         "64 elements: base {:.6} ρah against {STATIC_BASE_PRESSURE:.6}, force {force:.6} ρah² against \
-         {STATIC_FORCE:.6}, pressure along the face off by at most {worst:.1e} ρah",
-        p[0] / DEPTH
+         {STATIC_FORCE:.6}, profile off by {off:.1e}, beside the surface by {worst:.2e} ρah, at the base by {:.1e} of it",
+        p[0] / DEPTH,
+        p[0] / exact[0] - 1.0
     );
-    assert!((p[0] / DEPTH - STATIC_BASE_PRESSURE).abs() < 1e-6);
-    assert!((force / STATIC_FORCE - 1.0).abs() < 3e-4 && worst < 1e-4);
+    let base = STATIC_BASE_PRESSURE;
+    assert!((p[0] / DEPTH - base).abs() < 2e-4 * base && (p[0] / exact[0] - 1.0).abs() < 2e-4);
+    assert!((force / STATIC_FORCE - 1.0).abs() < 1e-5 && off < 1e-4);
     Ok(())
 }
 
@@ -99,14 +94,15 @@ fn limit_of_the_compressible_model() -> Result<(), ReservoirError> {
     let mut differences = Vec::new();
     for ratio in [1e-1, 1e-2, 1e-3] {
         let s = Complex64::new(ratio * PI * SOUND_SPEED / (2.0 * DEPTH), 0.0);
-        let limit = frequency_response(&compressible, &[s], THREADS)?.remove(0).map(|k| (-k / s).re);
+        let limit =
+            frequency_response(&compressible, &[s], THREADS)?.remove(0).columns(0, 6).map(|k| (-k / s).re);
         differences.push((limit - &mass).norm() / mass.norm());
         println!("s = {ratio} ω₁: −K(s)/s differs from A by {:.2e}", differences[differences.len() - 1]);
     }
     assert!(differences.windows(2).all(|d| d[1] < 0.02 * d[0]) && differences[2] < 1e-6);
     let s = [Complex64::new(0.3, 2.0)];
     let response = frequency_response(&incompressible, &s, THREADS)?.remove(0);
-    assert!((response + mass.map(|m| s[0] * m)).norm() == 0.0, "K(s) = −s A");
+    assert!((response.columns(0, 6) + mass.map(|m| s[0] * m)).norm() == 0.0, "K(s) = −s A");
     Ok(())
 }
 
@@ -127,11 +123,10 @@ fn far_end_may_stand_anywhere_and_sound_and_bed_have_no_effect() -> Result<(), R
     Ok(())
 }
 
-/// Twice the water's kinetic energy over a² is `aᵀ M_Γ A a`: symmetric by reciprocity and positive. Sampling at
-/// points costs some of either, less on finer panels and least where the motion is smooth.
+/// Twice the water's kinetic energy over a² is `aᵀ M_Γ A a`: symmetric by reciprocity and positive, to rounding the one,
+/// on every motion that the panels carry the other.
 #[test]
-fn energy_is_nearly_symmetric_and_positive() -> Result<(), ReservoirError> {
-    let mut asymmetries = Vec::new();
+fn energy_is_symmetric_and_positive() -> Result<(), ReservoirError> {
     for panels in [8, 16, 32] {
         let parameters = parameters(panels);
         let energy = consistent_mass(&parameters.wet_face) * added_mass(&parameters)?;
@@ -145,15 +140,8 @@ fn energy_is_nearly_symmetric_and_positive() -> Result<(), ReservoirError> {
             least / largest,
             least / panel
         );
-        assert!(least > -1e-3 * panel);
-        let smooth = DVector::from_fn(panels + 1, |i, _| (PI * i as f64 / (2 * panels) as f64).cos());
-        let uniform = DVector::repeat(panels + 1, 1.0);
-        let exchanged = smooth.dot(&(&energy * &uniform)) / uniform.dot(&(&energy * &smooth)) - 1.0;
-        println!("  a smooth and a uniform motion exchanged: {exchanged:+.1e}");
-        assert!(exchanged.abs() < 1e-3);
-        asymmetries.push(asymmetry);
+        assert!(least > 0.0 && asymmetry < 1e-13);
     }
-    assert!(asymmetries.windows(2).all(|a| a[1] < a[0]) && asymmetries[1] < 0.02);
     Ok(())
 }
 

@@ -7,10 +7,11 @@ use interface::{CoSimulation, WetFace};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 use rectangular::{DENSITY, DEPTH, SOUND_SPEED, THREADS, parameters};
-use reservoir::{Reservoir, ReservoirError, ReservoirParameters};
+use reservoir::{Method, Reservoir, ReservoirError, ReservoirParameters};
 
 const STEPS: usize = 160;
 const PANELS: usize = 8;
+const METHODS: [Method; 4] = [Method::Radau2, Method::Radau3, Method::Recursive, Method::FiniteElements];
 
 fn get(unit: &Reservoir) -> Vec<f64> {
     let mut p = vec![0.0; unit.parameters().wet_face.len()];
@@ -47,8 +48,9 @@ fn least_work(unit: &mut Reservoir, velocities: &[Vec<f64>]) -> f64 {
 #[test]
 fn passivity() -> Result<(), ReservoirError> {
     let mut worst: f64 = 0.0;
-    for alpha in [1.0, 0.5] {
-        let mut unit = Reservoir::new(parameters(alpha, PANELS, 0.0025, 0.4), THREADS)?;
+    for (method, alpha) in METHODS.iter().flat_map(|&method| [(method, 1.0), (method, 0.5)]) {
+        let parameters = ReservoirParameters { method, ..parameters(alpha, PANELS, 0.0025, 0.4) };
+        let mut unit = Reservoir::new(parameters, THREADS)?;
         unit.initialise(0.0)?;
         let start = unit.save_state();
         let noise = prop::collection::vec(-1.0..1.0f64, STEPS * (PANELS + 1));
@@ -76,7 +78,7 @@ fn passivity() -> Result<(), ReservoirError> {
             prop_assert!(least > -1e-6, "the water gave {least} of ρc∫v²");
             Ok(())
         });
-        println!("passivity, α = {alpha}: least work {worst_here:.2e} of ρc∫v²");
+        println!("passivity, {method:?}, α = {alpha}: least work {worst_here:.2e} of ρc∫v²");
         worst = worst.min(worst_here);
         assert!(outcome.is_ok(), "{outcome:?}");
     }
@@ -84,19 +86,17 @@ fn passivity() -> Result<(), ReservoirError> {
     Ok(())
 }
 
-/// The sampled operator: `−Re v*MĜ(θ)v ≥ 0` for every v and θ would be passivity for any history.
+/// The sampled operator: `−Re v*MĜ(θ)v ≥ 0` for every v and θ is passivity for any history, with every method.
 ///
-/// Pressure is given at the points, not averaged over them, so on waves that the panels cannot
-/// carry the operator is not quite reciprocal and its least eigenvalue a little negative. It does
-/// not change when the elements are refined. Sixteen panels: 1 % of ρc at five panels a wave or
-/// more, 3 % above. The contour is damped by 1e-3 over the 2 s of weights.
+/// Looked at for sixteen panels at 201 θ; the contour is damped by 1e-3 over the 2 s of weights.
 #[test]
 fn passivity_of_the_sampled_operator() -> Result<(), ReservoirError> {
     use nalgebra::{Complex, DMatrix, SymmetricEigen};
     let (h, steps, panels) = (0.005, 400, 16);
     let size = panels + 1;
-    for alpha in [1.0, 0.5] {
-        let mut unit = Reservoir::new(parameters(alpha, panels, h, 2.0), THREADS)?;
+    for (method, alpha) in METHODS.iter().flat_map(|&method| [(method, 1.0), (method, 0.5)]) {
+        let parameters = ReservoirParameters { method, ..parameters(alpha, panels, h, 2.0) };
+        let mut unit = Reservoir::new(parameters, THREADS)?;
         unit.initialise(0.0)?;
         let (start, face) = (unit.save_state(), unit.parameters().wet_face.clone());
         // columns of M W_n from unit pulses of velocity; M the face's consistent mass
@@ -114,8 +114,7 @@ fn passivity_of_the_sampled_operator() -> Result<(), ReservoirError> {
             }
         }
         let scale = DENSITY * SOUND_SPEED * DEPTH / panels as f64;
-        let five_panels = 2.0 * std::f64::consts::PI * SOUND_SPEED / (5.0 * DEPTH / panels as f64);
-        let (mut carried, mut least) = (f64::INFINITY, f64::INFINITY);
+        let mut least = f64::INFINITY;
         for k in 0..=200 {
             let theta = std::f64::consts::PI * k as f64 / 200.0;
             let mut symbol = DMatrix::<Complex<f64>>::zeros(size, size);
@@ -124,16 +123,10 @@ fn passivity_of_the_sampled_operator() -> Result<(), ReservoirError> {
                 symbol -= weights.map(|w| factor * w);
             }
             let hermitian = (&symbol + symbol.adjoint()) * Complex::from(0.5 / scale);
-            let eigenvalue = SymmetricEigen::new(hermitian).eigenvalues.min();
-            least = least.min(eigenvalue);
-            if theta / h <= five_panels {
-                carried = carried.min(eigenvalue);
-            }
+            least = least.min(SymmetricEigen::new(hermitian).eigenvalues.min());
         }
-        println!(
-            "sampled operator, α = {alpha}: least eigenvalue {carried:.1e} of ρc on carried waves, {least:.1e} on all"
-        );
-        assert!(carried > -1e-2 && least > -3e-2);
+        println!("sampled operator, {method:?}, α = {alpha}: least eigenvalue {least:.1e} of ρc");
+        assert!(least > 0.0);
     }
     Ok(())
 }
@@ -149,7 +142,9 @@ fn sign_of_the_first_pressure() -> Result<(), ReservoirError> {
     let p = get(&unit);
     let middle = p[PANELS / 2] / (DENSITY * SOUND_SPEED * 0.01);
     println!("first pressure in the middle: {middle:.3} ρcv");
-    assert!((middle - 1.0).abs() < 0.05 && p[..PANELS].iter().all(|p| *p > 0.0) && p[PANELS] == 0.0);
+    assert!((middle - 1.0).abs() < 0.05 && p[..PANELS].iter().all(|p| *p > 0.0));
+    // The pressure falls to zero over cH, a sixth of a panel: what is linear and nearest to it does not.
+    assert!((0.0..p[0]).contains(&p[PANELS]));
     let mut sensitivity = vec![0.0; PANELS + 1];
     let (unknown, known) = (INTERFACE_PRESSURE.value_reference, INTERFACE_ACCELERATION.value_reference);
     unit.directional_derivative(unknown, known, &[-4.0; PANELS + 1], &mut sensitivity)?;
@@ -177,25 +172,29 @@ fn threads_change_no_bit() -> Result<(), ReservoirError> {
     Ok(())
 }
 
-/// A crack in the face: coinciding points carry one pressure, and uncracked motion is unaffected.
+/// A crack in the face: each side has its own panels' value of one pressure; uniform motion exerts the same force.
 #[test]
-fn coinciding_points_share_their_pressure() -> Result<(), ReservoirError> {
+fn coinciding_points_carry_the_pressure_of_their_own_panels() -> Result<(), ReservoirError> {
     let y = [0.0, 40.0, 80.0, 116.0, 116.0, 150.0, DEPTH];
     let cracked = WetFace::new(y.iter().map(|y| [0.0, *y]).collect()).unwrap();
     let whole =
         WetFace::new([0.0, 40.0, 80.0, 116.0, 150.0, DEPTH].iter().map(|y| [0.0, *y]).collect()).unwrap();
     let s = reservoir::Complex64::new(1.0, 15.0);
-    let response = |face: WetFace| {
-        let parameters = ReservoirParameters { wet_face: face, ..parameters(1.0, 24, 0.0025, 1.0) };
-        reservoir::frequency_response(&parameters, &[s], THREADS).map(|mut k| k.remove(0))
+    let response = |face: &WetFace| {
+        let parameters = ReservoirParameters { wet_face: face.clone(), ..parameters(1.0, 24, 0.0025, 1.0) };
+        let k = reservoir::frequency_response(&parameters, &[s], THREADS)?.remove(0);
+        let pressure = rectangular::of_uniform_motion(&k, s);
+        let force: reservoir::Complex64 =
+            rectangular::consistent_mass(face).row_iter().zip(&pressure).map(|(row, p)| p * row.sum()).sum();
+        Ok::<_, ReservoirError>((pressure, force))
     };
-    let (cracked, whole) = (response(cracked)?, response(whole)?);
-    for column in 0..y.len() {
-        let jump = (cracked[(3, column)] - cracked[(4, column)]).norm();
-        assert!(jump <= 1e-10 * cracked[(3, column)].norm(), "column {column}: {jump}");
-    }
-    let (with, without) = (cracked.row(3).sum(), whole.row(3).sum());
-    println!("uniform motion of a cracked face: pressure differs by {:.1e}", (with / without - 1.0).norm());
-    assert!((with / without - 1.0).norm() < 1e-3); // the meshes differ
+    let ((sides, with), (_, without)) = (response(&cracked)?, response(&whole)?);
+    let jump = (sides[3] - sides[4]).norm() / sides[0].norm();
+    let off = (with / without - 1.0).norm();
+    println!(
+        "uniform motion of a cracked face: sides of the crack differ by {jump:.1e} of the base, force by {off:.1e}"
+    );
+    // Of the panels' length squared: 36 m against 180 m, times p″/12. The meshes differ.
+    assert!(jump < 0.02 && off < 1e-4);
     Ok(())
 }

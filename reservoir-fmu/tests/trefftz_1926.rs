@@ -3,7 +3,7 @@
 mod rectangular;
 
 use nalgebra::{DMatrix, DVector};
-use rectangular::{DENSITY, DEPTH, SOUND_SPEED, THREADS, parameters};
+use rectangular::{DENSITY, DEPTH, SOUND_SPEED, THREADS, of_uniform_motion, parameters, projected};
 use reservoir::{Complex64, ReservoirError, ReservoirParameters, frequency_response};
 use std::f64::consts::PI;
 
@@ -46,7 +46,7 @@ fn battered(panels: usize, elements: usize) -> ReservoirParameters {
 
 fn pressures(parameters: &ReservoirParameters, s: Complex64) -> Result<Vec<Complex64>, ReservoirError> {
     let k = frequency_response(parameters, &[s], THREADS)?.remove(0);
-    Ok(k.row_iter().map(|row| -row.sum() / (s * DENSITY)).collect())
+    Ok(of_uniform_motion(&k, s))
 }
 
 /// 0.1 % of the force; the Trefftz series itself has converged to a tenth of that.
@@ -54,8 +54,11 @@ fn pressures(parameters: &ReservoirParameters, s: Complex64) -> Result<Vec<Compl
 fn incompressible_limit() -> Result<(), ReservoirError> {
     let parameters = battered(32, 32);
     let force = |p: &[f64]| parameters.wet_face.nodal_forces(p).iter().map(|f| f[0]).sum::<f64>();
-    let elevations: Vec<f64> = parameters.wet_face.points().iter().map(|p| p[1]).collect();
-    let [coarse, fine] = [20, 40].map(|terms| trefftz(terms, &elevations));
+    let [coarse, fine] = [20, 40].map(|terms| {
+        let series =
+            |elevations: &[f64]| trefftz(terms, elevations).into_iter().map(Complex64::from).collect();
+        projected(&parameters.wet_face, series).iter().map(|p| p.re).collect::<Vec<f64>>()
+    });
     let p: Vec<f64> = pressures(&parameters, Complex64::new(1e-3, 0.0))?.iter().map(|p| p.re).collect();
     let converged = force(&coarse) / force(&fine) - 1.0;
     let error = force(&p) / force(&fine) - 1.0;

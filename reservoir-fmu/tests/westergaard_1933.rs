@@ -7,8 +7,10 @@ use interface::variables::reservoir::{
     BASE_PRESSURE, INTERFACE_ACCELERATION, INTERFACE_PRESSURE, OVERTURNING_MOMENT, TOTAL_FORCE,
 };
 use rectangular::{DENSITY, DEPTH, THREADS, parameters};
-use reservoir::analytical::westergaard_1933;
-use reservoir::{Complex64, Fidelity, Reservoir, ReservoirError, ReservoirParameters, frequency_response};
+use reservoir::analytical::{chopra_1967, westergaard_1933};
+use reservoir::{
+    Complex64, Fidelity, Reservoir, ReservoirError, ReservoirParameters, added_mass, frequency_response,
+};
 
 fn unit(elements: usize) -> Result<Reservoir, ReservoirError> {
     let parameters =
@@ -102,5 +104,41 @@ fn acceleration_at_the_end_of_the_step() -> Result<(), ReservoirError> {
     let s = Complex64::new(0.1, 2.0);
     let k = frequency_response(unit.parameters(), &[s], THREADS)?.remove(0);
     assert!((k[(0, 0)] + s * mass).norm() < 1e-12 * mass);
+    Ok(())
+}
+
+/// The closed sum against the constants of the series, against the series itself summed to N = 10⁶ terms, which leaves
+/// at most 8/π² / (4N² sin θ) by Abel's summation, and against the force by Simpson's rule in η = 1 − x⁴, which takes
+/// the logarithm at the surface away.
+#[test]
+fn series() -> Result<(), ReservoirError> {
+    let exact = |eta: f64| westergaard_1933::series_pressure(1.0, eta);
+    let base = exact(0.0) - chopra_1967::STATIC_BASE_PRESSURE;
+    let slow = |eta: f64| -> f64 {
+        let odd = |m: i32| f64::from(2 * m + 1);
+        let term = |m: i32| (0.5 * std::f64::consts::PI * odd(m) * (1.0 - eta)).sin() / odd(m).powi(2);
+        (0..1_000_000).rev().map(term).sum::<f64>() * 8.0 / std::f64::consts::PI.powi(2)
+    };
+    for eta in [0.0, 0.3, 0.77, 0.99, 1.0 - 1e-4] {
+        let off = (exact(eta) - slow(eta)).abs();
+        let left =
+            8.0 / std::f64::consts::PI.powi(2) / (4e12 * (0.5 * std::f64::consts::PI * (1.0 - eta)).sin());
+        println!("η = {eta}: off by {off:.1e} ρah, of which the million terms leave at most {left:.1e}");
+        assert!(off < left + 1e-14);
+    }
+    let count = 2000;
+    let weight = |i: i32| if i == 0 || i == count { 1.0 } else { f64::from(2 + 2 * (i % 2)) };
+    let integrand = |x: f64| 4.0 * x.powi(3) * exact(1.0 - x.powi(4));
+    let force = (0..=count).map(|i| weight(i) * integrand(f64::from(i) / f64::from(count))).sum::<f64>()
+        / (3.0 * f64::from(count))
+        - chopra_1967::STATIC_FORCE;
+    println!("series: base off by {base:.1e} ρah, force by {force:.1e} ρah²");
+    assert!(base.abs() < 1e-15 && force.abs() < 1e-12 && exact(1.0) == 0.0);
+    let unit = ReservoirParameters { fidelity: Fidelity::WestergaardExact, ..parameters(1.0, 16, 0.01, 1.0) };
+    let mass = added_mass(&unit)?;
+    for (i, point) in unit.wet_face.points().iter().enumerate() {
+        let expected = DENSITY * westergaard_1933::series_pressure(DEPTH, point[1]);
+        assert!(mass[(i, i)] == expected && mass.row(i).sum() == expected);
+    }
     Ok(())
 }

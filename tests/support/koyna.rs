@@ -4,7 +4,7 @@ use dam_dem::{
     CrackParameters, DamParameters, Damping, DampingFrequencies, Kinematics, Material, Plane, Section,
 };
 use interface::WetFace;
-use reservoir::{Fidelity, ReservoirParameters};
+use reservoir::ReservoirParameters;
 
 /// Elevation of the crest, m.
 pub const CREST: f64 = 103.0;
@@ -64,15 +64,11 @@ pub fn dam(element_size: f64, cracked: bool) -> DamParameters {
 /// The reservoir on `wet_face`.
 pub fn reservoir(wet_face: WetFace, communication_step: f64, horizon: f64) -> ReservoirParameters {
     ReservoirParameters {
-        wet_face,
-        density: 1000.0,
-        sound_speed: 1440.0,
         wave_reflection_coefficient: 0.9,
-        gravity: 9.81,
-        fidelity: Fidelity::Compressible,
         element_size: DEPTH / 16.0,
         far_end_distance: DEPTH / 2.0,
         communication_step,
         horizon,
+        ..ReservoirParameters::before(wet_face)
     }
 }

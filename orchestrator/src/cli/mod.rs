@@ -3,9 +3,12 @@
 pub mod check;
 pub mod export_fmu;
 pub mod log;
+mod picture;
 pub mod replay;
+pub mod reservoir;
 pub mod run;
 pub mod study;
+mod table;
 pub mod unit;
 
 use clap::{Parser, Subcommand, ValueEnum};
@@ -45,6 +48,9 @@ pub enum Command {
     /// Look into the logs of runs
     #[command(subcommand)]
     Log(log::Command),
+    /// What the water of a scene answers by itself: in the frequency domain, to an impulse, in the field
+    #[command(subcommand)]
+    Reservoir(reservoir::Command),
     /// Series of runs: where the coupling converges, what tolerance and minutes of vibration do to it
     #[command(subcommand)]
     Study(study::Command),

@@ -160,19 +160,27 @@ fn units(
     let step = Duration::from_secs_f64(arguments.deadline);
     let deadlines = Deadlines { preparation: PREPARATION * step, step };
     let program = std::env::current_exe().map_err(RunError::Program)?;
-    let processes = ["dam", "reservoir"].map(|name| {
+    // An empty reservoir is nothing that a process could be started for.
+    let names: &[&str] = if registry::is_empty(scene) { &["dam"] } else { &["dam", "reservoir"] };
+    let processes = names.iter().map(|name| {
         let mut command = std::process::Command::new(&program);
         command.args(["unit", name]);
-        (name.to_owned(), command)
+        ((*name).to_owned(), command)
     });
     let starting = Starting::new(processes, resolved, threads.get(), deadlines)?;
     let processes: Vec<String> = starting.processes().map(|(name, id)| format!("{name} {id}")).collect();
     say(format!("processes  {}", processes.join(", ")));
     let mut units = starting.wait(interrupted)?.into_iter();
-    match (units.next(), units.next()) {
-        (Some(dam), Some(reservoir)) => Ok(Units { dam: Box::new(dam), reservoir: Box::new(reservoir) }),
-        _ => unreachable!("two processes were started"),
-    }
+    let (Some(dam), reservoir) = (units.next(), units.next()) else {
+        unreachable!("a process was started for the dam");
+    };
+    Ok(Units {
+        dam: Box::new(dam),
+        reservoir: match reservoir {
+            Some(process) => Box::new(process),
+            None => registry::unit(Side::Reservoir, scene, threads)?,
+        },
+    })
 }
 
 /// Makes the output folder, or takes an empty one; returns the path of the manifest, which then exists.
@@ -215,7 +223,7 @@ pub fn assemble(
         iteration_limit: coupling.iteration_limit,
         accept_unconverged: coupling.on_failure == OnFailure::Continue,
         // The inertia of the water column.
-        acceleration_scale: scene.reservoir.density * scene.reservoir.depth,
+        acceleration_scale: scene.reservoir.density * scene.depth(),
     };
     let scheme = Scheme::new(
         &mut units,

@@ -1,7 +1,7 @@
 //! The units' meshes as CSV files, for people.
 
 use dam_dem::DamParameters;
-use reservoir::{BoundaryCondition, BoundaryMesh, Fidelity, ReservoirParameters};
+use reservoir::{BoundaryCondition, BoundaryMesh, Outline, ReservoirError, ReservoirParameters};
 
 /// Name and text of a file.
 pub type File = (&'static str, String);
@@ -32,20 +32,22 @@ pub fn dam(parameters: &DamParameters) -> Vec<File> {
 }
 
 /// The boundary elements; Westergaard's added mass has none.
-pub fn reservoir(parameters: &ReservoirParameters) -> Vec<File> {
-    let ReservoirParameters { wet_face, fidelity, element_size, far_end_distance, .. } = parameters;
-    if *fidelity == Fidelity::Westergaard {
-        return Vec::new();
+///
+/// **Errors**: an outline that cannot be meshed.
+pub fn reservoir(parameters: &ReservoirParameters) -> Result<Vec<File>, ReservoirError> {
+    if !parameters.fidelity.is_solved() {
+        return Ok(Vec::new());
     }
-    let mesh = BoundaryMesh::new(wet_face, *element_size, *far_end_distance);
+    let mesh = BoundaryMesh::new(&Outline::new(parameters)?, parameters);
     let rows = mesh.elements().iter().map(|element| {
         let part = match element.condition {
             BoundaryCondition::Radiation => "far_end",
             BoundaryCondition::AbsorbingBed => "bed",
             BoundaryCondition::WetFace => "wet_face",
+            BoundaryCondition::SurfaceWaves => "surface",
         };
         let ([x1, y1], [x2, y2]) = (element.start, element.end);
         [x1.to_string(), y1.to_string(), x2.to_string(), y2.to_string(), part.to_owned()]
     });
-    vec![file("boundary.csv", ["x1", "y1", "x2", "y2", "part"], rows)]
+    Ok(vec![file("boundary.csv", ["x1", "y1", "x2", "y2", "part"], rows)])
 }

@@ -22,6 +22,12 @@ pub enum PackingError {
          the scene a [dam] in the place of [prescribed]"
     )]
     NoDam,
+    /// There is no water.
+    #[error(
+        "the scene's reservoir is empty, there is nothing to pack; pack its dam by --unit dam, or choose a \
+         `reservoir.fidelity` other than \"none\""
+    )]
+    NoWater,
     /// The unit cannot be made.
     #[error(transparent)]
     Unit(#[from] RegistryError),
@@ -73,7 +79,8 @@ fn dam(scene: &Scene, target: &Target<'_>) -> Result<Packed, PackingError> {
     let mut start = BTreeMap::new();
     if let Some(face) = face {
         // The order of the operations is the reservoir's, so that it gives the same bits.
-        let (weight, depth) = (scene.reservoir.density * scene.gravity, face.depth());
+        let density = if registry::is_empty(scene) { 0.0 } else { scene.reservoir.density };
+        let (weight, depth) = (density * scene.gravity, face.depth());
         let pressure = face.points().iter().map(|point| weight * (depth - point[1])).collect();
         start.insert(variables::dam::HYDROSTATIC_PRESSURE.name.to_owned(), pressure);
     }
@@ -83,10 +90,13 @@ fn dam(scene: &Scene, target: &Target<'_>) -> Result<Packed, PackingError> {
 }
 
 fn reservoir(scene: &Scene, target: &Target<'_>) -> Result<Packed, PackingError> {
-    let parameters = registry::reservoir_parameters(scene, registry::reservoir_face(scene)?);
+    if registry::is_empty(scene) {
+        return Err(PackingError::NoWater);
+    }
+    let parameters = registry::reservoir_parameters(scene, registry::reservoir_face(scene)?)?;
     parameters.validate().map_err(RegistryError::from)?;
     let page = [include_str!("reservoir.html"), include_str!("reservoir_example.html")];
-    let mesh = mesh::reservoir(&parameters);
+    let mesh = mesh::reservoir(&parameters).map_err(RegistryError::from)?;
     written::<Reservoir>(scene, Contents { start: BTreeMap::new(), parameters }, mesh, page, target)
 }
 

@@ -1,10 +1,12 @@
 //! The door for units: anything that takes part in a co-simulation.
 
+mod empty_reservoir;
 mod in_process;
 mod messages;
 mod prescribed;
 mod shared_memory;
 
+pub use empty_reservoir::EmptyReservoir;
 pub use in_process::InProcess;
 pub use interface::{Level, Messages};
 pub use messages::Message;

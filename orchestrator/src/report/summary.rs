@@ -1,5 +1,5 @@
 use crate::observer::{Ending, Histories, Status, WallTime};
-use crate::scene::{CrackScene, LoadedScene, REST, STANDARD_GRAVITY};
+use crate::scene::{CrackScene, FidelityScene, LoadedScene, REST, STANDARD_GRAVITY};
 use serde::Serialize;
 use std::fmt;
 
@@ -54,8 +54,10 @@ impl Summary {
     ) -> Self {
         let mut table =
             Table { histories, time: histories.column("time").unwrap_or(&[]), quantities: Vec::new() };
+        let empty = loaded.scene.reservoir.fidelity == FidelityScene::Empty;
         if let Some([x, _]) = static_crest {
-            table.add("static crest displacement (weight, water)", 1e3 * x, "mm", None);
+            let loads = if empty { "weight" } else { "weight, water" };
+            table.add(&format!("static crest displacement ({loads})"), 1e3 * x, "mm", None);
         }
         table.extremes("dam.crest_displacement.x");
         let cracks = loaded.scene.dam.as_ref().map_or(&[][..], |d| &d.cracks);
@@ -73,9 +75,12 @@ impl Summary {
             }
         }
         table.peak("peak crest acceleration", "dam.crest_acceleration.x", 1.0 / STANDARD_GRAVITY, "g");
-        let base = 1.0 / loaded.scene.hydrostatic_base_pressure();
-        table.peak("peak hydrodynamic base pressure over hydrostatic", "reservoir.base_pressure", base, "1");
-        table.largest(LOWEST_PRESSURE, "lowest_pressure", 1e-3, "kPa", |p| -p);
+        if !empty {
+            let base = 1.0 / loaded.scene.hydrostatic_base_pressure();
+            let name = "peak hydrodynamic base pressure over hydrostatic";
+            table.peak(name, "reservoir.base_pressure", base, "1");
+            table.largest(LOWEST_PRESSURE, "lowest_pressure", 1e-3, "kPa", |p| -p);
+        }
         table.pressure_coefficient(loaded);
         table.energy_balance();
         table.coupling(ending);
@@ -177,7 +182,7 @@ impl Table<'_> {
         if largest == 0.0 {
             return;
         }
-        let factor = 1.0 / (water.density * largest * water.depth);
+        let factor = 1.0 / (water.density * largest * loaded.scene.depth());
         self.peak("peak pressure coefficient C_p at the base", "reservoir.base_pressure", factor, "1");
     }
 

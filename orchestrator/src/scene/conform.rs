@@ -77,6 +77,7 @@ impl Conformed {
                 self.problems.push((node.place.clone(), invalid));
             }
             (Shape::Text, Content::Scalar(Value::String(text))) => return text.clone().into(),
+            (Shape::Flag, Content::Scalar(Value::Boolean(flag))) => return (*flag).into(),
             (Shape::Word(words), Content::Scalar(Value::String(word))) => {
                 if words.contains(word) {
                     return word.clone().into();
@@ -196,6 +197,7 @@ fn stand_in(shape: &Shape) -> Value {
         Shape::Number => f64::NAN.into(),
         Shape::Whole([least, most]) => 0.clamp(*least, *most).into(),
         Shape::Word(words) => words.first().cloned().unwrap_or_default().into(),
+        Shape::Flag => false.into(),
         Shape::Text | Shape::Any => String::new().into(),
     }
 }

@@ -175,6 +175,34 @@ pub enum Invalid {
         /// Elevation of the crest, m.
         crest: f64,
     },
+    /// A corner of the bed where none can be.
+    #[error(
+        "`reservoir.bed`[{index}] is ({}, {}); corners go upstream from the heel, (0, 0), which is none of them: each \
+         must have x ≤ 0 and y below the water level at {} m, lie apart from the one before, and be finite",
+        exact(*x), exact(*y), exact(*depth)
+    )]
+    BedCorner {
+        /// Index of the corner, from 0.
+        index: usize,
+        /// x, m.
+        x: f64,
+        /// y, m.
+        y: f64,
+        /// Depth of the water, m.
+        depth: f64,
+    },
+    /// Gravity waves, which have a memory, on water without.
+    #[error(
+        "`reservoir.surface_waves` is true, but `reservoir.fidelity` = \"incompressible\" is an added mass, and waves \
+         have a memory; leave it out, or choose \"compressible\""
+    )]
+    WavesWithoutMemory,
+    /// Neither a dam nor water.
+    #[error(
+        "`reservoir.fidelity` is \"none\" and the dam is [prescribed]: nothing is left to compute; give a [dam], or \
+         choose another fidelity"
+    )]
+    NothingToCompute,
     /// Panels of the reservoir longer than the wet face.
     #[error(
         "`reservoir.interface_size` is {} m, more than the depth of {} m; take a sixteenth of that or less",

@@ -119,8 +119,10 @@ fn resolve(scene: &mut Scene, ground_motion: &GroundMotion, folder: &Path) {
         // The order in which the dam's results come.
         dam.cracks.sort_by(|a, b| a.elevation.total_cmp(&b.elevation));
     }
-    scene.reservoir.element_size = Some(scene.boundary_element_size());
-    scene.reservoir.far_end_distance = Some(scene.far_end_distance());
+    if scene.reservoir.fidelity.is_solved() {
+        scene.reservoir.element_size = Some(scene.boundary_element_size());
+        scene.reservoir.far_end_distance = Some(scene.far_end_distance());
+    }
     if let Some(record) = &mut scene.ground_motion.record {
         let file = folder.join(&record.file);
         record.file = file.canonicalize().unwrap_or(file);

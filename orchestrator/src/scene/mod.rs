@@ -138,8 +138,11 @@ pub enum FidelityScene {
     Westergaard,
     /// Incompressible water by boundary elements: added mass of the real section.
     Incompressible,
-    /// Compressible water by boundary elements.
+    /// Compressible water.
     Compressible,
+    /// An empty reservoir.
+    #[serde(rename = "none")]
+    Empty,
 }
 
 impl FidelityScene {
@@ -147,17 +150,77 @@ impl FidelityScene {
     pub fn has_memory(self) -> bool {
         self == Self::Compressible
     }
+
+    /// Whether equations are solved in the water.
+    pub fn is_solved(self) -> bool {
+        matches!(self, Self::Incompressible | Self::Compressible)
+    }
+
+    /// The word in a scene.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Westergaard => "westergaard",
+            Self::Incompressible => "incompressible",
+            Self::Compressible => "compressible",
+            Self::Empty => "none",
+        }
+    }
+}
+
+/// Profile of Westergaard's added mass.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ProfileScene {
+    /// ⅞ ρ √(h(h − y)).
+    #[default]
+    Parabola,
+    /// The series of incompressible water before a vertical face, which the parabola approximates.
+    Exact,
+}
+
+/// Shape functions of the reservoir's boundary elements.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ElementOrderScene {
+    /// One node an element.
+    Constant,
+    /// Two nodes an element.
+    #[default]
+    Linear,
+}
+
+/// How compressible water is stepped in time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum MethodScene {
+    /// Convolution quadrature by BDF2.
+    Bdf2,
+    /// Convolution quadrature by the trapezoidal rule.
+    Trapezoid,
+    /// Convolution quadrature by Radau IIA of two stages.
+    #[default]
+    Radau2,
+    /// Convolution quadrature by Radau IIA of three stages.
+    Radau3,
+    /// A recursion fitted to the frequency response.
+    Recursive,
+    /// Finite elements with a Sommerfeld end.
+    FiniteElements,
 }
 
 /// `[reservoir]`
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ReservoirScene {
-    /// Depth of the water, m.
-    pub depth: f64,
+    /// Depth of the water, m; an empty reservoir needs none, and with one its wet face ends there all the same.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub depth: Option<f64>,
     /// Model of the water.
     #[serde(default = "defaults::fidelity")]
     pub fidelity: FidelityScene,
+    /// Profile of Westergaard's added mass.
+    #[serde(default)]
+    pub profile: ProfileScene,
     /// Density of the water, kg/m³.
     #[serde(default = "defaults::water_density")]
     pub density: f64,
@@ -167,12 +230,31 @@ pub struct ReservoirScene {
     /// Wave reflection coefficient α of the bed, 0 to 1.
     #[serde(default = "defaults::one")]
     pub wave_reflection_coefficient: f64,
+    /// Corners (x, y) of the bed, m, from the heel upstream; from the last one on it is level. By default level from
+    /// the heel on.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub bed: Vec<[f64; 2]>,
+    /// Gravity waves on the surface.
+    #[serde(default)]
+    pub surface_waves: bool,
+    /// How compressible water is stepped in time.
+    #[serde(default)]
+    pub method: MethodScene,
     /// Largest length of the reservoir's own panels on the wet face, m; by default its points are the dam's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub interface_size: Option<f64>,
     /// Largest length of a boundary element, m; by default depth / 16, and not above the panels'.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub element_size: Option<f64>,
+    /// Shape functions of the boundary elements.
+    #[serde(default)]
+    pub element_order: ElementOrderScene,
+    /// Largest length of an element on bed, far end and meshed surface, m; by default `element_size`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bed_element_size: Option<f64>,
+    /// Length of the elements at the corners, m, from where they grow; by default they are not refined.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub corner_element_size: Option<f64>,
     /// Distance of the far end from the face's most upstream point, m; by default depth / 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub far_end_distance: Option<f64>,
@@ -405,33 +487,47 @@ impl Scene {
 
     /// The coupling scheme.
     pub fn scheme(&self) -> SchemeKind {
-        let remembers = self.reservoir.fidelity.has_memory();
+        let fidelity = self.reservoir.fidelity;
+        if fidelity == FidelityScene::Empty {
+            // Nothing answers the dam, so nothing is repeated, and the first guess, zero, is right.
+            return SchemeKind::SerialExplicit;
+        }
         self.coupling.scheme.unwrap_or(match &self.dam {
-            Some(_) if !remembers => SchemeKind::AddedMass,
+            Some(_) if !fidelity.has_memory() => SchemeKind::AddedMass,
             _ => SchemeKind::SerialImplicit,
         })
     }
 
+    /// Depth of the water, m; of an empty reservoir, up to where the upstream face is observed: to the crest, if the
+    /// scene gives no depth.
+    pub fn depth(&self) -> f64 {
+        let crest = || self.dam.as_ref().and_then(|dam| dam.section.upstream.last()).map(|top| top[1]);
+        self.reservoir.depth.or_else(crest).unwrap_or(f64::NAN)
+    }
+
     /// Largest length of a boundary element of the reservoir, m.
-    fn boundary_element_size(&self) -> f64 {
+    pub fn boundary_element_size(&self) -> f64 {
         let dam = self.dam.as_ref().map_or(f64::INFINITY, |dam| dam.element_size);
         let panel = self.reservoir.interface_size.unwrap_or(dam);
-        self.reservoir.element_size.unwrap_or(panel.min(self.reservoir.depth / 16.0))
+        self.reservoir.element_size.unwrap_or(panel.min(self.depth() / 16.0))
     }
 
     /// Distance of the reservoir's far end from the face's most upstream point, m.
-    fn far_end_distance(&self) -> f64 {
-        self.reservoir.far_end_distance.unwrap_or(self.reservoir.depth / 2.0)
+    pub fn far_end_distance(&self) -> f64 {
+        self.reservoir.far_end_distance.unwrap_or(self.depth() / 2.0)
     }
 
-    /// Hydrostatic pressure ρ g h at the heel, Pa.
+    /// Hydrostatic pressure ρ g h at the heel, Pa; 0 before an empty reservoir.
     pub fn hydrostatic_base_pressure(&self) -> f64 {
-        self.reservoir.density * self.gravity * self.reservoir.depth
+        match self.reservoir.fidelity {
+            FidelityScene::Empty => 0.0,
+            _ => self.reservoir.density * self.gravity * self.depth(),
+        }
     }
 
     /// Height of the dam, m.
     pub fn height(&self) -> f64 {
         let crest = self.dam.as_ref().and_then(|d| d.section.upstream.last());
-        crest.map_or(self.reservoir.depth, |p| p[1])
+        crest.map_or_else(|| self.depth(), |p| p[1])
     }
 }

@@ -15,6 +15,8 @@ pub enum Shape {
     /// A whole number from the first to the last.
     Whole([i64; 2]),
     Text,
+    /// `true` or `false`.
+    Flag,
     /// One of these.
     Word(Vec<String>),
     /// The types say no more.
@@ -67,6 +69,7 @@ impl Shape {
                 Self::Whole([bound("minimum").unwrap_or(i64::MIN), bound("maximum").unwrap_or(i64::MAX)])
             }
             Some("string") => Self::Text,
+            Some("boolean") => Self::Flag,
             _ => Self::Any,
         }
     }
@@ -140,6 +143,7 @@ impl Shape {
             Self::Number => "a number".to_owned(),
             Self::Whole(_) => "a whole number".to_owned(),
             Self::Text => "text in quotes".to_owned(),
+            Self::Flag => "true or false".to_owned(),
             Self::Word(words) => one_of(words),
             Self::Any => "something else".to_owned(),
         }

@@ -2,8 +2,8 @@
 
 use super::record::STRONGEST;
 use super::{
-    AdaptiveScene, DamScene, DampingScene, GroundMotion, Invalid, OnFailure, RecordError, RecordScene,
-    ReservoirScene, Scene,
+    AdaptiveScene, DamScene, DampingScene, FidelityScene, GroundMotion, Invalid, OnFailure, RecordError,
+    RecordScene, Scene,
 };
 use crate::scheme::SchemeKind;
 use std::collections::BTreeSet;
@@ -115,20 +115,7 @@ impl Findings {
         if let Some(duration) = scene.time.duration {
             self.within("time.duration", duration, 0.0, 1e6);
         }
-        let water = &scene.reservoir;
-        self.within("reservoir.depth", water.depth, 1e-6, 1e4);
-        self.within("reservoir.density", water.density, 100.0, 1e5);
-        self.within("reservoir.sound_speed", water.sound_speed, 1.0, 1e5);
-        self.within("reservoir.wave_reflection_coefficient", water.wave_reflection_coefficient, 0.0, 1.0);
-        for (key, value) in [
-            ("reservoir.interface_size", water.interface_size),
-            ("reservoir.element_size", water.element_size),
-            ("reservoir.far_end_distance", water.far_end_distance),
-        ] {
-            if let Some(value) = value {
-                self.positive(key, value);
-            }
-        }
+        self.water(scene);
         if self.sound(&["dam", "prescribed"]) || scene.dam.is_some() && scene.prescribed.is_some() {
             let given = [scene.dam.is_some(), scene.prescribed.is_some()];
             self.exactly_one("prescribed", "[dam]", "[prescribed]", given);
@@ -138,16 +125,16 @@ impl Findings {
             if let Some([_, crest]) = dam.section.upstream.last()
                 && self.sound(&["reservoir.depth", "dam.section.upstream"])
             {
-                let (depth, crest, least) = (water.depth, *crest, SAME_LEVEL * crest);
+                let (depth, crest, least) = (scene.depth(), *crest, SAME_LEVEL * crest);
                 if depth > crest {
                     self.add("reservoir.depth", Invalid::WaterAboveCrest { depth, crest });
                 } else if depth <= least {
                     self.add("reservoir.depth", Invalid::WaterTooShallow { depth, crest, least });
                 }
             }
-            self.rows(dam, water.depth);
+            self.rows(dam, scene.depth());
         }
-        self.interface(&scene.reservoir);
+        self.interface(scene);
         self.boundary(scene);
         if let Some(prescribed) = &scene.prescribed {
             self.within("prescribed.batter", prescribed.batter, 0.0, 1e3);
@@ -159,6 +146,61 @@ impl Findings {
         }
         self.within("coupling.relaxation", coupling.relaxation, 1e-6, 1.5);
         self.stepping(scene);
+    }
+
+    /// The reservoir's own values.
+    fn water(&mut self, scene: &Scene) {
+        let water = &scene.reservoir;
+        match water.depth {
+            Some(depth) => self.within("reservoir.depth", depth, 1e-6, 1e4),
+            None if water.fidelity != FidelityScene::Empty
+                && self.sound(&["reservoir.depth", "reservoir.fidelity"]) =>
+            {
+                let [key, table, meaning] =
+                    ["`depth`", "`[reservoir]`", "Depth of the water, m"].map(str::to_owned);
+                self.add("reservoir.depth", Invalid::Missing { key, table, meaning });
+            }
+            None => {}
+        }
+        self.within("reservoir.density", water.density, 100.0, 1e5);
+        self.within("reservoir.sound_speed", water.sound_speed, 1.0, 1e5);
+        self.within("reservoir.wave_reflection_coefficient", water.wave_reflection_coefficient, 0.0, 1.0);
+        for (key, value) in [
+            ("reservoir.interface_size", water.interface_size),
+            ("reservoir.element_size", water.element_size),
+            ("reservoir.bed_element_size", water.bed_element_size),
+            ("reservoir.corner_element_size", water.corner_element_size),
+            ("reservoir.far_end_distance", water.far_end_distance),
+        ] {
+            if let Some(value) = value {
+                self.positive(key, value);
+            }
+        }
+        if self.sound(&["reservoir.bed", "reservoir.depth"]) {
+            let depth = scene.depth();
+            let stands = |index: usize| {
+                let [x, y] = water.bed[index];
+                let before = if index == 0 { [0.0, 0.0] } else { water.bed[index - 1] };
+                x <= 0.0 && x.is_finite() && y < depth && y.is_finite() && [x, y] != before
+            };
+            if let Some(index) = (0..water.bed.len()).find(|index| !stands(*index)) {
+                let [x, y] = water.bed[index];
+                self.add(&format!("reservoir.bed.{index}"), Invalid::BedCorner { index, x, y, depth });
+            }
+        }
+        if water.surface_waves
+            && water.fidelity == FidelityScene::Incompressible
+            && self.sound(&["reservoir.surface_waves", "reservoir.fidelity"])
+        {
+            self.add("reservoir.surface_waves", Invalid::WavesWithoutMemory);
+        }
+        if water.fidelity == FidelityScene::Empty
+            && scene.prescribed.is_some()
+            && scene.dam.is_none()
+            && self.sound(&["reservoir.fidelity", "dam", "prescribed"])
+        {
+            self.add("reservoir.fidelity", Invalid::NothingToCompute);
+        }
     }
 
     /// Whether the scheme, its window and steps that vary go together.
@@ -184,8 +226,9 @@ impl Findings {
             return;
         }
         let (scheme, memory) = (scene.scheme(), scene.reservoir.fidelity.has_memory());
+        let empty = scene.reservoir.fidelity == FidelityScene::Empty;
         let halves = scene.coupling.on_failure == OnFailure::Halve;
-        if halves && !scheme.is_implicit() {
+        if halves && !scheme.is_implicit() && !empty {
             self.add("coupling.on_failure", Invalid::NothingToHalve);
         }
         for (key, varies) in
@@ -205,10 +248,8 @@ impl Findings {
                 self.add("coupling.scheme", Invalid::AddedMassScheme { why });
             }
         }
-        if scene.time.adaptive.is_some()
-            && !memory
-            && matches!(scheme, SchemeKind::AddedMass | SchemeKind::ParallelExplicit)
-        {
+        let tells_no_error = empty || matches!(scheme, SchemeKind::AddedMass | SchemeKind::ParallelExplicit);
+        if scene.time.adaptive.is_some() && !memory && tells_no_error {
             self.add("time.adaptive", Invalid::AdaptiveScheme);
         }
         let window = scene.coupling.window;
@@ -227,12 +268,12 @@ impl Findings {
     }
 
     /// The reservoir's own panels on the wet face.
-    fn interface(&mut self, water: &ReservoirScene) {
+    fn interface(&mut self, scene: &Scene) {
         let key = "reservoir.interface_size";
-        if let Some(size) = water.interface_size
+        if let Some(size) = scene.reservoir.interface_size
             && self.sound(&[key, "reservoir.depth"])
         {
-            let depth = water.depth;
+            let depth = scene.depth();
             if size > depth {
                 self.add(key, Invalid::PanelTooLong { size, depth });
             }
@@ -245,17 +286,31 @@ impl Findings {
         let water = &scene.reservoir;
         if self.sound(&[
             "reservoir.element_size",
+            "reservoir.bed_element_size",
+            "reservoir.bed",
             "reservoir.depth",
             "reservoir.far_end_distance",
             "reservoir.interface_size",
             "dam.element_size",
         ]) {
             let (size, far_end) = (scene.boundary_element_size(), scene.far_end_distance());
+            let bed_size = water.bed_element_size.unwrap_or(size);
+            let corners = std::iter::once([0.0, 0.0]).chain(water.bed.iter().copied());
+            let lengths = corners.zip(&water.bed).map(|(a, b)| (b[0] - a[0]).hypot(b[1] - a[1]));
+            let (bed, last) = (lengths.sum::<f64>(), water.bed.last().copied().unwrap_or_default());
+            let depth = scene.depth();
+            let surface = if water.surface_waves { far_end - last[0] } else { 0.0 };
             // Divided first: the sum may be too large for a number.
-            let elements = 2.0 * (water.depth / size) + far_end / size;
+            let elements = depth / size
+                + [depth - last[1], far_end, bed, surface]
+                    .map(|length| length / bed_size)
+                    .iter()
+                    .sum::<f64>();
             let key = match (water.far_end_distance, water.element_size) {
-                (Some(_), _) if far_end > 2.0 * water.depth => "reservoir.far_end_distance",
-                (_, None) if size < water.depth / 16.0 => match water.interface_size {
+                _ if bed_size < size => "reservoir.bed_element_size",
+                _ if bed > 2.0 * depth.max(far_end) => "reservoir.bed",
+                (Some(_), _) if far_end > 2.0 * depth => "reservoir.far_end_distance",
+                (_, None) if size < depth / 16.0 => match water.interface_size {
                     Some(_) => "reservoir.interface_size",
                     None => "dam.element_size",
                 },

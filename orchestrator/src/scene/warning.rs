@@ -1,7 +1,7 @@
 //! What may be run, but is doubtful.
 
 use super::error::plain;
-use super::{DamScene, FidelityScene, GroundMotion, STANDARD_GRAVITY, Scene};
+use super::{DamScene, FidelityScene, GroundMotion, MethodScene, STANDARD_GRAVITY, Scene, defaults};
 use miette::{Diagnostic, NamedSource, SourceSpan};
 use std::sync::Arc;
 
@@ -124,6 +124,21 @@ pub enum Warning {
          give a ratio, such as 0.05"
     )]
     UndampedCrack,
+    /// Keys that the chosen water does not look at.
+    #[error(
+        "{} no effect with `reservoir.fidelity` = \"{}\"{}; leave {} out, or choose other water",
+        listed(keys), fidelity.word(),
+        method.map_or_else(String::new, |method| format!(" and `reservoir.method` = \"{method}\"")),
+        if keys.len() == 1 { "it" } else { "them" }
+    )]
+    WithoutEffect {
+        /// The keys.
+        keys: Vec<&'static str>,
+        /// Model of the water.
+        fidelity: FidelityScene,
+        /// How it is stepped, where that is why.
+        method: Option<&'static str>,
+    },
     /// A value that is allowed, but seldom true: mostly a slip of units.
     #[error(
         "`{key}` is {} {unit}; {what} has {} to {} {unit}, so check the unit", plain(*value), plain(*least), plain(*most)
@@ -170,6 +185,7 @@ const LOOSEST_TOLERANCE: f64 = 1e-3;
 /// What is doubtful about a scene that was read, each with its key.
 pub fn doubts(scene: &Scene, motion: &GroundMotion) -> Vec<(&'static str, Warning)> {
     let mut doubts = unusual(scene);
+    doubts.extend(without_effect(scene));
     if scene.coupling.tolerance > LOOSEST_TOLERANCE {
         let tolerance = scene.coupling.tolerance;
         doubts.push(("coupling.tolerance", Warning::LooseTolerance { tolerance }));
@@ -266,6 +282,43 @@ fn unusual(scene: &Scene) -> Vec<(&'static str, Warning)> {
         (key, Warning::Unusual { key, value, unit, what, least, most })
     };
     values.into_iter().filter(odd).map(warn).collect()
+}
+
+/// Keys that were given another value than their default, and that the chosen water does not look at.
+fn without_effect(scene: &Scene) -> Option<(&'static str, Warning)> {
+    let water = &scene.reservoir;
+    let fidelity = water.fidelity;
+    let (solved, compressible) = (fidelity.is_solved(), fidelity.has_memory());
+    let finite_elements = compressible && water.method == MethodScene::FiniteElements;
+    let filled = fidelity != FidelityScene::Empty;
+    let given = [
+        ("reservoir.profile", water.profile != Default::default(), fidelity == FidelityScene::Westergaard),
+        ("reservoir.density", water.density != defaults::water_density(), filled),
+        ("reservoir.sound_speed", water.sound_speed != defaults::sound_speed(), compressible),
+        ("reservoir.wave_reflection_coefficient", water.wave_reflection_coefficient != 1.0, compressible),
+        ("reservoir.bed", !water.bed.is_empty(), solved),
+        ("reservoir.surface_waves", water.surface_waves, solved),
+        ("reservoir.method", water.method != Default::default(), compressible),
+        ("reservoir.interface_size", water.interface_size.is_some(), filled),
+        ("reservoir.element_size", water.element_size.is_some(), solved),
+        ("reservoir.element_order", water.element_order != Default::default(), solved && !finite_elements),
+        ("reservoir.bed_element_size", water.bed_element_size.is_some(), solved),
+        ("reservoir.corner_element_size", water.corner_element_size.is_some(), solved),
+        ("reservoir.far_end_distance", water.far_end_distance.is_some(), solved),
+    ];
+    let keys: Vec<_> =
+        given.into_iter().filter(|(_, given, matters)| *given && !matters).map(|(key, ..)| key).collect();
+    let (first, method) = (*keys.first()?, finite_elements.then_some("finite-elements"));
+    Some((first, Warning::WithoutEffect { keys, fidelity, method }))
+}
+
+/// Keys in a row, and what they do.
+fn listed(keys: &[&str]) -> String {
+    let quoted: Vec<String> = keys.iter().map(|key| format!("`{key}`")).collect();
+    match quoted.as_slice() {
+        [first @ .., last] if !first.is_empty() => format!("{} and {last} have", first.join(", ")),
+        _ => quoted.concat() + " has",
+    }
 }
 
 /// When a run ends that has so much rest, s.

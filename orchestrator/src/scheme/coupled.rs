@@ -1,3 +1,5 @@
+mod checks;
+
 use super::channels::{Channels, check_size, interface_points, mapping};
 use super::evaluation::{Iteration, ask};
 use super::frozen::FrozenWatch;
@@ -78,8 +80,6 @@ struct Answer {
     displacement: Vec<f64>,
 }
 
-/// Changes of pressure by which the rounding floor is measured, in units in the last place of the largest pressure.
-const FLOOR_PROBE: f64 = 2.0;
 /// Ratios of step lengths between which an acceleration keeps what it has learnt.
 const SIMILAR: std::ops::Range<f64> = 0.6..1.7;
 
@@ -87,7 +87,7 @@ impl Scheme {
     /// A scheme for `units`.
     ///
     /// **Errors**: a unit lacks a coupled variable; the interface points of the two differ; the dam has the water's
-    /// mass in its mass matrix and the scheme exchanges it, or neither.
+    /// mass in its mass matrix and the scheme exchanges it, or neither; an implicit scheme that may not iterate.
     pub fn new(
         units: &mut Units,
         settings: Settings,
@@ -98,7 +98,10 @@ impl Scheme {
         let channels = Channels::of(units.dam.description(), units.reservoir.description())?;
         let [dam, reservoir] = interface_points(units)?;
         let mapping = mapping(&dam, &reservoir)?;
-        check_added_mass(units, settings.kind)?;
+        checks::added_mass(units, settings.kind)?;
+        if settings.kind.is_implicit() && settings.iteration_limit == 0 {
+            return Err(CouplingError::NoIteration);
+        }
         // Units of another kind may have other faces; their work is not known then.
         let faces = WetFace::new(dam).ok().zip(WetFace::new(reservoir).ok());
         let faces = faces.filter(|_| channels.dam_velocity.is_some());
@@ -255,8 +258,7 @@ impl Scheme {
         let mut first = None;
         self.acceleration.begin_step();
         if std::mem::replace(&mut self.astray, true) {
-            units.dam.restore_state()?;
-            units.reservoir.restore_state()?;
+            self.restore(units)?;
         } else {
             units.dam.save_state()?;
             units.reservoir.save_state()?;
@@ -311,7 +313,7 @@ impl Scheme {
             if self.floor.is_none() && largest > 0.0 && norm(answered.iter().copied()) > 0.0 {
                 iteration += 2;
                 self.check_states(units, &unknowns, iteration - 1, report)?;
-                let change = FLOOR_PROBE * f64::EPSILON * largest;
+                let change = checks::FLOOR_PROBE * f64::EPSILON * largest;
                 self.measure_floor(units, [&unknowns, &residual], change, iteration, report)?;
             }
             self.acceleration.accelerate(&mut unknowns, &residual);
@@ -343,55 +345,6 @@ impl Scheme {
                     self.predictor.interpolation_error(interval.communication_step, &pressure);
             }
         }
-        Ok(())
-    }
-
-    /// Repeats the last iteration: units that return to their saved states answer the same, in all bits.
-    fn check_states(
-        &self,
-        units: &mut Units,
-        unknowns: &[f64],
-        iteration: u32,
-        report: &mut WindowReport,
-    ) -> Result<(), CouplingError> {
-        self.restore(units)?;
-        self.evaluate(units, unknowns, iteration, true, report)?;
-        let (before, after) = report.exchanges.split_at(report.exchanges.len() - 2 * report.steps.len());
-        for (first, second) in before[before.len() - after.len()..].iter().zip(after) {
-            let bits = |(a, b): (&f64, &f64)| a.to_bits() != b.to_bits();
-            let different = first.outputs.iter().zip(&second.outputs).position(bits);
-            // A reservoir that is asked otherwise because of the dam may answer otherwise.
-            let Some(position) = different.filter(|_| first.inputs == second.inputs) else { continue };
-            let unit = if first.side == Side::Dam { &units.dam } else { &units.reservoir };
-            let (variable, index) = unit.description().outputs.locate(position).unwrap_or(("?", position));
-            return Err(CouplingError::StateNotRestored {
-                participant: unit.description().name.clone(),
-                step: first.occasion.step,
-                time: first.occasion.time,
-                variable: variable.to_owned(),
-                index,
-                first: first.outputs[position],
-                second: second.outputs[position],
-            });
-        }
-        Ok(())
-    }
-
-    /// How much the residual changes when the pressure changes by rounding: by `change` (Pa).
-    fn measure_floor(
-        &mut self,
-        units: &mut Units,
-        [unknowns, residual]: [&[f64]; 2],
-        change: f64,
-        iteration: u32,
-        report: &mut WindowReport,
-    ) -> Result<(), CouplingError> {
-        self.restore(units)?;
-        let moved: Vec<f64> =
-            unknowns.iter().enumerate().map(|(i, x)| x + if i % 2 == 0 { change } else { -change }).collect();
-        let answered = self.evaluate(units, &moved, iteration, true, report)?.unknowns;
-        let changes = answered.iter().zip(&moved).zip(residual).map(|((q, p), r)| q - p - r);
-        self.floor = Some(norm(changes));
         Ok(())
     }
 
@@ -530,19 +483,6 @@ impl Scheme {
             velocity: dam.outputs[velocity].to_vec(),
         })
     }
-}
-
-/// The water's mass must be counted once.
-fn check_added_mass(units: &mut Units, kind: SchemeKind) -> Result<(), CouplingError> {
-    let included = match units.dam.fixed("added_mass_included") {
-        Ok(value) => value.first().is_some_and(|x| *x != 0.0),
-        Err(ParticipantError::Missing { .. }) => false,
-        Err(error) => return Err(error.into()),
-    };
-    if included == (kind == SchemeKind::AddedMass) {
-        return Ok(());
-    }
-    Err(CouplingError::AddedMass { participant: units.dam.description().name.clone(), included })
 }
 
 fn hopeless(report: &WindowReport, iteration: u32, why: Hopeless) -> CouplingError {

@@ -134,6 +134,11 @@ pub enum CouplingError {
         /// Whether the mass is there.
         included: bool,
     },
+    /// An implicit scheme that may not iterate.
+    #[error(
+        "the iteration limit is 0; allow an implicit scheme one iteration or more, or choose an explicit one"
+    )]
+    NoIteration,
     /// Nothing can be passed between the wet faces of the two units.
     #[error(transparent)]
     Mapping(#[from] MappingError),

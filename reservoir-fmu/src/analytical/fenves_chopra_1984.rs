@@ -11,8 +11,8 @@ use std::f64::consts::PI;
 
 /// Terms of the modal series; they fall like m⁻².
 const TERMS: u32 = 4000;
-/// Steps of the continuation from the rigid bed.
-const CONTINUATION: u32 = 40;
+/// Steps of the first mode's continuation from the rigid bed.
+const CONTINUATION: u32 = 80;
 
 /// `p/(ρa)` in m at every elevation y for the acceleration `a e^{st}`:
 /// `Σ_m ψ_m(y) ∫ψ_m/(κ_m ∫ψ_m²)`, `κ_m = √(λ_m² + (s/c)²)`.
@@ -41,8 +41,11 @@ pub fn pressures(
 /// λ_m by Newton's method, continued from the rigid bed's `(2m + 1)π/2h` to `bed` = q s.
 fn eigenvalue(m: u32, bed: Complex64, depth: f64) -> Complex64 {
     let mut lambda = Complex64::from(f64::from(2 * m + 1) * PI / (2.0 * depth));
-    for step in 1..=CONTINUATION {
-        let bed = bed * f64::from(step) / f64::from(CONTINUATION);
+    // The bed's share of the equation falls like 1/λ, and so do the steps that are needed.
+    let share = (bed.norm() / lambda.norm()).min(1.0);
+    let steps = (f64::from(CONTINUATION) * share).ceil().max(2.0) as u32;
+    for step in 1..=steps {
+        let bed = bed * f64::from(step) / f64::from(steps);
         for _ in 0..4 {
             let (sine, cosine) = ((lambda * depth).sin(), (lambda * depth).cos());
             let value = lambda * cosine + bed * sine;

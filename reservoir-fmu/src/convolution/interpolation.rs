@@ -12,7 +12,7 @@ const ELLIPSE: f64 = 2.4;
 /// Piecewise Chebyshev interpolant of a complex matrix function of a real variable.
 pub(crate) struct Interpolant {
     pieces: Vec<Piece>,
-    columns: usize,
+    shape: (usize, usize),
 }
 
 struct Piece {
@@ -36,12 +36,12 @@ impl Interpolant {
     ) -> Result<Self, E> {
         let mut pending = Vec::new();
         grade(start, end, singularities, shortest, &mut pending);
-        let (mut pieces, mut scale, mut columns): (Vec<Piece>, f64, usize) = (Vec::new(), 0.0, 0);
+        let (mut pieces, mut scale, mut shape): (Vec<Piece>, f64, (usize, usize)) = (Vec::new(), 0.0, (0, 0));
         while !pending.is_empty() {
             let nodes: Vec<f64> =
                 pending.iter().flat_map(|&[a, b]| (0..NODES).map(move |i| node(a, b, i))).collect();
             let values = nodes.par_iter().map(|&x| function(x)).collect::<Result<Vec<_>, E>>()?;
-            columns = values[0].ncols();
+            shape = values[0].shape();
             scale = values.iter().flat_map(|v| v.iter()).fold(scale, |s, z| s.max(z.norm()));
             let mut refined = Vec::new();
             for (&[start, end], values) in pending.iter().zip(values.chunks(NODES)) {
@@ -56,12 +56,12 @@ impl Interpolant {
             pending = refined;
         }
         pieces.sort_by(|a, b| a.start.total_cmp(&b.start));
-        Ok(Self { pieces, columns })
+        Ok(Self { pieces, shape })
     }
 
-    /// Number of columns (and rows) of the matrix.
-    pub fn size(&self) -> usize {
-        self.columns
+    /// Number of rows and columns of the matrix.
+    pub fn shape(&self) -> (usize, usize) {
+        self.shape
     }
 
     /// Number of nodes of all pieces.

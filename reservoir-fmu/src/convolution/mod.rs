@@ -9,4 +9,4 @@ mod partitioned;
 mod quadrature;
 
 pub(crate) use partitioned::{Convolution, History};
-pub(crate) use quadrature::{ConvolutionQuadrature, Weights};
+pub(crate) use quadrature::{ConvolutionQuadrature, Rule, Weights};

@@ -1,4 +1,6 @@
 use super::Weights;
+use crate::time_domain::{Memory, TimeDomain};
+use nalgebra::DMatrix;
 use num_complex::Complex64;
 use rayon::prelude::*;
 use rustfft::{Fft, FftPlanner};
@@ -15,10 +17,11 @@ const BINS: usize = BLOCK + 1;
 /// what they contribute to the coming block is summed once, in the frequency domain. Lags
 /// inside the open block are summed directly.
 pub(crate) struct Convolution {
-    size: usize,
+    rows: usize,
+    columns: usize,
     /// `W_n` for n < BLOCK, row-major.
     direct: Vec<Vec<f64>>,
-    /// Entry (i, j) at `i * size + j`: spectra of the lags `[(d − 1)B, (d + 1)B)`, d = 1, 2, ….
+    /// Entry (i, j) at `i * columns + j`: spectra of the lags `[(d − 1)B, (d + 1)B)`, d = 1, 2, ….
     partitions: Vec<Vec<Complex64>>,
     forward: Arc<dyn Fft<f64>>,
     inverse: Arc<dyn Fft<f64>>,
@@ -31,7 +34,7 @@ pub(crate) struct Convolution {
 #[derive(Clone, Default)]
 pub(crate) struct History {
     frozen: Option<Arc<FrozenBlock>>,
-    /// Contribution of the frozen blocks to the open one, `BLOCK` × size.
+    /// Contribution of the frozen blocks to the open one, `BLOCK` × rows.
     inherited: Arc<Vec<f64>>,
     /// Velocities of the open block, step by step.
     open: Vec<f64>,
@@ -84,7 +87,7 @@ impl History {
 impl Convolution {
     /// Prepares the partitions on the current rayon pool.
     pub fn new(weights: Weights) -> Self {
-        let Weights { size, entries } = weights;
+        let Weights { rows, columns, entries } = weights;
         let steps = entries.first().map_or(0, Vec::len);
         let mut planner = FftPlanner::new();
         let (forward, inverse) = (planner.plan_fft_forward(2 * BLOCK), planner.plan_fft_inverse(2 * BLOCK));
@@ -98,29 +101,24 @@ impl Convolution {
                 (1..=count).flat_map(|d| spectrum(&forward, window(d))).collect()
             })
             .collect();
-        Self { size, direct, partitions, forward, inverse }
-    }
-
-    /// `W_0`, row-major.
-    pub fn instantaneous(&self) -> &[f64] {
-        &self.direct[0]
+        Self { rows, columns, direct, partitions, forward, inverse }
     }
 
     /// The history before the first step.
-    pub fn start(&self) -> History {
+    fn start(&self) -> History {
         History {
             frozen: None,
-            inherited: Arc::new(vec![0.0; BLOCK * self.size]),
+            inherited: Arc::new(vec![0.0; BLOCK * self.rows]),
             open: Vec::new(),
             next: Arc::default(),
         }
     }
 
     /// The history after `velocities`, step by step, equal bit for bit to pushing them.
-    pub fn resume(&self, velocities: &[f64]) -> History {
+    fn resume_from(&self, velocities: &[f64]) -> History {
         let mut history = self.start();
-        let frozen = (velocities.len() / self.size).saturating_sub(1) / BLOCK * BLOCK * self.size;
-        for block in velocities[..frozen].chunks(BLOCK * self.size) {
+        let frozen = (velocities.len() / self.columns).saturating_sub(1) / BLOCK * BLOCK * self.columns;
+        for block in velocities[..frozen].chunks(BLOCK * self.columns) {
             history.frozen = Some(self.freeze(&history.frozen, block));
         }
         history.inherited = self.inherited(&history.frozen);
@@ -129,14 +127,14 @@ impl Convolution {
     }
 
     /// Pressure (Pa) at the end of the step after `history` if the velocity there is `velocity` (m/s).
-    pub fn pressure(&self, history: &History, velocity: &[f64]) -> Vec<f64> {
+    fn pressure_after(&self, history: &History, velocity: &[f64]) -> Vec<f64> {
         let mut pressure = self.next(history).pressure.clone();
         self.add_lag(0, velocity, &mut pressure);
         pressure
     }
 
     /// Appends a velocity: the history after the step.
-    pub fn push(&self, history: &History, velocity: &[f64]) -> History {
+    fn pushed(&self, history: &History, velocity: &[f64]) -> History {
         let (frozen, inherited, mut open) = match &self.next(history).block {
             Some((block, inherited)) => (Some(block.clone()), inherited.clone(), Vec::new()),
             None => (history.frozen.clone(), history.inherited.clone(), history.open.clone()),
@@ -147,15 +145,15 @@ impl Convolution {
 
     fn next<'a>(&self, history: &'a History) -> &'a Next {
         history.next.get_or_init(|| {
-            let size = self.size;
-            if history.open.len() == BLOCK * size {
+            let (rows, columns) = (self.rows, self.columns);
+            if history.open.len() == BLOCK * columns {
                 let frozen = self.freeze(&history.frozen, &history.open);
                 let inherited = self.inherited(&Some(frozen.clone()));
-                return Next { pressure: inherited[..size].to_vec(), block: Some((frozen, inherited)) };
+                return Next { pressure: inherited[..rows].to_vec(), block: Some((frozen, inherited)) };
             }
-            let step = history.open.len() / size;
-            let mut pressure = history.inherited[step * size..][..size].to_vec();
-            for (index, velocity) in history.open.chunks(size).enumerate() {
+            let step = history.open.len() / columns;
+            let mut pressure = history.inherited[step * rows..][..rows].to_vec();
+            for (index, velocity) in history.open.chunks(columns).enumerate() {
                 self.add_lag(step - index, velocity, &mut pressure);
             }
             Next { pressure, block: None }
@@ -163,24 +161,24 @@ impl Convolution {
     }
 
     fn add_lag(&self, lag: usize, velocity: &[f64], pressure: &mut [f64]) {
-        for (p, row) in pressure.iter_mut().zip(self.direct[lag].chunks(self.size)) {
+        for (p, row) in pressure.iter_mut().zip(self.direct[lag].chunks(self.columns)) {
             *p += row.iter().zip(velocity).map(|(w, v)| w * v).sum::<f64>();
         }
     }
 
     fn freeze(&self, previous: &Option<Arc<FrozenBlock>>, velocities: &[f64]) -> Arc<FrozenBlock> {
-        let component = |j: usize| velocities.iter().skip(j).step_by(self.size).copied();
-        let spectra = (0..self.size).flat_map(|j| spectrum(&self.forward, component(j))).collect();
+        let component = |j: usize| velocities.iter().skip(j).step_by(self.columns).copied();
+        let spectra = (0..self.columns).flat_map(|j| spectrum(&self.forward, component(j))).collect();
         Arc::new(FrozenBlock { velocities: velocities.to_vec(), spectra, previous: previous.clone() })
     }
 
-    /// What the frozen blocks contribute to the block after them, `BLOCK` × size.
+    /// What the frozen blocks contribute to the block after them, `BLOCK` × rows.
     fn inherited(&self, newest: &Option<Arc<FrozenBlock>>) -> Arc<Vec<f64>> {
-        let mut contribution = vec![0.0; BLOCK * self.size];
-        for i in 0..self.size {
+        let mut contribution = vec![0.0; BLOCK * self.rows];
+        for i in 0..self.rows {
             let mut sum = vec![Complex64::ZERO; BINS];
-            for j in 0..self.size {
-                let partitions = self.partitions[i * self.size + j].chunks(BINS);
+            for j in 0..self.columns {
+                let partitions = self.partitions[i * self.columns + j].chunks(BINS);
                 for (partition, block) in partitions.zip(blocks(newest)) {
                     let spectrum = &block.spectra[j * BINS..][..BINS];
                     for ((sum, w), v) in sum.iter_mut().zip(partition).zip(spectrum) {
@@ -192,10 +190,45 @@ impl Convolution {
             sum.extend(mirrored);
             self.inverse.process(&mut sum);
             for step in 0..BLOCK {
-                contribution[step * self.size + i] = sum[BLOCK + step].re / (2 * BLOCK) as f64;
+                contribution[step * self.rows + i] = sum[BLOCK + step].re / (2 * BLOCK) as f64;
             }
         }
         Arc::new(contribution)
+    }
+}
+
+impl TimeDomain for Convolution {
+    fn at_rest(&self) -> Memory {
+        Memory::History(self.start())
+    }
+
+    fn pressure(&self, memory: &Memory, velocity: &[f64], _length: f64) -> Vec<f64> {
+        match memory {
+            Memory::History(history) => self.pressure_after(history, velocity),
+            _ => Vec::new(),
+        }
+    }
+
+    fn push(&self, memory: &Memory, velocity: &[f64], _length: f64) -> Memory {
+        match memory {
+            Memory::History(history) => Memory::History(self.pushed(history, velocity)),
+            _ => Memory::None,
+        }
+    }
+
+    fn instantaneous(&self, _length: f64) -> DMatrix<f64> {
+        DMatrix::from_row_slice(self.rows, self.columns, &self.direct[0])
+    }
+
+    fn values(&self, memory: &Memory) -> Vec<f64> {
+        match memory {
+            Memory::History(history) => history.velocities(),
+            _ => Vec::new(),
+        }
+    }
+
+    fn resume(&self, values: &[f64], steps: usize) -> Option<Memory> {
+        (values.len() == steps * self.columns).then(|| Memory::History(self.resume_from(values)))
     }
 }
 
@@ -220,7 +253,7 @@ mod tests {
         let entries: Vec<Vec<f64>> = (0..4)
             .map(|e| (0..steps).map(|n| (0.3 * n as f64 + e as f64).cos() / (1.0 + n as f64)).collect())
             .collect();
-        (Convolution::new(Weights { size: 2, entries: entries.clone() }), entries)
+        (Convolution::new(Weights { rows: 2, columns: 2, entries: entries.clone() }), entries)
     }
 
     #[test]
@@ -232,7 +265,7 @@ mod tests {
         let mut worst: f64 = 0.0;
         for n in 1..=steps {
             let velocity = &v[2 * (n - 1)..2 * n];
-            let pressure = convolution.pressure(&history, velocity);
+            let pressure = convolution.pressure_after(&history, velocity);
             for i in 0..2 {
                 let naive: f64 = (1..=n)
                     .flat_map(|j| (0..2).map(move |c| (j, c)))
@@ -240,7 +273,7 @@ mod tests {
                     .sum();
                 worst = worst.max((pressure[i] - naive).abs());
             }
-            history = convolution.push(&history, velocity);
+            history = convolution.pushed(&history, velocity);
         }
         println!("partitioned against direct convolution: largest difference {worst:.1e}");
         assert!(worst < 1e-13);
@@ -253,9 +286,12 @@ mod tests {
         let v = sequence(8 * BLOCK);
         let mut history = convolution.start();
         for velocity in v.chunks(2) {
-            let resumed = convolution.resume(&history.velocities());
-            assert_eq!(convolution.pressure(&history, velocity), convolution.pressure(&resumed, velocity));
-            history = convolution.push(&history, velocity);
+            let resumed = convolution.resume_from(&history.velocities());
+            assert_eq!(
+                convolution.pressure_after(&history, velocity),
+                convolution.pressure_after(&resumed, velocity)
+            );
+            history = convolution.pushed(&history, velocity);
         }
     }
 
@@ -264,7 +300,7 @@ mod tests {
         let (convolution, _) = convolution(40 * BLOCK);
         let mut history = convolution.start();
         for velocity in sequence(2 * (37 * BLOCK + 5)).chunks(2) {
-            history = convolution.push(&history, velocity);
+            history = convolution.pushed(&history, velocity);
         }
         let clone = history.clone();
         assert_eq!(clone.copied(), 2 * 5);
@@ -276,7 +312,7 @@ mod tests {
 
     #[test]
     fn a_long_list_is_dropped_without_recursion() {
-        let convolution = Convolution::new(Weights { size: 1, entries: vec![vec![0.0; 1]] });
+        let convolution = Convolution::new(Weights { rows: 1, columns: 1, entries: vec![vec![0.0; 1]] });
         let mut frozen = None;
         for _ in 0..200_000 {
             frozen = Some(Arc::new(FrozenBlock { velocities: vec![], spectra: vec![], previous: frozen }));

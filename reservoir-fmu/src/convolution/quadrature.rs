@@ -10,19 +10,34 @@ const TOLERANCE: f64 = 1e-9;
 /// R^N, the factor of aliasing from weight n + N into weight n.
 const ALIASING: f64 = 1e-7;
 
-/// Convolution quadrature with the two-stage Radau IIA method (Lubich and Ostermann 1993).
+/// The method behind a convolution quadrature.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Rule {
+    /// `δ(ζ) = 3/2 − 2ζ + ζ²/2`, order 2.
+    Bdf2,
+    /// `δ(ζ) = 2(1 − ζ)/(1 + ζ)`, order 2.
+    Trapezoid,
+    /// Radau IIA of two stages, order 3.
+    Radau2,
+    /// Radau IIA of three stages, order 5.
+    Radau3,
+}
+
+/// Convolution quadrature (Lubich 1988 for multistep methods, Lubich and Ostermann 1993 for Runge–Kutta ones).
 ///
 /// For a velocity linear over every step, zero before the first, the pressure at the
 /// steps' ends is `p_n = Σ_{j=1}^{n} W_{n−j} v_j` with the generating function
 ///
 /// ```text
-/// Σ_n W_n ζⁿ = K₂₁(ζ) (1/3 + 2ζ/3) + K₂₂(ζ),   [K_ij](ζ) = K(Δ(ζ)/H)
-/// Δ(ζ) = A⁻¹ − ζ A⁻¹ 1 e₂ᵀ = [[3/2, 1/2 − 2ζ], [−9/2, 5/2 + 2ζ]]
+/// Σ_n W_n ζⁿ = e_mᵀ K(Δ(ζ)/H) g(ζ),   Δ(ζ) = A⁻¹ − ζ A⁻¹ 1 e_mᵀ,   g_i = c_i + (1 − c_i) ζ
 /// ```
 ///
-/// because the stages at c = (1/3, 1) see `v = (v_n/3 + 2v_{n−1}/3, v_n)`.
+/// because the stages at `t + c_i H` see `v = c_i v_n + (1 − c_i) v_{n−1}`. The multistep methods have one stage,
+/// at the step's end, and `Δ = δ(ζ)`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ConvolutionQuadrature {
+    /// The method.
+    pub rule: Rule,
     /// H, s.
     pub communication_step: f64,
     /// Number of weights.
@@ -31,24 +46,85 @@ pub(crate) struct ConvolutionQuadrature {
 
 /// Weights of a convolution: `W_n[i][j]` for lags n < `steps`.
 pub(crate) struct Weights {
-    /// Number of rows and columns of a weight.
-    pub size: usize,
-    /// Entry (i, j) at `i * size + j`: its values at all lags.
+    /// Number of rows of a weight.
+    pub rows: usize,
+    /// Number of columns of a weight.
+    pub columns: usize,
+    /// Entry (i, j) at `i * columns + j`: its values at all lags.
     pub entries: Vec<Vec<f64>>,
 }
 
-/// The two complex frequencies (times H) of a ζ and their factors in the generating function.
-fn stage_frequencies(zeta: Complex64) -> [(Complex64, Complex64); 2] {
-    let (lower, diagonal) = (Complex64::from(-4.5), 2.5 + 2.0 * zeta);
-    let half_trace = 2.0 + zeta;
-    let root = (half_trace * half_trace - 6.0 + 6.0 * zeta).sqrt();
-    let frequencies = [half_trace - root, half_trace + root];
-    let inner = lower * (1.0 + 2.0 * zeta) / 3.0 + diagonal;
-    let factor = |own: Complex64, other: Complex64| (inner - other) / (own - other);
-    [
-        (frequencies[0], factor(frequencies[0], frequencies[1])),
-        (frequencies[1], factor(frequencies[1], frequencies[0])),
-    ]
+impl Rule {
+    /// Butcher's matrix and the stages' times over H, row by row; none for one stage.
+    fn stages(self) -> Option<(Vec<f64>, Vec<f64>)> {
+        match self {
+            Self::Bdf2 | Self::Trapezoid => None,
+            Self::Radau2 => Some((vec![5.0 / 12.0, -1.0 / 12.0, 3.0 / 4.0, 1.0 / 4.0], vec![1.0 / 3.0, 1.0])),
+            Self::Radau3 => {
+                let root = 6f64.sqrt();
+                let matrix = vec![
+                    (88.0 - 7.0 * root) / 360.0,
+                    (296.0 - 169.0 * root) / 1800.0,
+                    (-2.0 + 3.0 * root) / 225.0,
+                    (296.0 + 169.0 * root) / 1800.0,
+                    (88.0 + 7.0 * root) / 360.0,
+                    (-2.0 - 3.0 * root) / 225.0,
+                    (16.0 - root) / 36.0,
+                    (16.0 + root) / 36.0,
+                    1.0 / 9.0,
+                ];
+                Some((matrix, vec![(4.0 - root) / 10.0, (4.0 + root) / 10.0, 1.0]))
+            }
+        }
+    }
+
+    /// The stages' complex frequencies (times H) at ζ and their factors in the generating function.
+    ///
+    /// With the eigenvalues z_i of Δ the factor is `e_mᵀ P_i g`, `P_i = Π_{j≠i} (Δ − z_j)/(z_i − z_j)` (Sylvester).
+    fn frequencies(self, zeta: Complex64) -> Vec<(Complex64, Complex64)> {
+        let one = |z: Complex64| vec![(z, Complex64::ONE)];
+        let Some((matrix, times)) = self.stages() else {
+            return one(match self {
+                Self::Trapezoid => 2.0 * (1.0 - zeta) / (1.0 + zeta),
+                _ => 1.5 - 2.0 * zeta + 0.5 * zeta * zeta,
+            });
+        };
+        let count = times.len();
+        let butcher = DMatrix::from_row_slice(count, count, &matrix);
+        // Butcher's matrices are regular.
+        let inverse = butcher.try_inverse().unwrap_or_else(|| DMatrix::identity(count, count));
+        let mut delta = inverse.map(Complex64::from);
+        let sums = inverse.column_sum();
+        for i in 0..count {
+            delta[(i, count - 1)] -= zeta * sums[i];
+        }
+        let values = delta.clone().schur().eigenvalues().map(|v| v.iter().copied().collect::<Vec<_>>());
+        let values = values.unwrap_or_else(|| (0..count).map(|i| delta[(i, i)]).collect());
+        let data: Vec<Complex64> = times.iter().map(|&c| c + (1.0 - c) * zeta).collect();
+        let factor = |own: usize| {
+            let others = (0..count).filter(|&other| other != own);
+            let projected = others.fold(data.clone(), |v, other| {
+                let image = |i: usize| -> Complex64 {
+                    (0..count).map(|j| delta[(i, j)] * v[j]).sum::<Complex64>() - values[other] * v[i]
+                };
+                (0..count).map(|i| image(i) / (values[own] - values[other])).collect()
+            });
+            projected[count - 1]
+        };
+        (0..count).map(|own| (values[own], factor(own))).collect()
+    }
+
+    /// The ζ that solve `det(Δ(ζ) − z) = 0` and matter: `1/ζ` is the method's stability function at z.
+    fn shift(self, z: Complex64) -> Complex64 {
+        match self {
+            Self::Bdf2 => 2.0 - (1.0 + 2.0 * z).sqrt(),
+            Self::Trapezoid => (2.0 - z) / (2.0 + z),
+            Self::Radau2 => (1.0 - z * 2.0 / 3.0 + z * z / 6.0) / (1.0 + z / 3.0),
+            Self::Radau3 => {
+                (1.0 - z * 0.6 + z * z * 0.15 - z * z * z / 60.0) / (1.0 + z * 0.4 + z * z / 20.0)
+            }
+        }
+    }
 }
 
 impl ConvolutionQuadrature {
@@ -59,7 +135,7 @@ impl ConvolutionQuadrature {
 
     /// Number of frequencies that the symbol would be needed at without interpolation.
     pub fn frequencies(&self) -> usize {
-        self.length() + 2
+        (self.length() / 2 + 1) * self.rule.stages().map_or(1, |(_, times)| times.len())
     }
 
     /// The weights of `symbol` K(s), whose branch points (1/s) may be told to save work.
@@ -75,10 +151,15 @@ impl ConvolutionQuadrature {
         let spacing = 2.0 * PI / length as f64;
         let generating = |theta: f64| {
             let zeta = Complex64::from_polar(radius, -theta);
-            let [(s1, f1), (s2, f2)] = stage_frequencies(zeta);
-            let k1 = symbol(s1 / self.communication_step)?;
-            let k2 = symbol(s2 / self.communication_step)?;
-            Ok(k1.zip_map(&k2, |a, b| a * f1 + b * f2))
+            let mut stages = self.rule.frequencies(zeta).into_iter();
+            let (first, factor) = stages.next().unwrap_or_default();
+            let mut sum = symbol(first / self.communication_step)?;
+            sum.iter_mut().for_each(|value| *value *= factor);
+            for (frequency, factor) in stages {
+                let stage = symbol(frequency / self.communication_step)?;
+                sum.zip_apply(&stage, |value, more| *value += more * factor);
+            }
+            Ok(sum)
         };
         let singularities = self.singularities(branch_points, radius);
         let interpolant = Interpolant::new(generating, [0.0, PI], &singularities, TOLERANCE, 4.0 * spacing)?;
@@ -86,16 +167,10 @@ impl ConvolutionQuadrature {
     }
 
     /// Where the generating function is singular as a function of θ, ζ = R e^{−iθ}.
-    ///
-    /// An eigenvalue z of Δ(ζ) obeys `r(z) = 1/ζ` with the method's stability function r.
     fn singularities(&self, branch_points: &[Complex64], radius: f64) -> Vec<Complex64> {
         branch_points
             .iter()
-            .map(|s| {
-                let z = s * self.communication_step;
-                let stability = (1.0 + z / 3.0) / (1.0 - z * 2.0 / 3.0 + z * z / 6.0);
-                Complex64::I * (1.0 / (stability * radius)).ln()
-            })
+            .map(|s| Complex64::I * (self.rule.shift(s * self.communication_step) / radius).ln())
             .collect()
     }
 
@@ -104,11 +179,11 @@ impl ConvolutionQuadrature {
         let points: Vec<f64> = (0..=length / 2).map(|k| 2.0 * PI * k as f64 / length as f64).collect();
         let basis = interpolant.basis(&points);
         let transform = FftPlanner::new().plan_fft_inverse(length);
-        let size = interpolant.size();
-        let entries = (0..size * size)
+        let (rows, columns) = interpolant.shape();
+        let entries = (0..rows * columns)
             .into_par_iter()
             .map(|entry| {
-                let column_major = entry % size * size + entry / size;
+                let column_major = entry % columns * rows + entry / columns;
                 let mut values = vec![Complex64::ZERO; length];
                 for (k, basis) in basis.iter().enumerate() {
                     values[k] = interpolant.evaluate(column_major, basis);
@@ -119,7 +194,7 @@ impl ConvolutionQuadrature {
                 values[..self.steps].iter().enumerate().map(|(n, w)| w.re * scale(n)).collect()
             })
             .collect();
-        Weights { size, entries }
+        Weights { rows, columns, entries }
     }
 }
 
@@ -131,7 +206,8 @@ mod tests {
         symbol: impl Fn(Complex64) -> Complex64 + Sync,
         branch_points: &[Complex64],
     ) -> Result<Vec<f64>, std::convert::Infallible> {
-        let quadrature = ConvolutionQuadrature { communication_step: 0.01, steps: 10_000 };
+        let quadrature =
+            ConvolutionQuadrature { rule: Rule::Radau2, communication_step: 0.01, steps: 10_000 };
         let symbol = |s| Ok::<_, std::convert::Infallible>(DMatrix::from_element(1, 1, symbol(s)));
         Ok(quadrature.weights(symbol, branch_points)?.entries.swap_remove(0))
     }

@@ -5,10 +5,12 @@
 mod free_space;
 mod free_surface;
 mod ray;
+mod table;
 
 pub use free_space::FreeSpace;
 pub use free_surface::FreeSurface;
-pub(crate) use ray::{Distance, Ray};
+pub(crate) use ray::Ray;
+pub(crate) use table::Table;
 
 /// A point source and its strength relative to the source that it belongs to.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,9 +24,10 @@ pub struct Source {
 /// A solution of `∇²G − k²G = −δ`, written as free-space sources.
 ///
 /// `G(x, y) = Σ_i a_i K₀(k|y − x_i|)/2π` with the sources `(x_i, a_i)` of `x`. A kernel that
-/// satisfies a boundary condition by images spares the mesh of that boundary. At k = 0 and with strengths
-/// that sum to zero it is the solution `G = −Σ_i a_i ln|y − x_i|/2π` of Laplace's equation. The sources
-/// do not depend on `k`, so [`sources`](Self::sources) is called once for every collocation
+/// satisfies a boundary condition by images spares the mesh of that boundary. At k = 0 it is the solution
+/// `G = −Σ_i a_i ln(|y − x_i|/R)/2π` of Laplace's equation. Where the strengths do not sum to zero the length R
+/// matters: it is taken as the extent of the mesh, far above the one at which the single layer has a null space,
+/// the logarithmic capacity of the boundary. The sources do not depend on `k`, so [`sources`](Self::sources) is called once for every collocation
 /// point when a system is made, never for a frequency.
 pub trait HelmholtzKernel: Sync {
     /// The sources of the collocation point `point` (m), itself first.

@@ -1,5 +1,7 @@
 use super::QuadraturePoint;
+use std::borrow::Cow;
 use std::f64::consts::PI;
+use std::sync::LazyLock;
 
 /// Legendre polynomial `P_n(x)` and its derivative, by the three-term recurrence.
 ///
@@ -16,8 +18,16 @@ pub(crate) fn legendre(n: usize, x: f64) -> (f64, f64) {
     (p, dp)
 }
 
+/// Rules that are made once.
+const KEPT: usize = 32;
+
 /// Gauss–Legendre rule of `n` points on [−1, 1], exact to degree 2n − 1.
-pub(crate) fn gauss_legendre(n: usize) -> Vec<QuadraturePoint> {
+pub(crate) fn gauss_legendre(n: usize) -> Cow<'static, [QuadraturePoint]> {
+    static RULES: LazyLock<Vec<Vec<QuadraturePoint>>> = LazyLock::new(|| (0..=KEPT).map(rule).collect());
+    if n <= KEPT { Cow::Borrowed(&RULES[n]) } else { Cow::Owned(rule(n)) }
+}
+
+fn rule(n: usize) -> Vec<QuadraturePoint> {
     (0..n)
         .map(|i| {
             let mut x = -(PI * (i as f64 + 0.75) / (n as f64 + 0.5)).cos();

@@ -7,8 +7,14 @@ const DEPTH: usize = 40;
 ///
 /// On the element: the logarithmic rule. Off it: bisection until every part is no longer
 /// than its distance from the source, then Gauss' rule with points enough for a relative
-/// error of about 1e-9 at that distance.
-pub(crate) fn element_rule(start: [f64; 2], end: [f64; 2], source: [f64; 2]) -> Vec<QuadraturePoint> {
+/// error of about 1e-9 at that distance. The rule replaces what `rule` holds.
+pub(crate) fn element_rule(
+    start: [f64; 2],
+    end: [f64; 2],
+    source: [f64; 2],
+    rule: &mut Vec<QuadraturePoint>,
+) {
+    rule.clear();
     let along = [end[0] - start[0], end[1] - start[1]];
     let length = along[0].hypot(along[1]);
     let offset = [source[0] - start[0], source[1] - start[1]];
@@ -16,11 +22,10 @@ pub(crate) fn element_rule(start: [f64; 2], end: [f64; 2], source: [f64; 2]) -> 
     let foot = 2.0 * (offset[0] * along[0] + offset[1] * along[1]) / (length * length) - 1.0;
     let height = 2.0 * (offset[0] * along[1] - offset[1] * along[0]).abs() / (length * length);
     if height < 1e-10 && foot.abs() < 1.0 + 1e-10 {
-        return log_singular(foot.clamp(-1.0, 1.0));
+        log_singular(foot.clamp(-1.0, 1.0), rule);
+        return;
     }
-    let mut rule = Vec::new();
-    subdivide([-1.0, 1.0], foot, height, DEPTH, &mut rule);
-    rule
+    subdivide([-1.0, 1.0], foot, height, DEPTH, rule);
 }
 
 fn subdivide([start, end]: [f64; 2], foot: f64, height: f64, depth: usize, rule: &mut Vec<QuadraturePoint>) {
@@ -54,7 +59,8 @@ mod tests {
         let mut worst: f64 = 0.0;
         for d in [1e-4, 1e-2, 0.1, 0.5, 3.0, 30.0f64] {
             for foot in [-1.5, -0.2, 0.0, 0.3, 1.0, 2.2f64] {
-                let rule = element_rule([0.0, 0.0], [1.0, 0.0], [foot, d]);
+                let mut rule = Vec::new();
+                element_rule([0.0, 0.0], [1.0, 0.0], [foot, d], &mut rule);
                 let sum: f64 = rule
                     .iter()
                     .map(|q| {

@@ -1,7 +1,7 @@
 //! `cofferdam study ambient`.
 
-use super::table::Table;
 use super::{Arguments, StudyError, figure, quoted, run_scene};
+use crate::cli::table::Table;
 use crate::cli::{say, threads};
 use orchestrator::scene::{GroundMotion, OnFailure};
 use std::f64::consts::TAU;

@@ -3,31 +3,19 @@
 use super::stability::{Case, Grid, Verdict, name, water};
 use super::tolerance::Series;
 use super::{Outcome, StudyError};
+use crate::cli::picture::{self, BLUE, Drawing, FONT, GREEN, ORANGE};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
-use std::error::Error;
 
 /// Label, colour, points.
 type Line<'a> = (&'a str, RGBColor, Vec<(f64, f64)>);
-type Drawing = Result<(), Box<dyn Error + Send + Sync>>;
-
-const BLUE: RGBColor = RGBColor(0x1f, 0x77, 0xb4);
-const ORANGE: RGBColor = RGBColor(0xff, 0x7f, 0x0e);
-const GREEN: RGBColor = RGBColor(0x2c, 0xa0, 0x2c);
-const FONT: &str = "sans-serif";
 
 /// An SVG of `size` that `draw` fills.
 fn svg(
     size: (u32, u32),
     draw: impl FnOnce(&DrawingArea<SVGBackend<'_>, plotters::coord::Shift>) -> Drawing,
 ) -> Result<String, StudyError> {
-    let mut text = String::new();
-    let drawn = {
-        let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
-        area.fill(&WHITE).map_err(Into::into).and_then(|()| draw(&area)).and_then(|()| Ok(area.present()?))
-    };
-    drawn.map_err(|cause| StudyError::File { path: "picture".into(), cause })?;
-    Ok(text)
+    picture::svg(size, draw).map_err(|cause| StudyError::File { path: "picture".into(), cause })
 }
 
 /// A colour from few iterations (light green) to a hundred (dark); red where it does not converge.

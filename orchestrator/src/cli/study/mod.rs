@@ -3,11 +3,10 @@
 mod ambient;
 mod figure;
 mod stability;
-mod table;
 mod tolerance;
 
-use self::table::Table;
 use super::run::assemble;
+use super::table::Table;
 use super::{complain, say};
 use crate::registry::{self, RegistryError};
 use miette::Diagnostic;

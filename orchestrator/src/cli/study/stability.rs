@@ -1,7 +1,7 @@
 //! `cofferdam study stability`.
 
-use super::table::Table;
 use super::{Arguments, StudyError, figure, quoted, run_scene};
+use crate::cli::table::Table;
 use crate::cli::{say, threads};
 use orchestrator::acceleration::AccelerationKind;
 use orchestrator::convergence::Hopeless;
@@ -201,7 +201,7 @@ fn judge(scene: &Scene, case: &Case, steps: u32) -> Result<Verdict, StudyError> 
     dam.cracks.clear();
     scene.reservoir.density = density_ratio * dam.material.density;
     scene.reservoir.fidelity = water;
-    scene.reservoir.element_size = Some(mesh.min(scene.reservoir.depth / 16.0));
+    scene.reservoir.element_size = Some(mesh.min(scene.depth() / 16.0));
     scene.time.communication_step = communication_step;
     scene.time.duration = Some(f64::from(steps) * communication_step);
     scene.coupling.scheme = Some(SchemeKind::SerialImplicit);
@@ -241,6 +241,7 @@ pub fn water(water: FidelityScene) -> &'static str {
         FidelityScene::Compressible => "compressible",
         FidelityScene::Incompressible => "incompressible",
         FidelityScene::Westergaard => "Westergaard's",
+        FidelityScene::Empty => "no",
     }
 }
 

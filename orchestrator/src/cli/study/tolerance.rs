@@ -1,7 +1,7 @@
 //! `cofferdam study tolerance`.
 
-use super::table::Table;
 use super::{Arguments, Outcome, StudyError, figure, quoted, run_scene};
+use crate::cli::table::Table;
 use crate::cli::{say, threads};
 use orchestrator::scene::OnFailure;
 

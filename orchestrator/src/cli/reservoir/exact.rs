@@ -1,0 +1,219 @@
+//! The closed forms that stand beside what was computed.
+
+use super::Motion;
+use reservoir::analytical::{chopra_1967, fenves_chopra_1984, westergaard_1933};
+use reservoir::{Complex64, Fidelity, ReservoirParameters};
+
+/// A closed form for the water of a scene, per unit acceleration of a rigid dam and the ground.
+pub struct Exact {
+    kind: Kind,
+    density: f64,
+    depth: f64,
+    sound_speed: f64,
+    alpha: f64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Kind {
+    /// Horizontal motion over a rigid bed.
+    Rigid,
+    /// Horizontal motion over an absorbing bed.
+    Absorbing,
+    /// Horizontal motion, water that cannot be compressed.
+    Incompressible,
+    /// Vertical motion: one column of water.
+    Column,
+    /// Vertical motion, water that cannot be compressed.
+    Still,
+}
+
+impl Exact {
+    /// The closed form, or why there is none.
+    pub fn of(parameters: &ReservoirParameters, motion: Motion) -> Result<Self, &'static str> {
+        let ReservoirParameters { wet_face, wave_reflection_coefficient: alpha, .. } = parameters;
+        let depth = wet_face.depth();
+        if wet_face.points().iter().any(|point| point[0].abs() > 1e-9 * depth) {
+            return Err("the face is not vertical");
+        }
+        if parameters.fidelity.is_solved() && parameters.bed.iter().any(|corner| corner[1] != 0.0) {
+            return Err("the bed is not level");
+        }
+        if parameters.fidelity.has_memory() && parameters.surface_waves {
+            return Err("there are waves on the surface");
+        }
+        let kind = match (motion, parameters.fidelity.has_memory()) {
+            (Motion::Horizontal, true) if *alpha == 1.0 => Kind::Rigid,
+            (Motion::Horizontal, true) => Kind::Absorbing,
+            (Motion::Horizontal, false) => Kind::Incompressible,
+            (Motion::Vertical, true) => Kind::Column,
+            (Motion::Vertical, false) if parameters.fidelity == Fidelity::Incompressible => Kind::Still,
+            (Motion::Vertical, false) => return Err("an added mass does not know the bed"),
+        };
+        let ReservoirParameters { density, sound_speed, .. } = *parameters;
+        Ok(Self { kind, density, depth, sound_speed, alpha: *alpha })
+    }
+
+    /// The closed form, if it has one over time, or why there is none.
+    pub fn with_history(self) -> Result<Self, &'static str> {
+        match self.kind {
+            Kind::Rigid => Ok(self),
+            Kind::Absorbing => Err("the bed absorbs"),
+            _ => Err("the dam does not move horizontally before water with a memory"),
+        }
+    }
+
+    /// Pressure (Pa) at the base at `time` (s) over a rigid bed, for a piecewise linear acceleration downstream, (s,
+    /// m/s²), held after its end.
+    pub fn base_pressure(&self, record: &[(f64, f64)], time: f64) -> f64 {
+        let Self { density, depth, sound_speed, .. } = *self;
+        -density * sound_speed * chopra_1967::base_pressure(record, depth, sound_speed, time)
+    }
+
+    /// Author and year.
+    pub fn source(&self) -> &'static str {
+        match self.kind {
+            Kind::Rigid => "Chopra (1967)",
+            Kind::Absorbing => "Fenves and Chopra (1984)",
+            Kind::Incompressible => "Westergaard's series (1933)",
+            Kind::Column | Kind::Still => "a column of water (Chakrabarti and Chopra 1973)",
+        }
+    }
+
+    /// Pressure (Pa per m/s²) at every elevation (m) and force along x (N/m per m/s²), for the acceleration `e^{st}`
+    /// downstream or up. What runs away from the water sucks, what lifts it presses.
+    pub fn at(&self, s: Complex64, elevations: &[f64]) -> (Vec<Complex64>, Complex64) {
+        let Self { density, depth, sound_speed, alpha, .. } = *self;
+        let each = |pressure: &dyn Fn(f64) -> Complex64| -> Vec<Complex64> {
+            elevations.iter().map(|y| density * pressure(*y)).collect()
+        };
+        match self.kind {
+            Kind::Rigid => (
+                each(&|y| -chopra_1967::pressure(s, depth, sound_speed, y)),
+                -density * chopra_1967::force(s, depth, sound_speed),
+            ),
+            Kind::Absorbing => {
+                let rule = towards_the_surface(depth);
+                let all: Vec<f64> = elevations.iter().copied().chain(rule.iter().map(|(y, _)| *y)).collect();
+                let pressure = fenves_chopra_1984::pressures(s, depth, sound_speed, alpha, &all);
+                let (shown, summed) = pressure.split_at(elevations.len());
+                let force: Complex64 = summed.iter().zip(&rule).map(|(p, (_, weight))| p * weight).sum();
+                (shown.iter().map(|p| -density * p).collect(), -density * force)
+            }
+            Kind::Incompressible => (
+                each(&|y| (-westergaard_1933::series_pressure(depth, y)).into()),
+                (-density * chopra_1967::STATIC_FORCE * depth * depth).into(),
+            ),
+            Kind::Column => {
+                let column = Column::new(s, depth, sound_speed, alpha);
+                (each(&|y| column.pressure(y)), density * column.force())
+            }
+            Kind::Still => (each(&|y| (depth - y).into()), (density * 0.5 * depth * depth).into()),
+        }
+    }
+}
+
+/// Simpson's rule on 0 ≤ y ≤ h (m) after y = h(1 − t²), which takes the logarithm of the pressure's slope at the
+/// surface away: elevations and weights.
+fn towards_the_surface(depth: f64) -> Vec<(f64, f64)> {
+    const PARTS: u32 = 64;
+    let node = |i: u32| {
+        let t = f64::from(i) / f64::from(PARTS);
+        let weight = if i == 0 || i == PARTS { 1.0 } else { f64::from(2 + 2 * (i % 2)) };
+        (depth * (1.0 - t * t), weight / f64::from(3 * PARTS) * 2.0 * depth * t)
+    };
+    (0..=PARTS).map(node).collect()
+}
+
+/// Water over a bed that moves up and down, `p = ρ a sinh k(h − y) / (k cosh kh + q s sinh kh)`, k = s/c: the
+/// one-dimensional solution of p″ = k² p with p = 0 at the surface and −p′ = ρ a − q s p on the bed.
+struct Column {
+    k: Complex64,
+    depth: f64,
+    /// `1 + q c tanh kh`.
+    bed: Complex64,
+    /// `1 + e^{−2kh}`.
+    twice_cosh: Complex64,
+}
+
+impl Column {
+    fn new(s: Complex64, depth: f64, sound_speed: f64, alpha: f64) -> Self {
+        let k = s / sound_speed;
+        let decay = (-2.0 * k * depth).exp();
+        let twice_cosh = 1.0 + decay;
+        let bed = 1.0 + (1.0 - alpha) / (1.0 + alpha) * (1.0 - decay) / twice_cosh;
+        Self { k, depth, bed, twice_cosh }
+    }
+
+    /// p/(ρa), m; every exponent has a real part of zero or less.
+    fn pressure(&self, elevation: f64) -> Complex64 {
+        let Self { k, depth, bed, twice_cosh } = *self;
+        (-k * elevation).exp() * (1.0 - (-2.0 * k * (depth - elevation)).exp()) / (k * twice_cosh * bed)
+    }
+
+    /// ∫ p dy/(ρa), m²: (cosh kh − 1)/(k² cosh kh) before the bed's share.
+    fn force(&self) -> Complex64 {
+        let Self { k, depth, bed, twice_cosh } = *self;
+        (1.0 - (-k * depth).exp()).powi(2) / (k * k * twice_cosh * bed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use interface::WetFace;
+
+    fn parameters() -> ReservoirParameters {
+        ReservoirParameters::before(WetFace::straight([0.0, 90.0], 8).expect("a face"))
+    }
+
+    /// The rule loses 1e-6 of the force of a rigid bed, whose closed form the other kind has.
+    #[test]
+    fn an_absorbing_bed_that_is_rigid_gives_the_rigid_ones_numbers() {
+        let s = Complex64::new(1.0, 30.0);
+        let rigid = Exact::of(&parameters(), Motion::Horizontal).expect("a closed form");
+        let (p, force) = rigid.at(s, &[0.0, 45.0]);
+        let (q, other) = Exact { kind: Kind::Absorbing, ..rigid }.at(s, &[0.0, 45.0]);
+        let off = [(p[0] - q[0]).norm() / p[0].norm(), (p[1] - q[1]).norm() / p[1].norm()];
+        let of_force = (force - other).norm() / force.norm();
+        println!("pressure off by {off:?}, force by {of_force:.1e}");
+        assert!(off.iter().all(|off| *off < 1e-6) && of_force < 1e-5);
+    }
+
+    /// The field equation by central differences, both boundary conditions, the force by summation, and depths at which
+    /// hyperbolic functions would overflow.
+    #[test]
+    fn a_column_of_water_fulfils_its_equations() {
+        let (depth, c, alpha) = (90.0, 1440.0, 0.3);
+        for s in [Complex64::new(0.0, 20.0), Complex64::new(3.0, 70.0)] {
+            let column = Column::new(s, depth, c, alpha);
+            let p = |y: f64| column.pressure(y);
+            let (h, y) = (1e-2, 30.0);
+            let curvature = (p(y + h) - 2.0 * p(y) + p(y - h)) / (h * h);
+            assert!((curvature - (s / c).powi(2) * p(y)).norm() < 1e-5 * curvature.norm());
+            let slope = (-1.5 * p(0.0) + 2.0 * p(h) - 0.5 * p(2.0 * h)) / h;
+            let bed = 1.0 - (1.0 - alpha) / (1.0 + alpha) / c * s * p(0.0);
+            assert!((-slope - bed).norm() < 1e-6 && p(depth).norm() < 1e-12);
+            let sum: Complex64 = (0..1000).map(|i| p((f64::from(i) + 0.5) * 0.09) * 0.09).sum();
+            assert!((sum - column.force()).norm() < 1e-5 * sum.norm());
+        }
+        let deep = Column::new(Complex64::new(1e6, 0.0), depth, c, 1.0);
+        assert!((deep.pressure(0.0).re * 1e6 / c - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn there_is_none_for_other_water() {
+        let of = |parameters, motion| Exact::of(&parameters, motion).map(|exact| exact.source());
+        assert_eq!(of(parameters(), Motion::Vertical), Ok("a column of water (Chakrabarti and Chopra 1973)"));
+        let absorbing = ReservoirParameters { wave_reflection_coefficient: 0.5, ..parameters() };
+        assert_eq!(of(absorbing, Motion::Horizontal), Ok("Fenves and Chopra (1984)"));
+        let still = ReservoirParameters { fidelity: Fidelity::Westergaard, ..parameters() };
+        assert_eq!(of(still.clone(), Motion::Horizontal), Ok("Westergaard's series (1933)"));
+        assert!(of(still, Motion::Vertical).is_err());
+        let waves = ReservoirParameters { surface_waves: true, ..parameters() };
+        let sloped = ReservoirParameters { bed: vec![[-30.0, -3.0]], ..parameters() };
+        let leaning = WetFace::straight([3.0, 90.0], 8).expect("a face");
+        for other in [waves, sloped, ReservoirParameters::before(leaning)] {
+            assert!(of(other, Motion::Horizontal).is_err());
+        }
+    }
+}

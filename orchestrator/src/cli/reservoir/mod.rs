@@ -1,0 +1,201 @@
+//! `cofferdam reservoir`: what the water of a scene answers by itself, without a dam that gives way.
+
+mod exact;
+mod field;
+mod figure;
+mod grid;
+mod impulse;
+mod points;
+mod response;
+mod vtu;
+
+use super::{check, complain, say};
+use crate::registry::{self, RegistryError};
+use clap::ValueEnum;
+use miette::Diagnostic;
+use orchestrator::scene::{LoadedScene, SceneError};
+use reservoir::{Complex64, ReservoirError, ReservoirParameters};
+use std::error::Error;
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// What can be asked of the water.
+#[derive(clap::Subcommand)]
+pub enum Command {
+    /// Pressure and force over frequency, per acceleration of a rigid dam
+    #[command(after_long_help = response::HELP)]
+    Response(response::Arguments),
+    /// Pressure and force over time after an impulse of a rigid dam's acceleration, and after a ramp
+    #[command(after_long_help = impulse::HELP)]
+    Impulse(impulse::Arguments),
+    /// Pressure in the water at one frequency, as VTU for ParaView
+    #[command(after_long_help = field::HELP)]
+    Field(field::Arguments),
+}
+
+/// Arguments of all of them.
+#[derive(clap::Args)]
+struct Common {
+    /// Folder that holds scene.toml, or a .toml file
+    scene: PathBuf,
+
+    /// Change a value of the scene; may be given several times
+    #[arg(short, long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+
+    /// Folder for tables and pictures; made if need be, and must be empty
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+
+    /// Threads; by default one a core
+    ///
+    /// Results are the same, bit for bit, with any number.
+    #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    threads: Option<u16>,
+}
+
+/// How the rigid dam moves, and with it the ground.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Motion {
+    /// Downstream, as one with the ground
+    Horizontal,
+    /// Up, as one with the bed
+    Vertical,
+}
+
+/// Why nothing was written.
+#[derive(Debug, thiserror::Error, Diagnostic)]
+enum Failure {
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Scene(#[from] SceneError),
+    #[error(transparent)]
+    Unit(#[from] RegistryError),
+    #[error(transparent)]
+    Solver(#[from] ReservoirError),
+    /// What was asked for cannot be, with the remedy.
+    #[error("{what}")]
+    Unfit { what: String },
+    #[error("{} is not empty; choose another --output, nothing is overwritten", path.display())]
+    OutputTaken { path: PathBuf },
+    #[error("{}: {cause}; choose another --output", path.display())]
+    File { path: PathBuf, cause: Box<dyn Error + Send + Sync> },
+}
+
+fn unfit(what: impl Into<String>) -> Failure {
+    Failure::Unfit { what: what.into() }
+}
+
+/// Asks the water and says how it went.
+pub fn run(command: &Command) -> ExitCode {
+    let done = match command {
+        Command::Response(arguments) => response::run(arguments),
+        Command::Impulse(arguments) => impulse::run(arguments),
+        Command::Field(arguments) => field::run(arguments),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            let status = match error {
+                Failure::Scene(_) | Failure::Unfit { .. } | Failure::Unit(RegistryError::Empty) => 2,
+                Failure::Unit(_) | Failure::Solver(_) => 4,
+                Failure::File { .. } | Failure::OutputTaken { .. } => 1,
+            };
+            complain(format!("{:?}", miette::Report::new(error)));
+            ExitCode::from(status)
+        }
+    }
+}
+
+/// The water of a scene.
+struct Water {
+    title: String,
+    parameters: ReservoirParameters,
+}
+
+impl Common {
+    /// Reads the scene, once it is clear that the results have a place.
+    fn load(&self) -> Result<Water, Failure> {
+        let path = || self.output.clone();
+        match std::fs::read_dir(&self.output).map(|mut entries| entries.next().is_some()) {
+            Ok(true) => return Err(Failure::OutputTaken { path: path() }),
+            Err(cause) if cause.kind() != std::io::ErrorKind::NotFound => {
+                return Err(Failure::File { path: path(), cause: cause.into() });
+            }
+            _ => {}
+        }
+        let loaded = LoadedScene::read(&self.scene, &self.set)?;
+        check::warn(&loaded.warnings);
+        let face = registry::reservoir_face(&loaded.scene)?;
+        let parameters = registry::reservoir_parameters(&loaded.scene, face)?;
+        parameters.validate()?;
+        Ok(Water { title: loaded.scene.title, parameters })
+    }
+
+    fn threads(&self) -> NonZeroUsize {
+        super::threads(self.threads)
+    }
+
+    /// Writes the files into the output folder, each whole or not at all, and says so.
+    fn write(&self, files: &[(&str, String)]) -> Result<(), Failure> {
+        let failed = |path: &Path| {
+            let path = path.to_owned();
+            move |cause: std::io::Error| Failure::File { path, cause: cause.into() }
+        };
+        std::fs::create_dir_all(&self.output).map_err(failed(&self.output))?;
+        for (name, content) in files {
+            let (path, draft) = (self.output.join(name), self.output.join(format!("{name}.part")));
+            std::fs::write(&draft, content).and_then(|()| std::fs::rename(&draft, &path)).map_err(
+                |cause| {
+                    // What kept it from being written is the news.
+                    let _ = std::fs::remove_file(&draft);
+                    failed(&path)(cause)
+                },
+            )?;
+            say(format!("wrote {}", path.display()));
+        }
+        Ok(())
+    }
+}
+
+/// A picture or a table that could not be made.
+fn undrawn(name: &'static str) -> impl Fn(Box<dyn Error + Send + Sync>) -> Failure {
+    move |cause| Failure::File { path: name.into(), cause }
+}
+
+impl Water {
+    /// First cut-off frequency of the channel at the heel's depth over a rigid bed, ω₁ = πc/2h, rad/s.
+    fn first_cut_off(&self) -> f64 {
+        let depth = self.parameters.wet_face.depth();
+        std::f64::consts::PI * self.parameters.sound_speed / (2.0 * depth)
+    }
+}
+
+impl Motion {
+    fn axis(self) -> usize {
+        match self {
+            Self::Horizontal => 0,
+            Self::Vertical => 1,
+        }
+    }
+
+    /// The row of `response` (points × points, and the two of the ground) times a rigid dam that moves with it, at
+    /// every point per unit velocity.
+    fn of_rigid_dam(
+        self,
+        response: &nalgebra::DMatrix<Complex64>,
+        normals: &[[f64; 2]],
+    ) -> Result<Vec<Complex64>, Failure> {
+        let (points, axis) = (normals.len(), self.axis());
+        let ground = (response.ncols() > points).then(|| response.column(points + axis));
+        if ground.is_none() && self == Self::Vertical {
+            return Err(unfit("this water has no answer to a bed that moves; choose --motion horizontal"));
+        }
+        let of_face = |row: usize| -> Complex64 {
+            normals.iter().enumerate().map(|(point, n)| response[(row, point)] * n[axis]).sum()
+        };
+        let of_ground = |row: usize| ground.as_ref().map_or(Complex64::ZERO, |column| column[row]);
+        Ok((0..response.nrows()).map(|row| of_face(row) + of_ground(row)).collect())
+    }
+}

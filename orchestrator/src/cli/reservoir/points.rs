@@ -1,0 +1,79 @@
+//! The points of the wet face whose pressure is shown, and the force on all of it.
+
+use super::{Failure, unfit};
+use interface::WetFace;
+use reservoir::Complex64;
+
+/// A point between two interface points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shown {
+    /// Elevation, m.
+    pub elevation: f64,
+    /// Lower one of the two.
+    start: usize,
+    /// Share of the way to the upper one.
+    share: f64,
+}
+
+impl Shown {
+    /// The points of `face` at `elevations` (m); base and mid-height if there are none.
+    ///
+    /// **Errors**: an elevation that is not on the face.
+    pub fn on(face: &WetFace, elevations: &[f64]) -> Result<Vec<Self>, Failure> {
+        let depth = face.depth();
+        let default = [0.0, 0.5 * depth];
+        let elevations = if elevations.is_empty() { &default } else { elevations };
+        let place = |&elevation: &f64| {
+            let panel = face.panels().find(|panel| elevation <= face.points()[panel.start + 1][1]);
+            let panel = panel.filter(|_| elevation >= 0.0).ok_or_else(|| {
+                unfit(format!(
+                    "--at {elevation} is not on the wet face; give an elevation from 0 to {depth} m"
+                ))
+            })?;
+            let [low, high] = [0, 1].map(|end| face.points()[panel.start + end][1]);
+            Ok(Self { elevation, start: panel.start, share: (elevation - low) / (high - low) })
+        };
+        elevations.iter().map(place).collect()
+    }
+
+    /// Its pressure, linear along the panel.
+    pub fn of(&self, pressure: &[Complex64]) -> Complex64 {
+        pressure[self.start] * (1.0 - self.share) + pressure[self.start + 1] * self.share
+    }
+
+    /// Elevation without the digits that nobody reads, as columns and legends have it.
+    pub fn label(&self) -> String {
+        format!("{} m", (self.elevation * 1e6).round() / 1e6)
+    }
+}
+
+/// Force along x (N/m) of a pressure (Pa) that is linear along the panels.
+pub fn force(face: &WetFace, pressure: &[Complex64]) -> Complex64 {
+    let part = |part: fn(&Complex64) -> f64| -> f64 {
+        let pressure: Vec<f64> = pressure.iter().map(part).collect();
+        face.nodal_forces(&pressure).iter().map(|force| force[0]).sum()
+    };
+    Complex64::new(part(|p| p.re), part(|p| p.im))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pressure_between_points_is_linear_and_elevations_off_the_face_are_refused() {
+        let face = WetFace::new(vec![[0.0, 0.0], [1.0, 4.0], [1.0, 4.0], [1.0, 10.0]]).expect("a face");
+        let pressure: Vec<Complex64> =
+            [3.0, 1.0, 2.0, 0.0].map(|p| Complex64::new(p, -2.0 * p)).into_iter().collect();
+        let shown = Shown::on(&face, &[0.0, 2.0, 7.0, 10.0]).expect("on the face");
+        let values: Vec<f64> = shown.iter().map(|point| point.of(&pressure).re).collect();
+        assert_eq!(values, [3.0, 2.0, 1.0, 0.0]);
+        // (3 + 1)/2 · 4 + (2 + 0)/2 · 6
+        assert!((force(&face, &pressure) - Complex64::new(14.0, -28.0)).norm() < 1e-12);
+        for wrong in [-1e-9, 10.1, f64::NAN] {
+            assert!(Shown::on(&face, &[wrong]).is_err(), "{wrong}");
+        }
+        let middle = Shown::on(&face, &[]).expect("on the face");
+        assert_eq!(middle.iter().map(|point| point.elevation).collect::<Vec<_>>(), [0.0, 5.0]);
+    }
+}

@@ -1,0 +1,73 @@
+//! What a scheme makes sure of: that the water's mass counts once, that states are restored, and how far residuals fall.
+
+use super::Scheme;
+use crate::convergence::norm;
+use crate::participant::ParticipantError;
+use crate::scheme::{CouplingError, SchemeKind, Side, Units, WindowReport};
+
+/// Changes of pressure by which the rounding floor is measured, in units in the last place of the largest pressure.
+pub(super) const FLOOR_PROBE: f64 = 2.0;
+
+impl Scheme {
+    /// Repeats the last iteration: units that return to their saved states answer the same, in all bits.
+    pub(super) fn check_states(
+        &self,
+        units: &mut Units,
+        unknowns: &[f64],
+        iteration: u32,
+        report: &mut WindowReport,
+    ) -> Result<(), CouplingError> {
+        self.restore(units)?;
+        self.evaluate(units, unknowns, iteration, true, report)?;
+        let (before, after) = report.exchanges.split_at(report.exchanges.len() - 2 * report.steps.len());
+        for (first, second) in before[before.len() - after.len()..].iter().zip(after) {
+            let bits = |(a, b): (&f64, &f64)| a.to_bits() != b.to_bits();
+            let different = first.outputs.iter().zip(&second.outputs).position(bits);
+            // A reservoir that is asked otherwise because of the dam may answer otherwise.
+            let Some(position) = different.filter(|_| first.inputs == second.inputs) else { continue };
+            let unit = if first.side == Side::Dam { &units.dam } else { &units.reservoir };
+            let (variable, index) = unit.description().outputs.locate(position).unwrap_or(("?", position));
+            return Err(CouplingError::StateNotRestored {
+                participant: unit.description().name.clone(),
+                step: first.occasion.step,
+                time: first.occasion.time,
+                variable: variable.to_owned(),
+                index,
+                first: first.outputs[position],
+                second: second.outputs[position],
+            });
+        }
+        Ok(())
+    }
+
+    /// How much the residual changes when the pressure changes by rounding: by `change` (Pa).
+    pub(super) fn measure_floor(
+        &mut self,
+        units: &mut Units,
+        [unknowns, residual]: [&[f64]; 2],
+        change: f64,
+        iteration: u32,
+        report: &mut WindowReport,
+    ) -> Result<(), CouplingError> {
+        self.restore(units)?;
+        let moved: Vec<f64> =
+            unknowns.iter().enumerate().map(|(i, x)| x + if i % 2 == 0 { change } else { -change }).collect();
+        let answered = self.evaluate(units, &moved, iteration, true, report)?.unknowns;
+        let changes = answered.iter().zip(&moved).zip(residual).map(|((q, p), r)| q - p - r);
+        self.floor = Some(norm(changes));
+        Ok(())
+    }
+}
+
+/// The water's mass must be counted once.
+pub(super) fn added_mass(units: &mut Units, kind: SchemeKind) -> Result<(), CouplingError> {
+    let included = match units.dam.fixed("added_mass_included") {
+        Ok(value) => value.first().is_some_and(|x| *x != 0.0),
+        Err(ParticipantError::Missing { .. }) => false,
+        Err(error) => return Err(error.into()),
+    };
+    if included == (kind == SchemeKind::AddedMass) {
+        return Ok(());
+    }
+    Err(CouplingError::AddedMass { participant: units.dam.description().name.clone(), included })
+}

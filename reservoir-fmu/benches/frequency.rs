@@ -1,0 +1,52 @@
+//! A frequency of the boundary elements, and the solvers that it could use.
+
+use divan::Bencher;
+use faer::linalg::solvers::Solve;
+use interface::WetFace;
+use reservoir::kernel::FreeSurface;
+use reservoir::{BoundaryMesh, BoundarySystem, Complex64, Outline, ReservoirParameters, Water};
+
+fn main() {
+    divan::main();
+}
+
+/// Diagonally dominant, as the systems of the second kind are.
+fn entry(i: usize, j: usize) -> Complex64 {
+    let x = (i * 7919 + j * 104_729) as f64;
+    Complex64::new(x.sin() / 10.0, x.cos() / 10.0) + if i == j { 4.0 } else { 0.0 }
+}
+
+#[divan::bench(args = [64, 128, 256, 512])]
+fn nalgebra_lu(bencher: Bencher, size: usize) {
+    let matrix = nalgebra::DMatrix::from_fn(size, size, entry);
+    let forcing = nalgebra::DMatrix::from_fn(size, 42, entry);
+    bencher.bench_local(|| matrix.clone().lu().solve(&forcing));
+}
+
+#[divan::bench(args = [64, 128, 256, 512])]
+fn faer_lu(bencher: Bencher, size: usize) {
+    let matrix = faer::Mat::from_fn(size, size, entry);
+    let forcing = faer::Mat::from_fn(size, 42, entry);
+    bencher.bench_local(|| matrix.partial_piv_lu().solve(&forcing));
+}
+
+fn system(slope: f64, alpha: f64, elements: f64) -> BoundarySystem {
+    let depth = 100.0;
+    let face = WetFace::straight([slope * depth, depth], 39).unwrap();
+    let parameters = ReservoirParameters {
+        element_size: depth / elements,
+        wave_reflection_coefficient: alpha,
+        ..ReservoirParameters::before(face.clone())
+    };
+    let mesh = BoundaryMesh::new(&Outline::new(&parameters).unwrap(), &parameters);
+    let bed_admittance = (1.0 - alpha) / ((1.0 + alpha) * 1440.0);
+    let water = Water { density: 1000.0, sound_speed: 1440.0, bed_admittance, gravity: None };
+    BoundarySystem::new(&face, mesh, &FreeSurface { level: depth }, water).unwrap()
+}
+
+/// 40 points: a battered face, α = 1 and 0.75, h/16 and h/40; a vertical one.
+#[divan::bench(args = [(0.1, 1.0, 16.0), (0.1, 0.75, 16.0), (0.0, 1.0, 16.0), (0.1, 1.0, 40.0), (0.1, 0.75, 40.0)])]
+fn symbol(bencher: Bencher, (slope, alpha, elements): (f64, f64, f64)) {
+    let system = system(slope, alpha, elements);
+    bencher.bench_local(|| system.symbol(Complex64::new(3.0, 40.0)).unwrap());
+}

@@ -1,0 +1,60 @@
+//! Pressure inside the water.
+//!
+//! Depends on `frequency_response`, `kernel`, `operator`, `outline` and `system`.
+
+use crate::frequency_response::{boundary_system, kernel, water};
+use crate::operator::LayerOperators;
+use crate::outline::Outline;
+use crate::{ReservoirError, ReservoirParameters};
+use nalgebra::DMatrix;
+use num_complex::Complex64;
+use std::num::NonZeroUsize;
+
+/// Pressure (Pa) at points inside the water for a unit velocity (m/s) of the interface points and of the ground.
+///
+/// The representation formula, with pressure P and slope on the boundary:
+///
+/// ```text
+/// p(x) = ∫ G (∂P/∂n) ds − ∫ (∂G/∂n) P ds
+/// ```
+///
+/// **Shapes and units**: `s` in 1/s as in [`frequency_response`](crate::frequency_response()); `points` (x, y) in
+/// m, between dam and far end; rows: `points`, columns: as in
+/// [`frequency_response`](crate::frequency_response()).
+///
+/// **Errors**: those of [`frequency_response`](crate::frequency_response()), [`ReservoirError::FieldPoint`], and
+/// [`ReservoirError::NoField`] for Westergaard's water.
+pub fn field_response(
+    parameters: &ReservoirParameters,
+    s: Complex64,
+    points: &[[f64; 2]],
+    threads: NonZeroUsize,
+) -> Result<DMatrix<Complex64>, ReservoirError> {
+    parameters.validate()?;
+    if !parameters.fidelity.is_solved() {
+        return Err(ReservoirError::NoField);
+    }
+    if !(s.re >= 0.0 && s.is_finite() && s != Complex64::ZERO) {
+        return Err(ReservoirError::Frequency { frequency: s });
+    }
+    let outline = Outline::new(parameters)?;
+    for (index, &[x, y]) in points.iter().enumerate() {
+        if !outline.contains([x, y]) {
+            let far_end = outline.pieces()[0].start[0];
+            return Err(ReservoirError::FieldPoint { index, x, y, far_end });
+        }
+    }
+    let (water, system) = (water(parameters), boundary_system(parameters)?);
+    // Without gravity waves incompressible water does not know the frequency.
+    let waveless = !water.sound_speed.is_finite() && water.gravity.is_none();
+    let frequency = if waveless { Complex64::ZERO } else { s };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build()?;
+    pool.install(|| {
+        let values = system.boundary_values(frequency)?;
+        let layers = LayerOperators::new(system.mesh(), &*kernel(parameters), points)
+            .assemble(frequency / water.sound_speed)
+            .map_err(|source| ReservoirError::Kernel { frequency: s, source })?;
+        let field = layers.single * values.slope - layers.double * values.pressure;
+        Ok(DMatrix::from_fn(field.nrows(), field.ncols(), |i, j| water.density * s * field[(i, j)]))
+    })
+}

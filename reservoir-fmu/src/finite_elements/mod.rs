@@ -1,0 +1,397 @@
+//! The rival of the boundary elements: finite elements of the near field, Newmark's method, a Sommerfeld end.
+//!
+//! This is how the models work that the paper compares itself with. Quadratic triangles over face, bed, level and a
+//! vertical end at some distance; there
+//!
+//! ```text
+//! ∂p/∂n = −ṗ/c
+//! ```
+//!
+//! is right for the plane wave only. A mode of the depth that decays upstream, `e^{κx}`, comes back with the ratio
+//! `(κ − s/c)/(κ + s/c)`, of modulus 1 for every κ below its cut-off frequency: the end must stand where `e^{−2κL}` is
+//! small, and no distance helps at a cut-off frequency (`tests/sommerfeld.rs`).
+//!
+//! ```text
+//!    far end  level: p = 0, or ∂p/∂n = −p̈/g
+//!    ┌────────────────────────┐
+//!    │ column                 │ → n   wet face: ∂p/∂n = −ρ v̇
+//!    │    near field           ╲
+//!    └────────────╮             │
+//!                  ╰────────────┘ heel
+//!      bed: ∂p/∂n = −ρ v̇_g·n − q ṗ
+//! ```
+//!
+//! **Equations.** Galerkin's, with p in the unknown nodes, v at the interface points (out of the water), `v_g` the
+//! ground's velocity, n out of the water:
+//!
+//! ```text
+//! M p̈ + C ṗ + K p = −ρ (L v̇ + L_g v̇_g) + B ṗ_column
+//! M = ∫ N N /c² dA (+ ∫ N N /g ds on a level with gravity waves),   K = ∫ ∇N · ∇N dA
+//! C = q ∫ N N ds on the bed + ∫ N N ds /c on the far end,           L_g = ∫ N n ds on the bed
+//! ```
+//!
+//! A ground that moves vertically lifts all water up to infinity: that pressure does not radiate. It is found in a
+//! column at the far end by the same elements and steps, and only what differs from it is let out (B).
+//!
+//! **Time.** Velocities are linear within a step, accelerations jump at its ends; so the equations are integrated once,
+//! ψ = ∫ p dt (−∇ψ/ρ is the water's velocity), and stepped by Newmark's average acceleration, the trapezoidal rule:
+//!
+//! ```text
+//! (M + H/2 C + H²/4 K) p̄ = M p₀ − H/2 (K ψ₀ + ρ L v̄ + … − B p̄_column),   p₁ = 2 p̄ − p₀,  ψ₁ = ψ₀ + H p̄
+//! ```
+//!
+//! with the bar for the mean of both ends.
+//!
+//! **Energy.** With `E = (pᵀ M p + ψᵀ K ψ)/2ρ`, compression (and waves on the level) and motion, the scheme multiplied
+//! by H p̄/ρ is, to rounding and for every step, with the ground at rest,
+//!
+//! ```text
+//! E₁ − E₀ + H p̄ᵀ C p̄/ρ = −H p̄ᵀ L v̄ = −H v̄ᵀ M_Γ p̄_Γ,   p_Γ = M_Γ⁻¹ Lᵀ p
+//! ```
+//!
+//! because pressure at the points is work-conjugate to the load ([`InterfaceLoad`]). E and C are not negative: from
+//! rest the mid-step work `W_mid = −Σ H v̄ᵀ M_Γ p̄_Γ` is what the water holds and has lost, never below zero. The work of
+//! pressure and velocity both linear within a step is
+//!
+//! ```text
+//! W = −Σ ∫ v_linᵀ M_Γ p_lin dt = W_mid − H/12 Σ Δvᵀ M_Γ Δp_Γ
+//! ```
+//!
+//! and the second sum is not positive either. The scheme is linear and the same for every step, so that the answer
+//! to the velocities Δv is Δp. Let w be the velocities with w₀ = 0 and means w̄ = Δv; their answer has the means Δp, since
+//! both follow by the same recursion. Then `−H Σ Δvᵀ M_Γ Δp = −H Σ w̄ᵀ M_Γ r̄` is the mid-step work of w and its
+//! answer r, and not negative. Hence W ≥ W_mid ≥ 0 after any number of steps: the water cannot feed energy into a dam,
+//! on any mesh and with steps of any length. Pressure handed over less often than it is stepped would void the
+//! proof; so a communication step is one step.
+
+mod assembly;
+mod element;
+mod free_field;
+mod interface_load;
+mod matrices;
+mod mesh;
+mod outline;
+mod stepped;
+mod time_step;
+
+use crate::{ReservoirError, ReservoirParameters};
+use assembly::assemble;
+use element::EDGE_MEAN;
+use faer::Mat;
+use free_field::FreeField;
+use interface_load::InterfaceLoad;
+use matrices::Matrices;
+use mesh::TriangleMesh;
+use nalgebra::DMatrix;
+use num_complex::Complex64;
+use outline::Part;
+pub(crate) use stepped::Field;
+pub use time_step::Prepared;
+use time_step::TimeStep;
+
+/// Most entries of the answer of all nodes to all inputs, which is kept.
+const MOST_ENTRIES: f64 = 1e8;
+
+/// What holds at the end upstream.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FarEnd {
+    /// `∂p/∂n = −ṗ/c`: plane waves leave, others are partly reflected.
+    Sommerfeld,
+    /// `∂p/∂n = 0`: a closed tank.
+    Rigid,
+}
+
+/// Compressible water by finite elements; pressure at the interface points for their velocities.
+///
+/// **Shapes and units**: inputs are the velocities of the interface points along n and of the ground along x
+/// and y (m/s), points + 2; a state is ψ (Pa s) and p (Pa) at the unknown nodes, the same of the column at the far end, and
+/// the inputs at the last step's end. All zeros is rest.
+pub struct FiniteElements {
+    mesh: TriangleMesh,
+    /// The unknown of every node; none at a level with p = 0.
+    unknowns: Vec<Option<usize>>,
+    matrices: Matrices,
+    load: InterfaceLoad,
+    /// `∫ N n ds` on the bed, x and y.
+    ground: [Vec<f64>; 2],
+    free_field: Option<FreeField>,
+    density: f64,
+    time_step: TimeStep,
+}
+
+impl FiniteElements {
+    /// Triangulates the parameters' water, assembles, and factors for their communication step.
+    ///
+    /// **Errors**: parameters out of range, [`ReservoirError::Section`], [`ReservoirError::TooMuch`],
+    /// [`ReservoirError::Mesh`], [`ReservoirError::FiniteElementSystem`].
+    pub fn new(parameters: &ReservoirParameters) -> Result<Self, ReservoirError> {
+        Self::with_far_end(parameters, FarEnd::Sommerfeld)
+    }
+
+    /// The same with another far end.
+    ///
+    /// **Errors**: as [`new`](Self::new).
+    pub fn with_far_end(parameters: &ReservoirParameters, far_end: FarEnd) -> Result<Self, ReservoirError> {
+        parameters.validate()?;
+        for (parameter, size) in [
+            ("bed_element_size", parameters.bed_element_size),
+            ("corner_element_size", parameters.corner_element_size),
+        ] {
+            if let Some(value) = size.filter(|size| !(*size > 0.0 && size.is_finite())) {
+                return Err(ReservoirError::NotPositive { parameter, value, unit: "m" });
+            }
+        }
+        let mesh = TriangleMesh::new(parameters)?;
+        let mut unknowns = vec![Some(0); mesh.nodes.len()];
+        if !parameters.surface_waves {
+            mesh.edges(Part::Surface).flat_map(|e| e.nodes).for_each(|node| unknowns[node] = None);
+        }
+        let mut count = 0;
+        for unknown in unknowns.iter_mut().flatten() {
+            *unknown = count;
+            count += 1;
+        }
+        let inputs = parameters.wet_face.len() + 2;
+        let entries = count as f64 * inputs as f64;
+        if entries > MOST_ENTRIES {
+            let what = "entries of the nodes' answer to the inputs";
+            let remedy = "raise `element_size`, or take fewer points";
+            return Err(ReservoirError::TooMuch { what, value: entries, most: MOST_ENTRIES, remedy });
+        }
+        let matrices = assemble(parameters, &mesh, &unknowns, count, far_end);
+        let load = InterfaceLoad::new(&parameters.wet_face, mesh.edges(Part::Face), &unknowns);
+        let mut ground = [vec![0.0; count], vec![0.0; count]];
+        for edge in mesh.edges(Part::Bed) {
+            for (node, mean) in edge.nodes.into_iter().zip(EDGE_MEAN) {
+                for (load, n) in ground.iter_mut().zip(edge.normal) {
+                    unknowns[node].iter().for_each(|&unknown| load[unknown] += mean * edge.length * n);
+                }
+            }
+        }
+        let free_field =
+            (far_end == FarEnd::Sommerfeld).then(|| FreeField::new(parameters, &mesh, &unknowns));
+        let density = parameters.density;
+        let parts = (&matrices, &load, &ground, free_field.as_ref());
+        let time_step = TimeStep::new(parameters.communication_step, density, parts)?;
+        Ok(Self { mesh, unknowns, matrices, load, ground, free_field, density, time_step })
+    }
+
+    /// The same water with steps of another length (s): its matrix is factored anew, and the answers to unit inputs
+    /// are solved for; that is most of what making the water costs.
+    ///
+    /// **Errors**: [`ReservoirError::NotPositive`], [`ReservoirError::FiniteElementSystem`].
+    pub fn set_communication_step(&mut self, step: f64) -> Result<(), ReservoirError> {
+        if !(step > 0.0 && step.is_finite()) {
+            let parameter = "communication_step";
+            return Err(ReservoirError::NotPositive { parameter, value: step, unit: "s" });
+        }
+        let parts = (&self.matrices, &self.load, &self.ground, self.free_field.as_ref());
+        self.time_step = TimeStep::new(step, self.density, parts)?;
+        Ok(())
+    }
+
+    /// Number of inputs: interface points, then the ground along x and y.
+    pub fn inputs(&self) -> usize {
+        self.load.points() + 2
+    }
+
+    /// Length of a state.
+    pub fn state_len(&self) -> usize {
+        2 * self.matrices.size() + 2 * self.column_size() + self.inputs()
+    }
+
+    /// The step from `state`, of [`state_len`](Self::state_len), as far as it does not depend on the inputs at its end:
+    /// one solve. Begun once, a step can be repeated with other inputs for little.
+    pub fn prepare(&self, state: &[f64]) -> Prepared {
+        let parts = (&self.matrices, &self.load, &self.ground, self.free_field.as_ref());
+        self.time_step.prepare(state, self.density, parts)
+    }
+
+    /// Pressure (Pa) at the interface points at the step's end: a product of points × inputs.
+    pub fn pressure(&self, prepared: &Prepared, inputs_at_end: &[f64]) -> Vec<f64> {
+        self.time_step.pressure(prepared, inputs_at_end)
+    }
+
+    /// Writes the state at the step's end: a product of nodes × inputs.
+    pub fn advance(&self, state: &[f64], prepared: &Prepared, inputs_at_end: &[f64], next: &mut [f64]) {
+        self.time_step.advance(state, prepared, inputs_at_end, self.sizes(), next);
+    }
+
+    /// Writes the state at the step's end and gives the pressure (Pa) at the interface points there;
+    /// [`prepare`](Self::prepare), [`pressure`](Self::pressure) and [`advance`](Self::advance) in one.
+    pub fn step(&self, state: &[f64], inputs_at_end: &[f64], next: &mut [f64]) -> Vec<f64> {
+        let prepared = self.prepare(state);
+        self.advance(state, &prepared, inputs_at_end, next);
+        self.pressure(&prepared, inputs_at_end)
+    }
+
+    /// ∂p/∂(inputs at the step's end): Pa per m/s, points × inputs. With M_Γ before it, its square part is symmetric.
+    pub fn instantaneous(&self) -> &DMatrix<f64> {
+        self.time_step.instantaneous()
+    }
+
+    /// Interface pressure (Pa) for a unit velocity (m/s) of each input, `P(s) = K(s) V(s)`, points × inputs.
+    ///
+    /// The steps have this symbol at `s = 2(1 − ζ)/(H(1 + ζ))`, ζ the shift by one step.
+    ///
+    /// **Errors**: [`ReservoirError::Frequency`], [`ReservoirError::FiniteElementSystem`].
+    pub fn symbol(&self, s: Complex64) -> Result<DMatrix<Complex64>, ReservoirError> {
+        if !(s.re > 0.0 && s.is_finite()) {
+            return Err(ReservoirError::Frequency { frequency: s });
+        }
+        let (inputs, points) = (self.inputs(), self.load.points());
+        let mut right = Mat::<Complex64>::zeros(self.matrices.size(), inputs);
+        for input in 0..inputs {
+            let load = time_step::unit_load(input, (&self.matrices, &self.load, &self.ground));
+            load.iter().enumerate().for_each(|(i, l)| right[(i, input)] = -self.density * s * l);
+        }
+        if let Some(column) = &self.free_field {
+            let mut foot = Mat::zeros(column.size(), 1);
+            foot[(column.foot, 0)] = self.density * s;
+            let pressure = column.matrices.solve_at(s, foot)?;
+            let mut passed = [vec![0.0; self.matrices.size()], vec![0.0; self.matrices.size()]];
+            for (passed, part) in passed.iter_mut().zip([|z: Complex64| z.re, |z: Complex64| z.im]) {
+                let pressure: Vec<f64> = (0..column.size()).map(|i| part(pressure[(i, 0)])).collect();
+                column.add(1.0, &pressure, passed);
+            }
+            for (i, (re, im)) in passed[0].iter().zip(&passed[1]).enumerate() {
+                right[(i, points + 1)] += s * Complex64::new(*re, *im);
+            }
+        }
+        let solution = self.matrices.solve_at(s, right)?;
+        let mut symbol = DMatrix::zeros(points, inputs);
+        for input in 0..inputs {
+            let [re, im] = [|z: Complex64| z.re, |z: Complex64| z.im].map(|part| {
+                let p: Vec<f64> = (0..self.matrices.size()).map(|i| part(solution[(i, input)])).collect();
+                self.load.pressure(&p)
+            });
+            (0..points).for_each(|i| symbol[(i, input)] = Complex64::new(re[i], im[i]));
+        }
+        Ok(symbol)
+    }
+
+    /// `E = (pᵀ M p + ψᵀ K ψ)/2ρ`: energy of a state, J per metre of dam.
+    pub fn energy(&self, state: &[f64]) -> f64 {
+        let (psi, p) = state[..2 * self.matrices.size()].split_at(self.matrices.size());
+        (self.matrices.forms(p)[0] + self.matrices.forms(psi)[2]) / (2.0 * self.density)
+    }
+
+    /// `H p̄ᵀ C p̄/ρ`: what bed and far end take in the step between two states, J per metre of dam.
+    pub fn loss(&self, before: &[f64], after: &[f64]) -> f64 {
+        let pressures = self.matrices.size()..2 * self.matrices.size();
+        let mean: Vec<f64> = pressures.map(|i| 0.5 * (before[i] + after[i])).collect();
+        self.time_step.length() * self.matrices.forms(&mean)[1] / self.density
+    }
+
+    /// Coordinates of the nodes, m.
+    pub fn nodes(&self) -> &[[f64; 2]] {
+        &self.mesh.nodes
+    }
+
+    /// Nodes of each triangle: corners counterclockwise, then the middles of the sides from the first corner to
+    /// the second, the second to the third, the third to the first.
+    pub fn triangles(&self) -> &[[usize; 6]] {
+        &self.mesh.triangles
+    }
+
+    /// Pressure (Pa) at every node in a state.
+    pub fn pressures(&self, state: &[f64]) -> Vec<f64> {
+        let at =
+            |unknown: &Option<usize>| unknown.map_or(0.0, |unknown| state[self.matrices.size() + unknown]);
+        self.unknowns.iter().map(at).collect()
+    }
+
+    fn column_size(&self) -> usize {
+        self.free_field.as_ref().map_or(0, FreeField::size)
+    }
+
+    /// Unknowns of water and column.
+    fn sizes(&self) -> [usize; 2] {
+        [self.matrices.size(), self.column_size()]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mesh::rugged;
+
+    /// `p = ρ(h − y)` answers a ground that accelerates upwards by 1 m/s² with the dam: linear, so exact to rounding.
+    #[test]
+    fn linear_pressure_is_exact() -> Result<(), ReservoirError> {
+        for surface_waves in [false, true] {
+            let parameters = ReservoirParameters { surface_waves, ..rugged(6.0) };
+            let water = FiniteElements::with_far_end(&parameters, FarEnd::Rigid)?;
+            let (face, density) = (&parameters.wet_face, parameters.density);
+            // With waves the mean level may rise: p at the level is then free, and its load is the traction −∂p/∂n = ρ.
+            let mut residual = vec![0.0; water.matrices.size()];
+            let mut p = vec![0.0; water.matrices.size()];
+            for (node, unknown) in water.nodes().iter().zip(&water.unknowns) {
+                unknown.iter().for_each(|&u| p[u] = density * (face.depth() - node[1]));
+            }
+            let zeros = vec![0.0; p.len()];
+            for (r, k) in residual.iter_mut().zip(water.matrices.mass_and_stiffness(&zeros, 1.0, &p)) {
+                *r += k;
+            }
+            let mut velocity = vec![0.0; face.len()];
+            face.panels().for_each(|panel| velocity[panel.start..panel.start + 2].fill(panel.normal[1]));
+            water.load.add(density, &velocity, &mut residual);
+            residual.iter_mut().zip(&water.ground[1]).for_each(|(r, l)| *r += density * l);
+            for edge in water.mesh.edges(Part::Surface) {
+                for (node, mean) in edge.nodes.into_iter().zip(EDGE_MEAN) {
+                    water.unknowns[node].iter().for_each(|&u| residual[u] += density * edge.length * mean);
+                }
+            }
+            let largest = residual.iter().fold(0.0, |m: f64, r| m.max(r.abs()));
+            println!(
+                "patch, waves {surface_waves}: residual {largest:.1e} of a load of {:.1e}",
+                density * 6.0
+            );
+            // Rounding of some ten additions of numbers of ρh.
+            assert!(largest < 1e-12 * density * face.depth());
+            // And the pressure of a linear field at the points is the field there.
+            let at_points = water.load.pressure(&p);
+            let exact = face.points().iter().map(|q| density * (face.depth() - q[1]));
+            let error = at_points.iter().zip(exact).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+            assert!(error < 1e-12 * density * face.depth(), "{error}");
+        }
+        Ok(())
+    }
+
+    /// Everything is the same to the bit, on whatever pool of threads it is made.
+    #[test]
+    fn made_twice_it_is_the_same() -> Result<(), ReservoirError> {
+        let parameters = rugged(4.0);
+        let first = FiniteElements::new(&parameters)?;
+        for threads in [1, 2, 5] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+            let again = pool.install(|| FiniteElements::new(&parameters))?;
+            assert!(first.mesh == again.mesh && first.matrices == again.matrices && first.load == again.load);
+            assert_eq!(first.instantaneous(), again.instantaneous());
+        }
+        Ok(())
+    }
+
+    /// `M_Γ ∂p/∂v` is symmetric and negative: so is `Lᵀ A⁻¹ L`. Rounding of the solves allowed for.
+    #[test]
+    fn instantaneous_answer_is_symmetric_and_negative() -> Result<(), ReservoirError> {
+        let parameters = rugged(5.0);
+        let water = FiniteElements::new(&parameters)?;
+        let points = parameters.wet_face.len();
+        let mut mass = DMatrix::zeros(points, points);
+        for panel in parameters.wet_face.panels() {
+            for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                mass[(panel.start + i, panel.start + j)] += panel.length / if i == j { 3.0 } else { 6.0 };
+            }
+        }
+        let form = mass * water.instantaneous().columns(0, points);
+        let asymmetry = (&form - form.transpose()).amax() / form.amax();
+        let largest = nalgebra::SymmetricEigen::new(0.5 * (&form + form.transpose())).eigenvalues.max();
+        println!(
+            "instantaneous: asymmetry {asymmetry:.1e}, largest eigenvalue {:.2e}",
+            largest / form.amax()
+        );
+        assert!(asymmetry < 1e-12 && largest < 0.0);
+        Ok(())
+    }
+}

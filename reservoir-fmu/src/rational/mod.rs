@@ -1,0 +1,177 @@
+//! Water as a recursion of constant cost a step: a rational function fitted to its frequency response.
+//!
+//! `loewner` interpolates samples, `fit` chooses them, `passivity` looks for energy that comes from nowhere,
+//! `recursion` steps. `channel` gives the response over a level bed before a vertical face in closed form,
+//! everywhere else the boundary elements do.
+
+mod channel;
+mod coordinates;
+mod fit;
+mod loewner;
+mod modal;
+mod partial_fractions;
+mod passivity;
+mod recursion;
+
+use crate::frequency_response::boundary_system;
+use crate::{ReservoirError, ReservoirParameters};
+use channel::Channel;
+use coordinates::Coordinates;
+use fit::Fit;
+use passivity::{Loss, violations};
+pub(crate) use recursion::Recursion;
+use std::f64::consts::PI;
+
+/// Relative error of the fit that is aimed at, and the largest that is taken.
+const TOLERANCE: f64 = 1e-3;
+const LARGEST_ERROR: f64 = 1e-2;
+/// Weights with which the fit is held beyond its frequencies, tried one after the other: more of it takes energy from sharp
+/// poles there, and accuracy from what lies below.
+const HELD: [f64; 4] = [0.01, 0.1, 0.5, 3.0];
+/// Where the second loss sets in, over the highest frequency of the fit.
+const CORNER: f64 = 0.25;
+/// Largest losses that are added, over ρc: within the fitted frequencies and beyond.
+const LARGEST_LOSS: [f64; 2] = [1e-2, 2e-1];
+/// Least distance of a branch point from where the response is fitted, over c/h: a decay that is added
+/// to a bed that is nearly rigid.
+const LEAST_DAMPING: f64 = 1e-4;
+/// What stands for infinity, over the highest frequency: in closed form, and by elements, to which short waves are
+/// nothing.
+const INFINITE: [f64; 2] = [1e4, 30.0];
+/// Lowest frequency of the fit, over c/h.
+const LOWEST: f64 = 0.02;
+/// Samples on either side of a branch point, at first.
+const BESIDE: usize = 6;
+/// Panels and elements a wave at the highest frequency of the fit.
+const PER_WAVE: f64 = 4.0;
+
+/// What the recursion is, in numbers.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Quality {
+    /// Number of states.
+    pub states: usize,
+    /// Largest relative error of the fit.
+    pub error: f64,
+    /// Frequencies solved.
+    pub solved: usize,
+    /// Loss added for passivity, over ρc.
+    pub loss: Loss,
+}
+
+impl std::fmt::Display for Quality {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { states, error, loss, solved } = self;
+        write!(
+            f,
+            "{states} states fitted to {solved} frequencies within {error:.1e}, passive with a loss of {:.1e} ρc, {:.1e} ρc on \
+             waves too short for the panels",
+            loss.everywhere, loss.above_corner
+        )
+    }
+}
+
+/// The recursion of compressible water, on the current rayon pool.
+///
+/// **Errors**: [`ReservoirError::Recursion`], and those of the frequency response.
+pub(crate) fn recursion(parameters: &ReservoirParameters) -> Result<(Recursion, Quality), ReservoirError> {
+    let impedance = parameters.density * parameters.sound_speed;
+    let none = |error: f64, loss: f64| ReservoirError::Recursion { error, loss };
+    let coordinates = Coordinates::new(&parameters.wet_face, impedance).ok_or(none(f64::NAN, f64::NAN))?;
+    let level = Channel::describes(parameters);
+    if level && parameters.wave_reflection_coefficient == 1.0 {
+        return Ok(modal::recursion(parameters, &coordinates));
+    }
+    let (damping, frequencies) = grid(parameters);
+    let (mut closest, mut accepted) = ([f64::NAN; 2], None);
+    for weight in HELD {
+        let fitted = if level {
+            let channel = Channel::new(parameters, &coordinates.of_integrals())?;
+            let symbol = |s| Ok::<_, ReservoirError>(channel.symbol(s, coordinates.ground_scale()));
+            fit::fit(symbol, damping, &frequencies, TOLERANCE, INFINITE[0], weight)?
+        } else {
+            let system = boundary_system(parameters)?;
+            let symbol = |s| system.symbol(s).map(|k| coordinates.normalised(&k));
+            fit::fit(symbol, damping, &frequencies, TOLERANCE, INFINITE[1], weight)?
+        };
+        let Some(fit) = fitted else { continue };
+        let corner = CORNER * fit.frequencies.last().copied().unwrap_or(1.0);
+        let loss = Loss::against(&violations(&fit.fractions, &fit.frequencies), corner);
+        closest = [fit.error, loss.everywhere.max(loss.above_corner)];
+        if fit.error <= LARGEST_ERROR
+            && loss.everywhere <= LARGEST_LOSS[0]
+            && loss.above_corner <= LARGEST_LOSS[1]
+        {
+            accepted = Some((fit, loss, corner));
+            break;
+        }
+    }
+    let (Fit { mut fractions, error, solved, .. }, loss, corner) =
+        accepted.ok_or(none(closest[0], closest[1]))?;
+    let states = fractions.poles.iter().map(|pole| if pole.im > 0.0 { 2 } else { 1 }).sum();
+    loss.added_to(&mut fractions, corner);
+    let (left, right) = coordinates.restoring();
+    let recursion = Recursion::of(&fractions.transformed(&left, &right), parameters.communication_step);
+    Ok((recursion, Quality { states, error, solved, loss }))
+}
+
+/// Damping and frequencies at which the response is sampled at first: close to the channel's cut-off
+/// frequencies, between them, and below.
+fn grid(parameters: &ReservoirParameters) -> (f64, Vec<f64>) {
+    let depth = parameters.channel_depth();
+    let rate = parameters.sound_speed / depth;
+    let alpha = parameters.wave_reflection_coefficient;
+    let decay = -0.5 * rate * alpha.max(1e-20).ln();
+    let damping = f64::max(0.0, LEAST_DAMPING * rate - decay);
+    let longest_panel = parameters.wet_face.panels().map(|panel| panel.length).fold(0.0, f64::max);
+    let shortest_wave = PER_WAVE * longest_panel;
+    let highest =
+        f64::min(2.0 * PI * parameters.sound_speed / shortest_wave, PI / parameters.communication_step);
+    let spacing = PI * rate;
+    let mut frequencies = vec![LOWEST * rate];
+    let mut low = LOWEST * rate;
+    while low * 2.0 < 0.25 * spacing {
+        low *= 2.0;
+        frequencies.push(low);
+    }
+    let mut cut_off = 0.5 * spacing;
+    let nearest = f64::min(0.5 * f64::max(decay, damping), 0.1 * spacing);
+    loop {
+        let ratio = (0.5 * spacing / nearest).powf(1.0 / (BESIDE - 1) as f64);
+        for k in (0..BESIDE).rev() {
+            frequencies.push(cut_off - nearest * ratio.powi(k as i32));
+        }
+        frequencies.push(cut_off);
+        for k in 0..BESIDE - 1 {
+            frequencies.push(cut_off + nearest * ratio.powi(k as i32));
+        }
+        cut_off += spacing;
+        if cut_off > highest {
+            break;
+        }
+    }
+    frequencies.retain(|&omega| omega >= LOWEST * rate);
+    frequencies.sort_by(f64::total_cmp);
+    frequencies.dedup_by(|a, b| (*a - *b).abs() < 1e-9 * rate);
+    (damping, frequencies)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use interface::WetFace;
+
+    /// Close enough and passive with a loss of some thousandths of ρc, from a rigid to an absorbing bed.
+    #[test]
+    fn a_level_bed_is_fitted() -> Result<(), Box<dyn std::error::Error>> {
+        for alpha in [1.0, 0.97, 0.9, 0.5, 0.0] {
+            let parameters = ReservoirParameters {
+                wave_reflection_coefficient: alpha,
+                ..ReservoirParameters::before(WetFace::straight([0.0, 91.75], 20)?)
+            };
+            let (_, quality) = recursion(&parameters)?;
+            println!("α = {alpha}: {quality}");
+            assert!(quality.error < 5e-3 && quality.loss.everywhere < 5e-3);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,148 @@
+//! Whether a rational impedance can give energy, and the least loss that keeps it from doing so.
+//!
+//! `G(s)` is passive if `Re x*G(iω)x ≥ 0` for all ω and x (its poles lie to the left). Then so is the
+//! recursion that takes velocity as linear over steps of H: its transfer function is
+//!
+//! ```text
+//! Ĝ(θ) = Σ_k G(i(θ + 2πk)/H) sinc²((θ + 2πk)/2)
+//! ```
+//!
+//! by Poisson's sum, as the hat function's transform is sinc² ≥ 0: a sum of passive ones. Then
+//! `Σ_n v_nᵀ p_n H ≥ 0`, and with p and v both linear within steps
+//! `∫ vᵀp dt`, whose symbol is `(2 + cos θ)/3 Ĝ(θ)`, too.
+
+use super::partial_fractions::PartialFractions;
+use faer::{Mat, Side};
+use num_complex::Complex64;
+use rayon::prelude::*;
+
+/// Loss over the largest violation that was found between points of a grid.
+const MARGIN: f64 = 1.2;
+/// Frequencies beyond the largest given one, in decades and a decade.
+const BEYOND: (i32, i32) = (4, 10);
+
+/// Where a rational impedance can give energy: every ω looked at (rad/s) with its `−λ_min` of the Hermitian part of
+/// the leading square block of `G(iω)`, if that is positive.
+///
+/// Looked for at `frequencies` (rad/s, ascending) and between them, above the largest for four decades, and at every
+/// pole and on its flanks.
+pub(crate) fn violations(fractions: &PartialFractions, frequencies: &[f64]) -> Vec<[f64; 2]> {
+    let largest = frequencies.last().copied().unwrap_or(1.0);
+    let mut grid: Vec<f64> = frequencies.to_vec();
+    grid.extend(
+        frequencies.windows(2).flat_map(|pair| [0.25, 0.5, 0.75].map(|t| pair[0] + t * (pair[1] - pair[0]))),
+    );
+    grid.extend((1..=BEYOND.0 * BEYOND.1).map(|i| largest * 10f64.powf(f64::from(i) / f64::from(BEYOND.1))));
+    grid.extend(
+        fractions
+            .poles
+            .iter()
+            .filter(|pole| pole.im > 0.0)
+            .flat_map(|pole| [-1.0, 0.0, 1.0].map(|t| pole.im + t * pole.re)),
+    );
+    grid.push(0.0);
+    let found = grid.par_iter().map(|&omega| [omega, negative_part(fractions, omega)]);
+    found.filter(|[_, most]| *most > 0.0).collect()
+}
+
+/// The least loss, `δ₀ + δ₁ s/(s + ω_c)` on the diagonal of the leading square block, that makes a rational impedance
+/// passive wherever it was looked at; `corner` is ω_c (rad/s).
+///
+/// Both terms are passive themselves. Below the corner the first does it alone.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Loss {
+    /// δ₀.
+    pub everywhere: f64,
+    /// δ₁.
+    pub above_corner: f64,
+}
+
+impl Loss {
+    /// The loss that outweighs `violations`.
+    pub fn against(violations: &[[f64; 2]], corner: f64) -> Self {
+        let below = violations.iter().filter(|[omega, _]| *omega < corner);
+        let everywhere = MARGIN * below.fold(0.0, |most, [_, value]| f64::max(most, *value));
+        let above = violations
+            .iter()
+            .filter(|[omega, _]| *omega >= corner)
+            .map(|[omega, value]| (MARGIN * value - everywhere) * (1.0 + (corner / omega).powi(2)));
+        Self { everywhere, above_corner: above.fold(0.0, f64::max) }
+    }
+
+    /// The impedance with this loss.
+    pub fn added_to(&self, fractions: &mut PartialFractions, corner: f64) {
+        let size = fractions.direct.nrows();
+        for i in 0..size {
+            fractions.direct[(i, i)] += self.everywhere + self.above_corner;
+        }
+        if self.above_corner == 0.0 {
+            return;
+        }
+        // s/(s + ω_c) = 1 − ω_c/(s + ω_c)
+        let order = fractions.poles.len();
+        fractions.poles.extend(std::iter::repeat_n(Complex64::from(-corner), size));
+        fractions.outputs.resize_horizontally_mut(order + size, Complex64::ZERO);
+        fractions.inputs.resize_horizontally_mut(order + size, Complex64::ZERO);
+        for i in 0..size {
+            fractions.outputs[(i, order + i)] = Complex64::from(-corner * self.above_corner);
+            fractions.inputs[(i, order + i)] = Complex64::ONE;
+        }
+    }
+}
+
+/// `max(0, −λ_min)` of the Hermitian part of the leading square block at iω.
+fn negative_part(fractions: &PartialFractions, omega: f64) -> f64 {
+    let value = fractions.evaluate(Complex64::new(0.0, omega));
+    let size = value.nrows();
+    let block = value.columns(0, size);
+    let hermitian = Mat::from_fn(size, size, |i, j| 0.5 * (block[(i, j)] + block[(j, i)].conj()));
+    // A positive definite one, which most are, is told faster.
+    if hermitian.llt(Side::Lower).is_ok() {
+        return 0.0;
+    }
+    let least =
+        hermitian.self_adjoint_eigenvalues(Side::Lower).ok().and_then(|values| values.first().copied());
+    least.map_or(f64::INFINITY, |value| f64::max(0.0, -value))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::DMatrix;
+
+    /// `1 + c/(s − λ) + …`: passive for a small residue, and told where it is not.
+    #[test]
+    fn a_fit_that_gives_energy_is_caught() {
+        let fractions = |residue: f64| PartialFractions {
+            poles: vec![Complex64::new(-0.1, 7.0)],
+            outputs: DMatrix::from_element(1, 1, Complex64::from(residue)),
+            inputs: DMatrix::from_element(1, 1, Complex64::from(1.0)),
+            direct: DMatrix::identity(1, 1),
+        };
+        // At the pole G = 1 + residue/0.1 (1 + 1/(1 + (140 i))…): about 1 + 10 residue.
+        let grid = [1.0, 2.0, 30.0];
+        assert!(violations(&fractions(0.1), &grid).is_empty());
+        assert!(violations(&fractions(-0.09), &grid).is_empty());
+        let found = violations(&fractions(-0.11), &grid);
+        let worst = found.iter().fold([0.0; 2], |worst, next| if next[1] > worst[1] { *next } else { worst });
+        println!("a resonance that gives energy: {worst:?}");
+        assert!((worst[1] - 0.1).abs() < 0.01 && (worst[0] - 7.0).abs() < 0.1);
+    }
+
+    #[test]
+    fn the_loss_makes_it_passive() {
+        for corner in [3.0, 20.0] {
+            let mut fractions = PartialFractions {
+                poles: vec![Complex64::new(-0.1, 7.0)],
+                outputs: DMatrix::from_element(1, 1, Complex64::from(-0.12)),
+                inputs: DMatrix::from_element(1, 1, Complex64::from(1.0)),
+                direct: DMatrix::identity(1, 1),
+            };
+            let grid = [1.0, 2.0, 30.0];
+            let loss = Loss::against(&violations(&fractions, &grid), corner);
+            assert!(if corner < 7.0 { loss.everywhere == 0.0 } else { loss.above_corner == 0.0 });
+            loss.added_to(&mut fractions, corner);
+            assert!(violations(&fractions, &grid).is_empty());
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! Motion of the ground: level beds against closed forms, any bed against a linear field.
+
+mod rectangular;
+
+use interface::WetFace;
+use nalgebra::DVector;
+use rectangular::{DENSITY, DEPTH, SOUND_SPEED, THREADS, parameters};
+use reservoir::analytical::chakrabarti_chopra_1973;
+use reservoir::{
+    Complex64, ElementOrder, Fidelity, ReservoirError, ReservoirParameters, added_mass, frequency_response,
+    ground_added_mass,
+};
+use std::f64::consts::PI;
+
+const CUT_OFF: f64 = PI * SOUND_SPEED / (2.0 * DEPTH);
+
+/// 0.1 %: linear elements at nine or more a wavelength. Far end at h/4, h/2, h.
+#[test]
+fn vertical_motion_of_a_level_bed() -> Result<(), ReservoirError> {
+    for alpha in [1.0, 0.75, 0.5, 0.0] {
+        for ratio in [0.01, 0.5, 0.97, 1.5, 2.5, 3.6] {
+            let s = Complex64::new(0.0, ratio * CUT_OFF);
+            for share in [0.25, 0.5, 1.0] {
+                let parameters = ReservoirParameters {
+                    far_end_distance: share * DEPTH,
+                    ..parameters(alpha, 16, 0.0025, 1.0)
+                };
+                let k = frequency_response(&parameters, &[s], THREADS)?.remove(0);
+                let exact = rectangular::projected(&parameters.wet_face, |elevations| {
+                    let at = |&y: &f64| chakrabarti_chopra_1973::pressure(s, DEPTH, SOUND_SPEED, alpha, y);
+                    elevations.iter().map(at).collect()
+                });
+                let points = k.nrows();
+                let found: Vec<_> = k.column(points + 1).iter().map(|p| p / (s * DENSITY)).collect();
+                let error = rectangular::difference(&parameters.wet_face, &found, &exact);
+                println!(
+                    "α = {alpha}, Ω = {ratio}, far end at {share} h: vertical motion off by {error:.1e}"
+                );
+                assert!(error < if ratio == 0.97 { 1e-2 } else { 1e-3 });
+                assert!(k.column(points).iter().all(|p| *p == Complex64::ZERO), "a level bed slides");
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Everything that holds the water moves upwards together: p = ρ a (h − y) in incompressible water, whatever the shape.
+/// Linear in space, so only quadrature and the far end err.
+#[test]
+fn a_vessel_that_rises_weighs_more() -> Result<(), ReservoirError> {
+    let faces = [[[0.0, 0.0], [0.0, 60.0], [30.0, DEPTH]], [[0.0, 0.0], [-25.0, 90.0], [-30.0, DEPTH]]];
+    for face in faces {
+        for bed in
+            [vec![], vec![[-40.0, 0.0], [-90.0, 50.0]], vec![[-60.0, 0.0], [-50.0, -30.0], [-150.0, -20.0]]]
+        {
+            for element_order in [ElementOrder::Linear, ElementOrder::Constant] {
+                let parameters = ReservoirParameters {
+                    wet_face: WetFace::new(face.to_vec()).unwrap().respaced(12.0).unwrap(),
+                    bed: bed.clone(),
+                    fidelity: Fidelity::Incompressible,
+                    element_order,
+                    ..parameters(1.0, 16, 0.01, 1.0)
+                };
+                let (of_face, of_ground) = (added_mass(&parameters)?, ground_added_mass(&parameters)?);
+                // At a kink a point's velocity is one number along two normals: all panels of the lower piece.
+                let moved: DVector<f64> = DVector::from_iterator(
+                    parameters.wet_face.len(),
+                    parameters.wet_face.normals().iter().map(|n| n[1]),
+                );
+                let pressure = -(of_face * moved + of_ground.column(1));
+                let middle = parameters.wet_face.len() / 4;
+                let exact = DENSITY * (DEPTH - parameters.wet_face.points()[middle][1]);
+                let off = pressure[middle] / exact - 1.0;
+                println!("{element_order:?}, bed {bed:?}: pressure at the lower quarter off by {off:+.1e}");
+                assert!(off.abs() < 2e-2);
+            }
+        }
+    }
+    Ok(())
+}
