@@ -28,7 +28,7 @@ fn dam_steps_a_communication_step_are_as_few_as_they_were() {
     for (acceleration, measures, most) in [
         ("interface-jacobian", pressure, 2.7),
         ("iqn-ils", pressure, 2.8),
-        ("aitken", pressure, 4.4),
+        ("aitken", pressure, 4.5),
         ("constant", pressure, 5.4),
         ("interface-jacobian", &["pressure", "displacement"], 3.4),
         ("aitken", &["pressure", "displacement"], 4.5),
