@@ -72,9 +72,10 @@ const RULES: &[Rule] = &[
             "orchestrator/src/registry.rs",
             "orchestrator/src/packing/",
             "orchestrator/src/cli/reservoir/",
+            "orchestrator/src/cli/study/resolution.rs",
         ],
         words: &["dam_dem", "reservoir::{", "reservoir::Re", "reservoir::F", "reservoir::a"],
-        why: "only the registry of built-in units, their packing and the water's own command know the solvers",
+        why: "only the registry of built-in units, their packing, the water's own command and its study know the solvers",
     },
     Rule {
         within: "orchestrator/src",

@@ -60,11 +60,15 @@ fn windows_and_parallel_schemes_are_replayed() {
 
 #[test]
 fn steps_that_vary_are_replayed_and_the_worst_are_listed() {
-    let mut scenario = short_scene();
-    scenario.set("reservoir.fidelity", "incompressible").set("coupling.scheme", "serial-implicit");
+    for (key, value) in [("reservoir.method", "recursive"), ("reservoir.fidelity", "incompressible")] {
+        steps_vary(short_scene().set(key, value));
+    }
+}
+
+fn steps_vary(scenario: &mut Scenario) {
     let adaptive: toml::Table = "tolerance = 3e-3\nshortest = 1e-4\nlongest = 0.01".parse().expect("TOML");
-    scenario.set("time.adaptive", adaptive);
-    let log = replayed(&scenario);
+    scenario.set("coupling.scheme", "serial-implicit").set("time.adaptive", adaptive);
+    let log = replayed(scenario);
     let steps = steps(&log);
     let taken = steps.iter().filter(|s| s.accepted).count();
     let lengths: Vec<f64> = steps.iter().skip(1).map(|s| s.occasion.communication_step).collect();

@@ -1,5 +1,6 @@
 //! `cofferdam reservoir`: against closed forms, and what it says to nonsense.
 
+use reservoir::analytical::chopra_1967;
 use std::path::Path;
 use std::process::{Command, Output};
 use tempfile::TempDir;
@@ -173,6 +174,37 @@ fn impulse_and_ramp_meet_the_closed_form_at_the_base() {
     assert!((sum * 0.0025 - 1.0).abs() < 1e-12);
 }
 
+/// The ramp of the scene before its rigid dam, all at once, and the same in water without memory.
+#[test]
+fn a_record_at_once_meets_the_closed_form_at_the_base() {
+    let (depth, sound_speed, density) = (180.0, 1440.0, 1000.0);
+    let folder = folder();
+    let said = answered(folder.path(), "rigid-dam-ramp", "record", &["--at", "90"]);
+    assert!(said.contains("of the hydrostatic") && said.contains("rigid dam on rigid rock"), "{said}");
+    let table = Histories::read(&folder.path().join("out/record.csv"));
+    let exact: Vec<f64> = table
+        .column("time")
+        .iter()
+        .map(|t| chopra_1967::base_pressure(&[(0.0, 0.0), (0.1, 1.0)], depth, sound_speed, *t))
+        .map(|p| density * sound_speed * p)
+        .collect();
+    let base = table.column("base pressure");
+    let off = whole_chain::relative_l2(base, &exact);
+    println!("ramp at once: base off by {off:.1e}");
+    assert!(off < 1e-3 && base.len() == 801);
+    let svg = std::fs::read_to_string(folder.path().join("out/record.svg")).expect("a picture");
+    assert!(svg.starts_with("<svg") && svg.contains("90 m"));
+    let still = self::folder();
+    let settings = ["--set", "reservoir.fidelity=westergaard", "--set", "time.duration=0.5"];
+    answered(still.path(), "rigid-dam-ramp", "record", &settings);
+    let table = Histories::read(&still.path().join("out/record.csv"));
+    let last = |name: &str| *table.column(name).last().expect("a row");
+    // ⅞ ρah at the base; the force of a parabola that is linear along 16 panels.
+    assert!((last("base pressure") / (0.875 * density * depth) - 1.0).abs() < 1e-12);
+    assert!((last("force") / (7.0 / 12.0 * density * depth * depth) - 1.0).abs() < 1e-2);
+    assert!(last("overturning moment") > 0.0);
+}
+
 #[test]
 fn no_closed_form_is_no_column() {
     let folder = folder();
@@ -203,6 +235,8 @@ fn nonsense_is_refused_and_leaves_nothing() {
         ("impulse", &["--duration", "0"][..], 2, "communication steps"),
         ("impulse", &["--duration", "1e9"][..], 2, "communication steps"),
         ("impulse", &["--ramp=-1"][..], 2, "greater than 0"),
+        ("record", &["--at=-1"][..], 2, "from 0 to 91.75 m"),
+        ("record", &["--set", "reservoir.fidelity=none"][..], 2, "the reservoir is empty"),
         ("field", &["--omega", "nan"][..], 2, "are no frequency"),
         ("field", &["--omega", "20", "--size", "1e-3"][..], 2, "raise --size"),
         ("field", &["--omega", "20", "--set", "reservoir.fidelity=westergaard"][..], 2, "has no field"),

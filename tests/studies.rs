@@ -77,3 +77,123 @@ fn ambient_vibration_makes_no_energy() {
         assert!(produced.abs() < 2e-3 * work.abs(), "{row:?}");
     }
 }
+
+/// Every model and method on a coarse dam for a second: the ladder leads to the best, and what is written of a state grows
+/// with a run for the convolutions alone.
+#[test]
+fn each_level_of_the_water_is_closer_to_the_best_than_the_one_below() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let settings = [
+        "dam.element_size=20",
+        "ground_motion.record.start=4.5",
+        "ground_motion.record.end=5.5",
+        "time.quiet=0",
+        "time.communication_step=0.005",
+        "reservoir.wave_reflection_coefficient=0.5",
+    ];
+    let rows = study("fidelity", "koyna-northridge-1994", &settings, &folder.path().join("f"));
+    let of = |name: &str, column: usize| -> f64 {
+        let row = rows.iter().find(|row| row[0] == name).unwrap_or_else(|| panic!("no row {name}"));
+        row[column].parse().unwrap_or_else(|_| panic!("{name}: {row:?}"))
+    };
+    let [unit, written, crest, above, base, rigid] = [2, 4, 8, 9, 12, 13];
+    let ladder = ["none", "Westergaard, parabola", "incompressible", "Radau, 3 stages"];
+    let errors = ladder.map(|name| of(name, crest));
+    assert!(errors.windows(2).all(|pair| pair[1] < pair[0]), "{errors:?}");
+    assert!(of("incompressible", above) == of("incompressible", crest), "the level above is the best");
+    for name in ["recursion", "BDF2", "trapezoidal rule", "Radau, 2 stages", "Radau, 3 stages"] {
+        assert!(of(name, crest) < 2e-2 && of(name, rigid) < 3e-2, "{name}");
+        assert!(of(name, base) < 0.3, "{name}");
+        assert!(of(name, unit) > of("Westergaard, parabola", unit), "{name}");
+    }
+    assert!(
+        of("finite elements", rigid) > 5.0 * of("recursion", rigid),
+        "a Sommerfeld end at h/2 sends waves back"
+    );
+    assert!(of("Radau, 2 stages", written) > of("recursion", written), "a history is longer than states");
+}
+
+#[test]
+fn more_elements_bring_the_face_closer_to_the_closed_form() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let rows = study("resolution", "koyna-intact", &[], &folder.path().join("r"));
+    assert_eq!(rows.len(), 4 * 2 * 3);
+    let number = |row: &[String], column: usize| -> f64 { row[column].parse().expect("a number") };
+    for kh in ["0.8", "2.4", "4"] {
+        let errors = |shape: &str| -> Vec<f64> {
+            let rows = rows.iter().filter(|row| row[1] == shape && row[2] == kh);
+            rows.map(|row| number(row, 3)).collect()
+        };
+        let [constant, linear] = [errors("constant"), errors("linear")];
+        assert!(
+            [&constant, &linear]
+                .iter()
+                .all(|e| e.len() == 4 && e.windows(2).all(|pair| pair[1] < 0.6 * pair[0]))
+        );
+        assert!(linear.iter().zip(&constant).all(|(linear, constant)| *linear < 0.1 * constant));
+        // Six elements a wave and more.
+        assert!(linear[3] < 1e-4, "kh = {kh}: {linear:?}");
+    }
+    // Twice the elements, four times the matrices.
+    let memory = |elements: &str| {
+        let row = rows.iter().find(|row| row[0] == elements && row[1] == "linear").expect("a row");
+        number(row, 6)
+    };
+    assert!((2.5..5.0).contains(&(memory("32") / memory("16"))), "{} B, {} B", memory("16"), memory("32"));
+}
+
+#[test]
+fn a_scene_without_a_closed_form_has_no_study_of_its_resolution() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (setting, why) in [
+        ("reservoir.bed=[[-80.0, 15.0]]", "the bed is not level"),
+        ("reservoir.surface_waves=true", "there are waves on the surface"),
+        ("reservoir.fidelity=\"incompressible\"", "compressible water"),
+    ] {
+        let mut command = Command::new(binary());
+        command.args(["study", "resolution", "--output"]).arg(folder.path().join("n"));
+        command.arg(root().join("scenes/koyna-intact")).args(["--set", setting]);
+        let done = command.output().expect("cofferdam runs");
+        let said = String::from_utf8_lossy(&done.stderr).replace('│', " ");
+        let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert_eq!(done.status.code(), Some(2), "{said}");
+        assert!(said.contains(why) && said.contains("choose another scene"), "{said}");
+    }
+}
+
+/// The paper's way loses most of the pressure on a rigid dam, and moves the crest and the block otherwise.
+#[test]
+fn short_windows_forget_the_reservoir() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let settings = [
+        "dam.element_size=10",
+        "ground_motion.record.start=4",
+        "ground_motion.record.end=5.5",
+        "time.quiet=0",
+    ];
+    let output = folder.path().join("w");
+    let rows = study("windows", "koyna-northridge-1994", &settings, &output);
+    let share = |cell: &str| cell.trim_end_matches(" %").parse::<f64>().expect("a percentage") / 100.0;
+    // 0.1 s, 128 steps, and all of it at once, where only the end of the record presses at its beginning.
+    assert_eq!(rows.iter().map(|row| &*row[0]).collect::<Vec<_>>(), ["40", "128", "604"]);
+    let base: Vec<f64> = rows.iter().map(|row| share(&row[2])).collect();
+    assert!(base[0] > 0.5 && base[1] > 0.3 && base[2] < base[1], "{base:?}");
+    for row in &rows[..2] {
+        assert_eq!(row[8], "at the end", "{row:?}");
+        assert!(row[4].parse::<f64>().is_ok_and(|mean| mean > 5.0) && share(&row[6]) > 0.02, "{row:?}");
+    }
+    let text = std::fs::read_to_string(output.join("far-end.csv")).expect("a table");
+    let ends: Vec<Vec<&str>> = text.lines().skip(1).map(|line| line.split(',').collect()).collect();
+    assert_eq!(
+        ends.iter().map(|row| row[0]).collect::<Vec<_>>(),
+        ["waves leave", "left out", "wall", "p = 0"]
+    );
+    for row in &ends {
+        let errors: Vec<f64> = row[2..].iter().map(|cell| share(cell)).collect();
+        match row[0] {
+            "waves leave" => assert!(errors.iter().all(|error| *error < 1e-3), "{row:?}"),
+            // At 0.99 ω₁, and under the record.
+            _ => assert!(errors[1] > 0.2 && errors[4] > 0.2, "{row:?}"),
+        }
+    }
+}

@@ -5,12 +5,16 @@ use dam_dem::{
     Section,
 };
 use interface::{WetFace, WetFaceError};
+use nalgebra::{Complex, DMatrix};
 use orchestrator::participant::{EmptyReservoir, InProcess, Messages, Participant, Prescribed};
 use orchestrator::scene::{
     DamScene, ElementOrderScene, FidelityScene, KinematicsScene, MethodScene, PlaneScene, ProfileScene, Scene,
 };
 use orchestrator::scheme::{SchemeKind, Side};
-use reservoir::{ElementOrder, Fidelity, Method, Reservoir, ReservoirError, ReservoirParameters, added_mass};
+pub use reservoir::paper::{FarEndCondition, ShortWindows};
+use reservoir::{
+    ElementOrder, Fidelity, Method, Reservoir, ReservoirError, ReservoirParameters, added_mass, paper,
+};
 use std::num::NonZeroUsize;
 
 /// Most time steps of the dam in a communication step: beyond, no run would end.
@@ -88,10 +92,9 @@ pub fn made_dam(parameters: DamParameters, scene: &Scene) -> Result<(Dam, usize)
 }
 
 fn reservoir(scene: &Scene, threads: NonZeroUsize) -> Result<Box<dyn Participant>, RegistryError> {
-    let wet_face = reservoir_face(scene)?;
-    let points = wet_face.len();
     let messages = Messages::default();
-    let parameters = reservoir_parameters(scene, wet_face)?;
+    let parameters = water_parameters(scene)?;
+    let points = parameters.wet_face.len();
     let model = match (parameters.fidelity, parameters.method) {
         (Fidelity::Compressible, Method::FiniteElements) => "compressible water, finite elements",
         (Fidelity::Compressible, _) => "compressible water, boundary elements",
@@ -102,6 +105,20 @@ fn reservoir(scene: &Scene, threads: NonZeroUsize) -> Result<Box<dyn Participant
     let reservoir = messages.listen(|| Reservoir::new(parameters, threads))?;
     let solver = format!("{model} {}: {points} interface points", env!("CARGO_PKG_VERSION"));
     Ok(Box::new(InProcess::new(reservoir, &solver, messages)))
+}
+
+/// Makes the reservoir of a scene.
+///
+/// **Errors**: [`RegistryError::Empty`], and those of the reservoir.
+pub fn water(scene: &Scene, threads: NonZeroUsize) -> Result<Reservoir, RegistryError> {
+    Ok(Reservoir::new(water_parameters(scene)?, threads)?)
+}
+
+/// The parameters of the reservoir of a scene, at its own points.
+///
+/// **Errors**: [`RegistryError::Empty`], and the wet face.
+pub fn water_parameters(scene: &Scene) -> Result<ReservoirParameters, RegistryError> {
+    reservoir_parameters(scene, reservoir_face(scene)?)
 }
 
 /// The reservoir's wet face: the dam's, divided anew if the scene gives the reservoir panels of its own.
@@ -122,6 +139,37 @@ pub fn wet_face(scene: &Scene) -> Result<WetFace, RegistryError> {
         (None, Some(prescribed)) => straight(prescribed.batter, prescribed.panels)?,
         (None, None) => straight(0.0, 1)?,
     })
+}
+
+/// The paper's water of a scene, `steps` communication steps a window, before the dam's own points.
+pub fn short_windows(
+    scene: &Scene,
+    steps: usize,
+    threads: NonZeroUsize,
+) -> Result<ShortWindows, RegistryError> {
+    Ok(ShortWindows::new(&reservoir_parameters(scene, wet_face(scene)?)?, steps, threads)?)
+}
+
+/// Pressure (Pa) at the dam's points over the whole record of `acceleration` (m/s², points and ground × instants).
+pub fn pressure_of_record(
+    scene: &Scene,
+    far_end: FarEndCondition,
+    acceleration: &DMatrix<f64>,
+    threads: NonZeroUsize,
+) -> Result<DMatrix<f64>, RegistryError> {
+    let parameters = reservoir_parameters(scene, wet_face(scene)?)?;
+    Ok(paper::pressure_before(far_end, &parameters, acceleration, threads)?)
+}
+
+/// K(s) of a scene's water at the dam's points.
+pub fn frequency_response(
+    scene: &Scene,
+    far_end: FarEndCondition,
+    s: &[Complex<f64>],
+    threads: NonZeroUsize,
+) -> Result<Vec<DMatrix<Complex<f64>>>, RegistryError> {
+    let parameters = reservoir_parameters(scene, wet_face(scene)?)?;
+    Ok(paper::response_before(far_end, &parameters, s, threads)?)
 }
 
 /// The parameters of the dam of a scene, with the water's added mass if the scheme wants it there.

@@ -3,8 +3,7 @@
 use divan::Bencher;
 use faer::linalg::solvers::Solve;
 use interface::WetFace;
-use reservoir::kernel::FreeSurface;
-use reservoir::{BoundaryMesh, BoundarySystem, Complex64, Outline, ReservoirParameters, Water};
+use reservoir::{BoundarySystem, Complex64, ReservoirParameters, boundary_system};
 
 fn main() {
     divan::main();
@@ -36,12 +35,9 @@ fn system(slope: f64, alpha: f64, elements: f64) -> BoundarySystem {
     let parameters = ReservoirParameters {
         element_size: depth / elements,
         wave_reflection_coefficient: alpha,
-        ..ReservoirParameters::before(face.clone())
+        ..ReservoirParameters::before(face)
     };
-    let mesh = BoundaryMesh::new(&Outline::new(&parameters).unwrap(), &parameters);
-    let bed_admittance = (1.0 - alpha) / ((1.0 + alpha) * 1440.0);
-    let water = Water { density: 1000.0, sound_speed: 1440.0, bed_admittance, gravity: None };
-    BoundarySystem::new(&face, mesh, &FreeSurface { level: depth }, water).unwrap()
+    boundary_system(&parameters).unwrap()
 }
 
 /// 40 points: a battered face, α = 1 and 0.75, h/16 and h/40; a vertical one.

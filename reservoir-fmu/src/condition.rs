@@ -23,3 +23,17 @@ impl std::fmt::Display for BoundaryCondition {
         })
     }
 }
+
+/// What is said of the far end; only the first is true of water that goes on upstream.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FarEndCondition {
+    /// Waves travel away: `∂p/∂n = −T (p − p₁)`.
+    #[default]
+    Outgoing,
+    /// Nothing is said: the far end has no part in the boundary integrals, as if they closed without it.
+    LeftOut,
+    /// `∂p/∂n = 0`: a wall.
+    NoFlow,
+    /// `p = 0`: the water ends at air.
+    NoPressure,
+}

@@ -179,17 +179,6 @@ pub enum ReservoirError {
         /// Loss over ρc.
         loss: f64,
     },
-    /// The outline of the water meets itself.
-    #[error(
-        "bed, wet face and water level enclose no simple section: see ({x}, {y}) m; the bed must go upstream from the \
-         heel, stay below the level, and touch neither the face nor itself"
-    )]
-    Section {
-        /// x of the point, m.
-        x: f64,
-        /// y, m.
-        y: f64,
-    },
     /// The water could not be divided into finite elements.
     #[error(
         "the water could not be divided into triangles without angles below 28°; raise `corner_element_size`, or \
@@ -204,6 +193,35 @@ pub enum ReservoirError {
     FiniteElementSystem {
         /// |s|, or 2/H for steps in time, 1/s.
         rate: f64,
+    },
+    /// A record of another number of motions than the water has.
+    #[error(
+        "the record has {rows} rows of {instants} instants; it needs {expected} rows, one an interface point and two for \
+         the ground, of at least one instant"
+    )]
+    RecordShape {
+        /// Rows given.
+        rows: usize,
+        /// Instants given.
+        instants: usize,
+        /// Rows needed.
+        expected: usize,
+    },
+    /// A window of too few steps.
+    #[error("a window has {steps} steps; it needs two or more")]
+    WindowTooShort {
+        /// Steps given.
+        steps: usize,
+    },
+    /// A record that holds NaN or an infinite value.
+    #[error("row {row} of the record is {value} m/s² at instant {instant}, both from 0; it must be finite")]
+    NonFiniteRecord {
+        /// Row, from 0.
+        row: usize,
+        /// Instant, from 0.
+        instant: usize,
+        /// Value, m/s².
+        value: f64,
     },
     /// A calculated pressure is NaN or infinite.
     #[error(

@@ -45,13 +45,23 @@ pub fn frequency_response(
         mass.columns_mut(points, 2).copy_from(&ground);
         return Ok(s.iter().map(|&s| mass.map(|m| -s * m)).collect());
     }
-    let system = boundary_system(parameters)?;
+    symbols(&boundary_system(parameters)?, s, threads)
+}
+
+/// K(s) of a system at all `s`, on `threads`.
+pub(crate) fn symbols(
+    system: &BoundarySystem,
+    s: &[Complex64],
+    threads: NonZeroUsize,
+) -> Result<Vec<DMatrix<Complex64>>, ReservoirError> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build()?;
     pool.install(|| s.par_iter().map(|&s| system.symbol(s)).collect())
 }
 
-/// The boundary element system of the parameters' water.
-pub(crate) fn boundary_system(parameters: &ReservoirParameters) -> Result<BoundarySystem, ReservoirError> {
+/// The boundary element system of the parameters' water, for one frequency after the other.
+///
+/// **Errors**: those of the outline and the mesh, [`ReservoirError::FarEnd`].
+pub fn boundary_system(parameters: &ReservoirParameters) -> Result<BoundarySystem, ReservoirError> {
     let face = &parameters.wet_face;
     let mesh = BoundaryMesh::new(&Outline::new(parameters)?, parameters);
     BoundarySystem::new(face, mesh, &*kernel(parameters), water(parameters))

@@ -33,6 +33,9 @@
 //! is evaluated in blocks, its history shared by all saved states ([`Reservoir`]). Elements should
 //! not be much longer than 2 cH: shorter waves would be excited that the mesh cannot carry.
 //!
+//! **At once.** A motion that is known beforehand needs no steps: [`pressure_of_record`] takes a damped Fourier transform of
+//! all of it.
+//!
 //! **Finite elements.** The rival that the boundary elements are compared with: the near field in quadratic triangles, a
 //! Sommerfeld end, Newmark's method ([`FiniteElements`]).
 //!
@@ -57,6 +60,7 @@ mod frequency_response;
 pub mod kernel;
 mod operator;
 mod outline;
+pub mod paper;
 mod parameters;
 mod projection;
 mod quadrature;
@@ -65,6 +69,7 @@ mod rational;
 mod reservoir;
 mod system;
 mod time_domain;
+mod whole_record;
 
 pub use added_mass::{added_mass, ground_added_mass};
 pub use boundary::{BoundaryMesh, Element};
@@ -73,9 +78,10 @@ pub use error::ReservoirError;
 pub use fidelity::Fidelity;
 pub use field_response::field_response;
 pub use finite_elements::{FarEnd, FiniteElements, Prepared};
-pub use frequency_response::frequency_response;
+pub use frequency_response::{boundary_system, frequency_response};
 pub use num_complex::Complex64;
 pub use outline::{Outline, Piece};
 pub use parameters::{ElementOrder, Method, ReservoirParameters};
 pub use reservoir::{Reservoir, ReservoirState};
 pub use system::{BoundarySystem, Water};
+pub use whole_record::pressure_of_record;

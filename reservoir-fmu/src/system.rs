@@ -6,7 +6,7 @@
 use crate::ReservoirError;
 use crate::boundary::BoundaryMesh;
 use crate::channel_motion::plane_wave;
-use crate::condition::BoundaryCondition;
+use crate::condition::{BoundaryCondition, FarEndCondition};
 use crate::cut_off::check_cut_off;
 use crate::kernel::HelmholtzKernel;
 use crate::operator::{LayerOperators, Layers};
@@ -51,6 +51,7 @@ pub struct BoundarySystem {
     water: Water,
     /// Elevations of the channel's surface and bed, m.
     channel: [f64; 2],
+    far_end: FarEndCondition,
 }
 
 /// Pressure and its normal derivative at the nodes, over ρ s (at s = 0 over ρ): columns as those of
@@ -85,7 +86,13 @@ impl BoundarySystem {
             channel: [face.depth(), bottom],
             water,
             mesh,
+            far_end: FarEndCondition::Outgoing,
         })
+    }
+
+    /// The same water with another condition at the far end.
+    pub(crate) fn ending(self, far_end: FarEndCondition) -> Self {
+        Self { far_end, ..self }
     }
 
     /// K(s): interface pressure (Pa) for a unit interface velocity (m/s), then for a unit velocity of the ground
@@ -133,13 +140,23 @@ impl BoundarySystem {
         let kernel = |source| ReservoirError::Kernel { frequency: s, source };
         let Layers { single, double: mut matrix } =
             self.layers.assemble(s / self.water.sound_speed).map_err(kernel)?;
-        let map = self.radiation.dirichlet_to_neumann(s)?;
         let far = self.mesh.part(BoundaryCondition::Radiation);
+        let map = match self.far_end {
+            FarEndCondition::Outgoing => self.radiation.dirichlet_to_neumann(s)?,
+            _ => Mat::zeros(far.len(), far.len()),
+        };
         let radiated = single.as_ref().subcols(far.start, far.len()) * &map;
         let forcing = self.forcing(&single, &radiated, s);
         let nodes = matrix.ncols();
+        if self.far_end == FarEndCondition::LeftOut {
+            matrix.subcols_mut(far.start, far.len()).fill(Complex64::ZERO);
+        }
         for node in 0..nodes {
             matrix[(node, node)] += 0.5;
+        }
+        if self.far_end == FarEndCondition::NoPressure {
+            // There the unknown is the slope.
+            matrix.subcols_mut(far.start, far.len()).copy_from(-single.subcols(far.start, far.len()));
         }
         for (offset, column) in far.enumerate() {
             for row in 0..matrix.nrows() {

@@ -1,9 +1,10 @@
 //! How water with a memory is stepped: one trait, several methods.
 //!
-//! Depends on the memories of `convolution` and `finite_elements`.
+//! Depends on the memories of `convolution`, `finite_elements` and `rational`.
 
 use crate::convolution::History;
 use crate::finite_elements::Field;
+use crate::rational::State;
 use nalgebra::DMatrix;
 use std::sync::Arc;
 
@@ -47,13 +48,4 @@ pub(crate) enum Memory {
     State(Arc<State>),
     /// Pressures at the nodes of finite elements.
     Field(Arc<Field>),
-}
-
-/// States of fixed number, and what follows from them whatever the next velocities are.
-#[derive(Default)]
-pub(crate) struct State {
-    /// All of the memory.
-    pub values: Vec<f64>,
-    /// What the method made of the values for the next step.
-    pub ahead: Vec<f64>,
 }

@@ -1,5 +1,5 @@
-use super::{Channel, Description, Layout, Occasion, Participant, ParticipantError};
-use interface::{Capabilities, Fingerprint, Shape, StateError, Variable, WetFace, variables::reservoir};
+use super::{Description, Occasion, Participant, ParticipantError};
+use interface::{StateError, Variable, WetFace, variables::reservoir};
 
 /// Stands in for a reservoir without water: no pressure, neither hydrostatic nor hydrodynamic.
 ///
@@ -20,22 +20,8 @@ impl EmptyReservoir {
     ///
     /// **Errors**: the face cannot be hashed.
     pub fn new(face: WetFace) -> Result<Self, StateError> {
-        let channel = |v: &Variable| Channel {
-            name: v.name.to_owned(),
-            value_reference: v.value_reference,
-            unit: v.unit.to_owned(),
-            size: if v.shape == Shape::Plane { 2 } else { face.len() },
-            array: true,
-        };
-        let description = Description {
-            name: "reservoir".to_owned(),
-            solver: format!("empty {}", env!("CARGO_PKG_VERSION")),
-            fingerprint: Fingerprint::of("empty reservoir", &face)?,
-            inputs: Layout::new(INPUTS.iter().map(channel).collect()),
-            outputs: Layout::new(OUTPUTS.iter().map(channel).collect()),
-            fixed: Layout::new(FIXED.iter().map(channel).collect()),
-            capabilities: Capabilities { variable_communication_step: true, directional_derivative: false },
-        };
+        let variables = [INPUTS.as_slice(), &OUTPUTS, &FIXED];
+        let description = Description::of_stand_in("reservoir", "empty reservoir", &face, variables)?;
         Ok(Self { description, face })
     }
 }
@@ -51,10 +37,7 @@ impl Participant for EmptyReservoir {
             "hydrostatic_pressure" => Ok(vec![0.0; self.face.len()]),
             "interface_x" => Ok(coordinate(0)),
             "interface_y" => Ok(coordinate(1)),
-            _ => Err(ParticipantError::Missing {
-                participant: self.description.name.clone(),
-                variable: variable.to_owned(),
-            }),
+            _ => Err(self.description.missing(variable)),
         }
     }
 

@@ -14,7 +14,7 @@ pub use prescribed::Prescribed;
 pub use shared_memory::{Deadlines, SharedMemory, Starting, Task, Word, host};
 
 use crate::transport::TransportError;
-use interface::{Capabilities, Fingerprint};
+use interface::{Capabilities, Fingerprint, Shape, StateError, Variable, WetFace};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
@@ -95,6 +95,41 @@ pub struct Description {
     pub fixed: Layout,
     /// What it can do beyond plain stepping.
     pub capabilities: Capabilities,
+}
+
+impl Description {
+    /// Of what stands in for a unit: takes steps of any length, and exchanges these variables for `face`.
+    ///
+    /// **Errors**: the face cannot be hashed.
+    fn of_stand_in(
+        name: &str,
+        kind: &str,
+        face: &WetFace,
+        [inputs, outputs, fixed]: [&[Variable]; 3],
+    ) -> Result<Self, StateError> {
+        let channel = |v: &Variable| Channel {
+            name: v.name.to_owned(),
+            value_reference: v.value_reference,
+            unit: v.unit.to_owned(),
+            size: if v.shape == Shape::Plane { 2 } else { face.len() },
+            array: true,
+        };
+        let layout = |variables: &[Variable]| Layout::new(variables.iter().map(channel).collect());
+        Ok(Self {
+            name: name.to_owned(),
+            solver: format!("{kind} {}", env!("CARGO_PKG_VERSION")),
+            fingerprint: Fingerprint::of(kind, face)?,
+            inputs: layout(inputs),
+            outputs: layout(outputs),
+            fixed: layout(fixed),
+            capabilities: Capabilities { variable_communication_step: true, directional_derivative: false },
+        })
+    }
+
+    /// That the unit has no fixed `variable`.
+    fn missing(&self, variable: &str) -> ParticipantError {
+        ParticipantError::Missing { participant: self.name.clone(), variable: variable.to_owned() }
+    }
 }
 
 /// Which of its steps a unit is asked for.

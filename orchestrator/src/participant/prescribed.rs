@@ -1,5 +1,5 @@
-use super::{Channel, Description, Layout, Occasion, Participant, ParticipantError};
-use interface::{Capabilities, Fingerprint, Shape, StateError, Variable, WetFace, variables::dam};
+use super::{Description, Occasion, Participant, ParticipantError};
+use interface::{StateError, Variable, WetFace, variables::dam};
 
 /// Stands in for a dam that moves as told: rigidly, with the ground.
 ///
@@ -23,22 +23,8 @@ impl Prescribed {
     ///
     /// **Errors**: the face cannot be hashed.
     pub fn new(face: WetFace) -> Result<Self, StateError> {
-        let channel = |v: &Variable| Channel {
-            name: v.name.to_owned(),
-            value_reference: v.value_reference,
-            unit: v.unit.to_owned(),
-            size: if v.shape == Shape::Plane { 2 } else { face.len() },
-            array: true,
-        };
-        let description = Description {
-            name: "dam".to_owned(),
-            solver: format!("prescribed {}", env!("CARGO_PKG_VERSION")),
-            fingerprint: Fingerprint::of("prescribed", &face)?,
-            inputs: Layout::new(INPUTS.iter().map(channel).collect()),
-            outputs: Layout::new(OUTPUTS.iter().map(channel).collect()),
-            fixed: Layout::new(FIXED.iter().map(channel).collect()),
-            capabilities: Capabilities { variable_communication_step: true, directional_derivative: false },
-        };
+        let variables = [INPUTS.as_slice(), &OUTPUTS, &FIXED];
+        let description = Description::of_stand_in("dam", "prescribed", &face, variables)?;
         Ok(Self { description, face, ground_acceleration: [0.0; 2], saved: [0.0; 2] })
     }
 
@@ -57,10 +43,7 @@ impl Participant for Prescribed {
         match variable {
             "interface_x" => Ok(self.face.points().iter().map(|p| p[0]).collect()),
             "interface_y" => Ok(self.face.points().iter().map(|p| p[1]).collect()),
-            _ => Err(ParticipantError::Missing {
-                participant: self.description.name.clone(),
-                variable: variable.to_owned(),
-            }),
+            _ => Err(self.description.missing(variable)),
         }
     }
 

@@ -281,8 +281,8 @@ pub enum Invalid {
     NoMeasure,
     /// Steps that vary, for water that cannot.
     #[error(
-        "`{key}` lets the communication step vary, and compressible water takes steps of one length only; leave it out, or \
-         choose `reservoir.fidelity` without memory"
+        "`{key}` lets the communication step vary, and this `reservoir.method` takes steps of one length only; leave it out, \
+         or choose `reservoir.method` = \"recursive\" or a `reservoir.fidelity` without memory"
     )]
     FixedStep {
         /// The key.

@@ -2,8 +2,8 @@
 
 use super::record::STRONGEST;
 use super::{
-    AdaptiveScene, DamScene, DampingScene, FidelityScene, GroundMotion, Invalid, OnFailure, RecordError,
-    RecordScene, Scene,
+    AdaptiveScene, DamScene, DampingScene, FidelityScene, GroundMotion, Invalid, MethodScene, OnFailure,
+    RecordError, RecordScene, Scene,
 };
 use crate::scheme::SchemeKind;
 use std::collections::BTreeSet;
@@ -231,10 +231,11 @@ impl Findings {
         if halves && !scheme.is_implicit() && !empty {
             self.add("coupling.on_failure", Invalid::NothingToHalve);
         }
+        let equal_steps = memory && scene.reservoir.method != MethodScene::Recursive;
         for (key, varies) in
             [("time.adaptive", scene.time.adaptive.is_some()), ("coupling.on_failure", halves)]
         {
-            if varies && memory {
+            if varies && equal_steps {
                 self.add(key, Invalid::FixedStep { key });
             }
         }
@@ -249,7 +250,7 @@ impl Findings {
             }
         }
         let tells_no_error = empty || matches!(scheme, SchemeKind::AddedMass | SchemeKind::ParallelExplicit);
-        if scene.time.adaptive.is_some() && !memory && tells_no_error {
+        if scene.time.adaptive.is_some() && !equal_steps && tells_no_error {
             self.add("time.adaptive", Invalid::AdaptiveScheme);
         }
         let window = scene.coupling.window;

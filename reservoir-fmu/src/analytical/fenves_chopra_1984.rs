@@ -10,7 +10,9 @@ use num_complex::Complex64;
 use std::f64::consts::PI;
 
 /// Terms of the modal series; they fall like m⁻².
-const TERMS: u32 = 4000;
+const TERMS: usize = 4000;
+/// Terms of the force's series, which fall like m⁻³.
+const FORCE_TERMS: usize = 400;
 /// Steps of the first mode's continuation from the rigid bed.
 const CONTINUATION: u32 = 80;
 
@@ -23,19 +25,37 @@ pub fn pressures(
     alpha: f64,
     elevations: &[f64],
 ) -> Vec<Complex64> {
-    let admittance = (1.0 - alpha) / ((1.0 + alpha) * sound_speed);
     let mut pressures = vec![Complex64::ZERO; elevations.len()];
-    for m in 0..TERMS {
+    for (lambda, mean, weight) in modes(s, depth, sound_speed, alpha).take(TERMS) {
+        for (pressure, y) in pressures.iter_mut().zip(elevations) {
+            *pressure += (lambda * (depth - y)).sin() * mean * weight;
+        }
+    }
+    pressures
+}
+
+/// Force over ρa in m² for the acceleration `a e^{st}`: `Σ_m (∫ψ_m)²/(κ_m ∫ψ_m²)`.
+pub fn force(s: Complex64, depth: f64, sound_speed: f64, alpha: f64) -> Complex64 {
+    let modes = modes(s, depth, sound_speed, alpha).take(FORCE_TERMS);
+    modes.map(|(_, mean, weight)| mean * mean * weight).sum()
+}
+
+/// λ_m, `∫ψ_m` and `1/(κ_m ∫ψ_m²)` of all modes.
+fn modes(
+    s: Complex64,
+    depth: f64,
+    sound_speed: f64,
+    alpha: f64,
+) -> impl Iterator<Item = (Complex64, Complex64, Complex64)> {
+    let admittance = (1.0 - alpha) / ((1.0 + alpha) * sound_speed);
+    (0..).map(move |m| {
         let lambda = eigenvalue(m, admittance * s, depth);
         let kappa = (lambda * lambda + (s / sound_speed).powi(2)).sqrt();
         let phase = lambda * depth;
         let mean = (1.0 - phase.cos()) / lambda;
         let norm = depth / 2.0 - (2.0 * phase).sin() / (4.0 * lambda);
-        for (pressure, y) in pressures.iter_mut().zip(elevations) {
-            *pressure += (lambda * (depth - y)).sin() * mean / (kappa * norm);
-        }
-    }
-    pressures
+        (lambda, mean, 1.0 / (kappa * norm))
+    })
 }
 
 /// λ_m by Newton's method, continued from the rigid bed's `(2m + 1)π/2h` to `bed` = q s.

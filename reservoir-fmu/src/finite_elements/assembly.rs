@@ -2,8 +2,8 @@ use super::FarEnd;
 use super::element::{EDGE_MASS, MASS, stiffness};
 use super::matrices::Matrices;
 use super::mesh::TriangleMesh;
-use super::outline::Part;
 use crate::ReservoirParameters;
+use crate::condition::BoundaryCondition;
 
 /// M, C and K of the water.
 pub fn assemble(
@@ -27,10 +27,10 @@ pub fn assemble(
         }
     }
     for edge in &mesh.boundary {
-        let [mass, damping] = match edge.part {
-            Part::Surface if parameters.surface_waves => [1.0 / gravity, 0.0],
-            Part::FarEnd if far_end == FarEnd::Sommerfeld => [0.0, 1.0 / sound_speed],
-            Part::Bed => [0.0, parameters.bed_admittance()],
+        let [mass, damping] = match edge.condition {
+            BoundaryCondition::SurfaceWaves if parameters.surface_waves => [1.0 / gravity, 0.0],
+            BoundaryCondition::Radiation if far_end == FarEnd::Sommerfeld => [0.0, 1.0 / sound_speed],
+            BoundaryCondition::AbsorbingBed => [0.0, parameters.bed_admittance()],
             _ => continue,
         };
         for (i, a) in edge.nodes.into_iter().enumerate() {

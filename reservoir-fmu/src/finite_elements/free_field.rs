@@ -1,8 +1,8 @@
 use super::element::{EDGE_MASS, EDGE_STIFFNESS};
 use super::matrices::Matrices;
 use super::mesh::{BoundaryEdge, TriangleMesh};
-use super::outline::Part;
 use crate::ReservoirParameters;
+use crate::condition::BoundaryCondition;
 
 /// The column of water at the far end, that moves vertically with the ground and knows nothing of the dam.
 ///
@@ -26,7 +26,7 @@ impl FreeField {
     /// The column on the far end's edges; `unknowns` is the unknown of every node of the water.
     pub fn new(parameters: &ReservoirParameters, mesh: &TriangleMesh, unknowns: &[Option<usize>]) -> Self {
         let ReservoirParameters { sound_speed, gravity, surface_waves, .. } = *parameters;
-        let edges: Vec<&BoundaryEdge> = mesh.edges(Part::FarEnd).collect();
+        let edges: Vec<&BoundaryEdge> = mesh.edges(BoundaryCondition::Radiation).collect();
         // From the level down, each node once.
         let mut own = vec![None; mesh.nodes.len()];
         let mut size = 0;

@@ -111,7 +111,7 @@ impl InterfaceLoad {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::finite_elements::outline::Part;
+    use crate::condition::BoundaryCondition;
 
     /// Edges and panels that do not match, a crack between: ∫ v p ds of a quadratic p on each edge against Gauss'
     /// rule on the common division, and p linear along the face comes back as it is.
@@ -124,7 +124,7 @@ mod tests {
             .map(|e| {
                 let (arc, length) = (ends[e], ends[e + 1] - ends[e]);
                 let nodes = [2 * e, 2 * e + 1, 2 * e + 2];
-                BoundaryEdge { nodes, part: Part::Face, arc, length, normal: [1.0, 0.0] }
+                BoundaryEdge { nodes, condition: BoundaryCondition::WetFace, arc, length, normal: [1.0, 0.0] }
             })
             .collect();
         let unknowns: Vec<Option<usize>> = (0..11).map(Some).collect();

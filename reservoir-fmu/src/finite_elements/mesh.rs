@@ -1,4 +1,6 @@
-use super::outline::{Outline, Part, distance};
+use crate::boundary::{BoundaryMesh, Element};
+use crate::condition::BoundaryCondition;
+use crate::outline::Outline;
 use crate::{ReservoirError, ReservoirParameters};
 use spade::{
     AngleLimit, ConstrainedDelaunayTriangulation, Point2, RefinementParameters, RefinementResult,
@@ -17,8 +19,8 @@ const MOST_TRIANGLES: f64 = 4e5;
 pub struct BoundaryEdge {
     /// Node at the start, in the middle, at the end.
     pub nodes: [usize; 3],
-    /// What it lies on.
-    pub part: Part,
+    /// What holds on it.
+    pub condition: BoundaryCondition,
     /// Length of wet face up to its start, m; of use on the face only.
     pub arc: f64,
     /// Length, m.
@@ -40,30 +42,29 @@ pub struct TriangleMesh {
 }
 
 impl TriangleMesh {
-    /// Divides the parameters' water: a Delaunay triangulation of its outline, refined until no angle is
+    /// Divides the parameters' water: a Delaunay triangulation within its boundary elements, refined until no angle is
     /// below 28° (but where the outline has one) and no triangle larger than half the square of the element
     /// size. Towards short boundary elements triangles become small by themselves.
     ///
     /// The same bits every time: nothing is done in parallel, and sets are asked, never walked through.
     ///
-    /// **Errors**: [`ReservoirError::Section`], [`ReservoirError::TooMuch`], [`ReservoirError::Mesh`].
+    /// **Errors**: those of the outline, [`ReservoirError::TooMuch`], [`ReservoirError::Mesh`].
     pub fn new(parameters: &ReservoirParameters) -> Result<Self, ReservoirError> {
         let size = parameters.element_size;
         let largest = parameters.bed_element_size.unwrap_or(size).max(size);
-        let outline = Outline::new(parameters)?;
-        let points: usize = outline.pieces.iter().map(|p| p.points.len()).sum();
-        let expected = 2.0 * (2.0 * outline.area / (largest * largest)) + 8.0 * points as f64;
+        let ring = ring(parameters)?;
+        let expected = 2.0 * (2.0 * area(&ring) / (largest * largest)) + 8.0 * ring.len() as f64;
         if expected > MOST_TRIANGLES {
             let (what, most) = ("finite elements", MOST_TRIANGLES);
             let remedy = "raise `element_size`, or lower `far_end_distance`";
             return Err(ReservoirError::TooMuch { what, value: expected, most, remedy });
         }
-        let refined = refine(&outline, largest, MOST_TRIANGLES as usize)?;
-        Self::quadratic(&outline, &refined)
+        let refined = refine(&ring, largest, MOST_TRIANGLES as usize)?;
+        Self::quadratic(&ring, &refined)
     }
 
     /// Triangles with their middle nodes, and the boundary's edges in order.
-    fn quadratic(outline: &Outline, refined: &Refined) -> Result<Self, ReservoirError> {
+    fn quadratic(ring: &[Element], refined: &Refined) -> Result<Self, ReservoirError> {
         let mut nodes = refined.vertices.clone();
         let mut middles = HashMap::new();
         let mut triangles = Vec::with_capacity(refined.triangles.len());
@@ -83,23 +84,15 @@ impl TriangleMesh {
         let next: HashMap<usize, usize> = outer.map(|&[from, to]| (from, to)).collect();
 
         let mut boundary = Vec::with_capacity(next.len());
-        let mut vertex = 0;
-        for (index, piece) in outline.pieces.iter().enumerate() {
-            let end = outline.pieces.get(index + 1).map_or([0.0, 0.0], |next| next.points[0]);
-            let mut arc = piece.arc;
+        let (mut vertex, mut arc) = (0, 0.0);
+        for &Element { end, condition, .. } in ring {
             while nodes[vertex] != end || vertex == 0 && boundary.is_empty() {
                 let to = *next.get(&vertex).ok_or(ReservoirError::Mesh)?;
                 let middle = *middles.get(&[vertex.min(to), vertex.max(to)]).ok_or(ReservoirError::Mesh)?;
                 let (start, stop) = (nodes[vertex], nodes[to]);
                 let length = distance(start, stop);
                 let normal = [(stop[1] - start[1]) / length, -(stop[0] - start[0]) / length];
-                boundary.push(BoundaryEdge {
-                    nodes: [vertex, middle, to],
-                    part: piece.part,
-                    arc,
-                    length,
-                    normal,
-                });
+                boundary.push(BoundaryEdge { nodes: [vertex, middle, to], condition, arc, length, normal });
                 arc += length;
                 vertex = to;
                 if boundary.len() > next.len() {
@@ -113,22 +106,39 @@ impl TriangleMesh {
         Ok(Self { nodes, triangles, boundary })
     }
 
-    /// The boundary's edges on a part, counterclockwise.
-    pub fn edges(&self, part: Part) -> impl Iterator<Item = &BoundaryEdge> {
-        self.boundary.iter().filter(move |edge| edge.part == part)
+    /// The boundary's edges where `condition` holds, counterclockwise.
+    pub fn edges(&self, condition: BoundaryCondition) -> impl Iterator<Item = &BoundaryEdge> {
+        self.boundary.iter().filter(move |edge| edge.condition == condition)
     }
 }
 
-/// Vertices, the outline's first, and triangles, counterclockwise.
+/// The boundary elements of the water and its surface, counterclockwise from the heel.
+fn ring(parameters: &ReservoirParameters) -> Result<Vec<Element>, ReservoirError> {
+    let closed = ReservoirParameters { surface_waves: true, ..parameters.clone() };
+    let boundary = BoundaryMesh::new(&Outline::new(&closed)?, &closed);
+    let mut ring = boundary.elements().to_vec();
+    ring.rotate_left(boundary.elements_of(BoundaryCondition::WetFace).start);
+    Ok(ring)
+}
+
+/// Area that the elements enclose, m².
+fn area(ring: &[Element]) -> f64 {
+    ring.iter().map(|e| 0.5 * (e.start[0] * e.end[1] - e.start[1] * e.end[0])).sum()
+}
+
+fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+    (b[0] - a[0]).hypot(b[1] - a[1])
+}
+
+/// Vertices, the elements' starts first, and triangles, counterclockwise.
 struct Refined {
     vertices: Vec<[f64; 2]>,
     triangles: Vec<[usize; 3]>,
 }
 
-/// The refined constrained Delaunay triangulation of the outline's inside.
-fn refine(outline: &Outline, size: f64, most: usize) -> Result<Refined, ReservoirError> {
-    let points = outline.pieces.iter().flat_map(|piece| &piece.points);
-    let points: Vec<Point2<f64>> = points.map(|p| Point2::new(p[0], p[1])).collect();
+/// The refined constrained Delaunay triangulation of the ring's inside.
+fn refine(ring: &[Element], size: f64, most: usize) -> Result<Refined, ReservoirError> {
+    let points: Vec<Point2<f64>> = ring.iter().map(|e| Point2::new(e.start[0], e.start[1])).collect();
     let count = points.len();
     let sides = (0..count).map(|i| [i, (i + 1) % count]).collect();
     let mut conflict = false;
@@ -195,16 +205,16 @@ mod tests {
             element_size: 2.0,
             ..ReservoirParameters::before(interface::WetFace::straight([60.0, 20.0], 4).unwrap())
         };
-        let (mesh, outline) = (TriangleMesh::new(&wedge).unwrap(), Outline::new(&wedge).unwrap());
+        let (mesh, exact_area) = (TriangleMesh::new(&wedge)?, area(&ring(&wedge)?));
         let corners = |triangle: &[usize; 6]| [0, 1, 2].map(|i| mesh.nodes[triangle[i]]);
         let area: f64 = mesh.triangles.iter().map(|triangle| stiffness(corners(triangle)).0).sum();
         println!("wedge of 18°: {} triangles", mesh.triangles.len());
-        assert!((area / outline.area - 1.0).abs() < 1e-12 && mesh.triangles.len() < 4000);
+        assert!((area / exact_area - 1.0).abs() < 1e-12 && mesh.triangles.len() < 4000);
         for (size, bed_element_size, corner_element_size) in
             [(8.0, None, None), (3.0, Some(6.0), None), (5.0, None, Some(0.05)), (200.0, None, None)]
         {
             let parameters = ReservoirParameters { bed_element_size, corner_element_size, ..rugged(size) };
-            let (mesh, outline) = (TriangleMesh::new(&parameters)?, Outline::new(&parameters)?);
+            let (mesh, exact_area) = (TriangleMesh::new(&parameters)?, super::area(&ring(&parameters)?));
             let (mut area, mut least): (f64, f64) = (0.0, 180.0);
             for triangle in &mesh.triangles {
                 let corners = [0, 1, 2].map(|i| mesh.nodes[triangle[i]]);
@@ -218,16 +228,16 @@ mod tests {
                     least = least.min(sine.atan2(cosine / (distance(p, q) * distance(p, r))).to_degrees());
                 }
             }
-            let lengths = |part| mesh.edges(part).map(|edge| edge.length);
-            let longest = lengths(Part::Face).fold(0.0, f64::max);
-            let face: f64 = lengths(Part::Face).sum();
+            let lengths = |condition| mesh.edges(condition).map(|edge| edge.length);
+            let longest = lengths(BoundaryCondition::WetFace).fold(0.0, f64::max);
+            let face: f64 = lengths(BoundaryCondition::WetFace).sum();
             let exact: f64 = parameters.wet_face.panels().map(|panel| panel.length).sum();
             println!(
                 "size {size}, corners {corner_element_size:?}: {} triangles, {} nodes, least angle {least:.1}°, longest edge {longest:.2} m",
                 mesh.triangles.len(),
                 mesh.nodes.len()
             );
-            assert!((area / outline.area - 1.0).abs() < 1e-12 && (face / exact - 1.0).abs() < 1e-12);
+            assert!((area / exact_area - 1.0).abs() < 1e-12 && (face / exact - 1.0).abs() < 1e-12);
             assert!(least > 27.9 && longest <= size * (1.0 + 1e-9));
             let closed: f64 = mesh.boundary.iter().map(|e| e.length * e.normal[0]).sum();
             assert!(closed.abs() < 1e-11 && mesh.boundary[0].nodes[0] == 0);

@@ -70,10 +70,10 @@ mod free_field;
 mod interface_load;
 mod matrices;
 mod mesh;
-mod outline;
 mod stepped;
 mod time_step;
 
+use crate::condition::BoundaryCondition;
 use crate::{ReservoirError, ReservoirParameters};
 use assembly::assemble;
 use element::EDGE_MEAN;
@@ -84,7 +84,6 @@ use matrices::Matrices;
 use mesh::TriangleMesh;
 use nalgebra::DMatrix;
 use num_complex::Complex64;
-use outline::Part;
 pub(crate) use stepped::Field;
 pub use time_step::Prepared;
 use time_step::TimeStep;
@@ -122,7 +121,7 @@ pub struct FiniteElements {
 impl FiniteElements {
     /// Triangulates the parameters' water, assembles, and factors for their communication step.
     ///
-    /// **Errors**: parameters out of range, [`ReservoirError::Section`], [`ReservoirError::TooMuch`],
+    /// **Errors**: parameters out of range, [`ReservoirError::TooMuch`],
     /// [`ReservoirError::Mesh`], [`ReservoirError::FiniteElementSystem`].
     pub fn new(parameters: &ReservoirParameters) -> Result<Self, ReservoirError> {
         Self::with_far_end(parameters, FarEnd::Sommerfeld)
@@ -144,7 +143,9 @@ impl FiniteElements {
         let mesh = TriangleMesh::new(parameters)?;
         let mut unknowns = vec![Some(0); mesh.nodes.len()];
         if !parameters.surface_waves {
-            mesh.edges(Part::Surface).flat_map(|e| e.nodes).for_each(|node| unknowns[node] = None);
+            mesh.edges(BoundaryCondition::SurfaceWaves)
+                .flat_map(|e| e.nodes)
+                .for_each(|node| unknowns[node] = None);
         }
         let mut count = 0;
         for unknown in unknowns.iter_mut().flatten() {
@@ -159,9 +160,10 @@ impl FiniteElements {
             return Err(ReservoirError::TooMuch { what, value: entries, most: MOST_ENTRIES, remedy });
         }
         let matrices = assemble(parameters, &mesh, &unknowns, count, far_end);
-        let load = InterfaceLoad::new(&parameters.wet_face, mesh.edges(Part::Face), &unknowns);
+        let load =
+            InterfaceLoad::new(&parameters.wet_face, mesh.edges(BoundaryCondition::WetFace), &unknowns);
         let mut ground = [vec![0.0; count], vec![0.0; count]];
-        for edge in mesh.edges(Part::Bed) {
+        for edge in mesh.edges(BoundaryCondition::AbsorbingBed) {
             for (node, mean) in edge.nodes.into_iter().zip(EDGE_MEAN) {
                 for (load, n) in ground.iter_mut().zip(edge.normal) {
                     unknowns[node].iter().for_each(|&unknown| load[unknown] += mean * edge.length * n);
@@ -337,7 +339,7 @@ mod tests {
             face.panels().for_each(|panel| velocity[panel.start..panel.start + 2].fill(panel.normal[1]));
             water.load.add(density, &velocity, &mut residual);
             residual.iter_mut().zip(&water.ground[1]).for_each(|(r, l)| *r += density * l);
-            for edge in water.mesh.edges(Part::Surface) {
+            for edge in water.mesh.edges(BoundaryCondition::SurfaceWaves) {
                 for (node, mean) in edge.nodes.into_iter().zip(EDGE_MEAN) {
                     water.unknowns[node].iter().for_each(|&u| residual[u] += density * edge.length * mean);
                 }

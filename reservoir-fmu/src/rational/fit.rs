@@ -1,17 +1,12 @@
-use super::loewner::{Loewner, Sample, uniform};
+use super::loewner::{Loewner, Sample};
 use super::partial_fractions::PartialFractions;
-use faer::Mat;
-use faer::linalg::solvers::Solve;
+use super::residues::Residues;
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
 /// Directions in which a sample is matched.
 const DIRECTIONS: usize = 3;
-/// Directions in which residues are fitted to a sample.
-const RESIDUE_DIRECTIONS: usize = 6;
-/// Ridge of the residues' normal equations, over their largest diagonal.
-const RIDGE: f64 = 1e-14;
 /// Share of the frequencies that the error is taken over; the rest keeps their end away.
 const TRUSTED: f64 = 0.85;
 /// Samples beyond the largest frequency.
@@ -19,7 +14,7 @@ const BEYOND: i32 = 30;
 /// Times that samples are added.
 const ROUNDS: usize = 3;
 /// Shares of the largest singular value that are tried as the least one kept.
-const THRESHOLDS: [f64; 4] = [1e-5, 1e-6, 1e-7, 1e-8];
+const THRESHOLDS: [f64; 3] = [1e-6, 1e-7, 1e-8];
 
 /// A rational function, and how far it is from what it was made from.
 #[derive(Clone, Debug)]
@@ -37,15 +32,14 @@ pub(crate) struct Fit {
 ///
 /// The function is matched at the frequencies and checked half way between them; where it is further off than
 /// `tolerance`, the checks become samples and new ones are put beside them. The fit is of `symbol` as a
-/// function of iω. The closest one is returned when the rounds are over. At infinity it takes its value at the real s that is
-/// `infinite` times the highest frequency; beyond the frequencies it is held off the axis with `held_weight`.
+/// function of iω. The closest one is made passive and returned. At infinity it takes its value at the real s that is
+/// `infinite` times the highest frequency; beyond the frequencies it is held off the axis.
 pub(crate) fn fit<E: Send>(
     symbol: impl Fn(Complex64) -> Result<DMatrix<Complex64>, E> + Sync,
     damping: f64,
     frequencies: &[f64],
     tolerance: f64,
     infinite: f64,
-    held_weight: f64,
 ) -> Result<Option<Fit>, E> {
     let largest = frequencies.last().copied().unwrap_or(1.0);
     // High up, a real function's own value: what is left vanishes.
@@ -66,29 +60,26 @@ pub(crate) fn fit<E: Send>(
     let held = at(&(0..BEYOND).map(beyond).collect::<Vec<_>>())?;
     let mut samples = sampled(frequencies)?;
     let mut checks = sampled(&middles(frequencies))?;
-    let mut best: Option<Fit> = None;
+    let mut best: Option<(PartialFractions, Residues, f64)> = None;
     for round in 1..=ROUNDS {
-        let Some(loewner) = Loewner::new(&samples, DIRECTIONS) else { return Ok(best) };
+        let Some(loewner) = Loewner::new(&samples, DIRECTIONS) else { break };
         let mut errors = Vec::new();
         let mut closest = f64::INFINITY;
         for order in loewner.orders(&THRESHOLDS) {
             let Some(mut fractions) = loewner.truncated(order) else { continue };
             // A pole that nothing was matched beside could be anything.
             for pole in &mut fractions.poles {
-                pole.re = pole.re.min(-0.3 * (pole.im - 1.05 * largest));
+                pole.re = pole.re.min(-0.1 * (pole.im - largest));
             }
-            refit(&mut fractions, &samples, (&held, held_weight), &direct);
-            let found: Vec<f64> = checks
-                .par_iter()
-                .map(|check| difference(&fractions, check, &direct, TRUSTED * largest))
-                .collect();
+            fractions.direct = direct.clone();
+            let Some(residues) = Residues::fitted(&mut fractions, &samples, &held) else { continue };
+            let found: Vec<f64> =
+                checks.par_iter().map(|check| difference(&fractions, check, TRUSTED * largest)).collect();
             let error = found.iter().copied().fold(0.0, f64::max);
             if error < closest {
                 (closest, errors) = (error, found);
-                if best.as_ref().is_none_or(|fit| error < fit.error) {
-                    fractions.direct = direct.clone();
-                    let solved = samples.len() + checks.len() + 1;
-                    best = Some(Fit { fractions, error, solved, frequencies: Vec::new() });
+                if best.as_ref().is_none_or(|(_, _, least)| error < *least) {
+                    best = Some((fractions, residues, error));
                 }
             }
             if error <= tolerance {
@@ -109,67 +100,15 @@ pub(crate) fn fit<E: Send>(
         samples.extend(added);
         samples.sort_by(|a, b| a.s.im.total_cmp(&b.s.im));
     }
-    if let Some(fit) = &mut best {
-        fit.frequencies = samples.iter().chain(&checks).map(|sample| sample.s.im).collect();
-        fit.frequencies.sort_by(f64::total_cmp);
-    }
-    Ok(best)
-}
-
-/// Finds the residues' output directions anew, by least squares of the relative error at the samples.
-fn refit(
-    fractions: &mut PartialFractions,
-    samples: &[Sample],
-    (held, held_weight): (&[Sample], f64),
-    direct: &DMatrix<f64>,
-) {
-    let (order, inputs) = (fractions.poles.len(), fractions.inputs.nrows());
-    let mut random = 3;
-    let equations = (samples.len() + held.len()) * RESIDUE_DIRECTIONS * 2;
-    let (mut regressors, mut wanted) =
-        (Mat::zeros(2 * order, equations), Mat::zeros(equations, direct.nrows()));
-    let mut equation = 0;
-    for Sample { s, value } in samples.iter().chain(held) {
-        let weight = if s.re > 0.0 { held_weight } else { 1.0 } / whole(value, direct).norm();
-        for _ in 0..RESIDUE_DIRECTIONS {
-            let direction: Vec<f64> = (0..inputs).map(|_| uniform(&mut random)).collect();
-            for (k, &pole) in fractions.poles.iter().enumerate() {
-                let b: Complex64 =
-                    direction.iter().enumerate().map(|(j, d)| fractions.inputs[(j, k)] * d).sum();
-                let mirrored = if pole.im > 0.0 { b.conj() / (s - pole.conj()) } else { Complex64::ZERO };
-                let (own, i) = (b / (s - pole), Complex64::I);
-                // Factors of Re c and Im c; a real pole's Im c has none.
-                let pair =
-                    [own + mirrored, if pole.im > 0.0 { i * (own - mirrored) } else { Complex64::ZERO }];
-                for (part, factor) in pair.into_iter().enumerate() {
-                    regressors[(2 * k + part, equation)] = weight * factor.re;
-                    regressors[(2 * k + part, equation + 1)] = weight * factor.im;
-                }
-            }
-            for i in 0..direct.nrows() {
-                let image: Complex64 = direction.iter().enumerate().map(|(j, d)| value[(i, j)] * d).sum();
-                wanted[(equation, i)] = weight * image.re;
-                wanted[(equation + 1, i)] = weight * image.im;
-            }
-            equation += 2;
-        }
-    }
-    // Columns of equal norm, so that the ridge means the same to all.
-    let norms: Vec<f64> =
-        (0..2 * order).map(|k| regressors.row(k).norm_l2().max(f64::MIN_POSITIVE)).collect();
-    let scaled = Mat::from_fn(2 * order, equations, |k, e| regressors[(k, e)] / norms[k]);
-    let mut normal = &scaled * scaled.transpose();
-    for k in 0..2 * order {
-        normal[(k, k)] += RIDGE * equations as f64;
-        if norms[k] == f64::MIN_POSITIVE {
-            normal[(k, k)] = 1.0;
-        }
-    }
-    let Ok(factor) = normal.llt(faer::Side::Lower) else { return };
-    let found = factor.solve(&scaled * wanted);
-    fractions.outputs = DMatrix::from_fn(direct.nrows(), order, |i, k| {
-        Complex64::new(found[(2 * k, i)] / norms[2 * k], found[(2 * k + 1, i)] / norms[2 * k + 1])
-    });
+    let Some((fractions, residues, _)) = best else { return Ok(None) };
+    samples.extend(checks);
+    let mut frequencies: Vec<f64> = samples.iter().map(|sample| sample.s.im).collect();
+    frequencies.sort_by(f64::total_cmp);
+    let fractions = residues.made_passive(&fractions, &frequencies);
+    let difference = |sample| difference(&fractions, sample, TRUSTED * largest);
+    let error = samples.par_iter().map(difference).reduce(|| 0.0, f64::max);
+    let solved = samples.len() + held.len() + 1;
+    Ok(Some(Fit { fractions, error, solved, frequencies }))
 }
 
 fn middles(frequencies: &[f64]) -> Vec<f64> {
@@ -184,14 +123,10 @@ fn middles_beside(omega: f64, known: &[f64]) -> impl Iterator<Item = f64> {
 }
 
 /// `‖G̃ − G‖/‖G‖` at a check, 0 above `trusted`.
-fn difference(fractions: &PartialFractions, check: &Sample, direct: &DMatrix<f64>, trusted: f64) -> f64 {
-    if check.s.im > trusted {
+fn difference(fractions: &PartialFractions, Sample { s, value }: &Sample, trusted: f64) -> f64 {
+    if s.im > trusted {
         return 0.0;
     }
-    (fractions.evaluate(check.s) - &check.value).norm() / whole(&check.value, direct).norm()
-}
-
-/// A value with the part at infinity.
-fn whole(value: &DMatrix<Complex64>, direct: &DMatrix<f64>) -> DMatrix<Complex64> {
-    value.zip_map(direct, |g, d| g + d)
+    let whole = value.zip_map(&fractions.direct, |g, d| g + d);
+    (fractions.evaluate(*s) - &whole).norm() / whole.norm()
 }

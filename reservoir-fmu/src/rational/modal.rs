@@ -10,10 +10,13 @@
 //! the branch cuts to the left of them, their residues follow from linear least squares of the relative error.
 
 use super::Quality;
+use super::advance::LANES;
 use super::coordinates::Coordinates;
+use super::panels::Panels;
 use super::partial_fractions::PartialFractions;
 use super::passivity::{Loss, violations};
-use super::recursion::{Ports, Recursion};
+use super::ports::{Group, Outputs, Ports, parts};
+use super::recursion::Recursion;
 use crate::ReservoirParameters;
 use crate::quadrature::gauss_legendre;
 use faer::Mat;
@@ -55,36 +58,33 @@ pub(super) fn recursion(parameters: &ReservoirParameters, coordinates: &Coordina
     let shapes = integrals * coordinates.of_integrals().transpose();
     let rest = DMatrix::identity(points, points) - shapes.transpose() * &shapes;
     let (left, right) = coordinates.restoring();
-    // Channels: the modes, what they leave over, the modes driven by the bed.
-    let mut project = DMatrix::zeros(2 * modes + points, points + 2);
-    project.rows_mut(0, modes).columns_mut(0, points).copy_from(&shapes);
-    project.rows_mut(modes, points).columns_mut(0, points).fill_with_identity();
-    for m in 0..modes {
-        // B a = −s b over −ρc, b = φ_m(0): −c s b/(s² + λ²c²)
-        project[(modes + points + m, points + 1)] = -c * (2.0 / depth).sqrt() * coordinates.ground_scale();
-    }
-    let mut spread = DMatrix::zeros(points, 2 * modes + points);
-    spread.columns_mut(0, modes).copy_from(&shapes.transpose());
-    spread.columns_mut(modes, points).copy_from(&rest);
-    spread.columns_mut(modes + points, modes).copy_from(&shapes.transpose());
-    let (mut all, mut channels, mut weights) = (Vec::new(), Vec::new(), Vec::new());
-    for m in 0..modes {
-        let scale = wavenumber(m) * c;
-        for (pole, residue) in poles.iter().zip(&residues) {
-            all.push(pole * scale);
-            channels.push(m);
-            weights.push(2.0 * residue * pole * scale);
+    // Velocities of the modes, of the points, of the modes by the bed, and none, for Im b; pressures of the modes, and of
+    // what they leave over. Beyond the modes, up to whole blocks, nothing is driven.
+    let (of_face, width) = (right.view((0, 0), (points, points)), modes.next_multiple_of(LANES));
+    let mut project = DMatrix::zeros(4 * width, points + 2);
+    project.view_mut((0, 0), (modes, points)).copy_from(&(&shapes * of_face));
+    project.view_mut((width, 0), (points, points)).fill_with_identity();
+    // B a = −s b over −ρc, b = φ_m(0): −c s b/(s² + λ²c²)
+    let lifted = -c * (2.0 / depth).sqrt() * coordinates.ground_scale() * right[(points + 1, points + 1)];
+    project.view_mut((2 * width, points + 1), (modes, 1)).fill(lifted);
+    let mut spread = DMatrix::zeros(points, 2 * width);
+    spread.columns_mut(0, modes).copy_from(&(&left * shapes.transpose()));
+    spread.columns_mut(width, points).copy_from(&(&left * &rest * of_face));
+    let (mut all, mut weights, mut groups, mut channels) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let mut group = |driven: usize, channel: usize, pole: &dyn Fn(usize) -> [Complex64; 2]| {
+        groups.push(Group { first: all.len(), length: width, driven: [driven, 3 * width] });
+        channels.push(channel);
+        for [pole, residue] in (0..width).map(pole) {
+            all.push(pole);
+            weights.push(residue);
         }
-        all.push(Complex64::new(-DECAY, 1.0) * scale);
-        channels.push(modes + points + m);
-        weights.push(Complex64::ONE);
+    };
+    for (pole, residue) in poles.iter().zip(&residues) {
+        group(0, 0, &|m| [pole * wavenumber(m) * c, 2.0 * residue * pole * wavenumber(m) * c]);
     }
-    let next = wavenumber(modes) * c;
-    for i in 0..points {
-        all.push(Complex64::from(-next));
-        channels.push(modes + i);
-        weights.push(Complex64::from(-next));
-    }
+    let next = Complex64::from(-wavenumber(modes) * c);
+    group(width, width, &|_| [next, next]);
+    group(2 * width, 0, &|m| [Complex64::new(-DECAY, 1.0) * wavenumber(m) * c, Complex64::ONE]);
     let infinite: f64 = residues.iter().map(|residue| 2.0 * residue.re).sum();
     let mut direct = DMatrix::zeros(points, points + 2);
     direct.columns_mut(0, points).copy_from(&(shapes.transpose() * &shapes * infinite + &rest));
@@ -92,8 +92,15 @@ pub(super) fn recursion(parameters: &ReservoirParameters, coordinates: &Coordina
         direct[(i, i)] += loss.everywhere;
     }
     let states = 2 * modes * (PAIRS + 1) + points;
-    let ports =
-        Ports::Channels { project: project * &right, channels, residues: weights, spread: &left * spread };
+    let ports = Ports {
+        groups,
+        inputs: Panels::of(&project),
+        outputs: Outputs::Channels {
+            channels,
+            residues: parts(weights.into_iter()),
+            spread: Panels::of(&spread),
+        },
+    };
     let recursion = Recursion::new(all, ports, left * direct * right, parameters.communication_step);
     (recursion, Quality { states, error, solved: 0, loss })
 }
@@ -154,7 +161,7 @@ fn shared() -> Shared {
         (fractions.evaluate(sigma)[(0, 0)] / exact(sigma) - 1.0).norm()
     };
     let error = checks.iter().map(difference).fold(0.0, f64::max);
-    let loss = Loss::against(&violations(&fractions, &checks), f64::INFINITY);
+    let loss = Loss::against(&violations(&fractions, &checks, 0.0), f64::INFINITY);
     Shared { poles, residues, error, loss }
 }
 

@@ -21,12 +21,22 @@ const MARGIN: f64 = 1.2;
 /// Frequencies beyond the largest given one, in decades and a decade.
 const BEYOND: (i32, i32) = (4, 10);
 
-/// Where a rational impedance can give energy: every ω looked at (rad/s) with its `−λ_min` of the Hermitian part of
-/// the leading square block of `G(iω)`, if that is positive.
+/// A frequency at which a rational impedance can give energy.
+#[derive(Clone, Debug)]
+pub(crate) struct Violation {
+    /// ω, rad/s.
+    pub omega: f64,
+    /// −λ_min of the Hermitian part of the leading square block of G(iω), positive.
+    pub most: f64,
+    /// Its eigenvectors of negative λ.
+    pub directions: Vec<Vec<Complex64>>,
+}
+
+/// Where a rational impedance can give energy.
 ///
 /// Looked for at `frequencies` (rad/s, ascending) and between them, above the largest for four decades, and at every
 /// pole and on its flanks.
-pub(crate) fn violations(fractions: &PartialFractions, frequencies: &[f64]) -> Vec<[f64; 2]> {
+pub(crate) fn violations(fractions: &PartialFractions, frequencies: &[f64], allowed: f64) -> Vec<Violation> {
     let largest = frequencies.last().copied().unwrap_or(1.0);
     let mut grid: Vec<f64> = frequencies.to_vec();
     grid.extend(
@@ -41,8 +51,8 @@ pub(crate) fn violations(fractions: &PartialFractions, frequencies: &[f64]) -> V
             .flat_map(|pole| [-1.0, 0.0, 1.0].map(|t| pole.im + t * pole.re)),
     );
     grid.push(0.0);
-    let found = grid.par_iter().map(|&omega| [omega, negative_part(fractions, omega)]);
-    found.filter(|[_, most]| *most > 0.0).collect()
+    grid.sort_by(f64::total_cmp);
+    grid.par_iter().filter_map(|&omega| violation(fractions, omega, allowed)).collect()
 }
 
 /// The least loss, `δ₀ + δ₁ s/(s + ω_c)` on the diagonal of the leading square block, that makes a rational impedance
@@ -59,13 +69,13 @@ pub(crate) struct Loss {
 
 impl Loss {
     /// The loss that outweighs `violations`.
-    pub fn against(violations: &[[f64; 2]], corner: f64) -> Self {
-        let below = violations.iter().filter(|[omega, _]| *omega < corner);
-        let everywhere = MARGIN * below.fold(0.0, |most, [_, value]| f64::max(most, *value));
+    pub fn against(violations: &[Violation], corner: f64) -> Self {
+        let below = violations.iter().filter(|found| found.omega < corner);
+        let everywhere = MARGIN * below.fold(0.0, |most, found| f64::max(most, found.most));
         let above = violations
             .iter()
-            .filter(|[omega, _]| *omega >= corner)
-            .map(|[omega, value]| (MARGIN * value - everywhere) * (1.0 + (corner / omega).powi(2)));
+            .filter(|found| found.omega >= corner)
+            .map(|found| (MARGIN * found.most - everywhere) * (1.0 + (corner / found.omega).powi(2)));
         Self { everywhere, above_corner: above.fold(0.0, f64::max) }
     }
 
@@ -90,19 +100,25 @@ impl Loss {
     }
 }
 
-/// `max(0, −λ_min)` of the Hermitian part of the leading square block at iω.
-fn negative_part(fractions: &PartialFractions, omega: f64) -> f64 {
+/// What is negative at iω; without a direction where the eigenvalues do not converge.
+fn violation(fractions: &PartialFractions, omega: f64, allowed: f64) -> Option<Violation> {
     let value = fractions.evaluate(Complex64::new(0.0, omega));
     let size = value.nrows();
-    let block = value.columns(0, size);
-    let hermitian = Mat::from_fn(size, size, |i, j| 0.5 * (block[(i, j)] + block[(j, i)].conj()));
+    let hermitian = Mat::from_fn(size, size, |i, j| {
+        0.5 * (value[(i, j)] + value[(j, i)].conj())
+            + if i == j { Complex64::from(allowed) } else { Complex64::ZERO }
+    });
     // A positive definite one, which most are, is told faster.
     if hermitian.llt(Side::Lower).is_ok() {
-        return 0.0;
+        return None;
     }
-    let least =
-        hermitian.self_adjoint_eigenvalues(Side::Lower).ok().and_then(|values| values.first().copied());
-    least.map_or(f64::INFINITY, |value| f64::max(0.0, -value))
+    let Ok(eigen) = hermitian.self_adjoint_eigen(Side::Lower) else {
+        return Some(Violation { omega, most: f64::INFINITY, directions: Vec::new() });
+    };
+    let negative: Vec<usize> = (0..size).filter(|&k| eigen.S()[k].re < 0.0).collect();
+    let directions = negative.iter().map(|&k| (0..size).map(|i| eigen.U()[(i, k)]).collect()).collect();
+    let most = allowed + negative.iter().map(|&k| -eigen.S()[k].re).fold(0.0, f64::max);
+    (!negative.is_empty()).then_some(Violation { omega, most, directions })
 }
 
 #[cfg(test)]
@@ -121,12 +137,12 @@ mod tests {
         };
         // At the pole G = 1 + residue/0.1 (1 + 1/(1 + (140 i))…): about 1 + 10 residue.
         let grid = [1.0, 2.0, 30.0];
-        assert!(violations(&fractions(0.1), &grid).is_empty());
-        assert!(violations(&fractions(-0.09), &grid).is_empty());
-        let found = violations(&fractions(-0.11), &grid);
-        let worst = found.iter().fold([0.0; 2], |worst, next| if next[1] > worst[1] { *next } else { worst });
+        assert!(violations(&fractions(0.1), &grid, 0.0).is_empty());
+        assert!(violations(&fractions(-0.09), &grid, 0.0).is_empty());
+        let found = violations(&fractions(-0.11), &grid, 0.0);
+        let worst = found.iter().max_by(|a, b| a.most.total_cmp(&b.most)).unwrap();
         println!("a resonance that gives energy: {worst:?}");
-        assert!((worst[1] - 0.1).abs() < 0.01 && (worst[0] - 7.0).abs() < 0.1);
+        assert!((worst.most - 0.1).abs() < 0.01 && (worst.omega - 7.0).abs() < 0.1);
     }
 
     #[test]
@@ -139,10 +155,10 @@ mod tests {
                 direct: DMatrix::identity(1, 1),
             };
             let grid = [1.0, 2.0, 30.0];
-            let loss = Loss::against(&violations(&fractions, &grid), corner);
+            let loss = Loss::against(&violations(&fractions, &grid, 0.0), corner);
             assert!(if corner < 7.0 { loss.everywhere == 0.0 } else { loss.above_corner == 0.0 });
             loss.added_to(&mut fractions, corner);
-            assert!(violations(&fractions, &grid).is_empty());
+            assert!(violations(&fractions, &grid, 0.0).is_empty());
         }
     }
 }

@@ -1,7 +1,7 @@
 //! A reservoir of rectangular section, and a run of it under a given base motion.
 #![allow(dead_code)] // every test file uses its part
 
-use interface::variables::reservoir::{BASE_PRESSURE, INTERFACE_ACCELERATION};
+use interface::variables::reservoir::{BASE_PRESSURE, INTERFACE_ACCELERATION, TOTAL_FORCE};
 use interface::{CoSimulation, WetFace};
 use nalgebra::{DMatrix, DVector};
 use reservoir::{Complex64, Reservoir, ReservoirError, ReservoirParameters};
@@ -84,6 +84,14 @@ pub fn base_pressures(
     parameters: ReservoirParameters,
     velocity: impl Fn(f64) -> f64,
 ) -> Result<Vec<(f64, f64)>, ReservoirError> {
+    Ok(stepped(parameters, velocity)?.into_iter().map(|(time, [base, _])| (time, base)).collect())
+}
+
+/// The same, and the force (N/m) beside it.
+pub fn stepped(
+    parameters: ReservoirParameters,
+    velocity: impl Fn(f64) -> f64,
+) -> Result<Vec<(f64, [f64; 2])>, ReservoirError> {
     let (h, steps) =
         (parameters.communication_step, (parameters.horizon / parameters.communication_step).round());
     let points = parameters.wet_face.len();
@@ -95,9 +103,11 @@ pub fn base_pressures(
         let acceleration = -(velocity(end) - velocity(start)) / h;
         unit.set(INTERFACE_ACCELERATION.value_reference, &vec![acceleration; points])?;
         unit.step(start, h)?;
-        let mut pressure = [0.0];
-        unit.get(BASE_PRESSURE.value_reference, &mut pressure)?;
-        result.push((end, pressure[0]));
+        let number = |variable: interface::Variable| {
+            let mut value = [0.0];
+            unit.get(variable.value_reference, &mut value).map(|()| value[0])
+        };
+        result.push((end, [number(BASE_PRESSURE)?, number(TOTAL_FORCE)?]));
     }
     Ok(result)
 }

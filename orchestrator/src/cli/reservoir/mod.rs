@@ -6,6 +6,7 @@ mod figure;
 mod grid;
 mod impulse;
 mod points;
+mod record;
 mod response;
 mod vtu;
 
@@ -13,12 +14,14 @@ use super::{check, complain, say};
 use crate::registry::{self, RegistryError};
 use clap::ValueEnum;
 use miette::Diagnostic;
-use orchestrator::scene::{LoadedScene, SceneError};
+use orchestrator::scene::{GroundMotion, LoadedScene, SceneError};
 use reservoir::{Complex64, ReservoirError, ReservoirParameters};
 use std::error::Error;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+
+pub use exact::Exact;
 
 /// What can be asked of the water.
 #[derive(clap::Subcommand)]
@@ -29,6 +32,9 @@ pub enum Command {
     /// Pressure and force over time after an impulse of a rigid dam's acceleration, and after a ramp
     #[command(after_long_help = impulse::HELP)]
     Impulse(impulse::Arguments),
+    /// Pressure and force over time on a rigid dam under the scene's ground motion
+    #[command(after_long_help = record::HELP)]
+    Record(record::Arguments),
     /// Pressure in the water at one frequency, as VTU for ParaView
     #[command(after_long_help = field::HELP)]
     Field(field::Arguments),
@@ -57,7 +63,7 @@ struct Common {
 
 /// How the rigid dam moves, and with it the ground.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Motion {
+pub enum Motion {
     /// Downstream, as one with the ground
     Horizontal,
     /// Up, as one with the bed
@@ -92,6 +98,7 @@ pub fn run(command: &Command) -> ExitCode {
     let done = match command {
         Command::Response(arguments) => response::run(arguments),
         Command::Impulse(arguments) => impulse::run(arguments),
+        Command::Record(arguments) => record::run(arguments),
         Command::Field(arguments) => field::run(arguments),
     };
     match done {
@@ -112,6 +119,9 @@ pub fn run(command: &Command) -> ExitCode {
 struct Water {
     title: String,
     parameters: ReservoirParameters,
+    ground_motion: GroundMotion,
+    /// Communication steps of the simulated time.
+    steps: u64,
 }
 
 impl Common {
@@ -127,10 +137,10 @@ impl Common {
         }
         let loaded = LoadedScene::read(&self.scene, &self.set)?;
         check::warn(&loaded.warnings);
-        let face = registry::reservoir_face(&loaded.scene)?;
-        let parameters = registry::reservoir_parameters(&loaded.scene, face)?;
+        let parameters = registry::water_parameters(&loaded.scene)?;
         parameters.validate()?;
-        Ok(Water { title: loaded.scene.title, parameters })
+        let (steps, ground_motion) = (loaded.scene.steps(), loaded.ground_motion);
+        Ok(Water { title: loaded.scene.title, parameters, ground_motion, steps })
     }
 
     fn threads(&self) -> NonZeroUsize {

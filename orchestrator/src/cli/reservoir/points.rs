@@ -41,6 +41,11 @@ impl Shown {
         pressure[self.start] * (1.0 - self.share) + pressure[self.start + 1] * self.share
     }
 
+    /// The same of a pressure in time.
+    pub fn of_real(&self, pressure: &[f64]) -> f64 {
+        pressure[self.start] * (1.0 - self.share) + pressure[self.start + 1] * self.share
+    }
+
     /// Elevation without the digits that nobody reads, as columns and legends have it.
     pub fn label(&self) -> String {
         format!("{} m", (self.elevation * 1e6).round() / 1e6)
@@ -51,9 +56,19 @@ impl Shown {
 pub fn force(face: &WetFace, pressure: &[Complex64]) -> Complex64 {
     let part = |part: fn(&Complex64) -> f64| -> f64 {
         let pressure: Vec<f64> = pressure.iter().map(part).collect();
-        face.nodal_forces(&pressure).iter().map(|force| force[0]).sum()
+        force_and_moment(face, &pressure)[0]
     };
     Complex64::new(part(|p| p.re), part(|p| p.im))
+}
+
+/// Force along x (N/m) and moment about the heel, positive turning the dam downstream (N·m/m), of a pressure (Pa)
+/// that is linear along the panels.
+pub fn force_and_moment(face: &WetFace, pressure: &[f64]) -> [f64; 2] {
+    let forces = face.nodal_forces(pressure);
+    forces
+        .iter()
+        .zip(face.points())
+        .fold([0.0; 2], |[force, moment], (f, p)| [force + f[0], moment + f[0] * p[1] - f[1] * p[0]])
 }
 
 #[cfg(test)]

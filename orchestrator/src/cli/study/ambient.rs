@@ -1,6 +1,6 @@
 //! `cofferdam study ambient`.
 
-use super::{Arguments, StudyError, figure, quoted, run_scene};
+use super::{Arguments, StudyError, figure, quoted, run_scene, unfit};
 use crate::cli::table::Table;
 use crate::cli::{say, threads};
 use orchestrator::scene::{GroundMotion, OnFailure};
@@ -46,7 +46,7 @@ fn ambient(duration: f64) -> GroundMotion {
 pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     let loaded = arguments.load()?;
     if loaded.scene.dam.is_none() {
-        return Err(StudyError::Unfit { what: "the study needs a dam that is computed" });
+        return Err(unfit("the study needs a dam that is computed"));
     }
     let (duration, rows) = if arguments.coarse { (20.0, 4) } else { (600.0, 10) };
     let mut scene = loaded.scene.clone();

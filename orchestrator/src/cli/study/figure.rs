@@ -1,7 +1,9 @@
 //! Pictures of studies, as SVG.
 
+use super::resolution::{Point, SHAPES, name as shape};
 use super::stability::{Case, Grid, Verdict, name, water};
 use super::tolerance::Series;
+use super::windows;
 use super::{Outcome, StudyError};
 use crate::cli::picture::{self, BLUE, Drawing, FONT, GREEN, ORANGE};
 use plotters::prelude::*;
@@ -169,6 +171,120 @@ pub fn ambient(outcome: &Outcome, stored: &[f64]) -> Result<String, StudyError> 
             let shown = line.into_iter().map(|(t, e)| (t, e.max(most * 1e-9)));
             chart
                 .draw_series(LineSeries::new(shown, color.stroke_width(1)))?
+                .label(label)
+                .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], color.stroke_width(2)));
+        }
+        chart.configure_series_labels().background_style(WHITE.mix(0.8)).border_style(BLACK).draw()?;
+        Ok(())
+    })
+}
+
+/// A water: seconds for its set-up and all of its steps, and its error.
+pub struct Priced {
+    pub name: String,
+    pub cost: f64,
+    pub error: f64,
+}
+
+/// Waters by cost and error.
+pub fn fidelity(points: &[Priced]) -> Result<String, StudyError> {
+    let (across, up) = (decades(points.iter().map(|p| p.cost)), decades(points.iter().map(|p| p.error)));
+    svg((900, 520), |area| {
+        let mut chart = ChartBuilder::on(area)
+            .caption("What the water costs and how far it is off the best", (FONT, 16))
+            .margin(12)
+            .margin_right(160)
+            .x_label_area_size(40)
+            .y_label_area_size(70)
+            .build_cartesian_2d(across.log_scale(), up.log_scale())?;
+        chart
+            .configure_mesh()
+            .x_desc("reservoir's set-up and all of its steps, s")
+            .y_desc("crest displacement, relative L2")
+            .x_label_formatter(&|x| format!("{x:.0e}"))
+            .y_label_formatter(&|y| format!("{y:.0e}"))
+            .draw()?;
+        chart.draw_series(points.iter().map(|p| Circle::new((p.cost, p.error), 4, BLUE.filled())))?;
+        chart.draw_series(
+            points.iter().map(|p| {
+                EmptyElement::at((p.cost, p.error)) + Text::new(p.name.clone(), (7, -6), (FONT, 12))
+            }),
+        )?;
+        Ok(())
+    })
+}
+
+/// Errors over the number of elements, a line for each wavenumber and shape.
+pub fn resolution(points: &[Point]) -> Result<String, StudyError> {
+    let mut wavenumbers: Vec<f64> = points.iter().map(|p| p.wavenumber).collect();
+    wavenumbers.sort_by(f64::total_cmp);
+    wavenumbers.dedup();
+    let across = decades(points.iter().map(|p| p.elements as f64));
+    let up = decades(points.iter().map(|p| p.error));
+    svg((860, 520), |area| {
+        let mut chart = ChartBuilder::on(area)
+            .caption("Nodal forces on the face against the closed form", (FONT, 16))
+            .margin(12)
+            .x_label_area_size(40)
+            .y_label_area_size(70)
+            .build_cartesian_2d(across.log_scale(), up.log_scale())?;
+        chart
+            .configure_mesh()
+            .x_desc("elements on the face")
+            .y_desc("relative error")
+            .y_label_formatter(&|y| format!("{y:.0e}"))
+            .draw()?;
+        for (order, width) in SHAPES.into_iter().zip(1..) {
+            for (index, wavenumber) in wavenumbers.iter().enumerate() {
+                let colour = Palette99::pick(index).to_rgba();
+                let style = colour.stroke_width(width);
+                let line = points.iter().filter(|p| p.order == order && p.wavenumber == *wavenumber);
+                chart
+                    .draw_series(
+                        LineSeries::new(line.map(|p| (p.elements as f64, p.error)), style).point_size(3),
+                    )?
+                    .label(format!("{}, kh = {wavenumber}", shape(order)))
+                    .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], style));
+            }
+        }
+        let mut labels = chart.configure_series_labels();
+        labels.position(SeriesLabelPosition::LowerLeft).background_style(WHITE.mix(0.8));
+        labels.border_style(BLACK).draw()?;
+        Ok(())
+    })
+}
+
+/// From the power of ten below all values above 0 to the one above.
+fn decades(values: impl Iterator<Item = f64>) -> std::ops::Range<f64> {
+    let logarithms = values.filter(|value| *value > 0.0 && value.is_finite()).map(f64::log10);
+    let (least, most) = logarithms.fold((f64::MAX, f64::MIN), |(a, b), x| (a.min(x), b.max(x)));
+    if least > most { 0.1..1.0 } else { 10f64.powf(least.floor())..10f64.powf(most.floor() + 1.0) }
+}
+
+/// Errors over the length of the paper's windows.
+pub fn windows(rows: &[windows::Row]) -> Result<String, StudyError> {
+    let crest: Vec<(f64, f64)> =
+        rows.iter().filter_map(|row| Some((row.length, 100.0 * row.crest?))).collect();
+    let lines: [Line<'_>; 2] = [
+        ("base pressure on a rigid dam", BLUE, rows.iter().map(|r| (r.length, 100.0 * r.base)).collect()),
+        ("crest displacement, coupled", ORANGE, crest),
+    ];
+    let most = lines.iter().flat_map(|(.., line)| line).fold(1.0, |most: f64, (_, e)| most.max(*e));
+    let (shortest, longest) =
+        rows.iter().fold((f64::MAX, f64::MIN), |(a, b), row| (a.min(row.length), b.max(row.length)));
+    // A single length has no width.
+    let (shortest, longest) = if longest > shortest { (shortest, longest) } else { (0.05, 5.0) };
+    svg((760, 420), |area| {
+        let mut chart = ChartBuilder::on(area)
+            .caption("What the paper's windows cost", (FONT, 16))
+            .margin(12)
+            .x_label_area_size(40)
+            .y_label_area_size(60)
+            .build_cartesian_2d((shortest..longest).log_scale(), 0.0..1.05 * most)?;
+        chart.configure_mesh().x_desc("length of a window, s").y_desc("relative L2 error, %").draw()?;
+        for (label, color, line) in lines.into_iter().filter(|(.., line)| !line.is_empty()) {
+            chart
+                .draw_series(LineSeries::new(line, color.stroke_width(2)).point_size(3))?
                 .label(label)
                 .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], color.stroke_width(2)));
         }

@@ -1,9 +1,12 @@
 //! `cofferdam study`: series of runs, their tables and pictures.
 
 mod ambient;
+mod fidelity;
 mod figure;
+mod resolution;
 mod stability;
 mod tolerance;
+mod windows;
 
 use super::run::assemble;
 use super::table::Table;
@@ -28,9 +31,18 @@ pub enum Command {
     /// What does a tighter tolerance buy, and what does it cost
     #[command(after_long_help = tolerance::HELP)]
     Tolerance(Arguments),
+    /// What each model of the water costs, and how far it is off the best
+    #[command(after_long_help = fidelity::HELP)]
+    Fidelity(Arguments),
+    /// How fine the wet face's elements must be: errors against the closed form, time and memory
+    #[command(after_long_help = resolution::HELP)]
+    Resolution(Arguments),
     /// Does energy drift in minutes of ambient vibration
     #[command(after_long_help = ambient::HELP)]
     Ambient(Arguments),
+    /// What do the paper's short windows cost, and its silence about the far end
+    #[command(after_long_help = windows::HELP)]
+    Windows(Arguments),
 }
 
 /// Arguments of all studies.
@@ -74,7 +86,7 @@ pub enum StudyError {
     #[error("{what}; choose another scene")]
     Unfit {
         /// What is missing.
-        what: &'static str,
+        what: String,
     },
     /// A folder with something in it.
     #[error("{} is not empty; choose another --output, nothing is overwritten", path.display())]
@@ -92,12 +104,19 @@ pub enum StudyError {
     },
 }
 
+fn unfit(what: impl Into<String>) -> StudyError {
+    StudyError::Unfit { what: what.into() }
+}
+
 /// Does a study and says how it went.
 pub fn run(command: &Command) -> ExitCode {
     let done = match command {
         Command::Stability(arguments) => stability::run(arguments),
         Command::Tolerance(arguments) => tolerance::run(arguments),
         Command::Ambient(arguments) => ambient::run(arguments),
+        Command::Fidelity(arguments) => fidelity::run(arguments),
+        Command::Resolution(arguments) => resolution::run(arguments),
+        Command::Windows(arguments) => windows::run(arguments),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -158,6 +177,11 @@ fn run_scene(scene: &Scene, motion: &GroundMotion, threads: NonZeroUsize) -> Res
         dam: registry::unit(Side::Dam, scene, threads)?,
         reservoir: registry::unit(Side::Reservoir, scene, threads)?,
     };
+    run_units(scene, motion, units)
+}
+
+/// The same with units that are made.
+fn run_units(scene: &Scene, motion: &GroundMotion, units: Units) -> Result<Outcome, StudyError> {
     let wrong = |cause| StudyError::Run { what: scene.title.clone(), cause: Box::new(cause) };
     let mut histories = HistoriesWriter::in_memory();
     let mut simulation = match assemble(scene, motion, units) {

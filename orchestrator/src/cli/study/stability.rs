@@ -1,6 +1,6 @@
 //! `cofferdam study stability`.
 
-use super::{Arguments, StudyError, figure, quoted, run_scene};
+use super::{Arguments, StudyError, figure, quoted, run_scene, unfit};
 use crate::cli::table::Table;
 use crate::cli::{say, threads};
 use orchestrator::acceleration::AccelerationKind;
@@ -195,7 +195,7 @@ fn judge(scene: &Scene, case: &Case, steps: u32) -> Result<Verdict, StudyError> 
     let Case { water, mesh, acceleration, density_ratio, communication_step } = *case;
     let mut scene = scene.clone();
     let Some(dam) = &mut scene.dam else {
-        return Err(StudyError::Unfit { what: "the study needs a dam that is computed" });
+        return Err(unfit("the study needs a dam that is computed"));
     };
     dam.element_size = mesh;
     dam.cracks.clear();

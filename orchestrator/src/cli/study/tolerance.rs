@@ -1,6 +1,6 @@
 //! `cofferdam study tolerance`.
 
-use super::{Arguments, Outcome, StudyError, figure, quoted, run_scene};
+use super::{Arguments, Outcome, StudyError, figure, quoted, run_scene, unfit};
 use crate::cli::table::Table;
 use crate::cli::{say, threads};
 use orchestrator::scene::OnFailure;
@@ -41,12 +41,10 @@ const SLIDING: &str = "dam.crack_sliding.0";
 pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     let loaded = arguments.load()?;
     if loaded.scene.dam.is_none() {
-        return Err(StudyError::Unfit { what: "the study needs a dam that is computed" });
+        return Err(unfit("the study needs a dam that is computed"));
     }
     if !loaded.scene.scheme().is_implicit() || loaded.scene.time.adaptive.is_some() {
-        return Err(StudyError::Unfit {
-            what: "a tolerance matters to implicit schemes, and is compared at equal steps",
-        });
+        return Err(unfit("a tolerance matters to implicit schemes, and is compared at equal steps"));
     }
     let motion = &loaded.ground_motion;
     let solve = |tolerance: f64, halvings: i32| -> Result<Outcome, StudyError> {

@@ -1,0 +1,237 @@
+//! `cofferdam study resolution`.
+
+use super::{Arguments, StudyError, figure, quoted, unfit};
+use crate::cli::reservoir::{Exact, Motion};
+use crate::cli::table::Table;
+use crate::cli::{say, threads};
+use crate::{MEMORY, registry};
+use interface::WetFace;
+use reservoir::{Complex64, ElementOrder, ReservoirError, ReservoirParameters, boundary_system};
+use std::f64::consts::TAU;
+use std::num::NonZeroUsize;
+use std::time::Instant;
+
+pub const HELP: &str = "\
+The scene's water before a rigid dam that moves horizontally, its wet face in 4, 8, 16, … 1000 equal elements, constant and
+linear, with as many panels of the interface, the same elements on bed and far end, and the far end at a quarter of the depth.
+At wavenumbers kh = ωh/c the nodal forces on the face are compared with those of the closed form, all of them in the mean
+square, relative; only where a wave has six elements. For this the face must be vertical and the bed level.
+
+A frequency's time is that of assembling and solving on one core, everything that does not depend on it made before;
+its memory the most that was allocated meanwhile.
+
+Writes resolution.md, resolution.csv and resolution.svg. With --coarse up to 32 elements, and low frequencies.
+
+Example:
+  cofferdam study resolution scenes/koyna-intact --output studies/resolution
+
+Exit status: 0, 1 results could not be written, 2 the scene is wrong or does not fit, 4 the water cannot be computed.";
+
+/// Elements a wave, the fewest that are asked.
+const PER_WAVE: f64 = 6.0;
+/// Distance of the far end over the depth.
+const FAR_END: f64 = 0.25;
+
+/// The elements that are compared.
+pub const SHAPES: [ElementOrder; 2] = [ElementOrder::Constant, ElementOrder::Linear];
+
+/// One mesh at one frequency.
+pub struct Point {
+    pub elements: usize,
+    pub order: ElementOrder,
+    /// ωh/c.
+    pub wavenumber: f64,
+    pub error: f64,
+    /// Order of convergence from the mesh before, where there is one.
+    observed: Option<f64>,
+    seconds: f64,
+    bytes: usize,
+}
+
+pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
+    let loaded = arguments.load()?;
+    let parameters = registry::water_parameters(&loaded.scene)?;
+    if !parameters.fidelity.has_memory() {
+        return Err(unfit("the study needs compressible water"));
+    }
+    let exact = Exact::of(&parameters, Motion::Horizontal)
+        .map_err(|why| unfit(format!("the study compares with a closed form, and {why}")))?;
+    let (meshes, wavenumbers) = if arguments.coarse {
+        (vec![4, 8, 16, 32], vec![0.8, 2.4, 4.0])
+    } else {
+        (vec![4, 8, 16, 32, 64, 128, 256, 512, 1000], vec![0.8, 2.4, 4.0, 20.0, 100.0, 1000.0])
+    };
+    // What is allocated once only is not a frequency's.
+    measured(&parameters, Complex64::new(0.0, parameters.sound_speed / parameters.wet_face.depth()))
+        .map_err(registry::RegistryError::from)?;
+    let mut points: Vec<Point> = Vec::new();
+    for elements in meshes {
+        let asked: Vec<f64> =
+            wavenumbers.iter().copied().filter(|kh| elements as f64 >= PER_WAVE * kh / TAU).collect();
+        let face = WetFace::straight([0.0, parameters.wet_face.depth()], elements)
+            .map_err(registry::RegistryError::from)?;
+        let s = |kh: f64| Complex64::new(0.0, kh * parameters.sound_speed / face.depth());
+        let closed: Vec<Vec<Complex64>> =
+            asked.iter().map(|kh| exact_forces(&exact, &face, s(*kh), threads(None))).collect();
+        for order in SHAPES {
+            let mesh = ReservoirParameters {
+                element_size: face.depth() / elements as f64,
+                bed_element_size: None,
+                corner_element_size: None,
+                element_order: order,
+                far_end_distance: FAR_END * face.depth(),
+                // Nothing is convolved here.
+                horizon: parameters.communication_step,
+                wet_face: face.clone(),
+                ..parameters.clone()
+            };
+            for (kh, closed) in asked.iter().zip(&closed) {
+                let measured = measured(&mesh, s(*kh)).map_err(registry::RegistryError::from)?;
+                let error = relative(&measured.forces, closed);
+                let before = points.iter().rfind(|p| p.order == order && p.wavenumber == *kh);
+                let observed =
+                    before.map(|p| (p.error / error).ln() / (elements as f64 / p.elements as f64).ln());
+                let Measured { seconds, bytes, .. } = measured;
+                points.push(Point { elements, order, wavenumber: *kh, error, observed, seconds, bytes });
+            }
+        }
+        say(format!("{elements} elements"));
+    }
+    let text = format!(
+        "`cofferdam study resolution {}{}`: against {}; relative error of the nodal forces (observed order), time and memory \
+         of a frequency\n\n{}",
+        quoted(&arguments.scene),
+        if arguments.coarse { " --coarse" } else { "" },
+        exact.source(),
+        shown(&points, &wavenumbers).markdown(),
+    );
+    say(&text);
+    arguments.write("resolution.md", &text)?;
+    arguments.write_table("resolution.csv", &listed(&points))?;
+    arguments.write("resolution.svg", &figure::resolution(&points)?)
+}
+
+/// Nodal forces per unit acceleration, and what they cost.
+struct Measured {
+    forces: Vec<Complex64>,
+    seconds: f64,
+    bytes: usize,
+}
+
+fn measured(parameters: &ReservoirParameters, s: Complex64) -> Result<Measured, ReservoirError> {
+    parameters.validate()?;
+    let system = boundary_system(parameters)?;
+    MEMORY.reset_peak_usage();
+    let (before, began) = (MEMORY.current_usage(), Instant::now());
+    let symbol = system.symbol(s)?;
+    let (seconds, bytes) = (began.elapsed().as_secs_f64(), MEMORY.peak_usage().saturating_sub(before));
+    let points = parameters.wet_face.len();
+    let pressure: Vec<Complex64> = symbol.columns(0, points).row_iter().map(|row| row.sum() / s).collect();
+    let of = |part: fn(&Complex64) -> f64| {
+        parameters.wet_face.nodal_forces(&pressure.iter().map(part).collect::<Vec<_>>())
+    };
+    let forces = of(|p| p.re).iter().zip(of(|p| p.im)).map(|(re, im)| Complex64::new(re[0], im[0])).collect();
+    Ok(Measured { forces, seconds, bytes })
+}
+
+/// `∫ p N dy` of the closed form with every point's hat function (N/m per m/s²), by Gauss' rule of six points a panel,
+/// graded upwards: at the surface p ~ r ln r.
+fn exact_forces(exact: &Exact, face: &WetFace, s: Complex64, threads: NonZeroUsize) -> Vec<Complex64> {
+    let rule = [
+        (0.238_619_186_083_196_9, 0.467_913_934_572_691),
+        (0.661_209_386_466_264_5, 0.360_761_573_048_138_6),
+        (0.932_469_514_203_152, 0.171_324_492_379_170_4),
+    ];
+    let mut at = Vec::new();
+    for panel in face.panels() {
+        let low = face.points()[panel.start][1];
+        for (position, weight) in rule.iter().flat_map(|&(x, w)| [(-x, w), (x, w)]) {
+            let u = 0.5 * (1.0 - position);
+            let along = 1.0 - u * u;
+            at.push((panel.start, along, low + along * panel.length, u * weight * panel.length));
+        }
+    }
+    let share = at.len().div_ceil(threads.get());
+    let pressures: Vec<Complex64> = std::thread::scope(|scope| {
+        let parts: Vec<_> = at
+            .chunks(share)
+            .map(|part| {
+                let elevations: Vec<f64> = part.iter().map(|point| point.2).collect();
+                scope.spawn(move || exact.at(s, &elevations).0)
+            })
+            .collect();
+        parts
+            .into_iter()
+            .flat_map(|part| part.join().unwrap_or_else(|p| std::panic::resume_unwind(p)))
+            .collect()
+    });
+    let mut forces = vec![Complex64::ZERO; face.len()];
+    for ((start, along, _, weight), pressure) in at.into_iter().zip(pressures) {
+        forces[start] += weight * (1.0 - along) * pressure;
+        forces[start + 1] += weight * along * pressure;
+    }
+    forces
+}
+
+fn relative(values: &[Complex64], exact: &[Complex64]) -> f64 {
+    let apart: f64 = values.iter().zip(exact).map(|(x, y)| (x - y).norm_sqr()).sum();
+    (apart / exact.iter().map(|y| y.norm_sqr()).sum::<f64>()).sqrt()
+}
+
+/// A row a mesh, a column a wavenumber.
+fn shown(points: &[Point], wavenumbers: &[f64]) -> Table {
+    let headings = ["elements", "shape"].map(str::to_owned).into_iter();
+    let headings = headings.chain(wavenumbers.iter().map(|kh| format!("kh = {kh}")));
+    let mut table = Table::new(headings.chain(["time, s", "memory, MB"].map(str::to_owned)));
+    for order in SHAPES {
+        for mesh in points.chunk_by(|a, b| a.elements == b.elements) {
+            let of_order: Vec<&Point> = mesh.iter().filter(|point| point.order == order).collect();
+            let cell = |kh: &f64| {
+                let point = of_order.iter().find(|point| point.wavenumber == *kh);
+                point.map_or_else(String::new, |Point { error, observed, .. }| {
+                    let observed = observed.map_or_else(String::new, |order| format!(" ({order:.1})"));
+                    format!("{error:.1e}{observed}")
+                })
+            };
+            let count = of_order.len().max(1) as f64;
+            let seconds = of_order.iter().map(|point| point.seconds).sum::<f64>() / count;
+            let bytes = of_order.iter().map(|point| point.bytes).max().unwrap_or(0);
+            let first = [mesh[0].elements.to_string(), name(order).to_owned()].into_iter();
+            let cells = first.chain(wavenumbers.iter().map(cell));
+            table.row(cells.chain([format!("{seconds:.2e}"), format!("{:.2}", bytes as f64 / 1e6)]));
+        }
+    }
+    table
+}
+
+/// A row a mesh and wavenumber.
+fn listed(points: &[Point]) -> Table {
+    let mut table = Table::new([
+        "elements",
+        "shape",
+        "kh [1]",
+        "error [1]",
+        "observed order [1]",
+        "time [s]",
+        "memory [B]",
+    ]);
+    for Point { elements, order, wavenumber, error, observed, seconds, bytes } in points {
+        table.row([
+            elements.to_string(),
+            name(*order).to_owned(),
+            wavenumber.to_string(),
+            error.to_string(),
+            observed.map_or_else(String::new, |order| order.to_string()),
+            seconds.to_string(),
+            bytes.to_string(),
+        ]);
+    }
+    table
+}
+
+pub fn name(order: ElementOrder) -> &'static str {
+    match order {
+        ElementOrder::Constant => "constant",
+        ElementOrder::Linear => "linear",
+    }
+}
