@@ -43,20 +43,20 @@ fn modes(s: Complex64, depth: f64, sound_speed: f64) -> impl Iterator<Item = (f6
 /// Base pressure over ρc (m/s) for the velocity step v = 1 m/s at t = 0:
 /// `1 − (4/π) Σ_j (−1)^j acos(b_j/t)`, `b_j = (2j + 1)h/c < t`.
 pub fn base_pressure_of_velocity_step(depth: f64, sound_speed: f64, time: f64) -> f64 {
-    echoes(depth / sound_speed, time, 1.0, |b, t| (b / t).acos())
+    echoes(depth / sound_speed, time, 1.0, |b, _, w| w.atan2(b))
 }
 
 /// Base pressure over ρc (m/s) for the acceleration step a = 1 m/s² at t = 0: the first integral,
 /// with `∫acos(b/t) dt = t acos(b/t) − b acosh(t/b)`.
 pub fn base_pressure_of_acceleration_step(depth: f64, sound_speed: f64, time: f64) -> f64 {
-    echoes(depth / sound_speed, time, time, |b, t| t * (b / t).acos() - b * (t / b).acosh())
+    echoes(depth / sound_speed, time, time, |b, t, w| t * w.atan2(b) - b * (w / b).asinh())
 }
 
 /// Base pressure over ρc (m/s) for the acceleration ramp a = t (1 m/s³) from t = 0: the second
 /// integral, `t²/2 acos(b/t) + b/2 √(t² − b²) − bt acosh(t/b)`.
 pub fn base_pressure_of_acceleration_ramp(depth: f64, sound_speed: f64, time: f64) -> f64 {
-    echoes(depth / sound_speed, time, 0.5 * time * time, |b, t| {
-        0.5 * t * t * (b / t).acos() + 0.5 * b * (t * t - b * b).sqrt() - b * t * (t / b).acosh()
+    echoes(depth / sound_speed, time, 0.5 * time * time, |b, t, w| {
+        0.5 * t * t * w.atan2(b) + 0.5 * b * w - b * t * (w / b).asinh()
     })
 }
 
@@ -75,14 +75,18 @@ pub fn base_pressure(record: &[(f64, f64)], depth: f64, sound_speed: f64, time: 
     sum
 }
 
-/// `direct − (4/π) Σ_j (−1)^j echo(b_j, t)`, zero for t ≤ 0.
-fn echoes(crossing: f64, time: f64, direct: f64, echo: impl Fn(f64, f64) -> f64) -> f64 {
+/// `direct − (4/π) Σ_j (−1)^j echo(b_j, t, w_j)`, zero for t ≤ 0. From `w = √(t² − b²)` both `acos(b/t) = atan(w/b)` and
+/// `acosh(t/b) = asinh(w/b)` are exact to rounding also for an echo that has only just come, where they cancel.
+fn echoes(crossing: f64, time: f64, direct: f64, echo: impl Fn(f64, f64, f64) -> f64) -> f64 {
     if time <= 0.0 {
         return 0.0;
     }
     let arrived = (0..).map(|j| (j, f64::from(2 * j + 1) * crossing)).take_while(|(_, b)| *b < time);
-    let sum: f64 = arrived.map(|(j, b)| if j % 2 == 0 { echo(b, time) } else { -echo(b, time) }).sum();
-    direct - 4.0 / PI * sum
+    let signed = |(j, b): (u32, f64)| {
+        let echo = echo(b, time, ((time - b) * (time + b)).sqrt());
+        if j % 2 == 0 { echo } else { -echo }
+    };
+    direct - 4.0 / PI * arrived.map(signed).sum::<f64>()
 }
 
 #[cfg(test)]
