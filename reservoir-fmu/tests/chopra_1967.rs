@@ -53,11 +53,7 @@ fn static_pressure_and_force() -> Result<(), ReservoirError> {
 /// weights' errors, amplified like R⁻ⁿ, do not show.
 #[test]
 fn ramp_and_hold() -> Result<(), ReservoirError> {
-    let rise = 0.1;
-    let velocity = |t: f64| if t < rise { 0.5 * t * t / rise } else { t - 0.5 * rise };
-    let exact = |t| {
-        DENSITY * SOUND_SPEED * chopra_1967::base_pressure(&[(0.0, 0.0), (rise, 1.0)], DEPTH, SOUND_SPEED, t)
-    };
+    use rectangular::ramp_and_hold::{base_pressure as exact, velocity};
     let pressures = base_pressures(parameters(1.0, 16, 0.0025, 25.0), velocity)?;
     let peak = pressures.iter().fold(0.0, |m: f64, &(t, _)| m.max(exact(t).abs()));
     let largest =

@@ -1,12 +1,10 @@
 //! Finite element water: accuracy in space and time, energy, gravity waves, vertical ground.
 
-mod projection;
 mod rectangular;
 
 use interface::WetFace;
 use nalgebra::{DMatrix, DVector};
-use projection::{panel_mass, projected, relative};
-use rectangular::{DENSITY, DEPTH, SOUND_SPEED, THREADS};
+use rectangular::{DENSITY, DEPTH, SOUND_SPEED, THREADS, consistent_mass, relative};
 use reservoir::analytical::{chopra_1967, fenves_chopra_1984};
 use reservoir::{Complex64, FarEnd, FiniteElements, ReservoirError, ReservoirParameters, frequency_response};
 use std::f64::consts::PI;
@@ -19,6 +17,10 @@ fn parameters(panels: usize, elements: usize, distance: f64) -> ReservoirParamet
         far_end_distance: distance * DEPTH,
         ..rectangular::parameters(1.0, panels, 0.0025, 1.0)
     }
+}
+
+fn projected_at(face: &WetFace, field: impl Fn(f64) -> Complex64) -> DVector<Complex64> {
+    DVector::from_vec(rectangular::projected(face, |at| at.iter().copied().map(field).collect()))
 }
 
 /// Pressure over ρa at the points for a uniform acceleration towards the water.
@@ -36,7 +38,7 @@ fn frequency_response_below_the_cut_off() -> Result<(), ReservoirError> {
     let water = FiniteElements::new(&parameters)?;
     for ratio in [0.01, 0.3, 0.6, 0.8] {
         let s = Complex64::new(1e-9, ratio) * CUT_OFF;
-        let exact = projected(&parameters.wet_face, |y| chopra_1967::pressure(s, DEPTH, SOUND_SPEED, y));
+        let exact = projected_at(&parameters.wet_face, |y| chopra_1967::pressure(s, DEPTH, SOUND_SPEED, y));
         let error = relative(&uniform(&water, s)?, &exact);
         let reflected = (-4.0 * PI * (1.0 - ratio * ratio).sqrt()).exp();
         println!(
@@ -64,8 +66,8 @@ fn orders_in_the_element_size() -> Result<(), ReservoirError> {
     // and 2e-6 in pressure.
     let half = lambda * DEPTH / panels as f64 / 2.0;
     let share = (half.sin() / half).powi(2);
-    let exact_mode = projected(&face, |y| share * (lambda * y).cos() / kappa);
-    let exact_uniform = projected(&face, |y| chopra_1967::pressure(s, DEPTH, SOUND_SPEED, y));
+    let exact_mode = projected_at(&face, |y| share * (lambda * y).cos() / kappa);
+    let exact_uniform = projected_at(&face, |y| chopra_1967::pressure(s, DEPTH, SOUND_SPEED, y));
     let mut errors: Vec<[f64; 3]> = Vec::new();
     for elements in [2, 4, 8, 16] {
         let even = parameters(panels, elements, 4.0);
@@ -171,22 +173,18 @@ fn against_the_boundary_elements() -> Result<(), ReservoirError> {
 /// a corner field at the heel.
 #[test]
 fn absorbing_bed() -> Result<(), ReservoirError> {
-    let panels = 32;
     for alpha in [0.9, 0.5, 0.0] {
         let parameters = ReservoirParameters {
             wave_reflection_coefficient: alpha,
             corner_element_size: Some(DEPTH / 2048.0),
-            ..parameters(panels, 16, 4.0)
+            ..parameters(32, 16, 4.0)
         };
         let water = FiniteElements::new(&parameters)?;
         for ratio in [0.3, 1.5, 2.5] {
             let s = Complex64::new(0.5, ratio) * CUT_OFF;
-            // The projection asks for eight parts of a panel.
-            let parts = 8 * panels;
-            let elevations: Vec<f64> = (0..=parts).map(|i| DEPTH * i as f64 / parts as f64).collect();
-            let values = fenves_chopra_1984::pressures(s, DEPTH, SOUND_SPEED, alpha, &elevations);
-            let exact =
-                projected(&parameters.wet_face, |y| values[(y / DEPTH * parts as f64).round() as usize]);
+            let exact = DVector::from_vec(rectangular::projected(&parameters.wet_face, |elevations| {
+                fenves_chopra_1984::pressures(s, DEPTH, SOUND_SPEED, alpha, elevations)
+            }));
             let error = relative(&uniform(&water, s)?, &exact);
             println!("α = {alpha}, s = {:.2} ω₁: relative L2 error {error:.2e}", s / CUT_OFF);
             assert!(error < 5e-4);
@@ -211,11 +209,7 @@ fn run(water: &FiniteElements, velocities: impl Iterator<Item = Vec<f64>>) -> Ve
 /// end at 4h; 64 panels, so that the mean over the last panel is the base to 1e-4.
 #[test]
 fn ramp_and_hold() -> Result<(), ReservoirError> {
-    let rise = 0.1;
-    let velocity = |t: f64| if t < rise { 0.5 * t * t / rise } else { t - 0.5 * rise };
-    let exact = |t| {
-        DENSITY * SOUND_SPEED * chopra_1967::base_pressure(&[(0.0, 0.0), (rise, 1.0)], DEPTH, SOUND_SPEED, t)
-    };
+    use rectangular::ramp_and_hold::{base_pressure as exact, velocity};
     let mut errors = Vec::new();
     for step in [0.01, 0.005, 0.0025] {
         let parameters = ReservoirParameters { communication_step: step, ..parameters(64, 16, 4.0) };
@@ -298,7 +292,7 @@ fn vertical_ground_motion() -> Result<(), ReservoirError> {
         for ratio in [0.02, 0.7, 1.6, 2.4] {
             let s = Complex64::new(1e-3, ratio) * CUT_OFF;
             let k = s / SOUND_SPEED;
-            let exact = projected(&parameters.wet_face, |y| {
+            let exact = projected_at(&parameters.wet_face, |y| {
                 (k * (DEPTH - y)).sinh() / (k * ((k * DEPTH).cosh() + admittance * (k * DEPTH).sinh()))
             });
             let symbol = water.symbol(s)?;
@@ -342,7 +336,7 @@ fn energy_is_balanced_and_never_given() -> Result<(), ReservoirError> {
             ..parameters(5, 8, 0.5)
         };
         let water = FiniteElements::with_far_end(&parameters, end)?;
-        let mass = panel_mass(&parameters.wet_face);
+        let mass = consistent_mass(&parameters.wet_face);
         let n = parameters.wet_face.len();
         let (mut worst_balance, mut least_gap, mut total): (f64, f64, f64) = (0.0, f64::INFINITY, 0.0);
         let mut seed = 7;

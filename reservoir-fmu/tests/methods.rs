@@ -24,11 +24,7 @@ fn number(unit: &Reservoir, variable: interface::Variable) -> f64 {
 /// A ramp of acceleration in 0.1 s, then held: the largest error of the base pressure in 2 s over its peak.
 #[test]
 fn ramp_and_hold() -> Result<(), ReservoirError> {
-    let rise = 0.1;
-    let velocity = |t: f64| if t < rise { 0.5 * t * t / rise } else { t - 0.5 * rise };
-    let exact = |t| {
-        DENSITY * SOUND_SPEED * chopra_1967::base_pressure(&[(0.0, 0.0), (rise, 1.0)], DEPTH, SOUND_SPEED, t)
-    };
+    use rectangular::ramp_and_hold::{base_pressure as exact, velocity};
     // BDF2 and the trapezoidal rule are of order 2.
     for (method, most) in [
         (Method::Bdf2, 1e-2),
@@ -289,20 +285,11 @@ fn the_ground_moves_up() -> Result<(), ReservoirError> {
             };
             let mut unit = Reservoir::new(parameters, THREADS)?;
             unit.initialise(0.0)?;
-            // At t the wave of t′ < t has been met by the bed's own: (1 + α)/2 of ρcv, echoes −α each 2h/c.
-            let crossing = 2.0 * DEPTH / SOUND_SPEED;
-            let velocity = |t: f64| if t < 0.1 { (0.5 * PI * t / 0.1).sin().powi(2) } else { 1.0 };
-            let exact = |t: f64| -> f64 {
-                let echo = |n: i32| if n == 0 { 1.0 } else { -(1.0 + alpha) * (-alpha).powi(n - 1) };
-                let arrived = (0..).take_while(|&n| f64::from(n) * crossing < t);
-                let sum: f64 = arrived.map(|n| echo(n) * velocity(t - f64::from(n) * crossing)).sum();
-                0.5 * (1.0 + alpha) * DENSITY * SOUND_SPEED * sum
-            };
-            let acceleration = |t: f64| if t < 0.1 { 0.5 * PI / 0.1 * (PI * t / 0.1).sin() } else { 0.0 };
+            let exact = |t| rising_ground::base_pressure(alpha, t);
             let (mut off, mut peak): (f64, f64) = (0.0, 0.0);
             for step in 0..200 {
                 let end = (step + 1) as f64 * h;
-                unit.set(GROUND_ACCELERATION.value_reference, &[0.0, acceleration(end)])?;
+                unit.set(GROUND_ACCELERATION.value_reference, &[0.0, rising_ground::acceleration(end)])?;
                 unit.step(step as f64 * h, h)?;
                 off = off.max((number(&unit, BASE_PRESSURE) - exact(end)).abs());
                 peak = peak.max(exact(end).abs());

@@ -1,11 +1,10 @@
 //! How far away a Sommerfeld end must stand.
 
-mod projection;
 mod rectangular;
 
+use interface::WetFace;
 use nalgebra::DVector;
-use projection::{projected, relative};
-use rectangular::{DENSITY, DEPTH, SOUND_SPEED};
+use rectangular::{DENSITY, DEPTH, SOUND_SPEED, relative};
 use reservoir::analytical::chopra_1967;
 use reservoir::{Complex64, FiniteElements, ReservoirError, ReservoirParameters};
 use std::f64::consts::PI;
@@ -25,6 +24,10 @@ fn with_reflections(s: Complex64, distance: f64, elevation: f64) -> Complex64 {
             sign * (lambda * elevation).cos() / (lambda * DEPTH) / kappa * (1.0 + returned) / (1.0 - returned)
         })
         .sum()
+}
+
+fn projected(face: &WetFace, field: impl Fn(f64) -> Complex64) -> DVector<Complex64> {
+    DVector::from_vec(rectangular::projected(face, |at| at.iter().copied().map(field).collect()))
 }
 
 /// Relative L2 error on the face, and beside it what the closed form with the end's reflections makes of it: the error is

@@ -200,20 +200,12 @@ fn absorbing_bed_that_returns_nothing() -> Result<(), ReservoirError> {
 #[test]
 fn the_ground_moves_up() -> Result<(), ReservoirError> {
     let (h, count) = (0.0025, 401);
-    let crossing = 2.0 * DEPTH / SOUND_SPEED;
     for alpha in [1.0, 0.5] {
         let water = parameters(alpha, 20, h, 1.0);
         let points = water.wet_face.len();
-        let acceleration = |t: f64| if t < 0.1 { 0.5 * PI / 0.1 * (PI * t / 0.1).sin() } else { 0.0 };
-        let velocity = |t: f64| if t < 0.1 { (0.5 * PI * t / 0.1).sin().powi(2) } else { 1.0 };
-        let exact = |t: f64| -> f64 {
-            let echo = |n: i32| if n == 0 { 1.0 } else { -(1.0 + alpha) * (-alpha).powi(n - 1) };
-            let arrived = (0..).take_while(|&n| f64::from(n) * crossing < t);
-            let sum: f64 = arrived.map(|n| echo(n) * velocity(t - f64::from(n) * crossing)).sum();
-            0.5 * (1.0 + alpha) * DENSITY * SOUND_SPEED * sum
-        };
+        let exact = |t| rising_ground::base_pressure(alpha, t);
         let motion = DMatrix::from_fn(points + 2, count, |row, n| {
-            if row == points + 1 { acceleration(n as f64 * h) } else { 0.0 }
+            if row == points + 1 { rising_ground::acceleration(n as f64 * h) } else { 0.0 }
         });
         let found = pressure_of_record(&water, &motion, THREADS)?;
         let (mut off, mut peak): (f64, f64) = (0.0, 0.0);

@@ -9,4 +9,7 @@ pub mod chakrabarti_chopra_1973;
 pub mod chopra_1967;
 pub mod chwang_1978;
 pub mod fenves_chopra_1984;
+mod nodal_forces;
 pub mod westergaard_1933;
+
+pub use nodal_forces::nodal_forces;

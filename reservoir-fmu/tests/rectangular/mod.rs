@@ -4,6 +4,7 @@
 use interface::variables::reservoir::{BASE_PRESSURE, INTERFACE_ACCELERATION, TOTAL_FORCE};
 use interface::{CoSimulation, WetFace};
 use nalgebra::{DMatrix, DVector};
+use reservoir::analytical::{chopra_1967, nodal_forces};
 use reservoir::{Complex64, Reservoir, ReservoirError, ReservoirParameters};
 use std::num::NonZeroUsize;
 
@@ -43,31 +44,16 @@ pub fn consistent_mass(face: &WetFace) -> DMatrix<f64> {
 }
 
 /// What is linear along the panels and nearest in the mean square to `field`, a function of elevations (m): what
-/// the pressure at the points is of the pressure on the face. Gauss' rule of six points a panel.
+/// the pressure at the points is of the pressure on the face.
 pub fn projected(face: &WetFace, field: impl FnOnce(&[f64]) -> Vec<Complex64>) -> Vec<Complex64> {
-    let rule = [
-        (0.238_619_186_083_196_9, 0.467_913_934_572_691),
-        (0.661_209_386_466_264_5, 0.360_761_573_048_138_6),
-        (0.932_469_514_203_152, 0.171_324_492_379_170_4),
-    ];
-    let mut at = Vec::new();
-    for panel in face.panels() {
-        let (low, high) = (face.points()[panel.start][1], face.points()[panel.start + 1][1]);
-        for (position, weight) in rule.iter().flat_map(|&(x, w)| [(-x, w), (x, w)]) {
-            // Graded upwards: at the surface p ~ r ln r.
-            let u = 0.5 * (1.0 - position);
-            let t = 1.0 - u * u;
-            at.push((panel.start, t, low + t * (high - low), u * weight * panel.length));
-        }
-    }
-    let values = field(&at.iter().map(|point| point.2).collect::<Vec<_>>());
-    let mut loads = DVector::from_element(face.len(), Complex64::ZERO);
-    for (&(start, t, _, weight), value) in at.iter().zip(values) {
-        loads[start] += weight * (1.0 - t) * value;
-        loads[start + 1] += weight * t * value;
-    }
+    let loads = DVector::from_vec(nodal_forces(face, field));
     let solution = consistent_mass(face).map(Complex64::from).lu().solve(&loads).unwrap();
     solution.iter().copied().collect()
+}
+
+/// Distance over the exact vector's norm.
+pub fn relative(found: &DVector<Complex64>, exact: &DVector<Complex64>) -> f64 {
+    (found - exact).norm() / exact.norm()
 }
 
 /// Relative L² difference of two fields linear along the panels.
@@ -110,4 +96,49 @@ pub fn stepped(
         result.push((end, [number(BASE_PRESSURE)?, number(TOTAL_FORCE)?]));
     }
     Ok(result)
+}
+
+/// An acceleration towards the water that rises to 1 m/s² in 0.1 s and is held.
+pub mod ramp_and_hold {
+    use super::{DENSITY, DEPTH, SOUND_SPEED, chopra_1967};
+
+    const RISE: f64 = 0.1;
+
+    /// m/s.
+    pub fn velocity(time: f64) -> f64 {
+        if time < RISE { 0.5 * time * time / RISE } else { time - 0.5 * RISE }
+    }
+
+    /// Pressure at the base, Pa.
+    pub fn base_pressure(time: f64) -> f64 {
+        let record = [(0.0, 0.0), (RISE, 1.0)];
+        DENSITY * SOUND_SPEED * chopra_1967::base_pressure(&record, DEPTH, SOUND_SPEED, time)
+    }
+}
+
+/// Ground that comes to rise with 1 m/s within 0.1 s, and the dam with it.
+pub mod rising_ground {
+    use super::{DENSITY, DEPTH, SOUND_SPEED};
+    use std::f64::consts::PI;
+
+    const RISE: f64 = 0.1;
+
+    /// m/s².
+    pub fn acceleration(time: f64) -> f64 {
+        if time < RISE { 0.5 * PI / RISE * (PI * time / RISE).sin() } else { 0.0 }
+    }
+
+    fn velocity(time: f64) -> f64 {
+        if time < RISE { (0.5 * PI * time / RISE).sin().powi(2) } else { 1.0 }
+    }
+
+    /// Pressure at the base (Pa) over a bed of wave reflection coefficient α. The wave of t′ < t has been met by the bed's
+    /// own: (1 + α)/2 of ρcv, echoes −α each 2h/c.
+    pub fn base_pressure(alpha: f64, time: f64) -> f64 {
+        let crossing = 2.0 * DEPTH / SOUND_SPEED;
+        let echo = |n: i32| if n == 0 { 1.0 } else { -(1.0 + alpha) * (-alpha).powi(n - 1) };
+        let arrived = (0..).take_while(|&n| f64::from(n) * crossing < time);
+        let sum: f64 = arrived.map(|n| echo(n) * velocity(time - f64::from(n) * crossing)).sum();
+        0.5 * (1.0 + alpha) * DENSITY * SOUND_SPEED * sum
+    }
 }

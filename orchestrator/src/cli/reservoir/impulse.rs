@@ -2,7 +2,7 @@
 
 use super::exact::Exact;
 use super::figure::{self, History};
-use super::points::{Shown, force};
+use super::points::{Points, Shown, force};
 use super::{Common, Failure, Motion, Water, undrawn, unfit};
 use crate::cli::say;
 use crate::cli::table::Table;
@@ -20,9 +20,8 @@ pub struct Arguments {
     #[arg(short, long, value_enum, default_value_t = Motion::Horizontal)]
     motion: Motion,
 
-    /// Elevation (m) of a point whose pressure is shown; several times; by default base and mid-height
-    #[arg(long = "at", value_name = "Y")]
-    at: Vec<f64>,
+    #[command(flatten)]
+    points: Points,
 
     /// Time to be simulated, s; by default ten periods 4h/c
     #[arg(long, value_name = "S")]
@@ -88,7 +87,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(rise) = ramp.filter(|rise| !(*rise > 0.0 && rise.is_finite())) {
         return Err(unfit(format!("--ramp is {rise} s; it must be greater than 0")));
     }
-    let shown = Shown::on(&face, &arguments.at)?;
+    let shown = arguments.points.on(&face)?;
     let exact = Exact::of(&water.parameters, *motion).and_then(Exact::with_history);
     say(&water.title);
     match &exact {

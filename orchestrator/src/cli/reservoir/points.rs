@@ -3,6 +3,7 @@
 use super::{Failure, unfit};
 use interface::WetFace;
 use reservoir::Complex64;
+use std::ops::{Add, Mul};
 
 /// A point between two interface points.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,14 +16,22 @@ pub struct Shown {
     share: f64,
 }
 
-impl Shown {
-    /// The points of `face` at `elevations` (m); base and mid-height if there are none.
+/// Which points are asked for.
+#[derive(clap::Args)]
+pub struct Points {
+    /// Elevation (m) of a point whose pressure is shown; several times; by default base and mid-height
+    #[arg(long = "at", value_name = "Y")]
+    at: Vec<f64>,
+}
+
+impl Points {
+    /// The points of `face`.
     ///
     /// **Errors**: an elevation that is not on the face.
-    pub fn on(face: &WetFace, elevations: &[f64]) -> Result<Vec<Self>, Failure> {
+    pub fn on(&self, face: &WetFace) -> Result<Vec<Shown>, Failure> {
         let depth = face.depth();
         let default = [0.0, 0.5 * depth];
-        let elevations = if elevations.is_empty() { &default } else { elevations };
+        let elevations = if self.at.is_empty() { &default } else { self.at.as_slice() };
         let place = |&elevation: &f64| {
             let panel = face.panels().find(|panel| elevation <= face.points()[panel.start + 1][1]);
             let panel = panel.filter(|_| elevation >= 0.0).ok_or_else(|| {
@@ -31,18 +40,15 @@ impl Shown {
                 ))
             })?;
             let [low, high] = [0, 1].map(|end| face.points()[panel.start + end][1]);
-            Ok(Self { elevation, start: panel.start, share: (elevation - low) / (high - low) })
+            Ok(Shown { elevation, start: panel.start, share: (elevation - low) / (high - low) })
         };
         elevations.iter().map(place).collect()
     }
+}
 
+impl Shown {
     /// Its pressure, linear along the panel.
-    pub fn of(&self, pressure: &[Complex64]) -> Complex64 {
-        pressure[self.start] * (1.0 - self.share) + pressure[self.start + 1] * self.share
-    }
-
-    /// The same of a pressure in time.
-    pub fn of_real(&self, pressure: &[f64]) -> f64 {
+    pub fn of<T: Copy + Mul<f64, Output = T> + Add<Output = T>>(&self, pressure: &[T]) -> T {
         pressure[self.start] * (1.0 - self.share) + pressure[self.start + 1] * self.share
     }
 
@@ -80,15 +86,16 @@ mod tests {
         let face = WetFace::new(vec![[0.0, 0.0], [1.0, 4.0], [1.0, 4.0], [1.0, 10.0]]).expect("a face");
         let pressure: Vec<Complex64> =
             [3.0, 1.0, 2.0, 0.0].map(|p| Complex64::new(p, -2.0 * p)).into_iter().collect();
-        let shown = Shown::on(&face, &[0.0, 2.0, 7.0, 10.0]).expect("on the face");
+        let on = |at: &[f64]| Points { at: at.to_vec() }.on(&face);
+        let shown = on(&[0.0, 2.0, 7.0, 10.0]).expect("on the face");
         let values: Vec<f64> = shown.iter().map(|point| point.of(&pressure).re).collect();
         assert_eq!(values, [3.0, 2.0, 1.0, 0.0]);
         // (3 + 1)/2 · 4 + (2 + 0)/2 · 6
         assert!((force(&face, &pressure) - Complex64::new(14.0, -28.0)).norm() < 1e-12);
         for wrong in [-1e-9, 10.1, f64::NAN] {
-            assert!(Shown::on(&face, &[wrong]).is_err(), "{wrong}");
+            assert!(on(&[wrong]).is_err(), "{wrong}");
         }
-        let middle = Shown::on(&face, &[]).expect("on the face");
+        let middle = on(&[]).expect("on the face");
         assert_eq!(middle.iter().map(|point| point.elevation).collect::<Vec<_>>(), [0.0, 5.0]);
     }
 }

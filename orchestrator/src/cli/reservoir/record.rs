@@ -1,7 +1,7 @@
 //! `cofferdam reservoir record`.
 
 use super::figure::{self, History};
-use super::points::{Shown, force_and_moment};
+use super::points::{Points, Shown, force_and_moment};
 use super::{Common, Failure, undrawn};
 use crate::cli::say;
 use crate::cli::table::Table;
@@ -14,9 +14,8 @@ pub struct Arguments {
     #[command(flatten)]
     common: Common,
 
-    /// Elevation (m) of a point whose pressure is shown; several times; by default base and mid-height
-    #[arg(long = "at", value_name = "Y")]
-    at: Vec<f64>,
+    #[command(flatten)]
+    points: Points,
 }
 
 pub const HELP: &str = "\
@@ -57,7 +56,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let water = common.load()?;
     let ReservoirParameters { wet_face: face, communication_step: step, density, gravity, .. } =
         &water.parameters;
-    let shown = Shown::on(face, &arguments.at)?;
+    let shown = arguments.points.on(face)?;
     say(format!("{}: {}, rigid dam on rigid rock", water.title, water.ground_motion.source()));
     let normals = face.normals();
     let ground: Vec<[f64; 2]> = (0..=water.steps).map(|n| water.ground_motion.at(n as f64 * step)).collect();
@@ -68,7 +67,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let pressure = pressure_of_record(&water.parameters, &motion, common.threads())?;
     let at = |time: f64, acceleration: f64, pressure: &[f64]| {
         let [force, moment] = force_and_moment(face, pressure);
-        let shown = shown.iter().map(|point| point.of_real(pressure)).collect();
+        let shown = shown.iter().map(|point| point.of(pressure)).collect();
         Row { time, acceleration, base: pressure[0], pressure: shown, force, moment }
     };
     let rows: Vec<Row> = ground

@@ -2,7 +2,7 @@
 
 use super::exact::Exact;
 use super::figure::{self, Curve};
-use super::points::{Shown, force};
+use super::points::{Points, Shown, force};
 use super::{Common, Failure, Motion, Water, undrawn, unfit};
 use crate::cli::table::Table;
 use crate::cli::{complain, say};
@@ -20,9 +20,8 @@ pub struct Arguments {
     #[arg(short, long, value_enum, default_value_t = Motion::Horizontal)]
     motion: Motion,
 
-    /// Elevation (m) of a point whose pressure is shown; several times; by default base and mid-height
-    #[arg(long = "at", value_name = "Y")]
-    at: Vec<f64>,
+    #[command(flatten)]
+    points: Points,
 
     /// First frequency, rad/s; by default a hundredth of ω₁ = πc/2h
     #[arg(long, visible_alias = "from", value_name = "RAD/S")]
@@ -81,7 +80,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let water = common.load()?;
     let frequencies = arguments.frequencies(water.first_cut_off())?;
     let face = &water.parameters.wet_face;
-    let shown = Shown::on(face, &arguments.at)?;
+    let shown = arguments.points.on(face)?;
     let exact = Exact::of(&water.parameters, *motion);
     say(&water.title);
     match &exact {

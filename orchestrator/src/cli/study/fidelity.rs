@@ -1,6 +1,6 @@
 //! `cofferdam study fidelity`.
 
-use super::{Arguments, Outcome, StudyError, figure, quoted, run_units, unfit};
+use super::{Arguments, Outcome, StudyError, figure, quoted, relative, run_units, unfit};
 use crate::cli::reservoir::Exact;
 use crate::cli::reservoir::Motion;
 use crate::cli::table::Table;
@@ -313,9 +313,4 @@ fn apart(outcome: &Outcome, other: &Outcome, column: &str) -> Option<f64> {
     let denser = (reference.len().max(1) - 1) / (values.len().max(2) - 1);
     let reference: Vec<f64> = reference.iter().copied().step_by(denser.max(1)).collect();
     (!values.is_empty() && values.len() == reference.len()).then(|| relative(values, &reference))
-}
-
-fn relative(values: &[f64], reference: &[f64]) -> f64 {
-    let apart: f64 = values.iter().zip(reference).map(|(x, y)| (x - y).powi(2)).sum();
-    (apart / reference.iter().map(|y| y * y).sum::<f64>()).sqrt()
 }

@@ -232,3 +232,10 @@ fn quoted(scene: &Path) -> String {
     parts.reverse();
     parts.join("/")
 }
+
+/// Relative L2 difference as far as there is something found; 0 of what is nothing.
+fn relative(found: &[f64], exact: &[f64]) -> f64 {
+    let apart: f64 = found.iter().zip(exact).map(|(a, b)| (a - b).powi(2)).sum();
+    let whole: f64 = exact.iter().take(found.len()).map(|b| b * b).sum();
+    if whole > 0.0 { (apart / whole).sqrt() } else { 0.0 }
+}

@@ -6,6 +6,7 @@ use crate::cli::table::Table;
 use crate::cli::{say, threads};
 use crate::{MEMORY, registry};
 use interface::WetFace;
+use reservoir::analytical::nodal_forces;
 use reservoir::{Complex64, ElementOrder, ReservoirError, ReservoirParameters, boundary_system};
 use std::f64::consts::TAU;
 use std::num::NonZeroUsize;
@@ -134,43 +135,20 @@ fn measured(parameters: &ReservoirParameters, s: Complex64) -> Result<Measured, 
     Ok(Measured { forces, seconds, bytes })
 }
 
-/// `∫ p N dy` of the closed form with every point's hat function (N/m per m/s²), by Gauss' rule of six points a panel,
-/// graded upwards: at the surface p ~ r ln r.
+/// Nodal forces of the closed form (N/m per m/s²), on `threads`.
 fn exact_forces(exact: &Exact, face: &WetFace, s: Complex64, threads: NonZeroUsize) -> Vec<Complex64> {
-    let rule = [
-        (0.238_619_186_083_196_9, 0.467_913_934_572_691),
-        (0.661_209_386_466_264_5, 0.360_761_573_048_138_6),
-        (0.932_469_514_203_152, 0.171_324_492_379_170_4),
-    ];
-    let mut at = Vec::new();
-    for panel in face.panels() {
-        let low = face.points()[panel.start][1];
-        for (position, weight) in rule.iter().flat_map(|&(x, w)| [(-x, w), (x, w)]) {
-            let u = 0.5 * (1.0 - position);
-            let along = 1.0 - u * u;
-            at.push((panel.start, along, low + along * panel.length, u * weight * panel.length));
-        }
-    }
-    let share = at.len().div_ceil(threads.get());
-    let pressures: Vec<Complex64> = std::thread::scope(|scope| {
-        let parts: Vec<_> = at
-            .chunks(share)
-            .map(|part| {
-                let elevations: Vec<f64> = part.iter().map(|point| point.2).collect();
-                scope.spawn(move || exact.at(s, &elevations).0)
-            })
-            .collect();
-        parts
-            .into_iter()
-            .flat_map(|part| part.join().unwrap_or_else(|p| std::panic::resume_unwind(p)))
-            .collect()
-    });
-    let mut forces = vec![Complex64::ZERO; face.len()];
-    for ((start, along, _, weight), pressure) in at.into_iter().zip(pressures) {
-        forces[start] += weight * (1.0 - along) * pressure;
-        forces[start + 1] += weight * along * pressure;
-    }
-    forces
+    nodal_forces(face, |elevations| {
+        std::thread::scope(|scope| {
+            let parts: Vec<_> = elevations
+                .chunks(elevations.len().div_ceil(threads.get()))
+                .map(|part| scope.spawn(move || exact.at(s, part).0))
+                .collect();
+            parts
+                .into_iter()
+                .flat_map(|part| part.join().unwrap_or_else(|p| std::panic::resume_unwind(p)))
+                .collect()
+        })
+    })
 }
 
 fn relative(values: &[Complex64], exact: &[Complex64]) -> f64 {

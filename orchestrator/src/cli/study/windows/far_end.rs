@@ -1,7 +1,7 @@
 //! What it costs to say nothing of the far end, or something that is not true.
 
-use super::super::StudyError;
-use super::{percent, record, relative};
+use super::super::{StudyError, relative};
+use super::{percent, record};
 use crate::cli::table::Table;
 use crate::cli::threads;
 use crate::registry::{self, FarEndCondition};

@@ -3,7 +3,7 @@
 mod coupled;
 mod far_end;
 
-use super::{Arguments, StudyError, figure, quoted, run_scene};
+use super::{Arguments, StudyError, figure, quoted, relative, run_scene};
 use crate::cli::table::Table;
 use crate::cli::{say, threads};
 use crate::registry::{self, FarEndCondition, ShortWindows};
@@ -202,13 +202,6 @@ fn record(scene: &Scene, motion: &GroundMotion, step: f64) -> Result<DMatrix<f64
         Some(normal) => normal[0] * at[n][0] + normal[1] * at[n][1],
         None => at[n][row - normals.len()],
     }))
-}
-
-/// Relative L2 difference as far as there is something found; 0 of what is nothing.
-fn relative(found: &[f64], exact: &[f64]) -> f64 {
-    let apart: f64 = found.iter().zip(exact).map(|(a, b)| (a - b).powi(2)).sum();
-    let whole: f64 = exact.iter().take(found.len()).map(|b| b * b).sum();
-    if whole > 0.0 { (apart / whole).sqrt() } else { 0.0 }
 }
 
 fn percent(share: f64) -> String {
