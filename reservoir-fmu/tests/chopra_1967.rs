@@ -3,8 +3,7 @@
 mod rectangular;
 
 use rectangular::{
-    DENSITY, DEPTH, SOUND_SPEED, THREADS, base_pressures, difference, of_uniform_motion, parameters,
-    projected,
+    DEPTH, SOUND_SPEED, THREADS, base_pressures, difference, of_uniform_motion, parameters, projected,
 };
 use reservoir::analytical::chopra_1967;
 use reservoir::{Complex64, ReservoirError, frequency_response};

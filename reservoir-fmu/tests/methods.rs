@@ -7,7 +7,7 @@ use interface::variables::reservoir::{
     BASE_PRESSURE, GROUND_ACCELERATION, INTERFACE_ACCELERATION, INTERFACE_PRESSURE, TOTAL_FORCE,
 };
 use interface::{CoSimulation, WetFace};
-use rectangular::{DENSITY, DEPTH, SOUND_SPEED, THREADS, base_pressures, parameters};
+use rectangular::{DENSITY, DEPTH, SOUND_SPEED, THREADS, base_pressures, parameters, rising_ground};
 use reservoir::analytical::chopra_1967;
 use reservoir::{Method, Reservoir, ReservoirError, ReservoirParameters};
 use shipped::{read, velocities};

@@ -6,7 +6,7 @@ mod shipped;
 
 use interface::WetFace;
 use nalgebra::DMatrix;
-use rectangular::{DENSITY, DEPTH, SOUND_SPEED, THREADS, parameters, stepped};
+use rectangular::{DENSITY, DEPTH, SOUND_SPEED, THREADS, parameters, rising_ground, stepped};
 use reservoir::analytical::{chopra_1967, fenves_chopra_1984};
 use reservoir::{
     Complex64, Fidelity, Method, ReservoirError, ReservoirParameters, added_mass, ground_added_mass,
