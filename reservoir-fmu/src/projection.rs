@@ -7,7 +7,7 @@ use crate::condition::BoundaryCondition;
 use crate::quadrature::gauss_legendre;
 use faer::{Mat, MatRef};
 use interface::WetFace;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, SymmetricEigen};
 use num_complex::Complex64;
 
 /// `∫ N_i N_j ds` (m) of the hat functions of the interface points, points × points.
@@ -20,6 +20,9 @@ pub(crate) fn consistent_mass(face: &WetFace) -> DMatrix<f64> {
     }
     mass
 }
+
+/// Share of a velocity's square that the elements must hold for it to count as felt.
+const LEAST_FELT: f64 = 1e-2;
 
 /// Work-conjugate projections: for every velocity v at the points and pressure P at the face's nodes,
 /// `vᵀ M p = ∫ (E v) P ds` with `p = Q P`.
@@ -104,9 +107,11 @@ impl InterfaceProjection {
         };
         // Every point has a panel, so the mass is positive definite.
         let inverse = mass.clone().cholesky().map_or_else(|| mass.clone(), |c| c.inverse());
+        let to_points = &inverse * loads;
+        let felt = felt(&overlap, &node_mass, &mass);
         Self {
             to_nodes: Mat::from_fn(nodes, points, |i, j| (overlap[(i, j)] / node_mass[i]).into()),
-            to_points: complex(&(&inverse * loads)),
+            to_points: complex(&felt.map_or_else(|| to_points.clone(), |felt| felt * &to_points)),
             samples,
             mass: [complex(&mass), complex(&inverse)],
         }
@@ -118,4 +123,22 @@ impl InterfaceProjection {
         let reversed = inverse * (operator.transpose() * mass);
         Mat::from_fn(operator.nrows(), operator.ncols(), |i, j| 0.5 * (operator[(i, j)] + reversed[(i, j)]))
     }
+}
+
+/// The projection of pressures, orthogonal in M, onto what works on velocities that the elements feel. None if all are.
+///
+/// Where panels are finer than elements some velocities meet no pressure; one that works on them would give energy.
+fn felt(overlap: &DMatrix<f64>, node_mass: &[f64], mass: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let upper = mass.clone().cholesky()?.l().transpose();
+    let inverse = upper.clone().try_inverse()?;
+    let scaled =
+        DMatrix::from_fn(overlap.nrows(), overlap.ncols(), |i, j| overlap[(i, j)] / node_mass[i].sqrt());
+    let seen = scaled * &inverse;
+    let eigen = SymmetricEigen::new(seen.transpose() * &seen);
+    let kept: Vec<usize> = (0..mass.nrows()).filter(|&k| eigen.eigenvalues[k] > LEAST_FELT).collect();
+    if kept.len() == mass.nrows() {
+        return None;
+    }
+    let basis = eigen.eigenvectors.select_columns(&kept);
+    Some(inverse * &basis * basis.transpose() * upper)
 }

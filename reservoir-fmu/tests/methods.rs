@@ -33,7 +33,8 @@ fn ramp_and_hold() -> Result<(), ReservoirError> {
         (Method::Radau3, 1e-3),
         (Method::Recursive, 1e-3),
     ] {
-        let parameters = ReservoirParameters { method, ..parameters(1.0, 20, 0.0025, 2.0) };
+        let element_size = DEPTH / 12.0;
+        let parameters = ReservoirParameters { method, element_size, ..parameters(1.0, 20, 0.0025, 2.0) };
         let pressures = base_pressures(parameters, velocity)?;
         let peak = pressures.iter().fold(0.0, |m: f64, &(t, _)| m.max(exact(t).abs()));
         let error = pressures.iter().fold(0.0, |m: f64, &(t, p)| m.max((p - exact(t)).abs())) / peak;
@@ -75,27 +76,26 @@ fn records() -> Result<(), ReservoirError> {
     Ok(())
 }
 
-/// The recursion against the convolution by Radau's method of three stages, which shares nothing with it over a
-/// level bed, and only the frequency response over another one: force in 8 s of a record, H = 5 ms.
+/// The recursion against the convolution by Radau's method of two stages, which shares only the frequency response with
+/// it: force in 6 s of a record, H = 5 ms. Panels that are finer than the elements, too: what no element feels is left out.
+/// Level beds are compared with an inversion of their closed form (`whole_record.rs`).
 #[test]
 fn a_recursion_equals_the_convolution() -> Result<(), ReservoirError> {
-    let (h, steps) = (0.005, 1600);
+    let (h, steps) = (0.005, 1200);
     let velocity = velocities(&read("northridge-1994-canyon-country-270"), h, steps + 1);
-    let level = |alpha: f64| parameters(alpha, 12, h, 8.0);
-    let sloped = ReservoirParameters {
+    let sloped = |panels: usize, element_size: f64| ReservoirParameters {
         bed: vec![[-60.0, 0.0], [-140.0, 40.0]],
-        bed_element_size: Some(10.0),
-        wet_face: WetFace::straight([30.0, DEPTH], 12).unwrap(),
-        ..level(0.8)
+        bed_element_size: Some(15.0),
+        wet_face: WetFace::straight([30.0, DEPTH], panels).unwrap(),
+        element_size,
+        ..parameters(0.8, 12, h, 6.0)
     };
-    for (name, parameters, most) in [
-        ("level, α = 0.9", level(0.9), 2e-3),
-        ("level, α = 0.5", level(0.5), 2e-3),
-        ("level, α = 0", level(0.0), 2e-3),
-        ("battered face, rising bed, α = 0.8", sloped, 2e-3),
+    for (name, parameters) in [
+        ("battered face, rising bed, α = 0.8", sloped(12, 15.0)),
+        ("the same, 24 panels, 9 elements", sloped(24, 22.0)),
     ] {
         let mut forces = Vec::new();
-        for method in [Method::Radau3, Method::Recursive] {
+        for method in [Method::Radau2, Method::Recursive] {
             let mut unit = Reservoir::new(ReservoirParameters { method, ..parameters.clone() }, THREADS)?;
             unit.initialise(0.0)?;
             let normals: Vec<f64> = unit.parameters().wet_face.normals().iter().map(|n| n[0]).collect();
@@ -113,7 +113,7 @@ fn a_recursion_equals_the_convolution() -> Result<(), ReservoirError> {
         let off = norm(&mut forces[0].iter().zip(&forces[1]).map(|(a, b)| a - b))
             / norm(&mut forces[0].iter().copied());
         println!("recursion against convolution, {name}: force differs by {off:.1e}");
-        assert!(off < most);
+        assert!(off < 2e-3);
     }
     Ok(())
 }

@@ -23,7 +23,8 @@ use std::path::PathBuf;
 /// distinct elements) are two co-simulation units. Each communication step is repeated until
 /// the pressure and the motion of the wet face agree, and every exchange is logged.
 #[derive(Parser)]
-#[command(name = "cofferdam", version, arg_required_else_help = true)]
+// Help is wrapped by hand.
+#[command(name = "cofferdam", version, arg_required_else_help = true, term_width = 0)]
 pub struct Arguments {
     /// What to do.
     #[command(subcommand)]

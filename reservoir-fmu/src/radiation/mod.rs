@@ -123,20 +123,21 @@ impl Radiation {
         let remainder = outgoing_root(wavenumber_squared + self.remainder);
         let projection = &self.projection;
         let size = self.squared_eigenvalues.len();
-        let diagonal = |m: usize| wavenumber_squared + self.squared_eigenvalues[m];
         let bed = self.water.bed_admittance * s;
         let surface = self.water.gravity.map(|g| s * s / g);
         let modal = if bed == Complex64::ZERO && surface.is_none() {
             Mat::from_fn(size, projection.ncols(), |m, j| {
-                (outgoing_root(diagonal(m)) - remainder) * projection[(m, j)]
+                (outgoing_root(wavenumber_squared + self.squared_eigenvalues[m]) - remainder)
+                    * projection[(m, j)]
             })
         } else {
             let surface = surface.unwrap_or_default();
-            let root = matrix_root(DMatrix::from_fn(size, size, |i, j| {
+            let unshifted = DMatrix::from_fn(size, size, |i, j| {
                 let coupled =
                     bed * self.at_bed[i] * self.at_bed[j] + surface * self.at_surface[i] * self.at_surface[j];
-                if i == j { coupled + diagonal(i) } else { coupled }
-            }))?;
+                if i == j { coupled + self.squared_eigenvalues[i] } else { coupled }
+            });
+            let root = matrix_root(unshifted, wavenumber_squared)?;
             let less = |i: usize, j: usize| if i == j { root[(i, j)] - remainder } else { root[(i, j)] };
             Mat::from_fn(size, size, less) * projection
         };

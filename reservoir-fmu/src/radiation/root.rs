@@ -10,14 +10,14 @@ pub(super) fn outgoing_root(z: Complex64) -> Complex64 {
     Complex64::from_polar(1.0, FRAC_PI_4) * Complex64::new(z.im, -z.re).sqrt()
 }
 
-/// The square root of a matrix whose eigenvalues' roots are [`outgoing_root`]s, from the complex Schur form
-/// (Björck and Hammarling 1983).
-pub(super) fn matrix_root(matrix: DMatrix<Complex64>) -> Option<DMatrix<Complex64>> {
+/// The square root of `matrix + shift I` whose eigenvalues are [`outgoing_root`]s, from the complex Schur form
+/// (Björck and Hammarling 1983) of the matrix alone: a large shift would bury in rounding what sets it apart from I.
+pub(super) fn matrix_root(matrix: DMatrix<Complex64>, shift: Complex64) -> Option<DMatrix<Complex64>> {
     let size = matrix.nrows();
     let (q, t) = nalgebra::linalg::Schur::try_new(matrix, f64::EPSILON, 100 * size)?.unpack();
     let mut root: DMatrix<Complex64> = DMatrix::zeros(size, size);
     for j in 0..size {
-        root[(j, j)] = outgoing_root(t[(j, j)]);
+        root[(j, j)] = outgoing_root(t[(j, j)] + shift);
         for i in (0..j).rev() {
             let inner: Complex64 = (i + 1..j).map(|k| root[(i, k)] * root[(k, j)]).sum();
             root[(i, j)] = (t[(i, j)] - inner) / (root[(i, i)] + root[(j, j)]);
@@ -30,14 +30,18 @@ pub(super) fn matrix_root(matrix: DMatrix<Complex64>) -> Option<DMatrix<Complex6
 mod tests {
     use super::*;
 
+    /// Also where the shift is all that doubles can tell.
     #[test]
     fn root_squares_to_the_matrix() {
-        let matrix = DMatrix::from_fn(12, 12, |i, j| {
-            let diagonal = if i == j { (i * i) as f64 } else { 0.0 };
-            Complex64::new(diagonal - 3.0, 0.7 * ((i + j) as f64).cos())
-        });
-        let root = matrix_root(matrix.clone()).unwrap();
-        assert!((&root * &root - &matrix).norm() < 1e-11 * matrix.norm());
+        for shift in [0.0, 1.0, 1e6, 1e12, 1e18].map(|size| Complex64::new(0.8, 0.6) * size) {
+            let matrix = DMatrix::from_fn(12, 12, |i, j| {
+                let diagonal = if i == j { (i * i) as f64 } else { 0.0 };
+                Complex64::new(diagonal - 3.0, 0.7 * ((i + j) as f64).cos())
+            });
+            let root = matrix_root(matrix.clone(), shift).unwrap();
+            let whole = matrix + DMatrix::identity(12, 12) * shift;
+            assert!((&root * &root - &whole).norm() < 1e-11 * whole.norm(), "{shift}");
+        }
     }
 
     /// Upper half plane: Re ≥ 0; beside the negative axis, on either side of it: +i.

@@ -63,27 +63,29 @@ pub(crate) fn fit<E: Send>(
     let mut best: Option<(PartialFractions, Residues, f64)> = None;
     for round in 1..=ROUNDS {
         let Some(loewner) = Loewner::new(&samples, DIRECTIONS) else { break };
-        let mut errors = Vec::new();
-        let mut closest = f64::INFINITY;
-        for order in loewner.orders(&THRESHOLDS) {
-            let Some(mut fractions) = loewner.truncated(order) else { continue };
+        let candidate = |&order: &usize| {
+            let mut fractions = loewner.truncated(order)?;
             // A pole that nothing was matched beside could be anything.
             for pole in &mut fractions.poles {
                 pole.re = pole.re.min(-0.1 * (pole.im - largest));
             }
             fractions.direct = direct.clone();
-            let Some(residues) = Residues::fitted(&mut fractions, &samples, &held) else { continue };
-            let found: Vec<f64> =
+            let residues = Residues::fitted(&mut fractions, &samples, &held)?;
+            let errors: Vec<f64> =
                 checks.par_iter().map(|check| difference(&fractions, check, TRUSTED * largest)).collect();
+            Some((fractions, residues, errors))
+        };
+        let candidates: Vec<_> = loewner.orders(&THRESHOLDS).par_iter().map(candidate).collect();
+        let mut errors = Vec::new();
+        let mut closest = f64::INFINITY;
+        // The smallest that is close enough, or the closest one.
+        for (fractions, residues, found) in candidates.into_iter().flatten() {
             let error = found.iter().copied().fold(0.0, f64::max);
-            if error < closest {
+            if closest > tolerance && error < closest {
                 (closest, errors) = (error, found);
                 if best.as_ref().is_none_or(|(_, _, least)| error < *least) {
                     best = Some((fractions, residues, error));
                 }
-            }
-            if error <= tolerance {
-                break;
             }
         }
         if closest <= tolerance || errors.is_empty() || round == ROUNDS {

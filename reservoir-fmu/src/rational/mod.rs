@@ -1,8 +1,9 @@
 //! Water as a recursion of constant cost a step: a rational function fitted to its frequency response.
 //!
 //! `loewner` finds poles from samples, `fit` chooses these, `residues` fits what is left and takes energy that comes from
-//! nowhere away, which `passivity` looks for; `recursion` steps, by `ports`, `panels` and `advance`. `channel` gives the
-//! response over a level bed before a vertical face in closed form, everywhere else the boundary elements do.
+//! nowhere away, which `passivity` looks for, all within the `range` of what the elements feel; `recursion` steps, by `ports`,
+//! `panels` and `advance`. `channel` gives the response over a level bed before a vertical face in closed form, everywhere
+//! else the boundary elements do.
 
 mod advance;
 mod channel;
@@ -14,6 +15,7 @@ mod panels;
 mod partial_fractions;
 mod passivity;
 mod ports;
+mod range;
 mod recursion;
 mod residues;
 
@@ -22,7 +24,9 @@ use crate::{ReservoirError, ReservoirParameters};
 use channel::Channel;
 use coordinates::Coordinates;
 use fit::Fit;
+use num_complex::Complex64;
 use passivity::{Loss, violations};
+use range::Range;
 pub(crate) use recursion::{Recursion, State};
 use std::f64::consts::PI;
 
@@ -85,6 +89,8 @@ pub(crate) fn recursion(parameters: &ReservoirParameters) -> Result<(Recursion, 
         return Ok(modal::recursion(parameters, &coordinates));
     }
     let (damping, frequencies) = grid(parameters);
+    let highest = frequencies.last().copied().unwrap_or(1.0);
+    let (mut left, mut right) = coordinates.restoring();
     let fitted = if level {
         let channel = Channel::new(parameters, &coordinates.of_integrals())?;
         let symbol = |s| Ok::<_, ReservoirError>(channel.symbol(s, coordinates.ground_scale()));
@@ -92,17 +98,19 @@ pub(crate) fn recursion(parameters: &ReservoirParameters) -> Result<(Recursion, 
     } else {
         let system = boundary_system(parameters)?;
         let symbol = |s| system.symbol(s).map(|k| coordinates.normalised(&k));
+        let range = Range::of(&symbol(Complex64::from(INFINITE[1] * highest))?);
+        let (basis, inputs) = range.restoring();
+        (left, right) = (left * basis, inputs * right);
+        let symbol = |s| symbol(s).map(|g| range.within(&g));
         fit::fit(symbol, damping, &frequencies, TOLERANCE, INFINITE[1])?
     };
     let Fit { mut fractions, error, solved, frequencies } = fitted.ok_or(none(f64::NAN, f64::NAN))?;
-    let corner = frequencies.last().copied().unwrap_or(1.0);
-    let loss = Loss::against(&violations(&fractions, &frequencies, 0.0), corner);
+    let loss = Loss::against(&violations(&fractions, &frequencies, 0.0), highest);
     if error > LARGEST_ERROR || loss.everywhere > LARGEST_LOSS[0] || loss.above_corner > LARGEST_LOSS[1] {
         return Err(none(error, loss.everywhere.max(loss.above_corner)));
     }
     let states = fractions.poles.iter().map(|pole| if pole.im > 0.0 { 2 } else { 1 }).sum();
-    loss.added_to(&mut fractions, corner);
-    let (left, right) = coordinates.restoring();
+    loss.added_to(&mut fractions, highest);
     let recursion = Recursion::of(&fractions.transformed(&left, &right), parameters.communication_step);
     Ok((recursion, Quality { states, error, solved, loss }))
 }
