@@ -97,6 +97,7 @@ fn reservoir(scene: &Scene, threads: NonZeroUsize) -> Result<Box<dyn Participant
     let points = parameters.wet_face.len();
     let model = match (parameters.fidelity, parameters.method) {
         (Fidelity::Compressible, Method::FiniteElements) => "compressible water, finite elements",
+        (Fidelity::Compressible, Method::Recursive) => "compressible water, recursion",
         (Fidelity::Compressible, _) => "compressible water, boundary elements",
         (Fidelity::Incompressible, _) => "incompressible water, boundary elements",
         (Fidelity::Westergaard, _) => "Westergaard's added mass",

@@ -25,7 +25,7 @@ use serde::{Deserialize, Serialize};
 /// ([`chopra_1967`](crate::analytical::chopra_1967), s → 0).
 pub fn added_mass(parameters: &ReservoirParameters) -> Result<DMatrix<f64>, ReservoirError> {
     let points = parameters.wet_face.len();
-    Ok(both(parameters)?.columns(0, points).into_owned())
+    Ok(whole_added_mass(parameters)?.columns(0, points).into_owned())
 }
 
 /// The added mass of the ground, `p = −A_g a_g` for its acceleration along x and y, the face at rest.
@@ -36,11 +36,11 @@ pub fn added_mass(parameters: &ReservoirParameters) -> Result<DMatrix<f64>, Rese
 /// **Errors**: those of [`added_mass`].
 pub fn ground_added_mass(parameters: &ReservoirParameters) -> Result<DMatrix<f64>, ReservoirError> {
     let points = parameters.wet_face.len();
-    Ok(both(parameters)?.columns(points, 2).into_owned())
+    Ok(whole_added_mass(parameters)?.columns(points, 2).into_owned())
 }
 
-/// A and beside it A_g.
-fn both(parameters: &ReservoirParameters) -> Result<DMatrix<f64>, ReservoirError> {
+/// A and beside it A_g: points × (points + 2).
+pub(crate) fn whole_added_mass(parameters: &ReservoirParameters) -> Result<DMatrix<f64>, ReservoirError> {
     parameters.validate()?;
     if parameters.surface_waves {
         let remedy = "unset `surface_waves`, or take the frequency response";

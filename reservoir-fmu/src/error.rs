@@ -168,6 +168,12 @@ pub enum ReservoirError {
         /// Complex frequency, 1/s.
         frequency: Complex64,
     },
+    /// No rational function could be found at all.
+    #[error(
+        "no rational function could be fitted to this water's frequency response; choose the method `radau2` or `radau3`, or \
+         panels of the wet face that are more alike"
+    )]
+    NotFitted,
     /// No rational function was found that is close enough to the frequency response, and passive.
     #[error(
         "no recursion was found for this water: the best is {error:.1e} off its frequency response and needs a loss of \

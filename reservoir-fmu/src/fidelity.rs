@@ -12,7 +12,7 @@ pub enum Fidelity {
     /// Incompressible water by boundary elements, `∇²p = 0`: added mass of the real section, no waves, no
     /// memory. Sound speed and bed have no effect.
     Incompressible,
-    /// Compressible water by boundary elements, with radiation upstream and an absorbing bed.
+    /// Compressible water, with radiation upstream and an absorbing bed.
     Compressible,
 }
 

@@ -10,6 +10,11 @@ use nalgebra::DMatrix;
 use num_complex::Complex64;
 use std::num::NonZeroUsize;
 
+/// Most values, points × inputs, 1.6 GB.
+const MOST_VALUES: f64 = 1e8;
+/// Entries of a layer operator that are kept at a time.
+const HELD: usize = 4_000_000;
+
 /// Pressure (Pa) at points inside the water for a unit velocity (m/s) of the interface points and of the ground.
 ///
 /// The representation formula, with pressure P and slope on the boundary:
@@ -22,8 +27,8 @@ use std::num::NonZeroUsize;
 /// m, between dam and far end; rows: `points`, columns: as in
 /// [`frequency_response`](crate::frequency_response()).
 ///
-/// **Errors**: those of [`frequency_response`](crate::frequency_response()), [`ReservoirError::FieldPoint`], and
-/// [`ReservoirError::NoField`] for Westergaard's water.
+/// **Errors**: those of [`frequency_response`](crate::frequency_response()), [`ReservoirError::FieldPoint`],
+/// [`ReservoirError::TooMuch`], and [`ReservoirError::NoField`] for Westergaard's water.
 pub fn field_response(
     parameters: &ReservoirParameters,
     s: Complex64,
@@ -36,6 +41,12 @@ pub fn field_response(
     }
     if !(s.re >= 0.0 && s.is_finite() && s != Complex64::ZERO) {
         return Err(ReservoirError::Frequency { frequency: s });
+    }
+    let inputs = parameters.wet_face.len() + 2;
+    let value = points.len() as f64 * inputs as f64;
+    if value > MOST_VALUES {
+        let (what, remedy) = ("values of the field", "ask for fewer points");
+        return Err(ReservoirError::TooMuch { what, value, most: MOST_VALUES, remedy });
     }
     let outline = Outline::new(parameters)?;
     for (index, &[x, y]) in points.iter().enumerate() {
@@ -51,10 +62,17 @@ pub fn field_response(
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build()?;
     pool.install(|| {
         let values = system.boundary_values(frequency)?;
-        let layers = LayerOperators::new(system.mesh(), &*kernel(parameters), points)
-            .assemble(frequency / water.sound_speed)
-            .map_err(|source| ReservoirError::Kernel { frequency: s, source })?;
-        let field = layers.single * values.slope - layers.double * values.pressure;
-        Ok(DMatrix::from_fn(field.nrows(), field.ncols(), |i, j| water.density * s * field[(i, j)]))
+        let mut response = DMatrix::zeros(points.len(), inputs);
+        let share = (HELD / values.pressure.nrows()).max(1);
+        for (part, at) in points.chunks(share).enumerate() {
+            let layers = LayerOperators::new(system.mesh(), &*kernel(parameters), at)
+                .assemble(frequency / water.sound_speed)
+                .map_err(|source| ReservoirError::Kernel { frequency: s, source })?;
+            let field = layers.single * &values.slope - layers.double * &values.pressure;
+            for (i, j) in (0..at.len()).flat_map(|i| (0..inputs).map(move |j| (i, j))) {
+                response[(share * part + i, j)] = water.density * s * field[(i, j)];
+            }
+        }
+        Ok(response)
     })
 }

@@ -2,12 +2,13 @@
 //!
 //! Depends on `added_mass`, `boundary`, `convolution`, `fidelity`, `kernel`, `outline` and `system`.
 
+use crate::added_mass::whole_added_mass;
 use crate::boundary::BoundaryMesh;
 use crate::convolution::{ConvolutionQuadrature, Rule, Weights};
 use crate::kernel::{FreeSpace, FreeSurface, HelmholtzKernel};
 use crate::outline::Outline;
 use crate::system::{BoundarySystem, Water};
-use crate::{Method, ReservoirError, ReservoirParameters, added_mass, ground_added_mass};
+use crate::{Method, ReservoirError, ReservoirParameters};
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -39,10 +40,7 @@ pub fn frequency_response(
         return Err(ReservoirError::Frequency { frequency });
     }
     if !parameters.fidelity.has_memory() && !parameters.surface_waves {
-        let (face, ground) = (added_mass(parameters)?, ground_added_mass(parameters)?);
-        let points = face.ncols();
-        let mut mass = face.resize_horizontally(points + 2, 0.0);
-        mass.columns_mut(points, 2).copy_from(&ground);
+        let mass = whole_added_mass(parameters)?;
         return Ok(s.iter().map(|&s| mass.map(|m| -s * m)).collect());
     }
     symbols(&boundary_system(parameters)?, s, threads)

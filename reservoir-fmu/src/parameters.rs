@@ -74,13 +74,16 @@ pub struct ReservoirParameters {
     pub corner_element_size: Option<f64>,
     /// Distance L of the far end from the most upstream point of face and bed, m; h/2 is ample.
     pub far_end_distance: f64,
-    /// Length of a communication step H, s; water without memory takes others too.
+    /// Length of a communication step H, s; water without memory and the recursion take others too.
     pub communication_step: f64,
-    /// Longest time that can be simulated, s; at least a communication step. Without effect on water without memory.
+    /// Longest time that can be simulated, s; at least a communication step. Only convolutions end there.
     pub horizon: f64,
     /// How compressible water is stepped in time.
     pub method: Method,
 }
+
+/// Samples of the frequency response that a recursion takes, at most, a cut-off frequency.
+const SAMPLES: f64 = 45.0;
 
 impl ReservoirParameters {
     /// Compressible water of 1000 kg/m³ and 1440 m/s before `wet_face`, over a rigid level bed; linear elements of
@@ -150,11 +153,14 @@ impl ReservoirParameters {
         let (solved, memory) = (self.fidelity.is_solved(), self.fidelity.has_memory());
         let convolved = memory && self.method.has_horizon();
         let weights = steps * points * points;
+        let sampled = SAMPLES * f64::max(8.0, 60.0 * depth / self.sound_speed) * points * points;
+        let recursive = memory && self.method == Method::Recursive;
         for (applies, what, value, most, remedy) in [
             (solved, "boundary elements", elements, 3e3, "raise `element_size`, or lower `far_end_distance`"),
             (convolved, "communication steps", steps, 1e6, "shorten `horizon`, or lengthen the steps"),
             (convolved, "convolution weights", weights, 1e9, "shorten `horizon`, or take fewer points"),
             (convolved, "cut-off frequencies", cut_offs, 1e5, "raise `sound_speed`, or lengthen the steps"),
+            (recursive, "entries of sampled responses", sampled, 5e7, "take fewer points"),
             (!memory, "entries of the added mass", points * points, 1e8, "take fewer points"),
         ] {
             if applies && value > most {

@@ -1,10 +1,10 @@
-use crate::added_mass::LastStep;
+use crate::added_mass::{LastStep, whole_added_mass};
 use crate::convolution::Convolution;
 use crate::finite_elements::FiniteElements;
 use crate::frequency_response::{convolution_weights, quadrature};
 use crate::rational::recursion;
 use crate::time_domain::{Memory, TimeDomain};
-use crate::{Fidelity, Method, ReservoirError, ReservoirParameters, added_mass, ground_added_mass};
+use crate::{Fidelity, Method, ReservoirError, ReservoirParameters};
 use interface::variables::reservoir as variables;
 use interface::{
     CallError, Capabilities, Causality, CoSimulation, Fingerprint, Packable, Shape, Stage, StateError,
@@ -80,13 +80,14 @@ struct SerialisedState {
 }
 
 impl Reservoir {
-    /// Makes the unit; for compressible water this computes the convolution weights on `threads`, for
-    /// incompressible water it solves one system.
+    /// Makes the unit: for compressible water what its method steps with, on `threads`; for incompressible water one
+    /// system is solved.
     ///
     /// The number of threads changes no bit of the result.
     ///
     /// **Errors**: parameters out of range, [`ReservoirError::Kernel`], [`ReservoirError::FarEnd`],
-    /// [`ReservoirError::Threads`].
+    /// [`ReservoirError::NotFitted`], [`ReservoirError::Recursion`], [`ReservoirError::Mesh`],
+    /// [`ReservoirError::FiniteElementSystem`], [`ReservoirError::GravityWaves`], [`ReservoirError::Threads`].
     pub fn new(parameters: ReservoirParameters, threads: NonZeroUsize) -> Result<Self, ReservoirError> {
         parameters.validate()?;
         let fingerprint = Fingerprint::of(UNIT, &parameters)?;
@@ -223,7 +224,8 @@ impl CoSimulation for Reservoir {
         Self::capabilities_for(&self.parameters)
     }
 
-    /// The water is at rest at `start_time`: the pressure is zero whatever the acceleration.
+    /// The water is at rest at `start_time`: the pressure is zero whatever the acceleration. That of the ground is the one
+    /// with which the first step begins.
     fn initialise(&mut self, start_time: f64) -> Result<(), ReservoirError> {
         if self.state.motion.initialised {
             return Err(CallError::Order { unit: UNIT, call: "initialise", stage: Stage::Stepping }.into());
@@ -233,9 +235,9 @@ impl CoSimulation for Reservoir {
                 CallError::Time { unit: UNIT, asked: start_time, time: self.state.motion.time }.into()
             );
         }
-        self.state.motion.initialised = true;
-        self.state.motion.start_time = start_time;
-        self.state.motion.time = start_time;
+        let motion = &mut self.state.motion;
+        (motion.initialised, motion.start_time, motion.time) = (true, start_time, start_time);
+        motion.last_ground_acceleration = motion.ground_acceleration;
         Ok(())
     }
 
@@ -424,9 +426,7 @@ fn made(parameters: &ReservoirParameters) -> Result<(Model, String), ReservoirEr
     match parameters.fidelity {
         Fidelity::Compressible => {}
         fidelity => {
-            let points = parameters.wet_face.len();
-            let mut mass = added_mass(parameters)?.resize_horizontally(points + 2, 0.0);
-            mass.columns_mut(points, 2).copy_from(&ground_added_mass(parameters)?);
+            let mass = whole_added_mass(parameters)?;
             let incompressible = fidelity == Fidelity::Incompressible;
             let said = if incompressible { "incompressible water" } else { "added mass" };
             return Ok((Model::AddedMass(mass), said.to_owned()));

@@ -2,9 +2,10 @@
 //!
 //! Depends on `added_mass`, `condition`, `frequency_response` and `system`.
 
+use crate::added_mass::whole_added_mass;
 use crate::condition::FarEndCondition;
 use crate::frequency_response::boundary_system;
-use crate::{ReservoirError, ReservoirParameters, added_mass, ground_added_mass};
+use crate::{ReservoirError, ReservoirParameters};
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -75,8 +76,7 @@ pub(crate) fn pressure_before(
         let impedance = parameters.density * parameters.sound_speed;
         pool.install(|| transformed(|s| system.symbol(s), impedance, step, acceleration))?
     } else {
-        let (face, ground) = (acceleration.rows(0, points), acceleration.rows(points, 2));
-        -(added_mass(parameters)? * face + ground_added_mass(parameters)? * ground)
+        -(whole_added_mass(parameters)? * acceleration)
     };
     match pressure.iter().position(|p| !p.is_finite()) {
         None => Ok(pressure),

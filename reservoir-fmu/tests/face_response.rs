@@ -57,18 +57,27 @@ fn linear_elements_by_their_number_a_wavelength() -> Result<(), ReservoirError> 
     Ok(())
 }
 
-/// 1 %: ℓ²ω²/c²/24 of what one value an element leaves of a wave is 0.25 % at Ω = 2.5, more beside the surface.
+/// 0.9 %: ℓ²ω²/c²/24 of what one value an element leaves of a wave is 0.25 % at Ω = 2.5, more beside the surface. With as many
+/// panels a saw tooth of velocities has no mean on any element, and a pressure that works on it is none: 1.1 %.
 #[test]
 fn sixteen_constant_elements() -> Result<(), ReservoirError> {
     for alpha in [1.0, 0.75, 0.5, 0.0] {
-        let mut worst = (0.0f64, 0.0);
-        for ratio in RATIOS.into_iter().filter(|ratio| *ratio <= 2.5) {
-            let error = error(&parameters(alpha, 16, ElementOrder::Constant), ratio)?;
-            worst = if error > worst.0 { (error, ratio) } else { worst };
+        for (panels, most) in [(8, 9e-3), (16, 1.1e-2)] {
+            let mut worst = (0.0f64, 0.0);
+            for ratio in RATIOS.into_iter().filter(|ratio| *ratio <= 2.5) {
+                let water = ReservoirParameters {
+                    element_size: DEPTH / 16.0,
+                    ..parameters(alpha, panels, ElementOrder::Constant)
+                };
+                let error = error(&water, ratio)?;
+                worst = if error > worst.0 { (error, ratio) } else { worst };
+            }
+            let (error, ratio) = worst;
+            println!(
+                "α = {alpha}, 16 constant elements, {panels} panels: at most {error:.2e}, at Ω = {ratio}"
+            );
+            assert!(error <= most);
         }
-        let (error, ratio) = worst;
-        println!("α = {alpha}, 16 constant elements: at most {error:.1e}, at Ω = {ratio}");
-        assert!(error <= 1e-2);
     }
     Ok(())
 }

@@ -43,8 +43,8 @@ pub struct TriangleMesh {
 
 impl TriangleMesh {
     /// Divides the parameters' water: a Delaunay triangulation within its boundary elements, refined until no angle is
-    /// below 28° (but where the outline has one) and no triangle larger than half the square of the element
-    /// size. Towards short boundary elements triangles become small by themselves.
+    /// below 28° (but where the outline has one) and no triangle larger than half the square of the larger
+    /// element size. Towards short boundary elements triangles become small by themselves.
     ///
     /// The same bits every time: nothing is done in parallel, and sets are asked, never walked through.
     ///

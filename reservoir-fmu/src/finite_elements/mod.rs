@@ -132,14 +132,6 @@ impl FiniteElements {
     /// **Errors**: as [`new`](Self::new).
     pub fn with_far_end(parameters: &ReservoirParameters, far_end: FarEnd) -> Result<Self, ReservoirError> {
         parameters.validate()?;
-        for (parameter, size) in [
-            ("bed_element_size", parameters.bed_element_size),
-            ("corner_element_size", parameters.corner_element_size),
-        ] {
-            if let Some(value) = size.filter(|size| !(*size > 0.0 && size.is_finite())) {
-                return Err(ReservoirError::NotPositive { parameter, value, unit: "m" });
-            }
-        }
         let mesh = TriangleMesh::new(parameters)?;
         let mut unknowns = vec![Some(0); mesh.nodes.len()];
         if !parameters.surface_waves {
@@ -238,7 +230,7 @@ impl FiniteElements {
     ///
     /// **Errors**: [`ReservoirError::Frequency`], [`ReservoirError::FiniteElementSystem`].
     pub fn symbol(&self, s: Complex64) -> Result<DMatrix<Complex64>, ReservoirError> {
-        if !(s.re > 0.0 && s.is_finite()) {
+        if !(s.re >= 0.0 && s.is_finite() && s != Complex64::ZERO) {
             return Err(ReservoirError::Frequency { frequency: s });
         }
         let (inputs, points) = (self.inputs(), self.load.points());

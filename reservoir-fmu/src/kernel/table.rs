@@ -19,7 +19,7 @@ struct Segment {
     coefficients: [[f64; 4]; SIZE],
 }
 
-/// `K₀(kr)` and `k K₁(kr)` of one wavenumber by polynomials, a tenth of the cost of [`Ray::evaluate`].
+/// `K₀(kr)` and `k K₁(kr)` of one wavenumber by polynomials, a tenth of the cost of [`Ray::at`].
 ///
 /// Segments are short against the distance from r = 0 and against the wavelength: degree 7 leaves 2e-11.
 pub(crate) struct Table {

@@ -2,9 +2,10 @@
 //!
 //! Depends on `added_mass`, `frequency_response` and `whole_record`.
 
+use crate::added_mass::whole_added_mass;
 use crate::frequency_response::frequency_response;
 use crate::whole_record::check_record;
-use crate::{Fidelity, ReservoirError, ReservoirParameters, added_mass, ground_added_mass};
+use crate::{Fidelity, ReservoirError, ReservoirParameters};
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 use rustfft::{Fft, FftPlanner};
@@ -54,9 +55,7 @@ impl ShortWindows {
             }
             _ => parameters,
         };
-        let points = parameters.wet_face.len();
-        let mut mass = added_mass(still)?.resize_horizontally(points + 2, 0.0);
-        mass.columns_mut(points, 2).copy_from(&ground_added_mass(still)?);
+        let mass = whole_added_mass(still)?;
         let step = parameters.communication_step;
         let frequency = |k: usize| 2.0 * PI * k as f64 / (steps as f64 * step);
         let s: Vec<Complex64> =

@@ -77,16 +77,14 @@ impl Channel {
                 }
             }
         }
-        let singular = ReservoirError::FarEnd { frequency: Complex64::ZERO };
-        let lower = mass.cholesky().ok_or(ReservoirError::FarEnd { frequency: Complex64::ZERO })?.unpack();
-        let half = lower.solve_lower_triangular(&stiffness).ok_or(singular)?;
-        let singular = ReservoirError::FarEnd { frequency: Complex64::ZERO };
-        let reduced = lower.solve_lower_triangular(&half.transpose()).ok_or(singular)?;
+        let singular = || ReservoirError::FarEnd { frequency: Complex64::ZERO };
+        let lower = mass.cholesky().ok_or_else(singular)?.unpack();
+        let half = lower.solve_lower_triangular(&stiffness).ok_or_else(singular)?;
+        let reduced = lower.solve_lower_triangular(&half.transpose()).ok_or_else(singular)?;
         let eigen = SymmetricEigen::new(0.5 * (&reduced + reduced.transpose()));
         let mut order: Vec<usize> = (0..bubbles).collect();
         order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
-        let singular = ReservoirError::FarEnd { frequency: Complex64::ZERO };
-        let vectors = lower.transpose().solve_upper_triangular(&eigen.eigenvectors).ok_or(singular)?;
+        let vectors = lower.transpose().solve_upper_triangular(&eigen.eigenvectors).ok_or_else(singular)?;
         let surface = elements.first().map_or(0.0, |e| e.start[1]);
         let depth = surface - elements.last().map_or(0.0, |e| e.end[1]);
         order.truncate(nodes * elements.len());

@@ -10,8 +10,8 @@
 //! B = Λ + q s b bᵀ + (s²/g) t tᵀ + (s/c)² I,   Λ = diag(λ_m²),   b_m = φ_m(bed), t_m = φ_m(surface)
 //! ```
 //!
-//! What the basis leaves over, waves shorter than the mesh resolves, radiates with the single
-//! value of the next mode, `κ_r = √(λ_r² + (s/c)²)`: for short waves this is the plane-wave
+//! What the basis leaves over, waves shorter than the mesh resolves, radiates with a single value, that of
+//! the next mode under p = 0, `κ_r = √(λ_r² + (s/c)²)`: for short waves this is the plane-wave
 //! impedance. The n-th polynomial of a panel varies over its length over n² at its ends, so
 //! `n² = 14 × elements` keeps the basis resolved, 4 × with constant ones (the profile at α = 0 and ten elements a wavelength is off
 //! by 4.3e-3, 1.6e-3, 0.9e-3 with 3, 6, 14). Panels of at most 16 elements of like length keep up

@@ -20,7 +20,7 @@ const THRESHOLDS: [f64; 3] = [1e-6, 1e-7, 1e-8];
 #[derive(Clone, Debug)]
 pub(crate) struct Fit {
     pub fractions: PartialFractions,
-    /// Largest relative difference in Frobenius' norm at frequencies that were not matched.
+    /// Largest relative difference in Frobenius' norm at all frequencies that were solved.
     pub error: f64,
     /// Number of frequencies at which the function was asked for.
     pub solved: usize,
@@ -80,7 +80,7 @@ pub(crate) fn fit<E: Send>(
         let mut closest = f64::INFINITY;
         // The smallest that is close enough, or the closest one.
         for (fractions, residues, found) in candidates.into_iter().flatten() {
-            let error = found.iter().copied().fold(0.0, f64::max);
+            let error = found.iter().copied().fold(0.0, larger);
             if closest > tolerance && error < closest {
                 (closest, errors) = (error, found);
                 if best.as_ref().is_none_or(|(_, _, least)| error < *least) {
@@ -108,9 +108,14 @@ pub(crate) fn fit<E: Send>(
     frequencies.sort_by(f64::total_cmp);
     let fractions = residues.made_passive(&fractions, &frequencies);
     let difference = |sample| difference(&fractions, sample, TRUSTED * largest);
-    let error = samples.par_iter().map(difference).reduce(|| 0.0, f64::max);
+    let error = samples.par_iter().map(difference).reduce(|| 0.0, larger);
     let solved = samples.len() + held.len() + 1;
     Ok(Some(Fit { fractions, error, solved, frequencies }))
+}
+
+/// The larger one; what is no number is larger than all.
+fn larger(a: f64, b: f64) -> f64 {
+    if b.is_nan() { f64::INFINITY } else { a.max(b) }
 }
 
 fn middles(frequencies: &[f64]) -> Vec<f64> {

@@ -49,7 +49,7 @@ const INFINITE: [f64; 2] = [1e4, 30.0];
 const LOWEST: f64 = 0.02;
 /// Samples on either side of a branch point, at first.
 const BESIDE: usize = 6;
-/// Panels and elements a wave at the highest frequency of the fit.
+/// Panels a wave at the highest frequency of the fit.
 const PER_WAVE: f64 = 4.0;
 
 /// What the recursion is, in numbers.
@@ -79,11 +79,10 @@ impl std::fmt::Display for Quality {
 
 /// The recursion of compressible water, on the current rayon pool.
 ///
-/// **Errors**: [`ReservoirError::Recursion`], and those of the frequency response.
+/// **Errors**: [`ReservoirError::NotFitted`], [`ReservoirError::Recursion`], and those of the frequency response.
 pub(crate) fn recursion(parameters: &ReservoirParameters) -> Result<(Recursion, Quality), ReservoirError> {
     let impedance = parameters.density * parameters.sound_speed;
-    let none = |error: f64, loss: f64| ReservoirError::Recursion { error, loss };
-    let coordinates = Coordinates::new(&parameters.wet_face, impedance).ok_or(none(f64::NAN, f64::NAN))?;
+    let coordinates = Coordinates::new(&parameters.wet_face, impedance).ok_or(ReservoirError::NotFitted)?;
     let level = Channel::describes(parameters);
     if level && parameters.wave_reflection_coefficient == 1.0 {
         return Ok(modal::recursion(parameters, &coordinates));
@@ -104,13 +103,13 @@ pub(crate) fn recursion(parameters: &ReservoirParameters) -> Result<(Recursion, 
         let symbol = |s| symbol(s).map(|g| range.within(&g));
         fit::fit(symbol, damping, &frequencies, TOLERANCE, INFINITE[1])?
     };
-    let Fit { mut fractions, error, solved, frequencies } = fitted.ok_or(none(f64::NAN, f64::NAN))?;
+    let Fit { mut fractions, error, solved, frequencies } = fitted.ok_or(ReservoirError::NotFitted)?;
     let loss = Loss::against(&violations(&fractions, &frequencies, 0.0), highest);
     if error > LARGEST_ERROR || loss.everywhere > LARGEST_LOSS[0] || loss.above_corner > LARGEST_LOSS[1] {
-        return Err(none(error, loss.everywhere.max(loss.above_corner)));
+        return Err(ReservoirError::Recursion { error, loss: loss.everywhere.max(loss.above_corner) });
     }
-    let states = fractions.poles.iter().map(|pole| if pole.im > 0.0 { 2 } else { 1 }).sum();
     loss.added_to(&mut fractions, highest);
+    let states = fractions.poles.iter().map(|pole| if pole.im > 0.0 { 2 } else { 1 }).sum();
     let recursion = Recursion::of(&fractions.transformed(&left, &right), parameters.communication_step);
     Ok((recursion, Quality { states, error, solved, loss }))
 }

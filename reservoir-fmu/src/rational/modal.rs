@@ -42,8 +42,8 @@ pub(super) fn recursion(parameters: &ReservoirParameters, coordinates: &Coordina
     let Shared { poles, residues, error, loss } = shared();
     // ∫ φ_m N_i dy in the face's coordinates.
     let mut integrals = DMatrix::<f64>::zeros(modes, points);
-    let rule = gauss_legendre(12);
     for panel in face.panels() {
+        let rule = gauss_legendre(12 + (0.5 * wavenumber(modes) * panel.length) as usize);
         let [start, end] = [face.points()[panel.start][1], face.points()[panel.start + 1][1]];
         for q in rule.iter() {
             let along = 0.5 * (1.0 + q.position);
@@ -65,8 +65,7 @@ pub(super) fn recursion(parameters: &ReservoirParameters, coordinates: &Coordina
     project.view_mut((0, 0), (modes, points)).copy_from(&(&shapes * of_face));
     project.view_mut((width, 0), (points, points)).fill_with_identity();
     // B a = −s b over −ρc, b = φ_m(0): −c s b/(s² + λ²c²)
-    let lifted = -c * (2.0 / depth).sqrt() * coordinates.ground_scale() * right[(points + 1, points + 1)];
-    project.view_mut((2 * width, points + 1), (modes, 1)).fill(lifted);
+    project.view_mut((2 * width, points + 1), (modes, 1)).fill(-c * (2.0 / depth).sqrt());
     let mut spread = DMatrix::zeros(points, 2 * width);
     spread.columns_mut(0, modes).copy_from(&(&left * shapes.transpose()));
     spread.columns_mut(width, points).copy_from(&(&left * &rest * of_face));

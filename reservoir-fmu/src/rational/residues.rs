@@ -10,7 +10,7 @@ use num_complex::Complex64;
 const DIRECTIONS: usize = 6;
 /// Weight of the samples off the axis.
 const HELD: f64 = 0.01;
-/// Ridge of the normal equations, over their largest diagonal.
+/// Ridge of the normal equations, whose diagonal is 1, an equation.
 const RIDGE: f64 = 1e-14;
 /// How negative the Hermitian part may be, for a loss to make good.
 const ALLOWED: f64 = 1e-3;

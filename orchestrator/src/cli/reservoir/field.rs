@@ -69,7 +69,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let grid = Grid::of(parameters, size)?;
     let s = Complex64::new(*sigma, *omega);
     let response = field_response(parameters, s, &grid.points, common.threads())?;
-    let pressure = motion.of_rigid_dam(&response, &parameters.wet_face.normals())?;
+    let pressure = motion.of_rigid_dam(&response, &parameters.wet_face.normals());
     // Per unit acceleration, not velocity.
     let pressure: Vec<Complex64> = pressure.into_iter().map(|p| p / s).collect();
     let peak = pressure.iter().fold(0.0f64, |most, p| most.max(p.norm()));

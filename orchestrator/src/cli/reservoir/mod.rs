@@ -192,20 +192,11 @@ impl Motion {
 
     /// The row of `response` (points × points, and the two of the ground) times a rigid dam that moves with it, at
     /// every point per unit velocity.
-    fn of_rigid_dam(
-        self,
-        response: &nalgebra::DMatrix<Complex64>,
-        normals: &[[f64; 2]],
-    ) -> Result<Vec<Complex64>, Failure> {
+    fn of_rigid_dam(self, response: &nalgebra::DMatrix<Complex64>, normals: &[[f64; 2]]) -> Vec<Complex64> {
         let (points, axis) = (normals.len(), self.axis());
-        let ground = (response.ncols() > points).then(|| response.column(points + axis));
-        if ground.is_none() && self == Self::Vertical {
-            return Err(unfit("this water has no answer to a bed that moves; choose --motion horizontal"));
-        }
         let of_face = |row: usize| -> Complex64 {
             normals.iter().enumerate().map(|(point, n)| response[(row, point)] * n[axis]).sum()
         };
-        let of_ground = |row: usize| ground.as_ref().map_or(Complex64::ZERO, |column| column[row]);
-        Ok((0..response.nrows()).map(|row| of_face(row) + of_ground(row)).collect())
+        (0..response.nrows()).map(|row| of_face(row) + response[(row, points + axis)]).collect()
     }
 }

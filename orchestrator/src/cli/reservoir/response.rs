@@ -80,6 +80,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let water = common.load()?;
     let frequencies = arguments.frequencies(water.first_cut_off())?;
     let face = &water.parameters.wet_face;
+    if *motion == Motion::Vertical && !water.parameters.fidelity.is_solved() {
+        return Err(unfit(
+            "an added mass by a formula knows no bed that moves; choose --motion horizontal, or `reservoir.fidelity` = \
+             \"incompressible\" or \"compressible\"",
+        ));
+    }
     let shown = arguments.points.on(face)?;
     let exact = Exact::of(&water.parameters, *motion);
     say(&water.title);
@@ -93,7 +99,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     for chunk in frequencies.chunks((HELD / (face.len() * face.len())).clamp(16, 4096)) {
         responses(&water.parameters, chunk, common.threads(), &mut |s, response| {
             let pressure = match response {
-                Ok(response) => motion.of_rigid_dam(&response, &normals)?,
+                Ok(response) => motion.of_rigid_dam(&response, &normals),
                 Err(problem) => {
                     problems.push((s, problem));
                     return Ok(());
