@@ -84,7 +84,7 @@ impl<L: ContactLaw> Structure<L> {
             velocity: zero.clone(),
             acceleration: zero,
             viscous: self.cells.viscous_at_rest(),
-            joints: self.cracks.iter().map(Crack::joints_at_rest).collect(),
+            joints: self.cracks.iter().map(|crack| crack.joints_at_rest(&self.mesh.nodes)).collect(),
         }
     }
 

@@ -1,4 +1,6 @@
 //! Closed-form answers. Nothing here calls the solver.
 
+pub mod cantilever;
+pub mod joint_waves;
 pub mod newmark_1965;
 pub mod vibration;

@@ -26,7 +26,7 @@ pub struct JointState {
     pub segment: u32,
     /// Where it stands.
     pub status: ContactStatus,
-    /// Tangential position that the shear spring holds on to, from the node's own place at rest, m.
+    /// Tangential position that the shear spring holds on to, along the other side less the node's along its own, m.
     pub anchor: f64,
     /// Stretch of the shear spring, m.
     pub stretch: f64,
@@ -114,21 +114,22 @@ impl<L: ContactLaw> Crack<L> {
         [&self.sides[0].weights, &self.sides[1].weights]
     }
 
-    /// Contacts without load: those of the upper side's nodes, then those of the lower side's.
-    pub fn joints_at_rest(&self) -> Vec<JointState> {
-        [1, 0]
-            .into_iter()
-            .flat_map(|slave: usize| {
-                let last = self.sides[1 - slave].nodes.len() - 2;
-                (0..self.sides[slave].nodes.len()).map(move |i| JointState {
-                    segment: i.min(last) as u32,
+    /// Contacts without load: those of the upper side's nodes, then those of the lower side's. Shear springs hold on to
+    /// where the nodes are at `rest` (m), wherever the other side begins.
+    pub fn joints_at_rest(&self, rest: &[[f64; 2]]) -> Vec<JointState> {
+        let still = vec![[0.0; 2]; rest.len()];
+        self.contacts()
+            .map(|(slave, i, _)| {
+                let place = self.place(slave, i, i, rest, &still);
+                JointState {
+                    segment: place.segment as u32,
                     status: ContactStatus::Sticking,
-                    anchor: 0.0,
+                    anchor: place.slip,
                     stretch: 0.0,
                     gap: 0.0,
                     dashpots: [0.0; 2],
                     rates: [0.0; 2],
-                })
+                }
             })
             .collect()
     }

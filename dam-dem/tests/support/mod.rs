@@ -124,3 +124,8 @@ pub fn mean(structure: &Structure, field: &[[f64; 2]], block: usize) -> [f64; 2]
     let mass: f64 = nodes.clone().map(|n| structure.mass[n]).sum();
     [0, 1].map(|d| nodes.clone().map(|n| structure.mass[n] * field[n][d]).sum::<f64>() / mass)
 }
+
+/// Mean of `field` over `nodes`, unweighted.
+pub fn mean_at(field: &[[f64; 2]], nodes: &[usize]) -> [f64; 2] {
+    [0, 1].map(|d| nodes.iter().map(|&n| field[n][d]).sum::<f64>() / nodes.len() as f64)
+}
