@@ -100,6 +100,7 @@ const VALUES: &[Case] = &[
     edit(&[("tolerance = 1e-6", "iteration_limit = 1")]),
     ramp(&[("panels = 16", "panels = -3")]),
     edit(&[("[1.0, 5.0]", "[5.0, 1.0]")]),
+    set(&["dam.damping.model=\"local\"", "dam.damping.ratio=0.4"]),
 ];
 
 const GEOMETRY: &[Case] = &[
@@ -157,6 +158,10 @@ const CHOICES: &[Case] = &[
     ramp(&[("duration = 2.0                         # s", "")]),
     Case { scene: RAMP, ..set(&["reservoir.fidelity=none"]) },
     set(&["reservoir.fidelity=incompressible", "reservoir.surface_waves=true"]),
+    set(&["dam.modes=20"]),
+    set(&["dam.fidelity=\"rigid\""]),
+    set(&["dam.fidelity=\"rigid-blocks\"", "dam.cracks=[]"]),
+    set(&["dam.fidelity=reduced", "dam.damping.model=local"]),
 ];
 
 const COUPLING: &[Case] = &[
@@ -246,6 +251,7 @@ const WARNINGS: &[Case] = &[
     set(&["reservoir.fidelity=westergaard", "reservoir.bed=[[-20, -3]]", "reservoir.method=bdf2"]),
     set(&["reservoir.method=finite-elements", "reservoir.element_order=constant"]),
     set(&["reservoir.fidelity=none"]),
+    set(&["dam.fidelity=\"rigid-blocks\""]),
 ];
 
 const FIVE: &[Case] = &[edit(&[
@@ -379,13 +385,13 @@ macro_rules! variants {
 
 variants!(INVALID, invalid, Invalid:
     Unreadable Override Syntax Misspelt Misplaced Unknown Missing Type Word NotPositive OutOfRange WaterAboveCrest
-    WaterTooShallow ElementTooLarge BedCorner WavesWithoutMemory NothingToCompute PanelTooLong CrackOutside CracksCoincide ThinRow TooMany NoStep NoMeasure FixedStep Window AddedMassScheme AdaptiveScheme NothingToHalve AdaptiveBounds
+    WaterTooShallow ElementTooLarge BedCorner WavesWithoutMemory NoModes RigidWithoutCrack LocalDampingOfModes NothingToCompute PanelTooLong CrackOutside CracksCoincide ThinRow TooMany NoStep NoMeasure FixedStep Window AddedMassScheme AdaptiveScheme NothingToHalve AdaptiveBounds
     Title Undersampled SideTooShort SideNotAscending NotAtHeel SidesCross
     ExactlyOne Polarity Count Frequencies DurationMissing Record);
 variants!(RECORD_ERRORS, record_error, RecordError:
     Read Format Line NonFinite NonUniform Empty Truncated Crop TooStrong);
 variants!(DOUBTS, doubt, Warning:
-    CoarseDam CoarseReservoir CoarseStep ClippedSamples Drift Peak NoResidual LooseTolerance UndampedCrack WithoutEffect Unusual);
+    CoarseDam CoarseReservoir CoarseStep ClippedSamples Drift Peak NoResidual LooseTolerance UndampedCrack RigidBlocks WithoutEffect Unusual);
 
 #[test]
 fn every_message_is_in_a_snapshot() {

@@ -6,16 +6,15 @@ use interface::{
 use std::num::NonZeroUsize;
 
 use crate::contact::Coulomb;
-use crate::damping::{Damping, DampingFrequencies};
-use crate::energy::{EnergyLedger, StoredEnergy};
-use crate::integrator::{CentralDifference, DynamicRelaxation};
+use crate::energy::{EnergyLedger, StoredEnergy, Work};
+use crate::integrator::{CentralDifference, DynamicRelaxation, Relaxed};
 use crate::loads::{LoadPath, Wet, add_ground_inertia};
-use crate::state::{DamState, Inputs};
+use crate::reduction::{ModalLoadPath, Superposition};
+use crate::state::{DamMotion, DamState, Inputs};
 use crate::structure::Structure;
 use crate::time_step::highest_frequency;
 use crate::{
-    AddedMass, CrackParameters, CriticalTimeStep, DamError, DamParameters, RayleighCoefficients,
-    SystemMatrices, modal,
+    AddedMass, CrackParameters, CriticalTimeStep, DamError, DamParameters, Fidelity, SystemMatrices, modal,
 };
 
 /// A cracked concrete gravity dam as a co-simulation unit.
@@ -34,6 +33,8 @@ pub struct Dam {
     /// From the base up.
     cracks: Vec<CrackParameters>,
     structure: Structure,
+    /// What moves below [`Fidelity::Dem`](crate::Fidelity::Dem).
+    modes: Option<Superposition>,
     wet: Option<Wet>,
     crest: usize,
     damping_frequencies: [f64; 2],
@@ -93,33 +94,41 @@ impl Dam {
         let crest = mesh.blocks.last().and_then(|block| block.upstream.last()).copied().unwrap_or(0);
         let laws = cracks.iter().map(Coulomb::from);
         let mut structure = Structure::new(mesh, &parameters.material, parameters.kinematics, laws, &base);
-        let mut damping_frequencies = [0.0; 2];
-        if let Damping::Rayleigh { ratio, frequencies } = parameters.damping {
-            damping_frequencies = match frequencies {
-                DampingFrequencies::RadiansPerSecond(frequencies) => frequencies,
-                DampingFrequencies::MultiplesOfFirst(multiples) => {
-                    let first = modal::natural_frequencies(&structure, 1)?[0];
-                    multiples.map(|multiple| multiple * first)
-                }
-            };
-            structure.damping = RayleighCoefficients::through(ratio, damping_frequencies);
-        }
+        let damping_frequencies =
+            parameters.damping.frequencies(|| Ok(modal::natural_frequencies(&structure, 1)?[0]))?;
+        structure.damping = parameters.damping.coefficients(damping_frequencies);
+        structure.local_damping = parameters.damping.local();
         if let Some(rows) = &parameters.added_mass {
             structure.added_mass = Some(AddedMass::new(wet.as_ref(), rows, &structure.inverse_mass)?);
         }
-        let frequency = highest_frequency(&structure);
-        let bound = CriticalTimeStep::of_frequency(&structure, frequency).highest_frequency;
-        structure.damping_memory = structure.damping.memory_reaching(DAMPED_SHARE, bound);
+        let (modes, critical_time_step) = match parameters.fidelity {
+            Fidelity::Dem => {
+                let frequency = highest_frequency(&structure);
+                let bound = CriticalTimeStep::of_frequency(&structure, frequency).highest_frequency;
+                structure.damping_memory = structure.damping.memory_reaching(DAMPED_SHARE, bound);
+                (None, CriticalTimeStep::of_frequency(&structure, frequency))
+            }
+            fidelity => {
+                let (kinematics, gravity) = (parameters.kinematics, parameters.gravity);
+                let modes = Superposition::new(&structure, fidelity, kinematics, wet.as_ref(), gravity)?;
+                let critical = modes.critical_time_step();
+                (Some(modes), critical)
+            }
+        };
         let points = wet.as_ref().map_or(0, |wet| wet.face.len());
         let inputs = Inputs { pressure: vec![0.0; points], ground_acceleration: [0.0; 2] };
-        let motion = structure.at_rest();
+        let motion = match &modes {
+            Some(modes) => DamMotion::Modes(modes.at_rest()),
+            None => DamMotion::Nodes(structure.at_rest()),
+        };
         let fingerprint = Fingerprint::of(Self::NAME, &parameters)?;
         let state = DamState {
             fingerprint,
             initialised: false,
             time: 0.0,
-            rest: motion.displacement.clone(),
-            mean_acceleration: motion.acceleration.clone(),
+            rest: motion.displacement().to_vec(),
+            mean_acceleration: motion.velocity().to_vec(),
+            mean_ground_acceleration: [0.0; 2],
             motion,
             energy: EnergyLedger::default(),
             hydrostatic_pressure: vec![0.0; points],
@@ -127,11 +136,12 @@ impl Dam {
             next: inputs,
         };
         let dam = Self {
-            critical_time_step: CriticalTimeStep::of_frequency(&structure, frequency),
+            critical_time_step,
             fingerprint,
             parameters,
             cracks,
             structure,
+            modes,
             wet,
             crest,
             damping_frequencies,
@@ -146,6 +156,18 @@ impl Dam {
             dam.critical_time_step.highest_frequency,
             dam.time_step_limit()
         );
+        if let Some(modes) = &dam.modes {
+            tracing::info!(
+                "{} modes; those left out would add {:.1e} of the answer at most",
+                modes.mode_count(),
+                modes.truncation()
+            );
+        }
+        if dam.parameters.fidelity == Fidelity::RigidBlocks {
+            tracing::warn!(
+                "rigid blocks are unsafe: without the dam's amplification of the ground motion sliding comes out too small"
+            );
+        }
         if let Some(water) = &dam.structure.added_mass {
             let mass: f64 = water.ground_inertia(0).map(|(_, inertia)| inertia[0]).sum();
             tracing::info!("{mass:.4e} kg/m of water in the mass matrix");
@@ -211,7 +233,7 @@ impl Dam {
         &self.structure
     }
 
-    /// Frequencies at which the damping ratio holds, rad/s; zeros without damping.
+    /// Frequencies at which the damping ratio holds, rad/s, one twice if it is one; zeros without a ratio.
     pub fn damping_frequencies(&self) -> [f64; 2] {
         self.damping_frequencies
     }
@@ -219,6 +241,11 @@ impl Dam {
     /// The current state.
     pub fn state(&self) -> &DamState {
         &self.state
+    }
+
+    /// The modes, below [`Fidelity::Dem`].
+    pub fn modes(&self) -> Option<&Superposition> {
+        self.modes.as_ref()
     }
 
     pub(crate) fn wet(&self) -> Option<&Wet> {
@@ -233,24 +260,84 @@ impl Dam {
         CentralDifference::covering(communication_step, self.time_step_limit())
     }
 
-    /// Weight and water, N/m.
-    fn forces(&self, pressure: impl Fn(usize) -> f64) -> Vec<[f64; 2]> {
+    /// Nodal forces of weight, water and ground, N/m.
+    fn forces(&self, pressure: &[f64], ground_acceleration: [f64; 2]) -> Vec<[f64; 2]> {
         let mut forces = self.structure.weight([0.0, -self.parameters.gravity]);
         if let Some(wet) = &self.wet {
-            let pressure: Vec<f64> = (0..wet.face.len()).map(pressure).collect();
-            wet.load.add(&pressure, &mut forces);
+            wet.load.add(pressure, &mut forces);
+        }
+        add_ground_inertia(&self.structure.mass, ground_acceleration, &mut forces);
+        if let Some(water) = &self.structure.added_mass {
+            water.add_ground_inertia(ground_acceleration, &mut forces);
         }
         forces
     }
 
-    fn forces_under(&self, inputs: &Inputs) -> Vec<[f64; 2]> {
+    /// Pressure with the hydrostatic one, Pa, and acceleration of the ground, m/s².
+    fn loads(&self, inputs: &Inputs) -> (Vec<f64>, [f64; 2]) {
+        let both = inputs.pressure.iter().zip(&self.state.hydrostatic_pressure);
+        (both.map(|(p, hydrostatic)| p + hydrostatic).collect(), inputs.ground_acceleration)
+    }
+
+    /// Brings `motion` to rest under weight and hydrostatic pressure.
+    fn relax(&self, motion: &mut DamMotion) -> Result<(&'static str, Relaxed), DamError> {
         let hydrostatic = &self.state.hydrostatic_pressure;
-        let mut forces = self.forces(|i| hydrostatic[i] + inputs.pressure[i]);
-        add_ground_inertia(&self.structure.mass, inputs.ground_acceleration, &mut forces);
-        if let Some(water) = &self.structure.added_mass {
-            water.add_ground_inertia(inputs.ground_acceleration, &mut forces);
+        let (pressure, ground) = self.loads(&self.state.next);
+        match (motion, &self.modes) {
+            (DamMotion::Nodes(motion), None) => {
+                let forces = self.forces(hydrostatic, [0.0; 2]);
+                let rest = DynamicRelaxation::default().relax(&self.structure, motion, &forces)?;
+                self.structure.accelerate(motion, &self.forces(&pressure, ground));
+                Ok(("dynamic relaxation", rest))
+            }
+            (DamMotion::Modes(motion), Some(modes)) => {
+                let rest = modes.relax(motion, &modes.forces(hydrostatic, [0.0; 2]))?;
+                modes.press_contacts(motion);
+                Ok(("Newton's iteration", rest))
+            }
+            _ => Err(self.foreign_motion()),
         }
-        forces
+    }
+
+    /// Moves `motion` by `step` seconds from the accepted to the next inputs.
+    fn advance(&self, motion: &mut DamMotion, step: f64, work: &mut Work) -> Result<StoredEnergy, DamError> {
+        let steps = self.time_steps(step);
+        let [(p, a), (p_end, a_end)] =
+            [&self.state.accepted, &self.state.next].map(|inputs| self.loads(inputs));
+        match (motion, &self.modes) {
+            (DamMotion::Nodes(motion), None) => {
+                let (start, mut change) = (self.forces(&p, a), self.forces(&p_end, a_end));
+                let flat = change.as_flattened_mut().iter_mut().zip(start.as_flattened());
+                flat.for_each(|(end, start)| *end -= start);
+                steps.advance(&self.structure, motion, &LoadPath { start, change }, work);
+                Ok(StoredEnergy::of(&self.structure, motion))
+            }
+            (DamMotion::Modes(motion), Some(modes)) => {
+                let loads = ModalLoadPath { start: modes.forces(&p, a), end: modes.forces(&p_end, a_end) };
+                modes.advance(steps, motion, &loads, work);
+                Ok(modes.stored_energy(motion))
+            }
+            _ => Err(self.foreign_motion()),
+        }
+    }
+
+    /// A motion in the coordinates of another level.
+    fn foreign_motion(&self) -> DamError {
+        StateError::NotAState { length: self.state.motion.displacement().len() }.into()
+    }
+
+    /// Refuses what is not finite.
+    fn check_motion(&self, motion: &DamMotion, time: f64) -> Result<(), DamError> {
+        let finite = motion.displacement().iter().zip(motion.velocity()).map(|(u, v)| (u + v).is_finite());
+        let Some(index) = finite.into_iter().position(|finite| !finite) else { return Ok(()) };
+        let part = match motion {
+            DamMotion::Nodes(_) => {
+                let node = index / 2;
+                format!("node {node} in block {}", self.structure.mesh.block_of(node))
+            }
+            DamMotion::Modes(_) => format!("mode {index}"),
+        };
+        Err(DamError::NonFinite { part, time })
     }
 
     fn check_state(&self, state: &DamState) -> Result<(), StateError> {
@@ -302,25 +389,29 @@ impl CoSimulation for Dam {
             return Err(self.order("initialise").into());
         }
         crate::error::require(start_time.is_finite(), "start_time", start_time, "finite")?;
-        let mut motion = self.structure.at_rest();
-        let hydrostatic = &self.state.hydrostatic_pressure;
-        let static_forces = self.forces(|i| hydrostatic[i]);
-        let rest = DynamicRelaxation::default().relax(&self.structure, &mut motion, &static_forces)?;
+        let mut motion = self.state.motion.clone();
+        let (method, rest) = self.relax(&mut motion)?;
         tracing::info!(
-            "at rest under weight and water after {} iterations, residual {:.1e} of the loads",
+            "at rest under weight and water by {method} after {} iterations, residual {:.1e} of the loads",
             rest.iterations,
             rest.residual
         );
-        self.structure.accelerate(&mut motion, &self.forces_under(&self.state.next));
-        let ground = self.state.next.ground_acceleration;
+        let at_rest = match (&motion, &self.modes) {
+            (DamMotion::Modes(motion), Some(modes)) => modes.stored_energy(motion),
+            (DamMotion::Nodes(motion), _) => StoredEnergy::of(&self.structure, motion),
+            _ => return Err(self.foreign_motion()),
+        };
         let state = &mut self.state;
+        state.mean_acceleration = match &motion {
+            DamMotion::Nodes(motion) => motion.acceleration.as_flattened().to_vec(),
+            DamMotion::Modes(_) => vec![0.0; motion.displacement().len()],
+        };
+        state.mean_ground_acceleration = state.next.ground_acceleration;
         state.initialised = true;
         state.time = start_time;
         state.accepted = state.next.clone();
-        state.rest = motion.displacement.clone();
-        state.mean_acceleration =
-            motion.acceleration.iter().map(|a| [a[0] + ground[0], a[1] + ground[1]]).collect();
-        state.energy = EnergyLedger::starting(StoredEnergy::of(&self.structure, &motion));
+        state.rest = motion.displacement().to_vec();
+        state.energy = EnergyLedger::starting(at_rest);
         state.motion = motion;
         Ok(())
     }
@@ -362,29 +453,18 @@ impl CoSimulation for Dam {
             return Err(CallError::Time { unit: self.name(), asked: time, time: self.state.time }.into());
         }
         self.energy_watch.look(&self.state.energy, time);
-        let start = self.forces_under(&self.state.accepted);
-        let mut change = self.forces_under(&self.state.next);
-        change.iter_mut().flatten().zip(start.iter().flatten()).for_each(|(end, start)| *end -= start);
         let mut motion = self.state.motion.clone();
         let mut energy = self.state.energy;
-        let loads = LoadPath { start, change };
-        self.time_steps(step).advance(&self.structure, &mut motion, &loads, &mut energy.work);
+        energy.now = self.advance(&mut motion, step, &mut energy.work)?;
         let end = time + step;
-        let finite = |i: &usize| {
-            [motion.displacement[*i], motion.velocity[*i]].iter().flatten().all(|x| x.is_finite())
-        };
-        if let Some(node) = (0..self.node_count()).find(|i| !finite(i)) {
-            return Err(DamError::NonFinite { node, block: self.structure.mesh.block_of(node), time: end });
-        }
-        energy.now = StoredEnergy::of(&self.structure, &motion);
+        self.check_motion(&motion, end)?;
         let state = &mut self.state;
-        let (ground, ground_end) = (state.accepted.ground_acceleration, state.next.ground_acceleration);
-        for (i, mean) in state.mean_acceleration.iter_mut().enumerate() {
-            *mean = [0, 1].map(|d| {
-                (motion.velocity[i][d] - state.motion.velocity[i][d]) / step
-                    + (ground[d] + ground_end[d]) / 2.0
-            });
+        let velocities = motion.velocity().iter().zip(state.motion.velocity());
+        for (mean, (after, before)) in state.mean_acceleration.iter_mut().zip(velocities) {
+            *mean = (after - before) / step;
         }
+        let (ground, ground_end) = (state.accepted.ground_acceleration, state.next.ground_acceleration);
+        state.mean_ground_acceleration = [0, 1].map(|d| (ground[d] + ground_end[d]) / 2.0);
         state.energy = energy;
         state.motion = motion;
         state.accepted.clone_from(&state.next);

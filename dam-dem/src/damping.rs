@@ -1,10 +1,10 @@
-//! Rayleigh damping `C = α M + β K`.
+//! Damping of the concrete: `C = α M + β K`, or local.
 
 use serde::{Deserialize, Serialize};
 
 use crate::error::{DamError, require};
 
-/// Damping of the dam.
+/// Damping of the dam. What β damps, in elements and contacts, is named with every result: sliding depends on it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Damping {
@@ -16,6 +16,28 @@ pub enum Damping {
         ratio: f64,
         /// The two frequencies.
         frequencies: DampingFrequencies,
+    },
+    /// `C = α M`: slow motion, and blocks that slide or rock, are damped more than what rings.
+    Mass {
+        /// Damping ratio ξ, in (0, 1).
+        ratio: f64,
+        /// It holds at the lower one.
+        frequencies: DampingFrequencies,
+    },
+    /// `C = β K`, in the contacts too: what rings is damped more than slow motion.
+    Stiffness {
+        /// Damping ratio ξ, in (0, 1).
+        ratio: f64,
+        /// It holds at the lower one.
+        frequencies: DampingFrequencies,
+    },
+    /// A force `−κ |F| sgn v` against the motion of every degree of freedom, F the force out of balance: the same share
+    /// at every frequency, `ξ ≈ κ/π`, and none where a block moves steadily. Not linear; not for modes.
+    ///
+    /// **Source**: P.A. Cundall, *Distinct element models of rock and soil structure*, 1987.
+    Local {
+        /// Coefficient κ, in (0, 1).
+        coefficient: f64,
     },
 }
 
@@ -32,15 +54,84 @@ pub enum DampingFrequencies {
 impl Damping {
     /// Checks the ranges.
     ///
-    /// **Errors**: [`DamError::OutOfRange`] for a ratio outside (0, 1), or frequencies that are
+    /// **Errors**: [`DamError::OutOfRange`] for a ratio or coefficient outside (0, 1), or frequencies that are
     /// not positive and ascending.
     pub fn check(&self) -> Result<(), DamError> {
-        let Self::Rayleigh { ratio, frequencies } = self else { return Ok(()) };
-        require(*ratio > 0.0 && *ratio < 1.0, "damping ratio", *ratio, "between 0 and 1, both excluded")?;
-        let (DampingFrequencies::MultiplesOfFirst([a, b]) | DampingFrequencies::RadiansPerSecond([a, b])) =
-            *frequencies;
-        require(a > 0.0, "lower damping frequency", a, "positive")?;
-        require(b > a, "upper damping frequency", b, "above the lower one")
+        let share = |name, value: f64| {
+            require(value > 0.0 && value < 1.0, name, value, "between 0 and 1, both excluded")
+        };
+        match *self {
+            Self::None => Ok(()),
+            Self::Rayleigh { ratio, frequencies }
+            | Self::Mass { ratio, frequencies }
+            | Self::Stiffness { ratio, frequencies } => {
+                let (DampingFrequencies::MultiplesOfFirst([low, high])
+                | DampingFrequencies::RadiansPerSecond([low, high])) = frequencies;
+                share("damping ratio", ratio)?;
+                require(low > 0.0, "lower damping frequency", low, "positive")?;
+                require(high > low, "upper damping frequency", high, "above the lower one")
+            }
+            Self::Local { coefficient } => share("local damping", coefficient),
+        }
+    }
+
+    /// The frequencies at which the ratio holds, rad/s; zeros where it is none. `first` finds the first natural
+    /// frequency if it is asked for.
+    pub(crate) fn frequencies(
+        &self,
+        first: impl FnOnce() -> Result<f64, DamError>,
+    ) -> Result<[f64; 2], DamError> {
+        let (frequencies, one) = match *self {
+            Self::None | Self::Local { .. } => return Ok([0.0; 2]),
+            Self::Rayleigh { frequencies, .. } => (frequencies, false),
+            Self::Mass { frequencies, .. } | Self::Stiffness { frequencies, .. } => (frequencies, true),
+        };
+        let [low, high] = match frequencies {
+            DampingFrequencies::RadiansPerSecond(frequencies) => frequencies,
+            DampingFrequencies::MultiplesOfFirst(multiples) => {
+                let first = first()?;
+                multiples.map(|multiple| multiple * first)
+            }
+        };
+        Ok([low, if one { low } else { high }])
+    }
+
+    /// α and β with the ratio at `frequencies`, rad/s.
+    pub(crate) fn coefficients(&self, frequencies: [f64; 2]) -> RayleighCoefficients {
+        match *self {
+            Self::None | Self::Local { .. } => RayleighCoefficients::default(),
+            Self::Rayleigh { ratio, .. } => RayleighCoefficients::through(ratio, frequencies),
+            Self::Mass { ratio, .. } => {
+                RayleighCoefficients { mass: 2.0 * ratio * frequencies[0], stiffness: 0.0 }
+            }
+            Self::Stiffness { ratio, .. } => {
+                RayleighCoefficients { mass: 0.0, stiffness: 2.0 * ratio / frequencies[0] }
+            }
+        }
+    }
+
+    /// The ratio, if there is one.
+    pub(crate) fn ratio_mut(&mut self) -> Option<&mut f64> {
+        match self {
+            Self::None | Self::Local { .. } => None,
+            Self::Rayleigh { ratio, .. } | Self::Mass { ratio, .. } | Self::Stiffness { ratio, .. } => {
+                Some(ratio)
+            }
+        }
+    }
+
+    /// The ratio; of local damping κ/π, of none 0.
+    pub(crate) fn ratio(&self) -> f64 {
+        match *self {
+            Self::None => 0.0,
+            Self::Local { coefficient } => coefficient / std::f64::consts::PI,
+            Self::Rayleigh { ratio, .. } | Self::Mass { ratio, .. } | Self::Stiffness { ratio, .. } => ratio,
+        }
+    }
+
+    /// Local damping's coefficient κ, 0 without.
+    pub(crate) fn local(&self) -> f64 {
+        if let Self::Local { coefficient } = *self { coefficient } else { 0.0 }
     }
 }
 

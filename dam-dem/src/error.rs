@@ -122,6 +122,17 @@ pub enum DamError {
         /// Largest share allowed.
         most: f64,
     },
+    /// Rigid blocks without a crack between them.
+    #[error(
+        "rigid blocks need a crack: without one the whole dam moves with the ground; give a crack, or choose another \
+         fidelity"
+    )]
+    RigidWithoutCrack,
+    /// Local damping below the full model.
+    #[error(
+        "local damping acts on nodes, and modes have none; choose another damping, or the fidelity \"dem\""
+    )]
+    LocalDampingOfModes,
     /// More natural frequencies were asked for than the mesh has.
     #[error(
         "{asked} natural frequencies were asked for, the mesh has {available}; refine it or ask for fewer"
@@ -161,13 +172,11 @@ pub enum DamError {
     },
     /// A displacement or velocity is NaN or infinite.
     #[error(
-        "the motion of node {node} in block {block} is not finite at t = {time} s; look for pressures or ground motion out of all bounds, or reduce `time_step_safety`"
+        "the motion of {part} is not finite at t = {time} s; look for pressures or ground motion out of all bounds, or reduce `time_step_safety`"
     )]
     NonFinite {
-        /// Index of the node.
-        node: usize,
-        /// Index of the block, from the base up.
-        block: usize,
+        /// The node and its block, from the base up, or the mode.
+        part: String,
         /// Time at the end of the communication step, s.
         time: f64,
     },

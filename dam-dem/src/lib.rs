@@ -22,7 +22,9 @@
 //! - *Elements*: constant-strain triangles, four to a quadrilateral cell, lumped masses, plane
 //!   stress or strain, small-strain or corotational ([`element`]).
 //! - *Contacts*: springs and dashpots without tension, Coulomb friction ([`contact`]).
-//! - *Damping*: Rayleigh, `α M + β K`, β in elements and contacts ([`Damping`]).
+//! - *Damping*: of mass, of stiffness, Rayleigh's `α M + β K`, or local; β in elements and contacts ([`Damping`]).
+//! - *Fidelity*: all of this, or modes of blocks between contacts, rigid blocks, modes of the intact dam
+//!   ([`Fidelity`], [`reduction`]).
 //! - *Time*: central differences, explicit, as many time steps in a communication step as stability
 //!   asks for ([`integrator`], [`CriticalTimeStep`]). Pressure and a_g are linear over the step.
 //! - *Water without memory* may be part of the mass matrix ([`AddedMass`]): `M + X` in the place of M above but
@@ -51,6 +53,7 @@ mod damping;
 pub mod element;
 pub mod energy;
 mod error;
+mod fidelity;
 pub mod integrator;
 pub mod loads;
 mod material;
@@ -58,6 +61,7 @@ mod mesh;
 pub mod modal;
 mod output;
 mod parameters;
+pub mod reduction;
 mod state;
 mod structure;
 mod system_matrices;
@@ -68,10 +72,11 @@ pub use block::{Block, best_fit_rotation};
 pub use dam::Dam;
 pub use damping::{Damping, DampingFrequencies, RayleighCoefficients, StiffnessDamping};
 pub use error::DamError;
+pub use fidelity::Fidelity;
 pub use material::{Material, Plane};
 pub use mesh::Mesh;
 pub use parameters::{CrackParameters, DamParameters, Kinematics, Section};
-pub use state::DamState;
+pub use state::{DamMotion, DamState};
 pub use structure::{Motion, Structure};
 pub use system_matrices::SystemMatrices;
 pub use time_step::CriticalTimeStep;

@@ -7,7 +7,7 @@ use faer::sparse::{SparseColMat, Triplet};
 use nalgebra::{DMatrix, SymmetricEigen};
 
 use crate::DamError;
-use crate::contact::ContactLaw;
+use crate::contact::{ContactLaw, Stencil};
 use crate::structure::Structure;
 
 /// Numbering of the free degrees of freedom: x, then y of each node.
@@ -31,6 +31,14 @@ impl DegreesOfFreedom {
             twin[upper] = Some(lower);
         }
         Self::number(structure, |node| twin[node])
+    }
+
+    /// The free ones of `nodes`, ascending.
+    pub fn of_nodes(structure: &Structure<impl ContactLaw>, nodes: impl IntoIterator<Item = usize>) -> Self {
+        let mut of_node = vec![None; structure.mesh.nodes.len()];
+        let free = nodes.into_iter().filter(|&node| !structure.is_fixed(node));
+        let count = free.zip((0..).step_by(2)).map(|(node, dof)| of_node[node] = Some(dof)).count();
+        Self { count: 2 * count, of_node }
     }
 
     fn number(structure: &Structure<impl ContactLaw>, twin: impl Fn(usize) -> Option<usize>) -> Self {
@@ -78,6 +86,22 @@ pub fn stiffness(
     structure: &Structure<impl ContactLaw>,
     dofs: &DegreesOfFreedom,
 ) -> Vec<(usize, usize, f64)> {
+    assemble(structure, dofs, &structure.stencils())
+}
+
+/// The same of the elements alone.
+pub fn element_stiffness(
+    structure: &Structure<impl ContactLaw>,
+    dofs: &DegreesOfFreedom,
+) -> Vec<(usize, usize, f64)> {
+    assemble(structure, dofs, &[])
+}
+
+fn assemble(
+    structure: &Structure<impl ContactLaw>,
+    dofs: &DegreesOfFreedom,
+    stencils: &[Stencil],
+) -> Vec<(usize, usize, f64)> {
     let mut parts = Vec::new();
     let mut add = |a: usize, b: usize, block: [[f64; 2]; 2], factor: f64| {
         if let (Some(i), Some(j)) = (dofs.of(a), dofs.of(b)) {
@@ -93,7 +117,7 @@ pub fn stiffness(
             }
         }
     }
-    for stencil in structure.stencils() {
+    for stencil in stencils {
         for (a, &u) in stencil.weights.iter().zip(&stencil.nodes) {
             for (b, &v) in stencil.weights.iter().zip(&stencil.nodes) {
                 add(u, v, stencil.stiffness, a * b);
@@ -130,22 +154,34 @@ const MAX_ITERATIONS: usize = 200;
 /// The `count` lowest natural frequencies of the intact structure without damping and added mass, rad/s,
 /// ascending.
 ///
-/// `K φ = ω² M φ` by inverse subspace iteration with a sparse Cholesky factor of K.
-///
-/// **Errors**: [`DamError::TooManyFrequencies`], [`DamError::Singular`],
-/// [`DamError::FrequenciesNotConverged`].
-/// **Source**: K.-J. Bathe, *Finite Element Procedures*, 1996, section 11.6.
+/// **Errors**: as [`natural_modes`].
 pub fn natural_frequencies(
     structure: &Structure<impl ContactLaw>,
     count: usize,
 ) -> Result<Vec<f64>, DamError> {
     let dofs = DegreesOfFreedom::intact(structure);
-    let n = dofs.count;
+    let factors = factor(&stiffness(structure, &dofs), dofs.count)?;
+    Ok(natural_modes(&factors, &dofs.masses(structure), count, TOLERANCE)?.0)
+}
+
+/// The `count` lowest natural frequencies (rad/s, ascending) to the relative change `tolerance` of their squares, and
+/// their modes as columns, `φᵀ M φ = 1`, of the stiffness with these `factors` and the lumped `masses` (kg/m).
+///
+/// `K φ = ω² M φ` by inverse subspace iteration.
+///
+/// **Errors**: [`DamError::TooManyFrequencies`], [`DamError::Singular`],
+/// [`DamError::FrequenciesNotConverged`].
+/// **Source**: K.-J. Bathe, *Finite Element Procedures*, 1996, section 11.6.
+pub fn natural_modes(
+    factors: &Llt<usize, f64>,
+    masses: &[f64],
+    count: usize,
+    tolerance: f64,
+) -> Result<(Vec<f64>, DMatrix<f64>), DamError> {
+    let n = masses.len();
     if count > n {
         return Err(DamError::TooManyFrequencies { asked: count, available: n });
     }
-    let masses = dofs.masses(structure);
-    let factors = factor(&stiffness(structure, &dofs), n)?;
     let size = (2 * count).min(count + 8).min(n);
     let mut seed = 1u32;
     let mut vectors = DMatrix::from_fn(n, size, |_, _| {
@@ -155,29 +191,47 @@ pub fn natural_frequencies(
     let (mut eigenvalues, mut change) = (vec![0.0; count], f64::INFINITY);
     for _ in 0..MAX_ITERATIONS {
         let momenta = DMatrix::from_fn(n, size, |i, j| masses[i] * vectors[(i, j)]);
-        let mut solution = faer::Mat::from_fn(n, size, |i, j| momenta[(i, j)]);
-        factors.solve_in_place(solution.as_mut());
-        let moved = DMatrix::from_fn(n, size, |i, j| solution[(i, j)]);
+        let moved = solve(factors, &momenta);
         let projected = moved.tr_mul(&momenta);
         let mass = moved.tr_mul(&DMatrix::from_fn(n, size, |i, j| masses[i] * moved[(i, j)]));
-        let lower = mass.cholesky().ok_or(DamError::Singular)?.unpack();
-        let half = lower.solve_lower_triangular(&projected).ok_or(DamError::Singular)?;
-        let reduced = lower.solve_lower_triangular(&half.transpose()).ok_or(DamError::Singular)?;
-        let eigen = SymmetricEigen::new((&reduced + reduced.transpose()) / 2.0);
-        let mut order: Vec<usize> = (0..size).collect();
-        order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
-        let sorted = DMatrix::from_fn(size, size, |i, j| eigen.eigenvectors[(i, order[j])]);
-        let back = lower.transpose().solve_upper_triangular(&sorted).ok_or(DamError::Singular)?;
-        vectors = moved * back;
+        let (values, modes) = generalised_eigen(&projected, &mass)?;
+        vectors = moved * modes;
         change = 0.0f64;
-        for (value, &index) in eigenvalues.iter_mut().zip(&order) {
-            let new = eigen.eigenvalues[index];
+        for (value, &new) in eigenvalues.iter_mut().zip(&values) {
             change = change.max((new - *value).abs() / new);
             *value = new;
         }
-        if change < TOLERANCE {
-            return Ok(eigenvalues.iter().map(|v| v.sqrt()).collect());
+        if change < tolerance {
+            let frequencies = eigenvalues.iter().map(|v| v.sqrt()).collect();
+            return Ok((frequencies, vectors.columns(0, count).into_owned()));
         }
     }
-    Err(DamError::FrequenciesNotConverged { iterations: MAX_ITERATIONS, change, tolerance: TOLERANCE })
+    Err(DamError::FrequenciesNotConverged { iterations: MAX_ITERATIONS, change, tolerance })
+}
+
+/// `K⁻¹` of the columns of `loads`.
+pub fn solve(factors: &Llt<usize, f64>, loads: &DMatrix<f64>) -> DMatrix<f64> {
+    let (n, columns) = loads.shape();
+    let mut solution = faer::Mat::from_fn(n, columns, |i, j| loads[(i, j)]);
+    factors.solve_in_place(solution.as_mut());
+    DMatrix::from_fn(n, columns, |i, j| solution[(i, j)])
+}
+
+/// Eigenvalues λ, ascending, and eigenvectors v as columns of `K v = λ M v`, `vᵀ M v = 1`, for symmetric matrices.
+///
+/// **Errors**: [`DamError::Singular`] if M is not positive definite.
+pub fn generalised_eigen(
+    stiffness: &DMatrix<f64>,
+    mass: &DMatrix<f64>,
+) -> Result<(Vec<f64>, DMatrix<f64>), DamError> {
+    let size = mass.nrows();
+    let lower = mass.clone().cholesky().ok_or(DamError::Singular)?.unpack();
+    let half = lower.solve_lower_triangular(stiffness).ok_or(DamError::Singular)?;
+    let reduced = lower.solve_lower_triangular(&half.transpose()).ok_or(DamError::Singular)?;
+    let eigen = SymmetricEigen::new((&reduced + reduced.transpose()) / 2.0);
+    let mut order: Vec<usize> = (0..size).collect();
+    order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
+    let sorted = DMatrix::from_fn(size, size, |i, j| eigen.eigenvectors[(i, order[j])]);
+    let vectors = lower.transpose().solve_upper_triangular(&sorted).ok_or(DamError::Singular)?;
+    Ok((order.iter().map(|&i| eigen.eigenvalues[i]).collect(), vectors))
 }

@@ -26,13 +26,13 @@ impl Dam {
             variable::HYDROSTATIC_PRESSURE => return copy(&state.hydrostatic_pressure, values),
             variable::GROUND_ACCELERATION => return copy(&state.next.ground_acceleration, values),
             variable::INTERFACE_DISPLACEMENT => return self.along_normals(|i| self.displacement(i), values),
-            variable::INTERFACE_VELOCITY => return self.along_normals(|i| state.motion.velocity[i], values),
-            variable::INTERFACE_ACCELERATION => {
-                return self.along_normals(|i| state.mean_acceleration[i], values);
+            variable::INTERFACE_VELOCITY => {
+                return self.along_normals(|i| self.at_node(i, state.motion.velocity()), values);
             }
+            variable::INTERFACE_ACCELERATION => return self.along_normals(|i| self.acceleration(i), values),
             variable::CREST_DISPLACEMENT => return copy(&self.displacement(crest), values),
-            variable::CREST_ACCELERATION => return copy(&state.mean_acceleration[crest], values),
-            variable::CREST_STATIC_DISPLACEMENT => return copy(&state.rest[crest], values),
+            variable::CREST_ACCELERATION => return copy(&self.acceleration(crest), values),
+            variable::CREST_STATIC_DISPLACEMENT => return copy(&self.at_node(crest, &state.rest), values),
             variable::INTERFACE_X => return self.interface(|p, _, _| p[0], values),
             variable::INTERFACE_Y => return self.interface(|p, _, _| p[1], values),
             variable::INTERFACE_NORMAL_X => return self.interface(|_, n, _| n[0], values),
@@ -48,10 +48,7 @@ impl Dam {
             variable::YOUNG_MODULUS => parameters.material.young_modulus,
             variable::POISSON_RATIO => parameters.material.poisson_ratio,
             variable::DENSITY => parameters.material.density,
-            variable::DAMPING_RATIO => match parameters.damping {
-                crate::Damping::None => 0.0,
-                crate::Damping::Rayleigh { ratio, .. } => ratio,
-            },
+            variable::DAMPING_RATIO => parameters.damping.ratio(),
             variable::DAMPING_FREQUENCY_LOW => self.damping_frequencies()[0],
             variable::DAMPING_FREQUENCY_HIGH => self.damping_frequencies()[1],
             variable::ELEMENT_SIZE => parameters.element_size,
@@ -69,7 +66,8 @@ impl Dam {
 
     fn crack_output(&self, variable: &Variable, crack: usize) -> f64 {
         let parameters = &self.cracks()[crack];
-        let joints = &self.state().motion.joints[crack];
+        // an intact dam has none
+        let joints = self.state().motion.joints().get(crack).map_or(&[][..], Vec::as_slice);
         let count = |statuses: &[ContactStatus]| {
             joints.iter().filter(|joint| statuses.contains(&joint.status)).count() as f64
         };
@@ -92,15 +90,31 @@ impl Dam {
         }
     }
 
+    /// Values of a field in the dam's coordinates at a node.
+    fn at_node(&self, node: usize, field: &[f64]) -> [f64; 2] {
+        match self.modes() {
+            Some(modes) => modes.at_node(node, field),
+            None => [field[2 * node], field[2 * node + 1]],
+        }
+    }
+
     /// Displacement of a node since time 0, m.
     fn displacement(&self, node: usize) -> [f64; 2] {
-        let (u, rest) = (self.state().motion.displacement[node], self.state().rest[node]);
+        let [u, rest] =
+            [self.state().motion.displacement(), &self.state().rest].map(|u| self.at_node(node, u));
         [u[0] - rest[0], u[1] - rest[1]]
+    }
+
+    /// Total acceleration of a node, mean over the last communication step, m/s².
+    fn acceleration(&self, node: usize) -> [f64; 2] {
+        let [x, y] = self.at_node(node, &self.state().mean_acceleration);
+        let ground = self.state().mean_ground_acceleration;
+        [x + ground[0], y + ground[1]]
     }
 
     /// Position of a node in the state of rest, m.
     fn place_at_rest(&self, node: usize) -> [f64; 2] {
-        let (x, u) = (self.structure().mesh.nodes[node], self.state().rest[node]);
+        let (x, u) = (self.structure().mesh.nodes[node], self.at_node(node, &self.state().rest));
         [x[0] + u[0], x[1] + u[1]]
     }
 
@@ -126,6 +140,11 @@ impl Dam {
     /// Mass-weighted best-fit rotation of the block above, less the best-fit rotation of the lower side's
     /// nodes (weighted by tributary lengths), both since time 0, rad.
     fn rotation(&self, crack: usize) -> f64 {
+        if let Some(modes) = self.modes() {
+            let motion = self.state().motion.displacement().iter().zip(&self.state().rest);
+            let since: Vec<f64> = motion.map(|(q, rest)| q - rest).collect();
+            return modes.rotation(crack + 1, &since) - self.lower_side_rotation(crack);
+        }
         let structure = self.structure();
         let block = structure.mesh.blocks[crack + 1].nodes.clone();
         let above = block.map(|n| (structure.mass[n], self.place_at_rest(n), self.displacement(n)));
@@ -139,7 +158,7 @@ impl Dam {
     }
 
     fn side_acceleration(&self, crack: usize, side: usize) -> f64 {
-        self.side_mean(crack, side, |node| self.state().mean_acceleration[node][0])
+        self.side_mean(crack, side, |node| self.acceleration(node)[0])
     }
 
     fn along_normals(&self, motion: impl Fn(usize) -> [f64; 2], values: &mut [f64]) -> Result<(), DamError> {
@@ -175,7 +194,9 @@ mod tests {
     use interface::CoSimulation;
 
     use super::*;
-    use crate::{CrackParameters, DamParameters, Damping, Kinematics, Material, Plane, Section};
+    use crate::{
+        CrackParameters, DamMotion, DamParameters, Damping, Fidelity, Kinematics, Material, Plane, Section,
+    };
 
     /// The upper block is turned about the crack's middle and shifted along the crack, both blocks are
     /// turned together: sliding and rotation are those of the one against the other.
@@ -198,6 +219,7 @@ mod tests {
                 plane: Plane::Stress,
             },
             damping: Damping::None,
+            fidelity: Fidelity::Dem,
             kinematics: Kinematics::Corotational,
             element_size: 1.0,
             gravity: 0.0,
@@ -219,7 +241,9 @@ mod tests {
                 place[0] += slip;
             }
             place = turn(place, together, [0.0, 0.0]);
-            state.motion.displacement[node] = [place[0] - rest[0], place[1] - rest[1]];
+            if let DamMotion::Nodes(motion) = &mut state.motion {
+                motion.displacement[node] = [place[0] - rest[0], place[1] - rest[1]];
+            }
         }
         dam.restore_state(&state)?;
         let mut value = [0.0];

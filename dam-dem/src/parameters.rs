@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{DamError, require};
 use crate::loads::Wet;
-use crate::{Damping, Material, Mesh};
+use crate::{Damping, Fidelity, Material, Mesh};
 
 /// Everything a dam is made from. SI units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -19,7 +19,10 @@ pub struct DamParameters {
     pub material: Material,
     /// Damping of concrete and contacts.
     pub damping: Damping,
-    /// Small strain, or corotational with finite rotations.
+    /// How much of the physics is computed.
+    #[serde(default)]
+    pub fidelity: Fidelity,
+    /// Small strain, or corotational with finite rotations; modes know small rotations only.
     pub kinematics: Kinematics,
     /// Nominal length of an element's side, m.
     pub element_size: f64,
@@ -161,6 +164,10 @@ impl DamParameters {
         }
         self.material.check()?;
         self.damping.check()?;
+        self.fidelity.check(self.cracks.len())?;
+        if self.fidelity != Fidelity::Dem && self.damping.local() > 0.0 {
+            return Err(DamError::LocalDampingOfModes);
+        }
         require(self.element_size > 0.0, "element_size", self.element_size, "positive")?;
         self.check_rows()?;
         require(self.gravity >= 0.0, "gravity", self.gravity, "zero or positive")?;
@@ -183,10 +190,7 @@ impl DamParameters {
             variables::FRICTION_COEFFICIENT => cracks.map(|crack| &mut crack.friction_coefficient).collect(),
             variables::NORMAL_STIFFNESS => cracks.map(|crack| &mut crack.normal_stiffness).collect(),
             variables::SHEAR_STIFFNESS => cracks.map(|crack| &mut crack.shear_stiffness).collect(),
-            variables::DAMPING_RATIO => match &mut self.damping {
-                Damping::Rayleigh { ratio, .. } => vec![ratio],
-                Damping::None => Vec::new(),
-            },
+            variables::DAMPING_RATIO => self.damping.ratio_mut().into_iter().collect(),
             _ => Vec::new(),
         }
     }

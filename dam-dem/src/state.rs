@@ -1,7 +1,9 @@
 use interface::Fingerprint;
 use serde::{Deserialize, Serialize};
 
+use crate::contact::JointState;
 use crate::energy::EnergyLedger;
+use crate::reduction::ModalMotion;
 use crate::structure::Motion;
 
 /// Everything that the later motion of a dam depends on.
@@ -11,17 +13,62 @@ pub struct DamState {
     pub(crate) fingerprint: Fingerprint,
     pub(crate) initialised: bool,
     pub(crate) time: f64,
-    pub(crate) motion: Motion,
-    /// Displacement in the state of rest before time 0, m.
-    pub(crate) rest: Vec<[f64; 2]>,
-    /// Total acceleration, mean over the last communication step, m/s².
-    pub(crate) mean_acceleration: Vec<[f64; 2]>,
+    pub(crate) motion: DamMotion,
+    /// Displacement in the state of rest before time 0.
+    pub(crate) rest: Vec<f64>,
+    /// Acceleration relative to the ground, mean over the last communication step.
+    pub(crate) mean_acceleration: Vec<f64>,
+    /// That of the ground, m/s².
+    pub(crate) mean_ground_acceleration: [f64; 2],
     pub(crate) energy: EnergyLedger,
     pub(crate) hydrostatic_pressure: Vec<f64>,
     /// Inputs at the current time.
     pub(crate) accepted: Inputs,
     /// Inputs for the end of the next step.
     pub(crate) next: Inputs,
+}
+
+/// Motion in the coordinates of the dam's level of fidelity, relative to the ground.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum DamMotion {
+    /// Of all nodes: x, then y of each, m.
+    Nodes(Motion),
+    /// Of the modes.
+    Modes(ModalMotion),
+}
+
+impl DamMotion {
+    /// Displacement, one value a coordinate.
+    pub fn displacement(&self) -> &[f64] {
+        match self {
+            Self::Nodes(motion) => motion.displacement.as_flattened(),
+            Self::Modes(motion) => &motion.coordinates,
+        }
+    }
+
+    /// Its rate.
+    pub fn velocity(&self) -> &[f64] {
+        match self {
+            Self::Nodes(motion) => motion.velocity.as_flattened(),
+            Self::Modes(motion) => &motion.rates,
+        }
+    }
+
+    /// Contacts of each crack; none in an intact dam.
+    pub fn joints(&self) -> &[Vec<JointState>] {
+        match self {
+            Self::Nodes(motion) => &motion.joints,
+            Self::Modes(motion) => &motion.joints,
+        }
+    }
+
+    /// Motion of all nodes, if that is what is kept.
+    pub fn of_nodes(&self) -> Option<&Motion> {
+        match self {
+            Self::Nodes(motion) => Some(motion),
+            Self::Modes(_) => None,
+        }
+    }
 }
 
 /// Inputs at one communication point.
@@ -35,12 +82,19 @@ impl DamState {
     /// Whether this state has as many nodes, cells, contacts and interface points as `other`.
     pub(crate) fn has_shape_of(&self, other: &Self) -> bool {
         let shape = |state: &Self| {
-            let motion = &state.motion;
-            let nodes = [&motion.displacement, &motion.velocity, &motion.acceleration, &state.rest];
+            let (coordinates, others) = match &state.motion {
+                DamMotion::Nodes(motion) => (
+                    motion.displacement.len(),
+                    [motion.velocity.len(), motion.acceleration.len(), motion.viscous.len()],
+                ),
+                DamMotion::Modes(motion) => {
+                    (motion.coordinates.len(), [motion.rates.len(), motion.contact_forces.len(), usize::MAX])
+                }
+            };
+            let means = [&state.rest, &state.mean_acceleration].map(Vec::len);
             let points = [&state.hydrostatic_pressure, &state.accepted.pressure, &state.next.pressure];
-            let contacts: Vec<usize> = motion.joints.iter().map(Vec::len).collect();
-            let others = [motion.viscous.len(), state.mean_acceleration.len()];
-            (nodes.map(Vec::len), points.map(Vec::len), others, contacts)
+            let contacts: Vec<usize> = state.motion.joints().iter().map(Vec::len).collect();
+            (coordinates, others, means, points.map(Vec::len), contacts)
         };
         shape(self) == shape(other)
     }
@@ -55,8 +109,8 @@ impl DamState {
         &self.energy
     }
 
-    /// Motion of the nodes, relative to the ground.
-    pub fn motion(&self) -> &Motion {
+    /// Motion relative to the ground.
+    pub fn motion(&self) -> &DamMotion {
         &self.motion
     }
 }

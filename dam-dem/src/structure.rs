@@ -1,3 +1,4 @@
+use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::{ContactLaw, Coulomb, Crack, JointState, Stencil};
@@ -21,6 +22,8 @@ pub struct Structure<L: ContactLaw = Coulomb> {
     pub inverse_mass: Vec<f64>,
     /// Damping of elements and contacts.
     pub damping: RayleighCoefficients,
+    /// Coefficient κ of local damping, in [0, 1).
+    pub local_damping: f64,
     /// Inertia of the water, beside `mass`, which is that of the concrete.
     pub added_mass: Option<AddedMass>,
     /// Memory m of stiffness damping, in [0, 1).
@@ -71,6 +74,7 @@ impl<L: ContactLaw> Structure<L> {
             mass,
             inverse_mass,
             damping: RayleighCoefficients::default(),
+            local_damping: 0.0,
             added_mass: None,
             damping_memory: 0.0,
         }
@@ -116,6 +120,13 @@ impl<L: ContactLaw> Structure<L> {
     /// Stiffness damping with its memory.
     pub fn stiffness_damping(&self) -> StiffnessDamping {
         StiffnessDamping { coefficient: self.damping.stiffness, memory: self.damping_memory }
+    }
+
+    /// `K u` of the unstrained elements, N/m; `displacement` (m) holds x, then y of each node.
+    pub(crate) fn stiffness_times(&self, displacement: &DVector<f64>) -> DVector<f64> {
+        let mut forces = vec![[0.0; 2]; displacement.len() / 2];
+        self.cells.add_linear_forces(displacement.as_slice().as_chunks().0, &mut forces);
+        -DVector::from_row_slice(forces.as_flattened())
     }
 
     /// Springs of all contacts, closed, in the position of rest.

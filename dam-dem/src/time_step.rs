@@ -20,6 +20,9 @@ use crate::{AddedMass, RayleighCoefficients};
 ///
 /// with |z| < 1 below the limit and z = −1 at it; lower modes allow more.
 ///
+/// Local damping κ multiplies forces by up to 1 + κ where they are turned against the motion, and divides the limit by
+/// as much.
+///
 /// Undamped added mass X only helps if it is positive semidefinite, which it nearly is. With `M + X ≥ μ M`
 /// ([`AddedMass::least_share`](crate::AddedMass::least_share)) the limit is that of the mass μ M.
 ///
@@ -55,7 +58,11 @@ impl CriticalTimeStep {
         let damping = RayleighCoefficients { mass: mass / least, stiffness };
         let frequency = frequency / least.sqrt();
         let ratio = damping.limiting_ratio(frequency, structure.damping_memory);
-        Self { highest_frequency: frequency, limit: 2.0 / frequency * ((1.0 + ratio * ratio).sqrt() - ratio) }
+        let local = 1.0 + structure.local_damping;
+        Self {
+            highest_frequency: frequency,
+            limit: 2.0 / frequency * ((1.0 + ratio * ratio).sqrt() - ratio) / local,
+        }
     }
 
     /// Longest time step to take, s: `safety` times the limit, and with contacts at most a quarter of 2/ω.

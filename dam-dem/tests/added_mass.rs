@@ -123,7 +123,7 @@ fn natural_frequencies_with_water() -> Result<(), DamError> {
 
         // Released from the shape of its first mode.
         dam.initialise(0.0)?;
-        let mut motion = dam.state().motion().clone();
+        let mut motion = dam.state().motion().of_nodes().unwrap().clone();
         let mut free = 0;
         for node in 0..dam.node_count() {
             if !dam.structure().is_fixed(node) {
@@ -187,7 +187,7 @@ fn the_ground_moves_the_mass_of_the_water() -> Result<(), DamError> {
             dam.step(dam.state().time(), 0.01)?;
         }
         let mut elements = vec![[0.0; 2]; dam.node_count()];
-        let mut motion = dam.state().motion().clone();
+        let mut motion = dam.state().motion().of_nodes().unwrap().clone();
         dam.structure().add_internal_forces(&mut motion, 0.0, &mut elements);
         let base = &dam.structure().mesh.blocks[0].bottom;
         let base_mass: f64 = base.iter().map(|&n| dam.structure().mass[n]).sum();

@@ -177,7 +177,7 @@ fn sliding_with_memory_hardly_depends_on_the_time_step() -> Result<(), DamError>
 #[test]
 fn rest_remembers_no_motion() -> Result<(), DamError> {
     let dam = support::at_rest(support::koyna(5.0))?;
-    let joints = dam.state().motion().joints.iter().flatten();
+    let joints = dam.state().motion().joints().iter().flatten();
     assert!(dam.structure().damping_memory > 0.0);
     for joint in joints {
         assert_eq!((joint.rates, joint.dashpots), ([0.0; 2], [0.0; 2]));

@@ -11,7 +11,7 @@ fn reactions_carry_weight_and_water() -> Result<(), DamError> {
     for size in [10.0, 5.0] {
         let dam = support::at_rest(support::koyna(size))?;
         let structure = dam.structure();
-        let mut motion = dam.state().motion().clone();
+        let mut motion = dam.state().motion().of_nodes().unwrap().clone();
         let mut forces = vec![[0.0; 2]; dam.node_count()];
         structure.add_internal_forces(&mut motion, 0.0, &mut forces);
         let base = &structure.mesh.blocks[0].bottom;

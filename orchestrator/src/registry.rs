@@ -8,13 +8,15 @@ use interface::{WetFace, WetFaceError};
 use nalgebra::{Complex, DMatrix};
 use orchestrator::participant::{EmptyReservoir, InProcess, Messages, Participant, Prescribed};
 use orchestrator::scene::{
-    DamScene, ElementOrderScene, FidelityScene, KinematicsScene, MethodScene, PlaneScene, ProfileScene, Scene,
+    DamFidelityScene, DamScene, DampingModelScene, ElementOrderScene, FidelityScene, KinematicsScene,
+    MethodScene, PlaneScene, ProfileScene, Scene,
 };
 use orchestrator::scheme::{SchemeKind, Side};
 pub use reservoir::paper::{FarEndCondition, ShortWindows};
 use reservoir::{
     ElementOrder, Fidelity, Method, Reservoir, ReservoirError, ReservoirParameters, added_mass, paper,
 };
+use std::f64::consts::PI;
 use std::num::NonZeroUsize;
 
 /// Most time steps of the dam in a communication step: beyond, no run would end.
@@ -69,12 +71,16 @@ pub fn is_empty(scene: &Scene) -> bool {
 fn computed_dam(dam: &DamScene, scene: &Scene) -> Result<Box<dyn Participant>, RegistryError> {
     let messages = Messages::default();
     let (dam, time_steps) = messages.listen(|| made_dam(dam_parameters(dam, scene)?, scene))?;
-    let solver = format!(
-        "distinct elements {}: {} elements, {} nodes, {time_steps} time steps a communication step",
-        env!("CARGO_PKG_VERSION"),
-        dam.element_count(),
-        dam.node_count(),
-    );
+    let (elements, nodes, version) = (dam.element_count(), dam.node_count(), env!("CARGO_PKG_VERSION"));
+    let modes = dam.modes().map_or(0, |modes| modes.mode_count());
+    let model = match dam.parameters().fidelity {
+        dam_dem::Fidelity::Dem => format!("distinct elements {version}"),
+        dam_dem::Fidelity::Reduced { .. } => format!("reduced blocks {version}, {modes} modes"),
+        dam_dem::Fidelity::RigidBlocks => format!("rigid blocks (unsafe) {version}, {modes} modes"),
+        dam_dem::Fidelity::Intact { .. } => format!("intact dam {version}, {modes} modes"),
+    };
+    let solver =
+        format!("{model}: {elements} elements, {nodes} nodes, {time_steps} time steps a communication step");
     Ok(Box::new(InProcess::new(dam, &solver, messages)))
 }
 
@@ -188,6 +194,7 @@ pub fn dam_parameters(dam: &DamScene, scene: &Scene) -> Result<DamParameters, Re
 
 fn dry_dam(dam: &DamScene, scene: &Scene) -> DamParameters {
     let DamScene { section, material, damping, .. } = dam;
+    let ratio = damping.ratio;
     let frequencies = match (damping.multiples_of_first, damping.radians_per_second) {
         (Some(multiples), _) => Some(DampingFrequencies::MultiplesOfFirst(multiples)),
         (None, radians) => radians.map(DampingFrequencies::RadiansPerSecond),
@@ -214,11 +221,19 @@ fn dry_dam(dam: &DamScene, scene: &Scene) -> DamParameters {
                 PlaneScene::Strain => Plane::Strain,
             },
         },
-        damping: match frequencies {
-            Some(frequencies) if damping.ratio > 0.0 => {
-                Damping::Rayleigh { ratio: damping.ratio, frequencies }
-            }
-            _ => Damping::None,
+        damping: match (damping.model, frequencies) {
+            _ if ratio == 0.0 => Damping::None,
+            (DampingModelScene::Local, _) => Damping::Local { coefficient: PI * ratio },
+            (_, None) => Damping::None,
+            (DampingModelScene::Rayleigh, Some(frequencies)) => Damping::Rayleigh { ratio, frequencies },
+            (DampingModelScene::Mass, Some(frequencies)) => Damping::Mass { ratio, frequencies },
+            (DampingModelScene::Stiffness, Some(frequencies)) => Damping::Stiffness { ratio, frequencies },
+        },
+        fidelity: match dam.fidelity {
+            DamFidelityScene::Dem => dam_dem::Fidelity::Dem,
+            DamFidelityScene::Reduced => dam_dem::Fidelity::Reduced { modes: dam.modes },
+            DamFidelityScene::RigidBlocks => dam_dem::Fidelity::RigidBlocks,
+            DamFidelityScene::Intact => dam_dem::Fidelity::Intact { modes: dam.modes },
         },
         kinematics: match dam.kinematics {
             KinematicsScene::Small => Kinematics::Small,

@@ -53,6 +53,7 @@ pub fn dam(element_size: f64, cracked: bool) -> DamParameters {
             ratio: 0.05,
             frequencies: DampingFrequencies::MultiplesOfFirst([1.0, 5.0]),
         },
+        fidelity: Default::default(),
         kinematics: if cracked { Kinematics::Corotational } else { Kinematics::Small },
         element_size,
         gravity: 9.81,

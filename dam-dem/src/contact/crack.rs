@@ -99,6 +99,13 @@ impl<L: ContactLaw> Crack<L> {
         Self { law, sides: [side(below), side(above)] }
     }
 
+    /// The same crack with each of its nodes called `number(node)`.
+    pub(crate) fn renumbered(&self, number: impl Fn(usize) -> usize) -> Self {
+        let mut crack = self.clone();
+        crack.sides.iter_mut().flat_map(|side| &mut side.nodes).for_each(|node| *node = number(*node));
+        crack
+    }
+
     /// The law.
     pub fn law(&self) -> &L {
         &self.law

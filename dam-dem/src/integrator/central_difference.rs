@@ -68,6 +68,7 @@ impl CentralDifference {
                 water.take_share(&mut forces, &motion.velocity, &structure.mass, damping.mass);
             }
             let advance = if step + 1 < self.steps { dt } else { dt / 2.0 };
+            work.damping += dt * structure.damp_locally(&motion.velocity, &mut forces);
             let mut twice_kinetic = 0.0;
             for ((((a, v), f), m), inverse) in motion
                 .acceleration
@@ -98,6 +99,24 @@ fn kick(motion: &mut Motion, duration: f64) {
 }
 
 impl<L: ContactLaw> Structure<L> {
+    /// Takes local damping `κ |F| sgn v` off `forces` (N/m); returns its power, W/m.
+    fn damp_locally(&self, velocity: &[[f64; 2]], forces: &mut [[f64; 2]]) -> f64 {
+        let mut power = 0.0;
+        if self.local_damping == 0.0 {
+            return power;
+        }
+        let free =
+            self.inverse_mass.iter().map(|inverse| if *inverse > 0.0 { self.local_damping } else { 0.0 });
+        for ((force, v), coefficient) in forces.iter_mut().zip(velocity).zip(free) {
+            for d in 0..2 {
+                let damping = coefficient * force[d].abs();
+                power += damping * v[d].abs();
+                force[d] -= if v[d] == 0.0 { 0.0 } else { damping.copysign(v[d]) };
+            }
+        }
+        power
+    }
+
     /// Sets the acceleration of `motion` to that under `forces` (N/m).
     ///
     /// **Call order**: once, at the start: it takes one step of the damping's memory.

@@ -7,9 +7,10 @@ use dam_dem::integrator::CentralDifference;
 use dam_dem::loads::LoadPath;
 use dam_dem::{
     Block, CrackParameters, CriticalTimeStep, Dam, DamError, DamParameters, Damping, DampingFrequencies,
-    Kinematics, Material, Mesh, Motion, Plane, Section, Structure,
+    Fidelity, Kinematics, Material, Mesh, Motion, Plane, Section, Structure,
 };
 use interface::{CoSimulation, Variable, variables::dam as variable};
+use nalgebra::{DMatrix, Matrix4, SymmetricEigen, Vector4};
 
 pub fn koyna_section() -> Section {
     Section {
@@ -29,6 +30,7 @@ pub fn koyna(element_size: f64) -> DamParameters {
             ratio: 0.05,
             frequencies: DampingFrequencies::MultiplesOfFirst([1.0, 5.0]),
         },
+        fidelity: Fidelity::Dem,
         kinematics: Kinematics::Corotational,
         element_size,
         gravity: 9.81,
@@ -128,4 +130,86 @@ pub fn mean(structure: &Structure, field: &[[f64; 2]], block: usize) -> [f64; 2]
 /// Mean of `field` over `nodes`, unweighted.
 pub fn mean_at(field: &[[f64; 2]], nodes: &[usize]) -> [f64; 2] {
     [0, 1].map(|d| nodes.iter().map(|&n| field[n][d]).sum::<f64>() / nodes.len() as f64)
+}
+
+/// The shipped records.
+pub const RECORDS: [&str; 3] = [
+    "northridge-1994-canyon-country-270",
+    "northridge-1994-beverly-hills-279",
+    "loma-prieta-1989-corralitos-038",
+];
+
+/// Samples of an acceleration (m/s²), linear between them, 0 after the last.
+pub struct Record(Vec<[f64; 2]>);
+
+impl Record {
+    /// One of the shipped ones.
+    pub fn read(name: &str) -> Self {
+        let path = format!("{}/../scenes/records/{name}.csv", env!("CARGO_MANIFEST_DIR"));
+        let text = std::fs::read_to_string(path).unwrap();
+        let pairs = text.lines().filter_map(|line| line.split_once(','));
+        Self(pairs.filter_map(|(t, a)| Some([t.parse().ok()?, 9.80665 * a.parse::<f64>().ok()?])).collect())
+    }
+
+    pub fn at(&self, time: f64) -> f64 {
+        let next = self.0.partition_point(|sample| sample[0] < time).clamp(1, self.0.len() - 1);
+        let [[t0, a0], [t1, a1]] = [self.0[next - 1], self.0[next]];
+        if time > t1 { 0.0 } else { a0 + (a1 - a0) * (time - t0) / (t1 - t0) }
+    }
+}
+
+/// With Westergaard's parabola, `⅞ ρ √(h(h − y))`, in the mass matrix.
+pub fn with_water(parameters: DamParameters) -> DamParameters {
+    let face = parameters.wet_face().unwrap().unwrap();
+    let h = face.depth();
+    let mass = |i: usize| 875.0 * (h * (h - face.points()[i][1])).sqrt();
+    let row = |i: usize| (0..face.len()).map(|j| if i == j { mass(i) } else { 0.0 }).collect();
+    DamParameters { added_mass: Some((0..face.len()).map(row).collect()), ..parameters }
+}
+
+/// Horizontal crest displacement (m) of the intact dam after each `step` (s), `ground` linear within it, by all modes
+/// of the dam's matrices: each carried over a step by the exponential of its own equations.
+pub fn modal_crest(dam: &Dam, ground: impl Fn(f64) -> f64, step: f64, until: f64) -> Vec<f64> {
+    let m = dam.system_matrices();
+    let n = m.mass.len();
+    let root: Vec<f64> = m.mass.iter().map(|mass| mass.sqrt()).collect();
+    let mut scaled = DMatrix::zeros(n, n);
+    m.stiffness.iter().for_each(|&(i, j, k)| scaled[(i, j)] = k / (root[i] * root[j]));
+    let eigen = SymmetricEigen::new(scaled);
+    let steps = (until / step).round() as usize;
+    let mut crest = vec![0.0; steps];
+    for (mode, &square) in eigen.eigenvalues.iter().enumerate() {
+        let shape = eigen.eigenvectors.column(mode);
+        let factor: f64 = (0..n).map(|i| -shape[i] * root[i] * m.ground_influence[0][i]).sum();
+        let at_crest = shape[m.crest[0]] / root[m.crest[0]];
+        let damping = m.damping.mass + m.damping.stiffness * square;
+        // q, q̇, force, its change over the step
+        let rate = Matrix4::new(
+            0.0,
+            step,
+            0.0,
+            0.0,
+            -square * step,
+            -damping * step,
+            step,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            1.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+        );
+        let carry = rate.exp();
+        let mut state = Vector4::zeros();
+        for (k, crest) in crest.iter_mut().enumerate() {
+            let [before, after] =
+                [k, k + 1].map(|k| factor * if k == 0 { 0.0 } else { ground(k as f64 * step) });
+            state = carry * Vector4::new(state[0], state[1], before, after - before);
+            *crest += at_crest * state[0];
+        }
+    }
+    crest
 }

@@ -9,7 +9,10 @@ use orchestrator::log::{LogError, LogWriter, Preamble};
 use orchestrator::observer::{HistoriesWriter, Progress, Status};
 use orchestrator::participant::{Deadlines, ParticipantError, Starting};
 use orchestrator::report::{Build, Manifest, ManifestError, Summary, Unit};
-use orchestrator::scene::{GroundMotion, LoadedScene, OnFailure, STANDARD_GRAVITY, Scene, SceneError};
+use orchestrator::scene::{
+    DamFidelityScene, DampingModelScene, GroundMotion, LoadedScene, OnFailure, STANDARD_GRAVITY, Scene,
+    SceneError,
+};
 use orchestrator::scheme::{CouplingError, Predictor, Scheme, Settings, Side, Units, interface_points};
 use orchestrator::simulation::{Simulation, SimulationError};
 use std::path::{Path, PathBuf};
@@ -124,7 +127,7 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
     manifest.reservoir_wet_face = Some(reservoir).filter(|points| *points != dam);
     manifest.wet_face = dam;
     manifest.write(&manifest_path)?;
-    let damping = damping_line(&loaded, &mut units)?;
+    let dam = dam_lines(&loaded, &mut units)?;
     say(ground_line(&loaded.ground_motion));
     say(format!("prepared in {:.2} s; results go to {}", began.elapsed().as_secs_f64(), folder.display()));
 
@@ -134,7 +137,7 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
     let table = summary.to_string();
     manifest.result = Some(summary);
     manifest.write(&manifest_path)?;
-    say(format!("\n{table}{damping}"));
+    say(format!("\n{table}{dam}"));
     say(ending.wall);
     say(format!("log, histories and manifest are in {}", folder.display()));
     match failure {
@@ -258,16 +261,27 @@ fn ground_line(motion: &GroundMotion) -> String {
     format!("{:<10} {source}: peak {:.3} g at {time:.2} s", "ground", peak / STANDARD_GRAVITY)
 }
 
-/// Names the damping: no sliding may be quoted without it.
-fn damping_line(loaded: &LoadedScene, units: &mut Units) -> Result<String, ParticipantError> {
+/// Names the damping, without which no sliding may be quoted, and what is computed if that is not all.
+fn dam_lines(loaded: &LoadedScene, units: &mut Units) -> Result<String, ParticipantError> {
     let Some(dam) = &loaded.scene.dam else { return Ok(String::new()) };
-    let damping = if dam.damping.ratio > 0.0 {
-        let mut frequencies = units.dam.fixed("damping_frequency_low")?;
-        frequencies.extend(units.dam.fixed("damping_frequency_high")?);
-        let frequencies: Vec<String> = frequencies.iter().map(|f| format!("{f:.2}")).collect();
-        format!("Rayleigh, {} % at {} rad/s", 100.0 * dam.damping.ratio, frequencies.join(" and "))
-    } else {
-        "none".to_owned()
+    let percent = 100.0 * dam.damping.ratio;
+    let mut frequencies = units.dam.fixed("damping_frequency_low")?;
+    frequencies.extend(units.dam.fixed("damping_frequency_high")?);
+    let frequencies: Vec<String> = frequencies.iter().map(|f| format!("{f:.2}")).collect();
+    let frequency = frequencies.first().map_or("", String::as_str);
+    let damping = match dam.damping.model {
+        _ if dam.damping.ratio == 0.0 => "none".to_owned(),
+        DampingModelScene::Rayleigh => {
+            format!("Rayleigh, {percent} % at {} rad/s", frequencies.join(" and "))
+        }
+        DampingModelScene::Mass => format!("of mass, {percent} % at {frequency} rad/s"),
+        DampingModelScene::Stiffness => format!("of stiffness, {percent} % at {frequency} rad/s"),
+        DampingModelScene::Local => format!("local, {percent} %"),
     };
-    Ok(format!("{:<52} {damping}\n", "damping model of the dam"))
+    let fidelity_line = match dam.fidelity {
+        DamFidelityScene::RigidBlocks => format!("{:<52} rigid blocks: unsafe\n", "fidelity of the dam"),
+        DamFidelityScene::Dem => String::new(),
+        fidelity => format!("{:<52} {}\n", "fidelity of the dam", fidelity.word()),
+    };
+    Ok(format!("{:<52} {damping}\n{fidelity_line}", "damping model of the dam"))
 }

@@ -197,6 +197,26 @@ pub enum Invalid {
          have a memory; leave it out, or choose \"compressible\""
     )]
     WavesWithoutMemory,
+    /// A number of modes of a dam that has none.
+    #[error(
+        "`dam.modes` goes with `dam.fidelity` = \"reduced\" and \"intact\"; leave it out, or choose one of these"
+    )]
+    NoModes,
+    /// Rigid blocks without a crack between them.
+    #[error(
+        "`dam.fidelity` is \"rigid-blocks\", but without a crack the whole dam moves with the ground; give a \
+         [[dam.cracks]], or choose another fidelity"
+    )]
+    RigidWithoutCrack,
+    /// Local damping below the full model.
+    #[error(
+        "`dam.damping.model` is \"local\", which acts on nodes, and `dam.fidelity` = \"{fidelity}\" has none; choose \
+         another damping, or \"dem\""
+    )]
+    LocalDampingOfModes {
+        /// The fidelity.
+        fidelity: &'static str,
+    },
     /// Neither a dam nor water.
     #[error(
         "`reservoir.fidelity` is \"none\" and the dam is [prescribed]: nothing is left to compute; give a [dam], or \

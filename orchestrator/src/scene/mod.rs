@@ -272,6 +272,53 @@ pub struct PrescribedScene {
     pub panels: usize,
 }
 
+/// How much of the dam is computed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum DamFidelityScene {
+    /// Every element and every contact.
+    #[default]
+    Dem,
+    /// Blocks of elastic modes between contacts.
+    Reduced,
+    /// Blocks that do not deform: unsafe.
+    RigidBlocks,
+    /// Without cracks, by modes.
+    Intact,
+}
+
+impl DamFidelityScene {
+    /// The word in a scene.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Dem => "dem",
+            Self::Reduced => "reduced",
+            Self::RigidBlocks => "rigid-blocks",
+            Self::Intact => "intact",
+        }
+    }
+
+    /// Whether a number of modes means something.
+    pub fn has_modes(self) -> bool {
+        matches!(self, Self::Reduced | Self::Intact)
+    }
+}
+
+/// Kind of damping.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum DampingModelScene {
+    /// Of mass and stiffness, one ratio at two frequencies.
+    #[default]
+    Rayleigh,
+    /// Of mass, the ratio at the lower one.
+    Mass,
+    /// Of stiffness, the ratio at the lower one.
+    Stiffness,
+    /// A share of the force out of balance: about the ratio at all frequencies.
+    Local,
+}
+
 /// Plane condition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -296,6 +343,13 @@ pub enum KinematicsScene {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DamScene {
+    /// How much is computed.
+    #[serde(default)]
+    pub fidelity: DamFidelityScene,
+    /// Number of modes, of each block or of the intact dam; by default as many as an error estimate asks for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1, max = 1000))]
+    pub modes: Option<usize>,
     /// Nominal length of an element's side, m.
     pub element_size: f64,
     /// Kinematics of the elements.
@@ -340,11 +394,14 @@ pub struct MaterialScene {
     pub plane: PlaneScene,
 }
 
-/// `[dam.damping]`: Rayleigh damping named by two frequencies, or none.
+/// `[dam.damping]`
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DampingScene {
-    /// Damping ratio at the two frequencies; 0 for none.
+    /// Kind.
+    #[serde(default)]
+    pub model: DampingModelScene,
+    /// Damping ratio where it holds; 0 for none.
     pub ratio: f64,
     /// The two frequencies as multiples of ω₁ of the intact empty dam.
     #[serde(default, skip_serializing_if = "Option::is_none")]

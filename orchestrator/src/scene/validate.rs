@@ -2,8 +2,8 @@
 
 use super::record::STRONGEST;
 use super::{
-    AdaptiveScene, DamScene, DampingScene, FidelityScene, GroundMotion, Invalid, MethodScene, OnFailure,
-    RecordError, RecordScene, Scene,
+    AdaptiveScene, DamFidelityScene, DamScene, DampingModelScene, DampingScene, FidelityScene, GroundMotion,
+    Invalid, MethodScene, OnFailure, RecordError, RecordScene, Scene,
 };
 use crate::scheme::SchemeKind;
 use std::collections::BTreeSet;
@@ -329,6 +329,7 @@ impl Findings {
         self.within("dam.material.poisson_ratio", material.poisson_ratio, 0.0, 0.499);
         self.within("dam.material.density", material.density, 100.0, 1e5);
         self.damping(&dam.damping);
+        self.fidelity(dam);
         self.section(dam);
         let Some([_, crest]) = dam.section.upstream.last().copied() else { return };
         let size = dam.element_size;
@@ -385,8 +386,30 @@ impl Findings {
         self.at_most("dam.element_size", "elements of the dam", elements, 1e6);
     }
 
+    fn fidelity(&mut self, dam: &DamScene) {
+        if !self.sound(&["dam.fidelity"]) {
+            return;
+        }
+        if dam.modes.is_some() && !dam.fidelity.has_modes() {
+            self.add("dam.modes", Invalid::NoModes);
+        }
+        if dam.fidelity == DamFidelityScene::RigidBlocks
+            && dam.cracks.is_empty()
+            && self.sound(&["dam.cracks"])
+        {
+            self.add("dam.fidelity", Invalid::RigidWithoutCrack);
+        }
+        let local = dam.damping.model == DampingModelScene::Local && dam.damping.ratio > 0.0;
+        if local && dam.fidelity != DamFidelityScene::Dem && self.sound(&["dam.damping"]) {
+            let fidelity = dam.fidelity.word();
+            self.add("dam.damping.model", Invalid::LocalDampingOfModes { fidelity });
+        }
+    }
+
     fn damping(&mut self, damping: &DampingScene) {
-        self.within("dam.damping.ratio", damping.ratio, 0.0, 0.999);
+        // a local coefficient of π times the ratio stays below 1
+        let most = if damping.model == DampingModelScene::Local { 0.318 } else { 0.999 };
+        self.within("dam.damping.ratio", damping.ratio, 0.0, most);
         let pairs = [
             ("dam.damping.multiples_of_first", damping.multiples_of_first),
             ("dam.damping.radians_per_second", damping.radians_per_second),
@@ -401,7 +424,8 @@ impl Findings {
         }
         let given = pairs.map(|(_, pair)| pair.is_some());
         let both = given == [true, true];
-        if both || damping.ratio != 0.0 && self.sound(&["dam.damping"]) {
+        let needed = damping.ratio != 0.0 && damping.model != DampingModelScene::Local;
+        if both || needed && self.sound(&["dam.damping"]) {
             self.exactly_one("dam.damping", "multiples_of_first", "radians_per_second", given);
         }
     }

@@ -1,7 +1,9 @@
 //! What may be run, but is doubtful.
 
 use super::error::plain;
-use super::{DamScene, FidelityScene, GroundMotion, MethodScene, STANDARD_GRAVITY, Scene, defaults};
+use super::{
+    DamFidelityScene, DamScene, FidelityScene, GroundMotion, MethodScene, STANDARD_GRAVITY, Scene, defaults,
+};
 use miette::{Diagnostic, NamedSource, SourceSpan};
 use std::sync::Arc;
 
@@ -124,6 +126,12 @@ pub enum Warning {
          give a ratio, such as 0.05"
     )]
     UndampedCrack,
+    /// Blocks that do not deform.
+    #[error(
+        "`dam.fidelity` = \"rigid-blocks\" is unsafe: the dam's amplification of the ground motion is missing, and sliding \
+         comes out too small; choose \"reduced\" or \"dem\" for numbers that count"
+    )]
+    RigidBlocks,
     /// Keys that the chosen water does not look at.
     #[error(
         "{} no effect with `reservoir.fidelity` = \"{}\"{}; leave {} out, or choose other water",
@@ -192,6 +200,9 @@ pub fn doubts(scene: &Scene, motion: &GroundMotion) -> Vec<(&'static str, Warnin
     }
     let cracked = scene.dam.as_ref().filter(|dam| !dam.cracks.is_empty());
     if let Some(dam) = cracked {
+        if dam.fidelity == DamFidelityScene::RigidBlocks {
+            doubts.push(("dam.fidelity", Warning::RigidBlocks));
+        }
         if dam.damping.ratio == 0.0 {
             doubts.push(("dam.damping.ratio", Warning::UndampedCrack));
         }

@@ -1,0 +1,237 @@
+use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
+
+use super::basis::Basis;
+use super::mode::{Mode, SLOWED_TO, concrete_mass};
+use super::sides::{CrackSides, Mean, Rows};
+use crate::contact::JointState;
+use crate::damping::StiffnessDamping;
+use crate::energy::StoredEnergy;
+use crate::loads::Wet;
+use crate::structure::Structure;
+use crate::time_step::CriticalTimeStep;
+use crate::{DamError, Fidelity, Kinematics, RayleighCoefficients};
+
+/// Modes between contacts: the dam below [`Fidelity::Dem`].
+#[derive(Clone, Debug)]
+pub struct Superposition {
+    /// Squares ω² of the modes' circular frequencies, (rad/s)².
+    pub(super) stiffness: Vec<f64>,
+    /// Damping `2ξω` of the modes, 1/s.
+    pub(super) damping: Vec<f64>,
+    /// What mass damping does between modes that share the water's mass, 1/s; no rows without water.
+    pub(super) damping_between: Rows,
+    /// Stiffness damping of the contacts' dashpots.
+    pub(super) dashpots: StiffnessDamping,
+    pub(super) sides: CrackSides,
+    /// One column for x, then y of each node, one row a mode.
+    shapes: DMatrix<f64>,
+    loads: ModalLoads,
+    /// Mean rotation of each block, one value a mode.
+    rotations: Vec<DVector<f64>>,
+    critical: CriticalTimeStep,
+    truncation: f64,
+}
+
+/// Modal forces of the dam's loads.
+#[derive(Clone, Debug)]
+struct ModalLoads {
+    weight: DVector<f64>,
+    /// Of a unit pressure at each interface point.
+    pressure: DMatrix<f64>,
+    /// Of a unit acceleration of the ground along x and along y: `−Φᵀ (M + X) ι`.
+    ground: [DVector<f64>; 2],
+}
+
+/// Motion in modal coordinates, relative to the ground.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ModalMotion {
+    /// Coordinates q of modes with unit mass, m √(kg/m).
+    pub coordinates: Vec<f64>,
+    /// Their rates.
+    pub rates: Vec<f64>,
+    /// Modal forces of the contacts, padded.
+    pub contact_forces: Vec<f64>,
+    /// Contacts of each crack.
+    pub joints: Vec<Vec<JointState>>,
+}
+
+/// Share of 2/ω that dashpots leave to the time step.
+const DAMPED_SHARE: f64 = 0.3;
+
+impl Superposition {
+    /// The dam of `structure` at a level of `fidelity`, under the weight of `gravity` (m/s²).
+    ///
+    /// **Errors**: [`DamError::Singular`], [`DamError::FrequenciesNotConverged`], [`DamError::TooManyFrequencies`].
+    pub(crate) fn new(
+        structure: &Structure,
+        fidelity: Fidelity,
+        kinematics: Kinematics,
+        wet: Option<&Wet>,
+        gravity: f64,
+    ) -> Result<Self, DamError> {
+        let loads = NodalLoads::of(structure, wet, gravity);
+        let basis = Basis::new(structure, fidelity, &loads.at_rest(wet))?;
+        let coupled = structure.added_mass.is_some();
+        let mut modes = Vec::new();
+        for part in joined(basis.parts, coupled) {
+            modes.extend(Mode::all(structure, &part)?);
+        }
+        let by_mode: Vec<DVector<f64>> = modes.iter().map(|mode| mode.shape.clone()).collect();
+        let shapes = DMatrix::from_columns(&by_mode);
+        let stiffness: Vec<f64> = modes.iter().map(|mode| mode.square).collect();
+        let rayleigh = structure.damping;
+        let damping_between =
+            if coupled { damping_between(structure, &shapes, &stiffness) } else { DMatrix::zeros(0, 0) };
+        let shapes = shapes.transpose();
+        let cracked = !matches!(fidelity, Fidelity::Intact { .. });
+        let sides = CrackSides::of(structure, &shapes, cracked, kinematics);
+        let highest = sides.highest_frequency(&stiffness);
+        let felt =
+            RayleighCoefficients { mass: 0.0, stiffness: if cracked { rayleigh.stiffness } else { 0.0 } };
+        let memory = felt.memory_reaching(DAMPED_SHARE, highest);
+        let ratio = felt.limiting_ratio(highest, memory);
+        let blocks = structure.mesh.blocks.iter();
+        Ok(Self {
+            damping: modes.iter().map(|mode| mode.damping(rayleigh)).collect(),
+            damping_between: Rows::of_columns(&damping_between),
+            dashpots: StiffnessDamping { coefficient: rayleigh.stiffness, memory },
+            loads: ModalLoads {
+                weight: &shapes * loads.weight,
+                pressure: &shapes * loads.pressure,
+                ground: loads.ground.map(|inertia| &shapes * inertia),
+            },
+            rotations: blocks
+                .map(|block| Mean::of(structure, block.nodes.clone(), &shapes).rotation)
+                .collect(),
+            critical: CriticalTimeStep {
+                highest_frequency: highest,
+                limit: 2.0 / highest * ((1.0 + ratio * ratio).sqrt() - ratio),
+            },
+            truncation: basis.truncation,
+            stiffness,
+            sides,
+            shapes,
+        })
+    }
+
+    /// Number of modes.
+    pub fn mode_count(&self) -> usize {
+        self.stiffness.len()
+    }
+
+    /// Estimate of what left out modes would add to the answer at the highest excitation, as a share.
+    pub fn truncation(&self) -> f64 {
+        self.truncation
+    }
+
+    pub(crate) fn critical_time_step(&self) -> CriticalTimeStep {
+        self.critical
+    }
+
+    /// No displacement, no velocity, all contacts just closed.
+    pub(crate) fn at_rest(&self) -> ModalMotion {
+        let zero = vec![0.0; self.mode_count()];
+        let joints = self.sides.cracks.iter().map(|crack| crack.joints_at_rest(&self.sides.rest)).collect();
+        let contact_forces = vec![0.0; self.sides.modes_width()];
+        ModalMotion { coordinates: zero.clone(), rates: zero, contact_forces, joints }
+    }
+
+    /// Modal forces of weight, pressure (Pa) and ground acceleration (m/s²).
+    pub(crate) fn forces(&self, pressure: &[f64], ground: [f64; 2]) -> Vec<f64> {
+        let mut forces = self.loads.weight.clone();
+        for (column, &p) in self.loads.pressure.column_iter().zip(pressure) {
+            forces.axpy(p, &column, 1.0);
+        }
+        for (column, a) in self.loads.ground.iter().zip(ground) {
+            forces.axpy(a, column, 1.0);
+        }
+        forces.data.into()
+    }
+
+    /// Displacement or velocity of `node` from modal coordinates or their rates.
+    pub(crate) fn at_node(&self, node: usize, coordinates: &[f64]) -> [f64; 2] {
+        [0, 1].map(|d| dot(self.shapes.column(2 * node + d).as_slice(), coordinates))
+    }
+
+    /// Mean rotation of `block` by coordinates, rad.
+    pub(crate) fn rotation(&self, block: usize, coordinates: &[f64]) -> f64 {
+        dot(self.rotations[block].as_slice(), coordinates)
+    }
+
+    pub(crate) fn stored_energy(&self, motion: &ModalMotion) -> StoredEnergy {
+        let squares = motion.coordinates.iter().zip(&self.stiffness).map(|(q, square)| square * q * q);
+        let joints = self.sides.cracks.iter().zip(&motion.joints);
+        StoredEnergy {
+            kinetic: dot(&motion.rates, &motion.rates) / 2.0,
+            strain: squares.sum::<f64>() / 2.0,
+            contact: joints.map(|(crack, joints)| crack.energy(joints)).sum(),
+        }
+    }
+}
+
+/// Nodal forces of the dam's loads: x, then y of each node.
+struct NodalLoads {
+    weight: DVector<f64>,
+    pressure: DMatrix<f64>,
+    ground: [DVector<f64>; 2],
+}
+
+impl NodalLoads {
+    fn of(structure: &Structure, wet: Option<&Wet>, gravity: f64) -> Self {
+        let weight = DVector::from_row_slice(structure.weight([0.0, -gravity]).as_flattened());
+        let mut pressure = DMatrix::zeros(weight.len(), wet.map_or(0, |wet| wet.face.len()));
+        for &(node, point, force) in wet.map_or(&[][..], |wet| wet.load.entries()) {
+            (0..2).for_each(|d| pressure[(2 * node + d, point)] += force[d]);
+        }
+        let ground = [0, 1].map(|axis| {
+            let along = |i: usize| if i % 2 == axis { -structure.mass[i / 2] } else { 0.0 };
+            let mut inertia = DVector::from_fn(weight.len(), |i, _| along(i));
+            for (node, values) in structure.added_mass.iter().flat_map(|water| water.ground_inertia(axis)) {
+                (0..2).for_each(|d| inertia[2 * node + d] -= values[d]);
+            }
+            inertia
+        });
+        Self { weight, pressure, ground }
+    }
+
+    /// Loads that the modes answer exactly at rest: weight, pressure that grows with depth, and a uniform one.
+    fn at_rest(&self, wet: Option<&Wet>) -> DMatrix<f64> {
+        let Some(wet) = wet else { return DMatrix::from_columns(std::slice::from_ref(&self.weight)) };
+        let points = wet.face.points();
+        let top = points.last().map_or(0.0, |p| p[1]);
+        let depth = DVector::from_iterator(points.len(), points.iter().map(|p| top - p[1]));
+        let uniform = DVector::from_element(points.len(), 1.0);
+        DMatrix::from_columns(&[self.weight.clone(), &self.pressure * depth, &self.pressure * uniform])
+    }
+}
+
+/// Parts as they are, or as one if the water couples them.
+fn joined(parts: Vec<DMatrix<f64>>, coupled: bool) -> Vec<DMatrix<f64>> {
+    if !coupled {
+        return parts;
+    }
+    let columns: Vec<DVector<f64>> =
+        parts.iter().flat_map(|part| part.column_iter().map(Into::into)).collect();
+    vec![DMatrix::from_columns(&columns)]
+}
+
+/// What mass damping does between the modes, slow ones first, that were not slowed down: α times what is beside the
+/// diagonal of `Φᵀ M Φ`.
+fn damping_between(structure: &Structure, shapes: &DMatrix<f64>, stiffness: &[f64]) -> DMatrix<f64> {
+    let slow = stiffness.partition_point(|&square| square < SLOWED_TO * SLOWED_TO * (1.0 - 1e-9));
+    let mut between =
+        concrete_mass(structure, &shapes.columns(0, slow).into_owned()) * structure.damping.mass;
+    between.fill_diagonal(0.0);
+    between
+}
+
+/// Sum of the products, in eight strands.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 8];
+    let ((a, rest_a), (b, rest_b)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
+    for (a, b) in a.iter().zip(b) {
+        (0..8).for_each(|i| sums[i] += a[i] * b[i]);
+    }
+    sums.iter().sum::<f64>() + rest_a.iter().zip(rest_b).map(|(a, b)| a * b).sum::<f64>()
+}
