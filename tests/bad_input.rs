@@ -101,6 +101,8 @@ const VALUES: &[Case] = &[
     ramp(&[("panels = 16", "panels = -3")]),
     edit(&[("[1.0, 5.0]", "[5.0, 1.0]")]),
     set(&["dam.damping.model=\"local\"", "dam.damping.ratio=0.4"]),
+    set(&["dam.cracks.0.residual_friction_coefficient=1.2"]),
+    set(&["dam.cracks.0.cohesion=-1", "dam.cracks.0.dilation=45"]),
 ];
 
 const GEOMETRY: &[Case] = &[
@@ -162,6 +164,8 @@ const CHOICES: &[Case] = &[
     set(&["dam.fidelity=\"rigid\""]),
     set(&["dam.fidelity=\"rigid-blocks\"", "dam.cracks=[]"]),
     set(&["dam.fidelity=reduced", "dam.damping.model=local"]),
+    edit(&[("[coupling]", "[[stop]]\nquantity = \"slip\"\nabove = -1\n\n[coupling]")]),
+    ramp(&[("[prescribed]", "[[stop]]\nquantity = \"sliding\"\nabove = 1\n\n[prescribed]")]),
 ];
 
 const COUPLING: &[Case] = &[
@@ -385,7 +389,7 @@ macro_rules! variants {
 
 variants!(INVALID, invalid, Invalid:
     Unreadable Override Syntax Misspelt Misplaced Unknown Missing Type Word NotPositive OutOfRange WaterAboveCrest
-    WaterTooShallow ElementTooLarge BedCorner WavesWithoutMemory NoModes RigidWithoutCrack LocalDampingOfModes NothingToCompute PanelTooLong CrackOutside CracksCoincide ThinRow TooMany NoStep NoMeasure FixedStep Window AddedMassScheme AdaptiveScheme NothingToHalve AdaptiveBounds
+    WaterTooShallow ElementTooLarge BedCorner WavesWithoutMemory NothingToWatch NoModes RigidWithoutCrack LocalDampingOfModes NothingToCompute PanelTooLong CrackOutside CracksCoincide ThinRow TooMany NoStep NoMeasure FixedStep Window AddedMassScheme AdaptiveScheme NothingToHalve AdaptiveBounds
     Title Undersampled SideTooShort SideNotAscending NotAtHeel SidesCross
     ExactlyOne Polarity Count Frequencies DurationMissing Record);
 variants!(RECORD_ERRORS, record_error, RecordError:

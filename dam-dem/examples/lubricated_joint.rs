@@ -20,7 +20,7 @@ impl ContactLaw for Oil {
         let normal = self.normal_stiffness * touch.penetration.max(0.0);
         let shear = if normal > 0.0 { self.viscosity * touch.slip_rate } else { 0.0 };
         // all shear comes from the dashpot; the spring slips freely and never stretches
-        Response { normal, shear, stretch: 0.0, slipping: true, dashpots: [0.0, shear] }
+        Response { normal, shear, stretch: 0.0, slipping: true, bonded: false, dashpots: [0.0, shear] }
     }
 
     fn stiffness(&self) -> [f64; 2] {

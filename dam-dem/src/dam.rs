@@ -5,9 +5,9 @@ use interface::{
 
 use std::num::NonZeroUsize;
 
-use crate::contact::Coulomb;
+use crate::contact::MohrCoulomb;
 use crate::energy::{EnergyLedger, StoredEnergy, Work};
-use crate::integrator::{CentralDifference, DynamicRelaxation, Relaxed};
+use crate::integrator::{CentralDifference, DynamicRelaxation, Relaxed, SparseNewton};
 use crate::loads::{LoadPath, Wet, add_ground_inertia};
 use crate::reduction::{ModalLoadPath, Superposition};
 use crate::state::{DamMotion, DamState, Inputs};
@@ -32,7 +32,7 @@ pub struct Dam {
     parameters: DamParameters,
     /// From the base up.
     cracks: Vec<CrackParameters>,
-    structure: Structure,
+    structure: Structure<MohrCoulomb>,
     /// What moves below [`Fidelity::Dem`](crate::Fidelity::Dem).
     modes: Option<Superposition>,
     wet: Option<Wet>,
@@ -92,8 +92,11 @@ impl Dam {
         let wet = Wet::below(&mesh, parameters.water_depth)?;
         let base = mesh.blocks[0].bottom.clone();
         let crest = mesh.blocks.last().and_then(|block| block.upstream.last()).copied().unwrap_or(0);
-        let laws = cracks.iter().map(Coulomb::from);
+        let laws = cracks.iter().map(MohrCoulomb::from);
         let mut structure = Structure::new(mesh, &parameters.material, parameters.kinematics, laws, &base);
+        for (crack, parameters) in structure.cracks.iter_mut().zip(&cracks) {
+            *crack = crack.clone().integrated(parameters.integration);
+        }
         let damping_frequencies =
             parameters.damping.frequencies(|| Ok(modal::natural_frequencies(&structure, 1)?[0]))?;
         structure.damping = parameters.damping.coefficients(damping_frequencies);
@@ -229,7 +232,7 @@ impl Dam {
     }
 
     /// Blocks, masses and cracks.
-    pub fn structure(&self) -> &Structure {
+    pub fn structure(&self) -> &Structure<MohrCoulomb> {
         &self.structure
     }
 
@@ -286,9 +289,20 @@ impl Dam {
         match (motion, &self.modes) {
             (DamMotion::Nodes(motion), None) => {
                 let forces = self.forces(hydrostatic, [0.0; 2]);
-                let rest = DynamicRelaxation::default().relax(&self.structure, motion, &forces)?;
+                let mut by_newton = motion.clone();
+                let found = match SparseNewton::default().relax(&self.structure, &mut by_newton, &forces) {
+                    Ok(rest) => {
+                        *motion = by_newton;
+                        ("Newton's iteration", rest)
+                    }
+                    Err(DamError::StaticNotConverged { .. }) => {
+                        let rest = DynamicRelaxation::default().relax(&self.structure, motion, &forces)?;
+                        ("dynamic relaxation", rest)
+                    }
+                    Err(error) => return Err(error),
+                };
                 self.structure.accelerate(motion, &self.forces(&pressure, ground));
-                Ok(("dynamic relaxation", rest))
+                Ok(found)
             }
             (DamMotion::Modes(motion), Some(modes)) => {
                 let rest = modes.relax(motion, &modes.forces(hydrostatic, [0.0; 2]))?;

@@ -202,12 +202,7 @@ mod tests {
     /// turned together: sliding and rotation are those of the one against the other.
     #[test]
     fn sliding_and_rotation_are_relative_to_the_lower_side() -> Result<(), DamError> {
-        let crack = CrackParameters {
-            elevation: 4.0,
-            friction_coefficient: 1.0,
-            normal_stiffness: 1e9,
-            shear_stiffness: 1e9,
-        };
+        let crack = CrackParameters::sliding(4.0, 1.0, 1e9, 1e9);
         let mut dam = Dam::new(DamParameters {
             section: Section::rectangle(6.0, 10.0),
             water_depth: 0.0,

@@ -2,6 +2,7 @@ use interface::variables::dam as variables;
 use interface::{Variable, WetFace};
 use serde::{Deserialize, Serialize};
 
+use crate::contact::Integration;
 use crate::error::{DamError, require};
 use crate::loads::Wet;
 use crate::{Damping, Fidelity, Material, Mesh};
@@ -50,8 +51,26 @@ pub struct Section {
 pub struct CrackParameters {
     /// Elevation above the base, m.
     pub elevation: f64,
-    /// Coulomb's friction coefficient μ.
+    /// Coulomb's friction coefficient μ, of a bonded crack its peak.
     pub friction_coefficient: f64,
+    /// The same once the crack has slipped or opened; `None` for no other.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub residual_friction_coefficient: Option<f64>,
+    /// Cohesion of the bond, Pa.
+    #[serde(default)]
+    pub cohesion: f64,
+    /// Tensile strength of the bond, Pa.
+    #[serde(default)]
+    pub tensile_strength: f64,
+    /// tan ψ: rise over slip.
+    #[serde(default)]
+    pub dilation: f64,
+    /// Slip, to and fro, after which nothing rises any more, m; `None` for never.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dilation_slip: Option<f64>,
+    /// Where its contacts are.
+    #[serde(default)]
+    pub integration: Integration,
     /// Normal stiffness k_n, Pa/m.
     pub normal_stiffness: f64,
     /// Shear stiffness k_s, Pa/m.
@@ -66,6 +85,29 @@ pub enum Kinematics {
     Small,
     /// Biot strain `U − I` behind the exact rotation of every element.
     Corotational,
+}
+
+impl CrackParameters {
+    /// A crack that slides by Coulomb's friction, not bonded.
+    pub fn sliding(
+        elevation: f64,
+        friction_coefficient: f64,
+        normal_stiffness: f64,
+        shear_stiffness: f64,
+    ) -> Self {
+        Self {
+            elevation,
+            friction_coefficient,
+            residual_friction_coefficient: None,
+            cohesion: 0.0,
+            tensile_strength: 0.0,
+            dilation: 0.0,
+            dilation_slip: None,
+            integration: Integration::Nodal,
+            normal_stiffness,
+            shear_stiffness,
+        }
+    }
 }
 
 impl Section {
@@ -161,6 +203,17 @@ impl DamParameters {
             require(mu >= 0.0, "friction_coefficient", mu, "zero or positive")?;
             require(crack.normal_stiffness > 0.0, "normal_stiffness", crack.normal_stiffness, "positive")?;
             require(crack.shear_stiffness > 0.0, "shear_stiffness", crack.shear_stiffness, "positive")?;
+            let residual = crack.residual_friction_coefficient.unwrap_or(mu);
+            let requirement = "zero or more, and no more than the friction coefficient";
+            require((0.0..=mu).contains(&residual), "residual_friction_coefficient", residual, requirement)?;
+            for (name, value) in [
+                ("cohesion", crack.cohesion),
+                ("tensile_strength", crack.tensile_strength),
+                ("dilation", crack.dilation),
+                ("dilation_slip", crack.dilation_slip.unwrap_or(0.0)),
+            ] {
+                require(value >= 0.0, name, value, "zero or positive")?;
+            }
         }
         self.material.check()?;
         self.damping.check()?;

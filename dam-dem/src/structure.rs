@@ -88,7 +88,7 @@ impl<L: ContactLaw> Structure<L> {
             velocity: zero.clone(),
             acceleration: zero,
             viscous: self.cells.viscous_at_rest(),
-            joints: self.cracks.iter().map(|crack| crack.joints_at_rest(&self.mesh.nodes)).collect(),
+            joints: self.cracks.iter().map(|crack| crack.joints_at_rest()).collect(),
         }
     }
 
@@ -110,7 +110,7 @@ impl<L: ContactLaw> Structure<L> {
         let damping_power = self.cells.add_forces(u, v, damping, &mut motion.viscous, forces);
         let mut losses = Losses { friction: 0.0, damping_power };
         for (crack, joints) in self.cracks.iter().zip(&mut motion.joints) {
-            let lost = crack.add_forces(&self.mesh.nodes, u, v, damping, joints, forces);
+            let lost = crack.add_forces(u, v, damping, joints, forces);
             losses.friction += lost.friction;
             losses.damping_power += lost.damping_power;
         }
@@ -131,7 +131,7 @@ impl<L: ContactLaw> Structure<L> {
 
     /// Springs of all contacts, closed, in the position of rest.
     pub fn stencils(&self) -> Vec<Stencil> {
-        self.cracks.iter().flat_map(|crack| crack.stencils(&self.mesh.nodes)).collect()
+        self.cracks.iter().flat_map(Crack::stencils).collect()
     }
 
     /// Weight of each node, N/m, under the acceleration `gravity` (m/s²) given as a vector.

@@ -2,14 +2,11 @@
 
 mod support;
 
-use dam_dem::contact::Coulomb;
 use dam_dem::energy::{StoredEnergy, Work};
 use dam_dem::integrator::CentralDifference;
 use dam_dem::loads::LoadPath;
 use dam_dem::modal::{self, DegreesOfFreedom};
-use dam_dem::{
-    CriticalTimeStep, Dam, DamError, DamParameters, Damping, DampingFrequencies, Motion, Structure,
-};
+use dam_dem::{CriticalTimeStep, Dam, DamError, DamParameters, Damping, DampingFrequencies, Motion};
 use std::f64::consts::{PI, TAU};
 
 /// The intact dam in the shape of its second mode, and that mode's frequency.
@@ -28,7 +25,7 @@ fn bent(damping: Damping) -> Result<(Dam, Motion, f64), DamError> {
 
 /// Ratio from the energy left after whole periods.
 fn measured(dam: &Dam, mut motion: Motion, frequency: f64) -> (f64, f64) {
-    let structure: &Structure<Coulomb> = dam.structure();
+    let structure = dam.structure();
     let energy = |motion: &Motion| {
         let StoredEnergy { kinetic, strain, .. } = StoredEnergy::of(structure, motion);
         kinetic + strain

@@ -60,11 +60,11 @@ fn level(fidelity: Fidelity, parameters: DamParameters) -> DamParameters {
     DamParameters { fidelity, ..parameters }
 }
 
-/// Three records, both polarities, with added mass: crest 2 %, rotation 5 %, residual sliding 10 %; or three times what
-/// a thousandth more or less of shaking does to the full model, where blocks slide and rock so far that this is more.
+/// Three records, both polarities, with added mass: crest 2 %, rotation 5 %, residual sliding 10 %. Where blocks rock so
+/// far that one per cent of shaking changes the full model by more than that, twice this change.
 #[test]
 fn reduced_blocks_slide_and_rock_as_all_elements_do() -> Result<(), DamError> {
-    let full = with_water(support::koyna(10.0));
+    let full = with_water(support::koyna(5.0));
     let reduced = level(REDUCED, full.clone());
     for name in support::RECORDS {
         let record = Record::read(name);
@@ -73,22 +73,25 @@ fn reduced_blocks_slide_and_rock_as_all_elements_do() -> Result<(), DamError> {
                 Histories::of(parameters.clone(), |t| scale * polarity * record.at(t), 14.0)
             };
             let (reference, answer) = (run(&full, 1.0)?, run(&reduced, 1.0)?);
-            let spread = [run(&full, 1.001)?, run(&full, 0.999)?].map(|other| other.differences(&reference));
             let found = answer.differences(&reference);
-            let spread = [0, 1, 2].map(|i| spread[0][i].abs().max(spread[1][i].abs()));
             println!(
-                "{name} {polarity:+}: crest {:+.1e}, rotation {:+.1e}, sliding {:+.1e} of {:.1} mm; 0.1 % of shaking: \
-                 {spread:.4?}; balance {:+.1e}",
+                "{name} {polarity:+}: crest {:+.1e}, rotation {:+.1e}, sliding {:+.1e} of {:.1} mm; balance {:+.1e}, full {:+.1e}",
                 found[0],
                 found[1],
                 found[2],
                 1e3 * reference.sliding.last().unwrap_or(&0.0),
-                answer.balance
+                answer.balance,
+                reference.balance
             );
-            for ((found, spread), most) in found.iter().zip(spread).zip([0.02, 0.05, 0.1]) {
-                assert!(found.abs() < f64::max(most, 3.0 * spread));
+            let limits = [0.02, 0.05, 0.1];
+            if (0..3).any(|i| found[i].abs() > limits[i]) {
+                let spread =
+                    [run(&full, 1.01)?, run(&full, 0.99)?].map(|other| other.differences(&reference));
+                let spread = [0, 1, 2].map(|i| spread[0][i].abs().max(spread[1][i].abs()));
+                println!("  1 % of shaking changes the full model by {spread:.3?}");
+                assert!((0..3).all(|i| found[i].abs() < f64::max(limits[i], 2.0 * spread[i])));
             }
-            assert!(answer.balance.abs() < 2e-3);
+            assert!(answer.balance.abs() < 2e-3 && reference.balance.abs() < 2e-3);
         }
     }
     Ok(())

@@ -7,7 +7,7 @@ use dam_dem::contact::Coulomb;
 use dam_dem::energy::Work;
 use dam_dem::integrator::{CentralDifference, DynamicRelaxation};
 use dam_dem::loads::LoadPath;
-use dam_dem::{CriticalTimeStep, DamError, RayleighCoefficients, best_fit_rotation};
+use dam_dem::{CriticalTimeStep, DamError, Motion, RayleighCoefficients, best_fit_rotation};
 use support::{GRAVITY, mean};
 
 /// Share of gravity along the slope.
@@ -27,7 +27,6 @@ fn rocking_takes_its_time() {
     let inertia: f64 =
         nodes.clone().map(|n| structure.mass[n] * (arm(n)[0].powi(2) + arm(n)[1].powi(2))).sum();
     let (radius, slenderness) = (centre[0].hypot(centre[1]), centre[0].atan2(centre[1]));
-    let spring = law.normal_stiffness * structure.cracks[0].half_lengths()[1][0];
     // Contacts without damping make energy beyond a quarter.
     let step = 0.2 * CriticalTimeStep::of(&structure).limit;
     let weight = structure.weight([0.0, -GRAVITY]);
@@ -38,16 +37,25 @@ fn rocking_takes_its_time() {
         let (sin, cos) = (-angle).sin_cos();
         let (across, up) = (slenderness - angle).sin_cos();
         let falls = mass * GRAVITY * radius / inertia * across;
+        let far = structure.mesh.nodes[*structure.mesh.blocks[1].bottom.last().unwrap()];
+        let place = |motion: &mut Motion, pressed: [f64; 2]| {
+            for n in nodes.clone() {
+                let [x, y] = structure.mesh.nodes[n];
+                let [rx, ry] = [x - far[0], y - far[1]];
+                let place =
+                    [far[0] + cos * rx - sin * ry + pressed[0], far[1] + sin * rx + cos * ry - pressed[1]];
+                motion.displacement[n] = [place[0] - x, place[1] - y];
+            }
+        };
+        // what holds the corner: the block's spring there, and the ground's
+        let mut probe = structure.at_rest();
+        place(&mut probe, [0.0, 1e-7]);
+        let mut forces = vec![[0.0; 2]; probe.displacement.len()];
+        structure.add_internal_forces(&mut probe, 0.0, &mut forces);
+        let spring = nodes.clone().map(|n| forces[n][1]).sum::<f64>() / 1e-7;
         let pressed =
             [mass * radius * falls * up / spring, (mass * GRAVITY - mass * radius * falls * across) / spring];
-        let far = structure.mesh.nodes[*structure.mesh.blocks[1].bottom.last().unwrap()];
-        for n in nodes.clone() {
-            let [x, y] = structure.mesh.nodes[n];
-            let [rx, ry] = [x - far[0], y - far[1]];
-            let place =
-                [far[0] + cos * rx - sin * ry + pressed[0], far[1] + sin * rx + cos * ry - pressed[1]];
-            motion.displacement[n] = [place[0] - x, place[1] - y];
-        }
+        place(&mut motion, pressed);
         structure.accelerate(&mut motion, &weight);
         let loads = LoadPath::constant(weight.clone());
         let rotation = |motion: &dam_dem::Motion| {

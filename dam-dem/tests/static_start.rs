@@ -2,7 +2,8 @@
 
 mod support;
 
-use dam_dem::{CrackParameters, DamError, DamParameters};
+use dam_dem::integrator::{DynamicRelaxation, Relaxed, SparseNewton};
+use dam_dem::{CrackParameters, Dam, DamError, DamParameters, Motion};
 use interface::variables::dam as variable;
 
 /// Reactions at the base equal weight and water; the tolerance is that of the relaxation, 1e-9.
@@ -43,4 +44,31 @@ fn a_dam_that_cannot_stand_is_refused() {
     let Err(error) = refused else { panic!("a block without friction was found at rest") };
     println!("{error}");
     assert!(matches!(error, DamError::StaticNotConverged { .. }));
+}
+
+/// Two ways to rest: a sparse factor and a fictitious motion. Tolerance: 1e-9 of the loads each.
+#[test]
+fn newton_and_dynamic_relaxation_agree() -> Result<(), DamError> {
+    for cracks in [vec![], vec![66.5], vec![20.0, 66.5]] {
+        let cracks = cracks.into_iter().map(support::crack_at).collect();
+        let dam = Dam::new(DamParameters { cracks, ..support::koyna(7.0) })?;
+        let structure = dam.structure();
+        let loads = structure.weight([2.0, -9.81]);
+        let rest = |relax: &dyn Fn(&mut Motion) -> Result<Relaxed, DamError>| {
+            let mut motion = structure.at_rest();
+            relax(&mut motion).map(|relaxed| (motion, relaxed.iterations))
+        };
+        let (newton, few) = rest(&|motion| SparseNewton::default().relax(structure, motion, &loads))?;
+        let (relaxed, many) = rest(&|motion| DynamicRelaxation::default().relax(structure, motion, &loads))?;
+        let difference = |(a, b): (&[f64; 2], &[f64; 2])| (a[0] - b[0]).hypot(a[1] - b[1]);
+        let apart = newton.displacement.iter().zip(&relaxed.displacement).map(difference).fold(0.0, f64::max);
+        let largest = newton.displacement.iter().map(|u| u[0].hypot(u[1])).fold(0.0, f64::max);
+        println!(
+            "{} cracks: Newton {few}, dynamic relaxation {many} iterations, apart {:.1e}",
+            structure.cracks.len(),
+            apart / largest
+        );
+        assert!(apart < 1e-6 * largest && few < many);
+    }
+    Ok(())
 }

@@ -1,5 +1,6 @@
 //! The built-in units: the only place that knows the solvers.
 
+use dam_dem::contact::Integration;
 use dam_dem::{
     CrackParameters, Dam, DamError, DamParameters, Damping, DampingFrequencies, Kinematics, Material, Plane,
     Section,
@@ -8,8 +9,8 @@ use interface::{WetFace, WetFaceError};
 use nalgebra::{Complex, DMatrix};
 use orchestrator::participant::{EmptyReservoir, InProcess, Messages, Participant, Prescribed};
 use orchestrator::scene::{
-    DamFidelityScene, DamScene, DampingModelScene, ElementOrderScene, FidelityScene, KinematicsScene,
-    MethodScene, PlaneScene, ProfileScene, Scene,
+    DamFidelityScene, DamScene, DampingModelScene, ElementOrderScene, FidelityScene, IntegrationScene,
+    KinematicsScene, MethodScene, PlaneScene, ProfileScene, Scene,
 };
 use orchestrator::scheme::{SchemeKind, Side};
 pub use reservoir::paper::{FarEndCondition, ShortWindows};
@@ -208,6 +209,15 @@ fn dry_dam(dam: &DamScene, scene: &Scene) -> DamParameters {
             .map(|crack| CrackParameters {
                 elevation: crack.elevation,
                 friction_coefficient: crack.friction_coefficient,
+                residual_friction_coefficient: crack.residual_friction_coefficient,
+                cohesion: crack.cohesion,
+                tensile_strength: crack.tensile_strength,
+                dilation: crack.dilation,
+                dilation_slip: crack.dilation_slip,
+                integration: match crack.integration {
+                    IntegrationScene::Nodal => Integration::Nodal,
+                    IntegrationScene::Gauss => Integration::Gauss,
+                },
                 normal_stiffness: crack.normal_stiffness,
                 shear_stiffness: crack.shear_stiffness,
             })

@@ -35,7 +35,7 @@ pub enum SimulationError {
 }
 
 impl Simulation {
-    /// Runs to the end, to the first failure, or until `interrupted` becomes true.
+    /// Runs to the end, to the first failure, until an observer wants it to stop, or until `interrupted` becomes true.
     ///
     /// Observers see the reports of initialisation and of every step, a failed one too, and
     /// at last the ending, however it came. A failure comes beside the ending.
@@ -113,6 +113,9 @@ impl Simulation {
                 Err(failure) => return Err(failed(observers, failure, tally)),
             }
             tally.time = clock.time();
+            if let Some(condition) = observers.iter().find_map(|observer| observer.wants_to_stop()) {
+                return Ok(Status::Stopped(condition));
+            }
         }
     }
 

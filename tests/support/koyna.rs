@@ -30,12 +30,7 @@ pub fn width(y: f64) -> f64 {
 
 /// The dam, with or without the crack at the neck.
 pub fn dam(element_size: f64, cracked: bool) -> DamParameters {
-    let crack = CrackParameters {
-        elevation: NECK,
-        friction_coefficient: 1.0,
-        normal_stiffness: 1e11,
-        shear_stiffness: 0.5e11,
-    };
+    let crack = CrackParameters::sliding(NECK, 1.0, 1e11, 0.5e11);
     DamParameters {
         section: Section {
             upstream: vec![[0.0, 0.0], [0.0, CREST]],

@@ -1,5 +1,4 @@
 use super::{ContactLaw, Response, Touch};
-use crate::CrackParameters;
 
 /// Coulomb friction with normal and shear springs and dashpots, without tension.
 ///
@@ -24,21 +23,11 @@ pub struct Coulomb {
     pub shear_stiffness: f64,
 }
 
-impl From<&CrackParameters> for Coulomb {
-    fn from(crack: &CrackParameters) -> Self {
-        Self {
-            friction: crack.friction_coefficient,
-            normal_stiffness: crack.normal_stiffness,
-            shear_stiffness: crack.shear_stiffness,
-        }
-    }
-}
-
 impl ContactLaw for Coulomb {
     #[inline]
     fn respond(&self, touch: &Touch) -> Response {
         if touch.penetration <= 0.0 {
-            return Response { normal: 0.0, shear: 0.0, stretch: 0.0, slipping: false, dashpots: [0.0; 2] };
+            return Response::NONE;
         }
         let spring = self.normal_stiffness * touch.penetration;
         let dashpot = touch.damping * self.normal_stiffness * touch.penetration_rate;
@@ -53,6 +42,7 @@ impl ContactLaw for Coulomb {
             shear,
             stretch: if elastic == trial { touch.stretch } else { elastic / self.shear_stiffness },
             slipping: elastic != trial,
+            bonded: false,
             dashpots: [normal - spring, shear - elastic],
         }
     }
@@ -70,8 +60,14 @@ mod tests {
 
     #[test]
     fn sticks_below_the_limit_and_slips_at_it() {
-        let touch =
-            Touch { penetration: 1.0, penetration_rate: 0.0, stretch: 1.0, slip_rate: 0.0, damping: 0.1 };
+        let touch = Touch {
+            penetration: 1.0,
+            penetration_rate: 0.0,
+            stretch: 1.0,
+            slip_rate: 0.0,
+            damping: 0.1,
+            bonded: false,
+        };
         let stick = LAW.respond(&touch);
         assert_eq!((stick.normal, stick.shear, stick.slipping), (10.0, 4.0, false));
         let slip = LAW.respond(&Touch { stretch: -2.0, slip_rate: -3.0, ..touch });
@@ -88,14 +84,21 @@ mod tests {
             stretch: f64::NAN,
             slip_rate: 0.0,
             damping: 0.1,
+            bonded: false,
         };
         assert!(LAW.respond(&touch).normal.is_nan());
     }
 
     #[test]
     fn leaving_fast_neither_pulls_nor_keeps_its_shear() {
-        let touch =
-            Touch { penetration: 0.1, penetration_rate: -9.0, stretch: 1.0, slip_rate: 1.0, damping: 0.1 };
+        let touch = Touch {
+            penetration: 0.1,
+            penetration_rate: -9.0,
+            stretch: 1.0,
+            slip_rate: 1.0,
+            damping: 0.1,
+            bonded: false,
+        };
         let response = LAW.respond(&touch);
         assert_eq!((response.normal, response.shear, response.stretch), (0.0, 0.0, 0.0));
         assert!(

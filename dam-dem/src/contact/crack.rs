@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::search::find_segment;
-use super::{ContactLaw, Coulomb, OVERHANG, Touch};
+use super::{ContactLaw, Coulomb, Integration, Touch};
 use crate::Mesh;
 use crate::damping::StiffnessDamping;
 use crate::energy::Losses;
@@ -9,13 +9,13 @@ use crate::energy::Losses;
 /// Where a contact stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ContactStatus {
-    /// Closed, below the friction limit.
+    /// Closed or bonded, below the shear strength.
     Sticking,
-    /// Closed, at the friction limit.
+    /// Closed, at the shear strength.
     Slipping,
     /// A gap.
     Open,
-    /// Past the end of the other side.
+    /// All of its part is past the end of the other side.
     Lost,
 }
 
@@ -30,8 +30,14 @@ pub struct JointState {
     pub anchor: f64,
     /// Stretch of the shear spring, m.
     pub stretch: f64,
-    /// Distance of the node from the other side, m; negative is penetration.
+    /// Distance from the other side, m; negative is penetration, but for what dilation adds.
     pub gap: f64,
+    /// Share of the contact's length that lies opposite the other side.
+    pub coverage: f64,
+    /// Whether cohesion and tensile strength hold.
+    pub bonded: bool,
+    /// All slip so far, to and fro, m.
+    pub slipped: f64,
     /// Normal and shear stress of the dashpots, Pa.
     pub dashpots: [f64; 2],
     /// Rates of penetration and slip that the dashpots feel, with damping's memory, m/s; 0 where open, and
@@ -39,70 +45,114 @@ pub struct JointState {
     pub rates: [f64; 2],
 }
 
-/// A crack: two chains of nodes, and the law between them.
+/// A crack: two chains of nodes, the contacts between them, and their law.
 #[derive(Clone, Debug)]
 pub struct Crack<L: ContactLaw = Coulomb> {
     law: L,
     /// Below and above.
     sides: [Side; 2],
+    /// Those of the upper side's points, then those of the lower side's.
+    contacts: Vec<Contact>,
 }
 
 #[derive(Clone, Debug)]
 struct Side {
     nodes: Vec<usize>,
+    /// Positions without load, m.
+    rest: Vec<[f64; 2]>,
     /// Half of the tributary lengths, m.
     weights: Vec<f64>,
     /// Length of the chain up to each node, unloaded, m.
     abscissas: Vec<f64>,
 }
 
+/// A contact of one side with the other.
+#[derive(Clone, Copy, Debug)]
+struct Contact {
+    /// Its side.
+    side: usize,
+    /// Its point.
+    point: Point,
+    /// Part of the side that it stands for, m.
+    part: [f64; 2],
+    /// Half of that part's length, m: the other half is the other side's.
+    weight: f64,
+    /// Segments of its side on which its part begins and ends; the first search along the other side starts there too.
+    before: usize,
+    after: usize,
+}
+
+/// A point of a side.
+#[derive(Clone, Copy, Debug)]
+struct Point {
+    /// The nodes before and after it; a node itself, twice.
+    nodes: [usize; 2],
+    /// Where it is between them, 0 to 1.
+    share: f64,
+    /// Position without load, m.
+    rest: [f64; 2],
+    /// Length of the side up to it, m.
+    abscissa: f64,
+}
+
 /// Spring of a closed contact in the position of rest: `K = Σ weights ⊗ (k_n n nᵀ + k_s t tᵀ) ⊗ weights`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stencil {
-    /// The node and the two nodes of its segment.
-    pub nodes: [usize; 3],
-    /// Their weights in the relative displacement: 1, −N₁, −N₂.
-    pub weights: [f64; 3],
+    /// The two nodes beside the contact's point, or its own twice, and the two of the other side's segment.
+    pub nodes: [usize; 4],
+    /// Their weights in the relative displacement.
+    pub weights: [f64; 4],
     /// `k_n n nᵀ + k_s t tᵀ` times the contact's length, N/m per metre of dam.
     pub stiffness: [[f64; 2]; 2],
 }
 
-/// A node's place on a segment of the other side.
+/// Where a contact is.
 struct Place {
+    /// Its point.
+    point: Point,
+    /// Segment of the other side that it is on.
     segment: usize,
+    /// The segment's nodes.
+    nodes: [usize; 2],
     position: f64,
     tangent: [f64; 2],
     normal: [f64; 2],
     gap: f64,
     slip: f64,
-}
-
-impl Place {
-    /// Whether the node has slid past the end of the other side.
-    fn is_beyond_the_end(&self) -> bool {
-        self.position < -OVERHANG || self.position > 1.0 + OVERHANG
-    }
+    /// Share of the contact's part that lies opposite the other side.
+    coverage: f64,
 }
 
 impl<L: ContactLaw> Crack<L> {
-    /// The crack between two chains of nodes, each from upstream to downstream.
+    /// The crack between two chains of nodes, each from upstream to downstream, with a contact at every node.
     pub fn new(mesh: &Mesh, below: &[usize], above: &[usize], law: L) -> Self {
         let side = |nodes: &[usize]| {
+            let rest: Vec<[f64; 2]> = nodes.iter().map(|&node| mesh.nodes[node]).collect();
             let mut abscissas = vec![0.0];
-            for pair in nodes.windows(2) {
-                let ([x0, y0], [x1, y1]) = (mesh.nodes[pair[0]], mesh.nodes[pair[1]]);
+            for pair in rest.windows(2) {
+                let ([x0, y0], [x1, y1]) = (pair[0], pair[1]);
                 abscissas.push(abscissas[abscissas.len() - 1] + (x1 - x0).hypot(y1 - y0));
             }
             let weights = mesh.tributary_lengths(nodes).iter().map(|length| length / 2.0).collect();
-            Side { nodes: nodes.to_vec(), weights, abscissas }
+            Side { nodes: nodes.to_vec(), rest, weights, abscissas }
         };
-        Self { law, sides: [side(below), side(above)] }
+        let crack = Self { law, sides: [side(below), side(above)], contacts: Vec::new() };
+        crack.integrated(Integration::Nodal)
+    }
+
+    /// The same crack with its contacts where `integration` has them.
+    pub fn integrated(mut self, integration: Integration) -> Self {
+        self.contacts =
+            [1, 0].into_iter().flat_map(|side| self.sides[side].contacts(side, integration)).collect();
+        self
     }
 
     /// The same crack with each of its nodes called `number(node)`.
     pub(crate) fn renumbered(&self, number: impl Fn(usize) -> usize) -> Self {
         let mut crack = self.clone();
-        crack.sides.iter_mut().flat_map(|side| &mut side.nodes).for_each(|node| *node = number(*node));
+        let sides = crack.sides.iter_mut().flat_map(|side| &mut side.nodes);
+        let contacts = crack.contacts.iter_mut().flat_map(|contact| &mut contact.point.nodes);
+        sides.chain(contacts).for_each(|node| *node = number(*node));
         crack
     }
 
@@ -121,74 +171,114 @@ impl<L: ContactLaw> Crack<L> {
         [&self.sides[0].weights, &self.sides[1].weights]
     }
 
-    /// Contacts without load: those of the upper side's nodes, then those of the lower side's. Shear springs hold on to
-    /// where the nodes are at `rest` (m), wherever the other side begins.
-    pub fn joints_at_rest(&self, rest: &[[f64; 2]]) -> Vec<JointState> {
-        let still = vec![[0.0; 2]; rest.len()];
-        self.contacts()
-            .map(|(slave, i, _)| {
-                let place = self.place(slave, i, i, rest, &still);
-                JointState {
-                    segment: place.segment as u32,
-                    status: ContactStatus::Sticking,
-                    anchor: place.slip,
-                    stretch: 0.0,
-                    gap: 0.0,
-                    dashpots: [0.0; 2],
-                    rates: [0.0; 2],
-                }
-            })
-            .collect()
+    /// Contacts without load: those of the upper side's points, then those of the lower side's. Shear springs hold on to
+    /// where the points are at rest, wherever the other side begins.
+    pub fn joints_at_rest(&self) -> Vec<JointState> {
+        let joint = |contact: &Contact| {
+            let place = self.place(contact, contact.after, |_| [0.0; 2]);
+            JointState {
+                segment: place.segment as u32,
+                status: ContactStatus::Sticking,
+                anchor: place.slip,
+                stretch: 0.0,
+                gap: 0.0,
+                coverage: place.coverage,
+                bonded: self.law.is_bonded(),
+                slipped: 0.0,
+                dashpots: [0.0; 2],
+                rates: [0.0; 2],
+            }
+        };
+        self.contacts.iter().map(joint).collect()
     }
 
-    /// Index of the slave side, of its node, and contact weight of every contact.
-    fn contacts(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
-        [1, 0].into_iter().flat_map(|slave| {
-            self.sides[slave].weights.iter().enumerate().map(move |(i, &weight)| (slave, i, weight))
-        })
+    /// Where a contact is, with its point moved along its part to where the other side is opposite.
+    #[inline(always)]
+    fn place(&self, contact: &Contact, start: usize, u: impl Fn(usize) -> [f64; 2]) -> Place {
+        let place = self.opposite(contact.side, contact.point, start, &u);
+        let [from, to] = contact.part;
+        let other = &self.sides[1 - contact.side];
+        let length = other.abscissas[other.abscissas.len() - 1];
+        let margin = to - from;
+        if from > margin - place.slip && to < length - place.slip - margin {
+            return place;
+        }
+        self.near_an_end(contact, place, u)
     }
 
-    fn place(&self, slave: usize, index: usize, start: usize, rest: &[[f64; 2]], u: &[[f64; 2]]) -> Place {
-        let (own, other) = (&self.sides[slave], &self.sides[1 - slave]);
-        let node = own.nodes[index];
-        let between = |a: usize, b: usize| {
-            [rest[b][0] - rest[a][0] + (u[b][0] - u[a][0]), rest[b][1] - rest[a][1] + (u[b][1] - u[a][1])]
+    /// The same of a contact at an `opposite` place that may lie at an end of the other side.
+    fn near_an_end(&self, contact: &Contact, opposite: Place, u: impl Fn(usize) -> [f64; 2]) -> Place {
+        let [own, other] = [contact.side, 1 - contact.side].map(|side| &self.sides[side]);
+        let [from, to] = contact.part;
+        let end = other.nodes.len() - 1;
+        let (first, last) = (own.foot(contact.before, other, 0, &u), own.foot(contact.after, other, end, &u));
+        let (first, last) = (from.max(first), to.min(last));
+        if last - first >= to - from {
+            return opposite;
+        }
+        let coverage = (last - first).max(0.0) / (to - from);
+        let abscissa = contact.point.abscissa.max(first).min(last);
+        if coverage == 0.0 || abscissa == contact.point.abscissa {
+            return Place { coverage, ..opposite };
+        }
+        let segment = if abscissa < contact.point.abscissa { contact.before } else { contact.after };
+        let place = self.opposite(contact.side, own.point(segment, abscissa), opposite.segment, u);
+        Place { coverage, ..place }
+    }
+
+    /// Where a `point` of `side` meets the other side, or its end segment's line.
+    #[inline(always)]
+    fn opposite(&self, side: usize, point: Point, start: usize, u: impl Fn(usize) -> [f64; 2]) -> Place {
+        let other = &self.sides[1 - side];
+        let [first, second] = point.nodes.map(&u);
+        let own = [0, 1].map(|d| first[d] + point.share * (second[d] - first[d]));
+        // differences at rest and of displacement apart: no digits are lost
+        let from = |node: usize| {
+            let (rest, moved) = (other.rest[node], u(other.nodes[node]));
+            [point.rest[0] - rest[0] + (own[0] - moved[0]), point.rest[1] - rest[1] + (own[1] - moved[1])]
         };
-        let project = |segment: usize| {
-            let edge = between(other.nodes[segment], other.nodes[segment + 1]);
-            let offset = between(other.nodes[segment], node);
-            (offset[0] * edge[0] + offset[1] * edge[1]) / (edge[0] * edge[0] + edge[1] * edge[1])
+        let edge = |segment: usize| {
+            let [(a, p), (b, q)] = [segment, segment + 1].map(|i| (other.rest[i], u(other.nodes[i])));
+            [b[0] - a[0] + (q[0] - p[0]), b[1] - a[1] + (q[1] - p[1])]
         };
-        let (segment, position) = find_segment(start, other.nodes.len() - 1, project);
-        let [first, second] = [other.nodes[segment], other.nodes[segment + 1]];
-        let edge = between(first, second);
-        let length = (edge[0] * edge[0] + edge[1] * edge[1]).sqrt();
-        let tangent = [edge[0] / length, edge[1] / length];
-        let side = if slave == 1 { 1.0 } else { -1.0 };
-        let normal = [-side * tangent[1], side * tangent[0]];
+        let product = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
+        let segment = find_segment(start, other.nodes.len() - 1, |segment| {
+            let edge = edge(segment);
+            [product(from(segment), edge), product(edge, edge)]
+        });
+        let (edge, offset) = (edge(segment), from(segment));
+        let square = product(edge, edge);
+        let inverse = 1.0 / square;
+        let position = product(offset, edge) * inverse;
+        let scale = square.sqrt() * inverse;
+        let tangent = [edge[0] * scale, edge[1] * scale];
+        let above = if side == 1 { 1.0 } else { -1.0 };
+        let normal = [-above * tangent[1], above * tangent[0]];
         let at_rest = other.abscissas[segment + 1] - other.abscissas[segment];
-        // from the nearer end, where matching nodes meet: no digits are lost there
+        // from the nearer end, where matching nodes meet
         let nearest = if position > 0.5 { segment + 1 } else { segment };
-        let offset = between(other.nodes[nearest], node);
-        let along = (offset[0] * tangent[0] + offset[1] * tangent[1]) / length;
+        let offset = from(nearest);
+        let along = product(offset, tangent) * scale;
         Place {
+            point,
             segment,
+            nodes: [other.nodes[segment], other.nodes[segment + 1]],
             position,
             tangent,
             normal,
-            gap: offset[0] * normal[0] + offset[1] * normal[1],
-            slip: other.abscissas[nearest] - own.abscissas[index] + along * at_rest,
+            gap: product(offset, normal),
+            slip: other.abscissas[nearest] - point.abscissa + along * at_rest,
+            coverage: 1.0,
         }
     }
 
     /// Adds the contact forces to `forces` and brings `joints` up to date.
     ///
-    /// **Shapes and units**: `rest`, `displacement` (m), `velocity` (m/s) and `forces` (N/m) hold one pair
+    /// **Shapes and units**: `displacement` (m), `velocity` (m/s) and `forces` (N/m) hold one pair
     /// a node, `joints` one state a contact; `damping` is β (s), with its memory or without. A contact that closes remembers nothing:
     /// its dashpots take hold over the memory's time, where the whole of them at once would throw it back.
     pub fn add_forces(
         &self,
-        rest: &[[f64; 2]],
         displacement: &[[f64; 2]],
         velocity: &[[f64; 2]],
         damping: impl Into<StiffnessDamping>,
@@ -197,76 +287,105 @@ impl<L: ContactLaw> Crack<L> {
     ) -> Losses {
         let StiffnessDamping { coefficient, memory } = damping.into();
         let mut losses = Losses::default();
-        let shear_stiffness = self.law.stiffness()[1];
-        for ((slave, index, weight), joint) in self.contacts().zip(joints) {
-            let other = &self.sides[1 - slave];
-            let place = self.place(slave, index, joint.segment as usize, rest, displacement);
-            joint.segment = place.segment as u32;
-            if place.is_beyond_the_end() {
-                if joint.status != ContactStatus::Lost {
-                    losses.friction += weight * self.law.energy(-joint.gap, joint.stretch);
-                }
+        let [normal_stiffness, shear_stiffness] = self.law.stiffness();
+        for (contact, joint) in self.contacts.iter().zip(joints) {
+            let place = self.place(contact, joint.segment as usize, |node| displacement[node]);
+            let [before, weight] = [joint.coverage, place.coverage].map(|share| contact.weight * share);
+            if place.coverage == 0.0 {
+                losses.friction += before * self.stored(joint);
                 *joint = JointState {
+                    segment: place.segment as u32,
                     status: ContactStatus::Lost,
                     anchor: place.slip,
                     stretch: 0.0,
                     gap: place.gap,
+                    coverage: 0.0,
+                    bonded: false,
+                    slipped: joint.slipped,
                     dashpots: [0.0; 2],
                     rates: [0.0; 2],
-                    ..*joint
                 };
                 continue;
             }
+            let risen = self.law.dilation(joint.slipped);
             if joint.status == ContactStatus::Lost {
                 joint.anchor = place.slip;
-                losses.friction -= weight * self.law.energy(-place.gap, 0.0);
             }
-            let [node, first, second] =
-                [self.sides[slave].nodes[index], other.nodes[place.segment], other.nodes[place.segment + 1]];
-            let shares = [1.0 - place.position, place.position];
-            let relative_in = |d: usize| {
-                velocity[node][d] - shares[0] * velocity[first][d] - shares[1] * velocity[second][d]
-            };
-            let relative = [relative_in(0), relative_in(1)];
+            let Point { nodes: own, share, .. } = place.point;
+            let shares = [1.0 - share, share, place.position - 1.0, -place.position];
+            let nodes = [own[0], own[1], place.nodes[0], place.nodes[1]];
+            let mut relative = [0.0; 2];
+            for (&node, share) in nodes.iter().zip(shares) {
+                relative[0] += share * velocity[node][0];
+                relative[1] += share * velocity[node][1];
+            }
             let along = |axis: [f64; 2]| relative[0] * axis[0] + relative[1] * axis[1];
             let rates = [-along(place.normal), along(place.tangent)];
             let felt = [0, 1].map(|i| memory * joint.rates[i] + (1.0 - memory) * rates[i]);
+            let penetration = risen - place.gap;
             let response = self.law.respond(&Touch {
-                penetration: -place.gap,
+                penetration,
                 penetration_rate: felt[0],
                 stretch: place.slip - joint.anchor,
                 slip_rate: felt[1],
                 damping: coefficient,
+                bonded: joint.bonded,
             });
-            let anchor = if response.slipping || place.gap >= 0.0 {
-                place.slip - response.stretch
-            } else {
-                joint.anchor
-            };
-            let mean_shear = shear_stiffness * (joint.stretch + response.stretch) / 2.0;
-            losses.friction += weight * mean_shear * (anchor - joint.anchor);
-            let mean = |i: usize| (joint.dashpots[i] + response.dashpots[i]) / 2.0;
-            losses.damping_power += weight * (mean(0) * rates[0] + mean(1) * rates[1]);
-            let status = match (place.gap < 0.0, response.slipping) {
+            let closed = penetration > 0.0 || response.bonded;
+            let (mut anchor, mut slipped) = (joint.anchor, joint.slipped);
+            if response.slipping || !closed {
+                anchor = place.slip - response.stretch;
+            }
+            let slip = anchor - joint.anchor;
+            let mean_shear = shear_stiffness * (before * joint.stretch + weight * response.stretch) / 2.0;
+            losses.friction += mean_shear * slip;
+            if weight != before {
+                // springs go and come with the part that they stand for
+                let [normal, shear] = [(risen - joint.gap) * penetration, joint.stretch * response.stretch];
+                let both = joint.bonded || (risen > joint.gap && penetration > 0.0);
+                let normal = if both { normal_stiffness * normal } else { 0.0 };
+                losses.friction += (before - weight) / 2.0 * (normal + shear_stiffness * shear);
+            }
+            if closed && response.slipping {
+                slipped += slip.abs();
+                // what lifts the sides goes into the normal springs
+                let rise = self.law.dilation(slipped) - risen;
+                if rise != 0.0 {
+                    let change = self.law.energy(penetration + rise, 0.0) - self.law.energy(penetration, 0.0);
+                    losses.friction -= weight * change;
+                }
+            }
+            if joint.bonded && !response.bonded && penetration < 0.0 {
+                losses.friction += weight * self.law.energy(penetration, 0.0);
+            }
+            let mean = |i: usize| (before * joint.dashpots[i] + weight * response.dashpots[i]) / 2.0;
+            losses.damping_power += mean(0) * rates[0] + mean(1) * rates[1];
+            let status = match (closed, response.slipping) {
                 (false, _) => ContactStatus::Open,
                 (true, true) => ContactStatus::Slipping,
                 (true, false) => ContactStatus::Sticking,
             };
             *joint = JointState {
-                segment: joint.segment,
+                segment: place.segment as u32,
                 status,
                 anchor,
                 stretch: response.stretch,
                 gap: place.gap,
+                coverage: place.coverage,
+                bonded: response.bonded,
+                slipped,
                 dashpots: response.dashpots,
-                rates: if place.gap < 0.0 && memory > 0.0 { felt } else { [0.0; 2] },
+                rates: if closed && memory > 0.0 { felt } else { [0.0; 2] },
             };
+            if !closed {
+                continue;
+            }
             let (n, t) = (place.normal, place.tangent);
             let force = [
                 weight * (response.normal * n[0] - response.shear * t[0]),
                 weight * (response.normal * n[1] - response.shear * t[1]),
             ];
-            for (node, share) in [(node, 1.0), (first, -shares[0]), (second, -shares[1])] {
+            for (&node, share) in nodes.iter().zip(shares) {
                 forces[node][0] += share * force[0];
                 forces[node][1] += share * force[1];
             }
@@ -274,32 +393,105 @@ impl<L: ContactLaw> Crack<L> {
         losses
     }
 
+    /// Energy in the springs of a contact, J/m².
+    fn stored(&self, joint: &JointState) -> f64 {
+        let penetration = self.law.dilation(joint.slipped) - joint.gap;
+        let pressed = if joint.bonded { penetration } else { penetration.max(0.0) };
+        self.law.energy(pressed, joint.stretch)
+    }
+
     /// Energy in the springs, J/m.
     pub fn energy(&self, joints: &[JointState]) -> f64 {
-        self.contacts()
-            .zip(joints)
-            .filter(|(_, joint)| joint.status != ContactStatus::Lost)
-            .map(|((_, _, weight), joint)| weight * self.law.energy(-joint.gap, joint.stretch))
-            .sum()
+        let joints =
+            self.contacts.iter().zip(joints).filter(|(_, joint)| joint.status != ContactStatus::Lost);
+        joints.map(|(contact, joint)| contact.weight * self.stored(joint)).sum()
     }
 
     /// Springs of all contacts, closed, in the position of rest.
-    pub fn stencils<'a>(&'a self, rest: &'a [[f64; 2]]) -> impl Iterator<Item = Stencil> + 'a {
-        let still = vec![[0.0; 2]; rest.len()];
+    pub fn stencils(&self) -> impl Iterator<Item = Stencil> + '_ {
         let [normal, shear] = self.law.stiffness();
-        self.contacts().filter_map(move |(slave, index, weight)| {
-            let other = &self.sides[1 - slave];
-            let place = self.place(slave, index, index, rest, &still);
-            if place.is_beyond_the_end() {
+        self.contacts.iter().filter_map(move |contact| {
+            let place = self.place(contact, contact.after, |_| [0.0; 2]);
+            let weight = contact.weight * place.coverage;
+            if weight == 0.0 {
                 return None;
             }
-            let Place { segment, position, normal: n, tangent: t, .. } = place;
+            let Place { point: Point { nodes: own, share, .. }, nodes: [first, second], position, .. } =
+                place;
+            let (n, t) = (place.normal, place.tangent);
             let entry = |p: usize, q: usize| weight * (normal * n[p] * n[q] + shear * t[p] * t[q]);
             Some(Stencil {
-                nodes: [self.sides[slave].nodes[index], other.nodes[segment], other.nodes[segment + 1]],
-                weights: [1.0, position - 1.0, -position],
+                nodes: [own[0], own[1], first, second],
+                weights: [1.0 - share, share, position - 1.0, -position],
                 stiffness: [[entry(0, 0), entry(0, 1)], [entry(1, 0), entry(1, 1)]],
             })
         })
+    }
+}
+
+impl Side {
+    /// The point at `abscissa` of a segment.
+    fn point(&self, segment: usize, abscissa: f64) -> Point {
+        let (from, to) = (self.abscissas[segment], self.abscissas[segment + 1]);
+        let share = (abscissa - from) / (to - from);
+        let ([x0, y0], [x1, y1]) = (self.rest[segment], self.rest[segment + 1]);
+        Point {
+            nodes: [self.nodes[segment], self.nodes[segment + 1]],
+            share,
+            rest: [x0 + share * (x1 - x0), y0 + share * (y1 - y0)],
+            abscissa,
+        }
+    }
+
+    /// Abscissa of the point on the line of a segment that is nearest to node `end` of the `other` side.
+    fn foot(&self, segment: usize, other: &Self, end: usize, u: impl Fn(usize) -> [f64; 2]) -> f64 {
+        let between = |(a, p): ([f64; 2], [f64; 2]), (b, q): ([f64; 2], [f64; 2])| {
+            [b[0] - a[0] + (q[0] - p[0]), b[1] - a[1] + (q[1] - p[1])]
+        };
+        let own = |i: usize| (self.rest[i], u(self.nodes[i]));
+        let edge = between(own(segment), own(segment + 1));
+        let offset = between(own(segment), (other.rest[end], u(other.nodes[end])));
+        let along = (offset[0] * edge[0] + offset[1] * edge[1]) / (edge[0] * edge[0] + edge[1] * edge[1]);
+        self.abscissas[segment] + along * (self.abscissas[segment + 1] - self.abscissas[segment])
+    }
+
+    /// The contacts of this side, the lower (0) or the upper one, with the other.
+    fn contacts(&self, side: usize, integration: Integration) -> Vec<Contact> {
+        let last = self.nodes.len() - 1;
+        let middle = |segment: usize| (self.abscissas[segment] + self.abscissas[segment + 1]) / 2.0;
+        let at_node = |i: usize| Contact {
+            side,
+            point: Point {
+                nodes: [self.nodes[i]; 2],
+                share: 0.0,
+                rest: self.rest[i],
+                abscissa: self.abscissas[i],
+            },
+            part: [
+                if i > 0 { middle(i - 1) } else { 0.0 },
+                if i < last { middle(i) } else { self.abscissas[last] },
+            ],
+            weight: self.weights[i],
+            before: i.saturating_sub(1),
+            after: i.min(last - 1),
+        };
+        let on_segment = |segment: usize, share: f64| {
+            let (from, to) = (self.abscissas[segment], self.abscissas[segment + 1]);
+            Contact {
+                side,
+                point: self.point(segment, from + share * (to - from)),
+                part: if share < 0.5 { [from, middle(segment)] } else { [middle(segment), to] },
+                weight: (to - from) / 4.0,
+                before: segment,
+                after: segment,
+            }
+        };
+        let points = [0.5 - 0.5 / 3f64.sqrt(), 0.5 + 0.5 / 3f64.sqrt()];
+        match integration {
+            Integration::Nodal => (0..self.nodes.len()).map(at_node).collect(),
+            Integration::Gauss => {
+                (0..last).flat_map(|segment| points.map(|share| on_segment(segment, share))).collect()
+            }
+        }
     }
 }

@@ -39,7 +39,7 @@ impl Default for DynamicRelaxation {
 }
 
 /// Residual over the loads at which a block is sliding away or falling, not coming to rest.
-const RUNAWAY: f64 = 50.0;
+pub(super) const RUNAWAY: f64 = 50.0;
 /// Share by which the fictitious masses exceed Gershgorin's bound.
 const MASS_MARGIN: f64 = 0.2;
 

@@ -16,7 +16,7 @@ pub(super) struct Basis {
 /// Circular frequency below which the ground shakes, rad/s: records are resolved to 25–33 Hz.
 pub(super) const HIGHEST_EXCITATION: f64 = 200.0;
 /// Estimate of the truncation at which there are modes enough.
-const TRUNCATION: f64 = 0.03;
+const TRUNCATION: f64 = 0.02;
 /// Numbers of modes tried, least to most.
 const COUNTS: [usize; 5] = [8, 16, 24, 36, 54];
 /// Relative change of the squares of the modes' frequencies: what they lack is in the static shapes.

@@ -1,6 +1,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::basis::HIGHEST_EXCITATION;
+use crate::contact::ContactLaw;
 use crate::structure::Structure;
 use crate::{DamError, RayleighCoefficients, modal};
 
@@ -23,7 +24,7 @@ impl Mode {
     /// All modes in the span of `shapes`, slow ones first.
     ///
     /// **Errors**: [`DamError::Singular`].
-    pub fn all(structure: &Structure, shapes: &DMatrix<f64>) -> Result<Vec<Self>, DamError> {
+    pub fn all(structure: &Structure<impl ContactLaw>, shapes: &DMatrix<f64>) -> Result<Vec<Self>, DamError> {
         let mut forces = DMatrix::zeros(shapes.nrows(), shapes.ncols());
         for (shape, mut force) in shapes.column_iter().zip(forces.column_iter_mut()) {
             force.copy_from(&structure.stiffness_times(&shape.into()));
@@ -62,7 +63,7 @@ impl Mode {
 }
 
 /// `Φᵀ M Φ` of the concrete.
-pub(super) fn concrete_mass(structure: &Structure, shapes: &DMatrix<f64>) -> DMatrix<f64> {
+pub(super) fn concrete_mass(structure: &Structure<impl ContactLaw>, shapes: &DMatrix<f64>) -> DMatrix<f64> {
     let (rows, columns) = shapes.shape();
     shapes.tr_mul(&DMatrix::from_fn(rows, columns, |i, j| structure.mass[i / 2] * shapes[(i, j)]))
 }

@@ -2,7 +2,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::superposition::ModalMotion;
 use crate::Kinematics;
-use crate::contact::Crack;
+use crate::contact::{ContactLaw, Crack, MohrCoulomb};
 use crate::damping::StiffnessDamping;
 use crate::energy::Losses;
 use crate::structure::Structure;
@@ -20,7 +20,7 @@ use crate::structure::Structure;
 /// Weight, water and inertia act on the linear shapes: the moment of the weight comes from where its support moves.
 #[derive(Clone, Debug)]
 pub(super) struct CrackSides {
-    pub cracks: Vec<Crack>,
+    pub cracks: Vec<Crack<MohrCoulomb>>,
     /// Positions without load, m.
     pub rest: Vec<[f64; 2]>,
     /// Frames of the blocks that stand free; none where strains are small.
@@ -95,7 +95,12 @@ pub(super) struct Pressing {
 
 impl CrackSides {
     /// Those of the cracks of `structure` between modes with `shapes` (modes × x, then y of each node).
-    pub fn of(structure: &Structure, shapes: &DMatrix<f64>, cracked: bool, kinematics: Kinematics) -> Self {
+    pub fn of(
+        structure: &Structure<MohrCoulomb>,
+        shapes: &DMatrix<f64>,
+        cracked: bool,
+        kinematics: Kinematics,
+    ) -> Self {
         let mesh = &structure.mesh;
         let cracks = if cracked { &structure.cracks[..] } else { &[] };
         let mut nodes: Vec<usize> = cracks.iter().flat_map(|crack| crack.sides().concat()).collect();
@@ -134,7 +139,7 @@ impl CrackSides {
         let mut matrix = DMatrix::from_diagonal(&DVector::from_row_slice(stiffness));
         let width = self.by_value.width;
         let shape = |dof: usize| &self.by_value.values[dof * width..][..stiffness.len()];
-        for stencil in self.cracks.iter().flat_map(|crack| crack.stencils(&self.rest)) {
+        for stencil in self.cracks.iter().flat_map(Crack::stencils) {
             let relative = [0, 1].map(|d| {
                 let parts = stencil.nodes.iter().zip(stencil.weights);
                 let part = |(&node, weight)| DVector::from_row_slice(shape(2 * node + d)) * weight;
@@ -201,7 +206,7 @@ impl Pressing {
         self.forces.fill([0.0; 2]);
         let (u, v) = (&self.displacement, &self.velocity);
         for (crack, joints) in sides.cracks.iter().zip(&mut motion.joints) {
-            let lost = crack.add_forces(&sides.rest, u, v, damping, joints, &mut self.forces);
+            let lost = crack.add_forces(u, v, damping, joints, &mut self.forces);
             losses.friction += lost.friction;
             losses.damping_power += lost.damping_power;
         }
@@ -243,7 +248,11 @@ pub(super) struct Mean {
 }
 
 impl Mean {
-    pub fn of(structure: &Structure, nodes: std::ops::Range<usize>, shapes: &DMatrix<f64>) -> Self {
+    pub fn of(
+        structure: &Structure<impl ContactLaw>,
+        nodes: std::ops::Range<usize>,
+        shapes: &DMatrix<f64>,
+    ) -> Self {
         let place = |node: usize| (structure.mass[node], structure.mesh.nodes[node]);
         let whole: f64 = structure.mass[nodes.clone()].iter().sum();
         let centre = [0, 1].map(|d| nodes.clone().map(place).map(|(m, x)| m * x[d]).sum::<f64>() / whole);

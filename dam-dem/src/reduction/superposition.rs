@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use super::basis::Basis;
 use super::mode::{Mode, SLOWED_TO, concrete_mass};
 use super::sides::{CrackSides, Mean, Rows};
-use crate::contact::JointState;
+use crate::contact::{JointState, MohrCoulomb};
 use crate::damping::StiffnessDamping;
 use crate::energy::StoredEnergy;
 use crate::loads::Wet;
@@ -64,7 +64,7 @@ impl Superposition {
     ///
     /// **Errors**: [`DamError::Singular`], [`DamError::FrequenciesNotConverged`], [`DamError::TooManyFrequencies`].
     pub(crate) fn new(
-        structure: &Structure,
+        structure: &Structure<MohrCoulomb>,
         fidelity: Fidelity,
         kinematics: Kinematics,
         wet: Option<&Wet>,
@@ -132,7 +132,7 @@ impl Superposition {
     /// No displacement, no velocity, all contacts just closed.
     pub(crate) fn at_rest(&self) -> ModalMotion {
         let zero = vec![0.0; self.mode_count()];
-        let joints = self.sides.cracks.iter().map(|crack| crack.joints_at_rest(&self.sides.rest)).collect();
+        let joints = self.sides.cracks.iter().map(|crack| crack.joints_at_rest()).collect();
         let contact_forces = vec![0.0; self.sides.modes_width()];
         ModalMotion { coordinates: zero.clone(), rates: zero, contact_forces, joints }
     }
@@ -178,7 +178,7 @@ struct NodalLoads {
 }
 
 impl NodalLoads {
-    fn of(structure: &Structure, wet: Option<&Wet>, gravity: f64) -> Self {
+    fn of(structure: &Structure<MohrCoulomb>, wet: Option<&Wet>, gravity: f64) -> Self {
         let weight = DVector::from_row_slice(structure.weight([0.0, -gravity]).as_flattened());
         let mut pressure = DMatrix::zeros(weight.len(), wet.map_or(0, |wet| wet.face.len()));
         for &(node, point, force) in wet.map_or(&[][..], |wet| wet.load.entries()) {
@@ -218,7 +218,11 @@ fn joined(parts: Vec<DMatrix<f64>>, coupled: bool) -> Vec<DMatrix<f64>> {
 
 /// What mass damping does between the modes, slow ones first, that were not slowed down: α times what is beside the
 /// diagonal of `Φᵀ M Φ`.
-fn damping_between(structure: &Structure, shapes: &DMatrix<f64>, stiffness: &[f64]) -> DMatrix<f64> {
+fn damping_between(
+    structure: &Structure<MohrCoulomb>,
+    shapes: &DMatrix<f64>,
+    stiffness: &[f64],
+) -> DMatrix<f64> {
     let slow = stiffness.partition_point(|&square| square < SLOWED_TO * SLOWED_TO * (1.0 - 1e-9));
     let mut between =
         concrete_mass(structure, &shapes.columns(0, slow).into_owned()) * structure.damping.mass;

@@ -1,7 +1,7 @@
 //! Dams and drivers that the tests share.
 #![allow(dead_code)] // no test uses all of it
 
-use dam_dem::contact::Coulomb;
+use dam_dem::contact::{ContactLaw, Coulomb};
 use dam_dem::energy::Work;
 use dam_dem::integrator::CentralDifference;
 use dam_dem::loads::LoadPath;
@@ -40,7 +40,7 @@ pub fn koyna(element_size: f64) -> DamParameters {
 }
 
 pub fn crack_at(elevation: f64) -> CrackParameters {
-    CrackParameters { elevation, friction_coefficient: 1.0, normal_stiffness: 1e11, shear_stiffness: 0.5e11 }
+    CrackParameters::sliding(elevation, 1.0, 1e11, 0.5e11)
 }
 
 /// Hydrostatic pressure at the interface points, Pa.
@@ -121,7 +121,7 @@ pub fn run(structure: &Structure, motion: &mut Motion, body: [f64; 2], duration:
 }
 
 /// Mass-weighted mean of `field` over the free nodes of `block`.
-pub fn mean(structure: &Structure, field: &[[f64; 2]], block: usize) -> [f64; 2] {
+pub fn mean(structure: &Structure<impl ContactLaw>, field: &[[f64; 2]], block: usize) -> [f64; 2] {
     let nodes = structure.mesh.blocks[block].nodes.clone();
     let mass: f64 = nodes.clone().map(|n| structure.mass[n]).sum();
     [0, 1].map(|d| nodes.clone().map(|n| structure.mass[n] * field[n][d]).sum::<f64>() / mass)

@@ -6,7 +6,7 @@ use miette::Diagnostic;
 use orchestrator::acceleration::Acceleration;
 use orchestrator::convergence::ConvergenceMeasure;
 use orchestrator::log::{LogError, LogWriter, Preamble};
-use orchestrator::observer::{HistoriesWriter, Progress, Status};
+use orchestrator::observer::{HistoriesWriter, Limits, Progress, Status};
 use orchestrator::participant::{Deadlines, ParticipantError, Starting};
 use orchestrator::report::{Build, Manifest, ManifestError, Summary, Unit};
 use orchestrator::scene::{
@@ -112,6 +112,7 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
     let mut log = LogWriter::create(&folder.join("log.mcap"), preamble.clone())?;
     let mut histories = HistoriesWriter::new(&folder);
     let mut progress = Progress::new(arguments.quiet);
+    let mut limits = Limits::new(&loaded.scene.stop);
 
     say(&loaded.scene.title);
     let began = Instant::now();
@@ -132,8 +133,11 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
     say(format!("prepared in {:.2} s; results go to {}", began.elapsed().as_secs_f64(), folder.display()));
 
     let mut simulation = assemble(&loaded.scene, &loaded.ground_motion, units)?;
-    let (ending, failure) = simulation.run(&mut [&mut log, &mut histories, &mut progress], &interrupted);
-    let summary = Summary::of(&loaded, &histories.histories, &ending, simulation.static_crest_displacement);
+    let (ending, failure) =
+        simulation.run(&mut [&mut log, &mut histories, &mut progress, &mut limits], &interrupted);
+    let mut summary =
+        Summary::of(&loaded, &histories.histories, &ending, simulation.static_crest_displacement);
+    summary.notes.extend(limits.flags().into_iter().map(|flag| format!("WARNING: {flag}")));
     let table = summary.to_string();
     manifest.result = Some(summary);
     manifest.write(&manifest_path)?;

@@ -1,9 +1,11 @@
 //! The door for whoever watches a run: log, histories, progress.
 
 mod histories;
+mod limits;
 mod progress;
 
 pub use histories::{Histories, HistoriesWriter};
+pub use limits::Limits;
 pub use progress::Progress;
 
 use crate::log::LogError;
@@ -33,6 +35,8 @@ pub enum Status {
     Completed,
     /// The user ended it.
     Interrupted,
+    /// A condition of the scene ended it; the message says which.
+    Stopped(String),
     /// A failure ended it; the message says which.
     Failed(String),
 }
@@ -42,6 +46,7 @@ impl std::fmt::Display for Status {
         match self {
             Self::Completed => f.write_str("completed"),
             Self::Interrupted => f.write_str("interrupted"),
+            Self::Stopped(condition) => write!(f, "stopped: {condition}"),
             Self::Failed(message) => write!(f, "failed: {message}"),
         }
     }
@@ -119,7 +124,7 @@ pub enum ObserverError {
     },
 }
 
-/// Watches a run; never changes it.
+/// Watches a run; changes no result of it, but may end it.
 ///
 /// **Call order**: `begin`, `window` for initialisation (step 0) and for every window of communication steps (mostly of
 /// one), `end` in any case. An error ends the run.
@@ -132,4 +137,9 @@ pub trait Observer {
 
     /// After the last window, however the run ended.
     fn end(&mut self, ending: &Ending) -> Result<(), ObserverError>;
+
+    /// Why the run is to end after this window, if it is.
+    fn wants_to_stop(&self) -> Option<String> {
+        None
+    }
 }

@@ -197,6 +197,16 @@ pub enum Invalid {
          have a memory; leave it out, or choose \"compressible\""
     )]
     WavesWithoutMemory,
+    /// A limit of something that the scene does not have.
+    #[error(
+        "`{key}`: this scene has no {quantity}; give a [dam], or [[dam.cracks]], or leave the [[stop]] out"
+    )]
+    NothingToWatch {
+        /// The key.
+        key: String,
+        /// What it watches.
+        quantity: &'static str,
+    },
     /// A number of modes of a dam that has none.
     #[error(
         "`dam.modes` goes with `dam.fidelity` = \"reduced\" and \"intact\"; leave it out, or choose one of these"

@@ -58,6 +58,86 @@ pub struct Scene {
     /// How the two are coupled.
     #[serde(default)]
     pub coupling: CouplingScene,
+    /// What ends a run before its time, or marks it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub stop: Vec<StopScene>,
+}
+
+/// `[[stop]]`
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StopScene {
+    /// What is watched, at every communication point.
+    pub quantity: StopQuantity,
+    /// Value, in SI units, above which its magnitude is too much.
+    pub above: f64,
+    /// What is done then.
+    #[serde(default)]
+    pub action: StopAction,
+}
+
+/// A quantity that a run is watched for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum StopQuantity {
+    /// Sliding of any crack, m.
+    Sliding,
+    /// Opening of any crack, m.
+    Opening,
+    /// Rotation above any crack, rad.
+    Rotation,
+    /// Displacement of the crest, m.
+    CrestDisplacement,
+    /// Iterations of a communication step.
+    Iterations,
+    /// Energy balance error over the peak kinetic energy so far.
+    EnergyError,
+}
+
+impl StopQuantity {
+    /// The word in a scene.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Sliding => "sliding",
+            Self::Opening => "opening",
+            Self::Rotation => "rotation",
+            Self::CrestDisplacement => "crest displacement",
+            Self::Iterations => "iterations",
+            Self::EnergyError => "energy error",
+        }
+    }
+
+    /// Its unit, with a space before it.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Sliding | Self::Opening | Self::CrestDisplacement => " m",
+            Self::Rotation => " rad",
+            Self::Iterations | Self::EnergyError => "",
+        }
+    }
+
+    /// The dam's output that tells it.
+    pub fn variable(self) -> Option<&'static str> {
+        match self {
+            Self::Sliding => Some("crack_sliding"),
+            Self::Opening => Some("crack_opening"),
+            Self::Rotation => Some("crack_rotation"),
+            Self::CrestDisplacement => Some("crest_displacement"),
+            Self::EnergyError => Some("energy_balance_error"),
+            Self::Iterations => None,
+        }
+    }
+}
+
+/// What is done when a quantity is too much.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum StopAction {
+    /// The run ends after this communication step.
+    #[default]
+    End,
+    /// The run goes on; its results say so.
+    Flag,
 }
 
 /// `[time]`
@@ -344,7 +424,7 @@ pub enum KinematicsScene {
 #[serde(deny_unknown_fields)]
 pub struct DamScene {
     /// How much is computed.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub fidelity: DamFidelityScene,
     /// Number of modes, of each block or of the intact dam; by default as many as an error estimate asks for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -399,7 +479,7 @@ pub struct MaterialScene {
 #[serde(deny_unknown_fields)]
 pub struct DampingScene {
     /// Kind.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub model: DampingModelScene,
     /// Damping ratio where it holds; 0 for none.
     pub ratio: f64,
@@ -411,14 +491,51 @@ pub struct DampingScene {
     pub radians_per_second: Option<[f64; 2]>,
 }
 
+/// Where along a crack the contacts are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum IntegrationScene {
+    /// At the nodes.
+    #[default]
+    Nodal,
+    /// At two Gauss points of each segment.
+    Gauss,
+}
+
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
+}
+
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
+
 /// `[[dam.cracks]]`
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CrackScene {
     /// Elevation above the heel, m.
     pub elevation: f64,
-    /// Coulomb friction coefficient.
+    /// Coulomb friction coefficient; of a bonded crack, or one with another residual friction, its peak.
     pub friction_coefficient: f64,
+    /// The same once the crack has slipped or opened; by default no other.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub residual_friction_coefficient: Option<f64>,
+    /// Cohesion, Pa, until it first slips or opens.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub cohesion: f64,
+    /// Tensile strength, Pa, until it first slips or opens.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub tensile_strength: f64,
+    /// Tangent of the dilation angle: rise over slip.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub dilation: f64,
+    /// Slip, to and fro, after which nothing rises any more, m; by default none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dilation_slip: Option<f64>,
+    /// Where its contacts are.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub integration: IntegrationScene,
     /// Normal stiffness, Pa/m.
     pub normal_stiffness: f64,
     /// Shear stiffness, Pa/m.

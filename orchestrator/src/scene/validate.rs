@@ -3,7 +3,7 @@
 use super::record::STRONGEST;
 use super::{
     AdaptiveScene, DamFidelityScene, DamScene, DampingModelScene, DampingScene, FidelityScene, GroundMotion,
-    Invalid, MethodScene, OnFailure, RecordError, RecordScene, Scene,
+    Invalid, MethodScene, OnFailure, RecordError, RecordScene, Scene, StopQuantity,
 };
 use crate::scheme::SchemeKind;
 use std::collections::BTreeSet;
@@ -116,6 +116,7 @@ impl Findings {
             self.within("time.duration", duration, 0.0, 1e6);
         }
         self.water(scene);
+        self.stop(scene);
         if self.sound(&["dam", "prescribed"]) || scene.dam.is_some() && scene.prescribed.is_some() {
             let given = [scene.dam.is_some(), scene.prescribed.is_some()];
             self.exactly_one("prescribed", "[dam]", "[prescribed]", given);
@@ -339,6 +340,16 @@ impl Findings {
         for (index, crack) in dam.cracks.iter().enumerate() {
             let key = |name: &str| format!("dam.cracks.{index}.{name}");
             self.within(&key("friction_coefficient"), crack.friction_coefficient, 0.0, 5.0);
+            if let Some(residual) = crack.residual_friction_coefficient {
+                let peak = crack.friction_coefficient.clamp(0.0, 5.0);
+                self.within(&key("residual_friction_coefficient"), residual, 0.0, peak);
+            }
+            self.within(&key("cohesion"), crack.cohesion, 0.0, 1e12);
+            self.within(&key("tensile_strength"), crack.tensile_strength, 0.0, 1e12);
+            self.within(&key("dilation"), crack.dilation, 0.0, 1.0);
+            if let Some(slip) = crack.dilation_slip {
+                self.within(&key("dilation_slip"), slip, 0.0, 1e3);
+            }
             self.positive(&key("normal_stiffness"), crack.normal_stiffness);
             self.positive(&key("shear_stiffness"), crack.shear_stiffness);
             let (key, elevation) = (key("elevation"), crack.elevation);
@@ -384,6 +395,25 @@ impl Findings {
         let area = area_below(&dam.section.downstream) - area_below(&dam.section.upstream);
         let elements = 4.0 * area / (dam.element_size * dam.element_size);
         self.at_most("dam.element_size", "elements of the dam", elements, 1e6);
+    }
+
+    fn stop(&mut self, scene: &Scene) {
+        for (index, condition) in scene.stop.iter().enumerate() {
+            let of = |name: &str| format!("stop.{index}.{name}");
+            self.positive(&of("above"), condition.above);
+            let quantity = condition.quantity;
+            let of_crack =
+                matches!(quantity, StopQuantity::Sliding | StopQuantity::Opening | StopQuantity::Rotation);
+            let (dam, cracked) = match &scene.dam {
+                Some(dam) => (true, !dam.cracks.is_empty()),
+                None => (false, false),
+            };
+            let known = quantity.variable().is_none() || dam && (cracked || !of_crack);
+            if !known && self.sound(&["dam", "dam.cracks", "prescribed"]) {
+                let (key, quantity) = (of("quantity"), quantity.word());
+                self.add(&key.clone(), Invalid::NothingToWatch { key, quantity });
+            }
+        }
     }
 
     fn fidelity(&mut self, dam: &DamScene) {

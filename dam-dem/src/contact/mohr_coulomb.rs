@@ -1,0 +1,91 @@
+use super::{ContactLaw, Coulomb, Response, Touch};
+use crate::CrackParameters;
+
+/// A joint that may be bonded, weaken and dilate.
+///
+/// While its bond holds,
+///
+/// ```text
+/// N = k_n g ≥ −σ_t,   |T| ≤ c + μ max(N, 0)
+/// ```
+///
+/// and nothing slips. Where either strength is exceeded the bond breaks for good, and what is left is [`Coulomb`]'s law with
+/// the residual friction. A joint without cohesion and tensile strength has its peak friction until it first slips or
+/// opens; without a residual friction below it there is no bond at all. While it slips, a closed joint rises by tan ψ times the slip, to and
+/// fro, up to that of `dilation_slip`; the penetration g contains the rise.
+///
+/// **Source**: P.A. Cundall, R.D. Hart, *Numerical modelling of discontinua*, Engineering Computations 9 (1992), the Coulomb
+/// slip model with residual strength.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MohrCoulomb {
+    /// After the bond: residual friction, and the springs.
+    pub residual: Coulomb,
+    /// Friction coefficient μ of the bond.
+    pub friction: f64,
+    /// Cohesion c, Pa.
+    pub cohesion: f64,
+    /// Tensile strength σ_t, Pa.
+    pub tensile_strength: f64,
+    /// tan ψ.
+    pub dilation: f64,
+    /// Slip after which nothing rises any more, m.
+    pub dilation_slip: f64,
+}
+
+impl From<&CrackParameters> for MohrCoulomb {
+    fn from(crack: &CrackParameters) -> Self {
+        let peak = crack.friction_coefficient;
+        Self {
+            residual: Coulomb {
+                friction: crack.residual_friction_coefficient.unwrap_or(peak),
+                normal_stiffness: crack.normal_stiffness,
+                shear_stiffness: crack.shear_stiffness,
+            },
+            friction: peak,
+            cohesion: crack.cohesion,
+            tensile_strength: crack.tensile_strength,
+            dilation: crack.dilation,
+            dilation_slip: crack.dilation_slip.unwrap_or(f64::INFINITY),
+        }
+    }
+}
+
+impl ContactLaw for MohrCoulomb {
+    #[inline]
+    fn respond(&self, touch: &Touch) -> Response {
+        if !touch.bonded {
+            return self.residual.respond(touch);
+        }
+        let [normal_stiffness, shear_stiffness] = self.stiffness();
+        let spring = normal_stiffness * touch.penetration;
+        let elastic = shear_stiffness * touch.stretch;
+        let strength = self.cohesion + self.friction * spring.max(0.0);
+        if spring < -self.tensile_strength || elastic.abs() > strength {
+            return self.residual.respond(touch);
+        }
+        let dashpot = touch.damping * normal_stiffness * touch.penetration_rate;
+        let dashpot = dashpot.min(spring.abs()).max(-spring.abs());
+        let damped = elastic + touch.damping * shear_stiffness * touch.slip_rate;
+        let shear = damped.min(strength).max(-strength);
+        Response {
+            normal: spring + dashpot,
+            shear,
+            stretch: touch.stretch,
+            slipping: false,
+            bonded: true,
+            dashpots: [dashpot, shear - elastic],
+        }
+    }
+
+    fn stiffness(&self) -> [f64; 2] {
+        self.residual.stiffness()
+    }
+
+    fn is_bonded(&self) -> bool {
+        self.cohesion > 0.0 || self.tensile_strength > 0.0 || self.residual.friction < self.friction
+    }
+
+    fn dilation(&self, slipped: f64) -> f64 {
+        if self.dilation == 0.0 { 0.0 } else { self.dilation * slipped.min(self.dilation_slip) }
+    }
+}

@@ -1,0 +1,84 @@
+use super::{Ending, Observer, ObserverError, Start};
+use crate::scene::{StopAction, StopQuantity, StopScene};
+use crate::scheme::{Side, WindowReport};
+use std::ops::Range;
+
+/// Looks whether a quantity of the run passes a limit: flags it, or ends the run.
+#[derive(Default)]
+pub struct Limits {
+    conditions: Vec<Watch>,
+    peak_kinetic: f64,
+    kinetic: Option<Range<usize>>,
+}
+
+struct Watch {
+    condition: StopScene,
+    /// Where in the dam's outputs the quantity is; `None` for iterations, and what the dam does not say.
+    range: Option<Range<usize>>,
+    /// What was found: when (s) and how much.
+    passed: Option<(f64, f64)>,
+}
+
+impl Limits {
+    /// Those of a scene.
+    pub fn new(conditions: &[StopScene]) -> Self {
+        let watch = |&condition| Watch { condition, range: None, passed: None };
+        Self { conditions: conditions.iter().map(watch).collect(), ..Self::default() }
+    }
+
+    /// A line for each limit that was passed, in the order of the scene.
+    pub fn flags(&self) -> Vec<String> {
+        self.conditions.iter().filter_map(Watch::says).collect()
+    }
+}
+
+impl Watch {
+    fn says(&self) -> Option<String> {
+        let (time, value) = self.passed?;
+        let StopScene { quantity, above, .. } = self.condition;
+        let (word, unit) = (quantity.word(), quantity.unit());
+        Some(format!("{word} {value:.4}{unit} above {above}{unit} from t = {time:.4} s"))
+    }
+}
+
+impl Observer for Limits {
+    fn begin(&mut self, start: &Start<'_>) -> Result<(), ObserverError> {
+        let outputs = &start.dam.outputs;
+        self.kinetic = outputs.range("kinetic_energy");
+        for watch in &mut self.conditions {
+            watch.range = watch.condition.quantity.variable().and_then(|name| outputs.range(name));
+        }
+        Ok(())
+    }
+
+    fn window(&mut self, report: &WindowReport) -> Result<(), ObserverError> {
+        for interval in &report.steps {
+            let Some(dam) = report.accepted(Side::Dam, interval.step) else { continue };
+            let values =
+                |range: &Option<Range<usize>>| range.clone().map_or(&[][..], |range| &dam.outputs[range]);
+            self.peak_kinetic = values(&self.kinetic).iter().copied().fold(self.peak_kinetic, f64::max);
+            for watch in self.conditions.iter_mut().filter(|watch| watch.passed.is_none()) {
+                let largest = values(&watch.range).iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+                let value = match watch.condition.quantity {
+                    StopQuantity::Iterations => f64::from(report.iterations()),
+                    StopQuantity::EnergyError if self.peak_kinetic == 0.0 => 0.0,
+                    StopQuantity::EnergyError => largest / self.peak_kinetic,
+                    _ => largest,
+                };
+                if value > watch.condition.above {
+                    watch.passed = Some((interval.end(), value));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn end(&mut self, _ending: &Ending) -> Result<(), ObserverError> {
+        Ok(())
+    }
+
+    fn wants_to_stop(&self) -> Option<String> {
+        let ends = |watch: &&Watch| watch.condition.action == StopAction::End;
+        self.conditions.iter().filter(ends).find_map(Watch::says)
+    }
+}
