@@ -314,3 +314,65 @@ fn help_teaches() {
         assert!(help.contains(word), "`{word}` is missing in:\n{help}");
     }
 }
+
+/// Every level of fidelity and kind of damping, through both processes: crest and sliding of the reduced dam are the
+/// full one's, and the level and the damping are named.
+#[test]
+fn levels_of_the_dam_and_kinds_of_damping() {
+    let mut scenario = short_scene();
+    let full = scenario.run();
+    let largest = |values: &[f64]| values.iter().fold(0.0f64, |most, value| most.max(value.abs()));
+    let differences = |run: &Histories, name: &str| {
+        let pairs = run.column(name).iter().zip(full.column(name));
+        pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / largest(full.column(name))
+    };
+    assert!(scenario.set("dam.fidelity", "reduced").try_run("reduced").status.success());
+    let reduced = Histories::read(&scenario.folder().join("reduced/histories.csv"));
+    let [crest, sliding] =
+        ["dam.crest_displacement.x", "dam.crack_sliding.0"].map(|name| differences(&reduced, name));
+    println!("reduced, through the whole chain: crest {crest:.1e}, sliding {sliding:.1e} of their largest");
+    assert!(crest < 0.02 && sliding < 0.05);
+    for (level, named) in [("intact", "intact"), ("rigid-blocks", "rigid blocks: unsafe")] {
+        let output = scenario.set("dam.fidelity", level).try_run(level);
+        let said = String::from_utf8_lossy(&output.stdout);
+        assert!(output.status.success() && said.contains(named), "{said}");
+    }
+    scenario.set("dam.fidelity", "dem");
+    for (model, named) in
+        [("mass", "of mass, 5 % at"), ("stiffness", "of stiffness, 5 % at"), ("local", "local, 5 %")]
+    {
+        let output = scenario.set("dam.damping.model", model).try_run(model);
+        let said = String::from_utf8_lossy(&output.stdout);
+        assert!(output.status.success() && said.contains(named), "{said}");
+    }
+}
+
+/// A limit ends the run in the step that passes it, or marks it; either way the results say so.
+#[test]
+fn limits_end_or_flag_a_run() {
+    let limit = |action: &str| {
+        let entry = [("quantity", "sliding".into()), ("above", 1e-3.into()), ("action", action.into())];
+        let entry = entry.map(|(key, value): (&str, toml::Value)| (key.to_owned(), value));
+        toml::Value::Array(vec![toml::Value::Table(entry.into_iter().collect())])
+    };
+    let mut scenario = short_scene();
+    let whole = scenario.run();
+    let sliding = whole.column("dam.crack_sliding.0");
+    let passed = sliding.iter().position(|sliding| sliding.abs() > 1e-3).expect("it slides by a millimetre");
+    for action in ["end", "flag"] {
+        let output = scenario.set("stop", limit(action)).try_run(action);
+        let folder = scenario.folder().join(action);
+        let rows = Histories::read(&folder.join("histories.csv")).column("time").len();
+        let manifest = std::fs::read_to_string(folder.join("manifest.toml")).expect("a manifest");
+        let manifest: toml::Table = manifest.parse().expect("TOML");
+        let status = manifest["result"]["status"].as_str().unwrap_or_default();
+        let said = String::from_utf8_lossy(&output.stdout);
+        assert!(output.status.success() && said.contains("WARNING: sliding"), "{said}");
+        match action {
+            "end" => {
+                assert!(rows == passed + 1 && status.starts_with("stopped: sliding"), "{rows}, {status}")
+            }
+            _ => assert!(rows == sliding.len() && status == "completed", "{rows}, {status}"),
+        }
+    }
+}

@@ -32,7 +32,8 @@ pub enum Damping {
         frequencies: DampingFrequencies,
     },
     /// A force `−κ |F| sgn v` against the motion of every degree of freedom, F the force out of balance: the same share
-    /// at every frequency, `ξ ≈ κ/π`, and none where a block moves steadily. Not linear; not for modes.
+    /// at every frequency, `ξ ≈ κ/π`, and none where a block moves steadily. The sign changes smoothly, over a millimetre
+    /// a second. Not linear; not for modes.
     ///
     /// **Source**: P.A. Cundall, *Distinct element models of rock and soil structure*, 1987.
     Local {

@@ -98,8 +98,12 @@ fn kick(motion: &mut Motion, duration: f64) {
     }
 }
 
+/// Velocity around which the sign of local damping changes, m/s: with a jump the dam's motion would be no continuous
+/// function of the pressure on it.
+const STANDSTILL: f64 = 1e-3;
+
 impl<L: ContactLaw> Structure<L> {
-    /// Takes local damping `κ |F| sgn v` off `forces` (N/m); returns its power, W/m.
+    /// Takes local damping `κ |F| v/√(v² + v₀²)` off `forces` (N/m); returns its power, W/m.
     fn damp_locally(&self, velocity: &[[f64; 2]], forces: &mut [[f64; 2]]) -> f64 {
         let mut power = 0.0;
         if self.local_damping == 0.0 {
@@ -109,9 +113,9 @@ impl<L: ContactLaw> Structure<L> {
             self.inverse_mass.iter().map(|inverse| if *inverse > 0.0 { self.local_damping } else { 0.0 });
         for ((force, v), coefficient) in forces.iter_mut().zip(velocity).zip(free) {
             for d in 0..2 {
-                let damping = coefficient * force[d].abs();
-                power += damping * v[d].abs();
-                force[d] -= if v[d] == 0.0 { 0.0 } else { damping.copysign(v[d]) };
+                let damping = coefficient * force[d].abs() * v[d] / v[d].hypot(STANDSTILL);
+                power += damping * v[d];
+                force[d] -= damping;
             }
         }
         power
