@@ -26,7 +26,7 @@ fn mean(acceleration: &str, measures: &[&str]) -> f64 {
 fn dam_steps_a_communication_step_are_as_few_as_they_were() {
     let pressure = &["pressure"][..];
     for (acceleration, measures, most) in [
-        ("interface-jacobian", pressure, 2.7),
+        ("interface-jacobian", pressure, 2.75),
         ("iqn-ils", pressure, 2.8),
         ("aitken", pressure, 4.5),
         ("constant", pressure, 5.4),

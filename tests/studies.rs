@@ -197,3 +197,27 @@ fn short_windows_forget_the_reservoir() {
         }
     }
 }
+
+/// What changes nothing of the dam changes its answer little; another polarity changes it.
+#[test]
+fn sensitivity_tells_numbers_from_choices() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let settings = [
+        "dam.element_size=10",
+        "reservoir.element_size=10",
+        "reservoir.method=\"recursive\"",
+        "ground_motion.record.start=4",
+        "ground_motion.record.end=6",
+        "time.quiet=0",
+    ];
+    let rows = study("sensitivity", "koyna-northridge-1994", &settings, &folder.path().join("s"));
+    assert_eq!(rows.len(), 7);
+    let percent = |row: &str, column: usize| -> f64 {
+        let row = rows.iter().find(|cells| cells[0].starts_with(row)).expect("the row");
+        row[column].trim_end_matches(" %").parse().expect("per cent")
+    };
+    for (row, crest) in [("time step", 1.0), ("contacts at Gauss", 5.0), ("reduced", 2.0), ("shaking", 1.0)] {
+        assert!(percent(row, 1).abs() <= crest, "{row}: {rows:?}");
+    }
+    assert!(percent("polarity", 3).abs() > 5.0, "{rows:?}");
+}

@@ -21,7 +21,7 @@ pub struct DamParameters {
     /// Damping of concrete and contacts.
     pub damping: Damping,
     /// How much of the physics is computed.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub fidelity: Fidelity,
     /// Small strain, or corotational with finite rotations; modes know small rotations only.
     pub kinematics: Kinematics,
@@ -57,24 +57,28 @@ pub struct CrackParameters {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub residual_friction_coefficient: Option<f64>,
     /// Cohesion of the bond, Pa.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub cohesion: f64,
     /// Tensile strength of the bond, Pa.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub tensile_strength: f64,
     /// tan ψ: rise over slip.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub dilation: f64,
     /// Slip, to and fro, after which nothing rises any more, m; `None` for never.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dilation_slip: Option<f64>,
     /// Where its contacts are.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub integration: Integration,
     /// Normal stiffness k_n, Pa/m.
     pub normal_stiffness: f64,
     /// Shear stiffness k_s, Pa/m.
     pub shear_stiffness: f64,
+}
+
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
 }
 
 /// Measure of strain.

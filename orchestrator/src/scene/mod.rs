@@ -502,10 +502,6 @@ pub enum IntegrationScene {
     Gauss,
 }
 
-fn is_zero(value: &f64) -> bool {
-    *value == 0.0
-}
-
 fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }
@@ -522,13 +518,13 @@ pub struct CrackScene {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub residual_friction_coefficient: Option<f64>,
     /// Cohesion, Pa, until it first slips or opens.
-    #[serde(default, skip_serializing_if = "is_zero")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub cohesion: f64,
     /// Tensile strength, Pa, until it first slips or opens.
-    #[serde(default, skip_serializing_if = "is_zero")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub tensile_strength: f64,
     /// Tangent of the dilation angle: rise over slip.
-    #[serde(default, skip_serializing_if = "is_zero")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub dilation: f64,
     /// Slip, to and fro, after which nothing rises any more, m; by default none.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -4,6 +4,7 @@ mod ambient;
 mod fidelity;
 mod figure;
 mod resolution;
+mod sensitivity;
 mod stability;
 mod tolerance;
 mod windows;
@@ -37,6 +38,9 @@ pub enum Command {
     /// How fine the wet face's elements must be: errors against the closed form, time and memory
     #[command(after_long_help = resolution::HELP)]
     Resolution(Arguments),
+    /// How much of the answer is the dam's, and how much the mesh's, the time step's and the choices'
+    #[command(after_long_help = sensitivity::HELP)]
+    Sensitivity(Arguments),
     /// Does energy drift in minutes of ambient vibration
     #[command(after_long_help = ambient::HELP)]
     Ambient(Arguments),
@@ -116,6 +120,7 @@ pub fn run(command: &Command) -> ExitCode {
         Command::Ambient(arguments) => ambient::run(arguments),
         Command::Fidelity(arguments) => fidelity::run(arguments),
         Command::Resolution(arguments) => resolution::run(arguments),
+        Command::Sensitivity(arguments) => sensitivity::run(arguments),
         Command::Windows(arguments) => windows::run(arguments),
     };
     match done {

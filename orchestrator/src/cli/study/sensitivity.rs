@@ -1,0 +1,183 @@
+//! `cofferdam study sensitivity`.
+
+use super::{Arguments, Outcome, StudyError, figure, quoted, run_scene, unfit};
+use crate::cli::table::Table;
+use crate::cli::{say, threads};
+use orchestrator::scene::{DamScene, DampingModelScene, LoadedScene, Scene};
+
+pub const HELP: &str = "\
+Runs the scene again and again with one thing changed each time, and tables what that does to crest motion, rotation and
+sliding: first what should not matter (mesh, time steps, where contacts are, the reduced model, a thousandth of
+shaking), then what is a choice (joint stiffness, plane condition, friction, damping model, polarity).
+
+Writes sensitivity.md, sensitivity.csv and sensitivity.svg.
+
+Example:
+  cofferdam study sensitivity scenes/koyna-northridge-1994 --output studies/sensitivity
+
+Exit status: 0, 1 results could not be written, 2 the scene is wrong or does not fit, 3 a run failed, 4 a unit cannot be
+made.";
+
+/// A change of the scene.
+struct Change {
+    what: String,
+    /// Whether the answer ought to stay the same.
+    numerical: bool,
+    sets: Vec<String>,
+}
+
+const CREST: &str = "dam.crest_displacement.x";
+const ROTATION: &str = "dam.crack_rotation.0";
+const SLIDING: &str = "dam.crack_sliding.0";
+
+pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
+    let loaded = arguments.load()?;
+    let scene = &loaded.scene;
+    let Some(dam) = scene.dam.as_ref().filter(|dam| !dam.cracks.is_empty()) else {
+        return Err(unfit("the study needs a dam with a crack"));
+    };
+    let Some(record) = &scene.ground_motion.record else {
+        return Err(unfit("the study needs a record as ground motion"));
+    };
+    let change =
+        |what: &str, numerical: bool, sets: Vec<String>| Change { what: what.to_owned(), numerical, sets };
+    let of_joints = |factor: f64| -> Vec<String> {
+        let cracks = dam.cracks.iter().enumerate();
+        let stiffnesses = cracks.flat_map(|(i, crack)| {
+            let both =
+                [("normal_stiffness", crack.normal_stiffness), ("shear_stiffness", crack.shear_stiffness)];
+            both.map(|(name, value)| format!("dam.cracks.{i}.{name}={:e}", factor * value))
+        });
+        stiffnesses.collect()
+    };
+    let of_friction = |factor: f64| -> Vec<String> {
+        let cracks = dam.cracks.iter().enumerate();
+        cracks
+            .map(|(i, crack)| {
+                format!("dam.cracks.{i}.friction_coefficient={}", factor * crack.friction_coefficient)
+            })
+            .collect()
+    };
+    let scale = |factor: f64| vec![format!("ground_motion.record.scale={}", factor * record.scale)];
+    let mut changes = vec![
+        change(
+            "elements 0.7 times as long",
+            true,
+            vec![format!("dam.element_size={}", 0.7 * dam.element_size)],
+        ),
+        change("time step of the dam halved", true, vec![format!("dam.time_step_safety={}", halved(dam))]),
+        change("contacts at Gauss points", true, gauss(dam.cracks.len())),
+        change("reduced blocks", true, vec!["dam.fidelity=\"reduced\"".to_owned()]),
+        change("shaking + 0.1 %", true, scale(1.001)),
+        change(
+            "polarity reversed",
+            false,
+            vec![format!("ground_motion.record.polarity={}", -record.polarity)],
+        ),
+    ];
+    if !arguments.coarse {
+        let step = scene.time.communication_step;
+        changes.splice(
+            2..2,
+            [
+                change(
+                    "elements half as long",
+                    true,
+                    vec![format!("dam.element_size={}", 0.5 * dam.element_size)],
+                ),
+                change(
+                    "communication step halved",
+                    true,
+                    vec![format!("time.communication_step={}", step / 2.0)],
+                ),
+            ],
+        );
+        changes.extend([
+            change("shaking − 0.1 %", true, scale(0.999)),
+            change("shaking + 1 %", false, scale(1.01)),
+            change("shaking − 1 %", false, scale(0.99)),
+            change("small rotations", false, vec!["dam.kinematics=\"small\"".to_owned()]),
+            change("joints twice as stiff", false, of_joints(2.0)),
+            change("joints half as stiff", false, of_joints(0.5)),
+            change("friction + 5 %", false, of_friction(1.05)),
+            change("friction − 5 %", false, of_friction(0.95)),
+            change("plane strain", false, vec!["dam.material.plane=\"strain\"".to_owned()]),
+        ]);
+        if dam.damping.model == DampingModelScene::Rayleigh && dam.damping.ratio > 0.0 {
+            let models = ["mass", "stiffness", "local"];
+            changes.extend(models.map(|model| {
+                change(&format!("damping: {model}"), false, vec![format!("dam.damping.model=\"{model}\"")])
+            }));
+        }
+    }
+    changes.sort_by_key(|change| !change.numerical);
+
+    let solve = |scene: &Scene, loaded: &LoadedScene, what: &str| -> Result<[f64; 4], StudyError> {
+        let outcome = run_scene(scene, &loaded.ground_motion, threads(None))?.completed(what)?;
+        let found = measures(&outcome);
+        say(format!(
+            "{what}: sliding {:.2} mm, {:.1} s",
+            1e3 * found[3],
+            outcome.ending.wall.total.as_secs_f64()
+        ));
+        Ok(found)
+    };
+    let base = solve(scene, &loaded, "as it is")?;
+    let header = ["", "crest", "rotation", "largest sliding", "sliding at the end"];
+    let mut table = Table::new(header);
+    table.row([
+        "as it is".to_owned(),
+        format!("{:.2} mm", 1e3 * base[0]),
+        format!("{:.3} mrad", 1e3 * base[1]),
+        format!("{:.2} mm", 1e3 * base[2]),
+        format!("{:.2} mm", 1e3 * base[3]),
+    ]);
+    let (mut worst, mut rows) = ([0.0f64; 4], Vec::new());
+    for Change { what, numerical, sets } in changes {
+        let sets: Vec<String> = arguments.set.iter().cloned().chain(sets).collect();
+        let changed = LoadedScene::read(&arguments.scene, &sets)?;
+        let found = solve(&changed.scene, &changed, &what)?;
+        let relative = [0, 1, 2, 3].map(|i| found[i] / base[i] - 1.0);
+        if numerical {
+            worst = [0, 1, 2, 3].map(|i| worst[i].max(relative[i].abs()));
+        }
+        let name = format!("{what}{}", if numerical { "" } else { "*" });
+        let cells = relative.map(|change| format!("{:+.1} %", 100.0 * change));
+        table.row([name.clone()].into_iter().chain(cells));
+        rows.push((name, relative.map(|change| 100.0 * change)));
+    }
+    let text = format!(
+        "`cofferdam study sensitivity {}{}`: one thing changed, against the scene as it is\n\n{}\n\
+         \\* a choice of the model. What should not matter changes the crest by {:.1} %, the rotation by {:.1} %, the largest \
+         sliding by {:.1} % and that at the end by {:.1} % at most: no more digits than that are to be trusted.\n",
+        quoted(&arguments.scene),
+        if arguments.coarse { " --coarse" } else { "" },
+        table.markdown(),
+        100.0 * worst[0],
+        100.0 * worst[1],
+        100.0 * worst[2],
+        100.0 * worst[3],
+    );
+    say(&text);
+    arguments.write("sensitivity.md", &text)?;
+    arguments.write_table("sensitivity.csv", &table)?;
+    arguments.write("sensitivity.svg", &figure::sensitivity(&rows)?)
+}
+
+/// Largest crest motion (m), rotation (rad), sliding (m), and sliding at the end (m), of the lowest crack.
+fn measures(outcome: &Outcome) -> [f64; 4] {
+    let end = outcome.column(SLIDING).last().map_or(0.0, |sliding| sliding.abs());
+    [outcome.peak(CREST), outcome.peak(ROTATION), outcome.peak(SLIDING), end]
+}
+
+/// A safety factor that at least halves the time step of a dam with cracks: they take no more than a quarter of 2/ω, of
+/// which stiffness damping leaves 0.3 to the limit.
+fn halved(dam: &DamScene) -> f64 {
+    let stiffness = matches!(dam.damping.model, DampingModelScene::Rayleigh | DampingModelScene::Stiffness);
+    let limit = if stiffness && dam.damping.ratio > 0.0 { 0.3 } else { 1.0 };
+    dam.time_step_safety.min(0.25 / limit) / 2.0
+}
+
+fn gauss(cracks: usize) -> Vec<String> {
+    (0..cracks).map(|i| format!("dam.cracks.{i}.integration=\"gauss\"")).collect()
+}
