@@ -27,15 +27,39 @@ fn intact(bencher: Bencher, element_size: f64) {
     run(bencher, support::at_rest(parameters).unwrap());
 }
 
+#[divan::bench(args = [5.0, 2.5])]
+fn small_strain(bencher: Bencher, element_size: f64) {
+    let parameters = dam_dem::DamParameters {
+        cracks: Vec::new(),
+        kinematics: dam_dem::Kinematics::Small,
+        ..support::koyna(element_size)
+    };
+    run(bencher, support::at_rest(parameters).unwrap());
+}
+
+/// Blocks of modes: the counter is time steps.
+#[divan::bench(args = [5.0, 2.5])]
+fn reduced(bencher: Bencher, element_size: f64) {
+    let fidelity = dam_dem::Fidelity::Reduced { modes: None };
+    let parameters = dam_dem::DamParameters { fidelity, ..support::koyna(element_size) };
+    let dam = support::at_rest(parameters).unwrap();
+    let steps = dam.time_steps_per(STEP);
+    measure(bencher, dam, steps);
+}
+
 #[divan::bench(args = [5.0, 2.5], sample_count = 5)]
 fn static_start(bencher: Bencher, element_size: f64) {
     bencher.bench(|| support::at_rest(support::koyna(element_size)));
 }
 
-fn run(bencher: Bencher, mut dam: Dam) {
+fn run(bencher: Bencher, dam: Dam) {
+    let items = dam.element_count() * dam.time_steps_per(STEP);
+    measure(bencher, dam, items);
+}
+
+fn measure(bencher: Bencher, mut dam: Dam, items: usize) {
     support::shake(&mut dam, STEP, 0.1, support::bursts).unwrap();
     let start = dam.save_state();
-    let items = dam.element_count() * dam.time_steps_per(STEP);
     bencher.counter(ItemsCount::new(items)).bench_local(|| {
         dam.restore_state(&start)?;
         dam.step(start.time(), STEP)

@@ -1,23 +1,21 @@
-/// Segment of a chain on which a point projects, found by walking from the segment `start`.
+/// Segment of a chain on which a point projects, found by walking from the segment `start`, and what `project` says of it.
 ///
-/// `project(segment)` is the point's offset from a segment's first node times the segment, and the segment's square.
-/// The walk keeps its direction, so it ends; beyond an end of the chain the end segment is returned.
+/// `project(segment)` is the point's offset from a segment's first node times the segment, the segment's square, and
+/// whatever else it finds. The walk keeps its direction, so it ends; beyond an end of the chain the end segment is returned.
 #[inline(always)]
-pub(super) fn find_segment(start: usize, count: usize, project: impl Fn(usize) -> [f64; 2]) -> usize {
+pub(super) fn find_segment<T>(
+    start: usize,
+    count: usize,
+    project: impl Fn(usize) -> ([f64; 2], T),
+) -> (usize, [f64; 2], T) {
     let mut segment = start.min(count - 1);
-    let [mut along, mut whole] = project(segment);
-    if along < 0.0 {
-        while along < 0.0 && segment > 0 {
-            segment -= 1;
-            [along, _] = project(segment);
-        }
-    } else {
-        while along > whole && segment + 1 < count {
-            segment += 1;
-            [along, whole] = project(segment);
-        }
+    let ([mut along, mut whole], mut found) = project(segment);
+    let backwards = along < 0.0;
+    while if backwards { along < 0.0 && segment > 0 } else { along > whole && segment + 1 < count } {
+        segment = if backwards { segment - 1 } else { segment + 1 };
+        ([along, whole], found) = project(segment);
     }
-    segment
+    (segment, [along, whole], found)
 }
 
 #[cfg(test)]
@@ -31,13 +29,13 @@ mod tests {
         let project = |x: f64| {
             move |i: usize| {
                 let whole = ends[i + 1] - ends[i];
-                [(x - ends[i]) * whole, whole * whole]
+                ([(x - ends[i]) * whole, whole * whole], ())
             }
         };
         for (x, start) in (-10..85).flat_map(|x| (0..count).map(move |s| (0.097 * f64::from(x), s))) {
             let inside = |i: &usize| (ends[*i]..=ends[i + 1]).contains(&x);
             let scan = (0..count).find(inside).unwrap_or(if x < 0.0 { 0 } else { count - 1 });
-            let walked = find_segment(start, count, project(x));
+            let (walked, ..) = find_segment(start, count, project(x));
             assert!(walked == scan || x == ends[walked], "x = {x} from {start}");
         }
     }

@@ -438,7 +438,7 @@ impl Findings {
 
     fn damping(&mut self, damping: &DampingScene) {
         // a local coefficient of π times the ratio stays below 1
-        let most = if damping.model == DampingModelScene::Local { 0.318 } else { 0.999 };
+        let most = if damping.model == DampingModelScene::Local { 0.3 } else { 0.999 };
         self.within("dam.damping.ratio", damping.ratio, 0.0, most);
         let pairs = [
             ("dam.damping.multiples_of_first", damping.multiples_of_first),
