@@ -26,6 +26,7 @@ fn expected(variable: &Variable) -> Described {
         Causality::CalculatedParameter => "calculatedParameter",
         Causality::Input => "input",
         Causality::Output => "output",
+        Causality::Local => "local",
     };
     let variability = match variable.variability {
         Variability::Fixed => "fixed",
@@ -46,6 +47,10 @@ fn expected(variable: &Variable) -> Described {
         Shape::Plane => Some(("start", "2")),
         Shape::InterfacePoints => Some(("valueReference", "900")),
         Shape::Cracks => Some(("valueReference", "901")),
+        Shape::StressPoints => Some(("valueReference", "902")),
+        Shape::Nodes => Some(("valueReference", "903")),
+        Shape::Triangles => Some(("valueReference", "904")),
+        Shape::Contacts => Some(("valueReference", "905")),
     };
     let own = |(a, b): (&str, &str)| (a.to_owned(), b.to_owned());
     (pairs.map(own).into(), dimension.map(own))

@@ -581,8 +581,8 @@ impl Participant for Failing {
         self.unit.description()
     }
 
-    fn fixed(&mut self, variable: &str) -> Result<Vec<f64>, ParticipantError> {
-        self.unit.fixed(variable)
+    fn read(&mut self, variable: &str) -> Result<Vec<f64>, ParticipantError> {
+        self.unit.read(variable)
     }
 
     fn initialise(&mut self, time: f64, inputs: &[f64], outputs: &mut [f64]) -> Result<(), ParticipantError> {

@@ -43,8 +43,8 @@ fn battery(mut participant: Box<dyn Participant>) -> Result<(), ParticipantError
     let zeros = inputs(&*participant, 0, 0.0);
     let mut outputs = vec![0.0; participant.description().outputs.size()];
     participant.initialise(0.0, &zeros, &mut outputs)?;
-    assert_eq!(participant.fixed("interface_x")?.len(), participant.fixed("interface_y")?.len());
-    assert!(participant.fixed("no_such_variable").is_err());
+    assert_eq!(participant.read("interface_x")?.len(), participant.read("interface_y")?.len());
+    assert!(participant.read("no_such_variable").is_err());
     let mut again = outputs.clone();
     let mut time = 0.0;
     for step in 1..=150_u32 {

@@ -367,8 +367,8 @@ impl Participant for Failing {
     fn description(&self) -> &Description {
         self.unit.description()
     }
-    fn fixed(&mut self, variable: &str) -> Result<Vec<f64>, ParticipantError> {
-        self.unit.fixed(variable)
+    fn read(&mut self, variable: &str) -> Result<Vec<f64>, ParticipantError> {
+        self.unit.read(variable)
     }
     fn initialise(
         &mut self,
@@ -400,8 +400,8 @@ impl Participant for Forgetful {
     fn description(&self) -> &Description {
         self.0.description()
     }
-    fn fixed(&mut self, variable: &str) -> Result<Vec<f64>, ParticipantError> {
-        self.0.fixed(variable)
+    fn read(&mut self, variable: &str) -> Result<Vec<f64>, ParticipantError> {
+        self.0.read(variable)
     }
     fn initialise(
         &mut self,

@@ -5,12 +5,14 @@ use interface::{
 
 use std::num::NonZeroUsize;
 
+use crate::base::BaseBalance;
 use crate::contact::MohrCoulomb;
 use crate::energy::{EnergyLedger, StoredEnergy, Work};
 use crate::integrator::{CentralDifference, DynamicRelaxation, Relaxed, SparseNewton};
 use crate::loads::{LoadPath, Wet, add_ground_inertia};
 use crate::reduction::{ModalLoadPath, Superposition};
 use crate::state::{DamMotion, DamState, Inputs};
+use crate::stress::{StressPoint, stress_points};
 use crate::structure::Structure;
 use crate::time_step::highest_frequency;
 use crate::{
@@ -37,6 +39,8 @@ pub struct Dam {
     modes: Option<Superposition>,
     wet: Option<Wet>,
     crest: usize,
+    base: BaseBalance,
+    stress_points: Vec<StressPoint>,
     damping_frequencies: [f64; 2],
     critical_time_step: CriticalTimeStep,
     fingerprint: Fingerprint,
@@ -132,6 +136,7 @@ impl Dam {
             rest: motion.displacement().to_vec(),
             mean_acceleration: motion.velocity().to_vec(),
             mean_ground_acceleration: [0.0; 2],
+            mean_base_force: [0.0; 2],
             motion,
             energy: EnergyLedger::default(),
             hydrostatic_pressure: vec![0.0; points],
@@ -139,6 +144,8 @@ impl Dam {
             next: inputs,
         };
         let dam = Self {
+            base: BaseBalance::new(&structure, modes.as_ref(), wet.as_ref(), parameters.gravity),
+            stress_points: stress_points(&parameters.section, &structure.mesh),
             critical_time_step,
             fingerprint,
             parameters,
@@ -253,6 +260,10 @@ impl Dam {
 
     pub(crate) fn wet(&self) -> Option<&Wet> {
         self.wet.as_ref()
+    }
+
+    pub(crate) fn stress_points(&self) -> &[StressPoint] {
+        &self.stress_points
     }
 
     pub(crate) fn crest_node(&self) -> usize {
@@ -383,6 +394,10 @@ impl CoSimulation for Dam {
     fn size(&self, variable: &Variable) -> usize {
         match variable.shape {
             Shape::InterfacePoints => self.wet.as_ref().map_or(0, |wet| wet.face.len()),
+            Shape::StressPoints => self.stress_points.len(),
+            Shape::Nodes => self.node_count(),
+            Shape::Triangles => self.element_count(),
+            Shape::Contacts => self.parameters.contact_count(),
             _ => Self::size_for(&self.parameters, variable),
         }
     }
@@ -415,11 +430,15 @@ impl CoSimulation for Dam {
             (DamMotion::Nodes(motion), _) => StoredEnergy::of(&self.structure, motion),
             _ => return Err(self.foreign_motion()),
         };
-        let state = &mut self.state;
-        state.mean_acceleration = match &motion {
+        let acceleration = match &motion {
             DamMotion::Nodes(motion) => motion.acceleration.as_flattened().to_vec(),
             DamMotion::Modes(_) => vec![0.0; motion.displacement().len()],
         };
+        let (pressure, ground) = self.loads(&self.state.next);
+        let state = &mut self.state;
+        state.mean_base_force =
+            self.base.force(&acceleration, [motion.velocity(); 2], ground, pressure.into_iter());
+        state.mean_acceleration = acceleration;
         state.mean_ground_acceleration = state.next.ground_acceleration;
         state.initialised = true;
         state.time = start_time;
@@ -479,6 +498,15 @@ impl CoSimulation for Dam {
         }
         let (ground, ground_end) = (state.accepted.ground_acceleration, state.next.ground_acceleration);
         state.mean_ground_acceleration = [0, 1].map(|d| (ground[d] + ground_end[d]) / 2.0);
+        let pressures = state.accepted.pressure.iter().zip(&state.next.pressure);
+        let pressures =
+            pressures.zip(&state.hydrostatic_pressure).map(|((p, end), rest)| (p + end) / 2.0 + rest);
+        state.mean_base_force = self.base.force(
+            &state.mean_acceleration,
+            [state.motion.velocity(), motion.velocity()],
+            state.mean_ground_acceleration,
+            pressures,
+        );
         state.energy = energy;
         state.motion = motion;
         state.accepted.clone_from(&state.next);
@@ -549,6 +577,10 @@ impl Packable for Dam {
             Shape::Plane => 2,
             Shape::InterfacePoints => parameters.wet_face().ok().flatten().map_or(0, |face| face.len()),
             Shape::Cracks => parameters.cracks.len(),
+            Shape::StressPoints => stress_points(&parameters.section, &parameters.mesh()).len(),
+            Shape::Nodes => parameters.mesh().nodes.len(),
+            Shape::Triangles => parameters.mesh().triangles().count(),
+            Shape::Contacts => parameters.contact_count(),
         }
     }
 

@@ -46,6 +46,7 @@
 
 mod added_mass;
 pub mod analytical;
+mod base;
 mod block;
 pub mod contact;
 mod dam;
@@ -63,6 +64,7 @@ mod output;
 mod parameters;
 pub mod reduction;
 mod state;
+mod stress;
 mod structure;
 mod system_matrices;
 mod time_step;

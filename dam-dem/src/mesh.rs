@@ -96,6 +96,11 @@ impl Mesh {
         (first..self.nodes.len()).collect()
     }
 
+    /// Nodes of the triangles, four a cell: corner k, corner k + 1, centre.
+    pub fn triangles(&self) -> impl Iterator<Item = [usize; 3]> + '_ {
+        self.cells.iter().flat_map(|cell| (0..4).map(|k| [cell[k], cell[(k + 1) % 4], cell[4]]))
+    }
+
     /// Pairs (lower, upper) of the nodes that a crack doubles, for all cracks.
     pub fn doubled_nodes(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         self.blocks

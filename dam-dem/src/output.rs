@@ -1,10 +1,11 @@
 //! The dam's outputs, from its state.
 
-use interface::{Causality, Variable, variables::dam as variable};
+use interface::{Causality, Shape, Variable, variables::dam as variable};
 
 use crate::block::best_fit_rotation;
-use crate::contact::ContactStatus;
-use crate::{Dam, DamError};
+use crate::contact::{ContactStatus, CrackForces};
+use crate::stress::principal;
+use crate::{Dam, DamError, Kinematics};
 
 impl Dam {
     /// Writes the values of `variable`.
@@ -12,10 +13,21 @@ impl Dam {
     /// **Errors**: [`CallError::Order`](interface::CallError::Order) for what only exists after initialisation.
     pub(crate) fn output(&self, variable: &'static Variable, values: &mut [f64]) -> Result<(), DamError> {
         let state = self.state();
-        let from_motion =
-            variable.causality == Causality::Output || *variable == variable::CREST_STATIC_DISPLACEMENT;
+        let from_motion = matches!(variable.causality, Causality::Output | Causality::Local)
+            || *variable == variable::CREST_STATIC_DISPLACEMENT;
         if from_motion && !state.initialised {
             return Err(self.order("get").into());
+        }
+        match variable.shape {
+            Shape::StressPoints => {
+                self.at_stress_points(variable, values);
+                return Ok(());
+            }
+            Shape::Nodes | Shape::Triangles | Shape::Contacts => {
+                self.field(variable, values);
+                return Ok(());
+            }
+            _ => {}
         }
         let parameters = self.parameters();
         let energy = state.energy();
@@ -38,6 +50,8 @@ impl Dam {
             variable::INTERFACE_NORMAL_X => return self.interface(|_, n, _| n[0], values),
             variable::INTERFACE_NORMAL_Y => return self.interface(|_, n, _| n[1], values),
             variable::INTERFACE_LENGTH => return self.interface(|_, _, length| length, values),
+            variable::BASE_SHEAR => state.mean_base_force[0],
+            variable::BASE_NORMAL_FORCE => -state.mean_base_force[1],
             variable::KINETIC_ENERGY => gained.kinetic,
             variable::STRAIN_ENERGY => gained.strain,
             variable::CONTACT_ENERGY => gained.contact,
@@ -81,12 +95,96 @@ impl Dam {
             variable::CRACK_STICKING => count(&[ContactStatus::Sticking]),
             variable::CRACK_SLIPPING => count(&[ContactStatus::Slipping]),
             variable::CRACK_OPEN => count(&[ContactStatus::Open, ContactStatus::Lost]),
+            variable::CRACK_NORMAL_FORCE => self.crack_forces(crack).normal,
+            variable::CRACK_SHEAR_FORCE => self.crack_forces(crack).shear,
+            variable::CRACK_SHEAR_UTILISATION => match self.crack_forces(crack) {
+                CrackForces { strength: 0.0, .. } => 0.0,
+                CrackForces { shear, strength, .. } => shear.abs() / strength,
+            },
             variable::CRACK_ACCELERATION_BELOW => self.side_acceleration(crack, 0),
             variable::CRACK_ACCELERATION_ABOVE => self.side_acceleration(crack, 1),
             variable::FRICTION_COEFFICIENT => parameters.friction_coefficient,
             variable::NORMAL_STIFFNESS => parameters.normal_stiffness,
             variable::SHEAR_STIFFNESS => parameters.shear_stiffness,
             _ => f64::NAN,
+        }
+    }
+
+    /// What acts across a crack; nothing in an intact dam, which has none.
+    fn crack_forces(&self, crack: usize) -> CrackForces {
+        let joints = self.state().motion.joints().get(crack);
+        joints.map_or_else(CrackForces::default, |joints| self.structure().cracks[crack].forces(joints))
+    }
+
+    /// Stress (xx, yy, xy) in a triangle, Pa. Modes turn blocks to first order only, so theirs is of small strain.
+    fn stress(&self, triangle: usize, nodes: [usize; 3]) -> [f64; 3] {
+        let kinematics =
+            if self.modes().is_some() { Kinematics::Small } else { self.parameters().kinematics };
+        let u = self.state().motion.displacement();
+        self.structure().cells.stress(triangle, nodes.map(|node| self.at_node(node, u)), kinematics)
+    }
+
+    fn at_stress_points(&self, variable: &Variable, values: &mut [f64]) {
+        let cells = &self.structure().mesh.cells;
+        for (value, point) in values.iter_mut().zip(self.stress_points()) {
+            let mean = || {
+                let (mut sum, mut whole) = ([0.0; 3], 0.0);
+                for &(triangle, area) in &point.triangles {
+                    let (cell, k) = (cells[triangle / 4], triangle % 4);
+                    let stress = self.stress(triangle, [cell[k], cell[(k + 1) % 4], cell[4]]);
+                    (0..3).for_each(|i| sum[i] += area * stress[i]);
+                    whole += area;
+                }
+                principal(sum.map(|component| component / whole))
+            };
+            *value = match *variable {
+                variable::STRESS_POINT_X => point.place[0],
+                variable::STRESS_POINT_Y => point.place[1],
+                variable::MAJOR_PRINCIPAL_STRESS => mean()[0],
+                variable::MINOR_PRINCIPAL_STRESS => mean()[1],
+                _ => f64::NAN,
+            };
+        }
+    }
+
+    /// Values at all nodes, triangles or contacts.
+    fn field(&self, variable: &Variable, values: &mut [f64]) {
+        let mesh = &self.structure().mesh;
+        let fill = |values: &mut [f64], from: &mut dyn Iterator<Item = f64>| {
+            values.fill(0.0);
+            values.iter_mut().zip(from).for_each(|(value, from)| *value = from);
+        };
+        let cracks = || self.structure().cracks.iter();
+        let joints = || cracks().zip(self.state().motion.joints());
+        let corner = |i: usize| mesh.triangles().map(move |nodes| nodes[i] as f64);
+        let stress = |i: usize| mesh.triangles().enumerate().map(move |(t, nodes)| self.stress(t, nodes)[i]);
+        let displacement = |d: usize| (0..mesh.nodes.len()).map(move |node| self.displacement(node)[d]);
+        let place = |d: usize| cracks().flat_map(move |crack| crack.places().map(move |place| place[d]));
+        let contact = |i: usize| {
+            joints().flat_map(move |(crack, joints)| crack.stresses(joints).map(move |stress| stress[i]))
+        };
+        match *variable {
+            variable::NODE_X => fill(values, &mut mesh.nodes.iter().map(|node| node[0])),
+            variable::NODE_Y => fill(values, &mut mesh.nodes.iter().map(|node| node[1])),
+            variable::TRIANGLE_NODE_1 => fill(values, &mut corner(0)),
+            variable::TRIANGLE_NODE_2 => fill(values, &mut corner(1)),
+            variable::TRIANGLE_NODE_3 => fill(values, &mut corner(2)),
+            variable::CONTACT_X => fill(values, &mut place(0)),
+            variable::CONTACT_Y => fill(values, &mut place(1)),
+            variable::NODE_DISPLACEMENT_X => fill(values, &mut displacement(0)),
+            variable::NODE_DISPLACEMENT_Y => fill(values, &mut displacement(1)),
+            variable::STRESS_XX => fill(values, &mut stress(0)),
+            variable::STRESS_YY => fill(values, &mut stress(1)),
+            variable::STRESS_XY => fill(values, &mut stress(2)),
+            variable::CONTACT_OPENING => {
+                fill(values, &mut joints().flat_map(|(_, joints)| joints.iter().map(|joint| joint.gap)));
+            }
+            variable::CONTACT_SLIP => {
+                fill(values, &mut joints().flat_map(|(crack, joints)| crack.slips(joints)));
+            }
+            variable::CONTACT_NORMAL_STRESS => fill(values, &mut contact(0)),
+            variable::CONTACT_SHEAR_STRESS => fill(values, &mut contact(1)),
+            _ => values.fill(f64::NAN),
         }
     }
 

@@ -259,6 +259,16 @@ impl DamParameters {
         Mesh::new(&self.section, &elevations, &[self.water_depth], self.element_size)
     }
 
+    /// Number of contacts in all cracks.
+    pub(crate) fn contact_count(&self) -> usize {
+        let nodes = self.mesh().blocks[0].top.len();
+        let of_a_side = |crack: &CrackParameters| match crack.integration {
+            Integration::Nodal => nodes,
+            Integration::Gauss => 2 * (nodes - 1),
+        };
+        self.cracks.iter().map(|crack| 2 * of_a_side(crack)).sum()
+    }
+
     /// The wet face of the dam that these parameters make, or `None` with an empty reservoir.
     ///
     /// **Errors**: as [`check`](Self::check), and [`DamError::WetFace`].

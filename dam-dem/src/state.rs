@@ -20,6 +20,8 @@ pub struct DamState {
     pub(crate) mean_acceleration: Vec<f64>,
     /// That of the ground, m/s².
     pub(crate) mean_ground_acceleration: [f64; 2],
+    /// Force on the ground, mean over the last communication step, N/m.
+    pub(crate) mean_base_force: [f64; 2],
     pub(crate) energy: EnergyLedger,
     pub(crate) hydrostatic_pressure: Vec<f64>,
     /// Inputs at the current time.

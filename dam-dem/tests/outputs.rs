@@ -1,52 +1,166 @@
-//! Outputs that the coupling relies on.
+//! Forces and stresses that the dam gives out, against statics, elements and contacts themselves.
 
 mod support;
 
-use dam_dem::DamError;
-use interface::{CoSimulation, variables::dam as variable};
+use dam_dem::{CrackParameters, Dam, DamError, DamMotion, DamParameters, Fidelity, Material, Section};
+use interface::variables::dam as variable;
+use support::{GRAVITY, at_rest, bursts, get, hydrostatic, koyna, shake, stiff, with_water};
 
-/// `interface_acceleration` is the mean total acceleration along n: change of velocity over the step, plus the
-/// mean of the ground's. At the heel, which the ground holds, it is the ground's alone. Tolerance: rounding.
+/// Force on the base of the elements' stresses, dampers left out, N/m.
+fn elastic_base_force(dam: &Dam) -> [f64; 2] {
+    let DamMotion::Nodes(motion) = dam.state().motion() else { return [f64::NAN; 2] };
+    let structure = dam.structure();
+    let mut forces = vec![[0.0; 2]; dam.node_count()];
+    structure.cells.add_forces(&motion.displacement, &motion.velocity, 0.0, &mut [], &mut forces);
+    let base = &structure.mesh.blocks[0].bottom;
+    [0, 1].map(|d| base.iter().map(|&node| forces[node][d]).sum())
+}
+
+fn mass_of(dam: &Dam, nodes: std::ops::Range<usize>) -> f64 {
+    nodes.map(|node| dam.structure().mass[node]).sum()
+}
+
+/// Weight and hydrostatic thrust, on the ground and across the crack.
 #[test]
-fn interface_acceleration_is_the_mean_of_the_total_motion() -> Result<(), DamError> {
-    let mut dam = support::at_rest(support::koyna(7.0))?;
-    support::shake(&mut dam, 2.5e-3, 0.3, support::bursts)?;
-    let (step, ground) = (4e-3, [support::bursts(0.3), 2.5]);
-    let before = support::get(&dam, &variable::INTERFACE_VELOCITY);
-    let position = support::get(&dam, &variable::INTERFACE_DISPLACEMENT);
-    dam.set(variable::GROUND_ACCELERATION.value_reference, &[ground[1], 0.0])?;
-    dam.step(dam.state().time(), step)?;
-    let after = support::get(&dam, &variable::INTERFACE_VELOCITY);
-    let acceleration = support::get(&dam, &variable::INTERFACE_ACCELERATION);
-    let mean_ground = (ground[0] + ground[1]) / 2.0;
-    let mut error = 0.0f64;
-    for i in 0..after.len() {
-        error = error.max((acceleration[i] - (after[i] - before[i]) / step - mean_ground).abs());
+fn forces_at_rest_are_those_of_statics() -> Result<(), DamError> {
+    for fidelity in [Fidelity::Dem, Fidelity::Reduced { modes: None }] {
+        let dam = at_rest(DamParameters { fidelity, ..koyna(5.0) })?;
+        let (all, above) = (0..dam.node_count(), dam.structure().mesh.blocks[1].nodes.clone());
+        let thrust = |from: f64| 0.5 * 9810.0 * (91.75 - from) * (91.75 - from);
+        let expected = [
+            (variable::BASE_SHEAR, thrust(0.0)),
+            (variable::BASE_NORMAL_FORCE, GRAVITY * mass_of(&dam, all)),
+            (variable::CRACK_NORMAL_FORCE, GRAVITY * mass_of(&dam, above)),
+            (variable::CRACK_SHEAR_FORCE, thrust(66.5)),
+        ];
+        for (variable, exact) in expected {
+            let error = get(&dam, &variable)[0] / exact - 1.0;
+            println!("{fidelity:?}: {} at rest {error:.1e}", variable.name);
+            // along the sides, which lean a little
+            assert!(
+                error.abs() < if variable.name.starts_with("base") { 1e-12 } else { 1e-3 },
+                "{}",
+                variable.name
+            );
+        }
+        let [normal, shear] = [2, 3].map(|i| expected[i].1);
+        let utilisation = get(&dam, &variable::CRACK_SHEAR_UTILISATION)[0];
+        assert!((utilisation - shear / normal).abs() < 1e-3, "friction coefficient 1: {utilisation}");
     }
-    println!("interface acceleration against the change of velocity: {error:.1e} m/s²");
-    assert!(error < 1e-9 && (acceleration[0] - mean_ground).abs() < 1e-12);
-
-    let moved = support::get(&dam, &variable::INTERFACE_DISPLACEMENT);
-    let top = after.len() - 1;
-    let trapezoid = position[top] + step * (before[top] + after[top]) / 2.0;
-    println!("displacement against the trapezoid of velocity: {:.1e} m", moved[top] - trapezoid);
-    assert!((moved[top] - trapezoid).abs() < 1e-2 * step * (before[top].abs() + after[top].abs()));
     Ok(())
 }
 
-/// Pressure pushes the dam downstream, along n.
+/// The balance of momentum against the stresses of the elements on the base, which do not know of it: they are of one
+/// instant, and without dampers.
 #[test]
-fn pressure_pushes_downstream() -> Result<(), DamError> {
-    let mut dam = support::at_rest(support::koyna(10.0))?;
-    let pressure = vec![1e4; dam.wet_face().map_or(0, |face| face.len())];
-    dam.set(variable::INTERFACE_PRESSURE.value_reference, &pressure)?;
-    for _ in 0..10 {
-        dam.step(dam.state().time(), 2.5e-3)?;
+fn the_base_carries_what_its_elements_do() -> Result<(), DamError> {
+    let undamped = DamParameters { damping: dam_dem::Damping::None, ..koyna(5.0) };
+    for (name, parameters) in [("alone", undamped.clone()), ("with added mass", with_water(undamped))] {
+        let mut dam = at_rest(parameters)?;
+        let (step, mut worst, mut peak) = (2e-4, 0.0f64, 0.0f64);
+        let mut before = elastic_base_force(&dam);
+        while dam.state().time() < 1.0 {
+            let until = dam.state().time() + step;
+            shake(&mut dam, step, until, bursts)?;
+            let now = elastic_base_force(&dam);
+            // fixed nodes ride on the ground: what acts on them goes straight into it
+            let base = &dam.structure().mesh.blocks[0].bottom;
+            let mass: f64 = base.iter().map(|&node| dam.structure().mass[node]).sum();
+            let a = (bursts(until - step) + bursts(until)) / 2.0;
+            let mut pressure = hydrostatic(&dam);
+            let accelerations = get(&dam, &variable::INTERFACE_ACCELERATION);
+            for (row, p) in dam.parameters().added_mass.iter().flatten().zip(&mut pressure) {
+                *p -= row.iter().zip(&accelerations).map(|(mass, a)| mass * a).sum::<f64>();
+            }
+            let water = dam.wet_face().map_or([0.0; 2], |face| face.nodal_forces(&pressure)[0]);
+            let own = [water[0] - mass * a, water[1] - mass * (0.5 * a + GRAVITY)];
+            let found = [get(&dam, &variable::BASE_SHEAR)[0], -get(&dam, &variable::BASE_NORMAL_FORCE)[0]];
+            for d in 0..2 {
+                let expected = (before[d] + now[d]) / 2.0 + own[d];
+                worst = worst.max((found[d] - expected).abs());
+                peak = peak.max(found[d].abs());
+            }
+            before = now;
+        }
+        println!("base force, {name}: {:.1e} of its peak of {:.1} MN/m", worst / peak, peak / 1e6);
+        assert!(worst < 5e-3 * peak, "{name}");
     }
-    let face = support::get(&dam, &variable::INTERFACE_DISPLACEMENT);
-    let crest = support::get(&dam, &variable::CREST_DISPLACEMENT)[0];
-    println!("10 kPa for 25 ms: crest {crest:.1e} m");
-    assert!(face.iter().all(|&u| u >= 0.0) && crest > 0.0);
-    assert!(support::get(&dam, &variable::INPUT_WORK)[0] > 0.0);
+    Ok(())
+}
+
+/// Modes give the same forces and stresses, as long as nothing opens: what is later apart are impacts.
+#[test]
+fn reduced_blocks_give_the_forces_of_the_full_model() -> Result<(), DamError> {
+    let run = |fidelity| -> Result<Vec<[f64; 4]>, DamError> {
+        let mut dam = at_rest(DamParameters { fidelity, ..with_water(koyna(10.0)) })?;
+        let mut rows = Vec::new();
+        for step in 1..=60 {
+            shake(&mut dam, 5e-3, 5e-3 * f64::from(step), bursts)?;
+            let value = |variable| get(&dam, variable)[0];
+            let stress = get(&dam, &variable::MINOR_PRINCIPAL_STRESS);
+            rows.push([
+                value(&variable::BASE_SHEAR),
+                value(&variable::CRACK_NORMAL_FORCE),
+                value(&variable::CRACK_SHEAR_FORCE),
+                stress[1],
+            ]);
+        }
+        Ok(rows)
+    };
+    let [full, reduced] = [run(Fidelity::Dem)?, run(Fidelity::Reduced { modes: None })?];
+    for (i, name) in
+        ["base shear", "normal force of the crack", "shear force of the crack", "stress at the toe"]
+            .into_iter()
+            .enumerate()
+    {
+        let norm = |rows: &mut dyn Iterator<Item = f64>| rows.map(|x| x * x).sum::<f64>().sqrt();
+        let mean = full.iter().map(|row| row[i]).sum::<f64>() / full.len() as f64;
+        let size = norm(&mut full.iter().map(|row| row[i] - mean));
+        let error = norm(&mut full.iter().zip(&reduced).map(|(a, b)| a[i] - b[i])) / size;
+        println!("{name}: reduced against full {error:.1e}");
+        assert!(error < 2e-3, "{name}");
+    }
+    Ok(())
+}
+
+/// A column under its own weight, without Poisson's effect: σ = −ρ g (H − y) in every row, exactly at its middle.
+#[test]
+fn a_column_is_pressed_by_what_stands_on_it() -> Result<(), DamError> {
+    let (height, rows) = (30.0, 30);
+    let crack = CrackParameters::sliding(10.0, 0.5, 1e11, 1e11);
+    let material: Material = stiff(30e9);
+    let dam = at_rest(DamParameters {
+        section: Section::rectangle(3.0, height),
+        water_depth: 0.0,
+        cracks: vec![crack],
+        material,
+        element_size: height / f64::from(rows),
+        ..koyna(5.0)
+    })?;
+    let y = get(&dam, &variable::NODE_Y);
+    let corners = [variable::TRIANGLE_NODE_1, variable::TRIANGLE_NODE_2, variable::TRIANGLE_NODE_3];
+    let corners = corners.map(|corner| get(&dam, &corner));
+    let [across, along, shear] =
+        [variable::STRESS_XX, variable::STRESS_YY, variable::STRESS_XY].map(|s| get(&dam, &s));
+    let mut means = vec![0.0; rows as usize];
+    for triangle in 0..along.len() {
+        let centroid = corners.iter().map(|c| y[c[triangle] as usize]).sum::<f64>() / 3.0;
+        means[centroid as usize] += along[triangle] / (4.0 * 3.0);
+        assert!(across[triangle].abs() + shear[triangle].abs() < 0.02 * 2500.0 * GRAVITY * height);
+    }
+    for (row, mean) in means.iter().enumerate() {
+        let exact = -2500.0 * GRAVITY * (height - row as f64 - 0.5);
+        assert!((mean - exact).abs() < 1e-5 * 2500.0 * GRAVITY * height, "row {row}: {mean} Pa, {exact} Pa");
+    }
+    let pressed = get(&dam, &variable::CONTACT_NORMAL_STRESS);
+    let (contacts, x) = (pressed.len(), get(&dam, &variable::CONTACT_X));
+    assert_eq!((contacts, x.len()), (8, 8));
+    let exact = 2500.0 * GRAVITY * 20.0;
+    for (stress, opening) in pressed.iter().zip(get(&dam, &variable::CONTACT_OPENING)) {
+        assert!((stress / exact - 1.0).abs() < 0.03, "{stress} Pa, {exact} Pa");
+        assert!((stress + 1e11 * opening).abs() < 1e-6 * exact);
+    }
+    let slips = get(&dam, &variable::CONTACT_SLIP);
+    assert!(slips.iter().all(|slip| slip.abs() < 1e-6), "{slips:?}");
     Ok(())
 }

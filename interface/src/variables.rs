@@ -14,6 +14,8 @@ pub enum Causality {
     Input,
     /// Read by the caller after a step.
     Output,
+    /// May be read after a step, and is not exchanged: fields for pictures.
+    Local,
 }
 
 /// When a variable may change, as FMI 3.0 names it.
@@ -38,6 +40,14 @@ pub enum Shape {
     InterfacePoints,
     /// One value a crack, from the base up.
     Cracks,
+    /// One value a point where stress is watched: heel, toe, and either face of the dam at each bend of one.
+    StressPoints,
+    /// One value a node of the dam's mesh.
+    Nodes,
+    /// One value a triangle of the dam's mesh.
+    Triangles,
+    /// One value a contact, crack after crack.
+    Contacts,
 }
 
 /// One variable of a unit. All values are `f64`.
@@ -133,6 +143,8 @@ pub mod dam {
         25 CRACK_OPEN "crack_open" Output Discrete Cracks "1" "number of contacts that are open" <- 1 3;
         26 CRACK_ACCELERATION_BELOW "crack_acceleration_below" Output Continuous Cracks "m/s2" "total horizontal acceleration of the lower side, mean along the crack and over the step" <- 1 3;
         27 CRACK_ACCELERATION_ABOVE "crack_acceleration_above" Output Continuous Cracks "m/s2" "total horizontal acceleration of the upper side, mean along the crack and over the step" <- 1 3;
+        28 CRACK_NORMAL_FORCE "crack_normal_force" Output Continuous Cracks "N/m" "force across the crack, positive in compression" <- 1 3;
+        29 CRACK_SHEAR_FORCE "crack_shear_force" Output Continuous Cracks "N/m" "force along the crack on the block below, positive downstream" <- 1 3;
         30 KINETIC_ENERGY "kinetic_energy" Output Continuous Scalar "J/m" "kinetic energy relative to the ground" <- 1 3;
         31 STRAIN_ENERGY "strain_energy" Output Continuous Scalar "J/m" "strain energy since time 0" <- 1 3;
         32 CONTACT_ENERGY "contact_energy" Output Continuous Scalar "J/m" "energy in the contact springs since time 0" <- 1 3;
@@ -140,11 +152,18 @@ pub mod dam {
         34 DAMPING_WORK "damping_work" Output Continuous Scalar "J/m" "energy lost to damping, contact dashpots included, since time 0" <- 1 3;
         35 INPUT_WORK "input_work" Output Continuous Scalar "J/m" "work of weight, water and ground inertia since time 0" <- 1 3;
         36 ENERGY_BALANCE_ERROR "energy_balance_error" Output Continuous Scalar "J/m" "input work minus all other energies" <- 1 3;
+        37 BASE_SHEAR "base_shear" Output Continuous Scalar "N/m" "horizontal force of the dam on its ground, positive downstream, mean over the step" <- 1 3;
+        38 BASE_NORMAL_FORCE "base_normal_force" Output Continuous Scalar "N/m" "vertical force of the dam on its ground, positive in compression, mean over the step" <- 1 3;
+        39 CRACK_SHEAR_UTILISATION "crack_shear_utilisation" Output Continuous Cracks "1" "shear force over shear strength, the inverse of the safety against sliding" <- 1 3;
         40 INTERFACE_X "interface_x" CalculatedParameter Fixed InterfacePoints "m" "x of the interface points";
         41 INTERFACE_Y "interface_y" CalculatedParameter Fixed InterfacePoints "m" "y of the interface points";
         42 INTERFACE_NORMAL_X "interface_normal_x" CalculatedParameter Fixed InterfacePoints "1" "x component of n at the interface points";
         43 INTERFACE_NORMAL_Y "interface_normal_y" CalculatedParameter Fixed InterfacePoints "1" "y component of n at the interface points";
         44 INTERFACE_LENGTH "interface_length" CalculatedParameter Fixed InterfacePoints "m" "tributary length of the interface points";
+        45 STRESS_POINT_X "stress_point_x" CalculatedParameter Fixed StressPoints "m" "x of the points where stress is watched";
+        46 STRESS_POINT_Y "stress_point_y" CalculatedParameter Fixed StressPoints "m" "y of the points where stress is watched";
+        47 MAJOR_PRINCIPAL_STRESS "major_principal_stress" Output Continuous StressPoints "Pa" "larger principal stress, tension positive, that of rest included" <- 1 3;
+        48 MINOR_PRINCIPAL_STRESS "minor_principal_stress" Output Continuous StressPoints "Pa" "smaller principal stress, tension positive, that of rest included" <- 1 3;
         50 YOUNG_MODULUS "young_modulus" Parameter Fixed Scalar "Pa" "elastic modulus of the concrete";
         51 POISSON_RATIO "poisson_ratio" Parameter Fixed Scalar "1" "Poisson's ratio of the concrete";
         52 DENSITY "density" Parameter Fixed Scalar "kg/m3" "density of the concrete";
@@ -157,5 +176,21 @@ pub mod dam {
         59 ELEMENT_SIZE "element_size" CalculatedParameter Fixed Scalar "m" "nominal length of an element's side";
         60 TIME_STEP_LIMIT "time_step_limit" CalculatedParameter Fixed Scalar "s" "longest stable time step, safety factor included";
         61 ADDED_MASS_INCLUDED "added_mass_included" CalculatedParameter Fixed Scalar "1" "1 if the mass matrix has the inertia of the water, beside which interface_pressure then acts, else 0";
+        70 NODE_X "node_x" CalculatedParameter Fixed Nodes "m" "x of the nodes without load";
+        71 NODE_Y "node_y" CalculatedParameter Fixed Nodes "m" "y of the nodes without load";
+        72 TRIANGLE_NODE_1 "triangle_node_1" CalculatedParameter Fixed Triangles "1" "first node of the triangles, counted from 0";
+        73 TRIANGLE_NODE_2 "triangle_node_2" CalculatedParameter Fixed Triangles "1" "second node of the triangles, counter-clockwise";
+        74 TRIANGLE_NODE_3 "triangle_node_3" CalculatedParameter Fixed Triangles "1" "third node of the triangles";
+        75 CONTACT_X "contact_x" CalculatedParameter Fixed Contacts "m" "x of the contacts without load";
+        76 CONTACT_Y "contact_y" CalculatedParameter Fixed Contacts "m" "y of the contacts without load";
+        77 NODE_DISPLACEMENT_X "node_displacement_x" Local Continuous Nodes "m" "displacement along x relative to the ground, since time 0";
+        78 NODE_DISPLACEMENT_Y "node_displacement_y" Local Continuous Nodes "m" "displacement along y relative to the ground, since time 0";
+        79 STRESS_XX "stress_xx" Local Continuous Triangles "Pa" "stress across x, tension positive, that of rest included";
+        80 STRESS_YY "stress_yy" Local Continuous Triangles "Pa" "stress across y, tension positive, that of rest included";
+        81 STRESS_XY "stress_xy" Local Continuous Triangles "Pa" "shear stress, that of rest included";
+        82 CONTACT_OPENING "contact_opening" Local Continuous Contacts "m" "gap of the contacts; negative is penetration";
+        83 CONTACT_SLIP "contact_slip" Local Continuous Contacts "m" "slip of the block above at the contacts, positive downstream, from where there is no load";
+        84 CONTACT_NORMAL_STRESS "contact_normal_stress" Local Continuous Contacts "Pa" "normal stress of the contacts, positive in compression";
+        85 CONTACT_SHEAR_STRESS "contact_shear_stress" Local Continuous Contacts "Pa" "shear stress of the contacts on the block below, positive downstream";
     }
 }

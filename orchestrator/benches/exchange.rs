@@ -43,7 +43,7 @@ impl Echo {
             fingerprint: Fingerprint::of("echo", &VALUES)?,
             inputs: layout("interface_pressure"),
             outputs: layout("interface_acceleration"),
-            fixed: Layout::default(),
+            readable: Layout::default(),
             capabilities: Capabilities { variable_communication_step: true, directional_derivative: false },
         };
         Ok(Self { description, solve })
@@ -55,7 +55,7 @@ impl Participant for Echo {
         &self.description
     }
 
-    fn fixed(&mut self, _variable: &str) -> Result<Vec<f64>, ParticipantError> {
+    fn read(&mut self, _variable: &str) -> Result<Vec<f64>, ParticipantError> {
         Ok(Vec::new())
     }
 

@@ -27,7 +27,7 @@ impl Participant for Block {
         &self.description
     }
 
-    fn fixed(&mut self, variable: &str) -> Result<Vec<f64>, ParticipantError> {
+    fn read(&mut self, variable: &str) -> Result<Vec<f64>, ParticipantError> {
         let axis = usize::from(variable == "interface_y");
         Ok(self.face.points().iter().map(|p| p[axis]).collect())
     }
@@ -81,7 +81,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         fingerprint: Fingerprint::of("block", &face)?,
         inputs: Layout::new(inputs.map(|(name, size)| channel(name, size)).into()),
         outputs: Layout::new(outputs.map(|(name, size)| channel(name, size)).into()),
-        fixed: Layout::default(),
+        readable: Layout::default(),
         capabilities: Capabilities { variable_communication_step: true, directional_derivative: false },
     };
     let water = ReservoirParameters {

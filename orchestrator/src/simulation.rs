@@ -76,7 +76,7 @@ impl Simulation {
             Ok(report) => observe(observers, &report, tally)?,
             Err(failure) => return Err(failed(observers, failure, tally)),
         }
-        self.static_crest_displacement = match self.units.dam.fixed("crest_static_displacement") {
+        self.static_crest_displacement = match self.units.dam.read("crest_static_displacement") {
             Ok(u) => u.first().zip(u.get(1)).map(|(x, y)| [*x, *y]),
             Err(ParticipantError::Missing { .. }) => None,
             Err(error) => return Err(CouplingError::from(error).into()),

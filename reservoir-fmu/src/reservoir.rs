@@ -402,7 +402,7 @@ impl Packable for Reservoir {
             Shape::Scalar => 1,
             Shape::Plane => 2,
             Shape::InterfacePoints => parameters.wet_face.len(),
-            Shape::Cracks => 0,
+            _ => 0,
         }
     }
 

@@ -21,7 +21,7 @@ fn main() {
         fingerprint: Fingerprint::of("misbehaving", &fault).expect("a fingerprint"),
         inputs: channel("x"),
         outputs: channel("y"),
-        fixed: channel("z"),
+        readable: channel("z"),
         capabilities: Capabilities { variable_communication_step: true, directional_derivative: false },
     };
     let layout = layout_hash(&description);

@@ -83,7 +83,7 @@ impl<S: Clone> SmallUnit<S> {
             fingerprint: Fingerprint::of(name, &points).expect("a number is hashed"),
             inputs: layout(inputs),
             outputs: layout(outputs),
-            fixed: Layout::default(),
+            readable: Layout::default(),
             capabilities: Capabilities { variable_communication_step: true, directional_derivative: false },
         };
         Self { description, points, now: state.clone(), saved: state, start, step }
@@ -95,7 +95,7 @@ impl<S: Clone + Send> Participant for SmallUnit<S> {
         &self.description
     }
 
-    fn fixed(&mut self, variable: &str) -> Result<Vec<f64>, ParticipantError> {
+    fn read(&mut self, variable: &str) -> Result<Vec<f64>, ParticipantError> {
         Ok(match variable {
             "interface_y" => (0..self.points).map(|i| i as f64).collect(),
             _ => vec![0.0; self.points],

@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::search::find_segment;
-use super::{ContactLaw, Coulomb, Integration, Touch};
+use super::{ContactLaw, Coulomb, Integration, MohrCoulomb, Touch};
 use crate::Mesh;
 use crate::damping::StiffnessDamping;
 use crate::energy::Losses;
@@ -82,6 +82,13 @@ struct Contact {
     after: usize,
 }
 
+impl Contact {
+    /// Sign of its slip where the block above slides downstream.
+    fn downstream(&self) -> f64 {
+        if self.side == 1 { 1.0 } else { -1.0 }
+    }
+}
+
 /// A point of a side.
 #[derive(Clone, Copy, Debug)]
 struct Point {
@@ -104,6 +111,34 @@ pub struct Stencil {
     pub weights: [f64; 4],
     /// `k_n n nᵀ + k_s t tᵀ` times the contact's length, N/m per metre of dam.
     pub stiffness: [[f64; 2]; 2],
+}
+
+/// What acts across a crack, N/m.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CrackForces {
+    /// Force across the crack, positive in compression.
+    pub normal: f64,
+    /// Force along the crack on the block below, positive downstream.
+    pub shear: f64,
+    /// The largest shear force that the contacts could take together.
+    pub strength: f64,
+}
+
+impl Crack<MohrCoulomb> {
+    /// Sums over the contacts, along the sides wherever these point.
+    pub fn forces(&self, joints: &[JointState]) -> CrackForces {
+        let mut sum = CrackForces::default();
+        for ((contact, joint), [normal, shear]) in self.contacts.iter().zip(joints).zip(self.stresses(joints))
+        {
+            let weight = contact.weight * joint.coverage;
+            sum.normal += weight * normal;
+            sum.shear += weight * shear;
+            if normal != 0.0 || joint.bonded {
+                sum.strength += weight * self.law.strength(normal, joint.bonded);
+            }
+        }
+        sum
+    }
 }
 
 /// Where a contact is.
@@ -390,6 +425,33 @@ impl<L: ContactLaw> Crack<L> {
             }
         }
         losses
+    }
+
+    /// Normal stress (compression positive) and shear stress on the block below (positive downstream) of each contact,
+    /// dashpots included, Pa.
+    pub fn stresses<'a>(&'a self, joints: &'a [JointState]) -> impl Iterator<Item = [f64; 2]> + 'a {
+        let [normal, shear] = self.law.stiffness();
+        self.contacts.iter().zip(joints).map(move |(contact, joint)| {
+            if matches!(joint.status, ContactStatus::Open | ContactStatus::Lost) {
+                return [0.0; 2];
+            }
+            let penetration = self.law.dilation(joint.slipped) - joint.gap;
+            let on_the_other = shear * joint.stretch + joint.dashpots[1];
+            [normal * penetration + joint.dashpots[0], contact.downstream() * on_the_other]
+        })
+    }
+
+    /// Slip of the block above at each contact, positive downstream, from where there is no load, m.
+    pub fn slips<'a>(&'a self, joints: &'a [JointState]) -> impl Iterator<Item = f64> + 'a {
+        self.contacts.iter().zip(joints).map(|(contact, joint)| {
+            let at_rest = self.place(contact, contact.after, |_| [0.0; 2]).slip;
+            contact.downstream() * (joint.anchor + joint.stretch - at_rest)
+        })
+    }
+
+    /// Where the contacts are without load, m.
+    pub fn places(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
+        self.contacts.iter().map(|contact| contact.point.rest)
     }
 
     /// Energy in the springs of a contact, J/m².

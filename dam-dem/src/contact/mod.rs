@@ -23,7 +23,7 @@ mod search;
 use serde::{Deserialize, Serialize};
 
 pub use coulomb::Coulomb;
-pub use crack::{ContactStatus, Crack, JointState, Stencil};
+pub use crack::{ContactStatus, Crack, CrackForces, JointState, Stencil};
 pub use mohr_coulomb::MohrCoulomb;
 
 /// Where along a crack the contacts are.

@@ -50,6 +50,14 @@ impl From<&CrackParameters> for MohrCoulomb {
     }
 }
 
+impl MohrCoulomb {
+    /// Shear strength under the stress `normal` (Pa, compression positive), of a joint that is `bonded` or was, Pa.
+    pub fn strength(&self, normal: f64, bonded: bool) -> f64 {
+        let pressed = normal.max(0.0);
+        if bonded { self.cohesion + self.friction * pressed } else { self.residual.friction * pressed }
+    }
+}
+
 impl ContactLaw for MohrCoulomb {
     #[inline]
     fn respond(&self, touch: &Touch) -> Response {
@@ -59,7 +67,7 @@ impl ContactLaw for MohrCoulomb {
         let [normal_stiffness, shear_stiffness] = self.stiffness();
         let spring = normal_stiffness * touch.penetration;
         let elastic = shear_stiffness * touch.stretch;
-        let strength = self.cohesion + self.friction * spring.max(0.0);
+        let strength = self.strength(spring, true);
         if spring < -self.tensile_strength || elastic.abs() > strength {
             return self.residual.respond(touch);
         }

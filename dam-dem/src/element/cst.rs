@@ -111,6 +111,36 @@ impl CrossedCells {
         }
     }
 
+    /// Stress (xx, yy, xy; tension positive, Pa) in `triangle` of the mesh, whose nodes are displaced by `u` (m). It
+    /// turns with the triangle, unless `kinematics` is of small strain.
+    pub fn stress(&self, triangle: usize, u: [[f64; 2]; 3], kinematics: Kinematics) -> [f64; 3] {
+        let (cell, k) = (triangle / 4, triangle % 4);
+        let [a, b] = self.batches[cell / LANES].gradients_of(k, cell % LANES);
+        let apart = |corner: usize| [u[corner][0] - u[2][0], u[corner][1] - u[2][1]];
+        let (p, q) = (apart(0), apart(1));
+        let h = |i: usize, j: usize| p[i] * a[j] + q[i] * b[j];
+        let (cos, sin) = match kinematics {
+            Kinematics::Small => (1.0, 0.0),
+            Kinematics::Corotational => {
+                let (sine, cosine) = (h(1, 0) - h(0, 1), 2.0 + h(0, 0) + h(1, 1));
+                let stretch = sine.hypot(cosine);
+                (cosine / stretch, sine / stretch)
+            }
+        };
+        // U − 1 = sym(Rᵀ F) − 1
+        let xx = cos * (1.0 + h(0, 0)) + sin * h(1, 0) - 1.0;
+        let yy = cos * (1.0 + h(1, 1)) - sin * h(0, 1) - 1.0;
+        let xy = (cos * (h(0, 1) + h(1, 0)) + sin * (h(1, 1) - h(0, 0))) / 2.0;
+        let volumetric = self.lambda * (xx + yy);
+        let [s, t, r] =
+            [volumetric + self.twice_shear * xx, volumetric + self.twice_shear * yy, self.twice_shear * xy];
+        [
+            cos * cos * s + sin * sin * t - 2.0 * sin * cos * r,
+            sin * sin * s + cos * cos * t + 2.0 * sin * cos * r,
+            sin * cos * (s - t) + (cos * cos - sin * sin) * r,
+        ]
+    }
+
     /// The triangles: nodes (two corners, then the centre), area (m²), gradients of their shape
     /// functions (1/m).
     pub fn triangles(&self) -> impl Iterator<Item = ([usize; 3], f64, [[f64; 2]; 3])> + '_ {
@@ -288,6 +318,52 @@ mod tests {
         assert_eq!(bits::<true, false>(false), bits::<true, false>(true));
         assert_eq!(bits::<false, true>(false), bits::<false, true>(true));
         assert_eq!(bits::<false, false>(false), bits::<false, false>(true));
+    }
+
+    /// `f_i = −A σ R ∇N_i`, and a strained triangle that turns takes its stress along.
+    #[test]
+    fn stresses_are_those_of_the_forces_and_turn_with_the_triangle() {
+        for kinematics in [Kinematics::Small, Kinematics::Corotational] {
+            let (mesh, cells) = cell(kinematics);
+            let u = [[0.1, -0.2], [0.3, 0.1], [-0.2, 0.3], [0.0, 0.2], [0.1, 0.0]];
+            let (mut forces, mut of_stress) = (vec![[0.0; 2]; 5], vec![[0.0; 2]; 5]);
+            cells.add_forces(&u, &u, 0.0, &mut [], &mut forces);
+            for (triangle, (nodes, area, gradients)) in cells.triangles().enumerate() {
+                let displaced = nodes.map(|node| u[node]);
+                let [s, t, r] = cells.stress(triangle, displaced, kinematics);
+                let turn = |angle: f64| [[angle.cos(), -angle.sin()], [angle.sin(), angle.cos()]];
+                let mut h = [[0.0; 2]; 2];
+                for (u, g) in displaced.iter().zip(gradients) {
+                    (0..4).for_each(|i| h[i / 2][i % 2] += u[i / 2] * g[i % 2]);
+                }
+                let angle = match kinematics {
+                    Kinematics::Small => 0.0,
+                    Kinematics::Corotational => (h[1][0] - h[0][1]).atan2(2.0 + h[0][0] + h[1][1]),
+                };
+                let own = turn(angle);
+                for (&node, g) in nodes.iter().zip(gradients) {
+                    let g = [0, 1].map(|i| own[i][0] * g[0] + own[i][1] * g[1]);
+                    of_stress[node][0] -= area * (s * g[0] + r * g[1]);
+                    of_stress[node][1] -= area * (r * g[0] + t * g[1]);
+                }
+                if kinematics == Kinematics::Corotational {
+                    let q = turn(2.0);
+                    let turned = nodes.map(|node| {
+                        let x = [0, 1].map(|d| mesh.nodes[node][d] + u[node][d]);
+                        [0, 1].map(|d| q[d][0] * x[0] + q[d][1] * x[1] - mesh.nodes[node][d])
+                    });
+                    let [s2, t2, r2] = cells.stress(triangle, turned, kinematics);
+                    let along = |a: [f64; 2], b: [f64; 2]| {
+                        a[0] * (s * b[0] + r * b[1]) + a[1] * (r * b[0] + t * b[1])
+                    };
+                    let errors = [s2 - along(q[0], q[0]), t2 - along(q[1], q[1]), r2 - along(q[0], q[1])];
+                    assert!(errors.iter().all(|e| e.abs() < 1e-13), "{errors:?}");
+                }
+            }
+            for (a, b) in forces.iter().flatten().zip(of_stress.iter().flatten()) {
+                assert!((a - b).abs() < 1e-13, "{kinematics:?}: {a}, {b}");
+            }
+        }
     }
 
     #[test]

@@ -149,6 +149,11 @@ impl Superposition {
         forces.data.into()
     }
 
+    /// Modal forces of nodal ones.
+    pub(crate) fn force_of(&self, nodal: &DVector<f64>) -> Vec<f64> {
+        (&self.shapes * nodal).data.into()
+    }
+
     /// Displacement or velocity of `node` from modal coordinates or their rates.
     pub(crate) fn at_node(&self, node: usize, coordinates: &[f64]) -> [f64; 2] {
         [0, 1].map(|d| dot(self.shapes.column(2 * node + d).as_slice(), coordinates))

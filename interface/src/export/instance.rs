@@ -228,7 +228,7 @@ impl<U: Packable> Instance<U> {
         let (unit, variable_name, time) = (U::NAME, variable.name, self.time);
         let not_finite = values.iter().position(|v| !v.is_finite()).map(|index| (index, values[index]));
         match (variable.causality, not_finite) {
-            (Causality::CalculatedParameter | Causality::Output, _) => {
+            (Causality::CalculatedParameter | Causality::Output | Causality::Local, _) => {
                 Err(CallError::NotSettable { unit, variable: variable_name }.into())
             }
             (Causality::Parameter, Some((index, value))) => {

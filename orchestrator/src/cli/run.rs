@@ -269,8 +269,8 @@ fn ground_line(motion: &GroundMotion) -> String {
 fn dam_lines(loaded: &LoadedScene, units: &mut Units) -> Result<String, ParticipantError> {
     let Some(dam) = &loaded.scene.dam else { return Ok(String::new()) };
     let percent = 100.0 * dam.damping.ratio;
-    let mut frequencies = units.dam.fixed("damping_frequency_low")?;
-    frequencies.extend(units.dam.fixed("damping_frequency_high")?);
+    let mut frequencies = units.dam.read("damping_frequency_low")?;
+    frequencies.extend(units.dam.read("damping_frequency_high")?);
     let frequencies: Vec<String> = frequencies.iter().map(|f| format!("{f:.2}")).collect();
     let frequency = frequencies.first().map_or("", String::as_str);
     let damping = match dam.damping.model {

@@ -32,7 +32,7 @@ pub fn of<U: Packable>(contents: &Contents<U::Parameters>) -> Result<Vec<SizedVa
                 Some(contents.start.get(variable.name).cloned().unwrap_or_else(|| vec![0.0; size]))
             }
             Causality::Parameter => Some(U::numbers(&mut parameters, variable).iter().map(|v| **v).collect()),
-            Causality::CalculatedParameter | Causality::Output => None,
+            Causality::CalculatedParameter | Causality::Output | Causality::Local => None,
         };
         if size > 0 && start.as_ref().is_none_or(|values| !values.is_empty()) {
             found.push(SizedVariable { variable, size, start });
@@ -66,5 +66,6 @@ pub fn causality(causality: Causality) -> &'static str {
         Causality::CalculatedParameter => "calculatedParameter",
         Causality::Input => "input",
         Causality::Output => "output",
+        Causality::Local => "local",
     }
 }

@@ -31,7 +31,7 @@ impl Participant for EmptyReservoir {
         &self.description
     }
 
-    fn fixed(&mut self, variable: &str) -> Result<Vec<f64>, ParticipantError> {
+    fn read(&mut self, variable: &str) -> Result<Vec<f64>, ParticipantError> {
         let coordinate = |axis: usize| self.face.points().iter().map(|p| p[axis]).collect();
         match variable {
             "hydrostatic_pressure" => Ok(vec![0.0; self.face.len()]),

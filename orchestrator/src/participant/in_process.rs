@@ -36,7 +36,7 @@ impl<U: CoSimulation> InProcess<U> {
             fingerprint: unit.fingerprint(),
             inputs: layout(&[Causality::Input]),
             outputs: layout(&[Causality::Output]),
-            fixed: layout(&[Causality::Parameter, Causality::CalculatedParameter]),
+            readable: layout(&[Causality::Parameter, Causality::CalculatedParameter, Causality::Local]),
             capabilities: unit.capabilities(),
         };
         let (busy, occasion) = (Duration::ZERO, Occasion::initialisation(0.0));
@@ -93,7 +93,7 @@ impl<U: CoSimulation> Participant for InProcess<U> {
         &self.description
     }
 
-    fn fixed(&mut self, variable: &str) -> Result<Vec<f64>, ParticipantError> {
+    fn read(&mut self, variable: &str) -> Result<Vec<f64>, ParticipantError> {
         let found = self.unit.variables().iter().find(|v| v.name == variable).ok_or_else(|| {
             ParticipantError::Missing {
                 participant: self.description.name.clone(),

@@ -91,8 +91,8 @@ pub struct Description {
     pub inputs: Layout,
     /// Layout of an answer.
     pub outputs: Layout,
-    /// The variables that are fixed after initialisation.
-    pub fixed: Layout,
+    /// The variables that are not exchanged: those that are fixed after initialisation, and fields.
+    pub readable: Layout,
     /// What it can do beyond plain stepping.
     pub capabilities: Capabilities,
 }
@@ -105,7 +105,7 @@ impl Description {
         name: &str,
         kind: &str,
         face: &WetFace,
-        [inputs, outputs, fixed]: [&[Variable]; 3],
+        [inputs, outputs, readable]: [&[Variable]; 3],
     ) -> Result<Self, StateError> {
         let channel = |v: &Variable| Channel {
             name: v.name.to_owned(),
@@ -121,12 +121,12 @@ impl Description {
             fingerprint: Fingerprint::of(kind, face)?,
             inputs: layout(inputs),
             outputs: layout(outputs),
-            fixed: layout(fixed),
+            readable: layout(readable),
             capabilities: Capabilities { variable_communication_step: true, directional_derivative: false },
         })
     }
 
-    /// That the unit has no fixed `variable`.
+    /// That the unit has no such `variable` to be read.
     fn missing(&self, variable: &str) -> ParticipantError {
         ParticipantError::Missing { participant: self.name.clone(), variable: variable.to_owned() }
     }
@@ -306,8 +306,9 @@ pub trait Participant: Send {
     /// What it is and exchanges.
     fn description(&self) -> &Description;
 
-    /// Reads a variable that is fixed after initialisation, such as the hydrostatic pressure.
-    fn fixed(&mut self, variable: &str) -> Result<Vec<f64>, ParticipantError>;
+    /// Reads a variable that is not exchanged: fixed after initialisation, such as the hydrostatic pressure, or a field
+    /// of the last step.
+    fn read(&mut self, variable: &str) -> Result<Vec<f64>, ParticipantError>;
 
     /// Ends initialisation at `start_time` (s) and writes the first outputs.
     fn initialise(

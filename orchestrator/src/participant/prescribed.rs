@@ -39,7 +39,7 @@ impl Participant for Prescribed {
         &self.description
     }
 
-    fn fixed(&mut self, variable: &str) -> Result<Vec<f64>, ParticipantError> {
+    fn read(&mut self, variable: &str) -> Result<Vec<f64>, ParticipantError> {
         match variable {
             "interface_x" => Ok(self.face.points().iter().map(|p| p[0]).collect()),
             "interface_y" => Ok(self.face.points().iter().map(|p| p[1]).collect()),

@@ -92,7 +92,7 @@ pub(super) fn check_size(
 /// Coordinates of the interface points of the dam and of the reservoir, m.
 pub fn interface_points(units: &mut Units) -> Result<[Vec<[f64; 2]>; 2], ParticipantError> {
     let points = |unit: &mut dyn Participant| -> Result<Vec<[f64; 2]>, ParticipantError> {
-        let (x, y) = (unit.fixed("interface_x")?, unit.fixed("interface_y")?);
+        let (x, y) = (unit.read("interface_x")?, unit.read("interface_y")?);
         Ok(x.into_iter().zip(y).map(|(x, y)| [x, y]).collect())
     };
     Ok([points(&mut *units.dam)?, points(&mut *units.reservoir)?])

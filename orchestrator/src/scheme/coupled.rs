@@ -149,7 +149,7 @@ impl Scheme {
         let (points, water) = (self.channels.dam_pressure.len(), self.channels.reservoir_acceleration.len());
         let inputs = self.channels.to_reservoir(&vec![0.0; water], ground_acceleration);
         ask(&mut *units.reservoir, Side::Reservoir, occasion, inputs, self.began, &mut report.exchanges)?;
-        let hydrostatic = units.reservoir.fixed("hydrostatic_pressure")?;
+        let hydrostatic = units.reservoir.read("hydrostatic_pressure")?;
         check_size(units.reservoir.description(), "hydrostatic_pressure", water, hydrostatic.len())?;
         self.hydrostatic = vec![0.0; points];
         self.mapping.pressure_to_dam(&hydrostatic, &mut self.hydrostatic);

@@ -4,14 +4,14 @@ use sha2::{Digest, Sha256};
 use std::fmt::Write;
 
 /// Version of the protocol: header, commands, and what the unit says when it is ready.
-pub const PROTOCOL_VERSION: u32 = 1;
+pub const PROTOCOL_VERSION: u32 = 2;
 
 /// What a unit is asked to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Command {
-    /// Answer with the fixed variable of value reference [`Header::variable`].
-    Fixed = 1,
+    /// Answer with the variable, none of the exchanged ones, of value reference [`Header::variable`].
+    Read = 1,
     /// Initialise at [`Header::time`] with the inputs, answer with the outputs.
     Initialise = 2,
     /// Step with the inputs, answer with the outputs.
@@ -54,7 +54,7 @@ pub struct Header {
     pub time: f64,
     /// Length H of the step, s.
     pub communication_step: f64,
-    /// Value reference, for [`Command::Fixed`].
+    /// Value reference, for [`Command::Read`].
     pub variable: u32,
     /// [`Status`]; 0 in a request.
     pub status: u32,
@@ -108,8 +108,8 @@ impl Header {
 
     /// The command, if it is one.
     pub fn command(&self) -> Option<Command> {
-        use Command::{Fixed, Initialise, RestoreAndStep, SaveAndStep, Step};
-        [Fixed, Initialise, Step, SaveAndStep, RestoreAndStep].into_iter().find(|c| *c as u32 == self.command)
+        use Command::{Read, Initialise, RestoreAndStep, SaveAndStep, Step};
+        [Read, Initialise, Step, SaveAndStep, RestoreAndStep].into_iter().find(|c| *c as u32 == self.command)
     }
 
     /// The first field that `answer` does not repeat: its name, what was sent, what came.

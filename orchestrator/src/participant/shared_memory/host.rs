@@ -128,7 +128,7 @@ impl Lifeline {
 
 fn serve(participant: &mut dyn Participant, run: u64, lifeline: &Lifeline) -> Result<(), TransportError> {
     let description = participant.description().clone();
-    let values = description.fixed.longest().max(description.outputs.size());
+    let values = description.readable.longest().max(description.outputs.size());
     let server = Server::create(run, &description.name, &layout_hash(&description), values)?;
     let mut voice = Voice::default();
     for message in participant.messages() {
@@ -171,10 +171,10 @@ fn answer(
     let Some(command) = header.command() else {
         return Err(ParticipantError::Command { participant: name(), command: header.command });
     };
-    if command == Command::Fixed {
-        let named = description.fixed.channels().find(|(c, _)| c.value_reference == header.variable);
+    if command == Command::Read {
+        let named = description.readable.channels().find(|(c, _)| c.value_reference == header.variable);
         let variable = named.map_or(format!("#{}", header.variable), |(c, _)| c.name.clone());
-        *outputs = participant.fixed(&variable)?;
+        *outputs = participant.read(&variable)?;
         return Ok(());
     }
     let (expected, found) = (description.inputs.size(), inputs.len());
@@ -186,7 +186,7 @@ fn answer(
         Command::Initialise => return participant.initialise(header.time, inputs, outputs),
         Command::SaveAndStep => participant.save_state()?,
         Command::RestoreAndStep => participant.restore_state()?,
-        Command::Step | Command::Fixed => {}
+        Command::Step | Command::Read => {}
     }
     participant.step(&header.occasion(), inputs, outputs)
 }

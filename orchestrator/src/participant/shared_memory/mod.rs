@@ -151,7 +151,7 @@ impl SharedMemory {
         if description.name != unit {
             return Err(unintelligible(format!("it is that of `{}`", description.name)));
         }
-        for layout in [&description.inputs, &description.outputs, &description.fixed] {
+        for layout in [&description.inputs, &description.outputs, &description.readable] {
             let longest = layout.longest();
             if longest > MOST_VALUES {
                 return Err(unintelligible(format!("a variable has {longest} values")));
@@ -235,13 +235,13 @@ impl Participant for SharedMemory {
         &self.description
     }
 
-    fn fixed(&mut self, variable: &str) -> Result<Vec<f64>, ParticipantError> {
-        let found = self.description.fixed.channels().find(|(channel, _)| channel.name == variable);
+    fn read(&mut self, variable: &str) -> Result<Vec<f64>, ParticipantError> {
+        let found = self.description.readable.channels().find(|(channel, _)| channel.name == variable);
         let Some((channel, range)) = found else {
             let participant = self.description.name.clone();
             return Err(ParticipantError::Missing { participant, variable: variable.to_owned() });
         };
-        let request = Header::request(self.run, Command::Fixed, &Occasion::initialisation(0.0));
+        let request = Header::request(self.run, Command::Read, &Occasion::initialisation(0.0));
         let header = Header { variable: channel.value_reference, ..request };
         let mut values = vec![0.0; range.len()];
         self.call(header, &[], &mut values)?;

@@ -61,7 +61,7 @@ impl Scheme {
 
 /// The water's mass must be counted once.
 pub(super) fn added_mass(units: &mut Units, kind: SchemeKind) -> Result<(), CouplingError> {
-    let included = match units.dam.fixed("added_mass_included") {
+    let included = match units.dam.read("added_mass_included") {
         Ok(value) => value.first().is_some_and(|x| *x != 0.0),
         Err(ParticipantError::Missing { .. }) => false,
         Err(error) => return Err(error.into()),

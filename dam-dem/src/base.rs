@@ -1,0 +1,91 @@
+//! The force of the dam on its ground.
+
+use nalgebra::DVector;
+
+use crate::loads::Wet;
+use crate::reduction::Superposition;
+use crate::structure::Structure;
+
+/// The balance of momentum of the whole dam, in the coordinates of its level.
+///
+/// ```text
+/// F_base = F_weight + Σ F_water − ιᵀ (M + X) (ü + ι a_g) − α ιᵀ M u̇
+/// ```
+///
+/// It needs no stresses, which are singular at heel and toe, and holds at every level of fidelity. What local damping
+/// takes counts as the ground's.
+#[derive(Clone, Debug)]
+pub(crate) struct BaseBalance {
+    /// `ιᵀ (M + X)` along x and along y.
+    momentum: [Vec<f64>; 2],
+    /// `α ιᵀ M`.
+    damping: [Vec<f64>; 2],
+    /// `ιᵀ (M + X) ι`.
+    mass: [[f64; 2]; 2],
+    weight: [f64; 2],
+    /// Force of a unit pressure at each interface point, m.
+    pressure: Vec<[f64; 2]>,
+}
+
+impl BaseBalance {
+    /// That of a dam under `gravity` (m/s²).
+    pub fn new<L: crate::contact::ContactLaw>(
+        structure: &Structure<L>,
+        modes: Option<&Superposition>,
+        wet: Option<&Wet>,
+        gravity: f64,
+    ) -> Self {
+        let along = |axis: usize, factor: f64| {
+            let mass = |i: usize| if i % 2 == axis { factor * structure.mass[i / 2] } else { 0.0 };
+            DVector::from_fn(2 * structure.mass.len(), |i, _| mass(i))
+        };
+        let with_water = [0, 1].map(|axis| {
+            let mut momentum = along(axis, 1.0);
+            for (node, inertia) in structure.added_mass.iter().flat_map(|water| water.ground_inertia(axis)) {
+                (0..2).for_each(|d| momentum[2 * node + d] += inertia[d]);
+            }
+            momentum
+        });
+        let mass = with_water
+            .each_ref()
+            .map(|momentum| [0, 1].map(|axis| momentum.iter().skip(axis).step_by(2).sum::<f64>()));
+        let mut pressure = vec![[0.0; 2]; wet.map_or(0, |wet| wet.face.len())];
+        for &(_, point, force) in wet.map_or(&[][..], |wet| wet.load.entries()) {
+            (0..2).for_each(|d| pressure[point][d] += force[d]);
+        }
+        let coordinates = |nodal: DVector<f64>| match modes {
+            Some(modes) => modes.force_of(&nodal),
+            None => nodal.data.into(),
+        };
+        Self {
+            momentum: with_water.map(coordinates),
+            damping: [0, 1].map(|axis| coordinates(along(axis, structure.damping.mass))),
+            mass,
+            weight: [0.0, -gravity * structure.mass.iter().sum::<f64>()],
+            pressure,
+        }
+    }
+
+    /// Force on the ground, N/m, mean over a step: of `acceleration` relative to the ground, velocity at both ends,
+    /// acceleration of the `ground` (m/s²) and `pressure` (Pa).
+    pub fn force(
+        &self,
+        acceleration: &[f64],
+        velocity: [&[f64]; 2],
+        ground: [f64; 2],
+        pressure: impl Iterator<Item = f64>,
+    ) -> [f64; 2] {
+        let mut force = self.weight;
+        for (of_unit, p) in self.pressure.iter().zip(pressure) {
+            (0..2).for_each(|d| force[d] += of_unit[d] * p);
+        }
+        let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        [0, 1].map(|d| {
+            let inertia = product(&self.momentum[d], acceleration)
+                + self.mass[d][0] * ground[0]
+                + self.mass[d][1] * ground[1];
+            let damping: f64 = velocity.iter().map(|v| product(&self.damping[d], v) / 2.0).sum();
+            force[d] - inertia - damping
+        })
+    }
+}
