@@ -102,6 +102,8 @@ const VALUES: &[Case] = &[
     edit(&[("[1.0, 5.0]", "[5.0, 1.0]")]),
     set(&["dam.damping.model=\"local\"", "dam.damping.ratio=0.4"]),
     set(&["dam.cracks.0.residual_friction_coefficient=1.2"]),
+    set(&["snapshots.interval=0"]),
+    set(&["snapshots.interval=1", "snapshots.from=2", "snapshots.until=1"]),
     set(&["dam.cracks.0.cohesion=-1", "dam.cracks.0.dilation=45"]),
 ];
 
@@ -165,6 +167,7 @@ const CHOICES: &[Case] = &[
     set(&["dam.fidelity=\"rigid-blocks\"", "dam.cracks=[]"]),
     set(&["dam.fidelity=reduced", "dam.damping.model=local"]),
     edit(&[("[coupling]", "[[stop]]\nquantity = \"slip\"\nabove = -1\n\n[coupling]")]),
+    ramp(&[("[prescribed]", "[snapshots]\ninterval = 1\n\n[prescribed]")]),
     ramp(&[("[prescribed]", "[[stop]]\nquantity = \"sliding\"\nabove = 1\n\n[prescribed]")]),
 ];
 
@@ -389,7 +392,7 @@ macro_rules! variants {
 
 variants!(INVALID, invalid, Invalid:
     Unreadable Override Syntax Misspelt Misplaced Unknown Missing Type Word NotPositive OutOfRange WaterAboveCrest
-    WaterTooShallow ElementTooLarge BedCorner WavesWithoutMemory NothingToWatch NoModes RigidWithoutCrack LocalDampingOfModes NothingToCompute PanelTooLong CrackOutside CracksCoincide ThinRow TooMany NoStep NoMeasure FixedStep Window AddedMassScheme AdaptiveScheme NothingToHalve AdaptiveBounds
+    WaterTooShallow ElementTooLarge BedCorner WavesWithoutMemory NothingToWatch NothingToShow NoModes RigidWithoutCrack LocalDampingOfModes NothingToCompute PanelTooLong CrackOutside CracksCoincide ThinRow TooMany NoStep NoMeasure FixedStep Window AddedMassScheme AdaptiveScheme NothingToHalve AdaptiveBounds
     Title Undersampled SideTooShort SideNotAscending NotAtHeel SidesCross
     ExactlyOne Polarity Count Frequencies DurationMissing Record);
 variants!(RECORD_ERRORS, record_error, RecordError:

@@ -35,6 +35,10 @@ fn a_run_leaves_log_histories_and_manifest() {
         "peak rotation of the block above",
         "peak acceleration below the crack",
         "peak acceleration above the crack",
+        "largest share of the shear strength in use",
+        "peak base shear",
+        "largest tension, heel",
+        "largest compression, downstream face, 66.5 m",
         "peak crest acceleration",
         "peak hydrodynamic base pressure over hydrostatic",
         "energy balance error",
@@ -375,4 +379,79 @@ fn limits_end_or_flag_a_run() {
             _ => assert!(rows == sliding.len() && status == "completed", "{rows}, {status}"),
         }
     }
+}
+
+/// The numbers of a field in a file of VTK's.
+fn field(path: &std::path::Path, name: &str) -> Vec<f64> {
+    let text = std::fs::read_to_string(path).expect("a picture");
+    let (_, after) = text.split_once(&format!("Name=\"{name}\"")).expect("the field");
+    let (numbers, _) = after.split_once("</DataArray>").expect("its end");
+    let (_, numbers) = numbers.split_once('>').expect("its numbers");
+    numbers.split_whitespace().map(|number| number.parse().expect("a number")).collect()
+}
+
+#[test]
+fn snapshots_show_what_the_histories_say_and_change_nothing() {
+    let mut scenario = shorter_scene();
+    assert!(scenario.try_run("without").status.success());
+    scenario.set("snapshots", toml::toml! { interval = 0.1 from = 0.15 });
+    let output = scenario.try_run("with");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let read = |run: &str, file: &str| {
+        std::fs::read_to_string(scenario.folder().join(run).join(file)).expect("the histories")
+    };
+    for file in ["histories.csv", "reservoir-interface_pressure.csv"] {
+        assert!(read("with", file) == read("without", file), "{file} differs");
+    }
+    let folder = scenario.folder().join("with");
+    let histories = Histories::read(&folder.join("histories.csv"));
+    let face = Histories::read(&folder.join("reservoir-interface_pressure.csv"));
+    let series = read("with", "snapshots.pvd");
+    let end = histories.column("time").last().copied().unwrap_or(0.0);
+    let times: Vec<f64> =
+        series.split("timestep=\"").skip(1).filter_map(|rest| rest.split('"').next()?.parse().ok()).collect();
+    let expected = (2..).map(|i| 0.1 * f64::from(i)).take_while(|t| *t < end + 1e-9).count();
+    assert_eq!(times.len(), 3 * expected, "three parts each: {times:?}");
+    for (picture, number) in (2..2 + expected).enumerate() {
+        let time = times[3 * picture];
+        assert!((time - 0.1 * number as f64).abs() < 1e-9, "{times:?}");
+        let row = histories.column("time").partition_point(|t| *t < time - 1e-9);
+        let part = |name: &str| folder.join(format!("snapshots/{name}-{number:06}.vtu"));
+        let (points, moved) = (field(&part("dam"), "points"), field(&part("dam"), "displacement"));
+        let crest = (0..points.len() / 3)
+            .max_by(|&a, &b| {
+                (points[3 * a + 1] - points[3 * a]).total_cmp(&(points[3 * b + 1] - points[3 * b]))
+            })
+            .unwrap_or(0);
+        assert_eq!(points[3 * crest..][..2], [0.0, 103.0]);
+        for (d, axis) in ["x", "y"].into_iter().enumerate() {
+            let column = histories.column(&format!("dam.crest_displacement.{axis}"));
+            assert_eq!(moved[3 * crest + d], column[row], "crest, {axis}");
+        }
+        let opening = field(&part("contacts"), "opening").into_iter().fold(0.0, f64::max);
+        assert_eq!(opening, histories.column("dam.crack_opening.0")[row]);
+        let pressure = field(&part("wet_face"), "hydrodynamic_pressure");
+        let base = face.column("point 0")[row];
+        // the dam was given the last iterate, the reservoir's answer is within the tolerance of it
+        assert!((pressure[0] - base).abs() < 1e-3 * base.abs() + 100.0, "{} Pa, {base} Pa", pressure[0]);
+        assert_eq!(field(&part("dam"), "stress_yy").len(), field(&part("dam"), "types").len());
+    }
+}
+
+#[test]
+fn response_spectra_begin_at_the_peaks_of_the_motion() {
+    let scenario = shorter_scene();
+    assert!(scenario.try_run("run").status.success());
+    let folder = scenario.folder().join("run");
+    let histories = Histories::read(&folder.join("histories.csv"));
+    let spectra = Histories::read(&folder.join("response_spectra.csv"));
+    assert_eq!(spectra.column("period").len(), 81);
+    let peak = |column: &[f64]| column.iter().fold(0.0f64, |most, a| most.max(a.abs()));
+    let ground = peak(histories.column("ground_acceleration.x"));
+    let shortest = spectra.column("ground")[0];
+    assert!((shortest / ground - 1.0).abs() < 0.2, "{shortest} m/s², ground {ground} m/s²");
+    assert!(peak(spectra.column("crest")) > peak(histories.column("dam.crest_acceleration.x")));
+    assert!(
+        std::fs::read_to_string(folder.join("response_spectra.svg")).expect("a picture").contains("crest")
+    );
 }

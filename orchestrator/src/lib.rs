@@ -24,3 +24,4 @@ pub mod scheme;
 pub mod simulation;
 pub mod stepping;
 pub mod transport;
+pub mod vtk;

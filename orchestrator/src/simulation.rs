@@ -73,7 +73,10 @@ impl Simulation {
         self.check_stepping([&start.dam, &start.reservoir])?;
         tell_all(observers, |o| o.begin(&start))?;
         match self.scheme.initialise(&mut self.units, 0.0, self.ground_motion.at(0.0)) {
-            Ok(report) => observe(observers, &report, tally)?,
+            Ok(report) => {
+                observe(observers, &report, tally)?;
+                inspect(observers, &mut self.units, tally)?;
+            }
             Err(failure) => return Err(failed(observers, failure, tally)),
         }
         self.static_crest_displacement = match self.units.dam.read("crest_static_displacement") {
@@ -102,6 +105,9 @@ impl Simulation {
                     }
                     tally.statistics.rejected += u64::from(!taken);
                     observe(observers, &report, tally)?;
+                    if taken {
+                        inspect(observers, &mut self.units, tally)?;
+                    }
                 }
                 Err(failure)
                     if failure.error.is_of_coupling()
@@ -178,6 +184,18 @@ fn observe(
     let began = Instant::now();
     let told = tell_all(observers, |o| o.window(report));
     wall.observers += began.elapsed();
+    Ok(told?)
+}
+
+/// Lets the observers look at the units.
+fn inspect(
+    observers: &mut [&mut dyn Observer],
+    units: &mut Units,
+    tally: &mut Tally,
+) -> Result<(), SimulationError> {
+    let began = Instant::now();
+    let told = tell_all(observers, |o| o.inspect(units));
+    tally.wall.observers += began.elapsed();
     Ok(told?)
 }
 

@@ -7,6 +7,7 @@ mod picture;
 pub mod replay;
 pub mod reservoir;
 pub mod run;
+mod spectra;
 pub mod study;
 mod table;
 pub mod unit;

@@ -1,12 +1,12 @@
 //! `cofferdam run`.
 
-use super::{Run, Transport, check, complain, say};
+use super::{Run, Transport, check, complain, say, spectra};
 use crate::registry::{self, RegistryError};
 use miette::Diagnostic;
 use orchestrator::acceleration::Acceleration;
 use orchestrator::convergence::ConvergenceMeasure;
 use orchestrator::log::{LogError, LogWriter, Preamble};
-use orchestrator::observer::{HistoriesWriter, Limits, Progress, Status};
+use orchestrator::observer::{HistoriesWriter, Limits, Observer, Progress, Snapshots, Status};
 use orchestrator::participant::{Deadlines, ParticipantError, Starting};
 use orchestrator::report::{Build, Manifest, ManifestError, Summary, Unit};
 use orchestrator::scene::{
@@ -43,6 +43,8 @@ enum RunError {
     Simulation(#[from] SimulationError),
     #[error("the program's own file cannot be found: {0}; use --transport in-process")]
     Program(std::io::Error),
+    #[error("the response spectra: {0}; free some space or choose another --output")]
+    Spectra(Box<dyn std::error::Error + Send + Sync>),
     #[error("Ctrl-C cannot be caught: {0}")]
     Signal(#[from] ctrlc::Error),
 }
@@ -113,6 +115,7 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
     let mut histories = HistoriesWriter::new(&folder);
     let mut progress = Progress::new(arguments.quiet);
     let mut limits = Limits::new(&loaded.scene.stop);
+    let mut snapshots = loaded.scene.snapshots.map(|plan| Snapshots::new(&folder, plan));
 
     say(&loaded.scene.title);
     let began = Instant::now();
@@ -129,15 +132,23 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
     manifest.wet_face = dam;
     manifest.write(&manifest_path)?;
     let dam = dam_lines(&loaded, &mut units)?;
+    let stress_points = stress_points(&mut units)?;
     say(ground_line(&loaded.ground_motion));
     say(format!("prepared in {:.2} s; results go to {}", began.elapsed().as_secs_f64(), folder.display()));
 
     let mut simulation = assemble(&loaded.scene, &loaded.ground_motion, units)?;
-    let (ending, failure) =
-        simulation.run(&mut [&mut log, &mut histories, &mut progress, &mut limits], &interrupted);
-    let mut summary =
-        Summary::of(&loaded, &histories.histories, &ending, simulation.static_crest_displacement);
+    let mut observers: Vec<&mut dyn Observer> = vec![&mut log, &mut histories, &mut progress, &mut limits];
+    observers.extend(snapshots.as_mut().map(|snapshots| snapshots as &mut dyn Observer));
+    let (ending, failure) = simulation.run(&mut observers, &interrupted);
+    let mut summary = Summary::of(
+        &loaded,
+        &histories.histories,
+        &ending,
+        simulation.static_crest_displacement,
+        &stress_points,
+    );
     summary.notes.extend(limits.flags().into_iter().map(|flag| format!("WARNING: {flag}")));
+    spectra::write(&folder, &histories.histories).map_err(RunError::Spectra)?;
     let table = summary.to_string();
     manifest.result = Some(summary);
     manifest.write(&manifest_path)?;
@@ -255,6 +266,15 @@ pub fn assemble(
         stepping: scene.stepping(),
         static_crest_displacement: None,
     })
+}
+
+/// Where the dam watches stress, m; nowhere if it does not.
+fn stress_points(units: &mut Units) -> Result<Vec<[f64; 2]>, ParticipantError> {
+    match (units.dam.read("stress_point_x"), units.dam.read("stress_point_y")) {
+        (Ok(x), Ok(y)) => Ok(x.into_iter().zip(y).map(|(x, y)| [x, y]).collect()),
+        (Err(ParticipantError::Missing { .. }), _) => Ok(Vec::new()),
+        (Err(error), _) | (_, Err(error)) => Err(error),
+    }
 }
 
 /// What moves the ground, and its peak.

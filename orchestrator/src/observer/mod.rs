@@ -3,15 +3,17 @@
 mod histories;
 mod limits;
 mod progress;
+mod snapshots;
 
 pub use histories::{Histories, HistoriesWriter};
 pub use limits::Limits;
 pub use progress::Progress;
+pub use snapshots::Snapshots;
 
 use crate::log::LogError;
-use crate::participant::Description;
+use crate::participant::{Description, ParticipantError};
 use crate::scene::GroundMotion;
-use crate::scheme::WindowReport;
+use crate::scheme::{Units, WindowReport};
 use crate::stepping::Stepping;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -122,18 +124,34 @@ pub enum ObserverError {
         /// What the system said.
         cause: csv::Error,
     },
+    /// A picture.
+    #[error("{}: {cause}; free some space or choose another --output", path.display())]
+    Snapshot {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        cause: std::io::Error,
+    },
+    /// A unit could not be looked at.
+    #[error(transparent)]
+    Unit(#[from] ParticipantError),
 }
 
 /// Watches a run; changes no result of it, but may end it.
 ///
 /// **Call order**: `begin`, `window` for initialisation (step 0) and for every window of communication steps (mostly of
-/// one), `end` in any case. An error ends the run.
+/// one), followed by `inspect` where it was accepted, `end` in any case. An error ends the run.
 pub trait Observer {
     /// Before the first exchange.
     fn begin(&mut self, start: &Start<'_>) -> Result<(), ObserverError>;
 
     /// After every window; one that failed, or is begun anew, holds no accepted exchange.
     fn window(&mut self, report: &WindowReport) -> Result<(), ObserverError>;
+
+    /// Reads what the units do not exchange, as they stand at the end of the window accepted last.
+    fn inspect(&mut self, _units: &mut Units) -> Result<(), ObserverError> {
+        Ok(())
+    }
 
     /// After the last window, however the run ended.
     fn end(&mut self, ending: &Ending) -> Result<(), ObserverError>;

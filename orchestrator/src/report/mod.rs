@@ -1,7 +1,9 @@
 //! What a run says at its end.
 
 mod manifest;
+mod response_spectrum;
 mod summary;
 
 pub use manifest::{Build, Manifest, ManifestError, Unit};
+pub use response_spectrum::response_spectrum;
 pub use summary::{Quantity, Summary};

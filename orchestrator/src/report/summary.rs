@@ -1,5 +1,5 @@
 use crate::observer::{Ending, Histories, Status, WallTime};
-use crate::scene::{CrackScene, FidelityScene, LoadedScene, REST, STANDARD_GRAVITY};
+use crate::scene::{CrackScene, DamFidelityScene, FidelityScene, LoadedScene, REST, STANDARD_GRAVITY};
 use serde::Serialize;
 use std::fmt;
 
@@ -45,12 +45,14 @@ pub struct Summary {
 impl Summary {
     /// Sums up the histories of a run; what the run did not record, or did not reach, is left out.
     ///
-    /// `static_crest` is the displacement (x, y) of the crest at rest, m, of a dam that is computed.
+    /// `static_crest` is the displacement (x, y) of the crest at rest, m, and `stress_points` (x, y), m, are where stress is
+    /// watched, of a dam that is computed.
     pub fn of(
         loaded: &LoadedScene,
         histories: &Histories,
         ending: &Ending,
         static_crest: Option<[f64; 2]>,
+        stress_points: &[[f64; 2]],
     ) -> Self {
         let mut table =
             Table { histories, time: histories.column("time").unwrap_or(&[]), quantities: Vec::new() };
@@ -73,6 +75,36 @@ impl Summary {
                 let name = of(&format!("peak acceleration {side} the crack"));
                 table.peak(&name, &column(&format!("acceleration_{side}")), 1.0 / STANDARD_GRAVITY, "g");
             }
+        }
+        let intact = loaded.scene.dam.as_ref().is_some_and(|d| d.fidelity == DamFidelityScene::Intact);
+        if !intact {
+            for (crack, CrackScene { elevation, .. }) in cracks.iter().enumerate() {
+                let at = if cracks.len() > 1 { format!(", {elevation} m") } else { String::new() };
+                let column = format!("dam.crack_shear_utilisation.{crack}");
+                table.peak(&format!("largest share of the shear strength in use{at}"), &column, 1.0, "1");
+            }
+        }
+        table.base();
+        for (point, [_, y]) in stress_points.iter().enumerate() {
+            let place = match point {
+                0 => "heel".to_owned(),
+                1 => "toe".to_owned(),
+                _ => {
+                    format!(
+                        "{}, {} m",
+                        if point % 2 == 0 { "upstream face" } else { "downstream face" },
+                        (y * 1e3).round() / 1e3
+                    )
+                }
+            };
+            let (tension, compression) = (
+                format!("dam.major_principal_stress.{point}"),
+                format!("dam.minor_principal_stress.{point}"),
+            );
+            table.largest(&format!("largest tension, {place}"), &tension, 1e-6, "MPa", |stress| stress);
+            table.largest(&format!("largest compression, {place}"), &compression, -1e-6, "MPa", |stress| {
+                -stress
+            });
         }
         table.peak("peak crest acceleration", "dam.crest_acceleration.x", 1.0 / STANDARD_GRAVITY, "g");
         if !empty {
@@ -170,6 +202,20 @@ impl Table<'_> {
         let from = self.time.partition_point(|t| *t < end - AVERAGED);
         let last = &values[from..];
         self.add(name, 1e3 * last.iter().sum::<f64>() / last.len() as f64, "mm", None);
+    }
+
+    /// The shear at the base, and the friction that it needs.
+    fn base(&mut self) {
+        self.peak("peak base shear", "dam.base_shear", 1e-6, "MN/m");
+        let [shear, normal] = ["dam.base_shear", "dam.base_normal_force"]
+            .map(|name| self.histories.column(name).unwrap_or(&[]));
+        // a base under tension has no friction: no coefficient is enough
+        let needed = shear.iter().zip(normal).map(|(shear, normal)| shear.abs() / normal.max(0.0));
+        let largest = needed.enumerate().filter(|(_, mu)| mu.is_finite()).max_by(|a, b| a.1.total_cmp(&b.1));
+        if let Some((index, coefficient)) = largest {
+            let time = self.time.get(index).copied();
+            self.add("largest base shear over normal force", coefficient, "1", time);
+        }
     }
 
     /// C_p = p/(ρah) of a dam that is prescribed, a being the largest ground acceleration.

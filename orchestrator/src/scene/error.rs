@@ -207,6 +207,9 @@ pub enum Invalid {
         /// What it watches.
         quantity: &'static str,
     },
+    /// Pictures of a dam that is not computed.
+    #[error("`snapshots`: a prescribed dam has no fields to show; give a [dam], or leave [snapshots] out")]
+    NothingToShow,
     /// A number of modes of a dam that has none.
     #[error(
         "`dam.modes` goes with `dam.fidelity` = \"reduced\" and \"intact\"; leave it out, or choose one of these"

@@ -61,6 +61,23 @@ pub struct Scene {
     /// What ends a run before its time, or marks it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub stop: Vec<StopScene>,
+    /// Pictures of the dam while the run goes on.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub snapshots: Option<SnapshotsScene>,
+}
+
+/// `[snapshots]`
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SnapshotsScene {
+    /// Time from one to the next, s.
+    pub interval: f64,
+    /// Time of the first, s.
+    #[serde(default)]
+    pub from: f64,
+    /// No later than this, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub until: Option<f64>,
 }
 
 /// `[[stop]]`

@@ -117,6 +117,7 @@ impl Findings {
         }
         self.water(scene);
         self.stop(scene);
+        self.snapshots(scene);
         if self.sound(&["dam", "prescribed"]) || scene.dam.is_some() && scene.prescribed.is_some() {
             let given = [scene.dam.is_some(), scene.prescribed.is_some()];
             self.exactly_one("prescribed", "[dam]", "[prescribed]", given);
@@ -397,6 +398,18 @@ impl Findings {
         self.at_most("dam.element_size", "elements of the dam", elements, 1e6);
     }
 
+    fn snapshots(&mut self, scene: &Scene) {
+        let Some(plan) = &scene.snapshots else { return };
+        self.positive("snapshots.interval", plan.interval);
+        self.within("snapshots.from", plan.from, 0.0, LATEST);
+        if let Some(until) = plan.until {
+            self.within("snapshots.until", until, plan.from, LATEST);
+        }
+        if scene.dam.is_none() && self.sound(&["dam", "prescribed"]) {
+            self.add("snapshots", Invalid::NothingToShow);
+        }
+    }
+
     fn stop(&mut self, scene: &Scene) {
         for (index, condition) in scene.stop.iter().enumerate() {
             let of = |name: &str| format!("stop.{index}.{name}");
@@ -578,6 +591,8 @@ impl Findings {
     }
 }
 
+/// Time, s, that no picture needs to be later than.
+const LATEST: f64 = 1e6;
 /// Elevations closer than this share of the height count as one.
 const SAME_LEVEL: f64 = 1e-6;
 /// Least height of a row of elements over their nominal size.

@@ -108,7 +108,7 @@ impl Header {
 
     /// The command, if it is one.
     pub fn command(&self) -> Option<Command> {
-        use Command::{Read, Initialise, RestoreAndStep, SaveAndStep, Step};
+        use Command::{Initialise, Read, RestoreAndStep, SaveAndStep, Step};
         [Read, Initialise, Step, SaveAndStep, RestoreAndStep].into_iter().find(|c| *c as u32 == self.command)
     }
 

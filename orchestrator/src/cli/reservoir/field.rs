@@ -1,8 +1,9 @@
 //! `cofferdam reservoir field`.
 
 use super::grid::Grid;
-use super::{Common, Failure, Motion, unfit, vtu};
+use super::{Common, Failure, Motion, unfit};
 use crate::cli::say;
+use orchestrator::vtk::{self, Field};
 use reservoir::{Complex64, field_response};
 
 /// Arguments of `cofferdam reservoir field`.
@@ -75,5 +76,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let peak = pressure.iter().fold(0.0f64, |most, p| most.max(p.norm()));
     say(&water.title);
     say(format!("{} points, pressure at most {peak:.4e} Pa per m/s²", grid.points.len()));
-    common.write(&[("field.vtu", vtu::written(&grid, "pressure", &pressure))])
+    let part = |part: &str, of: fn(&Complex64) -> f64| {
+        Field::scalar(&format!("pressure_{part}"), pressure.iter().map(of).collect())
+    };
+    let field = vtk::Grid {
+        cells: grid.cells.iter().map(|cell| cell.to_vec()).collect(),
+        point_data: vec![part("modulus", |z| z.norm()), part("real", |z| z.re), part("imaginary", |z| z.im)],
+        points: grid.points,
+        cell_data: Vec::new(),
+    };
+    common.write(&[("field.vtu", field.vtu())])
 }

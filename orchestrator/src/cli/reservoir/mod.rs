@@ -8,7 +8,6 @@ mod impulse;
 mod points;
 mod record;
 mod response;
-mod vtu;
 
 use super::{check, complain, say};
 use crate::registry::{self, RegistryError};

@@ -1,0 +1,193 @@
+use super::{Ending, Observer, ObserverError, Start};
+use crate::participant::{Description, Participant, ParticipantError};
+use crate::scene::SnapshotsScene;
+use crate::scheme::{Side, Units, WindowReport};
+use crate::vtk::{self, Field, Grid};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+/// Pictures of the dam during a run: `snapshots.pvd` beside a folder of `.vtu` files, complete after each of them.
+///
+/// One is taken at the first communication point at or after every multiple of the interval. Parts: the *dam* (points:
+/// `displacement` in m since time 0; triangles: `stress_xx`, `stress_yy`, `stress_xy`, tension positive, and the principal
+/// stresses in Pa, those of rest included), its *contacts* (`opening` and `slip` in m, normal and shear stress in Pa) and
+/// the *wet face* (`displacement` along its normals; hydrodynamic and hydrostatic pressure in Pa). Points are where they
+/// are without load.
+pub struct Snapshots {
+    folder: PathBuf,
+    plan: SnapshotsScene,
+    /// Number of the next multiple of the interval.
+    next: u64,
+    taken: Vec<(f64, Vec<String>)>,
+    /// Where the fields of the wet face are: hydrodynamic and hydrostatic pressure in the dam's inputs, its displacement
+    /// in its outputs.
+    ranges: [Range<usize>; 3],
+    /// Time of the last accepted step, and these fields.
+    last: (f64, [Vec<f64>; 3]),
+    still: Option<Still>,
+}
+
+/// What does not move.
+struct Still {
+    nodes: Vec<[f64; 2]>,
+    triangles: Vec<Vec<usize>>,
+    contacts: Vec<[f64; 2]>,
+    face: Vec<[f64; 2]>,
+    normals: Vec<[f64; 2]>,
+}
+
+const FOLDER: &str = "snapshots";
+/// A point this share of the interval before its multiple is at it: sums of steps round.
+const ROUNDING: f64 = 1e-9;
+
+impl Snapshots {
+    /// Will take those of a scene's `plan` into `folder`.
+    pub fn new(folder: &Path, plan: SnapshotsScene) -> Self {
+        Self {
+            folder: folder.to_owned(),
+            plan,
+            next: 0,
+            taken: Vec::new(),
+            ranges: Default::default(),
+            last: Default::default(),
+            still: None,
+        }
+    }
+
+    /// The picture's parts, and their names.
+    fn parts(&mut self, dam: &mut dyn Participant) -> Result<[(&'static str, Grid); 3], ParticipantError> {
+        if self.still.is_none() {
+            self.still = Some(Still::of(dam)?);
+        }
+        let Some(still) = &self.still else { return Ok(Default::default()) };
+        let stress = ["stress_xx", "stress_yy", "stress_xy"];
+        let mut cell_data = Vec::new();
+        for name in stress {
+            cell_data.push(Field::scalar(name, dam.read(name)?));
+        }
+        let principal: Vec<[f64; 2]> = (0..still.triangles.len())
+            .map(|i| {
+                let [xx, yy, xy] = [0, 1, 2].map(|k: usize| cell_data[k].values[i]);
+                let (mean, radius) = ((xx + yy) / 2.0, ((xx - yy) / 2.0).hypot(xy));
+                [mean + radius, mean - radius]
+            })
+            .collect();
+        for (k, name) in ["major_principal_stress", "minor_principal_stress"].into_iter().enumerate() {
+            cell_data.push(Field::scalar(name, principal.iter().map(|both| both[k]).collect()));
+        }
+        let displacement = pairs(dam, "node_displacement_x", "node_displacement_y")?;
+        let concrete = Grid {
+            points: still.nodes.clone(),
+            cells: still.triangles.clone(),
+            point_data: vec![Field::vector("displacement", displacement.into_iter())],
+            cell_data,
+        };
+        let mut point_data = Vec::new();
+        if !still.contacts.is_empty() {
+            for name in ["opening", "slip", "normal_stress", "shear_stress"] {
+                point_data.push(Field::scalar(name, dam.read(&format!("contact_{name}"))?));
+            }
+        }
+        let contacts = Grid {
+            cells: (0..still.contacts.len()).map(|i| vec![i]).collect(),
+            points: still.contacts.clone(),
+            point_data,
+            cell_data: Vec::new(),
+        };
+        let (_, [hydrodynamic, hydrostatic, displacement]) = &self.last;
+        let along = still.normals.iter().zip(displacement).map(|(n, u)| [n[0] * u, n[1] * u]);
+        let face = Grid {
+            points: still.face.clone(),
+            cells: (1..still.face.len()).map(|i| vec![i - 1, i]).collect(),
+            point_data: vec![
+                Field::vector("displacement", along),
+                Field::scalar("hydrodynamic_pressure", hydrodynamic.clone()),
+                Field::scalar("hydrostatic_pressure", hydrostatic.clone()),
+            ],
+            cell_data: Vec::new(),
+        };
+        Ok([("dam", concrete), ("contacts", contacts), ("wet_face", face)])
+    }
+
+    fn write(&self, name: &Path, text: &str) -> Result<(), ObserverError> {
+        let path = self.folder.join(name);
+        std::fs::write(&path, text).map_err(|cause| ObserverError::Snapshot { path, cause })
+    }
+}
+
+impl Still {
+    fn of(dam: &mut dyn Participant) -> Result<Self, ParticipantError> {
+        let [first, second, third] = [1, 2, 3].map(|i| format!("triangle_node_{i}"));
+        let corners = pairs(dam, &first, &second)?.into_iter().zip(dam.read(&third)?);
+        let triangles = corners.map(|([a, b], c)| [a, b, c].map(|node| node as usize).to_vec()).collect();
+        let has = |dam: &dyn Participant, name: &str| dam.description().readable.range(name).is_some();
+        // an uncracked dam, or one without water, has none
+        let of = |dam: &mut dyn Participant, x: &str, y: &str| {
+            if has(dam, x) { pairs(dam, x, y) } else { Ok(Vec::new()) }
+        };
+        Ok(Self {
+            nodes: pairs(dam, "node_x", "node_y")?,
+            triangles,
+            contacts: of(dam, "contact_x", "contact_y")?,
+            face: of(dam, "interface_x", "interface_y")?,
+            normals: of(dam, "interface_normal_x", "interface_normal_y")?,
+        })
+    }
+}
+
+fn pairs(dam: &mut dyn Participant, x: &str, y: &str) -> Result<Vec<[f64; 2]>, ParticipantError> {
+    Ok(dam.read(x)?.into_iter().zip(dam.read(y)?).map(|(x, y)| [x, y]).collect())
+}
+
+impl Observer for Snapshots {
+    fn begin(&mut self, start: &Start<'_>) -> Result<(), ObserverError> {
+        let Description { inputs, outputs, .. } = &start.dam;
+        self.ranges = [
+            inputs.range("interface_pressure"),
+            inputs.range("hydrostatic_pressure"),
+            outputs.range("interface_displacement"),
+        ]
+        .map(Option::unwrap_or_default);
+        let path = self.folder.join(FOLDER);
+        std::fs::create_dir_all(&path).map_err(|cause| ObserverError::Snapshot { path, cause })
+    }
+
+    fn window(&mut self, report: &WindowReport) -> Result<(), ObserverError> {
+        if let Some(step) = report.steps.last()
+            && let Some(dam) = report.accepted(Side::Dam, step.step)
+        {
+            let [hydrodynamic, hydrostatic, displacement] = self.ranges.clone();
+            let fields = [&dam.inputs[hydrodynamic], &dam.inputs[hydrostatic], &dam.outputs[displacement]];
+            self.last = (step.end(), fields.map(<[f64]>::to_vec));
+        }
+        Ok(())
+    }
+
+    fn inspect(&mut self, units: &mut Units) -> Result<(), ObserverError> {
+        let (time, interval) = (self.last.0, self.plan.interval);
+        let number = (time / interval + ROUNDING).floor() as u64;
+        if number < self.next {
+            return Ok(());
+        }
+        self.next = number + 1;
+        if time < self.plan.from || self.plan.until.is_some_and(|until| time > until) {
+            return Ok(());
+        }
+        let mut parts = self.parts(&mut *units.dam)?;
+        let mut names = Vec::new();
+        for (part, grid) in &mut parts {
+            if grid.points.is_empty() {
+                continue;
+            }
+            let name = format!("{FOLDER}/{part}-{number:06}.vtu");
+            self.write(Path::new(&name), &grid.vtu())?;
+            names.push(name);
+        }
+        self.taken.push((time, names));
+        self.write(Path::new("snapshots.pvd"), &vtk::series(&self.taken))
+    }
+
+    fn end(&mut self, _ending: &Ending) -> Result<(), ObserverError> {
+        Ok(())
+    }
+}
