@@ -48,6 +48,7 @@ mod added_mass;
 pub mod analytical;
 mod base;
 mod block;
+mod compliance;
 pub mod contact;
 mod dam;
 mod damping;
@@ -71,6 +72,7 @@ mod time_step;
 
 pub use added_mass::AddedMass;
 pub use block::{Block, best_fit_rotation};
+pub use compliance::InterfaceCompliance;
 pub use dam::Dam;
 pub use damping::{Damping, DampingFrequencies, RayleighCoefficients, StiffnessDamping};
 pub use error::DamError;
