@@ -61,11 +61,11 @@ fn the_ledger_sees_work_that_was_not_done() -> Result<(), DamError> {
     Ok(())
 }
 
-/// Undamped, intact, 60 s of free vibration: total energy (with that of the weight) of the second half against
+/// Undamped, intact, 300 s of free vibration: total energy (with that of the weight) of the second half against
 /// that of the first.
 /// Tolerance: central differences keep a nearby energy exactly; what they show swings by (ωΔt)²/8.
 #[test]
-fn free_vibration_keeps_its_energy_for_a_minute() -> Result<(), DamError> {
+fn free_vibration_keeps_its_energy_for_five_minutes() -> Result<(), DamError> {
     let parameters = DamParameters {
         cracks: Vec::new(),
         damping: Damping::None,
@@ -78,10 +78,10 @@ fn free_vibration_keeps_its_energy_for_a_minute() -> Result<(), DamError> {
     let input = dam.state().energy().work.input;
     let start = dam.state().time();
     for half in &mut means {
-        for _ in 0..6000 {
+        for _ in 0..30_000 {
             dam.step(dam.state().time(), 5e-3)?;
             let (gained, work) = (dam.state().energy().gained(), dam.state().energy().work);
-            *half += (gained.kinetic + gained.strain - (work.input - input)) / 6000.0;
+            *half += (gained.kinetic + gained.strain - (work.input - input)) / 3e4;
         }
     }
     let growth = means[1] / means[0] - 1.0;
