@@ -185,6 +185,14 @@ impl Dam {
         Ok(dam)
     }
 
+    /// The same dam, whose elements are evaluated by `threads` where there are so many that it pays.
+    ///
+    /// **Errors**: [`DamError::Threads`].
+    pub fn on_threads(mut self, threads: NonZeroUsize) -> Result<Self, DamError> {
+        self.structure.cells = self.structure.cells.on_threads(threads)?;
+        Ok(self)
+    }
+
     /// What the dam was made from.
     pub fn parameters(&self) -> &DamParameters {
         &self.parameters
@@ -566,8 +574,8 @@ impl Packable for Dam {
     const DESCRIPTION: &'static str = "Concrete gravity dam of blocks on rigid ground";
     const VARIABLES: &'static [Variable] = variable::ALL;
 
-    fn from_parameters(parameters: DamParameters, _threads: NonZeroUsize) -> Result<Self, DamError> {
-        Self::new(parameters)
+    fn from_parameters(parameters: DamParameters, threads: NonZeroUsize) -> Result<Self, DamError> {
+        Self::new(parameters)?.on_threads(threads)
     }
 
     /// Zero for what depends on the wet face of a section that makes none.

@@ -189,6 +189,15 @@ pub enum DamError {
     /// A state that cannot be read.
     #[error(transparent)]
     State(#[from] StateError),
+    /// The operating system refused the threads asked for.
+    #[error("the threads asked for could not be started ({0}); ask for fewer")]
+    Threads(String),
+}
+
+impl From<rayon::ThreadPoolBuildError> for DamError {
+    fn from(error: rayon::ThreadPoolBuildError) -> Self {
+        Self::Threads(error.to_string())
+    }
 }
 
 /// Refuses a `value` that is not finite or does not fulfil `holds`.

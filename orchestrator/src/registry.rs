@@ -57,7 +57,7 @@ pub enum RegistryError {
 /// Makes the unit of `side` of a scene that has been loaded.
 pub fn unit(side: Side, scene: &Scene, threads: NonZeroUsize) -> Result<Box<dyn Participant>, RegistryError> {
     match (side, &scene.dam) {
-        (Side::Dam, Some(dam)) => computed_dam(dam, scene),
+        (Side::Dam, Some(dam)) => computed_dam(dam, scene, threads),
         (Side::Dam, None) => Ok(Box::new(Prescribed::new(wet_face(scene)?)?)),
         (Side::Reservoir, _) if is_empty(scene) => Ok(Box::new(EmptyReservoir::new(wet_face(scene)?)?)),
         (Side::Reservoir, _) => reservoir(scene, threads),
@@ -69,9 +69,14 @@ pub fn is_empty(scene: &Scene) -> bool {
     scene.reservoir.fidelity == FidelityScene::Empty
 }
 
-fn computed_dam(dam: &DamScene, scene: &Scene) -> Result<Box<dyn Participant>, RegistryError> {
+fn computed_dam(
+    dam: &DamScene,
+    scene: &Scene,
+    threads: NonZeroUsize,
+) -> Result<Box<dyn Participant>, RegistryError> {
     let messages = Messages::default();
     let (dam, time_steps) = messages.listen(|| made_dam(dam_parameters(dam, scene)?, scene))?;
+    let dam = dam.on_threads(threads)?;
     let (elements, nodes, version) = (dam.element_count(), dam.node_count(), env!("CARGO_PKG_VERSION"));
     let modes = dam.modes().map_or(0, |modes| modes.mode_count());
     let model = match dam.parameters().fidelity {

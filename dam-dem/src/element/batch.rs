@@ -52,12 +52,12 @@ impl Batch {
         }
     }
 
-    /// Adds what the corners and centres hold to `field`.
+    /// Adds what the corners and centres hold to `field`, which begins with `first_node`.
     #[inline(always)]
-    pub fn scatter(&self, values: &Nodal, field: &mut [[f64; 2]]) {
+    pub fn scatter(&self, values: &Nodal, first_node: usize, field: &mut [[f64; 2]]) {
         for (lane, nodes) in self.cells.iter().enumerate().take(LANES) {
             for (from, &node) in values.iter().zip(nodes) {
-                let to = &mut field[node];
+                let to = &mut field[node - first_node];
                 to[0] += from[0][lane];
                 to[1] += from[1][lane];
             }

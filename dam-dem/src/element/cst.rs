@@ -1,10 +1,15 @@
+use std::num::NonZeroUsize;
+use std::sync::Arc;
+
 use pulp::Arch;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::batch::Batch;
-use super::evaluation::{Energy, Evaluation};
+use super::evaluation::{Deformation, Energy, Evaluation};
 use super::lanes::{LANES, Lanes};
+use super::parts::{Part, Parts};
 use crate::damping::StiffnessDamping;
-use crate::{Kinematics, Material, Mesh};
+use crate::{DamError, Kinematics, Material, Mesh};
 
 /// Cells of four constant-strain triangles each (crossed diagonals).
 ///
@@ -27,9 +32,20 @@ use crate::{Kinematics, Material, Mesh};
 #[derive(Clone, Debug)]
 pub struct CrossedCells {
     pub(super) batches: Vec<Batch>,
+    parts: Parts,
+    /// Who works on the parts; the caller, if nobody.
+    pool: Option<Arc<ThreadPool>>,
     kinematics: Kinematics,
     pub(super) lambda: f64,
     pub(super) twice_shear: f64,
+}
+
+/// Parts that follow each other, the damping stresses from the first one's first batch on, and the forces from its first
+/// node on.
+struct Share<'a> {
+    parts: &'a [Part],
+    viscous: &'a mut [ViscousStress],
+    forces: &'a mut [[f64; 2]],
 }
 
 /// Stresses of stiffness damping in the four triangles of a batch of cells: 11, 22, 12 components, Pa.
@@ -38,12 +54,54 @@ pub type ViscousStress = [[Lanes; 3]; 4];
 impl CrossedCells {
     /// The cells of `mesh`.
     pub fn new(mesh: &Mesh, material: &Material, kinematics: Kinematics) -> Self {
+        let batches: Vec<Batch> = mesh.cells.chunks(LANES).map(|cells| Batch::new(mesh, cells)).collect();
         Self {
-            batches: mesh.cells.chunks(LANES).map(|cells| Batch::new(mesh, cells)).collect(),
+            parts: Parts::of(&batches),
+            batches,
+            pool: None,
             kinematics,
             lambda: material.plane_lambda(),
             twice_shear: 2.0 * material.shear_modulus(),
         }
+    }
+
+    /// The same cells, evaluated by `threads` where there are so many that it pays, from some twenty thousand triangles
+    /// on. The number of threads changes no bit of a result.
+    ///
+    /// **Errors**: [`DamError::Threads`].
+    pub fn on_threads(mut self, threads: NonZeroUsize) -> Result<Self, DamError> {
+        let wanted = threads.get().min(self.parts.parts.len());
+        self.pool = match wanted {
+            1 => None,
+            _ => Some(Arc::new(ThreadPoolBuilder::new().num_threads(wanted).build()?)),
+        };
+        Ok(self)
+    }
+
+    /// Does `many` evaluations where the threads are, if there are any, so that these need not be woken for each.
+    pub(crate) fn among_threads<R: Send>(&self, many: impl FnOnce() -> R + Send) -> R {
+        match &self.pool {
+            Some(pool) => pool.install(many),
+            None => many(),
+        }
+    }
+
+    /// Number of parts that threads may take.
+    pub(crate) fn part_count(&self) -> usize {
+        self.parts.parts.len()
+    }
+
+    /// Both results, at the same time if there are threads. Called among these.
+    pub(crate) fn both<R: Send>(
+        &self,
+        first: impl FnOnce() -> R + Send,
+        second: impl FnOnce() -> R + Send,
+    ) -> [R; 2] {
+        let (first, second) = match &self.pool {
+            Some(_) => rayon::join(first, second),
+            None => (first(), second()),
+        };
+        [first, second]
     }
 
     /// Number of triangles.
@@ -70,37 +128,72 @@ impl CrossedCells {
         viscous: &mut [ViscousStress],
         forces: &mut [[f64; 2]],
     ) -> f64 {
-        let damping = damping.into();
-        macro_rules! dispatch {
-            ($corotational:literal, $damped:literal) => {
-                Arch::new().dispatch(Evaluation::<$corotational, $damped> {
-                    cells: self,
-                    displacement,
-                    velocity,
-                    damping,
-                    viscous,
-                    forces,
-                })
-            };
+        let of = Deformation { displacement, velocity, damping: damping.into() };
+        match (self.kinematics, of.damping.coefficient != 0.0) {
+            (Kinematics::Corotational, true) => self.evaluate::<true, true>(of, viscous, forces),
+            (Kinematics::Corotational, false) => self.evaluate::<true, false>(of, viscous, forces),
+            (Kinematics::Small, true) => self.evaluate::<false, true>(of, viscous, forces),
+            (Kinematics::Small, false) => self.evaluate::<false, false>(of, viscous, forces),
         }
-        match (self.kinematics, damping.coefficient != 0.0) {
-            (Kinematics::Corotational, true) => dispatch!(true, true),
-            (Kinematics::Corotational, false) => dispatch!(true, false),
-            (Kinematics::Small, true) => dispatch!(false, true),
-            (Kinematics::Small, false) => dispatch!(false, false),
+    }
+
+    /// Part after part, or all at once, and then the seams.
+    fn evaluate<const COROTATIONAL: bool, const DAMPED: bool>(
+        &self,
+        of: Deformation<'_>,
+        viscous: &mut [ViscousStress],
+        forces: &mut [[f64; 2]],
+    ) -> f64 {
+        let Parts { parts, seams } = &self.parts;
+        let share = Share { parts, viscous: &mut *viscous, forces: &mut *forces };
+        let mut power = self.among_threads(|| self.evaluate_parts::<COROTATIONAL, DAMPED>(of, share));
+        for seam in seams {
+            power += Arch::new().dispatch(Evaluation::<COROTATIONAL, DAMPED> {
+                cells: self,
+                of,
+                batches: &self.batches[seam.clone()],
+                viscous: if DAMPED { &mut viscous[seam.clone()] } else { &mut [] },
+                forces,
+                first_node: 0,
+            });
         }
+        power
+    }
+
+    fn evaluate_parts<const COROTATIONAL: bool, const DAMPED: bool>(
+        &self,
+        of: Deformation<'_>,
+        share: Share<'_>,
+    ) -> f64 {
+        let Share { parts, viscous, forces } = share;
+        let (left, right) = parts.split_at(parts.len() / 2);
+        if let ([first, ..], [middle, ..]) = (left, right) {
+            let (of_left, of_right) =
+                viscous.split_at_mut(if DAMPED { middle.batches.start - first.batches.start } else { 0 });
+            let (to_left, to_right) = forces.split_at_mut(middle.first_node - first.first_node);
+            let left = Share { parts: left, viscous: of_left, forces: to_left };
+            let right = Share { parts: right, viscous: of_right, forces: to_right };
+            let [left, right] = self.both(
+                || self.evaluate_parts::<COROTATIONAL, DAMPED>(of, left),
+                || self.evaluate_parts::<COROTATIONAL, DAMPED>(of, right),
+            );
+            return left + right;
+        }
+        let [part] = right else { return 0.0 };
+        Arch::new().dispatch(Evaluation::<COROTATIONAL, DAMPED> {
+            cells: self,
+            of,
+            batches: &self.batches[part.batches.clone()],
+            viscous,
+            forces,
+            first_node: part.first_node,
+        })
     }
 
     /// Adds `−K u` of the unstrained state to `forces`, shapes as in [`add_forces`](Self::add_forces).
     pub fn add_linear_forces(&self, displacement: &[[f64; 2]], forces: &mut [[f64; 2]]) {
-        Arch::new().dispatch(Evaluation::<false, false> {
-            cells: self,
-            displacement,
-            velocity: displacement,
-            damping: 0.0.into(),
-            viscous: &mut [],
-            forces,
-        });
+        let of = Deformation { displacement, velocity: displacement, damping: 0.0.into() };
+        self.evaluate::<false, false>(of, &mut [], forces);
     }
 
     /// Strain energy, J/m, from the strains alone.
@@ -293,13 +386,14 @@ mod tests {
         let mut viscous = cells.viscous_at_rest();
         let mut forces = vec![[0.0; 2]; mesh.nodes.len()];
         for _ in 0..2 {
+            let damping = StiffnessDamping { coefficient: 0.3, memory: 0.6 };
             let evaluation = Evaluation::<COROTATIONAL, DAMPED> {
                 cells: &cells,
-                displacement: &u,
-                velocity: &v,
-                damping: StiffnessDamping { coefficient: 0.3, memory: 0.6 },
+                of: Deformation { displacement: &u, velocity: &v, damping },
+                batches: &cells.batches,
                 viscous: &mut viscous,
                 forces: &mut forces,
+                first_node: 0,
             };
             let energy = Energy::<COROTATIONAL> { cells: &cells, displacement: &u };
             let sums = match scalar {
@@ -364,6 +458,46 @@ mod tests {
                 assert!((a - b).abs() < 1e-13, "{kinematics:?}: {a}, {b}");
             }
         }
+    }
+
+    /// Forces and damping of a large mesh, on any number of threads.
+    #[test]
+    fn the_bits_do_not_depend_on_the_threads() -> Result<(), DamError> {
+        let mesh = Mesh::new(&Section::rectangle(60.0, 100.0), &[31.0], &[], 0.45);
+        let material =
+            Material { young_modulus: 3.0, poisson_ratio: 0.2, density: 1.0, plane: Plane::Strain };
+        let field = |shift: f64| -> Vec<[f64; 2]> {
+            mesh.nodes.iter().map(|[x, y]| [(x + shift).sin() * 1e-2, (y * x + shift).cos() * 1e-2]).collect()
+        };
+        let (u, v) = (field(0.0), field(1.0));
+        let mut results = Vec::new();
+        for threads in [1, 2, 3] {
+            let threads = NonZeroUsize::new(threads).unwrap_or(NonZeroUsize::MIN);
+            let cells = CrossedCells::new(&mesh, &material, Kinematics::Corotational).on_threads(threads)?;
+            assert!(cells.triangle_count() > 100_000 && cells.parts.parts.len() > 8);
+            let mut viscous = cells.viscous_at_rest();
+            let mut forces = vec![[0.0; 2]; mesh.nodes.len()];
+            let damping = StiffnessDamping { coefficient: 0.3, memory: 0.6 };
+            let powers = [0, 1].map(|_| cells.add_forces(&u, &v, damping, &mut viscous, &mut forces));
+            // and the batches one after the other
+            let mut plain = vec![[0.0; 2]; mesh.nodes.len()];
+            cells.add_forces(&u, &v, 0.0, &mut [], &mut plain);
+            let mut serial = vec![[0.0; 2]; mesh.nodes.len()];
+            Arch::new().dispatch(Evaluation::<true, false> {
+                cells: &cells,
+                of: Deformation { displacement: &u, velocity: &v, damping: 0.0.into() },
+                batches: &cells.batches,
+                viscous: &mut [],
+                forces: &mut serial,
+                first_node: 0,
+            });
+            let largest = serial.iter().flatten().fold(0.0f64, |most, f| most.max(f.abs()));
+            let apart = serial.iter().flatten().zip(plain.iter().flatten()).map(|(a, b)| (a - b).abs());
+            assert!(apart.fold(0.0, f64::max) < 1e-14 * largest, "parts and seams are all batches");
+            results.push((powers.map(f64::to_bits), forces));
+        }
+        assert!(results.iter().all(|result| result.0 == results[0].0 && result.1 == results[0].1));
+        Ok(())
     }
 
     #[test]

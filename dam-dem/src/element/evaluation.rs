@@ -14,24 +14,34 @@ type Tensor<S> = [[Register<S>; 2]; 2];
 /// A symmetric tensor: 11, 22, 12 components.
 type Symmetric<S> = [Register<S>; 3];
 
-/// Forces of stress and damping; the result is the power of damping, W/m.
-pub(super) struct Evaluation<'a, const COROTATIONAL: bool, const DAMPED: bool> {
-    pub cells: &'a CrossedCells,
+/// Motion of all nodes, and the damping.
+#[derive(Clone, Copy)]
+pub(super) struct Deformation<'a> {
     pub displacement: &'a [[f64; 2]],
     pub velocity: &'a [[f64; 2]],
     pub damping: StiffnessDamping,
+}
+
+/// Forces of stress and damping; the result is the power of damping, W/m.
+pub(super) struct Evaluation<'a, const COROTATIONAL: bool, const DAMPED: bool> {
+    pub cells: &'a CrossedCells,
+    pub of: Deformation<'a>,
+    /// Those of the cells' batches that are evaluated, and their damping stresses.
+    pub batches: &'a [Batch],
     pub viscous: &'a mut [ViscousStress],
+    /// Those of the nodes from `first_node` on.
     pub forces: &'a mut [[f64; 2]],
+    pub first_node: usize,
 }
 
 impl<const COROTATIONAL: bool, const DAMPED: bool> Evaluation<'_, COROTATIONAL, DAMPED> {
     /// Displacements and velocities of a batch.
     #[inline(always)]
     fn gather(&self, batch: usize, [u, v]: &mut [Nodal; 2]) {
-        if let Some(batch) = self.cells.batches.get(batch) {
-            batch.gather(self.displacement, u);
+        if let Some(batch) = self.batches.get(batch) {
+            batch.gather(self.of.displacement, u);
             if DAMPED {
-                batch.gather(self.velocity, v);
+                batch.gather(self.of.velocity, v);
             }
         }
     }
@@ -43,17 +53,16 @@ impl<const COROTATIONAL: bool, const DAMPED: bool> WithSimd for Evaluation<'_, C
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
         let elastic = Elastic::new(simd, self.cells);
-        let StiffnessDamping { coefficient, memory } = self.damping;
+        let StiffnessDamping { coefficient, memory } = self.of.damping;
         let fresh = Register::splat(simd, (1.0 - memory) * coefficient);
         let memory = Register::splat(simd, memory);
         let mut power = Lanes::default();
-        let batches = &self.cells.batches;
         let mut fields = [[Nodal::default(); 2]; 2];
         self.gather(0, &mut fields[0]);
         let zero = Register::splat(simd, 0.0);
         let mut stretched = [[Lanes::default(); 5]; 4];
         let mut forces = Nodal::default();
-        for (index, batch) in batches.iter().enumerate() {
+        for (index, batch) in self.batches.iter().enumerate() {
             self.gather(index + 1, &mut fields[(index + 1) % 2]);
             let [u, v] = &fields[index % 2];
             // all roots and quotients before the rest, so that they overlap
@@ -117,7 +126,7 @@ impl<const COROTATIONAL: bool, const DAMPED: bool> WithSimd for Evaluation<'_, C
                     forces[4][d].store(register, (sum[0][d] + sum[2][d]) + (sum[1][d] + sum[3][d]));
                 }
             }
-            batch.scatter(&forces, self.forces);
+            batch.scatter(&forces, self.first_node, self.forces);
         }
         0.5 * power.sum()
     }

@@ -4,5 +4,6 @@ mod batch;
 mod cst;
 mod evaluation;
 mod lanes;
+mod parts;
 
 pub use cst::{CrossedCells, ViscousStress};

@@ -1,4 +1,5 @@
 use crate::contact::ContactLaw;
+use crate::element::CrossedCells;
 use crate::energy::Work;
 use crate::loads::LoadPath;
 use crate::structure::{Motion, Structure};
@@ -41,6 +42,16 @@ impl CentralDifference {
         loads: &LoadPath,
         work: &mut Work,
     ) {
+        structure.cells.among_threads(|| self.take_steps(structure, motion, loads, work));
+    }
+
+    fn take_steps(
+        &self,
+        structure: &Structure<impl ContactLaw>,
+        motion: &mut Motion,
+        loads: &LoadPath,
+        work: &mut Work,
+    ) {
         let dt = self.time_step;
         let damping = structure.damping;
         let mut forces = vec![[0.0; 2]; motion.displacement.len()];
@@ -48,46 +59,150 @@ impl CentralDifference {
         for step in 0..self.steps {
             let share = |n: f64| n / self.steps as f64;
             let (middle, end) = (share(step as f64 + 0.5), share(step as f64 + 1.0));
-            let mut input = 0.0;
-            for ((((u, v), f), start), change) in motion
-                .displacement
-                .iter_mut()
-                .zip(&motion.velocity)
-                .zip(&mut forces)
-                .zip(&loads.start)
-                .zip(&loads.change)
-            {
-                for d in 0..2 {
-                    u[d] += dt * v[d];
-                    input += v[d] * (start[d] + middle * change[d]);
-                    f[d] = start[d] + end * change[d];
-                }
-            }
+            let input = Nodes::of(motion, &mut forces, loads, structure).sum(&structure.cells, &|n| {
+                drift(dt, [middle, end], n.displacement, n.velocity, n.forces, n.start, n.change)
+            });
             let losses = structure.add_internal_forces(motion, structure.stiffness_damping(), &mut forces);
             if let Some(water) = &structure.added_mass {
                 water.take_share(&mut forces, &motion.velocity, &structure.mass, damping.mass);
             }
             let advance = if step + 1 < self.steps { dt } else { dt / 2.0 };
             work.damping += dt * structure.damp_locally(&motion.velocity, &mut forces);
-            let mut twice_kinetic = 0.0;
-            for ((((a, v), f), m), inverse) in motion
-                .acceleration
-                .iter_mut()
-                .zip(&mut motion.velocity)
-                .zip(&forces)
-                .zip(&structure.mass)
-                .zip(&structure.inverse_mass)
-            {
-                twice_kinetic += m * (v[0] * v[0] + v[1] * v[1]);
-                for d in 0..2 {
-                    a[d] = f[d] * inverse - damping.mass * v[d];
-                    v[d] += advance * a[d];
-                }
-            }
+            let twice_kinetic =
+                Nodes::of(motion, &mut forces, loads, structure).sum(&structure.cells, &|n| {
+                    kick_under(
+                        advance,
+                        damping.mass,
+                        n.acceleration,
+                        n.velocity,
+                        n.forces,
+                        n.mass,
+                        n.inverse_mass,
+                    )
+                });
             work.input += dt * input;
             work.friction += losses.friction;
             work.damping += dt * (losses.damping_power + damping.mass * twice_kinetic);
         }
+    }
+}
+
+/// Moves nodes on by `step` (s) and puts the loads at `end` into `forces`; returns the power of those in the `middle`.
+fn drift(
+    step: f64,
+    [middle, end]: [f64; 2],
+    displacement: &mut [[f64; 2]],
+    velocity: &[[f64; 2]],
+    forces: &mut [[f64; 2]],
+    start: &[[f64; 2]],
+    change: &[[f64; 2]],
+) -> f64 {
+    let mut power = [0.0; 2];
+    for ((((u, v), f), start), change) in
+        displacement.iter_mut().zip(velocity).zip(forces).zip(start).zip(change)
+    {
+        for d in 0..2 {
+            u[d] += step * v[d];
+            power[d] += v[d] * (start[d] + middle * change[d]);
+            f[d] = start[d] + end * change[d];
+        }
+    }
+    power[0] + power[1]
+}
+
+/// Accelerates nodes for `step` (s) by `forces` and mass damping; returns `Σ m v²` of before.
+fn kick_under(
+    step: f64,
+    mass_damping: f64,
+    acceleration: &mut [[f64; 2]],
+    velocity: &mut [[f64; 2]],
+    forces: &[[f64; 2]],
+    mass: &[f64],
+    inverse_mass: &[f64],
+) -> f64 {
+    let mut twice_kinetic = [0.0; 2];
+    for ((((a, v), f), m), inverse) in
+        acceleration.iter_mut().zip(velocity).zip(forces).zip(mass).zip(inverse_mass)
+    {
+        for d in 0..2 {
+            twice_kinetic[d] += m * v[d] * v[d];
+            a[d] = f[d] * inverse - mass_damping * v[d];
+            v[d] += step * a[d];
+        }
+    }
+    twice_kinetic[0] + twice_kinetic[1]
+}
+
+/// What belongs to nodes that follow each other.
+struct Nodes<'a> {
+    displacement: &'a mut [[f64; 2]],
+    velocity: &'a mut [[f64; 2]],
+    acceleration: &'a mut [[f64; 2]],
+    forces: &'a mut [[f64; 2]],
+    start: &'a [[f64; 2]],
+    change: &'a [[f64; 2]],
+    mass: &'a [f64],
+    inverse_mass: &'a [f64],
+}
+
+impl<'a> Nodes<'a> {
+    fn of(
+        motion: &'a mut Motion,
+        forces: &'a mut [[f64; 2]],
+        loads: &'a LoadPath,
+        structure: &'a Structure<impl ContactLaw>,
+    ) -> Self {
+        Self {
+            displacement: &mut motion.displacement,
+            velocity: &mut motion.velocity,
+            acceleration: &mut motion.acceleration,
+            forces,
+            start: &loads.start,
+            change: &loads.change,
+            mass: &structure.mass,
+            inverse_mass: &structure.inverse_mass,
+        }
+    }
+
+    fn split(self) -> [Self; 2] {
+        let middle = self.mass.len() / 2;
+        let [u, v, a, f] = [self.displacement, self.velocity, self.acceleration, self.forces]
+            .map(|values| values.split_at_mut(middle));
+        let [start, change] = [self.start, self.change].map(|values| values.split_at(middle));
+        let [mass, inverse] = [self.mass, self.inverse_mass].map(|values| values.split_at(middle));
+        let half = |u, v, a, f, start, change, mass, inverse_mass| Nodes {
+            displacement: u,
+            velocity: v,
+            acceleration: a,
+            forces: f,
+            start,
+            change,
+            mass,
+            inverse_mass,
+        };
+        [
+            half(u.0, v.0, a.0, f.0, start.0, change.0, mass.0, inverse.0),
+            half(u.1, v.1, a.1, f.1, start.1, change.1, mass.1, inverse.1),
+        ]
+    }
+
+    /// The sum of `of` over parts of the nodes, by the threads that `cells` are evaluated by.
+    fn sum(self, cells: &CrossedCells, of: &(impl Fn(Nodes<'_>) -> f64 + Sync)) -> f64 {
+        fn over(
+            nodes: Nodes<'_>,
+            parts: usize,
+            cells: &CrossedCells,
+            of: &(impl Fn(Nodes<'_>) -> f64 + Sync),
+        ) -> f64 {
+            if parts < 2 {
+                return of(nodes);
+            }
+            let [first, second] = nodes.split();
+            let half = |nodes| move || over(nodes, parts / 2, cells, of);
+            let [first, second] = cells.both(half(first), half(second));
+            first + second
+        }
+        over(self, cells.part_count(), cells, of)
     }
 }
 

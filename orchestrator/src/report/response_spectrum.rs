@@ -68,8 +68,8 @@ mod tests {
     #[test]
     fn a_step_overshoots_as_in_the_textbook() {
         let (intervals, acceleration) = (vec![0.005; 2000], vec![3.0; 2000]);
-        for damping in [0.0, 0.05, 0.2] {
-            let overshoot = (-PI * damping / (1.0 - damping * damping as f64).sqrt()).exp();
+        for damping in [0.0f64, 0.05, 0.2] {
+            let overshoot = (-PI * damping / (1.0 - damping * damping).sqrt()).exp();
             for (found, period) in response_spectrum(&intervals, &acceleration, &[0.02, 0.3, 2.0], damping)
                 .into_iter()
                 .zip([0.02, 0.3, 2.0])
