@@ -58,6 +58,8 @@ fn koyna_frequencies_converge_with_order_two() -> Result<(), DamError> {
         );
         assert!(orders.iter().all(|order| (1.4..2.3).contains(order)));
         assert!((limit / PUBLISHED[i] - 1.0).abs() < 0.02);
+        // 14 columns, 26 and 14 rows: cells of 2.5 m
+        assert!((b[i] / limit - 1.0).abs() < 0.01, "at 2.5 m {} rad/s", b[i]);
     }
     Ok(())
 }

@@ -76,8 +76,8 @@ impl Summary {
                 table.peak(&name, &column(&format!("acceleration_{side}")), 1.0 / STANDARD_GRAVITY, "g");
             }
         }
-        let intact = loaded.scene.dam.as_ref().is_some_and(|d| d.fidelity == DamFidelityScene::Intact);
-        if !intact {
+        let fidelity = loaded.scene.dam.as_ref().map(|dam| dam.fidelity);
+        if fidelity != Some(DamFidelityScene::Intact) {
             for (crack, CrackScene { elevation, .. }) in cracks.iter().enumerate() {
                 let at = if cracks.len() > 1 { format!(", {elevation} m") } else { String::new() };
                 let column = format!("dam.crack_shear_utilisation.{crack}");
@@ -85,7 +85,9 @@ impl Summary {
             }
         }
         table.base();
-        for (point, [_, y]) in stress_points.iter().enumerate() {
+        // rigid blocks have none
+        let stressed = fidelity != Some(DamFidelityScene::RigidBlocks);
+        for (point, [_, y]) in stress_points.iter().enumerate().filter(|_| stressed) {
             let place = match point {
                 0 => "heel".to_owned(),
                 1 => "toe".to_owned(),
