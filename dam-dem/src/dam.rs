@@ -6,7 +6,7 @@ use interface::{
 use std::num::NonZeroUsize;
 
 use crate::base::BaseBalance;
-use crate::contact::MohrCoulomb;
+use crate::contact::{Crack, MohrCoulomb};
 use crate::energy::{EnergyLedger, StoredEnergy, Work};
 use crate::integrator::{CentralDifference, DynamicRelaxation, Relaxed, SparseNewton};
 use crate::loads::{LoadPath, Wet, add_ground_inertia};
@@ -189,7 +189,10 @@ impl Dam {
     ///
     /// **Errors**: [`DamError::Threads`].
     pub fn on_threads(mut self, threads: NonZeroUsize) -> Result<Self, DamError> {
-        self.structure.cells = self.structure.cells.on_threads(threads)?;
+        // modes need no elements
+        if self.modes.is_none() {
+            self.structure.cells = self.structure.cells.on_threads(threads)?;
+        }
         Ok(self)
     }
 
@@ -405,7 +408,7 @@ impl CoSimulation for Dam {
             Shape::StressPoints => self.stress_points.len(),
             Shape::Nodes => self.node_count(),
             Shape::Triangles => self.element_count(),
-            Shape::Contacts => self.parameters.contact_count(),
+            Shape::Contacts => self.structure.cracks.iter().map(Crack::contact_count).sum(),
             _ => Self::size_for(&self.parameters, variable),
         }
     }
@@ -443,6 +446,8 @@ impl CoSimulation for Dam {
             DamMotion::Modes(_) => vec![0.0; motion.displacement().len()],
         };
         let (pressure, ground) = self.loads(&self.state.next);
+        // modes are at rest on a ground that is
+        let ground = if self.modes.is_some() { [0.0; 2] } else { ground };
         let state = &mut self.state;
         state.mean_base_force =
             self.base.force(&acceleration, [motion.velocity(); 2], ground, pressure.into_iter());
@@ -578,11 +583,16 @@ impl Packable for Dam {
         Self::new(parameters)?.on_threads(threads)
     }
 
-    /// Zero for what depends on the wet face of a section that makes none.
+    /// Zero for what depends on the mesh of parameters that make none.
     fn size_for(parameters: &DamParameters, variable: &Variable) -> usize {
         match variable.shape {
             Shape::Scalar => 1,
             Shape::Plane => 2,
+            Shape::StressPoints | Shape::Nodes | Shape::Triangles | Shape::Contacts
+                if parameters.check().is_err() =>
+            {
+                0
+            }
             Shape::InterfacePoints => parameters.wet_face().ok().flatten().map_or(0, |face| face.len()),
             Shape::Cracks => parameters.cracks.len(),
             Shape::StressPoints => stress_points(&parameters.section, &parameters.mesh()).len(),

@@ -125,13 +125,11 @@ impl Dam {
     }
 
     fn at_stress_points(&self, variable: &Variable, values: &mut [f64]) {
-        let cells = &self.structure().mesh.cells;
         for (value, point) in values.iter_mut().zip(self.stress_points()) {
             let mean = || {
                 let (mut sum, mut whole) = ([0.0; 3], 0.0);
-                for &(triangle, area) in &point.triangles {
-                    let (cell, k) = (cells[triangle / 4], triangle % 4);
-                    let stress = self.stress(triangle, [cell[k], cell[(k + 1) % 4], cell[4]]);
+                for &(triangle, corners, area) in &point.triangles {
+                    let stress = self.stress(triangle, corners);
                     (0..3).for_each(|i| sum[i] += area * stress[i]);
                     whole += area;
                 }

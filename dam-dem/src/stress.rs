@@ -8,8 +8,8 @@ use crate::{Mesh, Section};
 pub(crate) struct StressPoint {
     /// Where it is without load, m.
     pub place: [f64; 2],
-    /// The triangles that meet there, and their areas (m²): of the block below, where a crack ends there.
-    pub triangles: Vec<(usize, f64)>,
+    /// The triangles that meet there, their corners and areas (m²): of the block below, where a crack ends there.
+    pub triangles: Vec<(usize, [usize; 3], f64)>,
 }
 
 /// Heel and toe, then the upstream and the downstream face at each elevation between base and crest where either face
@@ -32,13 +32,13 @@ pub(crate) fn stress_points(section: &Section, mesh: &Mesh) -> Vec<StressPoint> 
     nodes.map(|node| StressPoint { place: mesh.nodes[node], triangles: triangles_at(mesh, node) }).collect()
 }
 
-fn triangles_at(mesh: &Mesh, node: usize) -> Vec<(usize, f64)> {
+fn triangles_at(mesh: &Mesh, node: usize) -> Vec<(usize, [usize; 3], f64)> {
     let area = |[a, b, c]: [usize; 3]| {
         let [a, b, c] = [a, b, c].map(|node| mesh.nodes[node]);
         ((b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1])) / 2.0
     };
     let found = mesh.triangles().enumerate().filter(|(_, corners)| corners.contains(&node));
-    found.map(|(index, corners)| (index, area(corners))).collect()
+    found.map(|(index, corners)| (index, corners, area(corners))).collect()
 }
 
 /// Larger and smaller principal stress of (xx, yy, xy), Pa.
@@ -71,7 +71,7 @@ mod tests {
         let places: Vec<[f64; 2]> = points.iter().map(|point| point.place).collect();
         assert_eq!(places, [[0.0, 0.0], [70.0, 0.0], [0.0, 66.5], [19.25, 66.5]]);
         let below = mesh.blocks[0].cells.end * 4;
-        assert!(points.iter().flat_map(|point| &point.triangles).all(|(triangle, _)| *triangle < below));
+        assert!(points.iter().flat_map(|point| &point.triangles).all(|(triangle, ..)| *triangle < below));
         assert!(points.iter().all(|point| point.triangles.len() == 2));
     }
 }

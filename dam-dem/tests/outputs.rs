@@ -1,9 +1,9 @@
-//! Forces and stresses that the dam gives out, against statics, elements and contacts themselves.
+//! Outputs that the coupling relies on; forces and stresses, against statics, elements and contacts themselves.
 
 mod support;
 
 use dam_dem::{CrackParameters, Dam, DamError, DamMotion, DamParameters, Fidelity, Material, Section};
-use interface::variables::dam as variable;
+use interface::{CoSimulation, variables::dam as variable};
 use support::{GRAVITY, at_rest, bursts, get, hydrostatic, koyna, shake, stiff, with_water};
 
 /// Force on the base of the elements' stresses, dampers left out, N/m.
@@ -162,5 +162,86 @@ fn a_column_is_pressed_by_what_stands_on_it() -> Result<(), DamError> {
     }
     let slips = get(&dam, &variable::CONTACT_SLIP);
     assert!(slips.iter().all(|slip| slip.abs() < 1e-6), "{slips:?}");
+    Ok(())
+}
+
+/// A block that slides, with dilation: slip of the contacts of either side, and their stresses at the strength.
+#[test]
+fn contacts_of_either_side_slip_downstream_at_their_strength() -> Result<(), DamError> {
+    let crack = CrackParameters { dilation: 0.2, ..CrackParameters::sliding(2.0, 0.3, 1e10, 1e10) };
+    let parameters = DamParameters {
+        section: Section::rectangle(8.0, 4.0),
+        water_depth: 0.0,
+        cracks: vec![crack],
+        element_size: 1.0,
+        ..koyna(5.0)
+    };
+    let mut dam = at_rest(parameters)?;
+    // thrown back by the ground, the block slides downstream in its frame
+    shake(&mut dam, 1e-3, 0.25, |_| -6.0)?;
+    let [sliding, normal, shear, utilisation] = [
+        variable::CRACK_SLIDING,
+        variable::CRACK_NORMAL_FORCE,
+        variable::CRACK_SHEAR_FORCE,
+        variable::CRACK_SHEAR_UTILISATION,
+    ]
+    .map(|variable| get(&dam, &variable)[0]);
+    println!(
+        "slid by {sliding:.4} m; {shear:.4e} N/m under {normal:.4e} N/m, {utilisation:.6} of the strength"
+    );
+    assert!(sliding > 0.01 && (utilisation - 1.0).abs() < 1e-9, "{sliding} m, {utilisation}");
+    assert!((shear / normal - 0.3).abs() < 1e-9, "{shear} N/m, {normal} N/m");
+    let slips = get(&dam, &variable::CONTACT_SLIP);
+    assert!(slips.iter().all(|slip| (slip / sliding - 1.0).abs() < 0.02), "{slips:?}");
+    let stresses = [variable::CONTACT_NORMAL_STRESS, variable::CONTACT_SHEAR_STRESS].map(|v| get(&dam, &v));
+    for (normal, shear) in stresses[0].iter().zip(&stresses[1]) {
+        assert!((shear - 0.3 * normal).abs() < 1e-9 * 1e6, "{shear} Pa, {normal} Pa");
+    }
+    Ok(())
+}
+
+/// `interface_acceleration` is the mean total acceleration along n: change of velocity over the step, plus the
+/// mean of the ground's. At the heel, which the ground holds, it is the ground's alone. Tolerance: rounding.
+#[test]
+fn interface_acceleration_is_the_mean_of_the_total_motion() -> Result<(), DamError> {
+    let mut dam = support::at_rest(support::koyna(7.0))?;
+    support::shake(&mut dam, 2.5e-3, 0.3, support::bursts)?;
+    let (step, ground) = (4e-3, [support::bursts(0.3), 2.5]);
+    let before = support::get(&dam, &variable::INTERFACE_VELOCITY);
+    let position = support::get(&dam, &variable::INTERFACE_DISPLACEMENT);
+    dam.set(variable::GROUND_ACCELERATION.value_reference, &[ground[1], 0.0])?;
+    dam.step(dam.state().time(), step)?;
+    let after = support::get(&dam, &variable::INTERFACE_VELOCITY);
+    let acceleration = support::get(&dam, &variable::INTERFACE_ACCELERATION);
+    let mean_ground = (ground[0] + ground[1]) / 2.0;
+    let mut error = 0.0f64;
+    for i in 0..after.len() {
+        error = error.max((acceleration[i] - (after[i] - before[i]) / step - mean_ground).abs());
+    }
+    println!("interface acceleration against the change of velocity: {error:.1e} m/s²");
+    assert!(error < 1e-9 && (acceleration[0] - mean_ground).abs() < 1e-12);
+
+    let moved = support::get(&dam, &variable::INTERFACE_DISPLACEMENT);
+    let top = after.len() - 1;
+    let trapezoid = position[top] + step * (before[top] + after[top]) / 2.0;
+    println!("displacement against the trapezoid of velocity: {:.1e} m", moved[top] - trapezoid);
+    assert!((moved[top] - trapezoid).abs() < 1e-2 * step * (before[top].abs() + after[top].abs()));
+    Ok(())
+}
+
+/// Pressure pushes the dam downstream, along n.
+#[test]
+fn pressure_pushes_downstream() -> Result<(), DamError> {
+    let mut dam = support::at_rest(support::koyna(10.0))?;
+    let pressure = vec![1e4; dam.wet_face().map_or(0, |face| face.len())];
+    dam.set(variable::INTERFACE_PRESSURE.value_reference, &pressure)?;
+    for _ in 0..10 {
+        dam.step(dam.state().time(), 2.5e-3)?;
+    }
+    let face = support::get(&dam, &variable::INTERFACE_DISPLACEMENT);
+    let crest = support::get(&dam, &variable::CREST_DISPLACEMENT)[0];
+    println!("10 kPa for 25 ms: crest {crest:.1e} m");
+    assert!(face.iter().all(|&u| u >= 0.0) && crest > 0.0);
+    assert!(support::get(&dam, &variable::INPUT_WORK)[0] > 0.0);
     Ok(())
 }

@@ -32,6 +32,8 @@ pub struct JointState {
     pub stretch: f64,
     /// Distance from the other side, m; negative is penetration, but for what dilation adds.
     pub gap: f64,
+    /// Overlap that pressed it last, what dilation had added by then included, m; negative in a bond under tension.
+    pub penetration: f64,
     /// Share of the contact's length that lies opposite the other side.
     pub coverage: f64,
     /// Whether cohesion and tensile strength hold.
@@ -133,9 +135,9 @@ impl Crack<MohrCoulomb> {
             let weight = contact.weight * joint.coverage;
             sum.normal += weight * normal;
             sum.shear += weight * shear;
-            if normal != 0.0 || joint.bonded {
-                sum.strength += weight * self.law.strength(normal, joint.bonded);
-            }
+            // a bond knows its spring alone, as in the law
+            let pressing = if joint.bonded { normal - joint.dashpots[0] } else { normal };
+            sum.strength += weight * self.law.strength(pressing, joint.bonded);
         }
         sum
     }
@@ -217,6 +219,7 @@ impl<L: ContactLaw> Crack<L> {
                 anchor: place.slip,
                 stretch: 0.0,
                 gap: 0.0,
+                penetration: 0.0,
                 coverage: place.coverage,
                 bonded: self.law.is_bonded(),
                 slipped: 0.0,
@@ -333,6 +336,7 @@ impl<L: ContactLaw> Crack<L> {
                     anchor: place.slip,
                     stretch: 0.0,
                     gap: place.gap,
+                    penetration: 0.0,
                     coverage: 0.0,
                     bonded: false,
                     slipped: joint.slipped,
@@ -405,6 +409,7 @@ impl<L: ContactLaw> Crack<L> {
                 anchor,
                 stretch: response.stretch,
                 gap: place.gap,
+                penetration: if closed { penetration } else { 0.0 },
                 coverage: place.coverage,
                 bonded: response.bonded,
                 slipped,
@@ -432,12 +437,8 @@ impl<L: ContactLaw> Crack<L> {
     pub fn stresses<'a>(&'a self, joints: &'a [JointState]) -> impl Iterator<Item = [f64; 2]> + 'a {
         let [normal, shear] = self.law.stiffness();
         self.contacts.iter().zip(joints).map(move |(contact, joint)| {
-            if matches!(joint.status, ContactStatus::Open | ContactStatus::Lost) {
-                return [0.0; 2];
-            }
-            let penetration = self.law.dilation(joint.slipped) - joint.gap;
             let on_the_other = shear * joint.stretch + joint.dashpots[1];
-            [normal * penetration + joint.dashpots[0], contact.downstream() * on_the_other]
+            [normal * joint.penetration + joint.dashpots[0], contact.downstream() * on_the_other]
         })
     }
 
@@ -447,6 +448,11 @@ impl<L: ContactLaw> Crack<L> {
             let at_rest = self.place(contact, contact.after, |_| [0.0; 2]).slip;
             contact.downstream() * (joint.anchor + joint.stretch - at_rest)
         })
+    }
+
+    /// Number of contacts.
+    pub fn contact_count(&self) -> usize {
+        self.contacts.len()
     }
 
     /// Where the contacts are without load, m.

@@ -148,17 +148,18 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
         &stress_points,
     );
     summary.notes.extend(limits.flags().into_iter().map(|flag| format!("WARNING: {flag}")));
-    spectra::write(&folder, &histories.histories).map_err(RunError::Spectra)?;
     let table = summary.to_string();
     manifest.result = Some(summary);
     manifest.write(&manifest_path)?;
     say(format!("\n{table}{dam}"));
     say(ending.wall);
     say(format!("log, histories and manifest are in {}", folder.display()));
-    match failure {
-        Some(error) => Err(error.into()),
-        None => Ok(ending.status),
+    let spectra = spectra::write(&folder, &histories.histories);
+    if let Some(error) = failure {
+        return Err(error.into());
     }
+    spectra.map_err(RunError::Spectra)?;
+    Ok(ending.status)
 }
 
 /// The units of a scene, of which `resolved` is the TOML.

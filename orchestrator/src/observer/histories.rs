@@ -153,9 +153,14 @@ fn column_names(prefix: &str, channel: &Channel) -> Vec<String> {
     let name = |suffix: &str| format!("{prefix}{}{suffix} [{}]", channel.name, channel.unit);
     match (channel.array, channel.size) {
         (false, _) => vec![name("")],
-        (true, 2) if !channel.name.starts_with("crack_") => vec![name(".x"), name(".y")],
+        (true, 2) if !numbered(&channel.name) => vec![name(".x"), name(".y")],
         (true, size) => (0..size).map(|i| name(&format!(".{i}"))).collect(),
     }
+}
+
+/// Whether a variable has one value a crack or a point, also where these are two.
+fn numbered(name: &str) -> bool {
+    name.starts_with("crack_") || name.ends_with("_principal_stress")
 }
 
 impl Observer for HistoriesWriter {

@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 
 /// Pictures of the dam during a run: `snapshots.pvd` beside a folder of `.vtu` files, complete after each of them.
 ///
-/// One is taken at the first communication point at or after every multiple of the interval. Parts: the *dam* (points:
+/// One is taken at every multiple of the interval between `from` and `until`, or else at the first end of a communication
+/// step (of a window, where several steps are iterated together) after it. Parts: the *dam* (points:
 /// `displacement` in m since time 0; triangles: `stress_xx`, `stress_yy`, `stress_xy`, tension positive, and the principal
 /// stresses in Pa, those of rest included), its *contacts* (`opening` and `slip` in m, normal and shear stress in Pa) and
 /// the *wet face* (`displacement` along its normals; hydrodynamic and hydrostatic pressure in Pa). Points are where they
@@ -158,21 +159,22 @@ impl Observer for Snapshots {
         {
             let [hydrodynamic, hydrostatic, displacement] = self.ranges.clone();
             let fields = [&dam.inputs[hydrodynamic], &dam.inputs[hydrostatic], &dam.outputs[displacement]];
-            self.last = (step.end(), fields.map(<[f64]>::to_vec));
+            // to the picosecond, as in the histories
+            self.last = ((step.end() * 1e12).round() / 1e12, fields.map(<[f64]>::to_vec));
         }
         Ok(())
     }
 
     fn inspect(&mut self, units: &mut Units) -> Result<(), ObserverError> {
-        let (time, interval) = (self.last.0, self.plan.interval);
+        let SnapshotsScene { interval, from, until } = self.plan;
+        let time = self.last.0;
         let number = (time / interval + ROUNDING).floor() as u64;
-        if number < self.next {
+        let rounding = ROUNDING * interval;
+        if number < self.next || time < from - rounding || until.is_some_and(|until| time > until + rounding)
+        {
             return Ok(());
         }
         self.next = number + 1;
-        if time < self.plan.from || self.plan.until.is_some_and(|until| time > until) {
-            return Ok(());
-        }
         let mut parts = self.parts(&mut *units.dam)?;
         let mut names = Vec::new();
         for (part, grid) in &mut parts {

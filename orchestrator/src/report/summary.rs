@@ -206,15 +206,15 @@ impl Table<'_> {
         self.add(name, 1e3 * last.iter().sum::<f64>() / last.len() as f64, "mm", None);
     }
 
-    /// The shear at the base, and the friction that it needs.
+    /// The forces at the base, and the friction that holds it where it is pressed.
     fn base(&mut self) {
         self.peak("peak base shear", "dam.base_shear", 1e-6, "MN/m");
+        self.largest("least normal force of the base", "dam.base_normal_force", 1e-6, "MN/m", |force| -force);
         let [shear, normal] = ["dam.base_shear", "dam.base_normal_force"]
             .map(|name| self.histories.column(name).unwrap_or(&[]));
-        // a base under tension has no friction: no coefficient is enough
-        let needed = shear.iter().zip(normal).map(|(shear, normal)| shear.abs() / normal.max(0.0));
-        let largest = needed.enumerate().filter(|(_, mu)| mu.is_finite()).max_by(|a, b| a.1.total_cmp(&b.1));
-        if let Some((index, coefficient)) = largest {
+        let pressed = shear.iter().zip(normal).enumerate().filter(|(_, (_, normal))| **normal > 0.0);
+        let ratios = pressed.map(|(index, (shear, normal))| (index, shear.abs() / normal));
+        if let Some((index, coefficient)) = ratios.max_by(|a, b| a.1.total_cmp(&b.1)) {
             let time = self.time.get(index).copied();
             self.add("largest base shear over normal force", coefficient, "1", time);
         }

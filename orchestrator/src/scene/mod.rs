@@ -72,10 +72,10 @@ pub struct Scene {
 pub struct SnapshotsScene {
     /// Time from one to the next, s.
     pub interval: f64,
-    /// Time of the first, s.
+    /// None before this time, s.
     #[serde(default)]
     pub from: f64,
-    /// No later than this, s.
+    /// None after this time, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub until: Option<f64>,
 }

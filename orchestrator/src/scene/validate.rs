@@ -400,7 +400,7 @@ impl Findings {
 
     fn snapshots(&mut self, scene: &Scene) {
         let Some(plan) = &scene.snapshots else { return };
-        self.positive("snapshots.interval", plan.interval);
+        self.within("snapshots.interval", plan.interval, SHORTEST, LATEST);
         self.within("snapshots.from", plan.from, 0.0, LATEST);
         if let Some(until) = plan.until {
             self.within("snapshots.until", until, plan.from, LATEST);
@@ -591,7 +591,8 @@ impl Findings {
     }
 }
 
-/// Time, s, that no picture needs to be later than.
+/// Time from one picture to the next, s, that is never too long, and time that none needs to be later than.
+const SHORTEST: f64 = 1e-6;
 const LATEST: f64 = 1e6;
 /// Elevations closer than this share of the height count as one.
 const SAME_LEVEL: f64 = 1e-6;
