@@ -236,24 +236,24 @@ fn a_flipped_bit_is_found_where_it_is() -> Result<(), LogReadError> {
 }
 
 #[test]
-fn other_friction_is_found_where_a_run_with_it_parts() -> Result<(), LogReadError> {
+fn other_dilation_is_found_where_a_run_with_it_parts() -> Result<(), LogReadError> {
     let mut scenario = short_scene();
     let log = logged(&scenario, "run");
-    scenario.set("dam.cracks.0.friction_coefficient", 1.0 + 1e-12);
+    scenario.set("dam.cracks.0.dilation", 1e-9);
     let other = logged(&scenario, "other");
     let found = compare([&Log::open(&log)?, &Log::open(&other)?])?;
     let keys: Vec<_> = found.settings.iter().map(|s| s.key.as_str()).collect();
-    assert_eq!(keys, ["dam.cracks.0.friction_coefficient", "[dam] fingerprint"]);
+    assert_eq!(keys, ["dam.cracks.0.dilation", "[dam] fingerprint"]);
     let mut divergence = found.divergence.expect("a difference");
     println!("{}", divergence.report(["a", "b"]));
-    // Friction acts on the dam first, and from the first sliding on.
+    // Dilation acts on the dam first, and from the first sliding on.
     assert_eq!(divergence.unit, "dam");
     assert!(divergence.occasion.step > 0);
     let before = |e: &&LoggedExchange| e.side == Side::Dam && e.occasion.step < divergence.occasion.step;
     let asked = exchanges(&log)?.iter().filter(before).count() as u64;
     divergence.before = asked + u64::from(divergence.occasion.iteration) - 1;
 
-    let set = "dam.cracks.0.friction_coefficient=1.000000000001";
+    let set = "dam.cracks.0.dilation=1e-9";
     let (status, said) = cofferdam(&["replay", text(&log), "--quiet", "--set", set]);
     assert_eq!(status, Some(5), "{said}");
     assert!(said.contains(&divergence.report(["recorded", "replayed"]).to_string()), "{said}");

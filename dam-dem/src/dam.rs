@@ -3,6 +3,7 @@ use interface::{
     WetFace, open, seal, variables::dam as variable,
 };
 
+use nalgebra::DMatrix;
 use std::num::NonZeroUsize;
 
 use crate::base::BaseBalance;
@@ -46,6 +47,15 @@ pub struct Dam {
     fingerprint: Fingerprint,
     state: DamState,
     energy_watch: EnergyWatch,
+}
+
+/// What the wet face of a dam answers to the pressure on it within one communication step.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InterfaceCompliance {
+    /// `∂(interface_displacement)/∂(interface_pressure)`, both at the step's end, m/Pa; a column a point that is pressed.
+    pub displacement: DMatrix<f64>,
+    /// `∂(interface_acceleration)/∂(interface_pressure)`, mean over the step and its end, m/s² per Pa.
+    pub acceleration: DMatrix<f64>,
 }
 
 /// Watches the balance of energy over a run: no part of the state, and without effect on any result.
@@ -237,6 +247,48 @@ impl Dam {
     /// Longest time step that the dam takes, safety factor included, s.
     pub fn time_step_limit(&self) -> f64 {
         self.critical_time_step.with_safety(self.parameters.time_step_safety, !self.cracks.is_empty())
+    }
+
+    /// The interface compliance of a step of `communication_step` (s) from the current state: a step for each interface
+    /// point, with `probe` (Pa) more on it, less one without.
+    ///
+    /// For quasi-Newton schemes, as a Jacobian to begin with. From the state of rest it is that of an elastic dam whose
+    /// contacts stick, damping included; where contacts slip or open within the step no derivative exists, and this is a
+    /// difference that depends on the probe. The dam itself does not change.
+    ///
+    /// **Errors**: as [`step`](CoSimulation::step), and [`DamError::OutOfRange`] for a probe of 0.
+    pub fn interface_compliance(
+        &self,
+        communication_step: f64,
+        probe: f64,
+    ) -> Result<InterfaceCompliance, DamError> {
+        crate::error::require(probe != 0.0 && probe.is_finite(), "probe", probe, "finite and not 0")?;
+        let mut dam = self.clone();
+        let (state, time) = (self.save_state(), self.state().time());
+        let points = self.size(&variable::INTERFACE_PRESSURE);
+        let mut pressure = vec![0.0; points];
+        self.get(variable::INTERFACE_PRESSURE.value_reference, &mut pressure)?;
+        let mut answer = |pressure: &[f64]| -> Result<[Vec<f64>; 2], DamError> {
+            dam.restore_state(&state)?;
+            dam.set(variable::INTERFACE_PRESSURE.value_reference, pressure)?;
+            dam.step(time, communication_step)?;
+            let mut found = [vec![0.0; points], vec![0.0; points]];
+            dam.get(variable::INTERFACE_DISPLACEMENT.value_reference, &mut found[0])?;
+            dam.get(variable::INTERFACE_ACCELERATION.value_reference, &mut found[1])?;
+            Ok(found)
+        };
+        let without = answer(&pressure)?;
+        let [mut displacement, mut acceleration] = [0, 1].map(|_| DMatrix::zeros(points, points));
+        for point in 0..points {
+            pressure[point] += probe;
+            let with = answer(&pressure)?;
+            pressure[point] -= probe;
+            for i in 0..points {
+                displacement[(i, point)] = (with[0][i] - without[0][i]) / probe;
+                acceleration[(i, point)] = (with[1][i] - without[1][i]) / probe;
+            }
+        }
+        Ok(InterfaceCompliance { displacement, acceleration })
     }
 
     /// Number of time steps in a communication step of `communication_step` seconds.

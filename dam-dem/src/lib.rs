@@ -48,7 +48,6 @@ mod added_mass;
 pub mod analytical;
 mod base;
 mod block;
-mod compliance;
 pub mod contact;
 mod dam;
 mod damping;
@@ -72,8 +71,7 @@ mod time_step;
 
 pub use added_mass::AddedMass;
 pub use block::{Block, best_fit_rotation};
-pub use compliance::InterfaceCompliance;
-pub use dam::Dam;
+pub use dam::{Dam, InterfaceCompliance};
 pub use damping::{Damping, DampingFrequencies, RayleighCoefficients, StiffnessDamping};
 pub use error::DamError;
 pub use fidelity::Fidelity;
