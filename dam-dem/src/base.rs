@@ -9,7 +9,7 @@ use crate::structure::Structure;
 /// The balance of momentum of the whole dam, in the coordinates of its level.
 ///
 /// ```text
-/// F_base = F_weight + Σ F_water − ιᵀ (M + X) (ü + ι a_g) − α ιᵀ M u̇
+/// F_base = F_weight + Σ F_water − ιᵀ (M + X) (ü + ι a_g) − α_M ιᵀ M u̇
 /// ```
 ///
 /// It needs no stresses, which are singular at heel and toe, and holds at every level of fidelity. What local damping

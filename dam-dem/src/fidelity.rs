@@ -9,7 +9,7 @@ pub enum Fidelity {
     /// Every element and every contact, explicit in time.
     #[default]
     Dem,
-    /// Blocks of elastic modes between nonlinear contacts ([`reduction`](crate::reduction)). Blocks turn by small angles.
+    /// Blocks of elastic modes between nonlinear contacts ([`reduction`](crate::reduction)).
     Reduced {
         /// Modes of each block with its cracks held; `None` for as many as the error estimate asks for.
         modes: Option<usize>,

@@ -170,7 +170,7 @@ pub mod dam {
         53 FRICTION_COEFFICIENT "friction_coefficient" Parameter Fixed Cracks "1" "Coulomb friction coefficient of the crack";
         54 NORMAL_STIFFNESS "normal_stiffness" Parameter Fixed Cracks "Pa/m" "normal stiffness of the crack";
         55 SHEAR_STIFFNESS "shear_stiffness" Parameter Fixed Cracks "Pa/m" "shear stiffness of the crack";
-        56 DAMPING_RATIO "damping_ratio" Parameter Fixed Scalar "1" "damping ratio at the two named frequencies";
+        56 DAMPING_RATIO "damping_ratio" Parameter Fixed Scalar "1" "damping ratio at the named frequencies; of local damping at all";
         57 DAMPING_FREQUENCY_LOW "damping_frequency_low" CalculatedParameter Fixed Scalar "rad/s" "lower frequency at which the damping ratio holds";
         58 DAMPING_FREQUENCY_HIGH "damping_frequency_high" CalculatedParameter Fixed Scalar "rad/s" "upper frequency at which the damping ratio holds";
         59 ELEMENT_SIZE "element_size" CalculatedParameter Fixed Scalar "m" "nominal length of an element's side";

@@ -16,13 +16,13 @@
 //! ```
 //!
 //! **Damping** of each mode is that of the matrices, at most critical; the water's part in mass damping is left to the
-//! diagonal. **Slow modes only**: a mode faster than ten times the highest excitation answers statically. It keeps its
+//! diagonal. **Slow modes only**: a mode faster than five times the highest excitation answers statically. It keeps its
 //! stiffness and gets the mass, with critical damping at most, that brings it down to that frequency: contacts stay as
 //! soft as the concrete makes them, and the time step follows from motion that matters.
 //!
 //! **Number of modes**: from a bound on what is left out, or given.
 //!
-//! **Valid** for small rotations of the blocks; sliding may be large. Stiffness of contacts, search along the crack,
+//! **Valid** for small strains; free blocks may slide and turn far ([`Kinematics::Corotational`](crate::Kinematics)). Stiffness of contacts, search along the crack,
 //! friction and dashpots are those of [`contact`](crate::contact).
 //!
 //! **Source**: R.R. Craig, M.C.C. Bampton, *Coupling of substructures for dynamic analyses*, AIAA Journal 6 (1968);

@@ -98,7 +98,7 @@ pub struct Run {
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
 
-    /// Threads for preparing the reservoir's operator; by default one a core
+    /// Threads for preparing the reservoir's operator, and for large meshes of the dam; by default one a core
     ///
     /// Results are the same, bit for bit, with any number.
     #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
@@ -209,6 +209,9 @@ Results, in the output folder:
   log.mcap        every request and answer of every iteration (MCAP, protobuf);
                   open it with Foxglove, PlotJuggler, Rerun or Python's mcap package
   histories.csv   time histories of all scalar results
+  response_spectra.csv, .svg
+                  of ground and crest, 5 % damping
+  snapshots.pvd   with [snapshots] in the scene: the dam's fields over time, for ParaView
   dam-*.csv, reservoir-*.csv
                   motion and pressure of the wet face, a column a point
   manifest.toml   the scene with all defaults, versions, machine, and the summary

@@ -3,6 +3,9 @@ use crate::scene::{StopAction, StopQuantity, StopScene};
 use crate::scheme::{Side, WindowReport};
 use std::ops::Range;
 
+/// Kinetic energy, J/m, up to which a balance is rounding.
+const STANDSTILL: f64 = 1e-3;
+
 /// Looks whether a quantity of the run passes a limit: flags it, or ends the run.
 #[derive(Default)]
 pub struct Limits {
@@ -61,8 +64,7 @@ impl Observer for Limits {
                 let largest = values(&watch.range).iter().fold(0.0, |most: f64, value| most.max(value.abs()));
                 let value = match watch.condition.quantity {
                     StopQuantity::Iterations => f64::from(report.iterations()),
-                    StopQuantity::EnergyError if self.peak_kinetic == 0.0 => 0.0,
-                    StopQuantity::EnergyError => largest / self.peak_kinetic,
+                    StopQuantity::EnergyError => largest / self.peak_kinetic.max(STANDSTILL),
                     _ => largest,
                 };
                 if value > watch.condition.above {

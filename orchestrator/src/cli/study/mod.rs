@@ -63,7 +63,7 @@ pub struct Arguments {
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
 
-    /// Fewer and shorter runs: under a minute
+    /// Fewer runs, or shorter ones
     #[arg(long)]
     coarse: bool,
 }

@@ -3,12 +3,13 @@
 use super::{Arguments, Outcome, StudyError, figure, quoted, run_scene, unfit};
 use crate::cli::table::Table;
 use crate::cli::{say, threads};
-use orchestrator::scene::{DamScene, DampingModelScene, LoadedScene, OnFailure};
+use orchestrator::scene::{DamFidelityScene, DamScene, DampingModelScene, LoadedScene, OnFailure};
 
 pub const HELP: &str = "\
 Runs the scene again and again with one thing changed each time, and tables what that does to crest motion, rotation and
 sliding: first what should not matter (mesh, time steps, where contacts are, the reduced model, a thousandth of
-shaking), then what is a choice (joint stiffness, plane condition, friction, damping model, polarity).
+shaking), then what is a choice (joint stiffness, plane condition, friction, damping model, polarity). Rotation and sliding
+are those of the lowest crack.
 
 Writes sensitivity.md, sensitivity.csv and sensitivity.svg.
 
@@ -39,6 +40,10 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     let Some(record) = &scene.ground_motion.record else {
         return Err(unfit("the study needs a record as ground motion"));
     };
+    let elements = dam.fidelity == DamFidelityScene::Dem;
+    if !elements && dam.fidelity != DamFidelityScene::Reduced {
+        return Err(unfit("the study needs `dam.fidelity` = \"dem\" or \"reduced\""));
+    }
     let change =
         |what: &str, numerical: bool, sets: Vec<String>| Change { what: what.to_owned(), numerical, sets };
     let of_joints = |factor: f64| -> Vec<String> {
@@ -52,11 +57,13 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     };
     let of_friction = |factor: f64| -> Vec<String> {
         let cracks = dam.cracks.iter().enumerate();
-        cracks
-            .map(|(i, crack)| {
-                format!("dam.cracks.{i}.friction_coefficient={}", factor * crack.friction_coefficient)
-            })
-            .collect()
+        let coefficients = cracks.flat_map(|(i, crack)| {
+            let set = |name: &str, value: f64| format!("dam.cracks.{i}.{name}={}", factor * value);
+            let residual =
+                crack.residual_friction_coefficient.map(|mu| set("residual_friction_coefficient", mu));
+            [set("friction_coefficient", crack.friction_coefficient)].into_iter().chain(residual)
+        });
+        coefficients.collect()
     };
     let scale = |factor: f64| vec![format!("ground_motion.record.scale={}", factor * record.scale)];
     let mut changes = vec![
@@ -67,7 +74,6 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
         ),
         change("time step of the dam halved", true, vec![format!("dam.time_step_safety={}", halved(dam))]),
         change("contacts at Gauss points", true, gauss(dam.cracks.len())),
-        change("reduced blocks", true, vec!["dam.fidelity=\"reduced\"".to_owned()]),
         change("shaking + 0.1 %", true, scale(1.001)),
         change(
             "polarity reversed",
@@ -75,6 +81,16 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
             vec![format!("ground_motion.record.polarity={}", -record.polarity)],
         ),
     ];
+    match (elements, dam.modes) {
+        (true, _) => {
+            changes.push(change("reduced blocks", true, vec!["dam.fidelity=\"reduced\"".to_owned()]))
+        }
+        (false, None) => {
+            changes.push(change("elements, not modes", true, vec!["dam.fidelity=\"dem\"".to_owned()]))
+        }
+        // a number of modes goes with modes alone
+        (false, Some(_)) => {}
+    }
     if !arguments.coarse {
         let step = scene.time.communication_step;
         changes.splice(
@@ -104,7 +120,8 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
             change("plane strain", false, vec!["dam.material.plane=\"strain\"".to_owned()]),
         ]);
         if dam.damping.model == DampingModelScene::Rayleigh && dam.damping.ratio > 0.0 {
-            let models = ["mass", "stiffness", "local"];
+            let models =
+                ["mass", "stiffness", "local"].into_iter().filter(|model| elements || *model != "local");
             changes.extend(models.map(|model| {
                 change(&format!("damping: {model}"), false, vec![format!("dam.damping.model=\"{model}\"")])
             }));
@@ -112,14 +129,23 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     }
     changes.sort_by_key(|change| !change.numerical);
 
-    let mut unconverged = 0;
+    // What does not fit is found before anything is computed.
+    let mut runs = Vec::new();
+    for change in changes {
+        let sets: Vec<String> = arguments.set.iter().chain(&change.sets).cloned().collect();
+        runs.push((LoadedScene::read(&arguments.scene, &sets)?, change));
+    }
+
+    let mut unconverged = Vec::new();
     let mut solve = |loaded: &LoadedScene, what: &str| -> Result<[f64; 4], StudyError> {
         let mut scene = loaded.scene.clone();
         // A step that rests above its tolerance is no reason to lose the other runs; the text says how many do.
         scene.coupling.on_failure = OnFailure::Continue;
         let outcome = run_scene(&scene, &loaded.ground_motion, threads(None))?.completed(what)?;
         let (found, wall) = (measures(&outcome), outcome.ending.wall.total.as_secs_f64());
-        unconverged += outcome.ending.statistics.unconverged;
+        if let count @ 1.. = outcome.ending.statistics.unconverged {
+            unconverged.push(format!("{count} ({what})"));
+        }
         say(format!("{what}: sliding {:.2} mm, {wall:.1} s", 1e3 * found[3]));
         Ok(found)
     };
@@ -134,9 +160,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
         format!("{:.2} mm", 1e3 * base[3]),
     ]);
     let (mut worst, mut rows) = ([0.0f64; 4], Vec::new());
-    for Change { what, numerical, sets } in changes {
-        let sets: Vec<String> = arguments.set.iter().cloned().chain(sets).collect();
-        let changed = LoadedScene::read(&arguments.scene, &sets)?;
+    for (changed, Change { what, numerical, .. }) in runs {
         let found = solve(&changed, &what)?;
         let relative = [0, 1, 2, 3].map(|i| found[i] / base[i] - 1.0);
         if numerical {
@@ -147,10 +171,11 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
         table.row([name.clone()].into_iter().chain(cells));
         rows.push((name, relative.map(|change| 100.0 * change)));
     }
+    let unconverged = if unconverged.is_empty() { "none".to_owned() } else { unconverged.join(", ") };
     let text = format!(
         "`cofferdam study sensitivity {}{}`: one thing changed, against the scene as it is\n\n{}\n\
          \\* a choice of the model. What should not matter changes the crest by {:.1} %, the rotation by {:.1} %, the largest \
-         sliding by {:.1} % and that at the end by {:.1} % at most: no more digits than that are to be trusted. Communication steps of all runs \
+         sliding by {:.1} % and that at the end by {:.1} % at most: no more digits than that are to be trusted. Communication steps \
          that rest above the tolerance: {unconverged}.\n",
         quoted(&arguments.scene),
         if arguments.coarse { " --coarse" } else { "" },
