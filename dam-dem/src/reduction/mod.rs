@@ -22,8 +22,8 @@
 //!
 //! **Number of modes**: from a bound on what is left out, or given.
 //!
-//! **Valid** for small strains; free blocks may slide and turn far ([`Kinematics::Corotational`](crate::Kinematics)). Stiffness of contacts, search along the crack,
-//! friction and dashpots are those of [`contact`](crate::contact).
+//! **Valid** for small strains; free blocks may slide and turn far ([`Kinematics::Corotational`](crate::Kinematics)).
+//! Stiffness of contacts, search along the crack, friction and dashpots are those of [`contact`](crate::contact).
 //!
 //! **Source**: R.R. Craig, M.C.C. Bampton, *Coupling of substructures for dynamic analyses*, AIAA Journal 6 (1968);
 //! tested in `tests/reduction.rs`.

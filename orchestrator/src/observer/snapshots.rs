@@ -140,6 +140,15 @@ fn pairs(dam: &mut dyn Participant, x: &str, y: &str) -> Result<Vec<[f64; 2]>, P
     Ok(dam.read(x)?.into_iter().zip(dam.read(y)?).map(|(x, y)| [x, y]).collect())
 }
 
+/// Number of the last multiple of the interval up to `time` (s), if a picture of it is wanted.
+fn due(plan: &SnapshotsScene, time: f64) -> Option<u64> {
+    let number = (time / plan.interval + ROUNDING).floor();
+    let (multiple, rounding) = (number * plan.interval, ROUNDING * plan.interval);
+    let early = multiple < plan.from - rounding;
+    let late = plan.until.is_some_and(|until| multiple > until + rounding);
+    (!early && !late).then_some(number as u64)
+}
+
 impl Observer for Snapshots {
     fn begin(&mut self, start: &Start<'_>) -> Result<(), ObserverError> {
         let Description { inputs, outputs, .. } = &start.dam;
@@ -166,14 +175,8 @@ impl Observer for Snapshots {
     }
 
     fn inspect(&mut self, units: &mut Units) -> Result<(), ObserverError> {
-        let SnapshotsScene { interval, from, until } = self.plan;
         let time = self.last.0;
-        let number = (time / interval + ROUNDING).floor() as u64;
-        let rounding = ROUNDING * interval;
-        if number < self.next || time < from - rounding || until.is_some_and(|until| time > until + rounding)
-        {
-            return Ok(());
-        }
+        let Some(number) = due(&self.plan, time).filter(|number| *number >= self.next) else { return Ok(()) };
         self.next = number + 1;
         let mut parts = self.parts(&mut *units.dam)?;
         let mut names = Vec::new();
@@ -191,5 +194,30 @@ impl Observer for Snapshots {
 
     fn end(&mut self, _ending: &Ending) -> Result<(), ObserverError> {
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Multiples taken at the ends of steps of 3 ms, whose sums round.
+    fn taken(interval: f64, from: f64, until: Option<f64>) -> Vec<u64> {
+        let plan = SnapshotsScene { interval, from, until };
+        let mut found = Vec::new();
+        for step in 0..=300 {
+            let time = f64::from(step) * 3e-3;
+            found.extend(due(&plan, time).filter(|number| found.last().is_none_or(|last| number > last)));
+        }
+        found
+    }
+
+    #[test]
+    fn pictures_are_those_of_the_multiples_between_the_bounds() {
+        assert_eq!(taken(0.3, 0.0, None), [0, 1, 2, 3]);
+        assert_eq!(taken(0.3, 0.3, Some(0.6)), [1, 2], "bounds on multiples count");
+        assert_eq!(taken(0.3, 0.1, Some(0.8)), [1, 2], "bounds between them make none");
+        assert_eq!(taken(0.1, 0.15, Some(0.5)), [2, 3, 4, 5], "multiples between steps are taken after them");
+        assert_eq!(taken(1e-3, 0.0, Some(0.01)), [0, 3, 6, 9], "no more than there are steps");
     }
 }
