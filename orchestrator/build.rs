@@ -12,7 +12,9 @@ fn main() {
             println!("cargo:rerun-if-changed={path}");
         }
     }
-    let output = Command::new("git").args(["describe", "--always", "--dirty", "--abbrev=12"]).output();
+    // Without optional locks: git would write the index anew, and the next build would begin from there.
+    let describe = ["--no-optional-locks", "describe", "--always", "--dirty", "--abbrev=12"];
+    let output = Command::new("git").args(describe).output();
     let commit = output.ok().filter(|o| o.status.success()).and_then(|o| String::from_utf8(o.stdout).ok());
     println!("cargo:rustc-env=COFFERDAM_COMMIT={}", commit.as_deref().map_or("unknown", str::trim));
 }

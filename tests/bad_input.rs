@@ -2,7 +2,8 @@
 //! a warning. The snapshots are the catalogue of messages: each change of a shipped scene, and what is said about it.
 
 use miette::Diagnostic;
-use orchestrator::scene::{Invalid, LoadedScene, RecordError, Warning};
+use orchestrator::ground_motion::RecordError;
+use orchestrator::scene::{Invalid, LoadedScene, Warning};
 use std::collections::BTreeSet;
 use whole_chain::scenario::{Scenario, binary, root};
 use whole_chain::scene_text::{Desk, shipped};
@@ -392,9 +393,9 @@ macro_rules! variants {
 
 variants!(INVALID, invalid, Invalid:
     Unreadable Override Syntax Misspelt Misplaced Unknown Missing Type Word NotPositive OutOfRange WaterAboveCrest
-    WaterTooShallow ElementTooLarge BedCorner WavesWithoutMemory NothingToWatch NothingToShow NoModes RigidWithoutCrack LocalDampingOfModes NothingToCompute PanelTooLong CrackOutside CracksCoincide ThinRow TooMany NoStep NoMeasure FixedStep Window AddedMassScheme AdaptiveScheme NothingToHalve AdaptiveBounds
-    Title Undersampled SideTooShort SideNotAscending NotAtHeel SidesCross
-    ExactlyOne Polarity Count Frequencies DurationMissing Record);
+    WaterTooShallow WavesWithoutMemory NothingToWatch NothingToShow NoModes NothingToCompute PanelTooLong TooMany NoStep NoMeasure FixedStep Window AddedMassScheme AdaptiveScheme NothingToHalve AdaptiveBounds
+    Title Undersampled
+    ExactlyOne Polarity Count Unit DurationMissing Record);
 variants!(RECORD_ERRORS, record_error, RecordError:
     Read Format Line NonFinite NonUniform Empty Truncated Crop TooStrong);
 variants!(DOUBTS, doubt, Warning:
@@ -425,7 +426,7 @@ fn every_message_is_in_a_snapshot() {
 
 #[test]
 fn a_scene_that_is_not_there() {
-    let error = LoadedScene::read(std::path::Path::new("absent"), &[]).expect_err("no such scene");
+    let error = orchestrator::registry::read(std::path::Path::new("absent"), &[]).expect_err("no such scene");
     insta::assert_snapshot!(
         error.problems[0].to_string(),
         @"absent: No such file or directory (os error 2); give a folder with scene.toml, or a .toml file"
@@ -437,7 +438,8 @@ fn a_crack_at_the_water_level_and_the_shipped_scenes_are_right() {
     let desk = Desk::default();
     assert!(edit(&[("depth = 91.75", "depth = 66.5")]).read(&desk).is_ok());
     for case in [CRACKED, RAMP, "koyna-intact"] {
-        let loaded = LoadedScene::read(&root().join("scenes").join(case), &[]).expect("a shipped scene");
+        let loaded =
+            orchestrator::registry::read(&root().join("scenes").join(case), &[]).expect("a shipped scene");
         assert!(loaded.warnings.is_empty(), "{case}: {:?}", loaded.warnings);
         assert!(loaded.scene.time.duration.is_some());
     }

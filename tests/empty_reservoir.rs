@@ -7,7 +7,6 @@ use orchestrator::convergence::{ConvergenceMeasure, Measure};
 use orchestrator::log::Log;
 use orchestrator::observer::HistoriesWriter;
 use orchestrator::participant::{EmptyReservoir, InProcess, Messages, Participant};
-use orchestrator::scene::LoadedScene;
 use orchestrator::scheme::{Predictor, Scheme, SchemeKind, Settings, Side, Units};
 use orchestrator::simulation::Simulation;
 use orchestrator::stepping::Stepping;
@@ -32,10 +31,12 @@ fn crest(kind: SchemeKind, reservoir: impl Fn(interface::WetFace) -> Box<dyn Par
     let acceleration = Acceleration::new(AccelerationKind::Constant, 1.0, 1e-9);
     let settings = Settings { kind, ..Settings::default() };
     let scheme = Scheme::new(&mut units, settings, acceleration, Predictor::new(2), measure);
-    let motion =
-        LoadedScene::read(&root().join("scenes/koyna-intact"), &["ground_motion.record.start=4".to_owned()])
-            .expect("a shipped scene")
-            .ground_motion;
+    let motion = orchestrator::registry::read(
+        &root().join("scenes/koyna-intact"),
+        &["ground_motion.record.start=4".to_owned()],
+    )
+    .expect("a shipped scene")
+    .ground_motion;
     let mut simulation = Simulation {
         units,
         scheme: scheme.expect("units that fit"),
@@ -156,7 +157,8 @@ fn its_dam_can_be_packed_without_load_and_its_water_cannot() {
 #[test]
 fn steps_cannot_follow_an_error_that_there_is_not() {
     let settings = ["reservoir.fidelity=none", "time.adaptive={tolerance=1e-3, shortest=1e-3, longest=0.01}"];
-    let error = LoadedScene::read(&root().join("scenes/koyna-intact"), &settings.map(str::to_owned));
+    let error =
+        orchestrator::registry::read(&root().join("scenes/koyna-intact"), &settings.map(str::to_owned));
     let error = error.expect_err("nothing to follow");
     assert!(error.problems[0].to_string().starts_with("`time.adaptive`"), "{}", error.problems[0]);
 }

@@ -3,7 +3,6 @@
 use dam_dem::Dam;
 use faer::Mat;
 use interface::WetFace;
-use orchestrator::scene::LoadedScene;
 use std::num::NonZeroUsize;
 use std::sync::LazyLock;
 use whole_chain::frequency_domain::LinearDam;
@@ -57,7 +56,8 @@ fn crest(dam: &LinearDam, wet_face: WetFace) -> Vec<f64> {
     let modes = dam.modes();
     println!("{} degrees of freedom, ω = {:.3?} rad/s", dam.mass.nrows(), modes.frequencies(4));
     let scenario = scenario(5.0);
-    let motion = LoadedScene::read(&scenario.write(), &[]).expect("the scene is valid").ground_motion;
+    let motion =
+        orchestrator::registry::read(&scenario.write(), &[]).expect("the scene is valid").ground_motion;
     let duration = END - START;
     let parameters = koyna::reservoir(wet_face, H, duration);
     // Twice the communication step: of the crest's displacement nothing is left above 100 Hz.

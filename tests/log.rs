@@ -9,7 +9,6 @@ use orchestrator::participant::{
     Description, InProcess, Level, Messages, Occasion, Participant, ParticipantError, Prescribed,
 };
 use orchestrator::replay::{ReplayError, Unanswered, replay};
-use orchestrator::scene::LoadedScene;
 use orchestrator::scheme::{Predictor, Scheme, Settings, Side, Units};
 use orchestrator::simulation::Simulation;
 use orchestrator::stepping::Stepping;
@@ -620,7 +619,7 @@ fn water(step: u64, value: Option<f64>) -> Result<Failing, Box<dyn std::error::E
 
 /// The log of a rigid dam before water that fails in step 7.
 fn failed_run(path: &Path, value: Option<f64>) -> Result<(), Box<dyn std::error::Error>> {
-    let loaded = LoadedScene::read(&root().join("scenes/rigid-dam-ramp"), &[])?;
+    let loaded = orchestrator::registry::read(&root().join("scenes/rigid-dam-ramp"), &[])?;
     let scene = toml::to_string(&loaded.scene)?;
     let mut log = LogWriter::create(path, Preamble { scene, ..Preamble::default() })?;
     let dam = Prescribed::new(interface::WetFace::straight([0.0, koyna::DEPTH], 9)?)?;
@@ -753,7 +752,7 @@ fn what_is_missing_from_a_finished_log_is_damage() -> Result<(), Box<dyn std::er
 #[test]
 fn what_was_run_is_on_the_disk_at_once() -> Result<(), Box<dyn std::error::Error>> {
     let folder = tempfile::tempdir()?;
-    let loaded = LoadedScene::read(&root().join("scenes/rigid-dam-ramp"), &[])?;
+    let loaded = orchestrator::registry::read(&root().join("scenes/rigid-dam-ramp"), &[])?;
     let dam = Prescribed::new(interface::WetFace::straight([0.0, koyna::DEPTH], 9)?)?;
     let start = Start {
         dam: dam.description().clone(),

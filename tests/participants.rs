@@ -5,7 +5,6 @@ use interface::WetFace;
 use orchestrator::participant::{
     Deadlines, InProcess, Messages, Occasion, Participant, ParticipantError, Prescribed, Starting,
 };
-use orchestrator::scene::LoadedScene;
 use reservoir::Reservoir;
 use std::num::NonZeroUsize;
 use std::process::Command;
@@ -94,7 +93,7 @@ fn reservoir_in_process() -> Result<(), Box<dyn std::error::Error>> {
 fn both_over_shared_memory() -> Result<(), Box<dyn std::error::Error>> {
     let mut scenario = Scenario::shipped("koyna-northridge-1994");
     scenario.set("dam.element_size", 10.0).set("time.duration", 0.5).set("time.communication_step", H);
-    let scene = toml::to_string(&LoadedScene::read(&scenario.write(), &[])?.scene)?;
+    let scene = toml::to_string(&orchestrator::registry::read(&scenario.write(), &[])?.scene)?;
     let units = ["dam", "reservoir"].map(|name| {
         let mut command = Command::new(binary());
         command.args(["unit", name]);

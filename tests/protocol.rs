@@ -9,7 +9,7 @@ use std::time::Duration;
 
 /// Starts a unit with a fault.
 fn start(fault: &str) -> Result<SharedMemory, ParticipantError> {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_misbehaving-unit"));
+    let mut command = Command::new(env!("CARGO_BIN_EXE_misbehaving_unit"));
     command.arg(fault);
     let deadlines = Deadlines { preparation: Duration::from_secs(1), step: Duration::from_millis(200) };
     let starting = Starting::new([("dam".to_owned(), command)], "", 1, deadlines)?;

@@ -2,10 +2,10 @@
 
 use orchestrator::acceleration::{Acceleration, AccelerationKind};
 use orchestrator::convergence::{ConvergenceMeasure, Hopeless, Measure};
+use orchestrator::ground_motion::GroundMotion;
 use orchestrator::log::{Entry, Log, LogWriter, LoggedExchange, Preamble};
 use orchestrator::observer::{Ending, Observer, ObserverError, Start, Status};
 use orchestrator::participant::{Description, Occasion, Participant, ParticipantError};
-use orchestrator::scene::{GroundMotion, LoadedScene};
 use orchestrator::scheme::{
     CouplingError, Interval, Predictor, Scheme, SchemeKind, Settings, Side, Units, WindowReport,
 };
@@ -344,7 +344,9 @@ fn a_tolerance_beneath_the_rounding_floor_is_said_to_be_so() {
 }
 
 fn log_of_a_scene(path: &Path) -> LogWriter {
-    let scene = LoadedScene::read(&root().join("scenes/rigid-dam-ramp"), &[]).expect("a shipped scene").scene;
+    let scene = orchestrator::registry::read(&root().join("scenes/rigid-dam-ramp"), &[])
+        .expect("a shipped scene")
+        .scene;
     let preamble = Preamble { scene: toml::to_string(&scene).expect("TOML"), ..Preamble::default() };
     LogWriter::create(path, preamble).expect("a log")
 }

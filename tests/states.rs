@@ -3,7 +3,6 @@
 
 use dam_dem::Dam;
 use interface::{Causality, CoSimulation, Variable, WetFace, variables};
-use orchestrator::scene::LoadedScene;
 use reservoir::Reservoir;
 use std::num::NonZeroUsize;
 use whole_chain::koyna;
@@ -81,7 +80,7 @@ fn outputs<U: CoSimulation>(unit: &U) -> Result<Vec<(&'static str, Vec<u64>)>, U
 /// What the tests build without a scene is what the scene says.
 #[test]
 fn the_tests_dam_is_that_of_the_scene() -> Result<(), Box<dyn std::error::Error>> {
-    let scene = LoadedScene::read(&root().join("scenes/koyna-northridge-1994"), &[])?.scene;
+    let scene = orchestrator::registry::read(&root().join("scenes/koyna-northridge-1994"), &[])?.scene;
     let (built, said) = (toml::Value::try_from(koyna::dam(5.0, true))?, toml::Value::try_from(&scene.dam)?);
     for key in ["element_size", "kinematics", "time_step_safety", "section", "material", "cracks"] {
         assert_eq!(built[key], said[key], "{key}");
@@ -99,7 +98,7 @@ fn the_tests_dam_is_that_of_the_scene() -> Result<(), Box<dyn std::error::Error>
 
 #[test]
 fn states_in_the_middle_of_the_main_scene() -> Result<(), Box<dyn std::error::Error>> {
-    let loaded = LoadedScene::read(&root().join("scenes/koyna-northridge-1994"), &[])?;
+    let loaded = orchestrator::registry::read(&root().join("scenes/koyna-northridge-1994"), &[])?;
     // The strong motion begins at 4 s.
     let ground = |time: f64| loaded.ground_motion.at(4.0 + time);
     let mut pair = Pair::new()?;

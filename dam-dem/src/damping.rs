@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::Problem;
 use crate::error::{DamError, require};
 
 /// Damping of the dam. What β damps, in elements and contacts, is named with every result: sliding depends on it.
@@ -53,27 +54,28 @@ pub enum DampingFrequencies {
 }
 
 impl Damping {
-    /// Checks the ranges.
-    ///
-    /// **Errors**: [`DamError::OutOfRange`] for a ratio or coefficient outside (0, 1), or frequencies that are
-    /// not positive and ascending.
-    pub fn check(&self) -> Result<(), DamError> {
+    /// What is wrong: a ratio or coefficient must lie in (0, 1), frequencies must be positive and ascend.
+    pub(crate) fn problems(&self) -> Vec<Problem> {
         let share = |name, value: f64| {
             require(value > 0.0 && value < 1.0, name, value, "between 0 and 1, both excluded")
         };
-        match *self {
-            Self::None => Ok(()),
+        let checks = match *self {
+            Self::None => Vec::new(),
             Self::Rayleigh { ratio, frequencies }
             | Self::Mass { ratio, frequencies }
             | Self::Stiffness { ratio, frequencies } => {
                 let (DampingFrequencies::MultiplesOfFirst([low, high])
                 | DampingFrequencies::RadiansPerSecond([low, high])) = frequencies;
-                share("damping ratio", ratio)?;
-                require(low > 0.0, "lower damping frequency", low, "positive")?;
-                require(high > low, "upper damping frequency", high, "above the lower one")
+                let lower = require(low > 0.0, "lower damping frequency", low, "positive");
+                let upper = require(high > low, "upper damping frequency", high, "above the lower one");
+                vec![
+                    ("damping.ratio", share("damping ratio", ratio)),
+                    ("damping.frequencies", lower.and(upper)),
+                ]
             }
-            Self::Local { coefficient } => share("local damping", coefficient),
-        }
+            Self::Local { coefficient } => vec![("damping.ratio", share("local damping", coefficient))],
+        };
+        checks.into_iter().filter_map(|(key, check)| Some(Problem::of([key], check.err()?))).collect()
     }
 
     /// The frequencies at which the ratio holds, rad/s; zeros where it is none. `first` finds the first natural

@@ -23,7 +23,8 @@ pub enum DamError {
     },
     /// A point of a side is not finite, or not above the one before it.
     #[error(
-        "point {index} of the {side} side, ({x}, {y}), is not above the one before it; list the points from base to crest"
+        "point {index} of the {side} side, ({x}, {y}), is out of order: each point must lie above the one before it, the first \
+         at y = 0, and be finite; list the points from base to crest"
     )]
     SideNotAscending {
         /// `upstream` or `downstream`.
@@ -45,15 +46,31 @@ pub enum DamError {
     },
     /// The two sides do not end at the same elevation.
     #[error(
-        "at the {end} the upstream side is at y = {upstream} m and the downstream side at {downstream} m; both must be level"
+        "the upstream side ends at y = {upstream} m and the downstream side at {downstream} m; the crest must be level"
     )]
     SidesNotLevel {
-        /// `base` or `crest`.
-        end: &'static str,
         /// Elevation of the upstream end, m.
         upstream: f64,
         /// Elevation of the downstream end, m.
         downstream: f64,
+    },
+    /// Elements larger than the dam.
+    #[error(
+        "`element_size` is {size} m, more than the dam's height of {crest} m; take a twentieth of that or less"
+    )]
+    ElementTooLarge {
+        /// Nominal length of an element's side, m.
+        size: f64,
+        /// Elevation of the crest, m.
+        crest: f64,
+    },
+    /// More elements than can be computed.
+    #[error(
+        "`element_size` leads to {elements:.3e} elements of the dam, 1e6 are the most; take a larger one"
+    )]
+    TooManyElements {
+        /// Number of elements.
+        elements: f64,
     },
     /// Two elevations at which rows of elements must end lie too close together.
     #[error(
@@ -87,10 +104,12 @@ pub enum DamError {
         crest: f64,
     },
     /// Two cracks at the same elevation.
-    #[error("two cracks lie at {elevation} m; leave one of them out")]
+    #[error("a crack lies at {elevation} m, where another one is, at {other} m; leave one of them out")]
     DuplicateCrack {
         /// Elevation, m.
         elevation: f64,
+        /// Elevation of the other crack, m.
+        other: f64,
     },
     /// The water stands above the crest or below the base.
     #[error("a water depth of {depth} m was given; it must lie between 0 (empty) and the crest at {crest} m")]
@@ -192,6 +211,13 @@ pub enum DamError {
     /// The operating system refused the threads asked for.
     #[error("the threads asked for could not be started ({0}); ask for fewer")]
     Threads(String),
+}
+
+impl DamError {
+    /// The parameter that is out of range, if that is the error.
+    pub(crate) fn parameter(&self) -> Option<&'static str> {
+        if let Self::OutOfRange { parameter, .. } = self { Some(parameter) } else { None }
+    }
 }
 
 impl From<rayon::ThreadPoolBuildError> for DamError {

@@ -77,7 +77,7 @@ pub use error::DamError;
 pub use fidelity::Fidelity;
 pub use material::{Material, Plane};
 pub use mesh::Mesh;
-pub use parameters::{CrackParameters, DamParameters, Kinematics, Section};
+pub use parameters::{CrackParameters, DamParameters, Kinematics, Problem, Section};
 pub use state::{DamMotion, DamState};
 pub use structure::{Motion, Structure};
 pub use system_matrices::SystemMatrices;

@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{DamError, require};
+use crate::Problem;
+use crate::error::require;
 
 /// Which out-of-plane component vanishes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -16,6 +17,7 @@ pub enum Plane {
 
 /// Elastic constants and density.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Material {
     /// Young's modulus E, Pa.
     pub young_modulus: f64,
@@ -28,14 +30,21 @@ pub struct Material {
 }
 
 impl Material {
-    /// Checks the ranges.
-    ///
-    /// **Errors**: [`DamError::OutOfRange`] for `E ≤ 0`, `ρ ≤ 0` or ν outside (−1, 0.5).
-    pub fn check(&self) -> Result<(), DamError> {
-        require(self.young_modulus > 0.0, "young_modulus", self.young_modulus, "positive")?;
+    /// What is wrong: E and ρ must be positive, ν in (−1, 0.5).
+    pub(crate) fn problems(&self) -> impl Iterator<Item = Problem> {
         let nu = self.poisson_ratio;
-        require(nu > -1.0 && nu < 0.5, "poisson_ratio", nu, "between -1 and 0.5, both excluded")?;
-        require(self.density > 0.0, "density", self.density, "positive")
+        let checks = [
+            (
+                "material.young_modulus",
+                require(self.young_modulus > 0.0, "young_modulus", self.young_modulus, "positive"),
+            ),
+            (
+                "material.poisson_ratio",
+                require(nu > -1.0 && nu < 0.5, "poisson_ratio", nu, "between -1 and 0.5, both excluded"),
+            ),
+            ("material.density", require(self.density > 0.0, "density", self.density, "positive")),
+        ];
+        checks.into_iter().filter_map(|(key, check)| Some(Problem::of([key], check.err()?)))
     }
 
     /// Shear modulus `G = E / 2(1+ν)`, Pa.

@@ -39,6 +39,7 @@ pub struct DamParameters {
 
 /// Outline of a cross-section by its two sides, each from base to crest.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Section {
     /// Vertices of the upstream side, m, the first one the origin.
     pub upstream: Vec<[f64; 2]>,
@@ -48,6 +49,7 @@ pub struct Section {
 
 /// A horizontal crack through the whole section.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct CrackParameters {
     /// Elevation above the base, m.
     pub elevation: f64,
@@ -143,37 +145,43 @@ impl Section {
         self.upstream.iter().chain(&self.downstream).map(|p| p[1])
     }
 
-    /// Checks that the sides ascend from a level base to a level crest and do not cross.
-    pub fn check(&self) -> Result<(), DamError> {
+    /// What is wrong: the sides must ascend from a level base to a level crest, begin at the heel and not cross.
+    fn problems(&self) -> Vec<Problem> {
+        let mut found = Vec::new();
         for (side, points) in [("upstream", &self.upstream), ("downstream", &self.downstream)] {
+            let key = format!("section.{side}");
             if points.len() < 2 {
-                return Err(DamError::SideTooShort { side, found: points.len() });
+                found.push(Problem::of([&key], DamError::SideTooShort { side, found: points.len() }));
             }
             for (index, &[x, y]) in points.iter().enumerate() {
-                let ascending = index == 0 || y > points[index - 1][1];
-                if !(x.is_finite() && y.is_finite() && ascending) {
-                    return Err(DamError::SideNotAscending { side, index, x, y });
+                let follows = if index == 0 { y == 0.0 } else { y > points[index - 1][1] };
+                if !(x.is_finite() && y.is_finite() && follows) {
+                    found.push(Problem::of([&key], DamError::SideNotAscending { side, index, x, y }));
+                    break;
                 }
             }
         }
+        if !found.is_empty() {
+            return found;
+        }
         let [x, y] = self.upstream[0];
         if [x, y] != [0.0, 0.0] {
-            return Err(DamError::HeelNotAtOrigin { x, y });
+            found.push(Problem::of(["section.upstream"], DamError::HeelNotAtOrigin { x, y }));
         }
-        let toe = self.downstream[0][1];
-        let crest = self.downstream.last().map_or(0.0, |p| p[1]);
-        for (end, upstream, downstream) in [("base", y, toe), ("crest", self.height(), crest)] {
-            if upstream != downstream {
-                return Err(DamError::SidesNotLevel { end, upstream, downstream });
-            }
+        let (upstream, downstream) = (self.height(), self.downstream[self.downstream.len() - 1][1]);
+        if upstream != downstream {
+            found.push(Problem::of(["section"], DamError::SidesNotLevel { upstream, downstream }));
         }
-        for elevation in self.vertex_elevations() {
-            let [left, right] = self.sides_at(elevation);
-            if right <= left {
-                return Err(DamError::SidesCross { elevation, width: right - left });
-            }
+        let width = |y: f64| {
+            let [left, right] = self.sides_at(y);
+            right - left
+        };
+        let lowest = self.vertex_elevations().filter(|y| width(*y) <= 0.0).reduce(f64::min);
+        if let Some(elevation) = lowest {
+            let width = width(elevation);
+            found.push(Problem::of(["section"], DamError::SidesCross { elevation, width }));
         }
-        Ok(())
+        found
     }
 }
 
@@ -184,52 +192,136 @@ fn x_at(side: &[[f64; 2]], y: f64) -> f64 {
     if y == y1 { x1 } else { x0 + (x1 - x0) * (y - y0) / (y1 - y0) }
 }
 
+/// Something that is wrong with parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Problem {
+    /// Paths of the parameters that it rests on, such as `cracks.0.elevation`; the first is the one to change.
+    pub keys: Vec<String>,
+    /// What is wrong.
+    pub error: DamError,
+}
+
+impl Problem {
+    pub(crate) fn of<const N: usize>(keys: [&str; N], error: DamError) -> Self {
+        Self { keys: keys.map(str::to_owned).to_vec(), error }
+    }
+}
+
+impl CrackParameters {
+    /// What is wrong with the crack of that `index` by itself.
+    fn problems(&self, index: usize) -> impl Iterator<Item = Problem> {
+        let mu = self.friction_coefficient;
+        let residual = self.residual_friction_coefficient.unwrap_or(mu);
+        let positive = |value: f64| value >= 0.0;
+        let checks = [
+            require(mu >= 0.0, "friction_coefficient", mu, "zero or positive"),
+            require(self.normal_stiffness > 0.0, "normal_stiffness", self.normal_stiffness, "positive"),
+            require(self.shear_stiffness > 0.0, "shear_stiffness", self.shear_stiffness, "positive"),
+            require(
+                (0.0..=mu).contains(&residual),
+                "residual_friction_coefficient",
+                residual,
+                "zero or more, and no more than the friction coefficient",
+            ),
+            require(positive(self.cohesion), "cohesion", self.cohesion, "zero or positive"),
+            require(
+                positive(self.tensile_strength),
+                "tensile_strength",
+                self.tensile_strength,
+                "zero or positive",
+            ),
+            require(positive(self.dilation), "dilation", self.dilation, "zero or positive"),
+            require(
+                positive(self.dilation_slip.unwrap_or(0.0)),
+                "dilation_slip",
+                self.dilation_slip.unwrap_or(0.0),
+                "zero or positive",
+            ),
+        ];
+        checks.into_iter().filter_map(move |check| {
+            let error = check.err()?;
+            let mut keys = vec![format!("cracks.{index}.{}", error.parameter()?)];
+            if keys[0].ends_with("residual_friction_coefficient") {
+                keys.push(format!("cracks.{index}.friction_coefficient"));
+            }
+            Some(Problem { keys, error })
+        })
+    }
+}
+
 impl DamParameters {
     /// Checks everything that can be checked without a mesh.
     ///
-    /// **Errors**: the [`DamError`] that names the parameter.
+    /// **Errors**: the first of [`problems`](Self::problems).
     pub fn check(&self) -> Result<(), DamError> {
-        self.section.check()?;
-        let crest = self.section.height();
-        if !(self.water_depth >= 0.0 && self.water_depth <= crest) {
-            return Err(DamError::WaterDepth { depth: self.water_depth, crest });
+        self.problems().into_iter().next().map_or(Ok(()), |problem| Err(problem.error))
+    }
+
+    /// Everything that is wrong and can be found without a mesh.
+    pub fn problems(&self) -> Vec<Problem> {
+        let mut found = self.section.problems();
+        let section = found.is_empty();
+        for (name, value, holds, requirement) in [
+            ("element_size", self.element_size, self.element_size > 0.0, "positive"),
+            ("gravity", self.gravity, self.gravity >= 0.0, "zero or positive"),
+            (
+                "time_step_safety",
+                self.time_step_safety,
+                self.time_step_safety > 0.0 && self.time_step_safety <= 1.0,
+                "above 0 and at most 1",
+            ),
+        ] {
+            found.extend(
+                require(holds, name, value, requirement).err().map(|error| Problem::of([name], error)),
+            );
         }
-        for (i, crack) in self.cracks.iter().enumerate() {
-            let elevation = crack.elevation;
-            let margin = ELEVATION_TOLERANCE * crest;
-            if !(elevation > margin && elevation < crest - margin) {
-                return Err(DamError::CrackOutside { elevation, crest });
-            }
-            if self.cracks[..i].iter().any(|other| (other.elevation - elevation).abs() <= margin) {
-                return Err(DamError::DuplicateCrack { elevation });
-            }
-            let mu = crack.friction_coefficient;
-            require(mu >= 0.0, "friction_coefficient", mu, "zero or positive")?;
-            require(crack.normal_stiffness > 0.0, "normal_stiffness", crack.normal_stiffness, "positive")?;
-            require(crack.shear_stiffness > 0.0, "shear_stiffness", crack.shear_stiffness, "positive")?;
-            let residual = crack.residual_friction_coefficient.unwrap_or(mu);
-            let requirement = "zero or more, and no more than the friction coefficient";
-            require((0.0..=mu).contains(&residual), "residual_friction_coefficient", residual, requirement)?;
-            for (name, value) in [
-                ("cohesion", crack.cohesion),
-                ("tensile_strength", crack.tensile_strength),
-                ("dilation", crack.dilation),
-                ("dilation_slip", crack.dilation_slip.unwrap_or(0.0)),
-            ] {
-                require(value >= 0.0, name, value, "zero or positive")?;
-            }
+        for (index, crack) in self.cracks.iter().enumerate() {
+            found.extend(crack.problems(index));
         }
-        self.material.check()?;
-        self.damping.check()?;
-        self.fidelity.check(self.cracks.len())?;
+        found.extend(self.material.problems());
+        found.extend(self.damping.problems());
+        found.extend(self.fidelity.check(self.cracks.len()).err().map(|error| match error {
+            DamError::RigidWithoutCrack => Problem::of(["fidelity", "cracks"], error),
+            error => Problem::of(["modes"], error),
+        }));
         if self.fidelity != Fidelity::Dem && self.damping.local() > 0.0 {
-            return Err(DamError::LocalDampingOfModes);
+            found.push(Problem::of(["damping.model", "fidelity"], DamError::LocalDampingOfModes));
         }
-        require(self.element_size > 0.0, "element_size", self.element_size, "positive")?;
-        self.check_rows()?;
-        require(self.gravity >= 0.0, "gravity", self.gravity, "zero or positive")?;
-        let safety = self.time_step_safety;
-        require(safety > 0.0 && safety <= 1.0, "time_step_safety", safety, "above 0 and at most 1")
+        if section {
+            found.extend(self.levels());
+        }
+        found
+    }
+
+    /// What is wrong with elevations and sizes within a section that is right.
+    fn levels(&self) -> Vec<Problem> {
+        const SECTION: &str = "section.upstream";
+        let mut found = Vec::new();
+        let (crest, size, depth) = (self.section.height(), self.element_size, self.water_depth);
+        if !(depth >= 0.0 && depth <= crest) {
+            found.push(Problem::of(["water_depth", SECTION], DamError::WaterDepth { depth, crest }));
+        }
+        let margin = ELEVATION_TOLERANCE * crest;
+        for (index, &CrackParameters { elevation, .. }) in self.cracks.iter().enumerate() {
+            let key = format!("cracks.{index}.elevation");
+            if !(elevation > margin && elevation < crest - margin) {
+                found.push(Problem::of([&key, SECTION], DamError::CrackOutside { elevation, crest }));
+            }
+            let near = |other: &CrackParameters| (other.elevation - elevation).abs() <= margin;
+            if let Some(other) = self.cracks[..index].iter().position(near) {
+                let error = DamError::DuplicateCrack { elevation, other: self.cracks[other].elevation };
+                found.push(Problem::of([&key, &format!("cracks.{other}.elevation")], error));
+            }
+        }
+        if size > crest {
+            found.push(Problem::of(["element_size", SECTION], DamError::ElementTooLarge { size, crest }));
+        }
+        let elements = ELEMENTS_A_SQUARE * self.section.area() / (size * size);
+        if elements > MOST_ELEMENTS {
+            found.push(Problem::of(["element_size", "section"], DamError::TooManyElements { elements }));
+        }
+        found.extend(self.thin_rows());
+        found
     }
 }
 
@@ -279,22 +371,32 @@ impl DamParameters {
 
     /// Rows end at vertices, cracks and water level: two of these close together make flat elements whose
     /// time step is next to nothing.
-    fn check_rows(&self) -> Result<(), DamError> {
-        let cracks = self.cracks.iter().map(|crack| crack.elevation);
-        let mut levels: Vec<f64> =
-            self.section.vertex_elevations().chain(cracks).chain([self.water_depth]).collect();
-        levels.sort_by(f64::total_cmp);
+    fn thin_rows(&self) -> Vec<Problem> {
+        let mut levels: Vec<(f64, String)> =
+            self.section.vertex_elevations().map(|y| (y, "section".to_owned())).collect();
+        levels.push((self.water_depth, "water_depth".to_owned()));
+        let cracks = self.cracks.iter().enumerate();
+        levels.extend(cracks.map(|(index, crack)| (crack.elevation, format!("cracks.{index}.elevation"))));
+        levels.sort_by(|a, b| a.0.total_cmp(&b.0));
         let same = ELEVATION_TOLERANCE * self.section.height();
         let least = THINNEST_ROW * self.element_size;
-        match levels.windows(2).find(|pair| pair[1] - pair[0] > same && pair[1] - pair[0] < least) {
-            Some(pair) => Err(DamError::ThinRow { lower: pair[0], upper: pair[1], least }),
-            None => Ok(()),
-        }
+        let thin = levels.windows(2).filter(|pair| (same..least).contains(&(pair[1].0 - pair[0].0)));
+        let problem = |pair: &[(f64, String)]| {
+            let [(lower, below), (upper, above)] = [&pair[0], &pair[1]];
+            let keys = if above == "section" { [below, above] } else { [above, below] };
+            let error = DamError::ThinRow { lower: *lower, upper: *upper, least };
+            Problem::of([keys[0], keys[1], "element_size"], error)
+        };
+        thin.map(problem).collect()
     }
 }
 
 /// Least height of a row of elements over their nominal size.
 const THINNEST_ROW: f64 = 0.1;
+
+/// Triangles of a square of the nominal size, and the most that a dam may have.
+const ELEMENTS_A_SQUARE: f64 = 4.0;
+const MOST_ELEMENTS: f64 = 1e6;
 
 /// Elevations closer than this share of the height count as one.
 pub(crate) const ELEVATION_TOLERANCE: f64 = 1e-6;

@@ -1,6 +1,6 @@
 //! Water in the mass matrix: frequencies, forces, energy and motion against paths of their own.
 
-mod support;
+use crate::support;
 
 use dam_dem::{
     AddedMass, CriticalTimeStep, Dam, DamError, DamParameters, Damping, Kinematics, Material, Plane, Section,

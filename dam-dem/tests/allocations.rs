@@ -1,6 +1,6 @@
 //! Memory is asked for once a communication step, never in a time step.
 
-mod support;
+use crate::support;
 
 use allocation_counter::measure;
 use dam_dem::{DamError, DamParameters, Fidelity};

@@ -1,6 +1,6 @@
 //! A slender cantilever against beam theory.
 
-mod support;
+use crate::support;
 
 use dam_dem::analytical::cantilever::{first_frequency, tip_deflection};
 use dam_dem::contact::Coulomb;

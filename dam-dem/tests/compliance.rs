@@ -1,6 +1,6 @@
 //! The interface compliance of a step: reciprocal, and what the dam does where nothing slips.
 
-mod support;
+use crate::support;
 
 use dam_dem::{DamError, DamParameters, Damping, Fidelity};
 use interface::{CoSimulation, variables::dam as variable};

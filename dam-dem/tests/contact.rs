@@ -1,6 +1,6 @@
 //! Contacts in any position: action and reaction, friction limit, no tension.
 
-mod support;
+use crate::support;
 
 use dam_dem::contact::{ContactLaw, Coulomb, Touch};
 use dam_dem::{Kinematics, Mesh, Section, Structure};

@@ -1,6 +1,6 @@
 //! Natural frequencies of the intact, empty Koyna dam, and their convergence.
 
-mod support;
+use crate::support;
 
 use dam_dem::contact::Coulomb;
 use dam_dem::{Dam, DamError, DamParameters, Kinematics, Material, Mesh, Structure, modal};

@@ -1,6 +1,6 @@
 //! Kinds of damping against the decay that they promise.
 
-mod support;
+use crate::support;
 
 use dam_dem::energy::{StoredEnergy, Work};
 use dam_dem::integrator::CentralDifference;

@@ -1,6 +1,6 @@
 //! Stiffness damping with a memory: its limit of stability, its energy, and how it tends to that without.
 
-mod support;
+use crate::support;
 
 use dam_dem::contact::Coulomb;
 use dam_dem::energy::Work;

@@ -1,6 +1,6 @@
 //! Patch test and rigid rotation of the triangles, on an irregular mesh.
 
-mod support;
+use crate::support;
 
 use dam_dem::contact::Coulomb;
 use dam_dem::{Kinematics, Mesh, Section, Structure};

@@ -1,6 +1,6 @@
 //! The energy ledger: it closes under strong shaking with slip, and motion without damping keeps its energy.
 
-mod support;
+use crate::support;
 
 use dam_dem::{Dam, DamError, DamParameters, Damping};
 use interface::{CoSimulation, variables::dam as variable};

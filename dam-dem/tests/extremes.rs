@@ -1,6 +1,6 @@
 //! What lies far from any dam: nothing is lost, nothing explodes, and where there is an answer it is that.
 
-mod support;
+use crate::support;
 
 use dam_dem::contact::{ContactStatus, Coulomb};
 use dam_dem::integrator::DynamicRelaxation;

@@ -1,6 +1,6 @@
 //! The ground may move, or its inertia act: the same dam.
 
-mod support;
+use crate::support;
 
 use dam_dem::contact::{ContactStatus, Coulomb};
 use dam_dem::energy::Work;

@@ -1,6 +1,6 @@
 //! Bonded, weakening and dilating joints, and the two integrations, against closed forms.
 
-mod support;
+use crate::support;
 
 use dam_dem::contact::{ContactLaw, ContactStatus, Coulomb, Crack, Integration, MohrCoulomb, Touch};
 use dam_dem::energy::{StoredEnergy, Work};

@@ -1,6 +1,6 @@
 //! The time integrator against the exact motion of the matrices it is said to have.
 
-mod support;
+use crate::support;
 
 use dam_dem::{Dam, DamError, DamParameters, Kinematics};
 use interface::{CoSimulation, variables::dam as variable};

@@ -1,6 +1,6 @@
 //! Sliding blocks against closed forms.
 
-mod support;
+use crate::support;
 
 use dam_dem::analytical::newmark_1965::{incline_acceleration, rectangular_pulse_slip};
 use dam_dem::contact::Coulomb;

@@ -1,6 +1,6 @@
 //! Outputs that the coupling relies on; forces and stresses, against statics, elements and contacts themselves.
 
-mod support;
+use crate::support;
 
 use dam_dem::{CrackParameters, Dam, DamError, DamMotion, DamParameters, Fidelity, Material, Section};
 use interface::{CoSimulation, variables::dam as variable};

@@ -1,6 +1,6 @@
 //! The dam by modes, against all its elements and contacts, and against exact answers.
 
-mod support;
+use crate::support;
 
 use dam_dem::{Dam, DamError, DamParameters, Damping, Fidelity, Kinematics, Section};
 use interface::{CoSimulation, variables::dam as variable};

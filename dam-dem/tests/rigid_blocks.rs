@@ -1,6 +1,6 @@
 //! A stiff block on the ground: rocking, and sliding under a record, against its own equations of motion.
 
-mod support;
+use crate::support;
 
 use dam_dem::analytical::newmark_1965::slip_on_ground;
 use dam_dem::contact::Coulomb;

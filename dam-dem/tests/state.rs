@@ -1,6 +1,6 @@
 //! Saved states.
 
-mod support;
+use crate::support;
 
 use dam_dem::{Dam, DamError, DamParameters};
 use interface::{CallError, CoSimulation, StateError, variables::dam as variable};

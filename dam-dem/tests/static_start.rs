@@ -1,6 +1,6 @@
 //! Static equilibrium before time 0.
 
-mod support;
+use crate::support;
 
 use dam_dem::integrator::{DynamicRelaxation, Relaxed, SparseNewton};
 use dam_dem::{CrackParameters, Dam, DamError, DamParameters, Motion};

@@ -1,6 +1,6 @@
 //! A large mesh on several threads.
 
-mod support;
+use crate::support;
 
 use std::num::NonZeroUsize;
 

@@ -1,6 +1,6 @@
 //! The limit of stability is sharp.
 
-mod support;
+use crate::support;
 
 use dam_dem::contact::Coulomb;
 use dam_dem::energy::Work;

@@ -1,6 +1,6 @@
 //! Joint closure, and the periods of a bar and of a block on a joint, against closed forms.
 
-mod support;
+use crate::support;
 
 use dam_dem::analytical::vibration::{bar_period, joint_period};
 use dam_dem::contact::Coulomb;

@@ -1,6 +1,6 @@
 //! Waves along a bar: when they arrive, and what a joint lets through.
 
-mod support;
+use crate::support;
 
 use dam_dem::analytical::joint_waves::{transmission, transmitted_pulse};
 use dam_dem::contact::Coulomb;

@@ -6,12 +6,12 @@
 use interface::{Capabilities, Fingerprint};
 use orchestrator::acceleration::{Acceleration, AccelerationKind};
 use orchestrator::convergence::{ConvergenceMeasure, Measure};
+use orchestrator::ground_motion::GroundMotion;
 use orchestrator::log::{LogWriter, Preamble};
 use orchestrator::observer::{Observer, Start};
 use orchestrator::participant::{
     Channel, Deadlines, Description, Layout, Occasion, Participant, ParticipantError, Starting, host,
 };
-use orchestrator::scene::GroundMotion;
 use orchestrator::scheme::{Exchange, Interval, Side, WindowReport};
 use orchestrator::stepping::Stepping;
 use std::error::Error;

@@ -2,9 +2,9 @@
 
 mod cli;
 mod packing;
-mod registry;
 
 use clap::Parser;
+use orchestrator::registry;
 use peak_alloc::PeakAlloc;
 use std::process::ExitCode;
 

@@ -1,24 +1,23 @@
-//! The built-in units: the only place that knows the solvers.
+//! The built-in units: the only room of the library that knows the solvers.
+//!
+//! A table of a scene whose keys are those of a solver's parameters is handed over as it is (`same`): a new key stands in
+//! two types and nowhere between.
 
-use dam_dem::contact::Integration;
-use dam_dem::{
-    CrackParameters, Dam, DamError, DamParameters, Damping, DampingFrequencies, Kinematics, Material, Plane,
-    Section,
+use crate::participant::{EmptyReservoir, InProcess, Messages, Participant, Prescribed};
+use crate::scene::{
+    DamFidelityScene, DamScene, DampingModelScene, FidelityScene, LoadedScene, ProfileScene, Refusal, Scene,
+    SceneError, UnitChecks,
 };
+use crate::scheme::{SchemeKind, Side};
+use dam_dem::{Dam, DamError, DamParameters, Damping, DampingFrequencies};
 use interface::{WetFace, WetFaceError};
 use nalgebra::{Complex, DMatrix};
-use orchestrator::participant::{EmptyReservoir, InProcess, Messages, Participant, Prescribed};
-use orchestrator::scene::{
-    DamFidelityScene, DamScene, DampingModelScene, ElementOrderScene, FidelityScene, IntegrationScene,
-    KinematicsScene, MethodScene, PlaneScene, ProfileScene, Scene,
-};
-use orchestrator::scheme::{SchemeKind, Side};
 pub use reservoir::paper::{FarEndCondition, ShortWindows};
-use reservoir::{
-    ElementOrder, Fidelity, Method, Reservoir, ReservoirError, ReservoirParameters, added_mass, paper,
-};
+use reservoir::{Fidelity, Method, Reservoir, ReservoirError, ReservoirParameters, added_mass, paper};
+use serde::{Serialize, de::DeserializeOwned};
 use std::f64::consts::PI;
 use std::num::NonZeroUsize;
+use std::path::Path;
 
 /// Most time steps of the dam in a communication step: beyond, no run would end.
 const MOST_TIME_STEPS: usize = 20_000;
@@ -52,6 +51,75 @@ pub enum RegistryError {
     /// The wet face.
     #[error(transparent)]
     WetFace(#[from] WetFaceError),
+    /// A table of the scene that is none of the solver's.
+    #[error(
+        "a table of the scene does not fit the solver's parameters: {0}; this is a mistake of the program"
+    )]
+    Table(Box<dyn std::error::Error + Send + Sync>),
+}
+
+/// Reads the scene at `path` as [`LoadedScene::read`] does; the built-in units are asked whether they can be made.
+///
+/// **Errors**: every problem of the scene at once.
+pub fn read(path: &Path, overrides: &[String]) -> Result<LoadedScene, SceneError> {
+    LoadedScene::read(path, overrides, &UnitChecks { dam: refused_by_dam, reservoir: refused_by_reservoir })
+}
+
+/// What the dam says against a scene.
+fn refused_by_dam(scene: &Scene) -> Vec<Refusal> {
+    let Some(Ok(parameters)) = scene.dam.as_ref().map(|dam| dry_dam(dam, scene)) else { return Vec::new() };
+    let radians = scene.dam.as_ref().is_some_and(|dam| dam.damping.radians_per_second.is_some());
+    let frequencies = if radians { "radians_per_second" } else { "multiples_of_first" };
+    let key = |path: &String| match path.as_str() {
+        "water_depth" => "reservoir.depth".to_owned(),
+        "gravity" => path.clone(),
+        "damping.frequencies" => format!("dam.damping.{frequencies}"),
+        _ => format!("dam.{path}"),
+    };
+    let problems = parameters.problems().into_iter();
+    problems
+        .map(|problem| Refusal {
+            keys: problem.keys.iter().map(key).collect(),
+            message: problem.error.to_string(),
+        })
+        .collect()
+}
+
+/// What the reservoir says against a scene, before its dam, which has nothing to say.
+fn refused_by_reservoir(scene: &Scene) -> Vec<Refusal> {
+    if is_empty(scene) {
+        return Vec::new();
+    }
+    let parameters = match water_parameters(scene) {
+        Ok(parameters) => parameters,
+        Err(error) => {
+            return vec![Refusal { keys: vec!["reservoir.depth".to_owned()], message: error.to_string() }];
+        }
+    };
+    let refusal = |(parameter, error): (&str, ReservoirError)| {
+        let key = match parameter {
+            "communication_step" => "time.communication_step".to_owned(),
+            "horizon" => "time.duration".to_owned(),
+            "gravity" => parameter.to_owned(),
+            // Where the scene does not give it, it follows from the panels or from the dam's elements.
+            "element_size" if scene.reservoir.element_size.is_none() => {
+                match scene.reservoir.interface_size {
+                    Some(_) => "reservoir.interface_size".to_owned(),
+                    None if scene.dam.is_some() => "dam.element_size".to_owned(),
+                    None => "reservoir.element_size".to_owned(),
+                }
+            }
+            _ => format!("reservoir.{parameter}"),
+        };
+        Refusal { keys: vec![key], message: error.to_string().replace("`horizon`", "`time.duration`") }
+    };
+    parameters.problem().map(refusal).into_iter().collect()
+}
+
+/// A table of a scene as the solver's type with the same keys and words.
+fn same<T: DeserializeOwned>(table: &impl Serialize) -> Result<T, RegistryError> {
+    let value = toml::Value::try_from(table).map_err(|error| RegistryError::Table(Box::new(error)))?;
+    value.try_into().map_err(|error| RegistryError::Table(Box::new(error)))
 }
 
 /// Makes the unit of `side` of a scene that has been loaded.
@@ -148,7 +216,7 @@ pub fn wet_face(scene: &Scene) -> Result<WetFace, RegistryError> {
     let depth = scene.depth();
     let straight = |batter, panels| WetFace::straight([batter, depth], panels);
     Ok(match (&scene.dam, &scene.prescribed) {
-        (Some(dam), _) => dry_dam(dam, scene).wet_face()?.map_or_else(|| straight(0.0, 1), Ok)?,
+        (Some(dam), _) => dry_dam(dam, scene)?.wet_face()?.map_or_else(|| straight(0.0, 1), Ok)?,
         (None, Some(prescribed)) => straight(prescribed.batter, prescribed.panels)?,
         (None, None) => straight(0.0, 1)?,
     })
@@ -189,7 +257,7 @@ pub fn frequency_response(
 ///
 /// **Errors**: the wet face, and those of the reservoir that the mass is taken from.
 pub fn dam_parameters(dam: &DamScene, scene: &Scene) -> Result<DamParameters, RegistryError> {
-    let mut parameters = dry_dam(dam, scene);
+    let mut parameters = dry_dam(dam, scene)?;
     if scene.scheme() == SchemeKind::AddedMass {
         // At the dam's own points, whatever the reservoir's are.
         let mass = added_mass(&reservoir_parameters(scene, wet_face(scene)?)?)?;
@@ -198,44 +266,18 @@ pub fn dam_parameters(dam: &DamScene, scene: &Scene) -> Result<DamParameters, Re
     Ok(parameters)
 }
 
-fn dry_dam(dam: &DamScene, scene: &Scene) -> DamParameters {
-    let DamScene { section, material, damping, .. } = dam;
+fn dry_dam(dam: &DamScene, scene: &Scene) -> Result<DamParameters, RegistryError> {
+    let damping = &dam.damping;
     let ratio = damping.ratio;
     let frequencies = match (damping.multiples_of_first, damping.radians_per_second) {
         (Some(multiples), _) => Some(DampingFrequencies::MultiplesOfFirst(multiples)),
         (None, radians) => radians.map(DampingFrequencies::RadiansPerSecond),
     };
-    DamParameters {
-        section: Section { upstream: section.upstream.clone(), downstream: section.downstream.clone() },
+    Ok(DamParameters {
+        section: same(&dam.section)?,
         water_depth: scene.depth(),
-        cracks: dam
-            .cracks
-            .iter()
-            .map(|crack| CrackParameters {
-                elevation: crack.elevation,
-                friction_coefficient: crack.friction_coefficient,
-                residual_friction_coefficient: crack.residual_friction_coefficient,
-                cohesion: crack.cohesion,
-                tensile_strength: crack.tensile_strength,
-                dilation: crack.dilation,
-                dilation_slip: crack.dilation_slip,
-                integration: match crack.integration {
-                    IntegrationScene::Nodal => Integration::Nodal,
-                    IntegrationScene::Gauss => Integration::Gauss,
-                },
-                normal_stiffness: crack.normal_stiffness,
-                shear_stiffness: crack.shear_stiffness,
-            })
-            .collect(),
-        material: Material {
-            young_modulus: material.young_modulus,
-            poisson_ratio: material.poisson_ratio,
-            density: material.density,
-            plane: match material.plane {
-                PlaneScene::Stress => Plane::Stress,
-                PlaneScene::Strain => Plane::Strain,
-            },
-        },
+        cracks: dam.cracks.iter().map(same).collect::<Result<_, _>>()?,
+        material: same(&dam.material)?,
         damping: match (damping.model, frequencies) {
             _ if ratio == 0.0 => Damping::None,
             (DampingModelScene::Local, _) => Damping::Local { coefficient: PI * ratio },
@@ -250,15 +292,12 @@ fn dry_dam(dam: &DamScene, scene: &Scene) -> DamParameters {
             DamFidelityScene::RigidBlocks => dam_dem::Fidelity::RigidBlocks,
             DamFidelityScene::Intact => dam_dem::Fidelity::Intact { modes: dam.modes },
         },
-        kinematics: match dam.kinematics {
-            KinematicsScene::Small => Kinematics::Small,
-            KinematicsScene::Corotational => Kinematics::Corotational,
-        },
+        kinematics: same(&dam.kinematics)?,
         element_size: dam.element_size,
         gravity: scene.gravity,
         time_step_safety: dam.time_step_safety,
         added_mass: None,
-    }
+    })
 }
 
 /// The parameters of the reservoir of a scene.
@@ -282,24 +321,14 @@ pub fn reservoir_parameters(scene: &Scene, wet_face: WetFace) -> Result<Reservoi
         // A formula knows neither.
         surface_waves: water.fidelity.is_solved() && water.surface_waves,
         bed: if water.fidelity.is_solved() { water.bed.clone() } else { Vec::new() },
-        element_order: match water.element_order {
-            ElementOrderScene::Constant => ElementOrder::Constant,
-            ElementOrderScene::Linear => ElementOrder::Linear,
-        },
+        element_order: same(&water.element_order)?,
         element_size: scene.boundary_element_size(),
         bed_element_size: water.bed_element_size,
         corner_element_size: water.corner_element_size,
         far_end_distance: scene.far_end_distance(),
         communication_step,
         horizon: scene.steps() as f64 * communication_step,
-        method: match water.method {
-            MethodScene::Bdf2 => Method::Bdf2,
-            MethodScene::Trapezoid => Method::Trapezoid,
-            MethodScene::Radau2 => Method::Radau2,
-            MethodScene::Radau3 => Method::Radau3,
-            MethodScene::Recursive => Method::Recursive,
-            MethodScene::FiniteElements => Method::FiniteElements,
-        },
+        method: same(&water.method)?,
         ..ReservoirParameters::before(wet_face)
     })
 }

@@ -1,8 +1,8 @@
 //! The run itself: step after step, every report to every observer.
 
+use crate::ground_motion::GroundMotion;
 use crate::observer::{Ending, Observer, ObserverError, Start, Statistics, Status, WallTime};
 use crate::participant::{Description, ParticipantError};
-use crate::scene::GroundMotion;
 use crate::scheme::{CouplingError, Scheme, Side, StepFailure, Units, WindowReport};
 use crate::stepping::{Clock, Stepping};
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -1,6 +1,6 @@
 //! Which communication steps a run takes: of equal length, halved where they fail, or as an error estimate asks.
 
-use crate::scene::GroundMotion;
+use crate::ground_motion::GroundMotion;
 use crate::scheme::{Interval, WindowReport};
 
 /// The communication steps of a run.

@@ -112,11 +112,17 @@ impl ReservoirParameters {
 
     /// Checks every value; making the reservoir finds out the rest.
     ///
-    /// **Errors**: the [`ReservoirError`] that names the parameter.
+    /// **Errors**: that of [`problem`](Self::problem).
     pub fn validate(&self) -> Result<(), ReservoirError> {
+        self.problem().map_or(Ok(()), |(_, error)| Err(error))
+    }
+
+    /// The first value that is wrong: the parameter to change, and why.
+    pub fn problem(&self) -> Option<(&'static str, ReservoirError)> {
         let alpha = self.wave_reflection_coefficient;
         if !(0.0..=1.0).contains(&alpha) {
-            return Err(ReservoirError::WaveReflectionCoefficient { value: alpha });
+            let error = ReservoirError::WaveReflectionCoefficient { value: alpha };
+            return Some(("wave_reflection_coefficient", error));
         }
         for (parameter, value, unit) in [
             ("density", self.density, "kg/m³"),
@@ -130,22 +136,25 @@ impl ReservoirParameters {
             ("corner_element_size", self.corner_element_size.unwrap_or(1.0), "m"),
         ] {
             if !(value > 0.0 && value.is_finite()) {
-                return Err(ReservoirError::NotPositive { parameter, value, unit });
+                return Some((parameter, ReservoirError::NotPositive { parameter, value, unit }));
             }
         }
         if !self.fidelity.is_solved() && self.surface_waves {
             let (what, remedy) = ("Westergaard's water", "unset `surface_waves` or choose another fidelity");
-            return Err(ReservoirError::GravityWaves { what, remedy });
+            return Some(("surface_waves", ReservoirError::GravityWaves { what, remedy }));
         }
         let (horizon, communication_step) = (self.horizon, self.communication_step);
         if self.fidelity.has_memory() && self.method.has_horizon() && horizon < communication_step {
-            return Err(ReservoirError::HorizonTooShort { horizon, communication_step });
+            return Some(("horizon", ReservoirError::HorizonTooShort { horizon, communication_step }));
         }
-        self.check_size(&Outline::new(self)?)
+        match Outline::new(self) {
+            Ok(outline) => self.too_large(&outline),
+            Err(error) => Some(("bed", error)),
+        }
     }
 
-    /// Refuses what no machine can hold, before memory is asked for it.
-    fn check_size(&self, outline: &Outline) -> Result<(), ReservoirError> {
+    /// What no machine can hold, found before memory is asked for it.
+    fn too_large(&self, outline: &Outline) -> Option<(&'static str, ReservoirError)> {
         let (depth, points) = (self.channel_depth(), self.wet_face.len() as f64);
         let steps = self.horizon / self.communication_step;
         let elements = BoundaryMesh::count(outline, self);
@@ -155,19 +164,55 @@ impl ReservoirParameters {
         let weights = steps * points * points;
         let sampled = SAMPLES * f64::max(8.0, 60.0 * depth / self.sound_speed) * points * points;
         let recursive = memory && self.method == Method::Recursive;
-        for (applies, what, value, most, remedy) in [
-            (solved, "boundary elements", elements, 3e3, "raise `element_size`, or lower `far_end_distance`"),
-            (convolved, "communication steps", steps, 1e6, "shorten `horizon`, or lengthen the steps"),
-            (convolved, "convolution weights", weights, 1e9, "shorten `horizon`, or take fewer points"),
-            (convolved, "cut-off frequencies", cut_offs, 1e5, "raise `sound_speed`, or lengthen the steps"),
-            (recursive, "entries of sampled responses", sampled, 5e7, "take fewer points"),
-            (!memory, "entries of the added mass", points * points, 1e8, "take fewer points"),
-        ] {
-            if applies && value > most {
-                return Err(ReservoirError::TooMuch { what, value, most, remedy });
-            }
-        }
-        Ok(())
+        let finer_bed = self.bed_element_size.is_some_and(|size| size < self.element_size);
+        let size = if finer_bed { "bed_element_size" } else { "element_size" };
+        let limits = [
+            (
+                solved,
+                size,
+                "boundary elements",
+                elements,
+                3e3,
+                "raise `element_size`, or lower `far_end_distance`",
+            ),
+            (
+                convolved,
+                "communication_step",
+                "communication steps",
+                steps,
+                1e6,
+                "shorten `horizon`, or lengthen the steps",
+            ),
+            (
+                convolved,
+                "communication_step",
+                "convolution weights",
+                weights,
+                1e9,
+                "shorten `horizon`, or take fewer points",
+            ),
+            (
+                convolved,
+                "communication_step",
+                "cut-off frequencies",
+                cut_offs,
+                1e5,
+                "raise `sound_speed`, or lengthen the steps",
+            ),
+            (recursive, "interface_size", "entries of sampled responses", sampled, 5e7, "take fewer points"),
+            (
+                !memory,
+                "interface_size",
+                "entries of the added mass",
+                points * points,
+                1e8,
+                "take fewer points",
+            ),
+        ];
+        let beyond = limits.into_iter().find(|(applies, _, _, value, most, _)| *applies && value > most);
+        beyond.map(|(_, key, what, value, most, remedy)| {
+            (key, ReservoirError::TooMuch { what, value, most, remedy })
+        })
     }
 
     /// The numbers behind a variable that an importer may change.

@@ -1,6 +1,6 @@
 //! Gravity waves: dispersion and pressure against the modal solution.
 
-mod rectangular;
+use crate::rectangular;
 
 use rectangular::{DENSITY, DEPTH, SOUND_SPEED, THREADS, difference, of_uniform_motion, projected};
 use reservoir::analytical::bustamante_1963;

@@ -1,6 +1,6 @@
 //! Rigid flat bed, vertical face, against Chopra (1967) and Westergaard's static limit.
 
-mod rectangular;
+use crate::rectangular;
 
 use rectangular::{
     DEPTH, SOUND_SPEED, THREADS, base_pressures, difference, of_uniform_motion, parameters, projected,

@@ -1,6 +1,6 @@
 //! Sloping faces in incompressible water against the exact theory.
 
-mod rectangular;
+use crate::rectangular;
 
 use interface::WetFace;
 use rectangular::{DENSITY, DEPTH, difference, parameters, projected};

@@ -1,6 +1,6 @@
 //! States, refusals and variables: the contract of co-simulation units.
 
-mod rectangular;
+use crate::rectangular;
 
 use interface::variables::reservoir::{
     ALL, GROUND_ACCELERATION, HORIZON, HYDROSTATIC_PRESSURE, INTERFACE_ACCELERATION, INTERFACE_PRESSURE,

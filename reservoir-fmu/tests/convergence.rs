@@ -1,6 +1,6 @@
 //! Order of accuracy in the communication step.
 
-mod rectangular;
+use crate::rectangular;
 
 use rectangular::{DENSITY, DEPTH, SOUND_SPEED, base_pressures, parameters};
 use reservoir::ReservoirError;

@@ -1,6 +1,6 @@
 //! Parameters and frequencies at their ends: an answer that is right, or an error that says why there is none.
 
-mod rectangular;
+use crate::rectangular;
 
 use interface::WetFace;
 use rectangular::{DEPTH, SOUND_SPEED, THREADS, difference, of_uniform_motion, parameters, projected};

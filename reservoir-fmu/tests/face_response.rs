@@ -1,6 +1,6 @@
 //! The response of a vertical face at real frequencies against the closed forms, by elements a wavelength.
 
-mod rectangular;
+use crate::rectangular;
 
 use interface::WetFace;
 use rectangular::{DEPTH, SOUND_SPEED, THREADS, difference, of_uniform_motion, projected};

@@ -1,6 +1,6 @@
 //! What the far end costs if it is left out, a wall, or at p = 0, against closed forms where there are any.
 
-mod rectangular;
+use crate::rectangular;
 
 use rectangular::{DEPTH, SOUND_SPEED, THREADS, difference, of_uniform_motion, parameters, projected};
 use reservoir::paper::{FarEndCondition, ShortWindows, pressure_before, response_before};

@@ -1,6 +1,6 @@
 //! Absorbing flat bed, vertical face, against Fenves and Chopra (1984) and the corner field.
 
-mod rectangular;
+use crate::rectangular;
 
 use rectangular::{
     DENSITY, DEPTH, SOUND_SPEED, THREADS, base_pressures, difference, of_uniform_motion, parameters,

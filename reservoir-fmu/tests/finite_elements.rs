@@ -1,6 +1,6 @@
 //! Finite element water: accuracy in space and time, energy, gravity waves, vertical ground.
 
-mod rectangular;
+use crate::rectangular;
 
 use interface::WetFace;
 use nalgebra::{DMatrix, DVector};

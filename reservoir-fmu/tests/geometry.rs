@@ -1,6 +1,6 @@
 //! Faces and beds that are neither vertical nor level: self-convergence, reciprocity, passivity, field points.
 
-mod rectangular;
+use crate::rectangular;
 
 use interface::WetFace;
 use nalgebra::{DMatrix, SymmetricEigen};

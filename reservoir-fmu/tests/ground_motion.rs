@@ -1,6 +1,6 @@
 //! Motion of the ground: level beds against closed forms, any bed against a linear field.
 
-mod rectangular;
+use crate::rectangular;
 
 use interface::variables::reservoir::{BASE_PRESSURE, GROUND_ACCELERATION};
 use interface::{CoSimulation, WetFace};

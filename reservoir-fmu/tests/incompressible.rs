@@ -1,6 +1,6 @@
 //! Incompressible water: Westergaard's series, the compressible model's limit, and energy.
 
-mod rectangular;
+use crate::rectangular;
 
 use interface::variables::reservoir::{FIDELITY, INTERFACE_ACCELERATION, INTERFACE_PRESSURE};
 use interface::{CoSimulation, WetFace};

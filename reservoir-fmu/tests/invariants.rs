@@ -1,6 +1,6 @@
 //! Passivity, signs, and independence of everything that must not matter.
 
-mod rectangular;
+use crate::rectangular;
 
 use interface::variables::reservoir::{INTERFACE_ACCELERATION, INTERFACE_PRESSURE};
 use interface::{CoSimulation, WetFace};

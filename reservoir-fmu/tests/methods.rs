@@ -1,7 +1,7 @@
 //! Every method of stepping compressible water, against closed forms and against what water may not do.
 
-mod rectangular;
-mod shipped;
+use crate::rectangular;
+use crate::shipped;
 
 use interface::variables::reservoir::{
     BASE_PRESSURE, GROUND_ACCELERATION, INTERFACE_ACCELERATION, INTERFACE_PRESSURE, TOTAL_FORCE,

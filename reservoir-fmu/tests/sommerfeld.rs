@@ -1,6 +1,6 @@
 //! How far away a Sommerfeld end must stand.
 
-mod rectangular;
+use crate::rectangular;
 
 use interface::WetFace;
 use nalgebra::DVector;

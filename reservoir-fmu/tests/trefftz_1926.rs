@@ -1,6 +1,6 @@
 //! A battered face in incompressible water against Trefftz's method (1926).
 
-mod rectangular;
+use crate::rectangular;
 
 use nalgebra::{DMatrix, DVector};
 use rectangular::{DENSITY, DEPTH, SOUND_SPEED, THREADS, of_uniform_motion, parameters, projected};

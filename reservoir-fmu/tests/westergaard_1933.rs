@@ -1,6 +1,6 @@
 //! The added mass: Westergaard's parabola, its derivative, and what the compressible model adds.
 
-mod rectangular;
+use crate::rectangular;
 
 use interface::CoSimulation;
 use interface::variables::reservoir::{

@@ -1,8 +1,8 @@
 //! The pressure under a whole record at once; and over an absorbing bed all methods in time, against an inversion of
 //! Fenves and Chopra's closed form that shares nothing with them.
 
-mod rectangular;
-mod shipped;
+use crate::rectangular;
+use crate::shipped;
 
 use interface::WetFace;
 use nalgebra::DMatrix;

@@ -8,7 +8,7 @@
 use faer::Mat;
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
-use orchestrator::scene::GroundMotion;
+use orchestrator::ground_motion::GroundMotion;
 use rustfft::FftPlanner;
 
 /// A linear dam.

@@ -3,6 +3,7 @@
 
 pub mod fmu;
 pub mod frequency_domain;
+pub mod generated;
 pub mod koyna;
 pub mod quadratic_elements;
 pub mod scenario;

@@ -1,5 +1,4 @@
 //! Dams and drivers that the tests share.
-#![allow(dead_code)] // no test uses all of it
 
 use dam_dem::contact::{ContactLaw, Coulomb};
 use dam_dem::energy::Work;

@@ -1,7 +1,8 @@
 //! `cofferdam check`.
 
 use super::{Check, complain, say};
-use orchestrator::scene::{LoadedScene, SceneError, SceneWarning};
+use orchestrator::registry;
+use orchestrator::scene::{SceneError, SceneWarning};
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -18,7 +19,7 @@ pub fn check(arguments: &Check) -> ExitCode {
 }
 
 fn examine(path: &Path, overrides: &[String]) -> Result<(), SceneError> {
-    let loaded = LoadedScene::read(path, overrides)?;
+    let loaded = registry::read(path, overrides)?;
     warn(&loaded.warnings);
     let time = &loaded.scene.time;
     let (steps, step, duration) = (loaded.steps(), time.communication_step, time.duration.unwrap_or(0.0));

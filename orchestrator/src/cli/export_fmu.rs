@@ -3,7 +3,8 @@
 use super::{BuiltIn, check, complain, say};
 use crate::packing::{self, PackingError, Target};
 use miette::Diagnostic;
-use orchestrator::scene::{LoadedScene, SceneError};
+use orchestrator::registry;
+use orchestrator::scene::SceneError;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -76,7 +77,7 @@ pub fn run(arguments: &Arguments) -> ExitCode {
 }
 
 fn execute(arguments: &Arguments) -> Result<(), Failure> {
-    let loaded = LoadedScene::read(&arguments.scene, &arguments.set)?;
+    let loaded = registry::read(&arguments.scene, &arguments.set)?;
     check::warn(&loaded.warnings);
     let unit = match arguments.unit {
         BuiltIn::Dam => "dam",

@@ -5,14 +5,12 @@ use crate::registry::{self, RegistryError};
 use miette::Diagnostic;
 use orchestrator::acceleration::Acceleration;
 use orchestrator::convergence::ConvergenceMeasure;
+use orchestrator::ground_motion::{GroundMotion, STANDARD_GRAVITY};
 use orchestrator::log::{LogError, LogWriter, Preamble};
 use orchestrator::observer::{HistoriesWriter, Limits, Observer, Progress, Snapshots, Status};
 use orchestrator::participant::{Deadlines, ParticipantError, Starting};
 use orchestrator::report::{Build, Manifest, ManifestError, Summary, Unit};
-use orchestrator::scene::{
-    DamFidelityScene, DampingModelScene, GroundMotion, LoadedScene, OnFailure, STANDARD_GRAVITY, Scene,
-    SceneError,
-};
+use orchestrator::scene::{DamFidelityScene, DampingModelScene, LoadedScene, OnFailure, Scene, SceneError};
 use orchestrator::scheme::{CouplingError, Predictor, Scheme, Settings, Side, Units, interface_points};
 use orchestrator::simulation::{Simulation, SimulationError};
 use std::path::{Path, PathBuf};
@@ -83,7 +81,7 @@ pub fn run(arguments: &Run) -> ExitCode {
 }
 
 fn execute(arguments: &Run) -> Result<Status, RunError> {
-    let loaded = LoadedScene::read(&arguments.scene, &arguments.set)?;
+    let loaded = registry::read(&arguments.scene, &arguments.set)?;
     let started = jiff::Timestamp::now();
     let folder = arguments.output.clone().unwrap_or_else(|| {
         PathBuf::from("runs").join(format!("{}-{}", loaded.name, started.strftime("%Y%m%dT%H%M%SZ")))

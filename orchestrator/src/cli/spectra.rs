@@ -1,9 +1,9 @@
 //! Response spectra of a run, beside its histories.
 
 use super::picture::{BLUE, Drawing, FONT, ORANGE, svg};
+use orchestrator::ground_motion::STANDARD_GRAVITY;
 use orchestrator::observer::Histories;
 use orchestrator::report::response_spectrum;
-use orchestrator::scene::STANDARD_GRAVITY;
 use plotters::prelude::*;
 use std::error::Error;
 use std::fmt::Write;

@@ -10,9 +10,9 @@ pub use limits::Limits;
 pub use progress::Progress;
 pub use snapshots::Snapshots;
 
+use crate::ground_motion::GroundMotion;
 use crate::log::LogError;
 use crate::participant::{Description, ParticipantError};
-use crate::scene::GroundMotion;
 use crate::scheme::{Units, WindowReport};
 use crate::stepping::Stepping;
 use std::path::PathBuf;

@@ -1,5 +1,6 @@
+use crate::ground_motion::STANDARD_GRAVITY;
 use crate::observer::{Ending, Histories, Status, WallTime};
-use crate::scene::{CrackScene, DamFidelityScene, FidelityScene, LoadedScene, REST, STANDARD_GRAVITY};
+use crate::scene::{CrackScene, DamFidelityScene, FidelityScene, LoadedScene, REST};
 use serde::Serialize;
 use std::fmt;
 

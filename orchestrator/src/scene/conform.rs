@@ -65,9 +65,21 @@ impl Conformed {
                 let value = |(i, node): (usize, &Node)| self.value(node, of, &join(path, &i.to_string()));
                 return Value::Array(values.map(value).collect());
             }
-            (Shape::Number, Content::Scalar(Value::Float(number))) => return (*number).into(),
-            (Shape::Number, Content::Scalar(Value::Integer(number))) => return (*number as f64).into(),
-            (Shape::Number, Content::Large(_, number)) => return (*number).into(),
+            (
+                Shape::Number(range),
+                Content::Scalar(Value::Float(_) | Value::Integer(_)) | Content::Large(..),
+            ) => {
+                let number = match &node.content {
+                    Content::Scalar(Value::Integer(number)) => *number as f64,
+                    Content::Scalar(Value::Float(number)) | Content::Large(_, number) => *number,
+                    _ => f64::NAN,
+                };
+                if range.holds(number) {
+                    return number.into();
+                }
+                let invalid = Invalid::outside(path, number, *range);
+                self.problems.push((node.place.clone(), invalid));
+            }
             (Shape::Whole([least, most]), Content::Scalar(Value::Integer(value))) => {
                 if (least..=most).contains(&value) {
                     return (*value).into();
@@ -79,11 +91,11 @@ impl Conformed {
             (Shape::Text, Content::Scalar(Value::String(text))) => return text.clone().into(),
             (Shape::Flag, Content::Scalar(Value::Boolean(flag))) => return (*flag).into(),
             (Shape::Word(words), Content::Scalar(Value::String(word))) => {
-                if words.contains(word) {
+                let words: Vec<&str> = words.iter().map(|word| word.word.as_str()).collect();
+                if words.contains(&word.as_str()) {
                     return word.clone().into();
                 }
                 let (key, word) = (path.to_owned(), word.clone());
-                let words: Vec<&str> = words.iter().map(String::as_str).collect();
                 let meant = similar(&word, &words).map(str::to_owned);
                 let invalid = Invalid::Word { key, word, wanted: shape.wanted(), meant };
                 self.problems.push((node.place.clone(), invalid));
@@ -178,7 +190,7 @@ impl Conformed {
             if !self.misplaced.iter().any(elsewhere) {
                 let header = Shape::header(&key);
                 let key = if field.shape.is_table() { header } else { format!("`{}`", field.name) };
-                let meaning = field.meaning.clone();
+                let meaning = field.summary();
                 let invalid = Invalid::Missing { key, table: Shape::header(&table), meaning };
                 self.problems.push((self.place(&table), invalid));
             }
@@ -194,9 +206,9 @@ fn stand_in(shape: &Shape) -> Value {
             required.map(|field| (field.name.clone(), stand_in(&field.shape))).collect::<Table>().into()
         }
         Shape::Array(of, count) => vec![stand_in(of); count.unwrap_or(0)].into(),
-        Shape::Number => f64::NAN.into(),
+        Shape::Number(_) => f64::NAN.into(),
         Shape::Whole([least, most]) => 0.clamp(*least, *most).into(),
-        Shape::Word(words) => words.first().cloned().unwrap_or_default().into(),
+        Shape::Word(words) => words.first().map(|word| word.word.clone()).unwrap_or_default().into(),
         Shape::Flag => false.into(),
         Shape::Text | Shape::Any => String::new().into(),
     }

@@ -1,4 +1,6 @@
-use super::RecordError;
+use super::shape::Range;
+use crate::ground_motion::RecordError;
+use crate::number::{exact, plain};
 use miette::{Diagnostic, NamedSource, SourceSpan};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -164,33 +166,6 @@ pub enum Invalid {
         /// Least depth, m.
         least: f64,
     },
-    /// Elements larger than the dam.
-    #[error(
-        "`dam.element_size` is {} m, more than the dam's height of {} m; take a twentieth of that or less",
-        exact(*size), exact(*crest)
-    )]
-    ElementTooLarge {
-        /// Nominal length of an element's side, m.
-        size: f64,
-        /// Elevation of the crest, m.
-        crest: f64,
-    },
-    /// A corner of the bed where none can be.
-    #[error(
-        "`reservoir.bed`[{index}] is ({}, {}); corners go upstream from the heel, (0, 0), which is none of them: each \
-         must have x ≤ 0 and y below the water level at {} m, lie apart from the one before, and be finite",
-        exact(*x), exact(*y), exact(*depth)
-    )]
-    BedCorner {
-        /// Index of the corner, from 0.
-        index: usize,
-        /// x, m.
-        x: f64,
-        /// y, m.
-        y: f64,
-        /// Depth of the water, m.
-        depth: f64,
-    },
     /// Gravity waves, which have a memory, on water without.
     #[error(
         "`reservoir.surface_waves` is true, but `reservoir.fidelity` = \"incompressible\" is an added mass, and waves \
@@ -215,21 +190,6 @@ pub enum Invalid {
         "`dam.modes` goes with `dam.fidelity` = \"reduced\" and \"intact\"; leave it out, or choose one of these"
     )]
     NoModes,
-    /// Rigid blocks without a crack between them.
-    #[error(
-        "`dam.fidelity` is \"rigid-blocks\", but without a crack the whole dam moves with the ground; give a \
-         [[dam.cracks]], or choose another fidelity"
-    )]
-    RigidWithoutCrack,
-    /// Local damping below the full model.
-    #[error(
-        "`dam.damping.model` is \"local\", which acts on nodes, and `dam.fidelity` = \"{fidelity}\" has none; choose \
-         another damping, or \"dem\""
-    )]
-    LocalDampingOfModes {
-        /// The fidelity.
-        fidelity: &'static str,
-    },
     /// Neither a dam nor water.
     #[error(
         "`reservoir.fidelity` is \"none\" and the dam is [prescribed]: nothing is left to compute; give a [dam], or \
@@ -247,44 +207,11 @@ pub enum Invalid {
         /// Depth of the water, m.
         depth: f64,
     },
-    /// A crack that does not cut the section.
-    #[error(
-        "`{key}` is {} m; a crack must lie inside the section, above 0 and below {} m",
-        exact(*elevation), exact(*crest)
-    )]
-    CrackOutside {
-        /// The key.
-        key: String,
-        /// Elevation of the crack, m.
-        elevation: f64,
-        /// Elevation of the crest, m.
-        crest: f64,
-    },
-    /// Two cracks at one elevation.
-    #[error(
-        "`{key}` is {} m, where another crack is, at {} m; leave one out", exact(*elevation), exact(*other)
-    )]
-    CracksCoincide {
-        /// The key.
-        key: String,
-        /// Elevation of the crack, m.
-        elevation: f64,
-        /// Elevation of the other crack, m.
-        other: f64,
-    },
-    /// Two elevations at which rows of elements must end lie too close together.
-    #[error(
-        "vertices, cracks and the water level at {} m and {} m are less than {} m apart, a tenth of \
-         `dam.element_size`; make them equal, move one, or use smaller elements",
-        exact(*lower), exact(*upper), exact(*least)
-    )]
-    ThinRow {
-        /// Lower elevation, m.
-        lower: f64,
-        /// Upper elevation, m.
-        upper: f64,
-        /// Least distance, m.
-        least: f64,
+    /// What a unit says against the values that it would be made from.
+    #[error("{message}")]
+    Unit {
+        /// What it says, with the remedy.
+        message: String,
     },
     /// More of something than can be computed.
     #[error("`{key}` leads to {} {what}; {most:e} are the most, so change it by as much", count(*number))]
@@ -380,50 +307,6 @@ pub enum Invalid {
         /// Interval between two samples, or rise of a ramp, s.
         interval: f64,
     },
-    /// A side with fewer than two points.
-    #[error("`{key}` has {points} points; give two or more, from base to crest")]
-    SideTooShort {
-        /// The key.
-        key: String,
-        /// Number of points.
-        points: usize,
-    },
-    /// A side of the section that does not rise from point to point.
-    #[error(
-        "`{key}`[{index}] is ({}, {}); each point must lie above the one before it, the first at y = 0, and be finite",
-        exact(*x), exact(*y)
-    )]
-    SideNotAscending {
-        /// The key.
-        key: String,
-        /// Index of the point, from 0.
-        index: usize,
-        /// x, m.
-        x: f64,
-        /// y, m.
-        y: f64,
-    },
-    /// The upstream side does not begin at the heel.
-    #[error(
-        "`dam.section.upstream` begins at ({}, {}); it must begin at the heel, the origin (0, 0)", exact(*x), exact(*y)
-    )]
-    NotAtHeel {
-        /// x, m.
-        x: f64,
-        /// y, m.
-        y: f64,
-    },
-    /// The two sides do not make a section.
-    #[error(
-        "the sides of `dam.section` are {} m apart at elevation {} m; the downstream side must lie to the right of the \
-         upstream side, and both must end at the same elevation", plain(*width), exact(*elevation)
-    )]
-    SidesCross {
-        /// Elevation, m.
-        elevation: f64,
-        /// Distance from the upstream to the downstream side, m.
-        width: f64,
-    },
     /// None or both of two tables.
     #[error("exactly one of `{first}` and `{second}` must be given, {found} are")]
     ExactlyOne {
@@ -452,24 +335,24 @@ pub enum Invalid {
         /// Largest value allowed.
         most: i64,
     },
-    /// Two frequencies that are not in order.
-    #[error(
-        "`{key}` is [{}, {}]; both must be greater than 0, the second the larger", exact(*low), exact(*high)
-    )]
-    Frequencies {
-        /// The key.
-        key: String,
-        /// First value.
-        low: f64,
-        /// Second value.
-        high: f64,
-    },
     /// A time that needs a record.
     #[error("`time.duration` is missing; a ramp has no end of its own, so say how long to run, in s")]
     DurationMissing,
     /// The record cannot be used.
     #[error(transparent)]
     Record(#[from] RecordError),
+}
+
+impl Invalid {
+    /// A number outside its range.
+    pub(super) fn outside(key: &str, value: f64, range: Range) -> Self {
+        let (key, Range { least, most, open }) = (key.to_owned(), range);
+        if open && least == 0.0 && most == f64::MAX {
+            Self::NotPositive { key, value }
+        } else {
+            Self::OutOfRange { key, value, least, most }
+        }
+    }
 }
 
 impl SceneError {
@@ -487,21 +370,4 @@ impl SceneError {
 /// A number of things, which may be more than there are numbers for.
 fn count(number: f64) -> String {
     if number.is_finite() { format!("{number:.3e}") } else { "more than 1e308".to_owned() }
-}
-
-/// A number to six digits, without a row of zeros.
-pub(super) fn plain(value: f64) -> String {
-    let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
-    match rounded.abs() {
-        0.0 | 1e-4..1e5 => rounded.to_string(),
-        _ => format!("{rounded:e}"),
-    }
-}
-
-/// A number with all its digits, but without a row of zeros.
-pub(super) fn exact(value: f64) -> String {
-    match value.abs() {
-        0.0 | 1e-4..1e16 => value.to_string(),
-        _ => format!("{value:e}"),
-    }
 }

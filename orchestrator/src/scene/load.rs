@@ -1,6 +1,7 @@
 use super::conform::Conformed;
 use super::document::{Node, Place};
-use super::{GroundMotion, Invalid, Scene, SceneError, SceneProblem, SceneWarning, validate, warning};
+use super::{Invalid, Scene, SceneError, SceneProblem, SceneWarning, UnitChecks, validate, version, warning};
+use crate::ground_motion::GroundMotion;
 use miette::NamedSource;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -18,16 +19,18 @@ pub struct LoadedScene {
     pub ground_motion: GroundMotion,
     /// What is doubtful about it.
     pub warnings: Vec<SceneWarning>,
+    /// Defaults that it takes and that have moved since the version that it names, each in a sentence.
+    pub moved_defaults: Vec<String>,
 }
 
 impl LoadedScene {
     /// Reads the scene at `path`: a `.toml` file, or a folder that holds `scene.toml`.
     ///
     /// Each of `overrides`, `key=value` such as `dam.element_size=2.5`, takes the place of what is written there;
-    /// what is wrong with it is shown in the override itself.
+    /// what is wrong with it is shown in the override itself. `units` are asked whether they can be made.
     ///
     /// **Errors**: every problem of the scene at once, each at its place, in the order of the lines.
-    pub fn read(path: &Path, overrides: &[String]) -> Result<Self, SceneError> {
+    pub fn read(path: &Path, overrides: &[String], units: &UnitChecks) -> Result<Self, SceneError> {
         let file = if path.is_dir() { path.join("scene.toml") } else { path.to_owned() };
         let source = std::fs::read_to_string(&file).map_err(|cause| {
             SceneError::without_place(&file, Invalid::Unreadable { path: file.clone(), cause })
@@ -36,7 +39,7 @@ impl LoadedScene {
         let Some(mut scene) = draft.scene.take() else { return Err(draft.error()) };
         let folder = file.parent().unwrap_or(Path::new(""));
         let unsound = std::mem::take(&mut draft.conformed.unsound);
-        let (findings, ground_motion) = validate::judge(&scene, folder, unsound);
+        let (findings, ground_motion) = validate::judge(&scene, folder, unsound, units);
         draft.add(findings);
         let ground_motion = match ground_motion {
             Some(ground_motion) if draft.problems.is_empty() => ground_motion,
@@ -48,7 +51,9 @@ impl LoadedScene {
         doubts.sort_by(|a, b| a.0.cmp(&b.0));
         let warnings =
             doubts.into_iter().map(|(place, warning)| draft.texts.warning(&place, warning)).collect();
-        Ok(Self { name: name(&file, folder), path: file, scene, ground_motion, warnings })
+        let given = |key: &str| draft.conformed.places.contains_key(key);
+        let moved_defaults = version::moved(scene.scene_version, given);
+        Ok(Self { name: name(&file, folder), path: file, scene, ground_motion, warnings, moved_defaults })
     }
 
     /// Number of communication steps that reach the end of the simulated time.

@@ -1,9 +1,9 @@
 //! What may be run, but is doubtful.
 
-use super::error::plain;
-use super::{
-    DamFidelityScene, DamScene, FidelityScene, GroundMotion, MethodScene, STANDARD_GRAVITY, Scene, defaults,
-};
+use super::shape::{Shape, word};
+use super::{DamFidelityScene, DamScene, FidelityScene, MethodScene, Scene};
+use crate::ground_motion::{GroundMotion, STANDARD_GRAVITY};
+use crate::number::plain;
 use miette::{Diagnostic, NamedSource, SourceSpan};
 use std::sync::Arc;
 
@@ -94,8 +94,8 @@ pub enum Warning {
     },
     /// An acceleration that no ground has.
     #[error(
-        "the record's peak is {peak:.1} g, more than {LARGEST_PEAK} g; records are in g, so check the unit of the file and \
-         `ground_motion.record.scale`"
+        "the record's peak is {peak:.1} g, more than {LARGEST_PEAK} g; check the unit of the file, \
+         `ground_motion.record.units`, and `ground_motion.record.scale`"
     )]
     Peak {
         /// Peak acceleration, g.
@@ -135,8 +135,8 @@ pub enum Warning {
     /// Keys that the chosen water does not look at.
     #[error(
         "{} no effect with `reservoir.fidelity` = \"{}\"{}; leave {} out, or choose other water",
-        listed(keys), fidelity.word(),
-        method.map_or_else(String::new, |method| format!(" and `reservoir.method` = \"{method}\"")),
+        listed(keys), word(fidelity),
+        method.map_or_else(String::new, |method| format!(" and `reservoir.method` = \"{}\"", word(&method))),
         if keys.len() == 1 { "it" } else { "them" }
     )]
     WithoutEffect {
@@ -145,7 +145,7 @@ pub enum Warning {
         /// Model of the water.
         fidelity: FidelityScene,
         /// How it is stepped, where that is why.
-        method: Option<&'static str>,
+        method: Option<MethodScene>,
     },
     /// A value that is allowed, but seldom true: mostly a slip of units.
     #[error(
@@ -280,16 +280,17 @@ fn shear_wave_velocity(dam: &DamScene) -> f64 {
 fn unusual(scene: &Scene) -> Vec<(&'static str, Warning)> {
     let water = &scene.reservoir;
     let mut values = vec![
-        ("gravity", scene.gravity, "m/s²", "the Earth", 9.7, 9.9),
-        ("reservoir.density", water.density, "kg/m³", "water", 950.0, 1200.0),
-        ("reservoir.sound_speed", water.sound_speed, "m/s", "water", 1300.0, 1600.0),
+        ("gravity", scene.gravity, "the Earth", 9.7, 9.9),
+        ("reservoir.density", water.density, "water", 950.0, 1200.0),
+        ("reservoir.sound_speed", water.sound_speed, "water", 1300.0, 1600.0),
     ];
     if let Some(DamScene { material, .. }) = &scene.dam {
-        values.push(("dam.material.young_modulus", material.young_modulus, "Pa", "concrete", 5e9, 8e10));
-        values.push(("dam.material.density", material.density, "kg/m³", "concrete", 1800.0, 3200.0));
+        values.push(("dam.material.young_modulus", material.young_modulus, "concrete", 5e9, 8e10));
+        values.push(("dam.material.density", material.density, "concrete", 1800.0, 3200.0));
     }
-    let odd = |&(_, value, _, _, least, most): &(_, f64, _, _, f64, f64)| !(least..=most).contains(&value);
-    let warn = |(key, value, unit, what, least, most)| {
+    let odd = |&(_, value, _, least, most): &(_, f64, _, f64, f64)| !(least..=most).contains(&value);
+    let warn = |(key, value, what, least, most)| {
+        let unit = Shape::field(key).map_or("", |field| &field.unit);
         (key, Warning::Unusual { key, value, unit, what, least, most })
     };
     values.into_iter().filter(odd).map(warn).collect()
@@ -302,24 +303,30 @@ fn without_effect(scene: &Scene) -> Option<(&'static str, Warning)> {
     let (solved, compressible) = (fidelity.is_solved(), fidelity.has_memory());
     let finite_elements = compressible && water.method == MethodScene::FiniteElements;
     let filled = fidelity != FidelityScene::Empty;
-    let given = [
-        ("reservoir.profile", water.profile != Default::default(), fidelity == FidelityScene::Westergaard),
-        ("reservoir.density", water.density != defaults::water_density(), filled),
-        ("reservoir.sound_speed", water.sound_speed != defaults::sound_speed(), compressible),
-        ("reservoir.wave_reflection_coefficient", water.wave_reflection_coefficient != 1.0, compressible),
-        ("reservoir.bed", !water.bed.is_empty(), solved),
-        ("reservoir.surface_waves", water.surface_waves, solved),
-        ("reservoir.method", water.method != Default::default(), compressible),
-        ("reservoir.interface_size", water.interface_size.is_some(), filled),
-        ("reservoir.element_size", water.element_size.is_some(), solved),
-        ("reservoir.element_order", water.element_order != Default::default(), solved && !finite_elements),
-        ("reservoir.bed_element_size", water.bed_element_size.is_some(), solved),
-        ("reservoir.corner_element_size", water.corner_element_size.is_some(), solved),
-        ("reservoir.far_end_distance", water.far_end_distance.is_some(), solved),
+    let matters = [
+        ("reservoir.profile", fidelity == FidelityScene::Westergaard),
+        ("reservoir.density", filled),
+        ("reservoir.sound_speed", compressible),
+        ("reservoir.wave_reflection_coefficient", compressible),
+        ("reservoir.bed", solved),
+        ("reservoir.surface_waves", solved),
+        ("reservoir.method", compressible),
+        ("reservoir.interface_size", filled),
+        ("reservoir.element_size", solved),
+        ("reservoir.element_order", solved && !finite_elements),
+        ("reservoir.bed_element_size", solved),
+        ("reservoir.corner_element_size", solved),
+        ("reservoir.far_end_distance", solved),
     ];
-    let keys: Vec<_> =
-        given.into_iter().filter(|(_, given, matters)| *given && !matters).map(|(key, ..)| key).collect();
-    let (first, method) = (*keys.first()?, finite_elements.then_some("finite-elements"));
+    let values = serde_json::to_value(water).unwrap_or_default();
+    let given = |key: &str| {
+        let value =
+            values.get(key.strip_prefix("reservoir.").unwrap_or(key)).filter(|value| !value.is_null());
+        value.is_some() && value != Shape::field(key).and_then(|field| field.default.as_ref())
+    };
+    let without = matters.into_iter().filter(|(key, matters)| !matters && given(key));
+    let keys: Vec<_> = without.map(|(key, _)| key).collect();
+    let (first, method) = (*keys.first()?, finite_elements.then_some(water.method));
     Some((first, Warning::WithoutEffect { keys, fidelity, method }))
 }
 

@@ -1,5 +1,4 @@
 //! A reservoir of rectangular section, and a run of it under a given base motion.
-#![allow(dead_code)] // every test file uses its part
 
 use interface::variables::reservoir::{BASE_PRESSURE, INTERFACE_ACCELERATION, TOTAL_FORCE};
 use interface::{CoSimulation, WetFace};

@@ -13,7 +13,8 @@ use super::{check, complain, say};
 use crate::registry::{self, RegistryError};
 use clap::ValueEnum;
 use miette::Diagnostic;
-use orchestrator::scene::{GroundMotion, LoadedScene, SceneError};
+use orchestrator::ground_motion::GroundMotion;
+use orchestrator::scene::SceneError;
 use reservoir::{Complex64, ReservoirError, ReservoirParameters};
 use std::error::Error;
 use std::num::NonZeroUsize;
@@ -134,7 +135,7 @@ impl Common {
             }
             _ => {}
         }
-        let loaded = LoadedScene::read(&self.scene, &self.set)?;
+        let loaded = registry::read(&self.scene, &self.set)?;
         check::warn(&loaded.warnings);
         let parameters = registry::water_parameters(&loaded.scene)?;
         parameters.validate()?;

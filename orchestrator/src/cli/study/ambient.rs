@@ -3,7 +3,8 @@
 use super::{Arguments, StudyError, figure, quoted, run_scene, unfit};
 use crate::cli::table::Table;
 use crate::cli::{say, threads};
-use orchestrator::scene::{GroundMotion, OnFailure};
+use orchestrator::ground_motion::GroundMotion;
+use orchestrator::scene::OnFailure;
 use std::f64::consts::TAU;
 
 pub const HELP: &str = "\

@@ -8,8 +8,9 @@ use crate::cli::{say, threads};
 use crate::{MEMORY, registry};
 use interface::CoSimulation;
 use interface::variables::reservoir as variables;
+use orchestrator::ground_motion::GroundMotion;
 use orchestrator::participant::{InProcess, Messages, Participant, ParticipantError};
-use orchestrator::scene::{FidelityScene, GroundMotion, MethodScene, ProfileScene, Scene};
+use orchestrator::scene::{FidelityScene, MethodScene, ProfileScene, Scene};
 use orchestrator::scheme::{CouplingError, Side, Units};
 use std::time::Instant;
 

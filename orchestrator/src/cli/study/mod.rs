@@ -14,8 +14,9 @@ use super::table::Table;
 use super::{complain, say};
 use crate::registry::{self, RegistryError};
 use miette::Diagnostic;
+use orchestrator::ground_motion::GroundMotion;
 use orchestrator::observer::{Ending, Histories, HistoriesWriter, Status};
-use orchestrator::scene::{GroundMotion, LoadedScene, Scene, SceneError};
+use orchestrator::scene::{LoadedScene, Scene, SceneError};
 use orchestrator::scheme::{CouplingError, Side, Units};
 use orchestrator::simulation::SimulationError;
 use std::num::NonZeroUsize;
@@ -140,7 +141,7 @@ pub fn run(command: &Command) -> ExitCode {
 
 impl Arguments {
     fn load(&self) -> Result<LoadedScene, StudyError> {
-        let loaded = LoadedScene::read(&self.scene, &self.set)?;
+        let loaded = registry::read(&self.scene, &self.set)?;
         let path = &self.output;
         let empty =
             std::fs::create_dir_all(path).and_then(|()| Ok(std::fs::read_dir(path)?.next().is_none()));

@@ -3,6 +3,7 @@
 use super::{Arguments, Outcome, StudyError, figure, quoted, run_scene, unfit};
 use crate::cli::table::Table;
 use crate::cli::{say, threads};
+use orchestrator::registry;
 use orchestrator::scene::{DamFidelityScene, DamScene, DampingModelScene, LoadedScene, OnFailure};
 
 pub const HELP: &str = "\
@@ -133,7 +134,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     let mut runs = Vec::new();
     for change in changes {
         let sets: Vec<String> = arguments.set.iter().chain(&change.sets).cloned().collect();
-        runs.push((LoadedScene::read(&arguments.scene, &sets)?, change));
+        runs.push((registry::read(&arguments.scene, &sets)?, change));
     }
 
     let mut unconverged = Vec::new();

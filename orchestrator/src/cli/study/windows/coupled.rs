@@ -5,8 +5,9 @@ use crate::cli::threads;
 use crate::registry::{self, RegistryError, ShortWindows};
 use nalgebra::DMatrix;
 use orchestrator::acceleration::{Acceleration, AccelerationKind};
+use orchestrator::ground_motion::GroundMotion;
 use orchestrator::participant::{Occasion, Participant, ParticipantError};
-use orchestrator::scene::{GroundMotion, Scene};
+use orchestrator::scene::Scene;
 use orchestrator::scheme::{CouplingError, Side};
 use std::ops::Range;
 

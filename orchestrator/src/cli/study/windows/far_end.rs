@@ -6,7 +6,8 @@ use crate::cli::table::Table;
 use crate::cli::threads;
 use crate::registry::{self, FarEndCondition};
 use nalgebra::Complex;
-use orchestrator::scene::{GroundMotion, Scene};
+use orchestrator::ground_motion::GroundMotion;
+use orchestrator::scene::Scene;
 use std::f64::consts::PI;
 
 /// Frequencies over the first cut-off of a rigid bed.

@@ -9,7 +9,8 @@ use crate::cli::{say, threads};
 use crate::registry::{self, FarEndCondition, ShortWindows};
 use coupled::{Coupled, End};
 use nalgebra::DMatrix;
-use orchestrator::scene::{FidelityScene, GroundMotion, LoadedScene, OnFailure, Scene};
+use orchestrator::ground_motion::GroundMotion;
+use orchestrator::scene::{FidelityScene, LoadedScene, OnFailure, Scene};
 
 pub const HELP: &str = "\
 The paper steps compressible water through short windows, each with a forward and an inverse Fourier transform of its own, and

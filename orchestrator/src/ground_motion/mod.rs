@@ -1,7 +1,11 @@
 //! Ground motions: records and the ramp.
 
-use super::record::STRONGEST;
-use super::{Record, RecordError, STANDARD_GRAVITY};
+mod baseline;
+mod record;
+mod spectrum;
+
+pub use record::{Record, RecordError, STANDARD_GRAVITY, STRONGEST, Units};
+
 use std::path::Path;
 
 /// Horizontal acceleration of the ground, linear between equally spaced samples, zero afterwards.
@@ -14,8 +18,15 @@ pub struct GroundMotion {
 }
 
 impl GroundMotion {
-    /// A record from its file, cropped to `start`–`end` (s, both within the record), times `factor`.
-    pub fn from_record(path: &Path, start: f64, end: f64, factor: f64) -> Result<Self, RecordError> {
+    /// A record from its file, whose accelerations are in `units`, cropped to `start`–`end` (s, both within the record),
+    /// times `factor`.
+    pub fn from_record(
+        path: &Path,
+        units: Units,
+        start: f64,
+        end: f64,
+        factor: f64,
+    ) -> Result<Self, RecordError> {
         let record = Record::read(path)?;
         let duration = record.interval * (record.acceleration.len() - 1) as f64;
         let first = (start / record.interval - 1e-6).ceil().max(0.0) as usize;
@@ -27,10 +38,10 @@ impl GroundMotion {
             return Err(RecordError::Crop { path: path.to_owned(), start, end, duration });
         }
         let acceleration: Vec<f64> =
-            record.acceleration[first..=last].iter().map(|a| a * factor * STANDARD_GRAVITY).collect();
+            record.acceleration[first..=last].iter().map(|a| a * factor * units.in_si()).collect();
         if let Some(index) = acceleration.iter().position(|a| a.abs() > STRONGEST) {
             let (path, sample) = (path.to_owned(), record.acceleration[first + index]);
-            return Err(RecordError::TooStrong { path, sample, factor: factor.abs() });
+            return Err(RecordError::TooStrong { path, sample, units, factor: factor.abs() });
         }
         let source = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
         Ok(Self { source, interval: record.interval, acceleration, hold: false })

@@ -1,9 +1,11 @@
 //! Records of ground motion in files: two-column CSV and PEER AT2.
 
-use super::error::{exact, plain};
+use crate::number::{exact, plain};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// Standard gravity, m/s²: records are in units of it.
+/// Standard gravity, m/s².
 pub const STANDARD_GRAVITY: f64 = 9.80665;
 
 /// Strongest acceleration of the ground, m/s²; some twenty times that of any earthquake. Beyond it lies a slip of units.
@@ -12,12 +14,48 @@ pub const STRONGEST: f64 = 1e3;
 /// Share of an interval by which the interval between two printed times may differ from the usual one.
 const UNEVENNESS: f64 = 0.02;
 
-/// A record as its file has it, in units of g.
+/// Unit of the accelerations in the file of a record.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Units {
+    /// Standard gravity, 9.80665 m/s².
+    #[default]
+    #[serde(rename = "g")]
+    Gravity,
+    /// Metres a second squared.
+    #[serde(rename = "m/s2")]
+    Metres,
+    /// Centimetres a second squared (gal).
+    #[serde(rename = "cm/s2")]
+    Centimetres,
+}
+
+impl Units {
+    /// One of them, m/s².
+    pub fn in_si(self) -> f64 {
+        match self {
+            Self::Gravity => STANDARD_GRAVITY,
+            Self::Metres => 1.0,
+            Self::Centimetres => 0.01,
+        }
+    }
+}
+
+impl std::fmt::Display for Units {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Gravity => "g",
+            Self::Metres => "m/s²",
+            Self::Centimetres => "cm/s²",
+        })
+    }
+}
+
+/// A record as its file has it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
     /// Time between two samples, s.
     pub interval: f64,
-    /// Acceleration, g.
+    /// Acceleration, in the unit of the file.
     pub acceleration: Vec<f64>,
 }
 
@@ -112,14 +150,16 @@ pub enum RecordError {
     },
     /// Stronger than any earthquake.
     #[error(
-        "{}: a sample of {} g, times `scale` {}, is more than {} m/s²; samples are in g, so give a smaller scale",
+        "{}: a sample of {} {units}, times `scale` {}, is more than {} m/s²; check `units`, or give a smaller scale",
         path.display(), plain(*sample), plain(*factor), STRONGEST
     )]
     TooStrong {
         /// The file.
         path: PathBuf,
-        /// The sample, g.
+        /// The sample, in `units`.
         sample: f64,
+        /// Unit of the file's accelerations.
+        units: Units,
         /// Factor on it.
         factor: f64,
     },

@@ -1,0 +1,224 @@
+//! `[dam]`: the dam that is computed, and `[prescribed]`: one that moves as told.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A rigid dam that moves with the ground.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PrescribedScene {
+    /// Horizontal distance by which the wet face leans downstream from heel to water level.
+    #[serde(default)]
+    #[schemars(range(min = 0, max = 1e3), extend("unit" = "m"))]
+    pub batter: f64,
+    /// Number of panels of the wet face.
+    #[schemars(range(min = 1, max = 1000))]
+    pub panels: usize,
+}
+
+/// The dam that is computed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DamScene {
+    /// How much of the dam is computed.
+    #[serde(default)]
+    pub fidelity: DamFidelityScene,
+    /// Number of modes inside each block (`"reduced"`) or of the dam (`"intact"`); with these two alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1, max = 1000), extend("otherwise" = "by an error estimate"))]
+    pub modes: Option<usize>,
+    /// Nominal length of an element's side.
+    #[schemars(extend("unit" = "m", "exclusiveMinimum" = 0))]
+    pub element_size: f64,
+    /// Kinematics of the elements, and of reduced blocks.
+    #[serde(default)]
+    pub kinematics: KinematicsScene,
+    /// Factor on the critical time step. A dam with cracks takes a quarter of 2/ω at most, so that 0.41 (Rayleigh,
+    /// stiffness) or 0.125 (mass, none) halves the default.
+    #[serde(default = "time_step_safety")]
+    #[schemars(range(min = 1e-3, max = 1))]
+    pub time_step_safety: f64,
+    /// Outline of the section.
+    pub section: SectionScene,
+    /// The concrete.
+    pub material: MaterialScene,
+    /// Damping. It is always named, because sliding depends on it more than on anything else.
+    pub damping: DampingScene,
+    /// Horizontal cracks through the whole section. Results come in the order of elevations. No water enters a crack.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub cracks: Vec<CrackScene>,
+}
+
+/// How much of the dam is computed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum DamFidelityScene {
+    /// Every element and every contact.
+    #[default]
+    Dem,
+    /// Blocks of elastic modes between the same contacts, at a quarter of the cost at 5 m and a tenth at 2.5 m.
+    Reduced,
+    /// Blocks that do not deform: **unsafe**, the dam's own amplification is missing.
+    RigidBlocks,
+    /// The dam without its cracks, linear, by modes.
+    Intact,
+}
+
+impl DamFidelityScene {
+    /// The word in a scene.
+    pub fn word(self) -> String {
+        super::shape::word(&self)
+    }
+
+    /// Whether a number of modes means something.
+    pub fn has_modes(self) -> bool {
+        matches!(self, Self::Reduced | Self::Intact)
+    }
+}
+
+/// Kinematics of the elements.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum KinematicsScene {
+    /// Small strain and rotation.
+    Small,
+    /// Small strain, rotation of any size.
+    #[default]
+    Corotational,
+}
+
+/// Outline of the section.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SectionScene {
+    /// Upstream side, (x, y) from the heel (0, 0) up to the crest.
+    #[schemars(extend("unit" = "m"))]
+    pub upstream: Vec<[f64; 2]>,
+    /// Downstream side, (x, y) from the toe up to the crest.
+    #[schemars(extend("unit" = "m"))]
+    pub downstream: Vec<[f64; 2]>,
+}
+
+/// The concrete.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MaterialScene {
+    /// Elastic modulus E.
+    #[schemars(range(min = 1e6, max = 1e13), extend("unit" = "Pa"))]
+    pub young_modulus: f64,
+    /// Poisson's ratio ν.
+    #[schemars(range(min = 0, max = 0.499))]
+    pub poisson_ratio: f64,
+    /// Density.
+    #[schemars(range(min = 100, max = 1e5), extend("unit" = "kg/m³"))]
+    pub density: f64,
+    /// Plane condition.
+    #[serde(default)]
+    pub plane: PlaneScene,
+}
+
+/// Plane condition.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum PlaneScene {
+    /// Plane stress.
+    #[default]
+    Stress,
+    /// Plane strain.
+    Strain,
+}
+
+/// Damping of the dam.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DampingScene {
+    /// Kind of damping. Sliding depends on it more than on anything else.
+    #[serde(default)]
+    pub model: DampingModelScene,
+    /// Damping ratio where it holds; 0 for none.
+    #[schemars(range(min = 0, max = 0.999))]
+    pub ratio: f64,
+    /// The two frequencies at which the ratio holds, as multiples of ω₁ of the intact empty dam. `"mass"` and
+    /// `"stiffness"` want both too; `"local"` and a ratio of 0 want none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("otherwise" = "one of the two is required"))]
+    pub multiples_of_first: Option<[f64; 2]>,
+    /// The two frequencies themselves.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "rad/s", "otherwise" = "one of the two is required"))]
+    pub radians_per_second: Option<[f64; 2]>,
+}
+
+/// Kind of damping.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum DampingModelScene {
+    /// Of mass and stiffness, with the ratio at two frequencies.
+    #[default]
+    Rayleigh,
+    /// Of mass, with the ratio at the lower frequency.
+    Mass,
+    /// Of stiffness, with the ratio at the lower frequency.
+    Stiffness,
+    /// A share, π times the ratio, of every force out of balance: the ratio at all frequencies, and none in steady sliding;
+    /// with `dam.fidelity = "dem"` alone.
+    Local,
+}
+
+/// A horizontal crack through the whole section.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CrackScene {
+    /// Elevation above the heel, inside the section.
+    #[schemars(extend("unit" = "m"))]
+    pub elevation: f64,
+    /// Coulomb friction coefficient, the tangent of the friction angle. Of a bonded crack, or one with another residual
+    /// friction, it is the peak value.
+    #[schemars(range(min = 0, max = 5))]
+    pub friction_coefficient: f64,
+    /// Friction coefficient at every point of the crack that has slipped or opened once.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 5), extend("otherwise" = "`friction_coefficient`"))]
+    pub residual_friction_coefficient: Option<f64>,
+    /// Cohesion of the bond, at every point until it first slips or opens.
+    #[serde(default)]
+    #[schemars(range(min = 0, max = 1e12), extend("unit" = "Pa"))]
+    pub cohesion: f64,
+    /// Tensile strength of the bond, at every point until it first slips or opens.
+    #[serde(default)]
+    #[schemars(range(min = 0, max = 1e12), extend("unit" = "Pa"))]
+    pub tensile_strength: f64,
+    /// Tangent of the dilation angle: the sides rise by this share of the slip, to and fro.
+    #[serde(default)]
+    #[schemars(range(min = 0, max = 1))]
+    pub dilation: f64,
+    /// Slip, to and fro, after which the sides rise no more.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 1e3), extend("unit" = "m", "otherwise" = "no end"))]
+    pub dilation_slip: Option<f64>,
+    /// Where the contacts along the crack are.
+    #[serde(default)]
+    pub integration: IntegrationScene,
+    /// Normal stiffness. A crack that is soft beside the concrete bends the dam, a stiff one shortens the time step. 1e11
+    /// Pa/m is as stiff as 0.3 m of concrete; twice or half of it changes the main scene by 1 to 2 %.
+    #[schemars(extend("unit" = "Pa/m", "exclusiveMinimum" = 0))]
+    pub normal_stiffness: f64,
+    /// Shear stiffness.
+    #[schemars(extend("unit" = "Pa/m", "exclusiveMinimum" = 0))]
+    pub shear_stiffness: f64,
+}
+
+/// Where the contacts along a crack are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum IntegrationScene {
+    /// At the nodes, corners included.
+    #[default]
+    Nodal,
+    /// At two Gauss points of each segment: the outermost lie a fifth of a segment inside, and a block rocks about them.
+    Gauss,
+}
+
+fn time_step_safety() -> f64 {
+    0.9
+}

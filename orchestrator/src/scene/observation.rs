@@ -1,0 +1,100 @@
+//! `[[stop]]` and `[snapshots]`: what is watched during a run.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Pictures of the dam's fields during the run: `snapshots.pvd`, for ParaView.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SnapshotsScene {
+    /// Time from one picture to the next. A picture is made at each multiple, or at the first end of a step (of a window of
+    /// steps) after it.
+    #[schemars(range(min = 1e-6, max = 1e6), extend("unit" = "s"))]
+    pub interval: f64,
+    /// No picture before this time.
+    #[serde(default)]
+    #[schemars(range(min = 0, max = 1e6), extend("unit" = "s"))]
+    pub from: f64,
+    /// No picture after this time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 1e6), extend("unit" = "s", "otherwise" = "no end"))]
+    pub until: Option<f64>,
+}
+
+/// A limit that ends a run before its time, or marks it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StopScene {
+    /// Quantity that is watched, at every communication point.
+    pub quantity: StopQuantity,
+    /// Magnitude that is too much, in the quantity's SI unit.
+    #[schemars(extend("unit" = "m, rad, 1", "exclusiveMinimum" = 0))]
+    pub above: f64,
+    /// What is done then.
+    #[serde(default)]
+    pub action: StopAction,
+}
+
+/// A quantity that a run is watched for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum StopQuantity {
+    /// Sliding of any crack, m.
+    Sliding,
+    /// Opening of any crack, m.
+    Opening,
+    /// Rotation above any crack, rad.
+    Rotation,
+    /// Displacement of the crest, m.
+    CrestDisplacement,
+    /// Iterations of a communication step.
+    Iterations,
+    /// Energy balance error over the peak kinetic energy so far.
+    EnergyError,
+}
+
+impl StopQuantity {
+    /// The word for it in messages.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Sliding => "sliding",
+            Self::Opening => "opening",
+            Self::Rotation => "rotation",
+            Self::CrestDisplacement => "crest displacement",
+            Self::Iterations => "iterations",
+            Self::EnergyError => "energy error",
+        }
+    }
+
+    /// Its unit, with a space before it.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Sliding | Self::Opening | Self::CrestDisplacement => " m",
+            Self::Rotation => " rad",
+            Self::Iterations | Self::EnergyError => "",
+        }
+    }
+
+    /// The dam's output that tells it.
+    pub fn variable(self) -> Option<&'static str> {
+        match self {
+            Self::Sliding => Some("crack_sliding"),
+            Self::Opening => Some("crack_opening"),
+            Self::Rotation => Some("crack_rotation"),
+            Self::CrestDisplacement => Some("crest_displacement"),
+            Self::EnergyError => Some("energy_balance_error"),
+            Self::Iterations => None,
+        }
+    }
+}
+
+/// What is done when a quantity is too much.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum StopAction {
+    /// The run ends after this communication step; its status says so.
+    #[default]
+    End,
+    /// The run goes on; its results say so.
+    Flag,
+}

@@ -1,0 +1,45 @@
+//! `[time]`: the clock.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The clock.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Time {
+    /// Length H of a communication step. It is at most the interval of the record, best a whole fraction of it.
+    #[schemars(extend("unit" = "s", "exclusiveMinimum" = 0))]
+    pub communication_step: f64,
+    /// Time without ground motion after the record. Residual sliding needs 5 s.
+    #[schemars(range(min = 0, max = 1e6), extend("unit" = "s"))]
+    pub quiet: f64,
+    /// Simulated time. After its last sample a record falls to zero within one interval. Required with a ramp.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 1e6), extend("unit" = "s", "otherwise" = "record + `quiet`"))]
+    pub duration: Option<f64>,
+    /// Communication steps whose length follows the estimate of the coupling error, from `communication_step` on: for
+    /// water without memory or `reservoir.method = "recursive"`, in a scheme that exchanges pressure.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub adaptive: Option<AdaptiveScene>,
+}
+
+impl Default for Time {
+    fn default() -> Self {
+        Self { communication_step: 0.0025, quiet: 5.0, duration: None, adaptive: None }
+    }
+}
+
+/// Communication steps of varying length.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AdaptiveScene {
+    /// Largest estimate of the coupling error, as a share of the largest pressure.
+    #[schemars(range(min = 1e-12, max = 1))]
+    pub tolerance: f64,
+    /// Shortest communication step.
+    #[schemars(extend("unit" = "s", "exclusiveMinimum" = 0))]
+    pub shortest: f64,
+    /// Longest communication step, at most the interval of the record.
+    #[schemars(extend("unit" = "s", "exclusiveMinimum" = 0))]
+    pub longest: f64,
+}

@@ -1,0 +1,159 @@
+//! `[reservoir]`: the water.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The water.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ReservoirScene {
+    /// Depth of the water, not above the crest. An empty reservoir needs none: the wet face, whose motion is reported,
+    /// then reaches the crest. With a depth it ends there, and a row of elements with it, as in the full reservoir.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1e-6, max = 1e4), extend("unit" = "m", "otherwise" = "required"))]
+    pub depth: Option<f64>,
+    /// Model of the water.
+    #[serde(default)]
+    pub fidelity: FidelityScene,
+    /// Profile of Westergaard's added mass.
+    #[serde(default)]
+    pub profile: ProfileScene,
+    /// Density of the water.
+    #[serde(default = "density")]
+    #[schemars(range(min = 100, max = 1e5), extend("unit" = "kg/m³"))]
+    pub density: f64,
+    /// Speed of sound in the water.
+    #[serde(default = "sound_speed")]
+    #[schemars(range(min = 1, max = 1e5), extend("unit" = "m/s"))]
+    pub sound_speed: f64,
+    /// Wave reflection coefficient α of the bed: 0 absorbs, 1 is rigid.
+    #[serde(default = "rigid")]
+    #[schemars(range(min = 0, max = 1))]
+    pub wave_reflection_coefficient: f64,
+    /// Corners (x, y) of the bed from the heel upstream, without the heel itself. From the last one on the bed is level.
+    /// `[[-80.0, 15.0]]` rises by 15 m over the first 80 m.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(extend("unit" = "m", "otherwise" = "level"))]
+    pub bed: Vec<[f64; 2]>,
+    /// Gravity waves on the surface; without them its pressure is 0. Not with `"incompressible"`.
+    #[serde(default)]
+    pub surface_waves: bool,
+    /// How compressible water is stepped in time.
+    #[serde(default)]
+    pub method: MethodScene,
+    /// Largest length of the reservoir's own panels on the wet face, not above the depth. Kinks and cracks are kept. An
+    /// FMU of the reservoir has these points too.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "m", "exclusiveMinimum" = 0, "otherwise" = "the dam's points"))]
+    pub interface_size: Option<f64>,
+    /// Largest length of a boundary element on the wet face.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend(
+        "unit" = "m",
+        "exclusiveMinimum" = 0,
+        "otherwise" = "depth / 16, not above `interface_size` or the dam's"
+    ))]
+    pub element_size: Option<f64>,
+    /// Shape functions of the boundary elements.
+    #[serde(default)]
+    pub element_order: ElementOrderScene,
+    /// Largest length of an element on bed, far end and, with waves, surface.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "m", "exclusiveMinimum" = 0, "otherwise" = "`element_size`"))]
+    pub bed_element_size: Option<f64>,
+    /// Length of the elements at the corners of face and bed. From there each element is at most twice as long as the one
+    /// before.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "m", "exclusiveMinimum" = 0, "otherwise" = "not refined"))]
+    pub corner_element_size: Option<f64>,
+    /// Distance of the far end from the most upstream point of face and bed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "m", "exclusiveMinimum" = 0, "otherwise" = "depth / 2"))]
+    pub far_end_distance: Option<f64>,
+}
+
+/// Model of the water.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum FidelityScene {
+    /// Westergaard's added mass, without memory.
+    Westergaard,
+    /// Incompressible water by boundary elements: the added mass of the real section, without memory.
+    Incompressible,
+    /// Compressible water.
+    #[default]
+    Compressible,
+    /// An empty reservoir: the dam alone, with one dam step a communication step whatever `coupling` says.
+    #[serde(rename = "none")]
+    Empty,
+}
+
+impl FidelityScene {
+    /// The word in a scene.
+    pub fn word(self) -> String {
+        super::shape::word(&self)
+    }
+
+    /// Whether the pressure depends on more than the acceleration of the moment.
+    pub fn has_memory(self) -> bool {
+        self == Self::Compressible
+    }
+
+    /// Whether equations are solved in the water.
+    pub fn is_solved(self) -> bool {
+        matches!(self, Self::Incompressible | Self::Compressible)
+    }
+}
+
+/// Profile of Westergaard's added mass.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ProfileScene {
+    /// ⅞ ρ √(h(h − y)).
+    #[default]
+    Parabola,
+    /// The series of incompressible water before a vertical face, which the parabola approximates.
+    Exact,
+}
+
+/// Shape functions of the boundary elements.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ElementOrderScene {
+    /// One node an element.
+    Constant,
+    /// Two nodes an element.
+    #[default]
+    Linear,
+}
+
+/// How compressible water is stepped in time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum MethodScene {
+    /// Convolution quadrature by BDF2.
+    Bdf2,
+    /// Convolution quadrature by the trapezoidal rule.
+    Trapezoid,
+    /// Convolution quadrature by Radau IIA of two stages.
+    #[default]
+    Radau2,
+    /// Convolution quadrature by Radau IIA of three stages.
+    Radau3,
+    /// A recursion fitted to the frequency response, of constant cost a step and for steps of any length.
+    Recursive,
+    /// Finite elements with a Sommerfeld end.
+    FiniteElements,
+}
+
+pub(super) fn density() -> f64 {
+    1000.0
+}
+
+pub(super) fn sound_speed() -> f64 {
+    1440.0
+}
+
+fn rigid() -> f64 {
+    1.0
+}
