@@ -1,8 +1,8 @@
 //! A unit's process that breaks the protocol in the way that its argument names.
 
 use interface::{Capabilities, Fingerprint};
-use orchestrator::participant::{Channel, Description, Layout, Task, Word};
-use orchestrator::transport::{PROTOCOL_VERSION, Server, Status, layout_hash};
+use orchestrator::participant::{Channel, Description, Layout, Task, Word, layout_hash};
+use orchestrator::transport::{PROTOCOL_VERSION, Server, Status};
 use std::io::{BufRead, Write};
 use std::sync::atomic::AtomicBool;
 

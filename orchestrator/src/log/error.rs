@@ -1,4 +1,5 @@
 use super::decode::Mismatch;
+use crate::observer::ObserverError;
 use std::path::PathBuf;
 
 /// A log that cannot be written.
@@ -26,6 +27,12 @@ pub enum LogError {
         /// The file.
         path: PathBuf,
     },
+}
+
+impl From<LogError> for ObserverError {
+    fn from(error: LogError) -> Self {
+        Self::Other(Box::new(error))
+    }
 }
 
 /// A log that cannot be read, or not to its end; what came before the place named is sound.

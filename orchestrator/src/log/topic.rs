@@ -1,9 +1,9 @@
 //! What the messages of a topic are, read by the schema in the file.
 
 use super::decode::{Decoder, Mismatch, Schema, Wanted};
+use super::entry::{Entry, LoggedEnd, LoggedExchange, LoggedStep};
 use super::foxglove;
 use super::head::LoggedUnit;
-use super::reader::{Entry, LoggedEnd, LoggedExchange, LoggedStep};
 use super::stream::{Channel, Raw};
 use crate::participant::{Layout, Message, Occasion};
 use crate::scheme::Side;

@@ -10,7 +10,6 @@ pub use limits::Limits;
 pub use progress::Progress;
 pub use snapshots::Snapshots;
 
-use crate::log::LogError;
 use crate::participant::{Description, ParticipantError};
 use crate::scene::GroundMotion;
 use crate::scheme::{Units, WindowReport};
@@ -113,9 +112,9 @@ pub struct Ending {
 /// An observer that cannot go on.
 #[derive(Debug, thiserror::Error)]
 pub enum ObserverError {
-    /// The log.
+    /// An observer from outside this module, such as the log.
     #[error(transparent)]
-    Log(#[from] LogError),
+    Other(Box<dyn std::error::Error + Send + Sync>),
     /// A history file.
     #[error("{}: {cause}; free some space or choose another --output", path.display())]
     Csv {

@@ -11,7 +11,7 @@ pub use in_process::InProcess;
 pub use interface::{Level, Messages};
 pub use messages::Message;
 pub use prescribed::Prescribed;
-pub use shared_memory::{Deadlines, SharedMemory, Starting, Task, Word, host};
+pub use shared_memory::{Deadlines, SharedMemory, Starting, Task, Word, host, layout_hash};
 
 use crate::transport::TransportError;
 use interface::{Capabilities, Fingerprint, Shape, StateError, Variable, WetFace};

@@ -24,8 +24,8 @@ const LATE: Duration = Duration::from_millis(10);
 impl Client {
     /// Opens the service of `unit` in `run`, whose requests have up to `values` values.
     ///
-    /// **Errors**: no such service; another protocol version; a `layout` (see [`super::layout_hash`]) other
-    /// than the service carries; no shared memory.
+    /// **Errors**: no such service; another protocol version; a `layout` other than the
+    /// service carries; no shared memory.
     pub fn open(run: u64, unit: &str, layout: &str, values: usize) -> Result<Self, TransportError> {
         let failed = |e: &dyn Debug| shared_memory_error("opening the service of a unit", &e);
         let node = node()?;

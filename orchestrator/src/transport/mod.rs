@@ -12,7 +12,7 @@ mod server;
 mod wait;
 
 pub use client::Client;
-pub use header::{Command, Header, PROTOCOL_VERSION, Status, layout_hash};
+pub use header::{Command, Header, PROTOCOL_VERSION, Status};
 pub use server::Server;
 pub use wait::shorten_naps;
 

@@ -1,6 +1,8 @@
 //! `cofferdam study ambient`.
 
-use super::{Arguments, StudyError, figure, quoted, run_scene, unfit};
+mod figure;
+
+use super::{Arguments, StudyError, quoted, run_scene, unfit};
 use crate::cli::table::Table;
 use crate::cli::{say, threads};
 use orchestrator::scene::{GroundMotion, OnFailure};
@@ -100,5 +102,5 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     say(&text);
     arguments.write("ambient.md", &text)?;
     arguments.write_table("ambient.csv", &table)?;
-    arguments.write("ambient.svg", &figure::ambient(&outcome, &stored)?)
+    arguments.write("ambient.svg", &figure::picture(&outcome, &stored)?)
 }

@@ -1,6 +1,8 @@
 //! `cofferdam study fidelity`.
 
-use super::{Arguments, Outcome, StudyError, figure, quoted, relative, run_units, unfit};
+mod figure;
+
+use super::{Arguments, Outcome, StudyError, quoted, relative, run_units, unfit};
 use crate::cli::reservoir::Exact;
 use crate::cli::reservoir::Motion;
 use crate::cli::table::Table;
@@ -122,7 +124,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
             Some(figure::Priced { name: row.name.clone(), cost, error: apart(outcome, reference, CREST)? })
         })
         .collect();
-    arguments.write("fidelity.svg", &figure::fidelity(&points)?)
+    arguments.write("fidelity.svg", &figure::picture(&points)?)
 }
 
 /// The scene with one water after the other, its name, and whether it is a level of the ladder.

@@ -1,6 +1,8 @@
 //! `cofferdam study resolution`.
 
-use super::{Arguments, StudyError, figure, quoted, unfit};
+mod figure;
+
+use super::{Arguments, StudyError, quoted, unfit};
 use crate::cli::reservoir::{Exact, Motion};
 use crate::cli::table::Table;
 use crate::cli::{say, threads};
@@ -109,7 +111,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     say(&text);
     arguments.write("resolution.md", &text)?;
     arguments.write_table("resolution.csv", &listed(&points))?;
-    arguments.write("resolution.svg", &figure::resolution(&points)?)
+    arguments.write("resolution.svg", &figure::picture(&points)?)
 }
 
 /// Nodal forces per unit acceleration, and what they cost.

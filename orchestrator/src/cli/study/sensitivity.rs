@@ -1,6 +1,8 @@
 //! `cofferdam study sensitivity`.
 
-use super::{Arguments, Outcome, StudyError, figure, quoted, run_scene, unfit};
+mod figure;
+
+use super::{Arguments, Outcome, StudyError, quoted, run_scene, unfit};
 use crate::cli::table::Table;
 use crate::cli::{say, threads};
 use orchestrator::scene::{DamFidelityScene, DamScene, DampingModelScene, LoadedScene, OnFailure};
@@ -188,7 +190,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     say(&text);
     arguments.write("sensitivity.md", &text)?;
     arguments.write_table("sensitivity.csv", &table)?;
-    arguments.write("sensitivity.svg", &figure::sensitivity(&rows)?)
+    arguments.write("sensitivity.svg", &figure::picture(&rows)?)
 }
 
 /// Largest crest motion (m), rotation (rad), sliding (m), and sliding at the end (m), of the lowest crack.

@@ -1,6 +1,8 @@
 //! `cofferdam study stability`.
 
-use super::{Arguments, StudyError, figure, quoted, run_scene, unfit};
+mod figure;
+
+use super::{Arguments, StudyError, quoted, run_scene, unfit};
 use crate::cli::table::Table;
 use crate::cli::{say, threads};
 use orchestrator::acceleration::AccelerationKind;
@@ -163,7 +165,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     say(&text);
     arguments.write("stability.md", &text)?;
     arguments.write_table("stability.csv", &list)?;
-    arguments.write("stability.svg", &figure::stability(&grid, &judged)?)
+    arguments.write("stability.svg", &figure::picture(&grid, &judged)?)
 }
 
 /// Judges all cases, as many at once as there are cores. The units' own threads would make a thread pool run cases

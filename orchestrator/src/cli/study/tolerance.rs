@@ -1,6 +1,8 @@
 //! `cofferdam study tolerance`.
 
-use super::{Arguments, Outcome, StudyError, figure, quoted, run_scene, unfit};
+mod figure;
+
+use super::{Arguments, Outcome, StudyError, quoted, run_scene, unfit};
 use crate::cli::table::Table;
 use crate::cli::{say, threads};
 use orchestrator::scene::OnFailure;
@@ -106,7 +108,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     say(&text);
     arguments.write("tolerance.md", &text)?;
     arguments.write_table("tolerance.csv", &table)?;
-    arguments.write("tolerance.svg", &figure::tolerance(&Series { points, of_step })?)
+    arguments.write("tolerance.svg", &figure::picture(&Series { points, of_step })?)
 }
 
 /// Largest difference over the largest value; 0 of what is not there.

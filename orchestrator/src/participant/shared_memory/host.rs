@@ -1,7 +1,8 @@
+use super::calls::{layout_hash, occasion};
 use super::words::{END, Task, Word};
 use crate::participant::{Occasion, Participant, ParticipantError};
 use crate::transport::{
-    Command, Header, PROTOCOL_VERSION, Server, Status, TransportError, layout_hash, shorten_naps, tidy,
+    Command, Header, PROTOCOL_VERSION, Server, Status, TransportError, shorten_naps, tidy,
 };
 use std::io::{BufRead, IsTerminal, Write};
 use std::process::ExitCode;
@@ -137,7 +138,7 @@ fn serve(participant: &mut dyn Participant, run: u64, lifeline: &Lifeline) -> Re
     let described = serde_json::to_value(&description).unwrap_or_default();
     voice.say(&Word::Ready { protocol: PROTOCOL_VERSION, description: described });
     server.serve(&lifeline.over, |header, inputs, outputs| {
-        *lifeline.occasion.lock().unwrap_or_else(PoisonError::into_inner) = Some(header.occasion());
+        *lifeline.occasion.lock().unwrap_or_else(PoisonError::into_inner) = Some(occasion(header));
         let before = participant.busy();
         let result = answer(participant, header, inputs, outputs);
         header.busy = participant.busy().saturating_sub(before).as_nanos() as u64;
@@ -188,5 +189,5 @@ fn answer(
         Command::RestoreAndStep => participant.restore_state()?,
         Command::Step | Command::Read => {}
     }
-    participant.step(&header.occasion(), inputs, outputs)
+    participant.step(&occasion(header), inputs, outputs)
 }

@@ -1,17 +1,18 @@
 //! Units that are processes of their own, reached over shared memory.
 
+mod calls;
 mod host;
 mod process;
 mod watch;
 mod words;
 
+pub use calls::layout_hash;
 pub use host::host;
 pub use words::{Task, Word};
 
 use super::{Description, Level, Message, Occasion, Participant, ParticipantError, check_finite};
 use crate::transport::{
-    Client, Command, Header, PROTOCOL_VERSION, Status, TransportError, layout_hash, new_run, probe,
-    shorten_naps,
+    Client, Command, Header, PROTOCOL_VERSION, Status, TransportError, new_run, probe, shorten_naps,
 };
 use process::{Listening, RunMates, UnitProcess};
 use std::sync::Arc;
@@ -170,7 +171,7 @@ impl SharedMemory {
 
     /// Sends a command and waits for its answer, which has as many values as `outputs`.
     fn call(&mut self, header: Header, inputs: &[f64], outputs: &mut [f64]) -> Result<(), ParticipantError> {
-        let occasion = header.occasion();
+        let occasion = calls::occasion(&header);
         let limit = match header.command() {
             Some(Command::Initialise) => self.deadlines.preparation,
             _ => self.deadlines.step,
@@ -241,7 +242,7 @@ impl Participant for SharedMemory {
             let participant = self.description.name.clone();
             return Err(ParticipantError::Missing { participant, variable: variable.to_owned() });
         };
-        let request = Header::request(self.run, Command::Read, &Occasion::initialisation(0.0));
+        let request = calls::request(self.run, Command::Read, &Occasion::initialisation(0.0));
         let header = Header { variable: channel.value_reference, ..request };
         let mut values = vec![0.0; range.len()];
         self.call(header, &[], &mut values)?;
@@ -255,7 +256,7 @@ impl Participant for SharedMemory {
         outputs: &mut [f64],
     ) -> Result<(), ParticipantError> {
         let occasion = Occasion::initialisation(start_time);
-        self.call(Header::request(self.run, Command::Initialise, &occasion), inputs, outputs)?;
+        self.call(calls::request(self.run, Command::Initialise, &occasion), inputs, outputs)?;
         check_finite(&self.description, outputs, start_time)
     }
 
@@ -270,7 +271,7 @@ impl Participant for SharedMemory {
             Some(Pending::Save) => Command::SaveAndStep,
             Some(Pending::Restore) => Command::RestoreAndStep,
         };
-        self.call(Header::request(self.run, command, occasion), inputs, outputs)?;
+        self.call(calls::request(self.run, command, occasion), inputs, outputs)?;
         check_finite(&self.description, outputs, occasion.end())
     }
 

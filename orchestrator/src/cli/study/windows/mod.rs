@@ -2,8 +2,9 @@
 
 mod coupled;
 mod far_end;
+mod figure;
 
-use super::{Arguments, StudyError, figure, quoted, relative, run_scene};
+use super::{Arguments, StudyError, quoted, relative, run_scene};
 use crate::cli::table::Table;
 use crate::cli::{say, threads};
 use crate::registry::{self, FarEndCondition, ShortWindows};
@@ -116,7 +117,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     arguments.write("windows.md", &text)?;
     arguments.write_table("windows.csv", &table)?;
     arguments.write_table("far-end.csv", &far_end)?;
-    arguments.write("windows.svg", &figure::windows(&rows)?)
+    arguments.write("windows.svg", &figure::picture(&rows)?)
 }
 
 /// The scene as it is compared: compressible water at the dam's own points, a run that stops where it fails.
