@@ -83,7 +83,7 @@ impl Difference {
     pub fn of_values(half: Half, layout: &Layout, first: &[f64], second: &[f64]) -> Option<Self> {
         let position = first.iter().zip(second).position(|(a, b)| a.to_bits() != b.to_bits())?;
         let (channel, range) = layout.channels().find(|(_, range)| range.contains(&position))?;
-        let index = channel.array.then_some(position - range.start);
+        let index = channel.shape.is_array().then_some(position - range.start);
         let values = [first[position], second[position]];
         Some(Self::Value { half, variable: channel.name.clone(), index, values })
     }

@@ -1,9 +1,11 @@
 //! The run itself: step after step, every report to every observer.
 
+use crate::acceleration::Acceleration;
+use crate::convergence::ConvergenceMeasure;
 use crate::observer::{Ending, Observer, ObserverError, Start, Statistics, Status, WallTime};
 use crate::participant::{Description, ParticipantError};
-use crate::scene::GroundMotion;
-use crate::scheme::{CouplingError, Scheme, Side, StepFailure, Units, WindowReport};
+use crate::scene::{GroundMotion, OnFailure, Scene};
+use crate::scheme::{CouplingError, Predictor, Scheme, Settings, Side, StepFailure, Units, WindowReport};
 use crate::stepping::{Clock, Stepping};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -34,7 +36,44 @@ pub enum SimulationError {
     Observer(#[from] ObserverError),
 }
 
+/// Change of a pressure by which the units are measured, as a share of the hydrostatic pressure at the base: far above
+/// rounding, and too small to move a crack.
+const PROBE: f64 = 1e-4;
+
 impl Simulation {
+    /// The simulation of `scene` with `units`, which fit it: scheme, acceleration, predictor, measures of convergence
+    /// and communication steps are those of the scene.
+    ///
+    /// **Errors**: the units do not fit each other or the scheme.
+    pub fn of_scene(
+        scene: &Scene,
+        ground_motion: &GroundMotion,
+        mut units: Units,
+    ) -> Result<Self, SimulationError> {
+        let coupling = &scene.coupling;
+        let base_pressure = scene.hydrostatic_base_pressure();
+        let settings = Settings {
+            kind: scene.scheme(),
+            iteration_limit: coupling.iteration_limit,
+            accept_unconverged: coupling.on_failure == OnFailure::Continue,
+            // The inertia of the water column.
+            acceleration_scale: scene.reservoir.density * scene.depth(),
+        };
+        let acceleration =
+            Acceleration::new(coupling.acceleration, coupling.relaxation, PROBE * base_pressure);
+        let predictor = Predictor::new(coupling.predictor_order);
+        let measure =
+            ConvergenceMeasure::new(&coupling.measures, coupling.tolerance, scene.height(), base_pressure);
+        let scheme = Scheme::new(&mut units, settings, acceleration, predictor, measure)?;
+        Ok(Self {
+            units,
+            scheme,
+            ground_motion: ground_motion.clone(),
+            stepping: scene.stepping(),
+            static_crest_displacement: None,
+        })
+    }
+
     /// Runs to the end, to the first failure, until an observer wants it to stop, or until `interrupted` becomes true.
     ///
     /// Observers see the reports of initialisation and of every step, a failed one too, and

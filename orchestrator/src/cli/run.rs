@@ -3,17 +3,14 @@
 use super::{Run, Transport, check, complain, say, spectra};
 use crate::registry::{self, RegistryError};
 use miette::Diagnostic;
-use orchestrator::acceleration::Acceleration;
-use orchestrator::convergence::ConvergenceMeasure;
 use orchestrator::log::{LogError, LogWriter, Preamble};
 use orchestrator::observer::{HistoriesWriter, Limits, Observer, Progress, Snapshots, Status};
 use orchestrator::participant::{Deadlines, ParticipantError, Starting};
 use orchestrator::report::{Build, Manifest, ManifestError, Summary, Unit};
 use orchestrator::scene::{
-    DamFidelityScene, DampingModelScene, GroundMotion, LoadedScene, OnFailure, STANDARD_GRAVITY, Scene,
-    SceneError,
+    DamFidelityScene, DampingModelScene, GroundMotion, LoadedScene, STANDARD_GRAVITY, Scene, SceneError,
 };
-use orchestrator::scheme::{CouplingError, Predictor, Scheme, Settings, Side, Units, interface_points};
+use orchestrator::scheme::{CouplingError, Side, Units, interface_points};
 use orchestrator::simulation::{Simulation, SimulationError};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -136,7 +133,7 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
     say(ground_line(&loaded.ground_motion));
     say(format!("prepared in {:.2} s; results go to {}", began.elapsed().as_secs_f64(), folder.display()));
 
-    let mut simulation = assemble(&loaded.scene, &loaded.ground_motion, units)?;
+    let mut simulation = Simulation::of_scene(&loaded.scene, &loaded.ground_motion, units)?;
     let mut observers: Vec<&mut dyn Observer> = vec![&mut log, &mut histories, &mut progress, &mut limits];
     observers.extend(snapshots.as_mut().map(|snapshots| snapshots as &mut dyn Observer));
     let (ending, failure) = simulation.run(&mut observers, &interrupted);
@@ -224,49 +221,6 @@ fn catch_interrupt() -> Result<Arc<AtomicBool>, RunError> {
         }
     })?;
     Ok(interrupted)
-}
-
-/// Change of a pressure that measures what it does, as a share of the hydrostatic pressure at the base: far above
-/// rounding, and too little to move a crack.
-const PROBE: f64 = 1e-4;
-
-/// The simulation of a scene with `units`.
-pub fn assemble(
-    scene: &Scene,
-    ground_motion: &GroundMotion,
-    mut units: Units,
-) -> Result<Simulation, SimulationError> {
-    let coupling = &scene.coupling;
-    let settings = Settings {
-        kind: scene.scheme(),
-        iteration_limit: coupling.iteration_limit,
-        accept_unconverged: coupling.on_failure == OnFailure::Continue,
-        // The inertia of the water column.
-        acceleration_scale: scene.reservoir.density * scene.depth(),
-    };
-    let scheme = Scheme::new(
-        &mut units,
-        settings,
-        Acceleration::new(
-            coupling.acceleration,
-            coupling.relaxation,
-            PROBE * scene.hydrostatic_base_pressure(),
-        ),
-        Predictor::new(coupling.predictor_order),
-        ConvergenceMeasure::new(
-            &coupling.measures,
-            coupling.tolerance,
-            scene.height(),
-            scene.hydrostatic_base_pressure(),
-        ),
-    )?;
-    Ok(Simulation {
-        units,
-        scheme,
-        ground_motion: ground_motion.clone(),
-        stepping: scene.stepping(),
-        static_crest_displacement: None,
-    })
 }
 
 /// Where the dam watches stress, m; nowhere if it does not.

@@ -3,7 +3,7 @@
 use super::LogReadError;
 use super::decode::{Mismatch, Schema, Wanted};
 use super::stream::{Channel, Next, Stream};
-use crate::participant::{self, Layout};
+use crate::participant::{self, ChannelShape, Layout};
 use crate::scene::Scene;
 use crate::scheme::Side;
 
@@ -180,7 +180,7 @@ fn unit(schema: &Schema, data: &[u8]) -> Result<LoggedUnit, Mismatch> {
                 value_reference: number(1, "value_reference")?,
                 unit: variable.text(2),
                 size: size as usize,
-                array,
+                shape: if array { ChannelShape::List } else { ChannelShape::Scalar },
             });
         }
         Ok(Layout::new(channels))

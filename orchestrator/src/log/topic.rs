@@ -33,9 +33,9 @@ impl Topic {
     pub fn of(channel: &Channel, units: &[LoggedUnit; 2]) -> Result<Self, Mismatch> {
         let schema = || Schema::find(&channel.schema, &channel.descriptor);
         let exchange = |layout: &Layout| {
-            let variables = layout
-                .channels()
-                .map(|(c, _)| (c.name.as_str(), if c.array { Wanted::Doubles } else { Wanted::Double }));
+            let variables = layout.channels().map(|(c, _)| {
+                (c.name.as_str(), if c.shape.is_array() { Wanted::Doubles } else { Wanted::Double })
+            });
             schema()?.decoder(OCCASION.into_iter().chain(variables))
         };
         for (side, unit) in [Side::Dam, Side::Reservoir].into_iter().zip(units) {
@@ -153,7 +153,7 @@ fn exchange(
     let mut values = Vec::new();
     for (index, (channel, _)) in layout.channels().enumerate() {
         let found = decoder.doubles(OCCASION.len() + index);
-        match (channel.array, found) {
+        match (channel.shape.is_array(), found) {
             // Protobuf leaves a zero out.
             (false, []) => values.push(0.0),
             (false, [.., value]) => values.push(*value),

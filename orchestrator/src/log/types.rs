@@ -107,8 +107,8 @@ pub fn exchange_type(name: &str, layout: &Layout) -> MessageType {
     ];
     let header = header.map(|(n, k)| (n.to_owned(), k));
     let fields = layout.channels().flat_map(|(channel, _)| {
-        let kind = if channel.array { Kind::Doubles } else { Kind::Double };
-        let norm = channel.array.then(|| (format!("{}_norm", channel.name), Kind::Double));
+        let kind = if channel.shape.is_array() { Kind::Doubles } else { Kind::Double };
+        let norm = channel.shape.is_array().then(|| (format!("{}_norm", channel.name), Kind::Double));
         std::iter::once((channel.name.clone(), kind)).chain(norm)
     });
     MessageType::new(name, header.into_iter().chain(fields).collect())

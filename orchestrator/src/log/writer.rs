@@ -135,7 +135,10 @@ impl LogWriter {
             let mut half = |what: &str, layout: &Layout| -> Result<Half, mcap::McapError> {
                 let kind = exchange_type(&format!("{}{what}", capitalised(name)), layout);
                 let topic = self.declare(&mut writer, &format!("/{name}/{}", what.to_lowercase()), kind)?;
-                Ok(Half { topic, fields: layout.channels().map(|(c, range)| (range, c.array)).collect() })
+                Ok(Half {
+                    topic,
+                    fields: layout.channels().map(|(c, range)| (range, c.shape.is_array())).collect(),
+                })
             };
             self.units[side as usize] =
                 [half("Request", &description.inputs)?, half("Answer", &description.outputs)?];
@@ -184,7 +187,7 @@ impl LogWriter {
                 Value::Unsigned(u64::from(channel.value_reference)),
                 Value::Text(&channel.unit),
                 Value::Unsigned(channel.size as u64),
-                Value::Bool(channel.array),
+                Value::Bool(channel.shape.is_array()),
             ])
         };
         let list = |layout: &Layout| layout.channels().map(|(c, _)| encoded(c)).collect::<Vec<_>>();

@@ -1,5 +1,5 @@
 use super::{Ending, Observer, ObserverError, Start};
-use crate::participant::Channel;
+use crate::participant::{Channel, ChannelShape};
 use crate::scheme::{Exchange, InterfaceWork, Interval, Side, WindowReport};
 use std::fs::File;
 use std::ops::Range;
@@ -151,16 +151,13 @@ impl HistoriesWriter {
 /// Column names of a channel: with `.x`, `.y` or an index where it has several values.
 fn column_names(prefix: &str, channel: &Channel) -> Vec<String> {
     let name = |suffix: &str| format!("{prefix}{}{suffix} [{}]", channel.name, channel.unit);
-    match (channel.array, channel.size) {
-        (false, _) => vec![name("")],
-        (true, 2) if !numbered(&channel.name) => vec![name(".x"), name(".y")],
-        (true, size) => (0..size).map(|i| name(&format!(".{i}"))).collect(),
+    match channel.shape {
+        ChannelShape::Scalar => vec![name("")],
+        ChannelShape::Plane => vec![name(".x"), name(".y")],
+        ChannelShape::WetFace | ChannelShape::List => {
+            (0..channel.size).map(|i| name(&format!(".{i}"))).collect()
+        }
     }
-}
-
-/// Whether a variable has one value a crack or a point, also where these are two.
-fn numbered(name: &str) -> bool {
-    name.starts_with("crack_") || name.ends_with("_principal_stress")
 }
 
 impl Observer for HistoriesWriter {
@@ -181,7 +178,7 @@ impl Observer for HistoriesWriter {
         .to_vec();
         for (side, description) in [(Side::Dam, &start.dam), (Side::Reservoir, &start.reservoir)] {
             for (channel, range) in description.outputs.channels() {
-                if channel.name.starts_with("interface_") {
+                if channel.shape == ChannelShape::WetFace {
                     let Some(folder) = &self.folder else { continue };
                     let path = folder.join(format!("{}-{}.csv", description.name, channel.name));
                     let points = (0..channel.size).map(|i| format!("point {i} [{}]", channel.unit));

@@ -1,7 +1,7 @@
 use super::{
     Channel, Description, Layout, Message, Messages, Occasion, Participant, ParticipantError, check_finite,
 };
-use interface::{Causality, CoSimulation, Shape};
+use interface::{Causality, CoSimulation};
 use std::time::{Duration, Instant};
 
 /// A unit that is an object of this process.
@@ -26,7 +26,7 @@ impl<U: CoSimulation> InProcess<U> {
                 value_reference: v.value_reference,
                 unit: v.unit.to_owned(),
                 size: unit.size(v),
-                array: v.shape != Shape::Scalar,
+                shape: v.shape.into(),
             });
             Layout::new(channels.filter(|c| c.size > 0).collect())
         };

@@ -67,7 +67,8 @@ pub fn replay(
         (Half::Request, &logged.inputs, &description.inputs),
         (Half::Answer, &logged.outputs, &description.outputs),
     ];
-    let other = halves.into_iter().find(|(_, recorded, now)| recorded != now).map(|(half, ..)| half);
+    let other =
+        halves.into_iter().find(|(_, recorded, now)| !recorded.agrees_with(now)).map(|(half, ..)| half);
     let mut outputs = vec![0.0; description.outputs.size()];
     let mut place = Place { window: log.head().scene.coupling.window as u64, ..Place::default() };
     for entry in log.entries().map_err(|cause| ReplayError::Log { identical: 0, cause })? {

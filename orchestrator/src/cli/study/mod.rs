@@ -9,7 +9,6 @@ mod stability;
 mod tolerance;
 mod windows;
 
-use super::run::assemble;
 use super::table::Table;
 use super::{complain, say};
 use crate::registry::{self, RegistryError};
@@ -17,7 +16,7 @@ use miette::Diagnostic;
 use orchestrator::observer::{Ending, Histories, HistoriesWriter, Status};
 use orchestrator::scene::{GroundMotion, LoadedScene, Scene, SceneError};
 use orchestrator::scheme::{CouplingError, Side, Units};
-use orchestrator::simulation::SimulationError;
+use orchestrator::simulation::{Simulation, SimulationError};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -189,7 +188,7 @@ fn run_scene(scene: &Scene, motion: &GroundMotion, threads: NonZeroUsize) -> Res
 fn run_units(scene: &Scene, motion: &GroundMotion, units: Units) -> Result<Outcome, StudyError> {
     let wrong = |cause| StudyError::Run { what: scene.title.clone(), cause: Box::new(cause) };
     let mut histories = HistoriesWriter::in_memory();
-    let mut simulation = match assemble(scene, motion, units) {
+    let mut simulation = match Simulation::of_scene(scene, motion, units) {
         Ok(simulation) => simulation,
         Err(error) => return Err(wrong(error)),
     };
