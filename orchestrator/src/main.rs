@@ -5,12 +5,7 @@ mod packing;
 mod registry;
 
 use clap::Parser;
-use peak_alloc::PeakAlloc;
 use std::process::ExitCode;
-
-/// Counts the bytes that are allocated, for the studies of what things cost.
-#[global_allocator]
-static MEMORY: PeakAlloc = PeakAlloc;
 
 fn main() -> ExitCode {
     // Options and paths in messages stay whole, so that they can be copied.

@@ -7,7 +7,7 @@ use crate::cli::reservoir::Exact;
 use crate::cli::reservoir::Motion;
 use crate::cli::table::Table;
 use crate::cli::{say, threads};
-use crate::{MEMORY, registry};
+use crate::registry;
 use interface::CoSimulation;
 use interface::variables::reservoir as variables;
 use orchestrator::participant::{InProcess, Messages, Participant, ParticipantError};
@@ -23,8 +23,8 @@ The best is compressible water by Radau IIA of three stages at half the communic
 compared with its in the mean square over time, relative. With a vertical face and a level bed a rigid dam has a closed
 form: the pressure at its base is compared with that of compressible water over the scene's bed.
 
-Set-up and a step are wall time, the step on the mean over a run of the rigid dam. Bytes are those that the process has
-allocated: for the unit at rest, and for one more saved state at the run's end; beside it how many that state has in a file.
+Set-up and a step are wall time, the step as the mean over a run of the rigid dam. The length of a saved state is that of the
+state at the run's end in a file.
 
 Writes fidelity.md, fidelity.csv and fidelity.svg. With --coarse without waves, rigid bed and the distant Sommerfeld end.
 
@@ -55,8 +55,7 @@ pub struct Row {
 pub struct Cost {
     set_up: f64,
     step: f64,
-    operator: usize,
-    saved: usize,
+    /// Length of a saved state in a file.
     written: usize,
     /// Set-up and all of its steps in the coupled run.
     pub reservoir: f64,
@@ -186,7 +185,7 @@ fn measured(
     let reservoir: Box<dyn Participant> = if registry::is_empty(scene) {
         registry::unit(Side::Reservoir, scene, threads(None))?
     } else {
-        let (without, began) = (MEMORY.current_usage(), Instant::now());
+        let began = Instant::now();
         let mut unit = match registry::water(scene, threads(None)) {
             Ok(unit) => unit,
             Err(error) => return Ok(refused(error.to_string())),
@@ -203,15 +202,10 @@ fn measured(
         let began = Instant::now();
         let pressures = rigid_dam(&mut unit, &normals, scene, motion).map_err(failed)?;
         cost.step = began.elapsed().as_secs_f64() / pressures.len() as f64;
-        let before = MEMORY.current_usage();
         let state = unit.save_state();
-        cost.saved = MEMORY.current_usage().saturating_sub(before);
         cost.written = unit.serialise_state(&state).map_err(failed)?.len();
         rigid = exact.map(|exact| relative(&pressures, exact));
         unit.restore_state(&start).map_err(failed)?;
-        drop((state, pressures));
-        // Only now have the threads that made it ended, and taken with them what they had put by.
-        cost.operator = MEMORY.current_usage().saturating_sub(without);
         Box::new(InProcess::new(unit, name, Messages::default()))
     };
     let units = Units { dam: registry::unit(Side::Dam, scene, threads(None))?, reservoir };
@@ -258,9 +252,7 @@ fn table(rows: &[Row], reference: &Outcome) -> Table {
     let mut table = Table::new([
         "water",
         "set-up, s",
-        "unit, MB",
         "saved state, kB",
-        "written, kB",
         "step, µs",
         "run, s",
         "dam steps a step",
@@ -275,7 +267,7 @@ fn table(rows: &[Row], reference: &Outcome) -> Table {
     for (index, row) in rows.iter().enumerate() {
         let Ok(cost) = &row.cost else {
             table.row(
-                [&row.name, "refused"].into_iter().map(str::to_owned).chain((0..12).map(|_| "–".to_owned())),
+                [&row.name, "refused"].into_iter().map(str::to_owned).chain((0..10).map(|_| "–".to_owned())),
             );
             continue;
         };
@@ -288,8 +280,6 @@ fn table(rows: &[Row], reference: &Outcome) -> Table {
         table.row([
             row.name.clone(),
             format!("{:.3}", cost.set_up),
-            format!("{:.3}", cost.operator as f64 / 1e6),
-            format!("{:.1}", cost.saved as f64 / 1e3),
             format!("{:.1}", cost.written as f64 / 1e3),
             format!("{:.1}", 1e6 * cost.step),
             format!("{:.1}", outcome.ending.wall.total.as_secs_f64()),

@@ -34,7 +34,7 @@ pub enum Command {
     /// What each model of the water costs, and how far it is off the best
     #[command(after_long_help = fidelity::HELP)]
     Fidelity(Arguments),
-    /// How fine the wet face's elements must be: errors against the closed form, time and memory
+    /// How fine the wet face's elements must be: errors against the closed form, and time
     #[command(after_long_help = resolution::HELP)]
     Resolution(Arguments),
     /// How much of the answer is the dam's, and how much the mesh's, the time step's and the choices'

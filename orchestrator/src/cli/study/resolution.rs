@@ -6,7 +6,7 @@ use super::{Arguments, StudyError, quoted, unfit};
 use crate::cli::reservoir::{Exact, Motion};
 use crate::cli::table::Table;
 use crate::cli::{say, threads};
-use crate::{MEMORY, registry};
+use crate::registry;
 use interface::WetFace;
 use reservoir::analytical::nodal_forces;
 use reservoir::{Complex64, ElementOrder, ReservoirError, ReservoirParameters, boundary_system};
@@ -20,8 +20,8 @@ linear, with as many panels of the interface, the same elements on bed and far e
 At wavenumbers kh = ωh/c the nodal forces on the face are compared with those of the closed form, all of them in the mean
 square, relative; only where a wave has six elements. For this the face must be vertical and the bed level.
 
-A frequency's time is that of assembling and solving on one core, everything that does not depend on it made before;
-its memory the most that was allocated meanwhile.
+The time of a frequency is that of assembling and solving on one core; everything that does not depend on the frequency is
+made before.
 
 Writes resolution.md, resolution.csv and resolution.svg. With --coarse up to 32 elements, and low frequencies.
 
@@ -48,7 +48,6 @@ pub struct Point {
     /// Order of convergence from the mesh before, where there is one.
     observed: Option<f64>,
     seconds: f64,
-    bytes: usize,
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
@@ -64,7 +63,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     } else {
         (vec![4, 8, 16, 32, 64, 128, 256, 512, 1000], vec![0.8, 2.4, 4.0, 20.0, 100.0, 1000.0])
     };
-    // What is allocated once only is not a frequency's.
+    // What is made once only does not count as the time of a frequency.
     measured(&parameters, Complex64::new(0.0, parameters.sound_speed / parameters.wet_face.depth()))
         .map_err(registry::RegistryError::from)?;
     let mut points: Vec<Point> = Vec::new();
@@ -94,14 +93,14 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
                 let before = points.iter().rfind(|p| p.order == order && p.wavenumber == *kh);
                 let observed =
                     before.map(|p| (p.error / error).ln() / (elements as f64 / p.elements as f64).ln());
-                let Measured { seconds, bytes, .. } = measured;
-                points.push(Point { elements, order, wavenumber: *kh, error, observed, seconds, bytes });
+                let Measured { seconds, .. } = measured;
+                points.push(Point { elements, order, wavenumber: *kh, error, observed, seconds });
             }
         }
         say(format!("{elements} elements"));
     }
     let text = format!(
-        "`cofferdam study resolution {}{}`: against {}; relative error of the nodal forces (observed order), time and memory \
+        "`cofferdam study resolution {}{}`: against {}; relative error of the nodal forces (observed order), time \
          of a frequency\n\n{}",
         quoted(&arguments.scene),
         if arguments.coarse { " --coarse" } else { "" },
@@ -118,23 +117,21 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
 struct Measured {
     forces: Vec<Complex64>,
     seconds: f64,
-    bytes: usize,
 }
 
 fn measured(parameters: &ReservoirParameters, s: Complex64) -> Result<Measured, ReservoirError> {
     parameters.validate()?;
     let system = boundary_system(parameters)?;
-    MEMORY.reset_peak_usage();
-    let (before, began) = (MEMORY.current_usage(), Instant::now());
+    let began = Instant::now();
     let symbol = system.symbol(s)?;
-    let (seconds, bytes) = (began.elapsed().as_secs_f64(), MEMORY.peak_usage().saturating_sub(before));
+    let seconds = began.elapsed().as_secs_f64();
     let points = parameters.wet_face.len();
     let pressure: Vec<Complex64> = symbol.columns(0, points).row_iter().map(|row| row.sum() / s).collect();
     let of = |part: fn(&Complex64) -> f64| {
         parameters.wet_face.nodal_forces(&pressure.iter().map(part).collect::<Vec<_>>())
     };
     let forces = of(|p| p.re).iter().zip(of(|p| p.im)).map(|(re, im)| Complex64::new(re[0], im[0])).collect();
-    Ok(Measured { forces, seconds, bytes })
+    Ok(Measured { forces, seconds })
 }
 
 /// Nodal forces of the closed form (N/m per m/s²), on `threads`.
@@ -162,7 +159,7 @@ fn relative(values: &[Complex64], exact: &[Complex64]) -> f64 {
 fn shown(points: &[Point], wavenumbers: &[f64]) -> Table {
     let headings = ["elements", "shape"].map(str::to_owned).into_iter();
     let headings = headings.chain(wavenumbers.iter().map(|kh| format!("kh = {kh}")));
-    let mut table = Table::new(headings.chain(["time, s", "memory, MB"].map(str::to_owned)));
+    let mut table = Table::new(headings.chain(["time, s".to_owned()]));
     for order in SHAPES {
         for mesh in points.chunk_by(|a, b| a.elements == b.elements) {
             let of_order: Vec<&Point> = mesh.iter().filter(|point| point.order == order).collect();
@@ -175,10 +172,9 @@ fn shown(points: &[Point], wavenumbers: &[f64]) -> Table {
             };
             let count = of_order.len().max(1) as f64;
             let seconds = of_order.iter().map(|point| point.seconds).sum::<f64>() / count;
-            let bytes = of_order.iter().map(|point| point.bytes).max().unwrap_or(0);
             let first = [mesh[0].elements.to_string(), name(order).to_owned()].into_iter();
             let cells = first.chain(wavenumbers.iter().map(cell));
-            table.row(cells.chain([format!("{seconds:.2e}"), format!("{:.2}", bytes as f64 / 1e6)]));
+            table.row(cells.chain([format!("{seconds:.2e}")]));
         }
     }
     table
@@ -186,16 +182,9 @@ fn shown(points: &[Point], wavenumbers: &[f64]) -> Table {
 
 /// A row a mesh and wavenumber.
 fn listed(points: &[Point]) -> Table {
-    let mut table = Table::new([
-        "elements",
-        "shape",
-        "kh [1]",
-        "error [1]",
-        "observed order [1]",
-        "time [s]",
-        "memory [B]",
-    ]);
-    for Point { elements, order, wavenumber, error, observed, seconds, bytes } in points {
+    let mut table =
+        Table::new(["elements", "shape", "kh [1]", "error [1]", "observed order [1]", "time [s]"]);
+    for Point { elements, order, wavenumber, error, observed, seconds } in points {
         table.row([
             elements.to_string(),
             name(*order).to_owned(),
@@ -203,7 +192,6 @@ fn listed(points: &[Point]) -> Table {
             error.to_string(),
             observed.map_or_else(String::new, |order| order.to_string()),
             seconds.to_string(),
-            bytes.to_string(),
         ]);
     }
     table
