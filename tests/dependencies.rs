@@ -163,8 +163,7 @@ fn every_source_keeps_the_rules() {
     let mut problems = Vec::new();
     for file in files {
         let text = std::fs::read_to_string(&file).expect("a source");
-        let path =
-            file.strip_prefix(root()).expect("inside the project").to_string_lossy().replace('\\', "/");
+        let path = file.strip_prefix(root()).expect("inside the project").to_string_lossy().into_owned();
         problems.extend(broken(&path, &text));
     }
     assert!(problems.is_empty(), "{problems:#?}");

@@ -8,7 +8,7 @@ use clap::Parser;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    // Options and paths in messages stay whole, so that they can be copied.
+    // Options and paths in messages are not broken, so that they can be copied.
     let whole_words = miette::MietteHandlerOpts::new()
         .break_words(false)
         .word_separator(textwrap::WordSeparator::AsciiSpace)

@@ -1,4 +1,4 @@
-//! The run itself: step after step, every report to every observer.
+//! The run: takes step after step and gives every report to every observer.
 
 use crate::acceleration::Acceleration;
 use crate::convergence::ConvergenceMeasure;
@@ -14,14 +14,14 @@ use std::time::{Duration, Instant};
 pub struct Simulation {
     /// The units.
     pub units: Units,
-    /// How they take a step together.
+    /// The coupling scheme.
     pub scheme: Scheme,
-    /// What moves the ground.
+    /// The ground motion.
     pub ground_motion: GroundMotion,
-    /// Which communication steps are taken.
+    /// The communication steps.
     pub stepping: Stepping,
-    /// Displacement (x, y) of the crest under weight and hydrostatic pressure, m, once a dam that has it is
-    /// initialised.
+    /// Displacement (x, y) of the crest under weight and hydrostatic pressure, m; `None` before initialisation and
+    /// for a dam that does not have it.
     pub static_crest_displacement: Option<[f64; 2]>,
 }
 
@@ -74,10 +74,10 @@ impl Simulation {
         })
     }
 
-    /// Runs to the end, to the first failure, until an observer wants it to stop, or until `interrupted` becomes true.
+    /// Runs until the end, the first failure, an observer's request to stop, or until `interrupted` becomes true.
     ///
-    /// Observers see the reports of initialisation and of every step, a failed one too, and
-    /// at last the ending, however it came. A failure comes beside the ending.
+    /// Observers receive the reports of initialisation and of every step, including a failed one, and at last the
+    /// ending. A failure is returned beside the ending.
     pub fn run(
         &mut self,
         observers: &mut [&mut dyn Observer],
@@ -164,7 +164,7 @@ impl Simulation {
         }
     }
 
-    /// Units that take steps of one length only take no others.
+    /// Refuses steps of varying length for a unit that needs a fixed one.
     fn check_stepping(&self, units: [&Description; 2]) -> Result<(), CouplingError> {
         let fixed = units.into_iter().find(|unit| !unit.capabilities.variable_communication_step);
         match fixed {
@@ -184,15 +184,15 @@ struct Tally {
     time: f64,
 }
 
-/// Shows what there is of a window that failed to the observers; the error that ends the run.
+/// Gives the partial report of a failed window to the observers; returns the error that ends the run.
 fn failed(observers: &mut [&mut dyn Observer], failure: StepFailure, tally: &mut Tally) -> SimulationError {
     let StepFailure { report, error } = failure;
-    // The coupling's own failure is the news.
+    // The failure of the coupling is reported; one of an observer would hide it.
     let _ = observe(observers, &report, tally);
     error.into()
 }
 
-/// Shows a report to the observers.
+/// Gives a report to the observers and adds it to the tally.
 fn observe(
     observers: &mut [&mut dyn Observer],
     report: &WindowReport,
@@ -226,7 +226,7 @@ fn observe(
     Ok(told?)
 }
 
-/// Lets the observers look at the units.
+/// Lets the observers read the units.
 fn inspect(
     observers: &mut [&mut dyn Observer],
     units: &mut Units,
@@ -238,7 +238,7 @@ fn inspect(
     Ok(told?)
 }
 
-/// Tells every observer, even after one has failed; returns the first failure.
+/// Calls every observer, even after one has failed; returns the first failure.
 fn tell_all(
     observers: &mut [&mut dyn Observer],
     mut tell: impl FnMut(&mut dyn Observer) -> Result<(), ObserverError>,

@@ -63,10 +63,10 @@ impl RunError {
 }
 
 const INTERRUPTED: u8 = 130;
-/// How many times longer than a step being made and initialising may take.
+/// Ratio of the time limits of preparation and initialisation to that of a step.
 const PREPARATION: u32 = 60;
 
-/// Runs a scene and says how it went, on the terminal and by the exit status.
+/// Runs a scene; reports the result on the terminal and by the exit status.
 pub fn run(arguments: &Run) -> ExitCode {
     match execute(arguments) {
         Ok(Status::Interrupted) => ExitCode::from(INTERRUPTED),
@@ -176,7 +176,7 @@ fn units(
     let step = Duration::from_secs_f64(arguments.deadline);
     let deadlines = Deadlines { preparation: PREPARATION * step, step };
     let program = std::env::current_exe().map_err(RunError::Program)?;
-    // An empty reservoir is nothing that a process could be started for.
+    // An empty reservoir needs no process.
     let names: &[&str] = if registry::is_empty(scene) { &["dam"] } else { &["dam", "reservoir"] };
     let processes = names.iter().map(|name| {
         let mut command = std::process::Command::new(&program);
@@ -199,7 +199,7 @@ fn units(
     })
 }
 
-/// Makes the output folder, or takes an empty one; returns the path of the manifest, which then exists.
+/// Creates the output folder, or takes an empty one; creates the manifest in it and returns its path.
 fn claim(folder: &Path) -> Result<PathBuf, RunError> {
     let failed = |cause| RunError::Output { path: folder.to_owned(), cause };
     std::fs::create_dir_all(folder).map_err(failed)?;
@@ -211,7 +211,7 @@ fn claim(folder: &Path) -> Result<PathBuf, RunError> {
     Ok(manifest)
 }
 
-/// A flag that the first Ctrl-C raises; the second ends the process.
+/// A flag that the first Ctrl-C sets; the second Ctrl-C ends the process.
 fn catch_interrupt() -> Result<Arc<AtomicBool>, RunError> {
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = interrupted.clone();
@@ -223,7 +223,7 @@ fn catch_interrupt() -> Result<Arc<AtomicBool>, RunError> {
     Ok(interrupted)
 }
 
-/// Where the dam watches stress, m; nowhere if it does not.
+/// Points where the dam outputs stress, m; none if it does not.
 fn stress_points(units: &mut Units) -> Result<Vec<[f64; 2]>, ParticipantError> {
     match (units.dam.read("stress_point_x"), units.dam.read("stress_point_y")) {
         (Ok(x), Ok(y)) => Ok(x.into_iter().zip(y).map(|(x, y)| [x, y]).collect()),
@@ -232,7 +232,7 @@ fn stress_points(units: &mut Units) -> Result<Vec<[f64; 2]>, ParticipantError> {
     }
 }
 
-/// What moves the ground, and its peak.
+/// Source and peak of the ground motion.
 fn ground_line(motion: &GroundMotion) -> String {
     let samples = motion.acceleration().iter().enumerate();
     let (index, peak) = samples.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).unwrap_or((0, &0.0));
@@ -240,7 +240,7 @@ fn ground_line(motion: &GroundMotion) -> String {
     format!("{:<10} {source}: peak {:.3} g at {time:.2} s", "ground", peak / STANDARD_GRAVITY)
 }
 
-/// Names the damping, without which no sliding may be quoted, and what is computed if that is not all.
+/// Lines that name the damping model, which belongs to every value of sliding, and the fidelity if it is not the full one.
 fn dam_lines(loaded: &LoadedScene, units: &mut Units) -> Result<String, ParticipantError> {
     let Some(dam) = &loaded.scene.dam else { return Ok(String::new()) };
     let percent = 100.0 * dam.damping.ratio;

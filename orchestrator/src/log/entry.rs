@@ -8,9 +8,9 @@ use crate::scheme::Side;
 pub struct LoggedExchange {
     /// Unit that was asked.
     pub side: Side,
-    /// Which of its steps.
+    /// The step that it was asked to take.
     pub occasion: Occasion,
-    /// The values that the run went on with.
+    /// Whether the run continued with these values.
     pub accepted: bool,
     /// Number of the exchange in its run, from 1.
     pub sequence: u32,
@@ -20,14 +20,14 @@ pub struct LoggedExchange {
     pub outputs: Option<Vec<f64>>,
 }
 
-/// A communication step that was taken, or tried.
+/// A communication step, accepted or only attempted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoggedStep {
     /// The step; its iteration is the number of iterations.
     pub occasion: Occasion,
-    /// The run went on with it.
+    /// Whether the run continued with it.
     pub accepted: bool,
-    /// The units agreed as closely as was asked.
+    /// Whether the units agreed to the tolerance.
     pub converged: bool,
     /// Pressure residual of its last iteration, Pa.
     pub residual: f64,
@@ -36,7 +36,7 @@ pub struct LoggedStep {
 /// How a run ended.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoggedEnd {
-    /// `completed`, `interrupted`, or `failed: ` and why.
+    /// `completed`, `interrupted`, or `failed: ` with the reason.
     pub status: String,
     /// Time reached, s.
     pub time: f64,
@@ -49,10 +49,10 @@ pub enum Entry {
     Exchange(LoggedExchange),
     /// The end of a step, after its exchanges.
     Step(LoggedStep),
-    /// Something that a unit said.
+    /// A message of a unit.
     Message(Message),
     /// The end of the run; nothing follows.
     End(LoggedEnd),
-    /// The file breaks off at this byte, and the run's end with it; nothing follows.
+    /// The file is cut off at this byte, so that the end of the run is missing; nothing follows.
     Cut(u64),
 }

@@ -1,4 +1,4 @@
-//! The log: every request and every answer, as protobuf messages in MCAP; written, read and compared.
+//! The log: every request and every answer as protobuf messages in MCAP. Logs are written, read and compared here.
 
 mod comparison;
 mod decode;

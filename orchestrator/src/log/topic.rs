@@ -1,4 +1,4 @@
-//! What the messages of a topic are, read by the schema in the file.
+//! Reads the messages of a topic by the schema in the file.
 
 use super::decode::{Decoder, Mismatch, Schema, Wanted};
 use super::entry::{Entry, LoggedEnd, LoggedExchange, LoggedStep};
@@ -29,7 +29,7 @@ const OCCASION: [(&str, Wanted); 6] = [
 ];
 
 impl Topic {
-    /// The topic of a channel; one that is not known is skipped.
+    /// The topic of a channel; an unknown one is skipped.
     pub fn of(channel: &Channel, units: &[LoggedUnit; 2]) -> Result<Self, Mismatch> {
         let schema = || Schema::find(&channel.schema, &channel.descriptor);
         let exchange = |layout: &Layout| {
@@ -77,7 +77,7 @@ impl Topic {
     }
 }
 
-/// What a message gives: half an exchange, or a whole entry.
+/// Content of a message: half an exchange, or a whole entry.
 pub enum Part {
     Request(LoggedExchange),
     Answer(LoggedExchange),
@@ -154,7 +154,7 @@ fn exchange(
     for (index, (channel, _)) in layout.channels().enumerate() {
         let found = decoder.doubles(OCCASION.len() + index);
         match (channel.shape.is_array(), found) {
-            // Protobuf leaves a zero out.
+            // Protobuf does not write a zero.
             (false, []) => values.push(0.0),
             (false, [.., value]) => values.push(*value),
             (true, _) if found.len() == channel.size => values.extend_from_slice(found),

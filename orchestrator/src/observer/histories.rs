@@ -6,13 +6,13 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Time histories of a run: one row a communication point, one column a quantity.
+/// Time histories of a run: one row per communication point, one column per quantity.
 ///
 /// Columns: `time [s]`, `ground_acceleration.x [m/s2]`; of the coupling: `iterations [1]`, `converged [1]` (1 or 0),
 /// `residual.pressure [Pa]`, `residual.displacement [1]`, `interpolation_error [Pa]` (0 where there is no estimate),
-/// `interface_work [J/m]` on the dam since the start and `interface_energy_produced [J/m]` by the coupling; the lowest
-/// pressure on the wet face (hydrostatic and hydrodynamic, against the atmosphere's); and every accepted output of
-/// either unit that is no array over the wet face.
+/// `interface_work [J/m]` on the dam since the start and `interface_energy_produced [J/m]` by the coupling; the
+/// lowest pressure on the wet face (hydrostatic and hydrodynamic, against the atmosphere's); and every accepted
+/// output of both units except arrays over the wet face.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Histories {
     columns: Vec<Vec<f64>>,
@@ -37,12 +37,12 @@ impl Histories {
     }
 }
 
-/// Keeps the histories and writes them as CSV while the run goes on.
+/// Keeps the histories and writes them as CSV during the run.
 ///
-/// `histories.csv` holds [`Histories`]; `dam-interface_displacement.csv` and its like hold one
-/// array over the wet face each. Numbers are written so that reading them gives the same bits.
+/// `histories.csv` holds [`Histories`]; `dam-interface_displacement.csv` and its like hold one array over the wet
+/// face each. Numbers are written with all digits, so that reading them gives the same bits.
 pub struct HistoriesWriter {
-    /// Where to; `None` keeps them in memory only.
+    /// Output folder; `None` keeps them in memory only.
     folder: Option<PathBuf>,
     /// What was recorded so far.
     pub histories: Histories,
@@ -89,7 +89,7 @@ impl HistoriesWriter {
         Self { folder: Some(folder.to_owned()), ..Self::in_memory() }
     }
 
-    /// Writes nothing: keeps the histories only.
+    /// Keeps the histories without writing them.
     pub fn in_memory() -> Self {
         Self {
             folder: None,

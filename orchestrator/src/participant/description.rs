@@ -2,7 +2,7 @@ use super::ParticipantError;
 use interface::{Capabilities, Fingerprint, Shape, StateError, Variable, WetFace};
 use serde::{Deserialize, Serialize};
 
-/// One variable as it travels: its place in a request or an answer.
+/// One variable of a request or an answer.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Channel {
     /// Name of the variable.
@@ -13,11 +13,11 @@ pub struct Channel {
     pub unit: String,
     /// Number of values.
     pub size: usize,
-    /// What its values belong to.
+    /// The kind of the variable.
     pub shape: ChannelShape,
 }
 
-/// What the values of a [`Channel`] belong to.
+/// The kind of variable that a [`Channel`] carries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ChannelShape {
@@ -32,7 +32,7 @@ pub enum ChannelShape {
 }
 
 impl ChannelShape {
-    /// Whether the variable is an array by nature, even if it has a single value.
+    /// Whether the variable is an array, even if it has a single value.
     pub fn is_array(self) -> bool {
         self != Self::Scalar
     }
@@ -106,14 +106,14 @@ impl Layout {
     }
 }
 
-/// What a participant is and exchanges.
+/// Description of a participant and of its variables.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Description {
     /// Name in logs and messages: `dam`, `reservoir`.
     pub name: String,
-    /// What stands behind the name: solver and version.
+    /// Solver and version.
     pub solver: String,
-    /// Hash of everything it was made from.
+    /// Hash of everything that the unit was made from.
     pub fingerprint: Fingerprint,
     /// Layout of a request.
     pub inputs: Layout,
@@ -121,12 +121,13 @@ pub struct Description {
     pub outputs: Layout,
     /// The variables that are not exchanged: those that are fixed after initialisation, and fields.
     pub readable: Layout,
-    /// What it can do beyond plain stepping.
+    /// Optional capabilities.
     pub capabilities: Capabilities,
 }
 
 impl Description {
-    /// Of what stands in for a unit: takes steps of any length, and exchanges these variables for `face`.
+    /// The description of a stand-in for a unit, which takes steps of any length and exchanges these variables on
+    /// `face`.
     ///
     /// **Errors**: the face cannot be hashed.
     pub(super) fn of_stand_in(
@@ -154,7 +155,7 @@ impl Description {
         })
     }
 
-    /// That the unit has no such `variable` to be read.
+    /// The error that the unit has no readable `variable`.
     pub(super) fn missing(&self, variable: &str) -> ParticipantError {
         ParticipantError::Missing { participant: self.name.clone(), variable: variable.to_owned() }
     }

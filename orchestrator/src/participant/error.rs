@@ -9,7 +9,7 @@ pub enum ParticipantError {
     Unit {
         /// Name of the participant.
         participant: String,
-        /// What the unit said.
+        /// The error of the unit.
         cause: Box<dyn std::error::Error + Send + Sync>,
     },
     /// The participant has no such variable.
@@ -34,18 +34,18 @@ pub enum ParticipantError {
         /// Number of values found.
         found: usize,
     },
-    /// The unit's process said what is wrong.
+    /// The unit's process reported an error.
     #[error("{text}")]
     Reported {
-        /// What it said; names the unit.
+        /// Its message, which names the unit.
         text: String,
     },
     /// The unit's process cannot be started.
-    #[error("{participant}: its process cannot be started: {cause}; go on without by --transport in-process")]
+    #[error("{participant}: its process cannot be started: {cause}; use --transport in-process")]
     NotStarted {
         /// Name of the participant.
         participant: String,
-        /// What the system said.
+        /// The error of the system.
         cause: std::io::Error,
     },
     /// The unit's process ended.
@@ -53,25 +53,25 @@ pub enum ParticipantError {
     Ended {
         /// Name of the participant.
         participant: String,
-        /// How it ended.
+        /// Exit status or signal.
         how: String,
-        /// Step and iteration, or what was being done.
+        /// Step and iteration, or the activity.
         when: String,
     },
-    /// The user did not want to wait any longer.
+    /// The user interrupted the start.
     #[error("interrupted while the units were made")]
     Interrupted,
     /// The unit does not answer.
     #[error(
         "{participant}: no answer for {seconds} s {when}, so its process was killed; if it needs longer, raise \
-         --deadline (making and initialising may take sixty times as long)"
+         --deadline (preparation and initialisation may take sixty times as long)"
     )]
     Hung {
         /// Name of the participant.
         participant: String,
-        /// How long it was waited for, s.
+        /// Waiting time, s.
         seconds: f64,
-        /// Step and iteration, or what was being done.
+        /// Step and iteration, or the activity.
         when: String,
     },
     /// The unit's description cannot be read.
@@ -79,7 +79,7 @@ pub enum ParticipantError {
     Unintelligible {
         /// Name of the participant.
         participant: String,
-        /// What is wrong with it.
+        /// The error in it.
         cause: String,
     },
     /// A request holds another number of values than it should.
@@ -94,7 +94,7 @@ pub enum ParticipantError {
         /// Number of values that came.
         found: usize,
     },
-    /// A request asks for something unknown.
+    /// A request has an unknown command.
     #[error("{participant}: {command} is no command; run both from the same build")]
     Command {
         /// Name of the participant.
@@ -102,7 +102,7 @@ pub enum ParticipantError {
         /// Number of the command.
         command: u32,
     },
-    /// The way between two processes.
+    /// The communication between two processes failed.
     #[error(transparent)]
     Transport(#[from] TransportError),
     /// An answer holds a value that is not finite.

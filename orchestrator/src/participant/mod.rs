@@ -1,4 +1,4 @@
-//! The door for units: anything that takes part in a co-simulation.
+//! The interface to units: anything that takes part in a co-simulation.
 
 mod description;
 mod empty_reservoir;
@@ -20,14 +20,14 @@ pub use shared_memory::{Deadlines, SharedMemory, Starting, Task, Word, host, lay
 
 use std::time::Duration;
 
-/// Which of its steps a unit is asked for.
+/// The step that a unit is asked to take.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Occasion {
     /// Number of the communication step, from 1; 0 is initialisation.
     pub step: u64,
     /// Iteration of the communication step, from 1; 0 is initialisation.
     pub iteration: u32,
-    /// How often the step was begun anew with another length, from 1.
+    /// Number of the attempt, from 1; each attempt has another step length.
     pub attempt: u32,
     /// Start of the step, s.
     pub time: f64,
@@ -59,16 +59,15 @@ impl std::fmt::Display for Occasion {
 
 /// A unit that takes part in a co-simulation, wherever it runs.
 ///
-/// **Call order**: [`initialise`](Self::initialise) once, then
-/// [`save_state`](Self::save_state) and any number of [`step`](Self::step), each after the
-/// first preceded by [`restore_state`](Self::restore_state); the next `save_state` accepts
-/// the last step. Requests and answers are flat slices in the order of the description's
-/// layouts. A participant keeps one saved state; restoring does not use it up.
+/// **Call order**: [`initialise`](Self::initialise) once, then [`save_state`](Self::save_state) and any number of
+/// [`step`](Self::step), each after the first preceded by [`restore_state`](Self::restore_state); the next
+/// `save_state` accepts the last step. Requests and answers are flat slices in the order of the description's
+/// layouts. A participant keeps one saved state, which can be restored any number of times.
 ///
-/// **Guarantees**: restored and stepped with the same inputs, every output is equal bit for
-/// bit; an answer is finite.
+/// **Guarantees**: after restoring and stepping with the same inputs, every output is equal bit for bit; answers are
+/// finite.
 pub trait Participant: Send {
-    /// What it is and exchanges.
+    /// Its description.
     fn description(&self) -> &Description;
 
     /// Reads a variable that is not exchanged: fixed after initialisation, such as the hydrostatic pressure, or a field
@@ -91,19 +90,19 @@ pub trait Participant: Send {
         outputs: &mut [f64],
     ) -> Result<(), ParticipantError>;
 
-    /// Saves the state, in the place of the one saved before.
+    /// Saves the state; it replaces the one saved before.
     fn save_state(&mut self) -> Result<(), ParticipantError>;
 
     /// Returns to the saved state.
     fn restore_state(&mut self) -> Result<(), ParticipantError>;
 
-    /// Time that the unit itself has spent in all calls so far, states included, the way to it not; zero if it
-    /// is next to nothing or not measured.
+    /// Time that the unit itself has spent in all calls so far, including saving and restoring states but not the
+    /// communication; zero if it is negligible or not measured.
     fn busy(&self) -> Duration {
         Duration::ZERO
     }
 
-    /// What the unit has said since it was last asked; most have nothing to say.
+    /// The messages of the unit since the last call; none by default.
     fn messages(&mut self) -> Vec<Message> {
         Vec::new()
     }

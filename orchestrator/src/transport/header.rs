@@ -1,13 +1,13 @@
 use iceoryx2::prelude::ZeroCopySend;
 
-/// Version of the protocol: header, commands, and what the unit says when it is ready.
+/// Version of the protocol: header, commands, and the lines on standard output.
 pub const PROTOCOL_VERSION: u32 = 2;
 
-/// What a unit is asked to do.
+/// Command of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Command {
-    /// Answer with the variable, none of the exchanged ones, of value reference [`Header::variable`].
+    /// Answer with the variable of value reference [`Header::variable`], which is not an exchanged one.
     Read = 1,
     /// Initialise at [`Header::time`] with the inputs, answer with the outputs.
     Initialise = 2,
@@ -19,17 +19,17 @@ pub enum Command {
     RestoreAndStep = 5,
 }
 
-/// How a call went.
+/// Result of a call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Status {
     /// The answer holds the outputs.
     Done = 0,
-    /// The unit says why on its standard output; the answer is empty.
+    /// The unit writes the reason to its standard output; the answer is empty.
     Failed = 1,
 }
 
-/// What every request begins with; an answer repeats it, and fills the last three fields.
+/// Header of every request; an answer repeats it and fills the last three fields.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("cofferdam.Header")]
@@ -45,7 +45,7 @@ pub struct Header {
     pub step: u64,
     /// Iteration of the communication step, from 1.
     pub iteration: u32,
-    /// How often the step was begun anew with another length, from 1.
+    /// Number of the attempt, from 1; each attempt has another step length.
     pub attempt: u32,
     /// Start of the step, s.
     pub time: f64,
@@ -57,7 +57,8 @@ pub struct Header {
     pub status: u32,
     /// Time that the unit spent, ns; 0 in a request.
     pub busy: u64,
-    /// Number of words that the unit has said on its standard output so far; 0 in a request.
+    /// Number of lines ([`Word`](crate::participant::Word)) that the unit has written to its standard output so far;
+    /// 0 in a request.
     pub words: u64,
 }
 
@@ -87,7 +88,7 @@ impl Header {
         [Read, Initialise, Step, SaveAndStep, RestoreAndStep].into_iter().find(|c| *c as u32 == self.command)
     }
 
-    /// The first field that `answer` does not repeat: its name, what was sent, what came.
+    /// The first field that `answer` does not repeat: its name, the value sent, the value in the answer.
     pub fn difference(&self, answer: &Self) -> Option<(HeaderField, String, String)> {
         let echoed = |h: &Self| {
             [

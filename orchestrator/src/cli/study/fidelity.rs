@@ -16,12 +16,13 @@ use orchestrator::scheme::{CouplingError, Side, Units};
 use std::time::Instant;
 
 pub const HELP: &str = "\
-Runs the scene with every model of the water and, for compressible water, with every method in time; and moves each water by
-a rigid dam under the same record. All in one process, one after the other, with the scheme that is the water's default.
+Runs the scene with every model of the water and, for compressible water, with every method in time. Each water is also
+moved by a rigid dam under the same record. All runs are in one process, one after the other, with the default scheme of the
+water.
 
-The best is compressible water by Radau IIA of three stages at half the communication step: crest and base pressure are
-compared with its in the mean square over time, relative. With a vertical face and a level bed a rigid dam has a closed
-form: the pressure at its base is compared with that of compressible water over the scene's bed.
+The reference is compressible water with Radau IIA of three stages at half the communication step. Crest displacement and
+base pressure are compared with it by their relative difference in the mean square over time. With a vertical face and a level
+bed there is a closed form for a rigid dam: its base pressure is compared with that of compressible water over the scene's bed.
 
 Set-up and a step are wall time, the step as the mean over a run of the rigid dam. The length of a saved state is that of the
 state at the run's end in a file.
@@ -34,19 +35,20 @@ Example:
 Exit status: 0, 1 results could not be written, 2 the scene is wrong or does not fit, 3 a run failed, 4 a unit cannot be
 made.";
 
-/// Depths between dam and Sommerfeld end in a row of its own: there its error is small below the first cut-off.
+/// Distance of the Sommerfeld end over the depth in the row with a distant one, whose error is small below the first
+/// cut-off.
 const DISTANT: f64 = 4.0;
 
-/// A water, and what it costs and gives.
+/// A model of the water, its cost and its results.
 pub struct Row {
     pub name: String,
-    /// The models, from none to compressible water; the rest are methods and switches of the last.
+    /// Whether it is one of the models, from none to compressible water; the others are methods and options of the last.
     pub level: bool,
-    /// What it costs, or why it cannot be made.
+    /// Its cost, or why it cannot be made.
     pub cost: Result<Cost, String>,
-    /// In the coupled run; none of what could not be made.
+    /// Result of the coupled run; `None` if it could not be made.
     outcome: Option<Outcome>,
-    /// Of the rigid dam's base pressure, relative.
+    /// Relative error of the rigid dam's base pressure.
     rigid: Option<f64>,
 }
 
@@ -126,11 +128,11 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     arguments.write("fidelity.svg", &figure::picture(&points)?)
 }
 
-/// The scene with one water after the other, its name, and whether it is a level of the ladder.
+/// The scene with each water, its name, and whether it is one of the models.
 fn waters(scene: &Scene, coarse: bool) -> Vec<(String, bool, Scene)> {
     let with = |name: &str, level: bool, change: &dyn Fn(&mut Scene)| {
         let mut scene = scene.clone();
-        // The default of the water, whatever that of the scene is.
+        // The default scheme of the water.
         scene.coupling.scheme = None;
         change(&mut scene);
         (name.to_owned(), level, scene)
@@ -168,10 +170,10 @@ fn waters(scene: &Scene, coarse: bool) -> Vec<(String, bool, Scene)> {
     waters
 }
 
-/// Makes the water, moves it by a rigid dam, and runs the scene with it; `exact` is the closed form of the rigid dam's base
-/// pressure.
+/// Makes the water, moves it by a rigid dam, and runs the scene with it; `exact` is the base pressure of the rigid
+/// dam by the closed form.
 ///
-/// **Errors**: the dam, and a run that fails; a water that cannot be made is a row.
+/// **Errors**: the dam cannot be made, or a run fails. A water that cannot be made gives a row.
 fn measured(
     name: &str,
     level: bool,
@@ -214,8 +216,8 @@ fn measured(
     Ok(Row { name: name.to_owned(), level, cost: Ok(cost), outcome: Some(outcome), rigid })
 }
 
-/// Pressures (Pa) at the base at the ends of all steps, before a rigid dam that moves with the ground; `along` is what
-/// of that is along the face's normals.
+/// Pressures (Pa) at the base at the ends of all steps, with a rigid dam that moves with the ground; `along` is the x
+/// component of the face's normals.
 fn rigid_dam<U: CoSimulation>(
     unit: &mut U,
     along: &[f64],
@@ -238,7 +240,7 @@ fn rigid_dam<U: CoSimulation>(
         .collect()
 }
 
-/// What compressible water answers to a rigid dam, if that is known.
+/// The base pressure of compressible water on a rigid dam, if there is a closed form.
 fn closed_form(scene: &Scene, motion: &GroundMotion) -> Result<Option<Vec<f64>>, StudyError> {
     let mut compressible = scene.clone();
     compressible.reservoir.fidelity = FidelityScene::Compressible;
@@ -299,7 +301,7 @@ fn last(outcome: &Outcome, column: &str) -> f64 {
     outcome.column(column).last().copied().unwrap_or(0.0)
 }
 
-/// Relative difference of a column in the mean square over time; the other's rows may be denser.
+/// Relative difference of a column in the mean square over time; the rows of `other` may be denser.
 fn apart(outcome: &Outcome, other: &Outcome, column: &str) -> Option<f64> {
     let (values, reference) = (outcome.column(column), other.column(column));
     let denser = (reference.len().max(1) - 1) / (values.len().max(2) - 1);

@@ -1,4 +1,4 @@
-//! What the pictures of the studies share.
+//! Common parts of the pictures of the studies.
 
 use super::StudyError;
 use crate::cli::picture::{self, Drawing};
@@ -15,7 +15,7 @@ pub fn svg(
     picture::svg(size, draw).map_err(|cause| StudyError::File { path: "picture".into(), cause })
 }
 
-/// From the power of ten below all values above 0 to the one above.
+/// The range between powers of ten that contains all positive values.
 pub fn decades(values: impl Iterator<Item = f64>) -> std::ops::Range<f64> {
     let logarithms = values.filter(|value| *value > 0.0 && value.is_finite()).map(f64::log10);
     let (least, most) = logarithms.fold((f64::MAX, f64::MIN), |(a, b), x| (a.min(x), b.max(x)));

@@ -15,22 +15,22 @@ use std::num::NonZeroUsize;
 use std::time::Instant;
 
 pub const HELP: &str = "\
-The scene's water before a rigid dam that moves horizontally, its wet face in 4, 8, 16, … 1000 equal elements, constant and
-linear, with as many panels of the interface, the same elements on bed and far end, and the far end at a quarter of the depth.
-At wavenumbers kh = ωh/c the nodal forces on the face are compared with those of the closed form, all of them in the mean
-square, relative; only where a wave has six elements. For this the face must be vertical and the bed level.
+The scene's water with a rigid dam that moves horizontally. The wet face has 4, 8, 16, … 1000 equal elements, constant and
+linear, and as many panels of the interface; elements of the same size are on bed and far end, and the far end is at a quarter
+of the depth. At wavenumbers kh = ωh/c with at least six elements per wave, the nodal forces on the face are compared with those
+of the closed form by their relative difference in the mean square. The face must be vertical and the bed level.
 
 The time of a frequency is that of assembling and solving on one core; everything that does not depend on the frequency is
 made before.
 
-Writes resolution.md, resolution.csv and resolution.svg. With --coarse up to 32 elements, and low frequencies.
+Writes resolution.md, resolution.csv and resolution.svg. With --coarse up to 32 elements and at low frequencies.
 
 Example:
   cofferdam study resolution scenes/koyna-intact --output studies/resolution
 
 Exit status: 0, 1 results could not be written, 2 the scene is wrong or does not fit, 4 the water cannot be computed.";
 
-/// Elements a wave, the fewest that are asked.
+/// Fewest elements per wave.
 const PER_WAVE: f64 = 6.0;
 /// Distance of the far end over the depth.
 const FAR_END: f64 = 0.25;
@@ -45,7 +45,7 @@ pub struct Point {
     /// ωh/c.
     pub wavenumber: f64,
     pub error: f64,
-    /// Order of convergence from the mesh before, where there is one.
+    /// Observed order of convergence from the previous mesh, if there is one.
     observed: Option<f64>,
     seconds: f64,
 }
@@ -82,7 +82,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
                 corner_element_size: None,
                 element_order: order,
                 far_end_distance: FAR_END * face.depth(),
-                // Nothing is convolved here.
+                // No convolution is needed here.
                 horizon: parameters.communication_step,
                 wet_face: face.clone(),
                 ..parameters.clone()
@@ -113,7 +113,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     arguments.write("resolution.svg", &figure::picture(&points)?)
 }
 
-/// Nodal forces per unit acceleration, and what they cost.
+/// Nodal forces per unit acceleration, and the time to compute them.
 struct Measured {
     forces: Vec<Complex64>,
     seconds: f64,
@@ -155,7 +155,7 @@ fn relative(values: &[Complex64], exact: &[Complex64]) -> f64 {
     (apart / exact.iter().map(|y| y.norm_sqr()).sum::<f64>()).sqrt()
 }
 
-/// A row a mesh, a column a wavenumber.
+/// One row per mesh, one column per wavenumber.
 fn shown(points: &[Point], wavenumbers: &[f64]) -> Table {
     let headings = ["elements", "shape"].map(str::to_owned).into_iter();
     let headings = headings.chain(wavenumbers.iter().map(|kh| format!("kh = {kh}")));
@@ -180,7 +180,7 @@ fn shown(points: &[Point], wavenumbers: &[f64]) -> Table {
     table
 }
 
-/// A row a mesh and wavenumber.
+/// One row per mesh and wavenumber.
 fn listed(points: &[Point]) -> Table {
     let mut table =
         Table::new(["elements", "shape", "kh [1]", "error [1]", "observed order [1]", "time [s]"]);

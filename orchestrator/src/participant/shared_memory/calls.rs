@@ -1,4 +1,4 @@
-//! What a call of a unit is over shared memory: the header of its request, and the layout of its values.
+//! Calls of a unit over shared memory: the header of a request and the layout of its values.
 
 use crate::participant::{Description, Occasion};
 use crate::transport::{Command, Header, PROTOCOL_VERSION};
@@ -21,7 +21,7 @@ pub fn request(run: u64, command: Command, occasion: &Occasion) -> Header {
     }
 }
 
-/// The occasion that a request is for.
+/// The occasion of a request.
 pub fn occasion(header: &Header) -> Occasion {
     let Header { step, iteration, attempt, time, communication_step, .. } = *header;
     Occasion { step, iteration, attempt, time, communication_step }
