@@ -1,10 +1,10 @@
-//! Who may depend on whom, kept by reading the sources.
+//! Checks the dependencies between crates and modules by reading the sources.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use whole_chain::scenario::root;
 
-/// A rule: in files whose path starts with `within`, but with none of `except`, `word` must not stand.
+/// A rule: in files whose path starts with `within`, but with none of `except`, none of `words` may occur.
 struct Rule {
     within: &'static str,
     except: &'static [&'static str],
@@ -128,7 +128,7 @@ const RULES: &[Rule] = &[
     },
 ];
 
-/// Which rules the text of a file breaks.
+/// The rules that the text of a file breaks.
 fn broken(path: &str, text: &str) -> Vec<String> {
     let applies =
         |rule: &&Rule| path.starts_with(rule.within) && !rule.except.iter().any(|e| path.starts_with(e));

@@ -23,7 +23,7 @@ fn assert_gone(process: u32) {
     assert!(!std::path::Path::new(&format!("/proc/{process}")).exists(), "process {process} is still there");
 }
 
-/// What happens when such a unit is started and takes a step.
+/// The error of such a unit when it is started and takes a step.
 fn message(fault: &str) -> String {
     let step = || -> Result<(), ParticipantError> {
         let mut unit = start(fault)?;

@@ -1,6 +1,6 @@
 /// Growth of the residual over its smallest value in the step that counts as divergence.
 const DIVERGENCE: f64 = 1e6;
-/// Number of iterations without a decrease of the residual to this share that counts as stagnation.
+/// Stagnation: in so many iterations the residual does not decrease to this share of its value.
 const PATIENCE: usize = 30;
 const PROGRESS: f64 = 0.99;
 /// A residual that stagnates below this multiple of the rounding floor stagnates because of rounding.

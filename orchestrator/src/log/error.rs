@@ -84,7 +84,7 @@ pub enum LogReadError {
     Foreign {
         /// The file.
         path: PathBuf,
-        /// Place of the first exchange, bytes from the beginning.
+        /// Where this was found, bytes from the beginning.
         position: u64,
         /// The program that wrote it, as the file says.
         library: String,

@@ -341,7 +341,7 @@ impl Scheme {
             if let Some(reservoir) = of(Side::Reservoir) {
                 let pressure = self.pressure(reservoir);
                 report.largest_pressure = self.largest_pressure.max(norm(pressure.iter().copied()));
-                // The history also holds the pressures first; only they are compared.
+                // The unknowns in the history begin with the pressures, which alone are compared.
                 report.interpolation_error =
                     self.predictor.interpolation_error(interval.communication_step, &pressure);
             }

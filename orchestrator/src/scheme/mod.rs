@@ -136,7 +136,7 @@ pub struct WindowReport {
     /// Largest error of the linear interpolation of the pressure within the step, Pa (2-norm): an estimate of the
     /// coupling error that does not depend on the tolerance. `None` in the first steps and for windows of several.
     pub interpolation_error: Option<f64>,
-    /// Largest pressure of the run before this window, including its last step if it is a single step, Pa (2-norm).
+    /// Largest pressure of the run before this window and, if the window is a single step, in this step, Pa (2-norm).
     pub largest_pressure: f64,
     /// The interface at the end of each step, once accepted.
     pub interface: Vec<InterfaceReport>,

@@ -1,14 +1,14 @@
 use std::time::{Duration, Instant};
 
-/// Time for which a waiting process spins; an idle unit answers within it. A longer time is costly if the system has
-/// put both processes on one core (45 µs an exchange with 20 µs, 17 µs with 6 µs).
+/// Waiting time up to which a process spins; an idle unit answers within it. A longer time is costly if the system
+/// has put both processes on one core (45 µs an exchange with 20 µs, 17 µs with 6 µs).
 const SPIN: Duration = Duration::from_micros(6);
-/// Time for which it then yields to other processes between two checks.
+/// Waiting time up to which it then yields to other processes between two checks.
 const YIELD: Duration = Duration::from_micros(100);
 /// Shortest sleep between two checks after that: pure spinning or yielding fails when there are more processes than
 /// cores.
 const SHORTEST_NAP: Duration = Duration::from_micros(20);
-/// Length of a sleep as a share of the time waited so far: the largest relative delay of an answer.
+/// A sleep lasts the time waited so far divided by this number, which bounds the relative delay of an answer.
 const NAP_SHARE: u32 = 50;
 const LONGEST_NAP: Duration = Duration::from_millis(1);
 /// Time before and after the length of the last wait in which it does not sleep: solves take nearly the same time,
