@@ -1,4 +1,5 @@
-//! Small units whose coupling diverges by itself, or answers nonsense: what converges, and what is said of what does not.
+//! Small units whose plain coupling iteration diverges, or which give wrong answers: which schemes converge, and the
+//! messages of those that do not.
 //!
 //! A body of unit mass on a spring, and a fluid that answers its acceleration with the inertia of `ratio` masses:
 //! `p = −ratio (a + coupling of neighbours)`. Gauss–Seidel multiplies an error by some 1.5 ratio in every iteration.
@@ -36,7 +37,7 @@ fn bodies() -> SmallUnit<Bodies> {
     )
 }
 
-/// A fluid of `ratio` times the bodies' mass; `spoil` may spoil its answers.
+/// A fluid of `ratio` times the bodies' mass; `spoil` may change its answers.
 fn fluid(ratio: f64, mut spoil: impl FnMut(u64, u32, &mut [f64]) + Send + 'static) -> SmallUnit<()> {
     SmallUnit::reservoir(POINTS, (), vec![0.0; POINTS], move |(), at, inputs, outputs| {
         for i in 0..POINTS {
@@ -47,7 +48,7 @@ fn fluid(ratio: f64, mut spoil: impl FnMut(u64, u32, &mut [f64]) + Send + 'stati
     })
 }
 
-/// Iterations of 40 steps, up to the first that fails.
+/// Iterations of 40 steps, up to the first failure.
 fn run(kind: AccelerationKind, relaxation: f64, fluid: SmallUnit<()>) -> Result<Vec<u32>, StepFailure> {
     let mut units = Units { dam: Box::new(bodies()), reservoir: Box::new(fluid) };
     let measure = ConvergenceMeasure {
@@ -81,7 +82,7 @@ fn a_heavy_fluid_takes_two_iterations_with_a_measured_jacobian_and_few_with_iqn_
             newton[0],
             mean(&iqn)
         );
-        // Two, one a point for the Jacobian, one for the states, one for the rounding floor.
+        // Two, one per point for the Jacobian, one for the states, one for the rounding floor.
         assert_eq!(newton[0], POINTS as u32 + 4);
         assert!(mean(&newton[1..]) <= 2.1, "{newton:?}");
         assert!(mean(&iqn) <= 5.0, "{iqn:?}");
@@ -123,7 +124,7 @@ fn what_diverges_stagnates_or_leaves_all_bounds_is_named_in_its_step() {
     let (step, error) = failure(1.0, fluid(26.0, |_, _, _| {}));
     assert_eq!(step, 1);
     assert!(matches!(error, CouplingError::Hopeless { why: Hopeless::Diverging { .. }, .. }), "{error}");
-    // Its answers jump to and fro by 1e-3 from step 7 on.
+    // Its answers alternate by 1e-3 from step 7 on.
     let noisy =
         fluid(0.1, |step, iteration, p| p[0] += if step > 6 { 1e-3 * f64::from(iteration % 2) } else { 0.0 });
     let (step, error) = failure(1.0, noisy);

@@ -88,7 +88,7 @@ impl Flow {
     fn jacobian(&self, unknowns: &[f64], area: &[f64]) -> DMatrix<f64> {
         let mut matrix = DMatrix::zeros(2 * POINTS, 2 * POINTS);
         let mut moved = unknowns.to_vec();
-        // Residuals know points two apart at most: every fifth unknown of a kind is moved at once.
+        // A residual depends on points at most two apart: every fifth unknown of a kind is moved at once.
         for kind in [0, POINTS] {
             for first in 0..5 {
                 let moving: Vec<usize> = (first..POINTS).step_by(5).collect();
@@ -111,7 +111,7 @@ impl Flow {
     }
 }
 
-/// Iterations of every step, up to the first that fails.
+/// Iterations of every step, up to the first failure.
 fn iterations(acceleration: Acceleration) -> Result<Vec<u32>, StepFailure> {
     let solid = SmallUnit::dam(POINTS, (), vec![1.0; 2 * POINTS], |(), _, inputs, outputs| {
         let (displacement, acceleration) = outputs.split_at_mut(POINTS);

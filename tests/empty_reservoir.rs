@@ -1,4 +1,4 @@
-//! `reservoir.fidelity = "none"`: the dam alone, by the same way as every other run.
+//! `reservoir.fidelity = "none"`: the dam alone, computed like every other run.
 
 use dam_dem::Dam;
 use interface::export::Contents;
@@ -21,7 +21,7 @@ use whole_chain::{koyna, peak, relative_l2};
 const H: f64 = 0.0025;
 const STEPS: u64 = 400;
 
-/// Crest displacement (m) of the intact dam in front of `reservoir`, which the dam's wet face makes.
+/// Crest displacement (m) of the intact dam with the `reservoir` made from the dam's wet face.
 fn crest(kind: SchemeKind, reservoir: impl Fn(interface::WetFace) -> Box<dyn Participant>) -> Vec<f64> {
     let parameters = koyna::dam(10.0, false);
     let face = parameters.wet_face().expect("a mesh").expect("a wet face");
@@ -64,7 +64,7 @@ fn an_empty_reservoir_is_one_of_vanishing_density() {
     let difference = relative_l2(&alone, &before_thin_water);
     println!("crest {:.2} mm at most; differs by {difference:.1e}", 1e3 * peak(&alone));
     assert!(peak(&alone) > 1e-3 && difference < 1e-10);
-    // Whatever scheme a caller of the library takes, there is nothing to iterate.
+    // No scheme needs iterations.
     let iterated = crest(SchemeKind::SerialImplicit, empty);
     assert!(iterated == alone, "the implicit scheme has the same bits");
 }
@@ -106,7 +106,7 @@ fn a_run_is_one_process_one_dam_step_a_step_and_can_be_replayed() {
     let log = Log::open(&run).expect("a log");
     assert_eq!(log.head().unit(Side::Reservoir).name, "reservoir");
 
-    // In one process, and from the manifest: the same bits.
+    // The same bits in one process and from the manifest.
     let manifest: toml::Table =
         std::fs::read_to_string(run.join("manifest.toml")).expect("a manifest").parse().expect("TOML");
     let again = scenario.folder().join("again.toml");
@@ -118,7 +118,7 @@ fn a_run_is_one_process_one_dam_step_a_step_and_can_be_replayed() {
     assert!(read("run") == read("again"), "the histories differ");
 }
 
-/// Without a depth there is no water level in the mesh, and the face is told up to the crest.
+/// Without a depth there is no water level in the mesh, and the face extends to the crest.
 #[test]
 fn no_depth_is_needed_and_no_scheme_iterates() {
     let mut scenario = short();
@@ -153,7 +153,7 @@ fn its_dam_can_be_packed_without_load_and_its_water_cannot() {
     assert!(contents.parameters.added_mass.is_none());
 }
 
-/// An estimate that is always zero would let steps grow for no reason; the scene says so.
+/// An estimate that is always zero would let steps grow for no reason, so the scene is refused.
 #[test]
 fn steps_cannot_follow_an_error_that_there_is_not() {
     let settings = ["reservoir.fidelity=none", "time.adaptive={tolerance=1e-3, shortest=1e-3, longest=0.01}"];

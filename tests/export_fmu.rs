@@ -1,4 +1,4 @@
-//! `cofferdam export-fmu`: what is packed, and what it says when it cannot be.
+//! `cofferdam export-fmu`: the contents of an FMU, and the messages of failures.
 
 use dam_dem::{Dam, Mesh};
 use interface::export::Contents;
@@ -25,13 +25,13 @@ fn pack(folder: &Path, unit: &str, more: &[&str]) -> Fmu {
     Fmu::open(&folder.join("x.fmu"))
 }
 
-/// The contents, which must be read back from `x.fmu` as the library does it.
+/// The contents of `x.fmu`, read back as the library does it.
 fn contents<U: Packable>(fmu: &mut Fmu, folder: &Path) -> Contents<U::Parameters> {
     std::fs::write(folder.join("unit.toml"), fmu.bytes("resources/unit.toml")).expect("written");
     Contents::read(folder).expect("contents")
 }
 
-/// The status of a packing that fails, and what it says, on one line.
+/// The status and the message, on one line, of a packing that fails.
 fn refused(folder: &Path, scene: &str, unit: &str, more: &[&str]) -> (Option<i32>, String) {
     let output = export(folder, &root().join("scenes").join(scene), unit, more);
     let said = String::from_utf8_lossy(&output.stderr).replace('│', " ");
@@ -80,7 +80,7 @@ fn an_fmu_has_all_that_it_needs() {
     assert!(reservoir.names().contains(&"resources/mesh/boundary.csv".to_owned()));
     let added = pack(folder.path(), "reservoir", &["--force", "--set", "reservoir.fidelity=\"westergaard\""]);
     assert!(!added.names().iter().any(|name| name.starts_with("resources/mesh")));
-    // Nothing of where the scene lies on this machine.
+    // No path of this machine.
     let scene: toml::Table = reservoir.text("resources/scene.toml").parse().expect("TOML");
     let record = scene["ground_motion"]["record"]["file"].as_str();
     assert_eq!(record, Some("northridge-1994-canyon-country-270.csv"));
@@ -132,7 +132,7 @@ fn the_mesh_is_the_one_that_is_computed() {
             let [a, b, c] = [0, 1, 2].map(|corner| nodes[row[corner] as usize]);
             let double = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
             assert!(double > 0.0, "counter-clockwise");
-            // The block is the one on that side of the crack.
+            // The block on that side of the crack.
             assert_eq!(row[3], f64::from(u8::from((a[1] + b[1] + c[1]) / 3.0 > 66.5)));
             double / 2.0
         })
@@ -242,7 +242,7 @@ fn what_cannot_be_packed_is_refused_with_a_remedy() {
     let (status, said) = refused(SCENE, "dam", &["--set", "dam.material.density=-1"]);
     assert_eq!(status, Some(2));
     assert!(said.contains("dam.material.density=-1"), "{said}");
-    // Wrong in a way that shows only when the dam is made.
+    // An error that is found only when the dam is made.
     let (status, said) = refused(SCENE, "dam", &["--set", "dam.cracks.0.normal_stiffness=1e17"]);
     assert_eq!(status, Some(1), "{said}");
     assert!(said.contains("lower the joint stiffness"), "{said}");

@@ -60,7 +60,7 @@ fn crest(dam: &LinearDam, wet_face: WetFace) -> Vec<f64> {
         orchestrator::registry::read(&scenario.write(), &[]).expect("the scene is valid").ground_motion;
     let duration = END - START;
     let parameters = koyna::reservoir(wet_face, H, duration);
-    // Twice the communication step: of the crest's displacement nothing is left above 100 Hz.
+    // Twice the communication step: the crest's displacement has no content above 100 Hz.
     modes.crest_history(&motion, 2.0 * H, (duration / H) as usize / 2, |s| {
         reservoir::frequency_response(&parameters, s, NonZeroUsize::MIN.saturating_add(1))
             .expect("a response")

@@ -1,8 +1,8 @@
-//! How many dam steps a communication step takes: lost efficiency fails here.
+//! Number of dam steps per communication step: a loss of efficiency fails here.
 
 use whole_chain::scenario::Scenario;
 
-/// Mean number of dam steps a communication step, without the measurement of the Jacobian, in one second of strong
+/// Mean number of dam steps per communication step, without the measurement of the Jacobian, in one second of strong
 /// motion of the cracked dam on a mesh of 10 m, to ε = 1e-6.
 fn mean(acceleration: &str, measures: &[&str]) -> f64 {
     let mut scenario = Scenario::shipped("koyna-northridge-1994");

@@ -1,4 +1,4 @@
-//! The log as evidence: read back, replayed, compared, cut short, damaged.
+//! Logs are read back, replayed, compared, cut off and damaged.
 
 use orchestrator::acceleration::{Acceleration, AccelerationKind};
 use orchestrator::convergence::{ConvergenceMeasure, Measure};
@@ -28,7 +28,7 @@ fn short_scene() -> Scenario {
     scenario
 }
 
-/// The same before added mass, which is prepared in no time.
+/// The same with added mass, which needs no preparation.
 fn quick_scene() -> Scenario {
     let mut scenario = short_scene();
     scenario.set("reservoir.fidelity", "westergaard").set("coupling.scheme", "serial-implicit");
@@ -51,7 +51,7 @@ fn exchanges(path: &Path) -> Result<Vec<LoggedExchange>, LogReadError> {
     Ok(entries(path)?.into_iter().filter_map(exchange).collect())
 }
 
-/// Exit status and what the program said, errors last, without line breaks of its own.
+/// Exit status and output of the program, errors last, without line breaks.
 fn cofferdam(arguments: &[&str]) -> (Option<i32>, String) {
     let output = std::process::Command::new(binary()).args(arguments).output().expect("cofferdam runs");
     let said = [output.stdout, output.stderr].concat();
@@ -70,7 +70,7 @@ fn rewrite(from: &Path, to: &Path, mut change: impl FnMut(&str, u32, &mut Vec<u8
     });
 }
 
-/// The same; `change` gives the messages that stand in the place of one.
+/// The same; `change` gives the messages that replace one.
 fn rewrite_all(from: &Path, to: &Path, mut change: impl FnMut(&str, u32, Vec<u8>) -> Vec<Vec<u8>>) {
     let bytes = std::fs::read(from).expect("a log");
     let file = std::fs::File::create(to).expect("a file");
@@ -214,7 +214,7 @@ fn a_flipped_bit_is_found_where_it_is() -> Result<(), LogReadError> {
     assert_eq!(status, Some(5), "{said}");
     assert!(said.contains("in step 200 from t = 0.4975 s, iteration 2"), "{said}");
 
-    // Of a record of the ground motion that differs, one sample is named.
+    // If the ground motions differ, one sample is named.
     let shaken = scenario.folder().join("shaken.mcap");
     rewrite(&log, &shaken, |topic, _, data| {
         if topic == "/ground_motion" {
@@ -225,7 +225,7 @@ fn a_flipped_bit_is_found_where_it_is() -> Result<(), LogReadError> {
     let settings = compare([&original, &Log::open(&shaken)?])?.settings;
     assert!(settings.len() == 1 && settings[0].key == "[ground motion] sample 11", "{settings:?}");
 
-    // Rewritten without a change, it is the same log.
+    // Without a change, the copy is the same log.
     let copy = scenario.folder().join("copy.mcap");
     rewrite(&log, &copy, |_, _, _| ());
     let (status, said) = cofferdam(&["log", "diff", text(&log), text(&copy)]);
@@ -272,7 +272,7 @@ fn other_dilation_is_found_where_a_run_with_it_parts() -> Result<(), LogReadErro
 fn a_log_that_is_cut_anywhere_is_read_up_to_there() -> Result<(), LogReadError> {
     let scenario = quick_scene();
     let log = logged(&scenario, "run");
-    // In chunks of 64 KiB, so that most cuts lose one of many.
+    // In chunks of 64 KiB, so that most cuts lose a single chunk.
     let whole = scenario.folder().join("whole.mcap");
     rewrite(&log, &whole, |_, _, _| ());
     let (bytes, all) = (std::fs::read(&whole).expect("a log"), entries(&whole)?);
@@ -320,7 +320,7 @@ fn the_log_of_a_run_that_was_killed_is_readable() -> Result<(), LogReadError> {
     scenario.remove("ground_motion.record.end");
     let mut run = scenario.command("run").stdout(std::process::Stdio::null()).spawn().expect("a run");
     let log = scenario.folder().join("run/log.mcap");
-    // What was run is there at once, exchanges every second.
+    // The head is written at once, exchanges every second.
     let mut found = Vec::new();
     while found.len() < 100 {
         assert!(run.try_wait().expect("a run").is_none(), "the run ended by itself");
@@ -361,7 +361,7 @@ fn a_log_that_is_damaged_anywhere_gives_nothing_false() -> Result<(), LogReadErr
             }
         }
     }
-    // The rest falls into what is not read: indices, times, the summary.
+    // The other changes are in parts that are not read: indices, times, the summary.
     assert!(noticed >= 20, "{noticed} damages were noticed");
     Ok(())
 }
@@ -417,7 +417,7 @@ fn what_cannot_be_read_is_named() -> Result<(), LogReadError> {
     });
     insta::assert_snapshot!(said("short.mcap"), @"/short.mcap: byte N: topic `/dam/request`: `interface_pressure` has 11 values, the unit's layout says 12; read the log with the version that wrote it");
 
-    // A value that is no array cannot be several.
+    // A scalar cannot have several values.
     rewrite(&log, &folder.join("size.mcap"), |topic, _, data| {
         let single = |w: &[u8]| matches!(w, [0x20, 1, 0x28, 0] | [0x20, 1, 0x22 | 0x2a, _]);
         if topic == "/unit"
@@ -431,7 +431,7 @@ fn what_cannot_be_read_is_named() -> Result<(), LogReadError> {
     assert!(made.is_ok_and(|status| status.success()), "a pipe");
     insta::assert_snapshot!(said("pipe"), @"/pipe: is no regular file; copy it to one");
 
-    // Behind the head, which goes to the disk by itself, there is nothing.
+    // The head is flushed by itself; nothing follows it.
     let chunks = records(&bytes).into_iter().filter(|(_, kind)| *kind == mcap::records::op::CHUNK);
     let second = chunks.map(|(place, _)| place).nth(1).expect("a second chunk");
     std::fs::write(folder.join("head.mcap"), &bytes[..second]).expect("written");
@@ -439,7 +439,7 @@ fn what_cannot_be_read_is_named() -> Result<(), LogReadError> {
     assert_eq!(status, Some(1), "{message}");
     assert!(message.contains("dam: nothing to compare") && !message.contains("identical"), "{message}");
 
-    // A scene that is none is not replayed.
+    // An invalid scene is not replayed.
     rewrite(&log, &folder.join("scene.mcap"), |topic, _, data| {
         let key = b"communication_step = 0.0025";
         if topic == "/scene"
@@ -451,7 +451,7 @@ fn what_cannot_be_read_is_named() -> Result<(), LogReadError> {
     let (status, message) = cofferdam(&["replay", text(&folder.join("scene.mcap")), "--quiet"]);
     assert!(status == Some(1) && message.contains("communication_step"), "{message}");
 
-    // Most of the file is chunks; a damage elsewhere does no harm.
+    // Most of the file is chunks; damage elsewhere does no harm.
     let noticed = (1..20).map(|i| i * bytes.len() / 20).find_map(|place| {
         let mut damaged = bytes.clone();
         damaged[place] ^= 1;
@@ -617,7 +617,7 @@ fn water(step: u64, value: Option<f64>) -> Result<Failing, Box<dyn std::error::E
     Ok(Failing { unit, step, value })
 }
 
-/// The log of a rigid dam before water that fails in step 7.
+/// The log of a rigid dam with water that fails in step 7.
 fn failed_run(path: &Path, value: Option<f64>) -> Result<(), Box<dyn std::error::Error>> {
     let loaded = orchestrator::registry::read(&root().join("scenes/rigid-dam-ramp"), &[])?;
     let scene = toml::to_string(&loaded.scene)?;

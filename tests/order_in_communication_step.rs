@@ -1,4 +1,4 @@
-//! The coupled answer converges with the square of the communication step.
+//! The coupled solution converges with the square of the communication step.
 
 use std::f64::consts::PI;
 use whole_chain::scenario::Scenario;
@@ -10,7 +10,7 @@ const END: f64 = 0.8;
 /// The crest's history at multiples of 10 ms: intact dam, sin⁴ pulse of 0.4 s, strict tolerance.
 fn crest(communication_step: f64) -> Vec<f64> {
     let mut scenario = Scenario::shipped("koyna-intact");
-    // Linear between samples at 10 ms, the longest step: every step sees the same motion.
+    // Linear between samples at 10 ms, the longest step, so that the motion is the same for every step.
     let samples = (0..=40).map(|i| i as f64 * 0.01);
     let rows: String = samples.map(|t| format!("{t:.2},{}\n", 0.3 * (PI * t / 0.4).sin().powi(4))).collect();
     std::fs::write(scenario.folder().join("pulse.csv"), rows).expect("the record is written");

@@ -1,4 +1,4 @@
-//! One battery for every participant: finite answers, and a repeated step that gives the same bits.
+//! The same checks for every participant: finite answers, and equal bits from a repeated step.
 
 use dam_dem::Dam;
 use interface::WetFace;
@@ -51,7 +51,7 @@ fn battery(mut participant: Box<dyn Participant>) -> Result<(), ParticipantError
         let occasion = Occasion { step: step.into(), iteration: 1, attempt: 1, time, communication_step: H };
         participant.save_state()?;
         participant.step(&occasion, &wanted, &mut outputs)?;
-        // Two other attempts, then the same as at first.
+        // Two other attempts, then the first one again.
         for _ in 0..2 {
             participant.restore_state()?;
             participant.step(&occasion, &trial, &mut again)?;

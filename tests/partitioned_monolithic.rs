@@ -39,10 +39,10 @@ struct Assembled {
     damping: dam_dem::RayleighCoefficients,
     pressure_forces: DMatrix<f64>,
     interface_motion: DMatrix<f64>,
-    /// What a unit of ground acceleration along x pushes, kg/m, and what of it the interface points show.
+    /// Load of a unit ground acceleration along x, kg/m, and its part at the interface points.
     inertia: DVector<f64>,
     shown: DVector<f64>,
-    /// Memory of the stiffness damping, and the rate that it has come to.
+    /// Memory of the stiffness damping, and its current rate.
     memory: f64,
     rate: DVector<f64>,
     time_steps: usize,
@@ -110,7 +110,7 @@ impl Assembled {
     }
 }
 
-/// The water alone: its pressure for a mean acceleration, from the state that is saved.
+/// The water alone: its pressure for a mean acceleration, from the saved state.
 struct Water {
     unit: Reservoir,
     derivative: DMatrix<f64>,

@@ -1,4 +1,4 @@
-//! Units as processes: killed, hung, doubled, run by another user; nothing is left behind.
+//! Units as processes: killed, hung, doubled, run by another user; nothing is left in shared memory.
 
 use orchestrator::log::{Entry, Log};
 use orchestrator::scheme::Side;
@@ -9,13 +9,13 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use whole_chain::scenario::{Histories, Scenario, binary, root};
 
-/// Tests that look at what lies in shared memory must be alone there.
+/// Tests that check shared memory must run alone.
 fn alone() -> MutexGuard<'static, ()> {
     static ALONE: Mutex<()> = Mutex::new(());
     ALONE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The main scene, coarse, with water that is prepared in no time.
+/// The main scene, coarse, with water that needs no preparation.
 fn scene(duration: f64) -> Scenario {
     let mut scenario = Scenario::shipped("koyna-northridge-1994");
     scenario.set("dam.element_size", 10.0).set("time.duration", duration);
@@ -55,13 +55,13 @@ impl Running {
         assert!(status.expect("kill runs").success(), "kill {signal} {process}");
     }
 
-    /// Waits for all three processes; returns how the orchestrator ended and what all of them said.
+    /// Waits for all three processes; returns the exit of the orchestrator and the output of all of them.
     fn end(self) -> (ExitStatus, String) {
         let (status, said, _) = self.end_with_summary();
         (status, said)
     }
 
-    /// The same with what was printed on standard output.
+    /// The same with the standard output.
     fn end_with_summary(mut self) -> (ExitStatus, String, String) {
         let mut summary = String::new();
         self.output.read_to_string(&mut summary).expect("text");
@@ -92,13 +92,13 @@ fn wait_until(condition: impl Fn() -> bool) -> bool {
     false
 }
 
-/// It does not exist, or only its entry is left because nobody has asked how it ended.
+/// The process does not exist, or only its entry is left because its exit status was not collected.
 fn is_gone(process: u32) -> bool {
     let state = std::fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
     state.rsplit(") ").next().is_none_or(|s| s.is_empty() || s.starts_with('Z'))
 }
 
-/// Everything of this user's runs that lies in shared memory, but for the lock and the counter of all runs.
+/// All files of this user's runs in shared memory except the lock and the counter of all runs.
 fn leftovers() -> Vec<PathBuf> {
     let me = format!(
         "cofferdam-{}",
@@ -118,14 +118,14 @@ fn leftovers() -> Vec<PathBuf> {
     found
 }
 
-/// A run that follows succeeds, and then nothing is left of those before.
+/// A following run succeeds, and then nothing is left of the earlier ones.
 fn the_next_run_succeeds() {
     let output = scene(0.1).try_run("after");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert_eq!(leftovers(), [] as [PathBuf; 0]);
 }
 
-/// Moments after the preparation, ms: none is special.
+/// Arbitrary times after the preparation, ms.
 fn moments() -> Vec<u64> {
     let count = std::env::var("COFFERDAM_KILLS").ok().and_then(|n| n.parse().ok()).unwrap_or(1);
     (1..=count).map(|i: u64| i * 7919 % 400).collect()
@@ -274,7 +274,7 @@ fn two_runs_at_once_do_not_disturb_each_other() {
     assert_eq!(leftovers(), [] as [PathBuf; 0]);
 }
 
-/// Everybody may read and run what lies in a folder that everybody may write into.
+/// Files that every user may read and execute, in a folder that every user may write to.
 fn public_folder() -> tempfile::TempDir {
     use std::os::unix::fs::PermissionsExt;
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -307,7 +307,7 @@ fn a_second_user_can_run() {
         command.arg("--quiet").current_dir(folder.path());
         std::os::unix::process::CommandExt::uid(&mut command, user).output().expect("cofferdam runs")
     };
-    // The first user's files are there already, and those of the third do not hinder the first.
+    // The files of the first user exist already, and those of the third do not disturb the first.
     for user in [0, 65534, 12345, 0] {
         let target = folder.path().join(user.to_string());
         drop(std::fs::remove_dir_all(&target));

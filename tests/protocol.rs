@@ -23,7 +23,7 @@ fn assert_gone(process: u32) {
     assert!(!std::path::Path::new(&format!("/proc/{process}")).exists(), "process {process} is still there");
 }
 
-/// What happens when such a unit is started and takes a step.
+/// The error of such a unit when it is started and takes a step.
 fn message(fault: &str) -> String {
     let step = || -> Result<(), ParticipantError> {
         let mut unit = start(fault)?;
@@ -83,7 +83,7 @@ fn words_that_never_come_are_waited_for_once() -> Result<(), ParticipantError> {
     let warnings = |unit: &mut SharedMemory| {
         unit.messages().into_iter().filter(|m| m.level == Level::Warning).map(|m| m.text).collect::<Vec<_>>()
     };
-    assert_eq!(warnings(&mut unit), ["98 of the words that its answer counts were not heard"]);
+    assert_eq!(warnings(&mut unit), ["98 of the messages that its answer counts did not arrive"]);
     let occasion = Occasion { step: 1, iteration: 1, attempt: 1, time: 0.0, communication_step: 0.25 };
     unit.step(&occasion, &[4.0, 5.0, 6.0], &mut outputs)?;
     assert!(warnings(&mut unit).is_empty());

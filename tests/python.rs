@@ -1,4 +1,4 @@
-//! Runs the Python tests in an environment of their own, made when it is missing or outdated.
+//! Runs the Python tests in an environment of their own, which is created if it is missing or outdated.
 
 use std::path::Path;
 use std::process::Command;

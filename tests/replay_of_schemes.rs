@@ -1,5 +1,5 @@
-//! Runs whose steps are iterated together, begun anew, taken at once, or gone on with: their logs are replayed bit for
-//! bit, and say how it went.
+//! Logs of runs whose steps are iterated together, repeated, taken at once, or accepted without convergence: they are
+//! replayed bit for bit and show the course of the run.
 
 use orchestrator::log::{Entry, Log, LoggedStep};
 use std::path::{Path, PathBuf};
@@ -104,9 +104,9 @@ fn steps_gone_on_with_and_steps_halved_are_flagged_everywhere() {
     let (_, text) = said(&["log", "info", log.to_str().expect("a path")]);
     assert!(text.contains(&format!("{unconverged} of them NOT CONVERGED")), "{text}");
     let (_, text) = said(&["log", "worst", log.to_str().expect("a path"), "-c", "1"]);
-    assert!(text.contains("NOT CONVERGED, gone on with"), "{text}");
+    assert!(text.contains("NOT CONVERGED, accepted"), "{text}");
 
-    // Gauss and Seidel's iteration diverges in incompressible water; halving does not help, and that is said.
+    // The Gauss–Seidel iteration diverges in incompressible water; halving does not help, and the message says so.
     scenario.set("reservoir.fidelity", "incompressible").set("coupling.scheme", "serial-implicit");
     scenario.set("coupling.on_failure", "halve");
     let run = scenario.try_run("halved");

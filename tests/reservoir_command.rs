@@ -1,4 +1,4 @@
-//! `cofferdam reservoir`: against closed forms, and what it says to nonsense.
+//! `cofferdam reservoir`: comparison with closed forms, and refusal of wrong options.
 
 use reservoir::analytical::chopra_1967;
 use std::path::Path;
@@ -13,14 +13,14 @@ fn folder() -> TempDir {
     tempfile::tempdir().expect("a temporary folder")
 }
 
-/// Asks the water of a scene, results to `out` in `folder`.
+/// Runs the command for a scene, with results in `out` in `folder`.
 fn ask(folder: &Path, scene: &str, what: &str, more: &[&str]) -> Output {
     let mut command = Command::new(binary());
     command.args(["reservoir", what]).arg(root().join("scenes").join(scene)).args(more);
     command.arg("--output").arg(folder.join("out")).output().expect("cofferdam runs")
 }
 
-/// What was said, where it went well.
+/// The output of a successful command.
 fn answered(folder: &Path, scene: &str, what: &str, more: &[&str]) -> String {
     let output = ask(folder, scene, what, more);
     assert!(output.status.success(), "{more:?}: {}", String::from_utf8_lossy(&output.stderr));
@@ -29,7 +29,7 @@ fn answered(folder: &Path, scene: &str, what: &str, more: &[&str]) -> String {
     said
 }
 
-/// The status of a question that is refused, and what is said, on one line; nothing may be left.
+/// The status and the message, on one line, of a refused command; it must leave no files.
 fn refused(scene: &str, what: &str, more: &[&str]) -> (Option<i32>, String) {
     let folder = folder();
     let output = ask(folder.path(), scene, what, more);
@@ -56,9 +56,9 @@ fn deviation(table: &Histories, name: &str) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// Koyna's face over a bed that is rigid and one that absorbs, up to 7 ω₁. What is linear along panels of length ℓ misses
-/// some (kℓ)²/12 of a wave of wavenumber k: 3 % at 7 ω₁ on the dam's own panels of 4.8 m, less than 1 % on the
-/// 50 of 1.8 m that are taken here, with a point at mid-height.
+/// Koyna's face over a bed that is rigid and one that absorbs, up to 7 ω₁. Interpolation linear along panels of
+/// length ℓ has an error of some (kℓ)²/12 for a wave of wavenumber k: 3 % at 7 ω₁ on the dam's own panels of 4.8 m,
+/// less than 1 % on the 50 of 1.8 m that are taken here, with a point at mid-height.
 fn response_meets_the_closed_form(more: &[&str]) {
     for alpha in ["1", "0.5"] {
         let folder = folder();
@@ -75,7 +75,7 @@ fn response_meets_the_closed_form(more: &[&str]) {
             println!("{alpha}, {name}: at most {:.3} %", 100.0 * off);
             assert!(off < 0.01, "{name}: {off}");
         }
-        // Water follows a dam that runs away: tension at low frequencies.
+        // A dam that moves away from the water causes tension at low frequencies.
         assert!(table.column("force real")[0] < 0.0);
         picture(&out.join("response.svg"));
     }
@@ -91,7 +91,7 @@ fn response_meets_the_closed_form_at_real_frequencies() {
     response_meets_the_closed_form(&[]);
 }
 
-/// Over a rigid bed the response is infinite at ω₁, which is left out; of a cut-off alone nothing is left.
+/// Over a rigid bed the response is infinite at ω₁, which is left out; a range of only this frequency is refused.
 #[test]
 fn a_cut_off_is_left_out_and_named() {
     let first = std::f64::consts::PI * 1440.0 / (2.0 * DEPTH);
@@ -174,7 +174,7 @@ fn impulse_and_ramp_meet_the_closed_form_at_the_base() {
     assert!((sum * 0.0025 - 1.0).abs() < 1e-12);
 }
 
-/// The ramp of the scene before its rigid dam, all at once, and the same in water without memory.
+/// The ramp of the scene with its rigid dam in one computation, and the same for water without memory.
 #[test]
 fn a_record_at_once_meets_the_closed_form_at_the_base() {
     let (depth, sound_speed, density) = (180.0, 1440.0, 1000.0);
@@ -208,7 +208,7 @@ fn a_record_at_once_meets_the_closed_form_at_the_base() {
 #[test]
 fn no_closed_form_is_no_column() {
     let folder = folder();
-    // A face that leans.
+    // A battered face.
     let said = answered(
         folder.path(),
         "rigid-dam-ramp",

@@ -1,4 +1,4 @@
-//! The shipped ramp scene against its closed form, through the whole chain.
+//! The shipped ramp scene, run by the program, against its closed form.
 
 use reservoir::analytical::chopra_1967;
 use whole_chain::peak;

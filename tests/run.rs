@@ -1,4 +1,4 @@
-//! The binary on short scenes: what it writes, what it says, how it ends.
+//! The program on short scenes: files, messages, exit status.
 
 use orchestrator::observer::Status;
 use std::process::Stdio;
@@ -105,7 +105,7 @@ fn an_interrupted_run_says_so_and_stays_readable() {
     let mut child =
         scenario.command("run").stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("a child");
     let histories = scenario.folder().join("run/histories.csv");
-    // A second after rows began to be written there is something to interrupt.
+    // One second after the first row the run still goes on.
     while std::fs::metadata(&histories).map_or(0, |m| m.len()) < 10_000 {
         assert!(child.try_wait().expect("a child").is_none(), "the run ended by itself");
         std::thread::sleep(Duration::from_millis(20));
@@ -194,7 +194,7 @@ fn water_without_memory_needs_no_iteration_and_is_nearly_the_same_iterated() {
             crest[1]
         );
         assert_eq!(iterations(&in_the_mass), 1.0);
-        // Beside the linear interpolation of pressure they differ by what makes the added mass symmetric, on 15 m.
+        // Besides the linear interpolation of pressure they differ by the symmetrisation of the added mass, on 15 m.
         assert!(crest.iter().all(|apart| *apart < 0.08), "{crest:?}");
     }
 }
@@ -206,7 +206,7 @@ fn all_schemes_give_nearly_the_same_and_the_explicit_ones_say_what_they_leave() 
     for (settings, tolerance) in [
         (&[("coupling.scheme", "parallel-implicit")][..], 1e-5),
         (&[("coupling.acceleration", "iqn-ils"), ("coupling.scheme", "parallel-implicit")], 1e-5),
-        // One extrapolation of second or first order a step, and no correction.
+        // One extrapolation of second or first order per step, without correction.
         (&[("coupling.scheme", "serial-explicit")], 0.05),
         (&[("coupling.scheme", "parallel-explicit"), ("coupling.predictor_order", "1")], 0.1),
     ] {
@@ -288,7 +288,7 @@ fn several_cracks_are_named_by_their_elevations() {
         crack.insert("shear_stiffness".to_owned(), 0.5e11.into());
         toml::Value::Table(crack)
     };
-    // In the order from above, with friction that only the upper one can slide on.
+    // Given from above downwards, with a friction at which only the upper one slides.
     scenario.set("dam.cracks", vec![crack(66.5, 0.7), crack(40.0, 5.0)]);
     let output = scenario.try_run("run");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -351,7 +351,7 @@ fn levels_of_the_dam_and_kinds_of_damping() {
     }
 }
 
-/// A limit ends the run in the step that passes it, or marks it; either way the results say so.
+/// A limit ends the run in the step that exceeds it, or marks it; the results show it in both cases.
 #[test]
 fn limits_end_or_flag_a_run() {
     let limit = |action: &str| {
@@ -381,7 +381,7 @@ fn limits_end_or_flag_a_run() {
     }
 }
 
-/// The numbers of a field in a file of VTK's.
+/// The numbers of a field in a VTK file.
 fn field(path: &std::path::Path, name: &str) -> Vec<f64> {
     let text = std::fs::read_to_string(path).expect("a picture");
     let (_, after) = text.split_once(&format!("Name=\"{name}\"")).expect("the field");

@@ -1,4 +1,4 @@
-//! What a scheme does beside iterating: units at once, steps begun anew, failures gone on with, frozen units.
+//! Features of the schemes: units at once, repeated steps, accepted failures, frozen units.
 
 use orchestrator::acceleration::{Acceleration, AccelerationKind};
 use orchestrator::convergence::{ConvergenceMeasure, Hopeless, Measure};
@@ -31,7 +31,7 @@ fn mass(load: impl Fn(f64) -> f64 + Send + 'static) -> SmallUnit<[f64; 2]> {
     })
 }
 
-/// Water of `added` mass that answers `p = −added a`; what it answers may be spoilt.
+/// Water of `added` mass that answers `p = −added a`; its answers may be changed.
 fn water(added: f64, mut spoil: impl FnMut(&Occasion, &mut f64) + Send + 'static) -> SmallUnit<()> {
     SmallUnit::reservoir(1, (), vec![0.0], move |(), at, given, answer| {
         answer[0] = -added * given[0];
@@ -332,7 +332,7 @@ fn a_unit_that_freezes_is_named_and_one_that_never_answers_to_changes_is_let_be(
 
 #[test]
 fn a_tolerance_beneath_the_rounding_floor_is_said_to_be_so() {
-    // A pressure that is as if computed with few digits: its error jumps with the last bits of what it was made from.
+    // A pressure as if computed with few digits: its error changes with the last bits of the input.
     let coarse = water(0.3 * MASS, |_, p| *p += 1e-5 * f64::from((p.to_bits() % 7) as u8));
     let case = Case { tolerance: 1e-12, ..Case::new(Stepping::equal(0.1, 100)) };
     let (reports, _, failure) = case.run(mass(f64::cos), coarse);
@@ -351,7 +351,7 @@ fn log_of_a_scene(path: &Path) -> LogWriter {
     LogWriter::create(path, preamble).expect("a log")
 }
 
-/// The exchanges of a log that is intact.
+/// The exchanges of an intact log.
 fn logged_exchanges(path: &Path) -> Vec<LoggedExchange> {
     let entries: Result<Vec<Entry>, _> =
         Log::open(path).expect("a log").entries().expect("entries").collect();
@@ -359,7 +359,7 @@ fn logged_exchanges(path: &Path) -> Vec<LoggedExchange> {
     entries.expect("an intact log").into_iter().filter_map(exchange).collect()
 }
 
-/// A unit that fails in step 3, if it is told to.
+/// A unit that fails in step 3 if requested.
 struct Failing {
     unit: Box<dyn Participant>,
     fails: bool,
@@ -395,7 +395,7 @@ impl Participant for Failing {
     }
 }
 
-/// A unit that keeps what it has become when it is told to return.
+/// A unit that ignores the request to restore its state.
 struct Forgetful(SmallUnit<[f64; 2]>);
 
 impl Participant for Forgetful {

@@ -77,7 +77,7 @@ fn outputs<U: CoSimulation>(unit: &U) -> Result<Vec<(&'static str, Vec<u64>)>, U
     outputs.map(bits).collect()
 }
 
-/// What the tests build without a scene is what the scene says.
+/// The units that the tests build without a scene equal those of the scene.
 #[test]
 fn the_tests_dam_is_that_of_the_scene() -> Result<(), Box<dyn std::error::Error>> {
     let scene = orchestrator::registry::read(&root().join("scenes/koyna-northridge-1994"), &[])?.scene;
@@ -128,7 +128,7 @@ fn states_in_the_middle_of_the_main_scene() -> Result<(), Box<dyn std::error::Er
         assert!(first == (outputs(&pair.dam)?, outputs(&pair.reservoir)?), "repetition {repetition} differs");
     }
 
-    // In units made anew, from bytes.
+    // In new units, from bytes.
     let dam_bytes = pair.dam.serialise_state(&dam)?;
     let water_bytes = pair.reservoir.serialise_state(&water)?;
     println!("serialised states: dam {} bytes, reservoir {} bytes", dam_bytes.len(), water_bytes.len());

@@ -96,7 +96,7 @@ fn each_level_of_the_water_is_closer_to_the_best_than_the_one_below() {
         let row = rows.iter().find(|row| row[0] == name).unwrap_or_else(|| panic!("no row {name}"));
         row[column].parse().unwrap_or_else(|_| panic!("{name}: {row:?}"))
     };
-    let [unit, written, crest, above, base, rigid] = [2, 4, 8, 9, 12, 13];
+    let [written, crest, above, base, rigid] = [2, 6, 7, 10, 11];
     let ladder = ["none", "Westergaard, parabola", "incompressible", "Radau, 3 stages"];
     let errors = ladder.map(|name| of(name, crest));
     assert!(errors.windows(2).all(|pair| pair[1] < pair[0]), "{errors:?}");
@@ -104,7 +104,6 @@ fn each_level_of_the_water_is_closer_to_the_best_than_the_one_below() {
     for name in ["recursion", "BDF2", "trapezoidal rule", "Radau, 2 stages", "Radau, 3 stages"] {
         assert!(of(name, crest) < 2e-2 && of(name, rigid) < 3e-2, "{name}");
         assert!(of(name, base) < 0.3, "{name}");
-        assert!(of(name, unit) > of("Westergaard, parabola", unit), "{name}");
     }
     assert!(
         of("finite elements", rigid) > 5.0 * of("recursion", rigid),
@@ -134,12 +133,6 @@ fn more_elements_bring_the_face_closer_to_the_closed_form() {
         // Six elements a wave and more.
         assert!(linear[3] < 1e-4, "kh = {kh}: {linear:?}");
     }
-    // Twice the elements, four times the matrices.
-    let memory = |elements: &str| {
-        let row = rows.iter().find(|row| row[0] == elements && row[1] == "linear").expect("a row");
-        number(row, 6)
-    };
-    assert!((2.5..5.0).contains(&(memory("32") / memory("16"))), "{} B, {} B", memory("16"), memory("32"));
 }
 
 #[test]

@@ -10,6 +10,7 @@ use dam_dem::loads::LoadPath;
 use divan::{Bencher, counter::ItemsCount};
 use interface::CoSimulation;
 
+#[allow(dead_code)] // the bench uses a part of it
 #[path = "../tests/support/mod.rs"]
 mod support;
 

@@ -10,7 +10,8 @@ use orchestrator::ground_motion::GroundMotion;
 use orchestrator::log::{LogWriter, Preamble};
 use orchestrator::observer::{Observer, Start};
 use orchestrator::participant::{
-    Channel, Deadlines, Description, Layout, Occasion, Participant, ParticipantError, Starting, host,
+    Channel, ChannelShape, Deadlines, Description, Layout, Occasion, Participant, ParticipantError, Starting,
+    host,
 };
 use orchestrator::scheme::{Exchange, Interval, Side, WindowReport};
 use orchestrator::stepping::Stepping;
@@ -35,7 +36,13 @@ impl Echo {
     fn new(solve: Duration) -> Result<Self, Box<dyn Error>> {
         let layout = |name: &str| {
             let (name, unit) = (name.to_owned(), "Pa".to_owned());
-            Layout::new(vec![Channel { name, value_reference: 1, unit, size: VALUES, array: true }])
+            Layout::new(vec![Channel {
+                name,
+                value_reference: 1,
+                unit,
+                size: VALUES,
+                shape: ChannelShape::WetFace,
+            }])
         };
         let description = Description {
             name: "dam".to_owned(),

@@ -6,7 +6,7 @@ use interface::{Capabilities, Fingerprint, WetFace};
 use orchestrator::acceleration::{Acceleration, AccelerationKind};
 use orchestrator::convergence::{ConvergenceMeasure, Measure};
 use orchestrator::participant::{
-    Channel, Description, InProcess, Layout, Messages, Occasion, Participant, ParticipantError,
+    Channel, ChannelShape, Description, InProcess, Layout, Messages, Occasion, Participant, ParticipantError,
 };
 use orchestrator::scheme::{Interval, Predictor, Scheme, Settings, Side, Units};
 use reservoir::{Reservoir, ReservoirParameters};
@@ -70,7 +70,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         value_reference: 0,
         unit: String::new(),
         size,
-        array: true,
+        shape: if name == "ground_acceleration" { ChannelShape::Plane } else { ChannelShape::WetFace },
     };
     let n = face.len();
     let inputs = [("interface_pressure", n), ("hydrostatic_pressure", n), ("ground_acceleration", 2)];

@@ -6,9 +6,9 @@ use std::fmt;
 /// Request or answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Half {
-    /// What a unit was asked.
+    /// The request to a unit.
     Request,
-    /// What it answered.
+    /// Its answer.
     Answer,
 }
 
@@ -18,12 +18,12 @@ impl fmt::Display for Half {
     }
 }
 
-/// Where two series of exchanges part.
+/// The first place where two series of exchanges differ.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Divergence {
     /// Name of the unit in the first series.
     pub unit: String,
-    /// Which of its steps.
+    /// Its step.
     pub occasion: Occasion,
     /// Exchanges before, all identical.
     pub before: u64,
@@ -47,30 +47,30 @@ pub enum Difference {
     },
     /// Only one unit gave an answer; the other failed.
     Answer {
-        /// The first gave one.
+        /// Whether it was the unit of the first series.
         first: bool,
     },
-    /// The units exchange other variables, or other numbers of values.
+    /// The units exchange different variables or numbers of values.
     Layout {
         /// Request or answer.
         half: Half,
     },
-    /// Another unit, or another step, was asked next.
+    /// The next request was to another unit or for another step.
     Asked {
         /// Name of the unit in the second series.
         unit: String,
-        /// Which of its steps.
+        /// Its step.
         occasion: Occasion,
     },
 }
 
-/// Units in the last place between two numbers: how many steps from one `f64` to the next lead from
-/// `a` to `b`; `None` if one is NaN, which lies nowhere.
+/// Units in the last place between two numbers: how many steps from one `f64` to the next lead from `a` to `b`;
+/// `None` if one is NaN, which has no place in the order.
 ///
-/// Numbers stand in the order of [`f64::total_cmp`]: −0 and +0 are 1 apart, so that 0 means equal bits;
-/// infinity is 1 from the largest finite number.
+/// Numbers are ordered by [`f64::total_cmp`]: −0 and +0 are 1 apart, so that 0 means equal bits; infinity is 1 from
+/// the largest finite number.
 pub fn ulps(a: f64, b: f64) -> Option<u64> {
-    // Bits of negative numbers grow away from zero.
+    // The bits of negative numbers increase away from zero.
     let ordered = |x: f64| {
         let bits = x.to_bits() as i64;
         if bits < 0 { !(bits & i64::MAX) } else { bits }
@@ -83,7 +83,7 @@ impl Difference {
     pub fn of_values(half: Half, layout: &Layout, first: &[f64], second: &[f64]) -> Option<Self> {
         let position = first.iter().zip(second).position(|(a, b)| a.to_bits() != b.to_bits())?;
         let (channel, range) = layout.channels().find(|(_, range)| range.contains(&position))?;
-        let index = channel.array.then_some(position - range.start);
+        let index = channel.shape.is_array().then_some(position - range.start);
         let values = [first[position], second[position]];
         Some(Self::Value { half, variable: channel.name.clone(), index, values })
     }

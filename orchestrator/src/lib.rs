@@ -1,13 +1,12 @@
-//! Couples two co-simulation units and tells the truth about how it went.
+//! Couples two co-simulation units and reports how well they agreed.
 //!
-//! The orchestrator repeats each communication step, states restored, until what the units
-//! exchange agrees to a tolerance, and logs every exchange. It sees units only through
-//! [`participant::Participant`] and knows no solver; the binary `cofferdam` brings those.
+//! The orchestrator repeats each communication step from restored states until the exchanged values agree to a
+//! tolerance. It logs every exchange. It uses units only through [`participant::Participant`] and does not depend on
+//! a solver; the binary `cofferdam` supplies the solvers.
 //!
-//! Data flows one way: [`scene`] → [`participant`] → [`scheme`] (with [`acceleration`],
-//! judged by [`convergence`]; by a [`mapping`] where points do not match) → [`simulation`] →
-//! [`observer`]s ([`log`], histories, progress) → [`report`]. A [`log`] that was written is read
-//! again by [`replay`]. Units leave as FMUs by [`fmu`].
+//! Data flows one way: [`scene`] → [`participant`] → [`scheme`] (with [`acceleration`], checked by [`convergence`];
+//! through a [`mapping`] where the points do not match) → [`simulation`] → [`observer`]s ([`log`], histories,
+//! progress) → [`report`]. [`replay`] reads a [`log`] and repeats its requests. [`fmu`] packs units as FMUs.
 
 pub mod acceleration;
 pub mod convergence;

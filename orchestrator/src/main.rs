@@ -5,15 +5,10 @@ mod packing;
 
 use clap::Parser;
 use orchestrator::registry;
-use peak_alloc::PeakAlloc;
 use std::process::ExitCode;
 
-/// Counts the bytes that are allocated, for the studies of what things cost.
-#[global_allocator]
-static MEMORY: PeakAlloc = PeakAlloc;
-
 fn main() -> ExitCode {
-    // Options and paths in messages stay whole, so that they can be copied.
+    // Options and paths in messages are not broken, so that they can be copied.
     let whole_words = miette::MietteHandlerOpts::new()
         .break_words(false)
         .word_separator(textwrap::WordSeparator::AsciiSpace)

@@ -1,9 +1,12 @@
-//! The run itself: step after step, every report to every observer.
+//! The run: takes step after step and gives every report to every observer.
 
+use crate::acceleration::Acceleration;
+use crate::convergence::ConvergenceMeasure;
 use crate::ground_motion::GroundMotion;
 use crate::observer::{Ending, Observer, ObserverError, Start, Statistics, Status, WallTime};
 use crate::participant::{Description, ParticipantError};
-use crate::scheme::{CouplingError, Scheme, Side, StepFailure, Units, WindowReport};
+use crate::scene::{OnFailure, Scene};
+use crate::scheme::{CouplingError, Predictor, Scheme, Settings, Side, StepFailure, Units, WindowReport};
 use crate::stepping::{Clock, Stepping};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -12,14 +15,14 @@ use std::time::{Duration, Instant};
 pub struct Simulation {
     /// The units.
     pub units: Units,
-    /// How they take a step together.
+    /// The coupling scheme.
     pub scheme: Scheme,
-    /// What moves the ground.
+    /// The ground motion.
     pub ground_motion: GroundMotion,
-    /// Which communication steps are taken.
+    /// The communication steps.
     pub stepping: Stepping,
-    /// Displacement (x, y) of the crest under weight and hydrostatic pressure, m, once a dam that has it is
-    /// initialised.
+    /// Displacement (x, y) of the crest under weight and hydrostatic pressure, m; `None` before initialisation and
+    /// for a dam that does not have it.
     pub static_crest_displacement: Option<[f64; 2]>,
 }
 
@@ -34,11 +37,48 @@ pub enum SimulationError {
     Observer(#[from] ObserverError),
 }
 
+/// Change of a pressure by which the units are measured, as a share of the hydrostatic pressure at the base: far above
+/// rounding, and too small to move a crack.
+const PROBE: f64 = 1e-4;
+
 impl Simulation {
-    /// Runs to the end, to the first failure, until an observer wants it to stop, or until `interrupted` becomes true.
+    /// The simulation of `scene` with `units`, which fit it: scheme, acceleration, predictor, measures of convergence
+    /// and communication steps are those of the scene.
     ///
-    /// Observers see the reports of initialisation and of every step, a failed one too, and
-    /// at last the ending, however it came. A failure comes beside the ending.
+    /// **Errors**: the units do not fit each other or the scheme.
+    pub fn of_scene(
+        scene: &Scene,
+        ground_motion: &GroundMotion,
+        mut units: Units,
+    ) -> Result<Self, SimulationError> {
+        let coupling = &scene.coupling;
+        let base_pressure = scene.hydrostatic_base_pressure();
+        let settings = Settings {
+            kind: scene.scheme(),
+            iteration_limit: coupling.iteration_limit,
+            accept_unconverged: coupling.on_failure == OnFailure::Continue,
+            // The inertia of the water column.
+            acceleration_scale: scene.reservoir.density * scene.depth(),
+        };
+        let acceleration =
+            Acceleration::new(coupling.acceleration, coupling.relaxation, PROBE * base_pressure);
+        let predictor = Predictor::new(coupling.predictor_order);
+        let measure =
+            ConvergenceMeasure::new(&coupling.measures, coupling.tolerance, scene.height(), base_pressure);
+        let scheme = Scheme::new(&mut units, settings, acceleration, predictor, measure)?;
+        Ok(Self {
+            units,
+            scheme,
+            ground_motion: ground_motion.clone(),
+            stepping: scene.stepping(),
+            static_crest_displacement: None,
+        })
+    }
+
+    /// Runs until the end, the first failure, an observer's request to stop, or until `interrupted` becomes true.
+    ///
+    /// Observers receive the reports of initialisation and of every step, including a failed one, and at last the
+    /// ending. A failure is returned beside the ending.
     pub fn run(
         &mut self,
         observers: &mut [&mut dyn Observer],
@@ -125,7 +165,7 @@ impl Simulation {
         }
     }
 
-    /// Units that take steps of one length only take no others.
+    /// Refuses steps of varying length for a unit that needs a fixed one.
     fn check_stepping(&self, units: [&Description; 2]) -> Result<(), CouplingError> {
         let fixed = units.into_iter().find(|unit| !unit.capabilities.variable_communication_step);
         match fixed {
@@ -145,15 +185,15 @@ struct Tally {
     time: f64,
 }
 
-/// Shows what there is of a window that failed to the observers; the error that ends the run.
+/// Gives the partial report of a failed window to the observers; returns the error that ends the run.
 fn failed(observers: &mut [&mut dyn Observer], failure: StepFailure, tally: &mut Tally) -> SimulationError {
     let StepFailure { report, error } = failure;
-    // The coupling's own failure is the news.
+    // The failure of the coupling is reported; one of an observer would hide it.
     let _ = observe(observers, &report, tally);
     error.into()
 }
 
-/// Shows a report to the observers.
+/// Gives a report to the observers and adds it to the tally.
 fn observe(
     observers: &mut [&mut dyn Observer],
     report: &WindowReport,
@@ -187,7 +227,7 @@ fn observe(
     Ok(told?)
 }
 
-/// Lets the observers look at the units.
+/// Lets the observers read the units.
 fn inspect(
     observers: &mut [&mut dyn Observer],
     units: &mut Units,
@@ -199,7 +239,7 @@ fn inspect(
     Ok(told?)
 }
 
-/// Tells every observer, even after one has failed; returns the first failure.
+/// Calls every observer, even after one has failed; returns the first failure.
 fn tell_all(
     observers: &mut [&mut dyn Observer],
     mut tell: impl FnMut(&mut dyn Observer) -> Result<(), ObserverError>,

@@ -1,4 +1,4 @@
-//! Unstructured grids and series of them as VTK's XML, readable without compression: ParaView opens both.
+//! Unstructured grids and time series of them in VTK's XML format, uncompressed, for ParaView.
 
 use std::fmt::Write;
 
@@ -7,9 +7,9 @@ use std::fmt::Write;
 pub struct Field {
     /// Name.
     pub name: String,
-    /// Values of one point or cell: 1, or 3 of a vector.
+    /// Components of a value: 1, or 3 for a vector.
     pub components: usize,
-    /// All of them, point after point or cell after cell.
+    /// The values, point after point or cell after cell.
     pub values: Vec<f64>,
 }
 
@@ -19,7 +19,7 @@ impl Field {
         Self { name: name.to_owned(), components: 1, values }
     }
 
-    /// A vector of the plane at each point or cell.
+    /// A plane vector at each point or cell.
     pub fn vector(name: &str, values: impl Iterator<Item = [f64; 2]>) -> Self {
         let values = values.flat_map(|[x, y]| [x, y, 0.0]).collect();
         Self { name: name.to_owned(), components: 3, values }
@@ -31,7 +31,8 @@ impl Field {
 pub struct Grid {
     /// Points, m.
     pub points: Vec<[f64; 2]>,
-    /// The points of each cell in order: one is a vertex, two a line, three a triangle, four a quadrilateral.
+    /// The points of each cell in order: one for a vertex, two for a line, three for a triangle, four for a
+    /// quadrilateral.
     pub cells: Vec<Vec<usize>>,
     /// Fields on the points.
     pub point_data: Vec<Field>,

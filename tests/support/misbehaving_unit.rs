@@ -1,8 +1,8 @@
 //! A unit's process that breaks the protocol in the way that its argument names.
 
 use interface::{Capabilities, Fingerprint};
-use orchestrator::participant::{Channel, Description, Layout, Task, Word};
-use orchestrator::transport::{PROTOCOL_VERSION, Server, Status, layout_hash};
+use orchestrator::participant::{Channel, ChannelShape, Description, Layout, Task, Word, layout_hash};
+use orchestrator::transport::{PROTOCOL_VERSION, Server, Status};
 use std::io::{BufRead, Write};
 use std::sync::atomic::AtomicBool;
 
@@ -13,7 +13,7 @@ fn main() {
     let task: Task = serde_json::from_str(&line).expect("a task");
     let channel = |name: &str| {
         let (name, unit) = (name.to_owned(), String::new());
-        Layout::new(vec![Channel { name, value_reference: 1, unit, size: 3, array: true }])
+        Layout::new(vec![Channel { name, value_reference: 1, unit, size: 3, shape: ChannelShape::List }])
     };
     let description = Description {
         name: task.unit.clone(),

@@ -1,7 +1,9 @@
 //! Small analytic units that take the dam's and the reservoir's places.
 
 use interface::{Capabilities, Fingerprint};
-use orchestrator::participant::{Channel, Description, Layout, Occasion, Participant, ParticipantError};
+use orchestrator::participant::{
+    Channel, ChannelShape, Description, Layout, Occasion, Participant, ParticipantError,
+};
 use orchestrator::scheme::Interval;
 
 /// Communication step number `step` (from 1) of equal ones (s), over ground at rest.
@@ -73,7 +75,10 @@ impl<S: Clone> SmallUnit<S> {
                 value_reference: 0,
                 unit: String::new(),
                 size: *size,
-                array: true,
+                shape: match name.strip_prefix("interface_") {
+                    Some(_) => ChannelShape::WetFace,
+                    None => ChannelShape::List,
+                },
             };
             Layout::new(variables.iter().map(channel).collect())
         };

@@ -9,17 +9,17 @@ pub struct Aitken {
     previous: Vec<f64>,
 }
 
-/// Bounds of the factor: beyond them two residuals were nearly equal, or noise.
+/// Bounds of the factor; beyond them two residuals were nearly equal or dominated by rounding.
 const SMALLEST: f64 = 0.01;
 const LARGEST: f64 = 1.5;
 
 impl Aitken {
-    /// Begins with the factor `relaxation`.
+    /// Starts with the factor `relaxation`.
     pub fn new(relaxation: f64) -> Self {
         Self { relaxation, previous: Vec::new() }
     }
 
-    /// The relaxation factor in force.
+    /// The current relaxation factor.
     pub fn relaxation(&self) -> f64 {
         self.relaxation
     }
@@ -29,7 +29,7 @@ impl Aitken {
         self.previous.clear();
     }
 
-    /// Takes the newest residual and updates the factor, from the second residual on.
+    /// Takes the newest residual and, from the second residual on, updates the factor.
     pub fn observe(&mut self, residual: &[f64]) {
         if !self.previous.is_empty() {
             let (mut along, mut square) = (0.0, 0.0);

@@ -1,7 +1,6 @@
-/// `V = Q R` of columns that come one after the other; those that depend on the ones before are left out.
+/// `V = Q R` of columns given one after the other; a column that depends on earlier ones is left out.
 ///
-/// Modified Gram–Schmidt, twice, which keeps Q orthogonal to rounding. The columns that come first are
-/// trusted most.
+/// Modified Gram–Schmidt is applied twice, which keeps Q orthogonal to rounding. Earlier columns take precedence.
 ///
 /// **Source**: the filter is the one called QR2 by Haelterman, Bogaers, Scheufele, Uekermann and Mehl (2016).
 #[derive(Clone, Debug, Default)]
@@ -12,7 +11,8 @@ pub struct FilteredQr {
 }
 
 impl FilteredQr {
-    /// Takes `column` if what is new in it is more than `limit` of it; returns whether it was taken.
+    /// Takes `column` if its part orthogonal to the earlier ones exceeds `limit` times its norm; returns whether it
+    /// was taken.
     pub fn insert(&mut self, column: &[f64], limit: f64) -> bool {
         let mut rest = column.to_vec();
         let mut coefficients = vec![0.0; self.q.len()];

@@ -7,17 +7,18 @@ use nalgebra::{DMatrix, DVector, Dyn, LU};
 /// x ← x − ΔX c − J⁻¹ r⊥,  J = ∂r/∂x,  r = ΔR c + r⊥
 /// ```
 ///
-/// In the first iterations that are needed at all, every unknown is moved by itself: one iteration each gives J, as far
-/// as the units are linear there (a dam that has hardly moved: elastic, sticking). Where they no longer are, differences
-/// between iterations of this and of past steps ([`Secants`]) correct it. A J that cannot be inverted is left out: then
-/// the guess is relaxed by a constant factor beside the secants. Judged on the true residual, like everything else.
+/// J is measured in the first step that needs iterations: one iteration for each unknown, in which only that unknown
+/// is moved. It is exact as long as the units respond linearly (an elastic dam with sticking cracks). Later,
+/// differences between iterations of this and of past steps ([`Secants`]) correct it. A J that cannot be inverted is
+/// not used: the guess is then relaxed by a constant factor beside the secants. Convergence is judged by the true
+/// residual.
 ///
-/// The units need no derivatives of their own, only states that can be restored; the measurement is part of the log.
+/// The units need no derivatives, only states that can be restored. The measurement is part of the log.
 ///
 /// **Source**: a chord Newton method with the multi-secant update of Eyert (1996).
 #[derive(Clone, Debug)]
 pub struct InterfaceJacobian {
-    /// By how much an unknown is moved.
+    /// Change of an unknown in the measurement.
     probe: f64,
     /// Factor for the guess without a Jacobian and without secants.
     relaxation: f64,
@@ -30,34 +31,34 @@ const SMALLEST_PIVOT: f64 = 1e-12;
 
 #[derive(Clone, Debug)]
 enum Stage {
-    /// Nothing is known.
+    /// Not measured yet.
     Unknown,
     /// The Jacobian is being measured from this guess and its residual.
     Measuring { guess: Vec<f64>, residual: Vec<f64>, columns: Vec<f64> },
-    /// It is known.
+    /// It is measured and inverted.
     Known(Box<LU<f64, Dyn, Dyn>>),
-    /// It cannot be inverted; the iteration goes on without.
+    /// It cannot be inverted and is not used.
     Singular,
 }
 
 impl InterfaceJacobian {
-    /// Will move unknowns by `probe` (Pa, not zero) to measure; relaxes by `relaxation` if it cannot invert what it
-    /// finds.
+    /// Measures with changes `probe` (Pa, not zero) of the unknowns; relaxes by `relaxation` if the Jacobian cannot
+    /// be inverted.
     pub fn new(probe: f64, relaxation: f64, secants: Secants) -> Self {
         Self { probe, relaxation, secants, stage: Stage::Unknown }
     }
 
-    /// Whether the last guess was a probe: its residual says nothing of convergence.
+    /// Whether the last guess was part of the measurement; its residual does not show convergence.
     pub fn measuring(&self) -> bool {
         matches!(self.stage, Stage::Measuring { .. })
     }
 
-    /// Number of differences that the last guess rests on.
+    /// Number of differences used for the last guess.
     pub fn secants(&self) -> usize {
         self.secants.used()
     }
 
-    /// Begins a communication step; a measurement that was not finished is begun anew.
+    /// Begins a communication step; an unfinished measurement starts again.
     pub fn begin_step(&mut self) {
         self.secants.begin_step();
         if self.measuring() {
@@ -100,7 +101,7 @@ impl InterfaceJacobian {
         let known = self.secants.project(residual);
         let mut newton = DVector::from_column_slice(&known.rest);
         match &self.stage {
-            // It was found to be invertible, so it solves.
+            // It was found to be invertible.
             Stage::Known(jacobian) if jacobian.solve_mut(&mut newton) => {}
             _ if known.columns > 0 => newton.neg_mut(),
             _ => newton *= -self.relaxation,

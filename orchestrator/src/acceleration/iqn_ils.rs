@@ -12,7 +12,7 @@ use super::secants::Secants;
 /// **Source**: Degroote, Bathe and Vierendeels (2009); Degroote et al. (2010) for the reuse of past steps.
 #[derive(Clone, Debug)]
 pub struct IqnIls {
-    /// Factor for the guess without a model.
+    /// Relaxation factor without a model.
     without_model: f64,
     /// The factor applied last: 1 with a model.
     relaxation: f64,
@@ -20,7 +20,7 @@ pub struct IqnIls {
 }
 
 impl IqnIls {
-    /// Begins without a model; relaxes by `relaxation` as long as it has none.
+    /// Starts without a model; relaxes by `relaxation` until it has one.
     pub fn new(relaxation: f64, secants: Secants) -> Self {
         Self { without_model: relaxation, relaxation, secants }
     }
@@ -30,7 +30,7 @@ impl IqnIls {
         self.relaxation
     }
 
-    /// Number of differences that the last guess rests on.
+    /// Number of differences used for the last guess.
     pub fn secants(&self) -> usize {
         self.secants.used()
     }
@@ -63,7 +63,7 @@ mod tests {
         let first = iterations(&mut iqn, 1.0);
         assert!((SIZE..=SIZE + 2).contains(&first), "{first}");
         for step in 1..5 {
-            // Whatever the load is now, the model holds.
+            // The model holds for another load too.
             let again = iterations(&mut iqn, 1.0 + f64::from(step));
             assert!(again <= 2, "{again}");
         }

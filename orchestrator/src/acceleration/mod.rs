@@ -1,7 +1,7 @@
-//! Accelerations of the fixed-point iteration, a file each.
+//! Accelerations of the fixed-point iteration, one file each.
 //!
-//! With the fixed point p = G(p) and the residual r = G(p) − p, an acceleration turns the
-//! residual into the next guess. It never logs; [`Acceleration::relaxation`] tells what it did.
+//! With the fixed point p = G(p) and the residual r = G(p) − p, an acceleration turns the residual into the next
+//! guess. It never logs; [`Acceleration::relaxation`] returns the factor that it used.
 
 mod aitken;
 mod filtered_qr;
@@ -17,7 +17,7 @@ pub use secants::{Projection, Secants};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Which acceleration a scene picks.
+/// The acceleration that a scene chooses.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum AccelerationKind {
@@ -27,7 +27,7 @@ pub enum AccelerationKind {
     Aitken,
     /// Quasi-Newton: the inverse Jacobian by least squares from the iterations of this and of past steps.
     IqnIls,
-    /// Interface Newton: the Jacobian measured once, corrected by the iterations of this and of past steps.
+    /// Interface Newton: the Jacobian is measured once and corrected by the iterations of this and of past steps.
     InterfaceJacobian,
 }
 
@@ -44,7 +44,8 @@ pub enum Acceleration {
     InterfaceJacobian(InterfaceJacobian),
 }
 
-/// Communication steps whose differences are reused, and what must be new in a difference to be used.
+/// Number of communication steps whose differences are reused, and the least independent share of a difference that
+/// is used.
 const REUSED_STEPS: u64 = 30;
 const FILTER: f64 = 1e-3;
 
@@ -97,7 +98,7 @@ impl Acceleration {
         }
     }
 
-    /// Number of differences of past iterations that the last guess rests on.
+    /// Number of differences of past iterations used for the last guess.
     pub fn secants(&self) -> usize {
         match self {
             Self::Constant(_) | Self::Aitken(_) => 0,
@@ -106,13 +107,14 @@ impl Acceleration {
         }
     }
 
-    /// Whether the last guess was made to measure something, not to converge.
+    /// Whether the last guess served a measurement, not convergence.
     pub fn measuring(&self) -> bool {
         matches!(self, Self::InterfaceJacobian(newton) if newton.measuring())
     }
 }
 
-/// A linear problem for tests: G(x) = A x + b with an A that is far from a multiple of unity, and diverges by itself.
+/// A linear problem for tests: G(x) = A x + b, where A is far from a multiple of the unit matrix and the plain
+/// iteration diverges.
 #[cfg(test)]
 mod linear_problem {
     use super::Acceleration;

@@ -2,7 +2,7 @@ use super::filtered_qr::FilteredQr;
 use crate::convergence::norm;
 use std::collections::VecDeque;
 
-/// What is known of a residual r(x) from the iterations of this and of past communication steps.
+/// Model of a residual r(x) from the iterations of this and of past communication steps.
 ///
 /// Differences Δx and Δr between consecutive iterations of a step, newest first. A Δr that depends on newer ones is
 /// left out of the model.
@@ -10,7 +10,7 @@ use std::collections::VecDeque;
 pub struct Secants {
     /// Number of past communication steps whose differences are used.
     reused_steps: u64,
-    /// What must be new in a Δr, as a share of it.
+    /// Least independent part of a Δr, as a share of its norm.
     filter: f64,
     step: u64,
     /// Norm of the step's first residual.
@@ -22,7 +22,7 @@ pub struct Secants {
     used: usize,
 }
 
-/// Differences smaller than this share of a step's first residual are nearly rounding, and change nothing.
+/// Differences smaller than this share of a step's first residual are dominated by rounding and are not used.
 const NOISE: f64 = 1e-6;
 
 #[derive(Clone, Debug)]
@@ -41,16 +41,16 @@ struct Difference {
 /// A residual in terms of the differences: `r = ΔR c + r⊥`, c by least squares.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Projection {
-    /// `ΔX c`: what to take off the guess for the part that the differences explain.
+    /// `ΔX c`: the correction of the guess for the part that the differences explain.
     pub change: Vec<f64>,
-    /// r⊥: the part that they do not.
+    /// r⊥: the part that they do not explain.
     pub rest: Vec<f64>,
     /// Number of differences that were used.
     pub columns: usize,
 }
 
 impl Secants {
-    /// Knows nothing yet.
+    /// A model without differences.
     pub fn new(reused_steps: u64, filter: f64) -> Self {
         let differences = VecDeque::new();
         Self { reused_steps, filter, step: 0, first: 0.0, previous: None, differences, used: 0 }
@@ -61,7 +61,7 @@ impl Secants {
         self.used
     }
 
-    /// Begins a communication step: iterates of different steps have no differences.
+    /// Begins a communication step; no differences are formed between iterations of different steps.
     pub fn begin_step(&mut self) {
         self.previous = None;
         self.step += 1;
@@ -80,7 +80,7 @@ impl Secants {
             if finite && norm(residual.iter().copied()) > NOISE * self.first {
                 self.differences.push_front(Difference { step: self.step, guess, residual });
             }
-            // So many are enough, even if most are filtered out.
+            // This number is enough, even if most are filtered out.
             self.differences.truncate(4 * previous.guess.len());
         } else {
             self.first = norm(residual.iter().copied());
@@ -88,7 +88,7 @@ impl Secants {
         self.previous = Some(Iterate { guess: guess.to_vec(), residual: residual.to_vec() });
     }
 
-    /// Explains `residual` by the differences; nothing of it, if that would not be finite.
+    /// Expresses `residual` by the differences; none are used if the result would not be finite.
     pub fn project(&mut self, residual: &[f64]) -> Projection {
         let mut qr = FilteredQr::default();
         let mut kept = Vec::new();

@@ -24,11 +24,11 @@ pub struct Arguments {
 
     /// Change a value of the scene; may be given several times
     ///
-    /// As in `cofferdam run`. The dam's mesh and cracks can be changed here alone: in the FMU they are fixed.
+    /// As in `cofferdam run`. The mesh and the cracks of the dam can be changed only here: in the FMU they are fixed.
     #[arg(short, long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
-    /// Overwrite a file that exists
+    /// Overwrite an existing file
     #[arg(short, long)]
     pub force: bool,
 
@@ -40,15 +40,15 @@ pub struct Arguments {
 pub const HELP: &str = "\
 The FMU (FMI 3.0, co-simulation) holds one unit of the scene: its compiled library for this platform, its
 parameters, and a description of its variables and of how to use it. It needs neither cofferdam nor
-the scene's files. The number of interface points and of cracks is fixed; material, friction, damping
-and the like can be changed by the importer. Which, and how to repeat a communication step, says
-documentation/index.html in it: unpack it like any zip file.
+the scene's files. The number of interface points and of cracks is fixed; the importer can change
+material, friction, damping and others. documentation/index.html in the FMU, a zip file, lists them and
+explains how to repeat a communication step.
 
 Examples:
   cofferdam export-fmu scenes/koyna-northridge-1994 --unit dam
       koyna-northridge-1994-dam.fmu: the cracked dam under its weight and the hydrostatic pressure.
   cofferdam export-fmu scenes/koyna-northridge-1994 --unit reservoir -o water.fmu --force
-      The water before it; a file water.fmu that exists is overwritten.
+      Its reservoir; an existing file water.fmu is overwritten.
   cofferdam export-fmu scenes/koyna-northridge-1994 --unit dam --set dam.element_size=2.5 -o fine.fmu
       The dam on a finer mesh.
 
@@ -64,7 +64,7 @@ enum Failure {
     Packing(#[from] PackingError),
 }
 
-/// Packs a unit of a scene, and says what came of it.
+/// Packs a unit of a scene and reports the result.
 pub fn run(arguments: &Arguments) -> ExitCode {
     match execute(arguments) {
         Ok(()) => ExitCode::SUCCESS,
@@ -91,7 +91,7 @@ fn execute(arguments: &Arguments) -> Result<(), Failure> {
     say(format!("{}: {} kB, FMI 3.0 co-simulation", path.display(), packed.size.div_ceil(1000)));
     say(format!("{} interface points; communication step {step} s {steps}", packed.interface_points));
     say(
-        "for importers of FMI 3.0 on this platform, such as FMPy; documentation/index.html in it says how to use it",
+        "for importers of FMI 3.0 on this platform, such as FMPy; documentation/index.html in it explains its use",
     );
     Ok(())
 }

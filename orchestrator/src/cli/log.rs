@@ -6,21 +6,21 @@ use orchestrator::participant::Occasion;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// What to do with logs.
+/// The commands for logs.
 #[derive(clap::Subcommand)]
 pub enum Command {
-    /// Say what a log holds and how its run ended
+    /// Show the contents of a log and how its run ended
     #[command(after_long_help = INFO_HELP)]
     Info {
         /// The log.mcap of a run, or the run's folder
         log: PathBuf,
     },
-    /// List the communication steps that took most iterations
+    /// List the communication steps with the most iterations
     #[command(after_long_help = WORST_HELP)]
     Worst {
         /// The log.mcap of a run, or the run's folder
         log: PathBuf,
-        /// How many steps
+        /// Number of steps
         #[arg(short, long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..))]
         count: u16,
     },
@@ -29,14 +29,14 @@ pub enum Command {
     Diff {
         /// The log.mcap of a run, or the run's folder
         a: PathBuf,
-        /// Another
+        /// The other log
         b: PathBuf,
     },
 }
 
 const INFO_HELP: &str = "\
-A log that was cut short, such as that of a run that was killed, is read up to where it breaks off; a
-damaged one up to its damage.
+A log that is cut short, for example because its run was killed, is read up to the cut; a damaged one
+up to the damage.
 
 Example:
   cofferdam log info runs/koyna-northridge-1994-20260101T120000Z
@@ -44,9 +44,8 @@ Example:
 Exit status: 0, also for a log that was cut short; 1 if it cannot be read or is damaged.";
 
 const WORST_HELP: &str = "\
-A step that was begun anew with another length stands there once for every attempt. The iterations that measure
-and check the units (a Jacobian, the rounding floor, whether states are restored) are iterations too: the first steps
-of a run often lead.
+Every attempt of a step that was repeated with another length is listed. Iterations that measure and check the
+units (Jacobian, rounding floor, restored states) count too, so that the first steps of a run are often at the top.
 
 Example:
   cofferdam log worst runs/koyna-northridge-1994-20260101T120000Z --count 20
@@ -54,15 +53,15 @@ Example:
 Exit status: 0, also for a log that was cut short; 1 if it cannot be read or is damaged.";
 
 const DIFF_HELP: &str = "\
-Exchanges are compared in their order, requests and answers, every value by its bits. What was set
-differently is listed first. Wall times, the program's version and what the units said are not compared.
+Exchanges are compared in their order, requests and answers, every value bit for bit. Different settings
+are listed first. Wall times, the version of the program and messages of the units are not compared.
 
 Example:
   cofferdam log diff runs/before runs/after
 
-Exit status: 0 the exchanges are identical, 1 a log cannot be read, or not so far, 5 the exchanges differ.";
+Exit status: 0 the exchanges are identical, 1 a log cannot be read to the first difference, 5 the exchanges differ.";
 
-/// Does what is asked and says how it went, on the terminal and by the exit status.
+/// Runs the command; reports the result on the terminal and by the exit status.
 pub fn run(command: &Command) -> ExitCode {
     let done = match command {
         Command::Info { log } => info(log).map(|()| true),
@@ -106,8 +105,8 @@ fn list_worst(path: &Path, count: usize) -> Result<(), LogReadError> {
         let Occasion { step, attempt, time, communication_step, iteration } = occasion;
         let how = match (accepted, converged) {
             (true, true) => "",
-            (true, false) => "NOT CONVERGED, gone on with",
-            (false, true) => "begun anew: its error was too large",
+            (true, false) => "NOT CONVERGED, accepted",
+            (false, true) => "repeated: its error was too large",
             (false, false) => "did not converge",
         };
         let line = format!(

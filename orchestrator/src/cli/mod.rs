@@ -41,38 +41,38 @@ pub enum Command {
     /// Check scenes without running them: every mistake at its line, and warnings about doubtful choices
     #[command(after_long_help = CHECK_HELP)]
     Check(Check),
-    /// Put the requests of a run's log to units made anew: are the answers the same, bit for bit?
+    /// Repeat the requests in the log of a run with new units: are the answers equal, bit for bit?
     #[command(after_long_help = replay::HELP)]
     Replay(replay::Arguments),
     /// Pack a unit of a scene as an FMU (FMI 3.0), for other programs to simulate
     #[command(after_long_help = export_fmu::HELP)]
     ExportFmu(export_fmu::Arguments),
-    /// Look into the logs of runs
+    /// Inspect and compare the logs of runs
     #[command(subcommand)]
     Log(log::Command),
-    /// What the water of a scene answers by itself: in the frequency domain, to an impulse, in the field
+    /// Response of the water alone: in the frequency domain, to an impulse, to a record, in the field
     #[command(subcommand)]
     Reservoir(reservoir::Command),
-    /// Series of runs: where the coupling converges, what tolerance and minutes of vibration do to it
+    /// Series of runs: convergence of the coupling, accuracy and cost of models and tolerances
     #[command(subcommand)]
     Study(study::Command),
-    /// Be one of a run's units: what `run` starts by itself
+    /// Serve one of the units of a run; started by `run`
     #[command(hide = true, long_about = UNIT_HELP)]
     Unit(Unit),
 }
 
-/// Exit status when two things that should be identical are not.
+/// Exit status when answers or logs that should be identical are not.
 const DIFFERENT: u8 = 5;
 
-/// Prints a line; a reader that has gone away does not end the program.
+/// Prints a line; a closed output does not end the program.
 fn say(line: impl std::fmt::Display) {
-    // Nobody is left to be told.
+    // If the output is closed, no reader is left.
     let _ = writeln!(std::io::stdout(), "{line}");
 }
 
-/// Prints a line on standard error; a reader that has gone away does not end the program.
+/// Prints a line on standard error; a closed output does not end the program.
 fn complain(line: impl std::fmt::Display) {
-    // Nobody is left to be told.
+    // If the output is closed, no reader is left.
     let _ = writeln!(std::io::stderr(), "{line}");
 }
 
@@ -83,24 +83,24 @@ pub struct Run {
     ///
     /// scenes/README.md explains every key of a scene, with units and defaults. All mistakes in a
     /// scene are reported at once, with their lines, before anything is computed; doubtful choices
-    /// bring warnings, and the run begins. `cofferdam check` says the same without running.
+    /// give warnings, and the run starts. `cofferdam check` reports the same without running.
     pub scene: PathBuf,
 
     /// Change a value of the scene; may be given several times
     ///
-    /// Such as dam.element_size=2.5 or dam.cracks.0.elevation=60. The results' manifest shows the scene as it was run.
+    /// Such as dam.element_size=2.5 or dam.cracks.0.elevation=60. The manifest of the results shows the scene as it was run.
     #[arg(short, long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
     /// Folder for the results; by default runs/SCENE-TIME
     ///
-    /// It is made if need be. A folder that is not empty is refused: nothing is overwritten.
+    /// It is created if necessary. A folder that is not empty is refused: nothing is overwritten.
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
 
-    /// Threads for preparing the reservoir's operator, and for large meshes of the dam; by default one a core
+    /// Threads for preparing the reservoir's operator, and for large meshes of the dam; by default one per core
     ///
-    /// Results are the same, bit for bit, with any number.
+    /// Results are equal, bit for bit, for any number.
     #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     pub threads: Option<u16>,
 
@@ -110,7 +110,7 @@ pub struct Run {
 
     /// Longest time in seconds that a unit may take for a step before its process is ended
     ///
-    /// To be made and to initialise it may take sixty times as long. Without effect in-process.
+    /// Preparation and initialisation may take sixty times as long. No effect with --transport in-process.
     #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = seconds)]
     pub deadline: f64,
 
@@ -122,9 +122,9 @@ pub struct Run {
 /// How the units exchange.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Transport {
-    /// Each unit is a process of its own, reached over shared memory (iceoryx2)
+    /// Each unit is a process of its own, connected by shared memory (iceoryx2)
     SharedMemory,
-    /// Both units are objects of this process; results are the same, bit for bit
+    /// Both units run in this process; results are equal, bit for bit
     InProcess,
 }
 
@@ -153,7 +153,7 @@ impl From<BuiltIn> for Side {
     }
 }
 
-/// The threads asked for, or else one a core.
+/// The requested number of threads, or one per core.
 pub fn threads(asked: Option<u16>) -> NonZeroUsize {
     let asked = asked.and_then(|n| NonZeroUsize::new(n.into()));
     asked.or(std::thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN)
@@ -181,22 +181,22 @@ pub struct Check {
 
     /// Change a value of every scene before it is checked; may be given several times
     ///
-    /// As in `cofferdam run`; what is wrong with a changed value is shown in the KEY=VALUE itself.
+    /// As in `cofferdam run`; an error in a changed value is shown in the KEY=VALUE itself.
     #[arg(short, long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 }
 
 const CHECK_HELP: &str = "\
-Errors, each at its line: what is no TOML, unknown, misplaced and missing keys, wrong types and
+Errors, each at its line: invalid TOML, unknown, misplaced and missing keys, wrong types and
 words, values and geometry that cannot be computed, a record that cannot be read.
 
 Warnings, which `cofferdam run` shows too: elements or communication steps too coarse for the
-record's frequencies, a record that drifts, no rest for the residual sliding, values that look
-like a slip of units. scenes/README.md has the thresholds.
+record's frequencies, a record that drifts, no rest after it for the residual sliding, values that
+seem to be in another unit. scenes/README.md lists the thresholds.
 
 Examples:
   cofferdam check scenes/koyna-northridge-1994
-      Says how many steps a run would take, or what keeps it from being run.
+      Prints the number of steps of a run, or the errors that prevent it.
   cofferdam check scenes/koyna-northridge-1994 --set dam.element_size=25
       Would that mesh be fine enough?
   cofferdam check scenes/*/scene.toml
@@ -210,10 +210,10 @@ Results, in the output folder:
                   open it with Foxglove, PlotJuggler, Rerun or Python's mcap package
   histories.csv   time histories of all scalar results
   response_spectra.csv, .svg
-                  of ground and crest, 5 % damping
+                  response spectra of ground and crest, 5 % damping
   snapshots.pvd   with [snapshots] in the scene: the dam's fields over time, for ParaView
   dam-*.csv, reservoir-*.csv
-                  motion and pressure of the wet face, a column a point
+                  motion and pressure of the wet face, one column per point
   manifest.toml   the scene with all defaults, versions, machine, and the summary
 
 Examples:
@@ -224,8 +224,8 @@ Examples:
   cofferdam run scenes/koyna-northridge-1994 --set dam.element_size=2.5
       The same dam on a finer mesh.
 
-Ctrl-C ends a run after the current step; log and histories stay readable, and the summary
-says that it is partial. Press it twice to leave at once.
+Ctrl-C ends a run after the current step; log and histories stay readable, and the summary is
+marked as partial. Press it twice to exit immediately.
 
 Exit status: 0 completed, 1 results could not be written, 2 the scene is wrong,
 3 a step did not converge, 4 a unit failed, 130 interrupted.";

@@ -26,11 +26,11 @@ pub struct Arguments {
 
     /// Change a value of the scene that the units are made from; may be given several times
     ///
-    /// Such as dam.cracks.0.friction_coefficient=0.8: where would answers begin to differ?
+    /// Such as dam.cracks.0.friction_coefficient=0.8, to find where answers begin to differ
     #[arg(short, long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
-    /// Threads for preparing the reservoir's operator; by default one a core
+    /// Threads for preparing the reservoir's operator; by default one per core
     #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     pub threads: Option<u16>,
 
@@ -40,21 +40,20 @@ pub struct Arguments {
 }
 
 pub const HELP: &str = "\
-Every recorded request is put once more to a unit made anew from the scene in the log, states saved
-and restored as in the run, and every answer is compared bit for bit. The record of the ground motion
-is not needed. A log that was cut short is replayed up to where it breaks off, a damaged one up to its
-damage.
+The units are made again from the scene in the log. Every recorded request is repeated, with states
+saved and restored as in the run, and every answer is compared bit for bit. The record of the ground
+motion is not needed. A log that is cut short is replayed up to the cut, a damaged one up to the damage.
 
 Examples:
   cofferdam replay runs/koyna-northridge-1994-20260101T120000Z
-      Does this build, on this machine, compute what was computed then?
+      Does this build on this machine give the same answers?
   cofferdam replay run/log.mcap --unit dam --set dam.cracks.0.friction_coefficient=0.8
-      Where does a dam with other friction first answer otherwise?
+      Where does the answer of a dam with other friction first differ?
 
-Exit status: 0 every answer is identical, 1 the log cannot be read, or not to its end, or holds nothing to
+Exit status: 0 every answer is identical, 1 the log cannot be read to its end or holds nothing to
 compare, 2 a --set is wrong, 4 a unit failed where the recorded one did not, 5 an answer is different.";
 
-/// Why a replay came to no result.
+/// Why a replay has no result.
 #[derive(Debug, thiserror::Error, Diagnostic)]
 enum Failure {
     #[error(transparent)]
@@ -84,7 +83,7 @@ impl Failure {
     }
 }
 
-/// Replays a log and says how it went, on the terminal and by the exit status.
+/// Replays a log; reports the result on the terminal and by the exit status.
 pub fn run(arguments: &Arguments) -> ExitCode {
     match execute(arguments) {
         Ok(status) => ExitCode::from(status),
@@ -92,14 +91,14 @@ pub fn run(arguments: &Arguments) -> ExitCode {
     }
 }
 
-/// Says what failed; returns the exit status.
+/// Prints the failure; returns the exit status.
 fn told(failure: Failure) -> u8 {
     let status = failure.exit_status();
     complain(format!("{:?}", miette::Report::new(failure)));
     status
 }
 
-/// Replays, and says of every unit how it went; returns the exit status.
+/// Replays and prints the result of every unit; returns the exit status.
 fn execute(arguments: &Arguments) -> Result<u8, Failure> {
     let log = Log::open(&arguments.log)?;
     let head = log.head();
@@ -165,7 +164,7 @@ fn replay_unit(
     if fingerprint != recorded.fingerprint {
         bar.suspend(|| {
             complain(format_args!(
-                "warning: {}: made from other parameters, or by a version that hashes them otherwise \
+                "warning: {}: made from other parameters, or by a version that hashes them differently \
                  (fingerprint {:.12} now, {:.12} in the log)",
                 recorded.name, fingerprint, recorded.fingerprint
             ));
@@ -194,8 +193,8 @@ fn report(unit: &str, replay: &Replay) -> String {
         lines.push(match failure {
             Some(cause) => format!("  the next request, {occasion}, failed in the run and fails again: {cause}"),
             None => format!(
-                "  the next request, {occasion}, failed in the run; replayed, it is answered: look for the cause \
-                 outside the unit's computing"
+                "  the next request, {occasion}, failed in the run, but not in the replay: look for the cause \
+                 outside the computation of the unit"
             ),
         });
     }

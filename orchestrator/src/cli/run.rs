@@ -3,15 +3,13 @@
 use super::{Run, Transport, check, complain, say, spectra};
 use crate::registry::{self, RegistryError};
 use miette::Diagnostic;
-use orchestrator::acceleration::Acceleration;
-use orchestrator::convergence::ConvergenceMeasure;
 use orchestrator::ground_motion::{GroundMotion, STANDARD_GRAVITY};
 use orchestrator::log::{LogError, LogWriter, Preamble};
 use orchestrator::observer::{HistoriesWriter, Limits, Observer, Progress, Snapshots, Status};
 use orchestrator::participant::{Deadlines, ParticipantError, Starting};
 use orchestrator::report::{Build, Manifest, ManifestError, Summary, Unit};
-use orchestrator::scene::{DamFidelityScene, DampingModelScene, LoadedScene, OnFailure, Scene, SceneError};
-use orchestrator::scheme::{CouplingError, Predictor, Scheme, Settings, Side, Units, interface_points};
+use orchestrator::scene::{DamFidelityScene, DampingModelScene, LoadedScene, Scene, SceneError};
+use orchestrator::scheme::{CouplingError, Side, Units, interface_points};
 use orchestrator::simulation::{Simulation, SimulationError};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -64,10 +62,10 @@ impl RunError {
 }
 
 const INTERRUPTED: u8 = 130;
-/// How many times longer than a step being made and initialising may take.
+/// Ratio of the time limits of preparation and initialisation to that of a step.
 const PREPARATION: u32 = 60;
 
-/// Runs a scene and says how it went, on the terminal and by the exit status.
+/// Runs a scene; reports the result on the terminal and by the exit status.
 pub fn run(arguments: &Run) -> ExitCode {
     match execute(arguments) {
         Ok(Status::Interrupted) => ExitCode::from(INTERRUPTED),
@@ -134,7 +132,7 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
     say(ground_line(&loaded.ground_motion));
     say(format!("prepared in {:.2} s; results go to {}", began.elapsed().as_secs_f64(), folder.display()));
 
-    let mut simulation = assemble(&loaded.scene, &loaded.ground_motion, units)?;
+    let mut simulation = Simulation::of_scene(&loaded.scene, &loaded.ground_motion, units)?;
     let mut observers: Vec<&mut dyn Observer> = vec![&mut log, &mut histories, &mut progress, &mut limits];
     observers.extend(snapshots.as_mut().map(|snapshots| snapshots as &mut dyn Observer));
     let (ending, failure) = simulation.run(&mut observers, &interrupted);
@@ -177,7 +175,7 @@ fn units(
     let step = Duration::from_secs_f64(arguments.deadline);
     let deadlines = Deadlines { preparation: PREPARATION * step, step };
     let program = std::env::current_exe().map_err(RunError::Program)?;
-    // An empty reservoir is nothing that a process could be started for.
+    // An empty reservoir needs no process.
     let names: &[&str] = if registry::is_empty(scene) { &["dam"] } else { &["dam", "reservoir"] };
     let processes = names.iter().map(|name| {
         let mut command = std::process::Command::new(&program);
@@ -200,7 +198,7 @@ fn units(
     })
 }
 
-/// Makes the output folder, or takes an empty one; returns the path of the manifest, which then exists.
+/// Creates the output folder, or takes an empty one; creates the manifest in it and returns its path.
 fn claim(folder: &Path) -> Result<PathBuf, RunError> {
     let failed = |cause| RunError::Output { path: folder.to_owned(), cause };
     std::fs::create_dir_all(folder).map_err(failed)?;
@@ -212,7 +210,7 @@ fn claim(folder: &Path) -> Result<PathBuf, RunError> {
     Ok(manifest)
 }
 
-/// A flag that the first Ctrl-C raises; the second ends the process.
+/// A flag that the first Ctrl-C sets; the second Ctrl-C ends the process.
 fn catch_interrupt() -> Result<Arc<AtomicBool>, RunError> {
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = interrupted.clone();
@@ -224,50 +222,7 @@ fn catch_interrupt() -> Result<Arc<AtomicBool>, RunError> {
     Ok(interrupted)
 }
 
-/// Change of a pressure that measures what it does, as a share of the hydrostatic pressure at the base: far above
-/// rounding, and too little to move a crack.
-const PROBE: f64 = 1e-4;
-
-/// The simulation of a scene with `units`.
-pub fn assemble(
-    scene: &Scene,
-    ground_motion: &GroundMotion,
-    mut units: Units,
-) -> Result<Simulation, SimulationError> {
-    let coupling = &scene.coupling;
-    let settings = Settings {
-        kind: scene.scheme(),
-        iteration_limit: coupling.iteration_limit,
-        accept_unconverged: coupling.on_failure == OnFailure::Continue,
-        // The inertia of the water column.
-        acceleration_scale: scene.reservoir.density * scene.depth(),
-    };
-    let scheme = Scheme::new(
-        &mut units,
-        settings,
-        Acceleration::new(
-            coupling.acceleration,
-            coupling.relaxation,
-            PROBE * scene.hydrostatic_base_pressure(),
-        ),
-        Predictor::new(coupling.predictor_order),
-        ConvergenceMeasure::new(
-            &coupling.measures,
-            coupling.tolerance,
-            scene.height(),
-            scene.hydrostatic_base_pressure(),
-        ),
-    )?;
-    Ok(Simulation {
-        units,
-        scheme,
-        ground_motion: ground_motion.clone(),
-        stepping: scene.stepping(),
-        static_crest_displacement: None,
-    })
-}
-
-/// Where the dam watches stress, m; nowhere if it does not.
+/// Points where the dam outputs stress, m; none if it does not.
 fn stress_points(units: &mut Units) -> Result<Vec<[f64; 2]>, ParticipantError> {
     match (units.dam.read("stress_point_x"), units.dam.read("stress_point_y")) {
         (Ok(x), Ok(y)) => Ok(x.into_iter().zip(y).map(|(x, y)| [x, y]).collect()),
@@ -276,7 +231,7 @@ fn stress_points(units: &mut Units) -> Result<Vec<[f64; 2]>, ParticipantError> {
     }
 }
 
-/// What moves the ground, and its peak.
+/// Source and peak of the ground motion.
 fn ground_line(motion: &GroundMotion) -> String {
     let samples = motion.acceleration().iter().enumerate();
     let (index, peak) = samples.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).unwrap_or((0, &0.0));
@@ -284,7 +239,7 @@ fn ground_line(motion: &GroundMotion) -> String {
     format!("{:<10} {source}: peak {:.3} g at {time:.2} s", "ground", peak / STANDARD_GRAVITY)
 }
 
-/// Names the damping, without which no sliding may be quoted, and what is computed if that is not all.
+/// Lines that name the damping model, which belongs to every value of sliding, and the fidelity if it is not the full one.
 fn dam_lines(loaded: &LoadedScene, units: &mut Units) -> Result<String, ParticipantError> {
     let Some(dam) = &loaded.scene.dam else { return Ok(String::new()) };
     let percent = 100.0 * dam.damping.ratio;

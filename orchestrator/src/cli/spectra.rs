@@ -11,13 +11,13 @@ use std::path::Path;
 
 /// Damping ratio of the oscillators.
 const DAMPING: f64 = 0.05;
-/// Shortest and longest period, s, and number of periods, a factor apart.
+/// Shortest and longest period, s, and number of periods, at equal ratios.
 const PERIODS: (f64, f64, i32) = (0.03, 3.0, 81);
 
 /// Writes `response_spectra.csv` and `.svg` of the ground and of the crest (horizontal, total acceleration) into
-/// `folder`; nothing of a run without a dam, or without a step.
+/// `folder`; writes nothing for a run without a dam or without a step.
 ///
-/// **Errors**: what the system or the drawing says.
+/// **Errors**: of the system or the drawing.
 pub fn write(folder: &Path, histories: &Histories) -> Result<(), Box<dyn Error + Send + Sync>> {
     let column = |name: &str| histories.column(name).unwrap_or(&[]);
     let [time, ground, crest] = ["time", "ground_acceleration.x", "dam.crest_acceleration.x"].map(column);
@@ -25,7 +25,7 @@ pub fn write(folder: &Path, histories: &Histories) -> Result<(), Box<dyn Error +
         return Ok(());
     }
     let intervals: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    // linear over a step, as the units have it; the crest's is a mean
+    // The ground acceleration is linear over a step, as in the units; that of the crest is a mean.
     let ground: Vec<f64> = ground.windows(2).map(|pair| (pair[0] + pair[1]) / 2.0).collect();
     let (shortest, longest, count) = PERIODS;
     let ratio = (longest / shortest).powf(1.0 / f64::from(count - 1));

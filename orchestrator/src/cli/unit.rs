@@ -16,7 +16,7 @@ enum UnitError {
     Registry(#[from] RegistryError),
 }
 
-/// Makes the unit that the orchestrator asks for and serves it until the run is over.
+/// Makes the unit of the orchestrator's task and serves it until the run is over.
 pub fn unit(arguments: &Unit) -> ExitCode {
     host(|task| make(arguments.unit.into(), task))
 }

@@ -1,18 +1,18 @@
-/// Growth of the residual over the smallest of the step that counts as divergence.
+/// Growth of the residual over its smallest value in the step that counts as divergence.
 const DIVERGENCE: f64 = 1e6;
-/// Iterations in which the residual does not fall to this share of what it was that count as stagnation.
+/// Stagnation: in so many iterations the residual does not decrease to this share of its value.
 const PATIENCE: usize = 30;
 const PROGRESS: f64 = 0.99;
-/// A residual that rests below so many rounding floors rests because of rounding.
+/// A residual that stagnates below this multiple of the rounding floor stagnates because of rounding.
 const FLOORS: f64 = 30.0;
 
-/// Watches the iterations of a communication step that has not converged: will it ever?
+/// Watches the iterations of a communication step and recognises those that cannot converge.
 ///
-/// It never declares convergence; it only tells, and names, when going on is in vain.
+/// It never declares convergence; it only reports why further iterations are useless.
 #[derive(Clone, Debug, Default)]
 pub struct Guard {
     smallest: Option<f64>,
-    /// The residual that progress is measured from.
+    /// Residual from which the decrease is measured.
     mark: f64,
     since_progress: usize,
 }
@@ -28,7 +28,7 @@ pub enum Hopeless {
         /// Smallest residual of the step, Pa.
         smallest: f64,
     },
-    /// The residual gets no smaller.
+    /// The residual no longer decreases.
     #[error(
         "stagnates: in {iterations} iterations the residual did not fall below {smallest:.3e} Pa by a hundredth"
     )]
@@ -38,7 +38,7 @@ pub enum Hopeless {
         /// Smallest residual of the step, Pa.
         smallest: f64,
     },
-    /// The residual gets no smaller, because the units cannot answer more exactly.
+    /// The residual no longer decreases because of the rounding of the units.
     #[error(
         "stagnates at {smallest:.3e} Pa, the rounding floor of the units: pressures changed by rounding change the \
          residual by {floor:.3e} Pa; the tolerance asks for more digits than there are"
@@ -49,7 +49,7 @@ pub enum Hopeless {
         /// The rounding floor, Pa.
         floor: f64,
     },
-    /// A pressure beyond anything that can be.
+    /// A pressure above the largest possible one.
     #[error(
         "left all bounds: a pressure of {pressure:.3e} Pa was answered, {bound:.3e} Pa is the most that can be"
     )]
@@ -62,7 +62,7 @@ pub enum Hopeless {
 }
 
 impl Hopeless {
-    /// What may help.
+    /// The remedy.
     pub fn remedy(&self) -> &'static str {
         match self {
             Self::Diverging { .. } | Self::Stagnating { .. } => {
@@ -77,8 +77,8 @@ impl Hopeless {
 }
 
 impl Guard {
-    /// Looks at an iteration that did not converge: its residual ‖p̃ − p‖₂ (Pa), for `unknowns` pressures; `floor` is the
-    /// change of the residual by rounding (Pa), where it was measured.
+    /// Checks an iteration that did not converge: its residual ‖p̃ − p‖₂ (Pa), for `unknowns` pressures; `floor` is
+    /// the change of the residual by rounding (Pa), where it was measured.
     ///
     /// **Errors**: [`Hopeless::Diverging`], [`Hopeless::Stagnating`], [`Hopeless::RoundingFloor`].
     pub fn observe(&mut self, residual: f64, unknowns: usize, floor: Option<f64>) -> Result<(), Hopeless> {
@@ -89,12 +89,13 @@ impl Guard {
             self.since_progress += 1;
         }
         self.smallest = Some(smallest.min(residual));
-        // A residual of zero says nothing of the size of the next.
+        // A residual of zero is no scale for the next.
         let grown = smallest > 0.0 && residual > DIVERGENCE * smallest;
         if grown || !residual.is_finite() {
             Err(Hopeless::Diverging { residual, smallest })
         } else if self.since_progress >= PATIENCE.max(2 * unknowns) {
-            // Quasi-Newton schemes may rest while they learn as many directions as there are unknowns.
+            // Quasi-Newton schemes may stagnate until they have differences in as many directions as there are
+            // unknowns.
             let (iterations, smallest) = (self.since_progress, smallest.min(residual));
             Err(match floor.filter(|floor| smallest <= FLOORS * floor) {
                 Some(floor) => Hopeless::RoundingFloor { smallest, floor },

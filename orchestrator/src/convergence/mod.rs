@@ -1,4 +1,4 @@
-//! When a communication step counts as converged, and when it is in vain to go on.
+//! When a communication step counts as converged, and when further iterations are useless.
 
 mod guard;
 
@@ -7,7 +7,7 @@ pub use guard::{Guard, Hopeless};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What must be small for a communication step to be converged. All that a scene lists must be.
+/// Measures of convergence. A communication step has converged when all measures that the scene lists are small.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Measure {
@@ -16,16 +16,16 @@ pub enum Measure {
     Pressure,
     /// The same against the residual of the step's first iteration: `‖r‖₂ ≤ ε ‖r₁‖₂ + p_ref`.
     Residual,
-    /// The change of displacement from iteration j − 1 to j: `max_i |u_i^{j} − u_i^{j−1}| / (|u_i^{j−1}| + u_ref) ≤ ε`
-    /// over the points of the wet face, the paper's eq. 15 with an absolute scale, so that rest is no 0/0. It tells how
-    /// far iteration j − 1 was from the solution: a scheme that converges fast takes one iteration more for it.
+    /// The change of displacement from iteration j − 1 to j: `max_i |u_i^{j} − u_i^{j−1}| / (|u_i^{j−1}| + u_ref) ≤
+    /// ε` over the points of the wet face, the paper's eq. 15 with an absolute scale, which avoids 0/0 at rest. It
+    /// shows how far iteration j − 1 was from the solution, so that a fast scheme needs one more iteration with it.
     Displacement,
 }
 
 /// The measures of convergence and their tolerance.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ConvergenceMeasure {
-    /// What must be small.
+    /// The measures.
     pub measures: Vec<Measure>,
     /// ε, dimensionless.
     pub tolerance: f64,
@@ -33,7 +33,7 @@ pub struct ConvergenceMeasure {
     pub displacement_scale: f64,
     /// p_ref, Pa.
     pub pressure_floor: f64,
-    /// Largest pressure that can be, Pa.
+    /// Largest possible pressure, Pa.
     pub pressure_bound: f64,
 }
 
@@ -44,14 +44,14 @@ pub struct Residuals {
     pub displacement: f64,
     /// ‖p̃ − p‖₂, Pa.
     pub pressure: f64,
-    /// ‖p̃ − p‖₂ over what is allowed beside the pressure; converged at ≤ 1.
+    /// ‖p̃ − p‖₂ over its limit by the pressure; converged at ≤ 1.
     pub pressure_ratio: f64,
-    /// The same over what is allowed beside the step's first residual.
+    /// ‖p̃ − p‖₂ over its limit by the step's first residual; converged at ≤ 1.
     pub residual_ratio: f64,
 }
 
 impl Residuals {
-    /// The larger of both in every measure.
+    /// The larger value of each measure.
     pub fn or_larger(&self, other: &Self) -> Self {
         Self {
             displacement: largest(self.displacement, other.displacement),
@@ -95,20 +95,20 @@ impl ConvergenceMeasure {
         let pressure = norm(given.iter().zip(answered).map(|(p, q)| q - p));
         let allowed = self.tolerance * norm(answered.iter().copied()) + self.pressure_floor;
         let allowed_of_first = self.tolerance * first.unwrap_or(pressure) + self.pressure_floor;
-        // At rest with a floor of zero nothing is asked and nothing is left.
+        // At rest with p_ref = 0, both residual and limit are zero.
         let over = |allowed: f64| if pressure == 0.0 { 0.0 } else { pressure / allowed };
         let (pressure_ratio, residual_ratio) = (over(allowed), over(allowed_of_first));
         Residuals { displacement, pressure, pressure_ratio, residual_ratio }
     }
 
-    /// The first pressure (Pa) that is beyond all bounds.
+    /// The first pressure (Pa) that exceeds the largest possible one.
     pub fn unbounded(&self, answered: &[f64]) -> Option<Hopeless> {
         let bound = self.pressure_bound;
         let beyond = answered.iter().copied().find(|p| p.is_nan() || p.abs() > bound);
         beyond.map(|pressure| Hopeless::Unbounded { pressure, bound })
     }
 
-    /// All measures hold; a residual that is not finite never does.
+    /// Whether all measures hold; a residual that is not finite never does.
     pub fn converged(&self, residuals: &Residuals) -> bool {
         let holds = |measure: &Measure| match measure {
             Measure::Pressure => residuals.pressure_ratio <= 1.0,

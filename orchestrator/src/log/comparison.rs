@@ -4,20 +4,20 @@ use std::collections::BTreeMap;
 use std::fmt;
 use toml::{Table, Value};
 
-/// Two logs beside each other.
+/// Result of comparing two logs.
 ///
-/// Wall times, the program's version and what the units said are not compared.
+/// Wall times, the program's version and messages of the units are not compared.
 #[derive(Debug)]
 pub struct Comparison {
-    /// What was run differently: keys of the scene, units, ground motion.
+    /// Differences of the settings: keys of the scene, units, ground motion.
     pub settings: Vec<KeyDifference>,
     /// Exchanges that are identical, up to the first difference.
     pub identical: u64,
-    /// How both logs end; a log whose end was not reached has none.
+    /// How both logs end; `None` if the end was not reached.
     pub endings: [Option<String>; 2],
-    /// Where the exchanges part, if not because one log has no more of them.
+    /// The first difference of the exchanges, unless one log only has fewer of them.
     pub divergence: Option<Divergence>,
-    /// Why a log could not be read on.
+    /// Why a log could not be read further.
     pub error: Option<LogReadError>,
 }
 
@@ -117,7 +117,7 @@ fn difference(
     })
 }
 
-/// Everything that was set differently: the scenes key by key, the units, the ground motion.
+/// All differences of the settings: the scenes key by key, the units, the ground motion.
 fn settings(logs: [&Log; 2]) -> Vec<KeyDifference> {
     let all = logs.map(|log| {
         let head = log.head();
@@ -146,7 +146,7 @@ fn settings(logs: [&Log; 2]) -> Vec<KeyDifference> {
     differing
 }
 
-/// The first sample of the ground motion that differs: thousands would hide the rest.
+/// The first sample of the ground motion that differs; a list of all would be too long.
 fn first_sample(motions: [&[f64]; 2]) -> Option<KeyDifference> {
     let bits = |motion: &[f64], index: usize| motion.get(index).map(|v| v.to_bits());
     let samples = motions[0].len().max(motions[1].len());

@@ -1,16 +1,16 @@
-//! Messages read by the schema that stands in the file: fields by their names, whatever their numbers.
+//! Reads messages by the schema in the file: fields are found by name, not by number.
 
 use prost::DecodeError;
 use prost::encoding::{self, DecodeContext};
 use prost_types::field_descriptor_proto::{Label, Type};
 use prost_types::{DescriptorProto, FileDescriptorSet};
 
-/// What a field is wanted as.
+/// Type in which a field is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wanted {
     /// A whole number, or an enumeration; a negative one counts as 0.
     Unsigned,
-    /// A truth value.
+    /// A Boolean.
     Bool,
     /// One number.
     Double,
@@ -48,13 +48,13 @@ pub enum Mismatch {
         field: String,
         /// Its type in the schema.
         found: Type,
-        /// What it is wanted as.
+        /// The type in which it is read.
         wanted: Wanted,
     },
     /// A message whose bytes do not follow the schema.
     #[error("a message is damaged: {0}")]
     Bytes(#[from] DecodeError),
-    /// Another number of values than the unit's layout says.
+    /// The number of values differs from the unit's layout.
     #[error("`{variable}` has {found} values, the unit's layout says {expected}")]
     Length {
         /// Name of the variable.
@@ -64,8 +64,8 @@ pub enum Mismatch {
         /// Number of values in the message.
         found: usize,
     },
-    /// A value that means nothing.
-    #[error("`{field}` is `{value}`, which means nothing here")]
+    /// An invalid value.
+    #[error("`{field}` is `{value}`, which is not valid here")]
     Value {
         /// Name of the field.
         field: &'static str,
@@ -120,9 +120,9 @@ impl Schema {
         found.map(|message| Self(message.clone())).ok_or_else(|| Mismatch::Type(name.to_owned()))
     }
 
-    /// A decoder of `wanted`, whose values are then asked for by their places in this list.
+    /// A decoder of the fields `wanted`; their values are then read by their places in this list.
     ///
-    /// **Errors**: a field that is missing or cannot be read as wanted.
+    /// **Errors**: a field is missing or cannot be read in this type.
     pub fn decoder<'a>(
         &self,
         wanted: impl IntoIterator<Item = (&'a str, Wanted)>,
@@ -158,7 +158,7 @@ impl Schema {
 }
 
 impl Decoder {
-    /// Reads a message; a field that is not written has the value that protobuf gives it.
+    /// Reads a message; a missing field has the default value of protobuf.
     pub fn read(&mut self, mut bytes: &[u8]) -> Result<(), Mismatch> {
         for field in &self.fields {
             match &mut self.values[field.slot] {
@@ -198,12 +198,12 @@ impl Decoder {
         Ok(())
     }
 
-    /// The whole number at `place` of what is wanted.
+    /// The whole number at `place` in the list.
     pub fn unsigned(&self, place: usize) -> u64 {
         if let Value::Unsigned(value) = self.values[place] { value } else { 0 }
     }
 
-    /// The truth value at `place`.
+    /// The Boolean at `place`.
     pub fn bool(&self, place: usize) -> bool {
         matches!(self.values[place], Value::Bool(true))
     }

@@ -1,4 +1,5 @@
 use super::decode::Mismatch;
+use crate::observer::ObserverError;
 use std::path::PathBuf;
 
 /// A log that cannot be written.
@@ -9,7 +10,7 @@ pub enum LogError {
     Create {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         cause: std::io::Error,
     },
     /// Writing failed.
@@ -17,10 +18,10 @@ pub enum LogError {
     Write {
         /// The file.
         path: PathBuf,
-        /// What the writer said.
+        /// The error of the writer.
         cause: mcap::McapError,
     },
-    /// The writing thread ended without a word.
+    /// The writing thread ended without an error.
     #[error("{}: the thread that writes the log ended", path.display())]
     Stopped {
         /// The file.
@@ -28,7 +29,13 @@ pub enum LogError {
     },
 }
 
-/// A log that cannot be read, or not to its end; what came before the place named is sound.
+impl From<LogError> for ObserverError {
+    fn from(error: LogError) -> Self {
+        Self::Other(Box::new(error))
+    }
+}
+
+/// Why a log cannot be read, or not to its end. Entries before the given place are valid.
 #[derive(Debug, thiserror::Error)]
 pub enum LogReadError {
     /// The file cannot be opened.
@@ -36,32 +43,32 @@ pub enum LogReadError {
     Open {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         cause: std::io::Error,
     },
-    /// The system cannot read on.
+    /// The system cannot read further.
     #[error("{}: byte {position}: {cause}; copy the log to another disk", path.display())]
     Read {
         /// The file.
         path: PathBuf,
         /// Where, bytes from the beginning.
         position: u64,
-        /// What the system said.
+        /// The error of the system.
         cause: std::io::Error,
     },
-    /// Pipes and devices have no length, and cannot be read twice.
+    /// The file is a pipe or a device, which has no length and cannot be read twice.
     #[error("{}: is no regular file; copy it to one", path.display())]
     Irregular {
-        /// What was given.
+        /// The path.
         path: PathBuf,
     },
-    /// Nothing is in the file.
+    /// The file is empty.
     #[error("{}: the file is empty; its run ended before it wrote anything, run it again", path.display())]
     Empty {
         /// The file.
         path: PathBuf,
     },
-    /// The file begins otherwise than MCAP.
+    /// The file does not begin like MCAP.
     #[error(
         "{}: byte 0: this is no MCAP file; give the log.mcap of a run, or the run's folder", path.display()
     )]
@@ -77,14 +84,14 @@ pub enum LogReadError {
     Foreign {
         /// The file.
         path: PathBuf,
-        /// Where that was noticed, bytes from the beginning.
+        /// Where this was found, bytes from the beginning.
         position: u64,
-        /// What the file says of the program that wrote it.
+        /// The program that wrote it, as the file says.
         library: String,
         /// Topic that is missing.
         topic: &'static str,
     },
-    /// The file ends before it says what was run.
+    /// The file ends before the data of the run are complete.
     #[error(
         "{}: byte {position}: the log is cut short before it says what was run; nothing can be read from it, \
          run the scene again", path.display()
@@ -92,10 +99,10 @@ pub enum LogReadError {
     Headless {
         /// The file.
         path: PathBuf,
-        /// Where it breaks off, bytes from the beginning.
+        /// Where it is cut off, bytes from the beginning.
         position: u64,
     },
-    /// The scene in the log is none that this program knows.
+    /// This version cannot read the scene in the log.
     #[error(
         "{}: the scene in the log is not one of this version: {message}; read it with cofferdam {version} \
          (commit {commit}), which wrote it", path.display()
@@ -103,7 +110,7 @@ pub enum LogReadError {
     Scene {
         /// The file.
         path: PathBuf,
-        /// What the parser said.
+        /// The error of the parser.
         message: String,
         /// Version that wrote the log.
         version: String,
@@ -120,7 +127,7 @@ pub enum LogReadError {
         /// What is wrong.
         cause: String,
     },
-    /// A topic's messages cannot be read as what they should be.
+    /// The messages of a topic do not have the expected type.
     #[error(
         "{}: byte {position}: topic `{topic}`: {mismatch}; read the log with the version that wrote it", path.display()
     )]

@@ -1,4 +1,4 @@
-//! `foxglove.Log`: what units say, in the message type that viewers show in their log panels.
+//! `foxglove.Log`: messages of units, in the type that viewers show in their log panels.
 
 use crate::participant::{Level, Message};
 use prost_types::field_descriptor_proto::{Label, Type};
@@ -14,7 +14,7 @@ const LEVELS: [&str; 6] = ["UNKNOWN", "DEBUG", "INFO", "WARNING", "ERROR", "FATA
 /// Name of the type of its timestamp.
 pub const TIMESTAMP: &str = "google.protobuf.Timestamp";
 
-/// A message as it is written; `step` and `iteration` are fields that Foxglove's own type does not have.
+/// A message as it is written; the fields `step` and `iteration` are additions to Foxglove's type.
 #[derive(Clone, PartialEq, prost::Message)]
 struct Log {
     #[prost(message, optional, tag = "1")]

@@ -1,18 +1,18 @@
-//! What a log says before its first exchange.
+//! The part of a log before its first exchange.
 
 use super::LogReadError;
 use super::decode::{Mismatch, Schema, Wanted};
 use super::stream::{Channel, Next, Stream};
-use crate::participant::{self, Layout};
+use crate::participant::{self, ChannelShape, Layout};
 use crate::scene::Scene;
 use crate::scheme::Side;
 
-/// What was run, by whom.
+/// The run and the program.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Head {
     /// The scene with all defaults.
     pub scene: Scene,
-    /// The same as it stands in the log, TOML.
+    /// The same as text in the log, TOML.
     pub scene_text: String,
     /// Version of the program.
     pub version: String,
@@ -20,7 +20,7 @@ pub struct Head {
     pub commit: String,
     /// The dam and the reservoir.
     pub units: [LoggedUnit; 2],
-    /// What moved the ground.
+    /// The ground motion.
     pub ground_motion: LoggedGroundMotion,
 }
 
@@ -29,9 +29,9 @@ pub struct Head {
 pub struct LoggedUnit {
     /// Name in topics and messages.
     pub name: String,
-    /// What stood behind the name: solver and version.
+    /// Solver and version.
     pub solver: String,
-    /// Hash of everything it was made from, in hexadecimal digits.
+    /// Hash of everything that the unit was made from, in hexadecimal digits.
     pub fingerprint: String,
     /// Layout of a request.
     pub inputs: Layout,
@@ -39,10 +39,10 @@ pub struct LoggedUnit {
     pub outputs: Layout,
 }
 
-/// What moved the ground.
+/// The ground motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoggedGroundMotion {
-    /// Where it came from.
+    /// Its source.
     pub source: String,
     /// Time between two samples, s.
     pub interval: f64,
@@ -56,7 +56,7 @@ impl Head {
         &self.units[side as usize]
     }
 
-    /// Reads on until everything is known.
+    /// Reads until everything is known.
     pub(super) fn read(stream: &mut Stream, path: &std::path::Path) -> Result<Self, LogReadError> {
         let mut parts = Parts::default();
         loop {
@@ -116,7 +116,7 @@ struct Parts {
 }
 
 impl Parts {
-    /// Takes a message if it belongs to the head; says whether it does.
+    /// Takes a message if it belongs to the head; returns whether it does.
     fn take(&mut self, channel: &Channel, data: &[u8]) -> Result<bool, Mismatch> {
         let schema = || Schema::find(&channel.schema, &channel.descriptor);
         match &*channel.topic {
@@ -180,7 +180,7 @@ fn unit(schema: &Schema, data: &[u8]) -> Result<LoggedUnit, Mismatch> {
                 value_reference: number(1, "value_reference")?,
                 unit: variable.text(2),
                 size: size as usize,
-                array,
+                shape: if array { ChannelShape::List } else { ChannelShape::Scalar },
             });
         }
         Ok(Layout::new(channels))

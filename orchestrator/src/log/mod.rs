@@ -1,7 +1,8 @@
-//! The log: every request and every answer, as protobuf messages in MCAP; written, read and compared.
+//! The log: every request and every answer as protobuf messages in MCAP. Logs are written, read and compared here.
 
 mod comparison;
 mod decode;
+mod entry;
 mod error;
 mod foxglove;
 mod head;
@@ -16,10 +17,11 @@ mod writer;
 
 pub use comparison::{Comparison, KeyDifference, compare};
 pub use decode::{Mismatch, Wanted};
+pub use entry::{Entry, LoggedEnd, LoggedExchange, LoggedStep};
 pub use error::{LogError, LogReadError};
 pub use head::{Head, LoggedGroundMotion, LoggedUnit};
 pub use overview::Overview;
-pub use reader::{Entries, Entry, Log, LoggedEnd, LoggedExchange, LoggedStep, Traffic};
+pub use reader::{Entries, Log, Traffic};
 pub use schema::{Kind, MessageType, Value};
 pub use worst::worst;
 pub use writer::{LogWriter, Preamble};

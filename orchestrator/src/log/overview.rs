@@ -3,20 +3,20 @@ use crate::participant::Level;
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// What a log holds, counted.
+/// Summary of a log.
 #[derive(Debug, Default)]
 pub struct Overview {
     /// Communication steps that were taken.
     pub steps: u64,
-    /// Those among them that did not converge.
+    /// Number of them that did not converge.
     pub unconverged: u64,
-    /// Time reached by them, s.
+    /// Time reached, s.
     pub time: f64,
-    /// Iterations of all steps, and the most of one.
+    /// Iterations of all steps, and the largest number of one step.
     pub iterations: [u64; 2],
     /// Exchanges.
     pub exchanges: u64,
-    /// Those among them without an answer.
+    /// Number of them without an answer.
     pub unanswered: u64,
     /// Messages of the units by level: debug, information, warning, error.
     pub messages: [u64; 4],
@@ -26,9 +26,9 @@ pub struct Overview {
     pub size: u64,
     /// How the run ended; `None` if the log is cut short or damaged.
     pub end: Option<LoggedEnd>,
-    /// Where it is cut short, bytes from the beginning.
+    /// Where it is cut off, bytes from the beginning.
     pub cut: Option<u64>,
-    /// Why it could not be read to its end; what came before is counted.
+    /// Why it could not be read to its end; entries before the error are counted.
     pub error: Option<LogReadError>,
 }
 

@@ -1,12 +1,11 @@
-//! The log of a run, read as typed entries in the order of the file, values bit for bit.
+//! Reads the log of a run as typed entries in the order of the file, values bit for bit.
 
 use super::LogReadError;
 use super::decode::Mismatch;
+use super::entry::{Entry, LoggedExchange};
 use super::head::Head;
 use super::stream::{Next, Raw, Stream};
 use super::topic::{Part, Topic};
-use crate::participant::{Message, Occasion};
-use crate::scheme::Side;
 use std::collections::{BTreeMap, HashMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -30,60 +29,6 @@ pub struct Log {
     head: Arc<Head>,
 }
 
-/// A request and its answer.
-#[derive(Clone, Debug, PartialEq)]
-pub struct LoggedExchange {
-    /// Unit that was asked.
-    pub side: Side,
-    /// Which of its steps.
-    pub occasion: Occasion,
-    /// The values that the run went on with.
-    pub accepted: bool,
-    /// Number of the exchange in its run, from 1.
-    pub sequence: u32,
-    /// The request, in the order of the unit's input layout.
-    pub inputs: Vec<f64>,
-    /// The answer, in the order of the unit's output layout; `None` if the unit failed and gave none.
-    pub outputs: Option<Vec<f64>>,
-}
-
-/// A communication step that was taken, or tried.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LoggedStep {
-    /// The step; its iteration is the number of iterations.
-    pub occasion: Occasion,
-    /// The run went on with it.
-    pub accepted: bool,
-    /// The units agreed as closely as was asked.
-    pub converged: bool,
-    /// Pressure residual of its last iteration, Pa.
-    pub residual: f64,
-}
-
-/// How a run ended.
-#[derive(Clone, Debug, PartialEq)]
-pub struct LoggedEnd {
-    /// `completed`, `interrupted`, or `failed: ` and why.
-    pub status: String,
-    /// Time reached, s.
-    pub time: f64,
-}
-
-/// One entry of a log.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Entry {
-    /// A request and its answer.
-    Exchange(LoggedExchange),
-    /// The end of a step, after its exchanges.
-    Step(LoggedStep),
-    /// Something that a unit said.
-    Message(Message),
-    /// The end of the run; nothing follows.
-    End(LoggedEnd),
-    /// The file breaks off at this byte, and the run's end with it; nothing follows.
-    Cut(u64),
-}
-
 /// Messages of a topic, and their bytes before compression.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Traffic {
@@ -94,9 +39,9 @@ pub struct Traffic {
 }
 
 impl Log {
-    /// Opens the log `path`, or that in the folder `path`, and reads what was run.
+    /// Opens the log `path`, or the log in the folder `path`, and reads its head.
     ///
-    /// **Errors**: what the file is instead of a log, or where it breaks off.
+    /// **Errors**: the file is not a log, or is cut off before the first exchange.
     pub fn open(path: &Path) -> Result<Self, LogReadError> {
         let path = if path.is_dir() { path.join("log.mcap") } else { path.to_owned() };
         let head = Head::read(&mut Stream::open(&path)?, &path)?;
@@ -108,12 +53,12 @@ impl Log {
         &self.path
     }
 
-    /// What was run.
+    /// The head.
     pub fn head(&self) -> &Head {
         &self.head
     }
 
-    /// The entries, from the first exchange on; each call reads the file anew.
+    /// The entries from the first exchange on; each call reads the file again.
     pub fn entries(&self) -> Result<Entries, LogReadError> {
         Ok(Entries {
             path: self.path.clone(),
@@ -130,16 +75,16 @@ impl Log {
     }
 }
 
-/// Reads a log entry by entry. After an error there are no more.
+/// Reads a log entry by entry; an error is the last entry.
 pub struct Entries {
     path: PathBuf,
     head: Arc<Head>,
     stream: Stream,
     topics: HashMap<u16, (Topic, Traffic)>,
     request: Option<LoggedExchange>,
-    /// A request of the other unit that came before, and has no answer: both units failed at once.
+    /// An earlier request to the other unit without an answer: both units failed at once.
     silent: Option<LoggedExchange>,
-    /// What follows a request without an answer, until it is sure that the run has ended there.
+    /// Entries after a request without an answer, until it is certain that the run ended there.
     held: Vec<Entry>,
     waiting: VecDeque<Entry>,
     sequence: u32,
@@ -160,7 +105,7 @@ impl Entries {
         self.stream.size()
     }
 
-    /// The next entry; none may be asked for behind an error, the end or the cut.
+    /// The next entry; must not be called after an error, the end or the cut.
     pub(super) fn read(&mut self) -> Result<Entry, LogReadError> {
         loop {
             if let Some(entry) = self.waiting.pop_front() {
@@ -185,7 +130,7 @@ impl Entries {
         Ok(())
     }
 
-    /// Lets go a request that has no answer, and what follows it.
+    /// Releases a request that has no answer, and the entries after it.
     fn release(&mut self) {
         self.waiting.extend(self.silent.take().map(Entry::Exchange));
         self.waiting.extend(self.request.take().map(Entry::Exchange));
@@ -259,7 +204,7 @@ impl Entries {
         Ok(())
     }
 
-    /// Only the last request of a run that failed may lack its answer, or that to either unit.
+    /// Only the last request of a failed run, or the last one to each unit, may have no answer.
     fn answered(&self) -> Result<(), LogReadError> {
         let missing =
             |r: &LoggedExchange| Err(self.damaged(format!("exchange {} has no answer", r.sequence)));

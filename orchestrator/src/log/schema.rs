@@ -1,5 +1,5 @@
-//! Protobuf message types that are made at run time from a unit's variables, so that a
-//! viewer shows the variables by name, whatever unit takes part.
+//! Protobuf message types made at run time from the variables of a unit, so that viewers show the variables of any
+//! unit by name.
 
 use prost_types::field_descriptor_proto::{Label, Type};
 use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet};
@@ -53,7 +53,7 @@ impl MessageType {
         Self { name: name.to_owned(), fields }
     }
 
-    /// Name with package, as a log's schema carries it.
+    /// Name with package, as in the schema of a log.
     pub fn full_name(&self) -> String {
         format!("{PACKAGE}.{}", self.name)
     }
@@ -70,7 +70,7 @@ impl MessageType {
         prost::Message::encode_to_vec(&FileDescriptorSet { file: vec![file] })
     }
 
-    /// The descriptor of the type inside `scope`, those of the messages in it included.
+    /// The descriptor of the type inside `scope`, including those of nested messages.
     fn descriptor(&self, scope: &str) -> DescriptorProto {
         let scope = format!("{scope}.{}", self.name);
         let field = |(index, (name, kind)): (usize, &(String, Kind))| FieldDescriptorProto {
@@ -109,7 +109,7 @@ impl MessageType {
         }
     }
 
-    /// A message with `values`, one a field in the order of the fields.
+    /// A message with `values`, one for each field in order.
     pub fn encode<'a>(&self, values: impl IntoIterator<Item = Value<'a>>) -> Vec<u8> {
         let mut bytes = Vec::with_capacity(512);
         let mut fields = self.fields.iter();

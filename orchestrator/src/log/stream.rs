@@ -1,4 +1,4 @@
-//! The messages of an MCAP file in the order in which they were written, up to where the file breaks off.
+//! The messages of an MCAP file in the order in which they were written, up to the end or the cut of the file.
 
 use super::LogReadError;
 use mcap::records::{Record, op};
@@ -8,7 +8,7 @@ use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
-/// A message as it lies in the file.
+/// A message as stored in the file.
 pub struct Raw {
     /// Number of its channel.
     pub channel: u16,
@@ -38,19 +38,19 @@ pub struct Channel {
     pub descriptor: Vec<u8>,
 }
 
-/// Reads a file record by record; no more than a chunk is held.
+/// Reads a file record by record; holds no more than one chunk.
 pub struct Stream {
     path: PathBuf,
     file: BufReader<File>,
     size: u64,
-    /// Place of the record read last.
+    /// Place of the last record read.
     position: u64,
-    /// Place of the one behind it.
+    /// Place of the next record.
     next_record: u64,
     records: LinearReader,
     waiting: VecDeque<Raw>,
     ended: bool,
-    /// The writer has finished the file: nothing may be missing from it.
+    /// Whether the writer finished the file, so that nothing may be missing.
     finished: bool,
     library: String,
     schemas: HashMap<u16, (String, Vec<u8>)>,
@@ -59,14 +59,14 @@ pub struct Stream {
 
 /// Opcode and length of a record.
 const FRAME: u64 = 9;
-/// Longest record and chunk, bytes: longer ones come from damaged lengths.
+/// Longest record and chunk, bytes; a longer one has a damaged length.
 const LONGEST: usize = 1 << 28;
 
 impl Stream {
     /// Opens the file `path`, which must begin as MCAP does.
     pub fn open(path: &Path) -> Result<Self, LogReadError> {
         let failed = |cause| LogReadError::Open { path: path.to_owned(), cause };
-        // Asked before it is opened: that of a pipe waits for a writer.
+        // Checked before opening, because opening a pipe waits for a writer.
         let metadata = std::fs::metadata(path).map_err(failed)?;
         if !metadata.is_file() {
             return Err(LogReadError::Irregular { path: path.to_owned() });
@@ -110,12 +110,12 @@ impl Stream {
         })
     }
 
-    /// What the file says of the program that wrote it.
+    /// The program that wrote the file, as the file says.
     pub fn library(&self) -> &str {
         &self.library
     }
 
-    /// Place of the record that held what came last, or where the file breaks off, bytes from the beginning.
+    /// Place of the record with the last message, or of the cut, bytes from the beginning.
     pub fn position(&self) -> u64 {
         self.position
     }
@@ -125,7 +125,7 @@ impl Stream {
         self.size
     }
 
-    /// The writer has finished the file.
+    /// Whether the writer finished the file.
     pub fn finished(&self) -> bool {
         self.finished
     }
@@ -135,7 +135,7 @@ impl Stream {
         self.channels.get(&number)
     }
 
-    /// What comes next.
+    /// The next item.
     ///
     /// **Errors**: the file cannot be read; a record or a chunk is damaged.
     pub fn next(&mut self) -> Result<Next, LogReadError> {
@@ -155,7 +155,7 @@ impl Stream {
         }
     }
 
-    /// Reads the next record of the file, chunks whole; false where there is none, or only a part of one.
+    /// Reads the next record of the file, a chunk as a whole; false if there is none or only a part of one.
     fn read_record(&mut self) -> Result<bool, LogReadError> {
         self.position = self.next_record;
         let remaining = self.size.saturating_sub(self.next_record);
@@ -166,7 +166,7 @@ impl Stream {
         self.read_exactly(&mut frame)?;
         let [opcode, length @ ..] = frame;
         let length = u64::from_le_bytes(length);
-        // A chunk that was being written has no length yet; a crash may leave zeros.
+        // A chunk that was not finished has no length; a crash may leave zeros.
         if opcode == 0 || length > remaining - FRAME {
             return Ok(false);
         }

@@ -1,9 +1,9 @@
-//! What the messages of a topic are, read by the schema in the file.
+//! Reads the messages of a topic by the schema in the file.
 
 use super::decode::{Decoder, Mismatch, Schema, Wanted};
+use super::entry::{Entry, LoggedEnd, LoggedExchange, LoggedStep};
 use super::foxglove;
 use super::head::LoggedUnit;
-use super::reader::{Entry, LoggedEnd, LoggedExchange, LoggedStep};
 use super::stream::{Channel, Raw};
 use crate::participant::{Layout, Message, Occasion};
 use crate::scheme::Side;
@@ -29,13 +29,13 @@ const OCCASION: [(&str, Wanted); 6] = [
 ];
 
 impl Topic {
-    /// The topic of a channel; one that is not known is skipped.
+    /// The topic of a channel; an unknown one is skipped.
     pub fn of(channel: &Channel, units: &[LoggedUnit; 2]) -> Result<Self, Mismatch> {
         let schema = || Schema::find(&channel.schema, &channel.descriptor);
         let exchange = |layout: &Layout| {
-            let variables = layout
-                .channels()
-                .map(|(c, _)| (c.name.as_str(), if c.array { Wanted::Doubles } else { Wanted::Double }));
+            let variables = layout.channels().map(|(c, _)| {
+                (c.name.as_str(), if c.shape.is_array() { Wanted::Doubles } else { Wanted::Double })
+            });
             schema()?.decoder(OCCASION.into_iter().chain(variables))
         };
         for (side, unit) in [Side::Dam, Side::Reservoir].into_iter().zip(units) {
@@ -77,7 +77,7 @@ impl Topic {
     }
 }
 
-/// What a message gives: half an exchange, or a whole entry.
+/// Content of a message: half an exchange, or a whole entry.
 pub enum Part {
     Request(LoggedExchange),
     Answer(LoggedExchange),
@@ -153,8 +153,8 @@ fn exchange(
     let mut values = Vec::new();
     for (index, (channel, _)) in layout.channels().enumerate() {
         let found = decoder.doubles(OCCASION.len() + index);
-        match (channel.array, found) {
-            // Protobuf leaves a zero out.
+        match (channel.shape.is_array(), found) {
+            // Protobuf does not write a zero.
             (false, []) => values.push(0.0),
             (false, [.., value]) => values.push(*value),
             (true, _) if found.len() == channel.size => values.extend_from_slice(found),

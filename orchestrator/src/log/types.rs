@@ -1,4 +1,4 @@
-//! The message types of a log, but for `foxglove.Log`.
+//! The message types of a log except `foxglove.Log`.
 
 use super::schema::{Kind, MessageType};
 use crate::participant::Layout;
@@ -80,7 +80,7 @@ pub fn unit_type() -> MessageType {
     )
 }
 
-/// One variable of a unit, as it travels.
+/// One exchanged variable of a unit.
 pub fn variable_type() -> MessageType {
     message_type(
         "Variable",
@@ -94,7 +94,7 @@ pub fn variable_type() -> MessageType {
     )
 }
 
-/// Message type of a request or an answer: header, then a field a variable, an array with its norm.
+/// Message type of a request or an answer: header, then one field for each variable, for an array also its norm.
 pub fn exchange_type(name: &str, layout: &Layout) -> MessageType {
     let header = [
         ("step", Kind::Unsigned),
@@ -107,14 +107,14 @@ pub fn exchange_type(name: &str, layout: &Layout) -> MessageType {
     ];
     let header = header.map(|(n, k)| (n.to_owned(), k));
     let fields = layout.channels().flat_map(|(channel, _)| {
-        let kind = if channel.array { Kind::Doubles } else { Kind::Double };
-        let norm = channel.array.then(|| (format!("{}_norm", channel.name), Kind::Double));
+        let kind = if channel.shape.is_array() { Kind::Doubles } else { Kind::Double };
+        let norm = channel.shape.is_array().then(|| (format!("{}_norm", channel.name), Kind::Double));
         std::iter::once((channel.name.clone(), kind)).chain(norm)
     });
     MessageType::new(name, header.into_iter().chain(fields).collect())
 }
 
-/// A name as message types have it.
+/// A name in the form of message types.
 pub fn capitalised(name: &str) -> String {
     let mut letters = name.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())

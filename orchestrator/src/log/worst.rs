@@ -1,8 +1,9 @@
 use super::{Entry, Log, LogReadError, LoggedStep};
 
-/// The `count` communication steps of a log that took most iterations, the worst first; of equals the earliest.
+/// The `count` communication steps of a log with the most iterations, the worst first; of equal ones the earliest
+/// first.
 ///
-/// Steps that were begun anew count each by itself. A log that is cut short gives those that it holds.
+/// Each attempt of a step counts by itself. A log that is cut off gives the steps that it holds.
 ///
 /// **Errors**: the log can no longer be opened, or is damaged.
 pub fn worst(log: &Log, count: usize) -> Result<Vec<LoggedStep>, LogReadError> {

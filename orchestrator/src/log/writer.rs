@@ -19,7 +19,7 @@ use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// What a log begins with, besides the units and the ground motion.
+/// The first entries of a log besides the units and the ground motion.
 #[derive(Clone, Debug, Default)]
 pub struct Preamble {
     /// The scene with all defaults, as TOML.
@@ -30,19 +30,20 @@ pub struct Preamble {
     pub commit: String,
 }
 
-/// Steps whose messages wait for the disk; when the queue is full the run waits.
+/// Largest number of steps whose messages wait for the disk; when the queue is full, the run waits.
 const QUEUE: usize = 1024;
-/// The writing thread looks for messages at this interval: waking it for each would cost the run more than the
-/// exchange of a step does.
+/// Interval at which the writing thread checks for messages: waking it for each one would cost the run more than the
+/// exchange of a step.
 const LOOK: Duration = Duration::from_millis(1);
 const FLUSH_INTERVAL: Duration = Duration::from_secs(1);
 const CHUNK_SIZE: u64 = 1 << 20;
 
 /// Writes the log of a run on a thread of its own.
 ///
-/// `log_time` is the start of the window in simulated nanoseconds plus a counter inside the
-/// window, which mostly is one step: one window is one index range, in the order in which things happened. `publish_time` is the physical time of the data.
-/// `sequence` pairs a request with its answer, which is missing where the unit failed. Wall times are fields.
+/// `log_time` is the start of the window in simulated nanoseconds plus a counter inside the window, which usually is
+/// one step. So a window is one range of the index, in the order of the events. `publish_time` is the physical time
+/// of the data. `sequence` pairs a request with its answer, which is missing where the unit failed. Wall times are
+/// fields.
 pub struct LogWriter {
     path: PathBuf,
     preamble: Preamble,
@@ -59,7 +60,7 @@ pub struct LogWriter {
 
 type Topic = usize;
 
-/// Known once all is declared.
+/// Topics that are known after the declaration.
 #[derive(Clone, Copy)]
 struct Topics {
     message: Topic,
@@ -67,7 +68,7 @@ struct Topics {
     end: Topic,
 }
 
-/// Requests or answers of a unit: their topic, and the place of every variable, arrays marked.
+/// Requests or answers of a unit: their topic, the place of every variable and whether it is an array.
 #[derive(Clone, Debug, Default)]
 struct Half {
     topic: Topic,
@@ -112,7 +113,7 @@ impl LogWriter {
         Ok(self.types.len() - 1)
     }
 
-    /// Declares the topic of what units say; its type is not one of this program's, and only holds the place here.
+    /// Declares the topic of messages of units. Its type is Foxglove's; the one added here only keeps the numbering.
     fn declare_messages(&mut self, writer: &mut Writer) -> Result<Topic, mcap::McapError> {
         let schema = writer.add_schema(foxglove::LOG, "protobuf", &foxglove::descriptor_set())?;
         writer.add_channel(schema, "/log", "protobuf", &BTreeMap::new())?;
@@ -135,7 +136,10 @@ impl LogWriter {
             let mut half = |what: &str, layout: &Layout| -> Result<Half, mcap::McapError> {
                 let kind = exchange_type(&format!("{}{what}", capitalised(name)), layout);
                 let topic = self.declare(&mut writer, &format!("/{name}/{}", what.to_lowercase()), kind)?;
-                Ok(Half { topic, fields: layout.channels().map(|(c, range)| (range, c.array)).collect() })
+                Ok(Half {
+                    topic,
+                    fields: layout.channels().map(|(c, range)| (range, c.shape.is_array())).collect(),
+                })
             };
             self.units[side as usize] =
                 [half("Request", &description.inputs)?, half("Answer", &description.outputs)?];
@@ -184,7 +188,7 @@ impl LogWriter {
                 Value::Unsigned(u64::from(channel.value_reference)),
                 Value::Text(&channel.unit),
                 Value::Unsigned(channel.size as u64),
-                Value::Bool(channel.array),
+                Value::Bool(channel.shape.is_array()),
             ])
         };
         let list = |layout: &Layout| layout.channels().map(|(c, _)| encoded(c)).collect::<Vec<_>>();
@@ -213,12 +217,12 @@ impl LogWriter {
         if let Some(queue) = &self.queue
             && queue.send(pending).is_err()
         {
-            // The thread has ended; `check` asks why.
+            // The thread has ended; `check` finds the reason.
             self.queue = None;
         }
     }
 
-    /// Ends the writing thread, if `finish` or if it has failed, and returns what it said.
+    /// Ends the writing thread, if `finish` or if it has failed, and returns its error.
     fn check(&mut self, finish: bool) -> Result<(), ObserverError> {
         self.flush();
         if finish {
@@ -246,7 +250,7 @@ impl LogWriter {
         let work = report.interface.get(index).and_then(|i| i.work).unwrap_or_default();
         let units =
             [Side::Dam, Side::Reservoir].into_iter().zip(report.solver_time).flat_map(|(side, time)| {
-                // All that a window took is shared by its steps.
+                // The cost of a window is divided among its steps.
                 let share = |total: u64| total.div_ceil(report.steps.len() as u64);
                 let [calls, restores] = report.calls(side).map(share);
                 let time = time.as_secs_f64() / report.steps.len() as f64;
@@ -348,10 +352,10 @@ impl Observer for LogWriter {
 
 type Writer = mcap::Writer<BufWriter<File>>;
 
-/// Writes what comes until the queue closes; what there is goes to the disk at once at first, later every second.
+/// Writes records until the queue closes; flushes the first ones at once, later ones every second.
 fn write_all(mut writer: Writer, queue: &Receiver<Vec<Record>>) -> Result<(), mcap::McapError> {
     let mut flushed: Option<Instant> = None;
-    // What comes first is waited for, so that it is flushed as soon as it is there.
+    // The first records are awaited, so that they are flushed at once.
     let mut received = queue.recv().map_err(|_| TryRecvError::Disconnected);
     loop {
         match received {

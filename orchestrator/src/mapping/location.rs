@@ -1,4 +1,4 @@
-//! Where the points of one wet face lie on another.
+//! Positions of the points of one wet face on another.
 
 use super::MappingError;
 use interface::WetFace;
@@ -18,9 +18,10 @@ pub(super) fn arc_lengths(face: &WetFace) -> Vec<f64> {
     std::iter::once(0.0).chain(further).collect()
 }
 
-/// Positions (m from the heel) of the points of `face`, that of the first of `units`, along the other's.
+/// Positions (m from the heel) of the points of `face`, the face of the first of `units`, along the face of the
+/// other.
 ///
-/// **Errors**: a point is more than `most` (m) beside it; the one that is furthest is named.
+/// **Errors**: a point is more than `most` (m) away from it; the furthest one is named.
 pub(super) fn located(
     [unit, other]: [&'static str; 2],
     face: &WetFace,
@@ -33,7 +34,7 @@ pub(super) fn located(
             let (i, j) = (panel.start, panel.start + 1);
             let (a, b) = (along.points()[i], along.points()[j]);
             let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
-            // From 0 to 1, exactly so at the ends.
+            // From 0 to 1, exact at the ends.
             let t = ((point[0] - a[0]) * dx + (point[1] - a[1]) * dy) / (dx * dx + dy * dy);
             let at = |a: f64, b: f64| a * (1.0 - t.clamp(0.0, 1.0)) + b * t.clamp(0.0, 1.0);
             (distance(point, [at(a[0], b[0]), at(a[1], b[1])]), at(positions[i], positions[j]))

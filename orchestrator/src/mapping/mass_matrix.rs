@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-/// `∫ N Nᵀ ds` of the hat functions of a face, tridiagonal; where two points coincide it falls in two.
+/// `∫ N Nᵀ ds` of the hat functions of a face, tridiagonal; it decouples where two points coincide.
 #[derive(Clone, Debug)]
 pub(super) struct MassMatrix {
     diagonal: Vec<f64>,
@@ -11,7 +11,7 @@ pub(super) struct MassMatrix {
 }
 
 impl MassMatrix {
-    /// That of points at `positions` (m), two of which may coincide.
+    /// The matrix of points at `positions` (m), of which pairs may coincide.
     pub fn new(positions: &[f64]) -> Self {
         let beside: Vec<f64> = positions.windows(2).map(|pair| (pair[1] - pair[0]) / 6.0).collect();
         let mut diagonal = vec![0.0; positions.len()];
@@ -32,7 +32,7 @@ impl MassMatrix {
         product
     }
 
-    /// Overwrites b with `M⁻¹ b`, by elimination; no pivot vanishes, because the diagonal dominates.
+    /// Overwrites b with `M⁻¹ b`, by elimination; no pivot vanishes, because the matrix is diagonally dominant.
     pub fn solve(&self, b: &mut [f64]) {
         let mut pivots = self.diagonal.clone();
         for (i, m) in self.beside.iter().enumerate() {
@@ -48,9 +48,9 @@ impl MassMatrix {
     }
 }
 
-/// `∫ N Pᵀ ds` of the hat functions of points at `rows` and at `columns` (m): a row each of the former.
+/// `∫ N Pᵀ ds` of the hat functions of the points at `rows` and at `columns` (m); one row for each of the former.
 ///
-/// Between the points of both the integrand is quadratic, for which Gauss' rule with two points is exact.
+/// Between the points of both, the integrand is quadratic, and Gauss' rule with two points is exact.
 pub(super) fn products(rows: &[f64], columns: &[f64]) -> DMatrix<f64> {
     /// Positions of the two points in the interval from 0 to 1.
     const POINTS: [f64; 2] = [0.211_324_865_405_187_13, 0.788_675_134_594_812_9];

@@ -1,4 +1,4 @@
-//! Passes fields between the wet faces of the two units where their points do not match.
+//! Mapping of fields between the wet faces of the two units where their points do not match.
 
 mod location;
 mod mass_matrix;
@@ -8,26 +8,26 @@ use location::{arc_lengths, check_panels, distance, located};
 use mass_matrix::{MassMatrix, products};
 use nalgebra::{DMatrix, DVectorView, DVectorViewMut};
 
-/// Passes motion from the dam's points to the reservoir's, and pressure back.
+/// Maps motion from the dam's points to the reservoir's, and pressure back.
 ///
-/// Both divide one and the same wet face into panels, each in its own way; fields are linear along panels and may jump
-/// where two points coincide. With the hat functions N_d and N_r of the two, either field becomes the one of the other
-/// unit that is nearest in the mean square:
+/// Both units divide the same wet face into panels, each in its own way. Fields are linear along panels and may jump
+/// where two points coincide. With the hat functions N_d and N_r of the two, each field is mapped to the field of the
+/// other unit that is nearest in the mean square:
 ///
 /// ```text
 /// M_r a_r = C a_d,   M_d p_d = Cᵀ p_r,   C = ∫ N_r N_dᵀ ds,   M = ∫ N Nᵀ ds
 /// ```
 ///
-/// integrated exactly, between the points of both. So fields that are linear along the face pass as they are, both ways;
-/// the work `p_dᵀ M_d v_d = p_rᵀ M_r v_r` is kept; and so are, since M_d p_d are the dam's nodal forces, force and moment
-/// on every part of the dam between double points, provided that its kinks have two points: its normal is a field of
-/// its own then. All that to rounding, whatever the panels are; smooth fields converge with order 2. Where a
-/// field jumps and the taker has but one point, what it takes overshoots a little beside the jump.
+/// The integrals are exact. To rounding, and for all panels: fields that are linear along the face are mapped exactly
+/// in both directions; the work `p_dᵀ M_d v_d = p_rᵀ M_r v_r` is conserved; and, because M_d p_d are the nodal forces
+/// of the dam, so are force and moment on every part of the dam between double points, if its kinks have two points
+/// (the normal is then a field of the dam). Smooth fields converge with order 2. Where a field jumps and the
+/// receiving unit has a single point, the mapped field overshoots slightly beside the jump.
 ///
-/// If the points match, values are copied, and no bit of them changes.
+/// If the points match, values are copied unchanged.
 ///
-/// **Source**: the mortar projection of Bernardi, Maday and Patera (1994), on either side; its conservation as in Farhat,
-/// Lesoinne and Le Tallec (1998).
+/// **Source**: the mortar projection of Bernardi, Maday and Patera (1994), applied on both sides; conservation as in
+/// Farhat, Lesoinne and Le Tallec (1998).
 #[derive(Clone, Debug)]
 pub struct Mapping {
     /// `None` where points match.
@@ -44,7 +44,7 @@ struct Projection {
     pressure: DMatrix<f64>,
 }
 
-/// Two wet faces between which nothing can be passed.
+/// Two wet faces that cannot be mapped.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MappingError {
     /// The faces end at different points.
@@ -62,7 +62,8 @@ pub enum MappingError {
         /// y in the reservoir, m.
         reservoir_y: f64,
     },
-    /// A point of one face, the furthest, is not on the other: another outline, or a panel that cuts off a kink.
+    /// A point of one face is not on the other (the furthest one is named): the outlines differ, or a panel cuts off
+    /// a kink.
     #[error(
         "point {index} of the {unit}'s wet face, ({x}, {y}), lies {distance:.3e} m beside the {other}'s; {most:.0e} m are the \
          most, so give both the same outline"
@@ -110,14 +111,14 @@ const MATCHING: f64 = 1e-9;
 const APART: f64 = 1e-6;
 
 impl Mapping {
-    /// Between points that match, whatever they are.
+    /// The mapping between points that match.
     pub fn identity() -> Self {
         Self { projection: None }
     }
 
-    /// Between the `dam`'s wet face and the `reservoir`'s.
+    /// The mapping between the wet faces of `dam` and `reservoir`.
     ///
-    /// Positions and lengths are those along the dam's face, on which the reservoir's points are put.
+    /// Positions and lengths are measured along the dam's face, onto which the reservoir's points are projected.
     ///
     /// **Errors**: [`MappingError`], if the faces are more than a millionth of the depth apart anywhere, or panels not
     /// longer than that.
@@ -135,7 +136,7 @@ impl Mapping {
         let mut on_reservoir = located(["reservoir", "dam"], reservoir, dam, most)?;
         located(["dam", "reservoir"], dam, reservoir, most)?;
         let on_dam = arc_lengths(dam);
-        // Both end at the water level.
+        // Both faces end at the water level.
         on_reservoir[reservoir.len() - 1] = on_dam[dam.len() - 1];
         check_panels("dam", dam, &on_dam, most)?;
         check_panels("reservoir", reservoir, &on_reservoir, most)?;
@@ -167,10 +168,10 @@ impl Mapping {
         pass(self.projection.as_ref().map(|p| &p.pressure), reservoir, dam);
     }
 
-    /// By how much the work of a pressure p_r of the reservoir on a velocity v_d of the dam differs between the two
-    /// faces, as a share of the sum of the magnitudes of its terms: `|p_dᵀ M_d v_d − p_rᵀ M_r v_r| / Σ|…|`.
+    /// Difference between the two faces of the work of a pressure p_r of the reservoir on a velocity v_d of the dam,
+    /// relative to the sum of the magnitudes of its terms: `|p_dᵀ M_d v_d − p_rᵀ M_r v_r| / Σ|…|`.
     ///
-    /// Rounding; 0 if points match, or if there is no work at all.
+    /// It is of the size of rounding; 0 if points match or if there is no work.
     ///
     /// **Shapes**: one value a point of the reservoir's face; one a point of the dam's. **Panics** with others.
     pub fn work_error(&self, reservoir_pressure: &[f64], dam_velocity: &[f64]) -> f64 {

@@ -1,18 +1,18 @@
 use super::{Ending, Observer, ObserverError, Start};
-use crate::participant::Channel;
+use crate::participant::{Channel, ChannelShape};
 use crate::scheme::{Exchange, InterfaceWork, Interval, Side, WindowReport};
 use std::fs::File;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Time histories of a run: one row a communication point, one column a quantity.
+/// Time histories of a run: one row per communication point, one column per quantity.
 ///
 /// Columns: `time [s]`, `ground_acceleration.x [m/s2]`; of the coupling: `iterations [1]`, `converged [1]` (1 or 0),
 /// `residual.pressure [Pa]`, `residual.displacement [1]`, `interpolation_error [Pa]` (0 where there is no estimate),
-/// `interface_work [J/m]` on the dam since the start and `interface_energy_produced [J/m]` by the coupling; the lowest
-/// pressure on the wet face (hydrostatic and hydrodynamic, against the atmosphere's); and every accepted output of
-/// either unit that is no array over the wet face.
+/// `interface_work [J/m]` on the dam since the start and `interface_energy_produced [J/m]` by the coupling; the
+/// lowest pressure on the wet face (hydrostatic and hydrodynamic, against the atmosphere's); and every accepted
+/// output of both units except arrays over the wet face.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Histories {
     columns: Vec<Vec<f64>>,
@@ -37,12 +37,12 @@ impl Histories {
     }
 }
 
-/// Keeps the histories and writes them as CSV while the run goes on.
+/// Keeps the histories and writes them as CSV during the run.
 ///
-/// `histories.csv` holds [`Histories`]; `dam-interface_displacement.csv` and its like hold one
-/// array over the wet face each. Numbers are written so that reading them gives the same bits.
+/// `histories.csv` holds [`Histories`]; `dam-interface_displacement.csv` and its like hold one array over the wet
+/// face each. Numbers are written with all digits, so that reading them gives the same bits.
 pub struct HistoriesWriter {
-    /// Where to; `None` keeps them in memory only.
+    /// Output folder; `None` keeps them in memory only.
     folder: Option<PathBuf>,
     /// What was recorded so far.
     pub histories: Histories,
@@ -89,7 +89,7 @@ impl HistoriesWriter {
         Self { folder: Some(folder.to_owned()), ..Self::in_memory() }
     }
 
-    /// Writes nothing: keeps the histories only.
+    /// Keeps the histories without writing them.
     pub fn in_memory() -> Self {
         Self {
             folder: None,
@@ -151,16 +151,13 @@ impl HistoriesWriter {
 /// Column names of a channel: with `.x`, `.y` or an index where it has several values.
 fn column_names(prefix: &str, channel: &Channel) -> Vec<String> {
     let name = |suffix: &str| format!("{prefix}{}{suffix} [{}]", channel.name, channel.unit);
-    match (channel.array, channel.size) {
-        (false, _) => vec![name("")],
-        (true, 2) if !numbered(&channel.name) => vec![name(".x"), name(".y")],
-        (true, size) => (0..size).map(|i| name(&format!(".{i}"))).collect(),
+    match channel.shape {
+        ChannelShape::Scalar => vec![name("")],
+        ChannelShape::Plane => vec![name(".x"), name(".y")],
+        ChannelShape::WetFace | ChannelShape::List => {
+            (0..channel.size).map(|i| name(&format!(".{i}"))).collect()
+        }
     }
-}
-
-/// Whether a variable has one value a crack or a point, also where these are two.
-fn numbered(name: &str) -> bool {
-    name.starts_with("crack_") || name.ends_with("_principal_stress")
 }
 
 impl Observer for HistoriesWriter {
@@ -181,7 +178,7 @@ impl Observer for HistoriesWriter {
         .to_vec();
         for (side, description) in [(Side::Dam, &start.dam), (Side::Reservoir, &start.reservoir)] {
             for (channel, range) in description.outputs.channels() {
-                if channel.name.starts_with("interface_") {
+                if channel.shape == ChannelShape::WetFace {
                     let Some(folder) = &self.folder else { continue };
                     let path = folder.join(format!("{}-{}.csv", description.name, channel.name));
                     let points = (0..channel.size).map(|i| format!("point {i} [{}]", channel.unit));

@@ -3,10 +3,10 @@ use crate::scene::{StopAction, StopQuantity, StopScene};
 use crate::scheme::{Side, WindowReport};
 use std::ops::Range;
 
-/// Kinetic energy, J/m, up to which a balance is rounding.
+/// Kinetic energy, J/m, up to which the energy balance is dominated by rounding.
 const STANDSTILL: f64 = 1e-3;
 
-/// Looks whether a quantity of the run passes a limit: flags it, or ends the run.
+/// Checks whether a quantity of the run exceeds a limit; flags it or ends the run.
 #[derive(Default)]
 pub struct Limits {
     conditions: Vec<Watch>,
@@ -16,20 +16,20 @@ pub struct Limits {
 
 struct Watch {
     condition: StopScene,
-    /// Where in the dam's outputs the quantity is; `None` for iterations, and what the dam does not say.
+    /// Place of the quantity in the dam's outputs; `None` for iterations and for what the dam does not output.
     range: Option<Range<usize>>,
-    /// What was found: when (s) and how much.
+    /// Time (s) and value where the limit was exceeded.
     passed: Option<(f64, f64)>,
 }
 
 impl Limits {
-    /// Those of a scene.
+    /// The limits of a scene.
     pub fn new(conditions: &[StopScene]) -> Self {
         let watch = |&condition| Watch { condition, range: None, passed: None };
         Self { conditions: conditions.iter().map(watch).collect(), ..Self::default() }
     }
 
-    /// A line for each limit that was passed, in the order of the scene.
+    /// A line for each limit that was exceeded, in the order of the scene.
     pub fn flags(&self) -> Vec<String> {
         self.conditions.iter().filter_map(Watch::says).collect()
     }

@@ -1,4 +1,4 @@
-//! The door for whoever watches a run: log, histories, progress.
+//! The interface to observers of a run: log, histories, progress.
 
 mod histories;
 mod limits;
@@ -11,22 +11,21 @@ pub use progress::Progress;
 pub use snapshots::Snapshots;
 
 use crate::ground_motion::GroundMotion;
-use crate::log::LogError;
 use crate::participant::{Description, ParticipantError};
 use crate::scheme::{Units, WindowReport};
 use crate::stepping::Stepping;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// What is known before the first exchange.
+/// Data known before the first exchange.
 pub struct Start<'a> {
     /// The dam.
     pub dam: Description,
     /// The reservoir.
     pub reservoir: Description,
-    /// What moves the ground.
+    /// The ground motion.
     pub ground_motion: &'a GroundMotion,
-    /// Which communication steps are planned.
+    /// The planned communication steps.
     pub stepping: Stepping,
 }
 
@@ -37,9 +36,9 @@ pub enum Status {
     Completed,
     /// The user ended it.
     Interrupted,
-    /// A condition of the scene ended it; the message says which.
+    /// A condition of the scene ended it; the text names it.
     Stopped(String),
-    /// A failure ended it; the message says which.
+    /// A failure ended it; the text names it.
     Failed(String),
 }
 
@@ -54,20 +53,20 @@ impl std::fmt::Display for Status {
     }
 }
 
-/// Where the wall time of a run went.
+/// Wall times of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WallTime {
     /// From the first call to the last, initialisation included.
     pub total: Duration,
     /// Initialisation of both units: static start of the dam.
     pub initialisation: Duration,
-    /// Communication steps, observers not included.
+    /// Communication steps without observers.
     pub coupling: Duration,
-    /// Inside the dam, states included.
+    /// Inside the dam, including states.
     pub dam: Duration,
-    /// Inside the reservoir, states included.
+    /// Inside the reservoir, including states.
     pub reservoir: Duration,
-    /// With a unit at work: the sum of the two, or the longer where both work at once.
+    /// Time in which a unit was computing: the sum of the two, or the longer one where both compute at once.
     pub units: Duration,
     /// Inside the observers: log, histories, progress.
     pub observers: Duration,
@@ -80,75 +79,75 @@ impl WallTime {
     }
 }
 
-/// What was counted in a run.
+/// Statistics of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Statistics {
     /// Steps that the dam and the reservoir took, and how many of them repeated one.
     pub calls: [[u64; 2]; 2],
-    /// Communication steps that were gone on with though they had not converged.
+    /// Communication steps that were accepted without convergence.
     pub unconverged: u64,
-    /// Windows that were begun anew with shorter steps.
+    /// Windows that were repeated with shorter steps.
     pub rejected: u64,
     /// Change of the residual when pressures change by rounding, Pa, where it was measured.
     pub rounding_floor: Option<f64>,
     /// Largest pressure on the wet face, Pa (2-norm).
     pub largest_pressure: f64,
-    /// Largest difference of the work between faces that do not match, as a share of it.
+    /// Largest relative difference of the work between faces that do not match.
     pub mapping_error: f64,
 }
 
 /// The end of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ending {
-    /// How it ended.
+    /// The ending.
     pub status: Status,
     /// Time reached, s.
     pub time: f64,
-    /// Where the wall time went.
+    /// Wall times.
     pub wall: WallTime,
-    /// What was counted.
+    /// Statistics.
     pub statistics: Statistics,
 }
 
-/// An observer that cannot go on.
+/// Why an observer failed.
 #[derive(Debug, thiserror::Error)]
 pub enum ObserverError {
-    /// The log.
+    /// An observer from outside this module, such as the log.
     #[error(transparent)]
-    Log(#[from] LogError),
+    Other(Box<dyn std::error::Error + Send + Sync>),
     /// A history file.
     #[error("{}: {cause}; free some space or choose another --output", path.display())]
     Csv {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         cause: csv::Error,
     },
-    /// A picture.
+    /// A snapshot.
     #[error("{}: {cause}; free some space or choose another --output", path.display())]
     Snapshot {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         cause: std::io::Error,
     },
-    /// A unit could not be looked at.
+    /// A unit could not be read.
     #[error(transparent)]
     Unit(#[from] ParticipantError),
 }
 
-/// Watches a run; changes no result of it, but may end it.
+/// Observes a run. It changes no result, but may end the run.
 ///
-/// **Call order**: `begin`, `window` for initialisation (step 0) and for every window of communication steps (mostly of
-/// one), followed by `inspect` where it was accepted, `end` in any case. An error ends the run.
+/// **Call order**: `begin`, `window` for initialisation (step 0) and for every window of communication steps (usually
+/// one step), followed by `inspect` if it was accepted; `end` in any case. An error ends the run.
 pub trait Observer {
     /// Before the first exchange.
     fn begin(&mut self, start: &Start<'_>) -> Result<(), ObserverError>;
 
-    /// After every window; one that failed, or is begun anew, holds no accepted exchange.
+    /// After every window; one that failed or is repeated holds no accepted exchange.
     fn window(&mut self, report: &WindowReport) -> Result<(), ObserverError>;
 
-    /// Reads what the units do not exchange, as they stand at the end of the window accepted last.
+    /// Reads variables that are not exchanged, at the end of the last accepted window.
     fn inspect(&mut self, _units: &mut Units) -> Result<(), ObserverError> {
         Ok(())
     }
@@ -156,7 +155,7 @@ pub trait Observer {
     /// After the last window, however the run ended.
     fn end(&mut self, ending: &Ending) -> Result<(), ObserverError>;
 
-    /// Why the run is to end after this window, if it is.
+    /// The reason to end the run after this window, if there is one.
     fn wants_to_stop(&self) -> Option<String> {
         None
     }

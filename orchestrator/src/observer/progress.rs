@@ -9,14 +9,14 @@ use std::time::{Duration, Instant};
 /// The progress line: simulated time, speed relative to real time, iterations a step, residual, relaxation factor,
 /// estimate of the coupling error over the largest pressure, the units' shares of the time, steps that did not converge.
 ///
-/// On a terminal it is a bar that redraws itself; elsewhere a line every tenth of the run. What units warn
-/// of stands above it, once, whether there is a progress line or none.
+/// On a terminal it is a bar that is updated in place; elsewhere it is a line every tenth of the run. Warnings of the
+/// units are printed above it, each once, also without a progress line.
 pub struct Progress {
     bar: ProgressBar,
     plain: bool,
     began: Instant,
     duration: f64,
-    /// Windows accepted, and iterations of all.
+    /// Number of accepted windows, and of their iterations.
     windows: u64,
     iterations: u64,
     unconverged: u64,
@@ -25,7 +25,7 @@ pub struct Progress {
     warned: HashSet<(String, String)>,
 }
 
-/// Parts of the run that the bar shows.
+/// Resolution of the bar.
 const PARTS: u64 = 1000;
 const STYLE: &str = "{bar:10} {percent:>3} %  {msg}  {eta} left";
 
@@ -63,7 +63,7 @@ impl Progress {
         let elapsed = self.began.elapsed().as_secs_f64().max(1e-9);
         let speed = time / elapsed;
         let [dam, reservoir] = self.solver_time.map(|time| 100.0 * time.as_secs_f64() / elapsed);
-        // A factor of one, and quasi-Newton schemes, have nothing to tell here.
+        // A factor of one and quasi-Newton schemes are not shown.
         let relaxation = match report.relaxation {
             1.0 => String::new(),
             factor => format!("  ω {factor:.2}"),
@@ -85,9 +85,9 @@ impl Progress {
     }
 }
 
-/// Prints a line on standard error; a reader that has gone away does not end the run.
+/// Prints a line on standard error; a closed output does not end the run.
 fn print(line: &str) {
-    // Nobody is left to be told.
+    // If the output is closed, no reader is left.
     let _ = writeln!(std::io::stderr(), "{line}");
 }
 

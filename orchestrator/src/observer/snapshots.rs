@@ -6,14 +6,15 @@ use crate::vtk::{self, Field, Grid};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// Pictures of the dam during a run: `snapshots.pvd` beside a folder of `.vtu` files, complete after each of them.
+/// Snapshots of the dam during a run: `snapshots.pvd` and a folder of `.vtu` files. The series is complete after each
+/// snapshot.
 ///
-/// One is taken at every multiple of the interval between `from` and `until`, or else at the first end of a communication
-/// step (of a window, where several steps are iterated together) after it. Parts: the *dam* (points:
-/// `displacement` in m since time 0; triangles: `stress_xx`, `stress_yy`, `stress_xy`, tension positive, and the principal
-/// stresses in Pa, those of rest included), its *contacts* (`opening` and `slip` in m, normal and shear stress in Pa) and
-/// the *wet face* (`displacement` along its normals; hydrodynamic and hydrostatic pressure in Pa). Points are where they
-/// are without load.
+/// One is taken at every multiple of the interval between `from` and `until`, or else at the first end of a
+/// communication step (of a window, where several steps are iterated together) after it. Parts: the *dam* (points:
+/// `displacement` in m since time 0; triangles: `stress_xx`, `stress_yy`, `stress_xy`, tension positive, and the
+/// principal stresses in Pa, including those at rest), its *contacts* (`opening` and `slip` in m, normal and shear
+/// stress in Pa) and the *wet face* (`displacement` along its normals; hydrodynamic and hydrostatic pressure in Pa).
+/// Points lie in the unloaded position.
 pub struct Snapshots {
     folder: PathBuf,
     plan: SnapshotsScene,
@@ -23,12 +24,12 @@ pub struct Snapshots {
     /// Where the fields of the wet face are: hydrodynamic and hydrostatic pressure in the dam's inputs, its displacement
     /// in its outputs.
     ranges: [Range<usize>; 3],
-    /// Time of the last accepted step, and these fields.
+    /// Time and fields of the last accepted step.
     last: (f64, [Vec<f64>; 3]),
     still: Option<Still>,
 }
 
-/// What does not move.
+/// The constant data.
 struct Still {
     nodes: Vec<[f64; 2]>,
     triangles: Vec<Vec<usize>>,
@@ -38,11 +39,11 @@ struct Still {
 }
 
 const FOLDER: &str = "snapshots";
-/// A point this share of the interval before its multiple is at it: sums of steps round.
+/// Tolerance of a multiple, as a share of the interval, because sums of steps are rounded.
 const ROUNDING: f64 = 1e-9;
 
 impl Snapshots {
-    /// Will take those of a scene's `plan` into `folder`.
+    /// Writes the snapshots of a scene's `plan` into `folder`.
     pub fn new(folder: &Path, plan: SnapshotsScene) -> Self {
         Self {
             folder: folder.to_owned(),
@@ -55,7 +56,7 @@ impl Snapshots {
         }
     }
 
-    /// The picture's parts, and their names.
+    /// The parts of a snapshot and their names.
     fn parts(&mut self, dam: &mut dyn Participant) -> Result<[(&'static str, Grid); 3], ParticipantError> {
         if self.still.is_none() {
             self.still = Some(Still::of(dam)?);
@@ -122,7 +123,7 @@ impl Still {
         let corners = pairs(dam, &first, &second)?.into_iter().zip(dam.read(&third)?);
         let triangles = corners.map(|([a, b], c)| [a, b, c].map(|node| node as usize).to_vec()).collect();
         let has = |dam: &dyn Participant, name: &str| dam.description().readable.range(name).is_some();
-        // an uncracked dam, or one without water, has none
+        // an uncracked dam and one without water have none
         let of = |dam: &mut dyn Participant, x: &str, y: &str| {
             if has(dam, x) { pairs(dam, x, y) } else { Ok(Vec::new()) }
         };
@@ -140,7 +141,7 @@ fn pairs(dam: &mut dyn Participant, x: &str, y: &str) -> Result<Vec<[f64; 2]>, P
     Ok(dam.read(x)?.into_iter().zip(dam.read(y)?).map(|(x, y)| [x, y]).collect())
 }
 
-/// Number of the last multiple of the interval up to `time` (s), if a picture of it is wanted.
+/// Number of the last multiple of the interval up to `time` (s), if a snapshot is due.
 fn due(plan: &SnapshotsScene, time: f64) -> Option<u64> {
     let number = (time / plan.interval + ROUNDING).floor();
     let (multiple, rounding) = (number * plan.interval, ROUNDING * plan.interval);

@@ -1,10 +1,11 @@
 use super::{Description, Occasion, Participant, ParticipantError};
 use interface::{StateError, Variable, WetFace, variables::reservoir};
 
-/// Stands in for a reservoir without water: no pressure, neither hydrostatic nor hydrodynamic.
+/// A stand-in for the reservoir without water: both hydrostatic and hydrodynamic pressure are zero.
 ///
-/// Its inputs are the reservoir's, and have no effect. It has no state, takes steps of any length, and costs nothing:
-/// with [`SerialExplicit`](crate::scheme::SchemeKind::SerialExplicit), whose first guess is its answer, a run is the dam alone.
+/// Its inputs are those of the reservoir and have no effect. It has no state and takes steps of any length at no
+/// cost: with [`SerialExplicit`](crate::scheme::SchemeKind::SerialExplicit), whose first guess equals its answer, a
+/// run computes the dam alone.
 pub struct EmptyReservoir {
     description: Description,
     face: WetFace,
@@ -16,7 +17,7 @@ const FIXED: [Variable; 3] =
 const OUTPUTS: [Variable; 1] = [reservoir::INTERFACE_PRESSURE];
 
 impl EmptyReservoir {
-    /// No water before `face`.
+    /// No water at `face`.
     ///
     /// **Errors**: the face cannot be hashed.
     pub fn new(face: WetFace) -> Result<Self, StateError> {

@@ -1,23 +1,23 @@
 use super::{
     Channel, Description, Layout, Message, Messages, Occasion, Participant, ParticipantError, check_finite,
 };
-use interface::{Causality, CoSimulation, Shape};
+use interface::{Causality, CoSimulation};
 use std::time::{Duration, Instant};
 
-/// A unit that is an object of this process.
+/// A unit in this process.
 pub struct InProcess<U: CoSimulation> {
     unit: U,
     description: Description,
     saved: Option<U::State>,
     busy: Duration,
-    /// Of the last call.
+    /// Occasion of the last call.
     occasion: Occasion,
     heard: Messages,
     messages: Vec<Message>,
 }
 
 impl<U: CoSimulation> InProcess<U> {
-    /// Lets `unit` take part; `solver` names it and its version, `heard` what it said while it was made.
+    /// Wraps `unit`; `solver` is its name and version, `heard` holds its messages from before.
     pub fn new(unit: U, solver: &str, heard: Messages) -> Self {
         let layout = |causalities: &[Causality]| {
             let variables = unit.variables().iter().filter(|v| causalities.contains(&v.causality));
@@ -26,7 +26,7 @@ impl<U: CoSimulation> InProcess<U> {
                 value_reference: v.value_reference,
                 unit: v.unit.to_owned(),
                 size: unit.size(v),
-                array: v.shape != Shape::Scalar,
+                shape: v.shape.into(),
             });
             Layout::new(channels.filter(|c| c.size > 0).collect())
         };
@@ -45,7 +45,7 @@ impl<U: CoSimulation> InProcess<U> {
         new
     }
 
-    /// Calls the unit, listens to what it says and measures the time that it takes.
+    /// Calls the unit, collects its messages and measures the time of the call.
     fn call<T>(&mut self, call: impl FnOnce(&mut Self) -> T) -> T {
         let began = Instant::now();
         let heard = self.heard.clone();

@@ -1,14 +1,14 @@
-//! What units say while they compute, with its occasion.
+//! Messages of units, each with the step in which it was sent.
 
 use interface::Level;
 use serde::{Deserialize, Serialize};
 
-/// Something that a unit said.
+/// A message of a unit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Message {
     /// Name of the unit.
     pub unit: String,
-    /// How much it matters.
+    /// Severity.
     pub level: Level,
     /// Number of the communication step, 0 before the first.
     pub step: u64,
@@ -16,8 +16,8 @@ pub struct Message {
     pub iteration: u32,
     /// Start of that step, s.
     pub time: f64,
-    /// Where in the source it was said: the module.
+    /// Module of the source that sent it.
     pub source: String,
-    /// What was said.
+    /// The text.
     pub text: String,
 }

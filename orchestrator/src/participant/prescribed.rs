@@ -1,11 +1,11 @@
 use super::{Description, Occasion, Participant, ParticipantError};
 use interface::{StateError, Variable, WetFace, variables::dam};
 
-/// Stands in for a dam that moves as told: rigidly, with the ground.
+/// A stand-in for the dam that moves rigidly with the ground.
 ///
-/// Its inputs are the dam's, so that a dam can be put in its place; pressure is taken and
-/// has no effect. Displacement and velocity are relative to the ground and so stay zero; the
-/// total acceleration of the face along n is that of the ground, mean over the step.
+/// Its inputs are those of the dam, so that the two can be exchanged; the pressure has no effect. Displacement and
+/// velocity are relative to the ground and therefore zero; the total acceleration of the face along n is the mean of
+/// the ground's over the step.
 pub struct Prescribed {
     description: Description,
     face: WetFace,

@@ -1,11 +1,11 @@
-//! Replay: the requests of a log put once more, to a unit made anew, whose answers must have the same bits.
+//! Replay: the requests of a log are repeated with a newly made unit, whose answers must be equal bit for bit.
 
 use crate::difference::{Difference, Divergence, Half};
 use crate::log::{Entry, Log, LogReadError, LoggedExchange};
 use crate::participant::{Occasion, Participant, ParticipantError};
 use crate::scheme::Side;
 
-/// How a replay of one unit went.
+/// Result of the replay of one unit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Replay {
     /// Exchanges whose answers are identical, up to the first difference.
@@ -14,16 +14,16 @@ pub struct Replay {
     pub divergence: Option<Divergence>,
     /// The request that the recorded unit did not answer, which ended the run.
     pub unanswered: Option<Unanswered>,
-    /// How the log ends: the run's status, or the byte at which it is cut short; `None` behind a difference.
+    /// How the log ends: the run's status, or the byte at which it is cut short; `None` after a difference.
     pub ending: Option<Result<String, u64>>,
 }
 
 /// A request without an answer in the log.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unanswered {
-    /// When it was put.
+    /// When it was made.
     pub occasion: Occasion,
-    /// What the replayed unit said when it failed too; `None` if it gave an answer.
+    /// The error if the replayed unit failed too; `None` if it gave an answer.
     pub failure: Option<String>,
 }
 
@@ -33,25 +33,26 @@ pub enum ReplayError {
     /// The log.
     #[error("{cause}")]
     Log {
-        /// Exchanges before whose answers are identical.
+        /// Number of identical answers before.
         identical: u64,
-        /// What is wrong with it.
+        /// The error.
         cause: LogReadError,
     },
-    /// The unit fails where the recorded one did not.
+    /// The unit failed where the recorded one did not.
     #[error("{occasion}, where the recorded unit gave an answer: {cause}")]
     Unit {
-        /// When it failed.
+        /// The request.
         occasion: Occasion,
-        /// What it said.
+        /// The error of the unit.
         cause: ParticipantError,
     },
 }
 
-/// Puts the requests to the unit of `side` in `log` to `unit`, and compares every answer bit for bit.
+/// Repeats the requests in `log` to the unit of `side` with `unit`, and compares every answer bit for bit.
 ///
-/// States are saved and restored as a run does: saved before the first request of a window of communication
-/// steps, restored before every other iteration and attempt of it. `progress` sees every occasion. Ends at the first difference.
+/// States are saved and restored as a run does: saved before the first request of a window of communication steps,
+/// restored before every other iteration and attempt of it. `progress` is called for every occasion. The replay ends
+/// at the first difference.
 ///
 /// **Errors**: [`ReplayError::Log`]; [`ReplayError::Unit`], if `unit` fails where the recorded one did not.
 pub fn replay(
@@ -67,7 +68,8 @@ pub fn replay(
         (Half::Request, &logged.inputs, &description.inputs),
         (Half::Answer, &logged.outputs, &description.outputs),
     ];
-    let other = halves.into_iter().find(|(_, recorded, now)| recorded != now).map(|(half, ..)| half);
+    let other =
+        halves.into_iter().find(|(_, recorded, now)| !recorded.agrees_with(now)).map(|(half, ..)| half);
     let mut outputs = vec![0.0; description.outputs.size()];
     let mut place = Place { window: log.head().scene.coupling.window as u64, ..Place::default() };
     for entry in log.entries().map_err(|cause| ReplayError::Log { identical: 0, cause })? {
@@ -93,7 +95,7 @@ pub fn replay(
             break;
         }
         let result = put(unit, &exchange, &mut place, &mut outputs);
-        // An answer that is not finite is one all the same.
+        // An answer that is not finite counts as an answer.
         let failure = result.err().filter(|e| !matches!(e, ParticipantError::NonFinite { .. }));
         let Some(recorded) = &exchange.outputs else {
             let failure = failure.map(|cause| cause.to_string());
@@ -114,18 +116,18 @@ pub fn replay(
     Ok(replay)
 }
 
-/// Where a replay stands.
+/// Position of a replay.
 #[derive(Default)]
 struct Place {
     /// Communication steps in a window.
     window: u64,
     /// First step of the window whose start is the saved state.
     saved: u64,
-    /// Attempt and iteration that the unit is in.
+    /// Current attempt and iteration.
     inside: (u32, u32),
 }
 
-/// Puts one request as the run did.
+/// Makes one request as the run did.
 fn put(
     unit: &mut dyn Participant,
     exchange: &LoggedExchange,

@@ -4,14 +4,14 @@ use crate::participant::{Description, Participant, ParticipantError};
 use interface::WetFace;
 use std::ops::Range;
 
-/// Where the coupled variables lie in requests and answers.
+/// Places of the coupled variables in requests and answers.
 pub(super) struct Channels {
     pub dam_pressure: Range<usize>,
     pub dam_hydrostatic: Range<usize>,
     pub dam_ground: Range<usize>,
     pub dam_displacement: Range<usize>,
     pub dam_acceleration: Range<usize>,
-    /// Not every dam tells it.
+    /// Optional.
     pub dam_velocity: Option<Range<usize>>,
     pub dam_inputs: usize,
     pub reservoir_acceleration: Range<usize>,
@@ -98,7 +98,7 @@ pub fn interface_points(units: &mut Units) -> Result<[Vec<[f64; 2]>; 2], Partici
     Ok([points(&mut *units.dam)?, points(&mut *units.reservoir)?])
 }
 
-/// The mapping between points, which need be no wet faces if they are the same.
+/// The mapping between the points. If the points are the same, they need not form wet faces.
 pub(super) fn mapping(dam: &[[f64; 2]], reservoir: &[[f64; 2]]) -> Result<Mapping, CouplingError> {
     let differs = |(a, b): (&[f64; 2], &[f64; 2])| (a[0] - b[0]).hypot(a[1] - b[1]) > 1e-9;
     let beyond = [f64::NAN, f64::NAN];

@@ -15,17 +15,17 @@ use crate::participant::{Occasion, ParticipantError};
 use interface::WetFace;
 use std::time::Instant;
 
-/// Which scheme, and how far it goes.
+/// The scheme and its limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// The scheme.
     pub kind: SchemeKind,
-    /// Most iterations of a window, those that measure and check the units not counted.
+    /// Largest number of iterations of a window; those that measure and check the units do not count.
     pub iteration_limit: u32,
-    /// Whether a window whose iterations ran out or got no better is gone on with, reported as not converged.
+    /// Whether the run continues with a window that reached the iteration limit or stagnated; it is reported as not
+    /// converged.
     pub accept_unconverged: bool,
-    /// Pressure that counts as much as a unit of acceleration, Pa/(m/s²): how the parallel schemes weigh one against
-    /// the other.
+    /// Weight of acceleration against pressure in the parallel schemes, Pa/(m/s²).
     pub acceleration_scale: f64,
 }
 
@@ -42,10 +42,10 @@ impl Default for Settings {
 
 /// Takes communication steps with two units, by a [`SchemeKind`].
 ///
-/// The unknowns x of a window are the pressures at its steps' ends; of a parallel scheme, the accelerations too, in
-/// pressures by [`Settings::acceleration_scale`]. An iteration G takes every step of the window with each unit;
-/// [`Acceleration`] moves x towards x = G(x). An iteration is one step of the dam a communication step; the confirming
-/// one counts.
+/// The unknowns x of a window are the pressures at the ends of its steps; for a parallel scheme also the
+/// accelerations, multiplied by [`Settings::acceleration_scale`]. An iteration G takes every step of the window with
+/// each unit; [`Acceleration`] moves x towards x = G(x). An iteration is one step of the dam per communication step,
+/// including the confirming one.
 ///
 /// **Call order**: [`initialise`](Self::initialise); then [`advance`](Self::advance), or
 /// [`attempt`](Self::attempt) and, if its report is good, [`accept`](Self::accept); if not, another attempt at the
@@ -53,7 +53,7 @@ impl Default for Settings {
 pub struct Scheme {
     settings: Settings,
     acceleration: Acceleration,
-    /// The acceleration without a past.
+    /// The acceleration without history.
     fresh: Acceleration,
     predictor: Predictor,
     measure: ConvergenceMeasure,
@@ -68,26 +68,26 @@ pub struct Scheme {
     floor: Option<f64>,
     /// Largest norm of an accepted pressure, Pa.
     largest_pressure: f64,
-    /// The units stand somewhere in a window that was not accepted.
+    /// The units are inside a window that was not accepted.
     astray: bool,
     began: Instant,
 }
 
-/// What an iteration found.
+/// Result of an iteration.
 struct Answer {
     /// G(x).
     unknowns: Vec<f64>,
     displacement: Vec<f64>,
 }
 
-/// Ratios of step lengths between which an acceleration keeps what it has learnt.
+/// Ratios of step lengths between which an acceleration keeps its history.
 const SIMILAR: std::ops::Range<f64> = 0.6..1.7;
 
 impl Scheme {
     /// A scheme for `units`.
     ///
-    /// **Errors**: a unit lacks a coupled variable; the interface points of the two differ; the dam has the water's
-    /// mass in its mass matrix and the scheme exchanges it, or neither; an implicit scheme that may not iterate.
+    /// **Errors**: a unit lacks a coupled variable; the interface points of the two differ; the mass of the water is
+    /// both in the dam's mass matrix and exchanged, or neither; an implicit scheme with an iteration limit of 0.
     pub fn new(
         units: &mut Units,
         settings: Settings,
@@ -102,7 +102,7 @@ impl Scheme {
         if settings.kind.is_implicit() && settings.iteration_limit == 0 {
             return Err(CouplingError::NoIteration);
         }
-        // Units of another kind may have other faces; their work is not known then.
+        // Units of another kind may have no wet face; their work is then unknown.
         let faces = WetFace::new(dam).ok().zip(WetFace::new(reservoir).ok());
         let faces = faces.filter(|_| channels.dam_velocity.is_some());
         Ok(Self {
@@ -129,7 +129,7 @@ impl Scheme {
         &self.settings
     }
 
-    /// Initialises both units at `time` (s): the reservoir first, whose hydrostatic pressure loads the dam.
+    /// Initialises both units at `time` (s), the reservoir first, because its hydrostatic pressure loads the dam.
     ///
     /// **Errors**: a unit fails.
     pub fn initialise(
@@ -167,7 +167,7 @@ impl Scheme {
         Ok(())
     }
 
-    /// Takes the steps of a window, repeated together until they converge, and goes on from their end.
+    /// Takes the steps of a window, repeated together until they converge, and continues from their end.
     ///
     /// **Errors**: as [`attempt`](Self::attempt).
     pub fn advance(&mut self, units: &mut Units, steps: &[Interval]) -> Result<WindowReport, StepFailure> {
@@ -176,20 +176,21 @@ impl Scheme {
         Ok(report)
     }
 
-    /// Takes the steps of a window, repeated together until they converge; from where the last accepted window ended,
-    /// whatever was attempted since.
+    /// Takes the steps of a window, repeated together until they converge. It starts at the end of the last accepted
+    /// window, also after other attempts.
     ///
-    /// In the first window that needs more than one iteration it is checked that the units return to their saved states,
-    /// and the rounding floor is measured: by an iteration each.
+    /// In the first window that needs more than one iteration, one iteration checks that the units return to their
+    /// saved states, and another measures the rounding floor.
     ///
-    /// **Errors**: a unit fails, the iterations run out, or going on is in vain; with the exchanges so far.
+    /// **Errors**: a unit fails, the iteration limit is reached, or further iterations are useless; with the
+    /// exchanges so far.
     pub fn attempt(
         &mut self,
         units: &mut Units,
         steps: &[Interval],
         attempt: u32,
     ) -> Result<WindowReport, StepFailure> {
-        // More or fewer unknowns, or steps of quite another length, have another Jacobian.
+        // The Jacobian depends on the number of unknowns and on the step length.
         let shape = (steps.len(), steps.first().map_or(0.0, |interval| interval.communication_step));
         if self.shape.0 != shape.0 || !SIMILAR.contains(&(shape.1 / self.shape.1)) {
             (self.acceleration, self.shape) = (self.fresh.clone(), shape);
@@ -197,7 +198,7 @@ impl Scheme {
         self.reported(units, steps, attempt, Self::iterate)
     }
 
-    /// Goes on from the end of the window that was attempted last.
+    /// Accepts the window that was attempted last.
     pub fn accept(&mut self, report: &mut WindowReport) {
         self.astray = false;
         let last = report.iterations();
@@ -224,7 +225,7 @@ impl Scheme {
         }
     }
 
-    /// Fills a report by `call`, and adds what the units themselves have to report.
+    /// Fills a report by `call` and adds times and messages of the units.
     fn reported(
         &mut self,
         units: &mut Units,
@@ -267,7 +268,7 @@ impl Scheme {
         let mut left = self.settings.iteration_limit;
         loop {
             iteration += 1;
-            // A probe answers for the Jacobian, not for this window.
+            // A probe measures the Jacobian and is no iterate of this window.
             let probe = self.acceleration.measuring();
             let Answer { unknowns: answered, displacement } =
                 self.evaluate(units, &unknowns, iteration, probe, report)?;
@@ -321,7 +322,7 @@ impl Scheme {
         }
     }
 
-    /// The last answer is taken, unless a unit has frozen.
+    /// Accepts the last answer, unless a unit has frozen.
     fn finish(&self, units: &Units, report: &mut WindowReport, converged: bool) -> Result<(), CouplingError> {
         for (side, unit) in [(Side::Dam, &units.dam), (Side::Reservoir, &units.reservoir)] {
             if let Some(steps) = self.frozen[side as usize].frozen(side, report) {
@@ -340,7 +341,7 @@ impl Scheme {
             if let Some(reservoir) = of(Side::Reservoir) {
                 let pressure = self.pressure(reservoir);
                 report.largest_pressure = self.largest_pressure.max(norm(pressure.iter().copied()));
-                // Of the history too only the pressures, which come first.
+                // The unknowns in the history begin with the pressures, which alone are compared.
                 report.interpolation_error =
                     self.predictor.interpolation_error(interval.communication_step, &pressure);
             }
@@ -360,7 +361,7 @@ impl Scheme {
         self.channels.dam_pressure.len() + motion
     }
 
-    /// The unknowns that an answer of both units amounts to.
+    /// The unknowns in an answer of both units.
     fn unknowns_of(&self, dam: &Exchange, reservoir: &Exchange) -> Vec<f64> {
         let mut unknowns = self.pressure(reservoir);
         if self.settings.kind.is_parallel() {
@@ -471,7 +472,7 @@ impl Scheme {
     fn at_interface(&self, dam: &Exchange, reservoir: &Exchange) -> Option<AtInterface> {
         let velocity = self.channels.dam_velocity.clone()?;
         let given = match self.settings.kind {
-            // It is in the dam's mass.
+            // It is part of the dam's mass.
             SchemeKind::AddedMass => self.pressure(reservoir),
             _ => dam.inputs[self.channels.dam_pressure.clone()].to_vec(),
         };

@@ -9,7 +9,7 @@ pub enum CouplingError {
     /// A unit failed.
     #[error(transparent)]
     Participant(#[from] ParticipantError),
-    /// Iterations ran out.
+    /// The iteration limit was reached.
     #[error(
         "step {step} at t = {time} s did not converge in {iterations} iterations: pressure residual {pressure:e} Pa \
          ({pressure_ratio:.3e} of what is allowed), displacement {displacement:.3e}, tolerance {tolerance:e}; \
@@ -21,18 +21,18 @@ pub enum CouplingError {
         step: u64,
         /// Start of the step, s.
         time: f64,
-        /// Iterations taken, those that measure not counted.
+        /// Number of iterations without those for measurements.
         iterations: u32,
         /// Pressure residual, Pa.
         pressure: f64,
-        /// Pressure residual over what is allowed.
+        /// Pressure residual over its limit.
         pressure_ratio: f64,
         /// Displacement residual.
         displacement: f64,
         /// Tolerance ε.
         tolerance: f64,
     },
-    /// Going on would be in vain.
+    /// Further iterations would be useless.
     #[error(
         "step {step} at t = {time} s {why}, in iteration {iteration}; {}", why.remedy()
     )]
@@ -43,10 +43,10 @@ pub enum CouplingError {
         time: f64,
         /// Iterations taken.
         iteration: u32,
-        /// What was recognised.
+        /// The reason.
         why: Hopeless,
     },
-    /// The guesses became such that a unit could not answer with numbers.
+    /// With diverging guesses the answer of a unit was not finite.
     #[error(
         "step {step} at t = {time} s diverges: in iteration {iteration} {cause}; choose another [coupling] acceleration, \
          or change communication_step"
@@ -56,12 +56,12 @@ pub enum CouplingError {
         step: u64,
         /// Start of the step, s.
         time: f64,
-        /// Iterations taken, from 2: in the first, what is not finite is the unit's own.
+        /// Iterations taken, from 2: in the first one the unit itself is the cause.
         iteration: u32,
-        /// What was not finite.
+        /// The value that was not finite.
         cause: ParticipantError,
     },
-    /// A unit failed with a guess, after it had taken the step with another.
+    /// A unit failed in an iteration, although it had taken the same step in an earlier one.
     #[error(
         "step {step} at t = {time} s: in iteration {iteration} {cause}; it took the step before with another guess, so the \
          guesses may diverge: choose another [coupling] acceleration, or change communication_step"
@@ -91,7 +91,7 @@ pub enum CouplingError {
         /// Steps with the same answers.
         steps: u32,
     },
-    /// A unit whose state was restored answers otherwise than before.
+    /// After its state was restored, a unit gives another answer.
     #[error(
         "{participant} does not return to its saved state: restored and asked the same in step {step} from t = {time} s, it \
          answered {second:e} for `{variable}`[{index}] and {first:e} before; a saved state must hold all that later \
@@ -113,7 +113,7 @@ pub enum CouplingError {
         /// The second.
         second: f64,
     },
-    /// A unit takes steps of one length only, where another was asked for.
+    /// A unit that takes steps of one length only was to take another.
     #[error(
         "{participant} takes communication steps of one length only; leave out [time.adaptive] and \
          [coupling] on_failure = \"halve\", or choose water without memory"
@@ -122,7 +122,7 @@ pub enum CouplingError {
         /// Name of the participant.
         participant: String,
     },
-    /// The water's mass is in the dam's mass matrix and is exchanged too, or neither.
+    /// The mass of the water is both in the dam's mass matrix and exchanged, or neither.
     #[error(
         "{participant} {} the water's added mass in its mass matrix, which the {} [coupling] scheme does not allow; \
          {}", if *included { "has" } else { "does not have" }, if *included { "chosen" } else { "added-mass" },
@@ -134,15 +134,15 @@ pub enum CouplingError {
         /// Whether the mass is there.
         included: bool,
     },
-    /// An implicit scheme that may not iterate.
+    /// An implicit scheme with an iteration limit of 0.
     #[error(
         "the iteration limit is 0; allow an implicit scheme one iteration or more, or choose an explicit one"
     )]
     NoIteration,
-    /// Nothing can be passed between the wet faces of the two units.
+    /// The wet faces of the two units cannot be mapped.
     #[error(transparent)]
     Mapping(#[from] MappingError),
-    /// The points of the two units differ, and they are no wet faces that could be mapped.
+    /// The points of the two units differ and form no wet faces that could be mapped.
     #[error(
         "interface point {index} lies at ({dam_x}, {dam_y}) in the dam and at ({reservoir_x}, {reservoir_y}) in the \
          reservoir, and they make no wet faces from the heel up; both need the same points"
@@ -162,7 +162,7 @@ pub enum CouplingError {
 }
 
 impl CouplingError {
-    /// Whether the units did not come to agree, so that shorter steps may help.
+    /// Whether the coupling failed, so that shorter steps may help.
     pub fn is_of_coupling(&self) -> bool {
         matches!(
             self,
@@ -174,12 +174,12 @@ impl CouplingError {
     }
 }
 
-/// A window that failed, with what had happened in it so far.
+/// A failed window, with its report so far.
 #[derive(Debug, thiserror::Error)]
 #[error("{error}")]
 pub struct StepFailure {
     /// Exchanges up to the failure.
     pub report: Box<WindowReport>,
-    /// Why it failed.
+    /// The cause.
     pub error: CouplingError,
 }

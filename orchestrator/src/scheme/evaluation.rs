@@ -1,4 +1,4 @@
-//! Asking the units: one after the other, or both at once.
+//! Requests to the units, one after the other or both at once.
 
 use super::channels::Channels;
 use super::{CouplingError, Exchange, Interval, Side, Units};
@@ -6,7 +6,7 @@ use crate::mapping::Mapping;
 use crate::participant::{Occasion, Participant, ParticipantError, check_finite};
 use std::time::Instant;
 
-/// One iteration of a window: which, and what does not change in it.
+/// One iteration of a window, with everything that is constant in it.
 pub(super) struct Iteration<'a> {
     pub channels: &'a Channels,
     pub mapping: &'a Mapping,
@@ -15,7 +15,7 @@ pub(super) struct Iteration<'a> {
     pub steps: &'a [Interval],
     pub attempt: u32,
     pub iteration: u32,
-    /// A probe measures the units; what it finds tells nothing of convergence.
+    /// Whether it is a probe, which measures the units and does not show convergence.
     pub probe: bool,
 }
 
@@ -142,7 +142,7 @@ pub(super) fn ask(
     };
     let answered = began.elapsed();
     let result = result.and_then(|()| check_finite(unit.description(), &outputs, occasion.end()));
-    // What a unit that failed left there is no answer; one that is not finite is.
+    // The buffer of a failed unit is no answer; an answer that is not finite counts as one.
     if result.as_ref().is_err_and(|e| !matches!(e, ParticipantError::NonFinite { .. })) {
         outputs.clear();
     }

@@ -3,10 +3,10 @@ use super::{Exchange, Side, WindowReport};
 /// Steps with the same answers after which a unit counts as frozen.
 const PATIENCE: u32 = 20;
 
-/// Watches a unit: does it still answer to what it is given?
+/// Watches whether a unit still responds to its inputs.
 ///
-/// A unit that never answered to a change within a step is not watched: a motion that is prescribed, or any unit of a
-/// scheme that does not iterate. Neither is one whose answer is zero.
+/// A unit is not watched if it never responded to a change within a step, such as a prescribed motion or any unit of
+/// a scheme without iterations, nor if its answer is zero.
 #[derive(Clone, Debug, Default)]
 pub(super) struct FrozenWatch {
     responds: bool,
@@ -17,7 +17,8 @@ pub(super) struct FrozenWatch {
 }
 
 impl FrozenWatch {
-    /// `Some` steps if the unit of `side` would be frozen with the window that is about to be accepted.
+    /// The number of steps with equal answers, if the unit of `side` counts as frozen with the window that is about
+    /// to be accepted.
     pub fn frozen(&self, side: Side, report: &WindowReport) -> Option<u32> {
         let same = self.same_with(report, last(side, report)?);
         (self.responds && same >= PATIENCE).then_some(same)

@@ -4,21 +4,22 @@ use interface::WetFace;
 /// Work at the interface in a window of communication steps, J per metre of dam.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct InterfaceWork {
-    /// Done on the dam by the pressure it was given, in its motion as it was.
+    /// Work on the dam of the pressure that it was given, with its actual motion.
     pub on_dam: f64,
-    /// Done by the water with the pressure that it answered, in the motion that it was given. What the dam got and the
-    /// water did not give was produced by the coupling; if negative, it was lost.
+    /// Work of the water with the pressure that it answered and the motion that it was given. The difference of the
+    /// two is energy produced by the coupling, or lost if negative.
     pub by_water: f64,
 }
 
-/// What there is to say of the interface at the end of a step.
+/// The interface at the end of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InterfaceReport {
-    /// Work in the step; `None` where the units do not tell enough.
+    /// Work in the step; `None` if the units do not provide the variables for it.
     pub work: Option<InterfaceWork>,
     /// Lowest pressure at the dam's points, hydrostatic and hydrodynamic, against the atmosphere's, Pa.
     pub lowest_pressure: f64,
-    /// By how much the work differs between the two faces, because of the mapping: [`Mapping::work_error`](crate::mapping::Mapping::work_error).
+    /// Relative difference of the work between the two faces because of the mapping:
+    /// [`Mapping::work_error`](crate::mapping::Mapping::work_error).
     pub mapping_error: f64,
 }
 
@@ -47,11 +48,11 @@ pub(super) struct AtInterface {
     pub velocity: Vec<f64>,
     /// Pressure answered by the reservoir, Pa.
     pub answered: Vec<f64>,
-    /// Mean acceleration over the step that the reservoir was told, m/s².
+    /// Mean acceleration over the step that the reservoir was given, m/s².
     pub told: Vec<f64>,
 }
 
-/// Keeps account of the work at the interface.
+/// Computes the work at the interface step by step.
 ///
 /// Over a step of length H, with the pressure linear in time on either side and M the mass matrix of each unit's own
 /// panels (m):
@@ -61,14 +62,14 @@ pub(super) struct AtInterface {
 /// W_water = Σ M H (p̃₀v₀ + p̃₁v₁)/3 + H (p̃₀v₁ + p̃₁v₀)/6           v linear, as the reservoir takes it
 /// ```
 ///
-/// p as the dam was given it, with the dam's total motion; p̃ as the reservoir answered it, with the velocity that it was
-/// told, v₁ = v₀ + H ā.
+/// Here p is the pressure given to the dam, with the dam's total motion; p̃ is the reservoir's answer, with the
+/// velocity that the reservoir was given, v₁ = v₀ + H ā.
 pub(super) struct WorkAccount {
     dam: Panels,
     reservoir: Panels,
     normals: Vec<[f64; 2]>,
     before: Option<AtInterface>,
-    /// Velocity that the reservoir has been told.
+    /// Velocity that the reservoir was given.
     told: Vec<f64>,
     /// Velocity and acceleration of the ground.
     ground: [[f64; 2]; 2],

@@ -2,13 +2,13 @@
 //!
 //! With the dam p ↦ a = D(p) and the reservoir a ↦ p = R(a) over a window of one or several communication steps:
 //!
-//! | kind | in an iteration | repeats until |
+//! | scheme | an iteration | repeated until |
 //! |---|---|---|
 //! | serial explicit | the dam with the predicted p, the reservoir with its a | never |
 //! | parallel explicit | both at once, with predicted p and a | never |
 //! | serial implicit (Gauss–Seidel) | the dam with the guessed p, the reservoir with its a | p = R(D(p)) |
 //! | parallel implicit (Jacobi) | both at once, with guessed p and a | p = R(a) and a = D(p) |
-//! | added mass | the dam, which has the water's mass, then the reservoir, to know p | never |
+//! | added mass | the dam, which includes the mass of the water, then the reservoir, for p | never |
 
 mod channels;
 mod coupled;
@@ -30,7 +30,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// Which scheme a scene picks.
+/// The scheme that a scene chooses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SchemeKind {
@@ -43,7 +43,7 @@ pub enum SchemeKind {
     SerialImplicit,
     /// Jacobi: both at once, repeated until they agree.
     ParallelImplicit,
-    /// The water's mass is in the dam's mass matrix; the reservoir tells the pressure.
+    /// The added mass of the water is in the dam's mass matrix; the reservoir gives the pressure.
     AddedMass,
 }
 
@@ -59,20 +59,20 @@ impl SchemeKind {
     }
 }
 
-/// Which of the two units.
+/// One of the two units.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// The dam: takes pressure, answers with motion.
+    /// The dam: its input is pressure, its output motion.
     Dam,
-    /// The reservoir: takes acceleration, answers with pressure.
+    /// The reservoir: its input is acceleration, its output pressure.
     Reservoir,
 }
 
 /// The two units that are coupled.
 pub struct Units {
-    /// Takes pressure, answers with motion.
+    /// Input pressure, output motion.
     pub dam: Box<dyn Participant>,
-    /// Takes acceleration, answers with pressure.
+    /// Input acceleration, output pressure.
     pub reservoir: Box<dyn Participant>,
 }
 
@@ -101,30 +101,31 @@ impl Interval {
 pub struct Exchange {
     /// Unit that was asked.
     pub side: Side,
-    /// Which of its steps.
+    /// The step that it was asked to take.
     pub occasion: Occasion,
-    /// The values that the run went on with.
+    /// Whether the run continued with these values.
     pub accepted: bool,
     /// The request, in the order of the unit's input layout.
     pub inputs: Vec<f64>,
     /// The answer, in the order of the unit's output layout; empty if the unit failed and gave none.
     pub outputs: Vec<f64>,
-    /// When the request was sent, since the run began.
+    /// When the request was sent, from the start of the run.
     pub sent: Duration,
-    /// When the answer had come, since the run began.
+    /// When the answer arrived, from the start of the run.
     pub answered: Duration,
 }
 
-/// What happened in a window of communication steps, mostly of one.
+/// Report of a window of communication steps; usually a window is one step.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct WindowReport {
     /// The steps; step 0 is initialisation.
     pub steps: Vec<Interval>,
-    /// How often the window was begun anew with other steps, from 1.
+    /// Number of the attempt, from 1; each attempt has other steps.
     pub attempt: u32,
     /// Every exchange, in order.
     pub exchanges: Vec<Exchange>,
-    /// Whether the units agree as closely as was asked, or nothing was asked; a window can be accepted without.
+    /// Whether the units agree to the tolerance, or no agreement was required. A window can be accepted without
+    /// convergence.
     pub converged: bool,
     /// Residuals of the last iteration; `None` where nothing was compared.
     pub residuals: Option<Residuals>,
@@ -132,20 +133,20 @@ pub struct WindowReport {
     pub relaxation: f64,
     /// Differences of past iterations used last by a quasi-Newton scheme.
     pub secants: usize,
-    /// What linear interpolation of the pressure within the step misses at most, Pa (2-norm): an estimate of the
-    /// coupling error that no tolerance removes. `None` in the first steps and for windows of several.
+    /// Largest error of the linear interpolation of the pressure within the step, Pa (2-norm): an estimate of the
+    /// coupling error that does not depend on the tolerance. `None` in the first steps and for windows of several.
     pub interpolation_error: Option<f64>,
-    /// Largest pressure of the run before this window, and of its last step where it is one alone, Pa (2-norm).
+    /// Largest pressure of the run before this window and, if the window is a single step, in this step, Pa (2-norm).
     pub largest_pressure: f64,
     /// The interface at the end of each step, once accepted.
     pub interface: Vec<InterfaceReport>,
-    /// Change of the residual when pressures change by rounding, Pa; `None` as long as it was not measured.
+    /// Change of the residual when pressures change by rounding, Pa; `None` until it is measured.
     pub rounding_floor: Option<f64>,
-    /// Time that the dam and the reservoir themselves took, states saved and restored included.
+    /// Time spent in the dam and in the reservoir, including saving and restoring states.
     pub solver_time: [Duration; 2],
-    /// With a unit at work: the sum of the two, or the longer where both work at once.
+    /// Time in which a unit was computing: the sum of the two, or the longer one where both compute at once.
     pub unit_time: Duration,
-    /// What the units said.
+    /// Messages of the units.
     pub messages: Vec<Message>,
 }
 
@@ -165,7 +166,7 @@ impl WindowReport {
         self.steps.last().map_or(0.0, Interval::end)
     }
 
-    /// Number of iterations: dam steps a communication step, the confirming one included.
+    /// Number of iterations: dam steps per communication step, including the confirming one.
     pub fn iterations(&self) -> u32 {
         self.exchanges.last().map_or(0, |e| e.occasion.iteration)
     }
@@ -177,7 +178,7 @@ impl WindowReport {
             .map(|error| error / self.largest_pressure)
     }
 
-    /// Whether the run went on with it.
+    /// Whether the run continued with it.
     pub fn is_accepted(&self) -> bool {
         self.exchanges.iter().any(|e| e.accepted)
     }
@@ -187,7 +188,7 @@ impl WindowReport {
         self.exchanges.iter().rev().find(|e| e.side == side && e.accepted && e.occasion.step == step)
     }
 
-    /// Calls of `side` to step, and how many of them repeated a step.
+    /// Number of steps that `side` took, and of those that repeated a step.
     pub fn calls(&self, side: Side) -> [u64; 2] {
         let calls = self.exchanges.iter().filter(|e| e.side == side && e.occasion.step > 0);
         let repeated = |e: &&Exchange| e.occasion.iteration > 1 || e.occasion.attempt > 1;

@@ -2,8 +2,9 @@ use std::collections::VecDeque;
 
 /// Extrapolates the accepted values to the end of the next steps, for their first guess.
 ///
-/// The polynomial through the newest `order + 1` accepted values, of as high an order as the history allows; steps may
-/// differ in length. With equal ones: order 0: p₀; order 1: 2p₀ − p₁; order 2: 3p₀ − 3p₁ + p₂, with p₀ the newest.
+/// The polynomial through the newest `order + 1` accepted values, of the highest order that the history allows; steps
+/// may differ in length. For equal steps: order 0: p₀; order 1: 2p₀ − p₁; order 2: 3p₀ − 3p₁ + p₂, with p₀ the
+/// newest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Predictor {
     order: usize,
@@ -22,7 +23,7 @@ impl Predictor {
 
     /// Takes the accepted values at the end of a step of `length` (s).
     pub fn accept(&mut self, length: f64, values: &[f64]) {
-        // Curvature needs three, whatever the order.
+        // The curvature needs three, for every order.
         self.history.truncate(Self::HIGHEST_ORDER);
         self.history.push_front((length, values.to_vec()));
     }
@@ -32,7 +33,7 @@ impl Predictor {
         values.fill(0.0);
         let used = self.history.len().min(self.order + 1);
         let mut back = 0.0;
-        // How far back the values lie from the point that is asked for, in units of `ahead`: 1, 2, 3 for equal steps.
+        // Distances of the values from the requested point, in units of `ahead`: 1, 2, 3 for equal steps.
         let distances: Vec<f64> = std::iter::once(1.0)
             .chain(self.history.iter().map(|(length, _)| {
                 back += length / ahead;
@@ -49,9 +50,9 @@ impl Predictor {
         }
     }
 
-    /// What linear interpolation over a step of `length` (s) to `values` misses at most, to leading order:
-    /// `H²/8 |p″|`, 2-norm, with p″ from the last three values; `None` with fewer. `values` may be the first of those
-    /// that were accepted.
+    /// Largest error of the linear interpolation over a step of `length` (s) to `values`, to leading order: `H²/8
+    /// |p″|`, 2-norm, with p″ from the last three values; `None` with fewer. `values` may already be the newest
+    /// accepted ones.
     pub fn interpolation_error(&self, length: f64, values: &[f64]) -> Option<f64> {
         let ((before, p), (_, q)) = self.history.front().zip(self.history.get(1))?;
         let curvature = |((new, old), older): ((&f64, &f64), &f64)| {

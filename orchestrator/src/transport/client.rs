@@ -11,21 +11,21 @@ use iceoryx2::service::port_factory::PortFactory;
 use std::fmt::Debug;
 use std::time::Duration;
 
-/// The orchestrator's end of a unit's service.
+/// The orchestrator's side of a unit's service.
 pub struct Client {
     unit: String,
     port: Port<Ipc, [f64], Header, [f64], Header>,
     wait: Wait,
 }
 
-/// From then on a wait for an answer counts as long, and its caller looks whether it still makes sense.
+/// Waiting time after which the caller checks between sleeps whether to go on waiting.
 const LATE: Duration = Duration::from_millis(10);
 
 impl Client {
     /// Opens the service of `unit` in `run`, whose requests have up to `values` values.
     ///
-    /// **Errors**: no such service; another protocol version; a `layout` (see [`super::layout_hash`]) other
-    /// than the service carries; no shared memory.
+    /// **Errors**: no such service; another protocol version; a `layout` other than the
+    /// service carries; no shared memory.
     pub fn open(run: u64, unit: &str, layout: &str, values: usize) -> Result<Self, TransportError> {
         let failed = |e: &dyn Debug| shared_memory_error("opening the service of a unit", &e);
         let node = node()?;
@@ -59,7 +59,7 @@ impl Client {
         Ok(Self { unit: unit.to_owned(), port, wait: Wait::new() })
     }
 
-    /// Takes memory for a request of `values` values and gives it back.
+    /// Allocates memory for a request of `values` values and frees it.
     pub(super) fn reserve(&mut self, values: usize) -> Result<(), TransportError> {
         let request = self.port.loan_slice(values);
         request.map(drop).map_err(|e| shared_memory_error("taking memory", &e))
@@ -67,9 +67,9 @@ impl Client {
 
     /// Sends a request and waits for its answer, which it hands to `take`; returns the answer's header.
     ///
-    /// When the answer is late (10 ms), `look` is called after every nap, and may give up.
+    /// When the answer is late (10 ms), `look` is called after every sleep; its error ends the wait.
     ///
-    /// **Errors**: nobody serves; the answer does not echo the header; whatever `look` returns.
+    /// **Errors**: the unit is not connected; the answer does not echo the header; whatever `look` returns.
     pub fn call<E: From<TransportError>>(
         &mut self,
         header: Header,

@@ -1,16 +1,13 @@
-use crate::participant::{Description, Occasion};
 use iceoryx2::prelude::ZeroCopySend;
-use sha2::{Digest, Sha256};
-use std::fmt::Write;
 
-/// Version of the protocol: header, commands, and what the unit says when it is ready.
+/// Version of the protocol: header, commands, and the lines on standard output.
 pub const PROTOCOL_VERSION: u32 = 2;
 
-/// What a unit is asked to do.
+/// Command of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Command {
-    /// Answer with the variable, none of the exchanged ones, of value reference [`Header::variable`].
+    /// Answer with the variable of value reference [`Header::variable`], which is not an exchanged one.
     Read = 1,
     /// Initialise at [`Header::time`] with the inputs, answer with the outputs.
     Initialise = 2,
@@ -22,17 +19,17 @@ pub enum Command {
     RestoreAndStep = 5,
 }
 
-/// How a call went.
+/// Result of a call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Status {
     /// The answer holds the outputs.
     Done = 0,
-    /// The unit says why on its standard output; the answer is empty.
+    /// The unit writes the reason to its standard output; the answer is empty.
     Failed = 1,
 }
 
-/// What every request begins with; an answer repeats it, and fills the last three fields.
+/// Header of every request; an answer repeats it and fills the last three fields.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("cofferdam.Header")]
@@ -48,7 +45,7 @@ pub struct Header {
     pub step: u64,
     /// Iteration of the communication step, from 1.
     pub iteration: u32,
-    /// How often the step was begun anew with another length, from 1.
+    /// Number of the attempt, from 1; each attempt has another step length.
     pub attempt: u32,
     /// Start of the step, s.
     pub time: f64,
@@ -60,51 +57,30 @@ pub struct Header {
     pub status: u32,
     /// Time that the unit spent, ns; 0 in a request.
     pub busy: u64,
-    /// Number of words that the unit has said on its standard output so far; 0 in a request.
+    /// Number of lines ([`Word`](crate::participant::Word)) that the unit has written to its standard output so far;
+    /// 0 in a request.
     pub words: u64,
 }
 
 /// A field of the header that must be echoed.
 pub type HeaderField = &'static str;
 
-/// The header's fields: name, type, offset in bytes.
-const FIELDS: [(HeaderField, &str, usize); 12] = [
-    ("protocol_version", "u32", 0),
-    ("command", "u32", 4),
-    ("run", "u64", 8),
-    ("step", "u64", 16),
-    ("iteration", "u32", 24),
-    ("attempt", "u32", 28),
-    ("time", "f64", 32),
-    ("communication_step", "f64", 40),
-    ("variable", "u32", 48),
-    ("status", "u32", 52),
-    ("busy", "u64", 56),
-    ("words", "u64", 64),
-];
-
 impl Header {
-    /// A request of `run` for `command` on `occasion`.
-    pub fn request(run: u64, command: Command, occasion: &Occasion) -> Self {
-        let Occasion { step, iteration, attempt, time, communication_step } = *occasion;
-        Self {
-            protocol_version: PROTOCOL_VERSION,
-            command: command as u32,
-            run,
-            step,
-            iteration,
-            attempt,
-            time,
-            communication_step,
-            ..Self::default()
-        }
-    }
-
-    /// The occasion that a request is for.
-    pub fn occasion(&self) -> Occasion {
-        let Self { step, iteration, attempt, time, communication_step, .. } = *self;
-        Occasion { step, iteration, attempt, time, communication_step }
-    }
+    /// Its fields: name, type, offset in bytes.
+    pub const FIELDS: [(HeaderField, &str, usize); 12] = [
+        ("protocol_version", "u32", 0),
+        ("command", "u32", 4),
+        ("run", "u64", 8),
+        ("step", "u64", 16),
+        ("iteration", "u32", 24),
+        ("attempt", "u32", 28),
+        ("time", "f64", 32),
+        ("communication_step", "f64", 40),
+        ("variable", "u32", 48),
+        ("status", "u32", 52),
+        ("busy", "u64", 56),
+        ("words", "u64", 64),
+    ];
 
     /// The command, if it is one.
     pub fn command(&self) -> Option<Command> {
@@ -112,7 +88,7 @@ impl Header {
         [Read, Initialise, Step, SaveAndStep, RestoreAndStep].into_iter().find(|c| *c as u32 == self.command)
     }
 
-    /// The first field that `answer` does not repeat: its name, what was sent, what came.
+    /// The first field that `answer` does not repeat: its name, the value sent, the value in the answer.
     pub fn difference(&self, answer: &Self) -> Option<(HeaderField, String, String)> {
         let echoed = |h: &Self| {
             [
@@ -129,33 +105,13 @@ impl Header {
         };
         let (sent, found) = (echoed(self), echoed(answer));
         let index = (0..sent.len()).find(|&i| sent[i] != found[i])?;
-        let (name, kind, _) = FIELDS[index];
+        let (name, kind, _) = Self::FIELDS[index];
         let show = |bits: u64| match kind {
             "f64" => f64::from_bits(bits).to_string(),
             _ => bits.to_string(),
         };
         Some((name, show(sent[index]), show(found[index])))
     }
-}
-
-/// Hash of how requests and answers of a unit are laid out: SHA-256, in hexadecimal digits, of one line
-/// `header NAME TYPE OFFSET` a field of the header and one line `input NAME REFERENCE SIZE` or
-/// `output NAME REFERENCE SIZE` a variable, each ended by a line feed.
-pub fn layout_hash(description: &Description) -> String {
-    let mut text = String::new();
-    // Writing to a string cannot fail.
-    for (name, kind, offset) in FIELDS {
-        let _ = writeln!(text, "header {name} {kind} {offset}");
-    }
-    for (what, layout) in [("input", &description.inputs), ("output", &description.outputs)] {
-        for (channel, range) in layout.channels() {
-            let _ = writeln!(text, "{what} {} {} {}", channel.name, channel.value_reference, range.len());
-        }
-    }
-    Sha256::digest(text).iter().fold(String::new(), |mut digits, byte| {
-        let _ = write!(digits, "{byte:02x}");
-        digits
-    })
 }
 
 #[cfg(test)]
@@ -179,15 +135,16 @@ mod tests {
             offset_of!(Header, busy),
             offset_of!(Header, words),
         ];
-        assert_eq!(FIELDS.map(|f| f.2), offsets);
+        assert_eq!(Header::FIELDS.map(|f| f.2), offsets);
         assert_eq!(size_of::<Header>(), 72);
     }
 
     #[test]
     fn an_echo_that_differs_is_named() {
-        let occasion = Occasion { step: 7, iteration: 2, attempt: 1, time: 0.5, communication_step: 0.25 };
-        let request = Header::request(3, Command::Step, &occasion);
-        assert_eq!((request.occasion(), request.command()), (occasion, Some(Command::Step)));
+        let command = Command::Step as u32;
+        let request =
+            Header { protocol_version: 2, command, run: 3, step: 7, time: 0.5, ..Header::default() };
+        assert_eq!(request.command(), Some(Command::Step));
         let answer = Header { status: 1, busy: 9, words: 2, ..request };
         assert_eq!(request.difference(&answer), None);
         let late = Header { time: 0.25, ..request };

@@ -1,10 +1,10 @@
-//! Request and response over shared memory (iceoryx2), which appears only here.
+//! Request and response over shared memory by iceoryx2, which is used only here.
 //!
-//! A unit is the one server of the service `cofferdam/<run>/<unit>`, the orchestrator its one
-//! client. Request and answer are `[f64]` slices behind the same [`Header`]; the service carries
-//! protocol version and layout hash as attributes. Files of iceoryx2 lie in a folder of the user's
-//! own, so that users do not meet. What a killed process leaves behind is removed by the next one
-//! that opens or closes a node there, and whatever escapes that by the next one that is alone.
+//! A unit is the one server of the service `cofferdam/<run>/<unit>`, the orchestrator its one client. Request and
+//! answer are `[f64]` slices behind the same [`Header`]; the service carries protocol version and layout hash as
+//! attributes. The files of iceoryx2 lie in a folder of the user, so that users do not disturb each other. What a
+//! killed process leaves there is removed by the next process that opens or closes a node; anything that remains is
+//! removed by the next process that is alone.
 
 mod client;
 mod header;
@@ -12,7 +12,7 @@ mod server;
 mod wait;
 
 pub use client::Client;
-pub use header::{Command, Header, PROTOCOL_VERSION, Status, layout_hash};
+pub use header::{Command, Header, PROTOCOL_VERSION, Status};
 pub use server::Server;
 pub use wait::shorten_naps;
 
@@ -30,31 +30,31 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::time::Duration;
 
-/// What goes wrong on the way between two processes.
+/// Why two processes cannot communicate.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TransportError {
-    /// Shared memory cannot be had.
+    /// Shared memory is not available.
     #[error(
-        "shared memory cannot be had: {why} ({cause} while {doing}); mend that, or go on without by --transport in-process"
+        "shared memory is not available: {why} ({cause} while {doing}); correct this, or use --transport in-process"
     )]
     SharedMemory {
-        /// What is wrong with the machine, as far as can be seen.
+        /// The probable reason.
         why: String,
-        /// What was being done.
+        /// The operation that failed.
         doing: &'static str,
-        /// What iceoryx2 said.
+        /// The error of iceoryx2.
         cause: String,
     },
-    /// Something of this user's name in shared memory belongs to somebody else.
+    /// The folder of this user in shared memory belongs to another user.
     #[error(
-        "{} is not a folder that only this user can write into; ask its owner or root to remove it, or go on \
-         without shared memory by --transport in-process", path.display()
+        "{} is not a folder that only this user can write into; ask its owner or root to remove it, or use \
+         --transport in-process", path.display()
     )]
     Folder {
         /// The folder.
         path: PathBuf,
     },
-    /// The other side speaks another version of the protocol.
+    /// The other process uses another version of the protocol.
     #[error(
         "{unit} speaks version {found} of the exchange protocol, this program version {expected}; run both from the same build"
     )]
@@ -63,17 +63,17 @@ pub enum TransportError {
         unit: String,
         /// This program's version.
         expected: u32,
-        /// The unit's.
+        /// The unit's version.
         found: u32,
     },
-    /// The other side lays out requests and answers otherwise.
+    /// The other process lays out requests and answers differently.
     #[error(
-        "{unit} lays out requests and answers as {found}, by its description they are {expected}; run both from the same build"
+        "{unit} lays out requests and answers as {found}, but its description gives {expected}; run both from the same build"
     )]
     Layout {
         /// Name of the unit.
         unit: String,
-        /// Hash that follows from the unit's description.
+        /// Hash computed from the unit's description.
         expected: String,
         /// Hash that its service carries.
         found: String,
@@ -87,9 +87,9 @@ pub enum TransportError {
         unit: String,
         /// Field of the header.
         field: HeaderField,
-        /// What was sent.
+        /// The value sent.
         sent: String,
-        /// What came back.
+        /// The value in the answer.
         found: String,
     },
     /// An answer has another length than it should.
@@ -102,7 +102,7 @@ pub enum TransportError {
         /// Number of values that came.
         found: usize,
     },
-    /// The other side is not connected.
+    /// The other process is not connected.
     #[error("{unit} is not connected; it must serve `{service}` before it says that it is ready")]
     NotConnected {
         /// Name of the unit.
@@ -118,9 +118,9 @@ type Node = iceoryx2::node::Node<Ipc>;
 const ATTRIBUTE_PROTOCOL: &str = "protocol";
 const ATTRIBUTE_LAYOUT: &str = "layout";
 const SHARED_MEMORY: &str = "/dev/shm";
-/// Space that must be free there, bytes: several times what a run of thousands of interface points takes.
+/// Space that must be free there, bytes: several times the need of a run with thousands of interface points.
 const LEAST_SPACE: u64 = 4 << 20;
-/// How long to wait for another process that is just tidying up after a dead one.
+/// Time to wait for another process that is removing the files of a dead one.
 const TIDYING: Duration = Duration::from_millis(100);
 
 /// Name of a unit's service.
@@ -128,12 +128,12 @@ pub fn service_name(run: u64, unit: &str) -> String {
     format!("cofferdam/{run:016x}/{unit}")
 }
 
-/// Checks that shared memory can be had, before any work is done; removes what dead processes left behind.
+/// Checks that shared memory is available; removes the files of dead processes.
 ///
 /// **Errors**: [`TransportError::SharedMemory`], [`TransportError::Folder`].
 pub fn probe(run: u64) -> Result<(), TransportError> {
     const VALUES: usize = 4096;
-    // Memory that is promised and then not there ends a process by a signal.
+    // If memory is granted but missing on use, a signal ends the process.
     if rustix::fs::statvfs(SHARED_MEMORY).is_ok_and(|s| s.f_bavail * s.f_frsize < LEAST_SPACE) {
         return Err(shared_memory_error(
             "looking for space",
@@ -148,27 +148,27 @@ pub fn probe(run: u64) -> Result<(), TransportError> {
     Ok(())
 }
 
-/// Removes what dead processes of this user left behind.
+/// Removes the files of dead processes of this user.
 pub fn tidy() {
     if let Ok(node) = node() {
         node.blocking_cleanup_dead_nodes(TIDYING);
     }
 }
 
-/// A run's number, which no other run has.
+/// A random number for a run.
 pub fn new_run() -> u64 {
     use std::hash::{BuildHasher, Hasher};
-    // Keys of hash maps are the system's random numbers.
+    // The keys of hash maps are random numbers of the system.
     std::hash::RandomState::new().build_hasher().finish()
 }
 
-/// What everything of this user is called that lies in shared memory.
+/// Prefix of the names of this user's files in shared memory.
 fn prefix() -> String {
     format!("cofferdam-{}", rustix::process::getuid().as_raw())
 }
 
-/// The user's own folder for iceoryx2's files, which nobody else may write into. It lies where the memory does, and
-/// goes with it.
+/// The user's folder for the files of iceoryx2, which no other user may write into. It lies in the same file system
+/// as the memory and is lost with it.
 fn folder() -> Result<PathBuf, TransportError> {
     let path = Path::new(SHARED_MEMORY).join(prefix());
     let failed = |e: std::io::Error| shared_memory_error("making a folder", &e);
@@ -187,7 +187,7 @@ fn folder() -> Result<PathBuf, TransportError> {
     Ok(path)
 }
 
-/// Says that this process uses `folder`, as long as it lives; if no other does, removes whatever is left there.
+/// Marks `folder` as used by this process until it ends; if no other process uses it, removes what is left there.
 fn hold(folder: &Path) -> std::io::Result<()> {
     static LOCK: OnceLock<File> = OnceLock::new();
     if LOCK.get().is_some() {
@@ -199,15 +199,15 @@ fn hold(folder: &Path) -> std::io::Result<()> {
         lock.unlock()?;
     }
     lock.lock_shared()?;
-    // Another thread may have been first; one lock is enough.
+    // Another thread may have set it first; one lock is enough.
     let _ = LOCK.set(lock);
     Ok(())
 }
 
-/// Removes everything of this user from shared memory but the lock; nobody may be using it.
+/// Removes all files of this user from shared memory except the lock; no process may use them.
 fn sweep(folder: &Path) {
     let segments = format!("{}_", prefix());
-    // What cannot be removed will not be missed: names are not used twice.
+    // What cannot be removed does no harm: names are not used twice.
     for entry in std::fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten() {
         if entry.file_name().to_string_lossy().starts_with(&segments) {
             let _ = std::fs::remove_file(entry.path());
@@ -219,7 +219,7 @@ fn sweep(folder: &Path) {
 }
 
 fn node() -> Result<Node, TransportError> {
-    // Its messages would come beside ours, which name the remedy.
+    // Its messages would repeat ours, which name the remedy.
     set_log_level(LogLevel::Fatal);
     let folder = folder()?;
     let mut config = Config::default();
@@ -231,7 +231,7 @@ fn node() -> Result<Node, TransportError> {
     builder.create::<Ipc>().map_err(|e| shared_memory_error("making a node", &e))
 }
 
-/// An error of iceoryx2 or the system, with what seems wrong with the machine's shared memory.
+/// An error of iceoryx2 or the system, with the probable reason.
 fn shared_memory_error(doing: &'static str, cause: &dyn Debug) -> TransportError {
     let path = Path::new(SHARED_MEMORY);
     let why = match (std::fs::read_dir(path), try_writing(path), rustix::fs::statvfs(path)) {
@@ -253,11 +253,11 @@ fn shared_memory_error(doing: &'static str, cause: &dyn Debug) -> TransportError
     TransportError::SharedMemory { why, doing, cause: format!("{cause:?}") }
 }
 
-/// Makes a file in `folder` and removes it.
+/// Creates a file in `folder` and removes it.
 fn try_writing(folder: &Path) -> std::io::Result<()> {
     let path = folder.join(format!("{}-{:016x}", prefix(), new_run()));
     File::create_new(&path)?;
-    // It is there, so it could be written.
+    // It was created; removing it may fail.
     let _ = std::fs::remove_file(path);
     Ok(())
 }

@@ -5,7 +5,7 @@ use iceoryx2::prelude::{AllocationStrategy, ServiceName};
 use std::fmt::Debug;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A unit's end of its service.
+/// A unit's side of its service.
 pub struct Server {
     port: Port<Ipc, [f64], Header, [f64], Header>,
 }
@@ -31,8 +31,8 @@ impl Server {
         Ok(Self { port })
     }
 
-    /// Answers requests until `over`: `answer` gets header and values of each and fills header and values of
-    /// the answer, which begin as the request's header and as nothing.
+    /// Answers requests until `over`: `answer` gets header and values of each and fills header and values of the
+    /// answer, which are the request's header and empty at first.
     ///
     /// **Errors**: the answer cannot be sent.
     pub fn serve(

@@ -1,24 +1,24 @@
 use std::time::{Duration, Instant};
 
-/// Until then a waiting process spins: an idle unit answers within. Longer, and two processes that the system has
-/// put on one core cost each other their spinning (45 µs an exchange with 20 µs, 17 with 6).
+/// Waiting time up to which a process spins; an idle unit answers within it. A longer time is costly if the system
+/// has put both processes on one core (45 µs an exchange with 20 µs, 17 µs with 6 µs).
 const SPIN: Duration = Duration::from_micros(6);
-/// Until then it lets others run and looks again at once.
+/// Waiting time up to which it then yields to other processes between two checks.
 const YIELD: Duration = Duration::from_micros(100);
-/// Then it sleeps at least this long between two looks: pure spinning or yielding collapses when there are more
-/// processes than cores.
+/// Shortest sleep between two checks after that: pure spinning or yielding fails when there are more processes than
+/// cores.
 const SHORTEST_NAP: Duration = Duration::from_micros(20);
-/// The longer it has waited the longer it sleeps, which delays an answer by no more than this share.
+/// A sleep lasts the time waited so far divided by this number, which bounds the relative delay of an answer.
 const NAP_SHARE: u32 = 50;
 const LONGEST_NAP: Duration = Duration::from_millis(1);
-/// This long before and after the end of the last wait it looks at once again: solves take nearly the same time,
-/// and a nap on an idle core lasts 40 µs longer than asked for.
+/// Time before and after the length of the last wait in which it does not sleep: solves take nearly the same time,
+/// and a sleep on an idle core lasts 40 µs longer than asked for.
 const AROUND: Duration = Duration::from_micros(150);
 
-/// Waiting for the other side, again and again: spin, then yield, then nap until the other side is expected.
+/// Waits for the other process: spins, then yields, then sleeps until the answer is expected.
 pub(super) struct Wait {
     began: Instant,
-    /// How long the last wait lasted.
+    /// Length of the last wait.
     last: Duration,
 }
 
@@ -37,7 +37,7 @@ impl Wait {
         self.last = self.began.elapsed();
     }
 
-    /// Pauses between two looks; returns how long the wait has lasted.
+    /// Pauses between two checks; returns the time waited so far.
     pub fn pause(&self) -> Duration {
         let waited = self.began.elapsed();
         let soon = self.last.saturating_sub(AROUND);
@@ -53,8 +53,8 @@ impl Wait {
     }
 }
 
-/// Makes naps of the calling thread as short as asked for: by default Linux adds some 50 µs to each.
+/// Makes sleeps of the calling thread precise: by default Linux adds some 50 µs to each.
 pub fn shorten_naps() {
-    // A nap that lasts longer is no more than slow.
+    // If this fails, sleeps are only longer.
     let _ = rustix::thread::set_current_timer_slack(Some(std::num::NonZeroU64::MIN));
 }

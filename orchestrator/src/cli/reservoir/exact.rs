@@ -1,4 +1,4 @@
-//! The closed forms that stand beside what was computed.
+//! The closed forms with which results are compared.
 
 mod history;
 
@@ -21,16 +21,16 @@ enum Kind {
     Rigid,
     /// Horizontal motion over an absorbing bed.
     Absorbing,
-    /// Horizontal motion, water that cannot be compressed.
+    /// Horizontal motion, incompressible water.
     Incompressible,
-    /// Vertical motion: one column of water.
+    /// Vertical motion: a column of water.
     Column,
-    /// Vertical motion, water that cannot be compressed.
+    /// Vertical motion, incompressible water.
     Still,
 }
 
 impl Exact {
-    /// The closed form, or why there is none.
+    /// The closed form, or the reason why there is none.
     pub fn of(parameters: &ReservoirParameters, motion: Motion) -> Result<Self, &'static str> {
         let ReservoirParameters { wet_face, wave_reflection_coefficient: alpha, .. } = parameters;
         let depth = wet_face.depth();
@@ -49,13 +49,13 @@ impl Exact {
             (Motion::Horizontal, false) => Kind::Incompressible,
             (Motion::Vertical, true) => Kind::Column,
             (Motion::Vertical, false) if parameters.fidelity == Fidelity::Incompressible => Kind::Still,
-            (Motion::Vertical, false) => return Err("an added mass does not know the bed"),
+            (Motion::Vertical, false) => return Err("an added mass does not depend on the bed"),
         };
         let ReservoirParameters { density, sound_speed, .. } = *parameters;
         Ok(Self { kind, density, depth, sound_speed, alpha: *alpha })
     }
 
-    /// The closed form, if it has one over time, or why there is none.
+    /// The closed form if it is known over time, or the reason why there is none.
     pub fn with_history(self) -> Result<Self, &'static str> {
         match self.kind {
             Kind::Rigid => Ok(self),
@@ -82,7 +82,7 @@ impl Exact {
     }
 
     /// Pressure (Pa per m/s²) at every elevation (m) and force along x (N/m per m/s²), for the acceleration `e^{st}`
-    /// downstream or up. What runs away from the water sucks, what lifts it presses.
+    /// downstream or up. Motion away from the water gives suction, motion of the bed upwards gives compression.
     pub fn at(&self, s: Complex64, elevations: &[f64]) -> (Vec<Complex64>, Complex64) {
         let Self { density, depth, sound_speed, alpha, .. } = *self;
         let each = |pressure: &dyn Fn(f64) -> Complex64| -> Vec<Complex64> {
@@ -120,7 +120,7 @@ mod tests {
         ReservoirParameters::before(WetFace::straight([0.0, 90.0], 8).expect("a face"))
     }
 
-    /// Both are sums of the same modes, of fewer for the force over a bed that absorbs.
+    /// Both are sums of the same modes; the force over an absorbing bed uses fewer.
     #[test]
     fn an_absorbing_bed_that_is_rigid_gives_the_rigid_ones_numbers() {
         let s = Complex64::new(1.0, 30.0);

@@ -16,7 +16,7 @@ pub struct Arguments {
     #[arg(long, visible_alias = "frequency", value_name = "RAD/S")]
     omega: f64,
 
-    /// How the rigid dam moves, the ground with it
+    /// Motion of the rigid dam and the ground
     #[arg(short, long, value_enum, default_value_t = Motion::Horizontal)]
     motion: Motion,
 
@@ -37,13 +37,13 @@ ParaView, PyVista and meshio read it.
 
 Examples:
   cofferdam reservoir field scenes/koyna-intact --omega 20 --output field
-      Below the first cut-off frequency: nothing travels upstream.
+      Below the first cut-off frequency: no wave travels upstream.
   cofferdam reservoir field scenes/koyna-intact --omega 40 --motion vertical --set 'reservoir.bed=[[-80, 20]]' -o field
-      A bed that rises upstream, shaken up and down.
+      A bed that rises upstream, in vertical motion.
 
 Exit status: 0, 1 results could not be written, 2 the scene or an option is wrong, 4 the water cannot be computed.";
 
-/// Cells a depth and a sound wave.
+/// Cells per depth and per sound wave.
 const A_DEPTH: f64 = 40.0;
 const A_WAVE: f64 = 20.0;
 
@@ -53,7 +53,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let parameters = &water.parameters;
     if !(*omega > 0.0 && omega.is_finite() && *sigma >= 0.0 && sigma.is_finite()) {
         return Err(unfit(format!(
-            "--omega {omega} rad/s and --sigma {sigma} 1/s are no frequency; the first must be above 0, the second 0 or more"
+            "--omega {omega} rad/s and --sigma {sigma} 1/s are no valid frequency; the first must be above 0, the second 0 or more"
         )));
     }
     if !parameters.fidelity.is_solved() {

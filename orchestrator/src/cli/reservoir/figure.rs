@@ -1,4 +1,4 @@
-//! Pictures of what the water answers, as SVG.
+//! Pictures of the response of the water, as SVG.
 
 use crate::cli::picture::{BLUE, Drawing, FONT, GREEN, ORANGE, svg};
 use plotters::coord::Shift;
@@ -9,7 +9,7 @@ use std::error::Error;
 /// A complex amplitude over ω/ω₁.
 pub struct Curve {
     pub label: String,
-    /// Which colour.
+    /// Index of the colour.
     pub colour: usize,
     pub dashed: bool,
     pub points: Vec<(f64, Complex64)>,
@@ -18,7 +18,7 @@ pub struct Curve {
 /// A real value over time.
 pub struct History {
     pub label: String,
-    /// Which colour.
+    /// Index of the colour.
     pub colour: usize,
     pub dashed: bool,
     pub points: Vec<(f64, f64)>,
@@ -37,10 +37,10 @@ impl Curve {
 
 const COLOURS: [RGBColor; 6] =
     [BLUE, ORANGE, GREEN, RGBColor(0xd6, 0x27, 0x28), RGBColor(0x94, 0x67, 0xbd), RGBColor(0x8c, 0x56, 0x4b)];
-/// Of all amplitudes, the share that an axis must hold: resonances reach beyond it.
+/// Share of the amplitudes that an axis covers; resonances exceed it.
 const SHOWN: f64 = 0.95;
 
-/// What an axis is called, and from where to where it goes.
+/// Label and range of an axis.
 struct Axis<'a> {
     name: &'a str,
     range: std::ops::Range<f64>,
@@ -90,7 +90,7 @@ fn across(histories: &[History]) -> std::ops::Range<f64> {
     if most > least { least..most } else { least - 0.5..least + 0.5 }
 }
 
-/// What most values do not exceed.
+/// Bound of most values.
 fn typical(histories: &[History]) -> f64 {
     let mut values: Vec<f64> = histories.iter().flat_map(|h| h.points.iter().map(|(_, v)| *v)).collect();
     values.sort_by(f64::total_cmp);
@@ -114,7 +114,7 @@ fn chart(
     chart.configure_mesh().x_desc(across.name).y_desc(up.name).light_line_style(TRANSPARENT).draw()?;
     for History { label, colour, dashed, points } in histories {
         let colour = COLOURS[colour % COLOURS.len()];
-        // What lies beyond the axis runs along its end.
+        // Values beyond the axis are drawn at its end.
         let shown: Vec<(f64, f64)> = points.iter().map(|(x, v)| (*x, v.clamp(least, most))).collect();
         let series = if *dashed {
             chart.draw_series(DashedLineSeries::new(shown, 5, 4, BLACK.stroke_width(1)))?

@@ -3,16 +3,15 @@
 use super::{Failure, unfit};
 use reservoir::ReservoirParameters;
 
-/// Points, and the four of each cell, anticlockwise.
+/// Points, and the four points of each cell, anticlockwise.
 pub struct Grid {
     pub points: Vec<[f64; 2]>,
     pub cells: Vec<[usize; 4]>,
 }
 
-/// How far the grid stays away from the boundary, as a share of the depth: there the kernels are singular, and values
-/// are those of the point itself.
+/// Distance of the grid from the boundary as a share of the depth; on the boundary the kernels are singular.
 const INSET: f64 = 1e-3;
-/// Most points of a grid.
+/// Largest number of points of a grid.
 const MOST: f64 = 1e6;
 
 impl Grid {
@@ -39,7 +38,7 @@ impl Grid {
         let [across, up] = [count(&sides.bottom, &sides.top), count(&sides.left, &sides.right)];
         if across * up > MOST {
             return Err(unfit(format!(
-                "cells of {size} m make a grid of {:.1e} points, {MOST:.0e} are the most; raise --size",
+                "cells of {size} m make a grid of {:.1e} points, more than {MOST:.0e}; raise --size",
                 across * up
             )));
         }
@@ -66,7 +65,7 @@ impl Grid {
         }
     }
 
-    /// A corner at which a cell does not turn left.
+    /// A corner at which a cell is folded.
     fn folded(&self) -> Option<[f64; 2]> {
         let turns_left =
             |[a, b, c]: [[f64; 2]; 3]| (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0]) > 0.0;
@@ -98,7 +97,7 @@ impl Sides {
     }
 }
 
-/// A polygonal line by the share of its length.
+/// A polygonal line, parametrised by the share of its length.
 struct Side {
     points: Vec<[f64; 2]>,
     /// Length up to each point, m.

@@ -16,7 +16,7 @@ pub struct Arguments {
     #[command(flatten)]
     common: Common,
 
-    /// How the rigid dam moves, the ground with it
+    /// Motion of the rigid dam and the ground
     #[arg(short, long, value_enum, default_value_t = Motion::Horizontal)]
     motion: Motion,
 
@@ -33,27 +33,27 @@ pub struct Arguments {
 }
 
 pub const HELP: &str = "\
-The reservoir unit itself takes the scene's communication steps, by the scene's method, before a rigid dam that moves
-with the ground. The impulse is a hat of acceleration: from 0 to 1/H at the end of the first step H, and back to 0 at the end
+The reservoir unit takes the communication steps of the scene with the method of the scene; a rigid dam moves with the
+ground. The impulse is a hat of acceleration: from 0 to 1/H at the end of the first step H, and back to 0 at the end
 of the second, so that the dam has a velocity of 1 m/s from then on. With --ramp T also an acceleration that rises to
-1 m/s² within T and is held.
+1 m/s² within T and then stays constant.
 
 impulse.csv and ramp.csv have the columns time [s], acceleration [m/s2], the pressure at every point [Pa] and the horizontal
-force on the wet face [N/m]; of the base behind them, in a column named exact, the closed form for the same acceleration
-(Chopra 1967), where there is one: horizontal motion of a vertical face over a level rigid bed. impulse.svg and ramp.svg
+force on the wet face [N/m]; then, in a column named exact, the base pressure by the closed form for the same acceleration
+(Chopra 1967), if there is one: horizontal motion of a vertical face over a level rigid bed. impulse.svg and ramp.svg
 show them. Motion is positive downstream or up, pressure in compression.
 
-Water without memory answers an impulse with an impulse, which no history shows: its added mass is that of `response`.
+Water without memory responds to an impulse with an impulse, which a history cannot show; `response` gives its added mass.
 
 Examples:
   cofferdam reservoir impulse scenes/koyna-intact --output impulse
       Ten periods of the reservoir after the impulse.
   cofferdam reservoir impulse scenes/rigid-dam-ramp --ramp 0.1 --duration 2 --set reservoir.method=bdf2 -o impulse
-      Impulse and ramp, by another method.
+      Impulse and ramp with another method.
 
 Exit status: 0, 1 results could not be written, 2 the scene or an option is wrong, 4 the water cannot be computed.";
 
-/// Most communication steps.
+/// Largest number of communication steps.
 const MOST_STEPS: f64 = 1e6;
 
 /// Acceleration, pressures and force at the end of a step.
@@ -64,7 +64,7 @@ struct Row {
     pressure: Vec<f64>,
     /// N/m.
     force: f64,
-    /// Pressure at the base of the closed form, Pa.
+    /// Pressure at the base by the closed form, Pa.
     exact: Option<f64>,
 }
 
@@ -73,7 +73,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut water = common.load()?;
     if !water.parameters.fidelity.has_memory() {
         return Err(unfit(
-            "water without memory answers an impulse with an impulse; take `cofferdam reservoir response`, or choose \
+            "water without memory responds to an impulse with an impulse; use `cofferdam reservoir response`, or choose \
              `reservoir.fidelity` = \"compressible\"",
         ));
     }
@@ -91,7 +91,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let exact = Exact::of(&water.parameters, *motion).and_then(Exact::with_history);
     say(&water.title);
     match &exact {
-        Ok(exact) => say(format!("beside the base the closed form: {}", exact.source())),
+        Ok(exact) => say(format!("base compared with the closed form: {}", exact.source())),
         Err(why) => say(format!("no closed form: {why}")),
     }
     let steps = (duration / step - 1e-9).ceil() as usize;
@@ -140,7 +140,7 @@ impl Case {
     }
 }
 
-/// Takes a step for each acceleration (m/s²) after the first.
+/// Takes a step for each acceleration (m/s²) except the first.
 fn stepped(
     unit: &mut Reservoir,
     motion: Motion,
@@ -178,7 +178,7 @@ fn stepped(
     Ok(rows)
 }
 
-/// A record without the points that lie on the line between their neighbours.
+/// A record without points on the straight line between their neighbours.
 fn without_straight(record: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let slope = |a: &(f64, f64), b: &(f64, f64)| (b.1 - a.1) / (b.0 - a.0);
     let bends = |i: &usize| {
@@ -193,7 +193,7 @@ fn at_base(shown: &[Shown]) -> Option<usize> {
     shown.iter().position(|point| point.elevation == 0.0)
 }
 
-/// Says how far the base is from the closed form, in the mean square over time.
+/// Prints the difference of the base pressure from the closed form, in the mean square over time.
 fn report(case: Case, rows: &[Row], shown: &[Shown]) {
     let peak = rows.iter().fold(0.0f64, |most, row| most.max(row.force.abs()));
     say(format!("{}: {} steps, force at most {peak:.4e} N/m", case.name(), rows.len() - 1));

@@ -1,4 +1,4 @@
-//! `cofferdam reservoir`: what the water of a scene answers by itself, without a dam that gives way.
+//! `cofferdam reservoir`: response of the water of a scene to a rigid dam.
 
 mod exact;
 mod field;
@@ -23,10 +23,10 @@ use std::process::ExitCode;
 
 pub use exact::Exact;
 
-/// What can be asked of the water.
+/// The commands.
 #[derive(clap::Subcommand)]
 pub enum Command {
-    /// Pressure and force over frequency, per acceleration of a rigid dam
+    /// Pressure and force over frequency, per unit acceleration of a rigid dam
     #[command(after_long_help = response::HELP)]
     Response(response::Arguments),
     /// Pressure and force over time after an impulse of a rigid dam's acceleration, and after a ramp
@@ -40,7 +40,7 @@ pub enum Command {
     Field(field::Arguments),
 }
 
-/// Arguments of all of them.
+/// Arguments of all commands.
 #[derive(clap::Args)]
 struct Common {
     /// Folder that holds scene.toml, or a .toml file
@@ -50,23 +50,23 @@ struct Common {
     #[arg(short, long, value_name = "KEY=VALUE")]
     set: Vec<String>,
 
-    /// Folder for tables and pictures; made if need be, and must be empty
+    /// Folder for tables and pictures; created if necessary, and must be empty
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
 
-    /// Threads; by default one a core
+    /// Threads; by default one per core
     ///
-    /// Results are the same, bit for bit, with any number.
+    /// Results are equal, bit for bit, for any number.
     #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: Option<u16>,
 }
 
-/// How the rigid dam moves, and with it the ground.
+/// Motion of the rigid dam and the ground.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Motion {
-    /// Downstream, as one with the ground
+    /// Downstream, together with the ground
     Horizontal,
-    /// Up, as one with the bed
+    /// Upwards, together with the bed
     Vertical,
 }
 
@@ -80,7 +80,7 @@ enum Failure {
     Unit(#[from] RegistryError),
     #[error(transparent)]
     Solver(#[from] ReservoirError),
-    /// What was asked for cannot be, with the remedy.
+    /// The request cannot be fulfilled; the text names the remedy.
     #[error("{what}")]
     Unfit { what: String },
     #[error("{} is not empty; choose another --output, nothing is overwritten", path.display())]
@@ -93,7 +93,7 @@ fn unfit(what: impl Into<String>) -> Failure {
     Failure::Unfit { what: what.into() }
 }
 
-/// Asks the water and says how it went.
+/// Runs the command and reports the result.
 pub fn run(command: &Command) -> ExitCode {
     let done = match command {
         Command::Response(arguments) => response::run(arguments),
@@ -125,7 +125,7 @@ struct Water {
 }
 
 impl Common {
-    /// Reads the scene, once it is clear that the results have a place.
+    /// Checks that the results can be written, then reads the scene.
     fn load(&self) -> Result<Water, Failure> {
         let path = || self.output.clone();
         match std::fs::read_dir(&self.output).map(|mut entries| entries.next().is_some()) {
@@ -147,7 +147,7 @@ impl Common {
         super::threads(self.threads)
     }
 
-    /// Writes the files into the output folder, each whole or not at all, and says so.
+    /// Writes the files into the output folder, each completely or not at all, and prints their names.
     fn write(&self, files: &[(&str, String)]) -> Result<(), Failure> {
         let failed = |path: &Path| {
             let path = path.to_owned();
@@ -158,7 +158,7 @@ impl Common {
             let (path, draft) = (self.output.join(name), self.output.join(format!("{name}.part")));
             std::fs::write(&draft, content).and_then(|()| std::fs::rename(&draft, &path)).map_err(
                 |cause| {
-                    // What kept it from being written is the news.
+                    // The error of writing is reported, not one of removing.
                     let _ = std::fs::remove_file(&draft);
                     failed(&path)(cause)
                 },
@@ -169,7 +169,7 @@ impl Common {
     }
 }
 
-/// A picture or a table that could not be made.
+/// The error of a picture or a table that could not be made.
 fn undrawn(name: &'static str) -> impl Fn(Box<dyn Error + Send + Sync>) -> Failure {
     move |cause| Failure::File { path: name.into(), cause }
 }
@@ -190,8 +190,8 @@ impl Motion {
         }
     }
 
-    /// The row of `response` (points × points, and the two of the ground) times a rigid dam that moves with it, at
-    /// every point per unit velocity.
+    /// The response at every point to a unit velocity of a rigid dam and the ground: `response` (points × points and
+    /// two columns of the ground) times that motion.
     fn of_rigid_dam(self, response: &nalgebra::DMatrix<Complex64>, normals: &[[f64; 2]]) -> Vec<Complex64> {
         let (points, axis) = (normals.len(), self.axis());
         let of_face = |row: usize| -> Complex64 {

@@ -1,4 +1,4 @@
-//! The points of the wet face whose pressure is shown, and the force on all of it.
+//! The points of the wet face whose pressure is shown, and the force on the face.
 
 use super::{Failure, unfit};
 use interface::WetFace;
@@ -10,13 +10,13 @@ use std::ops::{Add, Mul};
 pub struct Shown {
     /// Elevation, m.
     pub elevation: f64,
-    /// Lower one of the two.
+    /// Index of the lower one.
     start: usize,
-    /// Share of the way to the upper one.
+    /// Relative position towards the upper one.
     share: f64,
 }
 
-/// Which points are asked for.
+/// The requested points.
 #[derive(clap::Args)]
 pub struct Points {
     /// Elevation (m) of a point whose pressure is shown; several times; by default base and mid-height
@@ -52,7 +52,7 @@ impl Shown {
         pressure[self.start] * (1.0 - self.share) + pressure[self.start + 1] * self.share
     }
 
-    /// Elevation without the digits that nobody reads, as columns and legends have it.
+    /// Rounded elevation for columns and legends.
     pub fn label(&self) -> String {
         format!("{} m", (self.elevation * 1e6).round() / 1e6)
     }

@@ -20,23 +20,23 @@ pub struct Arguments {
 
 pub const HELP: &str = "\
 A rigid dam on rigid rock moves with the ground motion of the scene, and the pressure on it is computed for the whole
-simulated time at once, from the frequency response: one way, without a dam that gives way or a step that is repeated.
-The ground's acceleration is linear between communication points. Compressible water: a damped Fourier transform, whose only
-step is the communication step, and which `reservoir.method` does not touch; water without memory: its added mass.
+simulated time at once, from the frequency response: without a deformable dam and without iterations.
+The ground's acceleration is linear between communication points. Compressible water uses a damped Fourier transform
+with the communication step, independent of `reservoir.method`; water without memory uses its added mass.
 
 record.csv has the columns time [s], the ground's acceleration [m/s2], the pressure at the base and at every point [Pa], the
 horizontal force on the wet face [N/m] and the overturning moment about the heel [N·m/m]; record.svg shows them. The peaks
-are printed, also over what the water at rest exerts. Motion is positive downstream, pressure in compression.
+are printed, also relative to the hydrostatic values. Motion is positive downstream, pressure in compression.
 
 Examples:
   cofferdam reservoir record scenes/koyna-intact --output record
-      Koyna's reservoir under the record, its dam rigid.
+      Koyna's reservoir under the record, with a rigid dam.
   cofferdam reservoir record scenes/koyna-intact --at 0 --at 30 --set reservoir.wave_reflection_coefficient=0.5 -o record
-      Two points of one's own, over a bed that absorbs more.
+      Two chosen points, over a bed that absorbs more.
 
 Exit status: 0, 1 results could not be written, 2 the scene or an option is wrong, 4 the water cannot be computed.";
 
-/// What the dam feels at an instant.
+/// Values at an instant.
 struct Row {
     time: f64,
     /// Of the ground, m/s².
@@ -85,7 +85,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     common.write(&[("record.csv", csv), ("record.svg", svg)])
 }
 
-/// Says the peaks, and what they are of the same at rest.
+/// Prints the peaks, also relative to the hydrostatic values.
 fn report(rows: &[Row], at_rest: &Row) {
     let say_peaks = |name: &str, unit: &str, value: fn(&Row) -> f64| {
         let peak = |sign: f64| {

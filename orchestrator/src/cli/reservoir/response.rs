@@ -16,7 +16,7 @@ pub struct Arguments {
     #[command(flatten)]
     common: Common,
 
-    /// How the rigid dam moves, the ground with it
+    /// Motion of the rigid dam and the ground
     #[arg(short, long, value_enum, default_value_t = Motion::Horizontal)]
     motion: Motion,
 
@@ -43,11 +43,11 @@ pub struct Arguments {
 pub const HELP: &str = "\
 A rigid dam moves with the ground as e^{iωt}, horizontally (positive downstream) or vertically (positive up), with an
 acceleration of 1 m/s². The pressure at points of the wet face and the horizontal force on all of it are complex
-amplitudes with that time factor; positive is compression. Fidelities without memory answer the same at every frequency.
+amplitudes with that time factor; positive is compression. Without memory the response is the same at every frequency.
 
 response.csv has the columns omega [rad/s] and omega/omega_1 [1], with ω₁ = πc/2h the first cut-off frequency over a rigid
-bed; then, for every point and for the force, real and imaginary part; and behind them, in columns named exact, the same
-of the closed form, where there is one: for horizontal motion of a vertical face over a level bed (Chopra 1967; Fenves and
+bed; then real and imaginary part for every point and for the force; then, in columns named exact, the same by the
+closed form, if there is one: for horizontal motion of a vertical face over a level bed (Chopra 1967; Fenves and
 Chopra 1984 if the bed absorbs; Westergaard's series for water without memory), for vertical motion the column of water.
 response.svg shows amplitudes over ρh and ρh², and phases.
 
@@ -57,13 +57,13 @@ Examples:
   cofferdam reservoir response scenes/koyna-intact --output response
       Base and mid-height, up to seven times the first cut-off frequency.
   cofferdam reservoir response scenes/koyna-intact --at 0 --at 30 --from-omega 1 --to-omega 60 --count 60 -o response
-      Two points of one's own, at 1, 2, … 60 rad/s.
+      Two chosen points, at 1, 2, … 60 rad/s.
   cofferdam reservoir response scenes/koyna-intact --set reservoir.wave_reflection_coefficient=0.5 -o response
       Over a bed that absorbs more.
 
 Exit status: 0, 1 results could not be written, 2 the scene or an option is wrong, 4 the water cannot be computed.";
 
-/// Numbers of a response matrix that are kept at a time.
+/// Number of values of response matrices that are kept at a time.
 const HELD: usize = 10_000_000;
 
 /// One frequency.
@@ -71,7 +71,7 @@ struct Row {
     s: Complex64,
     /// At the shown points (Pa per m/s²), and the force (N/m per m/s²).
     values: Vec<Complex64>,
-    /// The same of the closed form.
+    /// The same by the closed form.
     exact: Option<Vec<Complex64>>,
 }
 
@@ -82,7 +82,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let face = &water.parameters.wet_face;
     if *motion == Motion::Vertical && !water.parameters.fidelity.is_solved() {
         return Err(unfit(
-            "an added mass by a formula knows no bed that moves; choose --motion horizontal, or `reservoir.fidelity` = \
+            "an added mass by a formula has no moving bed; choose --motion horizontal, or `reservoir.fidelity` = \
              \"incompressible\" or \"compressible\"",
         ));
     }
@@ -90,7 +90,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let exact = Exact::of(&water.parameters, *motion);
     say(&water.title);
     match &exact {
-        Ok(exact) => say(format!("beside it the closed form: {}", exact.source())),
+        Ok(exact) => say(format!("compared with the closed form: {}", exact.source())),
         Err(why) => say(format!("no closed form: {why}")),
     }
     let normals = face.normals();
@@ -137,7 +137,7 @@ impl Arguments {
         let to = self.to_omega.unwrap_or((6.99 * first_cut_off).max(from));
         if !(from > 0.0 && from <= to && to.is_finite()) {
             return Err(unfit(format!(
-                "--from-omega {from} and --to-omega {to} rad/s are no range; the first must be above 0 and not above the \
+                "--from-omega {from} and --to-omega {to} rad/s are no valid range; the first must be above 0 and not above the \
                  second"
             )));
         }
@@ -149,9 +149,9 @@ impl Arguments {
     }
 }
 
-/// Hands the response at every frequency to `take`, or what keeps it from being computed.
+/// Gives the response at every frequency, or the error, to `take`.
 ///
-/// The library computes many frequencies or none: where it refuses, each half is asked for by itself.
+/// The library computes all given frequencies or none; after an error each half is computed by itself.
 fn responses(
     parameters: &ReservoirParameters,
     s: &[Complex64],
@@ -169,7 +169,7 @@ fn responses(
     }
 }
 
-/// Adds the closed form, which costs more than the solver where the bed absorbs.
+/// Adds the closed form, which for an absorbing bed costs more than the solver.
 fn beside(exact: &Exact, shown: &[Shown], rows: &mut [Row], threads: NonZeroUsize) {
     let elevations: Vec<f64> = shown.iter().map(|point| point.elevation).collect();
     let share = rows.len().div_ceil(threads.get()).max(1);
@@ -187,7 +187,7 @@ fn beside(exact: &Exact, shown: &[Shown], rows: &mut [Row], threads: NonZeroUsiz
     });
 }
 
-/// Says how far the two are apart, in the mean square over the frequencies.
+/// Prints the difference of the two, in the mean square over the frequencies.
 fn report(rows: &[Row], labels: &[String]) {
     let names = labels.iter().map(|label| format!("pressure at {label}"));
     for (index, name) in names.chain(std::iter::once("force".to_owned())).enumerate() {

@@ -1,6 +1,8 @@
 //! `cofferdam study ambient`.
 
-use super::{Arguments, StudyError, figure, quoted, run_scene, unfit};
+mod figure;
+
+use super::{Arguments, StudyError, quoted, run_scene, unfit};
 use crate::cli::table::Table;
 use crate::cli::{say, threads};
 use orchestrator::ground_motion::GroundMotion;
@@ -8,10 +10,11 @@ use orchestrator::scene::OnFailure;
 use std::f64::consts::TAU;
 
 pub const HELP: &str = "\
-Ten minutes of ambient vibration in place of the scene's ground motion: 400 sines from 0.2 to 20 Hz, 0.001 g in all.
-Prints, minute by minute, where the energy is and went, what the dam's balance misses, and what the coupling produced.
+Ten minutes of ambient vibration instead of the scene's ground motion: 400 sines from 0.2 to 20 Hz, 0.001 g in total.
+Prints for every minute the stored energy, the works, the error of the dam's energy balance, and the energy produced by the
+coupling.
 
-Writes ambient.md, ambient.csv and ambient.svg. With --coarse twenty seconds in place of ten minutes.
+Writes ambient.md, ambient.csv and ambient.svg. With --coarse twenty seconds instead of ten minutes.
 
 Example:
   cofferdam study ambient scenes/koyna-northridge-1994 --output studies/ambient
@@ -24,10 +27,10 @@ const STRENGTH: f64 = 0.001 * 9.81;
 const SINES: u32 = 400;
 const LOWEST: f64 = 0.2;
 const HIGHEST: f64 = 20.0;
-/// Samples are so far apart, s.
+/// Interval of the samples, s.
 const INTERVAL: f64 = 0.0025;
 
-/// Sines at frequencies that are no multiples of each other, phases spread by the golden ratio.
+/// Sines at frequencies that are not multiples of each other, with phases spread by the golden ratio.
 fn ambient(duration: f64) -> GroundMotion {
     let golden = (5f64.sqrt() - 1.0) / 2.0;
     let sines: Vec<(f64, f64)> = (0..SINES)
@@ -38,7 +41,7 @@ fn ambient(duration: f64) -> GroundMotion {
         })
         .collect();
     let amplitude = STRENGTH * (2.0 / f64::from(SINES)).sqrt();
-    // It sets in within a second.
+    // The amplitude rises within the first second.
     let at = |t: f64| amplitude * t.min(1.0) * sines.iter().map(|(w, p)| (w * t + p).sin()).sum::<f64>();
     let samples = (0..=(duration / INTERVAL).round() as u32).map(|i| at(f64::from(i) * INTERVAL)).collect();
     GroundMotion::of_samples("ambient vibration", INTERVAL, samples)
@@ -101,5 +104,5 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     say(&text);
     arguments.write("ambient.md", &text)?;
     arguments.write_table("ambient.csv", &table)?;
-    arguments.write("ambient.svg", &figure::ambient(&outcome, &stored)?)
+    arguments.write("ambient.svg", &figure::picture(&outcome, &stored)?)
 }

@@ -1,11 +1,13 @@
 //! `cofferdam study fidelity`.
 
-use super::{Arguments, Outcome, StudyError, figure, quoted, relative, run_units, unfit};
+mod figure;
+
+use super::{Arguments, Outcome, StudyError, quoted, relative, run_units, unfit};
 use crate::cli::reservoir::Exact;
 use crate::cli::reservoir::Motion;
 use crate::cli::table::Table;
 use crate::cli::{say, threads};
-use crate::{MEMORY, registry};
+use crate::registry;
 use interface::CoSimulation;
 use interface::variables::reservoir as variables;
 use orchestrator::ground_motion::GroundMotion;
@@ -15,15 +17,16 @@ use orchestrator::scheme::{CouplingError, Side, Units};
 use std::time::Instant;
 
 pub const HELP: &str = "\
-Runs the scene with every model of the water and, for compressible water, with every method in time; and moves each water by
-a rigid dam under the same record. All in one process, one after the other, with the scheme that is the water's default.
+Runs the scene with every model of the water and, for compressible water, with every method in time. Each water is also
+moved by a rigid dam under the same record. All runs are in one process, one after the other, with the default scheme of the
+water.
 
-The best is compressible water by Radau IIA of three stages at half the communication step: crest and base pressure are
-compared with its in the mean square over time, relative. With a vertical face and a level bed a rigid dam has a closed
-form: the pressure at its base is compared with that of compressible water over the scene's bed.
+The reference is compressible water with Radau IIA of three stages at half the communication step. Crest displacement and
+base pressure are compared with it by their relative difference in the mean square over time. With a vertical face and a level
+bed there is a closed form for a rigid dam: its base pressure is compared with that of compressible water over the scene's bed.
 
-Set-up and a step are wall time, the step on the mean over a run of the rigid dam. Bytes are those that the process has
-allocated: for the unit at rest, and for one more saved state at the run's end; beside it how many that state has in a file.
+Set-up and a step are wall time, the step as the mean over a run of the rigid dam. The length of a saved state is that of the
+state at the run's end in a file.
 
 Writes fidelity.md, fidelity.csv and fidelity.svg. With --coarse without waves, rigid bed and the distant Sommerfeld end.
 
@@ -33,19 +36,20 @@ Example:
 Exit status: 0, 1 results could not be written, 2 the scene is wrong or does not fit, 3 a run failed, 4 a unit cannot be
 made.";
 
-/// Depths between dam and Sommerfeld end in a row of its own: there its error is small below the first cut-off.
+/// Distance of the Sommerfeld end over the depth in the row with a distant one, whose error is small below the first
+/// cut-off.
 const DISTANT: f64 = 4.0;
 
-/// A water, and what it costs and gives.
+/// A model of the water, its cost and its results.
 pub struct Row {
     pub name: String,
-    /// The models, from none to compressible water; the rest are methods and switches of the last.
+    /// Whether it is one of the models, from none to compressible water; the others are methods and options of the last.
     pub level: bool,
-    /// What it costs, or why it cannot be made.
+    /// Its cost, or why it cannot be made.
     pub cost: Result<Cost, String>,
-    /// In the coupled run; none of what could not be made.
+    /// Result of the coupled run; `None` if it could not be made.
     outcome: Option<Outcome>,
-    /// Of the rigid dam's base pressure, relative.
+    /// Relative error of the rigid dam's base pressure.
     rigid: Option<f64>,
 }
 
@@ -54,8 +58,7 @@ pub struct Row {
 pub struct Cost {
     set_up: f64,
     step: f64,
-    operator: usize,
-    saved: usize,
+    /// Length of a saved state in a file.
     written: usize,
     /// Set-up and all of its steps in the coupled run.
     pub reservoir: f64,
@@ -123,14 +126,14 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
             Some(figure::Priced { name: row.name.clone(), cost, error: apart(outcome, reference, CREST)? })
         })
         .collect();
-    arguments.write("fidelity.svg", &figure::fidelity(&points)?)
+    arguments.write("fidelity.svg", &figure::picture(&points)?)
 }
 
-/// The scene with one water after the other, its name, and whether it is a level of the ladder.
+/// The scene with each water, its name, and whether it is one of the models.
 fn waters(scene: &Scene, coarse: bool) -> Vec<(String, bool, Scene)> {
     let with = |name: &str, level: bool, change: &dyn Fn(&mut Scene)| {
         let mut scene = scene.clone();
-        // The default of the water, whatever that of the scene is.
+        // The default scheme of the water.
         scene.coupling.scheme = None;
         change(&mut scene);
         (name.to_owned(), level, scene)
@@ -168,10 +171,10 @@ fn waters(scene: &Scene, coarse: bool) -> Vec<(String, bool, Scene)> {
     waters
 }
 
-/// Makes the water, moves it by a rigid dam, and runs the scene with it; `exact` is the closed form of the rigid dam's base
-/// pressure.
+/// Makes the water, moves it by a rigid dam, and runs the scene with it; `exact` is the base pressure of the rigid
+/// dam by the closed form.
 ///
-/// **Errors**: the dam, and a run that fails; a water that cannot be made is a row.
+/// **Errors**: the dam cannot be made, or a run fails. A water that cannot be made gives a row.
 fn measured(
     name: &str,
     level: bool,
@@ -185,7 +188,7 @@ fn measured(
     let reservoir: Box<dyn Participant> = if registry::is_empty(scene) {
         registry::unit(Side::Reservoir, scene, threads(None))?
     } else {
-        let (without, began) = (MEMORY.current_usage(), Instant::now());
+        let began = Instant::now();
         let mut unit = match registry::water(scene, threads(None)) {
             Ok(unit) => unit,
             Err(error) => return Ok(refused(error.to_string())),
@@ -202,15 +205,10 @@ fn measured(
         let began = Instant::now();
         let pressures = rigid_dam(&mut unit, &normals, scene, motion).map_err(failed)?;
         cost.step = began.elapsed().as_secs_f64() / pressures.len() as f64;
-        let before = MEMORY.current_usage();
         let state = unit.save_state();
-        cost.saved = MEMORY.current_usage().saturating_sub(before);
         cost.written = unit.serialise_state(&state).map_err(failed)?.len();
         rigid = exact.map(|exact| relative(&pressures, exact));
         unit.restore_state(&start).map_err(failed)?;
-        drop((state, pressures));
-        // Only now have the threads that made it ended, and taken with them what they had put by.
-        cost.operator = MEMORY.current_usage().saturating_sub(without);
         Box::new(InProcess::new(unit, name, Messages::default()))
     };
     let units = Units { dam: registry::unit(Side::Dam, scene, threads(None))?, reservoir };
@@ -219,8 +217,8 @@ fn measured(
     Ok(Row { name: name.to_owned(), level, cost: Ok(cost), outcome: Some(outcome), rigid })
 }
 
-/// Pressures (Pa) at the base at the ends of all steps, before a rigid dam that moves with the ground; `along` is what
-/// of that is along the face's normals.
+/// Pressures (Pa) at the base at the ends of all steps, with a rigid dam that moves with the ground; `along` is the x
+/// component of the face's normals.
 fn rigid_dam<U: CoSimulation>(
     unit: &mut U,
     along: &[f64],
@@ -243,7 +241,7 @@ fn rigid_dam<U: CoSimulation>(
         .collect()
 }
 
-/// What compressible water answers to a rigid dam, if that is known.
+/// The base pressure of compressible water on a rigid dam, if there is a closed form.
 fn closed_form(scene: &Scene, motion: &GroundMotion) -> Result<Option<Vec<f64>>, StudyError> {
     let mut compressible = scene.clone();
     compressible.reservoir.fidelity = FidelityScene::Compressible;
@@ -257,9 +255,7 @@ fn table(rows: &[Row], reference: &Outcome) -> Table {
     let mut table = Table::new([
         "water",
         "set-up, s",
-        "unit, MB",
         "saved state, kB",
-        "written, kB",
         "step, µs",
         "run, s",
         "dam steps a step",
@@ -274,7 +270,7 @@ fn table(rows: &[Row], reference: &Outcome) -> Table {
     for (index, row) in rows.iter().enumerate() {
         let Ok(cost) = &row.cost else {
             table.row(
-                [&row.name, "refused"].into_iter().map(str::to_owned).chain((0..12).map(|_| "–".to_owned())),
+                [&row.name, "refused"].into_iter().map(str::to_owned).chain((0..10).map(|_| "–".to_owned())),
             );
             continue;
         };
@@ -287,8 +283,6 @@ fn table(rows: &[Row], reference: &Outcome) -> Table {
         table.row([
             row.name.clone(),
             format!("{:.3}", cost.set_up),
-            format!("{:.3}", cost.operator as f64 / 1e6),
-            format!("{:.1}", cost.saved as f64 / 1e3),
             format!("{:.1}", cost.written as f64 / 1e3),
             format!("{:.1}", 1e6 * cost.step),
             format!("{:.1}", outcome.ending.wall.total.as_secs_f64()),
@@ -308,7 +302,7 @@ fn last(outcome: &Outcome, column: &str) -> f64 {
     outcome.column(column).last().copied().unwrap_or(0.0)
 }
 
-/// Relative difference of a column in the mean square over time; the other's rows may be denser.
+/// Relative difference of a column in the mean square over time; the rows of `other` may be denser.
 fn apart(outcome: &Outcome, other: &Outcome, column: &str) -> Option<f64> {
     let (values, reference) = (outcome.column(column), other.column(column));
     let denser = (reference.len().max(1) - 1) / (values.len().max(2) - 1);

@@ -9,7 +9,6 @@ mod stability;
 mod tolerance;
 mod windows;
 
-use super::run::assemble;
 use super::table::Table;
 use super::{complain, say};
 use crate::registry::{self, RegistryError};
@@ -18,7 +17,7 @@ use orchestrator::ground_motion::GroundMotion;
 use orchestrator::observer::{Ending, Histories, HistoriesWriter, Status};
 use orchestrator::scene::{LoadedScene, Scene, SceneError};
 use orchestrator::scheme::{CouplingError, Side, Units};
-use orchestrator::simulation::SimulationError;
+use orchestrator::simulation::{Simulation, SimulationError};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -27,25 +26,25 @@ use std::sync::atomic::AtomicBool;
 /// The studies.
 #[derive(clap::Subcommand)]
 pub enum Command {
-    /// Where does each acceleration converge: densities, steps, meshes, water
+    /// Where each acceleration converges: densities, steps, meshes, water
     #[command(after_long_help = stability::HELP)]
     Stability(Arguments),
-    /// What does a tighter tolerance buy, and what does it cost
+    /// Accuracy and cost of the tolerance
     #[command(after_long_help = tolerance::HELP)]
     Tolerance(Arguments),
-    /// What each model of the water costs, and how far it is off the best
+    /// Accuracy and cost of the models of the water
     #[command(after_long_help = fidelity::HELP)]
     Fidelity(Arguments),
-    /// How fine the wet face's elements must be: errors against the closed form, time and memory
+    /// How fine the elements of the wet face must be: errors against the closed form, and time
     #[command(after_long_help = resolution::HELP)]
     Resolution(Arguments),
-    /// How much of the answer is the dam's, and how much the mesh's, the time step's and the choices'
+    /// How much the results depend on mesh, time steps and modelling choices
     #[command(after_long_help = sensitivity::HELP)]
     Sensitivity(Arguments),
-    /// Does energy drift in minutes of ambient vibration
+    /// Whether energy drifts in minutes of ambient vibration
     #[command(after_long_help = ambient::HELP)]
     Ambient(Arguments),
-    /// What do the paper's short windows cost, and its silence about the far end
+    /// Errors of the paper's short windows and of its missing condition at the far end
     #[command(after_long_help = windows::HELP)]
     Windows(Arguments),
 }
@@ -60,7 +59,7 @@ pub struct Arguments {
     #[arg(short, long, value_name = "KEY=VALUE")]
     set: Vec<String>,
 
-    /// Folder for tables and pictures; made if need be, and must be empty
+    /// Folder for tables and pictures; created if necessary, and must be empty
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
 
@@ -87,7 +86,7 @@ pub enum StudyError {
         /// What was wrong.
         cause: Box<SimulationError>,
     },
-    /// A scene that the study is not about.
+    /// A scene that does not fit the study.
     #[error("{what}; choose another scene")]
     Unfit {
         /// What is missing.
@@ -113,7 +112,7 @@ fn unfit(what: impl Into<String>) -> StudyError {
     StudyError::Unfit { what: what.into() }
 }
 
-/// Does a study and says how it went.
+/// Runs a study and reports the result.
 pub fn run(command: &Command) -> ExitCode {
     let done = match command {
         Command::Stability(arguments) => stability::run(arguments),
@@ -152,7 +151,7 @@ impl Arguments {
         }
     }
 
-    /// Writes a file into the output folder, and says so.
+    /// Writes a file into the output folder and prints its name.
     fn write(&self, name: &str, content: &str) -> Result<(), StudyError> {
         let path = self.output.join(name);
         std::fs::write(&path, content)
@@ -168,7 +167,7 @@ impl Arguments {
     }
 }
 
-/// What came of a run.
+/// Result of a run.
 struct Outcome {
     histories: Histories,
     ending: Ending,
@@ -186,11 +185,11 @@ fn run_scene(scene: &Scene, motion: &GroundMotion, threads: NonZeroUsize) -> Res
     run_units(scene, motion, units)
 }
 
-/// The same with units that are made.
+/// The same with the given units.
 fn run_units(scene: &Scene, motion: &GroundMotion, units: Units) -> Result<Outcome, StudyError> {
     let wrong = |cause| StudyError::Run { what: scene.title.clone(), cause: Box::new(cause) };
     let mut histories = HistoriesWriter::in_memory();
-    let mut simulation = match assemble(scene, motion, units) {
+    let mut simulation = match Simulation::of_scene(scene, motion, units) {
         Ok(simulation) => simulation,
         Err(error) => return Err(wrong(error)),
     };
@@ -204,7 +203,7 @@ fn run_units(scene: &Scene, motion: &GroundMotion, units: Units) -> Result<Outco
 }
 
 impl Outcome {
-    /// The outcome of a run that must reach its end.
+    /// The outcome, if the run reached its end.
     fn completed(self, what: &str) -> Result<Self, StudyError> {
         match self.failure {
             Some(cause) => Err(StudyError::Run { what: what.to_owned(), cause: Box::new(cause.into()) }),
@@ -224,14 +223,14 @@ impl Outcome {
         self.column(name).iter().fold(0.0, |a, b| a.max(b.abs()))
     }
 
-    /// Dam steps a communication step, on the mean from row `from` on.
+    /// Mean number of dam steps per communication step from row `from` on.
     fn iterations(&self, from: usize) -> f64 {
         let counts = self.column("iterations").get(from..).unwrap_or(&[]);
         counts.iter().sum::<f64>() / counts.len().max(1) as f64
     }
 }
 
-/// The path of a scene's file as a study's table quotes it.
+/// The path of a scene's file as printed in the table of a study.
 fn quoted(scene: &Path) -> String {
     let mut parts: Vec<_> =
         scene.components().rev().take(2).map(|c| c.as_os_str().to_string_lossy()).collect();
@@ -239,7 +238,7 @@ fn quoted(scene: &Path) -> String {
     parts.join("/")
 }
 
-/// Relative L2 difference as far as there is something found; 0 of what is nothing.
+/// Relative L2 difference over the length of `found`; 0 if `exact` is zero.
 fn relative(found: &[f64], exact: &[f64]) -> f64 {
     let apart: f64 = found.iter().zip(exact).map(|(a, b)| (a - b).powi(2)).sum();
     let whole: f64 = exact.iter().take(found.len()).map(|b| b * b).sum();

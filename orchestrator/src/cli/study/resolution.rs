@@ -1,10 +1,12 @@
 //! `cofferdam study resolution`.
 
-use super::{Arguments, StudyError, figure, quoted, unfit};
+mod figure;
+
+use super::{Arguments, StudyError, quoted, unfit};
 use crate::cli::reservoir::{Exact, Motion};
 use crate::cli::table::Table;
 use crate::cli::{say, threads};
-use crate::{MEMORY, registry};
+use crate::registry;
 use interface::WetFace;
 use reservoir::analytical::nodal_forces;
 use reservoir::{Complex64, ElementOrder, ReservoirError, ReservoirParameters, boundary_system};
@@ -13,22 +15,22 @@ use std::num::NonZeroUsize;
 use std::time::Instant;
 
 pub const HELP: &str = "\
-The scene's water before a rigid dam that moves horizontally, its wet face in 4, 8, 16, … 1000 equal elements, constant and
-linear, with as many panels of the interface, the same elements on bed and far end, and the far end at a quarter of the depth.
-At wavenumbers kh = ωh/c the nodal forces on the face are compared with those of the closed form, all of them in the mean
-square, relative; only where a wave has six elements. For this the face must be vertical and the bed level.
+The scene's water with a rigid dam that moves horizontally. The wet face has 4, 8, 16, … 1000 equal elements, constant and
+linear, and as many panels of the interface; elements of the same size are on bed and far end, and the far end is at a quarter
+of the depth. At wavenumbers kh = ωh/c with at least six elements per wave, the nodal forces on the face are compared with those
+of the closed form by their relative difference in the mean square. The face must be vertical and the bed level.
 
-A frequency's time is that of assembling and solving on one core, everything that does not depend on it made before;
-its memory the most that was allocated meanwhile.
+The time of a frequency is that of assembling and solving on one core; everything that does not depend on the frequency is
+made before.
 
-Writes resolution.md, resolution.csv and resolution.svg. With --coarse up to 32 elements, and low frequencies.
+Writes resolution.md, resolution.csv and resolution.svg. With --coarse up to 32 elements and at low frequencies.
 
 Example:
   cofferdam study resolution scenes/koyna-intact --output studies/resolution
 
 Exit status: 0, 1 results could not be written, 2 the scene is wrong or does not fit, 4 the water cannot be computed.";
 
-/// Elements a wave, the fewest that are asked.
+/// Fewest elements per wave.
 const PER_WAVE: f64 = 6.0;
 /// Distance of the far end over the depth.
 const FAR_END: f64 = 0.25;
@@ -43,10 +45,9 @@ pub struct Point {
     /// ωh/c.
     pub wavenumber: f64,
     pub error: f64,
-    /// Order of convergence from the mesh before, where there is one.
+    /// Observed order of convergence from the previous mesh, if there is one.
     observed: Option<f64>,
     seconds: f64,
-    bytes: usize,
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
@@ -62,7 +63,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     } else {
         (vec![4, 8, 16, 32, 64, 128, 256, 512, 1000], vec![0.8, 2.4, 4.0, 20.0, 100.0, 1000.0])
     };
-    // What is allocated once only is not a frequency's.
+    // What is made once only does not count as the time of a frequency.
     measured(&parameters, Complex64::new(0.0, parameters.sound_speed / parameters.wet_face.depth()))
         .map_err(registry::RegistryError::from)?;
     let mut points: Vec<Point> = Vec::new();
@@ -81,7 +82,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
                 corner_element_size: None,
                 element_order: order,
                 far_end_distance: FAR_END * face.depth(),
-                // Nothing is convolved here.
+                // No convolution is needed here.
                 horizon: parameters.communication_step,
                 wet_face: face.clone(),
                 ..parameters.clone()
@@ -92,14 +93,14 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
                 let before = points.iter().rfind(|p| p.order == order && p.wavenumber == *kh);
                 let observed =
                     before.map(|p| (p.error / error).ln() / (elements as f64 / p.elements as f64).ln());
-                let Measured { seconds, bytes, .. } = measured;
-                points.push(Point { elements, order, wavenumber: *kh, error, observed, seconds, bytes });
+                let Measured { seconds, .. } = measured;
+                points.push(Point { elements, order, wavenumber: *kh, error, observed, seconds });
             }
         }
         say(format!("{elements} elements"));
     }
     let text = format!(
-        "`cofferdam study resolution {}{}`: against {}; relative error of the nodal forces (observed order), time and memory \
+        "`cofferdam study resolution {}{}`: against {}; relative error of the nodal forces (observed order), time \
          of a frequency\n\n{}",
         quoted(&arguments.scene),
         if arguments.coarse { " --coarse" } else { "" },
@@ -109,30 +110,28 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     say(&text);
     arguments.write("resolution.md", &text)?;
     arguments.write_table("resolution.csv", &listed(&points))?;
-    arguments.write("resolution.svg", &figure::resolution(&points)?)
+    arguments.write("resolution.svg", &figure::picture(&points)?)
 }
 
-/// Nodal forces per unit acceleration, and what they cost.
+/// Nodal forces per unit acceleration, and the time to compute them.
 struct Measured {
     forces: Vec<Complex64>,
     seconds: f64,
-    bytes: usize,
 }
 
 fn measured(parameters: &ReservoirParameters, s: Complex64) -> Result<Measured, ReservoirError> {
     parameters.validate()?;
     let system = boundary_system(parameters)?;
-    MEMORY.reset_peak_usage();
-    let (before, began) = (MEMORY.current_usage(), Instant::now());
+    let began = Instant::now();
     let symbol = system.symbol(s)?;
-    let (seconds, bytes) = (began.elapsed().as_secs_f64(), MEMORY.peak_usage().saturating_sub(before));
+    let seconds = began.elapsed().as_secs_f64();
     let points = parameters.wet_face.len();
     let pressure: Vec<Complex64> = symbol.columns(0, points).row_iter().map(|row| row.sum() / s).collect();
     let of = |part: fn(&Complex64) -> f64| {
         parameters.wet_face.nodal_forces(&pressure.iter().map(part).collect::<Vec<_>>())
     };
     let forces = of(|p| p.re).iter().zip(of(|p| p.im)).map(|(re, im)| Complex64::new(re[0], im[0])).collect();
-    Ok(Measured { forces, seconds, bytes })
+    Ok(Measured { forces, seconds })
 }
 
 /// Nodal forces of the closed form (N/m per m/s²), on `threads`.
@@ -156,11 +155,11 @@ fn relative(values: &[Complex64], exact: &[Complex64]) -> f64 {
     (apart / exact.iter().map(|y| y.norm_sqr()).sum::<f64>()).sqrt()
 }
 
-/// A row a mesh, a column a wavenumber.
+/// One row per mesh, one column per wavenumber.
 fn shown(points: &[Point], wavenumbers: &[f64]) -> Table {
     let headings = ["elements", "shape"].map(str::to_owned).into_iter();
     let headings = headings.chain(wavenumbers.iter().map(|kh| format!("kh = {kh}")));
-    let mut table = Table::new(headings.chain(["time, s", "memory, MB"].map(str::to_owned)));
+    let mut table = Table::new(headings.chain(["time, s".to_owned()]));
     for order in SHAPES {
         for mesh in points.chunk_by(|a, b| a.elements == b.elements) {
             let of_order: Vec<&Point> = mesh.iter().filter(|point| point.order == order).collect();
@@ -173,27 +172,19 @@ fn shown(points: &[Point], wavenumbers: &[f64]) -> Table {
             };
             let count = of_order.len().max(1) as f64;
             let seconds = of_order.iter().map(|point| point.seconds).sum::<f64>() / count;
-            let bytes = of_order.iter().map(|point| point.bytes).max().unwrap_or(0);
             let first = [mesh[0].elements.to_string(), name(order).to_owned()].into_iter();
             let cells = first.chain(wavenumbers.iter().map(cell));
-            table.row(cells.chain([format!("{seconds:.2e}"), format!("{:.2}", bytes as f64 / 1e6)]));
+            table.row(cells.chain([format!("{seconds:.2e}")]));
         }
     }
     table
 }
 
-/// A row a mesh and wavenumber.
+/// One row per mesh and wavenumber.
 fn listed(points: &[Point]) -> Table {
-    let mut table = Table::new([
-        "elements",
-        "shape",
-        "kh [1]",
-        "error [1]",
-        "observed order [1]",
-        "time [s]",
-        "memory [B]",
-    ]);
-    for Point { elements, order, wavenumber, error, observed, seconds, bytes } in points {
+    let mut table =
+        Table::new(["elements", "shape", "kh [1]", "error [1]", "observed order [1]", "time [s]"]);
+    for Point { elements, order, wavenumber, error, observed, seconds } in points {
         table.row([
             elements.to_string(),
             name(*order).to_owned(),
@@ -201,7 +192,6 @@ fn listed(points: &[Point]) -> Table {
             error.to_string(),
             observed.map_or_else(String::new, |order| order.to_string()),
             seconds.to_string(),
-            bytes.to_string(),
         ]);
     }
     table

@@ -1,15 +1,17 @@
 //! `cofferdam study sensitivity`.
 
-use super::{Arguments, Outcome, StudyError, figure, quoted, run_scene, unfit};
+mod figure;
+
+use super::{Arguments, Outcome, StudyError, quoted, run_scene, unfit};
 use crate::cli::table::Table;
 use crate::cli::{say, threads};
 use orchestrator::registry;
 use orchestrator::scene::{DamFidelityScene, DamScene, DampingModelScene, LoadedScene, OnFailure};
 
 pub const HELP: &str = "\
-Runs the scene again and again with one thing changed each time, and tables what that does to crest motion, rotation and
-sliding: first what should not matter (mesh, time steps, where contacts are, the reduced model, a thousandth of
-shaking), then what is a choice (joint stiffness, plane condition, friction, damping model, polarity). Rotation and sliding
+Runs the scene with one change at a time and tabulates the effect on crest motion, rotation and sliding: first changes that
+should not matter (mesh, time steps, places of contacts, the reduced model, 0.1 % of the shaking), then choices of the model
+(joint stiffness, plane condition, friction, damping model, polarity). Rotation and sliding
 are those of the lowest crack.
 
 Writes sensitivity.md, sensitivity.csv and sensitivity.svg.
@@ -23,7 +25,7 @@ made.";
 /// A change of the scene.
 struct Change {
     what: String,
-    /// Whether the answer ought to stay the same.
+    /// Whether the result should stay the same.
     numerical: bool,
     sets: Vec<String>,
 }
@@ -89,7 +91,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
         (false, None) => {
             changes.push(change("elements, not modes", true, vec!["dam.fidelity=\"dem\"".to_owned()]))
         }
-        // a number of modes goes with modes alone
+        // A number of modes requires a model with modes.
         (false, Some(_)) => {}
     }
     if !arguments.coarse {
@@ -130,7 +132,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     }
     changes.sort_by_key(|change| !change.numerical);
 
-    // What does not fit is found before anything is computed.
+    // All scenes are checked before anything is computed.
     let mut runs = Vec::new();
     for change in changes {
         let sets: Vec<String> = arguments.set.iter().chain(&change.sets).cloned().collect();
@@ -140,7 +142,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     let mut unconverged = Vec::new();
     let mut solve = |loaded: &LoadedScene, what: &str| -> Result<[f64; 4], StudyError> {
         let mut scene = loaded.scene.clone();
-        // A step that rests above its tolerance is no reason to lose the other runs; the text says how many do.
+        // A step that stays above its tolerance must not end the study; the text gives their number.
         scene.coupling.on_failure = OnFailure::Continue;
         let outcome = run_scene(&scene, &loaded.ground_motion, threads(None))?.completed(what)?;
         let (found, wall) = (measures(&outcome), outcome.ending.wall.total.as_secs_f64());
@@ -189,7 +191,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     say(&text);
     arguments.write("sensitivity.md", &text)?;
     arguments.write_table("sensitivity.csv", &table)?;
-    arguments.write("sensitivity.svg", &figure::sensitivity(&rows)?)
+    arguments.write("sensitivity.svg", &figure::picture(&rows)?)
 }
 
 /// Largest crest motion (m), rotation (rad), sliding (m), and sliding at the end (m), of the lowest crack.

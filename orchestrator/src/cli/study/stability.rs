@@ -1,6 +1,8 @@
 //! `cofferdam study stability`.
 
-use super::{Arguments, StudyError, figure, quoted, run_scene, unfit};
+mod figure;
+
+use super::{Arguments, StudyError, quoted, run_scene, unfit};
 use crate::cli::table::Table;
 use crate::cli::{say, threads};
 use orchestrator::acceleration::AccelerationKind;
@@ -12,12 +14,12 @@ use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 pub const HELP: &str = "\
-The scene's dam, without cracks, before water of a density that is a multiple of the concrete's, shaken by another
-random acceleration of the ground in every communication step. Staggered, Gauss-Seidel, whatever the water; the
-scheme that has the water's mass in the dam's own needs no iteration and is not shown.
+The scene's dam without cracks, with water whose density is a multiple of the concrete's, under a random ground acceleration
+in every communication step. The scheme is serial implicit (Gauss-Seidel) for every water; the added-mass scheme needs no
+iterations and is not shown.
 
-Writes stability.md (a table for every mesh, water and acceleration), stability.csv and stability.svg. A cell holds the
-mean number of dam steps a communication step to the scene's tolerance behind the first step, or why there is none:
+Writes stability.md (a table for every mesh, water and acceleration), stability.csv and stability.svg. A cell shows the
+mean number of dam steps per communication step to the scene's tolerance, without the first step, or why there is none:
 D diverges, S stagnates, L more than 100 iterations, R a unit cannot be made, such as a dam
 with too many time steps.
 
@@ -37,7 +39,7 @@ pub struct Case {
     pub communication_step: f64,
 }
 
-/// What came of it.
+/// Its result.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Verdict {
     /// Mean and largest number of iterations.
@@ -78,7 +80,7 @@ const ACCELERATIONS: [AccelerationKind; 4] = [
     AccelerationKind::InterfaceJacobian,
 ];
 
-/// What is varied.
+/// The varied parameters.
 pub struct Grid {
     pub waters: Vec<FidelityScene>,
     pub meshes: Vec<f64>,
@@ -164,11 +166,11 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     say(&text);
     arguments.write("stability.md", &text)?;
     arguments.write_table("stability.csv", &list)?;
-    arguments.write("stability.svg", &figure::stability(&grid, &judged)?)
+    arguments.write("stability.svg", &figure::picture(&grid, &judged)?)
 }
 
-/// Judges all cases, as many at once as there are cores. The units' own threads would make a thread pool run cases
-/// within cases.
+/// Runs all cases, as many at once as there are cores. A thread pool is not used, because the threads of the units would
+/// start cases inside cases.
 fn judge_all(scene: &Scene, cases: &[Case], steps: u32) -> Result<Vec<(Case, Verdict)>, StudyError> {
     let next = AtomicUsize::new(0);
     let work = || -> Result<Vec<(usize, Verdict)>, StudyError> {
@@ -209,7 +211,7 @@ fn judge(scene: &Scene, case: &Case, steps: u32) -> Result<Verdict, StudyError> 
     scene.coupling.acceleration = acceleration;
     scene.coupling.iteration_limit = 100;
     (scene.coupling.on_failure, scene.coupling.window, scene.time.adaptive) = (OnFailure::Stop, 1, None);
-    // Phases that grow with the square hit every frequency.
+    // Phases that grow with the square excite all frequencies.
     let samples = (0..=steps).map(|k| (1.7 * f64::from(k * k) + 0.4).sin()).collect();
     let motion = GroundMotion::of_samples("random steps", communication_step, samples);
     let outcome = match run_scene(&scene, &motion, NonZeroUsize::MIN) {
@@ -219,7 +221,7 @@ fn judge(scene: &Scene, case: &Case, steps: u32) -> Result<Verdict, StudyError> 
     };
     Ok(match outcome.failure {
         None => {
-            // The first row is initialisation, and in the first step Jacobian and rounding floor are measured.
+            // The first row is initialisation; in the first step Jacobian and rounding floor are measured.
             let counts = outcome.column("iterations").get(2..).unwrap_or(&[]);
             Verdict::Converges(outcome.iterations(2), counts.iter().copied().fold(0.0, f64::max))
         }
@@ -229,7 +231,7 @@ fn judge(scene: &Scene, case: &Case, steps: u32) -> Result<Verdict, StudyError> 
             ..
         }) => Verdict::Stagnates,
         Some(CouplingError::Hopeless { .. } | CouplingError::BlewUp { .. }) => Verdict::Diverges,
-        // Guesses so large that a unit cannot take them.
+        // The guesses are too large for a unit.
         Some(CouplingError::GuessFailed { .. }) => Verdict::Diverges,
         Some(error) => {
             return Err(StudyError::Run { what: format!("{case:?}"), cause: Box::new(error.into()) });

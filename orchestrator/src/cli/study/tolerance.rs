@@ -1,13 +1,15 @@
 //! `cofferdam study tolerance`.
 
-use super::{Arguments, Outcome, StudyError, figure, quoted, run_scene, unfit};
+mod figure;
+
+use super::{Arguments, Outcome, StudyError, quoted, run_scene, unfit};
 use crate::cli::table::Table;
 use crate::cli::{say, threads};
 use orchestrator::scene::OnFailure;
 
 pub const HELP: &str = "\
-Runs the scene with tolerances from 1e-2 to 1e-12 and compares crest displacement and sliding with those of the tightest;
-and once more with half the communication step, which tells the error that no tolerance removes.
+Runs the scene with tolerances from 1e-2 to 1e-12 and compares crest displacement and sliding with those of the tightest one.
+A run with half the communication step shows the error that does not depend on the tolerance.
 
 Writes tolerance.md, tolerance.csv and tolerance.svg.
 
@@ -29,7 +31,7 @@ pub struct Point {
     pub iterations: f64,
 }
 
-/// Points, and the errors that half the communication step shows.
+/// Points, and the errors of the communication step.
 pub struct Series {
     pub points: Vec<Point>,
     pub of_step: [f64; 2],
@@ -50,7 +52,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     let solve = |tolerance: f64, halvings: i32| -> Result<Outcome, StudyError> {
         let mut scene = loaded.scene.clone();
         scene.coupling.tolerance = tolerance;
-        // Where rounding is all that is left, the run goes on, and the table says how often.
+        // The run continues where only rounding is left; the table gives the number of these steps.
         scene.coupling.on_failure = OnFailure::Continue;
         scene.time.communication_step /= 2f64.powi(halvings);
         let what = format!("ε = {tolerance:e}, H = {} s", scene.time.communication_step);
@@ -64,7 +66,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     };
     let reference = solve(TIGHTEST, 0)?;
     let halved = solve(TIGHTEST, 1)?;
-    // Second order: half the step leaves a quarter of the error, so that the difference is three quarters of it.
+    // Second order: half the step has a quarter of the error, so that the difference is three quarters of it.
     let of_step = [CREST, SLIDING].map(|name| {
         let every_second: Vec<f64> = halved.column(name).iter().copied().step_by(2).collect();
         4.0 / 3.0 * difference(reference.column(name), &every_second)
@@ -106,10 +108,10 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     say(&text);
     arguments.write("tolerance.md", &text)?;
     arguments.write_table("tolerance.csv", &table)?;
-    arguments.write("tolerance.svg", &figure::tolerance(&Series { points, of_step })?)
+    arguments.write("tolerance.svg", &figure::picture(&Series { points, of_step })?)
 }
 
-/// Largest difference over the largest value; 0 of what is not there.
+/// Largest difference over the largest value; 0 without values.
 fn difference(values: &[f64], reference: &[f64]) -> f64 {
     let largest = reference.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
     let apart = values.iter().zip(reference).fold(0.0, |a: f64, (x, y)| a.max((x - y).abs()));

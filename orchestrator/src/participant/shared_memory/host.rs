@@ -1,7 +1,8 @@
+use super::calls::{layout_hash, occasion};
 use super::words::{END, Task, Word};
 use crate::participant::{Occasion, Participant, ParticipantError};
 use crate::transport::{
-    Command, Header, PROTOCOL_VERSION, Server, Status, TransportError, layout_hash, shorten_naps, tidy,
+    Command, Header, PROTOCOL_VERSION, Server, Status, TransportError, shorten_naps, tidy,
 };
 use std::io::{BufRead, IsTerminal, Write};
 use std::process::ExitCode;
@@ -9,17 +10,17 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-/// Exit status of a unit that fails, or whose orchestrator dies.
+/// Exit status if the unit fails or the orchestrator dies.
 const FAILED: u8 = 4;
-/// How long a computation may go on after the run is over.
+/// Time for a computation to finish after the run is over.
 const GRACE: Duration = Duration::from_millis(500);
 
-/// Makes the unit that standard input asks for and serves it over shared memory until the run is over: the
-/// whole of a unit's process.
+/// Runs a unit's process: makes the unit that the task on standard input names, and serves it over shared memory
+/// until the run is over.
 ///
-/// `make` makes it from the task. What the unit says goes to standard output, one [`Word`] a line.
+/// `make` makes the unit from the task. Messages of the unit go to standard output, one [`Word`] a line.
 ///
-/// **Errors**: whatever fails is said on standard output, and the process's exit status is not zero.
+/// **Errors**: they are written to standard output, and the exit status is not zero.
 pub fn host<E: std::fmt::Display>(make: impl FnOnce(&Task) -> Result<Box<dyn Participant>, E>) -> ExitCode {
     let task = match task() {
         Ok(task) if task.protocol == PROTOCOL_VERSION => task,
@@ -43,9 +44,9 @@ pub fn host<E: std::fmt::Display>(make: impl FnOnce(&Task) -> Result<Box<dyn Par
     }
     let served = serve(&mut *participant, task.run, &lifeline);
     if lifeline.over.load(Ordering::Acquire) && lifeline.orphaned.load(Ordering::Relaxed) {
-        // What the orchestrator left behind goes with this process.
+        // Removes what the dead orchestrator left in shared memory.
         tidy();
-        return lifeline.mourn();
+        return lifeline.report_orphaned();
     }
     match served {
         Ok(()) => ExitCode::SUCCESS,
@@ -65,38 +66,39 @@ fn task() -> Result<Task, String> {
 }
 
 fn fail(error: &impl std::fmt::Display) -> ExitCode {
-    Voice::default().say(&Word::Failed { text: error.to_string() });
+    Output::default().write(&Word::Failed { text: error.to_string() });
     ExitCode::from(FAILED)
 }
 
-/// Says words on standard output and counts them.
+/// Writes words to standard output and counts them.
 #[derive(Default)]
-struct Voice {
+struct Output {
     words: u64,
 }
 
-impl Voice {
-    fn say(&mut self, word: &Word) {
+impl Output {
+    fn write(&mut self, word: &Word) {
         let mut output = std::io::stdout().lock();
         if let Ok(line) = serde_json::to_string(word) {
             self.words += 1;
-            // Nobody is left to be told.
+            // If the output is closed, no reader is left.
             let _ = writeln!(output, "{line}").and_then(|()| output.flush());
         }
     }
 }
 
-/// Whether the run goes on, and where it stands.
+/// Watches whether the run goes on, and keeps the current step.
 struct Lifeline {
     unit: String,
     over: AtomicBool,
     orphaned: AtomicBool,
-    /// Of the last request.
+    /// Occasion of the last request.
     occasion: Mutex<Option<Occasion>>,
 }
 
 impl Lifeline {
-    /// Watches standard input on a thread of its own; ends the process if it is still there some time later.
+    /// Watches standard input on a thread of its own; after its end, ends the process unless it ends in time by
+    /// itself.
     fn watch(unit: String) -> Arc<Self> {
         let lifeline =
             Arc::new(Self { unit, over: false.into(), orphaned: false.into(), occasion: Mutex::default() });
@@ -109,18 +111,18 @@ impl Lifeline {
             if ended {
                 std::process::exit(0);
             }
-            watched.mourn();
+            watched.report_orphaned();
             std::process::exit(FAILED.into());
         });
         lifeline
     }
 
-    /// Says on standard error that the orchestrator has died.
-    fn mourn(&self) -> ExitCode {
+    /// Reports on standard error that the orchestrator has died.
+    fn report_orphaned(&self) -> ExitCode {
         let occasion = *self.occasion.lock().unwrap_or_else(PoisonError::into_inner);
         let when = occasion.map_or("while the units were made".to_owned(), |o| o.to_string());
         let text = format!("{}: the orchestrator died {when}; this unit ends\n", self.unit);
-        // In one piece, since the other unit says the same. Nobody may be left to be told.
+        // Written in one piece, because the other unit writes the same. The output may be closed.
         let _ = std::io::stderr().write_all(text.as_bytes());
         ExitCode::from(FAILED)
     }
@@ -130,29 +132,29 @@ fn serve(participant: &mut dyn Participant, run: u64, lifeline: &Lifeline) -> Re
     let description = participant.description().clone();
     let values = description.readable.longest().max(description.outputs.size());
     let server = Server::create(run, &description.name, &layout_hash(&description), values)?;
-    let mut voice = Voice::default();
+    let mut output = Output::default();
     for message in participant.messages() {
-        voice.say(&Word::Message(message));
+        output.write(&Word::Message(message));
     }
     let described = serde_json::to_value(&description).unwrap_or_default();
-    voice.say(&Word::Ready { protocol: PROTOCOL_VERSION, description: described });
+    output.write(&Word::Ready { protocol: PROTOCOL_VERSION, description: described });
     server.serve(&lifeline.over, |header, inputs, outputs| {
-        *lifeline.occasion.lock().unwrap_or_else(PoisonError::into_inner) = Some(header.occasion());
+        *lifeline.occasion.lock().unwrap_or_else(PoisonError::into_inner) = Some(occasion(header));
         let before = participant.busy();
         let result = answer(participant, header, inputs, outputs);
         header.busy = participant.busy().saturating_sub(before).as_nanos() as u64;
         for message in participant.messages() {
-            voice.say(&Word::Message(message));
+            output.write(&Word::Message(message));
         }
-        // What is not finite is an answer all the same: the client says so.
+        // An answer that is not finite is sent too; the client reports it.
         if let Err(error) =
             result.or_else(|e| if matches!(e, ParticipantError::NonFinite { .. }) { Ok(()) } else { Err(e) })
         {
             outputs.clear();
             header.status = Status::Failed as u32;
-            voice.say(&Word::Failed { text: error.to_string() });
+            output.write(&Word::Failed { text: error.to_string() });
         }
-        header.words = voice.words;
+        header.words = output.words;
     })
 }
 
@@ -188,5 +190,5 @@ fn answer(
         Command::RestoreAndStep => participant.restore_state()?,
         Command::Step | Command::Read => {}
     }
-    participant.step(&header.occasion(), inputs, outputs)
+    participant.step(&occasion(header), inputs, outputs)
 }

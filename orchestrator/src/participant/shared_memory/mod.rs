@@ -1,17 +1,18 @@
-//! Units that are processes of their own, reached over shared memory.
+//! Units in processes of their own, connected by shared memory.
 
+mod calls;
 mod host;
 mod process;
 mod watch;
 mod words;
 
+pub use calls::layout_hash;
 pub use host::host;
 pub use words::{Task, Word};
 
 use super::{Description, Level, Message, Occasion, Participant, ParticipantError, check_finite};
 use crate::transport::{
-    Client, Command, Header, PROTOCOL_VERSION, Status, TransportError, layout_hash, new_run, probe,
-    shorten_naps,
+    Client, Command, Header, PROTOCOL_VERSION, Status, TransportError, new_run, probe, shorten_naps,
 };
 use process::{Listening, RunMates, UnitProcess};
 use std::sync::Arc;
@@ -19,22 +20,23 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 use watch::{Watch, explained};
 
-/// How long a unit may take before it counts as hung.
+/// Time limits after which a unit counts as hung.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Deadlines {
-    /// To be made, and to initialise.
+    /// For preparation, and for initialisation.
     pub preparation: Duration,
-    /// For a step, states included.
+    /// For a step, including saving and restoring states.
     pub step: Duration,
 }
 
-/// A unit that is a process of its own.
+/// A unit in a process of its own.
 ///
-/// Saving and restoring travel with the next step: one request an iteration. A unit that ends, or does not
-/// answer in time, is an error that names it and the step; so is one whose neighbour ends meanwhile.
+/// Saving and restoring are sent with the next step, so that an iteration needs one request. If a unit ends or does
+/// not answer in time, the error names the unit and the step. The same holds if another unit of the run ends
+/// meanwhile.
 pub struct SharedMemory {
     run_mates: Arc<RunMates>,
-    /// Which of them this is.
+    /// Index of this unit.
     index: usize,
     client: Client,
     run: u64,
@@ -42,25 +44,25 @@ pub struct SharedMemory {
     deadlines: Deadlines,
     pending: Option<Pending>,
     busy: Duration,
-    /// Words that the unit had said at its last answer.
+    /// Number of lines that the unit had written up to its last answer.
     said: u64,
 }
 
-/// What must be done before the next step.
+/// Action before the next step.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Pending {
     Save,
     Restore,
 }
 
-/// Between two looks at the processes of a run.
+/// Interval between two checks of the processes of a run.
 const LOOK: Duration = Duration::from_millis(10);
-/// How long words may take to arrive after the answer that counts them, or after their process has ended.
+/// Time that lines may take to arrive after the answer that counts them, or after the end of their process.
 const WORDS: Duration = Duration::from_millis(200);
 /// Largest number of values of a variable.
 const MOST_VALUES: usize = 1 << 24;
 
-/// Units whose processes run and are not ready yet.
+/// Units whose processes have been started and are not ready yet.
 pub struct Starting {
     run: u64,
     processes: Arc<RunMates>,
@@ -68,9 +70,9 @@ pub struct Starting {
 }
 
 impl Starting {
-    /// Checks that shared memory can be had, which is worth knowing before any work is done.
+    /// Checks that shared memory is available, before any work is done.
     ///
-    /// **Errors**: what is wrong with it.
+    /// **Errors**: why it is not available.
     pub fn check() -> Result<(), ParticipantError> {
         Ok(probe(new_run())?)
     }
@@ -78,8 +80,8 @@ impl Starting {
     /// Starts a process for each unit: a name, and the command that runs it.
     ///
     /// All units are made at the same time, each with up to `threads` threads, from `scene` (TOML, with all
-    /// defaults). A command must run [`host`] or keep the protocol itself. Shortens the naps of the calling
-    /// thread, which is to be the one that steps the units.
+    /// defaults). A command must run [`host`] or implement the protocol itself. Also makes sleeps of the calling
+    /// thread precise; the same thread should step the units.
     ///
     /// **Errors**: a process cannot be started.
     pub fn new(
@@ -98,12 +100,13 @@ impl Starting {
         Ok(Self { run, processes: Arc::new(processes), deadlines })
     }
 
-    /// Name and number of each process.
+    /// Name and process id of each unit.
     pub fn processes(&self) -> impl Iterator<Item = (&str, u32)> {
         self.processes.0.iter().map(|process| (process.name.as_str(), process.id()))
     }
 
-    /// Waits until all units are ready, or until `interrupted`; they come in the order in which they were named.
+    /// Waits until all units are ready, or until `interrupted`; they are returned in the order in which they were
+    /// named.
     ///
     /// **Errors**: a process ends, takes too long, cannot make its unit, or is of another version.
     pub fn wait(self, interrupted: &AtomicBool) -> Result<Vec<SharedMemory>, ParticipantError> {
@@ -170,7 +173,7 @@ impl SharedMemory {
 
     /// Sends a command and waits for its answer, which has as many values as `outputs`.
     fn call(&mut self, header: Header, inputs: &[f64], outputs: &mut [f64]) -> Result<(), ParticipantError> {
-        let occasion = header.occasion();
+        let occasion = calls::occasion(&header);
         let limit = match header.command() {
             Some(Command::Initialise) => self.deadlines.preparation,
             _ => self.deadlines.step,
@@ -199,15 +202,15 @@ impl SharedMemory {
         if answer.status == Status::Done as u32 {
             return Ok(());
         }
-        self.hear();
+        self.receive_messages();
         let process = self.process();
         let silent = || format!("{}: failed {occasion} and did not say why", process.name);
         let text = process.heard(|heard| heard.failure.take()).unwrap_or_else(silent);
         Err(ParticipantError::Reported { text })
     }
 
-    /// Hears all words that the unit had said at its last answer, and whatever else there is.
-    fn hear(&self) {
+    /// Receives all lines that the unit had written up to its last answer, and any others that are there.
+    fn receive_messages(&self) {
         let process = self.process();
         let began = Instant::now();
         let heard = || process.heard(|heard| heard.words);
@@ -218,16 +221,16 @@ impl SharedMemory {
         let missing = self.said.saturating_sub(heard());
         if missing > 0 {
             process.heard(|heard| {
-                let text = format!("{missing} of the words that its answer counts were not heard");
+                let text = format!("{missing} of the messages that its answer counts did not arrive");
                 heard.messages.push(process.message(&heard.occasion, Level::Warning, text));
-                // Not waited for again.
+                // Do not wait for them again.
                 heard.words = self.said;
             });
         }
     }
 }
 
-/// What is being done before the first call.
+/// The activity before the first call.
 const MAKING: &str = "while the units were made";
 
 impl Participant for SharedMemory {
@@ -241,7 +244,7 @@ impl Participant for SharedMemory {
             let participant = self.description.name.clone();
             return Err(ParticipantError::Missing { participant, variable: variable.to_owned() });
         };
-        let request = Header::request(self.run, Command::Read, &Occasion::initialisation(0.0));
+        let request = calls::request(self.run, Command::Read, &Occasion::initialisation(0.0));
         let header = Header { variable: channel.value_reference, ..request };
         let mut values = vec![0.0; range.len()];
         self.call(header, &[], &mut values)?;
@@ -255,7 +258,7 @@ impl Participant for SharedMemory {
         outputs: &mut [f64],
     ) -> Result<(), ParticipantError> {
         let occasion = Occasion::initialisation(start_time);
-        self.call(Header::request(self.run, Command::Initialise, &occasion), inputs, outputs)?;
+        self.call(calls::request(self.run, Command::Initialise, &occasion), inputs, outputs)?;
         check_finite(&self.description, outputs, start_time)
     }
 
@@ -270,7 +273,7 @@ impl Participant for SharedMemory {
             Some(Pending::Save) => Command::SaveAndStep,
             Some(Pending::Restore) => Command::RestoreAndStep,
         };
-        self.call(Header::request(self.run, command, occasion), inputs, outputs)?;
+        self.call(calls::request(self.run, command, occasion), inputs, outputs)?;
         check_finite(&self.description, outputs, occasion.end())
     }
 
@@ -291,7 +294,7 @@ impl Participant for SharedMemory {
     }
 
     fn messages(&mut self) -> Vec<Message> {
-        self.hear();
+        self.receive_messages();
         self.process().heard(|heard| std::mem::take(&mut heard.messages))
     }
 }

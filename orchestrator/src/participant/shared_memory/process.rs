@@ -7,41 +7,41 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// A unit's process: its life and what it says.
+/// A unit's process: start, end, and what it writes to its standard output.
 pub struct UnitProcess {
     pub name: String,
     child: Mutex<Child>,
-    /// Writes to its standard input and then keeps it open.
+    /// Sends lines to its standard input, which stays open.
     input: Mutex<Option<Sender<&'static str>>>,
-    ears: Mutex<(Receiver<Result<Word, String>>, Heard)>,
+    received: Mutex<(Receiver<Result<Word, String>>, Heard)>,
 }
 
-/// What was heard from a unit.
+/// What a unit has written so far.
 #[derive(Default)]
 pub struct Heard {
-    /// Number of words.
+    /// Number of lines in the form of a [`Word`].
     pub words: u64,
-    /// The call that it was said in.
+    /// The current call.
     pub occasion: Occasion,
     pub messages: Vec<Message>,
     pub failure: Option<String>,
     pub ready: Option<(u32, serde_json::Value)>,
 }
 
-/// What came of listening for a while.
+/// Result of waiting for a line.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Listening {
-    /// Something was said, and kept.
+    /// A line came and was kept.
     Said,
-    /// Nothing was said.
+    /// No line came.
     Silent,
-    /// Nothing will be said any more.
+    /// The output is closed.
     Closed,
 }
 
-/// How long processes may take to end by themselves; their own limit is shorter.
+/// Time for processes to end by themselves; their own limit is shorter.
 const GRACE: Duration = Duration::from_millis(700);
-/// Between two looks at a process that is ending.
+/// Interval between two checks of a process that is ending.
 const LOOK: Duration = Duration::from_millis(1);
 /// Longest line that is kept, bytes.
 const LONGEST_LINE: u64 = 1 << 24;
@@ -50,7 +50,7 @@ const SIGBUS: i32 = 7;
 impl UnitProcess {
     /// Starts `command` and gives it its task.
     ///
-    /// It gets a process group of its own, so that Ctrl-C in a terminal reaches the orchestrator alone.
+    /// The process gets a process group of its own, so that Ctrl-C in a terminal reaches only the orchestrator.
     pub fn start(mut command: Command, task: &Task) -> Result<Self, ParticipantError> {
         let name = task.unit.clone();
         let failed = |cause| ParticipantError::NotStarted { participant: name.clone(), cause };
@@ -64,24 +64,24 @@ impl UnitProcess {
         if let (Some(pipe), Ok(line)) = (child.stdin.take(), serde_json::to_string(task)) {
             std::thread::spawn(move || speak(pipe, &line, &said));
         }
-        let ears = (lines, Heard::default()).into();
-        Ok(Self { child: child.into(), input: Some(input).into(), ears, name: name.clone() })
+        let received = (lines, Heard::default()).into();
+        Ok(Self { child: child.into(), input: Some(input).into(), received, name: name.clone() })
     }
 
-    /// Its number in the system.
+    /// Its process id.
     pub fn id(&self) -> u32 {
         locked(&self.child).id()
     }
 
-    /// Keeps what it says next, if it says something within `patience`.
+    /// Receives and keeps its next line, if one comes within `patience`.
     pub fn listen(&self, patience: Duration) -> Listening {
-        let mut ears = locked(&self.ears);
-        let line = match ears.0.recv_timeout(patience) {
+        let mut received = locked(&self.received);
+        let line = match received.0.recv_timeout(patience) {
             Ok(line) => line,
             Err(RecvTimeoutError::Timeout) => return Listening::Silent,
             Err(RecvTimeoutError::Disconnected) => return Listening::Closed,
         };
-        let heard = &mut ears.1;
+        let heard = &mut received.1;
         heard.words += u64::from(line.is_ok());
         match line {
             Ok(Word::Message(message)) => heard.messages.push(message),
@@ -95,31 +95,31 @@ impl UnitProcess {
         Listening::Said
     }
 
-    /// Looks into what was heard, or changes it.
+    /// Reads or changes what was received.
     pub fn heard<T>(&self, look: impl FnOnce(&mut Heard) -> T) -> T {
-        look(&mut locked(&self.ears).1)
+        look(&mut locked(&self.received).1)
     }
 
-    /// Something to be logged in its name.
+    /// A message to be logged under the name of the unit.
     pub fn message(&self, occasion: &Occasion, level: Level, text: String) -> Message {
         let Occasion { step, iteration, time, .. } = *occasion;
         let (unit, source) = (self.name.clone(), "standard output".to_owned());
         Message { unit, level, step, iteration, time, source, text }
     }
 
-    /// How it ended, if it has.
+    /// How the process ended; `None` while it runs.
     pub fn ending(&self) -> Option<String> {
         match locked(&self.child).try_wait() {
             Ok(status) => status.map(describe),
-            // Somebody else was told, or nobody, as a parent that ignores SIGCHLD wants it.
-            Err(_) => Some("ended, how is not known".to_owned()),
+            // The status was collected elsewhere, or not at all if the parent process ignores SIGCHLD.
+            Err(_) => Some("ended; its exit status is not known".to_owned()),
         }
     }
 
     /// Tells it that the run is over.
     pub fn tell_end(&self) {
         if let Some(input) = locked(&self.input).take() {
-            // It may have ended before.
+            // The process may have ended already.
             let _ = input.send(END);
         }
     }
@@ -127,18 +127,18 @@ impl UnitProcess {
     /// Kills it.
     pub fn kill(&self) {
         let mut child = locked(&self.child);
-        // It may have ended before.
+        // The process may have ended already.
         let _ = child.kill();
         let _ = child.wait();
     }
 }
 
-/// All units of a run: when one ends, waiting for another is in vain.
+/// All units of a run. If one ends, the others are not waited for.
 #[derive(Default)]
 pub struct RunMates(pub Vec<UnitProcess>);
 
 impl Drop for RunMates {
-    /// Lets the processes end by themselves, all at once, and kills those that do not.
+    /// Asks all processes to end, and kills those that do not end in time.
     fn drop(&mut self) {
         self.0.iter().for_each(UnitProcess::tell_end);
         let began = Instant::now();
@@ -158,14 +158,14 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Writes the task and whatever is to be said later; the process may read when it likes.
+/// Writes the task and later lines; runs on a thread of its own, so that a process that does not read blocks nobody.
 fn speak(mut pipe: ChildStdin, task: &str, said: &Receiver<&'static str>) {
-    // When it has ended, whoever waits for it notices.
+    // An ended process is noticed where its answer is awaited.
     let mut write = |line: &str| writeln!(pipe, "{line}").and_then(|()| pipe.flush()).is_ok();
     let _ = write(task) && said.iter().all(write);
 }
 
-/// Passes on what a process says, word or not, each a line.
+/// Passes on every line of a process, whether it is a [`Word`] or not.
 fn listen(output: ChildStdout, heard: &Sender<Result<Word, String>>) {
     let mut output = BufReader::new(output);
     let mut line = Vec::new();

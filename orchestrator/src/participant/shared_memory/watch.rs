@@ -5,12 +5,13 @@ use crate::transport::TransportError;
 use std::fmt::Display;
 use std::time::{Duration, Instant};
 
-/// Most time that counts between two looks: while this process was stopped, so was the wait.
+/// Longest interval between two checks that counts as waiting: time in which this process was suspended does not
+/// count.
 const LONGEST_LOOK: Duration = Duration::from_millis(100);
-/// How long after a broken connection a process may still end, which explains it.
+/// Time after a broken connection in which the end of a process explains it.
 const LAST_BREATH: Duration = Duration::from_millis(300);
 
-/// Looks at all units of a run while one of them is waited for.
+/// Checks all units of a run while one of them is awaited.
 pub struct Watch<'a> {
     run_mates: &'a RunMates,
     limit: Duration,
@@ -23,7 +24,7 @@ impl<'a> Watch<'a> {
         Self { run_mates, limit, waited: Duration::ZERO, looked: Instant::now() }
     }
 
-    /// Fails if a unit has ended, or if the one that is `awaited` has taken too long; looks seldom.
+    /// Fails if a unit has ended, or if the `awaited` one has taken too long; checks only every few milliseconds.
     pub fn look(&mut self, awaited: &str, when: &dyn Display) -> Result<(), ParticipantError> {
         let since = self.looked.elapsed();
         if since < LOOK {
@@ -41,7 +42,7 @@ impl<'a> Watch<'a> {
     }
 }
 
-/// Fails if a process has ended, with what it said last.
+/// Fails if a process has ended, with its last message.
 fn alive(process: &UnitProcess, when: &dyn Display) -> Result<(), ParticipantError> {
     let Some(how) = process.ending() else { return Ok(()) };
     let began = Instant::now();
@@ -52,7 +53,7 @@ fn alive(process: &UnitProcess, when: &dyn Display) -> Result<(), ParticipantErr
     })
 }
 
-/// A broken connection, or rather the end of a process that explains it.
+/// The end of a process that explains a broken connection, else the error itself.
 pub fn explained(run_mates: &RunMates, error: TransportError, when: &dyn Display) -> ParticipantError {
     let began = Instant::now();
     while matches!(error, TransportError::NotConnected { .. } | TransportError::SharedMemory { .. })

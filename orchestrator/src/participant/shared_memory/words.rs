@@ -1,17 +1,17 @@
 use crate::participant::Message;
 use serde::{Deserialize, Serialize};
 
-/// What the orchestrator writes to the standard input of a unit's process first: one line of JSON.
+/// The first line that the orchestrator writes to the standard input of a unit's process, as JSON.
 ///
-/// The input then stays open. A line `end` says that the run is over; an input that ends without it
-/// says that the orchestrator has died.
+/// The input then stays open. A line `end` says that the run is over; an input that closes without it means that the
+/// orchestrator has died.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Task {
     /// [`PROTOCOL_VERSION`](crate::transport::PROTOCOL_VERSION) of the orchestrator.
     pub protocol: u32,
-    /// Number of the run, which is in the service's name.
+    /// Number of the run, part of the service's name.
     pub run: u64,
-    /// Name of the unit, which is in the service's name.
+    /// Name of the unit, part of the service's name.
     pub unit: String,
     /// Threads that the unit may use.
     pub threads: usize,
@@ -22,18 +22,18 @@ pub struct Task {
 /// The line that ends a run.
 pub(super) const END: &str = "end";
 
-/// What a unit's process says on its standard output: one line of JSON each.
+/// A line that a unit's process writes to its standard output, as JSON.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Word {
-    /// The unit is made and its service is there.
+    /// The unit has been made and its service exists.
     Ready {
         /// [`PROTOCOL_VERSION`](crate::transport::PROTOCOL_VERSION) of the unit.
         protocol: u32,
-        /// A [`Description`](crate::participant::Description); read once the versions agree.
+        /// A [`Description`](crate::participant::Description); read after the versions were compared.
         description: serde_json::Value,
     },
-    /// Something to be logged.
+    /// A message for the log.
     Message(Message),
     /// Why the unit cannot be made, or why the last call failed; names the unit.
     Failed {

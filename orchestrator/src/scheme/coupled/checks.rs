@@ -1,4 +1,4 @@
-//! What a scheme makes sure of: that the water's mass counts once, that states are restored, and how far residuals fall.
+//! Checks of a scheme: the mass of the water counts once, states are restored, and the size of the rounding floor.
 
 use super::Scheme;
 use crate::convergence::norm;
@@ -9,7 +9,7 @@ use crate::scheme::{CouplingError, SchemeKind, Side, Units, WindowReport};
 pub(super) const FLOOR_PROBE: f64 = 2.0;
 
 impl Scheme {
-    /// Repeats the last iteration: units that return to their saved states answer the same, in all bits.
+    /// Repeats the last iteration: units that return to their saved states give identical answers.
     pub(super) fn check_states(
         &self,
         units: &mut Units,
@@ -23,7 +23,7 @@ impl Scheme {
         for (first, second) in before[before.len() - after.len()..].iter().zip(after) {
             let bits = |(a, b): (&f64, &f64)| a.to_bits() != b.to_bits();
             let different = first.outputs.iter().zip(&second.outputs).position(bits);
-            // A reservoir that is asked otherwise because of the dam may answer otherwise.
+            // If the dam's answer differs, so does the request to the reservoir; its answer then proves nothing.
             let Some(position) = different.filter(|_| first.inputs == second.inputs) else { continue };
             let unit = if first.side == Side::Dam { &units.dam } else { &units.reservoir };
             let (variable, index) = unit.description().outputs.locate(position).unwrap_or(("?", position));
@@ -40,7 +40,7 @@ impl Scheme {
         Ok(())
     }
 
-    /// How much the residual changes when the pressure changes by rounding: by `change` (Pa).
+    /// Change of the residual when the pressure changes by rounding, that is, by `change` (Pa).
     pub(super) fn measure_floor(
         &mut self,
         units: &mut Units,

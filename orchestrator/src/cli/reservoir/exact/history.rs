@@ -6,17 +6,17 @@ use reservoir::analytical::{chopra_1967, fenves_chopra_1984};
 use std::f64::consts::PI;
 use std::num::NonZeroUsize;
 
-/// α above which the answer over an absorbing bed dies away too slowly for a Fourier series.
+/// Largest α of an absorbing bed: above it the response decays too slowly for a Fourier series.
 const LEAST_DECAY: f64 = 0.99;
-/// Exponent with which an answer counts as died away.
+/// Exponent of the decay after which a response counts as zero.
 const DIED_AWAY: f64 = 18.0;
-/// Share of the strongest frequency's answer below which one is left out.
+/// Share of the largest amplitude below which a frequency is left out.
 const NOT_THERE: f64 = 1e-4;
 
 impl Exact {
-    /// Pressures (Pa) at the base at 0, H, 2H, … for accelerations downstream (m/s²) then, linear in between, from rest:
-    /// the echoes over a rigid bed; over one that absorbs the modes at every frequency that the motion has, on `threads`.
-    /// None, if there is no such history.
+    /// Pressures (Pa) at the base at 0, H, 2H, … for accelerations downstream (m/s²) at these times, linear in
+    /// between, from rest: by echoes over a rigid bed; over an absorbing bed by the modes at every frequency of the
+    /// motion, on `threads`. `None` if there is no closed form over time.
     pub fn base_pressures(&self, samples: &[f64], step: f64, threads: NonZeroUsize) -> Option<Vec<f64>> {
         match self.kind {
             Kind::Rigid => Some(self.base_pressures_by_echoes(samples, step)),
@@ -27,7 +27,7 @@ impl Exact {
         }
     }
 
-    /// The answers to a ramp from each sample on, as much as the slope changes there.
+    /// The sum of the responses to a ramp from each sample on, by the change of slope there.
     fn base_pressures_by_echoes(&self, samples: &[f64], step: f64) -> Vec<f64> {
         let Self { density, depth, sound_speed, .. } = *self;
         let answers = |to: fn(f64, f64, f64) -> f64| -> Vec<f64> {
@@ -46,7 +46,7 @@ impl Exact {
             .collect()
     }
 
-    /// Fourier's series over a period in which the answer dies away, as it does at least like α^{ct/2h}.
+    /// Fourier series over a period in which the response decays; it decays at least like α^{ct/2h}.
     fn base_pressures_by_modes(&self, samples: &[f64], step: f64, threads: NonZeroUsize) -> Vec<f64> {
         let rate = -0.5 * self.sound_speed / self.depth * self.alpha.max(1e-6).ln();
         let length = samples.len() + (DIED_AWAY / (rate * step)).ceil() as usize;
@@ -55,7 +55,7 @@ impl Exact {
         let mut planner = rustfft::FftPlanner::new();
         planner.plan_fft_forward(length).process(&mut spectrum);
         let frequency = |k: usize| 2.0 * PI * k as f64 / (length as f64 * step);
-        // Of hats, one step wide on either side, but for the first, which begins with its peak.
+        // The transform of hats of one step on either side, except the first, which starts at its peak.
         let excited = |k: usize| {
             let angle = frequency(k) * step;
             if k == 0 {
@@ -65,7 +65,7 @@ impl Exact {
             let half = 1.0 / a - (1.0 - (-a).exp()) / (a * a);
             spectrum[k] * hat - samples[0] * (hat - half)
         };
-        // High up the water answers with −ρc, so per acceleration ever less.
+        // At high frequencies the response per velocity is −ρc, so per acceleration it decreases.
         let strength = |k: usize| excited(k).norm() / (1.0 + frequency(k) * self.depth / self.sound_speed);
         let strongest = (0..length / 2).map(strength).fold(0.0, f64::max);
         let present: Vec<usize> = (0..length / 2).filter(|&k| strength(k) > NOT_THERE * strongest).collect();

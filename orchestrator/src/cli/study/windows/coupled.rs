@@ -1,4 +1,4 @@
-//! Dam and water by turns, window after window.
+//! Coupling of dam and water window by window.
 
 use super::super::StudyError;
 use crate::cli::threads;
@@ -18,14 +18,14 @@ pub const SLIDING: &str = "dam.crack_sliding.0";
 /// First relaxation factor.
 const RELAXATION: f64 = 0.5;
 const MOST_ITERATIONS: usize = 200;
-/// Growth of the residual that makes further iterations vain.
+/// Growth of the residual that counts as divergence.
 const GROWTH: f64 = 1e6;
 
-/// What came of a coupled run.
+/// Result of a coupled run.
 pub struct Coupled {
     /// Crest displacement and sliding at the first crack (m), from time 0 on; no sliding without a crack.
     pub histories: [Vec<f64>; 2],
-    /// Of every window.
+    /// Number of iterations of every window.
     pub iterations: Vec<usize>,
     pub end: End,
 }
@@ -33,12 +33,12 @@ pub struct Coupled {
 /// How a coupled run ended.
 pub enum End {
     Reached,
-    /// Iterations in the window from this time (s) on led away.
+    /// The iterations diverged in the window from this time (s) on.
     Diverged {
         time: f64,
         iteration: usize,
     },
-    /// They went on and on.
+    /// The iteration limit was reached.
     NotConverged {
         time: f64,
         residual: f64,
@@ -60,12 +60,12 @@ impl std::fmt::Display for End {
     }
 }
 
-/// The dam, and where in its requests and answers things are.
+/// The dam, and the places of variables in its requests and answers.
 struct Dam<'a> {
     unit: Box<dyn Participant>,
     motion: &'a GroundMotion,
     step: f64,
-    /// A request, the hydrostatic pressure already in it.
+    /// A request, which already contains the hydrostatic pressure.
     inputs: Vec<f64>,
     outputs: Vec<f64>,
     pressure: Range<usize>,
@@ -75,13 +75,13 @@ struct Dam<'a> {
     sliding: Option<Range<usize>>,
 }
 
-/// What the dam does in a window: mean accelerations (points and ground × steps), crest and sliding after each step.
+/// Response of the dam in a window: mean accelerations (points and ground × steps), crest and sliding after each step.
 struct Moved {
     acceleration: DMatrix<f64>,
     histories: [Vec<f64>; 2],
 }
 
-/// Runs the scene's dam before `water`, window after window; a last window that is not whole is left away.
+/// Runs the scene's dam with `water`, window after window; an incomplete last window is left out.
 pub fn run(scene: &Scene, motion: &GroundMotion, water: &ShortWindows) -> Result<Coupled, StudyError> {
     let failed = |cause: ParticipantError| StudyError::Run {
         what: format!("windows of {} steps", water.steps()),
@@ -90,7 +90,7 @@ pub fn run(scene: &Scene, motion: &GroundMotion, water: &ShortWindows) -> Result
     let mut dam = Dam::new(scene, motion)?;
     dam.initialise().map_err(failed)?;
     let mut done = Coupled { histories: Default::default(), iterations: Vec::new(), end: End::Reached };
-    dam.tell(&mut done.histories);
+    dam.append_to(&mut done.histories);
     let mut relaxation = Acceleration::new(AccelerationKind::Aitken, RELAXATION, 1.0);
     let floor = 0.01 * scene.hydrostatic_base_pressure();
     let windows = scene.steps() as usize / water.steps();
@@ -105,7 +105,7 @@ pub fn run(scene: &Scene, motion: &GroundMotion, water: &ShortWindows) -> Result
             iteration += 1;
             let moved = match dam.take(first, &guess) {
                 Ok(moved) => moved,
-                // A guess that the dam cannot take.
+                // The guess is too large for the dam.
                 Err(_) if iteration > 1 => {
                     done.end = End::Diverged { time, iteration };
                     return Ok(done);
@@ -212,13 +212,13 @@ impl<'a> Dam<'a> {
             for axis in 0..2 {
                 column[points + axis] = 0.5 * (before[axis] + after[axis]);
             }
-            self.tell(&mut histories);
+            self.append_to(&mut histories);
         }
         Ok(Moved { acceleration, histories })
     }
 
-    /// Adds where crest and first crack are now.
-    fn tell(&self, [crest, sliding]: &mut [Vec<f64>; 2]) {
+    /// Appends the current values of crest and first crack.
+    fn append_to(&self, [crest, sliding]: &mut [Vec<f64>; 2]) {
         crest.push(self.outputs[self.crest.start]);
         sliding.extend(self.sliding.as_ref().map(|range| self.outputs[range.start]));
     }

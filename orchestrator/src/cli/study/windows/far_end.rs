@@ -1,4 +1,4 @@
-//! What it costs to say nothing of the far end, or something that is not true.
+//! Errors of a missing or wrong condition at the far end.
 
 use super::super::{StudyError, relative};
 use super::{percent, record};
@@ -12,11 +12,11 @@ use std::f64::consts::PI;
 
 /// Frequencies over the first cut-off of a rigid bed.
 const RATIOS: [f64; 4] = [0.5, 0.99, 1.5, 2.5];
-/// Re s/ω: a closed reservoir has no answer at its resonances.
+/// Re s/ω: a closed reservoir has no finite response at its resonances.
 const DAMPING: f64 = 1e-6;
-/// Instants of the record are at least so far apart, s.
+/// Smallest interval of the record, s.
 const STEP: f64 = 0.01;
-/// Distance of the far end over the depth where waves leave, which all are compared with.
+/// Distance of the far end over the depth in the reference, where waves leave.
 const REFERENCE: f64 = 1.0;
 
 /// Relative L2 errors: on the face at four frequencies, and of the base pressure under the record.

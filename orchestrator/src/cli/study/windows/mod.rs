@@ -1,9 +1,10 @@
-//! `cofferdam study windows`: the paper's way with the water, measured.
+//! `cofferdam study windows`: the errors of the paper's method for the water.
 
 mod coupled;
 mod far_end;
+mod figure;
 
-use super::{Arguments, StudyError, figure, quoted, relative, run_scene};
+use super::{Arguments, StudyError, quoted, relative, run_scene};
 use crate::cli::table::Table;
 use crate::cli::{say, threads};
 use crate::registry::{self, FarEndCondition, ShortWindows};
@@ -13,14 +14,14 @@ use orchestrator::ground_motion::GroundMotion;
 use orchestrator::scene::{FidelityScene, LoadedScene, OnFailure, Scene};
 
 pub const HELP: &str = "\
-The paper steps compressible water through short windows, each with a forward and an inverse Fourier transform of its own, and
-puts no condition on the far end. This does the same and measures what it costs; it is no way to run a scene.
+The paper computes compressible water in short windows, each with its own forward and inverse Fourier transform, and without a
+condition at the far end. This study measures the errors of this method; it is not a way to run a scene.
 
-Windows of 0.1 s and of 64 to 1024 communication steps, (a) before the dam held rigid, under the scene's ground motion: error
-of base pressure and force against the transform of the whole record; (b) before the dam that gives way: dam and water
-take every window by turns, with Aitken's relaxation, until the pressure's residual is below the scene's tolerance; error
-of crest displacement and sliding against the scene step by step, dam steps a step, and where a window diverges. A rigid
-dam, [prescribed], has only (a). (c) The far end at h/2 to 4h, left out of the boundary integrals as in the paper, a wall, or
+Windows of 0.1 s and of 64 to 1024 communication steps, (a) With a rigid dam under the scene's ground motion: error
+of base pressure and force against the transform of the whole record. (b) With the deformable dam: dam and water are iterated
+in every window, with Aitken's relaxation, until the residual of the pressure is below the scene's tolerance; error of crest
+displacement and sliding against a run step by step, dam steps per step, and where a window diverges. A rigid dam,
+[prescribed], has only (a). (c) The far end at h/2 to 4h, left out of the boundary integrals as in the paper, a wall, or
 at p = 0: error on the face under uniform motion at four frequencies over the first cut-off, and of the base pressure under the
 record, against waves that leave.
 
@@ -117,10 +118,10 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     arguments.write("windows.md", &text)?;
     arguments.write_table("windows.csv", &table)?;
     arguments.write_table("far-end.csv", &far_end)?;
-    arguments.write("windows.svg", &figure::windows(&rows)?)
+    arguments.write("windows.svg", &figure::picture(&rows)?)
 }
 
-/// The scene as it is compared: compressible water at the dam's own points, a run that stops where it fails.
+/// The scene for the comparison: compressible water at the dam's own points, a run that stops at a failure.
 fn fit(loaded: &LoadedScene) -> Result<Scene, StudyError> {
     let mut scene = loaded.scene.clone();
     if scene.reservoir.fidelity != FidelityScene::Compressible || scene.reservoir.surface_waves {
@@ -174,7 +175,7 @@ impl Rigid {
         [pressure.row(0).iter().copied().collect(), pressure.column_iter().map(force).collect()]
     }
 
-    /// Pressures at the ends of all steps, window after window; the last one is filled up with rest.
+    /// Pressures at the ends of all steps, window after window; the last one is filled with zero acceleration.
     fn in_windows(&self, water: &ShortWindows) -> Result<DMatrix<f64>, StudyError> {
         let (rows, steps) = self.means.shape();
         let mut all = DMatrix::zeros(self.forces.len(), steps);
