@@ -126,6 +126,7 @@ impl Summary {
             quantities: table.quantities,
         };
         summary.notes = summary.remarks(!cracks.is_empty());
+        summary.notes.extend(loaded.moved_defaults.iter().cloned());
         if let count @ 1.. = ending.statistics.unconverged {
             summary.notes.insert(
                 0,
