@@ -217,7 +217,11 @@ const EXCEPTIONS: &[(&str, &str, &str)] = &[
         "the crate: channel_motion, cut_off, radiation, system",
         "the properties of the water stand beside the equations",
     ),
-    ("reservoir-fmu", "rational: advance, ports", "a port reads the poles that a step advances"),
+    (
+        "reservoir-fmu",
+        "rational: advance, ports",
+        "the layout in lanes stands beside the loop over the poles",
+    ),
     (
         "dam-dem",
         "the crate: added_mass, contact, element, energy, loads, mesh, parameters, structure",

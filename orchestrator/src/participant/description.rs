@@ -160,3 +160,20 @@ impl Description {
         ParticipantError::Missing { participant: self.name.clone(), variable: variable.to_owned() }
     }
 }
+
+/// Checks that an answer is finite.
+pub(crate) fn check_finite(
+    description: &Description,
+    outputs: &[f64],
+    time: f64,
+) -> Result<(), ParticipantError> {
+    let Some(position) = outputs.iter().position(|v| !v.is_finite()) else { return Ok(()) };
+    let (variable, index) = description.outputs.locate(position).unwrap_or(("?", position));
+    Err(ParticipantError::NonFinite {
+        participant: description.name.clone(),
+        variable: variable.to_owned(),
+        index,
+        value: outputs[position],
+        time,
+    })
+}

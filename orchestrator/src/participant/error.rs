@@ -1,4 +1,3 @@
-use super::Description;
 use crate::transport::TransportError;
 
 /// What went wrong in a participant.
@@ -122,21 +121,4 @@ pub enum ParticipantError {
         /// End of the step, s.
         time: f64,
     },
-}
-
-/// Checks that an answer is finite.
-pub(crate) fn check_finite(
-    description: &Description,
-    outputs: &[f64],
-    time: f64,
-) -> Result<(), ParticipantError> {
-    let Some(position) = outputs.iter().position(|v| !v.is_finite()) else { return Ok(()) };
-    let (variable, index) = description.outputs.locate(position).unwrap_or(("?", position));
-    Err(ParticipantError::NonFinite {
-        participant: description.name.clone(),
-        variable: variable.to_owned(),
-        index,
-        value: outputs[position],
-        time,
-    })
 }

@@ -8,10 +8,10 @@ mod messages;
 mod prescribed;
 mod shared_memory;
 
+pub(crate) use description::check_finite;
 pub use description::{Channel, ChannelShape, Description, Layout};
 pub use empty_reservoir::EmptyReservoir;
 pub use error::ParticipantError;
-pub(crate) use error::check_finite;
 pub use in_process::InProcess;
 pub use interface::{Level, Messages};
 pub use messages::Message;
