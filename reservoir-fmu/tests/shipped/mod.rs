@@ -1,5 +1,5 @@
-//! The shipped records, and the velocities that they give.
-#![allow(dead_code)] // every test file uses its part
+//! The shipped records, and their velocities.
+#![allow(dead_code)] // every test file uses only some of it
 
 /// Times (s) and accelerations (m/s²) of a shipped record.
 pub fn read(name: &str) -> Vec<(f64, f64)> {
