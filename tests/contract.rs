@@ -1,112 +1,58 @@
-//! The XML in `modelDescription/`, the variables in Rust and the FMUs that are packed say the same.
+//! The descriptions in `modelDescription/` are those that the variables in Rust give, and packed FMUs agree with them.
 
-use interface::{Causality, Shape, Variability, Variable, variables};
+use dam_dem::Dam;
+use interface::{Packable, Shape, Variable, WetFace, variables};
+use orchestrator::fmu::contract;
+use reservoir::{Reservoir, ReservoirParameters};
 use std::collections::BTreeMap;
 use whole_chain::fmu::{Element, Fmu, export};
+use whole_chain::generated;
+use whole_chain::koyna;
 use whole_chain::scenario::root;
 
-fn reference(file: &str) -> Element {
-    let path = root().join("modelDescription").join(file);
-    Element::read(&std::fs::read_to_string(path).expect("the XML"))
+/// The contract of the reservoir, compressible and stepped by convolution.
+fn reservoir() -> String {
+    let face = WetFace::straight([0.0, 1.0], 1).expect("a face");
+    contract::<Reservoir>(&ReservoirParameters::before(face)).expect("a description")
 }
 
-/// Attributes of a variable, and its dimension.
-type Described = (BTreeMap<String, String>, Option<(String, String)>);
+/// The contract of the dam.
+fn dam() -> String {
+    contract::<Dam>(&koyna::dam(10.0, true)).expect("a description")
+}
 
-fn described(element: &Element) -> Described {
+#[test]
+fn reservoir_xml_is_the_contract_in_rust() {
+    generated::whole("modelDescription/reservoir.xml", &reservoir());
+}
+
+#[test]
+fn dam_xml_is_the_contract_in_rust() {
+    generated::whole("modelDescription/dam.xml", &dam());
+}
+
+#[test]
+fn names_and_value_references_are_unique() {
+    let sizes: Vec<_> = Shape::ALL.into_iter().filter_map(Shape::structural_parameter).collect();
+    for all in [variables::reservoir::ALL, variables::dam::ALL] {
+        let of_variables = all.iter().map(|v| (v.name, v.value_reference));
+        let of_sizes = sizes.iter().map(|p| (p.name, p.value_reference));
+        let used: Vec<_> = of_variables.chain(of_sizes).chain([("time", variables::TIME)]).collect();
+        for (i, a) in used.iter().enumerate() {
+            assert!(used[..i].iter().all(|b| a.0 != b.0 && a.1 != b.1), "{a:?} is there twice");
+        }
+    }
+}
+
+/// Attributes of a variable but for its start values, and its dimension.
+fn described(element: &Element) -> (BTreeMap<String, String>, Option<(String, String)>) {
     let mut attributes = element.attributes.clone();
     attributes.remove("start");
     let dimension = element.children.first().and_then(|d| d.attributes.clone().into_iter().next());
     (attributes, dimension)
 }
 
-fn expected(variable: &Variable) -> Described {
-    let causality = match variable.causality {
-        Causality::Parameter => "parameter",
-        Causality::CalculatedParameter => "calculatedParameter",
-        Causality::Input => "input",
-        Causality::Output => "output",
-        Causality::Local => "local",
-    };
-    let variability = match variable.variability {
-        Variability::Fixed => "fixed",
-        Variability::Discrete => "discrete",
-        Variability::Continuous => "continuous",
-    };
-    let reference = variable.value_reference.to_string();
-    let pairs = [
-        ("name", variable.name),
-        ("valueReference", &reference),
-        ("causality", causality),
-        ("variability", variability),
-        ("unit", variable.unit),
-        ("description", variable.description),
-    ];
-    let dimension = match variable.shape {
-        Shape::Scalar => None,
-        Shape::Plane => Some(("start", "2")),
-        Shape::InterfacePoints => Some(("valueReference", "900")),
-        Shape::Cracks => Some(("valueReference", "901")),
-        Shape::StressPoints => Some(("valueReference", "902")),
-        Shape::Nodes => Some(("valueReference", "903")),
-        Shape::Triangles => Some(("valueReference", "904")),
-        Shape::Contacts => Some(("valueReference", "905")),
-    };
-    let own = |(a, b): (&str, &str)| (a.to_owned(), b.to_owned());
-    (pairs.map(own).into(), dimension.map(own))
-}
-
-/// Value references and dependencies of the outputs.
-fn outputs(description: &Element) -> Vec<(u32, Vec<u32>)> {
-    let output = |element: &Element| {
-        let inputs = element.get("dependencies").split(' ').map(|input| input.parse().expect("a number"));
-        (element.get("valueReference").parse().expect("a number"), inputs.collect())
-    };
-    description.list("ModelStructure", "Output").into_iter().map(output).collect()
-}
-
-fn agree(file: &str, variables: &[Variable]) {
-    let reference = reference(file);
-    let described: Vec<Described> = reference.list("ModelVariables", "Float64")[1..]
-        .iter()
-        .map(|element| self::described(element))
-        .collect();
-    assert_eq!(described.len(), variables.len(), "{file}: number of variables");
-    for (found, variable) in described.into_iter().zip(variables) {
-        assert_eq!(found, expected(variable), "{file}");
-    }
-    let results = variables.iter().filter(|v| v.causality == Causality::Output);
-    let expected: Vec<_> = results.map(|v| (v.value_reference, v.dependencies.to_vec())).collect();
-    assert_eq!(outputs(&reference), expected, "{file}: outputs of the model structure");
-}
-
-#[test]
-fn reservoir_xml_is_the_contract_in_rust() {
-    agree("reservoir.xml", variables::reservoir::ALL);
-}
-
-#[test]
-fn dam_xml_is_the_contract_in_rust() {
-    agree("dam.xml", variables::dam::ALL);
-}
-
-#[test]
-fn names_and_value_references_are_unique() {
-    for all in [variables::reservoir::ALL, variables::dam::ALL] {
-        for (i, a) in all.iter().enumerate() {
-            for b in &all[..i] {
-                assert!(
-                    a.name != b.name && a.value_reference != b.value_reference,
-                    "{} and {}",
-                    a.name,
-                    b.name
-                );
-            }
-        }
-    }
-}
-
-/// The FMU of a unit of a shipped scene on a mesh of 10 m, and what its terminal is made of.
+/// The FMU of a unit of a shipped scene on a mesh of 10 m: its description and its terminals.
 fn packed(case: &str, unit: &str) -> (Element, Element) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let more = ["--set", "dam.element_size=10", "-o", "x.fmu"];
@@ -117,9 +63,9 @@ fn packed(case: &str, unit: &str) -> (Element, Element) {
     (fmu.description(), terminals)
 }
 
-/// Whether the FMU says what the contract says, with these sizes; returns the names of its terminal's members.
-fn packed_agrees(unit: &str, interface_points: usize) -> Vec<String> {
-    let reference = reference(&format!("{unit}.xml"));
+/// Compares the FMU of the main scene with the contract; returns the names of its terminal's members.
+fn packed_agrees(unit: &str, contract: &str, variables: &[Variable]) -> Vec<String> {
+    let reference = Element::read(contract);
     let (found, terminals) = packed("koyna-northridge-1994", unit);
 
     let mut capabilities = found.child("CoSimulation").attributes.clone();
@@ -136,26 +82,17 @@ fn packed_agrees(unit: &str, interface_points: usize) -> Vec<String> {
     assert!(all.iter().all(|variable| variable.name == "Float64"), "no structural parameters");
     let wanted = reference.list("ModelVariables", "Float64");
     assert_eq!(all.len(), wanted.len());
-    for (found, wanted) in all.iter().zip(wanted) {
+    for (i, (found, wanted)) in all.iter().zip(wanted).enumerate() {
+        // The first is the time.
+        let size = if i == 0 { 1 } else { size(variables[i - 1].shape) };
         let (attributes, dimension) = described(wanted);
-        let size = match dimension.as_ref().map(|(name, value)| (name.as_str(), value.as_str())) {
-            None => None,
-            Some(("start", "2")) => Some(2),
-            Some(("valueReference", "900")) => Some(interface_points),
-            Some(("valueReference", "901")) => Some(1),
-            Some(("valueReference", "902")) => Some(4),
-            Some(("valueReference", "903")) => Some(NODES),
-            Some(("valueReference", "904")) => Some(4 * CELLS),
-            Some(("valueReference", "905")) => Some(2 * (COLUMNS + 1)),
-            other => panic!("{other:?}"),
-        };
-        let fixed = size.map(|size| ("start".to_owned(), size.to_string()));
+        let fixed = dimension.map(|_| ("start".to_owned(), size.to_string()));
         assert_eq!(described(found), (attributes, fixed));
         assert_eq!(found.attributes.contains_key("start"), wanted.attributes.contains_key("start"));
         if found.attributes.contains_key("start") {
             let start = found.start();
             assert!(start.iter().all(|value| value.is_finite()));
-            assert_eq!(start.len(), size.unwrap_or(1), "{}", found.get("name"));
+            assert_eq!(start.len(), size, "{}", found.get("name"));
         }
     }
 
@@ -171,23 +108,38 @@ fn packed_agrees(unit: &str, interface_points: usize) -> Vec<String> {
 
 #[test]
 fn a_packed_reservoir_keeps_the_contract() {
-    let members = packed_agrees("reservoir", INTERFACE_POINTS);
+    let members = packed_agrees("reservoir", &reservoir(), variables::reservoir::ALL);
     assert_eq!(members, ["pressure", "hydrostatic_pressure", "acceleration"]);
 }
 
 #[test]
 fn a_packed_dam_keeps_the_contract() {
-    let members = packed_agrees("dam", INTERFACE_POINTS);
+    let members = packed_agrees("dam", &dam(), variables::dam::ALL);
     assert_eq!(members, ["pressure", "hydrostatic_pressure", "acceleration", "displacement", "velocity"]);
 }
 
-/// Rows of 10 m nearly: 7 panels in 66.5 m below the crack, 3 in 25.25 m above; a point more than panels on
-/// either side of it.
+/// Rows of about 10 m: 7 panels in the 66.5 m below the crack and 3 in the 25.25 m above it; on either side one point more
+/// than panels.
 const INTERFACE_POINTS: usize = 7 + 1 + 3 + 1;
-/// As many columns as a mean width of 35.8 m has 10 m; rows up to the crack, up to the water and above it.
+/// The mean width of 35.8 m in columns of about 10 m.
 const COLUMNS: usize = 3;
+/// Rows up to the crack, from there up to the water level, and above it.
 const CELLS: usize = COLUMNS * (7 + 3 + 1);
 const NODES: usize = CELLS + (COLUMNS + 1) * (7 + 1 + 3 + 1 + 1);
+
+/// Number of values in the main scene on a mesh of 10 m.
+fn size(shape: Shape) -> usize {
+    match shape {
+        Shape::Scalar => 1,
+        Shape::Plane => 2,
+        Shape::InterfacePoints => INTERFACE_POINTS,
+        Shape::Cracks => 1,
+        Shape::StressPoints => 4,
+        Shape::Nodes => NODES,
+        Shape::Triangles => 4 * CELLS,
+        Shape::Contacts => 2 * (COLUMNS + 1),
+    }
+}
 
 #[test]
 fn a_dam_without_cracks_has_no_variables_of_cracks() {

@@ -1,4 +1,4 @@
-//! `cofferdam export-fmu`: the contents of an FMU, and the messages of failures.
+//! `cofferdam export-fmu`: what is packed, and the messages when packing is refused.
 
 use dam_dem::{Dam, Mesh};
 use interface::export::Contents;
@@ -25,13 +25,13 @@ fn pack(folder: &Path, unit: &str, more: &[&str]) -> Fmu {
     Fmu::open(&folder.join("x.fmu"))
 }
 
-/// The contents of `x.fmu`, read back as the library does it.
+/// The contents of an FMU, read in the same way as the library reads them.
 fn contents<U: Packable>(fmu: &mut Fmu, folder: &Path) -> Contents<U::Parameters> {
     std::fs::write(folder.join("unit.toml"), fmu.bytes("resources/unit.toml")).expect("written");
     Contents::read(folder).expect("contents")
 }
 
-/// The status and the message, on one line, of a packing that fails.
+/// Exit status and message, on one line, of a packing that fails.
 fn refused(folder: &Path, scene: &str, unit: &str, more: &[&str]) -> (Option<i32>, String) {
     let output = export(folder, &root().join("scenes").join(scene), unit, more);
     let said = String::from_utf8_lossy(&output.stderr).replace('│', " ");
@@ -43,14 +43,14 @@ fn refused(folder: &Path, scene: &str, unit: &str, more: &[&str]) -> (Option<i32
 }
 
 #[test]
-fn an_fmu_has_all_that_it_needs() {
+fn an_fmu_contains_all_its_files() {
     let folder = folder();
     let mut dam = pack(folder.path(), "dam", &[]);
-    let platform = format!("{}-linux", std::env::consts::ARCH);
+    let library_name = "binaries/x86_64-linux/dam.so";
     let dam_names = [
         "modelDescription.xml".to_owned(),
         "terminalsAndIcons/terminalsAndIcons.xml".to_owned(),
-        format!("binaries/{platform}/dam.so"),
+        library_name.to_owned(),
         "resources/unit.toml".to_owned(),
         "resources/scene.toml".to_owned(),
         "resources/mesh/nodes.csv".to_owned(),
@@ -60,7 +60,7 @@ fn an_fmu_has_all_that_it_needs() {
     ];
     assert_eq!(dam.names(), dam_names);
     let library = std::fs::read(folder.path().join("fake.so")).expect("the library");
-    assert_eq!(dam.bytes(&format!("binaries/{platform}/dam.so")), library);
+    assert_eq!(dam.bytes(library_name), library);
     let licences = dam.text("documentation/licenses/license.txt");
     assert!(licences.contains("MIT License") && licences.contains("Apache License"), "{licences}");
 
@@ -80,7 +80,7 @@ fn an_fmu_has_all_that_it_needs() {
     assert!(reservoir.names().contains(&"resources/mesh/boundary.csv".to_owned()));
     let added = pack(folder.path(), "reservoir", &["--force", "--set", "reservoir.fidelity=\"westergaard\""]);
     assert!(!added.names().iter().any(|name| name.starts_with("resources/mesh")));
-    // No path of this machine.
+    // No path of this machine is in the scene.
     let scene: toml::Table = reservoir.text("resources/scene.toml").parse().expect("TOML");
     let record = scene["ground_motion"]["record"]["file"].as_str();
     assert_eq!(record, Some("northridge-1994-canyon-country-270.csv"));
@@ -132,7 +132,7 @@ fn the_mesh_is_the_one_that_is_computed() {
             let [a, b, c] = [0, 1, 2].map(|corner| nodes[row[corner] as usize]);
             let double = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
             assert!(double > 0.0, "counter-clockwise");
-            // The block on that side of the crack.
+            // The block number is that of the triangle's side of the crack.
             assert_eq!(row[3], f64::from(u8::from((a[1] + b[1] + c[1]) / 3.0 > 66.5)));
             double / 2.0
         })
@@ -197,26 +197,25 @@ fn it_says_what_was_packed() {
 }
 
 #[test]
-fn an_existing_file_is_overwritten_by_force_alone() {
+fn an_existing_file_is_overwritten_only_with_force() {
     let folder = folder();
     let path = folder.path().join("x.fmu");
     std::fs::write(&path, "mine").expect("written");
     let (status, said) = refused(folder.path(), SCENE, "dam", &["-o", "x.fmu"]);
-    assert!(said.contains("x.fmu exists; choose another --output, or overwrite it by --force"), "{said}");
+    assert!(said.contains("x.fmu exists; choose another --output, or overwrite it with --force"), "{said}");
     assert_eq!((status, std::fs::read(&path).expect("a file")), (Some(1), b"mine".to_vec()));
     pack(folder.path(), "dam", &["--force"]);
     assert!(std::fs::read(&path).expect("an FMU").starts_with(b"PK"));
 }
 
 #[test]
-#[cfg(unix)]
-fn what_is_no_regular_file_is_never_replaced() {
+fn only_regular_files_are_replaced() {
     let folder = folder();
     let link = folder.path().join("x.fmu");
     std::os::unix::fs::symlink("elsewhere", &link).expect("a link");
     for more in [&["-o", "x.fmu"][..], &["-o", "x.fmu", "--force"]] {
         let (status, said) = refused(folder.path(), SCENE, "dam", more);
-        assert!(said.contains("x.fmu is no regular file and is not overwritten"), "{said}");
+        assert!(said.contains("x.fmu is not a regular file and is not overwritten"), "{said}");
         assert_eq!((status, link.is_symlink()), (Some(1), true));
     }
 }
@@ -242,14 +241,14 @@ fn what_cannot_be_packed_is_refused_with_a_remedy() {
     let (status, said) = refused(SCENE, "dam", &["--set", "dam.material.density=-1"]);
     assert_eq!(status, Some(2));
     assert!(said.contains("dam.material.density=-1"), "{said}");
-    // An error that is found only when the dam is made.
+    // A mistake that is found only when the dam is made.
     let (status, said) = refused(SCENE, "dam", &["--set", "dam.cracks.0.normal_stiffness=1e17"]);
     assert_eq!(status, Some(1), "{said}");
     assert!(said.contains("lower the joint stiffness"), "{said}");
 }
 
 #[test]
-fn a_library_that_is_none_is_refused() {
+fn a_file_that_is_not_the_library_is_refused() {
     let folder = folder();
     let said = |library: &Path| {
         let mut command = std::process::Command::new(binary());
@@ -262,12 +261,12 @@ fn a_library_that_is_none_is_refused() {
         said.split_whitespace().collect::<Vec<_>>().join(" ")
     };
     let missing = said(Path::new("none.so"));
-    assert!(missing.contains("none.so") && missing.contains("by --library"), "{missing}");
+    assert!(missing.contains("none.so") && missing.contains("with --library"), "{missing}");
     let other = said(&root().join("Cargo.toml"));
-    assert!(other.contains("is no shared library of") && other.contains("by --library"), "{other}");
+    assert!(other.contains("is not a shared library for") && other.contains("with --library"), "{other}");
     for library in [whole_chain::fmu::fake_library(folder.path(), "dam"), binary().to_owned()] {
         let other = said(&library);
-        assert!(other.contains("is not the library of the unit `reservoir`; without --library"), "{other}");
+        assert!(other.contains("is not the library of the unit `reservoir`; leave out --library"), "{other}");
     }
 }
 

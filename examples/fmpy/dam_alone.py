@@ -1,4 +1,4 @@
-"""The dam alone: a record shakes it, the water only stands before it.
+"""The dam alone under a ground motion record; the water acts with its hydrostatic pressure only.
 
 python dam_alone.py dam.fmu record.csv [results.csv]
 """
@@ -16,8 +16,8 @@ def main(path, record, results=None):
     step, stop = float(experiment.stepSize), float(experiment.stopTime)
     ground = ground_acceleration(record, dam.scene)
 
-    # The inputs that are set before initialisation ends are those at time 0. The hydrostatic pressure of
-    # the scene is a start value of the FMU: the dam finds its state of rest under weight and water by itself.
+    # Inputs that are set before initialisation ends hold at time 0. The hydrostatic pressure of the scene is a
+    # start value of the FMU: during initialisation the dam comes to rest under its weight and this pressure.
     dam.set("ground_acceleration", ground(0.0))
     dam.fmu.enterInitializationMode(startTime=0.0)
     dam.fmu.exitInitializationMode()
@@ -27,7 +27,7 @@ def main(path, record, results=None):
     names = [name for name in names if name in dam.references]  # an intact dam has no sliding
     rows = []
     for n in range(round(stop / step)):
-        # Inputs are those at the step's end; the dam keeps those at its start.
+        # Inputs are set for the step's end; the dam keeps those at its start.
         dam.set("ground_acceleration", ground((n + 1) * step))
         dam.fmu.doStep(n * step, step)
         rows.append(np.concatenate([[(n + 1) * step], *map(dam.get, names)]))

@@ -1,4 +1,4 @@
-"""Dam and reservoir, coupled by hand: each communication step is repeated until both agree.
+"""Dam and reservoir, coupled in Python: each communication step is repeated until both agree.
 
 python fixed_point.py dam.fmu reservoir.fmu record.csv [results.csv]
 """
@@ -11,7 +11,7 @@ from unit import Unit, ground_acceleration
 
 
 def predicted(accepted):
-    """The pressure extrapolated from the last three accepted ones, as far as there are."""
+    """The pressure extrapolated from the last accepted ones, at most three."""
     weights = {1: [1.0], 2: [-1.0, 2.0], 3: [1.0, -3.0, 3.0]}[len(accepted)]
     return sum(weight * pressure for weight, pressure in zip(weights, accepted))
 
@@ -24,7 +24,7 @@ def main(dam, reservoir, record, results=None):
     ground = ground_acceleration(record, scene)
     written_out = {"acceleration": "aitken", "predictor_order": 2, "measures": ["pressure"]}
     if any(coupling[key] != value for key, value in written_out.items()):
-        raise SystemExit(f"only {written_out} is written out here: pack with --set coupling.acceleration=aitken")
+        raise SystemExit(f"this example implements {written_out} only: pack with --set coupling.acceleration=aitken")
 
     for unit in (reservoir, dam):
         unit.set("ground_acceleration", ground(0.0))
@@ -40,7 +40,7 @@ def main(dam, reservoir, record, results=None):
         time, guess = n * step, predicted(accepted)
         for unit in (dam, reservoir):
             unit.set("ground_acceleration", ground((n + 1) * step))
-        # A saved state holds the inputs too: what is set before it is saved needs no setting again.
+        # A saved state contains the inputs, so inputs set before saving need not be set again after restoring.
         saved = [unit.fmu.getFMUState() for unit in (dam, reservoir)]
         residual = None
         for _ in range(coupling["iteration_limit"]):

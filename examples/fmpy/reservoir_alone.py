@@ -1,4 +1,4 @@
-"""The reservoir alone: the water before a rigid dam that is accelerated upstream by a ramp, then held.
+"""The reservoir alone, before a rigid dam whose acceleration upstream rises in a ramp and then stays constant.
 
 python reservoir_alone.py reservoir.fmu [results.csv]
 """
@@ -26,8 +26,8 @@ def main(path, results=None):
     step, stop = float(experiment.stepSize), float(experiment.stopTime)
     normal = water.get("interface_normal_x")
 
-    # FMPy sets the inputs of time t before the step from t, and the reservoir takes
-    # `interface_acceleration` as that step's mean: so a row holds the mean from its time on.
+    # FMPy sets the inputs of time t before the step from t, and the reservoir takes `interface_acceleration`
+    # as the mean over that step: the row of time t therefore holds the mean from t to t + H.
     time = np.arange(round(stop / step)) * step
     signals = np.zeros(len(time), [("time", float), ("interface_acceleration", float, len(normal))])
     signals["time"] = time

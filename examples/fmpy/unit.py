@@ -1,4 +1,4 @@
-"""An instance of an FMU whose variables are set and got by name, and the record that moves the ground."""
+"""An instance of an FMU whose variables are set and read by name, and the record of ground motion."""
 
 import tempfile
 import tomllib
@@ -12,7 +12,7 @@ STANDARD_GRAVITY = 9.80665  # m/s²
 
 class Unit:
     def __init__(self, path, **arguments):
-        """Instantiates the FMU at `path`, unpacked already or not, with `arguments` of FMPy's instantiate_fmu."""
+        """Instantiates the FMU at `path` (an archive or an unpacked folder); `arguments` go to instantiate_fmu."""
         self.description, folder = read_model_description(path), path
         if not Path(path).is_dir():
             self.unpacked = tempfile.TemporaryDirectory()
@@ -37,7 +37,7 @@ def ground_acceleration(path, scene):
     time, acceleration = np.loadtxt(path, delimiter=",", comments=["#", "time"], unpack=True)
     time = time - time[0]
     inside = (time > record.get("start", 0.0) - 1e-9) & (time < record.get("end", np.inf) + 1e-9)
-    # After its last sample the record falls to zero within one interval.
+    # After the last sample the record falls to zero within one interval.
     samples = STANDARD_GRAVITY * record["scale"] * record["polarity"] * np.append(acceleration[inside], 0.0)
     times = time[1] * np.arange(len(samples))
     return lambda t: np.array([np.interp(t, times, samples), 0.0])

@@ -1,16 +1,16 @@
 use crate::{Fingerprint, StateError, Variable};
 use serde::{Deserialize, Serialize};
 
-/// Where a unit stands in its life.
+/// Stage in the life of a unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
-    /// Made, not yet initialised.
+    /// Constructed, not yet initialised.
     Instantiated,
     /// Initialised; steps may be taken.
     Stepping,
 }
 
-/// What a unit can do beyond plain stepping.
+/// What a unit can do in addition to stepping.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Capabilities {
     /// The length of a communication step may differ from step to step.
@@ -19,21 +19,19 @@ pub struct Capabilities {
     pub directional_derivative: bool,
 }
 
-/// A call that breaks the contract, or data that cannot be taken.
+/// A call that breaks the contract, or data that the unit cannot accept.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CallError {
     /// No such variable in this unit.
-    #[error(
-        "{unit}: no variable has value reference {value_reference}; the unit's description lists those it has"
-    )]
+    #[error("{unit}: no variable has value reference {value_reference}; see the unit's modelDescription.xml")]
     UnknownVariable {
         /// Unit that was called.
         unit: &'static str,
-        /// Value reference asked for.
+        /// Requested value reference.
         value_reference: u32,
     },
     /// The variable is not an input.
-    #[error("{unit}: `{variable}` cannot be set; it is fixed when the unit is made, or an output")]
+    #[error("{unit}: `{variable}` cannot be set; it is an output, or fixed when the unit is made")]
     NotSettable {
         /// Unit that was called.
         unit: &'static str,
@@ -80,32 +78,32 @@ pub enum CallError {
         /// Stage the unit is in.
         stage: Stage,
     },
-    /// The step does not start where the unit stands.
+    /// The step does not start at the time of the unit.
     #[error(
-        "{unit}: a step from t = {asked} s was asked for, the unit stands at t = {time} s; restore the state saved there first"
+        "{unit}: a step from t = {asked} s was requested, but the unit is at t = {time} s; restore the state saved at that time first"
     )]
     Time {
         /// Unit that was called.
         unit: &'static str,
-        /// Start of the step asked for, s.
+        /// Start of the requested step, s.
         asked: f64,
         /// Time of the unit, s.
         time: f64,
     },
     /// The unit cannot take a step of this length.
     #[error(
-        "{unit}: a communication step of {asked} s was asked for, it can only take {allowed} s; \
-             let the caller step, or give out its results, every {allowed} s"
+        "{unit}: a communication step of {asked} s was requested, it can only take {allowed} s; \
+             set the communication step, or the output interval, to {allowed} s"
     )]
     CommunicationStep {
         /// Unit that was called.
         unit: &'static str,
-        /// Length asked for, s.
+        /// Requested length, s.
         asked: f64,
-        /// Length that the unit was made for, s.
+        /// Length for which the unit was made, s.
         allowed: f64,
     },
-    /// No such derivative.
+    /// The unit does not offer this derivative.
     #[error("{unit}: no derivative of variable {unknown} with respect to variable {known} is offered")]
     Derivative {
         /// Unit that was called.
@@ -126,10 +124,10 @@ pub enum CallError {
 /// step `set`, [`step`](Self::step), `get`. To repeat a step: `restore_state`, `set`, `step`.
 ///
 /// **States.** A saved state holds everything that later results depend on: time, motion,
-/// contact and convolution history, the accepted inputs. It is never altered by restoring
-/// it, may be restored any number of times, and restored and stepped with the same inputs
-/// every output is equal bit for bit. Saving and restoring cost the same at any time of a
-/// run; only serialising copies the history.
+/// contact and convolution history, the accepted inputs. Restoring does not alter it, and it may be
+/// restored any number of times; after that, steps with the same inputs give outputs that are equal
+/// bit for bit. Saving and restoring cost the same at any time of a run; only serialising copies the
+/// history.
 pub trait CoSimulation: Send {
     /// Saved state of the unit.
     type State: Clone + Send + 'static;
@@ -145,16 +143,16 @@ pub trait CoSimulation: Send {
     /// Number of values of `variable`.
     fn size(&self, variable: &Variable) -> usize;
 
-    /// Hash of everything the unit was made from; states pass between equals only.
+    /// Hash of everything from which the unit was made; only units with the same hash exchange states.
     fn fingerprint(&self) -> Fingerprint;
 
-    /// What the unit can do beyond plain stepping.
+    /// What the unit can do in addition to stepping.
     fn capabilities(&self) -> Capabilities;
 
-    /// Ends initialisation at `start_time` (s); inputs set before are those at that time.
+    /// Ends initialisation at `start_time` (s); the inputs set before hold at that time.
     fn initialise(&mut self, start_time: f64) -> Result<(), Self::Error>;
 
-    /// Sets an input for the end of the next step (or for the start, before `initialise`).
+    /// Sets an input for the end of the next step; before `initialise`, for the start time.
     ///
     /// **Errors**: unknown or unsettable variable, wrong length, a value that is not finite.
     fn set(&mut self, value_reference: u32, values: &[f64]) -> Result<(), Self::Error>;
@@ -171,15 +169,15 @@ pub trait CoSimulation: Send {
     /// Returns to a saved state.
     fn restore_state(&mut self, state: &Self::State) -> Result<(), Self::Error>;
 
-    /// Writes a state as bytes that carry a version and the unit's fingerprint.
+    /// Writes a state as bytes, together with a format version and the unit's fingerprint.
     fn serialise_state(&self, state: &Self::State) -> Result<Vec<u8>, Self::Error>;
 
-    /// Reads a state that a unit made from the same scene wrote, in any process.
+    /// Reads a state written by a unit made from the same scene, in this or another process.
     fn deserialise_state(&self, bytes: &[u8]) -> Result<Self::State, Self::Error>;
 
     /// `sensitivity = ∂(unknown)/∂(known) · seed` of one communication step, exact.
     ///
-    /// **Errors**: [`CallError::Derivative`] where the unit has none.
+    /// **Errors**: [`CallError::Derivative`] if the unit does not offer it.
     fn directional_derivative(
         &self,
         unknown: u32,

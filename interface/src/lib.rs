@@ -1,8 +1,8 @@
 //! The contract between the co-simulation units, in Rust.
 //!
 //! Two units are coupled: the *reservoir* (water) and the *dam* (concrete). Each
-//! implements [`CoSimulation`]; what they exchange is listed, one item a variable, in
-//! [`variables`], and described for importers by the XML in `modelDescription/`.
+//! implements [`CoSimulation`]. [`variables`] lists what they exchange, one item per variable;
+//! the XML in `modelDescription/`, for importers, is generated from it.
 //!
 //! ```text
 //!            y ↑            crest
@@ -19,15 +19,17 @@
 //! is total (relative + ground) along `n`, so the water obeys `∂p/∂n = −ρ a_n`.
 //!
 //! **One communication step** from t to t + H: inputs are set *for t + H*, the unit keeps
-//! the accepted inputs at t, and its outputs are at t + H. Pressure and ground
-//! acceleration vary linearly over the step; `interface_acceleration` is the step's mean
-//! (v(t+H) − v(t))/H and is held, so that velocity is linear and the exchanged impulse exact.
+//! the accepted inputs at t, and its outputs are those at t + H. Pressure and ground
+//! acceleration vary linearly over the step. `interface_acceleration` is the mean over the step,
+//! (v(t+H) − v(t))/H, and is constant within it, so that velocity is linear and the exchanged impulse exact.
 
 mod co_simulation;
 pub mod export;
 mod messages;
 mod packable;
 mod serialised_state;
+mod units;
+mod variable;
 pub mod variables;
 mod wet_face;
 
@@ -35,5 +37,6 @@ pub use co_simulation::{CallError, Capabilities, CoSimulation, Stage};
 pub use messages::{Level, Messages};
 pub use packable::Packable;
 pub use serialised_state::{Fingerprint, StateError, open, seal};
-pub use variables::{Causality, Shape, Variability, Variable};
+pub use units::BaseUnits;
+pub use variable::{Causality, Shape, StructuralParameter, Variability, Variable};
 pub use wet_face::{Panel, WetFace, WetFaceError};

@@ -5,13 +5,13 @@ use tracing::field::{Field, Visit};
 use tracing::subscriber::Interest;
 use tracing::{Dispatch, Event, Metadata, Subscriber, span};
 
-/// How much a message matters.
+/// Importance of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Level {
-    /// For whoever develops the unit.
+    /// For developers of the unit.
     Debug,
-    /// Worth knowing.
+    /// Normal progress.
     Information,
     /// Results may be doubtful.
     Warning,
@@ -30,39 +30,39 @@ impl std::fmt::Display for Level {
     }
 }
 
-/// Catches the `tracing` events of calls, down to [`Level::Information`].
+/// Collects the `tracing` events of calls, down to [`Level::Information`].
 ///
-/// Only what the calling thread says is heard.
+/// Only events of the calling thread are collected.
 #[derive(Clone, Debug)]
 pub struct Messages {
     dispatch: Dispatch,
-    heard: Arc<Mutex<Vec<Heard>>>,
+    collected: Arc<Mutex<Vec<Message>>>,
 }
 
 /// Level, source and text.
-type Heard = (Level, String, String);
+type Message = (Level, String, String);
 
 impl Default for Messages {
     fn default() -> Self {
-        let heard = Arc::default();
-        Self { dispatch: Dispatch::new(Listener(Arc::clone(&heard))), heard }
+        let collected = Arc::default();
+        Self { dispatch: Dispatch::new(Listener(Arc::clone(&collected))), collected }
     }
 }
 
 impl Messages {
-    /// Calls `call` and listens.
+    /// Calls `call` and collects its events.
     pub fn listen<T>(&self, call: impl FnOnce() -> T) -> T {
         tracing::dispatcher::with_default(&self.dispatch, call)
     }
 
-    /// What was heard since the last call: level, source, text.
+    /// Takes the messages collected since the last call of `take`: level, source, text.
     pub fn take(&self) -> Vec<(Level, String, String)> {
-        std::mem::take(&mut *self.heard.lock().unwrap_or_else(PoisonError::into_inner))
+        std::mem::take(&mut *self.collected.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }
 
-/// A subscriber that keeps events and knows no spans.
-struct Listener(Arc<Mutex<Vec<Heard>>>);
+/// A subscriber that keeps events and ignores spans.
+struct Listener(Arc<Mutex<Vec<Message>>>);
 
 impl Subscriber for Listener {
     fn register_callsite(&self, metadata: &'static Metadata<'static>) -> Interest {
@@ -90,8 +90,8 @@ impl Subscriber for Listener {
         };
         let mut text = Text::default();
         event.record(&mut text);
-        let heard = (level, event.metadata().target().to_owned(), text.0);
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(heard);
+        let message = (level, event.metadata().target().to_owned(), text.0);
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(message);
     }
 
     fn enter(&self, _span: &span::Id) {}
@@ -119,7 +119,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn events_are_heard_with_their_fields_and_only_while_listening() {
+    fn events_are_collected_with_their_fields_and_only_while_listening() {
         let messages = Messages::default();
         tracing::info!("nobody listens");
         let answer = messages.listen(|| {

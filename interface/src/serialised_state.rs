@@ -7,7 +7,7 @@ const MAGIC: &[u8; 8] = b"cofferst";
 const VERSION: u32 = 3;
 const HEADER: usize = 8 + 4 + 32 + 32;
 
-/// Hash of everything a unit was made from; states are exchanged only between equals.
+/// Hash of everything from which a unit was made; only units with the same hash exchange states.
 #[derive(Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Fingerprint([u8; 32]);
 
@@ -34,7 +34,7 @@ impl std::fmt::Debug for Fingerprint {
 /// A serialised state that cannot be read.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum StateError {
-    /// Too short, or does not start as a state does.
+    /// Too short, or without the first bytes of a state.
     #[error("these {length} bytes are not a serialised state")]
     NotAState {
         /// Number of bytes.
@@ -42,7 +42,7 @@ pub enum StateError {
     },
     /// Written by another version.
     #[error(
-        "the state has format version {found}, this build reads {expected}; write it again with this build"
+        "the state has format version {found}, but this build reads version {expected}; write the state again with this build"
     )]
     Version {
         /// Version in the bytes.
@@ -52,8 +52,8 @@ pub enum StateError {
     },
     /// Written by a unit of another scene or mesh.
     #[error(
-        "the state belongs to another unit or scene (fingerprint {found}, here {expected}); take it back to a unit made \
-         from the same"
+        "the state belongs to another unit or scene (fingerprint {found}, here {expected}); restore it in a unit made \
+         from the same scene"
     )]
     Fingerprint {
         /// Fingerprint in the bytes.
@@ -61,18 +61,20 @@ pub enum StateError {
         /// Fingerprint of this unit.
         expected: Fingerprint,
     },
-    /// The payload is not what was written.
-    #[error("the state is damaged: {length} bytes that are not those written; write or copy it again")]
+    /// The payload differs from the one that was written.
+    #[error(
+        "the state is damaged: its {length} bytes are not those that were written; write or copy it again"
+    )]
     Damaged {
         /// Number of bytes.
         length: usize,
     },
-    /// The payload cannot be written, or is none of this unit's.
+    /// The payload cannot be written, or is not a state of this unit.
     #[error("the state cannot be encoded or decoded: {0}")]
     Encoding(postcard::Error),
 }
 
-/// Writes `state` as bytes, behind a version, `fingerprint` and a digest.
+/// Writes `state` as bytes, after a header of version, `fingerprint` and digest.
 pub fn seal<T: Serialize>(fingerprint: Fingerprint, state: &T) -> Result<Vec<u8>, StateError> {
     let mut bytes = Vec::with_capacity(HEADER);
     bytes.extend_from_slice(MAGIC);
@@ -85,7 +87,9 @@ pub fn seal<T: Serialize>(fingerprint: Fingerprint, state: &T) -> Result<Vec<u8>
     Ok(bytes)
 }
 
-/// Reads what [`seal`] wrote; refuses other versions and other fingerprints.
+/// Reads bytes written by [`seal`].
+///
+/// **Errors**: [`StateError`], among them another version or another fingerprint.
 pub fn open<T: DeserializeOwned>(fingerprint: Fingerprint, bytes: &[u8]) -> Result<T, StateError> {
     let not_a_state = StateError::NotAState { length: bytes.len() };
     let Some((header, payload)) = bytes.split_at_checked(HEADER) else {
@@ -134,7 +138,7 @@ mod tests {
             let length = damaged.len();
             assert_eq!(open::<Vec<f64>>(here, damaged), Err(StateError::Damaged { length }));
         }
-        // Another kind of state, though whole.
+        // An undamaged state of another type.
         assert_eq!(open::<[f64; 1]>(here, &bytes), Err(StateError::NotAState { length: bytes.len() }));
         assert!(matches!(open::<[Vec<f64>; 3]>(here, &bytes), Err(StateError::Encoding(_))));
         let mut newer = bytes.clone();

@@ -3,14 +3,14 @@ use serde::{Deserialize, Serialize};
 /// The interface points on the dam's wet face, from the heel up to the water level.
 ///
 /// Fields vary linearly along the panel between two consecutive points. Where a crack
-/// meets the face two points coincide, one on either side: there the motion may jump.
+/// meets the face, two points coincide, one on either side of the crack: there the motion may jump.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Vec<[f64; 2]>", into = "Vec<[f64; 2]>")]
 pub struct WetFace {
     points: Vec<[f64; 2]>,
 }
 
-/// The straight piece of wet face between interface points `start` and `start + 1`.
+/// The straight part of the wet face between interface points `start` and `start + 1`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Panel {
     /// Index of the lower point; the upper one is the next.
@@ -21,17 +21,19 @@ pub struct Panel {
     pub normal: [f64; 2],
 }
 
-/// Points that do not make a wet face.
+/// Points or panel sizes that do not make a wet face.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum WetFaceError {
     /// Fewer than two points.
-    #[error("a wet face needs two points or more, {found} were given")]
+    #[error("a wet face needs at least two points, {found} were given")]
     TooFew {
         /// Number of points.
         found: usize,
     },
     /// A point is not finite, or not above the one before it.
-    #[error("point {index} of the wet face, ({x}, {y}), does not follow the one before it upwards")]
+    #[error(
+        "point {index} of the wet face, ({x}, {y}), is not above the point before it; list the points from the heel upwards"
+    )]
     NotAscending {
         /// Index of the point, from 0.
         index: usize,
@@ -41,16 +43,16 @@ pub enum WetFaceError {
         y: f64,
     },
     /// The first point is not the heel.
-    #[error("the wet face starts at ({x}, {y}), not at the heel, which is the origin")]
+    #[error("the wet face starts at ({x}, {y}); it must start at the heel, the origin (0, 0)")]
     NotAtHeel {
         /// x, m.
         x: f64,
         /// y, m.
         y: f64,
     },
-    /// Panels of no length, or too many.
+    /// Panels without length, or too many of them.
     #[error(
-        "panels of {size:e} m would be {panels:e} on the wet face; take a length above 0, for at most {MOST_PANELS:e}"
+        "panels of {size:e} m would divide the wet face into {panels:e} panels; choose a length above 0 that gives at most {MOST_PANELS:e}"
     )]
     PanelSize {
         /// Largest length of a panel, m.
@@ -60,16 +62,16 @@ pub enum WetFaceError {
     },
 }
 
-/// Most panels of a face that is divided anew.
+/// Largest number of panels of a respaced face.
 const MOST_PANELS: f64 = 1e4;
 
-/// Least sine of the angle between two panels that makes a kink.
+/// Smallest sine of the angle between two panels that counts as a kink.
 const KINK: f64 = 1e-9;
 
 impl WetFace {
     /// The wet face through `points` (m), from the heel (the origin) up.
     ///
-    /// **Errors**: [`WetFaceError`]; two consecutive points may coincide, never three.
+    /// **Errors**: [`WetFaceError`]. Two consecutive points may coincide, but not three.
     pub fn new(points: Vec<[f64; 2]>) -> Result<Self, WetFaceError> {
         if points.len() < 2 {
             return Err(WetFaceError::TooFew { found: points.len() });
@@ -114,7 +116,7 @@ impl WetFace {
         self.points[self.points.len() - 1][1]
     }
 
-    /// The panels, upwards; coinciding points have none between them.
+    /// The panels, upwards; there is no panel between coinciding points.
     pub fn panels(&self) -> impl Iterator<Item = Panel> + '_ {
         self.points.windows(2).enumerate().filter_map(|(start, pair)| {
             let (dx, dy) = (pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]);
@@ -125,7 +127,8 @@ impl WetFace {
 
     /// The straight pieces, upwards: indices of the first and the last point of each.
     ///
-    /// A piece ends at a kink, which the next one shares unless it has two points, and where two points coincide.
+    /// A piece ends at a kink and where two points coincide. At a kink with a single point, the next piece starts
+    /// with the same point.
     pub fn straight_pieces(&self) -> Vec<[usize; 2]> {
         let panels: Vec<Panel> = self.panels().collect();
         let mut pieces = Vec::new();
@@ -142,11 +145,12 @@ impl WetFace {
         pieces
     }
 
-    /// The same face divided anew: every straight piece into equal panels no longer than `size` (m).
+    /// The same face with other panels: every straight piece is divided into equal panels no longer than `size` (m).
     ///
-    /// Kinks and coinciding points stay, to the bit; other points need not.
+    /// Kinks and coinciding points keep their coordinates bit for bit; other points may move along the face.
     ///
-    /// **Errors**: [`WetFaceError::PanelSize`]; panels so short that points would not ascend.
+    /// **Errors**: [`WetFaceError::PanelSize`], and [`WetFaceError::NotAscending`] for panels so short that points
+    /// coincide.
     pub fn respaced(&self, size: f64) -> Result<Self, WetFaceError> {
         let panels = self.panels().map(|panel| panel.length).sum::<f64>() / size;
         if !(size > 0.0 && panels <= MOST_PANELS) {
@@ -160,7 +164,7 @@ impl WetFace {
                 points.push(start);
             }
             let length = (end[0] - start[0]).hypot(end[1] - start[1]);
-            // Rounding of the length adds no panel.
+            // Rounding of the length must not add a panel.
             let count = (length / size * (1.0 - 1e-9)).ceil().max(1.0);
             points.extend((1..count as usize).map(|i| {
                 let t = i as f64 / count;
@@ -184,7 +188,7 @@ impl WetFace {
         sums.iter().map(|n| [n[0] / n[0].hypot(n[1]), n[1] / n[0].hypot(n[1])]).collect()
     }
 
-    /// Tributary lengths of the points, m: half of each adjacent panel. They sum to the face's length.
+    /// Tributary lengths of the points, m: half of each adjacent panel. Their sum is the length of the face.
     pub fn tributary_lengths(&self) -> Vec<f64> {
         let mut lengths = vec![0.0; self.len()];
         for panel in self.panels() {
@@ -196,7 +200,7 @@ impl WetFace {
 
     /// Nodal forces (N/m) of a pressure (Pa) that is linear along every panel: `F_i = ∫ N_i p n ds`.
     ///
-    /// **Shapes**: `pressure` one value a point; the result one (x, y) pair a point.
+    /// **Shapes**: `pressure` has one value per point, the result one pair (x, y) per point.
     pub fn nodal_forces(&self, pressure: &[f64]) -> Vec<[f64; 2]> {
         let mut forces = vec![[0.0, 0.0]; self.len()];
         for Panel { start, length, normal } in self.panels() {
@@ -255,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn a_face_divided_anew_keeps_its_kinks_and_coinciding_points() -> Result<(), WetFaceError> {
+    fn a_respaced_face_keeps_its_kinks_and_coinciding_points() -> Result<(), WetFaceError> {
         let (kink, crack, level) = ([3.0, 4.0], [3.0, 10.0], [3.0, 20.0]);
         let face = WetFace::new(vec![[0.0, 0.0], [1.5, 2.0], kink, [3.0, 9.0], crack, crack, level])?;
         assert_eq!(face.straight_pieces(), [[0, 2], [2, 4], [5, 6]]);
@@ -286,7 +290,7 @@ mod tests {
             assert!(matches!(error, WetFaceError::PanelSize { .. }), "{error}");
         }
         let error = face.respaced(1e-3).expect_err("12000 are too many");
-        let said = "panels of 1e-3 m would be 1.2e4 on the wet face; take a length above 0, for at most 1e4";
+        let said = "panels of 1e-3 m would divide the wet face into 1.2e4 panels; choose a length above 0 that gives at most 1e4";
         assert_eq!(error.to_string(), said);
         Ok(())
     }

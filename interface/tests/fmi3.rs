@@ -1,5 +1,5 @@
 //! The C functions as an importer calls them, on a unit that can be made to fail.
-#![allow(unsafe_code)] // it is C's side
+#![allow(unsafe_code)] // it calls C functions
 
 use interface::export::fmi3::{Handle, Status, Text};
 use interface::export::{Contents, FILE};
@@ -11,7 +11,7 @@ use std::num::NonZeroUsize;
 use std::ptr::{null, null_mut};
 use std::sync::Mutex;
 
-/// Integrates its input with factor `gain`; says that it steps, and panics when it steps beyond 1 s.
+/// Integrates its input with factor `gain`; logs each step, and panics when it steps beyond 1 s.
 struct Integrator {
     gain: f64,
     /// Input (two values, the second never negative), integral, whether it is initialised.
@@ -117,7 +117,7 @@ const FORCE: u32 = TOTAL_FORCE.value_reference;
 const INPUT: u32 = GROUND_ACCELERATION.value_reference;
 const GAIN: u32 = WATER_DENSITY.value_reference;
 
-/// What the FMU said: status, category, text.
+/// Messages of the FMU: status, category, text.
 #[derive(Default)]
 struct Said(Mutex<Vec<(Status, [String; 2])>>);
 
@@ -132,7 +132,7 @@ impl Said {
     }
 }
 
-/// Keeps what the FMU says in the [`Said`] that the environment points to.
+/// Adds a message of the FMU to the [`Said`] to which the environment points.
 unsafe extern "C" fn listen(environment: *mut c_void, status: Status, category: Text, message: Text) {
     // SAFETY: every test passes such an environment, and strings come from the FMU.
     let (said, category, message) =
@@ -141,7 +141,7 @@ unsafe extern "C" fn listen(environment: *mut c_void, status: Status, category: 
     said.0.lock().expect("nobody panicked").push((status, texts));
 }
 
-/// A folder of resources, its token, and what was said.
+/// A folder of resources, its token, and the messages.
 struct Importer {
     folder: tempfile::TempDir,
     token: CString,
@@ -267,9 +267,9 @@ fn a_panic_ends_at_the_border_and_only_its_instance_is_lost() {
     let importer = Importer::new(1.0);
     let [broken, sound] = [importer.in_step_mode(), importer.in_step_mode()];
     assert_eq!(step(broken, 1.0), Status::Fatal);
-    assert!(importer.said.last_text().contains("fmi3DoStep broke down: beyond one second"));
+    assert!(importer.said.last_text().contains("fmi3DoStep failed: beyond one second"));
     assert_eq!(get(broken, FORCE), Err(Status::Fatal));
-    assert!(importer.said.last_text().contains("broke down earlier"));
+    assert!(importer.said.last_text().contains("failed in an earlier call"));
     assert_eq!(step(sound, 0.0), Status::Ok);
     let other = Importer::new(-1.0);
     let unmade = other.instantiate();
@@ -286,7 +286,7 @@ fn handles_are_never_followed() {
     let importer = Importer::new(1.0);
     let instance = importer.in_step_mode();
     let nonsense: Handle = std::ptr::without_provenance_mut(0xdead_beef);
-    // SAFETY: what is passed beside handles lives during the call.
+    // SAFETY: all arguments other than handles live during the call.
     unsafe {
         for wrong in [null_mut(), nonsense] {
             assert_eq!(step(wrong, 0.0), Status::Error);
@@ -349,7 +349,7 @@ fn a_state_brings_its_parameters_its_mode_and_its_time() {
     assert_eq!(set(instance, GAIN, &[5.0]), Status::Ok);
     let (mut before, mut after, mut size) = (null_mut(), null_mut(), 0);
     let all = |instance| (get(instance, FORCE), get(instance, GAIN), get(instance, 0));
-    // SAFETY: what is passed beside handles lives during the call.
+    // SAFETY: all arguments other than handles live during the call.
     unsafe {
         assert_eq!(enter_initialization(instance), Status::Ok);
         assert_eq!(fmi3GetFMUState(instance, &raw mut before), Status::Ok);
@@ -361,7 +361,7 @@ fn a_state_brings_its_parameters_its_mode_and_its_time() {
         assert_eq!(fmi3SerializedFMUStateSize(instance, after, &raw mut size), Status::Ok);
         let mut bytes = vec![0; size];
         assert_eq!(fmi3SerializeFMUState(instance, after, bytes.as_mut_ptr(), size - 1), Status::Error);
-        assert!(importer.said.last_text().contains("ask fmi3SerializedFMUStateSize"));
+        assert!(importer.said.last_text().contains("take the size from fmi3SerializedFMUStateSize"));
         assert_eq!(fmi3SerializeFMUState(instance, after, bytes.as_mut_ptr(), size), Status::Ok);
 
         assert_eq!(fmi3Reset(instance), Status::Ok);
@@ -461,7 +461,7 @@ fn null_and_misaligned_pointers_are_refused_and_empty_arrays_are_not() {
     let reference = &raw const force;
     let room = value.as_mut_ptr();
     let crooked = room.cast::<u8>().wrapping_add(1).cast::<f64>();
-    // SAFETY: what is neither null nor misaligned lives during the call.
+    // SAFETY: pointers that are neither null nor misaligned are valid during the call.
     unsafe {
         assert_eq!(fmi3GetFloat64(instance, null(), 0, null_mut(), 0), Status::Ok);
         assert_eq!(fmi3GetUInt64(instance, null(), 0), Status::Ok);
@@ -517,7 +517,7 @@ fn what_cannot_be_instantiated_says_why() {
         );
         assert!(none.is_null() && importer.said.last_text().contains("`instanceName` is null"));
         let none = fmi3InstantiateModelExchange(null(), null(), null(), 0, 0, environment, log);
-        assert!(none.is_null() && importer.said.last_text().contains("does not offer it"));
+        assert!(none.is_null() && importer.said.last_text().contains("does not offer this function"));
     }
 }
 

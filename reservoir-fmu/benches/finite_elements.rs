@@ -1,4 +1,4 @@
-//! Finite element water: making it, a step, a repetition of a step; h/16, 40 points.
+//! Water by finite elements: construction, a step, a repeated step; h/16, 40 points.
 
 use divan::Bencher;
 use interface::WetFace;
@@ -10,7 +10,7 @@ fn main() {
     divan::main();
 }
 
-/// The far end stands at `distance` depths.
+/// The far end lies at `distance` depths.
 fn parameters(distance: f64) -> ReservoirParameters {
     ReservoirParameters {
         far_end_distance: distance * DEPTH,

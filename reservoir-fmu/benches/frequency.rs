@@ -1,4 +1,4 @@
-//! A frequency of the boundary elements, and the solvers that it could use.
+//! One frequency of the boundary elements, and the solvers that could be used.
 
 use divan::Bencher;
 use faer::linalg::solvers::Solve;
@@ -9,7 +9,7 @@ fn main() {
     divan::main();
 }
 
-/// Diagonally dominant, as the systems of the second kind are.
+/// A diagonally dominant matrix, like those of integral equations of the second kind.
 fn entry(i: usize, j: usize) -> Complex64 {
     let x = (i * 7919 + j * 104_729) as f64;
     Complex64::new(x.sin() / 10.0, x.cos() / 10.0) + if i == j { 4.0 } else { 0.0 }

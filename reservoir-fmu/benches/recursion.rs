@@ -1,4 +1,4 @@
-//! Recursion beside convolution: making them, and 128 steps (a block of the convolution) early and late in a run.
+//! Recursion and convolution: construction, and 128 steps (a block of the convolution) early and late in a run.
 
 use divan::Bencher;
 use divan::counter::ItemsCount;
@@ -73,7 +73,7 @@ impl Case {
     }
 }
 
-/// Units that were made and are wanted again.
+/// Units that were made and are used again.
 static KEPT: Mutex<BTreeMap<String, Reservoir>> = Mutex::new(BTreeMap::new());
 
 #[divan::bench(args = [RIGID, ABSORBING, SLOPING, COARSE, CONVOLUTION], sample_count = 1, sample_size = 1)]
@@ -98,7 +98,7 @@ impl fmt::Display for Late {
     }
 }
 
-/// Takes steps `from` to `to`, with one of the accelerations after the other.
+/// Takes steps `from` to `to`, with the accelerations in turn.
 fn take(unit: &mut Reservoir, from: usize, to: usize, accelerations: &[Vec<f64>]) {
     let length = unit.parameters().communication_step;
     for step in from..to {

@@ -1,9 +1,9 @@
 //! Water without memory: its added mass, and pressure at the ends of steps of any length.
 //!
-//! Depends on `analytical`, `fidelity`, `frequency_response` and `system`.
+//! Depends on `analytical`, `fidelity` and `system`.
 
 use crate::analytical::westergaard_1933;
-use crate::frequency_response::boundary_system;
+use crate::system::boundary_system;
 use crate::{Fidelity, ReservoirError, ReservoirParameters};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
@@ -12,11 +12,11 @@ use serde::{Deserialize, Serialize};
 /// along n.
 ///
 /// **Shapes and units**: points × points, kg/m² (Pa per m/s²); `a` in m/s², `p` in Pa.
-/// Westergaard's is the diagonal `⅞ ρ √(h(h − y))`, or ρ times his series, on a sloped face for the local normal
+/// Westergaard's A is diagonal, `⅞ ρ √(h(h − y))` or ρ times his series; on a sloped face it multiplies the local normal
 /// acceleration.
-/// That of incompressible water is full: Laplace's equation with ∂p/∂n = −ρ a on the face, p = 0 at the
-/// surface, a rigid bed, and what decays upstream, by boundary elements; `M_Γ A`, with the face's consistent mass
-/// M_Γ, is symmetric.
+/// A of incompressible water is a full matrix. It follows by boundary elements from Laplace's equation with
+/// ∂p/∂n = −ρ a on the face, p = 0 at the surface, a rigid bed, and a pressure that decays upstream. `M_Γ A`, with the
+/// face's consistent mass M_Γ, is symmetric.
 ///
 /// **Errors**: parameters out of range, [`ReservoirError::Memory`] for compressible water,
 /// [`ReservoirError::GravityWaves`], [`ReservoirError::FarEnd`].
@@ -30,8 +30,8 @@ pub fn added_mass(parameters: &ReservoirParameters) -> Result<DMatrix<f64>, Rese
 
 /// The added mass of the ground, `p = −A_g a_g` for its acceleration along x and y, the face at rest.
 ///
-/// **Shapes and units**: points × 2, kg/m². A level bed pushes no water along x; upwards it lifts all of it,
-/// `A_g[·, 1] = −ρ (h − y)` far from the face. Zero for Westergaard's water, which does not know the ground.
+/// **Shapes and units**: points × 2, kg/m². Motion of a level bed along x gives no pressure; upward motion lifts the
+/// water, `A_g[·, 1] = −ρ (h − y)` far from the face. A_g of Westergaard's water is zero: it does not model the ground.
 ///
 /// **Errors**: those of [`added_mass`].
 pub fn ground_added_mass(parameters: &ReservoirParameters) -> Result<DMatrix<f64>, ReservoirError> {
@@ -39,7 +39,7 @@ pub fn ground_added_mass(parameters: &ReservoirParameters) -> Result<DMatrix<f64
     Ok(whole_added_mass(parameters)?.columns(points, 2).into_owned())
 }
 
-/// A and beside it A_g: points × (points + 2).
+/// A followed by A_g: points × (points + 2).
 pub(crate) fn whole_added_mass(parameters: &ReservoirParameters) -> Result<DMatrix<f64>, ReservoirError> {
     parameters.validate()?;
     if parameters.surface_waves {
@@ -54,7 +54,7 @@ pub(crate) fn whole_added_mass(parameters: &ReservoirParameters) -> Result<DMatr
     }
 }
 
-/// ρ times a profile `p/(ρa)` (m) of depth and elevation (m) on the diagonal, and two columns of zeros.
+/// A diagonal of ρ times `pressure(depth, elevation)`, the profile `p/(ρa)` (m), and two columns of zeros.
 fn profile(parameters: &ReservoirParameters, pressure: fn(f64, f64) -> f64) -> DMatrix<f64> {
     let ReservoirParameters { wet_face, density, .. } = parameters;
     let mass = |point: &[f64; 2]| density * pressure(wet_face.depth(), point[1]);
@@ -62,17 +62,17 @@ fn profile(parameters: &ReservoirParameters, pressure: fn(f64, f64) -> f64) -> D
         .resize_horizontally(wet_face.len() + 2, 0.0)
 }
 
-/// The step before: all that water without memory needs to know.
+/// The previous step, on which the pressure of water without memory depends.
 ///
-/// Pressure at the end of step n follows from the acceleration there, and that from the means over this
-/// step and the last, linear in time:
+/// Pressure at the end of step n follows from the acceleration there, which is extrapolated linearly in time from the
+/// means over this and the previous step:
 ///
 /// ```text
 /// a_end = ā_n + (ā_n − ā_{n−1}) H_n / (H_n + H_{n−1})
 /// ```
 ///
-/// exact where acceleration is linear, else of second order; with equal steps `1.5 ā_n − 0.5 ā_{n−1}`,
-/// BDF2 of the velocity. Before the first step the face is at rest, for as long as that step takes.
+/// This is exact for a linear acceleration, otherwise of second order. With equal steps it is `1.5 ā_n − 0.5 ā_{n−1}`,
+/// BDF2 of the velocity. Before the first step the face is taken to be at rest for a step of the same length.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct LastStep {
     /// ā, m/s².
@@ -84,13 +84,12 @@ pub(crate) struct LastStep {
 }
 
 impl LastStep {
-    /// That of a face at rest.
+    /// The previous step of a face at rest.
     pub fn at_rest(points: usize) -> Self {
         Self { acceleration: vec![0.0; points], length: 0.0, share: 0.5 }
     }
 
-    /// The step of `length` (s) with the mean `acceleration` that follows on this one, and the acceleration
-    /// at its end.
+    /// The next step, of `length` (s) with the mean `acceleration`, and the acceleration at its end.
     pub fn followed_by(&self, acceleration: &[f64], length: f64) -> (Self, DVector<f64>) {
         let before = if self.length > 0.0 { self.length } else { length };
         let share = length / (length + before);

@@ -1,4 +1,4 @@
-//! The boundary mesh: the water's outline in straight elements with nodes of their own.
+//! The boundary mesh: the water's outline divided into straight elements; elements share no nodes.
 //!
 //! Depends on `condition`, `outline` and `parameters`.
 
@@ -8,7 +8,7 @@ use crate::parameters::{ElementOrder, ReservoirParameters};
 use std::f64::consts::LN_2;
 use std::ops::Range;
 
-/// Position of the two nodes of a linear element, ±1/√3: those of Gauss' two-point rule.
+/// Position of the two nodes of a linear element, ±1/√3: the points of Gauss' two-point rule.
 const NODE: f64 = 0.577_350_269_189_625_8;
 
 impl ElementOrder {
@@ -20,7 +20,7 @@ impl ElementOrder {
         }
     }
 
-    /// Shape functions of an element's nodes at ξ; a constant element has no second one.
+    /// Shape functions of an element's nodes at ξ; a constant element has only the first.
     pub(crate) fn shape(self, position: f64) -> [f64; 2] {
         match self {
             Self::Constant => [1.0, 0.0],
@@ -36,7 +36,7 @@ pub struct Element {
     pub start: [f64; 2],
     /// Second end, m.
     pub end: [f64; 2],
-    /// What holds on it.
+    /// Boundary condition.
     pub condition: BoundaryCondition,
 }
 
@@ -58,7 +58,7 @@ impl Element {
     }
 }
 
-/// The point at the share `t` of the way; a coordinate that both have is kept to the bit.
+/// The point at the fraction `t` between two points; a coordinate that is equal in both is kept bit for bit.
 fn between(start: [f64; 2], end: [f64; 2], t: f64) -> [f64; 2] {
     std::array::from_fn(|axis| {
         if start[axis] == end[axis] { start[axis] } else { start[axis] * (1.0 - t) + end[axis] * t }
@@ -93,7 +93,7 @@ impl BoundaryMesh {
         Self { elements, order: parameters.element_order }
     }
 
-    /// How many elements [`new`](Self::new) would make, whether they fit into memory or not.
+    /// Number of elements that [`new`](Self::new) would make, even if they would not fit into memory.
     pub(crate) fn count(outline: &Outline, parameters: &ReservoirParameters) -> f64 {
         outline.pieces().iter().map(|piece| Grading::of(piece, parameters).count()).sum()
     }
@@ -126,17 +126,17 @@ impl BoundaryMesh {
     }
 }
 
-/// Lengths of the elements along a straight piece: at most `size`, and at a corner `finest`, from where they
-/// double.
+/// Lengths of the elements along a straight piece: at most `size`, and `finest` at a corner, from which each element
+/// is at most twice as long as the one before.
 ///
-/// The elements are what a density 1/ℓ of them makes, `ℓ = ln 2 (finest + distance from the corner)` up to
-/// `size`: N = ⌈∫ ds/ℓ⌉ elements, each with the same share of the integral. From a corner on, their ends then
-/// lie at `finest (2^j − 1)` or closer.
+/// The elements follow from their density 1/ℓ, with `ℓ = ln 2 (finest + distance from the corner)`, at most `size`:
+/// N = ⌈∫ ds/ℓ⌉ elements, each with the same part of the integral. The j-th end from a corner then lies at
+/// `finest (2^j − 1)` or closer.
 struct Grading {
     length: f64,
     size: f64,
     finest: f64,
-    /// Length of the graded ranges at either end.
+    /// Lengths of the graded ranges at both ends.
     graded: [f64; 2],
 }
 
@@ -153,7 +153,7 @@ impl Grading {
         Self { length, size, finest, graded }
     }
 
-    /// ∫ ds/ℓ over the graded ranges and what lies between them.
+    /// ∫ ds/ℓ over the graded ranges, and over the range between them.
     fn integrals(&self) -> [f64; 3] {
         let graded = |range: f64| (range / self.finest).ln_1p() / LN_2;
         let middle = (self.length - self.graded[0] - self.graded[1]).max(0.0);
@@ -165,7 +165,7 @@ impl Grading {
         (self.integrals().iter().sum::<f64>() * (1.0 - 1e-9)).ceil().max(1.0)
     }
 
-    /// Share of the length at which the share `t` of the integral is reached.
+    /// Fraction of the length at which the fraction `t` of the integral is reached.
     fn share(&self, t: f64) -> f64 {
         if t == 0.0 || t == 1.0 || self.graded == [0.0; 2] {
             return t;
@@ -216,7 +216,7 @@ mod tests {
         Ok(())
     }
 
-    /// Closed, with lengths that start at the corner's and at most double.
+    /// The mesh is closed, and lengths start with that at the corner and at most double.
     #[test]
     fn graded_elements_double_from_the_corners() -> Result<(), interface::WetFaceError> {
         let face = WetFace::new(vec![[0.0, 0.0], [0.0, 30.0], [8.0, 100.0]])?;

@@ -1,11 +1,11 @@
-//! The channel's own answer to vertical motion of the ground: plane waves between bed and surface.
+//! The response of the channel upstream to vertical motion of the ground: plane waves between bed and surface.
 //!
-//! Depends on `system`.
+//! Depends on `water`.
 
-use crate::system::Water;
+use crate::water::Water;
 use num_complex::Complex64;
 
-/// Below this |kξ| two terms of the series of sinh are exact to rounding.
+/// Below this |kξ|, two terms of the series of sinh are exact to rounding.
 const SMALL: f64 = 1e-3;
 
 /// `p₁/(ρ s v)` (m) at the depth `below` (m) under the surface of a channel of `depth` (m), whose bed moves
@@ -16,8 +16,8 @@ const SMALL: f64 = 1e-3;
 /// p₁ = ρ s v [s² σ(ξ) + g χ(ξ)]/[s² χ(d) + g k² σ(d) + q s (s² σ(d) + g χ(d))],  with gravity waves
 /// ```
 ///
-/// with `σ(ξ) = sinh(kξ)/k`, `χ(ξ) = cosh kξ`, k = s/c, both times `e^{−kd}` so that nothing overflows.
-/// It does not depend on x, so it is no outgoing wave; at s = 0 and without gravity waves it is ξ.
+/// with `σ(ξ) = sinh(kξ)/k`, `χ(ξ) = cosh kξ`, k = s/c, both multiplied by `e^{−kd}` to avoid overflow.
+/// p₁ does not depend on x, so it is not an outgoing wave. At s = 0 and without gravity waves the result is ξ.
 pub(crate) fn plane_wave(water: &Water, s: Complex64, depth: f64, below: f64) -> Complex64 {
     let k = s / water.sound_speed;
     let [sine, cosine] = scaled(k, depth, below);
@@ -49,7 +49,7 @@ fn scaled(k: Complex64, depth: f64, below: f64) -> [Complex64; 2] {
 mod tests {
     use super::*;
 
-    /// The equation and both boundary conditions, by differences.
+    /// The equation and both boundary conditions, checked by finite differences.
     #[test]
     fn plane_waves_obey_their_equation() {
         let (depth, step) = (90.0, 1e-2);

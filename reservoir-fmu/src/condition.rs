@@ -1,9 +1,9 @@
-/// What holds on a part of the boundary; n points out of the water.
+/// Boundary condition on a part of the boundary; n points out of the water.
 ///
-/// Without gravity waves the surface (`p = 0`) is no part of the mesh: the kernel's image source satisfies it.
+/// Without gravity waves the surface (`p = 0`) is not meshed: the kernel's image source satisfies its condition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BoundaryCondition {
-    /// The far end: `∂p/∂n = −T p`, waves travel away from the dam.
+    /// The far end: `∂p/∂n = −T p`; waves travel away from the dam.
     Radiation,
     /// The bed: `∂p/∂n = −ρ s v − q s p` with its velocity v along n and `q = (1 − α)/((1 + α) c)`.
     AbsorbingBed,
@@ -24,16 +24,16 @@ impl std::fmt::Display for BoundaryCondition {
     }
 }
 
-/// What is said of the far end; only the first is true of water that goes on upstream.
+/// Condition at the far end; only the first is right for water that continues upstream.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FarEndCondition {
     /// Waves travel away: `∂p/∂n = −T (p − p₁)`.
     #[default]
     Outgoing,
-    /// Nothing is said: the far end has no part in the boundary integrals, as if they closed without it.
+    /// None: the boundary integrals leave out the far end, as if the boundary were closed without it.
     LeftOut,
     /// `∂p/∂n = 0`: a wall.
     NoFlow,
-    /// `p = 0`: the water ends at air.
+    /// `p = 0`: the water ends at a free surface.
     NoPressure,
 }

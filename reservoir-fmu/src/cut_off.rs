@@ -1,9 +1,9 @@
 //! Cut-off frequencies of the channel, where the response of a rigid bed is infinite.
 //!
-//! Depends on `system`.
+//! Depends on `water`.
 
 use crate::ReservoirError;
-use crate::system::Water;
+use crate::water::Water;
 use num_complex::Complex64;
 use std::f64::consts::PI;
 
@@ -12,7 +12,7 @@ const CLOSE: f64 = 1e-6;
 
 /// ω (rad/s) at which the `mode`-th mode (from 1) of a channel of `depth` (m) over a rigid bed begins to propagate.
 ///
-/// `ωd/c = (2m − 1)π/2`; with gravity waves, where a mode of 0 propagates always, `tan(ωd/c) = −ωc/g`.
+/// `ωd/c = (2m − 1)π/2`; with gravity waves `tan(ωd/c) = −ωc/g`, and a mode 0 propagates at all frequencies.
 pub(crate) fn cut_off(water: &Water, depth: f64, mode: f64) -> f64 {
     let rate = water.sound_speed / depth;
     match water.gravity {
@@ -26,7 +26,7 @@ pub(crate) fn cut_off(water: &Water, depth: f64, mode: f64) -> f64 {
 
 /// Refuses s = iω at a cut-off frequency of a rigid bed.
 ///
-/// There a mode neither decays nor leaves: `κ = 0`, and the pressure per velocity has no bound.
+/// There a mode neither decays nor propagates: `κ = 0`, and the pressure per velocity is unbounded.
 ///
 /// **Errors**: [`ReservoirError::CutOff`].
 pub(crate) fn check_cut_off(water: &Water, s: Complex64, depth: f64) -> Result<(), ReservoirError> {
@@ -34,7 +34,7 @@ pub(crate) fn check_cut_off(water: &Water, s: Complex64, depth: f64) -> Result<(
         return Ok(());
     }
     let mode = (s.im.abs() * depth / (PI * water.sound_speed) + 0.5).round();
-    // With gravity waves the cut-offs lie up to half a mode higher in theory, by far less in any water.
+    // With gravity waves the cut-offs can lie up to half a mode higher; in real water the shift is far smaller.
     for mode in [mode - 1.0, mode] {
         if mode < 1.0 {
             continue;

@@ -6,11 +6,11 @@ use serde::{Deserialize, Serialize};
 pub enum Fidelity {
     /// Added mass `p = −⅞ ρ √(h(h − y)) a_n` at every point (Westergaard 1933): no waves, no memory.
     Westergaard,
-    /// The same with the exact profile of incompressible water before a vertical face, of which the parabola is an
-    /// approximation ([`series_pressure`](crate::analytical::westergaard_1933::series_pressure)).
+    /// The same with the exact profile of incompressible water before a vertical face, which the parabola
+    /// approximates ([`series_pressure`](crate::analytical::westergaard_1933::series_pressure)).
     WestergaardExact,
     /// Incompressible water by boundary elements, `∇²p = 0`: added mass of the real section, no waves, no
-    /// memory. Sound speed and bed have no effect.
+    /// memory. Sound speed and bed absorption have no effect.
     Incompressible,
     /// Compressible water, with radiation upstream and an absorbing bed.
     Compressible,
@@ -27,13 +27,13 @@ impl Fidelity {
         }
     }
 
-    /// Whether pressure depends on earlier motion; without memory it is `−A a`, A by
+    /// Whether pressure depends on earlier motion; without memory it is `−A a`, with A from
     /// [`added_mass`](crate::added_mass()).
     pub fn has_memory(self) -> bool {
         self == Self::Compressible
     }
 
-    /// Whether equations are solved in the water; else its pressure is a formula, point by point.
+    /// Whether the pressure follows from a solved system; otherwise it is given by a formula at each point.
     pub fn is_solved(self) -> bool {
         matches!(self, Self::Incompressible | Self::Compressible)
     }

@@ -1,18 +1,19 @@
 //! Pressure inside the water.
 //!
-//! Depends on `frequency_response`, `kernel`, `operator`, `outline` and `system`.
+//! Depends on `operator`, `outline`, `system` and `water`.
 
-use crate::frequency_response::{boundary_system, kernel, water};
 use crate::operator::LayerOperators;
 use crate::outline::Outline;
+use crate::system::{boundary_system, kernel};
+use crate::water::Water;
 use crate::{ReservoirError, ReservoirParameters};
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 use std::num::NonZeroUsize;
 
-/// Most values, points × inputs, 1.6 GB.
+/// Largest number of values, points × inputs: 1.6 GB.
 const MOST_VALUES: f64 = 1e8;
-/// Entries of a layer operator that are kept at a time.
+/// Number of entries of a layer operator that are held at once.
 const HELD: usize = 4_000_000;
 
 /// Pressure (Pa) at points inside the water for a unit velocity (m/s) of the interface points and of the ground.
@@ -55,8 +56,8 @@ pub fn field_response(
             return Err(ReservoirError::FieldPoint { index, x, y, far_end });
         }
     }
-    let (water, system) = (water(parameters), boundary_system(parameters)?);
-    // Without gravity waves incompressible water does not know the frequency.
+    let (water, system) = (Water::of(parameters), boundary_system(parameters)?);
+    // Incompressible water without gravity waves does not depend on the frequency.
     let waveless = !water.sound_speed.is_finite() && water.gravity.is_none();
     let frequency = if waveless { Complex64::ZERO } else { s };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build()?;

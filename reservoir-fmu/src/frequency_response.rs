@@ -1,13 +1,10 @@
 //! The symbol K(s) of a reservoir and the convolution weights that follow from it.
 //!
-//! Depends on `added_mass`, `boundary`, `convolution`, `fidelity`, `kernel`, `outline` and `system`.
+//! Depends on `added_mass`, `convolution` and `system`.
 
 use crate::added_mass::whole_added_mass;
-use crate::boundary::BoundaryMesh;
 use crate::convolution::{ConvolutionQuadrature, Rule, Weights};
-use crate::kernel::{FreeSpace, FreeSurface, HelmholtzKernel};
-use crate::outline::Outline;
-use crate::system::{BoundarySystem, Water};
+use crate::system::{BoundarySystem, boundary_system};
 use crate::{Method, ReservoirError, ReservoirParameters};
 use nalgebra::DMatrix;
 use num_complex::Complex64;
@@ -19,13 +16,13 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// complex frequencies.
 ///
 /// **Shapes and units**: `s` in 1/s, not 0 and with real parts that are not negative; s = iω is the real frequency
-/// ω. One points × (points + 2) matrix a frequency: a column an interface point, then the ground (the bed alone,
-/// the face at rest) along x and along y. For water without memory it is `−s A`, A its added mass.
+/// ω. One matrix of points × (points + 2) per frequency: one column per interface point, then the ground (only
+/// the bed moves) along x and along y. For water without memory it is `−s A`, with its added mass A.
 ///
-/// There are no irregular frequencies: what solves the integral equation and is no pressure in the water would
-/// be an outgoing wave outside of it that vanishes on the boundary, of which there is none. A rigid bed deeper
-/// before the dam than upstream can resonate below the cut-off; there, at s = iω and α = 1, the water itself has
-/// no bounded answer.
+/// There are no irregular frequencies: a spurious solution of the integral equation would be an outgoing wave
+/// outside the water that vanishes on the boundary, and there is no such wave. Over a rigid bed that is deeper
+/// at the dam than upstream, the water can resonate below the cut-off; there, at s = iω and α = 1, the response
+/// itself is unbounded.
 ///
 /// **Errors**: parameters out of range, [`ReservoirError::Frequency`], [`ReservoirError::CutOff`],
 /// [`ReservoirError::Kernel`], [`ReservoirError::FarEnd`], [`ReservoirError::Threads`].
@@ -54,36 +51,6 @@ pub(crate) fn symbols(
 ) -> Result<Vec<DMatrix<Complex64>>, ReservoirError> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build()?;
     pool.install(|| s.par_iter().map(|&s| system.symbol(s)).collect())
-}
-
-/// The boundary element system of the parameters' water, for one frequency after the other.
-///
-/// **Errors**: those of the outline and the mesh, [`ReservoirError::FarEnd`].
-pub fn boundary_system(parameters: &ReservoirParameters) -> Result<BoundarySystem, ReservoirError> {
-    let face = &parameters.wet_face;
-    let mesh = BoundaryMesh::new(&Outline::new(parameters)?, parameters);
-    BoundarySystem::new(face, mesh, &*kernel(parameters), water(parameters))
-}
-
-/// The image about the surface, or none where the surface is meshed.
-pub(crate) fn kernel(parameters: &ReservoirParameters) -> Box<dyn HelmholtzKernel> {
-    if parameters.surface_waves {
-        Box::new(FreeSpace)
-    } else {
-        Box::new(FreeSurface { level: parameters.wet_face.depth() })
-    }
-}
-
-/// The water of the parameters; incompressible water has no sound, and a bed that is rigid whatever it is.
-pub(crate) fn water(parameters: &ReservoirParameters) -> Water {
-    let gravity = parameters.surface_waves.then_some(parameters.gravity);
-    let density = parameters.density;
-    if parameters.fidelity.has_memory() {
-        let bed_admittance = parameters.bed_admittance();
-        Water { density, sound_speed: parameters.sound_speed, bed_admittance, gravity }
-    } else {
-        Water { density, sound_speed: f64::INFINITY, bed_admittance: 0.0, gravity }
-    }
 }
 
 /// The convolution weights of compressible water, on the current rayon pool, and the number of

@@ -25,23 +25,22 @@
 //! **Space.** Direct collocation with discontinuous linear or constant elements ([`BoundaryMesh`] of an [`Outline`])
 //! gives the symbol K(s), interface pressure for a unit interface velocity and a unit velocity of the ground
 //! ([`BoundarySystem`], [`frequency_response()`]), and the pressure inside ([`field_response()`]).
-//! The interface points are independent of the elements: velocity, linear along panels, is
-//! projected onto the elements, and their pressure back onto the points, so that both give the same power.
+//! The interface points are independent of the elements: the velocity, linear along panels, is
+//! projected onto the elements, and their pressure back onto the points, so that the power is the same for both.
 //!
 //! **Time.** Convolution quadrature with the two-stage Radau IIA method turns K(s) into weights,
 //! `p_n = Σ_j W_{n−j} v_j` at the ends of the communication steps, v linear within a step. The sum
-//! is evaluated in blocks, its history shared by all saved states ([`Reservoir`]). Elements should
-//! not be much longer than 2 cH: shorter waves would be excited that the mesh cannot carry.
+//! is evaluated in blocks; all saved states share its history ([`Reservoir`]). Elements should
+//! not be much longer than 2 cH: otherwise waves are excited that the mesh cannot represent.
 //!
-//! **At once.** A motion that is known beforehand needs no steps: [`pressure_of_record`] takes a damped Fourier transform of
-//! all of it.
+//! **Whole records.** A motion that is known beforehand needs no time steps: [`pressure_of_record`] takes a damped Fourier
+//! transform of the whole record.
 //!
-//! **Finite elements.** The rival that the boundary elements are compared with: the near field in quadratic triangles, a
-//! Sommerfeld end, Newmark's method ([`FiniteElements`]).
+//! **Finite elements**, for comparison with the boundary elements: the near field in quadratic triangles, a Sommerfeld
+//! end, Newmark's method ([`FiniteElements`]).
 //!
-//! **Without memory.** Incompressible water, `∇²p = 0`, is one solve of the same system, at s = 0,
-//! Westergaard's parabola a formula: `p = −A a` ([`added_mass()`], [`ground_added_mass()`]), for communication steps of
-//! any length.
+//! **Without memory.** `p = −A a` ([`added_mass()`], [`ground_added_mass()`]), for communication steps of any length.
+//! Incompressible water, `∇²p = 0`, needs one solve of the same system, at s = 0; Westergaard's parabola is a formula.
 //!
 //! **Assumptions.** Plane section, linear water, ground that moves as one, constant depth upstream of the far end.
 
@@ -69,6 +68,7 @@ mod rational;
 mod reservoir;
 mod system;
 mod time_domain;
+mod water;
 mod whole_record;
 
 pub use added_mass::{added_mass, ground_added_mass};
@@ -78,10 +78,11 @@ pub use error::ReservoirError;
 pub use fidelity::Fidelity;
 pub use field_response::field_response;
 pub use finite_elements::{FarEnd, FiniteElements, Prepared};
-pub use frequency_response::{boundary_system, frequency_response};
+pub use frequency_response::frequency_response;
 pub use num_complex::Complex64;
 pub use outline::{Outline, Piece};
 pub use parameters::{ElementOrder, Method, ReservoirParameters};
 pub use reservoir::{Reservoir, ReservoirState};
-pub use system::{BoundarySystem, Water};
+pub use system::{BoundarySystem, boundary_system};
+pub use water::Water;
 pub use whole_record::pressure_of_record;

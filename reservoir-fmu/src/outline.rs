@@ -5,7 +5,7 @@
 use crate::condition::BoundaryCondition;
 use crate::{ReservoirError, ReservoirParameters};
 
-/// Least sine of the angle between two pieces that makes a corner.
+/// Smallest sine of the angle between two pieces that counts as a corner.
 const KINK: f64 = 1e-9;
 
 /// A straight piece of boundary; the water is on its left going from `start` to `end`.
@@ -15,9 +15,9 @@ pub struct Piece {
     pub start: [f64; 2],
     /// Second end, m.
     pub end: [f64; 2],
-    /// What holds on it.
+    /// Boundary condition.
     pub condition: BoundaryCondition,
-    /// Whether its first and its second end are corners, to which a mesh may be graded.
+    /// Whether the first and the second end are corners, towards which a mesh may be graded.
     pub corners: [bool; 2],
 }
 
@@ -36,7 +36,7 @@ impl Piece {
 /// The polygon around the near field, counter-clockwise: far end (downwards), bed (downstream), wet face
 /// (upwards), surface (upstream).
 ///
-/// The far end stands `far_end_distance` upstream of the most upstream point of face and bed; upstream of it
+/// The far end lies `far_end_distance` upstream of the most upstream point of face and bed; upstream of it
 /// the water is a channel between the surface and the level of the bed's last corner.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outline {
@@ -94,7 +94,7 @@ impl Outline {
         self.waves
     }
 
-    /// Whether `point` (m) lies in the near field, by more than rounding.
+    /// Whether `point` (m) lies in the near field, at more than the rounding error from its boundary.
     pub fn contains(&self, point: [f64; 2]) -> bool {
         let mut inside = false;
         let closing = (!self.waves).then_some(&self.surface);
@@ -111,12 +111,12 @@ impl Outline {
     }
 }
 
-/// Marks heel, kinks and the face's end at the surface; with waves also the far end's.
+/// Marks as corners the heel, kinks, and the top of the face; with gravity waves also the top of the far end.
 fn mark_corners(pieces: &mut [Piece], waves: bool) {
     for i in 0..pieces.len() - 1 {
         let (a, b) = (pieces[i].along(), pieces[i + 1].along());
         let kink = (a[0] * b[1] - a[1] * b[0]).abs() > KINK || a[0] * b[0] + a[1] * b[1] < 0.0;
-        // The foot of the far end is no corner of the water: the channel goes on.
+        // The foot of the far end is not a corner of the water, because the channel continues.
         if kink && pieces[i].condition != BoundaryCondition::Radiation {
             pieces[i].corners[1] = true;
             pieces[i + 1].corners[0] = true;
@@ -127,7 +127,7 @@ fn mark_corners(pieces: &mut [Piece], waves: bool) {
     pieces[last].corners[1] = true;
 }
 
-/// Refuses pieces of the bed that have no length, or meet a piece that is not their neighbour.
+/// Refuses pieces of the bed without length, or with a point in common with a piece that is not a neighbour.
 fn check(pieces: &[Piece]) -> Result<(), ReservoirError> {
     let bed: Vec<usize> =
         (0..pieces.len()).filter(|&i| pieces[i].condition == BoundaryCondition::AbsorbingBed).collect();
@@ -215,7 +215,7 @@ mod tests {
             println!("{what}: {error}");
             assert!(matches!(error, ReservoirError::BedCrosses { corner: c, .. } if c == corner), "{what}");
         }
-        // An overhang, a hole under the dam and a step upwards are no mistakes.
+        // An overhang, a hole under the dam and a step upwards are allowed.
         for bed in
             [vec![[-8.0, 0.0], [-6.0, 4.0]], vec![[3.0, -4.0], [-9.0, -4.0]], vec![[-3.0, 0.0], [-3.0, 9.0]]]
         {

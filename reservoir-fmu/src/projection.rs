@@ -1,4 +1,4 @@
-//! Between interface points and the face's nodes: velocity to the nodes, pressure back.
+//! Projections between interface points and the face's nodes: velocity to the nodes, pressure back.
 //!
 //! Depends on `boundary` and `condition`.
 
@@ -21,7 +21,7 @@ pub(crate) fn consistent_mass(face: &WetFace) -> DMatrix<f64> {
     mass
 }
 
-/// Share of a velocity's square that the elements must hold for it to count as felt.
+/// Smallest fraction of a velocity's square norm that must remain on the elements for it to count as represented.
 const LEAST_FELT: f64 = 1e-2;
 
 /// Work-conjugate projections: for every velocity v at the points and pressure P at the face's nodes,
@@ -29,10 +29,10 @@ const LEAST_FELT: f64 = 1e-2;
 pub(crate) struct InterfaceProjection {
     /// E, the L² projection of velocities linear along panels onto every element: face nodes × points.
     pub to_nodes: Mat<Complex64>,
-    /// `Q`, the L² projection of the elements' pressures onto the hats: points × face nodes, then the samples.
+    /// Q, the L² projection of the elements' pressures onto the hat functions: points × (face nodes, then samples).
     pub to_points: Mat<Complex64>,
-    /// Points of the uppermost element at which Q takes the pressure by the representation formula, m, in the place
-    /// of its nodes: what a linear element leaves of p ~ r ln r would be the largest error on the face.
+    /// Points (m) of the uppermost element at which Q takes the pressure from the representation formula instead of
+    /// the nodes: otherwise the error of a linear element for p ~ r ln r would be the largest on the face.
     pub samples: Vec<[f64; 2]>,
     /// M and M⁻¹: points × points.
     mass: [Mat<Complex64>; 2],
@@ -74,7 +74,7 @@ impl InterfaceProjection {
                         }
                     }
                 }
-                // Towards the surface, where p ~ r ln r, by r = ℓu².
+                // Points graded towards the surface by r = ℓu², as p ~ r ln r there.
                 let at_surface = panel_start + panel.length > face_length * (1.0 - 1e-9);
                 let several = gauss_legendre(if at_surface { 6 } else { 3 });
                 for q in several.iter().filter(|_| sampled && end - start > 1e-9 * length) {
@@ -105,7 +105,7 @@ impl InterfaceProjection {
         let complex = |matrix: &DMatrix<f64>| {
             Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| Complex64::from(matrix[(i, j)]))
         };
-        // Every point has a panel, so the mass is positive definite.
+        // Every point belongs to a panel, so the mass is positive definite.
         let inverse = mass.clone().cholesky().map_or_else(|| mass.clone(), |c| c.inverse());
         let to_points = &inverse * loads;
         let felt = felt(&overlap, &node_mass, &mass);
@@ -125,9 +125,11 @@ impl InterfaceProjection {
     }
 }
 
-/// The projection of pressures, orthogonal in M, onto what works on velocities that the elements feel. None if all are.
+/// The M-orthogonal projection of pressures onto those that do work on velocities that the elements represent. None if
+/// the elements represent all velocities.
 ///
-/// Where panels are finer than elements some velocities meet no pressure; one that works on them would give energy.
+/// Where panels are finer than elements, some velocities cause no pressure; a pressure that does work on them would
+/// produce energy.
 fn felt(overlap: &DMatrix<f64>, node_mass: &[f64], mass: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let upper = mass.clone().cholesky()?.l().transpose();
     let inverse = upper.clone().try_inverse()?;

@@ -17,15 +17,15 @@ use std::num::NonZeroUsize;
 /// Name of the unit in messages and logs.
 const UNIT: &str = "reservoir";
 
-/// Share of a communication step by which times of the caller and the unit may differ.
+/// Fraction of a communication step by which times of the caller and the unit may differ.
 const TIME_TOLERANCE: f64 = 1e-6;
 
 /// The water before a dam, as a co-simulation unit.
 ///
 /// Input: mean total acceleration of the wet face along n over the step, and acceleration of the ground at its end.
-/// Output: pressure at the step's end. Compressible water is stepped by a [`Method`]: a convolution costs a direct sum
-/// over the open block of the history and, once a block, a Fourier transform of all others; a recursion and finite
-/// elements cost the same at any time of a run. Water without memory, and a recursion, take steps of any length.
+/// Output: pressure at the step's end. Compressible water is stepped by a [`Method`]. A convolution costs a direct sum
+/// over the open block of the history and, once per block, a Fourier transform of all other blocks. A recursion and finite
+/// elements cost the same at any time of a run. Water without memory and a recursion take steps of any length.
 pub struct Reservoir {
     parameters: ReservoirParameters,
     fingerprint: Fingerprint,
@@ -35,15 +35,15 @@ pub struct Reservoir {
     state: ReservoirState,
 }
 
-/// What turns acceleration into pressure.
+/// The model of the water: pressure from acceleration.
 enum Model {
-    /// `p = −A a` at the step's end: a column an interface point, then the ground along x and y.
+    /// `p = −A a` at the step's end: one column per interface point, then the ground along x and y.
     AddedMass(DMatrix<f64>),
     /// Compressible water.
     Memory(Box<dyn TimeDomain>),
 }
 
-/// Saved state of a [`Reservoir`]; what is long of its memory is shared, not copied.
+/// Saved state of a [`Reservoir`]; the long parts of its memory are shared, not copied.
 #[derive(Clone)]
 pub struct ReservoirState {
     fingerprint: Fingerprint,
@@ -51,7 +51,7 @@ pub struct ReservoirState {
     memory: Memory,
 }
 
-/// The part of a state that does not grow.
+/// The part of a state with constant size.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Motion {
     initialised: bool,
@@ -59,19 +59,19 @@ struct Motion {
     time: f64,
     steps: usize,
     ground_acceleration: [f64; 2],
-    /// The same at the end of the last step.
+    /// The ground acceleration at the end of the last step.
     last_ground_acceleration: [f64; 2],
     /// Input of the last or of the next step, m/s².
     acceleration: Vec<f64>,
     /// Velocity of the face, then of the ground, since the start, m/s; zeros without memory.
     velocity: Vec<f64>,
-    /// With memory only its length.
+    /// For water with memory, only the length is used.
     last_step: LastStep,
     /// Pressure, Pa.
     pressure: Vec<f64>,
 }
 
-/// What is written of a state.
+/// The serialised form of a state.
 #[derive(Serialize, Deserialize)]
 struct SerialisedState {
     motion: Motion,
@@ -80,10 +80,10 @@ struct SerialisedState {
 }
 
 impl Reservoir {
-    /// Makes the unit: for compressible water what its method steps with, on `threads`; for incompressible water one
-    /// system is solved.
+    /// Makes the unit. For compressible water this prepares the method, on `threads`; for incompressible water one system is
+    /// solved.
     ///
-    /// The number of threads changes no bit of the result.
+    /// Results do not depend on the number of threads, bit for bit.
     ///
     /// **Errors**: parameters out of range, [`ReservoirError::Kernel`], [`ReservoirError::FarEnd`],
     /// [`ReservoirError::NotFitted`], [`ReservoirError::Recursion`], [`ReservoirError::Mesh`],
@@ -94,7 +94,7 @@ impl Reservoir {
         let face = &parameters.wet_face;
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build()?;
         let (points, depth) = (face.len(), face.depth());
-        // What is said on the pool's threads, nobody hears.
+        // Messages are caught on this thread only, so nothing is logged on the threads of the pool.
         let (model, said) = pool.install(|| made(&parameters))?;
         tracing::info!("{points} interface points, {depth} m of {said}");
         let zeros = vec![0.0; face.len()];
@@ -111,14 +111,14 @@ impl Reservoir {
             pressure: zeros,
         };
         let memory = match &model {
-            Model::AddedMass(_) => Memory::None,
+            Model::AddedMass(_) => Memory::default(),
             Model::Memory(water) => water.at_rest(),
         };
         let state = ReservoirState { fingerprint, motion, memory };
         Ok(Self { resultants: resultants(face), parameters, fingerprint, model, state })
     }
 
-    /// What the unit was made from.
+    /// The parameters from which the unit was made.
     pub fn parameters(&self) -> &ReservoirParameters {
         &self.parameters
     }
@@ -224,8 +224,8 @@ impl CoSimulation for Reservoir {
         Self::capabilities_for(&self.parameters)
     }
 
-    /// The water is at rest at `start_time`: the pressure is zero whatever the acceleration. That of the ground is the one
-    /// with which the first step begins.
+    /// The water is at rest at `start_time`: the pressure is zero for any acceleration. The first step begins with the ground
+    /// acceleration set before.
     fn initialise(&mut self, start_time: f64) -> Result<(), ReservoirError> {
         if self.state.motion.initialised {
             return Err(CallError::Order { unit: UNIT, call: "initialise", stage: Stage::Stepping }.into());
@@ -260,7 +260,7 @@ impl CoSimulation for Reservoir {
         self.check_step(time, communication_step)?;
         let mut motion = self.state.motion.clone();
         motion.steps += 1;
-        // Steps of one length are counted, as a sum of them would drift.
+        // The time of equal steps follows from their number, because a sum would accumulate rounding errors.
         let length = if takes_any_step(&self.parameters) {
             motion.time = time + communication_step;
             communication_step
@@ -333,7 +333,7 @@ impl CoSimulation for Reservoir {
         let per_point = [acceleration, &last_step.acceleration, pressure];
         let whole = per_point.iter().all(|v| v.len() == points) && velocity.len() == points + 2;
         let memory = match &self.model {
-            Model::AddedMass(_) => memory.is_empty().then_some(Memory::None),
+            Model::AddedMass(_) => memory.is_empty().then(Memory::default),
             Model::Memory(water) => water.resume(&memory, motion.steps),
         };
         match memory.filter(|_| whole) {
@@ -342,9 +342,10 @@ impl CoSimulation for Reservoir {
         }
     }
 
-    /// Of the last step (before the first: of one as long as the parameters say), pressure at its end and what follows
-    /// from that, by the step's mean acceleration, `H W₀`, without memory `−(1 + H_n/(H_n + H_{n−1})) A`; by the ground's
-    /// acceleration at its end, `½ H W₀`, without memory −A.
+    /// Derivatives of the pressure at the end of the last step, and of the outputs that follow from it. Before the first
+    /// step, they are those of a step with the communication step of the parameters. With respect to the step's mean
+    /// acceleration: `H W₀`, without memory `−(1 + H_n/(H_n + H_{n−1})) A`. With respect to the ground acceleration at its
+    /// end: `½ H W₀`, without memory −A.
     fn directional_derivative(
         &self,
         unknown: u32,
@@ -421,7 +422,7 @@ fn takes_any_step(parameters: &ReservoirParameters) -> bool {
     !parameters.fidelity.has_memory() || parameters.method == Method::Recursive
 }
 
-/// The water's model, and a word about it.
+/// The water's model, and a description for the log.
 fn made(parameters: &ReservoirParameters) -> Result<(Model, String), ReservoirError> {
     match parameters.fidelity {
         Fidelity::Compressible => {}
@@ -436,7 +437,7 @@ fn made(parameters: &ReservoirParameters) -> Result<(Model, String), ReservoirEr
         Method::Bdf2 | Method::Trapezoid | Method::Radau2 | Method::Radau3 => {
             let (weights, solved) = convolution_weights(parameters)?;
             let all = quadrature(parameters).frequencies();
-            let said = format!("compressible water; solved at {solved} frequencies in the place of {all}");
+            let said = format!("compressible water; solved at {solved} frequencies instead of {all}");
             (Model::Memory(Box::new(Convolution::new(weights))), said)
         }
         Method::Recursive => {
@@ -451,13 +452,13 @@ fn made(parameters: &ReservoirParameters) -> Result<(Model, String), ReservoirEr
     })
 }
 
-/// The negated values; zero stays without a sign.
+/// The negated values; zero stays +0.
 fn minus(values: DVector<f64>) -> Vec<f64> {
     values.iter().map(|value| 0.0 - value).collect()
 }
 
-/// Force along x and moment about the heel (positive turning the dam downstream) of 1 Pa at a
-/// point, exact for a pressure linear along panels.
+/// Force along x and moment about the heel (positive when it turns the dam downstream) of 1 Pa at each
+/// point, exact for a pressure that is linear along panels.
 fn resultants(face: &interface::WetFace) -> Vec<[f64; 2]> {
     let mut unit = vec![0.0; face.len()];
     (0..face.len())

@@ -1,38 +1,27 @@
 //! The boundary element system: velocity of face and ground in, pressure out.
 //!
-//! Depends on `boundary`, `channel_motion`, `condition`, `cut_off`, `kernel`, `operator`, `projection` and
-//! `radiation`.
+//! Depends on `boundary`, `channel_motion`, `condition`, `cut_off`, `kernel`, `operator`, `outline`, `projection`,
+//! `radiation` and `water`.
 
-use crate::ReservoirError;
 use crate::boundary::BoundaryMesh;
 use crate::channel_motion::plane_wave;
 use crate::condition::{BoundaryCondition, FarEndCondition};
 use crate::cut_off::check_cut_off;
-use crate::kernel::HelmholtzKernel;
+use crate::kernel::{FreeSpace, FreeSurface, HelmholtzKernel};
 use crate::operator::{LayerOperators, Layers};
+use crate::outline::Outline;
 use crate::projection::InterfaceProjection;
 use crate::radiation::Radiation;
+use crate::water::Water;
+use crate::{ReservoirError, ReservoirParameters};
 use faer::{Mat, linalg::solvers::Solve};
 use interface::WetFace;
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 
-/// The water's constants.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Water {
-    /// Density, kg/m³.
-    pub density: f64,
-    /// Speed of sound, m/s; infinite in incompressible water.
-    pub sound_speed: f64,
-    /// Admittance of the bed `q = (1 − α)/((1 + α) c)`, s/m.
-    pub bed_admittance: f64,
-    /// Gravitational acceleration, m/s², if there are gravity waves.
-    pub gravity: Option<f64>,
-}
-
 /// Boundary integral equation at the nodes, and pressure at the interface points.
 ///
-/// With the layers S, D
+/// With the single and double layer, S and D:
 ///
 /// ```text
 /// ½ P + D P + q s S_bed P + (s²/g) S_surface P + S_far T (P − p₁) = −ρ s (S_face E v + S_bed n·v_g)
@@ -41,8 +30,8 @@ pub struct Water {
 ///
 /// E and Q are the L² projections of piecewise linear interface velocity onto the face's elements and of the
 /// elements' pressure onto the points' hat functions: `vᵀMp` is the power `∫ (E v) P ds`. p₁ is the channel's
-/// plane wave under vertical motion of the ground, v_g, which the far end does not let out. At s = 0, with
-/// accelerations in the place of s v, it is the equation of incompressible water.
+/// plane wave under vertical motion of the ground, v_g; the far end does not radiate it. At s = 0, with
+/// accelerations instead of s v, this is the equation of incompressible water.
 pub struct BoundarySystem {
     mesh: BoundaryMesh,
     layers: LayerOperators,
@@ -54,7 +43,7 @@ pub struct BoundarySystem {
     far_end: FarEndCondition,
 }
 
-/// Pressure and its normal derivative at the nodes, over ρ s (at s = 0 over ρ): columns as those of
+/// Pressure and its normal derivative at the nodes, divided by ρ s (at s = 0 by ρ); columns as in
 /// [`BoundarySystem::symbol`].
 pub(crate) struct BoundaryValues {
     pub pressure: Mat<Complex64>,
@@ -64,8 +53,8 @@ pub(crate) struct BoundaryValues {
 impl BoundarySystem {
     /// Prepares everything that does not depend on the frequency.
     ///
-    /// Without gravity waves `kernel` must vanish at the water level, the face's highest point; with them the
-    /// mesh has a surface.
+    /// Without gravity waves `kernel` must vanish at the water level, the highest point of the face; with them the
+    /// mesh must include the surface.
     ///
     /// **Errors**: [`ReservoirError::FarEnd`].
     pub fn new(
@@ -98,7 +87,7 @@ impl BoundarySystem {
     /// K(s): interface pressure (Pa) for a unit interface velocity (m/s), then for a unit velocity of the ground
     /// (bed) along x and along y: points × (points + 2).
     ///
-    /// The square part is `½ (K + M⁻¹ Kᵀ M)` of what collocation gives: reciprocity, to rounding.
+    /// The square part is `½ (K + M⁻¹ Kᵀ M)`, with K from collocation: it satisfies reciprocity to rounding.
     ///
     /// **Errors**: [`ReservoirError::Frequency`], [`ReservoirError::CutOff`], [`ReservoirError::Kernel`],
     /// [`ReservoirError::FarEnd`].
@@ -110,15 +99,15 @@ impl BoundarySystem {
     }
 
     /// A of incompressible water, `p = −A a`: interface pressure (Pa) for a unit interface acceleration
-    /// (m/s²) into the water, then for that of the ground along −x and −y: points × (points + 2). It solves
-    /// Laplace's equation, the limit s → 0 of `−K(s)/s`.
+    /// (m/s²) into the water, then for that of the ground along −x and −y: points × (points + 2). It follows from
+    /// Laplace's equation and is the limit s → 0 of `−K(s)/s`.
     ///
     /// **Errors**: [`ReservoirError::FarEnd`].
     pub fn added_mass(&self) -> Result<DMatrix<f64>, ReservoirError> {
         Ok(self.at_points(Complex64::ZERO, (-self.water.density).into())?.map(|z| z.re))
     }
 
-    /// `factor` times the pressures over ρ s at the points.
+    /// `factor` times the pressures at the points, divided by ρ s.
     fn at_points(&self, s: Complex64, factor: Complex64) -> Result<DMatrix<Complex64>, ReservoirError> {
         let (pressure, _) = self.solve(s)?;
         let wet = self.mesh.part(BoundaryCondition::WetFace);
@@ -134,7 +123,7 @@ impl BoundarySystem {
         }))
     }
 
-    /// Pressure over ρ s at the nodes, then at the interface's samples, and T.
+    /// Pressure divided by ρ s at the nodes, then at the interface's samples; and T.
     fn solve(&self, s: Complex64) -> Result<(Mat<Complex64>, Mat<Complex64>), ReservoirError> {
         check_cut_off(&self.water, s, self.channel[0] - self.channel[1])?;
         let kernel = |source| ReservoirError::Kernel { frequency: s, source };
@@ -155,7 +144,7 @@ impl BoundarySystem {
             matrix[(node, node)] += 0.5;
         }
         if self.far_end == FarEndCondition::NoPressure {
-            // There the unknown is the slope.
+            // At the far end the unknown is the normal derivative.
             matrix.subcols_mut(far.start, far.len()).copy_from(-single.subcols(far.start, far.len()));
         }
         for (offset, column) in far.enumerate() {
@@ -172,7 +161,7 @@ impl BoundarySystem {
         }
         let at_nodes =
             matrix.as_ref().subrows(0, nodes).partial_piv_lu().solve(forcing.as_ref().subrows(0, nodes));
-        // Samples lie inside of straight elements, where C = ½ too.
+        // Samples lie inside straight elements, where the free term is ½ as well.
         let samples = self.interface.samples.len();
         let known = matrix.as_ref().subrows(nodes, samples) * &at_nodes;
         let pressure = Mat::from_fn(nodes + samples, forcing.ncols(), |row, column| {
@@ -185,7 +174,7 @@ impl BoundarySystem {
         Ok((pressure, map))
     }
 
-    /// Parts where `∂p/∂n = −β p` of what moves not itself, and β (1/m).
+    /// Parts of the boundary with `∂p/∂n = −β p` where they are at rest, and β (1/m).
     fn admittances(&self, s: Complex64) -> Vec<(BoundaryCondition, Complex64)> {
         let mut admittances = Vec::new();
         if self.water.bed_admittance > 0.0 {
@@ -195,7 +184,7 @@ impl BoundarySystem {
         admittances
     }
 
-    /// The right-hand sides over ρ s: face, ground along x, ground along y.
+    /// The right-hand sides divided by ρ s: face, ground along x, ground along y.
     fn forcing(&self, single: &Mat<Complex64>, radiated: &Mat<Complex64>, s: Complex64) -> Mat<Complex64> {
         let wet = self.mesh.part(BoundaryCondition::WetFace);
         let (faces, points) = (&self.interface.to_nodes, self.interface.to_nodes.ncols());
@@ -229,7 +218,7 @@ impl BoundarySystem {
         far.iter().map(|node| plane_wave(&self.water, s, surface - bottom, surface - node[1])).collect()
     }
 
-    /// Pressure and slope at all nodes over ρ s (at s = 0 over ρ).
+    /// Pressure and its normal derivative at all nodes, divided by ρ s (at s = 0 by ρ).
     pub(crate) fn boundary_values(&self, s: Complex64) -> Result<BoundaryValues, ReservoirError> {
         let (solved, map) = self.solve(s)?;
         let pressure = solved.as_ref().subrows(0, self.mesh.nodes().len()).to_owned();
@@ -268,5 +257,23 @@ impl BoundarySystem {
     /// The mesh.
     pub(crate) fn mesh(&self) -> &BoundaryMesh {
         &self.mesh
+    }
+}
+
+/// The boundary element system of the parameters' water, which is then solved at each frequency.
+///
+/// **Errors**: those of the outline and the mesh, [`ReservoirError::FarEnd`].
+pub fn boundary_system(parameters: &ReservoirParameters) -> Result<BoundarySystem, ReservoirError> {
+    let face = &parameters.wet_face;
+    let mesh = BoundaryMesh::new(&Outline::new(parameters)?, parameters);
+    BoundarySystem::new(face, mesh, &*kernel(parameters), Water::of(parameters))
+}
+
+/// The kernel with an image about the surface, or without one where the surface is meshed.
+pub(crate) fn kernel(parameters: &ReservoirParameters) -> Box<dyn HelmholtzKernel> {
+    if parameters.surface_waves {
+        Box::new(FreeSpace)
+    } else {
+        Box::new(FreeSurface { level: parameters.wet_face.depth() })
     }
 }

@@ -1,17 +1,14 @@
-//! How water with a memory is stepped: one trait, several methods.
-//!
-//! Depends on the memories of `convolution`, `finite_elements` and `rational`.
+//! Time stepping of water with a memory: one trait, several methods.
 
-use crate::convolution::History;
-use crate::finite_elements::Field;
-use crate::rational::State;
 use nalgebra::DMatrix;
+use std::any::Any;
 use std::sync::Arc;
 
 /// Pressure at the ends of communication steps from the velocities there, which are linear in between.
 ///
-/// A step is asked for several times from the same memory, and taken once: [`pressure`](Self::pressure)
-/// answers, [`push`](Self::push) goes on. A memory is never changed, so that it can be kept and shared.
+/// [`pressure`](Self::pressure) may be called several times from the same memory, once per trial of a step;
+/// [`push`](Self::push) then gives the memory after the accepted step. A memory is never changed, so it can be kept and
+/// shared.
 ///
 /// **Shapes and units**: velocities of the interface points along n, then of the ground along x and y
 /// (m/s, since the start); pressures at the interface points (Pa); `length` of the step in s.
@@ -28,24 +25,26 @@ pub(crate) trait TimeDomain: Send + Sync {
     /// `∂p/∂v` at the end of a step of `length`, points × inputs: exact, as all methods are linear.
     fn instantaneous(&self, length: f64) -> DMatrix<f64>;
 
-    /// All that a memory holds, to be written.
+    /// All values of a memory, for serialisation.
     fn values(&self, memory: &Memory) -> Vec<f64>;
 
-    /// The memory that holds `values` after `steps` steps, equal bit for bit; none if there are not as many
-    /// values as there should be.
+    /// The memory with these `values` after `steps` steps, equal bit for bit to the original; none if the number of
+    /// values is wrong.
     fn resume(&self, values: &[f64], steps: usize) -> Option<Memory>;
 }
 
-/// What water remembers, in the form of its method. A clone shares what is long.
+/// Memory of the water, in the form of its method; empty for water without memory. Clones share the content.
 #[derive(Clone, Default)]
-pub(crate) enum Memory {
-    /// Of water without memory.
-    #[default]
-    None,
-    /// Velocities of all steps.
-    History(History),
-    /// States of a recursion.
-    State(Arc<State>),
-    /// Pressures at the nodes of finite elements.
-    Field(Arc<Field>),
+pub(crate) struct Memory(Option<Arc<dyn Any + Send + Sync>>);
+
+impl Memory {
+    /// A memory that holds `content`.
+    pub fn of(content: impl Any + Send + Sync) -> Self {
+        Self(Some(Arc::new(content)))
+    }
+
+    /// The content, if it is of type `T`.
+    pub fn get<T: Any>(&self) -> Option<&T> {
+        self.0.as_deref().and_then(|content| content.downcast_ref())
+    }
 }

@@ -1,10 +1,10 @@
-//! The pressure under a whole record at once: one Fourier transform of the damped motion there, one back.
+//! The pressure under a whole record at once, by one damped Fourier transform of the motion and its inverse.
 //!
-//! Depends on `added_mass`, `condition`, `frequency_response` and `system`.
+//! Depends on `added_mass`, `condition` and `system`.
 
 use crate::added_mass::whole_added_mass;
 use crate::condition::FarEndCondition;
-use crate::frequency_response::boundary_system;
+use crate::system::boundary_system;
 use crate::{ReservoirError, ReservoirParameters};
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
@@ -13,12 +13,12 @@ use rustfft::FftPlanner;
 use std::f64::consts::PI;
 use std::num::NonZeroUsize;
 
-/// `e^{−σP}`: the share of what happens one period P later that the transform takes for now. Undoing the damping magnifies
-/// what is wrong with K(s), some 1e-9, by up to the root of its inverse, 1e4 at the record's end, P/2.
+/// `e^{−σP}`: fraction of the pressure one period P later that the transform adds (wrap-around). Undoing the damping
+/// magnifies the error of K(s), about 1e-9, by up to `e^{σP/2}` = 1e4 at the end of the record, P/2.
 const WRAP_AROUND: f64 = 1e-8;
-/// Share of the highest frequency π/H up to which nothing is taken away.
+/// Fraction of the highest frequency π/H up to which the window w is 1.
 const KEPT: f64 = 0.6;
-/// Most instants of a record.
+/// Largest number of instants of a record.
 const MOST_INSTANTS: usize = 1_000_000;
 
 /// Pressure at all interface points and instants, for accelerations that are known beforehand.
@@ -32,19 +32,19 @@ const MOST_INSTANTS: usize = 1_000_000;
 /// ```
 ///
 /// The motion is transformed exactly, so that only the sum over frequencies approximates.
-/// *Wrap-around*: on Re s = σ it is periodic, and takes `e^{−σP}` = 1e-8 of what comes a period later for now
-/// (of p + ρc v, which under a held acceleration is some ten times p by then).
-/// *The highest frequency*: the plane wave's −ρc v is left out of the sum, so that what remains beyond π/H is small.
-/// It is not cut off but led to zero by a w without a jump in any derivative, from 0.6 π/H on: what rings after a cut
-/// falls with time like 1/t, and e^{σt} would magnify it. What is lost is of order 5/2 in H beside a kink of `a`, and of
-/// order 3/2 beside a jump from rest, as the pressure behind their echoes begins like t^{5/2} and t^{3/2}.
+/// *Wrap-around*: on Re s = σ the sum is periodic, and adds `e^{−σP}` = 1e-8 of the value one period later
+/// (of p + ρc v, which under a constant acceleration is then about ten times p).
+/// *The highest frequency*: the plane wave's −ρc v is left out of the sum, so that the part beyond π/H is small.
+/// From 0.6 π/H on, w reduces the sum to zero with all derivatives continuous: the ringing after a sharp cut would fall
+/// with time only like 1/t, and e^{σt} would magnify it. The error is of order 5/2 in H beside a kink of `a`, and of
+/// order 3/2 beside a jump from rest, because the pressure behind their echoes begins like t^{5/2} and t^{3/2}.
 ///
-/// **Shapes and units**: `acceleration` has a row an interface point, along n, then one for the ground along x and one
-/// along y (m/s², all total), and a column an instant, `communication_step` apart, from rest at the first. Pressures in
-/// Pa: a row a point, a column an instant. Water without memory answers with its added mass, `p_n = −A a_n`; method and
-/// horizon have no effect. The number of threads changes no bit.
+/// **Shapes and units**: `acceleration` has one row per interface point, along n, then one for the ground along x and one
+/// along y (m/s², all total). It has one column per instant, `communication_step` apart, and starts from rest. Pressures
+/// in Pa: one row per point, one column per instant. For water without memory `p_n = −A a_n` with its added mass; method
+/// and horizon have no effect. Results do not depend on the number of threads, bit for bit.
 ///
-/// One way only: the motion must not depend on the pressure. [`Reservoir`](crate::Reservoir) goes step by step.
+/// The motion must not depend on the pressure; for coupling, [`Reservoir`](crate::Reservoir) goes step by step.
 ///
 /// **Errors**: parameters out of range, [`ReservoirError::RecordShape`], [`ReservoirError::NonFiniteRecord`],
 /// [`ReservoirError::TooMuch`], those of [`frequency_response`](crate::frequency_response()) and of
@@ -88,7 +88,7 @@ pub(crate) fn pressure_before(
     }
 }
 
-/// Whether it is a record for so many inputs.
+/// Checks that the record has `expected` inputs.
 pub(crate) fn check_record(acceleration: &DMatrix<f64>, expected: usize) -> Result<(), ReservoirError> {
     let (rows, instants) = acceleration.shape();
     if rows != expected || instants == 0 {
@@ -108,8 +108,8 @@ pub(crate) fn check_record(acceleration: &DMatrix<f64>, expected: usize) -> Resu
     }
 }
 
-/// The pressure of water with the symbol K(s), outputs × inputs, whose first inputs are the outputs' points and meet
-/// the `impedance` ρc (Pa·s/m), on the current rayon pool.
+/// The pressure of water with the symbol K(s), outputs × inputs, on the current rayon pool. The first inputs belong to the
+/// same points as the outputs; for these the plane wave has the `impedance` ρc (Pa·s/m).
 fn transformed<E: Send>(
     symbol: impl Fn(Complex64) -> Result<DMatrix<Complex64>, E> + Sync,
     impedance: f64,
@@ -175,14 +175,14 @@ fn transformed<E: Send>(
     Ok(DMatrix::from_fn(points, instants, |point, n| histories[point][n]))
 }
 
-/// Transforms of the hat between −H and H, and of the half of it before 0.
+/// Transforms of the hat function on [−H, H], and of its half before 0.
 fn transforms(s: Complex64, step: f64) -> [Complex64; 2] {
     let x = s * step;
     let half = (0.5 * x).sinh() / (0.5 * x);
     [step * half * half, step * (x.exp() - 1.0 - x) / (x * x)]
 }
 
-/// w: 1 up to `KEPT` of the highest frequency, 0 at it, all derivatives continuous.
+/// The window w: 1 up to `KEPT` of the highest frequency, 0 at the highest frequency, all derivatives continuous.
 fn share(ratio: f64) -> f64 {
     let x = (ratio - KEPT) / (1.0 - KEPT);
     if x <= 0.0 { 1.0 } else { 1.0 / (1.0 + (1.0 / (1.0 - x) - 1.0 / x).exp()) }
@@ -232,7 +232,7 @@ mod tests {
             });
             let order = 0.5 * (found[0][0] / found[2][0]).log2();
             println!("{name}: order {order:.2}");
-            // What undoing the damping magnifies does not grow towards the end.
+            // The error that is magnified by undoing the damping does not grow towards the end.
             assert!(order > least && found[2][0] < most && found.iter().all(|[all, late]| late < all));
         }
     }

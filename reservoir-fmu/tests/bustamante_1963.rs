@@ -43,7 +43,7 @@ fn pressure_of_compressible_and_incompressible_water() -> Result<(), ReservoirEr
     Ok(())
 }
 
-/// From the phase of the pressure between two points under the surface, a depth before the face and more.
+/// The wavenumber from the phase of the pressure between two points under the surface, at least one depth before the face.
 #[test]
 fn dispersion() -> Result<(), ReservoirError> {
     for omega in [0.05, 0.2, 0.4, 0.7] {
@@ -81,7 +81,7 @@ fn long_waves() -> Result<(), ReservoirError> {
     Ok(())
 }
 
-/// A level bed that rises lifts the water: ρ g over the ground's displacement at s → 0.
+/// A level bed that rises lifts the water: the pressure per displacement of the ground is ρ g as s → 0.
 #[test]
 fn vertical_motion_lifts_the_water() -> Result<(), ReservoirError> {
     let parameters = parameters(8);

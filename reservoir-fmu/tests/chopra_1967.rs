@@ -11,7 +11,7 @@ use std::f64::consts::PI;
 
 const CUT_OFF: f64 = PI * SOUND_SPEED / (2.0 * DEPTH);
 
-/// Pressures over ρa at the points for a uniform acceleration towards the water.
+/// Pressures divided by ρa at the points for a uniform acceleration towards the water.
 fn response(
     parameters: &reservoir::ReservoirParameters,
     s: Complex64,
@@ -20,7 +20,7 @@ fn response(
     Ok(of_uniform_motion(&k, s))
 }
 
-/// The closed form, as linear along the panels, m.
+/// The closed form, projected onto functions that are linear along the panels, m.
 fn exact(parameters: &reservoir::ReservoirParameters, s: Complex64) -> Vec<Complex64> {
     projected(&parameters.wet_face, |elevations| {
         elevations.iter().map(|&y| chopra_1967::pressure(s, DEPTH, SOUND_SPEED, y)).collect()
@@ -49,7 +49,7 @@ fn static_pressure_and_force() -> Result<(), ReservoirError> {
 }
 
 /// 0.5 % of the peak over 2 s, sixteen surface echoes, and over the 10 000 steps of 25 s: the
-/// weights' errors, amplified like R⁻ⁿ, do not show.
+/// errors of the weights, amplified like R⁻ⁿ, remain invisible.
 #[test]
 fn ramp_and_hold() -> Result<(), ReservoirError> {
     use rectangular::ramp_and_hold::{base_pressure as exact, velocity};
@@ -63,7 +63,7 @@ fn ramp_and_hold() -> Result<(), ReservoirError> {
     Ok(())
 }
 
-/// 0.1 % of the profile's norm: linear elements at nine or more a wavelength.
+/// 0.1 % of the profile's norm: at least nine linear elements per wavelength.
 #[test]
 fn frequency_response_of_the_modes() -> Result<(), ReservoirError> {
     let parameters = parameters(1.0, 16, 0.0025, 1.0);
@@ -77,7 +77,7 @@ fn frequency_response_of_the_modes() -> Result<(), ReservoirError> {
     Ok(())
 }
 
-/// The radiation condition is exact for every mode, so its place does not matter.
+/// The radiation condition is exact for every mode, so its distance does not matter.
 #[test]
 fn far_end_may_stand_anywhere() -> Result<(), ReservoirError> {
     for alpha in [1.0, 0.5] {

@@ -21,7 +21,7 @@ fn pressure_on_faces_of_any_slope() -> Result<(), ReservoirError> {
                 ..parameters(1.0, elements, 0.01, 1.0)
             };
             let face = &parameters.wet_face;
-            // a towards the water, −x: along n it is −n_x.
+            // An acceleration towards the water, along −x, has the component −n_x along n.
             let n_x = angle.sin();
             let p: Vec<Complex64> =
                 added_mass(&parameters)?.row_iter().map(|row| (row.sum() * n_x / DENSITY).into()).collect();

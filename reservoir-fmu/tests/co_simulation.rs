@@ -32,8 +32,8 @@ fn advance(unit: &mut Reservoir, step: usize) -> Result<Vec<u64>, ReservoirError
     Ok(p.iter().map(|p| p.to_bits()).collect())
 }
 
-/// Saved, stepped, restored, disturbed, restored and stepped: equal bits, within blocks of 128
-/// steps and across their boundaries, in memory and through bytes in another unit.
+/// Save, step, restore, disturb, restore and step give equal bits, within blocks of 128 steps and across their
+/// boundaries, in memory and through bytes in another unit.
 #[test]
 fn states_repeat_every_bit() -> Result<(), ReservoirError> {
     for fidelity in [Fidelity::Compressible, Fidelity::Incompressible, Fidelity::Westergaard] {
@@ -143,7 +143,7 @@ fn calls_out_of_order_are_refused() -> Result<(), ReservoirError> {
     Ok(())
 }
 
-/// The time, the last step's mean and length: all of it is in the bytes.
+/// The serialised state contains the time, and mean and length of the last step.
 #[test]
 fn states_after_steps_of_varying_length_repeat_every_bit() -> Result<(), ReservoirError> {
     for fidelity in [Fidelity::Incompressible, Fidelity::Westergaard] {

@@ -1,4 +1,4 @@
-//! Parameters and frequencies at their ends: an answer that is right, or an error that says why there is none.
+//! Extreme parameters and frequencies: a correct result, or an error that gives the reason.
 
 use crate::rectangular;
 
@@ -12,7 +12,7 @@ use std::f64::consts::PI;
 
 const CUT_OFF: f64 = PI * SOUND_SPEED / (2.0 * DEPTH);
 
-/// Relative error of a uniform motion's profile against the modes.
+/// Relative error of the pressure profile under uniform motion, against the modes.
 fn error(parameters: &ReservoirParameters, s: Complex64) -> Result<f64, ReservoirError> {
     let face = &parameters.wet_face;
     let k = frequency_response(parameters, &[s], THREADS)?.remove(0);
@@ -35,7 +35,7 @@ fn cut_off_frequencies_of_a_rigid_bed_are_refused() -> Result<(), ReservoirError
             assert!(frequency_response(&parameters(0.99, 8, 0.0025, 1.0), &[s], THREADS).is_ok());
         }
     }
-    // Beside it there is an answer, and it grows like 1/√(Ω − 1).
+    // Near the cut-off the response is finite, and grows like 1/√(Ω − 1).
     let base = |off: f64| -> Result<f64, ReservoirError> {
         let s = Complex64::new(0.0, (1.0 + off) * CUT_OFF);
         let k = frequency_response(&parameters(1.0, 32, 0.0025, 1.0), &[s], THREADS)?.remove(0);
@@ -61,7 +61,7 @@ fn negative_frequencies_are_conjugate() -> Result<(), ReservoirError> {
     Ok(())
 }
 
-/// kh from 1e-4 to 100, six elements a wavelength or 16 a depth; far ends near, because waves are many.
+/// kh from 1e-4 to 100, six elements per wavelength or 16 per depth; the far end is near, because there are many waves.
 #[test]
 fn wavenumbers_from_1e_4_to_100_a_depth() -> Result<(), ReservoirError> {
     for kh in [1e-4, 1e-2, 1.0, 10.0, 100.0] {
@@ -78,8 +78,8 @@ fn wavenumbers_from_1e_4_to_100_a_depth() -> Result<(), ReservoirError> {
     Ok(())
 }
 
-/// The same dimensionless problem at every depth; beds long, and far shorter than an element, which costs some per
-/// cent beside the corners.
+/// The same dimensionless problem at every depth; beds that are long, or far shorter than an element, which costs some per
+/// cent near the corners.
 #[test]
 fn depths_and_lengths() -> Result<(), ReservoirError> {
     for depth in [0.01, 1.0, 1000.0] {
@@ -98,7 +98,8 @@ fn depths_and_lengths() -> Result<(), ReservoirError> {
     Ok(())
 }
 
-/// One linear element a depth still has the force to some per cent at low frequencies, a constant one its size.
+/// One linear element per depth still gives the force to some per cent at low frequencies, one constant element its order
+/// of magnitude.
 #[test]
 fn a_single_element() -> Result<(), ReservoirError> {
     for element_order in [ElementOrder::Linear, ElementOrder::Constant] {
@@ -122,7 +123,7 @@ fn a_single_element() -> Result<(), ReservoirError> {
     Ok(())
 }
 
-/// Waves so deep that e^{kh} has no number, and sound far above its cut-off in damped water.
+/// Water so deep that e^{kh} overflows, and sound far above its cut-off in damped water.
 #[test]
 fn nothing_overflows() -> Result<(), ReservoirError> {
     for surface_waves in [false, true] {
@@ -136,7 +137,7 @@ fn nothing_overflows() -> Result<(), ReservoirError> {
     Ok(())
 }
 
-/// Every number of the parameters negative, zero, infinite and not a number: an error or an answer, no panic.
+/// Every number of the parameters negative, zero, infinite and NaN: an error or a result, but no panic.
 #[test]
 fn wrong_parameters_are_refused() {
     type Change = fn(&mut ReservoirParameters, f64);

@@ -1,4 +1,4 @@
-//! The response of a vertical face at real frequencies against the closed forms, by elements a wavelength.
+//! The response of a vertical face at real frequencies against the closed forms, for different numbers of elements per wavelength.
 
 use crate::rectangular;
 
@@ -14,7 +14,7 @@ fn parameters(alpha: f64, elements: usize, element_order: ElementOrder) -> Reser
     ReservoirParameters { element_order, ..rectangular::parameters(alpha, elements, 0.0025, 1.0) }
 }
 
-/// Relative L² difference from the closed form, both linear along the panels, for a face that moves as one at s = iω,
+/// Relative L² difference from the closed form, both linear along the panels, for a face in uniform motion at s = iω,
 /// Ω = ω/ω₁.
 fn error(parameters: &ReservoirParameters, ratio: f64) -> Result<f64, ReservoirError> {
     let s = Complex64::new(0.0, ratio * CUT_OFF);
@@ -26,14 +26,14 @@ fn error(parameters: &ReservoirParameters, ratio: f64) -> Result<f64, ReservoirE
     Ok(difference(&parameters.wet_face, &of_uniform_motion(&k, s), &exact))
 }
 
-/// Ω from 0.01 to 7, without what is within 0.01 of a cut-off frequency.
+/// Ω from 0.01 to 7, except within 0.01 of a cut-off frequency.
 const RATIOS: [f64; 24] = [
     0.01, 0.3, 0.6, 0.9, 0.99, 1.01, 1.2, 1.6, 2.0, 2.5, 2.9, 2.99, 3.01, 3.3, 3.7, 4.0, 4.5, 4.99, 5.01,
     5.5, 6.0, 6.5, 6.9, 6.99,
 ];
 
-/// 0.3 % of the profile at six elements a wavelength, 0.1 % at ten, eight a depth at least. Within 0.15 of a cut-off
-/// frequency of a rigid bed the response hangs on κ² = λ² − ω²/c²: a relative error ε of the waves' speed in the meshed
+/// 0.3 % of the profile at six elements per wavelength, 0.1 % at ten, at least eight per depth. Within 0.15 of a cut-off
+/// frequency of a rigid bed the response depends strongly on κ² = λ² − ω²/c²: a relative error ε of the waves' speed in the meshed
 /// water becomes ε/|Ω/(2m − 1) − 1|, at most 100 ε here.
 #[test]
 fn linear_elements_by_their_number_a_wavelength() -> Result<(), ReservoirError> {
@@ -57,8 +57,9 @@ fn linear_elements_by_their_number_a_wavelength() -> Result<(), ReservoirError> 
     Ok(())
 }
 
-/// 0.9 %: ℓ²ω²/c²/24 of what one value an element leaves of a wave is 0.25 % at Ω = 2.5, more beside the surface. With as many
-/// panels a saw tooth of velocities has no mean on any element, and a pressure that works on it is none: 1.1 %.
+/// 0.9 %: one value per element leaves an error of ℓ²ω²/c²/24 of a wave, 0.25 % at Ω = 2.5, and more near the surface.
+/// 1.1 % with as many panels as elements: a saw tooth of velocities then has a zero mean on every element, and the pressure
+/// has no part that does work on it.
 #[test]
 fn sixteen_constant_elements() -> Result<(), ReservoirError> {
     for alpha in [1.0, 0.75, 0.5, 0.0] {
@@ -82,7 +83,7 @@ fn sixteen_constant_elements() -> Result<(), ReservoirError> {
     Ok(())
 }
 
-/// Eight panels throughout, so that nothing but the elements changes; the series ends at 1e-5.
+/// Eight panels in all cases, so that only the elements change; the series is accurate to 1e-5.
 #[test]
 fn orders_of_both_elements() -> Result<(), ReservoirError> {
     let face = WetFace::straight([0.0, DEPTH], 8).unwrap();

@@ -1,4 +1,4 @@
-//! What the far end costs if it is left out, a wall, or at p = 0, against closed forms where there are any.
+//! Errors of a far end that is left out, a wall, or at p = 0, against closed forms where they exist.
 
 use crate::rectangular;
 
@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 
 const CUT_OFF: f64 = PI * SOUND_SPEED / (2.0 * DEPTH);
 
-/// p/(ρa) (m) before a uniformly moving face when every mode comes back from `distance` with the factor `returned`.
+/// p/(ρa) (m) before a uniformly moving face, if every mode is reflected at `distance` with the factor `returned`.
 fn with_reflections(s: Complex64, distance: f64, returned: f64, elevation: f64) -> Complex64 {
     (0..2000)
         .map(|m| {
@@ -22,7 +22,8 @@ fn with_reflections(s: Complex64, distance: f64, returned: f64, elevation: f64) 
         .sum()
 }
 
-/// Waves that leave, a wall and p = 0 are what they should be; left out is not what leaves. Relative L2 on the face.
+/// Outgoing waves, a wall and p = 0 agree with their closed forms; a far end that is left out does not give outgoing waves.
+/// Relative L2 difference on the face.
 #[test]
 fn ends_of_a_channel() -> Result<(), ReservoirError> {
     for distance in [1.0, 2.0, 8.0] {
@@ -53,16 +54,16 @@ fn ends_of_a_channel() -> Result<(), ReservoirError> {
                 "L = {distance} h, ω = {ratio} ω₁: leaving {leaving:.1e}, wall {wall:.1e}, p = 0 {open:.1e}, left out \
                  {left_out:.2}"
             );
-            // 12 linear elements a depth at 1.5 ω₁; a closed channel magnifies what they miss.
+            // 12 linear elements per depth at 1.5 ω₁; a closed channel magnifies their error.
             assert!(off.iter().all(|off| *off < 5e-3));
-            // Above the cut-off a wave arrives however far the end is, below it what falls like e^{−κL}.
+            // Above the cut-off the wave is reflected from any distance; below it, its effect falls like e^{−κL}.
             assert!(if ratio > 1.0 { left_out > 0.1 } else { ratio > 0.9 || left_out < 0.1 });
         }
     }
     Ok(())
 }
 
-/// In time: nothing is missed before the first wave has come back from the end, and much afterwards.
+/// In time: exact until the first wave has returned from the end, with large errors afterwards.
 #[test]
 fn a_ramp_before_a_wall() -> Result<(), ReservoirError> {
     let (h, count, distance) = (0.005, 401, 2.0 * DEPTH);
@@ -87,8 +88,8 @@ fn a_ramp_before_a_wall() -> Result<(), ReservoirError> {
     Ok(())
 }
 
-/// A motion that is periodic in the window, after a time in which all that began has gone: there the windows are right, and
-/// right only there. Force over that of the whole record, α = 0.5.
+/// The windows are right for a motion that is periodic in the window, after the initial transient has gone, and only
+/// then. Force relative to that of the whole record, α = 0.5.
 #[test]
 fn short_windows_are_right_where_all_is_periodic() -> Result<(), ReservoirError> {
     let (h, steps) = (0.005, 128);
@@ -113,7 +114,7 @@ fn short_windows_are_right_where_all_is_periodic() -> Result<(), ReservoirError>
     println!(
         "windows of 0.64 s, a periodic motion: {first:.2} off in the first, {last:.1e} in the twentieth"
     );
-    // Frequencies are damped by 1e-3, and means miss (ωH)²/24 = 9e-4 of an acceleration.
+    // Frequencies are damped by 1e-3, and means have an error of (ωH)²/24 = 9e-4 of the acceleration.
     assert!(first > 0.1 && last < 5e-3);
     Ok(())
 }
@@ -131,7 +132,7 @@ fn windows_that_cannot_be_are_refused() -> Result<(), ReservoirError> {
         let error = windows.pressure(&nalgebra::DMatrix::zeros(shape.0, shape.1)).unwrap_err();
         assert!(matches!(error, ReservoirError::RecordShape { expected: 7, .. }), "{error}");
     }
-    // 0.1 s before 180 m of water hits a cut-off frequency of a rigid bed, and has an answer nevertheless.
+    // A window of 0.1 s with 180 m of water meets a cut-off frequency of a rigid bed, but the response is finite.
     assert!(
         ShortWindows::new(&water, 20, THREADS)?.pressure(&nalgebra::DMatrix::zeros(7, 20))?.norm() == 0.0
     );

@@ -11,7 +11,7 @@ use reservoir::{Complex64, ReservoirError, frequency_response};
 use std::f64::consts::PI;
 
 /// 1 % between three elements' travel time and the first echo, whose front the Radau method smears
-/// over four steps. Elements much longer than cH ring at an absorbing bed: 32 a depth are 1.6 cH.
+/// over four steps. Elements much longer than cH cause oscillations at an absorbing bed; 32 per depth are 1.6 cH long.
 #[test]
 fn before_the_first_echo() -> Result<(), ReservoirError> {
     for alpha in [1.0, 0.5, 0.0] {
@@ -30,7 +30,7 @@ fn before_the_first_echo() -> Result<(), ReservoirError> {
     Ok(())
 }
 
-/// 0.1 % of the profile's norm: linear elements at nine or more a wavelength, corner field at the heel.
+/// 0.1 % of the profile's norm: at least nine linear elements per wavelength, corner field at the heel.
 #[test]
 fn frequency_response_of_the_modes() -> Result<(), ReservoirError> {
     let cut_off = PI * SOUND_SPEED / (2.0 * DEPTH);

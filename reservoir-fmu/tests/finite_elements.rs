@@ -23,14 +23,14 @@ fn projected_at(face: &WetFace, field: impl Fn(f64) -> Complex64) -> DVector<Com
     DVector::from_vec(rectangular::projected(face, |at| at.iter().copied().map(field).collect()))
 }
 
-/// Pressure over ρa at the points for a uniform acceleration towards the water.
+/// Pressure divided by ρa at the points for a uniform acceleration towards the water.
 fn uniform(water: &FiniteElements, s: Complex64) -> Result<DVector<Complex64>, ReservoirError> {
     let k = water.symbol(s)?;
     Ok(DVector::from_fn(k.nrows(), |i, _| -k.row(i).columns(0, k.nrows()).sum() / (s * DENSITY)))
 }
 
-/// Below the cut-off frequency, the end at 4h: the first mode comes back with e^{−8κ₁h}, κ₁h = (π/2)√(1 − Ω²). Triangles
-/// small at the corners, for the sake of the one at the level (see the orders below).
+/// Below the cut-off frequency, the end at 4h: the first mode is reflected with e^{−8κ₁h}, κ₁h = (π/2)√(1 − Ω²). Triangles
+/// are small at the corners, because of the one at the surface (see the orders below).
 #[test]
 fn frequency_response_below_the_cut_off() -> Result<(), ReservoirError> {
     let parameters =
@@ -44,16 +44,16 @@ fn frequency_response_below_the_cut_off() -> Result<(), ReservoirError> {
         println!(
             "α = 1, ω = {ratio} ω₁, h/16, L = 4h: relative L2 error {error:.2e}, of the end {reflected:.1e}"
         );
-        // The end's share, and what h/16 gives where the end does not matter.
+        // The error of the end, plus that of h/16 where the end has no effect.
         assert!(error < 1e-4 + 2.0 * reflected / (1.0 - ratio));
     }
     Ok(())
 }
 
-/// At an s damped so far that the end does not matter. One mode of the depth: third order in L2, as quadratic
-/// elements have it. A uniform motion: where face and level meet, p falls like r ln r, which leaves order 1.5 on the
-/// face. Small triangles there cannot raise the order, since they grow in proportion to r, but take away nine tenths of
-/// the error and more.
+/// At an s with so much damping that the end has no effect. One mode of the depth: third order in L2, that of quadratic
+/// elements. Uniform motion: where face and surface meet, p falls like r ln r, which reduces the order on the face to 1.5.
+/// Small triangles there cannot raise the order, since they grow in proportion to r, but remove at least nine tenths of
+/// the error.
 #[test]
 fn orders_in_the_element_size() -> Result<(), ReservoirError> {
     let s = Complex64::new(1.0, 0.5) * CUT_OFF;
@@ -98,9 +98,10 @@ fn orders_in_the_element_size() -> Result<(), ReservoirError> {
 }
 
 /// A battered face, and a bed that rises towards the dam, against the boundary elements at damped s, where the end
-/// does not matter. The rise is a bed to the finite elements and the lowest piece of a face at rest to the boundary
-/// elements, whose heel is then its foot. Points below 0.9 h: the boundary elements give points, the finite elements
-/// means, which differ by p″/12 times the square of the panels' length, and p″ is infinite at the level. 0.1 %: h/24.
+/// has no effect. The slope is a bed for the finite elements, and the lowest piece of a face at rest for the boundary
+/// elements, whose heel is then its foot. Points below 0.9 h: the boundary elements give values at points, the finite
+/// elements means, which differ by p″/12 times the square of the panels' length, and p″ is infinite at the surface.
+/// 0.1 %: h/24.
 #[test]
 fn against_the_boundary_elements() -> Result<(), ReservoirError> {
     let s = [Complex64::new(0.5, 0.3), Complex64::new(0.7, 2.2)].map(|z| z * CUT_OFF);
@@ -138,7 +139,7 @@ fn against_the_boundary_elements() -> Result<(), ReservoirError> {
     let (run, rise, panels) = (0.5 * DEPTH, 0.25 * DEPTH, 40);
     let upper = |i: usize| [0.0, DEPTH * i as f64 / panels as f64];
     let slope = (0..panels / 2).map(|i| [run, rise].map(|c| c * i as f64 / (panels / 2) as f64));
-    // The slope's top and the face's foot coincide, so that the velocity can jump.
+    // The top of the slope and the foot of the face coincide, so that the velocity can jump.
     let shifted =
         slope.chain([[run, rise]]).chain((0..=panels).map(|i| [run + upper(i)[0], rise + upper(i)[1]]));
     let fe = ReservoirParameters {
@@ -153,7 +154,7 @@ fn against_the_boundary_elements() -> Result<(), ReservoirError> {
     };
     compare(&fe, &be, "rising bed")?;
 
-    // The ground along x moves the slope along its normal, and nothing else.
+    // Motion of the ground along x moves only the slope along its normal.
     let water = FiniteElements::new(&fe)?;
     let along = rise / run.hypot(rise);
     for (s, reference) in s.iter().zip(frequency_response(&be, &s, THREADS)?) {
@@ -169,7 +170,7 @@ fn against_the_boundary_elements() -> Result<(), ReservoirError> {
     Ok(())
 }
 
-/// An absorbing bed, at damped s, where the end at 4h does not matter, against Fenves and Chopra (1984). 5e-4: h/16, and
+/// An absorbing bed, at damped s, where the end at 4h has no effect, against Fenves and Chopra (1984). 5e-4: h/16, and
 /// a corner field at the heel.
 #[test]
 fn absorbing_bed() -> Result<(), ReservoirError> {
@@ -193,7 +194,7 @@ fn absorbing_bed() -> Result<(), ReservoirError> {
     Ok(())
 }
 
-/// Velocities at the steps' ends to pressures there, from rest.
+/// Pressures at the steps' ends from the velocities there, starting from rest.
 fn run(water: &FiniteElements, velocities: impl Iterator<Item = Vec<f64>>) -> Vec<Vec<f64>> {
     let (mut state, mut next) = (vec![0.0; water.state_len()], vec![0.0; water.state_len()]);
     velocities
@@ -205,8 +206,8 @@ fn run(water: &FiniteElements, velocities: impl Iterator<Item = Vec<f64>>) -> Ve
         .collect()
 }
 
-/// Base pressure for a ramp and hold against the closed form, steps halved, until the first wave comes back from the far
-/// end at 4h; 64 panels, so that the mean over the last panel is the base to 1e-4.
+/// Base pressure for a ramp that is then held, against the closed form, with halved steps, until the first wave returns
+/// from the far end at 4h; 64 panels, so that the mean over the last panel is the base to 1e-4.
 #[test]
 fn ramp_and_hold() -> Result<(), ReservoirError> {
     use rectangular::ramp_and_hold::{base_pressure as exact, velocity};
@@ -234,13 +235,13 @@ fn ramp_and_hold() -> Result<(), ReservoirError> {
     }
     let order = (errors[0] / errors[2]).log2() / 2.0;
     println!("ramp and hold: order {order:.2} in H");
-    // Kinks of the acceleration leave less than the second order that smooth motion has.
+    // Kinks of the acceleration reduce the second order of smooth motion.
     assert!(errors[2] < 1e-3 && order > 1.5);
     Ok(())
 }
 
-/// The steps' answer to a velocity ζ⁻ⁿ, once its beginning has died away, is the symbol at 2(1 − ζ)/(H(1 + ζ)): another
-/// path through assembly, factors and the column. Ground along y and a bed that takes waves included.
+/// The response of the steps to a velocity ζ⁻ⁿ, after the initial transient, is the symbol at 2(1 − ζ)/(H(1 + ζ)): another
+/// path through assembly, factors and the column. With ground motion along y and an absorbing bed.
 #[test]
 fn steps_have_the_symbol() -> Result<(), ReservoirError> {
     let face =
@@ -255,7 +256,7 @@ fn steps_have_the_symbol() -> Result<(), ReservoirError> {
             ..parameters(4, 6, 0.5)
         };
         let water = FiniteElements::new(&parameters)?;
-        // Growing, so that what came before is forgotten.
+        // The velocity grows, so that the initial transient becomes negligible.
         let zeta = Complex64::from_polar(0.9, -0.3);
         let s = 2.0 * (1.0 - zeta) / (0.01 * (1.0 + zeta));
         let symbol = water.symbol(s)?;
@@ -273,15 +274,15 @@ fn steps_have_the_symbol() -> Result<(), ReservoirError> {
             let found = DVector::from_fn(5, |i, _| Complex64::new(re[i], im[i]));
             let error = relative(&found, &symbol.column(input).into_owned());
             println!("steps against symbol, waves {surface_waves}, input {input}: {error:.1e}");
-            // What is forgotten is 0.9²⁴⁰ = 1e-11.
+            // The initial transient is 0.9²⁴⁰ = 1e-11.
             assert!(error < 1e-9);
         }
     }
     Ok(())
 }
 
-/// Before a vertical face the ground's vertical motion is that of the column, on an absorbing bed at every frequency:
-/// base `p = ρ a tan(kh)/(k (1 + iqc tan kh))`, k = ω/c, with s = iω + little.
+/// Before a vertical face the response to vertical motion of the ground is that of the column, on an absorbing bed at every frequency:
+/// base `p = ρ a tan(kh)/(k (1 + iqc tan kh))`, k = ω/c, with s = iω plus a small damping.
 #[test]
 fn vertical_ground_motion() -> Result<(), ReservoirError> {
     for alpha in [1.0, 0.6, 0.0] {
@@ -299,7 +300,7 @@ fn vertical_ground_motion() -> Result<(), ReservoirError> {
             let found = symbol.column(water.inputs() - 1) / (s * DENSITY);
             let error = relative(&found.into_owned(), &exact);
             println!("vertical ground, α = {alpha}, ω = {ratio} ω₁: relative L2 error {error:.2e}");
-            // What h/16 gives for a mode of about this wavelength.
+            // The error of h/16 for a mode of about this wavelength.
             assert!(error < 2e-4);
         }
     }
@@ -313,8 +314,8 @@ fn noise(seed: &mut u64) -> f64 {
 }
 
 /// Random velocities, rough and smooth: the energy balance of every step is exact to rounding, in the open water and in
-/// the tank, whose energy nothing takes; and the work of pressure and velocity linear within a step never falls below
-/// the mid-step work, nor that below the energy held.
+/// the tank, which loses no energy. The work of pressure and velocity that are linear within a step is never below
+/// the mid-step work, which is never below the stored energy.
 #[test]
 fn energy_is_balanced_and_never_given() -> Result<(), ReservoirError> {
     let face = || {
@@ -356,7 +357,7 @@ fn energy_is_balanced_and_never_given() -> Result<(), ReservoirError> {
                 lost += water.loss(&state, &next);
                 scale += in_step.abs();
                 let held = water.energy(&next);
-                // The balance is summed from rest, so that errors of all steps add up.
+                // The balance is summed from rest, so the errors of all steps add up.
                 worst_balance = worst_balance.max((middle - held - lost).abs() / scale);
                 least_gap = least_gap.min((linear - middle) / scale);
                 assert!(held >= 0.0 && linear >= middle - 1e-12 * scale, "{linear} {middle} {scale}");
@@ -375,9 +376,9 @@ fn energy_is_balanced_and_never_given() -> Result<(), ReservoirError> {
     Ok(())
 }
 
-/// A closed tank with gravity waves: the face pushes once, and each mode of the length L swings at ω² = g k tanh(kh),
-/// k = mπ/L. Frequencies by the symbol's poles: least squares would need long runs, so the pressure on the face is
-/// taken near each pole and the pole found by the secant rule on its inverse.
+/// A closed tank with gravity waves: the face moves once, and each mode of the length L oscillates at ω² = g k tanh(kh),
+/// k = mπ/L. The frequencies are the poles of the symbol, as least squares would need long runs: the pressure on the face
+/// is computed near each pole, which follows by the secant method on the inverse.
 #[test]
 fn sloshing_frequencies() -> Result<(), ReservoirError> {
     // Nearly incompressible, so that the formula without compression is right to 1e-6.
@@ -394,7 +395,7 @@ fn sloshing_frequencies() -> Result<(), ReservoirError> {
     for mode in 1..=3 {
         let k = f64::from(mode) * PI / length;
         let exact = (parameters.gravity * k * (k * depth).tanh()).sqrt();
-        // 1/p passes through zero at the pole, at −δ + iω with the little damping δ taken away.
+        // 1/p is zero at the pole; the small damping δ is removed.
         let inverse = |omega: f64| -> Result<f64, ReservoirError> {
             let symbol = water.symbol(Complex64::new(1e-9, omega))?;
             let p: Complex64 = symbol.row(15).columns(0, 17).sum();
@@ -419,7 +420,7 @@ fn sloshing_frequencies() -> Result<(), ReservoirError> {
     Ok(())
 }
 
-/// What is repeated is what a step gives, to the bit, and another step length is as if the water were made with it.
+/// A repeated step gives equal bits, and another step length gives the same as water made with it.
 #[test]
 fn repetition_and_other_step_lengths() -> Result<(), ReservoirError> {
     let parameters = parameters(12, 8, 1.0);
@@ -466,7 +467,7 @@ fn bad_parameters_are_refused() {
     assert!(message.contains("finite elements") || message.contains("boundary elements"), "{message}");
     let message = refused(ReservoirParameters { bed_element_size: Some(1e-6), ..given() }).unwrap();
     assert!(message.contains("elements"), "{message}");
-    // Corners too fine for the coordinates' last bit.
+    // Elements at the corners that are smaller than the rounding of the coordinates.
     assert!(refused(ReservoirParameters { corner_element_size: Some(1e-18), ..given() }).is_some());
     for size in [0.0, -1.0, f64::NAN] {
         assert!(refused(ReservoirParameters { corner_element_size: Some(size), ..given() }).is_some());

@@ -71,8 +71,8 @@ fn force_converges_on_every_shape() -> Result<(), ReservoirError> {
     Ok(())
 }
 
-/// M K is symmetric to rounding. `−Re v*MKv ≥ 0`, v normed by M, over ρc: with elements half as long as the panels
-/// everywhere, but for less than 1e-3 at real frequencies below cut-off, where nothing is radiated and 0 is exact.
+/// M K is symmetric to rounding. `−Re v*MKv ≥ 0`, v normalised in M, divided by ρc: with elements half as long as the panels
+/// everywhere, except less than 1e-3 at real frequencies below cut-off, where nothing is radiated and 0 is exact.
 #[test]
 fn reciprocity_and_passivity_on_every_shape() -> Result<(), ReservoirError> {
     for shape in shapes() {
@@ -104,7 +104,7 @@ fn reciprocity_and_passivity_on_every_shape() -> Result<(), ReservoirError> {
     Ok(())
 }
 
-/// Rigid level bed: the channel's own modes for horizontal and its plane wave for vertical motion, to 0.1 %.
+/// Rigid level bed: the channel's modes for horizontal and its plane wave for vertical motion, to 0.1 %.
 #[test]
 fn pressure_inside_the_water() -> Result<(), ReservoirError> {
     let parameters = parameters(1.0, 16, 0.0025, 1.0);

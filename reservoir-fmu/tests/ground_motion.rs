@@ -15,7 +15,7 @@ use std::f64::consts::PI;
 
 const CUT_OFF: f64 = PI * SOUND_SPEED / (2.0 * DEPTH);
 
-/// 0.1 %: linear elements at nine or more a wavelength. Far end at h/4, h/2, h.
+/// 0.1 %: at least nine linear elements per wavelength. Far end at h/4, h/2, h.
 #[test]
 fn vertical_motion_of_a_level_bed() -> Result<(), ReservoirError> {
     for alpha in [1.0, 0.75, 0.5, 0.0] {
@@ -45,8 +45,8 @@ fn vertical_motion_of_a_level_bed() -> Result<(), ReservoirError> {
     Ok(())
 }
 
-/// Ground that rises with 1 m/s² from the very start, said before it: p = ρ c a t at the base until the first echo. Half a step too
-/// few would be 5 %.
+/// Ground that rises with 1 m/s² from the start time on, set before initialisation: p = ρ c a t at the base until the first
+/// echo. An error of half a step would be 5 %.
 #[test]
 fn the_first_step_begins_with_the_ground_as_it_is_then() -> Result<(), ReservoirError> {
     for method in [Method::Radau2, Method::Recursive, Method::FiniteElements] {
@@ -67,8 +67,8 @@ fn the_first_step_begins_with_the_ground_as_it_is_then() -> Result<(), Reservoir
     Ok(())
 }
 
-/// Everything that holds the water moves upwards together: p = ρ a (h − y) in incompressible water, whatever the shape.
-/// Linear in space, so only quadrature and the far end err.
+/// Bed and face move upwards together: p = ρ a (h − y) in incompressible water, whatever the shape.
+/// The pressure is linear in space, so the only errors are those of the quadrature and the far end.
 #[test]
 fn a_vessel_that_rises_weighs_more() -> Result<(), ReservoirError> {
     let faces = [[[0.0, 0.0], [0.0, 60.0], [30.0, DEPTH]], [[0.0, 0.0], [-25.0, 90.0], [-30.0, DEPTH]]];
@@ -85,7 +85,7 @@ fn a_vessel_that_rises_weighs_more() -> Result<(), ReservoirError> {
                     ..parameters(1.0, 16, 0.01, 1.0)
                 };
                 let (of_face, of_ground) = (added_mass(&parameters)?, ground_added_mass(&parameters)?);
-                // At a kink a point's velocity is one number along two normals: all panels of the lower piece.
+                // At a kink one velocity belongs to two normals: that of the lower piece is taken.
                 let moved: DVector<f64> = DVector::from_iterator(
                     parameters.wet_face.len(),
                     parameters.wet_face.normals().iter().map(|n| n[1]),

@@ -19,25 +19,25 @@ fn parameters(elements: usize) -> ReservoirParameters {
     }
 }
 
-/// Pressure over ρa at the points of the face that moves as one into the water, m.
+/// Pressure divided by ρa at the points of a face that moves uniformly into the water, m.
 fn uniform(parameters: &ReservoirParameters) -> Result<Vec<f64>, ReservoirError> {
     Ok(added_mass(parameters)?.row_iter().map(|row| row.sum() / DENSITY).collect())
 }
 
-/// Force over ρa of the pressure, linear along panels, m².
+/// Force divided by ρa of a pressure that is linear along panels, m².
 fn force(face: &WetFace, pressure: &[f64]) -> f64 {
     face.nodal_forces(pressure).iter().map(|f| f[0]).sum()
 }
 
-/// Westergaard's exact series, as linear along the panels, m.
+/// Westergaard's exact series, projected onto functions that are linear along the panels, m.
 fn series(face: &WetFace) -> Vec<f64> {
     let s = Complex64::new(1e-9, 0.0);
     let at = |y: &f64| chopra_1967::pressure(s, DEPTH, SOUND_SPEED, *y);
     projected(face, |elevations| elevations.iter().map(at).collect()).iter().map(|p| p.re).collect()
 }
 
-/// Eight panels throughout, so that nothing but the elements changes. Linear elements give second order; of
-/// the force, an integral, no less. The corner at the surface, where p ~ r ln r, keeps it from being more.
+/// Eight panels in all cases, so that only the elements change. Linear elements give second order, also for the force, an
+/// integral. The corner at the surface, where p ~ r ln r, prevents a higher order.
 #[test]
 fn base_pressure_and_force_converge() -> Result<(), ReservoirError> {
     let face = WetFace::straight([0.0, DEPTH], 8).unwrap();
@@ -57,10 +57,10 @@ fn base_pressure_and_force_converge() -> Result<(), ReservoirError> {
     Ok(())
 }
 
-/// Against the closed forms as they are: the force of 64 panels is that of the elements. The base pressure of what is
-/// nearest to the profile and linear along panels is ℓ²p″/12 off, 1.2e-4 of it; where elements are as long as panels, their two nodes miss as much of the
-/// pressure ~ r² ln r that half a hat of velocity makes at the heel, and reciprocity hands it on. The profile in the mean square, as it
-/// is projected.
+/// Against the closed forms without projection: with 64 panels the force is that of the elements. The base pressure of the
+/// profile's projection onto functions that are linear along panels has an error of ℓ²p″/12, 1.2e-4 of it. Where elements
+/// are as long as panels, their two nodes have an error of the same size in the pressure ~ r² ln r from half a hat of
+/// velocity at the heel, and reciprocity passes it on. The profile is compared in the mean square, as it is projected.
 #[test]
 fn closed_forms() -> Result<(), ReservoirError> {
     let parameters = parameters(64);
@@ -83,7 +83,7 @@ fn closed_forms() -> Result<(), ReservoirError> {
 }
 
 /// `−K(s)/s → A`, and the difference falls like (s/c)², on a cracked battered face and for every motion, not
-/// only the uniform one. Against a norm of A; rounding of K(s) ends it near 1e-9.
+/// only the uniform one. Relative to a norm of A; rounding of K(s) limits the difference to about 1e-9.
 #[test]
 fn limit_of_the_compressible_model() -> Result<(), ReservoirError> {
     let points = [[0.0, 0.0], [2.0, 40.0], [4.0, 80.0], [4.0, 80.0], [6.0, 120.0], [9.0, DEPTH]];
@@ -106,7 +106,7 @@ fn limit_of_the_compressible_model() -> Result<(), ReservoirError> {
     Ok(())
 }
 
-/// κ_m = λ_m is exact for every mode; a far end at h/4 still sees waves of the elements' length.
+/// κ_m = λ_m is exact for every mode; only waves as short as the elements depend on a far end at h/4.
 #[test]
 fn far_end_may_stand_anywhere_and_sound_and_bed_have_no_effect() -> Result<(), ReservoirError> {
     let at = |distance: f64| uniform(&ReservoirParameters { far_end_distance: distance, ..parameters(16) });
@@ -123,8 +123,8 @@ fn far_end_may_stand_anywhere_and_sound_and_bed_have_no_effect() -> Result<(), R
     Ok(())
 }
 
-/// Twice the water's kinetic energy over a² is `aᵀ M_Γ A a`: symmetric by reciprocity and positive, to rounding the one,
-/// on every motion that the panels carry the other.
+/// `aᵀ M_Γ A a` is twice the water's kinetic energy divided by a²: symmetric by reciprocity, to rounding, and positive for
+/// every motion of the panels.
 #[test]
 fn energy_is_symmetric_and_positive() -> Result<(), ReservoirError> {
     for panels in [8, 16, 32] {
@@ -133,7 +133,7 @@ fn energy_is_symmetric_and_positive() -> Result<(), ReservoirError> {
         let asymmetry = (&energy - energy.transpose()).norm() / energy.norm();
         let eigen = SymmetricEigen::new((&energy + energy.transpose()) / 2.0).eigenvalues;
         let [least, largest] = [eigen.min(), eigen.max()];
-        // The water's mass on a panel that moves alone, over its length squared.
+        // The water's mass on a panel that moves alone, divided by its length squared.
         let panel = DENSITY * (DEPTH / panels as f64).powi(2);
         println!(
             "{panels} panels: asymmetry {asymmetry:.1e}, eigenvalues from {:.1e} to 1, the least {:.1e} of ρℓ²",
@@ -145,8 +145,8 @@ fn energy_is_symmetric_and_positive() -> Result<(), ReservoirError> {
     Ok(())
 }
 
-/// Pressure is linear in the step's mean acceleration: the derivative is the difference of a step and its repetition
-/// with another mean, but for rounding.
+/// Pressure is linear in the step's mean acceleration: to rounding, the derivative is the difference between a step and its
+/// repetition with another mean.
 #[test]
 fn derivative_after_an_unequal_step() -> Result<(), ReservoirError> {
     let (known, unknown) = (INTERFACE_ACCELERATION.value_reference, INTERFACE_PRESSURE.value_reference);
@@ -176,7 +176,7 @@ fn derivative_after_an_unequal_step() -> Result<(), ReservoirError> {
     Ok(())
 }
 
-/// The unit gives `−A a`, a the acceleration at the step's end.
+/// The unit gives `−A a` with the acceleration a at the step's end.
 #[test]
 fn the_unit_gives_the_added_masses_pressure() -> Result<(), ReservoirError> {
     let parameters = parameters(8);

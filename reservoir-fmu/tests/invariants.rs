@@ -1,4 +1,4 @@
-//! Passivity, signs, and independence of everything that must not matter.
+//! Passivity, signs, and independence of the number of threads, of cracks, and of the mesh.
 
 use crate::rectangular;
 
@@ -19,7 +19,7 @@ fn get(unit: &Reservoir) -> Vec<f64> {
     p
 }
 
-/// Least work done on the water up to any step over `ρc ∫∫ v² ds dt`, p and v linear in a step.
+/// Smallest work done on the water up to any step, divided by `ρc ∫∫ v² ds dt`; p and v are linear within a step.
 fn least_work(unit: &mut Reservoir, velocities: &[Vec<f64>]) -> f64 {
     let h = unit.parameters().communication_step;
     let face = unit.parameters().wet_face.clone();
@@ -43,7 +43,7 @@ fn least_work(unit: &mut Reservoir, velocities: &[Vec<f64>]) -> f64 {
     if scale > 0.0 { least / scale } else { 0.0 }
 }
 
-/// The water cannot give more energy than it was given. Random velocities, rough and smooth in
+/// The water cannot give back more energy than it received. Random velocities, rough and smooth in
 /// time and space.
 #[test]
 fn passivity() -> Result<(), ReservoirError> {
@@ -88,8 +88,8 @@ fn passivity() -> Result<(), ReservoirError> {
 
 /// The sampled operator: `−Re v*MĜ(θ)v ≥ 0` for every v and θ is passivity for any history, with every method.
 ///
-/// Looked at for sixteen panels at 201 θ; the contour is damped by 1e-3 over the 2 s of weights. Before a battered face also
-/// with elements that are coarser than the panels: velocities that no element feels must not give energy either.
+/// Checked for sixteen panels at 201 θ; the contour is damped by 1e-3 over the 2 s of weights. Before a battered face also
+/// with elements that are coarser than the panels: velocities that the elements do not represent must not give energy.
 #[test]
 fn passivity_of_the_sampled_operator() -> Result<(), ReservoirError> {
     use nalgebra::{Complex, DMatrix, SymmetricEigen};
@@ -107,7 +107,7 @@ fn passivity_of_the_sampled_operator() -> Result<(), ReservoirError> {
         unit.initialise(0.0)?;
         let (start, face) = (unit.save_state(), unit.parameters().wet_face.clone());
         let normal = face.normals()[0];
-        // columns of M W_n from unit pulses of velocity; M the face's consistent mass
+        // Columns of M W_n from unit pulses of velocity, with the face's consistent mass M.
         let mut pulses = vec![DMatrix::zeros(size, size); steps];
         for column in 0..size {
             unit.restore_state(&start)?;
@@ -136,7 +136,7 @@ fn passivity_of_the_sampled_operator() -> Result<(), ReservoirError> {
         println!(
             "sampled operator, {method:?}, α = {alpha}, batter {batter}: least eigenvalue {least:.1e} of ρc"
         );
-        // What no element feels meets nothing, to rounding.
+        // Velocities that the elements do not represent cause no pressure, to rounding.
         assert!(least > if batter > 0.0 { -1e-12 } else { 0.0 });
     }
     Ok(())
@@ -154,7 +154,7 @@ fn sign_of_the_first_pressure() -> Result<(), ReservoirError> {
     let middle = p[PANELS / 2] / (DENSITY * SOUND_SPEED * 0.01);
     println!("first pressure in the middle: {middle:.3} ρcv");
     assert!((middle - 1.0).abs() < 0.05 && p[..PANELS].iter().all(|p| *p > 0.0));
-    // The pressure falls to zero over cH, a sixth of a panel: what is linear and nearest to it does not.
+    // The pressure falls to zero over cH, a sixth of a panel, but its projection, linear along the panel, does not.
     assert!((0.0..p[0]).contains(&p[PANELS]));
     let mut sensitivity = vec![0.0; PANELS + 1];
     let (unknown, known) = (INTERFACE_PRESSURE.value_reference, INTERFACE_ACCELERATION.value_reference);
@@ -165,7 +165,7 @@ fn sign_of_the_first_pressure() -> Result<(), ReservoirError> {
     Ok(())
 }
 
-/// No order of summation depends on the threads.
+/// Results do not depend on the number of threads.
 #[test]
 fn threads_change_no_bit() -> Result<(), ReservoirError> {
     let mut pressures = Vec::new();
@@ -183,7 +183,7 @@ fn threads_change_no_bit() -> Result<(), ReservoirError> {
     Ok(())
 }
 
-/// A crack in the face: each side has its own panels' value of one pressure; uniform motion exerts the same force.
+/// A crack in the face: each side has the pressure of its own panels; uniform motion gives the same force.
 #[test]
 fn coinciding_points_carry_the_pressure_of_their_own_panels() -> Result<(), ReservoirError> {
     let y = [0.0, 40.0, 80.0, 116.0, 116.0, 150.0, DEPTH];
@@ -205,7 +205,7 @@ fn coinciding_points_carry_the_pressure_of_their_own_panels() -> Result<(), Rese
     println!(
         "uniform motion of a cracked face: sides of the crack differ by {jump:.1e} of the base, force by {off:.1e}"
     );
-    // Of the panels' length squared: 36 m against 180 m, times p″/12. The meshes differ.
+    // Error p″/12 times the panel length squared, 36 m against 180 m; the meshes differ.
     assert!(jump < 0.02 && off < 1e-4);
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! Every method of stepping compressible water, against closed forms and against what water may not do.
+//! Every time-stepping method for compressible water, against closed forms and passivity.
 
 use crate::rectangular;
 use crate::shipped;
@@ -21,7 +21,7 @@ fn number(unit: &Reservoir, variable: interface::Variable) -> f64 {
     value[0]
 }
 
-/// A ramp of acceleration in 0.1 s, then held: the largest error of the base pressure in 2 s over its peak.
+/// A ramp of acceleration in 0.1 s, then held: the largest error of the base pressure in 2 s, divided by its peak.
 #[test]
 fn ramp_and_hold() -> Result<(), ReservoirError> {
     use rectangular::ramp_and_hold::{base_pressure as exact, velocity};
@@ -45,7 +45,7 @@ fn ramp_and_hold() -> Result<(), ReservoirError> {
 }
 
 /// The shipped records on a rigid dam, whole, α = 1, H = 5 ms: relative L2 error of the base pressure. The
-/// convolutions, whose making costs more, for one of them.
+/// convolutions, which take longer to prepare, for one of them.
 #[test]
 fn records() -> Result<(), ReservoirError> {
     let h = 0.005;
@@ -77,7 +77,7 @@ fn records() -> Result<(), ReservoirError> {
 }
 
 /// The recursion against the convolution by Radau's method of two stages, which shares only the frequency response with
-/// it: force in 6 s of a record, H = 5 ms. Panels that are finer than the elements, too: what no element feels is left out.
+/// it: force in 6 s of a record, H = 5 ms. Also with panels that are finer than the elements.
 /// Level beds are compared with an inversion of their closed form (`whole_record.rs`).
 #[test]
 fn a_recursion_equals_the_convolution() -> Result<(), ReservoirError> {
@@ -150,8 +150,8 @@ fn response(record: &[(f64, f64)], h: f64, steps: usize) -> Vec<f64> {
         .collect()
 }
 
-/// An undamped mass on a spring, its frequency just below and just above the cut-off, light and heavy: whatever the
-/// water takes, it never gives more than it has taken, for 200 s (finite elements, which can prove it, for 20 s).
+/// An undamped mass on a spring, its frequency just below and just above the cut-off, light and heavy: the
+/// water never gives back more energy than it has received, for 200 s (finite elements, for which this is proved, 20 s).
 #[test]
 fn a_mass_at_the_cut_off_stays_bounded() -> Result<(), ReservoirError> {
     let (h, panels) = (0.005, 6);
@@ -230,7 +230,7 @@ fn steps_may_vary() -> Result<(), ReservoirError> {
     Ok(())
 }
 
-/// Saved, stepped, restored, stepped; and through bytes into another unit: the same bits with every method.
+/// Save, step, restore, step, also through bytes in another unit, give the same bits with every method.
 #[test]
 fn states_repeat_every_bit() -> Result<(), ReservoirError> {
     for method in CONVOLUTIONS.into_iter().chain([Method::Recursive, Method::FiniteElements]) {

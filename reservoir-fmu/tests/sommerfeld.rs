@@ -1,4 +1,4 @@
-//! How far away a Sommerfeld end must stand.
+//! Distance at which a Sommerfeld end must lie.
 
 use crate::rectangular;
 
@@ -11,7 +11,7 @@ use std::f64::consts::PI;
 
 const PANELS: usize = 32;
 
-/// The pressure before a uniformly moving face when every mode comes back from L as `∂p/∂n = −ṗ/c` sends it:
+/// The pressure before a uniformly moving face if every mode is reflected at L by `∂p/∂n = −ṗ/c`:
 /// each term of Chopra's series times `(1 + R e^{−2κL})/(1 − R e^{−2κL})`, `R = (κ − s/c)/(κ + s/c)`.
 fn with_reflections(s: Complex64, distance: f64, elevation: f64) -> Complex64 {
     (0..2000)
@@ -30,9 +30,9 @@ fn projected(face: &WetFace, field: impl Fn(f64) -> Complex64) -> DVector<Comple
     DVector::from_vec(rectangular::projected(face, |at| at.iter().copied().map(field).collect()))
 }
 
-/// Relative L2 error on the face, and beside it what the closed form with the end's reflections makes of it: the error is
-/// the end's, not the elements'. These are off by 5e-4 at most (h/12, order 3: at 2.5 ω₁ the wave is 1.6 h long), times
-/// what a resonance between face and end magnifies.
+/// Relative L2 error on the face, beside that of the closed form with the reflections of the end: the error comes from the
+/// end, not from the elements. The elements' error is at most 5e-4 (h/12, order 3: at 2.5 ω₁ the wave is 1.6 h long), times
+/// the factor of a resonance between face and end.
 #[test]
 fn error_of_the_end() -> Result<(), ReservoirError> {
     const RATIOS: [f64; 4] = [0.5, 0.99, 1.5, 2.5];
@@ -71,8 +71,8 @@ fn error_of_the_end() -> Result<(), ReservoirError> {
     Ok(())
 }
 
-/// Ramp and hold for 4 s at 2.5 ms: exact, as far as the elements are, until the first wave has come back from the end,
-/// 2L/c; then what comes back is seen. Largest error of the base pressure over the largest base pressure.
+/// Ramp and hold for 4 s at 2.5 ms: exact, up to the elements' error, until the first wave has returned from the end,
+/// 2L/c; afterwards the reflections appear. Largest error of the base pressure, divided by the largest base pressure.
 #[test]
 fn ramp_and_hold() -> Result<(), ReservoirError> {
     let (rise, step) = (0.1, 0.0025);
@@ -107,7 +107,7 @@ fn ramp_and_hold() -> Result<(), ReservoirError> {
         assert!(before < 2e-3 * peak);
         late.push(after / peak);
     }
-    // Farther is better, and the waves that come back are no matter of the elements.
+    // A larger distance is better; the reflected waves do not come from the elements.
     assert!(late.windows(2).all(|pair| pair[1] < pair[0]) && late[0] > 0.05);
     Ok(())
 }

@@ -9,9 +9,9 @@ use std::f64::consts::PI;
 
 const BATTER: f64 = 0.1;
 
-/// Pressure over ρ a_n on the face by `p = Σ A_m cos(λ_m y) e^{λ_m x}`, which satisfies bed,
-/// surface and far end; ∂p/∂n = ρ on the face against every term (the variational form, whose
-/// energy and so whose ∫ p ds converges twice as fast as p), solved by SVD.
+/// Pressure divided by ρ a_n on the face by `p = Σ A_m cos(λ_m y) e^{λ_m x}`, which satisfies bed,
+/// surface and far end; ∂p/∂n = ρ on the face against every term (the variational form: its
+/// energy, and thus ∫ p ds, converges twice as fast as p), solved by SVD.
 fn trefftz(terms: usize, elevations: &[f64]) -> Vec<f64> {
     let slope = (1.0 + BATTER * BATTER).sqrt();
     let [nx, ny] = [1.0 / slope, -BATTER / slope];

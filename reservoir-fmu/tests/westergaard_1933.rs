@@ -1,4 +1,4 @@
-//! The added mass: Westergaard's parabola, its derivative, and what the compressible model adds.
+//! The added mass: Westergaard's parabola, its derivative, and the difference from the compressible model.
 
 use crate::rectangular;
 
@@ -26,7 +26,7 @@ fn value(unit: &Reservoir, variable: interface::Variable) -> Result<f64, Reservo
     Ok(value[0])
 }
 
-/// A held acceleration: exact at the points from the second step on, no horizon; the force of a
+/// A constant acceleration: exact at the points from the second step on, no horizon; the force of a
 /// square-root profile on 400 linear panels is off by less than 0.1 %.
 #[test]
 fn parabola() -> Result<(), ReservoirError> {
@@ -86,7 +86,7 @@ fn second_order_in_steps_of_varying_length() -> Result<(), ReservoirError> {
     Ok(())
 }
 
-/// BDF2 on exact end velocities: 1.5 of this step's mean less 0.5 of the last one's.
+/// BDF2 on exact end velocities: 1.5 times this step's mean minus 0.5 times the last one.
 #[test]
 fn acceleration_at_the_end_of_the_step() -> Result<(), ReservoirError> {
     let mut unit = unit(4)?;
@@ -108,8 +108,8 @@ fn acceleration_at_the_end_of_the_step() -> Result<(), ReservoirError> {
 }
 
 /// The closed sum against the constants of the series, against the series itself summed to N = 10⁶ terms, which leaves
-/// at most 8/π² / (4N² sin θ) by Abel's summation, and against the force by Simpson's rule in η = 1 − x⁴, which takes
-/// the logarithm at the surface away.
+/// at most 8/π² / (4N² sin θ) by Abel's summation, and against the force by Simpson's rule in η = 1 − x⁴, which removes
+/// the logarithm at the surface.
 #[test]
 fn series() -> Result<(), ReservoirError> {
     let exact = |eta: f64| westergaard_1933::series_pressure(1.0, eta);

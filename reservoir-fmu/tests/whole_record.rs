@@ -1,5 +1,5 @@
-//! The pressure under a whole record at once; and over an absorbing bed all methods in time, against an inversion of
-//! Fenves and Chopra's closed form that shares nothing with them.
+//! The pressure under a whole record at once; and, over an absorbing bed, all time-stepping methods, against an independent
+//! inversion of Fenves and Chopra's closed form.
 
 use crate::rectangular;
 use crate::shipped;
@@ -42,8 +42,8 @@ fn at_once(water: &ReservoirParameters, acceleration: &[f64]) -> Result<[Vec<f64
     Ok([pressure.row(0).iter().copied().collect(), forces])
 }
 
-/// A ramp of acceleration in 0.1 s, then held for 2 s, over a rigid bed: largest error over the peak. h/20, as for the
-/// methods that go step by step, is 2.6e-4 off (`methods.rs`).
+/// A ramp of acceleration in 0.1 s, then held for 2 s, over a rigid bed: largest error, divided by the peak. The elements of
+/// h/20, also used for the time-stepping methods, have an error of 2.6e-4 (`methods.rs`).
 #[test]
 fn ramp_and_hold() -> Result<(), ReservoirError> {
     let record = [(0.0, 0.0), (0.1, 1.0)];
@@ -69,7 +69,7 @@ fn ramp_and_hold() -> Result<(), ReservoirError> {
 fn a_record_over_a_rigid_bed() -> Result<(), ReservoirError> {
     let (h, steps, record) = (0.005, 2000, read(RECORD));
     let moved = accelerations(&record, h, steps + 1);
-    // From the response to a ramp, whose every kink is a sample.
+    // Sum of responses to ramps that begin at the samples.
     let ramp: Vec<f64> = (0..=steps)
         .map(|n| chopra_1967::base_pressure_of_acceleration_ramp(DEPTH, SOUND_SPEED, n as f64 * h))
         .collect();
@@ -92,9 +92,9 @@ fn a_record_over_a_rigid_bed() -> Result<(), ReservoirError> {
     Ok(())
 }
 
-/// The answer at the ends of `steps` steps of `h` to a record of acceleration, linear between its samples, of what answers
-/// `e^{st}` with `response`: Bromwich's integral by the trapezoidal rule, summed term by term, e^{−σP} = 1e-6 with P half
-/// as long again as the record, up to the `zeros`-th frequency at which the transform of the record's hats vanishes.
+/// Response at the ends of `steps` steps of `h` to a record of acceleration, linear between its samples, of a system whose
+/// response to `e^{st}` is `response`: Bromwich's integral by the trapezoidal rule, summed term by term, e^{−σP} = 1e-6 with P one
+/// and a half times the record, up to the `zeros`-th frequency at which the transform of the record's hats vanishes.
 fn inverted(
     record: &[(f64, f64)],
     [h, zeros]: [f64; 2],
@@ -132,7 +132,7 @@ fn inverted(
         .collect()
 }
 
-/// Over a rigid bed the inversion itself meets the closed form in time, which has no integral.
+/// Over a rigid bed the inversion agrees with the closed form in time, which has no integral.
 #[test]
 fn the_inversion_is_right_over_a_rigid_bed() {
     let (h, steps, record) = (0.01, 300, [(0.0, 0.0), (0.05, 1.0), (0.1, -0.5), (0.15, 0.0)]);
@@ -147,8 +147,9 @@ fn the_inversion_is_right_over_a_rigid_bed() {
     assert!(error < 1e-4);
 }
 
-/// Eight seconds of a shipped record over an absorbing bed, H = 5 ms, h/12: relative L2 error of the force, and where
-/// α = 0.9 of the base pressure, which takes long to invert. Its closed form is that at a point, not the mean over a panel of 15 m.
+/// Eight seconds of a shipped record over an absorbing bed, H = 5 ms, h/12: relative L2 error of the force and, for
+/// α = 0.9 only, because its inversion takes long, of the base pressure. Its closed form holds at a point; it is not the
+/// mean over a panel of 15 m.
 fn over_an_absorbing_bed(alpha: f64) -> Result<(), ReservoirError> {
     let (h, steps) = (0.005, 1600);
     let record: Vec<(f64, f64)> =
@@ -219,7 +220,7 @@ fn the_ground_moves_up() -> Result<(), ReservoirError> {
     Ok(())
 }
 
-/// Water without memory: its added mass. One and two threads: the same bits.
+/// Water without memory gives `−A a`. One and two threads give the same bits.
 #[test]
 fn added_mass_and_threads() -> Result<(), ReservoirError> {
     let moved: Vec<f64> = (0..50).map(|n| (f64::from(n) * 0.4).sin()).collect();

@@ -1,4 +1,4 @@
-"""FMUs packed for the tests, and how they are driven."""
+"""FMUs packed for the tests, and functions to simulate them."""
 
 import os
 import subprocess
@@ -41,7 +41,7 @@ def initialised(path, **inputs):
 
 
 def load(unit, n):
-    """Sets inputs for the end of step `n`: something that shakes, differently at every point."""
+    """Sets inputs for the end of step `n`: loads that vary in time and from point to point."""
     size = len(unit.get("interface_x"))
     wave = [(i + 1) / size * (-1) ** (n // 7) * (1 + n % 5) for i in range(size)]
     if "crest_displacement" in unit.references:

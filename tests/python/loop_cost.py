@@ -1,6 +1,6 @@
-"""What FMPy's loop costs beside the solvers: time an iteration and unit, at some 40 interface points.
+"""Cost of FMPy's loop in addition to the solvers: time per iteration and unit, at about 40 interface points.
 
-The dam is measured on a coarse mesh too, whose short steps leave the processor's caches to Python.
+The dam is measured on a coarse mesh too, whose short steps need little of the processor's caches.
 
 COFFERDAM=target/release/cofferdam target/python/bin/python tests/python/loop_cost.py
 """
@@ -18,7 +18,7 @@ COARSE = "dam.element_size=10"
 
 
 def clocked(fmu, name):
-    """Lets the time spent in the C function `name` of `fmu` add up in the list returned."""
+    """Returns a list whose only item sums the time spent in the C function `name` of `fmu`."""
     function, spent = fmu._functions[name], [0.0]
 
     def call(*arguments):

@@ -36,7 +36,7 @@ def arguments(text):
 
 
 def test_arguments_are_those_of_the_header():
-    """In order and width; what is not looked at may be left out at the end."""
+    """Order and width of the arguments; unused ones may be left out at the end."""
     declared = {}
     for name, inside in re.findall(r"\b(fmi3\w+?)TYPE\s*\(([^)]*)\)", HEADER.read_text()):
         declared[name] = [header_width(argument) for argument in arguments(inside)]

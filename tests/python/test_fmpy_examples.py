@@ -1,4 +1,4 @@
-"""The examples for FMPy: short, and right."""
+"""The examples for FMPy are short, and their results are right."""
 
 import csv
 import os
@@ -15,7 +15,7 @@ EXAMPLES = ROOT / "examples" / "fmpy"
 
 
 def example(name, *arguments):
-    """Runs an example; what it printed."""
+    """Runs an example and returns what it printed."""
     command = [sys.executable, "-B", EXAMPLES / name, *arguments]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
@@ -42,7 +42,7 @@ def test_examples_are_short(path):
 
 
 def test_the_fixed_point_is_the_orchestrators(tmp_path):
-    """One second of strong motion in the main scene: the crest to 1e-9; and the same calls give the same bits."""
+    """One second of strong motion in the main scene: the crest agrees to 1e-9, and the same calls give the same bits."""
     aitken = [*STRONG_SECOND, "coupling.acceleration=aitken"]
     fmus = [pack(tmp_path, unit, aitken) for unit in ("dam", "reservoir")]
     said = [example("fixed_point.py", *fmus, RECORD, tmp_path / f"{n}.csv") for n in (1, 2)]
@@ -64,7 +64,7 @@ def test_the_reservoir_alone_is_the_orchestrators(tmp_path):
 
 
 def test_the_dam_alone_is_that_of_simulate_fmu(tmp_path):
-    """FMPy sets inputs at a step's beginning: fed one step early, the record gives the same."""
+    """FMPy sets inputs at the beginning of a step: a record shifted by one step gives the same result."""
     fmu = pack(tmp_path, "dam", [*STRONG_SECOND, "dam.element_size=10"])
     said = example("dam_alone.py", fmu, RECORD, tmp_path / "results.csv")
     results = table(tmp_path / "results.csv")
@@ -79,12 +79,12 @@ def test_the_dam_alone_is_that_of_simulate_fmu(tmp_path):
     start = {"ground_acceleration": [9.80665 * samples[0], 0.0]}
     again = simulate_fmu(fmu, input=signals, start_values=start, output_interval=H, output=["crest_displacement"])
     crest = again["crest_displacement"][1:, 0]
-    # In the first step a(H) stands for a(0).
+    # In the first step a(H) is used instead of a(0).
     np.testing.assert_allclose(crest, results["crest_displacement[1]"], rtol=0, atol=2e-3 * np.abs(crest).max())
 
 
 def test_the_cost_of_the_loop_can_be_measured(capsys):
-    """Only that: figures are in docs/performance.md, for machines differ."""
+    """The script runs; figures are in docs/performance.md, because they depend on the machine."""
     loop_cost.main(iterations=5)
     said = capsys.readouterr().out.splitlines()
     assert len(said) == 3 and all("loop median" in line for line in said)

@@ -84,7 +84,7 @@ def test_every_iteration_is_there(log):
 
 
 def test_each_unit_was_asked_what_the_other_answered(log):
-    """Action and reaction of the exchange itself."""
+    """Dam and reservoir receive what the other gave."""
     dam = {(m.step, m.iteration): m for _, m in log["/dam/answer"]}
     for _, request in log["/reservoir/request"]:
         if request.step:
@@ -93,7 +93,7 @@ def test_each_unit_was_asked_what_the_other_answered(log):
 
 
 def test_time_order(log):
-    """Log time never decreases, and a step is one range of it: its start plus a counter."""
+    """Log time never decreases; within a step it is the step's start plus a counter."""
     ranges = defaultdict(list)
     for topic in ("/dam/request", "/dam/answer", "/reservoir/request", "/reservoir/answer", "/step"):
         times = [record.log_time for record, _ in log[topic]]

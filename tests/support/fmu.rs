@@ -1,4 +1,4 @@
-//! FMUs that the binary packs, and what is in them.
+//! FMUs packed by the binary, and their contents.
 
 use crate::scenario::binary;
 use quick_xml::Reader;
@@ -14,9 +14,9 @@ use zip::ZipArchive;
 pub struct Element {
     /// Name.
     pub name: String,
-    /// Attributes by name, as they mean.
+    /// Attributes by name, unescaped.
     pub attributes: BTreeMap<String, String>,
-    /// Elements within, in order.
+    /// Child elements, in order.
     pub children: Vec<Element>,
 }
 
@@ -56,19 +56,19 @@ impl Element {
         Self { name: start.name().as_ref().to_owned(), attributes, children: Vec::new() }
     }
 
-    /// The elements `name` in the only element `parent` of this one.
+    /// The elements `name` in the only child element `parent`.
     pub fn list(&self, parent: &str, name: &str) -> Vec<&Self> {
         self.child(parent).children.iter().filter(|child| child.name == name).collect()
     }
 
-    /// The only element `name` of this one.
+    /// The only child element `name`.
     pub fn child(&self, name: &str) -> &Self {
         let found: Vec<&Self> = self.children.iter().filter(|child| child.name == name).collect();
         assert_eq!(found.len(), 1, "{name} in {}", self.name);
         found[0]
     }
 
-    /// The attribute `name`, which must be there.
+    /// The attribute `name`, which must exist.
     pub fn get(&self, name: &str) -> &str {
         self.attributes.get(name).unwrap_or_else(|| panic!("no attribute {name} in {self:?}"))
     }
@@ -79,11 +79,11 @@ impl Element {
     }
 }
 
-/// A file that begins like a shared library of this platform, and is that of `unit` by its marker.
+/// A file that begins like a shared library of this platform and has the marker of `unit`.
 pub fn fake_library(folder: &Path, unit: &str) -> PathBuf {
     let mut bytes = std::fs::read(std::env::current_exe().expect("a test has a path")).expect("a program");
     bytes.truncate(20);
-    // A shared object (ELF's e_type).
+    // A shared object: `e_type` of ELF is 3.
     bytes[16] = 3;
     bytes.extend(format!("\0cofferdam unit: {unit}\0").bytes());
     let path = folder.join("fake.so");
@@ -91,7 +91,7 @@ pub fn fake_library(folder: &Path, unit: &str) -> PathBuf {
     path
 }
 
-/// `cofferdam export-fmu` of a scene with a [`fake_library`] in `folder`, where it runs.
+/// Runs `cofferdam export-fmu` on a scene, with a [`fake_library`], in `folder`.
 pub fn export(folder: &Path, scene: &Path, unit: &str, more: &[&str]) -> Output {
     let mut command = Command::new(binary());
     command.current_dir(folder).arg("export-fmu").arg(scene).args(["--unit", unit, "--library"]);

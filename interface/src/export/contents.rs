@@ -4,14 +4,14 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Name of the file among an FMU's resources that holds its [`Contents`].
+/// Name of the file in an FMU's resources that holds its [`Contents`].
 pub const FILE: &str = "unit.toml";
 
-/// What an FMU's unit is made from, and what its inputs are before the importer sets them.
+/// The parameters of an FMU's unit, and the start values of its inputs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Contents<P> {
-    /// Inputs that do not start at zero, by name.
+    /// Start values of the inputs by name; other inputs start at zero.
     pub start: BTreeMap<String, Vec<f64>>,
     /// Parameters of the unit.
     pub parameters: P,
@@ -25,10 +25,10 @@ pub enum ContentsError {
     Unreadable {
         /// File.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         cause: std::io::Error,
     },
-    /// The file holds something else.
+    /// The file does not hold contents of this unit.
     #[error("{path} does not describe this unit: {cause}; pack the FMU again with this build", path = .path.display())]
     Unintelligible {
         /// File.
@@ -53,12 +53,12 @@ impl<P: Clone + Serialize + DeserializeOwned> Contents<P> {
         toml::from_str(&text).map_err(|cause| ContentsError::Unintelligible { path, cause: Box::new(cause) })
     }
 
-    /// The contents as TOML: reading it gives the same numbers, bit for bit.
+    /// The contents as TOML; reading it gives the same numbers bit for bit.
     pub fn to_toml(&self) -> Result<String, ContentsError> {
         Ok(toml::to_string(self)?)
     }
 
-    /// The FMU's instantiation token: another for other contents.
+    /// The FMU's instantiation token; it differs for different contents.
     pub fn token<U: Packable<Parameters = P>>(&self) -> Result<String, ContentsError> {
         Ok(format!("cofferdam-{}-{}", U::NAME, Fingerprint::of(U::NAME, self)?))
     }

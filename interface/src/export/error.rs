@@ -7,7 +7,7 @@ pub enum ExportError {
     /// A call that breaks the contract of units.
     #[error(transparent)]
     Call(#[from] CallError),
-    /// What the unit itself said.
+    /// An error of the unit itself.
     #[error("{0}")]
     Unit(Box<dyn std::error::Error + Send + Sync>),
     /// The FMU's resources.
@@ -16,17 +16,17 @@ pub enum ExportError {
     /// A serialised state.
     #[error(transparent)]
     State(#[from] StateError),
-    /// A call in the wrong mode of the FMU's life.
+    /// A call that FMI 3.0 does not allow in the present mode.
     #[error("{call} is not allowed in {mode}; {remedy}")]
     Mode {
         /// The function.
         call: &'static str,
         /// Mode that the instance is in.
         mode: &'static str,
-        /// What would be allowed.
+        /// What to do instead.
         remedy: &'static str,
     },
-    /// A pointer is null, or points where no such values can lie.
+    /// A pointer that is null or misaligned, or a length that is impossible.
     #[error("{call}: `{argument}` is null, misaligned or impossibly long; pass a valid pointer and length")]
     Pointer {
         /// The function.
@@ -34,16 +34,16 @@ pub enum ExportError {
         /// Name of the argument.
         argument: &'static str,
     },
-    /// A string is no UTF-8.
-    #[error("{call}: `{argument}` is no UTF-8 text; encode it so")]
+    /// A string is not UTF-8.
+    #[error("{call}: `{argument}` is not UTF-8 text; encode it in UTF-8")]
     Text {
         /// The function.
         call: &'static str,
         /// Name of the argument.
         argument: &'static str,
     },
-    /// The values do not fit the variables.
-    #[error("{call}: the variables have {expected} values together, {found} were passed; pass as many")]
+    /// The number of values is not that of the variables.
+    #[error("{call}: the variables have {expected} values together, {found} were passed; pass {expected}")]
     Values {
         /// The function.
         call: &'static str,
@@ -52,8 +52,10 @@ pub enum ExportError {
         /// Number of values passed.
         found: usize,
     },
-    /// An interval that no simulation can have.
-    #[error("the start time is {start_time} s, the stop time {stop_time} s; both must be finite, and ascend")]
+    /// A start or stop time that a simulation cannot have.
+    #[error(
+        "the start time is {start_time} s, the stop time {stop_time} s; both must be finite, and the stop time not before the start time"
+    )]
     Interval {
         /// Start passed, s.
         start_time: f64,
@@ -62,7 +64,7 @@ pub enum ExportError {
     },
     /// A step beyond the end.
     #[error(
-        "a step to {end} s passes the stop time of {stop_time} s; give fmi3EnterInitializationMode a later one, or none"
+        "a step to {end} s passes the stop time of {stop_time} s; pass a later stop time, or none, to fmi3EnterInitializationMode"
     )]
     BeyondStop {
         /// End of the step, s.
@@ -70,8 +72,10 @@ pub enum ExportError {
         /// Stop time, s.
         stop_time: f64,
     },
-    /// A start value among the resources that no input of the unit can take.
-    #[error("`{name}` cannot start with {found} values: the unit has an input of that name with {expected}")]
+    /// Start values in the resources that fit no input of the unit.
+    #[error(
+        "`{name}` cannot start with {found} values: the unit's input of that name has {expected} (0: there is none)"
+    )]
     Start {
         /// Name in the contents.
         name: String,
@@ -81,7 +85,7 @@ pub enum ExportError {
         found: usize,
     },
     /// `time` cannot be set.
-    #[error("`time` cannot be set; it is what fmi3EnterInitializationMode and fmi3DoStep make it")]
+    #[error("`time` cannot be set; fmi3EnterInitializationMode and fmi3DoStep set it")]
     Time,
     /// A parameter is NaN or infinite.
     #[error("{unit}: `{variable}`[{index}] cannot be {value}; set it to a finite number")]
@@ -97,8 +101,8 @@ pub enum ExportError {
     },
     /// The token is not that of the resources.
     #[error(
-        "the instantiation token is {found}, the resources want {expected}; take modelDescription.xml and resources \
-         from the same FMU"
+        "the instantiation token is {found}, but the resources need {expected}; take modelDescription.xml and the \
+         resources from the same FMU"
     )]
     Token {
         /// Token passed.
@@ -109,43 +113,45 @@ pub enum ExportError {
     /// The importer wants to handle events.
     #[error("this FMU has no event mode; instantiate it with eventModeUsed = false")]
     EventMode,
-    /// A handle that is none.
-    #[error("{call}: the state was not saved by this instance, or is freed already")]
+    /// A handle that belongs to no saved state.
+    #[error("{call}: the state was not saved by this instance, or has been freed")]
     UnknownState {
         /// The function.
         call: &'static str,
     },
-    /// Room of the wrong size for a serialised state.
+    /// A buffer of the wrong size for a serialised state.
     #[error(
-        "the serialised state has {expected} bytes, there is room for {found}; ask fmi3SerializedFMUStateSize"
+        "the serialised state has {expected} bytes, the buffer has {found}; take the size from fmi3SerializedFMUStateSize"
     )]
     StateSize {
         /// Bytes needed.
         expected: usize,
-        /// Bytes of room.
+        /// Size of the buffer in bytes.
         found: usize,
     },
-    /// A category of messages that there is not.
-    #[error("there is no log category {found:?}; there are logStatusError, logStatusWarning and logEvents")]
+    /// An unknown log category.
+    #[error("there is no log category {found:?}; choose logStatusError, logStatusWarning or logEvents")]
     Category {
         /// Category passed.
         found: String,
     },
-    /// A part of FMI that this FMU does not have.
-    #[error("{call}: this FMU does not offer it; its modelDescription.xml says what it offers")]
+    /// A function of FMI that this FMU does not offer.
+    #[error(
+        "{call}: this FMU does not offer this function; see the capabilities in its modelDescription.xml"
+    )]
     NotOffered {
         /// The function.
         call: &'static str,
     },
-    /// Earlier the instance was left in the middle of something.
-    #[error("this instance broke down earlier; free it and instantiate another")]
+    /// An earlier call ended in a panic.
+    #[error("this instance failed in an earlier call; free it and instantiate another")]
     Broken,
-    /// A defect of the unit.
-    #[error("{call} broke down: {cause}; this is a defect of the FMU, please report it")]
+    /// The call ended in a panic.
+    #[error("{call} failed: {cause}; this is a defect of the FMU, please report it")]
     Panicked {
         /// The function.
         call: &'static str,
-        /// What the panic said.
+        /// Message of the panic.
         cause: String,
     },
 }

@@ -7,35 +7,11 @@ use super::instance::Instance;
 use super::log::{self, Log};
 use super::{Contents, ExportError};
 use crate::Packable;
-use std::ffi::{CStr, c_char, c_void};
+use std::ffi::{CStr, c_void};
 use std::path::Path;
 
 pub use super::instances::Instances;
-
-/// `fmi3Instance`, `fmi3FMUState`: a number that is looked up, never dereferenced.
-pub type Handle = *mut c_void;
-/// `fmi3Boolean`: whatever a C compiler leaves there is read without undefined behaviour.
-pub type Boolean = u8;
-/// `fmi3String`.
-pub type Text = *const c_char;
-/// `fmi3LogMessageCallback`.
-pub type LogMessage = unsafe extern "C" fn(*mut c_void, Status, Text, Text);
-
-/// `fmi3Status`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(C)]
-pub enum Status {
-    /// All well.
-    Ok,
-    /// The results may be doubtful.
-    Warning,
-    /// Not done, nothing lost.
-    Discard,
-    /// Refused; the instance stands where it stood.
-    Error,
-    /// The instance is lost, or was not made because it broke down.
-    Fatal,
-}
+pub use super::types::{Boolean, Handle, LogMessage, Status, Text};
 
 /// The numbers at `pointer`.
 ///
@@ -58,10 +34,10 @@ unsafe fn slice<'a, T>(
     Ok(unsafe { std::slice::from_raw_parts(pointer, length) })
 }
 
-/// Room for numbers at `pointer`.
+/// The numbers at `pointer`, mutable.
 ///
 /// # Safety
-/// As [`slice`], and nobody else uses them during the call.
+/// As [`slice`]; in addition, nothing else uses the values during the call.
 unsafe fn slice_mut<'a, T>(
     call: &'static str,
     argument: &'static str,
@@ -107,7 +83,7 @@ unsafe fn text<'a>(
     unsafe { CStr::from_ptr(pointer) }.to_str().map_err(|_| ExportError::Text { call, argument })
 }
 
-/// `fmi3InstantiateCoSimulation`, without what this FMU does not offer.
+/// `fmi3InstantiateCoSimulation`, with the arguments that this FMU uses.
 ///
 /// # Safety
 /// As FMI 3.0 demands of importers.
@@ -140,7 +116,7 @@ pub unsafe fn instantiate<U: Packable>(
     made.map_or(std::ptr::null_mut(), std::ptr::without_provenance_mut)
 }
 
-/// The instantiation of a kind of FMU that this is not: says so, and returns null.
+/// The instantiation of another kind of FMU: logs an error and returns null.
 pub fn refuse_instance<U: Packable>(
     instances: &Instances<U>,
     call: &'static str,
@@ -157,12 +133,12 @@ pub fn free_instance<U: Packable>(instances: &Instances<U>, instance: Handle) {
     instances.remove(instance.addr());
 }
 
-/// Whatever this FMU does not offer.
+/// A function that this FMU does not offer.
 pub fn refuse<U: Packable>(instances: &Instances<U>, call: &'static str, instance: Handle) -> Status {
     instances.call(call, instance.addr(), |_, _| Err(ExportError::NotOffered { call }))
 }
 
-/// Getters and setters of types that no variable has: nothing can be got and set.
+/// Getters and setters of types that no variable has: they accept only an empty list of variables.
 pub fn no_variable<U: Packable>(
     instances: &Instances<U>,
     call: &'static str,
@@ -175,7 +151,7 @@ pub fn no_variable<U: Packable>(
     })
 }
 
-/// `fmi3SetDebugLogging`; without categories all are meant.
+/// `fmi3SetDebugLogging`; an empty list means all categories.
 ///
 /// # Safety
 /// As FMI 3.0 demands of importers.
@@ -270,7 +246,7 @@ pub unsafe fn set_float64<U: Packable>(
     })
 }
 
-/// `fmi3DoStep`: events, early return and termination never happen.
+/// `fmi3DoStep`; there are no events, early returns or terminations by the FMU.
 ///
 /// # Safety
 /// As FMI 3.0 demands of importers.
@@ -312,7 +288,7 @@ pub unsafe fn get_directional_derivative<U: Packable>(
         let unknowns = unsafe { slice(call, "unknowns", unknowns.0, unknowns.1) }?;
         // SAFETY: by the caller.
         let knowns = unsafe { slice(call, "knowns", knowns.0, knowns.1) }?;
-        // The importer may take the same place for both.
+        // The importer may pass the same array for both.
         // SAFETY: by the caller.
         let seed = unsafe { slice(call, "seed", seed, seed_length) }?.to_vec();
         // SAFETY: by the caller.
@@ -321,7 +297,7 @@ pub unsafe fn get_directional_derivative<U: Packable>(
     })
 }
 
-/// `fmi3GetFMUState`: a handle that is not null must be a saved state's, and is used again.
+/// `fmi3GetFMUState`; a handle that is not null must belong to a saved state, which is overwritten.
 ///
 /// # Safety
 /// As FMI 3.0 demands of importers.
@@ -355,7 +331,7 @@ pub fn set_fmu_state<U: Packable>(
     instances.call(call, instance.addr(), |i, _| i.restore_state(call, state.addr()))
 }
 
-/// `fmi3FreeFMUState`: null, or a place that holds it, is let be; a handle becomes null.
+/// `fmi3FreeFMUState`; a null pointer or null handle is ignored, any other handle is set to null.
 ///
 /// # Safety
 /// As FMI 3.0 demands of importers.
@@ -420,7 +396,7 @@ pub unsafe fn serialize_fmu_state<U: Packable>(
     })
 }
 
-/// `fmi3DeserializeFMUState`: the handle of a saved state is used again, any other is replaced.
+/// `fmi3DeserializeFMUState`; the handle of a saved state is reused, any other is replaced.
 ///
 /// # Safety
 /// As FMI 3.0 demands of importers.

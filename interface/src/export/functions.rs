@@ -1,8 +1,8 @@
-//! The names of FMI 3.0's C functions.
+//! The exported names of the C functions of FMI 3.0.
 
 /// Exports the C functions of FMI 3.0 for Co-Simulation for a [`Packable`](crate::Packable) unit.
 ///
-/// Once in a library, for the names are those that importers look for: `interface::export_fmi3!(Unit);`.
+/// Use it once in a library, as the names are fixed by FMI: `interface::export_fmi3!(Unit);`.
 #[macro_export]
 macro_rules! export_fmi3 {
     ($unit:ty) => {

@@ -1,16 +1,14 @@
 use super::{Contents, ExportError};
+use crate::variables::TIME;
 use crate::{CallError, Causality, Fingerprint, Packable, StateError, Variable, open, seal};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashMap};
 use std::num::NonZeroUsize;
 
-/// Value reference of the independent variable `time`.
-const TIME: u32 = 0;
-
-/// Share of a communication step by which its end may pass the stop time: sums of steps round.
+/// Fraction of a communication step by which its end may pass the stop time, because sums of steps are rounded.
 const STOP_TOLERANCE: f64 = 1e-6;
 
-/// Where an instance stands in the life that FMI 3.0 prescribes.
+/// State of an instance in the state machine of FMI 3.0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 enum Mode {
     Instantiated,
@@ -30,19 +28,19 @@ impl Mode {
     }
 }
 
-/// A unit as the importer of its FMU drives it.
+/// A unit as the importer of its FMU uses it.
 ///
-/// The unit is made when something of it is needed, at the latest when initialisation begins: so
-/// parameters that are set before cost nothing. Changing one later in initialisation makes it anew.
+/// The unit is made when it is first needed, at the latest when initialisation begins. Parameters that are set before
+/// therefore cost nothing; a parameter that changes during initialisation makes the unit again.
 ///
-/// A call that is refused leaves everything as it was.
+/// A refused call changes nothing.
 pub struct Instance<U: Packable> {
     packed: Contents<U::Parameters>,
     fingerprint: Fingerprint,
-    /// The variables that this FMU has, and their numbers of values.
+    /// The variables of this FMU, and their numbers of values.
     variables: BTreeMap<u32, (&'static Variable, usize)>,
     parameters: U::Parameters,
-    /// Inputs that were set while there is no unit.
+    /// Inputs that were set before the unit was made.
     inputs: BTreeMap<u32, Vec<f64>>,
     made: Option<Made<U>>,
     mode: Mode,
@@ -53,9 +51,9 @@ pub struct Instance<U: Packable> {
 
 struct Made<U: Packable> {
     unit: U,
-    /// The state that it was made in.
+    /// The state of the unit when it was made.
     new: U::State,
-    /// The state before outputs were asked for in Initialization Mode, and the unit initialised for it.
+    /// The state before the unit was initialised because outputs were read in Initialization Mode.
     before_outputs: Option<U::State>,
 }
 
@@ -67,13 +65,13 @@ struct Saved<S> {
     state: Kept<S>,
 }
 
-/// A state, or what was read of it: only a unit with its parameters can make the one from the other.
+/// A state, or its bytes: only a unit with the same parameters can read them.
 enum Kept<S> {
     State(S),
     Written(Vec<u8>),
 }
 
-/// What is written of a saved state.
+/// The serialised form of a saved state.
 #[derive(Serialize, Deserialize)]
 struct SerialisedState {
     mode: Mode,
@@ -87,9 +85,9 @@ fn failed<E: std::error::Error + Send + Sync + 'static>(error: E) -> ExportError
 }
 
 impl<U: Packable> Instance<U> {
-    /// An instance of what an FMU holds.
+    /// An instance with the contents of an FMU.
     ///
-    /// **Errors**: a start value for what is no input, or of the wrong length.
+    /// **Errors**: a start value for a variable that is not an input, or of the wrong length.
     pub fn new(packed: Contents<U::Parameters>) -> Result<Self, ExportError> {
         let mut parameters = packed.parameters.clone();
         let mut variables = BTreeMap::new();
@@ -146,16 +144,16 @@ impl<U: Packable> Instance<U> {
         if modes.contains(&self.mode) { Ok(()) } else { Err(self.refused(call, remedy)) }
     }
 
-    /// The unit, made now if it is not there.
+    /// The unit; it is made now if there is none.
     fn made(&mut self) -> Result<&mut Made<U>, ExportError> {
         if self.made.is_none() {
             self.made = Some(Made::new(self.parameters.clone(), &self.inputs)?);
         }
-        // It is there.
+        // It was just made.
         self.made.as_mut().ok_or(ExportError::Broken)
     }
 
-    /// Gives up the unit because a parameter changes; its inputs stay.
+    /// Drops the unit because a parameter changes, and keeps its inputs.
     fn unmake(&mut self) -> Result<(), ExportError> {
         let Some(made) = self.made.take() else { return Ok(()) };
         for (reference, (_, size)) in self.variables.iter().filter(|(_, (v, _))| is_input(v)) {
@@ -200,7 +198,7 @@ impl<U: Packable> Instance<U> {
             self.check_setting(call, variable, own)?;
             settings.push((variable, own));
         }
-        // What the unit itself refuses must not leave half of the rest behind.
+        // If the unit refuses one input, the others must not stay set.
         let before = match &self.made {
             Some(made) if settings.len() > 1 => Some(made.unit.save_state()),
             _ => None,
@@ -218,7 +216,7 @@ impl<U: Packable> Instance<U> {
         parameters.into_iter().try_for_each(|(variable, values)| self.set_parameter(variable, values))
     }
 
-    /// Whether a variable can be set to these values, as far as it can be told without the unit.
+    /// Checks whether a variable can be set to these values, as far as possible without the unit.
     fn check_setting(
         &self,
         call: &'static str,
@@ -265,9 +263,9 @@ impl<U: Packable> Instance<U> {
         self.unmake()
     }
 
-    /// Gets variables, one after the other, into `values`.
+    /// Copies the values of the variables, one after the other, into `values`.
     ///
-    /// **Errors**: unknown variable, wrong number of values, an output before there are any.
+    /// **Errors**: unknown variable, wrong number of values, an output before the unit has outputs.
     pub fn get(
         &mut self,
         call: &'static str,
@@ -302,7 +300,7 @@ impl<U: Packable> Instance<U> {
                 let (mode, time) = (self.mode, self.time);
                 let made = self.made()?;
                 match made.unit.get(reference, values) {
-                    // What depends on the inputs exists once the unit is initialised with them.
+                    // Values that depend on the inputs exist only after the unit has been initialised.
                     Err(_) if mode == Mode::Initialization && made.before_outputs.is_none() => {
                         made.initialise(time)?;
                         made.unit.get(reference, values).map_err(failed)
@@ -313,14 +311,14 @@ impl<U: Packable> Instance<U> {
         }
     }
 
-    /// Begins initialisation at `start_time` (s): the unit is made. No step will pass `stop_time`.
+    /// Begins initialisation at `start_time` (s) and makes the unit. Steps beyond `stop_time` (s) will be refused.
     pub fn enter_initialization(
         &mut self,
         call: &'static str,
         start_time: f64,
         stop_time: Option<f64>,
     ) -> Result<(), ExportError> {
-        self.expect(call, &[Mode::Instantiated], "it comes once, after instantiating or resetting")?;
+        self.expect(call, &[Mode::Instantiated], "call it once, after instantiating or resetting")?;
         let stops = stop_time.is_none_or(|stop| stop.is_finite() && stop >= start_time);
         if !(start_time.is_finite() && stops) {
             return Err(ExportError::Interval { start_time, stop_time: stop_time.unwrap_or(f64::INFINITY) });
@@ -364,12 +362,12 @@ impl<U: Packable> Instance<U> {
 
     /// Ends the simulation; results can still be read.
     pub fn terminate(&mut self, call: &'static str) -> Result<(), ExportError> {
-        self.expect(call, &[Mode::Step], "there is no simulation to end: free or reset the instance")?;
+        self.expect(call, &[Mode::Step], "no simulation is running: free or reset the instance")?;
         self.mode = Mode::Terminated;
         Ok(())
     }
 
-    /// Goes back to where the instance began; saved states stay.
+    /// Returns to the state after instantiation; saved states are kept.
     pub fn reset(&mut self) -> Result<(), ExportError> {
         let packed = numbers_of::<U>(&mut self.packed.parameters);
         if numbers_of::<U>(&mut self.parameters) != packed {
@@ -392,7 +390,7 @@ impl<U: Packable> Instance<U> {
         seed: &[f64],
         sensitivity: &mut [f64],
     ) -> Result<(), ExportError> {
-        self.expect(call, &[Mode::Step], "there are derivatives of communication steps only")?;
+        self.expect(call, &[Mode::Step], "derivatives exist only of communication steps, in Step Mode")?;
         let known_sizes = self.sizes(call, knowns, seed.len())?;
         let unknown_sizes = self.sizes(call, unknowns, sensitivity.len())?;
         let unit = &self.made()?.unit;
@@ -417,7 +415,7 @@ impl<U: Packable> Instance<U> {
         Ok(())
     }
 
-    /// Whether `handle` is a saved state's.
+    /// Whether `handle` belongs to a saved state.
     pub fn has_state(&self, handle: usize) -> bool {
         self.states.contains_key(&handle)
     }
@@ -492,9 +490,10 @@ impl<U: Packable> Instance<U> {
         Ok(seal(self.fingerprint, &SerialisedState { mode, time, parameters, unit })?)
     }
 
-    /// Reads what [`serialise_state`](Self::serialise_state) wrote, in any process, and saves it under `handle`.
+    /// Reads a state written by [`serialise_state`](Self::serialise_state), in this or another process, and saves it under
+    /// `handle`.
     ///
-    /// **Errors**: damaged bytes, and those of another FMU.
+    /// **Errors**: damaged bytes, or bytes of another FMU.
     pub fn deserialise_state(&mut self, bytes: &[u8], handle: usize) -> Result<(), ExportError> {
         let SerialisedState { mode, time, parameters, unit } = open(self.fingerprint, bytes)?;
         set_numbers::<U>(&mut self.packed.parameters.clone(), &parameters)?;
@@ -514,7 +513,7 @@ impl<U: Packable> Made<U> {
         Ok(Self { unit, new, before_outputs: None })
     }
 
-    /// Initialises the unit, and remembers how it was before.
+    /// Initialises the unit and keeps its state before that.
     fn initialise(&mut self, start_time: f64) -> Result<(), ExportError> {
         let before = self.unit.save_state();
         self.unit.initialise(start_time).map_err(failed)?;
@@ -536,7 +535,7 @@ fn numbers_of<U: Packable>(parameters: &mut U::Parameters) -> Vec<f64> {
     numbers
 }
 
-/// Sets what [`numbers_of`] gave.
+/// Sets the numbers that [`numbers_of`] returned.
 fn set_numbers<U: Packable>(parameters: &mut U::Parameters, values: &[f64]) -> Result<(), StateError> {
     if numbers_of::<U>(parameters).len() != values.len() {
         return Err(StateError::NotAState { length: values.len() });

@@ -1,7 +1,7 @@
 use super::ExportError;
-use super::fmi3::Status;
 use super::instance::Instance;
 use super::log::Log;
+use super::types::Status;
 use crate::{Messages, Packable};
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -16,25 +16,25 @@ pub struct Instances<U: Packable> {
 
 struct Live<U: Packable> {
     log: Log,
-    heard: Messages,
+    messages: Messages,
     instance: Mutex<Instance<U>>,
 }
 
 impl<U: Packable> Instances<U> {
-    /// None yet.
-    #[allow(clippy::new_without_default)] // it is made in a static
+    /// Without instances.
+    #[allow(clippy::new_without_default)] // a static needs a const function
     pub const fn new() -> Self {
         Self { live: Mutex::new(BTreeMap::new()), handles: AtomicUsize::new(1) }
     }
 
-    /// A handle that was never used while this library is loaded, nor by another library.
+    /// A handle that neither this library, since it was loaded, nor another library of this project has used.
     pub fn new_handle(&self) -> usize {
-        // No two libraries have this page of memory.
+        // The memory page of this static belongs to this library alone.
         let library = (std::ptr::from_ref(self).addr() >> 12) << (usize::BITS / 2);
         library.wrapping_add(self.handles.fetch_add(1, Ordering::Relaxed))
     }
 
-    /// Makes an instance; returns its handle, or nothing, and says why.
+    /// Makes an instance and returns its handle; on an error, logs it and returns nothing.
     pub fn insert(
         &self,
         call: &'static str,
@@ -49,7 +49,7 @@ impl<U: Packable> Instances<U> {
             }
         };
         let handle = self.new_handle();
-        let live = Arc::new(Live { log, heard: Messages::default(), instance });
+        let live = Arc::new(Live { log, messages: Messages::default(), instance });
         self.live.lock().unwrap_or_else(PoisonError::into_inner).insert(handle, live);
         Some(handle)
     }
@@ -58,15 +58,15 @@ impl<U: Packable> Instances<U> {
         self.live.lock().unwrap_or_else(PoisonError::into_inner).get(&handle).cloned()
     }
 
-    /// Frees an instance, if there is one, with all its saved states.
+    /// Frees the instance of `handle`, if there is one, with its saved states.
     pub fn remove(&self, handle: usize) {
         let removed = self.live.lock().unwrap_or_else(PoisonError::into_inner).remove(&handle);
         release(removed);
     }
 
-    /// Calls `body` with the instance, and tells the importer what was said meanwhile and what went wrong.
+    /// Calls `body` with the instance, then passes the messages of the unit and the error, if any, to the importer.
     ///
-    /// A handle that is no instance's has nobody to tell.
+    /// A handle that belongs to no instance gives [`Status::Error`] without a message: there is no log to write to.
     pub fn call(
         &self,
         call: &'static str,
@@ -76,9 +76,9 @@ impl<U: Packable> Instances<U> {
         let Some(live) = self.find(handle) else { return Status::Error };
         let result = guarded(call, || {
             let mut instance = live.instance.lock().map_err(|_| ExportError::Broken)?;
-            live.heard.listen(|| body(&mut instance, &live.log))
+            live.messages.listen(|| body(&mut instance, &live.log))
         });
-        for (level, _, text) in live.heard.take() {
+        for (level, _, text) in live.messages.take() {
             live.log.message(level, &text);
         }
         let status = match &result {
@@ -100,20 +100,20 @@ fn status_of(error: &ExportError) -> Status {
     }
 }
 
-/// Drops what an instance leaves behind: if it is the last to hold it and breaks down, nobody is left to be told.
+/// Drops `left`. A panic in its destructor is ignored: it must not reach the importer, and there is no log left for it.
 fn release<T>(left: T) {
     if let Err(panic) = catch_unwind(AssertUnwindSafe(|| drop(left))) {
         std::mem::forget(panic);
     }
 }
 
-/// Calls `body`; a panic becomes an error, for it must not reach the importer.
+/// Calls `body`; a panic becomes an error, because it must not reach the importer.
 fn guarded<T>(call: &'static str, body: impl FnOnce() -> Result<T, ExportError>) -> Result<T, ExportError> {
     catch_unwind(AssertUnwindSafe(body)).unwrap_or_else(|panic| {
         let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
         let cause = text.or_else(|| panic.downcast_ref::<String>().cloned());
-        // Dropping it might panic once more.
+        // Dropping the payload might panic again.
         std::mem::forget(panic);
-        Err(ExportError::Panicked { call, cause: cause.unwrap_or_else(|| "it said nothing".to_owned()) })
+        Err(ExportError::Panicked { call, cause: cause.unwrap_or_else(|| "without a message".to_owned()) })
     })
 }

@@ -1,27 +1,31 @@
 #![allow(unsafe_code)] // it calls back into C
 
 use super::ExportError;
-use super::fmi3::{LogMessage, Status};
+use super::types::{LogMessage, Status};
 use crate::Level;
 use std::ffi::{CString, c_void};
 use std::sync::atomic::{AtomicU8, Ordering};
 
-/// The categories of messages, by their bits.
-const CATEGORIES: [&str; 3] = ["logStatusError", "logStatusWarning", "logEvents"];
+/// The log categories by their bits, and what their messages say.
+pub const LOG_CATEGORIES: [(&str, &str); 3] = [
+    ("logStatusError", "errors: calls that were refused, and why"),
+    ("logStatusWarning", "doubtful results, and why"),
+    ("logEvents", "messages of the unit while it computes"),
+];
 const ERROR: usize = 0;
 const WARNING: usize = 1;
 const EVENT: usize = 2;
 
-/// Says to the importer what an instance has to say: errors always, the rest if it wants to hear it.
+/// Passes the messages of an instance to the importer: errors always, other categories where it has turned them on.
 pub struct Log {
     callback: Option<LogMessage>,
-    /// Address that the importer wants back.
+    /// Address that the importer gets back with each message.
     environment: usize,
     wanted: AtomicU8,
 }
 
 impl Log {
-    /// Speaks through `callback`.
+    /// A log that calls `callback`; `on` turns all categories on.
     pub fn new(callback: Option<LogMessage>, environment: *mut c_void, on: bool) -> Self {
         let new = Self { callback, environment: environment as usize, wanted: AtomicU8::new(0) };
         new.choose(on, ALL);
@@ -34,12 +38,12 @@ impl Log {
         self.wanted.store(wanted | 1 << ERROR, Ordering::Relaxed);
     }
 
-    /// Says why a call is refused.
+    /// Passes on why a call was refused.
     pub fn error(&self, status: Status, error: &ExportError) {
         self.say(ERROR, status, &error.to_string());
     }
 
-    /// Says what the unit said.
+    /// Passes on a message of the unit.
     pub fn message(&self, level: Level, text: &str) {
         match level {
             Level::Error => self.say(ERROR, Status::Error, text),
@@ -53,8 +57,9 @@ impl Log {
         if self.wanted.load(Ordering::Relaxed) & 1 << category == 0 {
             return;
         }
-        // Nothing that is said holds a NUL, but what an importer passed may.
-        let [category, text] = [CATEGORIES[category], text].map(|text| CString::new(text.replace('\0', "")));
+        // Messages contain no NUL themselves, but may quote text that the importer passed.
+        let [category, text] =
+            [LOG_CATEGORIES[category].0, text].map(|text| CString::new(text.replace('\0', "")));
         if let (Ok(category), Ok(text)) = (category, text) {
             let environment = self.environment as *mut c_void;
             // SAFETY: the importer promises that the callback may be called with its environment as long as the
@@ -65,10 +70,10 @@ impl Log {
 }
 
 /// The bits of all categories.
-pub const ALL: u8 = (1 << CATEGORIES.len()) - 1;
+pub const ALL: u8 = (1 << LOG_CATEGORIES.len()) - 1;
 
 /// The bit of a category.
 pub fn category(name: &str) -> Result<u8, ExportError> {
-    let found = CATEGORIES.iter().position(|category| *category == name);
+    let found = LOG_CATEGORIES.iter().position(|(category, _)| *category == name);
     found.map(|bit| 1 << bit).ok_or_else(|| ExportError::Category { found: name.to_owned() })
 }

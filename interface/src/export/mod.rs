@@ -7,9 +7,9 @@
 //!
 //! A library that exports one unit is one line: `interface::export_fmi3!(Unit);`.
 //!
-//! **Handles.** Instances and saved states are numbers, none used twice while the library is loaded, that are looked
-//! up and never dereferenced: a null, freed or foreign handle is an error, not a crash. **Panics** end at the border;
-//! the instance refuses every later call but being freed.
+//! **Handles.** The handles of instances and saved states are numbers. They are looked up and never dereferenced, so a
+//! null, freed or foreign handle is an error and not a crash. No handle is used twice while the library is loaded.
+//! **Panics** do not reach the importer; after one, the instance refuses every call except to be freed.
 
 mod contents;
 mod error;
@@ -18,14 +18,16 @@ mod functions;
 mod instance;
 mod instances;
 mod log;
+mod types;
 
 pub use contents::{Contents, ContentsError, FILE};
 pub use error::ExportError;
+pub use log::LOG_CATEGORIES;
 
-/// What every library of a unit holds, before the unit's name and a zero: so it is known for what it is.
+/// Text in every library of a unit, followed by the unit's name and a zero byte; it identifies the library.
 pub const MARKER: &str = "cofferdam unit: ";
 
-/// The bytes by which the library of the unit `name` is known.
+/// The bytes that identify the library of the unit `name`.
 pub const fn marker<const LENGTH: usize>(name: &str) -> [u8; LENGTH] {
     let mut bytes = [0; LENGTH];
     let (first, _) = bytes.split_at_mut(MARKER.len());

@@ -1,4 +1,3 @@
-use super::variables::causality;
 use super::{Package, SizedVariable};
 use interface::{Causality, Packable};
 use quick_xml::escape::escape;
@@ -6,7 +5,7 @@ use std::fmt::Write;
 
 const PAGE: &str = include_str!("page.html");
 
-/// documentation/index.html: what the unit is, and how to use it.
+/// The text of documentation/index.html: what the unit computes, and how to use it.
 pub fn page<U: Packable>(package: &Package<U>, variables: &[SizedVariable]) -> String {
     let numbers = [
         ("step", package.communication_step.to_string()),
@@ -14,8 +13,10 @@ pub fn page<U: Packable>(package: &Package<U>, variables: &[SizedVariable]) -> S
         ("points", package.interface_points().to_string()),
     ];
     let step = match U::capabilities_for(&package.contents.parameters).variable_communication_step {
-        true => "The length of a communication step may differ from the scene's, and from step to step.",
-        false => "Every communication step has this length; others are refused.",
+        true => {
+            "The length of a communication step may differ from that of the scene, and from step to step."
+        }
+        false => "Every communication step must have this length; other lengths are refused.",
     };
     let mesh: Vec<String> =
         package.mesh.iter().map(|(name, _)| format!("<code>resources/mesh/{name}</code>")).collect();
@@ -35,11 +36,11 @@ pub fn page<U: Packable>(package: &Package<U>, variables: &[SizedVariable]) -> S
     filled(PAGE, &values)
 }
 
-/// documentation/licenses/license.txt.
+/// The text of documentation/licenses/license.txt.
 pub fn licences() -> String {
     format!(
-        "Licensed under either of the MIT licence or the Apache licence 2.0, at your choice. The library is linked with \
-         crates of others under licences of their own, most of them these two: in the sources of cofferdam {}, \
+        "Licensed under the MIT licence or the Apache licence 2.0, at your choice. The library contains third-party \
+         crates under their own licences, most of them one of these two. In the sources of cofferdam {}, \
          `cargo tree --edges normal --format '{{p}} {{l}}'` lists them.\n\n{}\n\n{}",
         env!("CARGO_PKG_VERSION"),
         include_str!("../../../LICENSE-MIT"),
@@ -47,7 +48,7 @@ pub fn licences() -> String {
     )
 }
 
-/// The template with every `{name}` replaced by its value. Braces around anything else stay, and those in values.
+/// The template with every known `{name}` replaced by its value. Other braces, and braces in values, stay unchanged.
 fn filled(template: &str, values: &[(&str, String)]) -> String {
     let (mut text, mut rest) = (String::new(), template);
     while let Some(open) = rest.find('{') {
@@ -70,7 +71,7 @@ fn filled(template: &str, values: &[(&str, String)]) -> String {
     text + rest
 }
 
-/// A row a variable.
+/// The rows of the table of variables.
 fn table(variables: &[SizedVariable]) -> String {
     let mut rows = String::new();
     for sized in variables {
@@ -79,13 +80,13 @@ fn table(variables: &[SizedVariable]) -> String {
             Causality::Parameter => sized.start_text().unwrap_or_default(),
             _ => String::new(),
         };
-        // Writing into a string does not fail.
+        // Writing to a string cannot fail.
         let _ = writeln!(
             rows,
             "<tr><td><code>{}</code></td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
             variable.name,
             variable.value_reference,
-            causality(variable.causality),
+            variable.causality.name(),
             sized.size,
             escape(variable.unit),
             start,
@@ -95,7 +96,7 @@ fn table(variables: &[SizedVariable]) -> String {
     rows
 }
 
-/// Names of the parameters, as a list in a sentence.
+/// Names of the parameters, separated by commas.
 fn parameters(variables: &[SizedVariable]) -> String {
     let parameters = variables.iter().filter(|v| v.variable.causality == Causality::Parameter);
     parameters.map(|v| format!("<code>{}</code>", v.variable.name)).collect::<Vec<_>>().join(", ")

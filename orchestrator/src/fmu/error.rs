@@ -1,13 +1,13 @@
 use interface::export::ContentsError;
 use std::path::PathBuf;
 
-/// An FMU that cannot be packed.
+/// Why an FMU cannot be packed.
 #[derive(Debug, thiserror::Error)]
 pub enum FmuError {
-    /// The unit's library is not where the program is.
+    /// The unit's library was not found beside the program.
     #[error(
         "the library {file} is not in {folders}; build it together with the program by \
-         `cargo build --release` and run target/release/cofferdam, or name it by --library"
+         `cargo build --release` and run target/release/cofferdam, or give its path with --library"
     )]
     NoLibrary {
         /// Name of the file.
@@ -15,34 +15,34 @@ pub enum FmuError {
         /// Folders looked in.
         folders: String,
     },
-    /// The program does not know where it is.
+    /// The path of the program is unknown.
     #[error(
-        "the program's own file cannot be found, so neither can the library beside it: {0}; name it by --library"
+        "the path of the program, beside which the library lies, cannot be found: {0}; give the path of the library with --library"
     )]
     Program(std::io::Error),
     /// The library cannot be read.
-    #[error("{}: {cause}; name a file that can be read by --library", path.display())]
+    #[error("{}: {cause}; give the path of a readable file with --library", path.display())]
     UnreadableLibrary {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         cause: std::io::Error,
     },
-    /// The file is something else.
+    /// The file is not a shared library.
     #[error(
-        "{} is no shared library of {platform}, the platform of this program; name one by --library, or let \
-         the program find its own",
+        "{} is not a shared library for {platform}, the platform of this program; give the path of one with --library, \
+         or leave out --library to use the library built with the program",
         path.display()
     )]
     NotALibrary {
         /// The file.
         path: PathBuf,
         /// Platform, as FMI names it.
-        platform: String,
+        platform: &'static str,
     },
-    /// The library is another one.
+    /// The library is that of another unit.
     #[error(
-        "{} is not the library of the unit `{unit}`; without --library the program finds its own",
+        "{} is not the library of the unit `{unit}`; leave out --library to use the library built with the program",
         path.display()
     )]
     OtherLibrary {
@@ -51,20 +51,20 @@ pub enum FmuError {
         /// The unit that is packed.
         unit: String,
     },
-    /// The target is something that must not be replaced.
-    #[error("{} is no regular file and is not overwritten; choose another --output", path.display())]
+    /// The target is not a regular file.
+    #[error("{} is not a regular file and is not overwritten; choose another --output", path.display())]
     NotAFile {
         /// The target.
         path: PathBuf,
     },
     /// The target exists.
-    #[error("{} exists; choose another --output, or overwrite it by --force", path.display())]
+    #[error("{} exists; choose another --output, or overwrite it with --force", path.display())]
     Exists {
         /// The target.
         path: PathBuf,
     },
     /// The target is a folder.
-    #[error("{} is no name of a file; give --output the name of the FMU to be written", path.display())]
+    #[error("{} is not a file name; give --output the name of the FMU to be written", path.display())]
     TargetIsFolder {
         /// The target.
         path: PathBuf,
@@ -80,11 +80,13 @@ pub enum FmuError {
     Write {
         /// The target.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         cause: std::io::Error,
     },
-    /// A start value that no input of the unit can take.
-    #[error("`{name}` cannot start with {found} values: the unit has an input of that name with {expected}")]
+    /// Start values that fit no input of the unit.
+    #[error(
+        "`{name}` cannot start with {found} values: the unit's input of that name has {expected} (0: there is none)"
+    )]
     Start {
         /// Name in the contents.
         name: String,

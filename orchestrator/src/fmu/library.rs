@@ -1,17 +1,19 @@
 use super::FmuError;
 use interface::export::MARKER;
-use std::env::consts::{ARCH, DLL_PREFIX, DLL_SUFFIX, OS};
 use std::path::{Path, PathBuf};
 
-/// A unit's shared library, of the platform that this program runs on.
+/// This platform, as FMI 3.0 names it.
+const PLATFORM: &str = "x86_64-linux";
+
+/// The shared library of a unit, for Linux on x86-64.
 pub struct Library {
     bytes: Vec<u8>,
 }
 
 impl Library {
-    /// Reads the library of the unit `name`: the one at `given`, or the one that was built with this program.
+    /// Reads the library of the unit `name`: the one at `given`, or the one that was built together with this program.
     ///
-    /// **Errors**: none is found; it is no library of this platform, or not this unit's.
+    /// **Errors**: there is none, it is not a library of this platform, or it is the library of another unit.
     pub fn find(name: &str, given: Option<&Path>) -> Result<Self, FmuError> {
         let path = match given {
             Some(path) => path.to_owned(),
@@ -25,7 +27,7 @@ impl Library {
 
     fn of(bytes: Vec<u8>, name: &str, path: PathBuf) -> Result<Self, FmuError> {
         if !is_library(&bytes) {
-            return Err(FmuError::NotALibrary { path, platform: platform() });
+            return Err(FmuError::NotALibrary { path, platform: PLATFORM });
         }
         let marker = format!("{MARKER}{name}\0");
         if !bytes.windows(marker.len()).any(|window| window == marker.as_bytes()) {
@@ -39,22 +41,16 @@ impl Library {
         &self.bytes
     }
 
-    /// Where it lies in an FMU whose model identifier is `name`.
+    /// Its path in an FMU whose model identifier is `name`.
     pub fn entry(&self, name: &str) -> String {
-        format!("binaries/{}/{name}{DLL_SUFFIX}", platform())
+        format!("binaries/{PLATFORM}/{name}.so")
     }
 }
 
-/// This platform, as FMI 3.0 names it.
-fn platform() -> String {
-    let system = if OS == "macos" { "darwin" } else { OS };
-    format!("{ARCH}-{system}")
-}
-
-/// The library of the unit `name` that was built with `program`.
+/// The library of the unit `name` that was built together with `program`.
 fn built_with(program: &Path, name: &str) -> Result<PathBuf, FmuError> {
-    let file = format!("{DLL_PREFIX}{name}_fmu{DLL_SUFFIX}");
-    // cargo renews the one in `deps` with the program; one beside it may be left from an earlier build.
+    let file = format!("lib{name}_fmu.so");
+    // cargo rebuilds the one in `deps` together with the program; the one beside the program may be older.
     let folders = [program.with_file_name("deps"), program.with_file_name("")];
     match folders.iter().map(|folder| folder.join(&file)).find(|path| path.is_file()) {
         Some(path) => Ok(path),
@@ -65,33 +61,17 @@ fn built_with(program: &Path, name: &str) -> Result<PathBuf, FmuError> {
     }
 }
 
-/// Whether a file begins as a shared library of this platform does.
+/// Whether a file begins as a shared library of this platform: ELF of 64 bits, a shared object (`e_type` 3), for x86-64
+/// (`e_machine` 62).
 fn is_library(bytes: &[u8]) -> bool {
-    match OS {
-        "linux" => is_elf_library(bytes),
-        "macos" => bytes.starts_with(&0xfeed_facf_u32.to_le_bytes()),
-        "windows" => bytes.starts_with(b"MZ"),
-        _ => true,
-    }
+    bytes.starts_with(b"\x7fELF\x02") && bytes.get(16..20) == Some(&[3, 0, 62, 0])
 }
 
-/// ELF of 64 bits, a shared object (`e_type` 3), for this processor (`e_machine`).
-fn is_elf_library(bytes: &[u8]) -> bool {
-    let machine: &[u8] = match ARCH {
-        "x86_64" => &[62, 0],
-        "aarch64" => &[183, 0],
-        _ => &[],
-    };
-    bytes.starts_with(b"\x7fELF\x02")
-        && bytes.get(16..18) == Some(&[3, 0])
-        && bytes.get(18..).is_some_and(|rest| rest.starts_with(machine))
-}
-
-#[cfg(all(test, target_os = "linux"))]
+#[cfg(test)]
 mod tests {
     use super::*;
 
-    /// A file that begins as a library of this platform does.
+    /// A file that begins like a library of this platform.
     fn blob(kind: u8, tail: &str) -> Vec<u8> {
         let own = std::fs::read(std::env::current_exe().expect("a test has a path")).expect("readable");
         let mut bytes = own[..20].to_vec();
@@ -107,9 +87,9 @@ mod tests {
     #[test]
     fn only_the_units_own_library_is_taken() {
         assert!(Library::of(blob(3, "..cofferdam unit: dam\0.."), "dam", "x.so".into()).is_ok());
-        assert!(refused(b"PK".to_vec()).contains("no shared library of"));
-        // A program that is bound to its address.
-        assert!(refused(blob(2, "cofferdam unit: dam\0")).contains("no shared library of"));
+        assert!(refused(b"PK".to_vec()).contains("not a shared library for"));
+        // A program, not a library (`e_type` 2).
+        assert!(refused(blob(2, "cofferdam unit: dam\0")).contains("not a shared library for"));
         let other = refused(blob(3, "cofferdam unit: reservoir\0"));
         assert!(other.contains("is not the library of the unit `dam`"), "{other}");
     }

@@ -1,14 +1,15 @@
-//! FMI 3.0 FMUs of built units: everything but the library is generated from the unit's variables and parameters.
+//! FMI 3.0 FMUs of the units: everything but the library is generated from the unit's variables and parameters.
 //!
-//! An FMU holds one unit of one scene: the sizes of all arrays are fixed. Units are seen through
-//! [`interface::Packable`] and the contract's variables; no solver is known here.
+//! An FMU holds one unit of one scene: the sizes of all arrays are fixed. This module knows units only through
+//! [`interface::Packable`] and the variables of the contract; it knows no solver. The same functions write the contract
+//! itself ([`contract`]), in which structural parameters stand for the sizes.
 //!
 //! ```text
 //! modelDescription.xml                      model_description: attributes, units, variables, dependencies
 //! terminalsAndIcons/terminalsAndIcons.xml   terminals: the wet face as one terminal
-//! binaries/<platform>/<unit>.so             library: built together with the program
+//! binaries/x86_64-linux/<unit>.so           library: built together with the program
 //! resources/unit.toml                       interface::export::Contents, which the library reads
-//! resources/scene.toml, resources/mesh/     for people
+//! resources/scene.toml, resources/mesh/     for the reader; the library does not use them
 //! documentation/index.html, licenses/       documentation
 //! ```
 
@@ -24,23 +25,24 @@ pub use library::Library;
 
 use interface::export::{Contents, FILE};
 use interface::{Packable, Shape};
+use model_description::{Description, Times};
 use std::io::{Cursor, Write};
 use std::path::Path;
 use variables::SizedVariable;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
-/// Everything that an FMU of a unit is made from.
+/// Everything from which an FMU of a unit is made.
 pub struct Package<U: Packable> {
-    /// What the library makes the unit from.
+    /// The contents from which the library makes the unit.
     pub contents: Contents<U::Parameters>,
     /// Title of the scene.
     pub title: String,
-    /// The scene with all defaults, TOML.
+    /// The scene with all defaults, as TOML.
     pub scene: String,
-    /// What the unit computes: HTML, in which `{step}`, `{end}` and `{points}` are replaced.
+    /// What the unit computes, as HTML; `{step}`, `{end}` and `{points}` are replaced.
     pub about: &'static str,
-    /// How to simulate it with FMPy: HTML, with the same replaced.
+    /// How to simulate it with FMPy, as HTML; the same names are replaced.
     pub example: &'static str,
     /// Length H of the scene's communication steps, s.
     pub communication_step: f64,
@@ -53,9 +55,10 @@ pub struct Package<U: Packable> {
 }
 
 impl<U: Packable> Package<U> {
-    /// Writes the FMU to `path`, whatever is there; returns its size in bytes. The same package gives the same bytes.
+    /// Writes the FMU to `path`, replacing a file of that name, and returns its size in bytes. The same package gives the
+    /// same bytes.
     ///
-    /// **Errors**: contents that cannot be written. Nothing half-written is left.
+    /// **Errors**: contents or a file that cannot be written. No incomplete file is left behind.
     pub fn write(&self, path: &Path) -> Result<u64, FmuError> {
         let failed = |cause| FmuError::Write { path: path.to_owned(), cause };
         let archive = archive(&self.entries()?).map_err(failed)?;
@@ -64,14 +67,14 @@ impl<U: Packable> Package<U> {
         let draft = path.with_file_name(name);
         let written = std::fs::write(&draft, &archive).and_then(|()| std::fs::rename(&draft, path));
         if let Err(cause) = written {
-            // What kept it from being written is the news.
+            // The error of writing is reported, not that of removing the draft.
             let _ = std::fs::remove_file(&draft);
             return Err(failed(cause));
         }
         Ok(archive.len() as u64)
     }
 
-    /// Simulated time of the scene, s: the sum of decimal numbers, without what binary ones add to it.
+    /// Simulated time of the scene, s, rounded to 1e-9 s to remove the rounding of binary numbers.
     fn end(&self) -> f64 {
         (self.steps as f64 * self.communication_step * 1e9).round() / 1e9
     }
@@ -82,11 +85,23 @@ impl<U: Packable> Package<U> {
         found.map_or(0, |variable| U::size_for(&self.contents.parameters, variable))
     }
 
+    /// modelDescription.xml.
+    fn model_description(&self, variables: &[SizedVariable]) -> Result<String, FmuError> {
+        model_description::write(&Description {
+            name: U::NAME,
+            token: &self.contents.token::<U>()?,
+            text: &format!("{}: {}", U::DESCRIPTION, self.title),
+            capabilities: U::capabilities_for(&self.contents.parameters),
+            variables,
+            scene: Some(Times { communication_step: self.communication_step, end: self.end() }),
+        })
+    }
+
     /// Name and content of the files in the FMU.
     fn entries(&self) -> Result<Vec<(String, Vec<u8>)>, FmuError> {
         let variables = variables::of::<U>(&self.contents)?;
         let text = |name: &str, text: String| (name.to_owned(), text.into_bytes());
-        let mut entries = vec![text("modelDescription.xml", model_description::write(self, &variables)?)];
+        let mut entries = vec![text("modelDescription.xml", self.model_description(&variables)?)];
         if let Some(terminals) = terminals::write(&variables)? {
             entries.push(text("terminalsAndIcons/terminalsAndIcons.xml", terminals));
         }
@@ -102,8 +117,25 @@ impl<U: Packable> Package<U> {
     }
 }
 
-/// Refuses a target before any work is done for it: one that exists, unless `overwrite`, one that is no regular file
-/// (a link is none), one in a folder that does not exist.
+/// The contract of a unit as modelDescription.xml: all variables of [`Packable::VARIABLES`], with structural parameters for
+/// the sizes that depend on the scene, and the capabilities of a unit with these `parameters`.
+///
+/// **Errors**: [`FmuError::Xml`].
+pub fn contract<U: Packable>(parameters: &U::Parameters) -> Result<String, FmuError> {
+    model_description::write(&Description {
+        name: U::NAME,
+        token: &format!("cofferdam-{}-1", U::NAME),
+        text: U::DESCRIPTION,
+        capabilities: U::capabilities_for(parameters),
+        variables: &variables::of_contract(U::VARIABLES),
+        scene: None,
+    })
+}
+
+/// Checks a target before any work is done for it.
+///
+/// **Errors**: a file that exists, unless `overwrite`; something that is not a regular file (a link is not one); a folder
+/// that does not exist.
 pub fn check_target(path: &Path, overwrite: bool) -> Result<(), FmuError> {
     let path_owned = || path.to_owned();
     let ends_as_folder = path.as_os_str().to_string_lossy().ends_with(std::path::is_separator);
@@ -125,7 +157,7 @@ pub fn check_target(path: &Path, overwrite: bool) -> Result<(), FmuError> {
 
 fn archive(entries: &[(String, Vec<u8>)]) -> std::io::Result<Vec<u8>> {
     let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
-    // A clock would make every archive another one.
+    // With the time of the clock no two archives would be equal.
     let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Deflated)
         .last_modified_time(DateTime::DEFAULT);

@@ -1,73 +1,101 @@
-use super::variables::{causality, number};
-use super::{FmuError, Package, SizedVariable};
-use interface::{Causality, Packable, Shape, Variability, Variable};
+use super::variables::number;
+use super::{FmuError, SizedVariable};
+use interface::export::LOG_CATEGORIES;
+use interface::variables::TIME;
+use interface::{Capabilities, Causality, Shape, Variable};
 use quick_xml::Writer;
-use quick_xml::events::{BytesDecl, Event};
+use quick_xml::events::{BytesDecl, BytesText, Event};
 use std::collections::BTreeSet;
 use std::io;
 
 /// Text that grows by elements.
 pub type Xml = Writer<Vec<u8>>;
 
-/// The log's categories and what is said in each.
-const LOG_CATEGORIES: [(&str, &str); 3] = [
-    ("logStatusError", "errors: a call that cannot be answered, and why"),
-    ("logStatusWarning", "results that are doubtful, and why"),
-    ("logEvents", "what the unit says while it computes"),
-];
+/// What a modelDescription.xml says, of a packed FMU or of the contract.
+pub struct Description<'a> {
+    /// Name of the unit.
+    pub name: &'static str,
+    /// Instantiation token.
+    pub token: &'a str,
+    /// The unit in one line.
+    pub text: &'a str,
+    /// What the unit can do.
+    pub capabilities: Capabilities,
+    /// The variables with their sizes.
+    pub variables: &'a [SizedVariable],
+    /// The times of a packed FMU's scene. The contract has none; there, structural parameters stand for the sizes.
+    pub scene: Option<Times>,
+}
 
-/// A document: `content` within the XML declaration.
+/// Times of a scene, s.
+pub struct Times {
+    /// Length of a communication step.
+    pub communication_step: f64,
+    /// Simulated time.
+    pub end: f64,
+}
+
+/// A document: `content` after the XML declaration.
 pub fn document(content: impl FnOnce(&mut Xml) -> io::Result<()>) -> Result<String, FmuError> {
     let mut xml = Writer::new_with_indent(Vec::new(), b' ', 2);
     let written = xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)));
     written.and_then(|()| content(&mut xml)).map_err(FmuError::Xml)?;
-    let text = String::from_utf8(xml.into_inner()).map_err(|cause| FmuError::Xml(io::Error::other(cause)))?;
-    Ok(text + "\n")
+    Ok(text(xml).map_err(FmuError::Xml)? + "\n")
 }
 
-/// modelDescription.xml of the package, with these variables.
-pub fn write<U: Packable>(package: &Package<U>, variables: &[SizedVariable]) -> Result<String, FmuError> {
-    let token = package.contents.token::<U>()?;
-    let description = format!("{}: {}", U::DESCRIPTION, package.title);
+fn text(xml: Xml) -> io::Result<String> {
+    String::from_utf8(xml.into_inner()).map_err(io::Error::other)
+}
+
+/// The text of modelDescription.xml.
+pub fn write(of: &Description<'_>) -> Result<String, FmuError> {
     let tool = format!("cofferdam {}", env!("CARGO_PKG_VERSION"));
-    let attributes = [
+    let mut attributes = vec![
         ("fmiVersion", "3.0"),
-        ("modelName", U::NAME),
-        ("instantiationToken", &token),
-        ("description", &description),
-        ("version", env!("CARGO_PKG_VERSION")),
-        ("license", env!("CARGO_PKG_LICENSE")),
-        ("generationTool", &tool),
-        ("variableNamingConvention", "structured"),
+        ("modelName", of.name),
+        ("instantiationToken", of.token),
+        ("description", of.text),
     ];
+    if of.scene.is_some() {
+        attributes.extend([
+            ("version", env!("CARGO_PKG_VERSION")),
+            ("license", env!("CARGO_PKG_LICENSE")),
+            ("generationTool", &tool),
+        ]);
+    }
+    attributes.push(("variableNamingConvention", "structured"));
     let content = |xml: &mut Xml| {
-        co_simulation(xml, package)?;
-        section(xml, "UnitDefinitions", |xml| units(xml, variables))?;
-        section(xml, "LogCategories", |xml| {
-            for (name, description) in LOG_CATEGORIES {
-                empty(xml, "Category", &[("name", name), ("description", description)])?;
-            }
-            Ok(())
-        })?;
-        let experiment = [
-            ("startTime", "0.0"),
-            ("stopTime", &number(package.end())),
-            ("stepSize", &number(package.communication_step)),
-        ];
-        empty(xml, "DefaultExperiment", &experiment)?;
+        co_simulation(xml, of)?;
+        section(xml, "UnitDefinitions", |xml| units(xml, of.variables))?;
+        if let Some(times) = &of.scene {
+            section(xml, "LogCategories", |xml| {
+                LOG_CATEGORIES.iter().try_for_each(|(name, description)| {
+                    empty(xml, "Category", &[("name", name), ("description", description)])
+                })
+            })?;
+            let experiment = [
+                ("startTime", "0.0"),
+                ("stopTime", &number(times.end)),
+                ("stepSize", &number(times.communication_step)),
+            ];
+            empty(xml, "DefaultExperiment", &experiment)?;
+        }
         section(xml, "ModelVariables", |xml| {
             let time = [
                 ("name", "time"),
-                ("valueReference", "0"),
+                ("valueReference", &TIME.to_string()),
                 ("causality", "independent"),
                 ("variability", "continuous"),
                 ("unit", "s"),
                 ("description", "simulated time"),
             ];
             empty(xml, "Float64", &time)?;
-            variables.iter().try_for_each(|variable| one(xml, variable))
+            if of.scene.is_none() {
+                structural_parameters(xml, of.variables)?;
+            }
+            of.variables.iter().try_for_each(|variable| one(xml, variable, of.scene.is_none()))
         })?;
-        section(xml, "ModelStructure", |xml| structure(xml, variables))
+        section(xml, "ModelStructure", |xml| structure(xml, of.variables))
     };
     document(|xml| {
         let root = xml.create_element("fmiModelDescription").with_attributes(attributes);
@@ -84,69 +112,72 @@ pub fn empty(xml: &mut Xml, name: &str, attributes: &[(&str, &str)]) -> io::Resu
     xml.create_element(name).with_attributes(attributes.iter().copied()).write_empty().map(drop)
 }
 
-fn co_simulation<U: Packable>(xml: &mut Xml, package: &Package<U>) -> io::Result<()> {
-    let capabilities = U::capabilities_for(&package.contents.parameters);
-    let said = |value: bool| if value { "true" } else { "false" };
-    let step = number(package.communication_step);
+/// An element around an element without content, on one line.
+fn around(xml: &mut Xml, outer: (&str, &[(&str, &str)]), inner: (&str, &[(&str, &str)])) -> io::Result<()> {
+    let mut line = Writer::new(Vec::new());
+    empty(&mut line, inner.0, inner.1)?;
+    let content = text(line)?;
+    let element = xml.create_element(outer.0).with_attributes(outer.1.iter().copied());
+    element.write_text_content(BytesText::from_escaped(content)).map(drop)
+}
+
+fn co_simulation(xml: &mut Xml, of: &Description<'_>) -> io::Result<()> {
+    let truth = |value: bool| if value { "true" } else { "false" };
     let mut attributes = vec![
-        ("modelIdentifier", U::NAME),
+        ("modelIdentifier", of.name),
         ("needsExecutionTool", "false"),
         ("canBeInstantiatedOnlyOncePerProcess", "false"),
         ("canGetAndSetFMUState", "true"),
         ("canSerializeFMUState", "true"),
-        ("providesDirectionalDerivatives", said(capabilities.directional_derivative)),
-        ("canHandleVariableCommunicationStepSize", said(capabilities.variable_communication_step)),
+        ("providesDirectionalDerivatives", truth(of.capabilities.directional_derivative)),
+        ("canHandleVariableCommunicationStepSize", truth(of.capabilities.variable_communication_step)),
     ];
-    if !capabilities.variable_communication_step {
-        attributes.push(("fixedInternalStepSize", &step));
+    let step = of.scene.as_ref().map(|times| number(times.communication_step));
+    if !of.capabilities.variable_communication_step {
+        attributes.extend(step.as_deref().map(|step| ("fixedInternalStepSize", step)));
     }
     empty(xml, "CoSimulation", &attributes)
 }
 
-/// The units that the variables have, by name.
+/// The units of the variables and of time, in the order of their names.
 fn units(xml: &mut Xml, variables: &[SizedVariable]) -> io::Result<()> {
-    // The time has one too.
-    let used: BTreeSet<&str> = variables.iter().map(|v| v.variable.unit).chain(["s"]).collect();
-    for unit in used {
-        let base: Vec<_> = base_units(unit).iter().map(|(name, power)| (*name, power.to_string())).collect();
-        let base: Vec<_> = base.iter().map(|(name, power)| (*name, power.as_str())).collect();
-        let element = xml.create_element("Unit").with_attribute(("name", unit));
-        element.write_inner_content(|xml| empty(xml, "BaseUnit", &base))?;
+    let time = ("s", [("s", 1)].as_slice());
+    let of_variables = variables.iter().map(|v| (v.variable.unit, v.variable.base_units()));
+    let used: BTreeSet<_> = of_variables.chain([time]).collect();
+    for (unit, powers) in used {
+        let powers: Vec<_> = powers.iter().map(|(name, power)| (*name, power.to_string())).collect();
+        let powers: Vec<_> = powers.iter().map(|(name, power)| (*name, power.as_str())).collect();
+        around(xml, ("Unit", &[("name", unit)]), ("BaseUnit", &powers))?;
     }
     Ok(())
 }
 
-/// Powers of the SI's base units in a unit of the contract.
-fn base_units(unit: &str) -> &'static [(&'static str, i32)] {
-    match unit {
-        "J/m" | "N.m/m" => &[("kg", 1), ("m", 1), ("s", -2)],
-        "N/m" => &[("kg", 1), ("s", -2)],
-        "Pa" => &[("kg", 1), ("m", -1), ("s", -2)],
-        "Pa/m" => &[("kg", 1), ("m", -2), ("s", -2)],
-        "kg/m3" => &[("kg", 1), ("m", -3)],
-        "m" => &[("m", 1)],
-        "m/s" => &[("m", 1), ("s", -1)],
-        "m/s2" => &[("m", 1), ("s", -2)],
-        "rad" => &[("rad", 1)],
-        "rad/s" => &[("rad", 1), ("s", -1)],
-        "s" => &[("s", 1)],
-        _ => &[],
+/// The numbers of values on which the shapes of the variables depend.
+fn structural_parameters(xml: &mut Xml, variables: &[SizedVariable]) -> io::Result<()> {
+    let used = Shape::ALL.into_iter().filter(|shape| variables.iter().any(|v| v.variable.shape == *shape));
+    for parameter in used.filter_map(Shape::structural_parameter) {
+        let attributes = [
+            ("name", parameter.name),
+            ("valueReference", &parameter.value_reference.to_string()),
+            ("causality", "structuralParameter"),
+            ("variability", "fixed"),
+            ("start", &parameter.least.to_string()),
+            ("description", parameter.description),
+        ];
+        empty(xml, "UInt64", &attributes)?;
     }
+    Ok(())
 }
 
-fn one(xml: &mut Xml, sized: &SizedVariable) -> io::Result<()> {
+/// A variable; with `structural`, its dimension names a structural parameter where it depends on the scene.
+fn one(xml: &mut Xml, sized: &SizedVariable, structural: bool) -> io::Result<()> {
     let Variable { name, unit, description, shape, .. } = *sized.variable;
     let (reference, start) = (sized.variable.value_reference.to_string(), sized.start_text());
-    let variability = match sized.variable.variability {
-        Variability::Fixed => "fixed",
-        Variability::Discrete => "discrete",
-        Variability::Continuous => "continuous",
-    };
     let mut attributes = vec![
         ("name", name),
         ("valueReference", &reference),
-        ("causality", causality(sized.variable.causality)),
-        ("variability", variability),
+        ("causality", sized.variable.causality.name()),
+        ("variability", sized.variable.variability.name()),
         ("unit", unit),
     ];
     attributes.extend(start.as_deref().map(|start| ("start", start)));
@@ -154,16 +185,18 @@ fn one(xml: &mut Xml, sized: &SizedVariable) -> io::Result<()> {
     if shape == Shape::Scalar {
         return empty(xml, "Float64", &attributes);
     }
-    let dimension = sized.size.to_string();
-    let element = xml.create_element("Float64").with_attributes(attributes);
-    element.write_inner_content(|xml| empty(xml, "Dimension", &[("start", &dimension)])).map(drop)
+    let (dimension, value) = match shape.structural_parameter().filter(|_| structural) {
+        Some(parameter) => ("valueReference", parameter.value_reference.to_string()),
+        None => ("start", sized.size.to_string()),
+    };
+    around(xml, ("Float64", &attributes), ("Dimension", &[(dimension, &value)]))
 }
 
 fn structure(xml: &mut Xml, variables: &[SizedVariable]) -> io::Result<()> {
-    let here = |reference: &&u32| variables.iter().any(|v| v.variable.value_reference == **reference);
+    let exists = |reference: &&u32| variables.iter().any(|v| v.variable.value_reference == **reference);
     let outputs = || variables.iter().map(|v| v.variable).filter(|v| v.causality == Causality::Output);
     for output in outputs() {
-        let inputs: Vec<String> = output.dependencies.iter().filter(here).map(u32::to_string).collect();
+        let inputs: Vec<String> = output.dependencies.iter().filter(exists).map(u32::to_string).collect();
         let (reference, inputs) = (output.value_reference.to_string(), inputs.join(" "));
         empty(xml, "Output", &[("valueReference", &reference), ("dependencies", &inputs)])?;
     }
@@ -172,17 +205,4 @@ fn structure(xml: &mut Xml, variables: &[SizedVariable]) -> io::Result<()> {
         empty(xml, "InitialUnknown", &[("valueReference", &variable.value_reference.to_string())])?;
     }
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use interface::variables::{dam, reservoir};
-
-    #[test]
-    fn every_unit_of_the_contract_is_known() {
-        for variable in dam::ALL.iter().chain(reservoir::ALL) {
-            assert_eq!(base_units(variable.unit).is_empty(), variable.unit == "1", "{}", variable.name);
-        }
-    }
 }

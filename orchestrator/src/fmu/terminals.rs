@@ -1,15 +1,15 @@
 use super::model_description::{document, empty};
 use super::{FmuError, SizedVariable};
 
-/// Name of the terminal, and its kind: either unit has one, and importers connect equal members.
+/// Attributes of the terminal. Both units have it; importers connect members of the same name.
 const TERMINAL: [(&str, &str); 4] = [
     ("name", "wet_face"),
     ("matchingRule", "bus"),
     ("terminalKind", "org.cofferdam.wet_face"),
-    ("description", "what the dam and the reservoir exchange on the wet face"),
+    ("description", "variables that dam and reservoir exchange on the wet face"),
 ];
 
-/// Variables of either unit that are members, if it has them; their names there are without this prefix.
+/// Variables that become members of the terminal if the unit has them. Member names leave out [`PREFIX`].
 const MEMBERS: [&str; 5] = [
     "interface_pressure",
     "hydrostatic_pressure",
@@ -19,7 +19,7 @@ const MEMBERS: [&str; 5] = [
 ];
 const PREFIX: &str = "interface_";
 
-/// terminalsAndIcons.xml; nothing for a unit without a wet face.
+/// The text of terminalsAndIcons.xml; none for a unit without a wet face.
 pub fn write(variables: &[SizedVariable]) -> Result<Option<String>, FmuError> {
     let has = |name: &&str| variables.iter().any(|v| v.variable.name == *name);
     let members: Vec<&str> = MEMBERS.into_iter().filter(has).collect();

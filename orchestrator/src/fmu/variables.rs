@@ -2,7 +2,7 @@ use super::FmuError;
 use interface::export::Contents;
 use interface::{Causality, Packable, Variable};
 
-/// A variable as one FMU has it: its size is fixed.
+/// A variable with its number of values.
 pub struct SizedVariable {
     /// The unit's variable.
     pub variable: &'static Variable,
@@ -13,13 +13,14 @@ pub struct SizedVariable {
 }
 
 impl SizedVariable {
-    /// The start values as XML has them; none for what has no start.
+    /// The start values as XML writes them; none for a variable without start values.
     pub fn start_text(&self) -> Option<String> {
         self.start.as_deref().map(list)
     }
 }
 
-/// The variables that a unit made from `contents` has: none without values, no parameter without a number behind it.
+/// The variables of a unit made from `contents`, without those that have no values there and without parameters that
+/// stand for no number of `contents`.
 ///
 /// **Errors**: [`FmuError::Start`].
 pub fn of<U: Packable>(contents: &Contents<U::Parameters>) -> Result<Vec<SizedVariable>, FmuError> {
@@ -49,23 +50,22 @@ pub fn of<U: Packable>(contents: &Contents<U::Parameters>) -> Result<Vec<SizedVa
     Ok(found)
 }
 
+/// The variables of the contract in the sizes of the smallest unit that makes sense; all start values are 0.
+pub fn of_contract(variables: &'static [Variable]) -> Vec<SizedVariable> {
+    let sized = |variable: &'static Variable| {
+        let size = variable.shape.least_size();
+        let settable = matches!(variable.causality, Causality::Input | Causality::Parameter);
+        SizedVariable { variable, size, start: settable.then(|| vec![0.0; size]) }
+    };
+    variables.iter().map(sized).collect()
+}
+
 /// A number that reads back bit for bit.
 pub fn number(value: f64) -> String {
     format!("{value:?}")
 }
 
-/// Numbers that read back bit for bit, with spaces between them.
+/// Numbers that read back bit for bit, separated by spaces.
 fn list(values: &[f64]) -> String {
     values.iter().copied().map(number).collect::<Vec<_>>().join(" ")
-}
-
-/// The role of a variable, as FMI writes it.
-pub fn causality(causality: Causality) -> &'static str {
-    match causality {
-        Causality::Parameter => "parameter",
-        Causality::CalculatedParameter => "calculatedParameter",
-        Causality::Input => "input",
-        Causality::Output => "output",
-        Causality::Local => "local",
-    }
 }

@@ -1,4 +1,4 @@
-//! The units' meshes as CSV files, for people.
+//! The meshes of the units as CSV files, for the reader; the FMU does not use them.
 
 use dam_dem::DamParameters;
 use reservoir::{BoundaryCondition, BoundaryMesh, Outline, ReservoirError, ReservoirParameters};
@@ -16,7 +16,7 @@ fn file<const N: usize>(
     (name, lines.map(|row| row.join(",") + "\n").collect())
 }
 
-/// Nodes and triangles; those of a cell are: corner k, corner k + 1, centre.
+/// Nodes and triangles of the dam. The triangles of a cell are (corner k, corner k + 1, centre).
 pub fn dam(parameters: &DamParameters) -> Vec<File> {
     let mesh = parameters.mesh();
     let nodes = mesh.nodes.iter().map(|point| point.map(|x| x.to_string()));
@@ -31,7 +31,7 @@ pub fn dam(parameters: &DamParameters) -> Vec<File> {
     ]
 }
 
-/// The boundary elements; Westergaard's added mass has none.
+/// The boundary elements of the reservoir; Westergaard's added mass has none.
 ///
 /// **Errors**: an outline that cannot be meshed.
 pub fn reservoir(parameters: &ReservoirParameters) -> Result<Vec<File>, ReservoirError> {

@@ -13,18 +13,18 @@ use reservoir::Reservoir;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// A unit of a scene that cannot be packed.
+/// Why a unit of a scene cannot be packed.
 #[derive(Debug, thiserror::Error)]
 pub enum PackingError {
-    /// The dam moves as told.
+    /// The dam's motion is prescribed.
     #[error(
-        "the scene has no dam to pack, it moves as [prescribed] says; pack its water by --unit reservoir, or give \
-         the scene a [dam] in the place of [prescribed]"
+        "the scene has no dam to pack: its motion is prescribed; pack the water with --unit reservoir, or give \
+         the scene a [dam] instead of [prescribed]"
     )]
     NoDam,
     /// There is no water.
     #[error(
-        "the scene's reservoir is empty, there is nothing to pack; pack its dam by --unit dam, or choose a \
+        "the scene's reservoir is empty, so there is no water to pack; pack the dam with --unit dam, or choose a \
          `reservoir.fidelity` other than \"none\""
     )]
     NoWater,
@@ -39,13 +39,13 @@ pub enum PackingError {
     Scene(#[from] toml::ser::Error),
 }
 
-/// Where an FMU is to go, and what with.
+/// Where an FMU is written, and with which library.
 pub struct Target<'a> {
     /// The FMU's file.
     pub path: &'a Path,
-    /// Whether one that exists may be overwritten.
+    /// Whether an existing file may be overwritten.
     pub overwrite: bool,
-    /// The unit's library; by default the one that was built with this program.
+    /// The unit's library; by default the one built together with this program.
     pub library: Option<&'a Path>,
 }
 
@@ -55,14 +55,14 @@ pub struct Packed {
     pub size: u64,
     /// Number of points of the wet face.
     pub interface_points: usize,
-    /// The importer may choose the length of its communication steps.
+    /// Whether the importer may choose the length of communication steps.
     pub variable_step: bool,
 }
 
-/// Packs the unit of `side` of a scene that has been loaded.
+/// Packs the unit of `side` of a loaded scene.
 ///
-/// **Errors**: a target that cannot be, a unit that could not be made from the scene, and those of
-/// [`Package::write`]; nothing is written then.
+/// **Errors**: those of [`check_target`] and [`Package::write`], and a unit that cannot be made from the scene; then
+/// nothing is written.
 pub fn pack(side: Side, scene: &Scene, target: &Target<'_>) -> Result<Packed, PackingError> {
     check_target(target.path, target.overwrite)?;
     match side {
@@ -73,12 +73,12 @@ pub fn pack(side: Side, scene: &Scene, target: &Target<'_>) -> Result<Packed, Pa
 
 fn dam(scene: &Scene, target: &Target<'_>) -> Result<Packed, PackingError> {
     let parameters = registry::dam_parameters(scene.dam.as_ref().ok_or(PackingError::NoDam)?, scene)?;
-    // Some of its mistakes show when it is made; that takes no longer than a few of its steps.
+    // Some mistakes are found only when the dam is made; that takes no longer than a few steps.
     registry::made_dam(parameters.clone(), scene)?;
     let face = parameters.wet_face().map_err(RegistryError::from)?;
     let mut start = BTreeMap::new();
     if let Some(face) = face {
-        // The order of the operations is the reservoir's, so that it gives the same bits.
+        // The order of the operations is that of the reservoir, so that the bits are equal.
         let density = if registry::is_empty(scene) { 0.0 } else { scene.reservoir.density };
         let (weight, depth) = (density * scene.gravity, face.depth());
         let pressure = face.points().iter().map(|point| weight * (depth - point[1])).collect();
@@ -126,7 +126,7 @@ fn written<U: Packable>(
     })
 }
 
-/// The scene as TOML, its record by name only: where it lies here is of no use to those who get the FMU.
+/// The scene as TOML, with the record's file name but not its path, which is of no use on another machine.
 fn portable(scene: &Scene) -> Result<String, toml::ser::Error> {
     let mut scene = scene.clone();
     if let Some(record) = &mut scene.ground_motion.record

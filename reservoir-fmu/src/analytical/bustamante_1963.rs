@@ -1,8 +1,8 @@
 //! Gravity waves before a rigid, moving, vertical face on a rigid flat bed, at real frequencies.
 //!
 //! At the surface `∂p/∂y = (ω²/g) p`. Modes `ψ_m = cos λ_m y` with `λ tan λh = −ω²/g`: one imaginary λ₀ = iμ,
-//! `μ tanh μh = ω²/g`, the gravity wave, and λ_m in ((m − ½)π/h, mπ/h), m = 1, 2, …, which are sound once ω
-//! exceeds λ_m c and decay below. Everything is scaled by e^{−μh}, so that deep water does not overflow.
+//! `μ tanh μh = ω²/g`, the gravity wave, and λ_m in ((m − ½)π/h, mπ/h), m = 1, 2, …, which are sound waves if ω
+//! exceeds λ_m c and decay otherwise. Everything is scaled by e^{−μh}, so that deep water does not overflow.
 //!
 //! **Source**: Bustamante, J. I., Rosenblueth, E., Herrera, I. and Flores, A. (1963), Presión hidrodinámica en presas
 //! y depósitos, Boletín de la Sociedad Mexicana de Ingeniería Sísmica 1 (2), 37–54; of incompressible water the
@@ -12,7 +12,7 @@
 use num_complex::Complex64;
 use std::f64::consts::PI;
 
-/// Terms of the modal series; they fall like m⁻³ but for those of the surface's corner.
+/// Terms of the modal series; they fall like m⁻³, except near the corner at the surface.
 const TERMS: u32 = 4000;
 
 /// μ (1/m) of the gravity wave: `μ tanh μh = ω²/g`.
@@ -43,7 +43,7 @@ pub fn evanescent(m: u32, omega: f64, depth: f64, gravity: f64) -> f64 {
 }
 
 /// `p/(ρa)` in m at every elevation y for the acceleration `a e^{iωt}` towards the water:
-/// `Σ_m ψ_m(y) ∫ψ_m/(κ_m ∫ψ_m²)`, `κ_m = √(λ_m² − ω²/c²)`, +i for what propagates.
+/// `Σ_m ψ_m(y) ∫ψ_m/(κ_m ∫ψ_m²)`, `κ_m = √(λ_m² − ω²/c²)`, with the root +i|κ| for modes that propagate.
 ///
 /// The sound speed may be infinite.
 pub fn pressures(

@@ -61,7 +61,7 @@ pub fn base_pressure_of_acceleration_ramp(depth: f64, sound_speed: f64, time: f6
 }
 
 /// Base pressure over ρc (m/s) for a piecewise linear acceleration given as (time, acceleration)
-/// pairs, zero before the first and held after the last.
+/// pairs, zero before the first and constant after the last.
 pub fn base_pressure(record: &[(f64, f64)], depth: f64, sound_speed: f64, time: f64) -> f64 {
     let (mut sum, mut slope) = (0.0, 0.0);
     if let Some(&(start, acceleration)) = record.first() {
@@ -76,7 +76,7 @@ pub fn base_pressure(record: &[(f64, f64)], depth: f64, sound_speed: f64, time: 
 }
 
 /// `direct − (4/π) Σ_j (−1)^j echo(b_j, t, w_j)`, zero for t ≤ 0. From `w = √(t² − b²)` both `acos(b/t) = atan(w/b)` and
-/// `acosh(t/b) = asinh(w/b)` are exact to rounding also for an echo that has only just come, where they cancel.
+/// `acosh(t/b) = asinh(w/b)` are exact to rounding also for an echo that has just arrived, where the terms cancel.
 fn echoes(crossing: f64, time: f64, direct: f64, echo: impl Fn(f64, f64, f64) -> f64) -> f64 {
     if time <= 0.0 {
         return 0.0;

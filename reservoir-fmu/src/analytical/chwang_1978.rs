@@ -1,7 +1,7 @@
 //! Incompressible water before a rigid face of any slope on a flat bed, p = 0 at the surface.
 //!
-//! With the face moving horizontally by a, into the water, `P = p − ρax` has no slope along n on face and bed and is −ρax at
-//! the surface. The strip 0 < Im w < π/2 is mapped onto the water, bed and face from Im w = 0, the surface from
+//! For a face with the horizontal acceleration a into the water, `P = p − ρax` has a zero normal derivative on face and bed
+//! and equals −ρax at the surface. The strip 0 < Im w < π/2 is mapped onto the water, bed and face from Im w = 0, the surface from
 //! Im w = π/2, the heel from w = 0; with ζ = e^{2w} and the water's angle βπ at the heel
 //!
 //! ```text
@@ -9,7 +9,7 @@
 //! ```
 //!
 //! **Source**: Chwang, A. T. (1978), Hydrodynamic pressures on sloping dams during earthquakes. Part 2. Exact theory,
-//! Journal of Fluid Mechanics 87, 343–348, whose problem this is; the quadratures are in another form than there.
+//! Journal of Fluid Mechanics 87, 343–348, who posed the problem; the quadratures here have another form.
 //! Checked by its static limits and by `tests/chwang_1978.rs`.
 
 use std::f64::consts::PI;
@@ -20,7 +20,7 @@ const SPACING: f64 = 0.05;
 const RANGE: f64 = 40.0;
 
 /// Pressures over ρa in m on a face that rises at `angle` (radians from the bed downstream, π/2: vertical, less: battered
-/// with the water above it), at the shares `along` (0 to 1) of its length from the heel.
+/// with the water above it), at the fractions `along` (0 to 1) of its length from the heel.
 pub fn pressures(depth: f64, angle: f64, along: &[f64]) -> Vec<f64> {
     let beta = 1.0 - angle / PI;
     let count = (RANGE / SPACING) as i32;
@@ -48,7 +48,7 @@ pub fn pressures(depth: f64, angle: f64, along: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// u of the point at a share of the face's length: `∫_0^u 2(e^{2v} − 1)^{β−1} dv = share π/sin πβ`.
+/// u of the point at a fraction of the face's length: `∫_0^u 2(e^{2v} − 1)^{β−1} dv = share π/sin πβ`.
 fn prevertex(beta: f64, share: f64) -> f64 {
     // With t = 1 − e^{−2u}: the incomplete beta function ∫_0^t r^{β−1} (1 − r)^{−β} dr.
     let whole = PI / (PI * beta).sin();

@@ -61,7 +61,7 @@ fn modes(
 /// λ_m by Newton's method, continued from the rigid bed's `(2m + 1)π/2h` to `bed` = q s.
 fn eigenvalue(m: u32, bed: Complex64, depth: f64) -> Complex64 {
     let mut lambda = Complex64::from(f64::from(2 * m + 1) * PI / (2.0 * depth));
-    // The bed's share of the equation falls like 1/λ, and so do the steps that are needed.
+    // The bed's term in the equation falls like 1/λ, and so does the number of steps needed.
     let share = (bed.norm() / lambda.norm()).min(1.0);
     let steps = (f64::from(CONTINUATION) * share).ceil().max(2.0) as u32;
     for step in 1..=steps {

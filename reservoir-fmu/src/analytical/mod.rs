@@ -1,6 +1,6 @@
 //! Published solutions over a flat bed; they call no solver code.
 //!
-//! Those of horizontal motion give the pressure per unit density for a motion *towards* the water (upstream), so
+//! Solutions for horizontal motion give the pressure per unit density for a motion *towards* the water (upstream), so
 //! that it is positive at first; depth h in m, sound speed c in m/s, elevation y in m above
 //! the bed, time t in s, complex frequency s in 1/s.
 

@@ -1,17 +1,18 @@
-//! What a pressure that is known everywhere does at the points of the wet face.
+//! Nodal forces at the points of the wet face from a pressure that is known everywhere.
 
 use interface::WetFace;
 use num_complex::Complex64;
 
-/// Positions and weights of Gauss' rule of six points on −1 … 1, those right of the middle.
+/// Positive positions of Gauss' rule of six points on [−1, 1], and their weights.
 const RULE: [(f64, f64); 3] = [
     (0.238_619_186_083_196_9, 0.467_913_934_572_691),
     (0.661_209_386_466_264_5, 0.360_761_573_048_138_6),
     (0.932_469_514_203_152, 0.171_324_492_379_170_4),
 ];
 
-/// `∫ p N_i ds` (N/m for p in Pa) of every point of `face`, N its hat function along the panels and p a function of the
-/// elevations (m) it is given, all at once. Gauss' rule of six points a panel, graded upwards: near the surface p ~ r ln r.
+/// `∫ p N_i ds` (N/m for p in Pa) of every point of `face`, with N its hat function along the panels. p is a function of
+/// elevations (m) and is called once with all of them. Gauss' rule of six points per panel, graded upwards, because
+/// p ~ r ln r near the surface.
 pub fn nodal_forces(face: &WetFace, pressure: impl FnOnce(&[f64]) -> Vec<Complex64>) -> Vec<Complex64> {
     let mut nodes = Vec::new();
     for panel in face.panels() {

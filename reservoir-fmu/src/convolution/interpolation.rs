@@ -3,9 +3,9 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// Chebyshev nodes a piece.
+/// Chebyshev nodes per piece.
 const NODES: usize = 24;
-/// Bernstein parameter that a piece must have against every known singularity:
+/// Smallest Bernstein parameter of a piece with respect to every known singularity:
 /// 3⁻²⁴ times the decay of a square root's coefficients is about 1e-13.
 const ELLIPSE: f64 = 2.4;
 
@@ -70,7 +70,7 @@ impl Interpolant {
         self.pieces.len() * NODES
     }
 
-    /// For every point (ascending): the piece that holds it and its Chebyshev polynomials.
+    /// For every point (ascending): its piece and the values of the Chebyshev polynomials there.
     pub fn basis(&self, points: &[f64]) -> Vec<(usize, [f64; NODES])> {
         let mut piece = 0;
         points
@@ -103,7 +103,7 @@ impl Piece {
     }
 }
 
-/// Bisects `[start, end]` until every piece keeps its distance from the singularities.
+/// Bisects `[start, end]` until every piece is far enough from the singularities.
 fn grade(start: f64, end: f64, singularities: &[Complex64], shortest: f64, pieces: &mut Vec<[f64; 2]>) {
     let half = 0.5 * (end - start);
     let too_close = |singularity: &Complex64| {
@@ -145,7 +145,7 @@ fn coefficients(values: &[DMatrix<Complex64>]) -> Vec<Complex64> {
 mod tests {
     use super::*;
 
-    /// A square root 0.002 off the interval, as at a cut-off frequency, told or not told.
+    /// A square root 0.002 off the interval, as at a cut-off frequency, with and without its singularity given.
     #[test]
     fn resolves_branch_points() -> Result<(), std::convert::Infallible> {
         let singularity = Complex64::new(1.0, -0.002);

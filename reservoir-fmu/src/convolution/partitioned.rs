@@ -13,9 +13,9 @@ const BINS: usize = BLOCK + 1;
 
 /// `p_n = Σ_{j=1}^{n} W_{n−j} v_j` in uniform partitions (overlap-save).
 ///
-/// Blocks of [`BLOCK`] steps that are complete are *frozen*: their spectra are kept, and
-/// what they contribute to the coming block is summed once, in the frequency domain. Lags
-/// inside the open block are summed directly.
+/// Complete blocks of [`BLOCK`] steps are *frozen*: their spectra are kept, and their
+/// contribution to the next block is summed once, in the frequency domain. Lags inside the
+/// open block are summed directly.
 pub(crate) struct Convolution {
     rows: usize,
     columns: usize,
@@ -27,11 +27,11 @@ pub(crate) struct Convolution {
     inverse: Arc<dyn Fft<f64>>,
 }
 
-/// The velocities that a convolution has seen: an append-only list shared by reference.
+/// The velocities of all steps of a convolution: an append-only list shared by reference.
 ///
-/// A clone costs at most one block. What the history contributes to the next step is
-/// evaluated once and shared by all clones. The default belongs to no convolution.
-#[derive(Clone, Default)]
+/// A clone copies at most one block. The contribution of the history to the next step is
+/// evaluated once and shared by all clones.
+#[derive(Clone)]
 pub(crate) struct History {
     frozen: Option<Arc<FrozenBlock>>,
     /// Contribution of the frozen blocks to the open one, `BLOCK` × rows.
@@ -41,22 +41,22 @@ pub(crate) struct History {
     next: Arc<OnceLock<Next>>,
 }
 
-/// What a history implies for the step after it.
+/// Contribution of a history to the next step.
 struct Next {
     pressure: Vec<f64>,
-    /// The open block frozen, and what is inherited from it, if it was complete.
+    /// The open block, frozen, and the contribution of all frozen blocks, if it was complete.
     block: Option<(Arc<FrozenBlock>, Arc<Vec<f64>>)>,
 }
 
 struct FrozenBlock {
     velocities: Vec<f64>,
-    /// Spectra of the zero-padded block, `BINS` a component.
+    /// Spectra of the zero-padded block, `BINS` per component.
     spectra: Vec<Complex64>,
     previous: Option<Arc<FrozenBlock>>,
 }
 
 impl Drop for FrozenBlock {
-    /// Unlinks the list in a loop: it may be too long for recursion.
+    /// Drops the list in a loop, because it may be too long for recursion.
     fn drop(&mut self) {
         let mut previous = self.previous.take();
         while let Some(mut block) = previous.and_then(Arc::into_inner) {
@@ -172,7 +172,7 @@ impl Convolution {
         Arc::new(FrozenBlock { velocities: velocities.to_vec(), spectra, previous: previous.clone() })
     }
 
-    /// What the frozen blocks contribute to the block after them, `BLOCK` × rows.
+    /// Contribution of the frozen blocks to the block after them, `BLOCK` × rows.
     fn inherited(&self, newest: &Option<Arc<FrozenBlock>>) -> Arc<Vec<f64>> {
         let mut contribution = vec![0.0; BLOCK * self.rows];
         for i in 0..self.rows {
@@ -199,21 +199,15 @@ impl Convolution {
 
 impl TimeDomain for Convolution {
     fn at_rest(&self) -> Memory {
-        Memory::History(self.start())
+        Memory::of(self.start())
     }
 
     fn pressure(&self, memory: &Memory, velocity: &[f64], _length: f64) -> Vec<f64> {
-        match memory {
-            Memory::History(history) => self.pressure_after(history, velocity),
-            _ => Vec::new(),
-        }
+        memory.get().map_or_else(Vec::new, |history| self.pressure_after(history, velocity))
     }
 
     fn push(&self, memory: &Memory, velocity: &[f64], _length: f64) -> Memory {
-        match memory {
-            Memory::History(history) => Memory::History(self.pushed(history, velocity)),
-            _ => Memory::None,
-        }
+        memory.get().map_or_else(Memory::default, |history| Memory::of(self.pushed(history, velocity)))
     }
 
     fn instantaneous(&self, _length: f64) -> DMatrix<f64> {
@@ -221,14 +215,11 @@ impl TimeDomain for Convolution {
     }
 
     fn values(&self, memory: &Memory) -> Vec<f64> {
-        match memory {
-            Memory::History(history) => history.velocities(),
-            _ => Vec::new(),
-        }
+        memory.get().map_or_else(Vec::new, History::velocities)
     }
 
     fn resume(&self, values: &[f64], steps: usize) -> Option<Memory> {
-        (values.len() == steps * self.columns).then(|| Memory::History(self.resume_from(values)))
+        (values.len() == steps * self.columns).then(|| Memory::of(self.resume_from(values)))
     }
 }
 

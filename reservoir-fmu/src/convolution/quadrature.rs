@@ -7,10 +7,10 @@ use std::f64::consts::PI;
 
 /// Relative accuracy of the symbol along the contour.
 const TOLERANCE: f64 = 1e-9;
-/// R^N, the factor of aliasing from weight n + N into weight n.
+/// R^N, the factor with which weight n + N is aliased into weight n.
 const ALIASING: f64 = 1e-7;
 
-/// The method behind a convolution quadrature.
+/// The time-stepping method of a convolution quadrature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Rule {
     /// `δ(ζ) = 3/2 − 2ζ + ζ²/2`, order 2.
@@ -55,7 +55,7 @@ pub(crate) struct Weights {
 }
 
 impl Rule {
-    /// Butcher's matrix and the stages' times over H, row by row; none for one stage.
+    /// The Butcher matrix and the times of the stages divided by H, row by row; none for methods with one stage.
     fn stages(self) -> Option<(Vec<f64>, Vec<f64>)> {
         match self {
             Self::Bdf2 | Self::Trapezoid => None,
@@ -91,7 +91,7 @@ impl Rule {
         };
         let count = times.len();
         let butcher = DMatrix::from_row_slice(count, count, &matrix);
-        // Butcher's matrices are regular.
+        // The Butcher matrices are regular.
         let inverse = butcher.try_inverse().unwrap_or_else(|| DMatrix::identity(count, count));
         let mut delta = inverse.map(Complex64::from);
         let sums = inverse.column_sum();
@@ -114,7 +114,7 @@ impl Rule {
         (0..count).map(|own| (values[own], factor(own))).collect()
     }
 
-    /// The ζ that solve `det(Δ(ζ) − z) = 0` and matter: `1/ζ` is the method's stability function at z.
+    /// The relevant solutions ζ of `det(Δ(ζ) − z) = 0`: `1/ζ` is the method's stability function at z.
     fn shift(self, z: Complex64) -> Complex64 {
         match self {
             Self::Bdf2 => 2.0 - (1.0 + 2.0 * z).sqrt(),
@@ -133,12 +133,12 @@ impl ConvolutionQuadrature {
         (2 * self.steps).next_multiple_of(2).max(64)
     }
 
-    /// Number of frequencies that the symbol would be needed at without interpolation.
+    /// Number of frequencies at which the symbol would be needed without interpolation.
     pub fn frequencies(&self) -> usize {
         (self.length() / 2 + 1) * self.rule.stages().map_or(1, |(_, times)| times.len())
     }
 
-    /// The weights of `symbol` K(s), whose branch points (1/s) may be told to save work.
+    /// The weights of `symbol` K(s). Its branch points (1/s), if given, save work.
     ///
     /// Runs on the current rayon pool; the result does not depend on its size.
     pub fn weights<E: Send>(
@@ -166,7 +166,7 @@ impl ConvolutionQuadrature {
         Ok(self.transform(&interpolant, length, radius))
     }
 
-    /// Where the generating function is singular as a function of θ, ζ = R e^{−iθ}.
+    /// Singularities of the generating function as a function of θ, with ζ = R e^{−iθ}.
     fn singularities(&self, branch_points: &[Complex64], radius: f64) -> Vec<Complex64> {
         branch_points
             .iter()

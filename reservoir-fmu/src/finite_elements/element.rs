@@ -1,4 +1,4 @@
-//! Matrices of straight-sided triangles of six nodes and of their edges.
+//! Matrices of straight-sided triangles with six nodes, and of their edges.
 
 /// `∫ N_i N_j dA` over the triangle's area; nodes as in [`TriangleMesh`](super::mesh::TriangleMesh).
 pub const MASS: [[f64; 6]; 6] = {
@@ -37,7 +37,7 @@ pub fn edge_shape(t: f64) -> [f64; 3] {
 
 /// Area (m²) of the triangle with these corners, and `∫ ∇N_i · ∇N_j dA`.
 ///
-/// The integrand is quadratic, so that the rule of the three midpoints is exact.
+/// The integrand is quadratic, so the midpoint rule with three points is exact.
 pub fn stiffness(corners: [[f64; 2]; 3]) -> (f64, [[f64; 6]; 6]) {
     let [p, q, r] = corners;
     let double = (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);

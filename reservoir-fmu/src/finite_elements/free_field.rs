@@ -4,17 +4,17 @@ use super::mesh::{BoundaryEdge, TriangleMesh};
 use crate::ReservoirParameters;
 use crate::condition::BoundaryCondition;
 
-/// The column of water at the far end, that moves vertically with the ground and knows nothing of the dam.
+/// The column of water at the far end: it moves vertically with the ground and is not affected by the dam.
 ///
 /// ```text
 /// p̈/c² = p″,  p = 0 (or −p̈/g = p′) at the level,  p′ = q ṗ − ρ a_y on the bed
 /// ```
 ///
-/// on the edges of the far end. Its pressure is the same all the way upstream, so that it does not radiate: what passes
-/// the far end is p less this, and `∂(p − p_column)/∂n = −(ṗ − ṗ_column)/c`.
+/// on the edges of the far end. Its pressure is the same everywhere upstream, so it does not radiate. Only the difference
+/// p − p_column does: `∂(p − p_column)/∂n = −(ṗ − ṗ_column)/c`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FreeField {
-    /// Its own mass, damping and stiffness, per metre of width.
+    /// Mass, damping and stiffness of the column, per metre of width.
     pub matrices: Matrices,
     /// Unknown of the water, unknown of the column, `∫ N_i N_j ds / c` (s).
     transfer: Vec<(usize, usize, f64)>,
@@ -23,11 +23,11 @@ pub struct FreeField {
 }
 
 impl FreeField {
-    /// The column on the far end's edges; `unknowns` is the unknown of every node of the water.
+    /// The column on the far end's edges; `unknowns` has the unknown of every node of the water.
     pub fn new(parameters: &ReservoirParameters, mesh: &TriangleMesh, unknowns: &[Option<usize>]) -> Self {
         let ReservoirParameters { sound_speed, gravity, surface_waves, .. } = *parameters;
         let edges: Vec<&BoundaryEdge> = mesh.edges(BoundaryCondition::Radiation).collect();
-        // From the level down, each node once.
+        // From the water level down, each node once.
         let mut own = vec![None; mesh.nodes.len()];
         let mut size = 0;
         let nodes = edges.iter().flat_map(|edge| edge.nodes);
@@ -64,7 +64,7 @@ impl FreeField {
         self.matrices.size()
     }
 
-    /// Adds f times what the column's pressure lets out of the far end to the load on the water.
+    /// Adds f times the far end's load from the column's pressure to the load on the water.
     pub fn add(&self, factor: f64, pressure: &[f64], load: &mut [f64]) {
         for &(unknown, column, value) in &self.transfer {
             load[unknown] += factor * value * pressure[column];

@@ -5,8 +5,8 @@ use interface::WetFace;
 
 /// The load matrix L of the wet face and the mass M_Γ of its panels.
 ///
-/// `L_ij = ∫ N_i φ_j ds`, `M_Γ,ij = ∫ φ_i φ_j ds`, with the elements' shape functions N and the panels' hats φ, one on
-/// either side of a crack. Pressure at the points is the one that does the same work on every velocity `Σ v_j φ_j`:
+/// `L_ij = ∫ N_i φ_j ds`, `M_Γ,ij = ∫ φ_i φ_j ds`, with the elements' shape functions N and the panels' hat functions φ, one
+/// on either side of a crack. The pressure at the points does the same work on every velocity `Σ v_j φ_j`:
 ///
 /// ```text
 /// p_Γ = M_Γ⁻¹ Lᵀ p   ⇒   vᵀ M_Γ p_Γ = ∫ v p ds
@@ -15,17 +15,17 @@ use interface::WetFace;
 pub struct InterfaceLoad {
     /// Unknown, point and `L_ij` (m).
     entries: Vec<(usize, usize, f64)>,
-    /// M_Γ: diagonal, and beside it the entry of each point with the next.
+    /// M_Γ: diagonal entries, and the entry of each point with the next.
     diagonal: Vec<f64>,
     beside: Vec<f64>,
-    /// Pivots of its elimination.
+    /// Pivots of the elimination of M_Γ.
     pivots: Vec<f64>,
 }
 
 impl InterfaceLoad {
-    /// Integrates between the ends of both edges and panels, where the integrand is a cubic: exactly.
+    /// Integrates exactly: between the ends of both edges and panels the integrand is a cubic.
     ///
-    /// `edges` are those on the face, upwards; `unknowns` the unknown of every node.
+    /// `edges` are those on the face, upwards; `unknowns` has the unknown of every node.
     pub fn new<'a>(
         face: &WetFace,
         edges: impl Iterator<Item = &'a BoundaryEdge>,
@@ -113,8 +113,8 @@ mod tests {
     use super::*;
     use crate::condition::BoundaryCondition;
 
-    /// Edges and panels that do not match, a crack between: ∫ v p ds of a quadratic p on each edge against Gauss'
-    /// rule on the common division, and p linear along the face comes back as it is.
+    /// Edges and panels that do not match, with a crack: ∫ v p ds of a quadratic p on each edge against Gauss'
+    /// rule on the common division; a p that is linear along the face is reproduced.
     #[test]
     fn work_is_the_integral_and_linear_pressure_comes_back() {
         let y = [0.0, 3.0, 5.0, 5.0, 6.5, 10.0];

@@ -17,11 +17,11 @@ pub struct Matrices {
     stiffness: Vec<f64>,
 }
 
-/// An entry before assembly: row, column, and what it adds to M, C and K.
+/// An entry before assembly: row, column, and its contributions to M, C and K.
 pub type Entry = (usize, usize, [f64; 3]);
 
 impl Matrices {
-    /// Sums the entries in the order given, so that symmetric entries make matrices symmetric to the bit.
+    /// Sums the entries in the given order, so that symmetric entries give exactly symmetric matrices.
     pub fn new(size: usize, mut entries: Vec<Entry>) -> Self {
         entries.sort_by_key(|&(row, column, _)| (row, column));
         let mut matrices = Self {
@@ -85,7 +85,7 @@ impl Matrices {
         forms
     }
 
-    /// The sum of the three with a factor each; symmetric, so that rows are columns.
+    /// The sum of the three matrices with one factor each; it is symmetric, so rows and columns are equal.
     fn combined<T>(&self, combine: impl Fn(f64, f64, f64) -> T) -> SparseColMat<usize, T> {
         let (n, starts, columns) = (self.size(), self.starts.clone(), self.columns.clone());
         let values =
@@ -93,7 +93,7 @@ impl Matrices {
         SparseColMat::new(SymbolicSparseColMat::new_checked(n, n, starts, None, columns), values.collect())
     }
 
-    /// Cholesky's factors of `M + H/2 C + H²/4 K`.
+    /// Cholesky factors of `M + H/2 C + H²/4 K`.
     ///
     /// **Errors**: [`ReservoirError::FiniteElementSystem`].
     pub fn factor(&self, step: f64) -> Result<Llt<usize, f64>, ReservoirError> {
@@ -120,7 +120,7 @@ impl Matrices {
     }
 }
 
-/// `A⁻¹ b` by Cholesky's factors of A.
+/// `A⁻¹ b` by the Cholesky factors of A.
 pub fn solve(factors: &Llt<usize, f64>, right: &[f64]) -> Vec<f64> {
     let mut column = Mat::from_fn(right.len(), 1, |i, _| right[i]);
     factors.solve_in_place(column.as_mut());

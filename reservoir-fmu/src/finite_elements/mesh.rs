@@ -8,20 +8,20 @@ use spade::{
 };
 use std::collections::HashMap;
 
-/// Least angle of a triangle, degrees; refinement ends for certain up to 20.7° and in practice up to 30°.
+/// Smallest angle of a triangle, degrees; refinement provably ends up to 20.7°, in practice up to 30°.
 const LEAST_ANGLE: f64 = 28.0;
 
-/// Most triangles.
+/// Largest number of triangles.
 const MOST_TRIANGLES: f64 = 4e5;
 
-/// An edge of a triangle on the outline, passed counterclockwise.
+/// An edge of a triangle on the outline, in counterclockwise direction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BoundaryEdge {
     /// Node at the start, in the middle, at the end.
     pub nodes: [usize; 3],
-    /// What holds on it.
+    /// Boundary condition.
     pub condition: BoundaryCondition,
-    /// Length of wet face up to its start, m; of use on the face only.
+    /// Length of the wet face up to the edge's start, m; used on the face only.
     pub arc: f64,
     /// Length, m.
     pub length: f64,
@@ -42,11 +42,11 @@ pub struct TriangleMesh {
 }
 
 impl TriangleMesh {
-    /// Divides the parameters' water: a Delaunay triangulation within its boundary elements, refined until no angle is
-    /// below 28° (but where the outline has one) and no triangle larger than half the square of the larger
-    /// element size. Towards short boundary elements triangles become small by themselves.
+    /// Triangulates the parameters' water: a Delaunay triangulation within its boundary elements, refined until no angle
+    /// is below 28° (except angles of the outline) and no triangle is larger than half the square of the larger element
+    /// size. Towards short boundary elements the triangles become small accordingly.
     ///
-    /// The same bits every time: nothing is done in parallel, and sets are asked, never walked through.
+    /// The result is the same bit for bit every time: nothing runs in parallel, and no unordered set is iterated.
     ///
     /// **Errors**: those of the outline, [`ReservoirError::TooMuch`], [`ReservoirError::Mesh`].
     pub fn new(parameters: &ReservoirParameters) -> Result<Self, ReservoirError> {
@@ -68,7 +68,7 @@ impl TriangleMesh {
         let mut nodes = refined.vertices.clone();
         let mut middles = HashMap::new();
         let mut triangles = Vec::with_capacity(refined.triangles.len());
-        // Vertex after a vertex along the boundary, once edges that are passed both ways have gone.
+        // The next vertex of each vertex along the boundary; edges that occur in both directions have been removed.
         let mut directed = HashMap::new();
         for &[a, b, c] in &refined.triangles {
             let middle = [[a, b], [b, c], [c, a]].map(|[from, to]| {
@@ -168,8 +168,8 @@ fn refine(ring: &[Element], size: f64, most: usize) -> Result<Refined, Reservoir
     Ok(Refined { vertices, triangles })
 }
 
-/// A kinked, overhanging face with a crack over a bed with a trench; the kink's points coincide, so that the
-/// normal velocity of a rigid motion is what it is on either side.
+/// A kinked, overhanging face with a crack, over a bed with a trench. The kink has two coinciding points, so that the
+/// normal velocity of a rigid motion is right on either side.
 #[cfg(test)]
 pub fn rugged(element_size: f64) -> ReservoirParameters {
     let face = vec![
@@ -200,7 +200,7 @@ mod tests {
     /// The triangles fill the outline, have no angle below the least one, and follow the outline's pieces.
     #[test]
     fn triangles_fill_the_outline() -> Result<(), ReservoirError> {
-        // A wedge of 18° at the level, as before an embankment, keeps its angle and is no obstacle.
+        // A wedge of 18° at the water level, as before an embankment, keeps its angle and is meshed.
         let wedge = ReservoirParameters {
             element_size: 2.0,
             ..ReservoirParameters::before(interface::WetFace::straight([60.0, 20.0], 4).unwrap())

@@ -1,15 +1,15 @@
-//! The rival of the boundary elements: finite elements of the near field, Newmark's method, a Sommerfeld end.
+//! Finite elements of the near field, for comparison with the boundary elements: Newmark's method, a Sommerfeld end.
 //!
-//! This is how the models work that the paper compares itself with. Quadratic triangles over face, bed, level and a
-//! vertical end at some distance; there
+//! The models with which the paper compares its own work in this way. Quadratic triangles fill the water between face,
+//! bed, surface and a vertical far end, where
 //!
 //! ```text
 //! ∂p/∂n = −ṗ/c
 //! ```
 //!
-//! is right for the plane wave only. A mode of the depth that decays upstream, `e^{κx}`, comes back with the ratio
-//! `(κ − s/c)/(κ + s/c)`, of modulus 1 for every κ below its cut-off frequency: the end must stand where `e^{−2κL}` is
-//! small, and no distance helps at a cut-off frequency (`tests/sommerfeld.rs`).
+//! is exact for plane waves only. A mode that decays upstream, `e^{κx}`, is reflected with the ratio
+//! `(κ − s/c)/(κ + s/c)`, of modulus 1 for every κ below its cut-off frequency. The end must therefore lie where
+//! `e^{−2κL}` is small; at a cut-off frequency no distance is large enough (`tests/sommerfeld.rs`).
 //!
 //! ```text
 //!    far end  level: p = 0, or ∂p/∂n = −p̈/g
@@ -21,8 +21,8 @@
 //!      bed: ∂p/∂n = −ρ v̇_g·n − q ṗ
 //! ```
 //!
-//! **Equations.** Galerkin's, with p in the unknown nodes, v at the interface points (out of the water), `v_g` the
-//! ground's velocity, n out of the water:
+//! **Equations** by Galerkin's method, with p at the unknown nodes, v at the interface points (out of the water), `v_g`
+//! the velocity of the ground, n out of the water:
 //!
 //! ```text
 //! M p̈ + C ṗ + K p = −ρ (L v̇ + L_g v̇_g) + B ṗ_column
@@ -30,39 +30,40 @@
 //! C = q ∫ N N ds on the bed + ∫ N N ds /c on the far end,           L_g = ∫ N n ds on the bed
 //! ```
 //!
-//! A ground that moves vertically lifts all water up to infinity: that pressure does not radiate. It is found in a
-//! column at the far end by the same elements and steps, and only what differs from it is let out (B).
+//! Vertical motion of the ground lifts all water upstream, and this pressure does not radiate. It is computed in a
+//! column at the far end with the same elements and steps; the far end radiates only the difference from it (B).
 //!
-//! **Time.** Velocities are linear within a step, accelerations jump at its ends; so the equations are integrated once,
-//! ψ = ∫ p dt (−∇ψ/ρ is the water's velocity), and stepped by Newmark's average acceleration, the trapezoidal rule:
+//! **Time.** Velocities are linear within a step, and accelerations jump at its ends. The equations are therefore
+//! integrated once, ψ = ∫ p dt (−∇ψ/ρ is the water's velocity), and stepped by Newmark's average acceleration, the
+//! trapezoidal rule:
 //!
 //! ```text
 //! (M + H/2 C + H²/4 K) p̄ = M p₀ − H/2 (K ψ₀ + ρ L v̄ + … − B p̄_column),   p₁ = 2 p̄ − p₀,  ψ₁ = ψ₀ + H p̄
 //! ```
 //!
-//! with the bar for the mean of both ends.
+//! where the bar is the mean of both ends of the step.
 //!
-//! **Energy.** With `E = (pᵀ M p + ψᵀ K ψ)/2ρ`, compression (and waves on the level) and motion, the scheme multiplied
-//! by H p̄/ρ is, to rounding and for every step, with the ground at rest,
+//! **Energy.** Let `E = (pᵀ M p + ψᵀ K ψ)/2ρ`, the energy of compression (and of surface waves) and of motion. With the
+//! ground at rest, the scheme multiplied by H p̄/ρ gives for every step, to rounding,
 //!
 //! ```text
 //! E₁ − E₀ + H p̄ᵀ C p̄/ρ = −H p̄ᵀ L v̄ = −H v̄ᵀ M_Γ p̄_Γ,   p_Γ = M_Γ⁻¹ Lᵀ p
 //! ```
 //!
 //! because pressure at the points is work-conjugate to the load ([`InterfaceLoad`]). E and C are not negative: from
-//! rest the mid-step work `W_mid = −Σ H v̄ᵀ M_Γ p̄_Γ` is what the water holds and has lost, never below zero. The work of
-//! pressure and velocity both linear within a step is
+//! rest, the mid-step work `W_mid = −Σ H v̄ᵀ M_Γ p̄_Γ` is the energy stored and lost in the water, and never negative. The
+//! work of pressure and velocity that are both linear within a step is
 //!
 //! ```text
 //! W = −Σ ∫ v_linᵀ M_Γ p_lin dt = W_mid − H/12 Σ Δvᵀ M_Γ Δp_Γ
 //! ```
 //!
-//! and the second sum is not positive either. The scheme is linear and the same for every step, so that the answer
-//! to the velocities Δv is Δp. Let w be the velocities with w₀ = 0 and means w̄ = Δv; their answer has the means Δp, since
-//! both follow by the same recursion. Then `−H Σ Δvᵀ M_Γ Δp = −H Σ w̄ᵀ M_Γ r̄` is the mid-step work of w and its
-//! answer r, and not negative. Hence W ≥ W_mid ≥ 0 after any number of steps: the water cannot feed energy into a dam,
-//! on any mesh and with steps of any length. Pressure handed over less often than it is stepped would void the
-//! proof; so a communication step is one step.
+//! and the second sum is not positive either: the scheme is linear and the same for every step, so that the response
+//! to the velocities Δv is Δp. Let w be the velocities with w₀ = 0 and means w̄ = Δv; their response r has the means Δp,
+//! since both follow by the same recursion. Then `−H Σ Δvᵀ M_Γ Δp = −H Σ w̄ᵀ M_Γ r̄` is the mid-step work of w and
+//! r, and not negative. Hence W ≥ W_mid ≥ 0 after any number of steps: the water cannot feed energy into a dam,
+//! on any mesh and with steps of any length. The proof needs an exchange after every step of the water; therefore a
+//! communication step is one step.
 
 mod assembly;
 mod element;
@@ -84,17 +85,16 @@ use matrices::Matrices;
 use mesh::TriangleMesh;
 use nalgebra::DMatrix;
 use num_complex::Complex64;
-pub(crate) use stepped::Field;
 pub use time_step::Prepared;
 use time_step::TimeStep;
 
-/// Most entries of the answer of all nodes to all inputs, which is kept.
+/// Largest number of entries of the response of all nodes to all inputs, which is stored.
 const MOST_ENTRIES: f64 = 1e8;
 
-/// What holds at the end upstream.
+/// Condition at the upstream end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FarEnd {
-    /// `∂p/∂n = −ṗ/c`: plane waves leave, others are partly reflected.
+    /// `∂p/∂n = −ṗ/c`: plane waves leave, other waves are partly reflected.
     Sommerfeld,
     /// `∂p/∂n = 0`: a closed tank.
     Rigid,
@@ -103,11 +103,11 @@ pub enum FarEnd {
 /// Compressible water by finite elements; pressure at the interface points for their velocities.
 ///
 /// **Shapes and units**: inputs are the velocities of the interface points along n and of the ground along x
-/// and y (m/s), points + 2; a state is ψ (Pa s) and p (Pa) at the unknown nodes, the same of the column at the far end, and
-/// the inputs at the last step's end. All zeros is rest.
+/// and y (m/s), points + 2; a state is ψ (Pa s) and p (Pa) at the unknown nodes, the same for the column at the far end, and
+/// the inputs at the end of the last step. The state of rest is all zeros.
 pub struct FiniteElements {
     mesh: TriangleMesh,
-    /// The unknown of every node; none at a level with p = 0.
+    /// The unknown of every node; none at a surface with p = 0.
     unknowns: Vec<Option<usize>>,
     matrices: Matrices,
     load: InterfaceLoad,
@@ -127,7 +127,7 @@ impl FiniteElements {
         Self::with_far_end(parameters, FarEnd::Sommerfeld)
     }
 
-    /// The same with another far end.
+    /// The same with a given condition at the far end.
     ///
     /// **Errors**: as [`new`](Self::new).
     pub fn with_far_end(parameters: &ReservoirParameters, far_end: FarEnd) -> Result<Self, ReservoirError> {
@@ -170,8 +170,8 @@ impl FiniteElements {
         Ok(Self { mesh, unknowns, matrices, load, ground, free_field, density, time_step })
     }
 
-    /// The same water with steps of another length (s): its matrix is factored anew, and the answers to unit inputs
-    /// are solved for; that is most of what making the water costs.
+    /// The same water with steps of another length (s): factors the matrix again and solves for the responses to unit
+    /// inputs, which is most of the cost of [`new`](Self::new).
     ///
     /// **Errors**: [`ReservoirError::NotPositive`], [`ReservoirError::FiniteElementSystem`].
     pub fn set_communication_step(&mut self, step: f64) -> Result<(), ReservoirError> {
@@ -194,8 +194,8 @@ impl FiniteElements {
         2 * self.matrices.size() + 2 * self.column_size() + self.inputs()
     }
 
-    /// The step from `state`, of [`state_len`](Self::state_len), as far as it does not depend on the inputs at its end:
-    /// one solve. Begun once, a step can be repeated with other inputs for little.
+    /// The part of the step from `state` (of length [`state_len`](Self::state_len)) that does not depend on the inputs at
+    /// its end; it costs one solve. Repeating the step with other inputs then costs little.
     pub fn prepare(&self, state: &[f64]) -> Prepared {
         let parts = (&self.matrices, &self.load, &self.ground, self.free_field.as_ref());
         self.time_step.prepare(state, self.density, parts)
@@ -219,7 +219,7 @@ impl FiniteElements {
         self.pressure(&prepared, inputs_at_end)
     }
 
-    /// ∂p/∂(inputs at the step's end): Pa per m/s, points × inputs. With M_Γ before it, its square part is symmetric.
+    /// ∂p/∂(inputs at the step's end): Pa per m/s, points × inputs. Its square part, multiplied by M_Γ from the left, is symmetric.
     pub fn instantaneous(&self) -> &DMatrix<f64> {
         self.time_step.instantaneous()
     }
@@ -270,7 +270,7 @@ impl FiniteElements {
         (self.matrices.forms(p)[0] + self.matrices.forms(psi)[2]) / (2.0 * self.density)
     }
 
-    /// `H p̄ᵀ C p̄/ρ`: what bed and far end take in the step between two states, J per metre of dam.
+    /// `H p̄ᵀ C p̄/ρ`: energy lost through bed and far end in the step between two states, J per metre of dam.
     pub fn loss(&self, before: &[f64], after: &[f64]) -> f64 {
         let pressures = self.matrices.size()..2 * self.matrices.size();
         let mean: Vec<f64> = pressures.map(|i| 0.5 * (before[i] + after[i])).collect();
@@ -310,14 +310,14 @@ mod tests {
     use super::*;
     use mesh::rugged;
 
-    /// `p = ρ(h − y)` answers a ground that accelerates upwards by 1 m/s² with the dam: linear, so exact to rounding.
+    /// The pressure is `p = ρ(h − y)` if ground and dam accelerate upwards by 1 m/s²: linear, so exact to rounding.
     #[test]
     fn linear_pressure_is_exact() -> Result<(), ReservoirError> {
         for surface_waves in [false, true] {
             let parameters = ReservoirParameters { surface_waves, ..rugged(6.0) };
             let water = FiniteElements::with_far_end(&parameters, FarEnd::Rigid)?;
             let (face, density) = (&parameters.wet_face, parameters.density);
-            // With waves the mean level may rise: p at the level is then free, and its load is the traction −∂p/∂n = ρ.
+            // With waves p at the surface is unknown, and its load is the traction −∂p/∂n = ρ.
             let mut residual = vec![0.0; water.matrices.size()];
             let mut p = vec![0.0; water.matrices.size()];
             for (node, unknown) in water.nodes().iter().zip(&water.unknowns) {
@@ -343,7 +343,7 @@ mod tests {
             );
             // Rounding of some ten additions of numbers of ρh.
             assert!(largest < 1e-12 * density * face.depth());
-            // And the pressure of a linear field at the points is the field there.
+            // A linear field is reproduced at the points.
             let at_points = water.load.pressure(&p);
             let exact = face.points().iter().map(|q| density * (face.depth() - q[1]));
             let error = at_points.iter().zip(exact).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
@@ -352,7 +352,7 @@ mod tests {
         Ok(())
     }
 
-    /// Everything is the same to the bit, on whatever pool of threads it is made.
+    /// Results are equal bit for bit for any number of threads.
     #[test]
     fn made_twice_it_is_the_same() -> Result<(), ReservoirError> {
         let parameters = rugged(4.0);
@@ -366,7 +366,7 @@ mod tests {
         Ok(())
     }
 
-    /// `M_Γ ∂p/∂v` is symmetric and negative: so is `Lᵀ A⁻¹ L`. Rounding of the solves allowed for.
+    /// `M_Γ ∂p/∂v` is symmetric and negative, as is `−Lᵀ A⁻¹ L`, to the rounding of the solves.
     #[test]
     fn instantaneous_answer_is_symmetric_and_negative() -> Result<(), ReservoirError> {
         let parameters = rugged(5.0);

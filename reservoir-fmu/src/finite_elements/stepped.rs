@@ -1,10 +1,9 @@
 use super::{FiniteElements, Prepared};
 use crate::time_domain::{Memory, TimeDomain};
 use nalgebra::DMatrix;
-use std::sync::Arc;
 
-/// The water after a step, and the next step as far as it does not depend on what comes.
-pub(crate) struct Field {
+/// State of the water after a step, and the part of the next step that does not depend on its inputs.
+struct Field {
     values: Vec<f64>,
     prepared: Prepared,
 }
@@ -12,7 +11,7 @@ pub(crate) struct Field {
 impl FiniteElements {
     fn field(&self, values: Vec<f64>) -> Memory {
         let prepared = self.prepare(&values);
-        Memory::Field(Arc::new(Field { values, prepared }))
+        Memory::of(Field { values, prepared })
     }
 }
 
@@ -22,14 +21,12 @@ impl TimeDomain for FiniteElements {
     }
 
     fn pressure(&self, memory: &Memory, velocity: &[f64], _length: f64) -> Vec<f64> {
-        match memory {
-            Memory::Field(field) => FiniteElements::pressure(self, &field.prepared, velocity),
-            _ => Vec::new(),
-        }
+        let pressure = |field: &Field| FiniteElements::pressure(self, &field.prepared, velocity);
+        memory.get().map_or_else(Vec::new, pressure)
     }
 
     fn push(&self, memory: &Memory, velocity: &[f64], _length: f64) -> Memory {
-        let Memory::Field(field) = memory else { return Memory::None };
+        let Some(field) = memory.get::<Field>() else { return Memory::default() };
         let mut next = vec![0.0; self.state_len()];
         self.advance(&field.values, &field.prepared, velocity, &mut next);
         self.field(next)
@@ -40,10 +37,7 @@ impl TimeDomain for FiniteElements {
     }
 
     fn values(&self, memory: &Memory) -> Vec<f64> {
-        match memory {
-            Memory::Field(field) => field.values.clone(),
-            _ => Vec::new(),
-        }
+        memory.get().map_or_else(Vec::new, |field: &Field| field.values.clone())
     }
 
     fn resume(&self, values: &[f64], _steps: usize) -> Option<Memory> {

@@ -5,30 +5,30 @@ use crate::ReservoirError;
 use faer::sparse::linalg::solvers::Llt;
 use nalgebra::DMatrix;
 
-/// What a step is made of: the water's matrices, the loads of face and bed, the column at the far end.
+/// Parts of a step: the water's matrices, the loads of face and bed, the column at the far end.
 type Parts<'a> = (&'a Matrices, &'a InterfaceLoad, &'a [Vec<f64>; 2], Option<&'a FreeField>);
 
-/// A step as far as it does not depend on the inputs at its end.
+/// The part of a step that does not depend on the inputs at its end.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prepared {
-    /// p̄ of the water, then of the column, with no motion at the end.
+    /// p̄ of the water, then of the column, without motion at the end.
     means: Vec<f64>,
-    /// Pressure at the interface points at the end, likewise.
+    /// Pressure at the interface points at the end, in the same way.
     pressure: Vec<f64>,
 }
 
-/// Newmark's average acceleration with steps of one length.
+/// Newmark's average acceleration method with steps of one length.
 pub struct TimeStep {
     length: f64,
     factors: Llt<usize, f64>,
     column: Option<Llt<usize, f64>>,
-    /// p̄ of water and column for a unit of each input at the end.
+    /// p̄ of water and column for a unit value of each input at the end.
     means: DMatrix<f64>,
-    /// Pressure at the interface points at the end, likewise.
+    /// Pressure at the interface points at the end, in the same way.
     instantaneous: DMatrix<f64>,
 }
 
-/// L or L_g for a unit of one input.
+/// L or L_g for a unit value of one input.
 pub fn unit_load(
     input: usize,
     (matrices, load, ground): (&Matrices, &InterfaceLoad, &[Vec<f64>; 2]),
@@ -84,7 +84,7 @@ impl TimeStep {
         &self.instantaneous
     }
 
-    /// p̄ of water and column for the right sides of both.
+    /// p̄ of water and column from the right-hand sides of both.
     fn means(&self, mut right: Vec<f64>, foot: Vec<f64>, column: Option<&FreeField>) -> Vec<f64> {
         let (Some(column), Some(factors)) = (column, &self.column) else {
             return solve(&self.factors, &right);
@@ -96,7 +96,7 @@ impl TimeStep {
         means
     }
 
-    /// The step from `state`, with no motion at its end.
+    /// The step from `state`, without motion at its end.
     pub fn prepare(&self, state: &[f64], density: f64, (matrices, load, ground, column): Parts) -> Prepared {
         let (size, columns) = (matrices.size(), column.map_or(0, FreeField::size));
         let (psi, rest) = state.split_at(size);

@@ -1,6 +1,6 @@
 use super::{HelmholtzKernel, Source};
 
-/// The source alone: `G = K₀(kr)/2π`, for a boundary that is meshed all around.
+/// A source without images, `G = K₀(kr)/2π`; the whole boundary must be meshed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FreeSpace;
 

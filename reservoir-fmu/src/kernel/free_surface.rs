@@ -1,6 +1,6 @@
 use super::{HelmholtzKernel, Source};
 
-/// The source less its image about a horizontal surface: `G = 0` on `y = level`.
+/// A source minus its image about a horizontal surface: `G = 0` on `y = level`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FreeSurface {
     /// Elevation of the surface, m.

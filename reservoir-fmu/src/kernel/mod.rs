@@ -12,7 +12,7 @@ pub use free_surface::FreeSurface;
 pub(crate) use ray::Ray;
 pub(crate) use table::Table;
 
-/// A point source and its strength relative to the source that it belongs to.
+/// A point source and its strength relative to the original source.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Source {
     /// Position, m.
@@ -23,13 +23,13 @@ pub struct Source {
 
 /// A solution of `∇²G − k²G = −δ`, written as free-space sources.
 ///
-/// `G(x, y) = Σ_i a_i K₀(k|y − x_i|)/2π` with the sources `(x_i, a_i)` of `x`. A kernel that
-/// satisfies a boundary condition by images spares the mesh of that boundary. At k = 0 it is the solution
-/// `G = −Σ_i a_i ln(|y − x_i|/R)/2π` of Laplace's equation. Where the strengths do not sum to zero the length R
-/// matters: it is taken as the extent of the mesh, far above the one at which the single layer has a null space,
-/// the logarithmic capacity of the boundary. The sources do not depend on `k`, so [`sources`](Self::sources) is called once for every collocation
-/// point when a system is made, never for a frequency.
+/// `G(x, y) = Σ_i a_i K₀(k|y − x_i|)/2π` with the sources `(x_i, a_i)` of `x`. On a boundary whose
+/// condition the kernel satisfies by images, no mesh is needed. At k = 0 it is the solution
+/// `G = −Σ_i a_i ln(|y − x_i|/R)/2π` of Laplace's equation. Where the strengths do not sum to zero, the length R
+/// matters: it is the extent of the mesh, far above the logarithmic capacity of the boundary, at which the single layer
+/// would have a null space. The sources do not depend on `k`, so [`sources`](Self::sources) is called once for every
+/// collocation point when a system is made, and not for each frequency.
 pub trait HelmholtzKernel: Sync {
-    /// The sources of the collocation point `point` (m), itself first.
+    /// The sources of the collocation point `point` (m); the point itself comes first.
     fn sources(&self, point: [f64; 2]) -> Vec<Source>;
 }

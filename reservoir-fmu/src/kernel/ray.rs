@@ -2,13 +2,13 @@ use complex_bessel::{Scaling, besselk_seq};
 use num_complex::Complex64;
 use std::f64::consts::PI;
 
-/// Chebyshev coefficients a piece.
+/// Chebyshev coefficients per piece.
 const ORDER: usize = 15;
 /// Length of a piece in ln r.
 const PIECE: f64 = 1.4;
-/// Below this |kr| two terms of the ascending series are exact to rounding.
+/// Below this |kr|, two terms of the ascending series are exact to rounding.
 pub(super) const SMALL: f64 = 1e-3;
-/// Above this Re(kr) the kernels are below 1e-17 and taken as zero.
+/// Above this Re(kr), the kernels are below 1e-17 and taken as zero.
 const FAR: f64 = 39.0;
 /// Euler's constant.
 const EULER: f64 = 0.577_215_664_901_532_9;
@@ -42,7 +42,7 @@ impl Ray {
         self.wavenumber
     }
 
-    /// The lesser of `farthest` and the distance (m) beyond which the kernels are zero.
+    /// The smaller of `farthest` and the distance (m) beyond which the kernels are zero.
     pub fn reach(&self, farthest: f64) -> f64 {
         farthest.min(FAR / self.wavenumber.re.abs())
     }

@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 
 /// Coefficients of a segment's polynomial.
 const SIZE: usize = 8;
-/// Up to this |kr| a segment is an eighth of an octave, beyond it [`LENGTH`] long.
+/// Up to this |kr| a segment is an eighth of an octave long, beyond it [`LENGTH`].
 const OCTAVES_END: f64 = 4.0;
 /// Length of a segment in |kr|.
 const LENGTH: f64 = 0.4;
@@ -21,7 +21,7 @@ struct Segment {
 
 /// `K₀(kr)` and `k K₁(kr)` of one wavenumber by polynomials, a tenth of the cost of [`Ray::at`].
 ///
-/// Segments are short against the distance from r = 0 and against the wavelength: degree 7 leaves 2e-11.
+/// Segments are short compared with the distance from r = 0 and with the wavelength; degree 7 leaves an error of 2e-11.
 pub(crate) struct Table {
     ray: Ray,
     scale: f64,
@@ -31,7 +31,7 @@ pub(crate) struct Table {
 }
 
 impl Table {
-    /// Makes a table for `distances` up to `farthest` (m), if they are enough to be worth it.
+    /// Makes a table for `distances` up to `farthest` (m), if there are enough of them to save time.
     pub fn new(ray: Ray, farthest: f64, distances: usize) -> Result<Self, Ray> {
         let wavenumber = ray.wavenumber();
         let scale = wavenumber.norm();
@@ -95,13 +95,13 @@ impl Table {
     }
 }
 
-/// Chebyshev's nodes.
+/// Chebyshev nodes.
 static NODES: LazyLock<[f64; SIZE]> =
     LazyLock::new(|| std::array::from_fn(|i| (PI * (i as f64 + 0.5) / SIZE as f64).cos()));
 
-/// From the values at the nodes to the coefficients of the powers of x: rows powers, columns nodes.
+/// Matrix from values at the nodes to coefficients of the powers of x: rows are powers, columns nodes.
 static TRANSFORM: LazyLock<[[f64; SIZE]; SIZE]> = LazyLock::new(|| {
-    // Chebyshev's polynomials in powers of x, T_{n+1} = 2x T_n − T_{n−1}.
+    // Chebyshev polynomials in powers of x, T_{n+1} = 2x T_n − T_{n−1}.
     let mut powers = [[0.0; SIZE]; SIZE];
     powers[0][0] = 1.0;
     powers[1][1] = 1.0;
@@ -127,7 +127,7 @@ static TRANSFORM: LazyLock<[[f64; SIZE]; SIZE]> = LazyLock::new(|| {
 mod tests {
     use super::*;
 
-    /// Against the ray that it is made from; what is left of amplitude when damping ends the table too.
+    /// The table against the ray from which it is made, also where damping ends the table.
     #[test]
     fn table_equals_ray() -> Result<(), complex_bessel::Error> {
         let mut worst: f64 = 0.0;

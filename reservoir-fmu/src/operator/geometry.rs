@@ -7,7 +7,7 @@ use num_complex::Complex64;
 /// Relative difference below which two distances are the same.
 const SAME: f64 = 1e-12;
 
-/// One quadrature point of one source: weights of the element's nodes in either layer.
+/// One quadrature point of one source: weights of the element's nodes in both layers.
 #[derive(Clone, Copy, Debug)]
 struct Entry {
     distance: u32,
@@ -63,8 +63,8 @@ impl Geometry {
         }
     }
 
-    /// The same with equal distances only once, if they are many, as on rectangles; else in the order of use,
-    /// which the processor's caches prefer.
+    /// The same geometry with equal distances stored once, if many are equal, as on rectangles; otherwise in the order
+    /// of use, which suits the processor's caches.
     pub fn merged(mut self) -> Self {
         let mut order: Vec<u32> = (0..self.radii.len() as u32).collect();
         order.sort_unstable_by(|&a, &b| self.radii[a as usize].total_cmp(&self.radii[b as usize]));
@@ -89,7 +89,7 @@ impl Geometry {
         &self.radii
     }
 
-    /// How many there are.
+    /// Number of distances.
     pub fn distances(&self) -> usize {
         self.radii.len()
     }

@@ -2,7 +2,7 @@
 //!
 //! Depends on `boundary`, `kernel` and `quadrature`. The geometry (distances, quadrature
 //! weights, shape functions) does not depend on the frequency and is computed once, unless it is too
-//! large to be kept.
+//! large to be stored.
 
 mod double_layer;
 mod geometry;
@@ -15,9 +15,9 @@ use geometry::Geometry;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-/// Most quadrature points that are kept, of 40 bytes each.
+/// Largest number of quadrature points that are stored, of 40 bytes each.
 const KEPT: usize = 8_000_000;
-/// Rows that are computed at once where the geometry is not kept.
+/// Rows that are computed at once where the geometry is not stored.
 const ROWS: usize = 16;
 
 /// Geometry of both layers at fixed collocation points.
@@ -73,7 +73,7 @@ impl LayerOperators {
 
     /// Both layers at `wavenumber` k = s/c (1/m, real part not negative); at k = 0 those of Laplace's equation.
     ///
-    /// What is too large to be kept is computed on the current rayon pool.
+    /// A geometry that is too large to be stored is computed on the current rayon pool.
     pub fn assemble(&self, wavenumber: Complex64) -> Result<Layers, complex_bessel::Error> {
         let distances = self.geometry.as_ref().map_or(usize::MAX, Geometry::distances);
         let kernels = if wavenumber == Complex64::ZERO {
@@ -96,7 +96,7 @@ impl LayerOperators {
             return Ok(layers);
         }
         let chunks: Vec<&[Vec<Source>]> = self.sources.chunks(ROWS).collect();
-        // A few at a time: all of them are what does not fit into memory.
+        // A few rows at a time, because all of them do not fit into memory.
         for (batch, chunks) in chunks.chunks(2 * rayon::current_num_threads()).enumerate() {
             let done: Vec<_> = chunks
                 .par_iter()
@@ -168,8 +168,8 @@ mod tests {
         worst / scale
     }
 
-    /// `p = h − y` is linear and harmonic: only quadrature errs. Kinks, corners and surface included, by image
-    /// and, shifted by a constant, meshed.
+    /// `p = h − y` is linear and harmonic: the only error is that of the quadrature. With kinks, corners and surface, by
+    /// an image and, shifted by a constant, meshed.
     #[test]
     fn linear_pressure_is_reproduced() {
         for (waves, shift) in [(false, 0.0), (true, 3.0)] {
@@ -204,7 +204,7 @@ mod tests {
         }
     }
 
-    /// Computed row by row, what is too large to be kept is the same.
+    /// A geometry that is not stored but computed row by row gives the same.
     #[test]
     fn geometry_that_is_not_kept_gives_the_same() {
         let parameters = ReservoirParameters::before(WetFace::straight([2.0, 10.0], 4).unwrap());

@@ -1,19 +1,20 @@
-//! Water that ends at a distance.
+//! Other conditions at the far end.
 //!
-//! Depends on `condition`, `frequency_response` and `whole_record`.
+//! Depends on `condition`, `frequency_response`, `system` and `whole_record`.
 
 use crate::condition::FarEndCondition;
-use crate::frequency_response::{boundary_system, symbols};
+use crate::frequency_response::symbols;
+use crate::system::boundary_system;
 use crate::{ReservoirError, ReservoirParameters, whole_record};
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 use std::num::NonZeroUsize;
 
 /// [`frequency_response`](crate::frequency_response()) of compressible water under any condition at the far end, which
-/// stands at the parameters' `far_end_distance`.
+/// lies at the parameters' `far_end_distance`.
 ///
-/// [`FarEndCondition::LeftOut`] is the paper's: fundamental solutions that go out are to make the end superfluous. They
-/// do for a field outside of a closed boundary; here the boundary is open where the waves go.
+/// [`FarEndCondition::LeftOut`] is that of the paper, which relies on outgoing fundamental solutions instead of a far end.
+/// They suffice for a field outside a closed boundary; here the boundary is open where the waves leave.
 ///
 /// **Errors**: those of [`frequency_response`](crate::frequency_response()).
 pub fn response_before(

@@ -1,8 +1,8 @@
-//! The paper's way with the water, to be measured: **not for use**.
+//! The paper's method for the water, only to measure its error: **do not use it for results**.
 //!
-//! The paper that this project realises goes through time in short windows, each with a Fourier transform of its own
-//! ([`ShortWindows`]), and says nothing of the far end ([`response_before`], [`pressure_before`]). Both cost most of the
-//! answer; `cofferdam study windows` shows how much.
+//! The paper on which this project is based divides time into short windows, each with its own Fourier transform
+//! ([`ShortWindows`]), and states no condition at the far end ([`response_before`], [`pressure_before`]). Both lose most of
+//! the response; `cofferdam study windows` shows how much.
 
 mod far_end;
 mod short_windows;

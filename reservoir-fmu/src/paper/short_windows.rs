@@ -1,4 +1,4 @@
-//! Windows with a Fourier transform of their own.
+//! Short time windows, each with its own Fourier transform.
 //!
 //! Depends on `added_mass`, `frequency_response` and `whole_record`.
 
@@ -13,21 +13,21 @@ use std::f64::consts::PI;
 use std::num::NonZeroUsize;
 use std::sync::Arc;
 
-/// Re s/ω: over a rigid bed the response is infinite at a cut-off frequency, and windows hit one. With h = 180 m and
-/// c = 1440 m/s one of 0.1 s hits the third.
+/// Re s/ω. Over a rigid bed the response is infinite at a cut-off frequency, and a frequency of the window may coincide
+/// with one: with h = 180 m and c = 1440 m/s a window of 0.1 s meets the third.
 const DAMPING: f64 = 1e-3;
 
-/// The water of the paper's windows: in each the motion is taken for periodic, and what was before it is forgotten.
+/// The water with the paper's windows: in each the motion is taken as periodic, and earlier motion has no effect.
 ///
-/// Of a window of N steps of H, with ω_k = 2πk/NH and the mean accelerations ā_n over its steps,
+/// In a window of N steps of H, with ω_k = 2πk/NH and the mean accelerations ā_n over its steps,
 ///
 /// ```text
 /// p_n = (1/N) Σ_k K(iω_k)/(iω_k) e^{iω_k H/2} Σ_m ā_m e^{2πik(n − m)/N},   K(s)/s → −A as s → 0
 /// ```
 ///
-/// the factor in the middle because ā belongs to the middles of the steps and p to their ends. Two things are wrong: an
-/// acceleration at the window's end presses at its beginning, and a wave that a window has sent is gone in the next.
-/// Frequencies are damped by a thousandth, as over a rigid bed some have no answer.
+/// The factor `e^{iω_k H/2}` is there because ā belongs to the middle of a step and p to its end. Two errors follow: an
+/// acceleration at the end of a window causes pressure at its beginning, and waves from one window are missing in the next.
+/// Frequencies are damped by a thousandth, because over a rigid bed the response at some of them is unbounded.
 pub struct ShortWindows {
     /// `K(s)/s e^{iω H/2}` at ω_k, k from 0 to N/2.
     response: Vec<DMatrix<Complex64>>,
@@ -36,7 +36,7 @@ pub struct ShortWindows {
 }
 
 impl ShortWindows {
-    /// Windows of so many communication steps.
+    /// Windows of this number of communication `steps`.
     ///
     /// **Errors**: [`ReservoirError::WindowTooShort`], [`ReservoirError::GravityWaves`], which have no limit at rest, and
     /// those of [`frequency_response`].
@@ -48,7 +48,7 @@ impl ShortWindows {
         if steps < 2 {
             return Err(ReservoirError::WindowTooShort { steps });
         }
-        // As slow as can be, compressible water is incompressible.
+        // In the limit of zero frequency, compressible water is incompressible.
         let still = match parameters.fidelity {
             Fidelity::Compressible => {
                 &ReservoirParameters { fidelity: Fidelity::Incompressible, ..parameters.clone() }
@@ -74,10 +74,10 @@ impl ShortWindows {
         self.forward.len()
     }
 
-    /// Pressures (Pa) at the ends of the window's steps, points × steps, for mean accelerations (m/s²) over them: a row an
-    /// interface point along n, then the ground along x and y; a column a step.
+    /// Pressures (Pa) at the ends of the window's steps, points × steps, for mean accelerations (m/s²) over them: one row per
+    /// interface point, along n, then the ground along x and y; one column per step.
     ///
-    /// **Errors**: [`ReservoirError::RecordShape`], also where there are not as many columns as the window has steps,
+    /// **Errors**: [`ReservoirError::RecordShape`], also if the number of columns is not that of the steps,
     /// [`ReservoirError::NonFiniteRecord`].
     pub fn pressure(&self, acceleration: &DMatrix<f64>) -> Result<DMatrix<f64>, ReservoirError> {
         let (rows, steps) = acceleration.shape();

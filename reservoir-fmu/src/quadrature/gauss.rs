@@ -18,7 +18,7 @@ pub(crate) fn legendre(n: usize, x: f64) -> (f64, f64) {
     (p, dp)
 }
 
-/// Rules that are made once.
+/// Rules, each computed once.
 const KEPT: usize = 32;
 
 /// Gauss–Legendre rule of `n` points on [−1, 1], exact to degree 2n − 1.

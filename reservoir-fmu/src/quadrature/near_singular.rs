@@ -5,9 +5,9 @@ const DEPTH: usize = 40;
 
 /// Rule on the straight element from `start` to `end` for kernels singular at `source` (all m).
 ///
-/// On the element: the logarithmic rule. Off it: bisection until every part is no longer
-/// than its distance from the source, then Gauss' rule with points enough for a relative
-/// error of about 1e-9 at that distance. The rule replaces what `rule` holds.
+/// For a source on the element: the logarithmic rule. Otherwise: bisection until every part is no longer
+/// than its distance from the source, then Gauss' rule with enough points for a relative
+/// error of about 1e-9 at that distance. The previous content of `rule` is replaced.
 pub(crate) fn element_rule(
     start: [f64; 2],
     end: [f64; 2],

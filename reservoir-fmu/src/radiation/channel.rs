@@ -1,4 +1,4 @@
-//! Functions over the depth of the channel: continuous piecewise polynomials, and the modes among them.
+//! Functions over the depth of the channel: continuous piecewise polynomials, and the modes computed with them.
 
 use crate::ReservoirError;
 use crate::boundary::Element;
@@ -7,12 +7,12 @@ use nalgebra::{DMatrix, SymmetricEigen};
 use num_complex::Complex64;
 use std::f64::consts::PI;
 
-/// Most elements of one panel.
+/// Largest number of elements of one panel.
 const PANEL: usize = 16;
-/// Largest ratio of two lengths in one panel.
+/// Largest ratio of two element lengths in one panel.
 const ALIKE: f64 = 4.5;
 
-/// Relative error of λ_m up to which a mode counts as found.
+/// Largest relative error of λ_m for which a mode counts as resolved.
 const RESOLVED: f64 = 0.1;
 
 /// A panel of the far end and the polynomials on it.
@@ -29,8 +29,8 @@ struct Panel {
 /// The modes of the channel over a rigid bed: eigenfunctions φ_m of −d²/dy², orthonormal over the depth.
 pub(super) struct Channel {
     panels: Vec<Panel>,
-    /// λ_m² ≥ 0, ascending, 1/m²; of what is resolved, those of the cosines: near a cut-off frequency the response
-    /// hangs on them.
+    /// λ_m² ≥ 0, ascending, 1/m². Resolved modes have the exact values of the cosines, because the response depends
+    /// strongly on them near a cut-off frequency.
     pub squared_eigenvalues: Vec<f64>,
     /// Coefficients of φ_m: functions × modes.
     vectors: DMatrix<f64>,
@@ -40,7 +40,7 @@ impl Channel {
     /// The modes for the far end's `elements`, from the surface down.
     ///
     /// At the surface p = 0, or with `free_top` the natural condition ∂φ/∂y = 0. A panel of n elements has
-    /// polynomials up to the degree √(`resolved` n), but no more than 5/8 of its elements' nodes, `nodes` each, tell apart.
+    /// polynomials up to the degree √(`resolved` n), but at most 5/8 of the number of its nodes, `nodes` per element.
     pub fn new(
         elements: &[Element],
         free_top: bool,
@@ -48,7 +48,7 @@ impl Channel {
         nodes: usize,
     ) -> Result<Self, ReservoirError> {
         let mut panels: Vec<Panel> = Vec::new();
-        // Vertices are numbered from the surface down, after them the rest.
+        // Vertices are numbered first, from the surface down, then the other functions.
         let groups = groups(elements);
         let mut bubbles = groups.len() + usize::from(free_top);
         for (index, group) in groups.iter().enumerate() {
@@ -138,7 +138,7 @@ impl Panel {
     }
 }
 
-/// Consecutive elements of like length, in equal groups of at most [`PANEL`].
+/// Consecutive elements of similar length, in equal groups of at most [`PANEL`].
 fn groups(elements: &[Element]) -> Vec<&[Element]> {
     let mut groups = Vec::new();
     let mut rest = elements;
@@ -173,7 +173,7 @@ mod tests {
     }
 
     /// One panel, several, graded ones; with p = 0 and ∂p/∂y = 0 at the surface. Galerkin's method converges
-    /// exponentially for modes with π points a wave.
+    /// exponentially for modes with π points per wave.
     #[test]
     fn modes_over_a_rigid_bed_are_the_cosines() -> Result<(), ReservoirError> {
         let depth = 103.0;

@@ -10,16 +10,15 @@
 //! B = Λ + q s b bᵀ + (s²/g) t tᵀ + (s/c)² I,   Λ = diag(λ_m²),   b_m = φ_m(bed), t_m = φ_m(surface)
 //! ```
 //!
-//! What the basis leaves over, waves shorter than the mesh resolves, radiates with a single value, that of
-//! the next mode under p = 0, `κ_r = √(λ_r² + (s/c)²)`: for short waves this is the plane-wave
-//! impedance. The n-th polynomial of a panel varies over its length over n² at its ends, so
-//! `n² = 14 × elements` keeps the basis resolved, 4 × with constant ones (the profile at α = 0 and ten elements a wavelength is off
-//! by 4.3e-3, 1.6e-3, 0.9e-3 with 3, 6, 14). Panels of at most 16 elements of like length keep up
-//! with meshes of any size, graded ones too. The projection onto the modes is biorthogonal to their values at the
-//! nodes.
+//! The remainder, waves shorter than the mesh resolves, radiates with one value, that of the next mode under p = 0,
+//! `κ_r = √(λ_r² + (s/c)²)`; for short waves this is the plane-wave impedance. Near its ends the n-th polynomial of a
+//! panel varies over a length of about (panel length)/n². With `n² = 14 × elements` the elements resolve the basis, with
+//! 4 × for constant elements (at α = 0 and ten elements per wavelength the error of the profile is 4.3e-3, 1.6e-3,
+//! 0.9e-3 with the factors 3, 6, 14). Panels of at most 16 elements of similar length suit meshes of any size, also
+//! graded ones. The projection onto the modes is biorthogonal to their values at the nodes.
 //!
-//! For a rigid bed without gravity waves B is diagonal and φ_m are the cosines; else the root is
-//! taken from the Schur form, which has no weak spot where modes coalesce. For Im s ≥ 0, Re s ≥ 0
+//! For a rigid bed without gravity waves B is diagonal and φ_m are the cosines; otherwise the root is
+//! computed from the Schur form, which stays accurate where modes coalesce. For Im s ≥ 0, Re s ≥ 0
 //! the eigenvalues of B lie in the closed upper half plane: with a unit vector x,
 //! `Im x*Bx = q Im s |bᵀx|² + Im s² (|tᵀx|²/g + 1/c²) ≥ 0`. For Im s < 0 everything is conjugate.
 
@@ -31,7 +30,7 @@ use crate::boundary::BoundaryMesh;
 use crate::condition::BoundaryCondition;
 use crate::parameters::ElementOrder;
 use crate::quadrature::gauss_legendre;
-use crate::system::Water;
+use crate::water::Water;
 use channel::Channel;
 use faer::{Mat, linalg::solvers::Solve};
 use nalgebra::DMatrix;
@@ -86,8 +85,8 @@ impl Radiation {
                 }
             }
         }
-        // Biorthogonal to the modes as the nodes see them. Else what the mesh misses of a mode, a share of
-        // 1e-4, would radiate with κ_r, which near a mode's cut-off frequency is a hundred times its κ.
+        // Biorthogonal to the nodal values of the modes. Otherwise the part of a mode that the mesh does not represent,
+        // about 1e-4, would radiate with κ_r, which near the mode's cut-off frequency is a hundred times its κ.
         let gram = &projection * &modes;
         let projection = gram.partial_piv_lu().solve(projection);
         let [surface, bed] = [elements[0].start[1], elements[elements.len() - 1].end[1]];
@@ -104,7 +103,7 @@ impl Radiation {
 
     /// T at the nodes, 1/m: `∂p/∂n = −T p`, nodes × nodes, at the complex frequency `s` (1/s), Re s ≥ 0.
     pub fn dirichlet_to_neumann(&self, s: Complex64) -> Result<Mat<Complex64>, ReservoirError> {
-        // The lower half plane by its mirror image, where the outgoing root is the principal one.
+        // For Im s < 0 the conjugate of the map in the upper half plane, where the outgoing root is the principal one.
         let upper = if s.im < 0.0 { s.conj() } else { s };
         let mut map = self.map(upper).ok_or(ReservoirError::FarEnd { frequency: s })?;
         if s.im < 0.0 {

@@ -11,7 +11,7 @@ pub(super) fn outgoing_root(z: Complex64) -> Complex64 {
 }
 
 /// The square root of `matrix + shift I` whose eigenvalues are [`outgoing_root`]s, from the complex Schur form
-/// (Björck and Hammarling 1983) of the matrix alone: a large shift would bury in rounding what sets it apart from I.
+/// (Björck and Hammarling 1983) of the matrix without the shift: a large shift would hide the rest in rounding.
 pub(super) fn matrix_root(matrix: DMatrix<Complex64>, shift: Complex64) -> Option<DMatrix<Complex64>> {
     let size = matrix.nrows();
     let (q, t) = nalgebra::linalg::Schur::try_new(matrix, f64::EPSILON, 100 * size)?.unpack();
@@ -30,7 +30,7 @@ pub(super) fn matrix_root(matrix: DMatrix<Complex64>, shift: Complex64) -> Optio
 mod tests {
     use super::*;
 
-    /// Also where the shift is all that doubles can tell.
+    /// Also where the matrix is below the rounding of the shift.
     #[test]
     fn root_squares_to_the_matrix() {
         for shift in [0.0, 1.0, 1e6, 1e12, 1e18].map(|size| Complex64::new(0.8, 0.6) * size) {

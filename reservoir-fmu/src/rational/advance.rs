@@ -1,29 +1,27 @@
-//! The loop over all poles, with the processor's widest registers; every operation is one of IEEE 754, never fused, so that
-//! the bits do not depend on them.
+//! The loop over all poles, with the processor's widest registers. No operations are fused, so the results do not depend on
+//! the registers, bit for bit.
 
+use super::lanes::{LANES, blocks, blocks_mut};
 use super::ports::{Group, Parts};
 use pulp::{Arch, Simd, WithSimd};
 
-/// Poles that are computed together: what the registers hold at once of all that a pole needs.
-pub(crate) const LANES: usize = 4;
-
 /// `a x + f b·v` of every pole.
 ///
-/// **Shapes**: states are Re x, then Im x; v drives by what the [`inputs`](super::ports::Ports::inputs) make of it.
+/// **Shapes**: states are Re x, then Im x; b·v is the product of the [`inputs`](super::ports::Ports::inputs) with v.
 pub(crate) struct Advance<'a> {
     pub groups: &'a [Group],
     /// x.
     pub states: &'a [f64],
     /// a.
     pub decay: &'a Parts,
-    /// What drives the groups.
+    /// b·v of the groups.
     pub driven: &'a [f64],
     /// f.
     pub factor: &'a Parts,
 }
 
 impl Advance<'_> {
-    /// The states after it.
+    /// The new states.
     pub fn states(self) -> Vec<f64> {
         Arch::new().dispatch(self)
     }
@@ -60,16 +58,4 @@ impl WithSimd for Advance<'_> {
         }
         result
     }
-}
-
-/// Whole blocks of numbers.
-#[inline(always)]
-pub(crate) fn blocks(numbers: &[f64]) -> &[[f64; LANES]] {
-    numbers.as_chunks().0
-}
-
-/// The same, to be written.
-#[inline(always)]
-pub(crate) fn blocks_mut(numbers: &mut [f64]) -> &mut [[f64; LANES]] {
-    numbers.as_chunks_mut().0
 }

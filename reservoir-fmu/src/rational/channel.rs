@@ -10,8 +10,8 @@
 //!
 //! (Sherman and Morrison). The poles in t lie outside the first quadrant for Im s ≥ 0, so that the path may be
 //! turned to `t = e^{iπ/4} e^x`, where the trapezoidal rule in x converges exponentially. At its cut-off
-//! frequency a function's D is 0 and the two terms are infinite, their difference is not: the function
-//! nearest to that is kept out of the first.
+//! frequency a function's D is 0, and both terms are infinite while their difference is finite. The function
+//! nearest to its cut-off frequency is therefore treated apart.
 
 use crate::quadrature::{gauss_legendre, legendre};
 use crate::{ReservoirError, ReservoirParameters};
@@ -19,13 +19,13 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use num_complex::Complex64;
 use std::f64::consts::PI;
 
-/// Functions over the depth, per interface point.
+/// Number of functions over the depth per interface point.
 const FUNCTIONS_PER_POINT: f64 = 2.5;
-/// Fewest and most of them.
+/// Smallest and largest number of functions.
 const FUNCTIONS: (f64, f64) = (32.0, 256.0);
 /// Step of the trapezoidal rule in ln|t|: e^{−2π (π/4)/0.25} = 3e-9.
 const SPACING: f64 = 0.25;
-/// Ends of the path, over the lowest and the highest λ.
+/// Ends of the path, divided by the lowest and the highest λ.
 const PATH: (f64, f64) = (1e-8, 1e3);
 
 /// The channel, projected on the interface points.
@@ -36,14 +36,14 @@ pub(crate) struct Channel {
     at_bed: Vec<f64>,
     /// `∫ φ_m N_i dy` in the coordinates of the face: functions × points.
     projection: DMatrix<Complex64>,
-    /// λ of the shortest waves that the functions carry, 1/m.
+    /// λ of the shortest waves that the functions represent, 1/m.
     shortest: f64,
     sound_speed: f64,
     admittance: f64,
 }
 
 impl Channel {
-    /// Whether `parameters` describe such water, without waves on its surface.
+    /// Whether `parameters` describe such water, without gravity waves.
     pub fn describes(parameters: &ReservoirParameters) -> bool {
         parameters.wet_face.points().iter().all(|point| point[0] == 0.0)
             && parameters.bed.iter().all(|corner| corner[1] == 0.0)
@@ -95,7 +95,7 @@ impl Channel {
         let rows = |weights: &dyn Fn(usize) -> Complex64| {
             DMatrix::from_fn(size, points, |m, i| self.projection[(m, i)] * weights(m))
         };
-        // Waves that the functions leave over, shorter than π points carry.
+        // The remainder: waves shorter than π points per wave.
         let rest = wavenumber / (wavenumber * wavenumber + self.shortest * self.shortest).sqrt();
         let within = self.projection.transpose() * &self.projection;
         let absorbing = self.admittance > 0.0;
@@ -130,7 +130,7 @@ impl Channel {
         whole
     }
 
-    /// The integral over t, with the function `nearest` to its cut-off apart.
+    /// The integral over t, with the function `nearest` to its cut-off treated apart.
     fn path(&self, diagonal: &[Complex64], bed: Complex64, nearest: usize) -> Path {
         let size = diagonal.len();
         let first = (PATH.0 * self.squared[0].sqrt()).ln();
@@ -153,7 +153,7 @@ impl Channel {
                 [weight * bed * d, weight * bed * b]
             })
             .collect();
-        // What is left of the sum of (2/π) Δx/t, as the integrand of that function is at last.
+        // The rest of the sum of (2/π) Δx/t beyond the end of the path, for the function treated apart.
         let end = Complex64::from_polar((-first - SPACING * (count - 1) as f64).exp(), -PI / 4.0);
         own += 2.0 / PI * SPACING / SPACING.exp_m1() * end;
         Path { nodes, weights, own }
@@ -164,7 +164,7 @@ impl Channel {
 struct Path {
     /// d(t) at the nodes, columns.
     nodes: DMatrix<Complex64>,
-    /// Weights of `d dᵀ` and of d times the function kept apart.
+    /// Weights of `d dᵀ` and of d times the function treated apart.
     weights: Vec<[Complex64; 2]>,
     /// B^{-1/2} of that function.
     own: Complex64,
@@ -203,7 +203,7 @@ mod tests {
     use crate::rational::coordinates::Coordinates;
     use interface::WetFace;
 
-    /// The force of a uniform motion over ρ a h² against the modes with their eigenvalues sought one by one.
+    /// The force of a uniform motion, divided by ρ a h², against the modes with each eigenvalue computed separately.
     #[test]
     fn force_equals_the_modal_series() -> Result<(), Box<dyn std::error::Error>> {
         let (depth, c) = (100.0, 1440.0);
@@ -226,7 +226,7 @@ mod tests {
                     fenves_chopra_1984::pressures(s, depth, c, alpha, &heights).iter().sum::<Complex64>()
                         * depth
                         / 4000.0;
-                // the hat functions' projection keeps the integral
+                // The projection by hat functions preserves the integral.
                 let force: Complex64 = p.windows(2).map(|pair| (pair[0] + pair[1]) * depth / 40.0).sum();
                 let error = (force - exact).norm() / exact.norm();
                 println!("α = {alpha}, ω = {ratio} ω₁: force off the modal series by {error:.1e}");

@@ -3,7 +3,7 @@ use interface::WetFace;
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 
-/// The wet face's coordinates in which the work of pressure on velocity is a plain product.
+/// Coordinates of the wet face in which the work of pressure on velocity is a scalar product.
 ///
 /// With the face's consistent mass `M = L Lᵀ`, `∫ N_i N_j ds` of the hat functions along the panels,
 ///
@@ -21,20 +21,21 @@ pub(crate) struct Coordinates {
 }
 
 impl Coordinates {
-    /// Those of `face` in water of impedance ρc (Pa s/m); none if its panels are too unequal for a factorisation.
+    /// The coordinates of `face` in water of impedance ρc (Pa s/m); none if its panels are too unequal for a
+    /// factorisation.
     pub fn new(face: &WetFace, impedance: f64) -> Option<Self> {
         let lower = consistent_mass(face).cholesky()?.l();
         let inverse = lower.transpose().try_inverse()?;
         Some(Self { upper: lower.transpose(), inverse, impedance, ground: face.depth().sqrt() })
     }
 
-    /// Ĝ of the pressure per velocity K: points × (points + 2).
+    /// Ĝ of K, the pressure per velocity: points × (points + 2).
     pub fn normalised(&self, k: &DMatrix<Complex64>) -> DMatrix<Complex64> {
         let left = self.upper.map(|x| Complex64::from(-x / self.impedance));
         left * k * self.right(&self.inverse, 1.0 / self.ground).map(Complex64::from)
     }
 
-    /// What Ĝ is multiplied by on either side to give K again.
+    /// The left and right factors that turn Ĝ into K.
     pub fn restoring(&self) -> (DMatrix<f64>, DMatrix<f64>) {
         (&self.inverse * -self.impedance, self.right(&self.upper, self.ground))
     }
@@ -44,7 +45,7 @@ impl Coordinates {
         self.inverse.transpose()
     }
 
-    /// Factor of a column of K, over −ρc, that belongs to the ground.
+    /// Factor for the ground's columns of K, divided by −ρc.
     pub fn ground_scale(&self) -> f64 {
         1.0 / self.ground
     }

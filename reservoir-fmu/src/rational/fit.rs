@@ -5,35 +5,35 @@ use nalgebra::DMatrix;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-/// Directions in which a sample is matched.
+/// Number of directions in which a sample is matched.
 const DIRECTIONS: usize = 3;
-/// Share of the frequencies that the error is taken over; the rest keeps their end away.
+/// Fraction of the frequencies that count for the error; the others keep the end effects away from them.
 const TRUSTED: f64 = 0.85;
-/// Samples beyond the largest frequency.
+/// Number of samples above the largest frequency.
 const BEYOND: i32 = 30;
-/// Times that samples are added.
+/// Number of times that samples are added.
 const ROUNDS: usize = 3;
-/// Shares of the largest singular value that are tried as the least one kept.
+/// Fractions of the largest singular value that are tried as the smallest one kept.
 const THRESHOLDS: [f64; 3] = [1e-6, 1e-7, 1e-8];
 
-/// A rational function, and how far it is from what it was made from.
+/// A rational function, and its error.
 #[derive(Clone, Debug)]
 pub(crate) struct Fit {
     pub fractions: PartialFractions,
-    /// Largest relative difference in Frobenius' norm at all frequencies that were solved.
+    /// Largest relative difference in the Frobenius norm at all computed frequencies.
     pub error: f64,
-    /// Number of frequencies at which the function was asked for.
+    /// Number of frequencies at which the function was computed.
     pub solved: usize,
-    /// All of them, rad/s, ascending.
+    /// These frequencies, rad/s, ascending.
     pub frequencies: Vec<f64>,
 }
 
 /// Fits `symbol` on `s = damping + iω` at the `frequencies` ω (rad/s, ascending) and between them.
 ///
-/// The function is matched at the frequencies and checked half way between them; where it is further off than
-/// `tolerance`, the checks become samples and new ones are put beside them. The fit is of `symbol` as a
-/// function of iω. The closest one is made passive and returned. At infinity it takes its value at the real s that is
-/// `infinite` times the highest frequency; beyond the frequencies it is held off the axis.
+/// The function is matched at the frequencies and checked half way between them. Where the error is above `tolerance`, the
+/// checks become samples, and new checks are added beside them. The result is a function of iω. The fit with the smallest
+/// error is made passive and returned. Its value at infinity is that of `symbol` at the real s that is `infinite` times the
+/// highest frequency; above the frequencies it is fitted to samples off the imaginary axis.
 pub(crate) fn fit<E: Send>(
     symbol: impl Fn(Complex64) -> Result<DMatrix<Complex64>, E> + Sync,
     damping: f64,
@@ -42,7 +42,7 @@ pub(crate) fn fit<E: Send>(
     infinite: f64,
 ) -> Result<Option<Fit>, E> {
     let largest = frequencies.last().copied().unwrap_or(1.0);
-    // High up, a real function's own value: what is left vanishes.
+    // The value at a large real s, so that the rest vanishes at infinity.
     let direct = symbol(Complex64::from(infinite * largest))?.map(|g| g.re);
     let at = |points: &[Complex64]| -> Result<Vec<Sample>, E> {
         let sample = |&s: &Complex64| {
@@ -55,7 +55,7 @@ pub(crate) fn fit<E: Send>(
     let sampled = |frequencies: &[f64]| {
         at(&frequencies.iter().map(|&omega| Complex64::new(0.0, omega)).collect::<Vec<_>>())
     };
-    // Beyond the frequencies the function is held where it is smooth, off the axis.
+    // Above the frequencies the samples lie off the axis, where the function is smooth.
     let beyond = |k: i32| largest * 1.12f64.powi(k + 1) * Complex64::new(0.1, 1.0);
     let held = at(&(0..BEYOND).map(beyond).collect::<Vec<_>>())?;
     let mut samples = sampled(frequencies)?;
@@ -65,7 +65,7 @@ pub(crate) fn fit<E: Send>(
         let Some(loewner) = Loewner::new(&samples, DIRECTIONS) else { break };
         let candidate = |&order: &usize| {
             let mut fractions = loewner.truncated(order)?;
-            // A pole that nothing was matched beside could be anything.
+            // A pole without a sample nearby is not reliable.
             for pole in &mut fractions.poles {
                 pole.re = pole.re.min(-0.1 * (pole.im - largest));
             }
@@ -78,7 +78,7 @@ pub(crate) fn fit<E: Send>(
         let candidates: Vec<_> = loewner.orders(&THRESHOLDS).par_iter().map(candidate).collect();
         let mut errors = Vec::new();
         let mut closest = f64::INFINITY;
-        // The smallest that is close enough, or the closest one.
+        // The one with the fewest states within the tolerance, or else the one with the smallest error.
         for (fractions, residues, found) in candidates.into_iter().flatten() {
             let error = found.iter().copied().fold(0.0, larger);
             if closest > tolerance && error < closest {
@@ -113,7 +113,7 @@ pub(crate) fn fit<E: Send>(
     Ok(Some(Fit { fractions, error, solved, frequencies }))
 }
 
-/// The larger one; what is no number is larger than all.
+/// The larger number; NaN counts as larger than all numbers.
 fn larger(a: f64, b: f64) -> f64 {
     if b.is_nan() { f64::INFINITY } else { a.max(b) }
 }
@@ -122,7 +122,7 @@ fn middles(frequencies: &[f64]) -> Vec<f64> {
     frequencies.windows(2).map(|pair| 0.5 * (pair[0] + pair[1])).collect()
 }
 
-/// Half way from ω to the next ones of `known` (ascending) on either side.
+/// The midpoints between ω and its neighbours in `known` (ascending).
 fn middles_beside(omega: f64, known: &[f64]) -> impl Iterator<Item = f64> {
     let next = known.partition_point(|&other| other < omega);
     let neighbours = [next.checked_sub(1), Some(next)].map(|index| known.get(index?).copied());

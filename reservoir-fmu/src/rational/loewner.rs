@@ -39,7 +39,7 @@ pub(crate) struct Loewner {
 struct Side {
     points: Vec<Complex64>,
     directions: Vec<Vec<f64>>,
-    /// What G makes of the directions.
+    /// Products of G with the directions.
     images: Vec<Vec<Complex64>>,
 }
 
@@ -73,7 +73,7 @@ impl Side {
     }
 }
 
-/// The next of a sequence of numbers in [−1, 1) (SplitMix64).
+/// The next number of a fixed sequence in [−1, 1) (SplitMix64).
 pub(super) fn uniform(state: &mut u64) -> f64 {
     *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let mut z = *state;
@@ -83,7 +83,7 @@ pub(super) fn uniform(state: &mut u64) -> f64 {
 }
 
 impl Loewner {
-    /// Prepares approximations of the function behind `samples`, each used in `directions` directions.
+    /// Prepares approximations of the sampled function; each of the `samples` is used in `directions` directions.
     ///
     /// None if the decomposition does not converge.
     pub fn new(samples: &[Sample], directions: usize) -> Option<Self> {
@@ -96,7 +96,7 @@ impl Loewner {
             for i in 0..rows {
                 let from_left = dot(&left.images[i], &right.directions[j]);
                 let from_right = dot(&right.images[j], &left.directions[i]);
-                // Both points, and the left one with the right one's conjugate.
+                // Both points, and the left one with the conjugate of the right one.
                 let pair = |mu: Complex64, lambda: Complex64, image: Complex64| {
                     let difference = mu - lambda;
                     [(from_left - image) / difference, (mu * from_left - lambda * image) / difference]
@@ -120,7 +120,7 @@ impl Loewner {
         let outputs = left.directions.first()?.len();
         let v = Mat::from_fn(2 * rows, inputs, |i, j| parts(left.images[i / 2][j], i % 2));
         let w = Mat::from_fn(outputs, 2 * columns, |i, j| {
-            // The right samples are combined with the transformation's conjugate.
+            // The right samples are combined with the conjugate of the transformation.
             let z = right.images[j / 2][i];
             parts(if j % 2 == 0 { z } else { Complex64::new(z.re, -z.im) }, j % 2)
         });
@@ -132,7 +132,7 @@ impl Loewner {
         })
     }
 
-    /// Numbers of states whose singular values are above these shares of the largest, ascending, without repetition.
+    /// Numbers of states whose singular values are above these fractions of the largest, ascending, without repetition.
     pub fn orders(&self, shares: &[f64]) -> Vec<usize> {
         let largest = self.singular_values.first().copied().unwrap_or(0.0);
         let above =
@@ -142,8 +142,8 @@ impl Loewner {
         orders
     }
 
-    /// The approximation with `order` states; none if its eigenvalues do not converge. Poles that grow are
-    /// left out, whereby it is none any longer: the residues must be found anew.
+    /// The approximation with `order` states; none if its eigenvalues do not converge. Unstable poles are left out, so
+    /// the residues must then be fitted again.
     pub fn truncated(&self, order: usize) -> Option<PartialFractions> {
         let roots: Vec<f64> = self.singular_values[..order].iter().map(|value| value.sqrt()).collect();
         let system = Mat::from_fn(order, order, |i, j| self.shifted[(i, j)] / (roots[i] * roots[j]));
@@ -172,7 +172,7 @@ impl Loewner {
 mod tests {
     use super::*;
 
-    /// Five poles, 2 × 3: as many states as it has give the function back.
+    /// A 2 × 3 function with five poles is reproduced with the same number of states.
     #[test]
     fn a_rational_function_is_found_again() {
         let poles = [Complex64::new(-0.3, 0.0), Complex64::new(-0.1, 2.0), Complex64::new(-0.5, 7.0)];

@@ -1,14 +1,16 @@
-//! Water as a recursion of constant cost a step: a rational function fitted to its frequency response.
+//! Water as a recursion with constant cost per step: a rational function fitted to its frequency response.
 //!
-//! `loewner` finds poles from samples, `fit` chooses these, `residues` fits what is left and takes energy that comes from
-//! nowhere away, which `passivity` looks for, all within the `range` of what the elements feel; `recursion` steps, by `ports`,
-//! `panels` and `advance`. `channel` gives the response over a level bed before a vertical face in closed form, everywhere
-//! else the boundary elements do.
+//! `fit` chooses the samples, and `loewner` finds poles from them. `residues` fits the residues and makes the function
+//! passive, with the violations found by `passivity`. All this happens within the `range` of the velocities that the
+//! elements represent. `recursion` steps the result, with `ports`, `panels`, `lanes` and `advance`. The response over a
+//! level bed before a vertical face has a closed form, in `channel` and, for a rigid bed, in `modal`; in all other cases
+//! it comes from the boundary elements.
 
 mod advance;
 mod channel;
 mod coordinates;
 mod fit;
+mod lanes;
 mod loewner;
 mod modal;
 mod panels;
@@ -19,7 +21,7 @@ mod range;
 mod recursion;
 mod residues;
 
-use crate::frequency_response::boundary_system;
+use crate::system::boundary_system;
 use crate::{ReservoirError, ReservoirParameters};
 use channel::Channel;
 use coordinates::Coordinates;
@@ -27,41 +29,41 @@ use fit::Fit;
 use num_complex::Complex64;
 use passivity::{Loss, violations};
 use range::Range;
-pub(crate) use recursion::{Recursion, State};
+pub(crate) use recursion::Recursion;
 use std::f64::consts::PI;
 
-/// Relative error of the fit that is aimed at, and the largest that is taken.
+/// Relative error that the fit aims at, and the largest that is accepted.
 const TOLERANCE: f64 = 1e-3;
 const LARGEST_ERROR: f64 = 1e-2;
-/// Highest frequency that is fitted, rad/s, or as many cut-off frequencies if they reach further: ground motion and a dam's
-/// answer lie below; above, the response is held.
+/// Highest fitted frequency, rad/s, or this number of cut-off frequencies if that is higher: ground motion and a dam's
+/// response lie below. Above, the response is extrapolated as a constant.
 const ENOUGH: f64 = 2.0 * PI * 30.0;
 const ENOUGH_MODES: f64 = 8.0;
-/// Largest losses that are added, over ρc: within the fitted frequencies and beyond.
+/// Largest losses that may be added, divided by ρc: within the fitted frequencies and above them.
 const LARGEST_LOSS: [f64; 2] = [1e-2, 2e-1];
-/// Least distance of a branch point from where the response is fitted, over c/h: a decay that is added
-/// to a bed that is nearly rigid.
+/// Smallest distance between a branch point and the line on which the response is fitted, divided by c/h: a decay that
+/// is added for a nearly rigid bed.
 const LEAST_DAMPING: f64 = 1e-4;
-/// What stands for infinity, over the highest frequency: in closed form, and by elements, to which short waves are
-/// nothing.
+/// Frequency that stands for infinity, divided by the highest frequency: for the closed form, and for elements, which
+/// do not represent short waves.
 const INFINITE: [f64; 2] = [1e4, 30.0];
-/// Lowest frequency of the fit, over c/h.
+/// Lowest frequency of the fit, divided by c/h.
 const LOWEST: f64 = 0.02;
-/// Samples on either side of a branch point, at first.
+/// Initial number of samples on either side of a branch point.
 const BESIDE: usize = 6;
-/// Panels a wave at the highest frequency of the fit.
+/// Panels per wavelength at the highest frequency of the fit.
 const PER_WAVE: f64 = 4.0;
 
-/// What the recursion is, in numbers.
+/// Size and quality of a recursion.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Quality {
     /// Number of states.
     pub states: usize,
     /// Largest relative error of the fit.
     pub error: f64,
-    /// Frequencies solved.
+    /// Number of frequencies at which the response was computed.
     pub solved: usize,
-    /// Loss added for passivity, over ρc.
+    /// Loss added for passivity, divided by ρc.
     pub loss: Loss,
 }
 
@@ -114,8 +116,7 @@ pub(crate) fn recursion(parameters: &ReservoirParameters) -> Result<(Recursion, 
     Ok((recursion, Quality { states, error, solved, loss }))
 }
 
-/// Damping and frequencies at which the response is sampled at first: close to the channel's cut-off
-/// frequencies, between them, and below.
+/// Damping and initial sample frequencies: close to the channel's cut-off frequencies, between them, and below.
 fn grid(parameters: &ReservoirParameters) -> (f64, Vec<f64>) {
     let depth = parameters.channel_depth();
     let rate = parameters.sound_speed / depth;
@@ -160,7 +161,7 @@ mod tests {
     use super::*;
     use interface::WetFace;
 
-    /// Close enough and passive with a loss of some thousandths of ρc, from a rigid to an absorbing bed.
+    /// Error below 2e-3 and passive with a loss of some thousandths of ρc, from a rigid to an absorbing bed.
     #[test]
     fn a_level_bed_is_fitted() -> Result<(), Box<dyn std::error::Error>> {
         for alpha in [1.0, 0.97, 0.9, 0.5, 0.0] {

@@ -6,12 +6,12 @@
 //! p = −ρc Σ_m φ_m G(σ) ∫ φ_m v dy,   G(σ) = σ/√(1 + σ²)
 //! ```
 //!
-//! so that one rational fit of G serves for every mode, at its own frequency. G is singular at ±i: its poles are put on
-//! the branch cuts to the left of them, their residues follow from linear least squares of the relative error.
+//! so that one rational fit of G serves all modes, each at its own frequency. G is singular at ±i. The poles are placed on
+//! the branch cuts to the left of these points, and the residues follow from linear least squares of the relative error.
 
 use super::Quality;
-use super::advance::LANES;
 use super::coordinates::Coordinates;
+use super::lanes::LANES;
 use super::panels::Panels;
 use super::partial_fractions::PartialFractions;
 use super::passivity::{Loss, violations};
@@ -28,9 +28,9 @@ use std::f64::consts::PI;
 const PAIRS: usize = 20;
 /// Distances of the first and the last pole from the branch point.
 const DISTANCES: [f64; 2] = [1e-6, 30.0];
-/// Decay that is added, over a mode's frequency: without any, no finite number of poles is close at σ = i.
+/// Decay that is added, divided by the mode's frequency: without it, no finite number of poles is accurate at σ = i.
 const DECAY: f64 = 1e-5;
-/// Singular values below this share of the largest are left out.
+/// Singular values below this fraction of the largest are left out.
 const ROUNDING: f64 = 1e-13;
 
 /// The recursion of such water.
@@ -58,8 +58,8 @@ pub(super) fn recursion(parameters: &ReservoirParameters, coordinates: &Coordina
     let shapes = integrals * coordinates.of_integrals().transpose();
     let rest = DMatrix::identity(points, points) - shapes.transpose() * &shapes;
     let (left, right) = coordinates.restoring();
-    // Velocities of the modes, of the points, of the modes by the bed, and none, for Im b; pressures of the modes, and of
-    // what they leave over. Beyond the modes, up to whole blocks, nothing is driven.
+    // Inputs: velocities of the modes, of the points, of the modes from the bed, and zeros for Im b. Outputs: pressures of
+    // the modes and of the remainder. The modes are filled up to whole blocks with poles without input.
     let (of_face, width) = (right.view((0, 0), (points, points)), modes.next_multiple_of(LANES));
     let mut project = DMatrix::zeros(4 * width, points + 2);
     project.view_mut((0, 0), (modes, points)).copy_from(&(&shapes * of_face));
@@ -104,7 +104,7 @@ pub(super) fn recursion(parameters: &ReservoirParameters, coordinates: &Coordina
     (recursion, Quality { states, error, solved: 0, loss })
 }
 
-/// `G(σ) ≈ Σ_j r_j σ/(σ − p_j) + …` of conjugate pairs, and what it is worth.
+/// `G(σ) ≈ Σ_j r_j σ/(σ − p_j) + …` of conjugate pairs, and its error.
 struct Shared {
     poles: Vec<Complex64>,
     residues: Vec<Complex64>,
@@ -112,7 +112,7 @@ struct Shared {
     loss: Loss,
 }
 
-/// The fit of G, the same every time.
+/// The fit of G; it does not depend on any parameter.
 fn shared() -> Shared {
     let exact = |sigma: Complex64| {
         let damped = sigma + DECAY;
@@ -164,7 +164,7 @@ fn shared() -> Shared {
     Shared { poles, residues, error, loss }
 }
 
-/// Frequencies from 1e-4 to 1e4 that close in on 1 from both sides, ascending.
+/// Frequencies from 1e-4 to 1e4, denser towards 1 from both sides, ascending.
 fn axis(count: usize) -> Vec<f64> {
     let geometric = |first: f64, last: f64| {
         let ratio = (last / first).powf(1.0 / (count - 1) as f64);
@@ -180,7 +180,7 @@ fn axis(count: usize) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    /// A few parts in a hundred thousand, everywhere, and a loss of as much.
+    /// Error and loss are a few parts in a hundred thousand everywhere.
     #[test]
     fn one_function_fits_all_modes() {
         let Shared { error, loss, .. } = shared();

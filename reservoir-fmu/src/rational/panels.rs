@@ -1,13 +1,13 @@
 use nalgebra::DMatrix;
 use pulp::{Arch, Simd, WithSimd};
 
-/// Rows that are summed side by side.
+/// Rows that are summed together.
 const ROWS: usize = 16;
 
-/// A real matrix for products with vectors, in panels of 16 rows that hold their columns from the first to the last that
-/// is not zero.
+/// A real matrix for products with vectors, in panels of 16 rows; a panel holds the columns from its first to its last
+/// nonzero one.
 ///
-/// Every row is summed in the same order, however wide the processor's registers are.
+/// The order of the sums does not depend on the width of the processor's registers.
 pub(crate) struct Panels {
     rows: usize,
     columns: usize,
@@ -20,7 +20,7 @@ struct Panel {
 }
 
 impl Panels {
-    /// Those of `matrix`.
+    /// The panels of `matrix`.
     pub fn of(matrix: &DMatrix<f64>) -> Self {
         let (rows, columns) = matrix.shape();
         let panel = |start: usize| {
@@ -34,7 +34,7 @@ impl Panels {
         Self { rows, columns, panels: (0..rows).step_by(ROWS).map(panel).collect() }
     }
 
-    /// Length of the vectors that it is multiplied with.
+    /// Number of columns.
     pub fn columns(&self) -> usize {
         self.columns
     }
@@ -58,7 +58,7 @@ impl WithSimd for Product<'_> {
     fn with_simd<S: Simd>(self, _: S) -> Vec<f64> {
         let mut result = Vec::with_capacity(ROWS * self.of.panels.len());
         for Panel { first, columns } in &self.of.panels {
-            // Two sums, of even and of odd columns, so that neither waits for the other.
+            // Two independent sums, of even and of odd columns, so that neither waits for the other.
             let (mut even, mut odd) = ([0.0; ROWS], [0.0; ROWS]);
             let vector = &self.vector[*first..][..columns.len()];
             let (pairs, last) = columns.as_chunks::<2>();
@@ -89,7 +89,7 @@ mod tests {
     use super::*;
     use nalgebra::DVector;
 
-    /// Against the plain product, to rounding, with zeros in every corner, and fewer numbers held than there are.
+    /// The product equals the dense one to rounding, with zeros in every corner, and fewer numbers are stored.
     #[test]
     fn a_product_is_that_of_the_whole_matrix() {
         for (rows, columns) in [(1, 1), (16, 3), (40, 42), (120, 42), (37, 200), (5, 0)] {

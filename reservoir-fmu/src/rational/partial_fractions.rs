@@ -8,8 +8,8 @@ use num_complex::Complex64;
 /// G(s) = D + Σ_k c_k b_kᵀ / (s − λ_k)
 /// ```
 ///
-/// **Shapes**: D outputs × inputs, c_k outputs, b_k inputs. Of a pair of conjugate poles the one with
-/// Im λ > 0 is kept, and stands for both.
+/// **Shapes**: D outputs × inputs, c_k outputs, b_k inputs. Of a pair of conjugate poles only the one with
+/// Im λ > 0 is stored; it stands for both.
 #[derive(Clone, Debug)]
 pub(crate) struct PartialFractions {
     /// λ_k, 1/s; Re < 0, Im ≥ 0.

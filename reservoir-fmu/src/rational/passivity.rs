@@ -1,27 +1,27 @@
-//! Whether a rational impedance can give energy, and the least loss that keeps it from doing so.
+//! Whether a rational impedance can produce energy, and the smallest loss that prevents it.
 //!
-//! `G(s)` is passive if `Re x*G(iω)x ≥ 0` for all ω and x (its poles lie to the left). Then so is the
-//! recursion that takes velocity as linear over steps of H: its transfer function is
+//! `G(s)` is passive if `Re x*G(iω)x ≥ 0` for all ω and x (its poles lie in the left half plane). Then the
+//! recursion for velocities that are linear over steps of H is passive too: its transfer function is
 //!
 //! ```text
 //! Ĝ(θ) = Σ_k G(i(θ + 2πk)/H) sinc²((θ + 2πk)/2)
 //! ```
 //!
-//! by Poisson's sum, as the hat function's transform is sinc² ≥ 0: a sum of passive ones. Then
-//! `Σ_n v_nᵀ p_n H ≥ 0`, and with p and v both linear within steps
-//! `∫ vᵀp dt`, whose symbol is `(2 + cos θ)/3 Ĝ(θ)`, too.
+//! by Poisson's summation, as the hat function's transform is sinc² ≥ 0: a sum of passive terms. Hence
+//! `Σ_n v_nᵀ p_n H ≥ 0`. For p and v that are both linear within steps, `∫ vᵀp dt ≥ 0` as well, as its symbol is
+//! `(2 + cos θ)/3 Ĝ(θ)`.
 
 use super::partial_fractions::PartialFractions;
 use faer::{Mat, Side};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-/// Loss over the largest violation that was found between points of a grid.
+/// Ratio of the loss to the largest violation found, as the violation may be larger between the points of the grid.
 const MARGIN: f64 = 1.2;
-/// Frequencies beyond the largest given one, in decades and a decade.
+/// Frequencies above the largest given one: number of decades, and frequencies per decade.
 const BEYOND: (i32, i32) = (4, 10);
 
-/// A frequency at which a rational impedance can give energy.
+/// A frequency at which a rational impedance can produce energy.
 #[derive(Clone, Debug)]
 pub(crate) struct Violation {
     /// ω, rad/s.
@@ -32,10 +32,10 @@ pub(crate) struct Violation {
     pub directions: Vec<Vec<Complex64>>,
 }
 
-/// Where a rational impedance can give energy.
+/// Frequencies at which a rational impedance can produce energy.
 ///
-/// Looked for at `frequencies` (rad/s, ascending) and between them, above the largest for four decades, and at every
-/// pole and on its flanks.
+/// The search covers `frequencies` (rad/s, ascending) and points between them, four decades above the largest, and every
+/// pole and its flanks.
 pub(crate) fn violations(fractions: &PartialFractions, frequencies: &[f64], allowed: f64) -> Vec<Violation> {
     let largest = frequencies.last().copied().unwrap_or(1.0);
     let mut grid: Vec<f64> = frequencies.to_vec();
@@ -55,10 +55,10 @@ pub(crate) fn violations(fractions: &PartialFractions, frequencies: &[f64], allo
     grid.par_iter().filter_map(|&omega| violation(fractions, omega, allowed)).collect()
 }
 
-/// The least loss, `δ₀ + δ₁ s/(s + ω_c)` on the diagonal of the leading square block, that makes a rational impedance
-/// passive wherever it was looked at; `corner` is ω_c (rad/s).
+/// The smallest loss, `δ₀ + δ₁ s/(s + ω_c)` on the diagonal of the leading square block, that makes a rational impedance
+/// passive at all points of the search; `corner` is ω_c (rad/s).
 ///
-/// Both terms are passive themselves. Below the corner the first does it alone.
+/// Both terms are passive. Below the corner only the first is used.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Loss {
     /// δ₀.
@@ -68,7 +68,7 @@ pub(crate) struct Loss {
 }
 
 impl Loss {
-    /// The loss that outweighs `violations`.
+    /// The loss that compensates `violations`.
     pub fn against(violations: &[Violation], corner: f64) -> Self {
         let below = violations.iter().filter(|found| found.omega < corner);
         let everywhere = MARGIN * below.fold(0.0, |most, found| f64::max(most, found.most));
@@ -100,7 +100,7 @@ impl Loss {
     }
 }
 
-/// What is negative at iω; without a direction where the eigenvalues do not converge.
+/// The violation at iω; without directions if the eigenvalues do not converge.
 fn violation(fractions: &PartialFractions, omega: f64, allowed: f64) -> Option<Violation> {
     let value = fractions.evaluate(Complex64::new(0.0, omega));
     let size = value.nrows();
@@ -108,7 +108,7 @@ fn violation(fractions: &PartialFractions, omega: f64, allowed: f64) -> Option<V
         0.5 * (value[(i, j)] + value[(j, i)].conj())
             + if i == j { Complex64::from(allowed) } else { Complex64::ZERO }
     });
-    // A positive definite one, which most are, is told faster.
+    // Most matrices are positive definite, which a factorisation finds faster.
     if hermitian.llt(Side::Lower).is_ok() {
         return None;
     }
@@ -126,7 +126,7 @@ mod tests {
     use super::*;
     use nalgebra::DMatrix;
 
-    /// `1 + c/(s − λ) + …`: passive for a small residue, and told where it is not.
+    /// `1 + c/(s − λ) + …` is passive for a small residue; for a large one the violation is found.
     #[test]
     fn a_fit_that_gives_energy_is_caught() {
         let fractions = |residue: f64| PartialFractions {

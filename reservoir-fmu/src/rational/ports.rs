@@ -1,42 +1,42 @@
-use super::advance::{LANES, blocks, blocks_mut};
+use super::lanes::{LANES, blocks, blocks_mut};
 use super::panels::Panels;
 use super::partial_fractions::PartialFractions;
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};
 
-/// Real and imaginary part of one number a pole.
+/// Real and imaginary parts of one number per pole.
 pub(crate) type Parts = [Vec<f64>; 2];
 
-/// How poles are driven by velocities, and what their states give of the pressure.
+/// Inputs of the poles from velocities, and pressures from their states.
 pub(crate) struct Ports {
     /// All poles, in groups.
     pub groups: Vec<Group>,
-    /// What drives the groups, from velocities.
+    /// b·v of the groups from the velocities v.
     pub inputs: Panels,
     /// Pressures from the states.
     pub outputs: Outputs,
 }
 
-/// Poles that stand one after the other, and so does what drives them.
+/// Consecutive poles with consecutive inputs.
 pub(crate) struct Group {
-    /// Where they begin, a multiple of [`LANES`].
+    /// Index of the first pole, a multiple of [`LANES`].
     pub first: usize,
-    /// How many they are, a multiple of [`LANES`]: what is missing is made up for by poles that nothing drives.
+    /// Number of poles, a multiple of [`LANES`]; poles without input fill the last block.
     pub length: usize,
-    /// Where Re b·v and Im b·v of the first one stand.
+    /// Indices of Re b·v and Im b·v of the first pole.
     pub driven: [usize; 2],
 }
 
 /// Pressure from states.
 pub(crate) enum Outputs {
-    /// What Re x, then Im x give: points × 2 order.
+    /// From Re x, then Im x: points × (2 × order).
     Dense(Panels),
-    /// Poles share channels.
+    /// Several poles contribute to the same channel.
     Channels {
         /// The channel of each group's first pole, a multiple of [`LANES`]; the others follow.
         channels: Vec<usize>,
-        /// c of every pole within its channel, of a pair twice.
+        /// c of every pole within its channel; doubled for a conjugate pair.
         residues: Parts,
         /// Pressure at the points from that of the channels: points × channels.
         spread: Panels,
@@ -44,7 +44,7 @@ pub(crate) enum Outputs {
 }
 
 impl Ports {
-    /// Those of `fractions`; a pole with Im λ > 0 stands for a pair.
+    /// The ports of `fractions`; a pole with Im λ > 0 stands for a conjugate pair.
     pub fn of(fractions: &PartialFractions) -> Self {
         let order = fractions.poles.len();
         let length = order.next_multiple_of(LANES);

@@ -1,23 +1,23 @@
 use nalgebra::{DMatrix, SymmetricEigen};
 use num_complex::Complex64;
 
-/// Least singular value of the response high up, over ρc, that counts.
+/// Smallest singular value of the response at a high frequency, divided by ρc, that counts.
 const LEAST: f64 = 1e-2;
 
-/// What the elements see of the velocities at the interface points.
+/// The velocities at the interface points that the elements represent.
 ///
-/// Panels finer than the elements have velocities that no element feels: there the impedance is zero, its Hermitian part
-/// too, and what a fit makes of that would give energy. They are left out, on either side, so that they stay without an
-/// answer.
+/// Where panels are finer than the elements, some velocities cause no pressure. For these the impedance and its Hermitian
+/// part are zero, and the error of a fit could produce energy. They are left out of inputs and outputs, so that they cause
+/// no pressure after the fit either.
 pub(crate) struct Range {
     /// Orthonormal columns: points × rank.
     basis: DMatrix<f64>,
-    /// The same for velocities, those of the ground with them: inputs × (rank + the ground's).
+    /// The same for all velocities, with those of the ground: inputs × (rank + inputs of the ground).
     inputs: DMatrix<f64>,
 }
 
 impl Range {
-    /// From Ĝ at a frequency at which every velocity that is felt meets about ρc.
+    /// The range from Ĝ at a frequency at which the impedance of every represented velocity is about ρc.
     pub fn of(high: &DMatrix<Complex64>) -> Self {
         let (points, inputs) = high.shape();
         let face = high.columns(0, points).map(|g| g.re);
@@ -34,13 +34,13 @@ impl Range {
         Self { basis, inputs: whole }
     }
 
-    /// Ĝ within the range: rank × (rank + the ground's).
+    /// Ĝ within the range: rank × (rank + inputs of the ground).
     pub fn within(&self, value: &DMatrix<Complex64>) -> DMatrix<Complex64> {
         let complex = |m: &DMatrix<f64>| m.map(Complex64::from);
         complex(&self.basis.transpose()) * value * complex(&self.inputs)
     }
 
-    /// What that is multiplied by on either side to give Ĝ again.
+    /// The left and right factors that turn it into Ĝ again.
     pub fn restoring(&self) -> (&DMatrix<f64>, DMatrix<f64>) {
         (&self.basis, self.inputs.transpose())
     }
@@ -50,7 +50,7 @@ impl Range {
 mod tests {
     use super::*;
 
-    /// Three points of which the sum of the last two is felt: what is within gives the whole again.
+    /// Three points, of which only the sum of the last two is represented: the part within the range gives the whole.
     #[test]
     fn nothing_that_is_felt_is_lost() {
         let felt = DMatrix::from_row_slice(3, 2, &[1.0, 0.0, 0.0, 0.5f64.sqrt(), 0.0, 0.5f64.sqrt()]);

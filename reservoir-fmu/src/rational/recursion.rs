@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
 use std::sync::{Arc, OnceLock};
 
-/// Steps an impedance given by its poles: `p = D v + Σ_k c_k x_k`, `ẋ_k = λ_k x_k + b_kᵀ v`.
+/// Time stepping of an impedance given by its poles: `p = D v + Σ_k c_k x_k`, `ẋ_k = λ_k x_k + b_kᵀ v`.
 ///
 /// For v linear within a step of H this is exact:
 ///
@@ -15,7 +15,8 @@ use std::sync::{Arc, OnceLock};
 /// x_{n+1} = e^z x_n + φ₀ b·v_n + φ₁ b·v_{n+1},  z = λH,  φ₁ = H (e^z − 1 − z)/z²,  φ₀ = H (e^z (z − 1) + 1)/z²
 /// ```
 ///
-/// What is kept is w, the states with the last velocity left out, so that steps of the usual length take one product:
+/// The stored states are w, without the contribution of the last velocity, so that steps of the usual length need one
+/// product:
 ///
 /// ```text
 /// x_n = w_n + φ₁ b·v_n,  w_{n+1} = e^z w_n + (φ₀ + e^z φ₁) b·v_n
@@ -29,32 +30,33 @@ pub(crate) struct Recursion {
     usual: Step,
 }
 
-/// A pole that nothing drives, 1/s.
+/// A pole without input, 1/s.
 pub(crate) const IDLE: Complex64 = Complex64::new(-1.0, 0.0);
 
-/// The water after a step, and once it is asked for, what follows from that whatever the next velocities are.
-pub(crate) struct State {
+/// State of the water after a step; the part of the next step that does not depend on its velocities is computed when
+/// first needed.
+struct State {
     /// Re w, then Im w.
     states: Arc<Vec<f64>>,
     velocity: Vec<f64>,
-    /// What v drives the poles with.
+    /// b·v of the poles.
     driven: Vec<f64>,
     ahead: OnceLock<Ahead>,
 }
 
-/// The end of the next usual step, if velocity there is 0.
+/// The end of the next step of usual length, for zero velocity there.
 struct Ahead {
     states: Arc<Vec<f64>>,
     pressure: Vec<f64>,
 }
 
-/// The step that is taken mostly.
+/// The step of usual length.
 struct Step {
     length: f64,
     factors: Factors,
     /// `φ₀ + e^z φ₁`.
     both: Parts,
-    /// ∂p/∂v at the step's end, whole and for products.
+    /// ∂p/∂v at the step's end, as a matrix and in panels for products.
     instantaneous: DMatrix<f64>,
     panels: Panels,
 }
@@ -67,12 +69,12 @@ struct Factors {
 }
 
 impl Recursion {
-    /// Steps `fractions`; steps of `usual_length` (s) are prepared, others take longer.
+    /// The recursion of `fractions`; steps of `usual_length` (s) are prepared, other lengths take more time.
     pub fn of(fractions: &PartialFractions, usual_length: f64) -> Self {
         Self::new(fractions.poles.clone(), Ports::of(fractions), fractions.direct.clone(), usual_length)
     }
 
-    /// Steps `poles` (1/s) with these ports and D; the last group's are made whole.
+    /// The recursion of `poles` (1/s) with these ports and D; poles without input fill the last group.
     pub fn new(mut poles: Vec<Complex64>, ports: Ports, direct: DMatrix<f64>, usual_length: f64) -> Self {
         poles.resize(ports.groups.iter().map(|group| group.length).sum(), IDLE);
         let holds = poles.iter().map(|&pole| first_order_hold(pole, usual_length));
@@ -97,7 +99,7 @@ impl Recursion {
         })
     }
 
-    /// Re x, then Im x at the end of a step of any length (s) after `state`, where `driven` drives them.
+    /// Re x, then Im x at the end of a step of any length (s) after `state`; `driven` is b·v there.
     fn stepped(&self, state: &State, driven: &[f64], length: f64) -> Vec<f64> {
         let Factors { decay, start, end } = Factors::of(&self.poles, length);
         let groups = &self.ports.groups;
@@ -115,7 +117,7 @@ impl Recursion {
     }
 
     fn memory(states: Arc<Vec<f64>>, velocity: &[f64], driven: Vec<f64>) -> Memory {
-        Memory::State(Arc::new(State { states, velocity: velocity.to_vec(), driven, ahead: OnceLock::new() }))
+        Memory::of(State { states, velocity: velocity.to_vec(), driven, ahead: OnceLock::new() })
     }
 }
 
@@ -127,7 +129,7 @@ impl TimeDomain for Recursion {
     }
 
     fn pressure(&self, memory: &Memory, velocity: &[f64], length: f64) -> Vec<f64> {
-        let Memory::State(state) = memory else { return Vec::new() };
+        let Some(state) = memory.get() else { return Vec::new() };
         if length == self.usual.length {
             let mut pressure = self.usual.panels.product(velocity);
             pressure.iter_mut().zip(&self.ahead(state).pressure).for_each(|(p, free)| *p += free);
@@ -139,7 +141,7 @@ impl TimeDomain for Recursion {
     }
 
     fn push(&self, memory: &Memory, velocity: &[f64], length: f64) -> Memory {
-        let Memory::State(state) = memory else { return Memory::None };
+        let Some(state) = memory.get() else { return Memory::default() };
         let driven = self.ports.inputs.product(velocity);
         let states = if length == self.usual.length {
             self.ahead(state).states.clone()
@@ -158,10 +160,7 @@ impl TimeDomain for Recursion {
     }
 
     fn values(&self, memory: &Memory) -> Vec<f64> {
-        match memory {
-            Memory::State(state) => [&state.states[..], &state.velocity].concat(),
-            _ => Vec::new(),
-        }
+        memory.get().map_or_else(Vec::new, |state: &State| [&state.states[..], &state.velocity].concat())
     }
 
     fn resume(&self, values: &[f64], _steps: usize) -> Option<Memory> {
@@ -223,8 +222,8 @@ fn first_order_hold(pole: Complex64, length: f64) -> [Complex64; 3] {
 mod tests {
     use super::*;
 
-    /// Poles whose number is no multiple of what is computed together, one of them real, against the formula in complex
-    /// numbers; a third of the steps has another length. A memory written and read goes on with the same bits.
+    /// The recursion against the formula in complex numbers. The number of poles is not a multiple of the block, one pole is
+    /// real, a third of the steps has another length, and a serialised memory continues with the same bits.
     #[test]
     fn steps_are_those_of_the_formula() {
         let poles: Vec<Complex64> = [(-1.0, 20.0), (-3.0, 7.0), (-0.5, 0.0), (-40.0, 90.0), (-9.0, 2.0)]

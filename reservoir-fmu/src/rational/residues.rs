@@ -6,29 +6,29 @@ use faer::linalg::solvers::{Llt, Solve};
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 
-/// Directions in which a sample is fitted.
+/// Number of directions in which a sample is fitted.
 const DIRECTIONS: usize = 6;
 /// Weight of the samples off the axis.
 const HELD: f64 = 0.01;
-/// Ridge of the normal equations, whose diagonal is 1, an equation.
+/// Regularisation of the normal equations, whose diagonal is 1, per equation.
 const RIDGE: f64 = 1e-14;
-/// How negative the Hermitian part may be, for a loss to make good.
+/// Smallest allowed value of the Hermitian part; a loss compensates the rest.
 const ALLOWED: f64 = 1e-3;
-/// What is asked for where it is more negative.
+/// Target value where it is more negative.
 const LEAST: f64 = -0.5 * ALLOWED;
-/// Times that violations are looked for.
+/// Number of searches for violations.
 const ROUNDS: usize = 8;
-/// Sweeps over the multipliers, at most, and what the last one may still change of the Hermitian part.
+/// Largest number of sweeps over the multipliers, and change of the Hermitian part in a sweep at which they end.
 const SWEEPS: usize = 2000;
 const SETTLED: f64 = 1e-4 * ALLOWED;
 
-/// Residues of given poles by least squares: the output directions c_k that leave the least relative error.
+/// Residues of given poles by least squares: the output directions c_k with the smallest relative error.
 ///
 /// The unknowns of a row of outputs are Re c_k and Im c_k of every pole. All rows have the same normal matrix.
 pub(crate) struct Residues {
-    /// Norms of the unknowns' columns.
+    /// Norms of the columns of the unknowns.
     norms: Vec<f64>,
-    /// Of the normal matrix N, columns scaled to norm 1.
+    /// Factors of the normal matrix N, with columns scaled to norm 1.
     factor: Llt<f64>,
 }
 
@@ -38,14 +38,14 @@ struct Cut {
     direction: Vec<Complex64>,
     /// Re x, Im x.
     rows: [Vec<f64>; 2],
-    /// What multiplies a row's unknowns, Re and Im, scaled: f.
+    /// f: factors of a row's scaled unknowns, Re and Im.
     columns: Mat<f64>,
     /// N⁻¹ f.
     solved: Mat<f64>,
 }
 
 impl Residues {
-    /// Fits the outputs of `fractions` to samples of `G − D`, with small weight to the `held` ones.
+    /// Fits the outputs of `fractions` to samples of `G − D`; the `held` ones have a small weight.
     ///
     /// None if the normal matrix is not positive definite.
     pub fn fitted(fractions: &mut PartialFractions, samples: &[Sample], held: &[Sample]) -> Option<Self> {
@@ -89,11 +89,11 @@ impl Residues {
         Some(residues)
     }
 
-    /// Moves the outputs by as little as makes `G` passive, in the norm in which they were fitted.
+    /// Changes the outputs by the smallest amount that makes `G` passive, in the norm of the fit.
     ///
-    /// Every violation gives half-spaces in which the residues must lie, one for each negative eigenvalue. Of
-    /// `min ½ Σ_i u_iᵀ N u_i` within all that were found the dual is solved by coordinate descent; then
-    /// violations are looked for again, at `frequencies` and where [`violations`] looks besides.
+    /// Every violation gives half-spaces in which the residues must lie, one for each negative eigenvalue. The dual of
+    /// `min ½ Σ_i u_iᵀ N u_i` within all half-spaces found so far is solved by coordinate descent; then
+    /// [`violations`] searches again, at `frequencies` and its other points.
     pub fn made_passive(&self, fractions: &PartialFractions, frequencies: &[f64]) -> PartialFractions {
         let mut passive = fractions.clone();
         let mut cuts: Vec<Cut> = Vec::new();
@@ -188,7 +188,7 @@ impl Cut {
     }
 }
 
-/// The violations, given by ascending frequency, that are no less than their neighbours.
+/// The local maxima of the violations, which are sorted by ascending frequency.
 fn deepest(found: &[Violation]) -> impl Iterator<Item = &Violation> {
     let most = |k: Option<usize>| k.and_then(|k| found.get(k)).map_or(0.0, |violation| violation.most);
     (0..found.len())
@@ -196,7 +196,7 @@ fn deepest(found: &[Violation]) -> impl Iterator<Item = &Violation> {
         .map(|k| &found[k])
 }
 
-/// What Re c_k and Im c_k of every pole give of `G(s) x`; 0 for a real pole's Im c.
+/// Coefficients of Re c_k and Im c_k of every pole in `G(s) x`; 0 for Im c of a real pole.
 fn factors(fractions: &PartialFractions, s: Complex64, x: &[Complex64]) -> Vec<Complex64> {
     let factor = |(k, &pole): (usize, &Complex64)| {
         let along = |conjugate: bool| -> Complex64 {
@@ -214,7 +214,7 @@ fn factors(fractions: &PartialFractions, s: Complex64, x: &[Complex64]) -> Vec<C
     fractions.poles.iter().enumerate().flat_map(factor).collect()
 }
 
-/// `max missingᵀ μ − ½ μᵀ gram μ` over μ ≥ 0, coordinate after coordinate.
+/// `max missingᵀ μ − ½ μᵀ gram μ` over μ ≥ 0 by coordinate descent.
 fn ascend(gram: &Mat<f64>, missing: &[f64], multipliers: &mut [f64]) {
     let count = missing.len();
     let mut slope: Vec<f64> = (0..count)
@@ -243,7 +243,7 @@ fn ascend(gram: &Mat<f64>, missing: &[f64], multipliers: &mut [f64]) {
 mod tests {
     use super::*;
 
-    /// A resonance with one direction that gives energy, above all samples: it loses that, and the fit nothing.
+    /// A resonance above all samples produces energy in one direction; this is removed without loss of accuracy.
     #[test]
     fn a_resonance_between_no_samples_is_made_passive() {
         let direct = DMatrix::from_row_slice(2, 2, &[1.0, 0.2, 0.2, 1.0]);

@@ -12,7 +12,7 @@ pub const SOUND_SPEED: f64 = 1440.0;
 pub const DENSITY: f64 = 1000.0;
 pub const THREADS: NonZeroUsize = NonZeroUsize::new(2).unwrap();
 
-/// h = 180 m, c = 1440 m/s, `elements` a depth, as many panels, far end at h/2.
+/// h = 180 m, c = 1440 m/s, `elements` per depth, as many panels, far end at h/2.
 pub fn parameters(alpha: f64, elements: usize, communication_step: f64, horizon: f64) -> ReservoirParameters {
     ReservoirParameters {
         density: DENSITY,
@@ -26,7 +26,7 @@ pub fn parameters(alpha: f64, elements: usize, communication_step: f64, horizon:
     }
 }
 
-/// Pressures over ρa (m) for a uniform acceleration along n out of the dam, into the water, from K(s).
+/// Pressures divided by ρa (m) for a uniform acceleration along n out of the dam, into the water, from K(s).
 pub fn of_uniform_motion(k: &DMatrix<Complex64>, s: Complex64) -> Vec<Complex64> {
     k.columns(0, k.nrows()).row_iter().map(|row| -row.sum() / (s * DENSITY)).collect()
 }
@@ -42,15 +42,15 @@ pub fn consistent_mass(face: &WetFace) -> DMatrix<f64> {
     mass
 }
 
-/// What is linear along the panels and nearest in the mean square to `field`, a function of elevations (m): what
-/// the pressure at the points is of the pressure on the face.
+/// The function linear along the panels that is nearest in the mean square to `field`, a function of elevations (m). The
+/// pressure at the points is related in this way to the pressure on the face.
 pub fn projected(face: &WetFace, field: impl FnOnce(&[f64]) -> Vec<Complex64>) -> Vec<Complex64> {
     let loads = DVector::from_vec(nodal_forces(face, field));
     let solution = consistent_mass(face).map(Complex64::from).lu().solve(&loads).unwrap();
     solution.iter().copied().collect()
 }
 
-/// Distance over the exact vector's norm.
+/// Norm of the difference, divided by the norm of the exact vector.
 pub fn relative(found: &DVector<Complex64>, exact: &DVector<Complex64>) -> f64 {
     (found - exact).norm() / exact.norm()
 }
@@ -72,7 +72,7 @@ pub fn base_pressures(
     Ok(stepped(parameters, velocity)?.into_iter().map(|(time, [base, _])| (time, base)).collect())
 }
 
-/// The same, and the force (N/m) beside it.
+/// The same, with the force (N/m).
 pub fn stepped(
     parameters: ReservoirParameters,
     velocity: impl Fn(f64) -> f64,
@@ -97,7 +97,7 @@ pub fn stepped(
     Ok(result)
 }
 
-/// An acceleration towards the water that rises to 1 m/s² in 0.1 s and is held.
+/// An acceleration towards the water that rises to 1 m/s² in 0.1 s and then stays constant.
 pub mod ramp_and_hold {
     use super::{DENSITY, DEPTH, SOUND_SPEED, chopra_1967};
 
@@ -115,7 +115,7 @@ pub mod ramp_and_hold {
     }
 }
 
-/// Ground that comes to rise with 1 m/s within 0.1 s, and the dam with it.
+/// Ground and dam that reach an upward velocity of 1 m/s within 0.1 s.
 pub mod rising_ground {
     use super::{DENSITY, DEPTH, SOUND_SPEED};
     use std::f64::consts::PI;
@@ -131,8 +131,8 @@ pub mod rising_ground {
         if time < RISE { (0.5 * PI * time / RISE).sin().powi(2) } else { 1.0 }
     }
 
-    /// Pressure at the base (Pa) over a bed of wave reflection coefficient α. The wave of t′ < t has been met by the bed's
-    /// own: (1 + α)/2 of ρcv, echoes −α each 2h/c.
+    /// Pressure at the base (Pa) over a bed of wave reflection coefficient α. The bed's
+    /// motion gives (1 + α)/2 of ρcv; the n-th echo, 2nh/c later, has the factor −(1 + α)(−α)^{n−1}.
     pub fn base_pressure(alpha: f64, time: f64) -> f64 {
         let crossing = 2.0 * DEPTH / SOUND_SPEED;
         let echo = |n: i32| if n == 0 { 1.0 } else { -(1.0 + alpha) * (-alpha).powi(n - 1) };

@@ -1,4 +1,4 @@
-//! The shipped records, and the velocities that they give.
+//! The shipped records, and their velocities.
 
 /// Times (s) and accelerations (m/s²) of a shipped record.
 pub fn read(name: &str) -> Vec<(f64, f64)> {
