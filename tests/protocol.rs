@@ -40,7 +40,7 @@ fn message(fault: &str) -> String {
 #[test]
 fn every_breach_is_named() {
     for (fault, words) in [
-        ("old-version", ["dam speaks version 3 of the exchange protocol", "this program version 2"]),
+        ("old-version", ["dam speaks version 4 of the exchange protocol", "this program version 3"]),
         ("no-description", ["dam: its description cannot be read", "the same build"]),
         ("no-service", ["dam is not connected", "must serve `cofferdam/"]),
         ("other-layout", ["dam lays out requests and answers as 0123", "the same build"]),
