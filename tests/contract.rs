@@ -1,7 +1,7 @@
 //! The descriptions in `modelDescription/` are those that the variables in Rust give, and packed FMUs agree with them.
 
 use dam_dem::Dam;
-use interface::{Packable, Shape, Variable, WetFace, variables};
+use interface::{Shape, Variable, WetFace, variables};
 use orchestrator::fmu::contract;
 use reservoir::{Reservoir, ReservoirParameters};
 use std::collections::BTreeMap;

@@ -400,10 +400,8 @@ impl Packable for Reservoir {
 
     fn size_for(parameters: &ReservoirParameters, variable: &Variable) -> usize {
         match variable.shape {
-            Shape::Scalar => 1,
-            Shape::Plane => 2,
             Shape::InterfacePoints => parameters.wet_face.len(),
-            _ => 0,
+            shape => shape.fixed_size().unwrap_or(0),
         }
     }
 
