@@ -426,7 +426,7 @@ fn what_cannot_be_read_is_named() -> Result<(), LogReadError> {
             data[place + 1] = 9;
         }
     });
-    insta::assert_snapshot!(said("size.mcap"), @"/size.mcap: byte N: topic `/unit`: `size` is `9`, which means nothing here; read the log with the version that wrote it");
+    insta::assert_snapshot!(said("size.mcap"), @"/size.mcap: byte N: topic `/unit`: `size` is `9`, which is not valid here; read the log with the version that wrote it");
     let made = std::process::Command::new("mkfifo").arg(folder.join("pipe")).status();
     assert!(made.is_ok_and(|status| status.success()), "a pipe");
     insta::assert_snapshot!(said("pipe"), @"/pipe: is no regular file; copy it to one");
@@ -534,7 +534,7 @@ fn a_difference_is_reported_in_words() {
 fn help_teaches() {
     for (command, words) in [
         (&["replay", "--help"][..], ["Examples:", "Exit status: 0", "--set"]),
-        (&["log", "diff", "--help"], ["Example:", "Exit status: 0", "by its bits"]),
+        (&["log", "diff", "--help"], ["Example:", "Exit status: 0", "bit for bit"]),
         (&["log", "info", "--help"], ["Example:", "Exit status: 0", "cut short"]),
     ] {
         let (status, help) = cofferdam(command);
