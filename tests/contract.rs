@@ -130,8 +130,7 @@ const NODES: usize = CELLS + (COLUMNS + 1) * (7 + 1 + 3 + 1 + 1);
 /// Number of values in the main scene on a mesh of 10 m.
 fn size(shape: Shape) -> usize {
     match shape {
-        Shape::Scalar => 1,
-        Shape::Plane => 2,
+        Shape::Scalar | Shape::Plane | Shape::Modes => shape.least_size(),
         Shape::InterfacePoints => INTERFACE_POINTS,
         Shape::Cracks => 1,
         Shape::StressPoints => 4,

@@ -638,8 +638,7 @@ impl Packable for Dam {
     /// Zero for what depends on the mesh of parameters that make none.
     fn size_for(parameters: &DamParameters, variable: &Variable) -> usize {
         match variable.shape {
-            Shape::Scalar => 1,
-            Shape::Plane => 2,
+            Shape::Scalar | Shape::Plane | Shape::Modes => variable.shape.least_size(),
             Shape::StressPoints | Shape::Nodes | Shape::Triangles | Shape::Contacts
                 if parameters.check().is_err() =>
             {

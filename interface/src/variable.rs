@@ -57,6 +57,8 @@ pub enum Shape {
     Scalar,
     /// Two values: along x, along y.
     Plane,
+    /// Four values: of the four lowest natural modes, from the lowest up.
+    Modes,
     /// One value per point of the wet face.
     InterfacePoints,
     /// One value per crack, from the base up.
@@ -92,9 +94,10 @@ enum Size {
 
 impl Shape {
     /// All shapes.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Scalar,
         Self::Plane,
+        Self::Modes,
         Self::InterfacePoints,
         Self::Cracks,
         Self::StressPoints,
@@ -107,6 +110,7 @@ impl Shape {
         let (name, value_reference, least, description) = match self {
             Self::Scalar => return Size::Always(1),
             Self::Plane => return Size::Always(2),
+            Self::Modes => return Size::Always(4),
             Self::InterfacePoints => ("interface_points", 900, 2, "number of points of the wet face"),
             Self::Cracks => ("cracks", 901, 1, "number of cracks"),
             Self::StressPoints => ("stress_points", 902, 2, "number of points at which stress is computed"),

@@ -44,9 +44,12 @@ impl From<Shape> for ChannelShape {
             Shape::Scalar => Self::Scalar,
             Shape::Plane => Self::Plane,
             Shape::InterfacePoints => Self::WetFace,
-            Shape::Cracks | Shape::StressPoints | Shape::Nodes | Shape::Triangles | Shape::Contacts => {
-                Self::List
-            }
+            Shape::Modes
+            | Shape::Cracks
+            | Shape::StressPoints
+            | Shape::Nodes
+            | Shape::Triangles
+            | Shape::Contacts => Self::List,
         }
     }
 }
