@@ -14,6 +14,7 @@ mod log;
 mod order_in_communication_step;
 mod participants;
 mod partitioned_monolithic;
+mod platform;
 mod processes;
 mod protocol;
 mod python;

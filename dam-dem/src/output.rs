@@ -50,6 +50,7 @@ impl Dam {
             variable::INTERFACE_NORMAL_X => return self.interface(|_, n, _| n[0], values),
             variable::INTERFACE_NORMAL_Y => return self.interface(|_, n, _| n[1], values),
             variable::INTERFACE_LENGTH => return self.interface(|_, _, length| length, values),
+            variable::NATURAL_FREQUENCY => return copy(&self.natural_frequencies(values.len())?, values),
             variable::BASE_SHEAR => state.mean_base_force[0],
             variable::BASE_NORMAL_FORCE => -state.mean_base_force[1],
             variable::KINETIC_ENERGY => gained.kinetic,

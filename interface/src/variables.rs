@@ -111,6 +111,7 @@ pub mod dam {
         59 ELEMENT_SIZE "element_size" CalculatedParameter Fixed Scalar "m" "nominal side length of an element";
         60 TIME_STEP_LIMIT "time_step_limit" CalculatedParameter Fixed Scalar "s" "longest stable time step, safety factor included";
         61 ADDED_MASS_INCLUDED "added_mass_included" CalculatedParameter Fixed Scalar "1" "1 if the mass matrix contains the added mass of the water, so that interface_pressure is only the rest of the pressure; otherwise 0";
+        62 NATURAL_FREQUENCY "natural_frequency" CalculatedParameter Fixed Modes "rad/s" "natural frequencies of the intact dam on an empty reservoir, from the lowest up";
         70 NODE_X "node_x" CalculatedParameter Fixed Nodes "m" "x coordinate of the nodes without load, from the heel, positive downstream";
         71 NODE_Y "node_y" CalculatedParameter Fixed Nodes "m" "y coordinate of the nodes without load, from the heel, positive upwards";
         72 TRIANGLE_NODE_1 "triangle_node_1" CalculatedParameter Fixed Triangles "1" "first node of the triangles, counted from 0";

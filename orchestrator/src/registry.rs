@@ -10,7 +10,8 @@ use crate::scene::{
 };
 use crate::scheme::{SchemeKind, Side};
 use dam_dem::{Dam, DamError, DamParameters, Damping, DampingFrequencies};
-use interface::{WetFace, WetFaceError};
+use interface::variables::dam::NATURAL_FREQUENCY;
+use interface::{CoSimulation, WetFace, WetFaceError};
 use nalgebra::{Complex, DMatrix};
 pub use reservoir::paper::{FarEndCondition, ShortWindows};
 use reservoir::{Fidelity, Method, Reservoir, ReservoirError, ReservoirParameters, added_mass, paper};
@@ -169,6 +170,17 @@ pub fn made_dam(parameters: DamParameters, scene: &Scene) -> Result<(Dam, usize)
         return Err(RegistryError::TimeSteps { time_steps, limit: dam.time_step_limit() });
     }
     Ok((dam, time_steps))
+}
+
+/// The lowest natural frequencies of the scene's dam, intact and on an empty reservoir, rad/s; none of a prescribed one.
+///
+/// **Errors**: those of the dam.
+pub fn natural_frequencies(scene: &Scene) -> Result<Vec<f64>, RegistryError> {
+    let Some(dam) = &scene.dam else { return Ok(Vec::new()) };
+    let dam = Dam::new(dry_dam(dam, scene)?)?;
+    let mut frequencies = vec![0.0; dam.size(&NATURAL_FREQUENCY)];
+    dam.get(&NATURAL_FREQUENCY, &mut frequencies)?;
+    Ok(frequencies)
 }
 
 fn reservoir(scene: &Scene, threads: NonZeroUsize) -> Result<Box<dyn Participant>, RegistryError> {

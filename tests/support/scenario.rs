@@ -21,7 +21,7 @@ pub fn binary() -> &'static Path {
         let folder = test.ancestors().nth(2).expect("target/<profile>/deps").to_owned();
         let mut build = Command::new(env!("CARGO"));
         // Of the whole workspace, with the features that a test of all its packages has built it with.
-        build.current_dir(root()).args(["build", "--quiet", "--workspace", "--bin", "cofferdam"]);
+        build.current_dir(root()).args(["build", "--locked", "--quiet", "--workspace", "--bin", "cofferdam"]);
         build.arg("--target-dir").arg(folder.parent().expect("target/<profile>"));
         if folder.ends_with("release") {
             build.arg("--release");

@@ -1,10 +1,21 @@
 //! `cofferdam check`.
 
 use super::{Check, complain, say};
-use orchestrator::registry;
+use miette::Diagnostic;
+use orchestrator::registry::{self, RegistryError};
 use orchestrator::scene::{SceneError, SceneWarning};
 use std::path::Path;
 use std::process::ExitCode;
+
+/// Why a scene cannot be run.
+#[derive(Debug, thiserror::Error, Diagnostic)]
+enum CheckError {
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Scene(#[from] SceneError),
+    #[error(transparent)]
+    Unit(#[from] RegistryError),
+}
 
 /// Says of each scene what is wrong with it, or what a run of it would be.
 pub fn check(arguments: &Check) -> ExitCode {
@@ -18,7 +29,7 @@ pub fn check(arguments: &Check) -> ExitCode {
     status
 }
 
-fn examine(path: &Path, overrides: &[String]) -> Result<(), SceneError> {
+fn examine(path: &Path, overrides: &[String]) -> Result<(), CheckError> {
     let loaded = registry::read(path, overrides)?;
     warn(&loaded.warnings);
     let time = &loaded.scene.time;
@@ -33,7 +44,12 @@ fn examine(path: &Path, overrides: &[String]) -> Result<(), SceneError> {
         Some(adaptive) => format!("communication steps of {} to {} s", adaptive.shortest, adaptive.longest),
         None => format!("{steps} communication steps of {step} s"),
     };
+    let frequencies = registry::natural_frequencies(&loaded.scene)?;
     say(format!("{} can be run: {steps}, {duration} s; {warnings}", loaded.path.display()));
+    if !frequencies.is_empty() {
+        let frequencies: Vec<String> = frequencies.iter().map(|f| format!("{f:.2}")).collect();
+        say(format!("natural frequencies of the dam, intact and empty: {} rad/s", frequencies.join(", ")));
+    }
     Ok(())
 }
 

@@ -129,6 +129,7 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
     manifest.write(&manifest_path)?;
     let dam = dam_lines(&loaded, &mut units)?;
     let stress_points = stress_points(&mut units)?;
+    let natural_frequencies = known(units.dam.read("natural_frequency"))?;
     say(ground_line(&loaded.ground_motion));
     say(format!("prepared in {:.2} s; results go to {}", began.elapsed().as_secs_f64(), folder.display()));
 
@@ -142,6 +143,7 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
         &ending,
         simulation.static_crest_displacement,
         &stress_points,
+        &natural_frequencies,
     );
     summary.notes.extend(limits.flags().into_iter().map(|flag| format!("WARNING: {flag}")));
     let table = summary.to_string();
@@ -224,10 +226,15 @@ fn catch_interrupt() -> Result<Arc<AtomicBool>, RunError> {
 
 /// Points where the dam outputs stress, m; none if it does not.
 fn stress_points(units: &mut Units) -> Result<Vec<[f64; 2]>, ParticipantError> {
-    match (units.dam.read("stress_point_x"), units.dam.read("stress_point_y")) {
-        (Ok(x), Ok(y)) => Ok(x.into_iter().zip(y).map(|(x, y)| [x, y]).collect()),
-        (Err(ParticipantError::Missing { .. }), _) => Ok(Vec::new()),
-        (Err(error), _) | (_, Err(error)) => Err(error),
+    let (x, y) = (known(units.dam.read("stress_point_x"))?, known(units.dam.read("stress_point_y"))?);
+    Ok(x.into_iter().zip(y).map(|(x, y)| [x, y]).collect())
+}
+
+/// What a unit has answered; nothing if it has no such variable.
+fn known(read: Result<Vec<f64>, ParticipantError>) -> Result<Vec<f64>, ParticipantError> {
+    match read {
+        Err(ParticipantError::Missing { .. }) => Ok(Vec::new()),
+        answered => answered,
     }
 }
 

@@ -127,7 +127,7 @@ pub fn contract<U: Packable>(parameters: &U::Parameters) -> Result<String, FmuEr
         token: &format!("cofferdam-{}-1", U::NAME),
         text: U::DESCRIPTION,
         capabilities: U::capabilities_for(parameters),
-        variables: &variables::of_contract(U::VARIABLES),
+        variables: &variables::of_contract::<U>(),
         scene: None,
     })
 }

@@ -180,6 +180,10 @@ fn one(xml: &mut Xml, sized: &SizedVariable, structural: bool) -> io::Result<()>
         ("variability", sized.variable.variability.name()),
         ("unit", unit),
     ];
+    let bounds = sized.bounds.map(|bound| bound.map(number));
+    for (name, bound) in ["min", "max"].into_iter().zip(&bounds) {
+        attributes.extend(bound.as_deref().map(|bound| (name, bound)));
+    }
     attributes.extend(start.as_deref().map(|start| ("start", start)));
     attributes.push(("description", description));
     if shape == Shape::Scalar {

@@ -1,4 +1,5 @@
 use super::FmuError;
+use crate::scene::bounds;
 use interface::export::Contents;
 use interface::{Causality, Packable, Variable};
 
@@ -10,6 +11,8 @@ pub struct SizedVariable {
     pub size: usize,
     /// Values before initialisation, of inputs and parameters.
     pub start: Option<Vec<f64>>,
+    /// Least and largest value of a parameter, as the scene's key has them.
+    pub bounds: [Option<f64>; 2],
 }
 
 impl SizedVariable {
@@ -36,7 +39,8 @@ pub fn of<U: Packable>(contents: &Contents<U::Parameters>) -> Result<Vec<SizedVa
             Causality::CalculatedParameter | Causality::Output | Causality::Local => None,
         };
         if size > 0 && start.as_ref().is_none_or(|values| !values.is_empty()) {
-            found.push(SizedVariable { variable, size, start });
+            let bounds = bounds(U::NAME, variable.name);
+            found.push(SizedVariable { variable, size, start, bounds });
         }
     }
     for (name, values) in &contents.start {
@@ -50,14 +54,17 @@ pub fn of<U: Packable>(contents: &Contents<U::Parameters>) -> Result<Vec<SizedVa
     Ok(found)
 }
 
-/// The variables of the contract in the sizes of the smallest unit that makes sense; all start values are 0.
-pub fn of_contract(variables: &'static [Variable]) -> Vec<SizedVariable> {
+/// The variables of the contract in the sizes of the smallest unit that makes sense; all start values are 0, or the
+/// least that is allowed.
+pub fn of_contract<U: Packable>() -> Vec<SizedVariable> {
     let sized = |variable: &'static Variable| {
         let size = variable.shape.least_size();
         let settable = matches!(variable.causality, Causality::Input | Causality::Parameter);
-        SizedVariable { variable, size, start: settable.then(|| vec![0.0; size]) }
+        let bounds = bounds(U::NAME, variable.name);
+        let least = bounds[0].unwrap_or(0.0).max(0.0);
+        SizedVariable { variable, size, start: settable.then(|| vec![least; size]), bounds }
     };
-    variables.iter().map(sized).collect()
+    U::VARIABLES.iter().map(sized).collect()
 }
 
 /// A number that reads back bit for bit.

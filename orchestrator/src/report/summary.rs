@@ -54,6 +54,7 @@ impl Summary {
         ending: &Ending,
         static_crest: Option<[f64; 2]>,
         stress_points: &[[f64; 2]],
+        natural_frequencies: &[f64],
     ) -> Self {
         let mut table =
             Table { histories, time: histories.column("time").unwrap_or(&[]), quantities: Vec::new() };
@@ -61,6 +62,9 @@ impl Summary {
         if let Some([x, _]) = static_crest {
             let loads = if empty { "weight" } else { "weight, water" };
             table.add(&format!("static crest displacement ({loads})"), 1e3 * x, "mm", None);
+        }
+        for (mode, frequency) in natural_frequencies.iter().enumerate() {
+            table.add(&format!("natural frequency {} (intact, empty)", mode + 1), *frequency, "rad/s", None);
         }
         table.extremes("dam.crest_displacement.x");
         let cracks = loaded.scene.dam.as_ref().map_or(&[][..], |d| &d.cracks);
