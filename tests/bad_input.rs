@@ -137,7 +137,7 @@ const AMOUNT: &[Case] = &[
     edit(&[("depth = 91.75", "depth = 91.75\nelement_size = 1e-6")]),
     set(&["reservoir.interface_size=1e-3"]),
     set(&["reservoir.interface_size=0.1"]),
-    set(&["reservoir.bed_element_size=0.05"]),
+    set(&["reservoir.bed_element_size=0.03"]),
     set(&["reservoir.bed=[[-1e6, -3]]"]),
     edit(&[("communication_step = 0.0025", "communication_step = 1e-9")]),
     edit(&[("communication_step = 0.0025", "communication_step = 0.02")]),
@@ -376,7 +376,7 @@ fn a_scene_that_is_wrong_in_five_places_shows_five_errors_with_lines() {
         text[..offset].matches('\n').count() + 1
     };
     let lines: Vec<usize> = error.problems.iter().map(line).collect();
-    assert_eq!(lines, [5, 9, 13, 20, 26]);
+    assert_eq!(lines, [6, 10, 14, 21, 27]);
 }
 
 /// The name of each variant of an enum, kept complete by the compiler.
@@ -515,7 +515,7 @@ fn check_says_what_a_run_would_be() {
     assert_eq!((status, complaint.as_str()), (Some(0), ""));
     let (status, said, complaint) = check(&["scenes/koyna-northridge-1994", "--set", "time.quiet=1"]);
     assert!(
-        said.ends_with("20.99 s; 1 warning\n") && complaint.contains("no residual sliding"),
+        said.contains("20.99 s; 1 warning\n") && complaint.contains("no residual sliding"),
         "{said}{complaint}"
     );
     assert_eq!(status, Some(0));

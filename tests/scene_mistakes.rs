@@ -206,7 +206,8 @@ fn a_statement_that_is_no_toml_is_one_problem() {
 #[test]
 fn a_key_in_a_wrong_table_is_one_problem() {
     let moved = |text: &str, index: usize| match text.lines().nth(index).map(parsed) {
-        Some(Line::Key { key, value }) if index > 0 => {
+        // The keys above all tables stand there already.
+        Some(Line::Key { key, value }) if text.lines().take(index).any(|line| line.starts_with('[')) => {
             vec![format!("{key} = {value}\n{}", with_line(text, index, ""))]
         }
         _ => Vec::new(),

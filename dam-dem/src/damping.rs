@@ -2,8 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::Problem;
-use crate::error::{DamError, require};
+use crate::error::{DamError, Problem, require};
 
 /// Damping of the dam. What β damps, in elements and contacts, is named with every result: sliding depends on it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -1,10 +1,13 @@
+use interface::number::exact;
 use interface::{CallError, StateError, WetFaceError};
 
 /// What can go wrong in the dam.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DamError {
     /// A parameter outside its range.
-    #[error("`{parameter}` is {value}; it must be {requirement}")]
+    #[error("`{parameter}` is {value}; it must be {requirement}",
+        value = exact(*value)
+    )]
     OutOfRange {
         /// Name of the parameter.
         parameter: &'static str,
@@ -24,7 +27,8 @@ pub enum DamError {
     /// A point of a side is not finite, or not above the one before it.
     #[error(
         "point {index} of the {side} side, ({x}, {y}), is out of order: each point must lie above the one before it, the first \
-         at y = 0, and be finite; list the points from base to crest"
+         at y = 0, and be finite; list the points from base to crest",
+        x = exact(*x), y = exact(*y)
     )]
     SideNotAscending {
         /// `upstream` or `downstream`.
@@ -37,7 +41,9 @@ pub enum DamError {
         y: f64,
     },
     /// The upstream side does not start at the origin.
-    #[error("the upstream side starts at ({x}, {y}); the heel must be the origin, so shift the section")]
+    #[error("the upstream side starts at ({x}, {y}); the heel must be the origin, so shift the section",
+        x = exact(*x), y = exact(*y)
+    )]
     HeelNotAtOrigin {
         /// x, m.
         x: f64,
@@ -46,7 +52,8 @@ pub enum DamError {
     },
     /// The two sides do not end at the same elevation.
     #[error(
-        "the upstream side ends at y = {upstream} m and the downstream side at {downstream} m; the crest must be level"
+        "the upstream side ends at y = {upstream} m and the downstream side at {downstream} m; the crest must be level",
+        upstream = exact(*upstream), downstream = exact(*downstream)
     )]
     SidesNotLevel {
         /// Elevation of the upstream end, m.
@@ -56,7 +63,8 @@ pub enum DamError {
     },
     /// Elements larger than the dam.
     #[error(
-        "`element_size` is {size} m, more than the dam's height of {crest} m; take a twentieth of that or less"
+        "`element_size` is {size} m, more than the dam's height of {crest} m; take a twentieth of that or less",
+        size = exact(*size), crest = exact(*crest)
     )]
     ElementTooLarge {
         /// Nominal length of an element's side, m.
@@ -75,7 +83,8 @@ pub enum DamError {
     /// Two elevations at which rows of elements must end lie too close together.
     #[error(
         "vertices, cracks and water level at {lower} m and {upper} m are less than {least} m apart, a tenth of an \
-         element; make them equal, move one, or use smaller elements"
+         element; make them equal, move one, or use smaller elements",
+        lower = exact(*lower), upper = exact(*upper), least = exact(*least)
     )]
     ThinRow {
         /// Lower elevation, m.
@@ -86,7 +95,9 @@ pub enum DamError {
         least: f64,
     },
     /// The upstream side is not left of the downstream side.
-    #[error("the sides of the section meet or cross at y = {elevation} m, where its width is {width} m")]
+    #[error("the sides of the section meet or cross at y = {elevation} m, where its width is {width} m",
+        elevation = exact(*elevation), width = exact(*width)
+    )]
     SidesCross {
         /// Elevation, m.
         elevation: f64,
@@ -95,7 +106,8 @@ pub enum DamError {
     },
     /// A crack at or beyond the base or the crest.
     #[error(
-        "a crack at {elevation} m lies outside the section; it must lie between the base and the crest at {crest} m"
+        "a crack at {elevation} m lies outside the section; it must lie between the base and the crest at {crest} m",
+        elevation = exact(*elevation), crest = exact(*crest)
     )]
     CrackOutside {
         /// Elevation of the crack, m.
@@ -104,7 +116,9 @@ pub enum DamError {
         crest: f64,
     },
     /// Two cracks at the same elevation.
-    #[error("a crack lies at {elevation} m, where another one is, at {other} m; leave one of them out")]
+    #[error("a crack lies at {elevation} m, where another one is, at {other} m; leave one of them out",
+        elevation = exact(*elevation), other = exact(*other)
+    )]
     DuplicateCrack {
         /// Elevation, m.
         elevation: f64,
@@ -112,7 +126,9 @@ pub enum DamError {
         other: f64,
     },
     /// The water stands above the crest or below the base.
-    #[error("a water depth of {depth} m was given; it must lie between 0 (empty) and the crest at {crest} m")]
+    #[error("a water depth of {depth} m was given; it must lie between 0 (empty) and the crest at {crest} m",
+        depth = exact(*depth), crest = exact(*crest)
+    )]
     WaterDepth {
         /// Depth given, m.
         depth: f64,
@@ -223,6 +239,21 @@ impl DamError {
 impl From<rayon::ThreadPoolBuildError> for DamError {
     fn from(error: rayon::ThreadPoolBuildError) -> Self {
         Self::Threads(error.to_string())
+    }
+}
+
+/// Something that is wrong with parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Problem {
+    /// Paths of the parameters that it rests on, such as `cracks.0.elevation`; the first is the one to change.
+    pub keys: Vec<String>,
+    /// What is wrong.
+    pub error: DamError,
+}
+
+impl Problem {
+    pub(crate) fn of<const N: usize>(keys: [&str; N], error: DamError) -> Self {
+        Self { keys: keys.map(str::to_owned).to_vec(), error }
     }
 }
 

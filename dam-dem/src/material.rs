@@ -2,8 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::Problem;
-use crate::error::require;
+use crate::error::{Problem, require};
 
 /// Which out-of-plane component vanishes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -3,7 +3,7 @@ use interface::{Variable, WetFace};
 use serde::{Deserialize, Serialize};
 
 use crate::contact::Integration;
-use crate::error::{DamError, require};
+use crate::error::{DamError, Problem, require};
 use crate::loads::Wet;
 use crate::{Damping, Fidelity, Material, Mesh};
 
@@ -190,21 +190,6 @@ fn x_at(side: &[[f64; 2]], y: f64) -> f64 {
     let above = side.partition_point(|p| p[1] < y).clamp(1, side.len() - 1);
     let ([x0, y0], [x1, y1]) = (side[above - 1], side[above]);
     if y == y1 { x1 } else { x0 + (x1 - x0) * (y - y0) / (y1 - y0) }
-}
-
-/// Something that is wrong with parameters.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Problem {
-    /// Paths of the parameters that it rests on, such as `cracks.0.elevation`; the first is the one to change.
-    pub keys: Vec<String>,
-    /// What is wrong.
-    pub error: DamError,
-}
-
-impl Problem {
-    pub(crate) fn of<const N: usize>(keys: [&str; N], error: DamError) -> Self {
-        Self { keys: keys.map(str::to_owned).to_vec(), error }
-    }
 }
 
 impl CrackParameters {

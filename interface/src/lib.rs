@@ -26,6 +26,7 @@
 mod co_simulation;
 pub mod export;
 mod messages;
+pub mod number;
 mod packable;
 mod serialised_state;
 mod units;

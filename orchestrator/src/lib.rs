@@ -15,7 +15,6 @@ pub mod fmu;
 pub mod ground_motion;
 pub mod log;
 pub mod mapping;
-mod number;
 pub mod observer;
 pub mod participant;
 pub mod registry;

@@ -179,7 +179,7 @@ pub fn natural_frequencies(scene: &Scene) -> Result<Vec<f64>, RegistryError> {
     let Some(dam) = &scene.dam else { return Ok(Vec::new()) };
     let dam = Dam::new(dry_dam(dam, scene)?)?;
     let mut frequencies = vec![0.0; dam.size(&NATURAL_FREQUENCY)];
-    dam.get(&NATURAL_FREQUENCY, &mut frequencies)?;
+    dam.get(NATURAL_FREQUENCY.value_reference, &mut frequencies)?;
     Ok(frequencies)
 }
 

@@ -1,4 +1,5 @@
 use crate::BoundaryCondition;
+use interface::number::exact;
 use interface::{CallError, StateError};
 use num_complex::Complex64;
 
@@ -17,7 +18,7 @@ pub enum ReservoirError {
         value: f64,
     },
     /// A quantity that must be positive and finite is not.
-    #[error("`{parameter}` is {value} {unit}; it must be positive and finite")]
+    #[error("`{parameter}` is {} {unit}; it must be positive and finite", exact(*value))]
     NotPositive {
         /// Name of the parameter.
         parameter: &'static str,

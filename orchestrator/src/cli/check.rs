@@ -48,7 +48,7 @@ fn examine(path: &Path, overrides: &[String]) -> Result<(), CheckError> {
     say(format!("{} can be run: {steps}, {duration} s; {warnings}", loaded.path.display()));
     if !frequencies.is_empty() {
         let frequencies: Vec<String> = frequencies.iter().map(|f| format!("{f:.2}")).collect();
-        say(format!("natural frequencies of the dam, intact and empty: {} rad/s", frequencies.join(", ")));
+        say(format!("  natural frequencies of the dam, intact and empty: {} rad/s", frequencies.join(", ")));
     }
     Ok(())
 }

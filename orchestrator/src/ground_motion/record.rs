@@ -1,6 +1,6 @@
 //! Records of ground motion in files: two-column CSV and PEER AT2.
 
-use crate::number::{exact, plain};
+use interface::number::{exact, plain};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};

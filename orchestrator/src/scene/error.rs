@@ -1,6 +1,6 @@
 use super::shape::Range;
 use crate::ground_motion::RecordError;
-use crate::number::{exact, plain};
+use interface::number::{exact, plain};
 use miette::{Diagnostic, NamedSource, SourceSpan};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -158,7 +158,7 @@ impl Findings {
             self.refuse((checks.dam)(&scene));
         }
         // Its points come from the dam's mesh, its length in time from the record.
-        let face = ["dam", "prescribed", "reservoir", "gravity", "time.communication_step", "time.duration"];
+        let face = ["dam", "prescribed", "reservoir", "gravity", "time", "ground_motion"];
         if self.found.is_empty() && self.sound(&face) && scene.time.duration.is_some() {
             self.refuse((checks.reservoir)(&scene));
         }

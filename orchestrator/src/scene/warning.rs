@@ -3,7 +3,7 @@
 use super::shape::{Shape, word};
 use super::{DamFidelityScene, DamScene, FidelityScene, MethodScene, Scene};
 use crate::ground_motion::{GroundMotion, STANDARD_GRAVITY};
-use crate::number::plain;
+use interface::number::plain;
 use miette::{Diagnostic, NamedSource, SourceSpan};
 use std::sync::Arc;
 
