@@ -15,6 +15,9 @@ pub(super) struct Batch {
 /// A nodal field at corners and centre of the cells.
 pub(super) type Nodal = [[Lanes; 2]; 5];
 
+/// Stresses of stiffness damping in the four triangles of a batch of cells: 11, 22, 12 components, Pa.
+pub type ViscousStress = [[Lanes; 3]; 4];
+
 impl Batch {
     pub fn new(mesh: &Mesh, cells: &[[usize; 5]]) -> Self {
         let mut batch = Self { cells: cells.to_vec(), ..Self::default() };

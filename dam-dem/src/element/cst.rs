@@ -4,9 +4,9 @@ use std::sync::Arc;
 use pulp::Arch;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use super::batch::Batch;
-use super::evaluation::{Deformation, Energy, Evaluation};
-use super::lanes::{LANES, Lanes};
+use super::batch::{Batch, ViscousStress};
+use super::evaluation::{Deformation, Energy, Evaluation, Moduli};
+use super::lanes::LANES;
 use super::parts::{Part, Parts};
 use crate::damping::StiffnessDamping;
 use crate::{DamError, Kinematics, Material, Mesh};
@@ -31,13 +31,12 @@ use crate::{DamError, Kinematics, Material, Mesh};
 /// (strain × spin), which a dam never feels.
 #[derive(Clone, Debug)]
 pub struct CrossedCells {
-    pub(super) batches: Vec<Batch>,
+    batches: Vec<Batch>,
     parts: Parts,
     /// Who works on the parts; the caller, if nobody.
     pool: Option<Arc<ThreadPool>>,
     kinematics: Kinematics,
-    pub(super) lambda: f64,
-    pub(super) twice_shear: f64,
+    moduli: Moduli,
 }
 
 /// Parts that follow each other, the damping stresses from the first one's first batch on, and the forces from its first
@@ -48,9 +47,6 @@ struct Share<'a> {
     forces: &'a mut [[f64; 2]],
 }
 
-/// Stresses of stiffness damping in the four triangles of a batch of cells: 11, 22, 12 components, Pa.
-pub type ViscousStress = [[Lanes; 3]; 4];
-
 impl CrossedCells {
     /// The cells of `mesh`.
     pub fn new(mesh: &Mesh, material: &Material, kinematics: Kinematics) -> Self {
@@ -60,8 +56,7 @@ impl CrossedCells {
             batches,
             pool: None,
             kinematics,
-            lambda: material.plane_lambda(),
-            twice_shear: 2.0 * material.shear_modulus(),
+            moduli: Moduli { lambda: material.plane_lambda(), twice_shear: 2.0 * material.shear_modulus() },
         }
     }
 
@@ -149,7 +144,7 @@ impl CrossedCells {
         let mut power = self.among_threads(|| self.evaluate_parts::<COROTATIONAL, DAMPED>(of, share));
         for seam in seams {
             power += Arch::new().dispatch(Evaluation::<COROTATIONAL, DAMPED> {
-                cells: self,
+                moduli: self.moduli,
                 of,
                 batches: &self.batches[seam.clone()],
                 viscous: if DAMPED { &mut viscous[seam.clone()] } else { &mut [] },
@@ -181,7 +176,7 @@ impl CrossedCells {
         }
         let [part] = right else { return 0.0 };
         Arch::new().dispatch(Evaluation::<COROTATIONAL, DAMPED> {
-            cells: self,
+            moduli: self.moduli,
             of,
             batches: &self.batches[part.batches.clone()],
             viscous,
@@ -198,9 +193,12 @@ impl CrossedCells {
 
     /// Strain energy, J/m, from the strains alone.
     pub fn strain_energy(&self, displacement: &[[f64; 2]]) -> f64 {
+        let (moduli, batches) = (self.moduli, &self.batches[..]);
         match self.kinematics {
-            Kinematics::Corotational => Arch::new().dispatch(Energy::<true> { cells: self, displacement }),
-            Kinematics::Small => Arch::new().dispatch(Energy::<false> { cells: self, displacement }),
+            Kinematics::Corotational => {
+                Arch::new().dispatch(Energy::<true> { moduli, batches, displacement })
+            }
+            Kinematics::Small => Arch::new().dispatch(Energy::<false> { moduli, batches, displacement }),
         }
     }
 
@@ -224,9 +222,9 @@ impl CrossedCells {
         let xx = cos * (1.0 + h(0, 0)) + sin * h(1, 0) - 1.0;
         let yy = cos * (1.0 + h(1, 1)) - sin * h(0, 1) - 1.0;
         let xy = (cos * (h(0, 1) + h(1, 0)) + sin * (h(1, 1) - h(0, 0))) / 2.0;
-        let volumetric = self.lambda * (xx + yy);
-        let [s, t, r] =
-            [volumetric + self.twice_shear * xx, volumetric + self.twice_shear * yy, self.twice_shear * xy];
+        let Moduli { lambda, twice_shear } = self.moduli;
+        let volumetric = lambda * (xx + yy);
+        let [s, t, r] = [volumetric + twice_shear * xx, volumetric + twice_shear * yy, twice_shear * xy];
         [
             cos * cos * s + sin * sin * t - 2.0 * sin * cos * r,
             sin * sin * s + cos * cos * t + 2.0 * sin * cos * r,
@@ -250,11 +248,12 @@ impl CrossedCells {
 
     /// Stiffness block `K_ij = A ∫ B_iᵀ D B_j` of two gradients `a` = ∇N_i, `b` = ∇N_j over area 1, Pa/m².
     pub fn stiffness_block(&self, a: [f64; 2], b: [f64; 2]) -> [[f64; 2]; 2] {
-        let shear = self.twice_shear / 2.0;
+        let Moduli { lambda, twice_shear } = self.moduli;
+        let shear = twice_shear / 2.0;
         let dot = a[0] * b[0] + a[1] * b[1];
         let entry = |p: usize, q: usize| {
             let diagonal = if p == q { shear * dot } else { 0.0 };
-            self.lambda * a[p] * b[q] + shear * a[q] * b[p] + diagonal
+            lambda * a[p] * b[q] + shear * a[q] * b[p] + diagonal
         };
         [[entry(0, 0), entry(0, 1)], [entry(1, 0), entry(1, 1)]]
     }
@@ -344,7 +343,7 @@ mod tests {
                 };
                 let [s11, s22, s12] = turned([[1.0 + a, b], [c, 1.0 + d]]);
                 let (strain, rate) = ([s11 - 1.0, s22 - 1.0, s12], turned(rate));
-                let (lambda, shear) = (cells.lambda, cells.twice_shear);
+                let (lambda, shear) = (cells.moduli.lambda, cells.moduli.twice_shear);
                 let stress = |e: [f64; 3]| {
                     [
                         lambda * (e[0] + e[1]) + shear * e[0],
@@ -388,14 +387,15 @@ mod tests {
         for _ in 0..2 {
             let damping = StiffnessDamping { coefficient: 0.3, memory: 0.6 };
             let evaluation = Evaluation::<COROTATIONAL, DAMPED> {
-                cells: &cells,
+                moduli: cells.moduli,
                 of: Deformation { displacement: &u, velocity: &v, damping },
                 batches: &cells.batches,
                 viscous: &mut viscous,
                 forces: &mut forces,
                 first_node: 0,
             };
-            let energy = Energy::<COROTATIONAL> { cells: &cells, displacement: &u };
+            let (moduli, batches) = (cells.moduli, &cells.batches[..]);
+            let energy = Energy::<COROTATIONAL> { moduli, batches, displacement: &u };
             let sums = match scalar {
                 true => [evaluation.with_simd(pulp::Scalar::new()), energy.with_simd(pulp::Scalar::new())],
                 false => [Arch::new().dispatch(evaluation), Arch::new().dispatch(energy)],
@@ -484,7 +484,7 @@ mod tests {
             cells.add_forces(&u, &v, 0.0, &mut [], &mut plain);
             let mut serial = vec![[0.0; 2]; mesh.nodes.len()];
             Arch::new().dispatch(Evaluation::<true, false> {
-                cells: &cells,
+                moduli: cells.moduli,
                 of: Deformation { displacement: &u, velocity: &v, damping: 0.0.into() },
                 batches: &cells.batches,
                 viscous: &mut [],

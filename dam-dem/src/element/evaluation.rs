@@ -2,9 +2,7 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::ViscousStress;
-use super::batch::{Batch, Nodal};
-use super::cst::CrossedCells;
+use super::batch::{Batch, Nodal, ViscousStress};
 use super::lanes::{Lanes, Register};
 use crate::damping::StiffnessDamping;
 
@@ -13,6 +11,15 @@ type Vector<S> = [Register<S>; 2];
 type Tensor<S> = [[Register<S>; 2]; 2];
 /// A symmetric tensor: 11, 22, 12 components.
 type Symmetric<S> = [Register<S>; 3];
+
+/// Elastic moduli of plane stress or plane strain: `σ = λ tr(ε) I + 2G ε`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Moduli {
+    /// λ in the plane, Pa.
+    pub lambda: f64,
+    /// 2G, Pa.
+    pub twice_shear: f64,
+}
 
 /// Motion of all nodes, and the damping.
 #[derive(Clone, Copy)]
@@ -24,9 +31,9 @@ pub(super) struct Deformation<'a> {
 
 /// Forces of stress and damping; the result is the power of damping, W/m.
 pub(super) struct Evaluation<'a, const COROTATIONAL: bool, const DAMPED: bool> {
-    pub cells: &'a CrossedCells,
+    pub moduli: Moduli,
     pub of: Deformation<'a>,
-    /// Those of the cells' batches that are evaluated, and their damping stresses.
+    /// The batches to evaluate, and their damping stresses.
     pub batches: &'a [Batch],
     pub viscous: &'a mut [ViscousStress],
     /// Those of the nodes from `first_node` on.
@@ -52,7 +59,7 @@ impl<const COROTATIONAL: bool, const DAMPED: bool> WithSimd for Evaluation<'_, C
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
-        let elastic = Elastic::new(simd, self.cells);
+        let elastic = Elastic::new(simd, self.moduli);
         let StiffnessDamping { coefficient, memory } = self.of.damping;
         let fresh = Register::splat(simd, (1.0 - memory) * coefficient);
         let memory = Register::splat(simd, memory);
@@ -134,7 +141,8 @@ impl<const COROTATIONAL: bool, const DAMPED: bool> WithSimd for Evaluation<'_, C
 
 /// Strain energy, J/m.
 pub(super) struct Energy<'a, const COROTATIONAL: bool> {
-    pub cells: &'a CrossedCells,
+    pub moduli: Moduli,
+    pub batches: &'a [Batch],
     pub displacement: &'a [[f64; 2]],
 }
 
@@ -143,9 +151,9 @@ impl<const COROTATIONAL: bool> WithSimd for Energy<'_, COROTATIONAL> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
-        let elastic = Elastic::new(simd, self.cells);
+        let elastic = Elastic::new(simd, self.moduli);
         let mut twice = Lanes::default();
-        for batch in &self.cells.batches {
+        for batch in self.batches {
             let mut u = Nodal::default();
             batch.gather(self.displacement, &mut u);
             for register in 0..Lanes::registers::<S>() {
@@ -206,7 +214,7 @@ impl<S: Simd> Shape<S> {
     }
 }
 
-/// Lamé's λ and 2G, Pa.
+/// [`Moduli`] in registers.
 struct Elastic<S: Simd> {
     lambda: Register<S>,
     twice_shear: Register<S>,
@@ -214,11 +222,8 @@ struct Elastic<S: Simd> {
 
 impl<S: Simd> Elastic<S> {
     #[inline(always)]
-    fn new(simd: S, cells: &CrossedCells) -> Self {
-        Self {
-            lambda: Register::splat(simd, cells.lambda),
-            twice_shear: Register::splat(simd, cells.twice_shear),
-        }
+    fn new(simd: S, Moduli { lambda, twice_shear }: Moduli) -> Self {
+        Self { lambda: Register::splat(simd, lambda), twice_shear: Register::splat(simd, twice_shear) }
     }
 
     /// `D : ε`.

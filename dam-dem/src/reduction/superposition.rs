@@ -1,10 +1,10 @@
 use nalgebra::{DMatrix, DVector};
-use serde::{Deserialize, Serialize};
 
 use super::basis::Basis;
 use super::mode::{Mode, SLOWED_TO, concrete_mass};
+use super::motion::ModalMotion;
 use super::sides::{CrackSides, Mean, Rows};
-use crate::contact::{JointState, MohrCoulomb};
+use crate::contact::MohrCoulomb;
 use crate::damping::StiffnessDamping;
 use crate::energy::StoredEnergy;
 use crate::loads::Wet;
@@ -41,19 +41,6 @@ struct ModalLoads {
     pressure: DMatrix<f64>,
     /// Of a unit acceleration of the ground along x and along y: `−Φᵀ (M + X) ι`.
     ground: [DVector<f64>; 2],
-}
-
-/// Motion in modal coordinates, relative to the ground.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ModalMotion {
-    /// Coordinates q of modes with unit mass, m √(kg/m).
-    pub coordinates: Vec<f64>,
-    /// Their rates.
-    pub rates: Vec<f64>,
-    /// Modal forces of the contacts, padded.
-    pub contact_forces: Vec<f64>,
-    /// Contacts of each crack.
-    pub joints: Vec<Vec<JointState>>,
 }
 
 /// Share of 2/ω that dashpots leave to the time step.
