@@ -173,6 +173,35 @@ impl RayleighCoefficients {
     }
 }
 
+/// Coefficients of all damping that acts on a [`Structure`](crate::Structure).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DampingCoefficients {
+    /// α and β, of elements and contacts.
+    pub rayleigh: RayleighCoefficients,
+    /// Memory m of stiffness damping, in [0, 1).
+    pub memory: f64,
+    /// Coefficient κ of local damping, in [0, 1).
+    pub local: f64,
+}
+
+impl DampingCoefficients {
+    /// No damping.
+    pub const NONE: Self =
+        Self { rayleigh: RayleighCoefficients { mass: 0.0, stiffness: 0.0 }, memory: 0.0, local: 0.0 };
+
+    /// Stiffness damping with its memory.
+    pub fn stiffness(&self) -> StiffnessDamping {
+        StiffnessDamping { coefficient: self.rayleigh.stiffness, memory: self.memory }
+    }
+}
+
+/// Without memory and without local damping.
+impl From<RayleighCoefficients> for DampingCoefficients {
+    fn from(rayleigh: RayleighCoefficients) -> Self {
+        Self { rayleigh, ..Self::default() }
+    }
+}
+
 /// Stiffness damping as it acts from one time step to the next, with a memory m in [0, 1):
 ///
 /// ```text

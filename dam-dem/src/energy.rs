@@ -2,9 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::contact::ContactLaw;
-use crate::structure::{Motion, Structure};
-
 /// Energy that damping and contacts took out of the motion in one evaluation of the forces.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Losses {
@@ -43,17 +40,6 @@ pub struct StoredEnergy {
     pub strain: f64,
     /// In the contact springs.
     pub contact: f64,
-}
-
-impl StoredEnergy {
-    /// Energies of a motion.
-    pub fn of(structure: &Structure<impl ContactLaw>, motion: &Motion) -> Self {
-        Self {
-            kinetic: structure.kinetic_energy(motion),
-            strain: structure.strain_energy(motion),
-            contact: structure.contact_energy(motion),
-        }
-    }
 }
 
 /// Work and stored energy since the state of rest.

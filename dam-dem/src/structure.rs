@@ -1,13 +1,18 @@
 use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
+use std::num::NonZeroUsize;
 
-use crate::contact::{ContactLaw, Coulomb, Crack, JointState, Stencil};
-use crate::damping::StiffnessDamping;
+use crate::contact::{ContactLaw, Coulomb, Crack, Integration, JointState, Stencil};
+use crate::damping::{DampingCoefficients, StiffnessDamping};
 use crate::element::{CrossedCells, ViscousStress};
-use crate::energy::Losses;
-use crate::{AddedMass, Kinematics, Material, Mesh, RayleighCoefficients};
+use crate::energy::{Losses, StoredEnergy};
+use crate::loads::Wet;
+use crate::{AddedMass, DamError, Kinematics, Material, Mesh};
 
-/// Blocks, their masses, and the cracks between them: everything that moves.
+/// Blocks, their masses, and the cracks between them.
+///
+/// Complete once it is made. Damping is not part of it ([`DampingCoefficients`]), because its coefficients follow from the
+/// frequencies of the structure.
 #[derive(Clone, Debug)]
 pub struct Structure<L: ContactLaw = Coulomb> {
     /// The mesh in its position without load.
@@ -20,14 +25,8 @@ pub struct Structure<L: ContactLaw = Coulomb> {
     pub mass: Vec<f64>,
     /// 1/mass, and 0 for fixed nodes, m/kg.
     pub inverse_mass: Vec<f64>,
-    /// Damping of elements and contacts.
-    pub damping: RayleighCoefficients,
-    /// Coefficient κ of local damping, in [0, 1).
-    pub local_damping: f64,
-    /// Inertia of the water, beside `mass`, which is that of the concrete.
+    /// Inertia of the water. `mass` and `inverse_mass` are those of the concrete alone.
     pub added_mass: Option<AddedMass>,
-    /// Memory m of stiffness damping, in [0, 1).
-    pub damping_memory: f64,
 }
 
 /// Motion of all nodes, relative to the ground.
@@ -46,12 +45,13 @@ pub struct Motion {
 }
 
 impl<L: ContactLaw> Structure<L> {
-    /// The blocks of `mesh` with `laws` in its cracks (from the base up) and the nodes `fixed` held.
+    /// The blocks of `mesh`, without water, with the nodes `fixed` held by the ground. `cracks` gives the contact law of each
+    /// crack and where its contacts are, from the base up.
     pub fn new(
         mesh: Mesh,
         material: &Material,
         kinematics: Kinematics,
-        laws: impl IntoIterator<Item = L>,
+        cracks: impl IntoIterator<Item = (L, Integration)>,
         fixed: &[usize],
     ) -> Self {
         let cells = CrossedCells::new(&mesh, material, kinematics);
@@ -64,20 +64,24 @@ impl<L: ContactLaw> Structure<L> {
         let cracks = mesh
             .blocks
             .windows(2)
-            .zip(laws)
-            .map(|(pair, law)| Crack::new(&mesh, &pair[0].top, &pair[1].bottom, law))
+            .zip(cracks)
+            .map(|(pair, (law, contacts))| Crack::new(&mesh, &pair[0].top, &pair[1].bottom, law, contacts))
             .collect();
-        Self {
-            mesh,
-            cells,
-            cracks,
-            mass,
-            inverse_mass,
-            damping: RayleighCoefficients::default(),
-            local_damping: 0.0,
-            added_mass: None,
-            damping_memory: 0.0,
-        }
+        Self { mesh, cells, cracks, mass, inverse_mass, added_mass: None }
+    }
+
+    /// The same structure with the added mass of `rows` (points × points, Pa per m/s²) on its `wet` face.
+    ///
+    /// **Errors**: as [`AddedMass::new`].
+    pub(crate) fn in_water(self, wet: Option<&Wet>, rows: &[Vec<f64>]) -> Result<Self, DamError> {
+        Ok(Self { added_mass: Some(AddedMass::new(wet, rows, &self.inverse_mass)?), ..self })
+    }
+
+    /// The same structure, whose elements are evaluated by `threads` ([`CrossedCells::on_threads`]).
+    ///
+    /// **Errors**: [`DamError::Threads`].
+    pub fn on_threads(self, threads: NonZeroUsize) -> Result<Self, DamError> {
+        Ok(Self { cells: self.cells.on_threads(threads)?, ..self })
     }
 
     /// No displacement, no velocity, all contacts just closed.
@@ -117,9 +121,26 @@ impl<L: ContactLaw> Structure<L> {
         losses
     }
 
-    /// Stiffness damping with its memory.
-    pub fn stiffness_damping(&self) -> StiffnessDamping {
-        StiffnessDamping { coefficient: self.damping.stiffness, memory: self.damping_memory }
+    /// Sets the acceleration of `motion` to that under `forces` (N/m).
+    ///
+    /// **Call order**: once, at the start, because each call takes one step of the damping's memory.
+    pub fn accelerate(
+        &self,
+        damping: impl Into<DampingCoefficients>,
+        motion: &mut Motion,
+        forces: &[[f64; 2]],
+    ) {
+        let damping = damping.into();
+        let alpha = damping.rayleigh.mass;
+        let mut total = forces.to_vec();
+        self.add_internal_forces(motion, damping.stiffness(), &mut total);
+        if let Some(water) = &self.added_mass {
+            water.take_share(&mut total, &motion.velocity, &self.mass, alpha);
+        }
+        for (i, force) in total.iter().enumerate() {
+            let v = motion.velocity[i];
+            motion.acceleration[i] = [0, 1].map(|d| force[d] * self.inverse_mass[i] - alpha * v[d]);
+        }
     }
 
     /// `K u` of the unstrained elements, N/m; `displacement` (m) holds x, then y of each node.
@@ -137,6 +158,15 @@ impl<L: ContactLaw> Structure<L> {
     /// Weight of each node, N/m, under the acceleration `gravity` (m/s²) given as a vector.
     pub fn weight(&self, gravity: [f64; 2]) -> Vec<[f64; 2]> {
         self.mass.iter().map(|m| [m * gravity[0], m * gravity[1]]).collect()
+    }
+
+    /// Energies stored in a motion, J/m.
+    pub fn stored_energy(&self, motion: &Motion) -> StoredEnergy {
+        StoredEnergy {
+            kinetic: self.kinetic_energy(motion),
+            strain: self.strain_energy(motion),
+            contact: self.contact_energy(motion),
+        }
     }
 
     /// Energy in the contact springs, J/m.

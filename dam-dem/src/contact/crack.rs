@@ -161,8 +161,9 @@ struct Place {
 }
 
 impl<L: ContactLaw> Crack<L> {
-    /// The crack between two chains of nodes, each from upstream to downstream, with a contact at every node.
-    pub fn new(mesh: &Mesh, below: &[usize], above: &[usize], law: L) -> Self {
+    /// The crack between two chains of nodes, each from upstream to downstream, with its contacts where `integration` has
+    /// them.
+    pub fn new(mesh: &Mesh, below: &[usize], above: &[usize], law: L, integration: Integration) -> Self {
         let side = |nodes: &[usize]| {
             let rest: Vec<[f64; 2]> = nodes.iter().map(|&node| mesh.nodes[node]).collect();
             let mut abscissas = vec![0.0];
@@ -173,15 +174,9 @@ impl<L: ContactLaw> Crack<L> {
             let weights = mesh.tributary_lengths(nodes).iter().map(|length| length / 2.0).collect();
             Side { nodes: nodes.to_vec(), rest, weights, abscissas }
         };
-        let crack = Self { law, sides: [side(below), side(above)], contacts: Vec::new() };
-        crack.integrated(Integration::Nodal)
-    }
-
-    /// The same crack with its contacts where `integration` has them.
-    pub fn integrated(mut self, integration: Integration) -> Self {
-        self.contacts =
-            [1, 0].into_iter().flat_map(|side| self.sides[side].contacts(side, integration)).collect();
-        self
+        let sides = [side(below), side(above)];
+        let contacts = [1, 0].into_iter().flat_map(|side| sides[side].contacts(side, integration)).collect();
+        Self { law, sides, contacts }
     }
 
     /// The same crack with each of its nodes called `number(node)`.

@@ -1,5 +1,4 @@
 use super::{ContactLaw, Coulomb, Response, Touch};
-use crate::CrackParameters;
 
 /// A joint that may be bonded, weaken and dilate.
 ///
@@ -30,24 +29,6 @@ pub struct MohrCoulomb {
     pub dilation: f64,
     /// Slip after which nothing rises any more, m.
     pub dilation_slip: f64,
-}
-
-impl From<&CrackParameters> for MohrCoulomb {
-    fn from(crack: &CrackParameters) -> Self {
-        let peak = crack.friction_coefficient;
-        Self {
-            residual: Coulomb {
-                friction: crack.residual_friction_coefficient.unwrap_or(peak),
-                normal_stiffness: crack.normal_stiffness,
-                shear_stiffness: crack.shear_stiffness,
-            },
-            friction: peak,
-            cohesion: crack.cohesion,
-            tensile_strength: crack.tensile_strength,
-            dilation: crack.dilation,
-            dilation_slip: crack.dilation_slip.unwrap_or(f64::INFINITY),
-        }
-    }
 }
 
 impl MohrCoulomb {

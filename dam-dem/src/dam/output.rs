@@ -11,7 +11,7 @@ impl Dam {
     /// Writes the values of `variable`.
     ///
     /// **Errors**: [`CallError::Order`](interface::CallError::Order) for what only exists after initialisation.
-    pub(crate) fn output(&self, variable: &'static Variable, values: &mut [f64]) -> Result<(), DamError> {
+    pub(super) fn output(&self, variable: &'static Variable, values: &mut [f64]) -> Result<(), DamError> {
         let state = self.state();
         let from_motion = matches!(variable.causality, Causality::Output | Causality::Local)
             || *variable == variable::CREST_STATIC_DISPLACEMENT;
@@ -32,7 +32,7 @@ impl Dam {
         let parameters = self.parameters();
         let energy = state.energy();
         let gained = energy.gained();
-        let crest = self.crest_node();
+        let crest = self.crest;
         let scalar = match *variable {
             variable::INTERFACE_PRESSURE => return copy(&state.next.pressure, values),
             variable::HYDROSTATIC_PRESSURE => return copy(&state.hydrostatic_pressure, values),
@@ -125,7 +125,7 @@ impl Dam {
     }
 
     fn at_stress_points(&self, variable: &Variable, values: &mut [f64]) {
-        for (value, point) in values.iter_mut().zip(self.stress_points()) {
+        for (value, point) in values.iter_mut().zip(&self.stress_points) {
             let mean = || {
                 let (mut sum, mut whole) = ([0.0; 3], 0.0);
                 for &(triangle, corners, area) in &point.triangles {
@@ -188,10 +188,7 @@ impl Dam {
 
     /// Values of a field in the dam's coordinates at a node.
     fn at_node(&self, node: usize, field: &[f64]) -> [f64; 2] {
-        match self.modes() {
-            Some(modes) => modes.at_node(node, field),
-            None => [field[2 * node], field[2 * node + 1]],
-        }
+        self.model.at_node(node, field)
     }
 
     /// Displacement of a node since time 0, m.
