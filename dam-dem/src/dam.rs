@@ -29,14 +29,14 @@ mod output;
 /// M ü = F_weight + B (p_hydrostatic + p) − M a_g − F_int(u, u̇)
 /// ```
 ///
-/// with `M + X` in the place of M if the parameters give an added mass ([`AddedMass`](crate::AddedMass)).
-/// u is relative to the ground. Over a communication step p and a_g vary linearly; the dam takes
-/// as many equal time steps as stability asks for. Before time 0 it comes to rest under weight and
-/// hydrostatic pressure; displacements, sliding, rotations and energies count from that rest.
+/// If the parameters give an added mass, `M + X` replaces M ([`AddedMass`](crate::AddedMass)).
+/// u is relative to the ground. Over a communication step p and a_g vary linearly; the dam takes the number of equal
+/// time steps that stability requires. Before time 0 it is brought to rest under weight and hydrostatic pressure;
+/// displacements, sliding, rotations and energies are relative to this state of rest.
 #[derive(Clone, Debug)]
 pub struct Dam {
     parameters: DamParameters,
-    /// From the base up.
+    /// Parameters of the cracks from the base up.
     cracks: Vec<CrackParameters>,
     model: Model,
     /// The node at the upstream crest corner.
@@ -49,31 +49,32 @@ pub struct Dam {
     energy_watch: EnergyWatch,
 }
 
-/// What the wet face of a dam answers to the pressure on it within one communication step.
+/// Response of the wet face of a dam to the pressure on it within one communication step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InterfaceCompliance {
-    /// `∂(interface_displacement)/∂(interface_pressure)`, both at the step's end, m/Pa; a column a point that is pressed.
+    /// `∂(interface_displacement)/∂(interface_pressure)`, both at the end of the step, m/Pa; one column for each point under
+    /// pressure.
     pub displacement: DMatrix<f64>,
-    /// `∂(interface_acceleration)/∂(interface_pressure)`, mean over the step and its end, m/s² per Pa.
+    /// `∂(interface_acceleration)/∂(interface_pressure)`: mean acceleration over the step, pressure at its end, m/s² per Pa.
     pub acceleration: DMatrix<f64>,
 }
 
-/// Watches the balance of energy over a run: no part of the state, and without effect on any result.
+/// Monitors the energy balance over a run. It is not part of the state and changes no result.
 #[derive(Clone, Copy, Debug, Default)]
 struct EnergyWatch {
     peak_kinetic: f64,
     warned: bool,
 }
 
-/// Time steps in one communication step: with more it would never end.
+/// Largest number of time steps in one communication step; more would take too long to compute.
 const MOST_TIME_STEPS: f64 = 1e7;
-/// Share of the peak kinetic energy that the balance may miss before the dam warns.
+/// Error of the energy balance, as a share of the peak kinetic energy, above which the dam warns.
 const ENERGY_ALARM: f64 = 0.01;
-/// Kinetic energy, as a share of what is stored at rest, below which balances are rounding.
+/// Kinetic energy, as a share of the energy stored at rest, below which the balance error is only rounding.
 const AT_REST: f64 = 1e-9;
 
 impl EnergyWatch {
-    /// Looks at the ledger at `time` (s): the start of a step, a state that was accepted.
+    /// Checks the ledger at `time` (s), the start of a step, where the state has been accepted.
     fn look(&mut self, energy: &EnergyLedger, time: f64) {
         self.peak_kinetic = self.peak_kinetic.max(energy.now.kinetic);
         let rest = energy.at_rest.strain + energy.at_rest.contact;
@@ -81,8 +82,8 @@ impl EnergyWatch {
         if !self.warned && self.peak_kinetic > AT_REST * rest && error > ENERGY_ALARM * self.peak_kinetic {
             self.warned = true;
             tracing::warn!(
-                "at t = {time} s energy is balanced to {:.2} % of the peak kinetic energy only; lower the time step's \
-                 safety factor or refine the mesh",
+                "at t = {time} s the error of the energy balance is {:.2} % of the peak kinetic energy; reduce the time \
+                 step's safety factor or refine the mesh",
                 100.0 * error / self.peak_kinetic
             );
         }
@@ -90,7 +91,7 @@ impl EnergyWatch {
 }
 
 impl Dam {
-    /// Checks the parameters, meshes the section, finds damping and time step.
+    /// Checks the parameters, meshes the section, and computes damping and time step.
     ///
     /// **Errors**: the [`DamError`] that names the parameter; [`DamError::AddedMassShape`],
     /// [`DamError::AddedMassNegative`], and [`DamError::OutOfRange`] for an added mass that is not finite;
@@ -133,7 +134,7 @@ impl Dam {
             energy_watch: EnergyWatch::default(),
         };
         tracing::info!(
-            "{} elements, {} nodes, {} cracks; highest frequency {:.4e} rad/s, time step at most {:.4e} s",
+            "{} elements, {} nodes, {} cracks; highest frequency {:.4e} rad/s, largest time step {:.4e} s",
             dam.element_count(),
             dam.node_count(),
             dam.cracks.len(),
@@ -142,36 +143,36 @@ impl Dam {
         );
         if let Some(modes) = dam.modes() {
             tracing::info!(
-                "{} modes; those left out would add {:.1e} of the answer at most",
+                "{} modes; the omitted modes would change the response by at most a share of {:.1e}",
                 modes.mode_count(),
                 modes.truncation()
             );
         }
         if dam.parameters.fidelity == Fidelity::RigidBlocks {
             tracing::warn!(
-                "rigid blocks are unsafe: without the dam's amplification of the ground motion sliding comes out too small"
+                "rigid blocks are unsafe: they do not amplify the ground motion, so that the computed sliding is too small"
             );
         }
         if let Some(water) = &dam.structure().added_mass {
             let mass: f64 = water.ground_inertia(0).map(|(_, inertia)| inertia[0]).sum();
-            tracing::info!("{mass:.4e} kg/m of water in the mass matrix");
+            tracing::info!("the mass matrix includes {mass:.4e} kg/m of water (horizontal motion)");
         }
         Ok(dam)
     }
 
-    /// The same dam, whose elements are evaluated by `threads` where there are so many that it pays.
+    /// The same dam, whose elements are evaluated on `threads` threads if it has enough elements for this to be faster.
     ///
     /// **Errors**: [`DamError::Threads`].
     pub fn on_threads(self, threads: NonZeroUsize) -> Result<Self, DamError> {
         Ok(Self { model: self.model.on_threads(threads)?, ..self })
     }
 
-    /// What the dam was made from.
+    /// Parameters from which the dam was made.
     pub fn parameters(&self) -> &DamParameters {
         &self.parameters
     }
 
-    /// Cracks from the base up, the order of all results that have one value a crack.
+    /// Cracks from the base up; all results with one value for each crack have this order.
     pub fn cracks(&self) -> &[CrackParameters] {
         &self.cracks
     }
@@ -186,13 +187,12 @@ impl Dam {
         self.structure().cells.triangle_count()
     }
 
-    /// Number of nodes; those of cracks count twice.
+    /// Number of nodes; nodes on cracks are doubled and count twice.
     pub fn node_count(&self) -> usize {
         self.structure().mesh.nodes.len()
     }
 
-    /// The `count` lowest natural frequencies of the intact dam on an empty reservoir, rad/s: without any added
-    /// mass.
+    /// The `count` lowest natural frequencies of the intact dam with an empty reservoir (no added mass), rad/s.
     ///
     /// **Errors**: as [`modal::natural_frequencies`].
     pub fn natural_frequencies(&self, count: usize) -> Result<Vec<f64>, DamError> {
@@ -204,17 +204,17 @@ impl Dam {
         self.model.critical_time_step()
     }
 
-    /// Longest time step that the dam takes, safety factor included, s.
+    /// Longest time step that the dam uses, with the safety factor, s.
     pub fn time_step_limit(&self) -> f64 {
         self.critical_time_step().with_safety(self.parameters.time_step_safety, !self.cracks.is_empty())
     }
 
-    /// The interface compliance of a step of `communication_step` (s) from the current state: a step for each interface
-    /// point, with `probe` (Pa) more on it, less one without.
+    /// The interface compliance of a step of `communication_step` (s) from the current state, by finite differences: one
+    /// step for each interface point with its pressure increased by `probe` (Pa), minus one step without.
     ///
-    /// For quasi-Newton schemes, as a Jacobian to begin with. From the state of rest it is that of an elastic dam whose
-    /// contacts stick, damping included; where contacts slip or open within the step no derivative exists, and this is a
-    /// difference that depends on the probe. The dam itself does not change.
+    /// Quasi-Newton schemes can use it as an initial Jacobian. From the state of rest it is the compliance of an elastic
+    /// dam with sticking contacts, damping included. Where contacts slip or open within the step, no derivative exists and
+    /// the result depends on the probe. The dam itself does not change.
     ///
     /// **Errors**: as [`step`](CoSimulation::step), and [`DamError::OutOfRange`] for a probe of 0.
     pub fn interface_compliance(
@@ -251,7 +251,7 @@ impl Dam {
         Ok(InterfaceCompliance { displacement, acceleration })
     }
 
-    /// Number of time steps in a communication step of `communication_step` seconds.
+    /// Number of time steps in a communication step of length `communication_step` (s).
     pub fn time_steps_per(&self, communication_step: f64) -> usize {
         self.time_steps(communication_step).steps
     }
@@ -266,12 +266,13 @@ impl Dam {
         &self.model.body().structure
     }
 
-    /// Coefficients of its damping, the memory of stiffness damping included.
+    /// Coefficients of the damping, including the memory of stiffness damping.
     pub fn damping_coefficients(&self) -> DampingCoefficients {
         self.model.damping()
     }
 
-    /// Frequencies at which the damping ratio holds, rad/s, one twice if it is one; zeros without a ratio.
+    /// The two frequencies at which the damping ratio holds, rad/s. If there is only one, it is given twice; without a
+    /// damping ratio both are 0.
     pub fn damping_frequencies(&self) -> [f64; 2] {
         self.damping_frequencies
     }
@@ -281,7 +282,7 @@ impl Dam {
         &self.state
     }
 
-    /// The modes, below [`Fidelity::Dem`].
+    /// The modes, at all levels except [`Fidelity::Dem`].
     pub fn modes(&self) -> Option<&Superposition> {
         self.model.superposition()
     }
@@ -294,14 +295,14 @@ impl Dam {
         CentralDifference::covering(communication_step, self.time_step_limit())
     }
 
-    /// Loads of `inputs` with the hydrostatic pressure.
+    /// The loads of `inputs`, with the hydrostatic pressure added.
     fn loads(&self, inputs: &Inputs) -> Loads {
         let both = inputs.pressure.iter().zip(&self.state.hydrostatic_pressure);
         let pressure = both.map(|(p, hydrostatic)| p + hydrostatic).collect();
         Loads { pressure, ground_acceleration: inputs.ground_acceleration }
     }
 
-    /// Refuses what is not finite.
+    /// Returns an error if the motion is not finite.
     fn check_motion(&self, motion: &DamMotion, time: f64) -> Result<(), DamError> {
         let finite = motion.displacement().iter().zip(motion.velocity()).map(|(u, v)| (u + v).is_finite());
         let Some(index) = finite.into_iter().position(|finite| !finite) else { return Ok(()) };
@@ -360,7 +361,7 @@ impl CoSimulation for Dam {
         Self::capabilities_for(&self.parameters)
     }
 
-    /// Finds the state of rest under weight and hydrostatic pressure, which is that of `start_time`.
+    /// Computes the state of rest under weight and hydrostatic pressure, which is the state at `start_time`.
     ///
     /// **Errors**: [`DamError::StaticNotConverged`]; [`CallError::Order`] when called twice.
     fn initialise(&mut self, start_time: f64) -> Result<(), DamError> {
@@ -373,7 +374,7 @@ impl CoSimulation for Dam {
         let mut moving = self.model.with(&mut motion)?;
         let (method, rest) = moving.relax(&self.state.hydrostatic_pressure, &loads)?;
         tracing::info!(
-            "at rest under weight and water by {method} after {} iterations, residual {:.1e} of the loads",
+            "state of rest under weight and water by {method}: {} iterations, residual over loads {:.1e}",
             rest.iterations,
             rest.residual
         );
@@ -416,7 +417,7 @@ impl CoSimulation for Dam {
     }
 
     /// **Errors**: [`CallError::Order`], [`CallError::Time`], [`DamError::OutOfRange`] for a step that is not
-    /// positive, [`DamError::NonFinite`]; after an error the dam stands where it stood.
+    /// positive, [`DamError::NonFinite`]. After an error the state of the dam is unchanged.
     fn step(&mut self, time: f64, communication_step: f64) -> Result<(), DamError> {
         if !self.state.initialised {
             return Err(self.order("step").into());
@@ -517,7 +518,7 @@ impl Packable for Dam {
         Self::new(parameters)?.on_threads(threads)
     }
 
-    /// Zero for what depends on the mesh of parameters that make none.
+    /// 0 for sizes that depend on the mesh, if the parameters are invalid and give no mesh.
     fn size_for(parameters: &DamParameters, variable: &Variable) -> usize {
         match variable.shape {
             Shape::Scalar => 1,
@@ -545,7 +546,8 @@ impl Packable for Dam {
     }
 }
 
-/// A step may start this share of its length beside the unit's time: sums of steps round.
+/// Largest difference between the start of a step and the time of the unit, as a share of the step. It allows for
+/// rounding in sums of steps.
 const TIME_TOLERANCE: f64 = 1e-6;
 
 #[cfg(test)]
@@ -563,7 +565,7 @@ mod tests {
             ledger
         };
         let mut watch = EnergyWatch::default();
-        // Everything is wrong, but next to nothing; then 0.9 % of the peak; then 0.9 % of a peak that is over.
+        // A large relative error of a negligible energy; then 0.9 % of the peak; then 0.9 % of an earlier peak.
         for (kinetic, input) in [(1e-4, 0.0), (1e3, 1009.0), (10.0, 19.0)] {
             watch.look(&ledger(kinetic, input), 0.0);
             assert!(!watch.warned, "{kinetic} J/m");

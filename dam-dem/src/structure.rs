@@ -11,11 +11,10 @@ use crate::{AddedMass, DamError, Kinematics, Material, Mesh};
 
 /// Blocks, their masses, and the cracks between them.
 ///
-/// Complete once it is made. Damping is not part of it ([`DampingCoefficients`]), because its coefficients follow from the
-/// frequencies of the structure.
+/// Damping is not part of it: its coefficients follow from the frequencies of the structure ([`DampingCoefficients`]).
 #[derive(Clone, Debug)]
 pub struct Structure<L: ContactLaw = Coulomb> {
-    /// The mesh in its position without load.
+    /// The mesh in the unloaded position.
     pub mesh: Mesh,
     /// The elements.
     pub cells: CrossedCells,
@@ -38,9 +37,9 @@ pub struct Motion {
     pub velocity: Vec<[f64; 2]>,
     /// Accelerations, m/s².
     pub acceleration: Vec<[f64; 2]>,
-    /// Stresses of stiffness damping in each batch of cells.
+    /// Stresses of stiffness damping in each batch of cells, Pa.
     pub viscous: Vec<ViscousStress>,
-    /// Contacts of each crack.
+    /// States of the contacts of each crack.
     pub joints: Vec<Vec<JointState>>,
 }
 
@@ -84,7 +83,7 @@ impl<L: ContactLaw> Structure<L> {
         Ok(Self { cells: self.cells.on_threads(threads)?, ..self })
     }
 
-    /// No displacement, no velocity, all contacts just closed.
+    /// Motion without displacement and velocity; all contacts are closed without force.
     pub fn at_rest(&self) -> Motion {
         let zero = vec![[0.0; 2]; self.mesh.nodes.len()];
         Motion {
@@ -101,8 +100,8 @@ impl<L: ContactLaw> Structure<L> {
         self.inverse_mass[node] == 0.0
     }
 
-    /// Adds the forces of elements and contacts, with stiffness damping `damping` (β in s, or with its memory), to
-    /// `forces` (N/m), and brings damping stresses and contacts of `motion` up to date.
+    /// Adds the forces of elements and contacts, including stiffness damping, to `forces` (N/m), and updates the damping
+    /// stresses and contacts of `motion`. `damping` is β (s), with or without memory.
     pub fn add_internal_forces(
         &self,
         motion: &mut Motion,
@@ -143,19 +142,19 @@ impl<L: ContactLaw> Structure<L> {
         }
     }
 
-    /// `K u` of the unstrained elements, N/m; `displacement` (m) holds x, then y of each node.
+    /// `K u` of the elements in the unstrained position, N/m; `displacement` (m) holds x, then y of each node.
     pub(crate) fn stiffness_times(&self, displacement: &DVector<f64>) -> DVector<f64> {
         let mut forces = vec![[0.0; 2]; displacement.len() / 2];
         self.cells.add_linear_forces(displacement.as_slice().as_chunks().0, &mut forces);
         -DVector::from_row_slice(forces.as_flattened())
     }
 
-    /// Springs of all contacts, closed, in the position of rest.
+    /// Springs of all contacts, closed, in the unloaded position.
     pub fn stencils(&self) -> Vec<Stencil> {
         self.cracks.iter().flat_map(Crack::stencils).collect()
     }
 
-    /// Weight of each node, N/m, under the acceleration `gravity` (m/s²) given as a vector.
+    /// Weight of each node, N/m, under the acceleration vector `gravity` (m/s²).
     pub fn weight(&self, gravity: [f64; 2]) -> Vec<[f64; 2]> {
         self.mass.iter().map(|m| [m * gravity[0], m * gravity[1]]).collect()
     }
@@ -174,7 +173,7 @@ impl<L: ContactLaw> Structure<L> {
         self.cracks.iter().zip(&motion.joints).map(|(crack, joints)| crack.energy(joints)).sum()
     }
 
-    /// Kinetic energy relative to the ground, that of added mass included, J/m.
+    /// Kinetic energy relative to the ground, including that of the added mass, J/m.
     pub fn kinetic_energy(&self, motion: &Motion) -> f64 {
         let square = |(m, v): (&f64, &[f64; 2])| m * (v[0] * v[0] + v[1] * v[1]);
         let concrete = 0.5 * self.mass.iter().zip(&motion.velocity).map(square).sum::<f64>();

@@ -1,7 +1,7 @@
 use super::lanes::{LANES, Lanes};
 use crate::Mesh;
 
-/// Up to [`LANES`] cells side by side; lanes without a cell have no area and no gradients.
+/// Up to [`LANES`] cells that are evaluated together; in lanes without a cell, areas and gradients are 0.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Batch {
     /// Four corners and the centre of each cell.
@@ -55,7 +55,7 @@ impl Batch {
         }
     }
 
-    /// Adds what the corners and centres hold to `field`, which begins with `first_node`.
+    /// Adds the values at corners and centres to `field`, whose first entry belongs to `first_node`.
     #[inline(always)]
     pub fn scatter(&self, values: &Nodal, first_node: usize, field: &mut [[f64; 2]]) {
         for (lane, nodes) in self.cells.iter().enumerate().take(LANES) {

@@ -1,4 +1,4 @@
-//! The forces of all cells, for as many of them at a time as the processor can.
+//! Forces and strain energy of the cells, with vector instructions for several cells at a time.
 
 use pulp::{Simd, WithSimd};
 
@@ -6,7 +6,7 @@ use super::batch::{Batch, Nodal, ViscousStress};
 use super::lanes::{Lanes, Register};
 use crate::damping::StiffnessDamping;
 
-/// A vector, and a tensor `[[11, 12], [21, 22]]`, in each triangle k of some cells.
+/// A vector, and a tensor `[[11, 12], [21, 22]]`, in triangle k of the cells of one register.
 type Vector<S> = [Register<S>; 2];
 type Tensor<S> = [[Register<S>; 2]; 2];
 /// A symmetric tensor: 11, 22, 12 components.
@@ -21,7 +21,7 @@ pub(super) struct Moduli {
     pub twice_shear: f64,
 }
 
-/// Motion of all nodes, and the damping.
+/// Motion of all nodes, and stiffness damping.
 #[derive(Clone, Copy)]
 pub(super) struct Deformation<'a> {
     pub displacement: &'a [[f64; 2]],
@@ -36,7 +36,7 @@ pub(super) struct Evaluation<'a, const COROTATIONAL: bool, const DAMPED: bool> {
     /// The batches to evaluate, and their damping stresses.
     pub batches: &'a [Batch],
     pub viscous: &'a mut [ViscousStress],
-    /// Those of the nodes from `first_node` on.
+    /// Forces on the nodes from `first_node` on.
     pub forces: &'a mut [[f64; 2]],
     pub first_node: usize,
 }
@@ -72,7 +72,7 @@ impl<const COROTATIONAL: bool, const DAMPED: bool> WithSimd for Evaluation<'_, C
         for (index, batch) in self.batches.iter().enumerate() {
             self.gather(index + 1, &mut fields[(index + 1) % 2]);
             let [u, v] = &fields[index % 2];
-            // all roots and quotients before the rest, so that they overlap
+            // roots and quotients of all triangles first, so that the processor can overlap them
             for register in 0..Lanes::registers::<S>() {
                 let u = from_centre(simd, u, register);
                 for (k, stretched) in stretched.iter_mut().enumerate() {
@@ -171,7 +171,7 @@ impl<const COROTATIONAL: bool> WithSimd for Energy<'_, COROTATIONAL> {
     }
 }
 
-/// A field at the corners, from its value at the centre.
+/// A field at the corners, relative to its value at the centre.
 #[inline(always)]
 fn from_centre<S: Simd>(simd: S, field: &Nodal, register: usize) -> [Vector<S>; 4] {
     let mut relative = [[Register::splat(simd, 0.0); 2]; 4];
@@ -184,7 +184,7 @@ fn from_centre<S: Simd>(simd: S, field: &Nodal, register: usize) -> [Vector<S>; 
     relative
 }
 
-/// Triangle k of some cells.
+/// Shape functions of triangle k in the cells of one register.
 struct Shape<S: Simd> {
     gradients: [Vector<S>; 2],
     area: Register<S>,
@@ -203,7 +203,7 @@ impl<S: Simd> Shape<S> {
         }
     }
 
-    /// `[[∂₁f₁, ∂₂f₁], [∂₁f₂, ∂₂f₂]]` of a field with the values `a` and `b` at the two corners, 0 at the centre.
+    /// `[[∂₁f₁, ∂₂f₁], [∂₁f₂, ∂₂f₂]]` of a field with the values `a` and `b` at the two corners and 0 at the centre.
     #[inline(always)]
     fn gradient(&self, a: Vector<S>, b: Vector<S>) -> Tensor<S> {
         let [g, h] = self.gradients;
