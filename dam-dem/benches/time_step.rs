@@ -60,18 +60,17 @@ fn static_start(bencher: Bencher, element_size: f64) {
 #[divan::bench(args = [5.0, 2.5, 1.25, 0.6, 0.38], consts = [1, 2], sample_count = 20)]
 fn mesh<const THREADS: usize>(bencher: Bencher, element_size: f64) {
     let parameters = dam_dem::DamParameters { cracks: Vec::new(), ..support::koyna(element_size) };
-    let (mesh, laws) = (parameters.mesh(), Vec::<dam_dem::contact::Coulomb>::new());
+    let (mesh, laws) = (parameters.mesh(), Vec::<(dam_dem::contact::Coulomb, _)>::new());
     let base = mesh.blocks[0].bottom.clone();
-    let mut structure =
-        dam_dem::Structure::new(mesh, &parameters.material, parameters.kinematics, laws, &base);
-    structure.cells = structure.cells.on_threads(THREADS.try_into().unwrap()).unwrap();
-    structure.damping = dam_dem::RayleighCoefficients { mass: 1.0, stiffness: 1e-3 };
-    structure.damping_memory = 0.8;
+    let structure = dam_dem::Structure::new(mesh, &parameters.material, parameters.kinematics, laws, &base);
+    let structure = structure.on_threads(THREADS.try_into().unwrap()).unwrap();
+    let rayleigh = dam_dem::RayleighCoefficients { mass: 1.0, stiffness: 1e-3 };
+    let damping = dam_dem::DampingCoefficients { rayleigh, memory: 0.8, local: 0.0 };
     let steps = CentralDifference { time_step: 1e-7, steps: 20 };
     let (mut motion, loads) = (structure.at_rest(), LoadPath::constant(structure.weight([0.0, -9.81])));
     let items = structure.cells.triangle_count() * steps.steps;
     bencher.counter(ItemsCount::new(items)).bench_local(|| {
-        steps.advance(&structure, &mut motion, &loads, &mut Work::default());
+        steps.advance(&structure, damping, &mut motion, &loads, &mut Work::default());
     });
 }
 

@@ -3,11 +3,13 @@
 //! A rigid block on such a joint, on a slope, moves with `v = ρ h g sin θ / η (1 − exp(−η t / ρ h))`.
 //! Run it with `cargo run --release -p dam_dem --example lubricated_joint`.
 
-use dam_dem::contact::{ContactLaw, Response, Touch};
+use dam_dem::contact::{ContactLaw, Integration, Response, Touch};
 use dam_dem::energy::Work;
 use dam_dem::integrator::{CentralDifference, DynamicRelaxation};
 use dam_dem::loads::LoadPath;
-use dam_dem::{CriticalTimeStep, DamError, Kinematics, Material, Mesh, Plane, Section, Structure};
+use dam_dem::{
+    CriticalTimeStep, DamError, DampingCoefficients, Kinematics, Material, Mesh, Plane, Section, Structure,
+};
 
 #[derive(Clone)]
 struct Oil {
@@ -34,7 +36,8 @@ fn main() -> Result<(), DamError> {
     let ground: Vec<usize> = mesh.blocks[0].nodes.clone().collect();
     let block = mesh.blocks[1].nodes.clone();
     let oil = Oil { normal_stiffness: 1e8, viscosity: 2e5 };
-    let structure = Structure::new(mesh, &concrete, Kinematics::Corotational, [oil], &ground);
+    let structure =
+        Structure::new(mesh, &concrete, Kinematics::Corotational, [(oil, Integration::Nodal)], &ground);
 
     let (g, angle) = (9.81, 0.1f64);
     let mut motion = structure.at_rest();
@@ -42,9 +45,10 @@ fn main() -> Result<(), DamError> {
     DynamicRelaxation::default().relax(&structure, &mut motion, &level)?;
 
     let sloping = structure.weight([g * angle.sin(), -g * angle.cos()]);
-    structure.accelerate(&mut motion, &sloping);
-    let steps = CentralDifference::covering(0.06, 0.9 * CriticalTimeStep::of(&structure).limit);
-    steps.advance(&structure, &mut motion, &LoadPath::constant(sloping), &mut Work::default());
+    let damping = DampingCoefficients::NONE;
+    structure.accelerate(damping, &mut motion, &sloping);
+    let steps = CentralDifference::covering(0.06, 0.9 * CriticalTimeStep::of(&structure, damping).limit);
+    steps.advance(&structure, damping, &mut motion, &LoadPath::constant(sloping), &mut Work::default());
 
     let mass: f64 = block.clone().map(|n| structure.mass[n]).sum();
     let velocity = block.map(|n| structure.mass[n] * motion.velocity[n][0]).sum::<f64>() / mass;

@@ -2,9 +2,7 @@
 
 use nalgebra::DVector;
 
-use crate::loads::Wet;
-use crate::reduction::Superposition;
-use crate::structure::Structure;
+use crate::model::{Body, Model};
 
 /// The balance of momentum of the whole dam, in the coordinates of its level.
 ///
@@ -28,13 +26,10 @@ pub(crate) struct BaseBalance {
 }
 
 impl BaseBalance {
-    /// That of a dam under `gravity` (m/s²).
-    pub fn new<L: crate::contact::ContactLaw>(
-        structure: &Structure<L>,
-        modes: Option<&Superposition>,
-        wet: Option<&Wet>,
-        gravity: f64,
-    ) -> Self {
+    /// The balance of a `model`.
+    pub fn new(model: &Model) -> Self {
+        let Body { structure, wet, gravity } = model.body();
+        let wet = wet.as_ref();
         let along = |axis: usize, factor: f64| {
             let mass = |i: usize| if i % 2 == axis { factor * structure.mass[i / 2] } else { 0.0 };
             DVector::from_fn(2 * structure.mass.len(), |i, _| mass(i))
@@ -53,13 +48,10 @@ impl BaseBalance {
         for &(_, point, force) in wet.map_or(&[][..], |wet| wet.load.entries()) {
             (0..2).for_each(|d| pressure[point][d] += force[d]);
         }
-        let coordinates = |nodal: DVector<f64>| match modes {
-            Some(modes) => modes.force_of(&nodal),
-            None => nodal.data.into(),
-        };
+        let alpha = model.damping().rayleigh.mass;
         Self {
-            momentum: with_water.map(coordinates),
-            damping: [0, 1].map(|axis| coordinates(along(axis, structure.damping.mass))),
+            momentum: with_water.map(|momentum| model.on_coordinates(momentum)),
+            damping: [0, 1].map(|axis| model.on_coordinates(along(axis, alpha))),
             mass,
             weight: [0.0, -gravity * structure.mass.iter().sum::<f64>()],
             pressure,

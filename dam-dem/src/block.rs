@@ -15,10 +15,10 @@ pub struct Block {
     pub upstream: Vec<usize>,
 }
 
-/// Rigid rotation that fits a motion best in the least-squares sense, rad, counter-clockwise.
+/// Rigid rotation that is the least-squares fit to a motion, rad, counter-clockwise.
 ///
-/// With position `r` and displacement `d` from rest, both from their weighted mean,
-/// `θ = atan2(Σ w (r × r'), Σ w (r · r'))`, `r' = r + d` (Kabsch's rotation in the plane).
+/// With position at rest `r` and displacement `d`, both relative to their weighted means,
+/// `θ = atan2(Σ w (r × r'), Σ w (r · r'))`, `r' = r + d` (Kabsch's method in the plane).
 ///
 /// **Shapes and units**: `points` yields (weight, position at rest (m), displacement (m)).
 pub fn best_fit_rotation(points: impl Iterator<Item = (f64, [f64; 2], [f64; 2])> + Clone) -> f64 {

@@ -1,39 +1,40 @@
-//! Damping of the concrete: `C = α M + β K`, or local.
+//! Damping: `C = α M + β K`, or local damping.
 
 use serde::{Deserialize, Serialize};
 
 use crate::error::{DamError, Problem, require};
 
-/// Damping of the dam. What β damps, in elements and contacts, is named with every result: sliding depends on it.
+/// Damping of the dam. Sliding depends strongly on it, also because β acts in the contacts: state the damping with every
+/// result.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Damping {
     /// No damping.
     None,
-    /// `C = α M + β K`, with one damping ratio at two frequencies. β damps the contacts too.
+    /// `C = α M + β K`, with the same damping ratio at two frequencies. β also acts in the contacts.
     Rayleigh {
         /// Damping ratio ξ, in (0, 1).
         ratio: f64,
         /// The two frequencies.
         frequencies: DampingFrequencies,
     },
-    /// `C = α M`: slow motion, and blocks that slide or rock, are damped more than what rings.
+    /// `C = α M`: slow motion, and sliding or rocking of blocks, are damped more than fast vibration.
     Mass {
         /// Damping ratio ξ, in (0, 1).
         ratio: f64,
-        /// It holds at the lower one.
+        /// The ratio holds at the lower frequency; the other one is not used.
         frequencies: DampingFrequencies,
     },
-    /// `C = β K`, in the contacts too: what rings is damped more than slow motion.
+    /// `C = β K`, also in the contacts: fast vibration is damped more than slow motion.
     Stiffness {
         /// Damping ratio ξ, in (0, 1).
         ratio: f64,
-        /// It holds at the lower one.
+        /// The ratio holds at the lower frequency; the other one is not used.
         frequencies: DampingFrequencies,
     },
-    /// A force `−κ |F| sgn v` against the motion of every degree of freedom, F the force out of balance: the same share
-    /// at every frequency, `ξ ≈ κ/π`, and none where a block moves steadily. The sign changes smoothly, over a millimetre
-    /// a second. Not linear; not for modes.
+    /// A force `−κ |F| sgn v` against the motion of every degree of freedom, with the out-of-balance force F. The damping
+    /// ratio is the same at every frequency, `ξ ≈ κ/π`; steady motion is not damped. The sign changes smoothly around
+    /// v = 0, over about 1 mm/s. It is not linear and not available with modes.
     ///
     /// **Source**: P.A. Cundall, *Distinct element models of rock and soil structure*, 1987.
     Local {
@@ -42,11 +43,11 @@ pub enum Damping {
     },
 }
 
-/// Where the damping ratio holds.
+/// Frequencies at which the damping ratio holds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum DampingFrequencies {
-    /// Multiples of the first frequency of the intact dam on an empty reservoir.
+    /// Multiples of the first frequency of the intact dam with an empty reservoir.
     MultiplesOfFirst([f64; 2]),
     /// Circular frequencies, rad/s.
     RadiansPerSecond([f64; 2]),
@@ -77,8 +78,8 @@ impl Damping {
         checks.into_iter().filter_map(|(key, check)| Some(Problem::of([key], check.err()?))).collect()
     }
 
-    /// The frequencies at which the ratio holds, rad/s; zeros where it is none. `first` finds the first natural
-    /// frequency if it is asked for.
+    /// The frequencies at which the ratio holds, rad/s; zeros without a ratio. `first` computes the first natural
+    /// frequency and is called only if it is needed.
     pub(crate) fn frequencies(
         &self,
         first: impl FnOnce() -> Result<f64, DamError>,
@@ -98,7 +99,7 @@ impl Damping {
         Ok([low, if one { low } else { high }])
     }
 
-    /// α and β with the ratio at `frequencies`, rad/s.
+    /// α and β that give the ratio at `frequencies`, rad/s.
     pub(crate) fn coefficients(&self, frequencies: [f64; 2]) -> RayleighCoefficients {
         match *self {
             Self::None | Self::Local { .. } => RayleighCoefficients::default(),
@@ -112,7 +113,7 @@ impl Damping {
         }
     }
 
-    /// The ratio, if there is one.
+    /// The damping ratio, if there is one.
     pub(crate) fn ratio_mut(&mut self) -> Option<&mut f64> {
         match self {
             Self::None | Self::Local { .. } => None,
@@ -122,7 +123,7 @@ impl Damping {
         }
     }
 
-    /// The ratio; of local damping κ/π, of none 0.
+    /// The damping ratio; κ/π for local damping, 0 without damping.
     pub(crate) fn ratio(&self) -> f64 {
         match *self {
             Self::None => 0.0,
@@ -131,7 +132,7 @@ impl Damping {
         }
     }
 
-    /// Local damping's coefficient κ, 0 without.
+    /// Coefficient κ of local damping, 0 for other kinds.
     pub(crate) fn local(&self) -> f64 {
         if let Self::Local { coefficient } = *self { coefficient } else { 0.0 }
     }
@@ -158,15 +159,15 @@ impl RayleighCoefficients {
         self.mass / (2.0 * frequency) + self.stiffness * frequency / 2.0
     }
 
-    /// The same where stiffness damping has the memory m and frequency ω is the highest: what limits the time
-    /// step, `ξ = α/2ω + (1 − m)/(1 + m) βω/2`.
+    /// The ratio that limits the time step, if ω is the highest frequency and stiffness damping has the memory m:
+    /// `ξ = α/2ω + (1 − m)/(1 + m) βω/2`.
     pub fn limiting_ratio(&self, frequency: f64, memory: f64) -> f64 {
         let felt = Self { stiffness: self.stiffness * (1.0 - memory) / (1.0 + memory), ..*self };
         felt.ratio_at(frequency)
     }
 
-    /// Least memory with which stiffness damping lets a time step reach `share` of 2/ω, ω the highest frequency
-    /// (rad/s): m with `√(1 + ξ²) − ξ = share`, `ξ = (1 − m)/(1 + m) βω/2`; 0 where βω/2 is small enough.
+    /// Smallest memory m with which stiffness damping allows a time step of `share` times 2/ω, with the highest frequency
+    /// ω (rad/s): `√(1 + ξ²) − ξ = share`, `ξ = (1 − m)/(1 + m) βω/2`; 0 if βω/2 is small enough without memory.
     pub fn memory_reaching(&self, share: f64, frequency: f64) -> f64 {
         let allowed = (1.0 - share * share) / (2.0 * share);
         let kept = allowed / (self.stiffness * frequency / 2.0);
@@ -174,16 +175,45 @@ impl RayleighCoefficients {
     }
 }
 
-/// Stiffness damping as it acts from one time step to the next, with a memory m in [0, 1):
+/// Coefficients of all damping that acts on a [`Structure`](crate::Structure).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DampingCoefficients {
+    /// α and β, of elements and contacts.
+    pub rayleigh: RayleighCoefficients,
+    /// Memory m of stiffness damping, in [0, 1).
+    pub memory: f64,
+    /// Coefficient κ of local damping, in [0, 1).
+    pub local: f64,
+}
+
+impl DampingCoefficients {
+    /// No damping.
+    pub const NONE: Self =
+        Self { rayleigh: RayleighCoefficients { mass: 0.0, stiffness: 0.0 }, memory: 0.0, local: 0.0 };
+
+    /// Stiffness damping with its memory.
+    pub fn stiffness(&self) -> StiffnessDamping {
+        StiffnessDamping { coefficient: self.rayleigh.stiffness, memory: self.memory }
+    }
+}
+
+/// Without memory and without local damping.
+impl From<RayleighCoefficients> for DampingCoefficients {
+    fn from(rayleigh: RayleighCoefficients) -> Self {
+        Self { rayleigh, ..Self::default() }
+    }
+}
+
+/// Stiffness damping with a memory m in [0, 1) from one time step to the next:
 ///
 /// ```text
 /// dⁿ = m dⁿ⁻¹ + (1 − m) β K vⁿ⁻½
 /// ```
 ///
-/// for the damping stress of every element, and for the rates that dashpots of closed contacts feel. With time
-/// steps Δt this is a Maxwell element, `τ ḋ + d = β K v`, `τ = m Δt/(1 − m)`: a spring β/τ times as stiff as the
-/// element in series with the dashpot. Elastic forces are not touched. It tends to `β K v` with Δt, and stretches
-/// the time step that damping allows by up to (1 + m)/(1 − m)
+/// It applies to the damping stress of every element, and to the rates that act on the dashpots of closed contacts. With
+/// time steps Δt this is a Maxwell element, `τ ḋ + d = β K v`, `τ = m Δt/(1 − m)`: a spring β/τ times as stiff as the
+/// element in series with the dashpot. Elastic forces do not change. The damping tends to `β K v` as Δt tends to 0. The
+/// memory increases the time step that damping allows by a factor of up to (1 + m)/(1 − m)
 /// ([`CriticalTimeStep`](crate::CriticalTimeStep)).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StiffnessDamping {

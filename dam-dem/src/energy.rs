@@ -1,59 +1,45 @@
-//! The ledger of energies, per metre of dam.
+//! Energy balance, per metre of dam.
 
 use serde::{Deserialize, Serialize};
 
-use crate::contact::ContactLaw;
-use crate::structure::{Motion, Structure};
-
-/// Energy that damping and contacts took out of the motion in one evaluation of the forces.
+/// Energy that damping and contacts dissipated, from one evaluation of the forces.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Losses {
-    /// Friction work since the evaluation before, and the energy of contact springs that were lost with
-    /// their contact (negative: found with it), J/m.
+    /// Friction work since the previous evaluation, plus the spring energy of contacts that were lost (negative for
+    /// contacts that were found again), J/m.
     pub friction: f64,
-    /// Power of stiffness damping and dashpots, W/m: mean of their forces before and now times the velocity
-    /// between.
+    /// Power of stiffness damping and dashpots, W/m: the mean of their previous and current forces times the velocity
+    /// between the two evaluations.
     pub damping_power: f64,
 }
 
 /// Work since time 0, summed over every time step, J/m.
 ///
 /// Forces F at time step n and velocities v at the half steps give
-/// `Σ Fⁿ·(vⁿ⁻½ + vⁿ⁺½) Δt/2 = Σ ½(Fⁿ + Fⁿ⁺¹)·vⁿ⁺½ Δt`, the product that central differences keep: for
-/// the input, for stiffness damping (in the elements, stress times strain rate) and for dashpots. Mass
-/// damping counts as `Σ α m |vⁿ⁺½|² Δt`, friction as the mean shear force over the slip. None of them is
-/// found from a balance.
+/// `Σ Fⁿ·(vⁿ⁻½ + vⁿ⁺½) Δt/2 = Σ ½(Fⁿ + Fⁿ⁺¹)·vⁿ⁺½ Δt`, the work for which central differences conserve energy. This
+/// formula is used for the input, for stiffness damping (in the elements, stress times strain rate) and for dashpots.
+/// The work of mass damping is `Σ α m |vⁿ⁺½|² Δt`, that of friction the mean shear force times the slip. No term is
+/// computed from the balance of the others.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Work {
-    /// Work of weight, water and ground inertia, that of added mass included.
+    /// Work of weight, water and ground inertia, including the inertia of the added mass.
     pub input: f64,
-    /// Energy lost to friction, and with the springs of contacts that slid past an end.
+    /// Energy lost to friction, and with the springs of contacts that slid past an end of the crack.
     pub friction: f64,
-    /// Energy lost to mass and stiffness damping, contact dashpots included: the work of their forces. What
-    /// damping's memory holds for the moment counts as lost.
+    /// Energy lost to mass and stiffness damping, including the dashpots of contacts: the work of their forces. The energy
+    /// that the memory of damping stores temporarily counts as lost.
     pub damping: f64,
 }
 
 /// Energies stored at one instant, J/m.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StoredEnergy {
-    /// Kinetic, relative to the ground, that of added mass included.
+    /// Kinetic energy relative to the ground, including that of the added mass.
     pub kinetic: f64,
-    /// In the elements, from their strains.
+    /// Strain energy of the elements.
     pub strain: f64,
-    /// In the contact springs.
+    /// Energy of the contact springs.
     pub contact: f64,
-}
-
-impl StoredEnergy {
-    /// Energies of a motion.
-    pub fn of(structure: &Structure<impl ContactLaw>, motion: &Motion) -> Self {
-        Self {
-            kinetic: structure.kinetic_energy(motion),
-            strain: structure.strain_energy(motion),
-            contact: structure.contact_energy(motion),
-        }
-    }
 }
 
 /// Work and stored energy since the state of rest.
@@ -61,9 +47,9 @@ impl StoredEnergy {
 pub struct EnergyLedger {
     /// Work since time 0.
     pub work: Work,
-    /// Stored at time 0.
+    /// Stored energy at time 0.
     pub at_rest: StoredEnergy,
-    /// Stored now.
+    /// Current stored energy.
     pub now: StoredEnergy,
 }
 
@@ -82,10 +68,10 @@ impl EnergyLedger {
         }
     }
 
-    /// Input work minus everything that was stored or lost, J/m.
+    /// Input work minus stored and lost energy, J/m.
     ///
-    /// Of order `(ω Δt)²/8` of the energy for undamped linear motion, where it stays bounded; it grows with
-    /// any force that is not the gradient of its energy, any work counted wrongly, and instability.
+    /// For undamped linear motion it stays bounded, of the order of `(ω Δt)²/8` of the energy. It grows if a force is not the
+    /// gradient of its energy, if a work is computed wrongly, or if the motion is unstable.
     pub fn balance_error(&self) -> f64 {
         let gained = self.gained();
         let stored = gained.kinetic + gained.strain + gained.contact;

@@ -1,4 +1,4 @@
-//! A concrete gravity dam, cut by horizontal cracks into deformable blocks, in time.
+//! Motion over time of a concrete gravity dam that horizontal cracks divide into deformable blocks.
 //!
 //! ```text
 //!        y ↑        crest
@@ -13,7 +13,7 @@
 //!        heel         toe     base fixed to the ground, which moves with a_g
 //! ```
 //!
-//! **Equations**, per metre of dam, in the frame of the ground (exact for a base that moves as one):
+//! **Equations**, per metre of dam, relative to the ground (exact if all points of the base move alike):
 //!
 //! ```text
 //! M ü + α M u̇ + F_int(u, u̇) = F_weight + B (p_hydrostatic + p) − M a_g
@@ -21,28 +21,30 @@
 //!
 //! - *Elements*: constant-strain triangles, four to a quadrilateral cell, lumped masses, plane
 //!   stress or strain, small-strain or corotational ([`element`]).
-//! - *Contacts*: springs and dashpots without tension, Coulomb friction ([`contact`]).
-//! - *Damping*: of mass, of stiffness, Rayleigh's `α M + β K`, or local; β in elements and contacts ([`Damping`]).
-//! - *Fidelity*: all of this, or modes of blocks between contacts, rigid blocks, modes of the intact dam
+//! - *Contacts*: springs and dashpots without tension, with Coulomb friction ([`contact`]).
+//! - *Damping*: proportional to mass, to stiffness, or to both (Rayleigh, `α M + β K`), or local; β acts in elements and
+//!   contacts ([`Damping`]).
+//! - *Fidelity*: the full model, or modes of blocks between contacts, rigid blocks, or modes of the intact dam
 //!   ([`Fidelity`], [`reduction`]).
-//! - *Time*: central differences, explicit, as many time steps in a communication step as stability
-//!   asks for ([`integrator`], [`CriticalTimeStep`]). Pressure and a_g are linear over the step.
-//! - *Water without memory* may be part of the mass matrix ([`AddedMass`]): `M + X` in the place of M above but
-//!   in `α M`; p then is what acts beside it.
-//! - *Rest*: weight and hydrostatic pressure are in equilibrium before time 0
-//!   ([`integrator::DynamicRelaxation`]). Displacement, sliding, rotation and energy count from there.
-//! - *Energy*: every kind of work and energy is counted on its own ([`energy`]).
+//! - *Time*: explicit central differences; stability determines the number of time steps in a communication step
+//!   ([`integrator`], [`CriticalTimeStep`]). Pressure and a_g vary linearly over the communication step.
+//! - *Added mass* of water without memory may be part of the mass matrix ([`AddedMass`]): `M + X` replaces M above,
+//!   except in `α M`; p is then the pressure in addition to that of the added mass.
+//! - *State of rest*: weight and hydrostatic pressure are in equilibrium before time 0
+//!   ([`integrator::SparseNewton`], [`integrator::DynamicRelaxation`]). Displacement, sliding, rotation and energy are
+//!   relative to this state.
+//! - *Energy*: every kind of work and energy is computed separately ([`energy`]).
 //!
-//! **Conventions.** SI units; pressure and contact stress positive in compression; rotations
-//! counter-clockwise; sliding positive when the upper side moves downstream. Cracks and blocks
+//! **Conventions.** SI units; pressure and contact stress are positive in compression, rotations positive
+//! counter-clockwise; sliding is positive when the upper side moves downstream. Cracks and blocks
 //! are numbered from the base up.
 //!
-//! **Assumptions.** Linear elastic, uncracked concrete between given cracks; no water in the cracks;
-//! pressure acts on the wet face's unloaded geometry; rigid ground without interaction. Residual
-//! sliding depends on the damping model more than on anything else: name it with every result.
+//! **Assumptions.** The concrete between the given cracks is linear elastic and does not crack. There is no water in the
+//! cracks. Pressure acts on the unloaded geometry of the wet face. The ground is rigid and does not interact. Residual
+//! sliding depends mostly on the damping model: state the model with every result.
 //!
-//! [`Dam`] is the co-simulation unit. The layers beneath know nothing of coupling: [`Mesh`],
-//! [`Structure`], [`integrator::CentralDifference`] also build bars and sliding blocks.
+//! [`Dam`] is the co-simulation unit. The layers below it do not depend on the coupling: [`Mesh`],
+//! [`Structure`] and [`integrator::CentralDifference`] can also model bars and sliding blocks.
 
 mod added_mass;
 pub mod analytical;
@@ -60,7 +62,7 @@ pub mod loads;
 mod material;
 mod mesh;
 pub mod modal;
-mod output;
+mod model;
 mod parameters;
 pub mod reduction;
 mod state;
@@ -72,7 +74,7 @@ mod time_step;
 pub use added_mass::AddedMass;
 pub use block::{Block, best_fit_rotation};
 pub use dam::{Dam, InterfaceCompliance};
-pub use damping::{Damping, DampingFrequencies, RayleighCoefficients, StiffnessDamping};
+pub use damping::{Damping, DampingCoefficients, DampingFrequencies, RayleighCoefficients, StiffnessDamping};
 pub use error::{DamError, Problem};
 pub use fidelity::Fidelity;
 pub use material::{Material, Plane};

@@ -1,19 +1,20 @@
-//! Stresses at the points of a section that are watched.
+//! Stresses at selected points of the section.
 
 use crate::parameters::ELEVATION_TOLERANCE;
 use crate::{Mesh, Section};
 
-/// A point of the section's outline.
+/// A point on the outline of the section where stresses are computed.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct StressPoint {
-    /// Where it is without load, m.
+    /// Unloaded position, m.
     pub place: [f64; 2],
-    /// The triangles that meet there, their corners and areas (m²): of the block below, where a crack ends there.
+    /// The triangles that meet there: index, corners and area (m²). Where a crack ends at the point, only triangles of the
+    /// block below.
     pub triangles: Vec<(usize, [usize; 3], f64)>,
 }
 
-/// Heel and toe, then the upstream and the downstream face at each elevation between base and crest where either face
-/// bends.
+/// Heel and toe, then points on the upstream and the downstream face at each elevation between base and crest where one
+/// of the faces changes its slope.
 pub(crate) fn stress_points(section: &Section, mesh: &Mesh) -> Vec<StressPoint> {
     let tolerance = ELEVATION_TOLERANCE * section.height();
     let mut bends: Vec<f64> = section.vertex_elevations().collect();

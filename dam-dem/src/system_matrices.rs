@@ -1,7 +1,8 @@
 use std::collections::BTreeMap;
 
+use crate::RayleighCoefficients;
 use crate::modal::{self, DegreesOfFreedom};
-use crate::{Dam, RayleighCoefficients};
+use crate::model::Model;
 
 /// Matrices of the intact, linear dam on its free degrees of freedom (dofs):
 /// `(M + X) ü + (αM + βK) u̇ + K u = B p − (M ι + X ι) a_g`, `u` relative to the ground.
@@ -31,18 +32,19 @@ pub struct SystemMatrices {
 }
 
 impl SystemMatrices {
-    pub(crate) fn of(dam: &Dam) -> Self {
-        let structure = dam.structure();
+    /// The matrices of a `model` whose upstream crest corner is the node `crest`.
+    pub(crate) fn of(model: &Model, crest: usize) -> Self {
+        let structure = &model.body().structure;
         let dofs = DegreesOfFreedom::intact(structure);
         let mut matrices = Self {
             mass: dofs.masses(structure),
             added_mass: Vec::new(),
             added_ground_inertia: [0, 1].map(|_| vec![0.0; dofs.count]),
             stiffness: modal::stiffness(structure, &dofs),
-            damping: structure.damping,
+            damping: model.damping().rayleigh,
             pressure_forces: Vec::new(),
             interface_motion: Vec::new(),
-            crest: dofs.of(dam.crest_node()).map_or([0, 0], |dof| [dof, dof + 1]),
+            crest: dofs.of(crest).map_or([0, 0], |dof| [dof, dof + 1]),
             ground_influence: [0, 1].map(|d| (0..dofs.count).map(|i| f64::from(i % 2 == d)).collect()),
         };
         if let Some(water) = &structure.added_mass {
@@ -61,7 +63,7 @@ impl SystemMatrices {
                 }
             }
         }
-        let Some(wet) = dam.wet() else { return matrices };
+        let Some(wet) = &model.body().wet else { return matrices };
         for &(node, point, weight) in wet.load.entries() {
             if let Some(dof) = dofs.of(node) {
                 matrices.pressure_forces.extend([0, 1].map(|d| (dof + d, point, weight[d])));

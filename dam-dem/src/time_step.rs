@@ -2,7 +2,7 @@ use nalgebra::{DMatrix, SymmetricEigen};
 
 use crate::contact::{ContactLaw, Stencil};
 use crate::structure::Structure;
-use crate::{AddedMass, RayleighCoefficients};
+use crate::{AddedMass, DampingCoefficients, RayleighCoefficients};
 
 /// The longest stable time step of central differences with lagged damping of memory m
 /// ([`StiffnessDamping`](crate::StiffnessDamping)).
@@ -46,19 +46,24 @@ const TOLERANCE: f64 = 1e-10;
 const MAX_ITERATIONS: usize = 400;
 
 impl CriticalTimeStep {
-    /// That of a structure with its damping.
-    pub fn of(structure: &Structure<impl ContactLaw>) -> Self {
-        Self::of_frequency(structure, highest_frequency(structure))
+    /// That of a structure under `damping`.
+    pub fn of(structure: &Structure<impl ContactLaw>, damping: impl Into<DampingCoefficients>) -> Self {
+        Self::of_frequency(structure, damping, highest_frequency(structure))
     }
 
     /// The same, where the highest frequency without added mass is known to be `frequency` (rad/s).
-    pub(crate) fn of_frequency(structure: &Structure<impl ContactLaw>, frequency: f64) -> Self {
+    pub(crate) fn of_frequency(
+        structure: &Structure<impl ContactLaw>,
+        damping: impl Into<DampingCoefficients>,
+        frequency: f64,
+    ) -> Self {
         let least = structure.added_mass.as_ref().map_or(1.0, AddedMass::least_share);
-        let RayleighCoefficients { mass, stiffness } = structure.damping;
+        let DampingCoefficients { rayleigh: RayleighCoefficients { mass, stiffness }, memory, local } =
+            damping.into();
         let damping = RayleighCoefficients { mass: mass / least, stiffness };
         let frequency = frequency / least.sqrt();
-        let ratio = damping.limiting_ratio(frequency, structure.damping_memory);
-        let local = 1.0 + structure.local_damping;
+        let ratio = damping.limiting_ratio(frequency, memory);
+        let local = 1.0 + local;
         Self {
             highest_frequency: frequency,
             limit: 2.0 / frequency * ((1.0 + ratio * ratio).sqrt() - ratio) / local,

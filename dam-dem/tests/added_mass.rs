@@ -142,15 +142,15 @@ fn natural_frequencies_with_water() -> Result<(), DamError> {
 
 /// Time between the first and the eleventh upward crossing of the crest, over ten, s.
 fn period(dam: &Dam, mut motion: dam_dem::Motion, crest: usize) -> f64 {
-    let structure = dam.structure();
+    let (structure, damping) = (dam.structure(), dam.damping_coefficients());
     let still = vec![[0.0; 2]; dam.node_count()];
-    structure.accelerate(&mut motion, &still);
+    structure.accelerate(damping, &mut motion, &still);
     let loads = dam_dem::loads::LoadPath::constant(still);
     let one = dam_dem::integrator::CentralDifference { time_step: 0.5 * dam.time_step_limit(), steps: 1 };
     let (mut crossings, mut time) = (Vec::new(), 0.0);
     while crossings.len() < 11 {
         let before = motion.displacement[crest][0];
-        one.advance(structure, &mut motion, &loads, &mut dam_dem::energy::Work::default());
+        one.advance(structure, damping, &mut motion, &loads, &mut dam_dem::energy::Work::default());
         let after = motion.displacement[crest][0];
         if before < 0.0 && after >= 0.0 {
             crossings.push(time + one.time_step * before / (before - after));
@@ -336,10 +336,10 @@ fn the_integrator_follows_its_matrices() -> Result<(), DamError> {
 #[test]
 fn the_time_step_is_that_of_the_structure() -> Result<(), DamError> {
     let dam = Dam::new(with_water(&intact(9.0), westergaard))?;
-    let structure = dam.structure();
+    let (structure, damping) = (dam.structure(), dam.damping_coefficients());
     let least = structure.added_mass.as_ref().map_or(1.0, AddedMass::least_share);
-    assert!(least < 1.0 && structure.damping.mass > 0.0);
-    assert_eq!(dam.critical_time_step(), CriticalTimeStep::of(structure));
+    assert!(least < 1.0 && damping.rayleigh.mass > 0.0);
+    assert_eq!(dam.critical_time_step(), CriticalTimeStep::of(structure, damping));
     Ok(())
 }
 

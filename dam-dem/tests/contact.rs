@@ -2,7 +2,7 @@
 
 use crate::support;
 
-use dam_dem::contact::{ContactLaw, Coulomb, Touch};
+use dam_dem::contact::{ContactLaw, Coulomb, Integration, Touch};
 use dam_dem::{Kinematics, Mesh, Section, Structure};
 use proptest::prelude::*;
 
@@ -10,7 +10,7 @@ const LAW: Coulomb = Coulomb { friction: 0.7, normal_stiffness: 1e9, shear_stiff
 
 fn two_blocks() -> Structure {
     let mesh = Mesh::mapped(&Section::rectangle(6.0, 2.0), &[vec![0.0, 1.0], vec![1.0, 2.0]], 4);
-    Structure::new(mesh, &support::stiff(1e9), Kinematics::Corotational, [LAW], &[])
+    Structure::new(mesh, &support::stiff(1e9), Kinematics::Corotational, [(LAW, Integration::Nodal)], &[])
 }
 
 proptest! {

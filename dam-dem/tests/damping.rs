@@ -2,7 +2,7 @@
 
 use crate::support;
 
-use dam_dem::energy::{StoredEnergy, Work};
+use dam_dem::energy::Work;
 use dam_dem::integrator::CentralDifference;
 use dam_dem::loads::LoadPath;
 use dam_dem::modal::{self, DegreesOfFreedom};
@@ -25,20 +25,20 @@ fn bent(damping: Damping) -> Result<(Dam, Motion, f64), DamError> {
 
 /// Ratio from the energy left after whole periods.
 fn measured(dam: &Dam, mut motion: Motion, frequency: f64) -> (f64, f64) {
-    let structure = dam.structure();
+    let (structure, damping) = (dam.structure(), dam.damping_coefficients());
     let energy = |motion: &Motion| {
-        let StoredEnergy { kinetic, strain, .. } = StoredEnergy::of(structure, motion);
-        kinetic + strain
+        let stored = structure.stored_energy(motion);
+        stored.kinetic + stored.strain
     };
     let zero = vec![[0.0; 2]; motion.displacement.len()];
-    structure.accelerate(&mut motion, &zero);
+    structure.accelerate(damping, &mut motion, &zero);
     let before = energy(&motion);
     let periods = 3.0;
     let duration = periods * TAU / frequency;
-    let steps = CentralDifference::covering(duration, 0.1 * CriticalTimeStep::of(structure).limit);
+    let steps = CentralDifference::covering(duration, 0.1 * CriticalTimeStep::of(structure, damping).limit);
     let mut work = Work::default();
     let loads = LoadPath::constant(zero);
-    steps.advance(structure, &mut motion, &loads, &mut work);
+    steps.advance(structure, damping, &mut motion, &loads, &mut work);
     let after = energy(&motion);
     ((before / after).ln() / (2.0 * TAU * periods), (before - after) / work.damping - 1.0)
 }
@@ -74,17 +74,17 @@ fn a_mode_decays_by_the_ratio_that_was_asked_for() -> Result<(), DamError> {
 fn local_damping_shortens_the_time_step() -> Result<(), DamError> {
     for coefficient in [0.2, 0.8] {
         let (dam, mut motion, _) = bent(Damping::Local { coefficient })?;
-        let structure = dam.structure();
+        let (structure, damping) = (dam.structure(), dam.damping_coefficients());
         for (i, v) in motion.velocity.iter_mut().enumerate().filter(|(i, _)| !structure.is_fixed(*i)) {
             *v = [(7.0 * i as f64).sin(), (5.0 * i as f64).cos()];
         }
         motion.displacement.fill([0.0; 2]);
         let zero = vec![[0.0; 2]; motion.displacement.len()];
-        let limit = CriticalTimeStep::of(structure).limit;
+        let limit = CriticalTimeStep::of(structure, damping).limit;
         let start = structure.kinetic_energy(&motion);
-        structure.accelerate(&mut motion, &zero);
+        structure.accelerate(damping, &mut motion, &zero);
         let steps = CentralDifference { time_step: 0.99 * limit, steps: 2000 };
-        steps.advance(structure, &mut motion, &LoadPath::constant(zero), &mut Work::default());
+        steps.advance(structure, damping, &mut motion, &LoadPath::constant(zero), &mut Work::default());
         let left = structure.kinetic_energy(&motion) / start;
         println!("κ = {coefficient}: kinetic energy after 2000 steps {left:.1e} of the first");
         assert!(left < 1e-2);

@@ -7,21 +7,22 @@ use dam_dem::energy::Work;
 use dam_dem::integrator::CentralDifference;
 use dam_dem::loads::LoadPath;
 use dam_dem::{
-    CriticalTimeStep, Dam, DamError, DamParameters, Kinematics, Mesh, Motion, RayleighCoefficients, Section,
-    Structure,
+    CriticalTimeStep, Dam, DamError, DamParameters, DampingCoefficients, Kinematics, Mesh, Motion,
+    RayleighCoefficients, Section, Structure,
 };
 use interface::variables::dam as variable;
 use nalgebra::DMatrix;
 
 /// A column of `cells` cells on the ground.
-fn column(cells: usize, damping: RayleighCoefficients, memory: f64) -> Structure {
+fn column(cells: usize) -> Structure {
     let rows: Vec<f64> = (0..=cells).map(|i| i as f64).collect();
     let mesh = Mesh::mapped(&Section::rectangle(1.3, cells as f64), &[rows], 1);
     let base = mesh.blocks[0].bottom.clone();
-    let mut structure = Structure::<Coulomb>::new(mesh, &support::stiff(31e9), Kinematics::Small, [], &base);
-    structure.damping = damping;
-    structure.damping_memory = memory;
-    structure
+    Structure::<Coulomb>::new(mesh, &support::stiff(31e9), Kinematics::Small, [], &base)
+}
+
+fn with_memory(mass: f64, stiffness: f64, memory: f64) -> DampingCoefficients {
+    DampingCoefficients { rayleigh: RayleighCoefficients { mass, stiffness }, memory, local: 0.0 }
 }
 
 fn free(structure: &Structure) -> Vec<usize> {
@@ -44,8 +45,8 @@ fn values<'a>(structure: &Structure, motion: &'a mut Motion) -> Vec<&'a mut f64>
 }
 
 /// Largest eigenvalue, in size, of the map of one time step, from its powers.
-fn amplification(structure: &Structure, share: f64) -> f64 {
-    let time_step = share * CriticalTimeStep::of(structure).limit;
+fn amplification(structure: &Structure, damping: DampingCoefficients, share: f64) -> f64 {
+    let time_step = share * CriticalTimeStep::of(structure, damping).limit;
     let still = LoadPath::constant(structure.weight([0.0; 2]));
     let free = 2 * free(structure).len();
     // displacement in m, velocity in m/step, acceleration in m/step², stress as the acceleration it gives
@@ -62,7 +63,7 @@ fn amplification(structure: &Structure, share: f64) -> f64 {
             let mut motion = structure.at_rest();
             *values(structure, &mut motion)[i] = unit(i);
             let one = CentralDifference { time_step, steps: 1 };
-            one.advance(structure, &mut motion, &still, &mut Work::default());
+            one.advance(structure, damping, &mut motion, &still, &mut Work::default());
             values(structure, &mut motion).iter().enumerate().map(|(j, x)| **x / unit(j)).collect()
         })
         .collect();
@@ -90,9 +91,9 @@ fn the_limit_is_that_of_the_true_amplification() {
         (20.0, 0.0, 0.8),
         (0.0, 1e-5, 0.9),
     ] {
-        let structure = column(1, RayleighCoefficients { mass, stiffness }, memory);
-        let [below, above] = [0.999, 1.001].map(|share| amplification(&structure, share));
-        let ratio = structure.damping.ratio_at(CriticalTimeStep::of(&structure).highest_frequency);
+        let (structure, damping) = (column(1), with_memory(mass, stiffness, memory));
+        let [below, above] = [0.999, 1.001].map(|share| amplification(&structure, damping, share));
+        let ratio = damping.rayleigh.ratio_at(CriticalTimeStep::of(&structure, damping).highest_frequency);
         println!(
             "ξ = {ratio:.1e}, m = {memory}: largest |z| {below:.5} at 0.999, {above:.5} at 1.001 of the limit"
         );
@@ -106,17 +107,18 @@ fn the_limit_is_that_of_the_true_amplification() {
 fn the_ledger_closes_with_memory() {
     let mut errors = Vec::new();
     for share in [0.4, 0.2, 0.1] {
-        let structure = column(6, RayleighCoefficients { mass: 0.0, stiffness: 2e-4 }, 0.7);
+        let (structure, damping) = (column(6), with_memory(0.0, 2e-4, 0.7));
         let mut motion = structure.at_rest();
         for (i, v) in motion.velocity.iter_mut().enumerate().filter(|(i, _)| !structure.is_fixed(*i)) {
             *v = [(3.0 * i as f64).sin(), (7.0 * i as f64).cos()];
         }
         let still = LoadPath::constant(structure.weight([0.0; 2]));
-        structure.accelerate(&mut motion, &still.start);
+        structure.accelerate(damping, &mut motion, &still.start);
         let start = structure.kinetic_energy(&motion);
-        let steps = CentralDifference::covering(5e-3, share * CriticalTimeStep::of(&structure).limit);
+        let steps =
+            CentralDifference::covering(5e-3, share * CriticalTimeStep::of(&structure, damping).limit);
         let mut work = Work::default();
-        steps.advance(&structure, &mut motion, &still, &mut work);
+        steps.advance(&structure, damping, &mut motion, &still, &mut work);
         let left = structure.kinetic_energy(&motion) + structure.strain_energy(&motion);
         errors.push(((start - left - work.damping) / start).abs());
         println!(
@@ -135,16 +137,15 @@ fn the_ledger_closes_with_memory() {
 #[test]
 fn memory_fades_with_the_time_step() {
     let top = |memory: f64, time_step: f64| {
-        let structure = column(20, RayleighCoefficients { mass: 0.0, stiffness: 5e-4 }, memory);
+        let (structure, damping) = (column(20), with_memory(0.0, 5e-4, memory));
         let mut motion = structure.at_rest();
         let push = LoadPath::constant(structure.weight([10.0, 0.0]));
-        structure.accelerate(&mut motion, &push.start);
+        structure.accelerate(damping, &mut motion, &push.start);
         let steps = CentralDifference::covering(0.1, time_step);
-        steps.advance(&structure, &mut motion, &push, &mut Work::default());
+        steps.advance(&structure, damping, &mut motion, &push, &mut Work::default());
         motion.velocity[structure.mesh.nodes.len() - 2][0]
     };
-    let limit =
-        CriticalTimeStep::of(&column(20, RayleighCoefficients { mass: 0.0, stiffness: 5e-4 }, 0.0)).limit;
+    let limit = CriticalTimeStep::of(&column(20), with_memory(0.0, 5e-4, 0.0)).limit;
     let exact = top(0.0, limit / 20.0);
     let errors = [1.0, 0.5, 0.25].map(|share| (top(0.5, share * limit) / exact - 1.0).abs());
     let orders = [(errors[0] / errors[1]).log2(), (errors[1] / errors[2]).log2()];
@@ -164,7 +165,7 @@ fn sliding_with_memory_hardly_depends_on_the_time_step() -> Result<(), DamError>
     };
     let (dam, sliding) = slid(0.9)?;
     let (_, fine) = slid(0.1)?;
-    let memory = dam.structure().damping_memory;
+    let memory = dam.damping_coefficients().memory;
     println!(
         "m = {memory:.3}, {} time steps in 2.5 ms: slid {sliding:.5} m, with steps a ninth as long {fine:.5} m",
         dam.time_steps_per(2.5e-3)
@@ -178,7 +179,7 @@ fn sliding_with_memory_hardly_depends_on_the_time_step() -> Result<(), DamError>
 fn rest_remembers_no_motion() -> Result<(), DamError> {
     let dam = support::at_rest(support::koyna(5.0))?;
     let joints = dam.state().motion().joints().iter().flatten();
-    assert!(dam.structure().damping_memory > 0.0);
+    assert!(dam.damping_coefficients().memory > 0.0);
     for joint in joints {
         assert_eq!((joint.rates, joint.dashpots), ([0.0; 2], [0.0; 2]));
     }

@@ -2,9 +2,11 @@
 
 use crate::support;
 
-use dam_dem::contact::{ContactStatus, Coulomb};
+use dam_dem::contact::{ContactStatus, Coulomb, Integration};
 use dam_dem::integrator::DynamicRelaxation;
-use dam_dem::{CrackParameters, DamError, DamParameters, Kinematics, Mesh, Section, Structure};
+use dam_dem::{
+    CrackParameters, DamError, DamParameters, DampingCoefficients, Kinematics, Mesh, Section, Structure,
+};
 use interface::variables::dam as variable;
 use support::{GRAVITY, mean, stiff};
 
@@ -13,14 +15,14 @@ const LAW: Coulomb = Coulomb { friction: 0.5, normal_stiffness: 1e9, shear_stiff
 /// A block a metre above the ground, thrown: central differences know parabolas exactly, and it neither turns nor strains.
 #[test]
 fn a_block_flies_as_it_should() {
-    let structure = support::block_on_ground([3.0, 0.6], 1e9, LAW);
+    let structure = support::block_on_ground([3.0, 0.6], 1e9, LAW, Integration::Nodal);
     for gravity in [0.0, GRAVITY] {
         let mut motion = structure.at_rest();
         let (velocity, duration) = ([1.5, 2.0], 0.3);
         for n in structure.mesh.blocks[1].nodes.clone() {
             (motion.displacement[n], motion.velocity[n]) = ([0.0, 1.0], velocity);
         }
-        support::run(&structure, &mut motion, [0.0, -gravity], duration);
+        support::run(&structure, DampingCoefficients::NONE, &mut motion, [0.0, -gravity], duration);
         let exact =
             [velocity[0] * duration, 1.0 + velocity[1] * duration - 0.5 * gravity * duration * duration];
         let off = structure.mesh.blocks[1].nodes.clone().fold(0.0f64, |worst, n| {
@@ -36,14 +38,15 @@ fn a_block_flies_as_it_should() {
 #[test]
 fn no_friction_and_all_of_it() -> Result<(), DamError> {
     for (friction, push) in [(0.0, 3.0), (1e6, 0.5 * GRAVITY)] {
-        let structure = support::block_on_ground([3.0, 0.6], 1e9, Coulomb { friction, ..LAW });
+        let structure =
+            support::block_on_ground([3.0, 0.6], 1e9, Coulomb { friction, ..LAW }, Integration::Nodal);
         // What rests with friction rests on ice, too; but ice itself brings nothing to rest.
-        let resting = support::block_on_ground([3.0, 0.6], 1e9, LAW);
+        let resting = support::block_on_ground([3.0, 0.6], 1e9, LAW, Integration::Nodal);
         let mut motion = structure.at_rest();
         let weight = structure.weight([0.0, -GRAVITY]);
         DynamicRelaxation::default().relax(&resting, &mut motion, &weight)?;
         let rest = mean(&structure, &motion.displacement, 1)[0];
-        support::run(&structure, &mut motion, [push, -GRAVITY], 0.5);
+        support::run(&structure, DampingCoefficients::NONE, &mut motion, [push, -GRAVITY], 0.5);
         let moved = mean(&structure, &motion.displacement, 1)[0] - rest;
         let slipping = motion.joints[0].iter().filter(|j| j.status == ContactStatus::Slipping).count();
         println!("friction {friction:e}: moved by {moved:.4e} m, {slipping} contacts slip");
@@ -99,7 +102,7 @@ fn thin_rows() {
         v[0] = 0.01 * y / 40.0;
     }
     let begun = structure.kinetic_energy(&motion);
-    support::run(&structure, &mut motion, [0.0; 2], 2.0);
+    support::run(&structure, DampingCoefficients::NONE, &mut motion, [0.0; 2], 2.0);
     let held = structure.kinetic_energy(&motion) + structure.strain_energy(&motion);
     println!("0.1 m beside 10 m: energy after 2 s {:.1e} off", held / begun - 1.0);
     assert!((held / begun - 1.0).abs() < 1e-2);

@@ -2,7 +2,7 @@
 
 use crate::support;
 
-use dam_dem::contact::{ContactStatus, Coulomb};
+use dam_dem::contact::{ContactStatus, Coulomb, Integration};
 use dam_dem::energy::Work;
 use dam_dem::integrator::{CentralDifference, DynamicRelaxation};
 use dam_dem::loads::LoadPath;
@@ -28,15 +28,16 @@ fn a_moving_base_and_its_frame_agree() -> Result<(), DamError> {
         Mesh::mapped(&Section::rectangle(3.0, 6.0), &[vec![0.0, 1.0, 2.0, 3.0], vec![3.0, 4.5, 6.0]], 3);
     let law = Coulomb { friction: 10.0, normal_stiffness: 1e9, shear_stiffness: 1e9 };
     let base = mesh.blocks[0].bottom.clone();
-    let mut structure = Structure::new(mesh, &stiff(1e9), Kinematics::Corotational, [law], &base);
-    structure.damping = RayleighCoefficients { mass: 0.0, stiffness: 1e-4 };
-    let step = 0.5 * CriticalTimeStep::of(&structure).limit;
+    let structure =
+        Structure::new(mesh, &stiff(1e9), Kinematics::Corotational, [(law, Integration::Nodal)], &base);
+    let damping = RayleighCoefficients { mass: 0.0, stiffness: 1e-4 };
+    let step = 0.5 * CriticalTimeStep::of(&structure, damping).limit;
     let forces = |a: f64| structure.weight([-a, -GRAVITY]);
     let mut rest = structure.at_rest();
     DynamicRelaxation::default().relax(&structure, &mut rest, &forces(0.0))?;
     let (mut relative, mut moving) = (rest.clone(), rest);
-    structure.accelerate(&mut relative, &forces(ground(0.0)));
-    structure.accelerate(&mut moving, &forces(0.0));
+    structure.accelerate(damping, &mut relative, &forces(ground(0.0)));
+    structure.accelerate(damping, &mut moving, &forces(0.0));
     let one = CentralDifference { time_step: step, steps: 1 };
     let weight = LoadPath::constant(forces(0.0));
     let (mut velocity, mut displacement) = (0.0, 0.0);
@@ -46,13 +47,13 @@ fn a_moving_base_and_its_frame_agree() -> Result<(), DamError> {
         let [now, next] = [n, n + 1].map(|n| ground(n as f64 * step));
         let (start, end) = (forces(now), forces(next));
         let change = start.iter().zip(&end).map(|(a, b)| [b[0] - a[0], b[1] - a[1]]).collect();
-        one.advance(&structure, &mut relative, &LoadPath { start, change }, &mut Work::default());
+        one.advance(&structure, damping, &mut relative, &LoadPath { start, change }, &mut Work::default());
         // The base takes the steps of central differences, too.
         for &node in &base {
             (moving.velocity[node], moving.acceleration[node]) = ([velocity, 0.0], [now, 0.0]);
         }
         let middle = velocity + 0.5 * step * now;
-        one.advance(&structure, &mut moving, &weight, &mut Work::default());
+        one.advance(&structure, damping, &mut moving, &weight, &mut Work::default());
         (displacement, velocity) = (displacement + step * middle, middle + 0.5 * step * next);
         for (u, v) in moving.displacement.iter().zip(&relative.displacement) {
             worst = worst.max((u[0] - displacement - v[0]).abs()).max((u[1] - v[1]).abs());

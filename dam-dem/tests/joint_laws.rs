@@ -3,7 +3,7 @@
 use crate::support;
 
 use dam_dem::contact::{ContactLaw, ContactStatus, Coulomb, Crack, Integration, MohrCoulomb, Touch};
-use dam_dem::energy::{StoredEnergy, Work};
+use dam_dem::energy::Work;
 use dam_dem::integrator::{CentralDifference, DynamicRelaxation};
 use dam_dem::loads::LoadPath;
 use dam_dem::{
@@ -34,8 +34,8 @@ fn blocks(
 ) -> (Structure<MohrCoulomb>, Vec<[f64; 2]>) {
     let mesh = Mesh::mapped(&Section::rectangle(WIDTH, 2.0), &[vec![0.0, 1.0], vec![1.0, 2.0]], 3);
     let fixed: Vec<usize> = mesh.blocks[0].nodes.clone().collect();
-    let mut structure = Structure::new(mesh, &support::stiff(1e10), Kinematics::Corotational, [law], &fixed);
-    structure.cracks = structure.cracks.into_iter().map(|crack| crack.integrated(integration)).collect();
+    let cracks = [(law, integration)];
+    let structure = Structure::new(mesh, &support::stiff(1e10), Kinematics::Corotational, cracks, &fixed);
     let mut forces = structure.weight([0.0; 2]);
     let bottom = structure.mesh.blocks[1].bottom.clone();
     for (&node, length) in bottom.iter().zip(structure.mesh.tributary_lengths(&bottom)) {
@@ -104,18 +104,18 @@ fn a_dilating_joint_lifts_its_block() -> Result<(), DamError> {
     let mut dilating = law(0.0, 0.0);
     (dilating.friction, dilating.dilation, dilating.dilation_slip) = (0.5, 0.1, 0.02);
     for integration in [Integration::Nodal, Integration::Gauss] {
-        let (mut structure, pressed) = blocks(dilating, integration, [0.0, -1e5]);
-        structure.damping = RayleighCoefficients { mass: 0.0, stiffness: 1e-4 };
+        let (structure, pressed) = blocks(dilating, integration, [0.0, -1e5]);
+        let damping = RayleighCoefficients { mass: 0.0, stiffness: 1e-4 };
         let mut motion = structure.at_rest();
         DynamicRelaxation::default().relax(&structure, &mut motion, &pressed)?;
         let start = support::mean(&structure, &motion.displacement, 1);
-        let stored = StoredEnergy::of(&structure, &motion);
+        let stored = structure.stored_energy(&motion);
         let (_, pushed) = blocks(dilating, integration, [0.7e5, -1e5]);
-        structure.accelerate(&mut motion, &pushed);
-        let steps = CentralDifference::covering(0.12, 0.2 * CriticalTimeStep::of(&structure).limit);
+        structure.accelerate(damping, &mut motion, &pushed);
+        let steps = CentralDifference::covering(0.12, 0.2 * CriticalTimeStep::of(&structure, damping).limit);
         let mut work = Work::default();
-        steps.advance(&structure, &mut motion, &LoadPath::constant(pushed), &mut work);
-        let now = StoredEnergy::of(&structure, &motion);
+        steps.advance(&structure, damping, &mut motion, &LoadPath::constant(pushed), &mut work);
+        let now = structure.stored_energy(&motion);
         let end = support::mean(&structure, &motion.displacement, 1);
         let (slip, rise) = (end[0] - start[0], end[1] - start[1]);
         let gained = now.kinetic + now.strain + now.contact - stored.kinetic - stored.strain - stored.contact;
@@ -168,8 +168,7 @@ fn joints_close_by_pressure_over_stiffness() -> Result<(), DamError> {
         let error = matching.joints[0].iter().map(|joint| (-joint.gap * STIFFNESS / 1e5 - 1.0).abs());
         let error = error.fold(0.0, f64::max);
         // stiff blocks, so that the pressure below is uniform; the ground is wider than the block
-        let mut structure = support::block_on_ground([3.0, 0.6], 1e13, coulomb);
-        structure.cracks = structure.cracks.into_iter().map(|crack| crack.integrated(integration)).collect();
+        let structure = support::block_on_ground([3.0, 0.6], 1e13, coulomb, integration);
         let mut motion = structure.at_rest();
         let weight = structure.weight([0.0, -support::GRAVITY]);
         DynamicRelaxation::default().relax(&structure, &mut motion, &weight)?;
@@ -187,7 +186,7 @@ fn points_are_lost_and_found() {
     let mesh = Mesh::mapped(&Section::rectangle(4.0, 2.0), &[vec![0.0, 1.0], vec![1.0, 2.0]], 4);
     for integration in [Integration::Nodal, Integration::Gauss] {
         let (below, above) = (&mesh.blocks[0].top, &mesh.blocks[1].bottom);
-        let crack = Crack::new(&mesh, below, above, law(1e5, 1e5)).integrated(integration);
+        let crack = Crack::new(&mesh, below, above, law(1e5, 1e5), integration);
         let mut joints = crack.joints_at_rest();
         let still = vec![[0.0; 2]; mesh.nodes.len()];
         let mut press = |slide: f64| {

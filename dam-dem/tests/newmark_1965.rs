@@ -3,16 +3,17 @@
 use crate::support;
 
 use dam_dem::analytical::newmark_1965::{incline_acceleration, rectangular_pulse_slip};
-use dam_dem::contact::Coulomb;
+use dam_dem::contact::{Coulomb, Integration};
 use dam_dem::integrator::DynamicRelaxation;
 use dam_dem::{DamError, Motion, RayleighCoefficients, Structure};
 use support::GRAVITY;
 
+const DAMPING: RayleighCoefficients = RayleighCoefficients { mass: 0.0, stiffness: 1e-3 };
+
 /// A block at rest on joints of `stiffness` (Pa/m), itself of as many Pa.
 fn block(friction: f64, gravity: f64, stiffness: f64) -> Result<(Structure, Motion), DamError> {
     let law = Coulomb { friction, normal_stiffness: stiffness, shear_stiffness: stiffness };
-    let mut structure = support::block_on_ground([3.0, 0.6], stiffness, law);
-    structure.damping = RayleighCoefficients { mass: 0.0, stiffness: 1e-3 };
+    let structure = support::block_on_ground([3.0, 0.6], stiffness, law, Integration::Nodal);
     let mut motion = structure.at_rest();
     let weight = structure.weight([0.0, -gravity]);
     DynamicRelaxation::default().relax(&structure, &mut motion, &weight)?;
@@ -27,9 +28,9 @@ fn incline_holds_below_the_friction_angle_and_lets_go_above() -> Result<(), DamE
     for friction in [0.3, 0.5, 0.55, 0.6, 0.8] {
         let (structure, mut motion) = block(friction, GRAVITY * angle.cos(), 1e11)?;
         let body = [GRAVITY * angle.sin(), -GRAVITY * angle.cos()];
-        support::run(&structure, &mut motion, body, 0.05);
+        support::run(&structure, DAMPING, &mut motion, body, 0.05);
         let early = support::mean(&structure, &motion.velocity, 1)[0];
-        support::run(&structure, &mut motion, body, 0.1);
+        support::run(&structure, DAMPING, &mut motion, body, 0.1);
         let measured = (support::mean(&structure, &motion.velocity, 1)[0] - early) / 0.1;
         let exact = incline_acceleration(GRAVITY, angle, friction);
         let error = (measured - exact) / (GRAVITY * angle.sin());
@@ -46,8 +47,8 @@ fn incline_holds_below_the_friction_angle_and_lets_go_above() -> Result<(), DamE
 fn rectangular_pulse_slides_as_newmark_says() -> Result<(), DamError> {
     let (structure, mut motion) = block(0.4, GRAVITY, 1e9)?;
     let rest = support::mean(&structure, &motion.displacement, 1)[0];
-    let mut friction = support::run(&structure, &mut motion, [-8.0, -GRAVITY], 0.25).friction;
-    friction += support::run(&structure, &mut motion, [0.0, -GRAVITY], 0.6).friction;
+    let mut friction = support::run(&structure, DAMPING, &mut motion, [-8.0, -GRAVITY], 0.25).friction;
+    friction += support::run(&structure, DAMPING, &mut motion, [0.0, -GRAVITY], 0.6).friction;
     let slip = rest - support::mean(&structure, &motion.displacement, 1)[0];
     let exact = rectangular_pulse_slip(0.4 * GRAVITY, 8.0, 0.25);
     let work = 0.4 * 2500.0 * 3.0 * 0.6 * GRAVITY * exact;

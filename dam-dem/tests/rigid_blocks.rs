@@ -3,11 +3,13 @@
 use crate::support;
 
 use dam_dem::analytical::newmark_1965::slip_on_ground;
-use dam_dem::contact::Coulomb;
+use dam_dem::contact::{Coulomb, Integration};
 use dam_dem::energy::Work;
 use dam_dem::integrator::{CentralDifference, DynamicRelaxation};
 use dam_dem::loads::LoadPath;
-use dam_dem::{CriticalTimeStep, DamError, Motion, RayleighCoefficients, best_fit_rotation};
+use dam_dem::{
+    CriticalTimeStep, DamError, DampingCoefficients, Motion, RayleighCoefficients, best_fit_rotation,
+};
 use support::{GRAVITY, mean};
 
 /// Share of gravity along the slope.
@@ -18,7 +20,7 @@ const SLOPE: f64 = 0.04;
 #[test]
 fn rocking_takes_its_time() {
     let law = Coulomb { friction: 10.0, normal_stiffness: 2e10, shear_stiffness: 2e10 };
-    let structure = support::block_on_ground([1.0, 2.0], 1e12, law);
+    let structure = support::block_on_ground([1.0, 2.0], 1e12, law, Integration::Nodal);
     let nodes = structure.mesh.blocks[1].nodes.clone();
     let corner = structure.mesh.nodes[structure.mesh.blocks[1].bottom[0]];
     let arm = |n: usize| [structure.mesh.nodes[n][0] - corner[0], structure.mesh.nodes[n][1] - corner[1]];
@@ -28,7 +30,7 @@ fn rocking_takes_its_time() {
         nodes.clone().map(|n| structure.mass[n] * (arm(n)[0].powi(2) + arm(n)[1].powi(2))).sum();
     let (radius, slenderness) = (centre[0].hypot(centre[1]), centre[0].atan2(centre[1]));
     // Contacts without damping make energy beyond a quarter.
-    let step = 0.2 * CriticalTimeStep::of(&structure).limit;
+    let step = 0.2 * CriticalTimeStep::of(&structure, DampingCoefficients::NONE).limit;
     let weight = structure.weight([0.0, -GRAVITY]);
     for share in [0.2, 0.4, 0.6] {
         let angle = share * slenderness;
@@ -56,7 +58,7 @@ fn rocking_takes_its_time() {
         let pressed =
             [mass * radius * falls * up / spring, (mass * GRAVITY - mass * radius * falls * across) / spring];
         place(&mut motion, pressed);
-        structure.accelerate(&mut motion, &weight);
+        structure.accelerate(DampingCoefficients::NONE, &mut motion, &weight);
         let loads = LoadPath::constant(weight.clone());
         let rotation = |motion: &dam_dem::Motion| {
             best_fit_rotation(
@@ -67,6 +69,7 @@ fn rocking_takes_its_time() {
         let measured = loop {
             CentralDifference { time_step: step, steps: 1 }.advance(
                 &structure,
+                DampingCoefficients::NONE,
                 &mut motion,
                 &loads,
                 &mut Work::default(),
@@ -120,20 +123,20 @@ fn a_record_slides_a_block_as_newmark_says() -> Result<(), DamError> {
         .collect();
     let friction = 0.1;
     let law = Coulomb { friction, normal_stiffness: 1e9, shear_stiffness: 1e9 };
-    let mut structure = support::block_on_ground([3.0, 0.6], 1e9, law);
-    structure.damping = RayleighCoefficients { mass: 0.0, stiffness: 1e-3 };
+    let structure = support::block_on_ground([3.0, 0.6], 1e9, law, Integration::Nodal);
+    let damping = RayleighCoefficients { mass: 0.0, stiffness: 1e-3 };
     let mut motion = structure.at_rest();
     let forces = |a: f64| structure.weight([-a, -GRAVITY]);
     DynamicRelaxation::default().relax(&structure, &mut motion, &forces(SLOPE * GRAVITY))?;
     let rest = mean(&structure, &motion.displacement, 1)[0];
-    structure.accelerate(&mut motion, &forces(samples[0].1));
-    let limit = 0.9 * CriticalTimeStep::of(&structure).limit;
+    structure.accelerate(damping, &mut motion, &forces(samples[0].1));
+    let limit = 0.9 * CriticalTimeStep::of(&structure, damping).limit;
     let mut work = Work::default();
     for pair in samples.windows(2) {
         let [start, end] = [pair[0], pair[1]].map(|(_, a)| forces(a));
         let change = start.iter().zip(&end).map(|(a, b)| [b[0] - a[0], b[1] - a[1]]).collect();
         let steps = CentralDifference::covering(pair[1].0 - pair[0].0, limit);
-        steps.advance(&structure, &mut motion, &LoadPath { start, change }, &mut work);
+        steps.advance(&structure, damping, &mut motion, &LoadPath { start, change }, &mut work);
     }
     let slip = mean(&structure, &motion.displacement, 1)[0] - rest;
     let exact = slip_on_ground(&samples, friction * GRAVITY);

@@ -3,11 +3,13 @@
 use crate::support;
 
 use dam_dem::analytical::vibration::{bar_period, joint_period};
-use dam_dem::contact::Coulomb;
+use dam_dem::contact::{Coulomb, Integration};
 use dam_dem::energy::Work;
 use dam_dem::integrator::{CentralDifference, DynamicRelaxation};
 use dam_dem::loads::LoadPath;
-use dam_dem::{CriticalTimeStep, DamError, Kinematics, Mesh, Motion, Section, Structure};
+use dam_dem::{
+    CriticalTimeStep, DamError, DampingCoefficients, Kinematics, Mesh, Motion, Section, Structure,
+};
 use support::{GRAVITY, stiff};
 
 /// Two blocks with matching meshes, 3 m wide, the lower one fixed.
@@ -15,7 +17,7 @@ fn pressed_blocks(young_modulus: f64, normal_stiffness: f64) -> Structure {
     let mesh = Mesh::mapped(&Section::rectangle(3.0, 2.0), &[vec![0.0, 1.0], vec![1.0, 2.0]], 3);
     let law = Coulomb { friction: 0.5, normal_stiffness, shear_stiffness: normal_stiffness / 2.0 };
     let fixed: Vec<usize> = mesh.blocks[0].nodes.clone().collect();
-    Structure::new(mesh, &stiff(young_modulus), Kinematics::Corotational, [law], &fixed)
+    Structure::new(mesh, &stiff(young_modulus), Kinematics::Corotational, [(law, Integration::Nodal)], &fixed)
 }
 
 /// Time of every second change of sign of `value − at_rest`, s: one period.
@@ -25,14 +27,14 @@ fn period(
     forces: Vec<[f64; 2]>,
     value: impl Fn(&Motion) -> f64,
 ) -> f64 {
-    let step = 0.1 * CriticalTimeStep::of(structure).limit;
-    structure.accelerate(motion, &forces);
+    let step = 0.1 * CriticalTimeStep::of(structure, DampingCoefficients::NONE).limit;
+    structure.accelerate(DampingCoefficients::NONE, motion, &forces);
     let loads = LoadPath::constant(forces);
     let (mut crossings, mut before) = (Vec::new(), value(motion));
     let mut time = 0.0;
     while crossings.len() < 3 {
         let one = CentralDifference { time_step: step, steps: 1 };
-        one.advance(structure, motion, &loads, &mut Work::default());
+        one.advance(structure, DampingCoefficients::NONE, motion, &loads, &mut Work::default());
         let now = value(motion);
         if before * now < 0.0 {
             crossings.push(time + step * before / (before - now));

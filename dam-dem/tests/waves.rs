@@ -3,11 +3,11 @@
 use crate::support;
 
 use dam_dem::analytical::joint_waves::{transmission, transmitted_pulse};
-use dam_dem::contact::Coulomb;
+use dam_dem::contact::{Coulomb, Integration};
 use dam_dem::energy::Work;
 use dam_dem::integrator::CentralDifference;
 use dam_dem::loads::LoadPath;
-use dam_dem::{CriticalTimeStep, Kinematics, Mesh, Section, Structure};
+use dam_dem::{CriticalTimeStep, DampingCoefficients, Kinematics, Mesh, Section, Structure};
 use std::f64::consts::PI;
 use support::stiff;
 
@@ -25,7 +25,7 @@ fn bar(normal_stiffness: f64) -> Structure {
     let section = Section::rectangle(0.5, 50.0);
     let mesh = Mesh::mapped(&section, &[rows(0.0, 20.0), rows(20.0, 50.0)], 2);
     let law = Coulomb { friction: 0.5, normal_stiffness, shear_stiffness: normal_stiffness };
-    Structure::new(mesh, &stiff(MODULUS), Kinematics::Small, [law], &[])
+    Structure::new(mesh, &stiff(MODULUS), Kinematics::Small, [(law, Integration::Nodal)], &[])
 }
 
 /// A compressive pulse `sin²` runs up from the lower block; the joint never is in tension, as what it lets through is
@@ -40,13 +40,14 @@ fn velocities(structure: &Structure, node: usize, until: f64) -> Vec<(f64, f64)>
         motion.velocity[node][1] = (PI * along).sin().powi(2);
     }
     let still = structure.weight([0.0; 2]);
-    structure.accelerate(&mut motion, &still);
+    structure.accelerate(DampingCoefficients::NONE, &mut motion, &still);
     let loads = LoadPath::constant(still);
-    let step = 0.5 * CriticalTimeStep::of(structure).limit;
+    let step = 0.5 * CriticalTimeStep::of(structure, DampingCoefficients::NONE).limit;
     let mut found = Vec::new();
     for n in 1..=(until / step) as usize {
         CentralDifference { time_step: step, steps: 1 }.advance(
             structure,
+            DampingCoefficients::NONE,
             &mut motion,
             &loads,
             &mut Work::default(),

@@ -7,12 +7,12 @@ use super::{ContactLaw, Response, Touch};
 /// e = clamp(e_trial, ±μN/k_s),  T = clamp(k_s e + β k_s ṡ, ±μN)
 /// ```
 ///
-/// with penetration g, stretch e and slip rate ṡ. Slipping shortens the spring and never stretches
-/// it, so friction work is never negative; with N = 0 the stretch is reset.
+/// with penetration g, stretch e and slip rate ṡ. Slip shortens the spring and never stretches
+/// it, so that friction work is never negative; with N = 0 the stretch is reset.
 ///
-/// The dashpot never exceeds its spring, so that forces grow from zero where a contact closes; what a contact forgets on
-/// opening still jumps. With a jump at closing the dam's motion would be no continuous function of the pressure on it, and
-/// an iteration to a fixed point might find none.
+/// The dashpot force never exceeds the spring force, so that forces grow from zero when a contact closes. The state
+/// that a contact loses when it opens still changes by a jump. With a jump at closing, the motion of the dam would not be a continuous
+/// function of the pressure on it, and the fixed-point iteration of the coupling might not converge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coulomb {
     /// Friction coefficient μ.
@@ -75,7 +75,7 @@ mod tests {
         assert_eq!(slip.dashpots, [0.0; 2]);
     }
 
-    /// The dam looks for what is not finite after a step, and says where.
+    /// NaN must not be hidden: after each step the dam reports where values are not finite.
     #[test]
     fn nan_passes_through() {
         let touch = Touch {

@@ -6,44 +6,45 @@ use crate::Mesh;
 use crate::damping::StiffnessDamping;
 use crate::energy::Losses;
 
-/// Where a contact stands.
+/// Status of a contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ContactStatus {
     /// Closed or bonded, below the shear strength.
     Sticking,
     /// Closed, at the shear strength.
     Slipping,
-    /// A gap.
+    /// Open.
     Open,
-    /// All of its part is past the end of the other side.
+    /// Its whole part lies beyond the end of the other side.
     Lost,
 }
 
-/// Memory of one contact.
+/// State of one contact.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointState {
-    /// Segment of the other side, where the next search starts.
+    /// Segment of the other side, from which the next search starts.
     pub segment: u32,
-    /// Where it stands.
+    /// Status.
     pub status: ContactStatus,
-    /// Tangential position that the shear spring holds on to, along the other side less the node's along its own, m.
+    /// Tangential position to which the shear spring is attached: the abscissa along the other side minus that of the
+    /// contact's point along its own side, m.
     pub anchor: f64,
     /// Stretch of the shear spring, m.
     pub stretch: f64,
-    /// Distance from the other side, m; negative is penetration, but for what dilation adds.
+    /// Distance from the other side, m; negative for overlap; without the rise by dilation.
     pub gap: f64,
-    /// Overlap that pressed it last, what dilation had added by then included, m; negative in a bond under tension.
+    /// Last penetration, including the rise by dilation up to then, m; negative in a bond under tension.
     pub penetration: f64,
     /// Share of the contact's length that lies opposite the other side.
     pub coverage: f64,
-    /// Whether cohesion and tensile strength hold.
+    /// Whether the bond is intact.
     pub bonded: bool,
-    /// All slip so far, to and fro, m.
+    /// Accumulated slip in both directions, m.
     pub slipped: f64,
     /// Normal and shear stress of the dashpots, Pa.
     pub dashpots: [f64; 2],
-    /// Rates of penetration and slip that the dashpots feel, with damping's memory, m/s; 0 where open, and
-    /// without memory, which needs none.
+    /// Rates of penetration and slip that act on the dashpots, with the memory of damping, m/s; 0 for an open contact, and
+    /// for damping without memory, which does not need them.
     pub rates: [f64; 2],
 }
 
@@ -51,41 +52,41 @@ pub struct JointState {
 #[derive(Clone, Debug)]
 pub struct Crack<L: ContactLaw = Coulomb> {
     law: L,
-    /// Below and above.
+    /// Lower and upper side.
     sides: [Side; 2],
-    /// Those of the upper side's points, then those of the lower side's.
+    /// Contacts of the points of the upper side, then of the lower side.
     contacts: Vec<Contact>,
 }
 
 #[derive(Clone, Debug)]
 struct Side {
     nodes: Vec<usize>,
-    /// Positions without load, m.
+    /// Unloaded positions, m.
     rest: Vec<[f64; 2]>,
     /// Half of the tributary lengths, m.
     weights: Vec<f64>,
-    /// Length of the chain up to each node, unloaded, m.
+    /// Unloaded length of the chain up to each node, m.
     abscissas: Vec<f64>,
 }
 
 /// A contact of one side with the other.
 #[derive(Clone, Copy, Debug)]
 struct Contact {
-    /// Its side.
+    /// Its side: 0 for the lower, 1 for the upper side.
     side: usize,
     /// Its point.
     point: Point,
-    /// Part of the side that it stands for, m.
+    /// Part of the side that it represents, from and to this abscissa, m.
     part: [f64; 2],
-    /// Half of that part's length, m: the other half is the other side's.
+    /// Half of the length of this part, m; the contacts of the other side have the other half.
     weight: f64,
-    /// Segments of its side on which its part begins and ends; the first search along the other side starts there too.
+    /// Segments of its side on which its part begins and ends. The first search along the other side starts from `after`.
     before: usize,
     after: usize,
 }
 
 impl Contact {
-    /// Sign of its slip where the block above slides downstream.
+    /// Sign of its slip when the block above slides downstream.
     fn downstream(&self) -> f64 {
         if self.side == 1 { 1.0 } else { -1.0 }
     }
@@ -94,40 +95,40 @@ impl Contact {
 /// A point of a side.
 #[derive(Clone, Copy, Debug)]
 struct Point {
-    /// The nodes before and after it; a node itself, twice.
+    /// The nodes before and after it; for a point at a node, this node twice.
     nodes: [usize; 2],
-    /// Where it is between them, 0 to 1.
+    /// Position between them, from 0 to 1.
     share: f64,
-    /// Position without load, m.
+    /// Unloaded position, m.
     rest: [f64; 2],
-    /// Length of the side up to it, m.
+    /// Unloaded length of the side up to it, m.
     abscissa: f64,
 }
 
-/// Spring of a closed contact in the position of rest: `K = Σ weights ⊗ (k_n n nᵀ + k_s t tᵀ) ⊗ weights`.
+/// Spring of a closed contact in the unloaded position: `K = Σ weights ⊗ (k_n n nᵀ + k_s t tᵀ) ⊗ weights`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stencil {
-    /// The two nodes beside the contact's point, or its own twice, and the two of the other side's segment.
+    /// The two nodes next to the contact's point (or the same node twice), and the two nodes of the opposite segment.
     pub nodes: [usize; 4],
-    /// Their weights in the relative displacement.
+    /// Weights of these nodes in the relative displacement.
     pub weights: [f64; 4],
     /// `k_n n nᵀ + k_s t tᵀ` times the contact's length, N/m per metre of dam.
     pub stiffness: [[f64; 2]; 2],
 }
 
-/// What acts across a crack, N/m.
+/// Resultant forces across a crack, N/m.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CrackForces {
-    /// Force across the crack, positive in compression.
+    /// Normal force, positive in compression.
     pub normal: f64,
-    /// Force along the crack on the block below, positive downstream.
+    /// Shear force on the block below, positive downstream.
     pub shear: f64,
-    /// The largest shear force that the contacts could take together.
+    /// Sum of the shear strengths of the contacts.
     pub strength: f64,
 }
 
 impl Crack<MohrCoulomb> {
-    /// Sums over the contacts, along the sides wherever these point.
+    /// Sums over the contacts of the forces normal and tangential to the sides, whatever the directions of these.
     pub fn forces(&self, joints: &[JointState]) -> CrackForces {
         let mut sum = CrackForces::default();
         for ((contact, joint), [normal, shear]) in self.contacts.iter().zip(joints).zip(self.stresses(joints))
@@ -135,7 +136,7 @@ impl Crack<MohrCoulomb> {
             let weight = contact.weight * joint.coverage;
             sum.normal += weight * normal;
             sum.shear += weight * shear;
-            // a bond knows its spring alone, as in the law
+            // for a bonded contact the strength depends on the spring force only, as in the law
             let pressing = if joint.bonded { normal - joint.dashpots[0] } else { normal };
             sum.strength += weight * self.law.strength(pressing, joint.bonded);
         }
@@ -143,11 +144,11 @@ impl Crack<MohrCoulomb> {
     }
 }
 
-/// Where a contact is.
+/// Current position of a contact.
 struct Place {
     /// Its point.
     point: Point,
-    /// Segment of the other side that it is on.
+    /// Segment of the other side that it is opposite to.
     segment: usize,
     /// The segment's nodes.
     nodes: [usize; 2],
@@ -156,13 +157,14 @@ struct Place {
     normal: [f64; 2],
     gap: f64,
     slip: f64,
-    /// Share of the contact's part that lies opposite the other side.
+    /// Share of the part of the contact that lies opposite the other side.
     coverage: f64,
 }
 
 impl<L: ContactLaw> Crack<L> {
-    /// The crack between two chains of nodes, each from upstream to downstream, with a contact at every node.
-    pub fn new(mesh: &Mesh, below: &[usize], above: &[usize], law: L) -> Self {
+    /// The crack between two chains of nodes, each from upstream to downstream. `integration` determines the points of
+    /// contact.
+    pub fn new(mesh: &Mesh, below: &[usize], above: &[usize], law: L, integration: Integration) -> Self {
         let side = |nodes: &[usize]| {
             let rest: Vec<[f64; 2]> = nodes.iter().map(|&node| mesh.nodes[node]).collect();
             let mut abscissas = vec![0.0];
@@ -173,18 +175,12 @@ impl<L: ContactLaw> Crack<L> {
             let weights = mesh.tributary_lengths(nodes).iter().map(|length| length / 2.0).collect();
             Side { nodes: nodes.to_vec(), rest, weights, abscissas }
         };
-        let crack = Self { law, sides: [side(below), side(above)], contacts: Vec::new() };
-        crack.integrated(Integration::Nodal)
+        let sides = [side(below), side(above)];
+        let contacts = [1, 0].into_iter().flat_map(|side| sides[side].contacts(side, integration)).collect();
+        Self { law, sides, contacts }
     }
 
-    /// The same crack with its contacts where `integration` has them.
-    pub fn integrated(mut self, integration: Integration) -> Self {
-        self.contacts =
-            [1, 0].into_iter().flat_map(|side| self.sides[side].contacts(side, integration)).collect();
-        self
-    }
-
-    /// The same crack with each of its nodes called `number(node)`.
+    /// The same crack, in which each node has the number `number(node)`.
     pub(crate) fn renumbered(&self, number: impl Fn(usize) -> usize) -> Self {
         let mut crack = self.clone();
         let sides = crack.sides.iter_mut().flat_map(|side| &mut side.nodes);
@@ -203,13 +199,13 @@ impl<L: ContactLaw> Crack<L> {
         [&self.sides[0].nodes, &self.sides[1].nodes]
     }
 
-    /// Tributary lengths of the nodes of the lower and of the upper side, m, halved.
+    /// Half of the tributary lengths of the nodes on the lower and on the upper side, m.
     pub fn half_lengths(&self) -> [&[f64]; 2] {
         [&self.sides[0].weights, &self.sides[1].weights]
     }
 
-    /// Contacts without load: those of the upper side's points, then those of the lower side's. Shear springs hold on to
-    /// where the points are at rest, wherever the other side begins.
+    /// Contacts without load: those of the points of the upper side, then those of the lower side. Shear springs are attached
+    /// at the unloaded positions of the points, also if the two sides begin at different places.
     pub fn joints_at_rest(&self) -> Vec<JointState> {
         let joint = |contact: &Contact| {
             let place = self.place(contact, contact.after, |_| [0.0; 2]);
@@ -230,14 +226,14 @@ impl<L: ContactLaw> Crack<L> {
         self.contacts.iter().map(joint).collect()
     }
 
-    /// Where a contact is, with its point moved along its part to where the other side is opposite.
+    /// Current position of a contact. Its point is moved along its part if the other side does not lie opposite.
     #[inline(always)]
     fn place(&self, contact: &Contact, start: usize, u: impl Fn(usize) -> [f64; 2]) -> Place {
         let place = self.opposite(contact.side, contact.point, start, &u);
         let [from, to] = contact.part;
         let other = &self.sides[1 - contact.side];
         let length = other.abscissas[other.abscissas.len() - 1];
-        // a tilted side's slip is not quite where it ends
+        // if a side is tilted, the slip gives the position of its end only approximately
         let margin = TILT * (to - from);
         if from > margin - place.slip && to < length - place.slip - margin {
             return place;
@@ -245,7 +241,7 @@ impl<L: ContactLaw> Crack<L> {
         self.near_an_end(contact, place, u)
     }
 
-    /// The same of a contact at an `opposite` place that may lie at an end of the other side.
+    /// The same for a contact at the place `opposite` that may be near an end of the other side.
     fn near_an_end(&self, contact: &Contact, opposite: Place, u: impl Fn(usize) -> [f64; 2]) -> Place {
         let [own, other] = [contact.side, 1 - contact.side].map(|side| &self.sides[side]);
         let [from, to] = contact.part;
@@ -265,13 +261,13 @@ impl<L: ContactLaw> Crack<L> {
         Place { coverage, ..place }
     }
 
-    /// Where a `point` of `side` meets the other side, or its end segment's line.
+    /// Projection of a `point` of `side` onto the other side, or onto the line of its end segment.
     #[inline(always)]
     fn opposite(&self, side: usize, point: Point, start: usize, u: impl Fn(usize) -> [f64; 2]) -> Place {
         let other = &self.sides[1 - side];
         let [first, second] = point.nodes.map(&u);
         let own = [0, 1].map(|d| first[d] + point.share * (second[d] - first[d]));
-        // differences at rest and of displacement apart: no digits are lost
+        // differences of unloaded positions and of displacements separately, so that no digits are lost
         let from = |node: usize| {
             let (rest, moved) = (other.rest[node], u(other.nodes[node]));
             [point.rest[0] - rest[0] + (own[0] - moved[0]), point.rest[1] - rest[1] + (own[1] - moved[1])]
@@ -292,7 +288,7 @@ impl<L: ContactLaw> Crack<L> {
         let above = if side == 1 { 1.0 } else { -1.0 };
         let normal = [-above * tangent[1], above * tangent[0]];
         let at_rest = other.abscissas[segment + 1] - other.abscissas[segment];
-        // from the nearer end, where matching nodes meet
+        // relative to the nearer end, so that the result is exact for matching nodes
         let nearest = if position > 0.5 { segment + 1 } else { segment };
         let offset = from(nearest);
         let along = product(offset, tangent) * scale;
@@ -309,11 +305,12 @@ impl<L: ContactLaw> Crack<L> {
         }
     }
 
-    /// Adds the contact forces to `forces` and brings `joints` up to date.
+    /// Adds the contact forces to `forces` and updates `joints`.
     ///
     /// **Shapes and units**: `displacement` (m), `velocity` (m/s) and `forces` (N/m) hold one pair
-    /// a node, `joints` one state a contact; `damping` is β (s), with its memory or without. A contact that closes remembers nothing:
-    /// its dashpots take hold over the memory's time, where the whole of them at once would throw it back.
+    /// for each node, `joints` one state for each contact; `damping` is β (s), with or without memory. A contact that closes
+    /// starts with an empty memory: its dashpot forces grow over the time of the memory. With the full force at once the
+    /// contact would rebound.
     pub fn add_forces(
         &self,
         displacement: &[[f64; 2]],
@@ -378,7 +375,7 @@ impl<L: ContactLaw> Crack<L> {
             let mean_shear = shear_stiffness * (before * joint.stretch + weight * response.stretch) / 2.0;
             losses.friction += mean_shear * slip;
             if weight != before {
-                // springs go and come with the part that they stand for
+                // springs appear and disappear with the part of the contact that they represent
                 let [normal, shear] = [(risen - joint.gap) * penetration, joint.stretch * response.stretch];
                 let both = joint.bonded || (risen > joint.gap && penetration > 0.0);
                 let normal = if both { normal_stiffness * normal } else { 0.0 };
@@ -386,7 +383,7 @@ impl<L: ContactLaw> Crack<L> {
             }
             if closed && response.slipping {
                 slipped += slip.abs();
-                // what lifts the sides goes into the normal springs
+                // the work that lifts the sides is stored in the normal springs
                 let rise = self.law.dilation(slipped) - risen;
                 if rise != 0.0 {
                     let change = self.law.energy(penetration + rise, 0.0) - self.law.energy(penetration, 0.0);
@@ -442,7 +439,7 @@ impl<L: ContactLaw> Crack<L> {
         })
     }
 
-    /// Slip of the block above at each contact, positive downstream, from where there is no load, m.
+    /// Slip of the block above at each contact relative to the unloaded position, positive downstream, m.
     pub fn slips<'a>(&'a self, joints: &'a [JointState]) -> impl Iterator<Item = f64> + 'a {
         self.contacts.iter().zip(joints).map(|(contact, joint)| {
             let at_rest = self.place(contact, contact.after, |_| [0.0; 2]).slip;
@@ -455,26 +452,26 @@ impl<L: ContactLaw> Crack<L> {
         self.contacts.len()
     }
 
-    /// Where the contacts are without load, m.
+    /// Unloaded positions of the contacts, m.
     pub fn places(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
         self.contacts.iter().map(|contact| contact.point.rest)
     }
 
-    /// Energy in the springs of a contact, J/m².
+    /// Energy of the springs of a contact, J/m².
     fn stored(&self, joint: &JointState) -> f64 {
         let penetration = self.law.dilation(joint.slipped) - joint.gap;
         let pressed = if joint.bonded { penetration } else { penetration.max(0.0) };
         self.law.energy(pressed, joint.stretch)
     }
 
-    /// Energy in the springs, J/m.
+    /// Energy of the springs, J/m.
     pub fn energy(&self, joints: &[JointState]) -> f64 {
         let joints =
             self.contacts.iter().zip(joints).filter(|(_, joint)| joint.status != ContactStatus::Lost);
         joints.map(|(contact, joint)| contact.weight * self.stored(joint)).sum()
     }
 
-    /// Springs of all contacts, closed, in the position of rest.
+    /// Springs of all contacts, closed, in the unloaded position.
     pub fn stencils(&self) -> impl Iterator<Item = Stencil> + '_ {
         let [normal, shear] = self.law.stiffness();
         self.contacts.iter().filter_map(move |contact| {
@@ -496,11 +493,12 @@ impl<L: ContactLaw> Crack<L> {
     }
 }
 
-/// Share of a contact's part that the slip may be wrong by about where the other side ends: 1 − cos θ of 25°.
+/// Largest error with which the slip gives the position of the other side's end, as a share of a contact's part:
+/// 1 − cos θ for θ = 25°.
 const TILT: f64 = 0.1;
 
 impl Side {
-    /// The point at `abscissa` of a segment.
+    /// The point at `abscissa` (m along the side) on a segment.
     fn point(&self, segment: usize, abscissa: f64) -> Point {
         let (from, to) = (self.abscissas[segment], self.abscissas[segment + 1]);
         let share = (abscissa - from) / (to - from);
@@ -513,7 +511,7 @@ impl Side {
         }
     }
 
-    /// Abscissa of the point on the line of a segment that is nearest to node `end` of the `other` side.
+    /// Abscissa of the point on the line of a segment that is closest to node `end` of the `other` side, m.
     fn foot(&self, segment: usize, other: &Self, end: usize, u: impl Fn(usize) -> [f64; 2]) -> f64 {
         let between = |(a, p): ([f64; 2], [f64; 2]), (b, q): ([f64; 2], [f64; 2])| {
             [b[0] - a[0] + (q[0] - p[0]), b[1] - a[1] + (q[1] - p[1])]
@@ -525,7 +523,7 @@ impl Side {
         self.abscissas[segment] + along * (self.abscissas[segment + 1] - self.abscissas[segment])
     }
 
-    /// The contacts of this side, the lower (0) or the upper one, with the other.
+    /// The contacts of this side (0 for the lower, 1 for the upper side) with the other side.
     fn contacts(&self, side: usize, integration: Integration) -> Vec<Contact> {
         let last = self.nodes.len() - 1;
         let middle = |segment: usize| (self.abscissas[segment] + self.abscissas[segment + 1]) / 2.0;

@@ -1,19 +1,19 @@
-//! Contact along cracks: points of either side against the segments of the other.
+//! Contact along cracks: points of each side against the segments of the other side.
 //!
-//! Every point of the upper side meets the lower side's polyline with half of the length that it stands for as weight,
-//! and every point of the lower side meets the upper one with the other half, so neither side is preferred and a closed
-//! crack in its position of rest closes by exactly p/k_n.
+//! Every point of the upper side is in contact with the polyline of the lower side, weighted with half of its tributary
+//! length; every point of the lower side is in contact with the upper side, weighted with the other half. Neither side is
+//! preferred, and under a uniform pressure p a closed crack with matching sides closes by exactly p/k_n.
 //!
-//! **Along the crack.** A contact stands for a part of its side, and as much of that part as lies opposite the other
-//! side counts: sides that end in different places meet over their common length, and where a block slides out the
-//! contact at its corner fades until nothing of its part is left. Then it is lost, and found again when the block comes
-//! back. The energy of the springs that fade is counted as lost to friction.
+//! **Along the crack.** A contact represents a part of its side, and only the share of this part that lies opposite the
+//! other side counts. Sides that end at different places are in contact over their common length. Where a block slides
+//! out, the contact at its corner decreases until nothing of its part is left. Then the contact is lost; it is found
+//! again when the block comes back. The energy of springs that are lost in this way counts as lost to friction.
 //!
-//! **Known effects.** The points are the nodes, or two Gauss points a segment ([`Integration`]). Nodes lie at the corners:
-//! a rocking block turns about its true corner, where all of the force is gathered as in one spring of a quarter of a
-//! segment. The outermost Gauss points lie a fifth of a segment inside: pressure along the crack is smoother, and a
-//! rocking block is less stable by that much. The moment that a pair of forces leaves is (force × penetration), because
-//! action and reaction act on the two surfaces and not in one point.
+//! **Known effects.** The points are the nodes, or two Gauss points in each segment ([`Integration`]). Nodes lie at the
+//! corners: a rocking block turns about its true corner, where one spring with a quarter of a segment as weight carries the
+//! whole force. The outermost Gauss points lie a fifth of a segment inside: pressure along the crack is smoother, but a
+//! rocking block is less stable because its lever arm is shorter. A pair of contact forces has a resulting moment of
+//! (force × penetration), because action and reaction act on two surfaces and not at one point.
 
 mod coulomb;
 mod crack;
@@ -37,16 +37,16 @@ pub enum Integration {
     Gauss,
 }
 
-/// What a contact law sees of one contact.
+/// State of one contact, as input to a contact law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Touch {
-    /// Overlap of the surfaces along the normal, what dilation adds included, m; negative where there is a gap.
+    /// Overlap of the surfaces along the normal, including the rise by dilation, m; negative for a gap.
     pub penetration: f64,
-    /// Its rate, m/s, as the dashpot feels it: with the memory of stiffness damping.
+    /// Rate of penetration that acts on the dashpot, with the memory of stiffness damping, m/s.
     pub penetration_rate: f64,
-    /// Stretch of the shear spring if nothing slips now, m.
+    /// Stretch of the shear spring if the contact does not slip in this step (trial value), m.
     pub stretch: f64,
-    /// Tangential velocity of the point against the other side, m/s, felt in the same way.
+    /// Tangential velocity of the point relative to the other side that acts on the dashpot, with the same memory, m/s.
     pub slip_rate: f64,
     /// Stiffness damping β of the dashpots `β k_n` and `β k_s`, s.
     pub damping: f64,
@@ -54,39 +54,38 @@ pub struct Touch {
     pub bonded: bool,
 }
 
-/// What a contact law answers, per unit of length (and metre of dam).
+/// Result of a contact law, per unit of length and metre of dam.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Response {
     /// Normal stress, Pa, compression positive.
     pub normal: f64,
-    /// Shear stress, Pa; it acts on the point against the slip.
+    /// Shear stress, Pa; on the point it acts against the slip.
     pub shear: f64,
     /// Stretch of the shear spring after slipping, m.
     pub stretch: f64,
-    /// The shear strength was reached.
+    /// Whether the shear strength was reached.
     pub slipping: bool,
-    /// Whether the contact stays bonded; a bond that broke is never made again.
+    /// Whether the contact remains bonded; a broken bond never recovers.
     pub bonded: bool,
-    /// Normal and shear stresses of the dashpots, contained in those above, Pa.
+    /// Normal and shear stresses of the dashpots, included in `normal` and `shear`, Pa.
     pub dashpots: [f64; 2],
 }
 
 impl Response {
-    /// That of a gap.
+    /// Response of an open contact.
     pub const NONE: Self =
         Self { normal: 0.0, shear: 0.0, stretch: 0.0, slipping: false, bonded: false, dashpots: [0.0; 2] };
 }
 
-/// The door for other contact laws.
+/// Interface for contact laws.
 ///
-/// **Call order**: [`respond`](Self::respond) once per contact and time step. A law has no memory of
-/// its own: the stretch of the shear spring, whether it is bonded and how far it slipped are kept for it. **Guarantees
-/// expected**: no tension unless bonded (`normal ≥ 0`, and nothing at all where the penetration is not positive), a
-/// stretch that only shrinks by slipping, dashpots that never feed energy in against the rates in [`Touch`]. The critical
-/// time step knows the [`stiffness`](Self::stiffness) and β; a law with dampers of its own must be run with
-/// shorter ones.
+/// **Call order**: [`respond`](Self::respond) once per contact and time step. A law has no state of its own: the crack
+/// stores the stretch of the shear spring, the bond and the accumulated slip. **Required guarantees**: no tension unless
+/// bonded (`normal ≥ 0`, and no stress at all if the penetration is not positive); slip only reduces the stretch;
+/// dashpots never add energy with the rates in [`Touch`]. The critical time step considers the
+/// [`stiffness`](Self::stiffness) and β only; a law with other dampers must be run with shorter time steps.
 ///
-/// `examples/lubricated_joint.rs` walks through a law of one's own.
+/// `examples/lubricated_joint.rs` shows a user-defined law.
 pub trait ContactLaw: Clone + Send + Sync {
     /// Stresses of one contact.
     fn respond(&self, touch: &Touch) -> Response;
@@ -94,17 +93,17 @@ pub trait ContactLaw: Clone + Send + Sync {
     /// Normal and shear stiffness of a closed, sticking contact, Pa/m.
     fn stiffness(&self) -> [f64; 2];
 
-    /// Whether contacts are bonded at first.
+    /// Whether contacts are bonded initially.
     fn is_bonded(&self) -> bool {
         false
     }
 
-    /// By how much the sides rise on each other after slip of `slipped` (m) in all, m.
+    /// Distance by which dilation has separated the sides after an accumulated slip of `slipped` (m), m.
     fn dilation(&self, _slipped: f64) -> f64 {
         0.0
     }
 
-    /// Energy in the springs, J/m², at a penetration (negative in a bond under tension) and a stretch (m).
+    /// Energy of the springs, J/m², for a penetration (negative in a bond under tension) and a stretch, m.
     fn energy(&self, penetration: f64, stretch: f64) -> f64 {
         let [normal, shear] = self.stiffness();
         0.5 * (normal * penetration * penetration + shear * stretch * stretch)

@@ -1,24 +1,24 @@
 use super::{ContactLaw, Coulomb, Response, Touch};
-use crate::CrackParameters;
 
-/// A joint that may be bonded, weaken and dilate.
+/// Mohr-Coulomb law of a joint with bond, residual friction and dilation.
 ///
-/// While its bond holds,
+/// While the joint is bonded,
 ///
 /// ```text
 /// N = k_n g ≥ −σ_t,   |T| ≤ c + μ max(N, 0)
 /// ```
 ///
-/// and nothing slips. Where either strength is exceeded the bond breaks for good, and what is left is [`Coulomb`]'s law with
-/// the residual friction. A joint without cohesion and tensile strength has its peak friction until it first slips or
-/// opens; without a residual friction below it there is no bond at all. While it slips, a closed joint rises by tan ψ times the slip, to and
-/// fro, up to that of `dilation_slip`; the penetration g contains the rise.
+/// and it does not slip. If the tensile or the shear strength is exceeded, the bond breaks permanently, and [`Coulomb`]'s law
+/// with the residual friction applies. A joint without cohesion and tensile strength has its peak friction until it first
+/// slips or opens; if its residual friction is not below the peak, there is no bond at all. While a closed joint slips, it
+/// rises by tan ψ times the slip in either direction, until the accumulated slip reaches `dilation_slip`; the penetration g
+/// includes the rise.
 ///
 /// **Source**: P.A. Cundall, R.D. Hart, *Numerical modelling of discontinua*, Engineering Computations 9 (1992), the Coulomb
 /// slip model with residual strength.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MohrCoulomb {
-    /// After the bond: residual friction, and the springs.
+    /// Law after the bond has broken: residual friction, and the springs.
     pub residual: Coulomb,
     /// Friction coefficient μ of the bond.
     pub friction: f64,
@@ -28,30 +28,12 @@ pub struct MohrCoulomb {
     pub tensile_strength: f64,
     /// tan ψ.
     pub dilation: f64,
-    /// Slip after which nothing rises any more, m.
+    /// Accumulated slip at which dilation ends, m.
     pub dilation_slip: f64,
 }
 
-impl From<&CrackParameters> for MohrCoulomb {
-    fn from(crack: &CrackParameters) -> Self {
-        let peak = crack.friction_coefficient;
-        Self {
-            residual: Coulomb {
-                friction: crack.residual_friction_coefficient.unwrap_or(peak),
-                normal_stiffness: crack.normal_stiffness,
-                shear_stiffness: crack.shear_stiffness,
-            },
-            friction: peak,
-            cohesion: crack.cohesion,
-            tensile_strength: crack.tensile_strength,
-            dilation: crack.dilation,
-            dilation_slip: crack.dilation_slip.unwrap_or(f64::INFINITY),
-        }
-    }
-}
-
 impl MohrCoulomb {
-    /// Shear strength under the stress `normal` (Pa, compression positive), of a joint that is `bonded` or was, Pa.
+    /// Shear strength under the stress `normal` (Pa, compression positive) of a joint that is or is not `bonded`, Pa.
     pub fn strength(&self, normal: f64, bonded: bool) -> f64 {
         let pressed = normal.max(0.0);
         if bonded { self.cohesion + self.friction * pressed } else { self.residual.friction * pressed }

@@ -1,7 +1,7 @@
 use super::lanes::{LANES, Lanes};
 use crate::Mesh;
 
-/// Up to [`LANES`] cells side by side; lanes without a cell have no area and no gradients.
+/// Up to [`LANES`] cells that are evaluated together; in lanes without a cell, areas and gradients are 0.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Batch {
     /// Four corners and the centre of each cell.
@@ -14,6 +14,9 @@ pub(super) struct Batch {
 
 /// A nodal field at corners and centre of the cells.
 pub(super) type Nodal = [[Lanes; 2]; 5];
+
+/// Stresses of stiffness damping in the four triangles of a batch of cells: 11, 22, 12 components, Pa.
+pub type ViscousStress = [[Lanes; 3]; 4];
 
 impl Batch {
     pub fn new(mesh: &Mesh, cells: &[[usize; 5]]) -> Self {
@@ -52,7 +55,7 @@ impl Batch {
         }
     }
 
-    /// Adds what the corners and centres hold to `field`, which begins with `first_node`.
+    /// Adds the values at corners and centres to `field`, whose first entry belongs to `first_node`.
     #[inline(always)]
     pub fn scatter(&self, values: &Nodal, first_node: usize, field: &mut [[f64; 2]]) {
         for (lane, nodes) in self.cells.iter().enumerate().take(LANES) {

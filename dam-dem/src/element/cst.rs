@@ -4,9 +4,9 @@ use std::sync::Arc;
 use pulp::Arch;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use super::batch::Batch;
-use super::evaluation::{Deformation, Energy, Evaluation};
-use super::lanes::{LANES, Lanes};
+use super::batch::{Batch, ViscousStress};
+use super::evaluation::{Deformation, Energy, Evaluation, Moduli};
+use super::lanes::LANES;
 use super::parts::{Part, Parts};
 use crate::damping::StiffnessDamping;
 use crate::{DamError, Kinematics, Material, Mesh};
@@ -21,35 +21,31 @@ use crate::{DamError, Kinematics, Material, Mesh};
 ///
 /// *Small strain*: `ε = sym h`. *Corotational*: `F = R U` in closed form, with
 /// `a = F₁₁+F₂₂`, `b = F₂₁−F₁₂`, `r = √(a² + b²)`, `cos θ = a/r`, `sin θ = b/r`, and the Biot strain
-/// `ε = U − I`, found from h and `1 − cos θ = b²/r(r+a)` without the loss of digits in `U − I`; an element
-/// turned by 180° has no result. The energy is `W = A/2 ε : D : ε`. As D is isotropic, stress
-/// `σ = D : ε` and U share their axes, so `P = ∂W/∂F / A = R σ` and `f_i = −A P ∇N_i` is the exact
+/// `ε = U − I`, computed from h and `1 − cos θ = b²/r(r+a)` to avoid the loss of digits in `U − I`. The formula has no
+/// result for an element turned by 180°. The energy is `W = A/2 ε : D : ε`. Because D is isotropic, the stress
+/// `σ = D : ε` and U have the same principal axes, so that `P = ∂W/∂F / A = R σ`, and `f_i = −A P ∇N_i` is the exact
 /// gradient of the energy.
 ///
 /// Stiffness damping adds `β D : ε̇` to σ, with `ε̇ = sym(Rᵀ Ḟ)`; its power `A β ε̇ : D : ε̇` is
-/// never negative. In a strained element that spins, ε̇ differs from U̇ by a term of the order of
-/// (strain × spin), which a dam never feels.
+/// never negative. In a strained element that rotates, ε̇ differs from U̇ by a term of the order of
+/// (strain × spin), which is negligible in a dam.
 #[derive(Clone, Debug)]
 pub struct CrossedCells {
-    pub(super) batches: Vec<Batch>,
+    batches: Vec<Batch>,
     parts: Parts,
-    /// Who works on the parts; the caller, if nobody.
+    /// Threads that evaluate the parts; without them the caller does.
     pool: Option<Arc<ThreadPool>>,
     kinematics: Kinematics,
-    pub(super) lambda: f64,
-    pub(super) twice_shear: f64,
+    moduli: Moduli,
 }
 
-/// Parts that follow each other, the damping stresses from the first one's first batch on, and the forces from its first
+/// Consecutive parts, with the damping stresses from the first batch of the first part on, and the forces from its first
 /// node on.
 struct Share<'a> {
     parts: &'a [Part],
     viscous: &'a mut [ViscousStress],
     forces: &'a mut [[f64; 2]],
 }
-
-/// Stresses of stiffness damping in the four triangles of a batch of cells: 11, 22, 12 components, Pa.
-pub type ViscousStress = [[Lanes; 3]; 4];
 
 impl CrossedCells {
     /// The cells of `mesh`.
@@ -60,13 +56,12 @@ impl CrossedCells {
             batches,
             pool: None,
             kinematics,
-            lambda: material.plane_lambda(),
-            twice_shear: 2.0 * material.shear_modulus(),
+            moduli: Moduli { lambda: material.plane_lambda(), twice_shear: 2.0 * material.shear_modulus() },
         }
     }
 
-    /// The same cells, evaluated by `threads` where there are so many that it pays, from some twenty thousand triangles
-    /// on. The number of threads changes no bit of a result.
+    /// The same cells, evaluated on `threads` threads if there are enough cells for this to be faster (from about
+    /// twenty thousand triangles on). Results are the same, bit for bit, with any number of threads.
     ///
     /// **Errors**: [`DamError::Threads`].
     pub fn on_threads(mut self, threads: NonZeroUsize) -> Result<Self, DamError> {
@@ -78,7 +73,8 @@ impl CrossedCells {
         Ok(self)
     }
 
-    /// Does `many` evaluations where the threads are, if there are any, so that these need not be woken for each.
+    /// Runs `many` evaluations inside the thread pool, if there is one, so that the threads are not woken for each of
+    /// them.
     pub(crate) fn among_threads<R: Send>(&self, many: impl FnOnce() -> R + Send) -> R {
         match &self.pool {
             Some(pool) => pool.install(many),
@@ -86,12 +82,13 @@ impl CrossedCells {
         }
     }
 
-    /// Number of parts that threads may take.
+    /// Number of parts that can be evaluated in parallel.
     pub(crate) fn part_count(&self) -> usize {
         self.parts.parts.len()
     }
 
-    /// Both results, at the same time if there are threads. Called among these.
+    /// Both results, computed in parallel if there are threads. Must be called inside
+    /// [`among_threads`](Self::among_threads).
     pub(crate) fn both<R: Send>(
         &self,
         first: impl FnOnce() -> R + Send,
@@ -109,17 +106,17 @@ impl CrossedCells {
         self.batches.iter().map(|batch| 4 * batch.cells.len()).sum()
     }
 
-    /// No stress of damping in any cell.
+    /// Damping stresses of 0 in all cells.
     pub fn viscous_at_rest(&self) -> Vec<ViscousStress> {
         vec![ViscousStress::default(); self.batches.len()]
     }
 
-    /// Adds the forces of stress and of stiffness damping to `forces`; returns the damping's power, W/m,
-    /// of its mean stress over the step that ends here, `A ½(σ_before + σ_now) : ε̇`.
+    /// Adds the forces of stress and of stiffness damping to `forces`. Returns the power of damping, W/m, with the mean
+    /// damping stress of the step that ends here: `A ½(σ_before + σ_now) : ε̇`.
     ///
     /// **Shapes and units**: `displacement` (m), `velocity` (m/s) and `forces` (N/m) hold one pair
-    /// a node; `damping` is β (s), with its memory or without; `viscous` holds the damping stresses of each
-    /// batch of cells, those of before on entry and those of now on return.
+    /// for each node; `damping` is β (s), with or without memory; `viscous` holds the damping stresses of each
+    /// batch of cells, the previous ones on entry and the current ones on return.
     pub fn add_forces(
         &self,
         displacement: &[[f64; 2]],
@@ -137,7 +134,7 @@ impl CrossedCells {
         }
     }
 
-    /// Part after part, or all at once, and then the seams.
+    /// Evaluates the parts, in parallel if there are threads, and then the seams.
     fn evaluate<const COROTATIONAL: bool, const DAMPED: bool>(
         &self,
         of: Deformation<'_>,
@@ -149,7 +146,7 @@ impl CrossedCells {
         let mut power = self.among_threads(|| self.evaluate_parts::<COROTATIONAL, DAMPED>(of, share));
         for seam in seams {
             power += Arch::new().dispatch(Evaluation::<COROTATIONAL, DAMPED> {
-                cells: self,
+                moduli: self.moduli,
                 of,
                 batches: &self.batches[seam.clone()],
                 viscous: if DAMPED { &mut viscous[seam.clone()] } else { &mut [] },
@@ -181,7 +178,7 @@ impl CrossedCells {
         }
         let [part] = right else { return 0.0 };
         Arch::new().dispatch(Evaluation::<COROTATIONAL, DAMPED> {
-            cells: self,
+            moduli: self.moduli,
             of,
             batches: &self.batches[part.batches.clone()],
             viscous,
@@ -190,22 +187,25 @@ impl CrossedCells {
         })
     }
 
-    /// Adds `−K u` of the unstrained state to `forces`, shapes as in [`add_forces`](Self::add_forces).
+    /// Adds `−K u`, with the stiffness of the unstrained state, to `forces`; shapes as in [`add_forces`](Self::add_forces).
     pub fn add_linear_forces(&self, displacement: &[[f64; 2]], forces: &mut [[f64; 2]]) {
         let of = Deformation { displacement, velocity: displacement, damping: 0.0.into() };
         self.evaluate::<false, false>(of, &mut [], forces);
     }
 
-    /// Strain energy, J/m, from the strains alone.
+    /// Strain energy, J/m, without the work of damping.
     pub fn strain_energy(&self, displacement: &[[f64; 2]]) -> f64 {
+        let (moduli, batches) = (self.moduli, &self.batches[..]);
         match self.kinematics {
-            Kinematics::Corotational => Arch::new().dispatch(Energy::<true> { cells: self, displacement }),
-            Kinematics::Small => Arch::new().dispatch(Energy::<false> { cells: self, displacement }),
+            Kinematics::Corotational => {
+                Arch::new().dispatch(Energy::<true> { moduli, batches, displacement })
+            }
+            Kinematics::Small => Arch::new().dispatch(Energy::<false> { moduli, batches, displacement }),
         }
     }
 
-    /// Stress (xx, yy, xy; tension positive, Pa) in `triangle` of the mesh, whose nodes are displaced by `u` (m). It
-    /// turns with the triangle, unless `kinematics` is of small strain.
+    /// Stress (xx, yy, xy; tension positive, Pa) in `triangle` of the mesh, whose nodes are displaced by `u` (m). With
+    /// corotational `kinematics` the stress rotates with the triangle.
     pub fn stress(&self, triangle: usize, u: [[f64; 2]; 3], kinematics: Kinematics) -> [f64; 3] {
         let (cell, k) = (triangle / 4, triangle % 4);
         let [a, b] = self.batches[cell / LANES].gradients_of(k, cell % LANES);
@@ -224,9 +224,9 @@ impl CrossedCells {
         let xx = cos * (1.0 + h(0, 0)) + sin * h(1, 0) - 1.0;
         let yy = cos * (1.0 + h(1, 1)) - sin * h(0, 1) - 1.0;
         let xy = (cos * (h(0, 1) + h(1, 0)) + sin * (h(1, 1) - h(0, 0))) / 2.0;
-        let volumetric = self.lambda * (xx + yy);
-        let [s, t, r] =
-            [volumetric + self.twice_shear * xx, volumetric + self.twice_shear * yy, self.twice_shear * xy];
+        let Moduli { lambda, twice_shear } = self.moduli;
+        let volumetric = lambda * (xx + yy);
+        let [s, t, r] = [volumetric + twice_shear * xx, volumetric + twice_shear * yy, twice_shear * xy];
         [
             cos * cos * s + sin * sin * t - 2.0 * sin * cos * r,
             sin * sin * s + cos * cos * t + 2.0 * sin * cos * r,
@@ -250,11 +250,12 @@ impl CrossedCells {
 
     /// Stiffness block `K_ij = A ∫ B_iᵀ D B_j` of two gradients `a` = ∇N_i, `b` = ∇N_j over area 1, Pa/m².
     pub fn stiffness_block(&self, a: [f64; 2], b: [f64; 2]) -> [[f64; 2]; 2] {
-        let shear = self.twice_shear / 2.0;
+        let Moduli { lambda, twice_shear } = self.moduli;
+        let shear = twice_shear / 2.0;
         let dot = a[0] * b[0] + a[1] * b[1];
         let entry = |p: usize, q: usize| {
             let diagonal = if p == q { shear * dot } else { 0.0 };
-            self.lambda * a[p] * b[q] + shear * a[q] * b[p] + diagonal
+            lambda * a[p] * b[q] + shear * a[q] * b[p] + diagonal
         };
         [[entry(0, 0), entry(0, 1)], [entry(1, 0), entry(1, 1)]]
     }
@@ -295,7 +296,7 @@ mod tests {
         }
     }
 
-    /// 13 cells: a batch and a part of one.
+    /// 13 cells: one full batch and one that is partly filled.
     fn bar(kinematics: Kinematics) -> (Mesh, CrossedCells, [Vec<[f64; 2]>; 2]) {
         let rows: Vec<f64> = (0..=13).map(f64::from).collect();
         let mut mesh = Mesh::mapped(&Section::rectangle(1.2, 13.0), &[rows], 1);
@@ -315,7 +316,7 @@ mod tests {
         (mesh, cells, fields)
     }
 
-    /// Triangle after triangle, with the rotation from an angle and the strain from `RᵀF − I`.
+    /// Reference: a loop over triangles, with the rotation from an angle and the strain from `RᵀF − I`.
     #[test]
     fn forces_are_those_of_a_loop_over_triangles() {
         for kinematics in [Kinematics::Small, Kinematics::Corotational] {
@@ -344,7 +345,7 @@ mod tests {
                 };
                 let [s11, s22, s12] = turned([[1.0 + a, b], [c, 1.0 + d]]);
                 let (strain, rate) = ([s11 - 1.0, s22 - 1.0, s12], turned(rate));
-                let (lambda, shear) = (cells.lambda, cells.twice_shear);
+                let (lambda, shear) = (cells.moduli.lambda, cells.moduli.twice_shear);
                 let stress = |e: [f64; 3]| {
                     [
                         lambda * (e[0] + e[1]) + shear * e[0],
@@ -388,14 +389,15 @@ mod tests {
         for _ in 0..2 {
             let damping = StiffnessDamping { coefficient: 0.3, memory: 0.6 };
             let evaluation = Evaluation::<COROTATIONAL, DAMPED> {
-                cells: &cells,
+                moduli: cells.moduli,
                 of: Deformation { displacement: &u, velocity: &v, damping },
                 batches: &cells.batches,
                 viscous: &mut viscous,
                 forces: &mut forces,
                 first_node: 0,
             };
-            let energy = Energy::<COROTATIONAL> { cells: &cells, displacement: &u };
+            let (moduli, batches) = (cells.moduli, &cells.batches[..]);
+            let energy = Energy::<COROTATIONAL> { moduli, batches, displacement: &u };
             let sums = match scalar {
                 true => [evaluation.with_simd(pulp::Scalar::new()), energy.with_simd(pulp::Scalar::new())],
                 false => [Arch::new().dispatch(evaluation), Arch::new().dispatch(energy)],
@@ -405,7 +407,7 @@ mod tests {
         forces.into_iter().flatten().map(f64::to_bits).collect()
     }
 
-    /// The widest registers of this processor give the bits of plain numbers.
+    /// The widest registers of this processor give the same bits as scalar arithmetic.
     #[test]
     fn the_bits_do_not_depend_on_the_processor() {
         assert_eq!(bits::<true, true>(false), bits::<true, true>(true));
@@ -414,7 +416,7 @@ mod tests {
         assert_eq!(bits::<false, false>(false), bits::<false, false>(true));
     }
 
-    /// `f_i = −A σ R ∇N_i`, and a strained triangle that turns takes its stress along.
+    /// `f_i = −A σ R ∇N_i`, and the stress of a strained triangle rotates with it.
     #[test]
     fn stresses_are_those_of_the_forces_and_turn_with_the_triangle() {
         for kinematics in [Kinematics::Small, Kinematics::Corotational] {
@@ -460,7 +462,7 @@ mod tests {
         }
     }
 
-    /// Forces and damping of a large mesh, on any number of threads.
+    /// Forces and damping of a large mesh on different numbers of threads.
     #[test]
     fn the_bits_do_not_depend_on_the_threads() -> Result<(), DamError> {
         let mesh = Mesh::new(&Section::rectangle(60.0, 100.0), &[31.0], &[], 0.45);
@@ -479,12 +481,12 @@ mod tests {
             let mut forces = vec![[0.0; 2]; mesh.nodes.len()];
             let damping = StiffnessDamping { coefficient: 0.3, memory: 0.6 };
             let powers = [0, 1].map(|_| cells.add_forces(&u, &v, damping, &mut viscous, &mut forces));
-            // and the batches one after the other
+            // reference: all batches in sequence
             let mut plain = vec![[0.0; 2]; mesh.nodes.len()];
             cells.add_forces(&u, &v, 0.0, &mut [], &mut plain);
             let mut serial = vec![[0.0; 2]; mesh.nodes.len()];
             Arch::new().dispatch(Evaluation::<true, false> {
-                cells: &cells,
+                moduli: cells.moduli,
                 of: Deformation { displacement: &u, velocity: &v, damping: 0.0.into() },
                 batches: &cells.batches,
                 viscous: &mut [],

@@ -1,20 +1,27 @@
-//! The forces of all cells, for as many of them at a time as the processor can.
+//! Forces and strain energy of the cells, with vector instructions for several cells at a time.
 
 use pulp::{Simd, WithSimd};
 
-use super::ViscousStress;
-use super::batch::{Batch, Nodal};
-use super::cst::CrossedCells;
+use super::batch::{Batch, Nodal, ViscousStress};
 use super::lanes::{Lanes, Register};
 use crate::damping::StiffnessDamping;
 
-/// A vector, and a tensor `[[11, 12], [21, 22]]`, in each triangle k of some cells.
+/// A vector, and a tensor `[[11, 12], [21, 22]]`, in triangle k of the cells of one register.
 type Vector<S> = [Register<S>; 2];
 type Tensor<S> = [[Register<S>; 2]; 2];
 /// A symmetric tensor: 11, 22, 12 components.
 type Symmetric<S> = [Register<S>; 3];
 
-/// Motion of all nodes, and the damping.
+/// Elastic moduli of plane stress or plane strain: `σ = λ tr(ε) I + 2G ε`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Moduli {
+    /// λ in the plane, Pa.
+    pub lambda: f64,
+    /// 2G, Pa.
+    pub twice_shear: f64,
+}
+
+/// Motion of all nodes, and stiffness damping.
 #[derive(Clone, Copy)]
 pub(super) struct Deformation<'a> {
     pub displacement: &'a [[f64; 2]],
@@ -24,12 +31,12 @@ pub(super) struct Deformation<'a> {
 
 /// Forces of stress and damping; the result is the power of damping, W/m.
 pub(super) struct Evaluation<'a, const COROTATIONAL: bool, const DAMPED: bool> {
-    pub cells: &'a CrossedCells,
+    pub moduli: Moduli,
     pub of: Deformation<'a>,
-    /// Those of the cells' batches that are evaluated, and their damping stresses.
+    /// The batches to evaluate, and their damping stresses.
     pub batches: &'a [Batch],
     pub viscous: &'a mut [ViscousStress],
-    /// Those of the nodes from `first_node` on.
+    /// Forces on the nodes from `first_node` on.
     pub forces: &'a mut [[f64; 2]],
     pub first_node: usize,
 }
@@ -52,7 +59,7 @@ impl<const COROTATIONAL: bool, const DAMPED: bool> WithSimd for Evaluation<'_, C
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
-        let elastic = Elastic::new(simd, self.cells);
+        let elastic = Elastic::new(simd, self.moduli);
         let StiffnessDamping { coefficient, memory } = self.of.damping;
         let fresh = Register::splat(simd, (1.0 - memory) * coefficient);
         let memory = Register::splat(simd, memory);
@@ -65,7 +72,7 @@ impl<const COROTATIONAL: bool, const DAMPED: bool> WithSimd for Evaluation<'_, C
         for (index, batch) in self.batches.iter().enumerate() {
             self.gather(index + 1, &mut fields[(index + 1) % 2]);
             let [u, v] = &fields[index % 2];
-            // all roots and quotients before the rest, so that they overlap
+            // roots and quotients of all triangles first, so that the processor can overlap them
             for register in 0..Lanes::registers::<S>() {
                 let u = from_centre(simd, u, register);
                 for (k, stretched) in stretched.iter_mut().enumerate() {
@@ -134,7 +141,8 @@ impl<const COROTATIONAL: bool, const DAMPED: bool> WithSimd for Evaluation<'_, C
 
 /// Strain energy, J/m.
 pub(super) struct Energy<'a, const COROTATIONAL: bool> {
-    pub cells: &'a CrossedCells,
+    pub moduli: Moduli,
+    pub batches: &'a [Batch],
     pub displacement: &'a [[f64; 2]],
 }
 
@@ -143,9 +151,9 @@ impl<const COROTATIONAL: bool> WithSimd for Energy<'_, COROTATIONAL> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
-        let elastic = Elastic::new(simd, self.cells);
+        let elastic = Elastic::new(simd, self.moduli);
         let mut twice = Lanes::default();
-        for batch in &self.cells.batches {
+        for batch in self.batches {
             let mut u = Nodal::default();
             batch.gather(self.displacement, &mut u);
             for register in 0..Lanes::registers::<S>() {
@@ -163,7 +171,7 @@ impl<const COROTATIONAL: bool> WithSimd for Energy<'_, COROTATIONAL> {
     }
 }
 
-/// A field at the corners, from its value at the centre.
+/// A field at the corners, relative to its value at the centre.
 #[inline(always)]
 fn from_centre<S: Simd>(simd: S, field: &Nodal, register: usize) -> [Vector<S>; 4] {
     let mut relative = [[Register::splat(simd, 0.0); 2]; 4];
@@ -176,7 +184,7 @@ fn from_centre<S: Simd>(simd: S, field: &Nodal, register: usize) -> [Vector<S>; 
     relative
 }
 
-/// Triangle k of some cells.
+/// Shape functions of triangle k in the cells of one register.
 struct Shape<S: Simd> {
     gradients: [Vector<S>; 2],
     area: Register<S>,
@@ -195,7 +203,7 @@ impl<S: Simd> Shape<S> {
         }
     }
 
-    /// `[[∂₁f₁, ∂₂f₁], [∂₁f₂, ∂₂f₂]]` of a field with the values `a` and `b` at the two corners, 0 at the centre.
+    /// `[[∂₁f₁, ∂₂f₁], [∂₁f₂, ∂₂f₂]]` of a field with the values `a` and `b` at the two corners and 0 at the centre.
     #[inline(always)]
     fn gradient(&self, a: Vector<S>, b: Vector<S>) -> Tensor<S> {
         let [g, h] = self.gradients;
@@ -206,7 +214,7 @@ impl<S: Simd> Shape<S> {
     }
 }
 
-/// Lamé's λ and 2G, Pa.
+/// [`Moduli`] in registers.
 struct Elastic<S: Simd> {
     lambda: Register<S>,
     twice_shear: Register<S>,
@@ -214,11 +222,8 @@ struct Elastic<S: Simd> {
 
 impl<S: Simd> Elastic<S> {
     #[inline(always)]
-    fn new(simd: S, cells: &CrossedCells) -> Self {
-        Self {
-            lambda: Register::splat(simd, cells.lambda),
-            twice_shear: Register::splat(simd, cells.twice_shear),
-        }
+    fn new(simd: S, Moduli { lambda, twice_shear }: Moduli) -> Self {
+        Self { lambda: Register::splat(simd, lambda), twice_shear: Register::splat(simd, twice_shear) }
     }
 
     /// `D : ε`.

@@ -2,7 +2,7 @@ use pulp::Simd;
 use serde::{Deserialize, Serialize};
 use std::ops::{Add, AddAssign, Div, Index, IndexMut, Mul, Sub};
 
-/// Cells that are computed together.
+/// Number of cells that are evaluated together.
 pub(super) const LANES: usize = 8;
 
 /// One value for each cell of a batch.
@@ -10,12 +10,12 @@ pub(super) const LANES: usize = 8;
 pub struct Lanes([f64; LANES]);
 
 impl Lanes {
-    /// Adds up the cells, always in the same order.
+    /// Sum over the cells, always in the same order.
     pub(super) fn sum(&self) -> f64 {
         self.0.iter().sum()
     }
 
-    /// Registers that hold one value for each cell.
+    /// Number of registers that hold one value for each cell.
     #[inline(always)]
     pub(super) fn registers<S: Simd>() -> usize {
         LANES / S::F64_LANES
@@ -48,8 +48,8 @@ impl IndexMut<usize> for Lanes {
     }
 }
 
-/// Values of as many cells as a register of the processor holds. All operations are those of IEEE 754, never
-/// fused: the bits do not depend on the register's width.
+/// Values of as many cells as a processor register holds. All operations follow IEEE 754 and are never fused, so that
+/// results do not depend on the width of the register.
 #[derive(Clone, Copy)]
 pub(super) struct Register<S: Simd> {
     simd: S,

@@ -6,4 +6,5 @@ mod evaluation;
 mod lanes;
 mod parts;
 
-pub use cst::{CrossedCells, ViscousStress};
+pub use batch::ViscousStress;
+pub use cst::CrossedCells;

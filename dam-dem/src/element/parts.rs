@@ -1,31 +1,31 @@
-//! Large meshes in parts that threads can take.
+//! Division of large meshes into parts for threads.
 
 use std::ops::Range;
 
 use super::batch::Batch;
 
-/// Batches in a row: of a part no other part touches a node, and seams lie between parts.
+/// Consecutive batches as parts and seams: no node belongs to two parts, and a seam lies between two parts.
 ///
-/// The parts follow from the mesh alone, so that forces are summed in the same order on any number of threads.
+/// The parts depend on the mesh only, so that forces are summed in the same order with any number of threads.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Parts {
     pub parts: Vec<Part>,
-    /// Batches that touch the nodes of both parts beside them.
+    /// Batches that share nodes with both neighbouring parts.
     pub seams: Vec<Range<usize>>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Part {
     pub batches: Range<usize>,
-    /// Its nodes are from here on, up to where the next part's begin.
+    /// First node of the part; its nodes end where those of the next part begin.
     pub first_node: usize,
 }
 
-/// Batches that are worth a thread: some ten thousand triangles.
+/// Smallest number of batches for which a thread is faster: about ten thousand triangles.
 const LEAST: usize = 312;
 
 impl Parts {
-    /// Those of batches whose nodes are numbered nearly as they come, as rows of a mesh are.
+    /// The parts of `batches`, whose node numbers must increase approximately with the batch, as in the rows of a mesh.
     pub fn of(batches: &[Batch]) -> Self {
         let count = (batches.len() / LEAST).max(1);
         let nodes = |batch: &Batch| batch.cells.iter().flatten().copied().collect::<Vec<_>>();
@@ -45,7 +45,7 @@ impl Parts {
             let seam_end = (cut..batches.len()).find(|&batch| starts[batch] >= ends[cut]);
             let last = found.parts.len() - 1;
             let part = &mut found.parts[last];
-            // a part must have batches of its own on either side of the seam
+            // there must be a part on each side of the seam
             let Some(end) = seam_end.filter(|_| cut > part.batches.start) else { continue };
             part.batches.end = cut;
             found.seams.push(cut..end);

@@ -1,3 +1,4 @@
+use crate::DampingCoefficients;
 use crate::contact::ContactLaw;
 use crate::element::CrossedCells;
 use crate::energy::Work;
@@ -38,22 +39,25 @@ impl CentralDifference {
     pub fn advance(
         &self,
         structure: &Structure<impl ContactLaw>,
+        damping: impl Into<DampingCoefficients>,
         motion: &mut Motion,
         loads: &LoadPath,
         work: &mut Work,
     ) {
-        structure.cells.among_threads(|| self.take_steps(structure, motion, loads, work));
+        let damping = damping.into();
+        structure.cells.among_threads(|| self.take_steps(structure, damping, motion, loads, work));
     }
 
     fn take_steps(
         &self,
         structure: &Structure<impl ContactLaw>,
+        damping: DampingCoefficients,
         motion: &mut Motion,
         loads: &LoadPath,
         work: &mut Work,
     ) {
         let dt = self.time_step;
-        let damping = structure.damping;
+        let alpha = damping.rayleigh.mass;
         let mut forces = vec![[0.0; 2]; motion.displacement.len()];
         kick(motion, dt / 2.0);
         for step in 0..self.steps {
@@ -62,27 +66,19 @@ impl CentralDifference {
             let input = Nodes::of(motion, &mut forces, loads, structure).sum(&structure.cells, &|n| {
                 drift(dt, [middle, end], n.displacement, n.velocity, n.forces, n.start, n.change)
             });
-            let losses = structure.add_internal_forces(motion, structure.stiffness_damping(), &mut forces);
+            let losses = structure.add_internal_forces(motion, damping.stiffness(), &mut forces);
             if let Some(water) = &structure.added_mass {
-                water.take_share(&mut forces, &motion.velocity, &structure.mass, damping.mass);
+                water.take_share(&mut forces, &motion.velocity, &structure.mass, alpha);
             }
             let advance = if step + 1 < self.steps { dt } else { dt / 2.0 };
-            work.damping += dt * structure.damp_locally(&motion.velocity, &mut forces);
-            let twice_kinetic =
-                Nodes::of(motion, &mut forces, loads, structure).sum(&structure.cells, &|n| {
-                    kick_under(
-                        advance,
-                        damping.mass,
-                        n.acceleration,
-                        n.velocity,
-                        n.forces,
-                        n.mass,
-                        n.inverse_mass,
-                    )
+            work.damping += dt * damp_locally(structure, damping.local, &motion.velocity, &mut forces);
+            let twice_kinetic = Nodes::of(motion, &mut forces, loads, structure)
+                .sum(&structure.cells, &|n| {
+                    kick_under(advance, alpha, n.acceleration, n.velocity, n.forces, n.mass, n.inverse_mass)
                 });
             work.input += dt * input;
             work.friction += losses.friction;
-            work.damping += dt * (losses.damping_power + damping.mass * twice_kinetic);
+            work.damping += dt * (losses.damping_power + alpha * twice_kinetic);
         }
     }
 }
@@ -217,38 +213,24 @@ fn kick(motion: &mut Motion, duration: f64) {
 /// function of the pressure on it.
 const STANDSTILL: f64 = 1e-3;
 
-impl<L: ContactLaw> Structure<L> {
-    /// Takes local damping `κ |F| v/√(v² + v₀²)` off `forces` (N/m); returns its power, W/m.
-    fn damp_locally(&self, velocity: &[[f64; 2]], forces: &mut [[f64; 2]]) -> f64 {
-        let mut power = 0.0;
-        if self.local_damping == 0.0 {
-            return power;
-        }
-        let free =
-            self.inverse_mass.iter().map(|inverse| if *inverse > 0.0 { self.local_damping } else { 0.0 });
-        for ((force, v), coefficient) in forces.iter_mut().zip(velocity).zip(free) {
-            for d in 0..2 {
-                let damping = coefficient * force[d].abs() * v[d] / v[d].hypot(STANDSTILL);
-                power += damping * v[d];
-                force[d] -= damping;
-            }
-        }
-        power
+/// Takes local damping `κ |F| v/√(v² + v₀²)` off `forces` (N/m); returns its power, W/m.
+fn damp_locally(
+    structure: &Structure<impl ContactLaw>,
+    coefficient: f64,
+    velocity: &[[f64; 2]],
+    forces: &mut [[f64; 2]],
+) -> f64 {
+    let mut power = 0.0;
+    if coefficient == 0.0 {
+        return power;
     }
-
-    /// Sets the acceleration of `motion` to that under `forces` (N/m).
-    ///
-    /// **Call order**: once, at the start: it takes one step of the damping's memory.
-    pub fn accelerate(&self, motion: &mut Motion, forces: &[[f64; 2]]) {
-        let mut total = forces.to_vec();
-        self.add_internal_forces(motion, self.stiffness_damping(), &mut total);
-        if let Some(water) = &self.added_mass {
-            water.take_share(&mut total, &motion.velocity, &self.mass, self.damping.mass);
-        }
-        for (i, force) in total.iter().enumerate() {
-            let v = motion.velocity[i];
-            motion.acceleration[i] =
-                [0, 1].map(|d| force[d] * self.inverse_mass[i] - self.damping.mass * v[d]);
+    let free = structure.inverse_mass.iter().map(|inverse| if *inverse > 0.0 { coefficient } else { 0.0 });
+    for ((force, v), coefficient) in forces.iter_mut().zip(velocity).zip(free) {
+        for d in 0..2 {
+            let damping = coefficient * force[d].abs() * v[d] / v[d].hypot(STANDSTILL);
+            power += damping * v[d];
+            force[d] -= damping;
         }
     }
+    power
 }

@@ -28,11 +28,13 @@
 //! **Source**: R.R. Craig, M.C.C. Bampton, *Coupling of substructures for dynamic analyses*, AIAA Journal 6 (1968);
 //! tested in `tests/reduction.rs`.
 
+mod advance;
 mod basis;
 mod mode;
 mod motion;
 mod sides;
 mod superposition;
 
-pub(crate) use motion::ModalLoadPath;
-pub use superposition::{ModalMotion, Superposition};
+pub(crate) use advance::ModalLoadPath;
+pub use motion::ModalMotion;
+pub use superposition::Superposition;

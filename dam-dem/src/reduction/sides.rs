@@ -1,6 +1,6 @@
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-use super::superposition::ModalMotion;
+use super::motion::ModalMotion;
 use crate::Kinematics;
 use crate::contact::{ContactLaw, Crack, MohrCoulomb};
 use crate::damping::StiffnessDamping;

@@ -1,10 +1,10 @@
 use nalgebra::{DMatrix, DVector};
-use serde::{Deserialize, Serialize};
 
 use super::basis::Basis;
 use super::mode::{Mode, SLOWED_TO, concrete_mass};
+use super::motion::ModalMotion;
 use super::sides::{CrackSides, Mean, Rows};
-use crate::contact::{JointState, MohrCoulomb};
+use crate::contact::MohrCoulomb;
 use crate::damping::StiffnessDamping;
 use crate::energy::StoredEnergy;
 use crate::loads::Wet;
@@ -43,28 +43,16 @@ struct ModalLoads {
     ground: [DVector<f64>; 2],
 }
 
-/// Motion in modal coordinates, relative to the ground.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ModalMotion {
-    /// Coordinates q of modes with unit mass, m √(kg/m).
-    pub coordinates: Vec<f64>,
-    /// Their rates.
-    pub rates: Vec<f64>,
-    /// Modal forces of the contacts, padded.
-    pub contact_forces: Vec<f64>,
-    /// Contacts of each crack.
-    pub joints: Vec<Vec<JointState>>,
-}
-
 /// Share of 2/ω that dashpots leave to the time step.
 const DAMPED_SHARE: f64 = 0.3;
 
 impl Superposition {
-    /// The dam of `structure` at a level of `fidelity`, under the weight of `gravity` (m/s²).
+    /// The dam of `structure` with damping `rayleigh` at a level of `fidelity`, under the weight of `gravity` (m/s²).
     ///
     /// **Errors**: [`DamError::Singular`], [`DamError::FrequenciesNotConverged`], [`DamError::TooManyFrequencies`].
     pub(crate) fn new(
         structure: &Structure<MohrCoulomb>,
+        rayleigh: RayleighCoefficients,
         fidelity: Fidelity,
         kinematics: Kinematics,
         wet: Option<&Wet>,
@@ -80,9 +68,10 @@ impl Superposition {
         let by_mode: Vec<DVector<f64>> = modes.iter().map(|mode| mode.shape.clone()).collect();
         let shapes = DMatrix::from_columns(&by_mode);
         let stiffness: Vec<f64> = modes.iter().map(|mode| mode.square).collect();
-        let rayleigh = structure.damping;
-        let damping_between =
-            if coupled { damping_between(structure, &shapes, &stiffness) } else { DMatrix::zeros(0, 0) };
+        let damping_between = match coupled {
+            true => damping_between(structure, rayleigh.mass, &shapes, &stiffness),
+            false => DMatrix::zeros(0, 0),
+        };
         let shapes = shapes.transpose();
         let cracked = !matches!(fidelity, Fidelity::Intact { .. });
         let sides = CrackSides::of(structure, &shapes, cracked, kinematics);
@@ -123,6 +112,11 @@ impl Superposition {
     /// Estimate of what left out modes would add to the answer at the highest excitation, as a share.
     pub fn truncation(&self) -> f64 {
         self.truncation
+    }
+
+    /// Stiffness damping of the contacts' dashpots.
+    pub(crate) fn dashpots(&self) -> StiffnessDamping {
+        self.dashpots
     }
 
     pub(crate) fn critical_time_step(&self) -> CriticalTimeStep {
@@ -225,12 +219,12 @@ fn joined(parts: Vec<DMatrix<f64>>, coupled: bool) -> Vec<DMatrix<f64>> {
 /// diagonal of `Φᵀ M Φ`.
 fn damping_between(
     structure: &Structure<MohrCoulomb>,
+    alpha: f64,
     shapes: &DMatrix<f64>,
     stiffness: &[f64],
 ) -> DMatrix<f64> {
     let slow = stiffness.partition_point(|&square| square < SLOWED_TO * SLOWED_TO * (1.0 - 1e-9));
-    let mut between =
-        concrete_mass(structure, &shapes.columns(0, slow).into_owned()) * structure.damping.mass;
+    let mut between = concrete_mass(structure, &shapes.columns(0, slow).into_owned()) * alpha;
     between.fill_diagonal(0.0);
     between
 }

@@ -1,12 +1,12 @@
 //! Dams and drivers that the tests share.
 
-use dam_dem::contact::{ContactLaw, Coulomb};
+use dam_dem::contact::{ContactLaw, Coulomb, Integration};
 use dam_dem::energy::Work;
 use dam_dem::integrator::CentralDifference;
 use dam_dem::loads::LoadPath;
 use dam_dem::{
-    Block, CrackParameters, CriticalTimeStep, Dam, DamError, DamParameters, Damping, DampingFrequencies,
-    Fidelity, Kinematics, Material, Mesh, Motion, Plane, Section, Structure,
+    Block, CrackParameters, CriticalTimeStep, Dam, DamError, DamParameters, Damping, DampingCoefficients,
+    DampingFrequencies, Fidelity, Kinematics, Material, Mesh, Motion, Plane, Section, Structure,
 };
 use interface::{CoSimulation, Variable, variables::dam as variable};
 use nalgebra::{DMatrix, Matrix4, SymmetricEigen, Vector4};
@@ -88,7 +88,7 @@ pub fn stiff(young_modulus: f64) -> Material {
 }
 
 /// A block of `size` [m] in the middle of a fixed one that is 4 m wider and 1 m high; meshes do not match.
-pub fn block_on_ground(size: [f64; 2], young_modulus: f64, law: Coulomb) -> Structure {
+pub fn block_on_ground(size: [f64; 2], young_modulus: f64, law: Coulomb, contacts: Integration) -> Structure {
     let width = size[0] + 4.0;
     let mut mesh = Mesh::mapped(&Section::rectangle(width, 1.0), &[vec![0.0, 1.0]], 11);
     let rows: Vec<f64> = (0..=2).map(|i| size[1] * f64::from(i) / 2.0).collect();
@@ -106,16 +106,23 @@ pub fn block_on_ground(size: [f64; 2], young_modulus: f64, law: Coulomb) -> Stru
         upstream: shift(&block.upstream),
     });
     let fixed: Vec<usize> = (0..nodes).collect();
-    Structure::new(mesh, &stiff(young_modulus), Kinematics::Corotational, [law], &fixed)
+    Structure::new(mesh, &stiff(young_modulus), Kinematics::Corotational, [(law, contacts)], &fixed)
 }
 
 /// Steps under constant acceleration of the frame, `body` [m/s²], for `duration` (s).
-pub fn run(structure: &Structure, motion: &mut Motion, body: [f64; 2], duration: f64) -> Work {
+pub fn run(
+    structure: &Structure,
+    damping: impl Into<DampingCoefficients>,
+    motion: &mut Motion,
+    body: [f64; 2],
+    duration: f64,
+) -> Work {
+    let damping = damping.into();
     let forces = structure.weight(body);
-    structure.accelerate(motion, &forces);
-    let steps = CentralDifference::covering(duration, 0.9 * CriticalTimeStep::of(structure).limit);
+    structure.accelerate(damping, motion, &forces);
+    let steps = CentralDifference::covering(duration, 0.9 * CriticalTimeStep::of(structure, damping).limit);
     let mut work = Work::default();
-    steps.advance(structure, motion, &LoadPath::constant(forces), &mut work);
+    steps.advance(structure, damping, motion, &LoadPath::constant(forces), &mut work);
     work
 }
 

@@ -1,4 +1,4 @@
-//! The dam's outputs, from its state.
+//! The outputs of the dam, computed from its state.
 
 use interface::{Causality, Shape, Variable, variables::dam as variable};
 
@@ -10,8 +10,9 @@ use crate::{Dam, DamError, Kinematics};
 impl Dam {
     /// Writes the values of `variable`.
     ///
-    /// **Errors**: [`CallError::Order`](interface::CallError::Order) for what only exists after initialisation.
-    pub(crate) fn output(&self, variable: &'static Variable, values: &mut [f64]) -> Result<(), DamError> {
+    /// **Errors**: [`CallError::Order`](interface::CallError::Order) before initialisation, for variables that exist only
+    /// after it.
+    pub(super) fn output(&self, variable: &'static Variable, values: &mut [f64]) -> Result<(), DamError> {
         let state = self.state();
         let from_motion = matches!(variable.causality, Causality::Output | Causality::Local)
             || *variable == variable::CREST_STATIC_DISPLACEMENT;
@@ -32,7 +33,7 @@ impl Dam {
         let parameters = self.parameters();
         let energy = state.energy();
         let gained = energy.gained();
-        let crest = self.crest_node();
+        let crest = self.crest;
         let scalar = match *variable {
             variable::INTERFACE_PRESSURE => return copy(&state.next.pressure, values),
             variable::HYDROSTATIC_PRESSURE => return copy(&state.hydrostatic_pressure, values),
@@ -81,7 +82,7 @@ impl Dam {
 
     fn crack_output(&self, variable: &Variable, crack: usize) -> f64 {
         let parameters = &self.cracks()[crack];
-        // an intact dam has none
+        // an intact dam has no contacts
         let joints = self.state().motion.joints().get(crack).map_or(&[][..], Vec::as_slice);
         let count = |statuses: &[ContactStatus]| {
             joints.iter().filter(|joint| statuses.contains(&joint.status)).count() as f64
@@ -111,13 +112,14 @@ impl Dam {
         }
     }
 
-    /// What acts across a crack; nothing in an intact dam, which has none.
+    /// Forces across a crack; zero in an intact dam, which has no contacts.
     fn crack_forces(&self, crack: usize) -> CrackForces {
         let joints = self.state().motion.joints().get(crack);
         joints.map_or_else(CrackForces::default, |joints| self.structure().cracks[crack].forces(joints))
     }
 
-    /// Stress (xx, yy, xy) in a triangle, Pa. Modes turn blocks to first order only, so theirs is of small strain.
+    /// Stress (xx, yy, xy) in a triangle, Pa. Modes describe rotations to first order only, so that their stress is
+    /// computed with small strains.
     fn stress(&self, triangle: usize, nodes: [usize; 3]) -> [f64; 3] {
         let kinematics =
             if self.modes().is_some() { Kinematics::Small } else { self.parameters().kinematics };
@@ -126,7 +128,7 @@ impl Dam {
     }
 
     fn at_stress_points(&self, variable: &Variable, values: &mut [f64]) {
-        for (value, point) in values.iter_mut().zip(self.stress_points()) {
+        for (value, point) in values.iter_mut().zip(&self.stress_points) {
             let mean = || {
                 let (mut sum, mut whole) = ([0.0; 3], 0.0);
                 for &(triangle, corners, area) in &point.triangles {
@@ -146,7 +148,7 @@ impl Dam {
         }
     }
 
-    /// Values at all nodes, triangles or contacts.
+    /// Values of a field variable at all nodes, triangles or contacts.
     fn field(&self, variable: &Variable, values: &mut [f64]) {
         let mesh = &self.structure().mesh;
         let fill = |values: &mut [f64], from: &mut dyn Iterator<Item = f64>| {
@@ -187,12 +189,9 @@ impl Dam {
         }
     }
 
-    /// Values of a field in the dam's coordinates at a node.
+    /// Value at a node of a field that is given in the coordinates of the model.
     fn at_node(&self, node: usize, field: &[f64]) -> [f64; 2] {
-        match self.modes() {
-            Some(modes) => modes.at_node(node, field),
-            None => [field[2 * node], field[2 * node + 1]],
-        }
+        self.model.at_node(node, field)
     }
 
     /// Displacement of a node since time 0, m.
@@ -223,8 +222,8 @@ impl Dam {
         sum / lengths.iter().sum::<f64>()
     }
 
-    /// Mean displacement of the upper side less that of the lower side, since time 0, along the lower
-    /// side's current direction, m.
+    /// Mean displacement of the upper side minus that of the lower side since time 0, along the current direction of the
+    /// lower side, m.
     fn sliding(&self, crack: usize) -> f64 {
         let [x, y] = [0, 1].map(|d| {
             self.side_mean(crack, 1, |node| self.displacement(node)[d])
@@ -234,8 +233,8 @@ impl Dam {
         x * cos + y * sin
     }
 
-    /// Mass-weighted best-fit rotation of the block above, less the best-fit rotation of the lower side's
-    /// nodes (weighted by tributary lengths), both since time 0, rad.
+    /// Mass-weighted best-fit rotation of the block above, minus the best-fit rotation of the nodes on the lower side
+    /// (weighted by tributary lengths), both since time 0, rad.
     fn rotation(&self, crack: usize) -> f64 {
         if let Some(modes) = self.modes() {
             let motion = self.state().motion.displacement().iter().zip(&self.state().rest);
@@ -295,8 +294,8 @@ mod tests {
         CrackParameters, DamMotion, DamParameters, Damping, Fidelity, Kinematics, Material, Plane, Section,
     };
 
-    /// The upper block is turned about the crack's middle and shifted along the crack, both blocks are
-    /// turned together: sliding and rotation are those of the one against the other.
+    /// The upper block is turned about the middle of the crack and shifted along the crack; then both blocks are
+    /// turned together. Sliding and rotation must be those of the upper block relative to the lower one.
     #[test]
     fn sliding_and_rotation_are_relative_to_the_lower_side() -> Result<(), DamError> {
         let crack = CrackParameters::sliding(4.0, 1.0, 1e9, 1e9);

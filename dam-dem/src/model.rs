@@ -1,0 +1,307 @@
+//! The dam's equations of motion at its level of fidelity.
+
+use interface::StateError;
+use nalgebra::DVector;
+use std::num::NonZeroUsize;
+
+use crate::contact::{Coulomb, MohrCoulomb};
+use crate::energy::{StoredEnergy, Work};
+use crate::integrator::{CentralDifference, DynamicRelaxation, Relaxed, SparseNewton};
+use crate::loads::{LoadPath, Wet, add_ground_inertia};
+use crate::reduction::{ModalLoadPath, ModalMotion, Superposition};
+use crate::state::DamMotion;
+use crate::structure::{Motion, Structure};
+use crate::time_step::highest_frequency;
+use crate::{
+    CrackParameters, CriticalTimeStep, DamError, DamParameters, DampingCoefficients, Fidelity,
+    RayleighCoefficients, modal,
+};
+
+/// The structure, and what acts on it.
+#[derive(Clone, Debug)]
+pub(crate) struct Body {
+    pub structure: Structure<MohrCoulomb>,
+    pub wet: Option<Wet>,
+    /// Gravitational acceleration, m/s².
+    pub gravity: f64,
+}
+
+/// Pressure on the wet face and acceleration of the ground at one instant.
+pub(crate) struct Loads {
+    /// Pressure, hydrostatic pressure included, Pa.
+    pub pressure: Vec<f64>,
+    /// Acceleration of the ground, m/s².
+    pub ground_acceleration: [f64; 2],
+}
+
+/// The coordinates in which the dam moves, and its equations of motion in them.
+#[derive(Clone, Debug)]
+pub(crate) enum Model {
+    /// Displacements of all nodes ([`Fidelity::Dem`]).
+    Elements(Elements),
+    /// Coordinates of modes (all other levels).
+    Modes(Modes),
+}
+
+/// Every element and every contact.
+#[derive(Clone, Debug)]
+pub(crate) struct Elements {
+    body: Body,
+    damping: DampingCoefficients,
+    critical_time_step: CriticalTimeStep,
+}
+
+/// Modes of the structure, and contacts between its blocks.
+#[derive(Clone, Debug)]
+pub(crate) struct Modes {
+    body: Body,
+    rayleigh: RayleighCoefficients,
+    superposition: Superposition,
+}
+
+/// A model with a motion in its own coordinates.
+pub(crate) enum Moving<'a> {
+    Elements(&'a Elements, &'a mut Motion),
+    Modes(&'a Modes, &'a mut ModalMotion),
+}
+
+/// Share of the undamped limit 2/ω to which stiffness damping may reduce the time step. With the usual safety factor of 0.9
+/// it is just above the largest step that a dam with cracks takes.
+const DAMPED_SHARE: f64 = 0.3;
+
+impl From<&CrackParameters> for MohrCoulomb {
+    fn from(crack: &CrackParameters) -> Self {
+        let peak = crack.friction_coefficient;
+        Self {
+            residual: Coulomb {
+                friction: crack.residual_friction_coefficient.unwrap_or(peak),
+                normal_stiffness: crack.normal_stiffness,
+                shear_stiffness: crack.shear_stiffness,
+            },
+            friction: peak,
+            cohesion: crack.cohesion,
+            tensile_strength: crack.tensile_strength,
+            dilation: crack.dilation,
+            dilation_slip: crack.dilation_slip.unwrap_or(f64::INFINITY),
+        }
+    }
+}
+
+impl Body {
+    /// The body of checked `parameters` with `cracks` from the base up, and the frequencies at which its damping ratio holds
+    /// (rad/s).
+    fn new(parameters: &DamParameters, cracks: &[CrackParameters]) -> Result<(Self, [f64; 2]), DamError> {
+        let mesh = parameters.mesh();
+        let wet = Wet::below(&mesh, parameters.water_depth)?;
+        let base = mesh.blocks[0].bottom.clone();
+        let cracks = cracks.iter().map(|crack| (MohrCoulomb::from(crack), crack.integration));
+        let dry = Structure::new(mesh, &parameters.material, parameters.kinematics, cracks, &base);
+        let damping_frequencies =
+            parameters.damping.frequencies(|| Ok(modal::natural_frequencies(&dry, 1)?[0]))?;
+        let structure = match &parameters.added_mass {
+            Some(rows) => dry.in_water(wet.as_ref(), rows)?,
+            None => dry,
+        };
+        Ok((Self { structure, wet, gravity: parameters.gravity }, damping_frequencies))
+    }
+
+    /// Nodal forces of weight, water and ground, N/m.
+    fn forces(&self, pressure: &[f64], ground_acceleration: [f64; 2]) -> Vec<[f64; 2]> {
+        let mut forces = self.structure.weight([0.0, -self.gravity]);
+        if let Some(wet) = &self.wet {
+            wet.load.add(pressure, &mut forces);
+        }
+        add_ground_inertia(&self.structure.mass, ground_acceleration, &mut forces);
+        if let Some(water) = &self.structure.added_mass {
+            water.add_ground_inertia(ground_acceleration, &mut forces);
+        }
+        forces
+    }
+}
+
+impl Model {
+    /// The model of checked `parameters` with `cracks` from the base up, and the frequencies at which its damping ratio holds
+    /// (rad/s).
+    ///
+    /// **Errors**: [`DamError::WetFace`], [`DamError::Singular`], [`DamError::FrequenciesNotConverged`],
+    /// [`DamError::TooManyFrequencies`]; those of [`AddedMass::new`](crate::AddedMass::new).
+    pub fn new(parameters: &DamParameters, cracks: &[CrackParameters]) -> Result<(Self, [f64; 2]), DamError> {
+        let (body, damping_frequencies) = Body::new(parameters, cracks)?;
+        let rayleigh = parameters.damping.coefficients(damping_frequencies);
+        let structure = &body.structure;
+        let model = match parameters.fidelity {
+            Fidelity::Dem => {
+                let frequency = highest_frequency(structure);
+                let damping =
+                    DampingCoefficients { rayleigh, memory: 0.0, local: parameters.damping.local() };
+                let bound = CriticalTimeStep::of_frequency(structure, damping, frequency).highest_frequency;
+                let memory = rayleigh.memory_reaching(DAMPED_SHARE, bound);
+                let damping = DampingCoefficients { memory, ..damping };
+                let critical_time_step = CriticalTimeStep::of_frequency(structure, damping, frequency);
+                Self::Elements(Elements { body, damping, critical_time_step })
+            }
+            fidelity => {
+                let (kinematics, wet) = (parameters.kinematics, body.wet.as_ref());
+                let superposition =
+                    Superposition::new(structure, rayleigh, fidelity, kinematics, wet, body.gravity)?;
+                Self::Modes(Modes { body, rayleigh, superposition })
+            }
+        };
+        Ok((model, damping_frequencies))
+    }
+
+    /// The same model, whose elements are evaluated by `threads`. Modes need no elements.
+    ///
+    /// **Errors**: [`DamError::Threads`].
+    pub fn on_threads(self, threads: NonZeroUsize) -> Result<Self, DamError> {
+        match self {
+            Self::Elements(Elements {
+                body: Body { structure, wet, gravity },
+                damping,
+                critical_time_step,
+            }) => {
+                let body = Body { structure: structure.on_threads(threads)?, wet, gravity };
+                Ok(Self::Elements(Elements { body, damping, critical_time_step }))
+            }
+            modes @ Self::Modes(_) => Ok(modes),
+        }
+    }
+
+    pub fn body(&self) -> &Body {
+        match self {
+            Self::Elements(elements) => &elements.body,
+            Self::Modes(modes) => &modes.body,
+        }
+    }
+
+    /// The modes, if it has any.
+    pub fn superposition(&self) -> Option<&Superposition> {
+        match self {
+            Self::Elements(_) => None,
+            Self::Modes(modes) => Some(&modes.superposition),
+        }
+    }
+
+    /// Coefficients of its damping. Modes use the memory for the dashpots of contacts only.
+    pub fn damping(&self) -> DampingCoefficients {
+        match self {
+            Self::Elements(elements) => elements.damping,
+            Self::Modes(Modes { rayleigh, superposition, .. }) => DampingCoefficients {
+                rayleigh: *rayleigh,
+                memory: superposition.dashpots().memory,
+                local: 0.0,
+            },
+        }
+    }
+
+    pub fn critical_time_step(&self) -> CriticalTimeStep {
+        match self {
+            Self::Elements(elements) => elements.critical_time_step,
+            Self::Modes(modes) => modes.superposition.critical_time_step(),
+        }
+    }
+
+    /// No displacement, no velocity, all contacts just closed.
+    pub fn at_rest(&self) -> DamMotion {
+        match self {
+            Self::Elements(elements) => DamMotion::Nodes(elements.body.structure.at_rest()),
+            Self::Modes(modes) => DamMotion::Modes(modes.superposition.at_rest()),
+        }
+    }
+
+    /// Value at `node` of a `field` in the coordinates of this model.
+    pub fn at_node(&self, node: usize, field: &[f64]) -> [f64; 2] {
+        match self {
+            Self::Elements(_) => [field[2 * node], field[2 * node + 1]],
+            Self::Modes(modes) => modes.superposition.at_node(node, field),
+        }
+    }
+
+    /// Nodal forces (x, then y of each node) as forces on the coordinates of this model.
+    pub fn on_coordinates(&self, nodal: DVector<f64>) -> Vec<f64> {
+        match self {
+            Self::Elements(_) => nodal.data.into(),
+            Self::Modes(modes) => modes.superposition.force_of(&nodal),
+        }
+    }
+
+    /// This model with `motion`.
+    ///
+    /// **Errors**: [`StateError::NotAState`] for a motion in the coordinates of another model.
+    pub fn with<'a>(&'a self, motion: &'a mut DamMotion) -> Result<Moving<'a>, StateError> {
+        match (self, motion) {
+            (Self::Elements(elements), DamMotion::Nodes(motion)) => Ok(Moving::Elements(elements, motion)),
+            (Self::Modes(modes), DamMotion::Modes(motion)) => Ok(Moving::Modes(modes, motion)),
+            (_, motion) => Err(StateError::NotAState { length: motion.displacement().len() }),
+        }
+    }
+}
+
+impl Moving<'_> {
+    /// Brings the motion to rest under weight and the `hydrostatic` pressure (Pa), and its accelerations to those under
+    /// `loads`. Returns the name of the method that converged.
+    ///
+    /// **Errors**: [`DamError::StaticNotConverged`], [`DamError::Singular`].
+    pub fn relax(&mut self, hydrostatic: &[f64], loads: &Loads) -> Result<(&'static str, Relaxed), DamError> {
+        match self {
+            Self::Elements(Elements { body, damping, .. }, motion) => {
+                let structure = &body.structure;
+                let forces = body.forces(hydrostatic, [0.0; 2]);
+                let mut by_newton = motion.clone();
+                let found = match SparseNewton::default().relax(structure, &mut by_newton, &forces) {
+                    Ok(rest) => {
+                        **motion = by_newton;
+                        ("Newton's iteration", rest)
+                    }
+                    Err(DamError::StaticNotConverged { .. }) => {
+                        let rest = DynamicRelaxation::default().relax(structure, motion, &forces)?;
+                        ("dynamic relaxation", rest)
+                    }
+                    Err(error) => return Err(error),
+                };
+                let forces = body.forces(&loads.pressure, loads.ground_acceleration);
+                structure.accelerate(*damping, motion, &forces);
+                Ok(found)
+            }
+            Self::Modes(Modes { superposition, .. }, motion) => {
+                let rest = superposition.relax(motion, &superposition.forces(hydrostatic, [0.0; 2]))?;
+                superposition.press_contacts(motion);
+                Ok(("Newton's iteration", rest))
+            }
+        }
+    }
+
+    /// Takes `steps` under loads that vary linearly from `start` to `end`; adds what was done to `work`.
+    pub fn advance(&mut self, steps: CentralDifference, [start, end]: [&Loads; 2], work: &mut Work) {
+        match self {
+            Self::Elements(Elements { body, damping, .. }, motion) => {
+                let [start, mut change] =
+                    [start, end].map(|loads| body.forces(&loads.pressure, loads.ground_acceleration));
+                let flat = change.as_flattened_mut().iter_mut().zip(start.as_flattened());
+                flat.for_each(|(end, start)| *end -= start);
+                steps.advance(&body.structure, *damping, motion, &LoadPath { start, change }, work);
+            }
+            Self::Modes(Modes { superposition, .. }, motion) => {
+                let [start, end] = [start, end]
+                    .map(|loads| superposition.forces(&loads.pressure, loads.ground_acceleration));
+                superposition.advance(steps, motion, &ModalLoadPath { start, end }, work);
+            }
+        }
+    }
+
+    pub fn stored_energy(&self) -> StoredEnergy {
+        match self {
+            Self::Elements(elements, motion) => elements.body.structure.stored_energy(motion),
+            Self::Modes(modes, motion) => modes.superposition.stored_energy(motion),
+        }
+    }
+
+    /// Accelerations at the start, relative to a ground that moves with `ground` (m/s²), and that of the ground, from which
+    /// the force on the base follows. Modes start at rest on a ground at rest.
+    pub fn initial_acceleration(&self, ground: [f64; 2]) -> (Vec<f64>, [f64; 2]) {
+        match self {
+            Self::Elements(_, motion) => (motion.acceleration.as_flattened().to_vec(), ground),
+            Self::Modes(_, motion) => (vec![0.0; motion.coordinates.len()], [0.0; 2]),
+        }
+    }
+}
