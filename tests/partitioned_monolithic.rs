@@ -76,7 +76,7 @@ impl Assembled {
             interface_motion: motion,
             inertia,
             shown: DVector::from_iterator(points, face.normals().iter().map(|normal| normal[0])),
-            memory: dam.structure().damping_memory,
+            memory: dam.damping_coefficients().memory,
             rate: DVector::zeros(n),
             time_steps: dam.time_steps_per(H),
             crest: m.crest[0],
