@@ -13,7 +13,7 @@ pub enum ContactStatus {
     Sticking,
     /// Closed, at the shear strength.
     Slipping,
-    /// Open.
+    /// Gap between the sides.
     Open,
     /// Its whole part lies beyond the end of the other side.
     Lost,
