@@ -9,19 +9,19 @@ use crate::loads::Wet;
 /// Water without memory, as mass of the nodes on the wet face.
 ///
 /// With the pressure `p = −A a` for the acceleration a of the interface points along n, their motion
-/// `a = N ü` and the nodal forces `B p`, the mass of the water is `B A N`. The kinetic energy depends on its symmetric
-/// part only. Therefore
+/// `a = N ü` and the nodal forces `B p`, the mass of the water is `B A N`. The kinetic energy depends on its
+/// symmetric part only. Therefore
 ///
 /// ```text
 /// X = ½ (B A N + (B A N)ᵀ)
 /// (M + X) ü + … = F − (M + X) ι a_g
 /// ```
 ///
-/// which conserves energy. The neglected antisymmetric part is an error of the discretisation in points; it tends to 0 with
-/// the length of the panels and does not change the kinetic energy. For the same reason X is not always positive
-/// semidefinite: a motion with a wavelength of two panels can have a small negative mass. For Westergaard's added mass
-/// near the water surface it is a few per cent of the mass of the concrete. Natural frequencies can increase by at most
-/// the corresponding factor ([`least_share`](Self::least_share)).
+/// which conserves energy. The neglected antisymmetric part is an error of the discretisation in points; it
+/// tends to 0 with the length of the panels and does not change the kinetic energy. For the same reason X is
+/// not always positive semidefinite: a motion with a wavelength of two panels can have a small negative mass.
+/// For Westergaard's added mass near the water surface it is a few per cent of the mass of the concrete.
+/// Natural frequencies can increase by at most the corresponding factor ([`least_share`](Self::least_share)).
 ///
 /// **Units**: kg/m, per metre of dam.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,7 +36,8 @@ pub struct AddedMass {
 }
 
 impl AddedMass {
-    /// The added mass of `rows` (points × points, Pa per m/s²) on the wet face, with the `inverse_mass` (m/kg) of all nodes.
+    /// The added mass of `rows` (points × points, Pa per m/s²) on the wet face, with the `inverse_mass`
+    /// (m/kg) of all nodes.
     ///
     /// **Errors**: [`DamError::AddedMassShape`], [`DamError::AddedMassNegative`]; [`DamError::OutOfRange`] for values
     /// that are not finite.
@@ -107,8 +108,8 @@ impl AddedMass {
         }
     }
 
-    /// Subtracts the inertia `X ü` of the water from the `forces` (N/m) on the wet nodes; the remaining forces accelerate the
-    /// concrete.
+    /// Subtracts the inertia `X ü` of the water from the `forces` (N/m) on the wet nodes; the remaining
+    /// forces accelerate the concrete.
     ///
     /// `ü = (M + X)⁻¹ (F − α M v)`; mass damping α = `damping` (1/s) acts on the `mass` (kg/m) of the concrete only.
     pub(crate) fn take_share(

@@ -10,8 +10,8 @@ use crate::model::{Body, Model};
 /// F_base = F_weight + Σ F_water − ιᵀ (M + X) (ü + ι a_g) − α_M ιᵀ M u̇
 /// ```
 ///
-/// It does not use stresses, which are singular at heel and toe, and is valid at every level of fidelity. Forces of local
-/// damping count as forces of the ground.
+/// It does not use stresses, which are singular at heel and toe, and is valid at every level of fidelity.
+/// Forces of local damping count as forces of the ground.
 #[derive(Clone, Debug)]
 pub(crate) struct BaseBalance {
     /// `ιᵀ (M + X)` along x and along y.
@@ -58,8 +58,9 @@ impl BaseBalance {
         }
     }
 
-    /// Force on the ground, N/m, mean over a step, from the mean `acceleration` relative to the ground, the velocity at both
-    /// ends of the step, the mean acceleration of the `ground` (m/s²) and the mean `pressure` (Pa).
+    /// Force on the ground, N/m, mean over a step, from the mean `acceleration` relative to the ground, the
+    /// velocity at both ends of the step, the mean acceleration of the `ground` (m/s²) and the mean
+    /// `pressure` (Pa).
     pub fn force(
         &self,
         acceleration: &[f64],

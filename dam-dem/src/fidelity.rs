@@ -15,8 +15,8 @@ pub enum Fidelity {
         /// requires.
         modes: Option<usize>,
     },
-    /// Rigid blocks above a base that moves with the ground. **Unsafe**: the dam does not amplify the ground motion, so that
-    /// most of the sliding is missing.
+    /// Rigid blocks above a base that moves with the ground. **Unsafe**: the dam does not amplify the ground
+    /// motion, so that most of the sliding is missing.
     RigidBlocks,
     /// The linear dam without cracks, represented by its natural modes.
     Intact {

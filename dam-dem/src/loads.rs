@@ -79,8 +79,8 @@ impl Wet {
     }
 }
 
-/// The chain of nodes, in which nodes at a kink of the face occur twice, so that the points of each panel have the normal
-/// of this panel. Nodes at a crack are doubled already.
+/// The chain of nodes, in which nodes at a kink of the face occur twice, so that the points of each panel
+/// have the normal of this panel. Nodes at a crack are doubled already.
 fn double_at_kinks(mesh: &Mesh, chain: &[usize]) -> Vec<usize> {
     let turn = |[a, b, c]: [usize; 3]| {
         let [a, b, c] = [a, b, c].map(|node| mesh.nodes[node]);

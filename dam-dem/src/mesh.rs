@@ -58,8 +58,8 @@ impl Mesh {
         Self::mapped(section, &rows, columns)
     }
 
-    /// Meshes `section` with `columns` columns. `rows` gives the elevations of the row boundaries of each block (m, ascending;
-    /// the last one of a block is the first one of the next).
+    /// Meshes `section` with `columns` columns. `rows` gives the elevations of the row boundaries of each
+    /// block (m, ascending; the last one of a block is the first one of the next).
     pub fn mapped(section: &Section, rows: &[Vec<f64>], columns: usize) -> Self {
         let mut mesh = Self { nodes: Vec::new(), cells: Vec::new(), blocks: Vec::new() };
         for elevations in rows {

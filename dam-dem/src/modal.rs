@@ -81,7 +81,8 @@ impl DegreesOfFreedom {
 
 /// Entries (row, column, N/m per metre) of the unstrained structure's stiffness matrix, each once.
 ///
-/// It contains elements and closed, sticking contacts; contacts vanish where both sides have the same degrees of freedom.
+/// It contains elements and closed, sticking contacts; contacts vanish where both sides have the same degrees
+/// of freedom.
 pub fn stiffness(
     structure: &Structure<impl ContactLaw>,
     dofs: &DegreesOfFreedom,
@@ -164,8 +165,8 @@ pub fn natural_frequencies(
     Ok(natural_modes(&factors, &dofs.masses(structure), count, TOLERANCE)?.0)
 }
 
-/// The `count` lowest natural frequencies (rad/s, ascending), and their modes as columns with `φᵀ M φ = 1`, for the stiffness
-/// matrix with the Cholesky factors `factors` and the lumped `masses` (kg/m).
+/// The `count` lowest natural frequencies (rad/s, ascending), and their modes as columns with `φᵀ M φ = 1`,
+/// for the stiffness matrix with the Cholesky factors `factors` and the lumped `masses` (kg/m).
 ///
 /// Solves `K φ = ω² M φ` by inverse subspace iteration until the squared frequencies change by less than `tolerance`
 /// (relative).

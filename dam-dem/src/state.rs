@@ -81,8 +81,8 @@ pub(crate) struct Inputs {
 }
 
 impl DamState {
-    /// Whether this state has the same coordinates and the same numbers of nodes, cells, contacts and interface points as
-    /// `other`.
+    /// Whether this state has the same coordinates and the same numbers of nodes, cells, contacts and
+    /// interface points as `other`.
     pub(crate) fn has_shape_of(&self, other: &Self) -> bool {
         let shape = |state: &Self| {
             let (coordinates, others) = match &state.motion {

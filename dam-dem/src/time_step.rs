@@ -36,9 +36,10 @@ pub struct CriticalTimeStep {
     pub limit: f64,
 }
 
-/// Largest time step of a dam with cracks, as a share of the undamped limit 2/ω. This limit is that of linear stability;
-/// near it, contacts that open and close within a time step create energy. In a run without damping, the created energy
-/// was three times the peak kinetic energy at 0.9 of the limit, 1 % of it at 0.5, and 0.1 % at 0.25.
+/// Largest time step of a dam with cracks, as a share of the undamped limit 2/ω. This limit is that of linear
+/// stability; near it, contacts that open and close within a time step create energy. In a run without
+/// damping, the created energy was three times the peak kinetic energy at 0.9 of the limit, 1 % of it at 0.5,
+/// and 0.1 % at 0.25.
 const LARGEST_SHARE_WITH_CONTACTS: f64 = 0.25;
 /// Relative change of the largest Ritz value over ten iterations at which the Lanczos iteration has converged.
 const TOLERANCE: f64 = 1e-10;
@@ -77,8 +78,9 @@ impl CriticalTimeStep {
     }
 }
 
-/// Highest frequency without added mass, rad/s: square root of the largest eigenvalue of `M^(−½) K M^(−½)`, by Lanczos
-/// iteration with full reorthogonalisation. K is applied element by element and is never assembled.
+/// Highest frequency without added mass, rad/s: square root of the largest eigenvalue of `M^(−½) K M^(−½)`,
+/// by Lanczos iteration with full reorthogonalisation. K is applied element by element and is never
+/// assembled.
 pub(crate) fn highest_frequency(structure: &Structure<impl ContactLaw>) -> f64 {
     let stencils = structure.stencils();
     let root: Vec<f64> = structure.inverse_mass.iter().map(|m| m.sqrt()).collect();

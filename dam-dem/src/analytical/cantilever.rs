@@ -1,7 +1,7 @@
 //! A slender cantilever beam of rectangular section, per metre of thickness. Tested in `tests/cantilever.rs`.
 //!
-//! **Source**: S.P. Timoshenko, *Strength of Materials, Part I*, 1955, section 39 (shear); S.P. Timoshenko, D.H. Young,
-//! *Vibration Problems in Engineering*, 1955, section 53 (frequency).
+//! **Source**: S.P. Timoshenko, *Strength of Materials, Part I*, 1955, section 39 (shear); S.P. Timoshenko,
+//! D.H. Young, *Vibration Problems in Engineering*, 1955, section 53 (frequency).
 
 /// Deflection of the tip under the transverse force `force` there, m: `F L³/3EI + 6FL/5GA`.
 ///

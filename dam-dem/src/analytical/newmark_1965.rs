@@ -20,9 +20,9 @@ pub fn incline_acceleration(gravity: f64, angle: f64, friction: f64) -> f64 {
     (gravity * (angle.sin() - friction * angle.cos())).max(0.0)
 }
 
-/// Slip of a block relative to the ground at the last of the `samples`, m, positive along the axis of the ground. The ground
-/// acceleration is linear between `samples` (s, m/s²); the block may slide in both directions. Steps are at most 10 µs
-/// long, with the mean acceleration of each step.
+/// Slip of a block relative to the ground at the last of the `samples`, m, positive along the axis of the
+/// ground. The ground acceleration is linear between `samples` (s, m/s²); the block may slide in both
+/// directions. Steps are at most 10 µs long, with the mean acceleration of each step.
 ///
 /// A block at rest sticks while `|a_g|` is at most `yield_acceleration` (m/s²); a sliding block has the acceleration
 /// `−a_g ∓ μg` relative to the ground.

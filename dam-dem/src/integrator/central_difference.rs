@@ -16,9 +16,9 @@ use crate::structure::{Motion, Structure};
 ///
 /// M is the lumped mass, plus the dense [`AddedMass`](crate::AddedMass) of the wet nodes if there is one.
 ///
-/// The scheme is of second order for the elastic part. Damping forces lag by half a step, those of stiffness damping also
-/// by its memory ([`StiffnessDamping`](crate::StiffnessDamping)). This keeps the scheme explicit and only changes the
-/// limit of stability ([`CriticalTimeStep`](crate::CriticalTimeStep)).
+/// The scheme is of second order for the elastic part. Damping forces lag by half a step, those of stiffness
+/// damping also by its memory ([`StiffnessDamping`](crate::StiffnessDamping)). This keeps the scheme explicit
+/// and only changes the limit of stability ([`CriticalTimeStep`](crate::CriticalTimeStep)).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CentralDifference {
     /// Δt, s.
@@ -34,8 +34,8 @@ impl CentralDifference {
         Self { time_step: duration / steps, steps: steps as usize }
     }
 
-    /// Advances `motion` of a `structure` with `damping` under `loads`, which vary linearly over all steps; adds the work
-    /// done to `work`. The acceleration of `motion` must be that at the start.
+    /// Advances `motion` of a `structure` with `damping` under `loads`, which vary linearly over all steps;
+    /// adds the work done to `work`. The acceleration of `motion` must be that at the start.
     pub fn advance(
         &self,
         structure: &Structure<impl ContactLaw>,
@@ -83,8 +83,8 @@ impl CentralDifference {
     }
 }
 
-/// Moves nodes over a time `step` (s) and sets `forces` to the loads at `end`; returns the power of the loads in the `middle`
-/// of the step.
+/// Moves nodes over a time `step` (s) and sets `forces` to the loads at `end`; returns the power of the loads
+/// in the `middle` of the step.
 fn drift(
     step: f64,
     [middle, end]: [f64; 2],
@@ -210,8 +210,8 @@ fn kick(motion: &mut Motion, duration: f64) {
     }
 }
 
-/// Velocity below which the sign of local damping changes smoothly, m/s. With a jump, the motion of the dam would not be a
-/// continuous function of the pressure on it.
+/// Velocity below which the sign of local damping changes smoothly, m/s. With a jump, the motion of the dam
+/// would not be a continuous function of the pressure on it.
 const STANDSTILL: f64 = 1e-3;
 
 /// Subtracts local damping `κ |F| v/√(v² + v₀²)` from `forces` (N/m); returns its power, W/m.

@@ -7,11 +7,11 @@ use crate::structure::{Motion, Structure};
 
 /// Dynamic relaxation: the static equilibrium as the final state of a fictitious, damped motion.
 ///
-/// It starts from the linear solution with all contacts closed and sticking. Then it takes steps with Δt = 1. Every degree
-/// of freedom has the fictitious mass `m = (1 + margin)/4 Σ_j |K_ij|`, for which the motion is stable (Gershgorin). The
-/// damping is the critical damping `c = 2ω` at the current frequency of the motion, `ω² = −v·Δr / v·M v`, estimated
-/// again after every step (r: residual forces). Contacts act with their history, including friction; dashpots and
-/// stiffness damping do not act.
+/// It starts from the linear solution with all contacts closed and sticking. Then it takes steps with Δt = 1.
+/// Every degree of freedom has the fictitious mass `m = (1 + margin)/4 Σ_j |K_ij|`, for which the motion is
+/// stable (Gershgorin). The damping is the critical damping `c = 2ω` at the current frequency of the motion,
+/// `ω² = −v·Δr / v·M v`, estimated again after every step (r: residual forces). Contacts act with their
+/// history, including friction; dashpots and stiffness damping do not act.
 ///
 /// **Source**: P. Underwood, *Dynamic relaxation*, in Computational Methods for Transient Analysis,
 /// 1983; tested in `tests/static_start.rs`.

@@ -6,12 +6,13 @@ use crate::contact::ContactLaw;
 use crate::modal::{self, DegreesOfFreedom};
 use crate::structure::{Motion, Structure};
 
-/// Modified Newton iteration for the static equilibrium with one sparse factorisation: that of the unstrained structure
-/// with all contacts closed and sticking.
+/// Modified Newton iteration for the static equilibrium with one sparse factorisation: that of the unstrained
+/// structure with all contacts closed and sticking.
 ///
-/// Contacts that open or slip only make the structure softer, so that no step overshoots. The more contacts do so, the
-/// slower the convergence; for a crack that opens widely use [`DynamicRelaxation`](super::DynamicRelaxation). Friction
-/// acts with its history; dashpots and stiffness damping do not act. Tested in `tests/static_start.rs`.
+/// Contacts that open or slip only make the structure softer, so that no step overshoots. The more contacts
+/// do so, the slower the convergence; for a crack that opens widely use
+/// [`DynamicRelaxation`](super::DynamicRelaxation). Friction acts with its history; dashpots and stiffness
+/// damping do not act. Tested in `tests/static_start.rs`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SparseNewton {
     /// Norm of the residual forces over that of the loads, at free nodes.

@@ -66,8 +66,8 @@ impl Superposition {
     /// qⁿ⁺¹ = qⁿ + Δt q̇ⁿ⁺½
     /// ```
     ///
-    /// The first and the last kick are half a step long, so that coordinates and rates belong to the same instant. Mass
-    /// damping between modes lags by half a step, as the dashpots of contacts do.
+    /// The first and the last kick are half a step long, so that coordinates and rates belong to the same
+    /// instant. Mass damping between modes lags by half a step, as the dashpots of contacts do.
     pub(crate) fn advance(
         &self,
         steps: CentralDifference,

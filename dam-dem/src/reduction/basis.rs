@@ -116,8 +116,8 @@ impl<'a, L: ContactLaw> Held<'a, L> {
         values
     }
 
-    /// The lowest modes (`count`, or as many as the truncation estimate requires), and the static correction for ground
-    /// accelerations and `loads`. Also returns the estimate.
+    /// The lowest modes (`count`, or as many as the truncation estimate requires), and the static correction
+    /// for ground accelerations and `loads`. Also returns the estimate.
     fn modes_and_static_shapes(
         &self,
         count: Option<usize>,
@@ -202,15 +202,15 @@ fn units(structure: &Structure<impl ContactLaw>, nodes: &[usize]) -> Vec<DVector
     nodes.iter().flat_map(|&node| [unit(2 * node), unit(2 * node + 1)]).collect()
 }
 
-/// Estimate of the dynamic response of the omitted modes, from the circular frequency `next` (rad/s) on, at the highest
-/// excitation frequency ω_e, in addition to their static response:
+/// Estimate of the dynamic response of the omitted modes, from the circular frequency `next` (rad/s) on, at
+/// the highest excitation frequency ω_e, in addition to their static response:
 ///
 /// ```text
 /// (1 − Σ Γ²/m) (ω_e/ω_next)²,   Γ = φᵀ M ι
 /// ```
 ///
-/// in the direction where it is larger. It is an upper bound of `Σ Γ²/m (ω_e/ω)²` over the omitted modes, with the total
-/// mass m.
+/// in the direction where it is larger. It is an upper bound of `Σ Γ²/m (ω_e/ω)²` over the omitted modes,
+/// with the total mass m.
 fn truncation(modes: &DMatrix<f64>, masses: &[f64], next: f64) -> f64 {
     let left_out = |direction: usize| {
         let along = || masses.iter().enumerate().filter(move |(i, _)| i % 2 == direction);

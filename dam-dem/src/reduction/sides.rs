@@ -9,15 +9,16 @@ use crate::structure::Structure;
 
 /// Cracks, with a numbering of the nodes on their sides only.
 ///
-/// A block above a crack can rotate by a finite angle. With the mean rotation θ and the mean displacement t of its modes,
-/// and the position r of a node relative to the centre of mass of the block,
+/// A block above a crack can rotate by a finite angle. With the mean rotation θ and the mean displacement t
+/// of its modes, and the position r of a node relative to the centre of mass of the block,
 ///
 /// ```text
 /// u = t + (R(θ) − 1) r + R(θ) u_e,   u_e = φ q − t − θ × r
 /// ```
 ///
 /// Contact forces act on the coordinates through the exact derivative of u, so that their work is exact.
-/// Weight, water and inertia act on the linear shapes: the moment of the weight follows from the motion of the supports.
+/// Weight, water and inertia act on the linear shapes: the moment of the weight follows from the motion of
+/// the supports.
 #[derive(Clone, Debug)]
 pub(super) struct CrackSides {
     pub cracks: Vec<Crack<MohrCoulomb>>,
@@ -134,7 +135,8 @@ impl CrackSides {
         }
     }
 
-    /// Modal stiffness matrix with all contacts closed and sticking; `stiffness`, (rad/s)², is that of the modes alone.
+    /// Modal stiffness matrix with all contacts closed and sticking; `stiffness`, (rad/s)², is that of the
+    /// modes alone.
     pub fn closed_stiffness(&self, stiffness: &[f64]) -> DMatrix<f64> {
         let mut matrix = DMatrix::from_diagonal(&DVector::from_row_slice(stiffness));
         let width = self.by_value.width;

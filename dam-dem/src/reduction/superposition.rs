@@ -109,7 +109,8 @@ impl Superposition {
         self.stiffness.len()
     }
 
-    /// Estimate of the contribution of the omitted modes to the response at the highest excitation frequency, as a share.
+    /// Estimate of the contribution of the omitted modes to the response at the highest excitation frequency,
+    /// as a share.
     pub fn truncation(&self) -> f64 {
         self.truncation
     }
