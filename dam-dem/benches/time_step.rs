@@ -1,7 +1,7 @@
-//! Cost of the dam's steps: `cargo bench -p dam_dem`.
+//! Cost of the steps of the dam: `cargo bench -p dam_dem`.
 //!
-//! The counter is element-steps, so the item rate's inverse is the time per element-step with everything
-//! included (loads, contacts, integration, ledger).
+//! Items are element-steps. The inverse of the item rate is the time per element-step, including loads, contacts,
+//! integration and energies.
 
 use dam_dem::Dam;
 use dam_dem::energy::Work;
@@ -41,7 +41,7 @@ fn small_strain(bencher: Bencher, element_size: f64) {
     run(bencher, support::at_rest(parameters).unwrap());
 }
 
-/// Blocks of modes: the counter is time steps.
+/// Blocks represented by modes; items are time steps.
 #[divan::bench(args = [5.0, 2.5])]
 fn reduced(bencher: Bencher, element_size: f64) {
     let fidelity = dam_dem::Fidelity::Reduced { modes: None };
@@ -56,7 +56,8 @@ fn static_start(bencher: Bencher, element_size: f64) {
     bencher.bench(|| support::at_rest(support::koyna(element_size)));
 }
 
-/// Elements alone, of meshes in and out of the caches, on one and two threads: counted in element-steps.
+/// Elements alone, with meshes that fit into the caches and meshes that do not, on one and two threads; items are
+/// element-steps.
 #[divan::bench(args = [5.0, 2.5, 1.25, 0.6, 0.38], consts = [1, 2], sample_count = 20)]
 fn mesh<const THREADS: usize>(bencher: Bencher, element_size: f64) {
     let parameters = dam_dem::DamParameters { cracks: Vec::new(), ..support::koyna(element_size) };

@@ -1,6 +1,6 @@
-//! A contact law of one's own: a joint filled with oil, whose shear stress is η times the slip rate.
+//! A user-defined contact law: a joint filled with oil, whose shear stress is η times the slip rate.
 //!
-//! A rigid block on such a joint, on a slope, moves with `v = ρ h g sin θ / η (1 − exp(−η t / ρ h))`.
+//! A rigid block on such a joint on a slope has the velocity `v = ρ h g sin θ / η (1 − exp(−η t / ρ h))`.
 //! Run it with `cargo run --release -p dam_dem --example lubricated_joint`.
 
 use dam_dem::contact::{ContactLaw, Integration, Response, Touch};
@@ -21,7 +21,7 @@ impl ContactLaw for Oil {
     fn respond(&self, touch: &Touch) -> Response {
         let normal = self.normal_stiffness * touch.penetration.max(0.0);
         let shear = if normal > 0.0 { self.viscosity * touch.slip_rate } else { 0.0 };
-        // all shear comes from the dashpot; the spring slips freely and never stretches
+        // the dashpot carries the whole shear stress; the spring slips freely and never stretches
         Response { normal, shear, stretch: 0.0, slipping: true, bonded: false, dashpots: [0.0, shear] }
     }
 
@@ -53,6 +53,6 @@ fn main() -> Result<(), DamError> {
     let mass: f64 = block.clone().map(|n| structure.mass[n]).sum();
     let velocity = block.map(|n| structure.mass[n] * motion.velocity[n][0]).sum::<f64>() / mass;
     let exact = 2400.0 * g * angle.sin() / 2e5 * (1.0 - (-2e5 * 0.06 / 2400.0f64).exp());
-    println!("velocity {velocity:.5} m/s, of a rigid block {exact:.5} m/s");
+    println!("velocity {velocity:.5} m/s, exact for a rigid block {exact:.5} m/s");
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! Inertia of the water that the wet face moves, in the dam's own mass matrix.
+//! Inertia of the water at the wet face, as part of the mass matrix of the dam.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
@@ -6,39 +6,41 @@ use crate::DamError;
 use crate::error::require;
 use crate::loads::Wet;
 
-/// Water without memory as mass of the nodes on the wet face.
+/// Water without memory, as mass of the nodes on the wet face.
 ///
 /// With the pressure `p = −A a` for the acceleration a of the interface points along n, their motion
-/// `a = N ü` and the nodal forces `B p`, the water's mass is `X = B A N`. Kinetic energy knows no other than its
-/// symmetric part, so
+/// `a = N ü` and the nodal forces `B p`, the mass of the water is `B A N`. The kinetic energy depends on its
+/// symmetric part only. Therefore
 ///
 /// ```text
 /// X = ½ (B A N + (B A N)ᵀ)
 /// (M + X) ü + … = F − (M + X) ι a_g
 /// ```
 ///
-/// which conserves energy. What is dropped, the reciprocity that sampling at points costs, vanishes with the
-/// panels' length and changes no kinetic energy. For the same reason X is not quite positive semidefinite:
-/// waves of two panels can have a little negative mass, a few per cent of the concrete's beside Westergaard's
-/// surface. Where it is, frequencies rise by at most as much ([`least_share`](Self::least_share)).
+/// which conserves energy. The neglected antisymmetric part is an error of the discretisation in points; it
+/// tends to 0 with the length of the panels and does not change the kinetic energy. For the same reason X is
+/// not always positive semidefinite: a motion with a wavelength of two panels can have a small negative mass.
+/// For Westergaard's added mass near the water surface it is a few per cent of the mass of the concrete.
+/// Natural frequencies can increase by at most the corresponding factor ([`least_share`](Self::least_share)).
 ///
 /// **Units**: kg/m, per metre of dam.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AddedMass {
-    /// Nodes of the wet face, each once.
+    /// Nodes of the wet face, each of them once.
     nodes: Vec<usize>,
     /// X: x, then y of each node.
     matrix: DMatrix<f64>,
-    /// `X (M + X)⁻¹`, with a mass without end at fixed nodes.
+    /// `X (M + X)⁻¹`, with infinite mass at fixed nodes.
     share: DMatrix<f64>,
     least_share: f64,
 }
 
 impl AddedMass {
-    /// That of `rows` (points × points, Pa per m/s²) on the wet face of nodes with `inverse_mass` (m/kg).
+    /// The added mass of `rows` (points × points, Pa per m/s²) on the wet face, with the `inverse_mass`
+    /// (m/kg) of all nodes.
     ///
-    /// **Errors**: [`DamError::AddedMassShape`], [`DamError::AddedMassNegative`]; [`DamError::OutOfRange`] for what
-    /// is not finite.
+    /// **Errors**: [`DamError::AddedMassShape`], [`DamError::AddedMassNegative`]; [`DamError::OutOfRange`] for values
+    /// that are not finite.
     pub(crate) fn new(wet: Option<&Wet>, rows: &[Vec<f64>], inverse_mass: &[f64]) -> Result<Self, DamError> {
         let points = wet.map_or(0, |wet| wet.face.len());
         let lengths = rows.iter().map(Vec::len).chain([rows.len()]);
@@ -77,27 +79,27 @@ impl AddedMass {
         Ok(Self { nodes, matrix, share, least_share: 1.0 + least.min(0.0) })
     }
 
-    /// The largest μ ≤ 1 with `M + X ≥ μ M`: 1 where X is positive semidefinite. No natural frequency is higher
-    /// than without the water by more than the factor `1/√μ`.
+    /// The largest μ ≤ 1 with `M + X ≥ μ M`: 1 if X is positive semidefinite. The added mass increases no natural
+    /// frequency by more than the factor `1/√μ`.
     pub fn least_share(&self) -> f64 {
         self.least_share
     }
 
-    /// Entries of X: node and axis of its row, those of its column, kg/m.
+    /// Entries of X: node and axis of the row, node and axis of the column, value (kg/m).
     pub fn entries(&self) -> impl Iterator<Item = ([usize; 2], [usize; 2], f64)> + '_ {
         let place = |i: usize| [self.nodes[i / 2], i % 2];
         let size = self.matrix.nrows();
         (0..size * size).map(move |k| (place(k / size), place(k % size), self.matrix[(k / size, k % size)]))
     }
 
-    /// `X ι`: what a unit acceleration of the ground along `axis` gives each wet node, kg/m.
+    /// `X ι` at each wet node for a unit acceleration of the ground along `axis`, kg/m.
     pub fn ground_inertia(&self, axis: usize) -> impl Iterator<Item = (usize, [f64; 2])> + '_ {
         let sum =
             move |row: usize| (axis..self.matrix.ncols()).step_by(2).map(|j| self.matrix[(row, j)]).sum();
         self.nodes.iter().enumerate().map(move |(i, &node)| (node, [sum(2 * i), sum(2 * i + 1)]))
     }
 
-    /// Adds `−X ι a_g` of a ground that accelerates by `acceleration` (m/s²) to `forces` (N/m).
+    /// Adds `−X ι a_g` for the ground `acceleration` (m/s²) to `forces` (N/m).
     pub(crate) fn add_ground_inertia(&self, acceleration: [f64; 2], forces: &mut [[f64; 2]]) {
         for (axis, a) in acceleration.into_iter().enumerate() {
             for (node, inertia) in self.ground_inertia(axis) {
@@ -106,9 +108,10 @@ impl AddedMass {
         }
     }
 
-    /// Takes the water's share `X ü` of `forces` (N/m) off the wet nodes, so that the rest moves the concrete.
+    /// Subtracts the inertia `X ü` of the water from the `forces` (N/m) on the wet nodes; the remaining
+    /// forces accelerate the concrete.
     ///
-    /// `ü = (M + X)⁻¹ (F − α M v)`: mass damping α = `damping` (1/s) is that of the concrete's `mass` (kg/m).
+    /// `ü = (M + X)⁻¹ (F − α M v)`; mass damping α = `damping` (1/s) acts on the `mass` (kg/m) of the concrete only.
     pub(crate) fn take_share(
         &self,
         forces: &mut [[f64; 2]],
@@ -133,5 +136,5 @@ impl AddedMass {
     }
 }
 
-/// Least eigenvalue of `M^(−½) X M^(−½)` that is still a matter of sampling.
+/// Smallest eigenvalue of `M^(−½) X M^(−½)` that is accepted as an error of the discretisation in points.
 const MOST_NEGATIVE: f64 = -0.5;

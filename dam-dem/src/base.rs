@@ -1,17 +1,17 @@
-//! The force of the dam on its ground.
+//! The force of the dam on the ground.
 
 use nalgebra::DVector;
 
 use crate::model::{Body, Model};
 
-/// The balance of momentum of the whole dam, in the coordinates of its level.
+/// Momentum balance of the whole dam, in the coordinates of its level of fidelity.
 ///
 /// ```text
 /// F_base = F_weight + Σ F_water − ιᵀ (M + X) (ü + ι a_g) − α_M ιᵀ M u̇
 /// ```
 ///
-/// It needs no stresses, which are singular at heel and toe, and holds at every level of fidelity. What local damping
-/// takes counts as the ground's.
+/// It does not use stresses, which are singular at heel and toe, and is valid at every level of fidelity.
+/// Forces of local damping count as forces of the ground.
 #[derive(Clone, Debug)]
 pub(crate) struct BaseBalance {
     /// `ιᵀ (M + X)` along x and along y.
@@ -58,8 +58,9 @@ impl BaseBalance {
         }
     }
 
-    /// Force on the ground, N/m, mean over a step: of `acceleration` relative to the ground, velocity at both ends,
-    /// acceleration of the `ground` (m/s²) and `pressure` (Pa).
+    /// Force on the ground, N/m, mean over a step, from the mean `acceleration` relative to the ground, the
+    /// velocity at both ends of the step, the mean acceleration of the `ground` (m/s²) and the mean
+    /// `pressure` (Pa).
     pub fn force(
         &self,
         acceleration: &[f64],

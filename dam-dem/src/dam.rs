@@ -52,10 +52,11 @@ pub struct Dam {
 /// Response of the wet face of a dam to the pressure on it within one communication step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InterfaceCompliance {
-    /// `∂(interface_displacement)/∂(interface_pressure)`, both at the end of the step, m/Pa; one column for each point under
-    /// pressure.
+    /// `∂(interface_displacement)/∂(interface_pressure)`, both at the end of the step, m/Pa; one column for
+    /// each point under pressure.
     pub displacement: DMatrix<f64>,
-    /// `∂(interface_acceleration)/∂(interface_pressure)`: mean acceleration over the step, pressure at its end, m/s² per Pa.
+    /// `∂(interface_acceleration)/∂(interface_pressure)`: mean acceleration over the step, pressure at its
+    /// end, m/s² per Pa.
     pub acceleration: DMatrix<f64>,
 }
 
@@ -160,7 +161,8 @@ impl Dam {
         Ok(dam)
     }
 
-    /// The same dam, whose elements are evaluated on `threads` threads if it has enough elements for this to be faster.
+    /// The same dam, whose elements are evaluated on `threads` threads if it has enough elements for this to
+    /// be faster.
     ///
     /// **Errors**: [`DamError::Threads`].
     pub fn on_threads(self, threads: NonZeroUsize) -> Result<Self, DamError> {
@@ -209,12 +211,13 @@ impl Dam {
         self.critical_time_step().with_safety(self.parameters.time_step_safety, !self.cracks.is_empty())
     }
 
-    /// The interface compliance of a step of `communication_step` (s) from the current state, by finite differences: one
-    /// step for each interface point with its pressure increased by `probe` (Pa), minus one step without.
+    /// The interface compliance of a step of `communication_step` (s) from the current state, by finite
+    /// differences: one step for each interface point with its pressure increased by `probe` (Pa), minus one
+    /// step without.
     ///
-    /// Quasi-Newton schemes can use it as an initial Jacobian. From the state of rest it is the compliance of an elastic
-    /// dam with sticking contacts, damping included. Where contacts slip or open within the step, no derivative exists and
-    /// the result depends on the probe. The dam itself does not change.
+    /// Quasi-Newton schemes can use it as an initial Jacobian. From the state of rest it is the compliance of
+    /// an elastic dam with sticking contacts, damping included. Where contacts slip or open within the step,
+    /// no derivative exists and the result depends on the probe. The dam itself does not change.
     ///
     /// **Errors**: as [`step`](CoSimulation::step), and [`DamError::OutOfRange`] for a probe of 0.
     pub fn interface_compliance(
@@ -271,8 +274,8 @@ impl Dam {
         self.model.damping()
     }
 
-    /// The two frequencies at which the damping ratio holds, rad/s. If there is only one, it is given twice; without a
-    /// damping ratio both are 0.
+    /// The two frequencies at which the damping ratio holds, rad/s. If there is only one, it is given twice;
+    /// without a damping ratio both are 0.
     pub fn damping_frequencies(&self) -> [f64; 2] {
         self.damping_frequencies
     }

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{DamError, Problem, require};
 
-/// Damping of the dam. Sliding depends strongly on it, also because β acts in the contacts: state the damping with every
-/// result.
+/// Damping of the dam. Sliding depends strongly on it, also because β acts in the contacts: state the damping
+/// with every result.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Damping {
@@ -32,9 +32,9 @@ pub enum Damping {
         /// The ratio holds at the lower frequency; the other one is not used.
         frequencies: DampingFrequencies,
     },
-    /// A force `−κ |F| sgn v` against the motion of every degree of freedom, with the out-of-balance force F. The damping
-    /// ratio is the same at every frequency, `ξ ≈ κ/π`; steady motion is not damped. The sign changes smoothly around
-    /// v = 0, over about 1 mm/s. It is not linear and not available with modes.
+    /// A force `−κ |F| sgn v` against the motion of every degree of freedom, with the out-of-balance force F.
+    /// The damping ratio is the same at every frequency, `ξ ≈ κ/π`; steady motion is not damped. The sign
+    /// changes smoothly around v = 0, over about 1 mm/s. It is not linear and not available with modes.
     ///
     /// **Source**: P.A. Cundall, *Distinct element models of rock and soil structure*, 1987.
     Local {
@@ -166,14 +166,19 @@ impl RayleighCoefficients {
         felt.ratio_at(frequency)
     }
 
-    /// Smallest memory m with which stiffness damping allows a time step of `share` times 2/ω, with the highest frequency
-    /// ω (rad/s): `√(1 + ξ²) − ξ = share`, `ξ = (1 − m)/(1 + m) βω/2`; 0 if βω/2 is small enough without memory.
+    /// Smallest memory m with which stiffness damping allows a time step of `share` times 2/ω, with the
+    /// highest frequency ω (rad/s): `√(1 + ξ²) − ξ = share`, `ξ = (1 − m)/(1 + m) βω/2`; 0 if βω/2 is small
+    /// enough without memory.
     pub fn memory_reaching(&self, share: f64, frequency: f64) -> f64 {
         let allowed = (1.0 - share * share) / (2.0 * share);
         let kept = allowed / (self.stiffness * frequency / 2.0);
         if kept < 1.0 { (1.0 - kept) / (1.0 + kept) } else { 0.0 }
     }
 }
+
+/// Share of the undamped limit 2/ω to which stiffness damping, in elements or in dashpots of contacts, may reduce the time step. With the usual safety
+/// factor of 0.9 it is just above the largest step that a dam with cracks takes.
+pub(crate) const DAMPED_SHARE: f64 = 0.3;
 
 /// Coefficients of all damping that acts on a [`Structure`](crate::Structure).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -210,11 +215,11 @@ impl From<RayleighCoefficients> for DampingCoefficients {
 /// dⁿ = m dⁿ⁻¹ + (1 − m) β K vⁿ⁻½
 /// ```
 ///
-/// It applies to the damping stress of every element, and to the rates that act on the dashpots of closed contacts. With
-/// time steps Δt this is a Maxwell element, `τ ḋ + d = β K v`, `τ = m Δt/(1 − m)`: a spring β/τ times as stiff as the
-/// element in series with the dashpot. Elastic forces do not change. The damping tends to `β K v` as Δt tends to 0. The
-/// memory increases the time step that damping allows by a factor of up to (1 + m)/(1 − m)
-/// ([`CriticalTimeStep`](crate::CriticalTimeStep)).
+/// It applies to the damping stress of every element, and to the rates that act on the dashpots of closed
+/// contacts. With time steps Δt this is a Maxwell element, `τ ḋ + d = β K v`, `τ = m Δt/(1 − m)`: a spring
+/// β/τ times as stiff as the element in series with the dashpot. Elastic forces do not change. The damping
+/// tends to `β K v` as Δt tends to 0. The memory increases the time step that damping allows by a factor of
+/// up to (1 + m)/(1 − m) ([`CriticalTimeStep`](crate::CriticalTimeStep)).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StiffnessDamping {
     /// β, s.

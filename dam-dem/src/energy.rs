@@ -26,8 +26,8 @@ pub struct Work {
     pub input: f64,
     /// Energy lost to friction, and with the springs of contacts that slid past an end of the crack.
     pub friction: f64,
-    /// Energy lost to mass and stiffness damping, including the dashpots of contacts: the work of their forces. The energy
-    /// that the memory of damping stores temporarily counts as lost.
+    /// Energy lost to mass and stiffness damping, including the dashpots of contacts: the work of their
+    /// forces. The energy that the memory of damping stores temporarily counts as lost.
     pub damping: f64,
 }
 
@@ -70,8 +70,8 @@ impl EnergyLedger {
 
     /// Input work minus stored and lost energy, J/m.
     ///
-    /// For undamped linear motion it stays bounded, of the order of `(ω Δt)²/8` of the energy. It grows if a force is not the
-    /// gradient of its energy, if a work is computed wrongly, or if the motion is unstable.
+    /// For undamped linear motion it stays bounded, of the order of `(ω Δt)²/8` of the energy. It grows if a
+    /// force is not the gradient of its energy, if a work is computed wrongly, or if the motion is unstable.
     pub fn balance_error(&self) -> f64 {
         let gained = self.gained();
         let stored = gained.kinetic + gained.strain + gained.contact;

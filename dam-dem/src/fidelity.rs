@@ -2,30 +2,31 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{DamError, require};
 
-/// How much of the dam's physics is computed. All levels have the same variables and the same interface points.
+/// Level of detail of the dam model. All levels have the same variables and the same interface points.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Fidelity {
-    /// Every element and every contact, explicit in time.
+    /// Full model: every element and every contact, with explicit time integration.
     #[default]
     Dem,
-    /// Blocks of elastic modes between nonlinear contacts ([`reduction`](crate::reduction)).
+    /// Blocks represented by elastic modes, between nonlinear contacts ([`reduction`](crate::reduction)).
     Reduced {
-        /// Modes of each block with its cracks held; `None` for as many as the error estimate asks for.
+        /// Number of modes of each block with the nodes on its cracks held; `None` for as many as the error estimate
+        /// requires.
         modes: Option<usize>,
     },
-    /// Blocks that do not deform on a base that moves with the ground. **Unsafe**: the dam's amplification of the ground
-    /// motion is missing, and with it most of the sliding.
+    /// Rigid blocks above a base that moves with the ground. **Unsafe**: the dam does not amplify the ground
+    /// motion, so that most of the sliding is missing.
     RigidBlocks,
-    /// The dam without its cracks, linear, by its natural modes.
+    /// The linear dam without cracks, represented by its natural modes.
     Intact {
-        /// Natural modes; `None` for as many as the error estimate asks for.
+        /// Number of natural modes; `None` for as many as the error estimate requires.
         modes: Option<usize>,
     },
 }
 
 impl Fidelity {
-    /// Checks the number of modes, and that rigid blocks have a crack to move on.
+    /// Checks the number of modes, and that there is a crack if the blocks are rigid.
     ///
     /// **Errors**: [`DamError::OutOfRange`], [`DamError::RigidWithoutCrack`].
     pub fn check(&self, cracks: usize) -> Result<(), DamError> {

@@ -22,8 +22,8 @@
 //! - *Elements*: constant-strain triangles, four to a quadrilateral cell, lumped masses, plane
 //!   stress or strain, small-strain or corotational ([`element`]).
 //! - *Contacts*: springs and dashpots without tension, with Coulomb friction ([`contact`]).
-//! - *Damping*: proportional to mass, to stiffness, or to both (Rayleigh, `α M + β K`), or local; β acts in elements and
-//!   contacts ([`Damping`]).
+//! - *Damping*: proportional to mass, to stiffness, or to both (Rayleigh, `α M + β K`), or local; β acts in
+//!   elements and contacts ([`Damping`]).
 //! - *Fidelity*: the full model, or modes of blocks between contacts, rigid blocks, or modes of the intact dam
 //!   ([`Fidelity`], [`reduction`]).
 //! - *Time*: explicit central differences; stability determines the number of time steps in a communication step
@@ -31,17 +31,17 @@
 //! - *Added mass* of water without memory may be part of the mass matrix ([`AddedMass`]): `M + X` replaces M above,
 //!   except in `α M`; p is then the pressure in addition to that of the added mass.
 //! - *State of rest*: weight and hydrostatic pressure are in equilibrium before time 0
-//!   ([`integrator::SparseNewton`], [`integrator::DynamicRelaxation`]). Displacement, sliding, rotation and energy are
-//!   relative to this state.
+//!   ([`integrator::SparseNewton`], [`integrator::DynamicRelaxation`]). Displacement, sliding, rotation and
+//!   energy are relative to this state.
 //! - *Energy*: every kind of work and energy is computed separately ([`energy`]).
 //!
 //! **Conventions.** SI units; pressure and contact stress are positive in compression, rotations positive
 //! counter-clockwise; sliding is positive when the upper side moves downstream. Cracks and blocks
 //! are numbered from the base up.
 //!
-//! **Assumptions.** The concrete between the given cracks is linear elastic and does not crack. There is no water in the
-//! cracks. Pressure acts on the unloaded geometry of the wet face. The ground is rigid and does not interact. Residual
-//! sliding depends mostly on the damping model: state the model with every result.
+//! **Assumptions.** The concrete between the given cracks is linear elastic and does not crack. There is no
+//! water in the cracks. Pressure acts on the unloaded geometry of the wet face. The ground is rigid and does
+//! not interact. Residual sliding depends mostly on the damping model: state the model with every result.
 //!
 //! [`Dam`] is the co-simulation unit. The layers below it do not depend on the coupling: [`Mesh`],
 //! [`Structure`] and [`integrator::CentralDifference`] can also model bars and sliding blocks.

@@ -14,13 +14,13 @@ pub struct LoadPath {
 }
 
 impl LoadPath {
-    /// The same forces all the time.
+    /// Forces that do not vary.
     pub fn constant(forces: Vec<[f64; 2]>) -> Self {
         Self { change: vec![[0.0; 2]; forces.len()], start: forces }
     }
 }
 
-/// Nodal forces of a pressure that is linear along each panel: `F = B p`, weights computed once.
+/// Nodal forces of a pressure that is linear along each panel: `F = B p`, with precomputed weights.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PressureLoad {
     /// Node, interface point, and force per pressure, m.
@@ -28,7 +28,7 @@ pub struct PressureLoad {
 }
 
 impl PressureLoad {
-    /// The pressure's action on `nodes`, one for each point of `face`.
+    /// Pressure on `nodes`, one node for each point of `face`.
     pub fn new(face: &WetFace, nodes: &[usize]) -> Self {
         let mut entries = Vec::new();
         let mut unit = vec![0.0; face.len()];
@@ -48,7 +48,7 @@ impl PressureLoad {
         &self.entries
     }
 
-    /// Adds `B p` to `forces` (N/m); `pressure` (Pa) holds one value an interface point.
+    /// Adds `B p` to `forces` (N/m); `pressure` (Pa) holds one value for each interface point.
     pub fn add(&self, pressure: &[f64], forces: &mut [[f64; 2]]) {
         for &(node, point, weight) in &self.entries {
             forces[node][0] += weight[0] * pressure[point];
@@ -67,7 +67,7 @@ pub(crate) struct Wet {
 }
 
 impl Wet {
-    /// That of a mesh under water up to `level` (m), or `None` without water.
+    /// The wet face of a mesh with water up to `level` (m), or `None` without water.
     pub fn below(mesh: &Mesh, level: f64) -> Result<Option<Self>, WetFaceError> {
         if level == 0.0 {
             return Ok(None);
@@ -79,8 +79,8 @@ impl Wet {
     }
 }
 
-/// The chain of nodes with those at a kink of the face twice: each panel then has points with its own
-/// normal. Nodes at a crack are two already.
+/// The chain of nodes, in which nodes at a kink of the face occur twice, so that the points of each panel
+/// have the normal of this panel. Nodes at a crack are doubled already.
 fn double_at_kinks(mesh: &Mesh, chain: &[usize]) -> Vec<usize> {
     let turn = |[a, b, c]: [usize; 3]| {
         let [a, b, c] = [a, b, c].map(|node| mesh.nodes[node]);
@@ -101,10 +101,10 @@ fn double_at_kinks(mesh: &Mesh, chain: &[usize]) -> Vec<usize> {
     nodes
 }
 
-/// Least turn of the face, about the sine of its angle, that counts as a kink.
+/// Smallest change of direction that counts as a kink, approximately the sine of its angle.
 const KINK: f64 = 1e-6;
 
-/// Adds the inertia `−m a_g` of nodes that move with the ground at `acceleration` (m/s²).
+/// Adds the inertia forces `−m a_g` for the ground `acceleration` (m/s²) to `forces` (N/m).
 pub(crate) fn add_ground_inertia(mass: &[f64], acceleration: [f64; 2], forces: &mut [[f64; 2]]) {
     for (force, m) in forces.iter_mut().zip(mass) {
         force[0] -= m * acceleration[0];

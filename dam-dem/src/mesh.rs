@@ -1,4 +1,4 @@
-//! Mapped mesh of a section: rows of quadrilateral cells, each of four triangles.
+//! Mapped mesh of a section: rows of quadrilateral cells with four triangles each.
 
 use crate::block::Block;
 use crate::parameters::{ELEVATION_TOLERANCE, Section};
@@ -16,11 +16,11 @@ use crate::parameters::{ELEVATION_TOLERANCE, Section};
 ///   0───────1
 /// ```
 ///
-/// The number of columns is the same at every height, so a crack's two sides match node by
-/// node in the position of rest; there the nodes are doubled.
+/// The number of columns is the same at every height, so that the nodes on the two sides of a crack coincide in the
+/// unloaded position; nodes on cracks are doubled.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
-    /// Positions without load, m.
+    /// Unloaded positions, m.
     pub nodes: Vec<[f64; 2]>,
     /// Four corners and the centre of each cell.
     pub cells: Vec<[usize; 5]>,
@@ -29,8 +29,8 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// Meshes `section`, cut at the elevations `cracks` (m, ascending), with sides of cells of about
-    /// `element_size` (m). Rows end at all vertices, at the cracks, and at `levels` (m, any order).
+    /// Meshes `section`, cut at the elevations `cracks` (m, ascending). The sides of cells have a length of about
+    /// `element_size` (m). There are row boundaries at all vertices, at the cracks, and at `levels` (m, any order).
     ///
     /// Columns: `max(2, area / height / element_size)`, rounded.
     pub fn new(section: &Section, cracks: &[f64], levels: &[f64], element_size: f64) -> Self {
@@ -58,8 +58,8 @@ impl Mesh {
         Self::mapped(section, &rows, columns)
     }
 
-    /// Meshes `section` with `columns` columns and, for each block, rows that end at the elevations
-    /// `rows` (m, ascending; the last of a block is the first of the next).
+    /// Meshes `section` with `columns` columns. `rows` gives the elevations of the row boundaries of each
+    /// block (m, ascending; the last one of a block is the first one of the next).
     pub fn mapped(section: &Section, rows: &[Vec<f64>], columns: usize) -> Self {
         let mut mesh = Self { nodes: Vec::new(), cells: Vec::new(), blocks: Vec::new() };
         for elevations in rows {
@@ -96,19 +96,19 @@ impl Mesh {
         (first..self.nodes.len()).collect()
     }
 
-    /// Nodes of the triangles, four a cell: corner k, corner k + 1, centre.
+    /// Nodes of the triangles, four for each cell: corner k, corner k + 1, centre.
     pub fn triangles(&self) -> impl Iterator<Item = [usize; 3]> + '_ {
         self.cells.iter().flat_map(|cell| (0..4).map(|k| [cell[k], cell[(k + 1) % 4], cell[4]]))
     }
 
-    /// Pairs (lower, upper) of the nodes that a crack doubles, for all cracks.
+    /// Pairs (lower, upper) of doubled nodes, for all cracks.
     pub fn doubled_nodes(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         self.blocks
             .windows(2)
             .flat_map(|pair| pair[0].top.iter().copied().zip(pair[1].bottom.iter().copied()))
     }
 
-    /// Nodes of the upstream side at or below `level` (m), upwards, doubled at the cracks below it.
+    /// Nodes of the upstream side at or below `level` (m), from the base up, doubled at the cracks below this level.
     pub fn upstream_nodes_to(&self, level: f64) -> Vec<usize> {
         let tolerance = ELEVATION_TOLERANCE * self.nodes.last().map_or(1.0, |p| p[1].abs());
         let mut nodes = Vec::new();
@@ -122,7 +122,7 @@ impl Mesh {
         nodes
     }
 
-    /// The block that holds `node`.
+    /// Index of the block that contains `node`.
     pub fn block_of(&self, node: usize) -> usize {
         self.blocks.partition_point(|block| block.nodes.end <= node)
     }

@@ -19,12 +19,12 @@ pub struct DegreesOfFreedom {
 }
 
 impl DegreesOfFreedom {
-    /// Every free node has its own.
+    /// Every free node has its own degrees of freedom.
     pub fn free(structure: &Structure<impl ContactLaw>) -> Self {
         Self::number(structure, |_| None)
     }
 
-    /// The doubled nodes of a crack share theirs: the intact dam.
+    /// The intact dam: the doubled nodes of a crack share their degrees of freedom.
     pub fn intact(structure: &Structure<impl ContactLaw>) -> Self {
         let mut twin = vec![None; structure.mesh.nodes.len()];
         for (lower, upper) in structure.mesh.doubled_nodes() {
@@ -33,7 +33,7 @@ impl DegreesOfFreedom {
         Self::number(structure, |node| twin[node])
     }
 
-    /// The free ones of `nodes`, ascending.
+    /// The degrees of freedom of the free nodes among `nodes` (ascending).
     pub fn of_nodes(structure: &Structure<impl ContactLaw>, nodes: impl IntoIterator<Item = usize>) -> Self {
         let mut of_node = vec![None; structure.mesh.nodes.len()];
         let free = nodes.into_iter().filter(|&node| !structure.is_fixed(node));
@@ -58,12 +58,12 @@ impl DegreesOfFreedom {
         Self { count, of_node }
     }
 
-    /// First degree of freedom of `node`, or `None` where it is fixed.
+    /// First degree of freedom of `node`, or `None` if it is fixed.
     pub fn of(&self, node: usize) -> Option<usize> {
         self.of_node[node]
     }
 
-    /// Free nodes with the first of their degrees of freedom.
+    /// Free nodes, each with the first of its degrees of freedom.
     pub fn nodes(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         self.of_node.iter().enumerate().filter_map(|(node, dof)| Some((node, (*dof)?)))
     }
@@ -81,7 +81,8 @@ impl DegreesOfFreedom {
 
 /// Entries (row, column, N/m per metre) of the unstrained structure's stiffness matrix, each once.
 ///
-/// Elements and closed, sticking contacts; contacts vanish where `dofs` ties their two sides.
+/// It contains elements and closed, sticking contacts; contacts vanish where both sides have the same degrees
+/// of freedom.
 pub fn stiffness(
     structure: &Structure<impl ContactLaw>,
     dofs: &DegreesOfFreedom,
@@ -89,7 +90,7 @@ pub fn stiffness(
     assemble(structure, dofs, &structure.stencils())
 }
 
-/// The same of the elements alone.
+/// The same for the elements alone.
 pub fn element_stiffness(
     structure: &Structure<impl ContactLaw>,
     dofs: &DegreesOfFreedom,
@@ -146,9 +147,9 @@ pub fn factor(entries: &[(usize, usize, f64)], size: usize) -> Result<Llt<usize,
         .map_err(|_| DamError::Singular)
 }
 
-/// Relative change of the eigenvalues at which the subspace iteration ends.
+/// Relative change of the eigenvalues at which the subspace iteration has converged.
 const TOLERANCE: f64 = 1e-11;
-/// Most subspace iterations.
+/// Largest number of subspace iterations.
 const MAX_ITERATIONS: usize = 200;
 
 /// The `count` lowest natural frequencies of the intact structure without damping and added mass, rad/s,
@@ -164,10 +165,11 @@ pub fn natural_frequencies(
     Ok(natural_modes(&factors, &dofs.masses(structure), count, TOLERANCE)?.0)
 }
 
-/// The `count` lowest natural frequencies (rad/s, ascending) to the relative change `tolerance` of their squares, and
-/// their modes as columns, `φᵀ M φ = 1`, of the stiffness with these `factors` and the lumped `masses` (kg/m).
+/// The `count` lowest natural frequencies (rad/s, ascending), and their modes as columns with `φᵀ M φ = 1`,
+/// for the stiffness matrix with the Cholesky factors `factors` and the lumped `masses` (kg/m).
 ///
-/// `K φ = ω² M φ` by inverse subspace iteration.
+/// Solves `K φ = ω² M φ` by inverse subspace iteration until the squared frequencies change by less than `tolerance`
+/// (relative).
 ///
 /// **Errors**: [`DamError::TooManyFrequencies`], [`DamError::Singular`],
 /// [`DamError::FrequenciesNotConverged`].
@@ -209,7 +211,7 @@ pub fn natural_modes(
     Err(DamError::FrequenciesNotConverged { iterations: MAX_ITERATIONS, change, tolerance })
 }
 
-/// `K⁻¹` of the columns of `loads`.
+/// `K⁻¹` times the columns of `loads`.
 pub fn solve(factors: &Llt<usize, f64>, loads: &DMatrix<f64>) -> DMatrix<f64> {
     let (n, columns) = loads.shape();
     let mut solution = faer::Mat::from_fn(n, columns, |i, j| loads[(i, j)]);

@@ -5,6 +5,7 @@ use nalgebra::DVector;
 use std::num::NonZeroUsize;
 
 use crate::contact::{Coulomb, MohrCoulomb};
+use crate::damping::DAMPED_SHARE;
 use crate::energy::{StoredEnergy, Work};
 use crate::integrator::{CentralDifference, DynamicRelaxation, Relaxed, SparseNewton};
 use crate::loads::{LoadPath, Wet, add_ground_inertia};
@@ -56,7 +57,7 @@ pub(crate) struct Elements {
 pub(crate) struct Modes {
     body: Body,
     rayleigh: RayleighCoefficients,
-    superposition: Superposition,
+    superposition: Box<Superposition>,
 }
 
 /// A model with a motion in its own coordinates.
@@ -64,10 +65,6 @@ pub(crate) enum Moving<'a> {
     Elements(&'a Elements, &'a mut Motion),
     Modes(&'a Modes, &'a mut ModalMotion),
 }
-
-/// Share of the undamped limit 2/ω to which stiffness damping may reduce the time step. With the usual safety factor of 0.9
-/// it is just above the largest step that a dam with cracks takes.
-const DAMPED_SHARE: f64 = 0.3;
 
 impl From<&CrackParameters> for MohrCoulomb {
     fn from(crack: &CrackParameters) -> Self {
@@ -88,8 +85,8 @@ impl From<&CrackParameters> for MohrCoulomb {
 }
 
 impl Body {
-    /// The body of checked `parameters` with `cracks` from the base up, and the frequencies at which its damping ratio holds
-    /// (rad/s).
+    /// The body of checked `parameters` with `cracks` from the base up, and the frequencies at which its
+    /// damping ratio holds (rad/s).
     fn new(parameters: &DamParameters, cracks: &[CrackParameters]) -> Result<(Self, [f64; 2]), DamError> {
         let mesh = parameters.mesh();
         let wet = Wet::below(&mesh, parameters.water_depth)?;
@@ -120,8 +117,8 @@ impl Body {
 }
 
 impl Model {
-    /// The model of checked `parameters` with `cracks` from the base up, and the frequencies at which its damping ratio holds
-    /// (rad/s).
+    /// The model of checked `parameters` with `cracks` from the base up, and the frequencies at which its
+    /// damping ratio holds (rad/s).
     ///
     /// **Errors**: [`DamError::WetFace`], [`DamError::Singular`], [`DamError::FrequenciesNotConverged`],
     /// [`DamError::TooManyFrequencies`]; those of [`AddedMass::new`](crate::AddedMass::new).
@@ -144,6 +141,7 @@ impl Model {
                 let (kinematics, wet) = (parameters.kinematics, body.wet.as_ref());
                 let superposition =
                     Superposition::new(structure, rayleigh, fidelity, kinematics, wet, body.gravity)?;
+                let superposition = Box::new(superposition);
                 Self::Modes(Modes { body, rayleigh, superposition })
             }
         };
@@ -238,8 +236,8 @@ impl Model {
 }
 
 impl Moving<'_> {
-    /// Brings the motion to rest under weight and the `hydrostatic` pressure (Pa), and its accelerations to those under
-    /// `loads`. Returns the name of the method that converged.
+    /// Brings the motion to rest under weight and the `hydrostatic` pressure (Pa), and its accelerations to
+    /// those under `loads`. Returns the name of the method that converged.
     ///
     /// **Errors**: [`DamError::StaticNotConverged`], [`DamError::Singular`].
     pub fn relax(&mut self, hydrostatic: &[f64], loads: &Loads) -> Result<(&'static str, Relaxed), DamError> {
@@ -296,8 +294,8 @@ impl Moving<'_> {
         }
     }
 
-    /// Accelerations at the start, relative to a ground that moves with `ground` (m/s²), and that of the ground, from which
-    /// the force on the base follows. Modes start at rest on a ground at rest.
+    /// Accelerations at the start, relative to a ground that moves with `ground` (m/s²), and that of the
+    /// ground, from which the force on the base follows. Modes start at rest on a ground at rest.
     pub fn initial_acceleration(&self, ground: [f64; 2]) -> (Vec<f64>, [f64; 2]) {
         match self {
             Self::Elements(_, motion) => (motion.acceleration.as_flattened().to_vec(), ground),

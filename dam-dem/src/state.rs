@@ -6,19 +6,19 @@ use crate::energy::EnergyLedger;
 use crate::reduction::ModalMotion;
 use crate::structure::Motion;
 
-/// Everything that the later motion of a dam depends on.
+/// Complete state of a dam: all data on which its further motion depends.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DamState {
-    /// That of the dam it belongs to.
+    /// Fingerprint of the dam to which the state belongs.
     pub(crate) fingerprint: Fingerprint,
     pub(crate) initialised: bool,
     pub(crate) time: f64,
     pub(crate) motion: DamMotion,
-    /// Displacement in the state of rest before time 0.
+    /// Displacement in the state of rest before time 0, in the coordinates of the motion.
     pub(crate) rest: Vec<f64>,
-    /// Acceleration relative to the ground, mean over the last communication step.
+    /// Acceleration relative to the ground, mean over the last communication step, in the coordinates of the motion.
     pub(crate) mean_acceleration: Vec<f64>,
-    /// That of the ground, m/s².
+    /// Acceleration of the ground, mean over the last communication step, m/s².
     pub(crate) mean_ground_acceleration: [f64; 2],
     /// Force on the ground, mean over the last communication step, N/m.
     pub(crate) mean_base_force: [f64; 2],
@@ -30,17 +30,17 @@ pub struct DamState {
     pub(crate) next: Inputs,
 }
 
-/// Motion in the coordinates of the dam's level of fidelity, relative to the ground.
+/// Motion relative to the ground, in the coordinates of the dam's level of fidelity.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum DamMotion {
-    /// Of all nodes: x, then y of each, m.
+    /// Motion of all nodes: x, then y of each, m.
     Nodes(Motion),
-    /// Of the modes.
+    /// Motion of the modes.
     Modes(ModalMotion),
 }
 
 impl DamMotion {
-    /// Displacement, one value a coordinate.
+    /// Displacement, one value for each coordinate.
     pub fn displacement(&self) -> &[f64] {
         match self {
             Self::Nodes(motion) => motion.displacement.as_flattened(),
@@ -48,7 +48,7 @@ impl DamMotion {
         }
     }
 
-    /// Its rate.
+    /// Rate of the displacement.
     pub fn velocity(&self) -> &[f64] {
         match self {
             Self::Nodes(motion) => motion.velocity.as_flattened(),
@@ -56,7 +56,7 @@ impl DamMotion {
         }
     }
 
-    /// Contacts of each crack; none in an intact dam.
+    /// States of the contacts of each crack; none in an intact dam.
     pub fn joints(&self) -> &[Vec<JointState>] {
         match self {
             Self::Nodes(motion) => &motion.joints,
@@ -64,7 +64,7 @@ impl DamMotion {
         }
     }
 
-    /// Motion of all nodes, if that is what is kept.
+    /// Motion of all nodes, if these are the coordinates.
     pub fn of_nodes(&self) -> Option<&Motion> {
         match self {
             Self::Nodes(motion) => Some(motion),
@@ -81,7 +81,8 @@ pub(crate) struct Inputs {
 }
 
 impl DamState {
-    /// Whether this state has as many nodes, cells, contacts and interface points as `other`.
+    /// Whether this state has the same coordinates and the same numbers of nodes, cells, contacts and
+    /// interface points as `other`.
     pub(crate) fn has_shape_of(&self, other: &Self) -> bool {
         let shape = |state: &Self| {
             let (coordinates, others) = match &state.motion {

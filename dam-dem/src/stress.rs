@@ -8,13 +8,13 @@ use crate::{Mesh, Section};
 pub(crate) struct StressPoint {
     /// Unloaded position, m.
     pub place: [f64; 2],
-    /// The triangles that meet there: index, corners and area (m²). Where a crack ends at the point, only triangles of the
-    /// block below.
+    /// The triangles that meet there: index, corners and area (m²). Where a crack ends at the point, only
+    /// triangles of the block below.
     pub triangles: Vec<(usize, [usize; 3], f64)>,
 }
 
-/// Heel and toe, then points on the upstream and the downstream face at each elevation between base and crest where one
-/// of the faces changes its slope.
+/// Heel and toe, then points on the upstream and the downstream face at each elevation between base and crest
+/// where one of the faces changes its slope.
 pub(crate) fn stress_points(section: &Section, mesh: &Mesh) -> Vec<StressPoint> {
     let tolerance = ELEVATION_TOLERANCE * section.height();
     let mut bends: Vec<f64> = section.vertex_elevations().collect();

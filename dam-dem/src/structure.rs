@@ -11,7 +11,8 @@ use crate::{AddedMass, DamError, Kinematics, Material, Mesh};
 
 /// Blocks, their masses, and the cracks between them.
 ///
-/// Damping is not part of it: its coefficients follow from the frequencies of the structure ([`DampingCoefficients`]).
+/// Damping is not part of it: its coefficients follow from the frequencies of the structure
+/// ([`DampingCoefficients`]).
 #[derive(Clone, Debug)]
 pub struct Structure<L: ContactLaw = Coulomb> {
     /// The mesh in the unloaded position.
@@ -44,8 +45,8 @@ pub struct Motion {
 }
 
 impl<L: ContactLaw> Structure<L> {
-    /// The blocks of `mesh`, without water, with the nodes `fixed` held by the ground. `cracks` gives the contact law of each
-    /// crack and where its contacts are, from the base up.
+    /// The blocks of `mesh`, without water, with the nodes `fixed` held by the ground. `cracks` gives the
+    /// contact law of each crack and where its contacts are, from the base up.
     pub fn new(
         mesh: Mesh,
         material: &Material,
@@ -100,8 +101,8 @@ impl<L: ContactLaw> Structure<L> {
         self.inverse_mass[node] == 0.0
     }
 
-    /// Adds the forces of elements and contacts, including stiffness damping, to `forces` (N/m), and updates the damping
-    /// stresses and contacts of `motion`. `damping` is β (s), with or without memory.
+    /// Adds the forces of elements and contacts, including stiffness damping, to `forces` (N/m), and updates
+    /// the damping stresses and contacts of `motion`. `damping` is β (s), with or without memory.
     pub fn add_internal_forces(
         &self,
         motion: &mut Motion,

@@ -10,14 +10,13 @@ use crate::model::Model;
 /// The two nodes of a crack share their dofs. SI units, per metre of dam.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SystemMatrices {
-    /// Diagonal of the concrete's M, kg/m, one value a dof.
+    /// Diagonal of M (concrete only), kg/m, one value for each dof.
     pub mass: Vec<f64>,
-    /// X of the water in the mass matrix as (row, column, kg/m): every entry once; none without
-    /// [`AddedMass`](crate::AddedMass).
+    /// X of the [`AddedMass`](crate::AddedMass) as (row, column, kg/m), every entry once; empty without added mass.
     pub added_mass: Vec<(usize, usize, f64)>,
-    /// X ι for ground motion along x and along y, kg/m: fixed nodes push their water too.
+    /// X ι for ground motion along x and along y, kg/m; fixed nodes contribute because they also move water.
     pub added_ground_inertia: [Vec<f64>; 2],
-    /// K as (row, column, N/m per metre): every entry once, both triangles.
+    /// K as (row, column, N/m per metre), every entry once, with both the upper and the lower triangle.
     pub stiffness: Vec<(usize, usize, f64)>,
     /// α and β.
     pub damping: RayleighCoefficients,

@@ -11,47 +11,48 @@ use crate::{AddedMass, DampingCoefficients, RayleighCoefficients};
 /// Δt = (2/ω) (√(1 + ξ²) − ξ),   ξ = α/2ω + (1 − m)/(1 + m) βω/2
 /// ```
 ///
-/// at the highest frequency ω of elements and contacts (all closed and sticking, unstrained). A mode is
-/// multiplied by z in every time step,
+/// with the highest frequency ω of elements and contacts (all closed and sticking, unstrained). In every time step a
+/// mode is multiplied by z, a root of
 ///
 /// ```text
 /// (z − 1)² (z − m) + (ωΔt)² z (z − m) + αΔt (z − 1)(z − m) + (1 − m) βω²Δt z (z − 1) = 0
 /// ```
 ///
-/// with |z| < 1 below the limit and z = −1 at it; lower modes allow more.
+/// with |z| < 1 below the limit and z = −1 at the limit; lower modes allow longer time steps.
 ///
-/// Local damping κ multiplies forces by up to 1 + κ where they are turned against the motion, and divides the limit by
-/// as much.
+/// Local damping κ multiplies forces against the motion by up to 1 + κ, and therefore divides the limit by the same
+/// factor.
 ///
-/// Undamped added mass X only helps if it is positive semidefinite, which it nearly is. With `M + X ≥ μ M`
-/// ([`AddedMass::least_share`](crate::AddedMass::least_share)) the limit is that of the mass μ M.
+/// Added mass X would never reduce the limit if it were positive semidefinite, but it is so only approximately. With
+/// `M + X ≥ μ M` ([`AddedMass::least_share`](crate::AddedMass::least_share)) the limit is that of the mass μ M.
 ///
 /// **Source**: for m = 0 T. Belytschko, W.K. Liu, B. Moran, *Nonlinear Finite Elements for Continua and
 /// Structures*, 2000, section 6.2; tested in `tests/time_step.rs` and `tests/damping_memory.rs`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CriticalTimeStep {
-    /// Highest frequency ω, rad/s; with added mass a bound for it.
+    /// Highest frequency ω, rad/s; with added mass an upper bound of it.
     pub highest_frequency: f64,
     /// Longest stable time step, s.
     pub limit: f64,
 }
 
-/// Largest share of the undamped limit 2/ω that a dam with cracks takes. Contacts that open and close
-/// within a time step create energy near the limit, which is one of linear stability: without
-/// damping 0.9 of it made three times the peak kinetic energy of a run, 0.5 of it 1 %, 0.25 of it 0.1 %.
+/// Largest time step of a dam with cracks, as a share of the undamped limit 2/ω. This limit is that of linear
+/// stability; near it, contacts that open and close within a time step create energy. In a run without
+/// damping, the created energy was three times the peak kinetic energy at 0.9 of the limit, 1 % of it at 0.5,
+/// and 0.1 % at 0.25.
 const LARGEST_SHARE_WITH_CONTACTS: f64 = 0.25;
-/// Relative change of the largest Ritz value, over ten iterations, at which Lanczos ends.
+/// Relative change of the largest Ritz value over ten iterations at which the Lanczos iteration has converged.
 const TOLERANCE: f64 = 1e-10;
-/// Most Lanczos iterations.
+/// Largest number of Lanczos iterations.
 const MAX_ITERATIONS: usize = 400;
 
 impl CriticalTimeStep {
-    /// That of a structure under `damping`.
+    /// The critical time step of a `structure` with `damping`.
     pub fn of(structure: &Structure<impl ContactLaw>, damping: impl Into<DampingCoefficients>) -> Self {
         Self::of_frequency(structure, damping, highest_frequency(structure))
     }
 
-    /// The same, where the highest frequency without added mass is known to be `frequency` (rad/s).
+    /// The same, if the highest frequency without added mass is known: `frequency` (rad/s).
     pub(crate) fn of_frequency(
         structure: &Structure<impl ContactLaw>,
         damping: impl Into<DampingCoefficients>,
@@ -70,15 +71,16 @@ impl CriticalTimeStep {
         }
     }
 
-    /// Longest time step to take, s: `safety` times the limit, and with contacts at most a quarter of 2/ω.
+    /// Longest time step to use, s: `safety` times the limit, and with contacts at most a quarter of 2/ω.
     pub fn with_safety(&self, safety: f64, contacts: bool) -> f64 {
         let cap = if contacts { LARGEST_SHARE_WITH_CONTACTS } else { 1.0 };
         (safety * self.limit).min(cap * 2.0 / self.highest_frequency)
     }
 }
 
-/// Square root of the largest eigenvalue of `M^(−½) K M^(−½)`, by Lanczos iteration with full
-/// reorthogonalisation; K acts through the elements and never is assembled. rad/s, without added mass.
+/// Highest frequency without added mass, rad/s: square root of the largest eigenvalue of `M^(−½) K M^(−½)`,
+/// by Lanczos iteration with full reorthogonalisation. K is applied element by element and is never
+/// assembled.
 pub(crate) fn highest_frequency(structure: &Structure<impl ContactLaw>) -> f64 {
     let stencils = structure.stencils();
     let root: Vec<f64> = structure.inverse_mass.iter().map(|m| m.sqrt()).collect();

@@ -1,4 +1,4 @@
-//! Water in the mass matrix: frequencies, forces, energy and motion against paths of their own.
+//! Added mass in the mass matrix: frequencies, forces, energy and motion against independent computations.
 
 use crate::support;
 
@@ -11,7 +11,7 @@ use std::f64::consts::PI;
 
 const WATER: f64 = 1000.0;
 
-/// Westergaard's parabola, `⅞ ρ √(h(h − y))` at the points.
+/// Westergaard's added mass `⅞ ρ √(h(h − y))` at the points.
 fn westergaard(face: &WetFace) -> Vec<Vec<f64>> {
     let h = face.depth();
     let mass = |i: usize| 0.875 * WATER * (h * (h - face.points()[i][1])).sqrt();
@@ -19,7 +19,7 @@ fn westergaard(face: &WetFace) -> Vec<Vec<f64>> {
     (0..face.len()).map(row).collect()
 }
 
-/// Incompressible water before a vertical face by its modes, a full matrix: for the motion N_j
+/// Incompressible water before a vertical face by its modes, which gives a full matrix: for the motion N_j
 /// `p(y) = −ρ Σ_m 2/(h λ_m) cos λ_m y ∫ cos(λ_m y′) N_j dy′`.
 fn incompressible(face: &WetFace) -> Vec<Vec<f64>> {
     let (h, points) = (face.depth(), face.points());
@@ -59,7 +59,7 @@ fn dense(size: usize, entries: &[(usize, usize, f64)]) -> DMatrix<f64> {
     matrix
 }
 
-/// `½ (B A N + (B A N)ᵀ)` of the empty dam's matrices.
+/// `½ (B A N + (B A N)ᵀ)` from the matrices of the dam without water.
 fn water_mass(dam: &Dam, rows: &[Vec<f64>]) -> DMatrix<f64> {
     let m = dam.system_matrices();
     let (size, points) = (m.mass.len(), rows.len());
@@ -83,8 +83,9 @@ fn modes(stiffness: &DMatrix<f64>, mass: &DMatrix<f64>) -> (Vec<f64>, DVector<f6
     (order.iter().map(|&i| eigen.eigenvalues[i].sqrt()).collect(), mode)
 }
 
-/// The dam's matrices against a dense problem from the empty dam's and B A N: equal but for rounding; the bound
-/// that the time step is taken from holds. The period of free vibration, which no matrix enters, against the same: dispersion (ωΔt)²/24.
+/// Frequencies from the matrices of the dam against a dense problem with the matrices of the empty dam and B
+/// A N: equal to rounding. The bound on which the time step is based holds. The period of free vibration,
+/// which uses no matrix, agrees with these frequencies up to the dispersion (ωΔt)²/24.
 #[test]
 fn natural_frequencies_with_water() -> Result<(), DamError> {
     let undamped =
@@ -118,10 +119,10 @@ fn natural_frequencies_with_water() -> Result<(), DamError> {
         assert_eq!(
             dam.natural_frequencies(2)?,
             empty.natural_frequencies(2)?,
-            "those of the empty reservoir"
+            "natural frequencies must be those with an empty reservoir"
         );
 
-        // Released from the shape of its first mode.
+        // free vibration from the shape of the first mode
         dam.initialise(0.0)?;
         let mut motion = dam.state().motion().of_nodes().unwrap().clone();
         let mut free = 0;
@@ -140,7 +141,7 @@ fn natural_frequencies_with_water() -> Result<(), DamError> {
     Ok(())
 }
 
-/// Time between the first and the eleventh upward crossing of the crest, over ten, s.
+/// A tenth of the time between the first and the eleventh positive zero crossing of the crest displacement, s.
 fn period(dam: &Dam, mut motion: dam_dem::Motion, crest: usize) -> f64 {
     let (structure, damping) = (dam.structure(), dam.damping_coefficients());
     let still = vec![[0.0; 2]; dam.node_count()];
@@ -160,8 +161,9 @@ fn period(dam: &Dam, mut motion: dam_dem::Motion, crest: usize) -> f64 {
     (crossings[10] - crossings[0]) / 10.0
 }
 
-/// A block that is brought to an acceleration of 1 m/s² in 3 s, so smoothly that it hardly swings: the ground carries `(m + m_w) a`, m_w = 7/12 ρh² or 14ζ(3)/π³ ρh². A pressure linear along 40 panels
-/// takes some 1e-3 off the force of a concave profile, what swings some 1e-4.
+/// A block is accelerated to 1 m/s² within 3 s, so smoothly that it hardly vibrates. The force on the ground
+/// is `(m + m_w) a`, with m_w = 7/12 ρh² or 14ζ(3)/π³ ρh². The error of a concave pressure profile that is
+/// linear along each of 40 panels is about 1e-3, that of the vibration about 1e-4.
 #[test]
 fn the_ground_moves_the_mass_of_the_water() -> Result<(), DamError> {
     let (width, height) = (10.0, 40.0);
@@ -191,7 +193,7 @@ fn the_ground_moves_the_mass_of_the_water() -> Result<(), DamError> {
         dam.structure().add_internal_forces(&mut motion, 0.0, &mut elements);
         let base = &dam.structure().mesh.blocks[0].bottom;
         let base_mass: f64 = base.iter().map(|&n| dam.structure().mass[n]).sum();
-        // The heel, which is fixed, pushes its own part of the water.
+        // the heel is fixed and moves its own part of the water
         let rows = water(&face);
         let pushed = |point: usize| rows[point].iter().sum::<f64>();
         let met = |point: usize| {
@@ -212,7 +214,7 @@ fn the_ground_moves_the_mass_of_the_water() -> Result<(), DamError> {
     Ok(())
 }
 
-/// Undamped, intact, 30 s of free vibration: total energy of the second half against that of the first.
+/// Undamped intact dam, 30 s of free vibration: total energy in the second half against that in the first half.
 /// Tolerance: as without water, `free_vibration_keeps_its_energy_for_a_minute`.
 #[test]
 fn free_vibration_keeps_the_energy_of_dam_and_water() -> Result<(), DamError> {
@@ -239,7 +241,7 @@ fn free_vibration_keeps_the_energy_of_dam_and_water() -> Result<(), DamError> {
     Ok(())
 }
 
-/// The cracked dam under 0.5 g bursts: the ledger closes as without water (tolerance as there).
+/// The cracked dam under bursts of 0.5 g: the energy balance closes as without water (same tolerance).
 #[test]
 fn the_ledger_closes_while_the_crack_slides() -> Result<(), DamError> {
     let cracked = support::koyna(5.0);
@@ -262,9 +264,9 @@ fn the_ledger_closes_while_the_crack_slides() -> Result<(), DamError> {
     Ok(())
 }
 
-/// Against the trapezoidal rule on dense matrices, damped, under ground motion and a pressure beside the water:
-/// mass damping is that of the concrete, the fixed heel pushes water. The dam's error is of first order in its
-/// time step, for damping lags by half of it.
+/// Comparison with the trapezoidal rule on dense matrices, with damping, ground motion and an additional
+/// pressure. Mass damping acts on the concrete only; the fixed heel also moves water. The error of the dam is
+/// of first order in its time step, because damping lags by half a step.
 #[test]
 fn the_integrator_follows_its_matrices() -> Result<(), DamError> {
     let (step, steps) = (0.01, 10);
@@ -304,7 +306,7 @@ fn the_integrator_follows_its_matrices() -> Result<(), DamError> {
             m.pressure_forces.iter().for_each(|&(i, j, w)| force[i] += w * pressure(t, heights[j]));
             force
         };
-        // 400 steps a communication step: their error is (ωΔt)²/12 of the excited modes, below 1e-5.
+        // 400 steps in each communication step: their error for the excited modes is (ωΔt)²/12, below 1e-5
         let (parts, dt) = (400, step / 400.0);
         let solve =
             (&mass + &damping * (dt / 2.0) + &stiffness * (dt * dt / 4.0)).cholesky().unwrap().inverse();
@@ -332,7 +334,7 @@ fn the_integrator_follows_its_matrices() -> Result<(), DamError> {
     Ok(())
 }
 
-/// Damped, with a negative share of mass (μ < 1): what the dam steps by is the limit of its structure.
+/// With damping and a partly negative added mass (μ < 1), the dam uses the critical time step of its structure.
 #[test]
 fn the_time_step_is_that_of_the_structure() -> Result<(), DamError> {
     let dam = Dam::new(with_water(&intact(9.0), westergaard))?;

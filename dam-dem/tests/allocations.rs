@@ -1,4 +1,4 @@
-//! Memory is asked for once a communication step, never in a time step.
+//! Memory is allocated once in each communication step, never in a time step.
 
 use crate::support;
 

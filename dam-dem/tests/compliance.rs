@@ -1,4 +1,4 @@
-//! The interface compliance of a step: reciprocal, and what the dam does where nothing slips.
+//! The interface compliance of a step: it is reciprocal, and predicts the motion of the dam while nothing slips.
 
 use crate::support;
 
@@ -9,8 +9,9 @@ use support::{at_rest, get, koyna};
 
 const STEP: f64 = 2.5e-3;
 
-/// Maxwell and Betti: displacement at i under a force at j is that at j under the force at i. Pressures press through
-/// `B = Nᵀ M`, M being the face's own mass matrix, so `C M⁻¹` is symmetric.
+/// Reciprocity (Maxwell, Betti): the displacement at i under a force at j equals that at j under the same
+/// force at i. The nodal forces of pressures are `B = Nᵀ M`, with the mass matrix M of the face, so that
+/// `C M⁻¹` is symmetric.
 #[test]
 fn an_undamped_dam_is_reciprocal() -> Result<(), DamError> {
     for fidelity in [Fidelity::Dem, Fidelity::Reduced { modes: None }] {
@@ -28,7 +29,7 @@ fn an_undamped_dam_is_reciprocal() -> Result<(), DamError> {
             columns[j][i][0] * normals[i][0] + columns[j][i][1] * normals[i][1]
         });
         let inverse = mass.try_inverse().ok_or(DamError::Singular)?;
-        // the heel does not move, so what presses it says nothing of symmetry
+        // the heel does not move, so that it is left out of the comparison
         for (name, matrix) in
             [("displacement", &compliance.displacement), ("acceleration", &compliance.acceleration)]
         {
@@ -36,13 +37,16 @@ fn an_undamped_dam_is_reciprocal() -> Result<(), DamError> {
             let error = (&of_forces - of_forces.transpose()).norm() / of_forces.norm();
             println!("{fidelity:?}: reciprocity of {name} {error:.1e}");
             assert!(error < 1e-5, "{name}");
-            assert!(of_forces.diagonal().iter().all(|own| *own > 0.0), "{name}: pushed, a point gives way");
+            assert!(
+                of_forces.diagonal().iter().all(|own| *own > 0.0),
+                "{name}: a point must move in the direction of the pressure"
+            );
         }
     }
     Ok(())
 }
 
-/// It foretells a step under any pressure that leaves the crack closed, and changes nothing of the dam.
+/// The compliance predicts a step under any pressure that leaves the crack closed, and does not change the dam.
 #[test]
 fn it_foretells_a_step_from_rest() -> Result<(), DamError> {
     let mut dam = at_rest(koyna(5.0))?;
@@ -60,7 +64,7 @@ fn it_foretells_a_step_from_rest() -> Result<(), DamError> {
     ] {
         let found = nalgebra::DVector::from_vec(get(&dam, &variable));
         let error = (matrix * &pressure - &found).norm() / found.norm();
-        println!("{} foretold to {error:.1e}", variable.name);
+        println!("{} predicted with a relative error of {error:.1e}", variable.name);
         assert!(error < 1e-4, "{}", variable.name);
     }
     assert!(dam.interface_compliance(STEP, 0.0).is_err());

@@ -1,4 +1,4 @@
-//! Contacts in any position: action and reaction, friction limit, no tension.
+//! Contacts in arbitrary positions: action and reaction, friction limit, no tension.
 
 use crate::support;
 
@@ -47,7 +47,7 @@ proptest! {
         prop_assert!(moment.abs() <= LAW.friction * size * deepest + 1e-11 * size);
     }
 
-    /// |T| ≤ μN, 0 ≤ N ≤ twice the spring's, springs that never store more by slipping, dashpots that never feed in.
+    /// |T| ≤ μN, 0 ≤ N ≤ twice the spring force; slip never increases the energy of springs, and dashpots never add energy.
     #[test]
     fn coulomb_keeps_its_limits(
         penetration in -1e-3f64..1e-3, penetration_rate in -5.0f64..5.0,

@@ -13,8 +13,8 @@ fn concrete() -> Material {
     Material { young_modulus: 31.027e9, poisson_ratio: 0.15, density: 2643.0, ..support::koyna(5.0).material }
 }
 
-/// Tolerance: 3.5 % at 5 m to 2 % at 1.8 m. The published values come from a coarse mesh of their own: under
-/// refinement modes 2 and 4 converge to 1.0 and 1.5 % above them (see the test below).
+/// Tolerance: 3.5 % at 5 m to 2 % at 1.8 m. The published values come from a coarse mesh: with refinement
+/// modes 2 and 4 converge to 1.0 and 1.5 % above them (see the test below).
 #[test]
 fn koyna_frequencies_approach_the_published_ones() -> Result<(), DamError> {
     for (size, tolerance) in [(5.0, 0.035), (3.5, 0.025), (2.5, 0.021), (1.8, 0.02)] {
@@ -27,8 +27,8 @@ fn koyna_frequencies_approach_the_published_ones() -> Result<(), DamError> {
     Ok(())
 }
 
-/// Nested refinement of one mapped mesh: order `log₂((f₁ − f₂)/(f₂ − f₃))`, which linear triangles give
-/// as 2 but for the corner at the neck and at the base, whose singularities lower it.
+/// Nested refinement of one mapped mesh: order `log₂((f₁ − f₂)/(f₂ − f₃))`. It is 2 for linear triangles; the
+/// singularities in the corners at the neck and at the base reduce it.
 #[test]
 fn koyna_frequencies_converge_with_order_two() -> Result<(), DamError> {
     let frequencies = [1, 2, 4, 8].map(|refinement| {

@@ -1,4 +1,4 @@
-//! Kinds of damping against the decay that they promise.
+//! Decay of free vibration with each kind of damping, against closed forms.
 
 use crate::support;
 
@@ -9,7 +9,7 @@ use dam_dem::modal::{self, DegreesOfFreedom};
 use dam_dem::{CriticalTimeStep, Dam, DamError, DamParameters, Damping, DampingFrequencies, Motion};
 use std::f64::consts::{PI, TAU};
 
-/// The intact dam in the shape of its second mode, and that mode's frequency.
+/// The intact dam, displaced in the shape of its second mode, and the frequency of this mode (rad/s).
 fn bent(damping: Damping) -> Result<(Dam, Motion, f64), DamError> {
     let dam = Dam::new(DamParameters { cracks: vec![], damping, ..support::koyna(10.0) })?;
     let structure = dam.structure();
@@ -23,7 +23,7 @@ fn bent(damping: Damping) -> Result<(Dam, Motion, f64), DamError> {
     Ok((dam, motion, frequencies[1]))
 }
 
-/// Ratio from the energy left after whole periods.
+/// Damping ratio from the energy that remains after whole periods, and the error of the damping work.
 fn measured(dam: &Dam, mut motion: Motion, frequency: f64) -> (f64, f64) {
     let (structure, damping) = (dam.structure(), dam.damping_coefficients());
     let energy = |motion: &Motion| {
@@ -43,8 +43,9 @@ fn measured(dam: &Dam, mut motion: Motion, frequency: f64) -> (f64, f64) {
     ((before / after).ln() / (2.0 * TAU * periods), (before - after) / work.damping - 1.0)
 }
 
-/// Rayleigh, mass and stiffness damping: `ξ = α/2ω + βω/2`, to the second order of ξ that free decay adds. Local damping
-/// `ξ = ln((1 + κ)/(1 − κ))/2π` of one degree of freedom; a mode of many loses a little of it to others.
+/// Rayleigh, mass and stiffness damping: `ξ = α/2ω + βω/2`, up to terms of second order in ξ in free decay.
+/// Local damping: `ξ = ln((1 + κ)/(1 − κ))/2π` for one degree of freedom; a mode of many degrees of freedom
+/// is damped slightly differently because it excites others.
 #[test]
 fn a_mode_decays_by_the_ratio_that_was_asked_for() -> Result<(), DamError> {
     let (_, _, second) = bent(Damping::None)?;
@@ -69,7 +70,7 @@ fn a_mode_decays_by_the_ratio_that_was_asked_for() -> Result<(), DamError> {
     Ok(())
 }
 
-/// `limit/(1 + κ)`: just below it a motion of all frequencies dies.
+/// The limit is divided by 1 + κ: just below it a motion with all frequencies decays.
 #[test]
 fn local_damping_shortens_the_time_step() -> Result<(), DamError> {
     for coefficient in [0.2, 0.8] {

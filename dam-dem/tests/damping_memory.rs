@@ -1,4 +1,4 @@
-//! Stiffness damping with a memory: its limit of stability, its energy, and how it tends to that without.
+//! Stiffness damping with a memory: limit of stability, energy, and convergence to damping without memory.
 
 use crate::support;
 
@@ -29,7 +29,7 @@ fn free(structure: &Structure) -> Vec<usize> {
     (0..structure.mesh.nodes.len()).filter(|&i| !structure.is_fixed(i)).collect()
 }
 
-/// Numbers of a motion: displacements and velocities over the time step, its accelerations and damping stresses.
+/// All values of a motion that change in a time step: displacements, velocities, accelerations and damping stresses.
 fn values<'a>(structure: &Structure, motion: &'a mut Motion) -> Vec<&'a mut f64> {
     let free = free(structure);
     let nodes = |field: &'a mut Vec<[f64; 2]>| {
@@ -44,12 +44,13 @@ fn values<'a>(structure: &Structure, motion: &'a mut Motion) -> Vec<&'a mut f64>
     all
 }
 
-/// Largest eigenvalue, in size, of the map of one time step, from its powers.
+/// Largest absolute eigenvalue of the map of one time step, from its powers.
 fn amplification(structure: &Structure, damping: DampingCoefficients, share: f64) -> f64 {
     let time_step = share * CriticalTimeStep::of(structure, damping).limit;
     let still = LoadPath::constant(structure.weight([0.0; 2]));
     let free = 2 * free(structure).len();
-    // displacement in m, velocity in m/step, acceleration in m/step², stress as the acceleration it gives
+    // units: displacement in m, velocity in m/step, acceleration in m/step², stress as the acceleration that
+    // it causes
     let mass = structure.mass[structure.mesh.nodes.len() - 1];
     let unit = |i: usize| match i / free {
         0 => 1.0,
@@ -79,8 +80,8 @@ fn amplification(structure: &Structure, damping: DampingCoefficients, share: f64
     ((logarithm + power.norm().ln()) / 2f64.powi(26)).exp()
 }
 
-/// The map of one step just below and just above the limit. Tolerance: powers of 2²⁶ steps, of a map with entries
-/// of 1e6, leave 14/2²⁶.
+/// The map of one step just below and just above the limit. Tolerance: the power of 2²⁶ steps, of a map with
+/// entries of 1e6, has an error of 14/2²⁶.
 #[test]
 fn the_limit_is_that_of_the_true_amplification() {
     for (mass, stiffness, memory) in [
@@ -101,8 +102,9 @@ fn the_limit_is_that_of_the_true_amplification() {
     }
 }
 
-/// A column swings freely, in all its modes. What is lost to damping and what is left make up what was there,
-/// but for the (ωΔt)²/8 of central differences, which go down with the square of the time step.
+/// A column vibrates freely in all its modes. The initial energy equals the damping work plus the remaining
+/// energy, except for the error (ωΔt)²/8 of central differences, which decreases with the square of the time
+/// step.
 #[test]
 fn the_ledger_closes_with_memory() {
     let mut errors = Vec::new();
@@ -122,7 +124,7 @@ fn the_ledger_closes_with_memory() {
         let left = structure.kinetic_energy(&motion) + structure.strain_energy(&motion);
         errors.push(((start - left - work.damping) / start).abs());
         println!(
-            "{} steps: {:.1e} of the energy is left, balance error {:.1e}",
+            "{} steps: {:.1e} of the energy remains, balance error {:.1e}",
             steps.steps,
             left / start,
             errors[errors.len() - 1]
@@ -132,8 +134,8 @@ fn the_ledger_closes_with_memory() {
     assert!(errors[2] < 0.1 * errors[0] && errors[2] < 1e-2);
 }
 
-/// The first swing of a column against that without memory and with a twentieth of the time step: the error is of
-/// first order in the time step, half a step and the memory's time late.
+/// The first half-cycle of a column, against the result without memory and with a twentieth of the time step.
+/// The error is of first order in the time step: damping lags by half a step plus the time of the memory.
 #[test]
 fn memory_fades_with_the_time_step() {
     let top = |memory: f64, time_step: f64| {
@@ -153,8 +155,9 @@ fn memory_fades_with_the_time_step() {
     assert!(orders.iter().all(|order| (0.85..1.6).contains(order)) && errors[0] < 1e-3);
 }
 
-/// A dam takes the memory that its damping needs, and slides as with time steps a ninth as long, in which the same
-/// memory lasts a ninth of the time. Tolerance: 1 %, what halving the time step changes too.
+/// A dam uses the memory that its damping requires. It slides by the same distance with time steps a ninth as
+/// long, with which the same memory lasts a ninth of the time. Tolerance: 1 %, about the change if the time
+/// step is halved.
 #[test]
 fn sliding_with_memory_hardly_depends_on_the_time_step() -> Result<(), DamError> {
     let slid = |safety: f64| -> Result<(Dam, f64), DamError> {
@@ -167,14 +170,14 @@ fn sliding_with_memory_hardly_depends_on_the_time_step() -> Result<(), DamError>
     let (_, fine) = slid(0.1)?;
     let memory = dam.damping_coefficients().memory;
     println!(
-        "m = {memory:.3}, {} time steps in 2.5 ms: slid {sliding:.5} m, with steps a ninth as long {fine:.5} m",
+        "m = {memory:.3}, {} time steps in 2.5 ms: sliding {sliding:.5} m, with steps a ninth as long {fine:.5} m",
         dam.time_steps_per(2.5e-3)
     );
     assert!(memory > 0.0 && sliding.abs() > 0.01 && (sliding / fine - 1.0).abs() < 0.01);
     Ok(())
 }
 
-/// The fictitious motion of dynamic relaxation leaves no rates behind.
+/// The solution of the state of rest leaves no rates and dashpot stresses in the contacts.
 #[test]
 fn rest_remembers_no_motion() -> Result<(), DamError> {
     let dam = support::at_rest(support::koyna(5.0))?;

@@ -5,7 +5,7 @@ use crate::support;
 use dam_dem::contact::Coulomb;
 use dam_dem::{Kinematics, Mesh, Section, Structure};
 
-/// 4 × 3 cells with inner nodes out of line.
+/// 4 × 3 cells with irregular inner nodes.
 fn irregular(kinematics: Kinematics) -> Structure {
     let rows: Vec<f64> = (0..=3).map(f64::from).collect();
     let mut mesh = Mesh::mapped(&Section::rectangle(4.0, 3.0), &[rows], 4);
@@ -36,9 +36,8 @@ fn under(structure: &Structure, u: impl Fn([f64; 2]) -> [f64; 2]) -> (f64, f64, 
     (inner, all, structure.strain_energy(&motion))
 }
 
-/// A uniform stretch leaves inner nodes in balance and stores A/2 ε:D:ε, also behind a rotation.
-/// Tolerance: rounding; behind a rotation that of the displacements themselves, 1e-16 of some metres over the strain of
-/// 1e-3.
+/// Under a uniform strain the forces on inner nodes are 0 and the energy is A/2 ε:D:ε, also after a rotation.
+/// Tolerance: rounding; after a rotation that of the displacements, 1e-16 of some metres over the strain of 1e-3.
 #[test]
 fn uniform_strain_is_reproduced() {
     let (e11, e22, e12) = (1e-3, -0.4e-3, 0.7e-3);
@@ -60,7 +59,7 @@ fn uniform_strain_is_reproduced() {
     }
 }
 
-/// A rotation by 30° gives no force; measured against those that the linear element would give.
+/// A rotation by 30° causes no force, compared with the forces that the linear element would give.
 #[test]
 fn rigid_rotation_gives_no_force() {
     let (s, c) = 30f64.to_radians().sin_cos();

@@ -1,11 +1,11 @@
-//! The energy ledger: it closes under strong shaking with slip, and motion without damping keeps its energy.
+//! Energy balance: it closes under strong shaking with slip, and the energy of undamped motion is conserved.
 
 use crate::support;
 
 use dam_dem::{Dam, DamError, DamParameters, Damping};
 use interface::{CoSimulation, variables::dam as variable};
 
-/// A dam shaken by 0.5 g bursts until `end` (s), its peak kinetic energy and its largest balance error, J/m.
+/// A dam after bursts of 0.5 g until `end` (s), its peak kinetic energy and its largest balance error, J/m.
 fn shaken(parameters: DamParameters, end: f64) -> Result<(Dam, f64, f64), DamError> {
     let mut dam = support::at_rest(parameters)?;
     assert_eq!(dam.state().energy().gained().strain, 0.0);
@@ -20,8 +20,8 @@ fn shaken(parameters: DamParameters, end: f64) -> Result<(Dam, f64, f64), DamErr
     Ok((dam, peak, worst))
 }
 
-/// The bursts slide the block by decimetres and lift it. Tolerance: 1 % of the peak kinetic energy; what is
-/// left comes from contacts that open and close within a time step.
+/// The block slides by decimetres and lifts off. Tolerance: 1 % of the peak kinetic energy; the error comes
+/// from contacts that open and close within a time step.
 #[test]
 fn the_ledger_closes_while_the_crack_slides() -> Result<(), DamError> {
     let (dam, peak, worst) = shaken(support::koyna(5.0), 7.0)?;
@@ -34,7 +34,8 @@ fn the_ledger_closes_while_the_crack_slides() -> Result<(), DamError> {
     Ok(())
 }
 
-/// Without damping contacts open and close all the time; the time step is held back for that. Tolerance as above.
+/// Without damping contacts open and close all the time; the time step is limited for this reason. Tolerance
+/// as above.
 #[test]
 fn the_ledger_closes_without_damping_too() -> Result<(), DamError> {
     let undamped = DamParameters { damping: Damping::None, ..support::koyna(5.0) };
@@ -48,7 +49,7 @@ fn the_ledger_closes_without_damping_too() -> Result<(), DamError> {
     Ok(())
 }
 
-/// A ledger that cannot fail says nothing: booked input that the dam did not receive must show.
+/// Check that the balance can fail: input work that the dam did not receive must appear as an error.
 #[test]
 fn the_ledger_sees_work_that_was_not_done() -> Result<(), DamError> {
     let mut dam = support::at_rest(support::koyna(10.0))?;
@@ -61,9 +62,9 @@ fn the_ledger_sees_work_that_was_not_done() -> Result<(), DamError> {
     Ok(())
 }
 
-/// Undamped, intact, 300 s of free vibration: total energy (with that of the weight) of the second half against
-/// that of the first.
-/// Tolerance: central differences keep a nearby energy exactly; what they show swings by (ωΔt)²/8.
+/// Undamped intact dam, 300 s of free vibration: total energy (including that of the weight) in the second
+/// half against that in the first half. Tolerance: central differences conserve a nearby energy exactly; the
+/// computed energy oscillates by (ωΔt)²/8.
 #[test]
 fn free_vibration_keeps_its_energy_for_five_minutes() -> Result<(), DamError> {
     let parameters = DamParameters {
@@ -90,7 +91,7 @@ fn free_vibration_keeps_its_energy_for_five_minutes() -> Result<(), DamError> {
     Ok(())
 }
 
-/// The unit's own state of rest moves only by what relaxation left: residual 1e-9 of the loads.
+/// From its state of rest the dam moves only because of the residual forces, 1e-9 of the loads.
 #[test]
 fn an_unloaded_run_stays_at_rest() -> Result<(), DamError> {
     let mut dam: Dam = support::at_rest(support::koyna(5.0))?;

@@ -1,4 +1,4 @@
-//! The ground may move, or its inertia act: the same dam.
+//! Equivalence of a moving base and inertia forces in the frame of the base.
 
 use crate::support;
 
@@ -19,9 +19,9 @@ fn ground(time: f64) -> f64 {
     AMPLITUDE * (TAU * FREQUENCY * time).sin()
 }
 
-/// Two blocks on a base that moves as one: displacements against the base are those in its frame, where `−m a_g` acts, as long
-/// as nothing slips, which rounding would move to another step. Stiffness damping only: mass damping is that of
-/// the motion against the base.
+/// Two blocks on a base whose points all move alike: displacements relative to the base equal those in the
+/// frame of the base under `−m a_g`. Nothing slips, because rounding could move slip to another step.
+/// Stiffness damping only, because mass damping acts on the motion relative to the base.
 #[test]
 fn a_moving_base_and_its_frame_agree() -> Result<(), DamError> {
     let mesh =
@@ -48,7 +48,7 @@ fn a_moving_base_and_its_frame_agree() -> Result<(), DamError> {
         let (start, end) = (forces(now), forces(next));
         let change = start.iter().zip(&end).map(|(a, b)| [b[0] - a[0], b[1] - a[1]]).collect();
         one.advance(&structure, damping, &mut relative, &LoadPath { start, change }, &mut Work::default());
-        // The base takes the steps of central differences, too.
+        // the base moves by central differences, too
         for &node in &base {
             (moving.velocity[node], moving.acceleration[node]) = ([velocity, 0.0], [now, 0.0]);
         }

@@ -1,4 +1,4 @@
-//! Bonded, weakening and dilating joints, and the two integrations, against closed forms.
+//! Bonded, weakening and dilating joints with both kinds of integration, against closed forms.
 
 use crate::support;
 
@@ -55,7 +55,8 @@ fn rest(law: MohrCoulomb, integration: Integration, load: [f64; 2]) -> Result<Mo
     Ok(motion)
 }
 
-/// Below its strength a bond holds pull and shear as springs do; above, nothing holds a pull, and friction alone a shear.
+/// Below its strength a bond carries tension and shear like springs. Above its strength it carries no
+/// tension, and shear only by friction.
 #[test]
 fn a_bond_holds_up_to_its_strength() {
     let bonded = law(3e5, 2e5);
@@ -64,7 +65,7 @@ fn a_bond_holds_up_to_its_strength() {
         let joints = &pulled.joints[0];
         let errors = joints.iter().map(|joint| (joint.gap * STIFFNESS / 1.9e5 - 1.0).abs());
         assert!(errors.fold(0.0, f64::max) < 1e-6 && joints.iter().all(|joint| joint.bonded));
-        assert!(rest(bonded, integration, [0.0, 2.1e5]).is_err(), "pulled off");
+        assert!(rest(bonded, integration, [0.0, 2.1e5]).is_err(), "the bond breaks in tension");
         // compression adds friction: 3e5 + 0.8 × 1e5
         let sheared = rest(bonded, integration, [3.7e5, -1e5]).expect("the bond holds");
         let held =
@@ -72,12 +73,12 @@ fn a_bond_holds_up_to_its_strength() {
         assert!(sheared.joints[0].iter().all(held));
         assert!(
             rest(bonded, integration, [3.9e5, -1e5]).is_err(),
-            "sheared off: residual friction holds 0.5e5 only"
+            "the bond breaks in shear: residual friction carries 0.5e5 only"
         );
     }
 }
 
-/// A joint that weakens holds to its peak and goes on with its residual friction, and stays so.
+/// A weakening joint sticks up to its peak friction; afterwards it has its residual friction permanently.
 #[test]
 fn friction_falls_from_peak_to_residual() {
     let weakening = law(0.0, 0.0);
@@ -97,8 +98,8 @@ fn friction_falls_from_peak_to_residual() {
     assert!((weakening.respond(&touch(0.7e-4, after.bonded)).shear - 0.5e5).abs() < 1e-6);
 }
 
-/// A block pushed along a dilating joint rises by tan ψ of its slip up to `dilation_slip`, and its energy is accounted for:
-/// work of the push = friction + springs + what lifted the weight.
+/// A block that is pushed along a dilating joint rises by tan ψ times its slip up to `dilation_slip`, and the
+/// energy balance closes: work of the push = friction + springs + work against the load.
 #[test]
 fn a_dilating_joint_lifts_its_block() -> Result<(), DamError> {
     let mut dilating = law(0.0, 0.0);
@@ -126,7 +127,7 @@ fn a_dilating_joint_lifts_its_block() -> Result<(), DamError> {
     Ok(())
 }
 
-/// A crack too strong to fail is an intact dam with springs in it; both integrations say so.
+/// A dam with a crack that is too strong to fail moves like the intact dam, with both kinds of integration.
 #[test]
 fn a_bond_that_never_fails_makes_an_intact_dam() -> Result<(), DamError> {
     let crest = |parameters: DamParameters| -> Result<Vec<f64>, DamError> {
@@ -180,7 +181,7 @@ fn joints_close_by_pressure_over_stiffness() -> Result<(), DamError> {
     Ok(())
 }
 
-/// Both integrations find points again that slid past the end and came back.
+/// With both kinds of integration, points that slid past the end and came back are in contact again.
 #[test]
 fn points_are_lost_and_found() {
     let mesh = Mesh::mapped(&Section::rectangle(4.0, 2.0), &[vec![0.0, 1.0], vec![1.0, 2.0]], 4);
@@ -204,7 +205,9 @@ fn points_are_lost_and_found() {
         let (whole, none, bonded) = press(0.0);
         let (part, some, _) = press(1.5);
         let (again, found, still_bonded) = press(0.0);
-        println!("{integration:?}: {whole:.1}, slid {part:.1} with {some} lost, back {again:.1} N/m");
+        println!(
+            "{integration:?}: {whole:.1}, after sliding {part:.1} with {some} contacts lost, after return {again:.1} N/m"
+        );
         assert!((none, found) == (0, 0) && some >= 4 && bonded > 0 && still_bonded == 0);
         assert!(
             (whole / (1e-4 * STIFFNESS * 4.0) - 1.0).abs() < 1e-12 && (again / whole - 1.0).abs() < 1e-12

@@ -1,4 +1,4 @@
-//! The time integrator against the exact motion of the matrices it is said to have.
+//! The time integrator against the exact motion for the dam's `SystemMatrices`.
 
 use crate::support;
 
@@ -17,7 +17,7 @@ fn ground(time: f64) -> [f64; 2] {
     [3.0 * (20.0 * time).sin(), 1.0 - (15.0 * time).cos()]
 }
 
-/// Interface displacement and crest displacement after the steps, by the dam.
+/// Interface displacement and crest displacement of the dam after the steps.
 fn by_dam(safety: f64) -> Result<(Dam, Vec<f64>, Vec<f64>), DamError> {
     let mut dam = Dam::new(DamParameters {
         cracks: Vec::new(),
@@ -40,8 +40,8 @@ fn by_dam(safety: f64) -> Result<(Dam, Vec<f64>, Vec<f64>), DamError> {
     Ok((dam, face, crest))
 }
 
-/// The same by modal superposition of `SystemMatrices`, each mode integrated by classical Runge–Kutta with steps
-/// so short that its error is below 1e-9.
+/// The same by modal superposition of `SystemMatrices`. Each mode is integrated by the classical Runge–Kutta
+/// method with an error below 1e-9.
 fn by_modes(dam: &Dam) -> (Vec<f64>, Vec<f64>) {
     let m = dam.system_matrices();
     let n = m.mass.len();
@@ -97,8 +97,8 @@ fn by_modes(dam: &Dam) -> (Vec<f64>, Vec<f64>) {
     (face, m.crest.iter().map(|&dof| u[dof]).collect())
 }
 
-/// Damping lags by half a time step, so the error is of first order in the time step: ten times
-/// shorter ones must bring it down about tenfold, and below 1e-4.
+/// Damping lags by half a time step, so that the error is of first order in the time step: with steps ten
+/// times shorter the error must be about ten times smaller, and below 1e-4.
 #[test]
 fn the_integrator_follows_its_matrices() -> Result<(), DamError> {
     let mut errors = Vec::new();
@@ -115,8 +115,8 @@ fn the_integrator_follows_its_matrices() -> Result<(), DamError> {
     Ok(())
 }
 
-/// A record that is linear in time asks for the same motion whatever the communication steps: one of 10 ms
-/// or three uneven ones. Tolerance: different time steps, each with its error of first order (above).
+/// For a record that is linear in time the motion does not depend on the communication steps: steps of 10 ms,
+/// or three unequal ones. Tolerance: the time steps differ, with an error of first order (see above).
 #[test]
 fn communication_steps_of_varying_length_agree() -> Result<(), DamError> {
     let crest = |steps: &[f64]| -> Result<f64, DamError> {

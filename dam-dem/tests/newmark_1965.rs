@@ -10,7 +10,7 @@ use support::GRAVITY;
 
 const DAMPING: RayleighCoefficients = RayleighCoefficients { mass: 0.0, stiffness: 1e-3 };
 
-/// A block at rest on joints of `stiffness` (Pa/m), itself of as many Pa.
+/// A block at rest on joints of `stiffness` (Pa/m), with a Young's modulus of the same number in Pa.
 fn block(friction: f64, gravity: f64, stiffness: f64) -> Result<(Structure, Motion), DamError> {
     let law = Coulomb { friction, normal_stiffness: stiffness, shear_stiffness: stiffness };
     let structure = support::block_on_ground([3.0, 0.6], stiffness, law, Integration::Nodal);
@@ -20,8 +20,9 @@ fn block(friction: f64, gravity: f64, stiffness: f64) -> Result<(Structure, Moti
     Ok((structure, motion))
 }
 
-/// At rest on a level plane, then tilted: a friction angle on either side of the slope.
-/// On stiff joints, which hardly tilt under the moment of the friction; error over the acceleration without friction.
+/// A block at rest on a horizontal plane, which is then tilted: friction angles below and above the slope
+/// angle. The joints are stiff, so that the block hardly tilts under the moment of friction. Error over the
+/// acceleration without friction.
 #[test]
 fn incline_holds_below_the_friction_angle_and_lets_go_above() -> Result<(), DamError> {
     let angle = 30f64.to_radians();
@@ -42,7 +43,7 @@ fn incline_holds_below_the_friction_angle_and_lets_go_above() -> Result<(), DamE
     Ok(())
 }
 
-/// Tolerance 1 %: the shear springs stretch by μ p/k_s before and return after the slip.
+/// Tolerance 1 %: the shear springs stretch by μ p/k_s before the slip and return after it.
 #[test]
 fn rectangular_pulse_slides_as_newmark_says() -> Result<(), DamError> {
     let (structure, mut motion) = block(0.4, GRAVITY, 1e9)?;

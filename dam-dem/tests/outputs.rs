@@ -1,4 +1,4 @@
-//! Outputs that the coupling relies on; forces and stresses, against statics, elements and contacts themselves.
+//! Outputs on which the coupling relies, and forces and stresses, against statics, elements and contacts.
 
 use crate::support;
 
@@ -6,7 +6,7 @@ use dam_dem::{CrackParameters, Dam, DamError, DamMotion, DamParameters, Fidelity
 use interface::{CoSimulation, variables::dam as variable};
 use support::{GRAVITY, at_rest, bursts, get, hydrostatic, koyna, shake, stiff, with_water};
 
-/// Force on the base of the elements' stresses, dampers left out, N/m.
+/// Force of the element stresses on the base, without damping, N/m.
 fn elastic_base_force(dam: &Dam) -> [f64; 2] {
     let DamMotion::Nodes(motion) = dam.state().motion() else { return [f64::NAN; 2] };
     let structure = dam.structure();
@@ -20,7 +20,7 @@ fn mass_of(dam: &Dam, nodes: std::ops::Range<usize>) -> f64 {
     nodes.map(|node| dam.structure().mass[node]).sum()
 }
 
-/// Weight and hydrostatic thrust, on the ground and across the crack.
+/// Forces of weight and hydrostatic pressure on the ground and across the crack.
 #[test]
 fn forces_at_rest_are_those_of_statics() -> Result<(), DamError> {
     for fidelity in [Fidelity::Dem, Fidelity::Reduced { modes: None }] {
@@ -36,7 +36,7 @@ fn forces_at_rest_are_those_of_statics() -> Result<(), DamError> {
         for (variable, exact) in expected {
             let error = get(&dam, &variable)[0] / exact - 1.0;
             println!("{fidelity:?}: {} at rest {error:.1e}", variable.name);
-            // along the sides, which lean a little
+            // normal and tangential to the sides, which are slightly inclined
             assert!(
                 error.abs() < if variable.name.starts_with("base") { 1e-12 } else { 1e-3 },
                 "{}",
@@ -50,8 +50,8 @@ fn forces_at_rest_are_those_of_statics() -> Result<(), DamError> {
     Ok(())
 }
 
-/// The balance of momentum against the stresses of the elements on the base, which do not know of it: they are of one
-/// instant, and without dampers.
+/// The base force from the momentum balance against that from the element stresses at the base, an
+/// independent computation. The latter belongs to one instant and does not include damping.
 #[test]
 fn the_base_carries_what_its_elements_do() -> Result<(), DamError> {
     let undamped = DamParameters { damping: dam_dem::Damping::None, ..koyna(5.0) };
@@ -63,7 +63,7 @@ fn the_base_carries_what_its_elements_do() -> Result<(), DamError> {
             let until = dam.state().time() + step;
             shake(&mut dam, step, until, bursts)?;
             let now = elastic_base_force(&dam);
-            // fixed nodes ride on the ground: what acts on them goes straight into it
+            // forces on fixed nodes act directly on the ground
             let base = &dam.structure().mesh.blocks[0].bottom;
             let mass: f64 = base.iter().map(|&node| dam.structure().mass[node]).sum();
             let a = (bursts(until - step) + bursts(until)) / 2.0;
@@ -88,7 +88,7 @@ fn the_base_carries_what_its_elements_do() -> Result<(), DamError> {
     Ok(())
 }
 
-/// Modes give the same forces and stresses, as long as nothing opens: what is later apart are impacts.
+/// Modes give the same forces and stresses until contacts open; later differences come from impacts.
 #[test]
 fn reduced_blocks_give_the_forces_of_the_full_model() -> Result<(), DamError> {
     let run = |fidelity| -> Result<Vec<[f64; 4]>, DamError> {
@@ -123,7 +123,7 @@ fn reduced_blocks_give_the_forces_of_the_full_model() -> Result<(), DamError> {
     Ok(())
 }
 
-/// A column under its own weight, without Poisson's effect: σ = −ρ g (H − y) in every row, exactly at its middle.
+/// A column under its own weight, with Poisson's ratio 0: σ = −ρ g (H − y), exact at the middle of every row.
 #[test]
 fn a_column_is_pressed_by_what_stands_on_it() -> Result<(), DamError> {
     let (height, rows) = (30.0, 30);
@@ -165,7 +165,7 @@ fn a_column_is_pressed_by_what_stands_on_it() -> Result<(), DamError> {
     Ok(())
 }
 
-/// A block that slides, with dilation: slip of the contacts of either side, and their stresses at the strength.
+/// A sliding block with dilation: slip of the contacts on both sides, and their stresses at the strength.
 #[test]
 fn contacts_of_either_side_slip_downstream_at_their_strength() -> Result<(), DamError> {
     let crack = CrackParameters { dilation: 0.2, ..CrackParameters::sliding(2.0, 0.3, 1e10, 1e10) };
@@ -177,7 +177,7 @@ fn contacts_of_either_side_slip_downstream_at_their_strength() -> Result<(), Dam
         ..koyna(5.0)
     };
     let mut dam = at_rest(parameters)?;
-    // thrown back by the ground, the block slides downstream in its frame
+    // the ground accelerates upstream, so that the block slides downstream relative to it
     shake(&mut dam, 1e-3, 0.25, |_| -6.0)?;
     let [sliding, normal, shear, utilisation] = [
         variable::CRACK_SLIDING,
@@ -187,7 +187,7 @@ fn contacts_of_either_side_slip_downstream_at_their_strength() -> Result<(), Dam
     ]
     .map(|variable| get(&dam, &variable)[0]);
     println!(
-        "slid by {sliding:.4} m; {shear:.4e} N/m under {normal:.4e} N/m, {utilisation:.6} of the strength"
+        "sliding {sliding:.4} m; {shear:.4e} N/m under {normal:.4e} N/m, {utilisation:.6} of the strength"
     );
     assert!(sliding > 0.01 && (utilisation - 1.0).abs() < 1e-9, "{sliding} m, {utilisation}");
     assert!((shear / normal - 0.3).abs() < 1e-9, "{shear} N/m, {normal} N/m");
@@ -200,8 +200,9 @@ fn contacts_of_either_side_slip_downstream_at_their_strength() -> Result<(), Dam
     Ok(())
 }
 
-/// `interface_acceleration` is the mean total acceleration along n: change of velocity over the step, plus the
-/// mean of the ground's. At the heel, which the ground holds, it is the ground's alone. Tolerance: rounding.
+/// `interface_acceleration` is the mean total acceleration along n: the change of velocity over the step
+/// length, plus the mean acceleration of the ground. At the fixed heel it is that of the ground alone.
+/// Tolerance: rounding.
 #[test]
 fn interface_acceleration_is_the_mean_of_the_total_motion() -> Result<(), DamError> {
     let mut dam = support::at_rest(support::koyna(7.0))?;

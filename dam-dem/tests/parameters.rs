@@ -1,4 +1,4 @@
-//! Every bad parameter has its error.
+//! Every invalid parameter gives its own error.
 
 use crate::support;
 
@@ -7,7 +7,7 @@ use dam_dem::{CrackParameters, Dam, DamError, DamParameters, Damping, DampingFre
 fn error(change: impl Fn(&mut DamParameters)) -> DamError {
     let mut parameters = support::koyna(10.0);
     change(&mut parameters);
-    let Err(error) = Dam::new(parameters) else { panic!("a bad parameter was accepted") };
+    let Err(error) = Dam::new(parameters) else { panic!("an invalid parameter was accepted") };
     println!("{error}");
     error
 }

@@ -1,4 +1,4 @@
-//! The dam by modes, against all its elements and contacts, and against exact answers.
+//! Reduced models against the full model, and against exact solutions.
 
 use crate::support;
 
@@ -9,7 +9,7 @@ use support::{Record, with_water};
 const STEP: f64 = 2.5e-3;
 const REDUCED: Fidelity = Fidelity::Reduced { modes: None };
 
-/// Histories of a dam, one value a communication step.
+/// Time histories of a dam, one value for each communication step.
 struct Histories {
     crest: Vec<f64>,
     rotation: Vec<f64>,
@@ -36,7 +36,7 @@ impl Histories {
         Ok(histories)
     }
 
-    /// Relative differences of peak crest motion, peak rotation, and residual sliding from those of `other`.
+    /// Relative differences of peak crest displacement, peak rotation and residual sliding from those of `other`.
     fn differences(&self, other: &Self) -> [f64; 3] {
         let last = |run: &Self| run.sliding.last().map_or(0.0, |s| s.abs());
         let sizes = |run: &Self| [largest(&run.crest), largest(&run.rotation), last(run)];
@@ -60,8 +60,9 @@ fn level(fidelity: Fidelity, parameters: DamParameters) -> DamParameters {
     DamParameters { fidelity, ..parameters }
 }
 
-/// Three records, both polarities, with added mass: crest 2 %, rotation 5 %, residual sliding 10 %. Where blocks rock so
-/// far that one per cent of shaking changes the full model by more than that, twice this change.
+/// Three records with both polarities and added mass. Tolerances: crest 2 %, rotation 5 %, residual sliding
+/// 10 %. If blocks rock so strongly that a change of the ground motion by 1 % changes the results of the full
+/// model by more, the tolerance is twice this change.
 #[test]
 fn reduced_blocks_slide_and_rock_as_all_elements_do() -> Result<(), DamError> {
     let full = with_water(support::koyna(5.0));
@@ -88,7 +89,7 @@ fn reduced_blocks_slide_and_rock_as_all_elements_do() -> Result<(), DamError> {
                 let spread =
                     [run(&full, 1.01)?, run(&full, 0.99)?].map(|other| other.differences(&reference));
                 let spread = [0, 1, 2].map(|i| spread[0][i].abs().max(spread[1][i].abs()));
-                println!("  1 % of shaking changes the full model by {spread:.3?}");
+                println!("  a change of the ground motion by 1 % changes the full model by {spread:.3?}");
                 assert!((0..3).all(|i| found[i].abs() < f64::max(limits[i], 2.0 * spread[i])));
             }
             assert!(answer.balance.abs() < 2e-3 && reference.balance.abs() < 2e-3);
@@ -97,7 +98,8 @@ fn reduced_blocks_slide_and_rock_as_all_elements_do() -> Result<(), DamError> {
     Ok(())
 }
 
-/// Small strains, so that nothing but the modes is left out: the first four seconds, before impacts amplify.
+/// Small-strain kinematics, so that truncation of the modes is the only error; the first four seconds, before impacts
+/// amplify differences.
 #[test]
 fn more_modes_come_closer() -> Result<(), DamError> {
     let small = DamParameters { kinematics: Kinematics::Small, ..with_water(support::koyna(7.0)) };
@@ -114,7 +116,7 @@ fn more_modes_come_closer() -> Result<(), DamError> {
     Ok(())
 }
 
-/// The state of rest is linear as long as contacts stick, and the modes hold it exactly.
+/// The state of rest is linear as long as contacts stick, and the modes represent it exactly.
 #[test]
 fn rest_is_that_of_all_elements() -> Result<(), DamError> {
     for cracks in [vec![66.5], vec![30.0, 66.5, 85.0]] {
@@ -136,7 +138,7 @@ fn rest_is_that_of_all_elements() -> Result<(), DamError> {
     Ok(())
 }
 
-/// A block 8 m high and 2 m wide on a stub rocks up to a few degrees: finite rotation of a reduced block.
+/// A block 8 m high and 2 m wide rocks on a short fixed block by a few degrees: finite rotation of a reduced block.
 #[test]
 fn a_block_turns_by_a_finite_angle() -> Result<(), DamError> {
     let tall = DamParameters {
@@ -166,8 +168,9 @@ fn a_block_turns_by_a_finite_angle() -> Result<(), DamError> {
     Ok(())
 }
 
-/// Every mode of the same matrices, exact between the samples of the record (the motion of an oscillator under a
-/// linear force): the intact dam by elements and by modes, two records.
+/// The intact dam by elements and by modes under two records, against a superposition of all modes of the
+/// same matrices that is exact between the samples of the record (oscillator under a force that is linear in
+/// time).
 #[test]
 fn the_intact_dam_follows_its_own_modes() -> Result<(), DamError> {
     let intact = DamParameters { cracks: vec![], kinematics: Kinematics::Small, ..support::koyna(7.0) };
@@ -189,7 +192,8 @@ fn the_intact_dam_follows_its_own_modes() -> Result<(), DamError> {
     Ok(())
 }
 
-/// A rigid block on springs settles by its weight over their stiffness and slides as the springs let it.
+/// A rigid block on springs settles by its weight over their stiffness and does not move sideways. Rigid
+/// blocks without a crack are refused.
 #[test]
 fn rigid_blocks_rest_on_their_contacts() -> Result<(), DamError> {
     let crack = support::crack_at(40.0);
@@ -209,7 +213,7 @@ fn rigid_blocks_rest_on_their_contacts() -> Result<(), DamError> {
     Ok(())
 }
 
-/// States of modes restore, serialise and are refused elsewhere, as those of nodes.
+/// States of modes can be restored and serialised, and other dams refuse them, as for states of nodes.
 #[test]
 fn states_of_modes_give_the_same_bits_again() -> Result<(), DamError> {
     for fidelity in [REDUCED, Fidelity::RigidBlocks, Fidelity::Intact { modes: Some(5) }] {

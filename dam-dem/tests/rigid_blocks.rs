@@ -1,4 +1,5 @@
-//! A stiff block on the ground: rocking, and sliding under a record, against its own equations of motion.
+//! A stiff block on the ground: rocking, and sliding under a record, against the equations of motion of a
+//! rigid block.
 
 use crate::support;
 
@@ -12,11 +13,12 @@ use dam_dem::{
 };
 use support::{GRAVITY, mean};
 
-/// Share of gravity along the slope.
+/// Component of gravity along the slope, as a share of g.
 const SLOPE: f64 = 0.04;
 
-/// Time from rest at θ₀ until the block stands upright, against `I θ̈ = −m g R sin(α − θ)` about the corner, with the
-/// moment of inertia of the mesh's masses. The corner starts pressed in, and aside, by what the ground then holds it with.
+/// Time from rest at θ₀ until the block stands upright, against `I θ̈ = −m g R sin(α − θ)` about the corner,
+/// with the moment of inertia of the lumped masses. Initially the corner is displaced so that the contact
+/// forces are those of this motion.
 #[test]
 fn rocking_takes_its_time() {
     let law = Coulomb { friction: 10.0, normal_stiffness: 2e10, shear_stiffness: 2e10 };
@@ -29,13 +31,13 @@ fn rocking_takes_its_time() {
     let inertia: f64 =
         nodes.clone().map(|n| structure.mass[n] * (arm(n)[0].powi(2) + arm(n)[1].powi(2))).sum();
     let (radius, slenderness) = (centre[0].hypot(centre[1]), centre[0].atan2(centre[1]));
-    // Contacts without damping make energy beyond a quarter.
+    // with contacts without damping, steps longer than a quarter of 2/ω create energy
     let step = 0.2 * CriticalTimeStep::of(&structure, DampingCoefficients::NONE).limit;
     let weight = structure.weight([0.0, -GRAVITY]);
     for share in [0.2, 0.4, 0.6] {
         let angle = share * slenderness;
         let mut motion = structure.at_rest();
-        // Downstream, about the corner there: the centre falls back, upstream and down.
+        // turned downstream about the downstream corner; the centre of mass then moves back upstream and down
         let (sin, cos) = (-angle).sin_cos();
         let (across, up) = (slenderness - angle).sin_cos();
         let falls = mass * GRAVITY * radius / inertia * across;
@@ -49,7 +51,7 @@ fn rocking_takes_its_time() {
                 motion.displacement[n] = [place[0] - x, place[1] - y];
             }
         };
-        // what holds the corner: the block's spring there, and the ground's
+        // stiffness of the contacts at the corner: that of the block's node and those of the ground's nodes
         let mut probe = structure.at_rest();
         place(&mut probe, [0.0, 1e-7]);
         let mut forces = vec![[0.0; 2]; probe.displacement.len()];
@@ -89,7 +91,7 @@ fn rocking_takes_its_time() {
     }
 }
 
-/// Time in which `θ̈ = −p² sin(α − θ)` falls from θ₀ at rest to 0: steps of Runge and Kutta's method of 2e-6 s.
+/// Time in which `θ̈ = −p² sin(α − θ)` leads from θ₀ at rest to 0, by the Runge–Kutta method with steps of 2e-6 s.
 fn quarter_period(square: f64, slenderness: f64, angle: f64) -> f64 {
     let slope = |[theta, omega]: [f64; 2]| [omega, -square * (slenderness - theta).sin()];
     let (mut state, mut time, step) = ([angle, 0.0], 0.0, 2e-6);
@@ -107,7 +109,8 @@ fn quarter_period(square: f64, slenderness: f64, angle: f64) -> f64 {
     }
 }
 
-/// Slip of a stiff block on a slope of 0.04 g under a shipped record along it, against the rigid block's.
+/// Slip of a stiff block on a slope of 0.04 g under one of the project's records along the slope, against
+/// that of a rigid block.
 #[test]
 fn a_record_slides_a_block_as_newmark_says() -> Result<(), DamError> {
     let path =

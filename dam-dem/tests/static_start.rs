@@ -21,7 +21,7 @@ fn reactions_carry_weight_and_water() -> Result<(), DamError> {
         let weight = 2640.0 * 9.81 * dam.parameters().section.area();
         let water = 9810.0 * 91.75 * 91.75 / 2.0;
         let heel = 9810.0 * 91.75 * first_panel(&dam) / 2.0 - 9810.0 * first_panel(&dam).powi(2) / 6.0;
-        // element forces on the base are the ground's reactions with the sign turned
+        // element forces on the base are the reactions of the ground with opposite sign
         let errors = [reaction[0] / (water - heel) - 1.0, -reaction[1] / (weight - own) - 1.0];
         println!("{size} m: reactions over loads − 1: {:+.1e}, {:+.1e}", errors[0], errors[1]);
         assert!(errors.iter().all(|error| error.abs() < 1e-8));
@@ -36,17 +36,17 @@ fn first_panel(dam: &dam_dem::Dam) -> f64 {
     dam.wet_face().map_or(0.0, |face| face.points()[1][1])
 }
 
-/// Without friction the water pushes the block off: there is no rest to find.
+/// Without friction the water pushes the block off: no state of rest exists.
 #[test]
 fn a_dam_that_cannot_stand_is_refused() {
     let slippery = CrackParameters { friction_coefficient: 0.0, ..support::crack_at(66.5) };
     let refused = support::at_rest(DamParameters { cracks: vec![slippery], ..support::koyna(15.0) });
-    let Err(error) = refused else { panic!("a block without friction was found at rest") };
+    let Err(error) = refused else { panic!("a state of rest was found for a block without friction") };
     println!("{error}");
     assert!(matches!(error, DamError::StaticNotConverged { .. }));
 }
 
-/// Two ways to rest: a sparse factor and a fictitious motion. Tolerance: 1e-9 of the loads each.
+/// Newton's iteration and dynamic relaxation give the same state of rest. Tolerance: residuals of 1e-9 of the loads.
 #[test]
 fn newton_and_dynamic_relaxation_agree() -> Result<(), DamError> {
     for cracks in [vec![], vec![66.5], vec![20.0, 66.5]] {

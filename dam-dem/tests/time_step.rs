@@ -1,4 +1,4 @@
-//! The limit of stability is sharp.
+//! The critical time step is the exact limit of stability.
 
 use crate::support;
 
@@ -10,7 +10,7 @@ use dam_dem::{
     CriticalTimeStep, DamError, Kinematics, Mesh, Motion, RayleighCoefficients, Section, Structure,
 };
 
-/// Largest velocity after 4000 steps from `motion`, over that of the start, 1e-6 m/s.
+/// Largest velocity after 4000 steps from `motion`, over the initial velocity of 1e-6 m/s.
 fn growth(
     structure: &Structure,
     damping: RayleighCoefficients,
@@ -33,7 +33,7 @@ fn growth(
     motion.velocity.iter().flatten().map(finite).fold(0.0, f64::max) / 1e-6
 }
 
-/// With and without damping: bounded at 0.99 of the limit, exploding at 1.05.
+/// With and without damping: bounded at 0.99 of the limit, unstable at 1.05.
 #[test]
 fn the_critical_time_step_is_sharp() {
     let rows: Vec<f64> = (0..=3).map(f64::from).collect();
@@ -54,7 +54,7 @@ fn the_critical_time_step_is_sharp() {
     }
 }
 
-/// The same where a stiff joint, pressed shut, has the highest frequency; growth ends where contacts open.
+/// The same for a stiff closed joint that determines the highest frequency; growth ends when contacts open.
 #[test]
 fn joints_count_in_the_critical_time_step() -> Result<(), DamError> {
     let mesh = Mesh::mapped(&Section::rectangle(4.0, 4.0), &[vec![0.0, 2.0], vec![2.0, 4.0]], 2);

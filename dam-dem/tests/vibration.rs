@@ -20,7 +20,7 @@ fn pressed_blocks(young_modulus: f64, normal_stiffness: f64) -> Structure {
     Structure::new(mesh, &stiff(young_modulus), Kinematics::Corotational, [(law, Integration::Nodal)], &fixed)
 }
 
-/// Time of every second change of sign of `value − at_rest`, s: one period.
+/// Period, s: the time between every second change of sign of `value`.
 fn period(
     structure: &Structure,
     motion: &mut Motion,
@@ -44,7 +44,7 @@ fn period(
     crossings[2] - crossings[0]
 }
 
-/// Closure under a uniform pressure on top is p/k_n at every node, to the accuracy of the relaxation.
+/// Closure under a uniform pressure on top is p/k_n at every node, up to the tolerance of the relaxation.
 #[test]
 fn joint_closes_by_pressure_over_stiffness() -> Result<(), DamError> {
     let structure = pressed_blocks(1e9, 1e8);
@@ -66,7 +66,7 @@ fn joint_closes_by_pressure_over_stiffness() -> Result<(), DamError> {
     Ok(())
 }
 
-/// Tolerance: the block is 1e5 times stiffer than the joint, which adds 1e-5/3 of mass effects.
+/// Tolerance: the block is 1e5 times stiffer than the joint; the effect of its deformation on the period is 1e-5/3.
 #[test]
 fn block_on_a_joint_has_the_period_of_its_mass() -> Result<(), DamError> {
     let structure = pressed_blocks(1e12, 1e7);
@@ -85,7 +85,7 @@ fn block_on_a_joint_has_the_period_of_its_mass() -> Result<(), DamError> {
     Ok(())
 }
 
-/// Tolerance: 40 elements over a quarter wave, (π/80)²/24 ≈ 6e-5 by dispersion.
+/// Tolerance: dispersion (π/80)²/24 ≈ 6e-5 with 40 elements in a quarter of the wavelength.
 #[test]
 fn bar_swings_in_four_lengths_over_the_wave_speed() {
     let rows: Vec<f64> = (0..=40).map(|i| f64::from(i) / 4.0).collect();

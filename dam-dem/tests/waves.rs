@@ -1,4 +1,4 @@
-//! Waves along a bar: when they arrive, and what a joint lets through.
+//! Waves along a bar: wave speed, and transmission through a joint.
 
 use crate::support;
 
@@ -28,13 +28,14 @@ fn bar(normal_stiffness: f64) -> Structure {
     Structure::new(mesh, &stiff(MODULUS), Kinematics::Small, [(law, Integration::Nodal)], &[])
 }
 
-/// A compressive pulse `sin²` runs up from the lower block; the joint never is in tension, as what it lets through is
-/// compression. Velocity over the pulse's largest one, at the times and at the node asked for.
+/// A compressive pulse `sin²` travels upwards from the lower block. The joint is never in tension, because
+/// the transmitted stress is compressive. Returns time and velocity at `node`, over the largest velocity of
+/// the pulse.
 fn velocities(structure: &Structure, node: usize, until: f64) -> Vec<(f64, f64)> {
     let speed = (MODULUS / 2500.0).sqrt();
     let mut motion = structure.at_rest();
     for (node, &[_, y]) in structure.mesh.nodes.iter().enumerate() {
-        // From 4 m to 16 m; behind it the bar has moved by the pulse's whole displacement.
+        // the pulse extends from 4 m to 16 m; behind it the bar has the full displacement of the pulse
         let along = ((16.0 - y) / PULSE).clamp(0.0, 1.0);
         motion.displacement[node][1] = PULSE / speed * (along / 2.0 - (2.0 * PI * along).sin() / (4.0 * PI));
         motion.velocity[node][1] = (PI * along).sin().powi(2);
@@ -62,7 +63,7 @@ fn node_at(structure: &Structure, y: f64) -> usize {
     (0..nodes.len()).find(|&n| nodes[n] == [0.25, y]).expect("a node in the middle")
 }
 
-/// Half of the peak passes two places 8 m from each other.
+/// Time in which half of the peak travels between two nodes 8 m apart.
 #[test]
 fn waves_arrive_in_time() {
     let structure = bar(1e14);
@@ -79,7 +80,7 @@ fn waves_arrive_in_time() {
     assert!(error.abs() < 1e-3);
 }
 
-/// Relative L2 error of the transmitted pulse, at joints that let much and little of its main frequency 2π/T through.
+/// Relative L2 error of the transmitted pulse, for joints with high and low transmission at its main frequency 2π/T.
 #[test]
 fn a_joint_lets_through_what_it_should() {
     let speed = (MODULUS / 2500.0).sqrt();
@@ -88,7 +89,7 @@ fn a_joint_lets_through_what_it_should() {
     for ratio in [0.3, 1.0, 3.0] {
         let stiffness = frequency * impedance / (2.0 * ratio);
         let structure = bar(stiffness);
-        // The pulse's front reaches the joint, 4 m on, and the node 10 m behind it.
+        // the front of the pulse travels 4 m to the joint and 10 m more to the node
         let arrival = 14.0 / speed;
         let (mut off, mut whole) = (0.0, 0.0);
         for (t, v) in velocities(&structure, node_at(&structure, 30.0), 0.0095) {

@@ -1,7 +1,7 @@
-//! A slender beam of rectangular section, held at its base; per metre of thickness. Tested in `tests/cantilever.rs`.
+//! A slender cantilever beam of rectangular section, per metre of thickness. Tested in `tests/cantilever.rs`.
 //!
-//! **Source**: S.P. Timoshenko, *Strength of Materials, Part I*, 1955, section 39 (shear); S.P. Timoshenko, D.H. Young,
-//! *Vibration Problems in Engineering*, 1955, section 53 (frequency).
+//! **Source**: S.P. Timoshenko, *Strength of Materials, Part I*, 1955, section 39 (shear); S.P. Timoshenko,
+//! D.H. Young, *Vibration Problems in Engineering*, 1955, section 53 (frequency).
 
 /// Deflection of the tip under the transverse force `force` there, m: `F L³/3EI + 6FL/5GA`.
 ///
@@ -11,7 +11,7 @@ pub fn tip_deflection(force: f64, length: f64, depth: f64, young_modulus: f64, s
         + 1.2 * force * length / (shear_modulus * depth)
 }
 
-/// First circular frequency of bending, rad/s, without shear and rotary inertia: `1.8751² √(EI/ρA) / L²`.
+/// First circular frequency of bending, rad/s, without shear deformation and rotary inertia: `1.8751² √(EI/ρA) / L²`.
 ///
 /// **Units**: as above, `density` kg/m³.
 pub fn first_frequency(length: f64, depth: f64, young_modulus: f64, density: f64) -> f64 {

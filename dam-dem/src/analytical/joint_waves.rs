@@ -1,23 +1,23 @@
-//! A plane wave that crosses a joint at right angles.
+//! A plane wave that crosses a joint at normal incidence.
 //!
-//! On both sides of a joint without mass the stress is the same, and the velocities differ by the joint's rate of
-//! closure, `σ̇_t = (2k/Z) (σ_i − σ_t)` with stiffness k and impedance `Z = ρc`: the amplitude of a harmonic wave becomes
-//! `1/√(1 + (ωZ/2k)²)`.
+//! On both sides of a joint without mass the stress is the same, and the velocities differ by the rate of
+//! closure of the joint. Therefore `σ̇_t = (2k/Z) (σ_i − σ_t)`, with stiffness k and impedance `Z = ρc`, and
+//! the amplitude of a harmonic wave is multiplied by `1/√(1 + (ωZ/2k)²)`.
 //!
-//! **Source**: L.J. Pyrak-Nolte, L.R. Myer, N.G.W. Cook, *Transmission of seismic waves across single natural fractures*,
-//! Journal of Geophysical Research 95 (1990) 8617–8638; tested in `tests/waves.rs`.
+//! **Source**: L.J. Pyrak-Nolte, L.R. Myer, N.G.W. Cook, *Transmission of seismic waves across single natural
+//! fractures*, Journal of Geophysical Research 95 (1990) 8617–8638; tested in `tests/waves.rs`.
 
 use std::f64::consts::TAU;
 
-/// Share of the amplitude that a harmonic wave of circular frequency `frequency` (rad/s) keeps.
+/// Transmitted share of the amplitude of a harmonic wave with circular frequency `frequency` (rad/s).
 ///
 /// **Units**: `impedance` ρc in Pa·s/m, `stiffness` k in Pa/m.
 pub fn transmission(frequency: f64, impedance: f64, stiffness: f64) -> f64 {
     1.0 / (1.0 + (frequency * impedance / (2.0 * stiffness)).powi(2)).sqrt()
 }
 
-/// Stress behind the joint at time `t` (s) over the largest one before it, for the pulse `sin²(πt/T)`, 0 ≤ t ≤ T; `rate`
-/// is 2k/Z, 1/s.
+/// Transmitted stress at time `t` (s) over the largest incident stress, for the pulse `sin²(πt/T)`, 0 ≤ t ≤
+/// T, with T = `duration` (s); `rate` is 2k/Z, 1/s.
 pub fn transmitted_pulse(rate: f64, duration: f64, t: f64) -> f64 {
     if t <= 0.0 {
         return 0.0;
@@ -35,7 +35,7 @@ pub fn transmitted_pulse(rate: f64, duration: f64, t: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// The pulse is the solution of its equation, and a stiff joint lets all through.
+    /// The pulse satisfies its differential equation, and a stiff joint transmits it completely.
     #[test]
     fn the_pulse_solves_its_equation() {
         let (rate, duration, step) = (70.0, 0.05, 1e-6);

@@ -1,4 +1,4 @@
-//! Closed-form answers. Nothing here calls the solver.
+//! Closed-form solutions. Nothing here calls the solver.
 
 pub mod cantilever;
 pub mod joint_waves;

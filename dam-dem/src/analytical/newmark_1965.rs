@@ -3,7 +3,7 @@
 //! **Source**: N.M. Newmark, *Effects of earthquakes on dams and embankments*, Géotechnique 15 (1965)
 //! 139–160; tested in `tests/newmark_1965.rs`.
 
-/// Slip of a block on a level plane whose acceleration is one rectangular pulse, m.
+/// Slip of a block on a horizontal plane whose acceleration is one rectangular pulse, m.
 ///
 /// With yield acceleration `μg`, pulse `A > μg` over `T` and ground velocity `V = A T`:
 /// `d = V²/(2μg) (1 − μg/A)`; zero for `A ≤ μg`.
@@ -15,15 +15,17 @@ pub fn rectangular_pulse_slip(yield_acceleration: f64, pulse: f64, duration: f64
 }
 
 /// Acceleration of a block down a plane inclined by `angle` (rad), m/s²:
-/// `g (sin θ − μ cos θ)`, or 0 where friction holds it.
+/// `g (sin θ − μ cos θ)`, or 0 if friction holds the block.
 pub fn incline_acceleration(gravity: f64, angle: f64, friction: f64) -> f64 {
     (gravity * (angle.sin() - friction * angle.cos())).max(0.0)
 }
 
-/// Slip of a block against ground whose acceleration is linear between `samples` (s, m/s²), at the last of them, m, positive
-/// along the ground's axis; it may slide both ways. Integrated exactly within steps of which none is longer than 10 µs.
+/// Slip of a block relative to the ground at the last of the `samples`, m, positive along the axis of the
+/// ground. The ground acceleration is linear between `samples` (s, m/s²); the block may slide in both
+/// directions. Steps are at most 10 µs long, with the mean acceleration of each step.
 ///
-/// The block sticks while `|a_g|` is at most `yield_acceleration` (m/s²), and slides with `−a_g ∓ μg` against the ground.
+/// A block at rest sticks while `|a_g|` is at most `yield_acceleration` (m/s²); a sliding block has the acceleration
+/// `−a_g ∓ μg` relative to the ground.
 pub fn slip_on_ground(samples: &[(f64, f64)], yield_acceleration: f64) -> f64 {
     let (mut slip, mut velocity) = (0.0, 0.0f64);
     for pair in samples.windows(2) {
@@ -38,7 +40,7 @@ pub fn slip_on_ground(samples: &[(f64, f64)], yield_acceleration: f64) -> f64 {
             }
             let acceleration = -ground - direction * yield_acceleration;
             let next = velocity + step * acceleration;
-            // Where it comes to rest within the step, it stays so until the next one.
+            // if the block comes to rest within the step, it stays at rest until the next step
             let stops = velocity != 0.0 && next * velocity <= 0.0;
             slip += if stops {
                 -0.5 * velocity * velocity / acceleration
@@ -55,7 +57,7 @@ pub fn slip_on_ground(samples: &[(f64, f64)], yield_acceleration: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// The rectangular pulse, its edges 1 µs wide, either way round.
+    /// A record of the rectangular pulse, with edges of 1 µs, in both directions.
     #[test]
     fn the_pulse_is_a_record_too() {
         let exact = rectangular_pulse_slip(2.0, 4.0, 0.25);

@@ -1,8 +1,8 @@
-//! Periods of a bar and of a block on a joint; tested in `tests/vibration.rs`.
+//! Periods of a bar and of a block on a joint. Tested in `tests/vibration.rs`.
 
 use std::f64::consts::TAU;
 
-/// First period of a bar held at one end, `4L/c` with `c = √(E/ρ)`, s.
+/// First longitudinal period of a bar with one fixed end, `4L/c` with `c = √(E/ρ)`, s.
 ///
 /// **Units**: `length` m, `young_modulus` Pa, `density` kg/m³.
 pub fn bar_period(length: f64, young_modulus: f64, density: f64) -> f64 {

@@ -10,9 +10,10 @@ use super::{ContactLaw, Response, Touch};
 /// with penetration g, stretch e and slip rate ṡ. Slip shortens the spring and never stretches
 /// it, so that friction work is never negative; with N = 0 the stretch is reset.
 ///
-/// The dashpot force never exceeds the spring force, so that forces grow from zero when a contact closes. The state
-/// that a contact loses when it opens still changes by a jump. With a jump at closing, the motion of the dam would not be a continuous
-/// function of the pressure on it, and the fixed-point iteration of the coupling might not converge.
+/// The dashpot force never exceeds the spring force, so that forces grow from zero when a contact closes. The
+/// state that a contact loses when it opens still changes by a jump. With a jump at closing, the motion of
+/// the dam would not be a continuous function of the pressure on it, and the fixed-point iteration of the
+/// coupling might not converge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coulomb {
     /// Friction coefficient μ.

@@ -13,7 +13,7 @@ pub enum ContactStatus {
     Sticking,
     /// Closed, at the shear strength.
     Slipping,
-    /// Open.
+    /// Gap between the sides.
     Open,
     /// Its whole part lies beyond the end of the other side.
     Lost,
@@ -43,8 +43,8 @@ pub struct JointState {
     pub slipped: f64,
     /// Normal and shear stress of the dashpots, Pa.
     pub dashpots: [f64; 2],
-    /// Rates of penetration and slip that act on the dashpots, with the memory of damping, m/s; 0 for an open contact, and
-    /// for damping without memory, which does not need them.
+    /// Rates of penetration and slip that act on the dashpots, with the memory of damping, m/s; 0 for an open
+    /// contact, and for damping without memory, which does not need them.
     pub rates: [f64; 2],
 }
 
@@ -80,7 +80,8 @@ struct Contact {
     part: [f64; 2],
     /// Half of the length of this part, m; the contacts of the other side have the other half.
     weight: f64,
-    /// Segments of its side on which its part begins and ends. The first search along the other side starts from `after`.
+    /// Segments of its side on which its part begins and ends. The first search along the other side starts
+    /// from `after`.
     before: usize,
     after: usize,
 }
@@ -162,8 +163,8 @@ struct Place {
 }
 
 impl<L: ContactLaw> Crack<L> {
-    /// The crack between two chains of nodes, each from upstream to downstream. `integration` determines the points of
-    /// contact.
+    /// The crack between two chains of nodes, each from upstream to downstream. `integration` determines the
+    /// points of contact.
     pub fn new(mesh: &Mesh, below: &[usize], above: &[usize], law: L, integration: Integration) -> Self {
         let side = |nodes: &[usize]| {
             let rest: Vec<[f64; 2]> = nodes.iter().map(|&node| mesh.nodes[node]).collect();
@@ -204,8 +205,9 @@ impl<L: ContactLaw> Crack<L> {
         [&self.sides[0].weights, &self.sides[1].weights]
     }
 
-    /// Contacts without load: those of the points of the upper side, then those of the lower side. Shear springs are attached
-    /// at the unloaded positions of the points, also if the two sides begin at different places.
+    /// Contacts without load: those of the points of the upper side, then those of the lower side. Shear
+    /// springs are attached at the unloaded positions of the points, also if the two sides begin at different
+    /// places.
     pub fn joints_at_rest(&self) -> Vec<JointState> {
         let joint = |contact: &Contact| {
             let place = self.place(contact, contact.after, |_| [0.0; 2]);
@@ -307,10 +309,10 @@ impl<L: ContactLaw> Crack<L> {
 
     /// Adds the contact forces to `forces` and updates `joints`.
     ///
-    /// **Shapes and units**: `displacement` (m), `velocity` (m/s) and `forces` (N/m) hold one pair
-    /// for each node, `joints` one state for each contact; `damping` is β (s), with or without memory. A contact that closes
-    /// starts with an empty memory: its dashpot forces grow over the time of the memory. With the full force at once the
-    /// contact would rebound.
+    /// **Shapes and units**: `displacement` (m), `velocity` (m/s) and `forces` (N/m) hold one pair for each
+    /// node, `joints` one state for each contact; `damping` is β (s), with or without memory. A contact that
+    /// closes starts with an empty memory: its dashpot forces grow over the time of the memory. With the full
+    /// force at once the contact would rebound.
     pub fn add_forces(
         &self,
         displacement: &[[f64; 2]],
@@ -429,8 +431,8 @@ impl<L: ContactLaw> Crack<L> {
         losses
     }
 
-    /// Normal stress (compression positive) and shear stress on the block below (positive downstream) of each contact,
-    /// dashpots included, Pa.
+    /// Normal stress (compression positive) and shear stress on the block below (positive downstream) of each
+    /// contact, dashpots included, Pa.
     pub fn stresses<'a>(&'a self, joints: &'a [JointState]) -> impl Iterator<Item = [f64; 2]> + 'a {
         let [normal, shear] = self.law.stiffness();
         self.contacts.iter().zip(joints).map(move |(contact, joint)| {

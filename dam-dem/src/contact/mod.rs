@@ -1,19 +1,22 @@
 //! Contact along cracks: points of each side against the segments of the other side.
 //!
-//! Every point of the upper side is in contact with the polyline of the lower side, weighted with half of its tributary
-//! length; every point of the lower side is in contact with the upper side, weighted with the other half. Neither side is
-//! preferred, and under a uniform pressure p a closed crack with matching sides closes by exactly p/k_n.
+//! Every point of the upper side is in contact with the polyline of the lower side, weighted with half of its
+//! tributary length; every point of the lower side is in contact with the upper side, weighted with the other
+//! half. Neither side is preferred, and under a uniform pressure p a closed crack with matching sides closes
+//! by exactly p/k_n.
 //!
-//! **Along the crack.** A contact represents a part of its side, and only the share of this part that lies opposite the
-//! other side counts. Sides that end at different places are in contact over their common length. Where a block slides
-//! out, the contact at its corner decreases until nothing of its part is left. Then the contact is lost; it is found
-//! again when the block comes back. The energy of springs that are lost in this way counts as lost to friction.
+//! **Along the crack.** A contact represents a part of its side, and only the share of this part that lies
+//! opposite the other side counts. Sides that end at different places are in contact over their common
+//! length. Where a block slides out, the contact at its corner decreases until nothing of its part is left.
+//! Then the contact is lost; it is found again when the block comes back. The energy of springs that are lost
+//! in this way counts as lost to friction.
 //!
-//! **Known effects.** The points are the nodes, or two Gauss points in each segment ([`Integration`]). Nodes lie at the
-//! corners: a rocking block turns about its true corner, where one spring with a quarter of a segment as weight carries the
-//! whole force. The outermost Gauss points lie a fifth of a segment inside: pressure along the crack is smoother, but a
-//! rocking block is less stable because its lever arm is shorter. A pair of contact forces has a resulting moment of
-//! (force × penetration), because action and reaction act on two surfaces and not at one point.
+//! **Known effects.** The points are the nodes, or two Gauss points in each segment ([`Integration`]). Nodes
+//! lie at the corners: a rocking block turns about its true corner, where one spring with a quarter of a
+//! segment as weight carries the whole force. The outermost Gauss points lie a fifth of a segment inside:
+//! pressure along the crack is smoother, but a rocking block is less stable because its lever arm is shorter.
+//! A pair of contact forces has a resulting moment of (force × penetration), because action and reaction act
+//! on two surfaces and not at one point.
 
 mod coulomb;
 mod crack;
@@ -46,7 +49,8 @@ pub struct Touch {
     pub penetration_rate: f64,
     /// Stretch of the shear spring if the contact does not slip in this step (trial value), m.
     pub stretch: f64,
-    /// Tangential velocity of the point relative to the other side that acts on the dashpot, with the same memory, m/s.
+    /// Tangential velocity of the point relative to the other side that acts on the dashpot, with the same
+    /// memory, m/s.
     pub slip_rate: f64,
     /// Stiffness damping β of the dashpots `β k_n` and `β k_s`, s.
     pub damping: f64,
@@ -79,11 +83,12 @@ impl Response {
 
 /// Interface for contact laws.
 ///
-/// **Call order**: [`respond`](Self::respond) once per contact and time step. A law has no state of its own: the crack
-/// stores the stretch of the shear spring, the bond and the accumulated slip. **Required guarantees**: no tension unless
-/// bonded (`normal ≥ 0`, and no stress at all if the penetration is not positive); slip only reduces the stretch;
-/// dashpots never add energy with the rates in [`Touch`]. The critical time step considers the
-/// [`stiffness`](Self::stiffness) and β only; a law with other dampers must be run with shorter time steps.
+/// **Call order**: [`respond`](Self::respond) once per contact and time step. A law has no state of its own:
+/// the crack stores the stretch of the shear spring, the bond and the accumulated slip. **Required
+/// guarantees**: no tension unless bonded (`normal ≥ 0`, and no stress at all if the penetration is not
+/// positive); slip only reduces the stretch; dashpots never add energy with the rates in [`Touch`]. The
+/// critical time step considers the [`stiffness`](Self::stiffness) and β only; a law with other dampers must
+/// be run with shorter time steps.
 ///
 /// `examples/lubricated_joint.rs` shows a user-defined law.
 pub trait ContactLaw: Clone + Send + Sync {

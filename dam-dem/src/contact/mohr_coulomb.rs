@@ -8,14 +8,14 @@ use super::{ContactLaw, Coulomb, Response, Touch};
 /// N = k_n g ≥ −σ_t,   |T| ≤ c + μ max(N, 0)
 /// ```
 ///
-/// and it does not slip. If the tensile or the shear strength is exceeded, the bond breaks permanently, and [`Coulomb`]'s law
-/// with the residual friction applies. A joint without cohesion and tensile strength has its peak friction until it first
-/// slips or opens; if its residual friction is not below the peak, there is no bond at all. While a closed joint slips, it
-/// rises by tan ψ times the slip in either direction, until the accumulated slip reaches `dilation_slip`; the penetration g
-/// includes the rise.
+/// and it does not slip. If the tensile or the shear strength is exceeded, the bond breaks permanently, and
+/// [`Coulomb`]'s law with the residual friction applies. A joint without cohesion and tensile strength has
+/// its peak friction until it first slips or opens; if its residual friction is not below the peak, there is
+/// no bond at all. While a closed joint slips, it rises by tan ψ times the slip in either direction, until
+/// the accumulated slip reaches `dilation_slip`; the penetration g includes the rise.
 ///
-/// **Source**: P.A. Cundall, R.D. Hart, *Numerical modelling of discontinua*, Engineering Computations 9 (1992), the Coulomb
-/// slip model with residual strength.
+/// **Source**: P.A. Cundall, R.D. Hart, *Numerical modelling of discontinua*, Engineering Computations 9
+/// (1992), the Coulomb slip model with residual strength.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MohrCoulomb {
     /// Law after the bond has broken: residual friction, and the springs.

@@ -1,9 +1,9 @@
-/// Segment of a chain onto which a point projects, found by a walk from the segment `start`, and the result of `project` for
-/// this segment.
+/// Segment of a chain onto which a point projects, found by a walk from the segment `start`, and the result
+/// of `project` for this segment.
 ///
-/// `project(segment)` returns the scalar product of the point's offset from the first node of a segment with the segment
-/// vector, the squared length of the segment, and any other values. The walk never changes its direction, so that it
-/// always ends. For a point beyond an end of the chain the end segment is returned.
+/// `project(segment)` returns the scalar product of the point's offset from the first node of a segment with
+/// the segment vector, the squared length of the segment, and any other values. The walk never changes its
+/// direction, so that it always ends. For a point beyond an end of the chain the end segment is returned.
 #[inline(always)]
 pub(super) fn find_segment<T>(
     start: usize,

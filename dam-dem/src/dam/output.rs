@@ -10,8 +10,8 @@ use crate::{Dam, DamError, Kinematics};
 impl Dam {
     /// Writes the values of `variable`.
     ///
-    /// **Errors**: [`CallError::Order`](interface::CallError::Order) before initialisation, for variables that exist only
-    /// after it.
+    /// **Errors**: [`CallError::Order`](interface::CallError::Order) before initialisation, for variables
+    /// that exist only after it.
     pub(super) fn output(&self, variable: &'static Variable, values: &mut [f64]) -> Result<(), DamError> {
         let state = self.state();
         let from_motion = matches!(variable.causality, Causality::Output | Causality::Local)
@@ -222,8 +222,8 @@ impl Dam {
         sum / lengths.iter().sum::<f64>()
     }
 
-    /// Mean displacement of the upper side minus that of the lower side since time 0, along the current direction of the
-    /// lower side, m.
+    /// Mean displacement of the upper side minus that of the lower side since time 0, along the current
+    /// direction of the lower side, m.
     fn sliding(&self, crack: usize) -> f64 {
         let [x, y] = [0, 1].map(|d| {
             self.side_mean(crack, 1, |node| self.displacement(node)[d])

@@ -19,12 +19,12 @@ use crate::{DamError, Kinematics, Material, Mesh};
 /// h = (u_k − u_c) ⊗ ∇N_k + (u_{k+1} − u_c) ⊗ ∇N_{k+1},   F = I + h
 /// ```
 ///
-/// *Small strain*: `ε = sym h`. *Corotational*: `F = R U` in closed form, with
-/// `a = F₁₁+F₂₂`, `b = F₂₁−F₁₂`, `r = √(a² + b²)`, `cos θ = a/r`, `sin θ = b/r`, and the Biot strain
-/// `ε = U − I`, computed from h and `1 − cos θ = b²/r(r+a)` to avoid the loss of digits in `U − I`. The formula has no
-/// result for an element turned by 180°. The energy is `W = A/2 ε : D : ε`. Because D is isotropic, the stress
-/// `σ = D : ε` and U have the same principal axes, so that `P = ∂W/∂F / A = R σ`, and `f_i = −A P ∇N_i` is the exact
-/// gradient of the energy.
+/// *Small strain*: `ε = sym h`. *Corotational*: `F = R U` in closed form, with `a = F₁₁+F₂₂`, `b = F₂₁−F₁₂`,
+/// `r = √(a² + b²)`, `cos θ = a/r`, `sin θ = b/r`, and the Biot strain `ε = U − I`, computed from h and
+/// `1 − cos θ = b²/r(r+a)` to avoid the loss of digits in `U − I`. The formula has no result for an element
+/// turned by 180°. The energy is `W = A/2 ε : D : ε`. Because D is isotropic, the stress `σ = D : ε` and U
+/// have the same principal axes, so that `P = ∂W/∂F / A = R σ`, and `f_i = −A P ∇N_i` is the exact gradient
+/// of the energy.
 ///
 /// Stiffness damping adds `β D : ε̇` to σ, with `ε̇ = sym(Rᵀ Ḟ)`; its power `A β ε̇ : D : ε̇` is
 /// never negative. In a strained element that rotates, ε̇ differs from U̇ by a term of the order of
@@ -39,8 +39,8 @@ pub struct CrossedCells {
     moduli: Moduli,
 }
 
-/// Consecutive parts, with the damping stresses from the first batch of the first part on, and the forces from its first
-/// node on.
+/// Consecutive parts, with the damping stresses from the first batch of the first part on, and the forces
+/// from its first node on.
 struct Share<'a> {
     parts: &'a [Part],
     viscous: &'a mut [ViscousStress],
@@ -111,8 +111,8 @@ impl CrossedCells {
         vec![ViscousStress::default(); self.batches.len()]
     }
 
-    /// Adds the forces of stress and of stiffness damping to `forces`. Returns the power of damping, W/m, with the mean
-    /// damping stress of the step that ends here: `A ½(σ_before + σ_now) : ε̇`.
+    /// Adds the forces of stress and of stiffness damping to `forces`. Returns the power of damping, W/m,
+    /// with the mean damping stress of the step that ends here: `A ½(σ_before + σ_now) : ε̇`.
     ///
     /// **Shapes and units**: `displacement` (m), `velocity` (m/s) and `forces` (N/m) hold one pair
     /// for each node; `damping` is β (s), with or without memory; `viscous` holds the damping stresses of each
@@ -187,7 +187,8 @@ impl CrossedCells {
         })
     }
 
-    /// Adds `−K u`, with the stiffness of the unstrained state, to `forces`; shapes as in [`add_forces`](Self::add_forces).
+    /// Adds `−K u`, with the stiffness of the unstrained state, to `forces`; shapes as in
+    /// [`add_forces`](Self::add_forces).
     pub fn add_linear_forces(&self, displacement: &[[f64; 2]], forces: &mut [[f64; 2]]) {
         let of = Deformation { displacement, velocity: displacement, damping: 0.0.into() };
         self.evaluate::<false, false>(of, &mut [], forces);
@@ -204,8 +205,8 @@ impl CrossedCells {
         }
     }
 
-    /// Stress (xx, yy, xy; tension positive, Pa) in `triangle` of the mesh, whose nodes are displaced by `u` (m). With
-    /// corotational `kinematics` the stress rotates with the triangle.
+    /// Stress (xx, yy, xy; tension positive, Pa) in `triangle` of the mesh, whose nodes are displaced by `u`
+    /// (m). With corotational `kinematics` the stress rotates with the triangle.
     pub fn stress(&self, triangle: usize, u: [[f64; 2]; 3], kinematics: Kinematics) -> [f64; 3] {
         let (cell, k) = (triangle / 4, triangle % 4);
         let [a, b] = self.batches[cell / LANES].gradients_of(k, cell % LANES);

@@ -25,7 +25,8 @@ pub(super) struct Part {
 const LEAST: usize = 312;
 
 impl Parts {
-    /// The parts of `batches`, whose node numbers must increase approximately with the batch, as in the rows of a mesh.
+    /// The parts of `batches`, whose node numbers must increase approximately with the batch, as in the rows
+    /// of a mesh.
     pub fn of(batches: &[Batch]) -> Self {
         let count = (batches.len() / LEAST).max(1);
         let nodes = |batch: &Batch| batch.cells.iter().flatten().copied().collect::<Vec<_>>();

@@ -5,7 +5,7 @@ use crate::energy::Work;
 use crate::loads::LoadPath;
 use crate::structure::{Motion, Structure};
 
-/// Central differences as kick, drift, kick:
+/// Central differences in velocity form (kick, drift, kick):
 ///
 /// ```text
 /// vⁿ⁺½ = vⁿ + Δt/2 aⁿ
@@ -14,11 +14,11 @@ use crate::structure::{Motion, Structure};
 /// vⁿ⁺¹ = vⁿ⁺½ + Δt/2 aⁿ⁺¹
 /// ```
 ///
-/// M is the lumped mass, with the dense [`AddedMass`](crate::AddedMass) of the wet nodes if there is any.
+/// M is the lumped mass, plus the dense [`AddedMass`](crate::AddedMass) of the wet nodes if there is one.
 ///
-/// Second order for the elastic part; damping lags by half a step, its stiffness part also by its memory
-/// ([`StiffnessDamping`](crate::StiffnessDamping)), which keeps the scheme explicit and only shifts the limit of
-/// stability ([`CriticalTimeStep`](crate::CriticalTimeStep)).
+/// The scheme is of second order for the elastic part. Damping forces lag by half a step, those of stiffness
+/// damping also by its memory ([`StiffnessDamping`](crate::StiffnessDamping)). This keeps the scheme explicit
+/// and only changes the limit of stability ([`CriticalTimeStep`](crate::CriticalTimeStep)).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CentralDifference {
     /// Δt, s.
@@ -28,14 +28,14 @@ pub struct CentralDifference {
 }
 
 impl CentralDifference {
-    /// The fewest equal time steps, none longer than `limit` (s), that make up `duration` (s).
+    /// The smallest number of equal time steps, none longer than `limit` (s), that cover `duration` (s).
     pub fn covering(duration: f64, limit: f64) -> Self {
         let steps = (duration / limit).ceil().max(1.0);
         Self { time_step: duration / steps, steps: steps as usize }
     }
 
-    /// Advances `motion`, whose acceleration must be that of its start, under `loads`, which vary over all
-    /// the steps; adds what was done to `work`.
+    /// Advances `motion` of a `structure` with `damping` under `loads`, which vary linearly over all steps;
+    /// adds the work done to `work`. The acceleration of `motion` must be that at the start.
     pub fn advance(
         &self,
         structure: &Structure<impl ContactLaw>,
@@ -83,7 +83,8 @@ impl CentralDifference {
     }
 }
 
-/// Moves nodes on by `step` (s) and puts the loads at `end` into `forces`; returns the power of those in the `middle`.
+/// Moves nodes over a time `step` (s) and sets `forces` to the loads at `end`; returns the power of the loads
+/// in the `middle` of the step.
 fn drift(
     step: f64,
     [middle, end]: [f64; 2],
@@ -106,7 +107,7 @@ fn drift(
     power[0] + power[1]
 }
 
-/// Accelerates nodes for `step` (s) by `forces` and mass damping; returns `Σ m v²` of before.
+/// Accelerates nodes over a time `step` (s) by `forces` and mass damping; returns the initial `Σ m v²`.
 fn kick_under(
     step: f64,
     mass_damping: f64,
@@ -129,7 +130,7 @@ fn kick_under(
     twice_kinetic[0] + twice_kinetic[1]
 }
 
-/// What belongs to nodes that follow each other.
+/// Data of consecutive nodes.
 struct Nodes<'a> {
     displacement: &'a mut [[f64; 2]],
     velocity: &'a mut [[f64; 2]],
@@ -182,7 +183,7 @@ impl<'a> Nodes<'a> {
         ]
     }
 
-    /// The sum of `of` over parts of the nodes, by the threads that `cells` are evaluated by.
+    /// The sum of `of` over parts of the nodes, computed on the threads of `cells`.
     fn sum(self, cells: &CrossedCells, of: &(impl Fn(Nodes<'_>) -> f64 + Sync)) -> f64 {
         fn over(
             nodes: Nodes<'_>,
@@ -209,11 +210,11 @@ fn kick(motion: &mut Motion, duration: f64) {
     }
 }
 
-/// Velocity around which the sign of local damping changes, m/s: with a jump the dam's motion would be no continuous
-/// function of the pressure on it.
+/// Velocity below which the sign of local damping changes smoothly, m/s. With a jump, the motion of the dam
+/// would not be a continuous function of the pressure on it.
 const STANDSTILL: f64 = 1e-3;
 
-/// Takes local damping `κ |F| v/√(v² + v₀²)` off `forces` (N/m); returns its power, W/m.
+/// Subtracts local damping `κ |F| v/√(v² + v₀²)` from `forces` (N/m); returns its power, W/m.
 fn damp_locally(
     structure: &Structure<impl ContactLaw>,
     coefficient: f64,

@@ -5,13 +5,13 @@ use crate::contact::ContactLaw;
 use crate::modal::{self, DegreesOfFreedom};
 use crate::structure::{Motion, Structure};
 
-/// Dynamic relaxation: the static equilibrium as the rest of a fictitious, damped motion.
+/// Dynamic relaxation: the static equilibrium as the final state of a fictitious, damped motion.
 ///
-/// Starts from the linear solution with all contacts closed and sticking, then steps with
-/// Δt = 1 and, for every degree of freedom, the fictitious mass `m = (1 + margin)/4 Σ_j |K_ij|`, for which the
-/// motion is stable (Gershgorin), and with the critical damping `c = 2ω` of the motion's own
-/// frequency, `ω² = −v·Δr / v·M v`, taken anew from every step (r: residual forces). Contacts, friction
-/// included, take part with their history; dashpots and stiffness damping do not.
+/// It starts from the linear solution with all contacts closed and sticking. Then it takes steps with Δt = 1.
+/// Every degree of freedom has the fictitious mass `m = (1 + margin)/4 Σ_j |K_ij|`, for which the motion is
+/// stable (Gershgorin). The damping is the critical damping `c = 2ω` at the current frequency of the motion,
+/// `ω² = −v·Δr / v·M v`, estimated again after every step (r: residual forces). Contacts act with their
+/// history, including friction; dashpots and stiffness damping do not act.
 ///
 /// **Source**: P. Underwood, *Dynamic relaxation*, in Computational Methods for Transient Analysis,
 /// 1983; tested in `tests/static_start.rs`.
@@ -19,14 +19,14 @@ use crate::structure::{Motion, Structure};
 pub struct DynamicRelaxation {
     /// Norm of the residual forces over that of the loads, at free nodes.
     pub tolerance: f64,
-    /// Most iterations.
+    /// Largest number of iterations.
     pub max_iterations: usize,
 }
 
-/// How a relaxation ended.
+/// Result of a static solution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Relaxed {
-    /// Iterations made.
+    /// Number of iterations.
     pub iterations: usize,
     /// Norm of the residual forces over that of the loads.
     pub residual: f64,
@@ -38,7 +38,7 @@ impl Default for DynamicRelaxation {
     }
 }
 
-/// Residual over the loads at which a block is sliding away or falling, not coming to rest.
+/// Residual over the loads above which no state of rest exists: a block slides away or falls.
 pub(super) const RUNAWAY: f64 = 50.0;
 /// Share by which the fictitious masses exceed Gershgorin's bound.
 const MASS_MARGIN: f64 = 0.2;

@@ -1,4 +1,4 @@
-//! Motion in time, and the way to rest.
+//! Time integration, and solution of the static equilibrium.
 
 mod central_difference;
 mod dynamic_relaxation;

@@ -6,17 +6,18 @@ use crate::contact::ContactLaw;
 use crate::modal::{self, DegreesOfFreedom};
 use crate::structure::{Motion, Structure};
 
-/// Newton's iteration to the static equilibrium with one sparse factor: that of the unstrained structure with all contacts
-/// closed and sticking.
+/// Modified Newton iteration for the static equilibrium with one sparse factorisation: that of the unstrained
+/// structure with all contacts closed and sticking.
 ///
-/// Contacts that open or slip only make the structure softer, so that no step overshoots; the more of them do, the
-/// slower it is, and a crack that opens widely is left to [`DynamicRelaxation`](super::DynamicRelaxation). Friction takes part
-/// with its history; dashpots and stiffness damping do not. Tested in `tests/static_start.rs`.
+/// Contacts that open or slip only make the structure softer, so that no step overshoots. The more contacts
+/// do so, the slower the convergence; for a crack that opens widely use
+/// [`DynamicRelaxation`](super::DynamicRelaxation). Friction acts with its history; dashpots and stiffness
+/// damping do not act. Tested in `tests/static_start.rs`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SparseNewton {
     /// Norm of the residual forces over that of the loads, at free nodes.
     pub tolerance: f64,
-    /// Most iterations.
+    /// Largest number of iterations.
     pub max_iterations: usize,
 }
 
@@ -27,7 +28,7 @@ impl Default for SparseNewton {
 }
 
 impl SparseNewton {
-    /// Moves `motion` to rest under `loads` (N/m).
+    /// Brings `motion` to rest under `loads` (N/m).
     ///
     /// **Errors**: [`DamError::StaticNotConverged`], [`DamError::Singular`].
     pub fn relax(

@@ -8,24 +8,24 @@ use crate::damping::StiffnessDamping;
 use crate::energy::Work;
 use crate::integrator::{CentralDifference, Relaxed};
 
-/// Residual of the state of rest over its loads, in the energy norm.
+/// Residual over the loads at which the state of rest has converged, in the energy norm.
 const TOLERANCE: f64 = 1e-9;
-/// Most iterations to rest.
+/// Largest number of iterations to the state of rest.
 const MAX_ITERATIONS: usize = 10_000;
-/// Residual over the loads at which a block is sliding away or falling.
+/// Residual over the loads above which no state of rest exists: a block slides away or falls.
 const RUNAWAY: f64 = 50.0;
 
 /// Modal forces that vary linearly over a communication step.
 pub(crate) struct ModalLoadPath {
-    /// Those at its start.
+    /// Forces at its start.
     pub start: Vec<f64>,
-    /// Those at its end.
+    /// Forces at its end.
     pub end: Vec<f64>,
 }
 
 impl Superposition {
-    /// Static equilibrium under `loads`, from all contacts closed and sticking, by Newton's iteration with the stiffness
-    /// of these: contacts that open or slip only make the dam softer, so that no step overshoots.
+    /// Static equilibrium under `loads` by a modified Newton iteration with the stiffness of all contacts closed and
+    /// sticking. Contacts that open or slip only make the dam softer, so that no step overshoots.
     ///
     /// **Errors**: [`DamError::StaticNotConverged`].
     pub(crate) fn relax(&self, motion: &mut ModalMotion, loads: &[f64]) -> Result<Relaxed, DamError> {
@@ -52,22 +52,22 @@ impl Superposition {
         Err(DamError::StaticNotConverged { iterations, residual, tolerance: TOLERANCE })
     }
 
-    /// Brings the contacts of `motion` up to date with it.
+    /// Updates the contacts of `motion`.
     ///
-    /// **Call order**: once, at the start: it takes one step of the dashpots' memory.
+    /// **Call order**: once, at the start, because each call takes one step of the dashpots' memory.
     pub(crate) fn press_contacts(&self, motion: &mut ModalMotion) {
         Pressing::at(&self.sides, &motion.coordinates).press(&self.sides, motion, self.dashpots);
     }
 
-    /// Central differences, damping of the modes in their middle:
+    /// Central differences, with modal damping at the middle of the step:
     ///
     /// ```text
     /// (1 + c Δt/2) q̇ⁿ⁺½ = (1 − c Δt/2) q̇ⁿ⁻½ + Δt (fⁿ + f_contact(uⁿ, u̇ⁿ⁻½) − ω² qⁿ)
     /// qⁿ⁺¹ = qⁿ + Δt q̇ⁿ⁺½
     /// ```
     ///
-    /// Begins and ends with half a kick, so that coordinates and rates are those of one instant. What mass damping does
-    /// between modes lags by half a step, as the contacts' dashpots do.
+    /// The first and the last kick are half a step long, so that coordinates and rates belong to the same
+    /// instant. Mass damping between modes lags by half a step, as the dashpots of contacts do.
     pub(crate) fn advance(
         &self,
         steps: CentralDifference,

@@ -5,27 +5,29 @@ use crate::modal::{self, DegreesOfFreedom};
 use crate::structure::Structure;
 use crate::{DamError, Fidelity};
 
-/// Shapes of motion that a level of fidelity allows: columns, with x, then y of each node.
+/// Shapes that span the displacements at a level of fidelity: columns, with x, then y of each node.
 pub(super) struct Basis {
-    /// Shapes that share inertia or stiffness with no other part: a block, or all of the dam.
+    /// Parts without common inertia or stiffness: one for each block, or one for the whole dam.
     pub parts: Vec<DMatrix<f64>>,
-    /// Largest [estimate](truncation) of any part; 0 where nothing is left out.
+    /// Largest [estimate](truncation) of all parts; 0 if no mode is omitted.
     pub truncation: f64,
 }
 
-/// Circular frequency below which the ground shakes, rad/s: records are resolved to 25–33 Hz.
+/// Highest circular frequency of the ground motion, rad/s: records are resolved up to 25–33 Hz.
 pub(super) const HIGHEST_EXCITATION: f64 = 200.0;
-/// Estimate of the truncation at which there are modes enough.
+/// Truncation estimate at which the number of modes is sufficient.
 const TRUNCATION: f64 = 0.02;
-/// Numbers of modes tried, least to most.
+/// Numbers of modes to try, ascending.
 const COUNTS: [usize; 5] = [8, 16, 24, 36, 54];
-/// Relative change of the squares of the modes' frequencies: what they lack is in the static shapes.
+/// Relative change of the squared frequencies at which the modes have converged. The static shapes make up for the
+/// remaining error.
 const TOLERANCE: f64 = 1e-6;
-/// Share of a static shape's strain energy that must be new.
+/// Smallest share of the strain energy of a static shape that the shapes before it do not contain.
 const NEW: f64 = 1e-12;
 
 impl Basis {
-    /// That of a level below [`Fidelity::Dem`]; `loads` are those of rest (nodal forces as columns).
+    /// The basis of a level of fidelity other than [`Fidelity::Dem`]; `loads` are the static loads (nodal forces as
+    /// columns).
     pub fn new(
         structure: &Structure<impl ContactLaw>,
         fidelity: Fidelity,
@@ -80,7 +82,7 @@ impl Basis {
     }
 }
 
-/// A part of the dam with the rest held still.
+/// A part of the dam, with all other nodes held.
 struct Held<'a, L: ContactLaw> {
     structure: &'a Structure<L>,
     dofs: &'a DegreesOfFreedom,
@@ -114,8 +116,8 @@ impl<'a, L: ContactLaw> Held<'a, L> {
         values
     }
 
-    /// The lowest modes, `count` of them or as many as the estimate asks for, and what static loads add to them: ground
-    /// accelerations and `loads`. Also returns the estimate.
+    /// The lowest modes (`count`, or as many as the truncation estimate requires), and the static correction
+    /// for ground accelerations and `loads`. Also returns the estimate.
     fn modes_and_static_shapes(
         &self,
         count: Option<usize>,
@@ -126,7 +128,7 @@ impl<'a, L: ContactLaw> Held<'a, L> {
         let mut found = (DMatrix::zeros(available, 0), Vec::new(), 0.0);
         for count in counts {
             let count = count.min(available);
-            // one more, for the estimate
+            // one more mode for the estimate
             let more = (count + 1).min(available);
             let (frequencies, modes) = modal::natural_modes(&self.factors, &self.masses, more, TOLERANCE)?;
             let modes = modes.columns(0, count).into_owned();
@@ -153,7 +155,7 @@ impl<'a, L: ContactLaw> Held<'a, L> {
             .zip(&stiff)
             .map(|(mode, square)| DVector::from_fn(available, |i, _| square * self.masses[i] * mode[i]))
             .collect();
-        // K-orthogonal to all before, by their forces K φ
+        // make each shape K-orthogonal to all previous ones, with their forces K φ
         for load in statics.column_iter() {
             let mut load: DVector<f64> = load.into();
             let mut shape: DVector<f64> =
@@ -178,7 +180,7 @@ impl<'a, L: ContactLaw> Held<'a, L> {
         Ok((self.at_nodes(&shapes), truncation))
     }
 
-    /// Static shapes under unit displacements of `sides`: x, then y of each of these nodes.
+    /// Static shapes for unit displacements of the nodes `sides`: x, then y of each node.
     fn constraint_shapes(&self, sides: &[usize]) -> Vec<DVector<f64>> {
         let units = units(self.structure, sides);
         if units.is_empty() {
@@ -193,20 +195,22 @@ impl<'a, L: ContactLaw> Held<'a, L> {
     }
 }
 
-/// Unit displacements x, then y of `nodes`.
+/// Unit displacements along x, then y, of each of `nodes`.
 fn units(structure: &Structure<impl ContactLaw>, nodes: &[usize]) -> Vec<DVector<f64>> {
     let size = 2 * structure.mesh.nodes.len();
     let unit = |dof: usize| DVector::from_fn(size, |i, _| if i == dof { 1.0 } else { 0.0 });
     nodes.iter().flat_map(|&node| [unit(2 * node), unit(2 * node + 1)]).collect()
 }
 
-/// What modes from the circular frequency `next` (rad/s) on do at the highest excitation ω_e beyond their static share,
+/// Estimate of the dynamic response of the omitted modes, from the circular frequency `next` (rad/s) on, at
+/// the highest excitation frequency ω_e, in addition to their static response:
 ///
 /// ```text
 /// (1 − Σ Γ²/m) (ω_e/ω_next)²,   Γ = φᵀ M ι
 /// ```
 ///
-/// in the direction where it is more: a bound of `Σ Γ²/m (ω_e/ω)²` over all that are left out, m their whole mass.
+/// in the direction where it is larger. It is an upper bound of `Σ Γ²/m (ω_e/ω)²` over the omitted modes,
+/// with the total mass m.
 fn truncation(modes: &DMatrix<f64>, masses: &[f64], next: f64) -> f64 {
     let left_out = |direction: usize| {
         let along = || masses.iter().enumerate().filter(move |(i, _)| i % 2 == direction);

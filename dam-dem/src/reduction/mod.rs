@@ -1,29 +1,34 @@
-//! The dam by modes between contacts: fewer unknowns, longer time steps.
+//! Reduced models: modes between contacts, with fewer unknowns and longer time steps.
 //!
-//! **Blocks** (Craig and Bampton 1968). A block moves by
+//! **Blocks** (Craig and Bampton 1968). The displacement of a block is
 //!
 //! ```text
 //! u = Ψ u_Γ + Φ q + R r
 //! ```
 //!
-//! with the static shapes Ψ under the displacements u_Γ of the nodes on its cracks, its lowest modes Φ with these nodes
-//! held, and what the static answers R to ground acceleration, weight and water add to both: the static
-//! correction. On this basis the eigenvalue problem of the block's stiffness and mass matrices, the water's in the dam
-//! included, is solved once more; the modes that come out stand alone but for the contacts:
+//! with the static shapes Ψ for unit displacements u_Γ of the nodes on its cracks, its lowest modes Φ with
+//! these nodes held, and the part R of the static responses to ground acceleration, weight and water that Ψ
+//! and Φ do not contain (static correction). In this basis the eigenvalue problem of the block's stiffness
+//! and mass matrices is solved again. With added mass, which couples the blocks, it is solved for the whole
+//! dam. The resulting modes are coupled by contacts only:
 //!
 //! ```text
 //! q̈ + 2ξω q̇ + ω² q = φᵀ (F + F_contact(u_Γ, u̇_Γ))
 //! ```
 //!
-//! **Damping** of each mode is that of the matrices, at most critical; the water's part in mass damping is left to the
-//! diagonal. **Slow modes only**: a mode faster than five times the highest excitation answers statically. It keeps its
-//! stiffness and gets the mass, with critical damping at most, that brings it down to that frequency: contacts stay as
-//! soft as the concrete makes them, and the time step follows from motion that matters.
+//! **Damping** of each mode is that of the damping matrix, at most critical. If added mass couples the modes,
+//! mass damping also acts between modes, except for fast modes.
 //!
-//! **Number of modes**: from a bound on what is left out, or given.
+//! **Fast modes**: a mode faster than five times the highest excitation frequency responds statically. It
+//! keeps its stiffness and gets a larger mass, so that its frequency is reduced to this limit, with at most
+//! critical damping. In this way contacts keep the flexibility of the concrete behind them, and fast modes do
+//! not limit the time step.
 //!
-//! **Valid** for small strains; free blocks may slide and turn far ([`Kinematics::Corotational`](crate::Kinematics)).
-//! Stiffness of contacts, search along the crack, friction and dashpots are those of [`contact`](crate::contact).
+//! **Number of modes**: given, or determined by an estimate of the truncation error.
+//!
+//! **Valid** for small strains; free blocks may slide and rotate by large amounts
+//! ([`Kinematics::Corotational`](crate::Kinematics)). Stiffness of contacts, search along the crack, friction
+//! and dashpots are those of [`contact`](crate::contact).
 //!
 //! **Source**: R.R. Craig, M.C.C. Bampton, *Coupling of substructures for dynamic analyses*, AIAA Journal 6 (1968);
 //! tested in `tests/reduction.rs`.

@@ -5,18 +5,18 @@ use crate::contact::ContactLaw;
 use crate::structure::Structure;
 use crate::{DamError, RayleighCoefficients, modal};
 
-/// Circular frequency to which faster modes are slowed down, rad/s.
+/// Circular frequency to which the frequency of faster modes is reduced, rad/s.
 pub(super) const SLOWED_TO: f64 = 5.0 * HIGHEST_EXCITATION;
-/// Share of the largest ω² below which a mode is rigid.
+/// Share of the largest ω² below which a mode counts as a rigid-body mode.
 const RIGID: f64 = 1e-10;
 
-/// A mode with unit modal mass, slowed down if it is fast.
+/// A mode with unit modal mass; the frequency of fast modes is reduced to [`SLOWED_TO`].
 pub(super) struct Mode {
     /// ω², (rad/s)².
     pub square: f64,
     /// x, then y of each node.
     pub shape: DVector<f64>,
-    /// `φᵀ M φ` of the concrete.
+    /// `φᵀ M φ` with the mass of the concrete.
     concrete: f64,
 }
 
@@ -55,14 +55,14 @@ impl Mode {
         Ok(squares.into_iter().enumerate().map(mode).collect())
     }
 
-    /// `2ξω` of `C = αM + βK`, at most critical, 1/s.
+    /// `2ξω` for `C = αM + βK`, at most critical, 1/s.
     pub fn damping(&self, rayleigh: RayleighCoefficients) -> f64 {
         let damping = rayleigh.mass * self.concrete + rayleigh.stiffness * self.square;
         if self.square == 0.0 { damping } else { damping.min(2.0 * self.square.sqrt()) }
     }
 }
 
-/// `Φᵀ M Φ` of the concrete.
+/// `Φᵀ M Φ` with the mass of the concrete.
 pub(super) fn concrete_mass(structure: &Structure<impl ContactLaw>, shapes: &DMatrix<f64>) -> DMatrix<f64> {
     let (rows, columns) = shapes.shape();
     shapes.tr_mul(&DMatrix::from_fn(rows, columns, |i, j| structure.mass[i / 2] * shapes[(i, j)]))

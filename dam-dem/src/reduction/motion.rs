@@ -7,10 +7,10 @@ use crate::contact::JointState;
 pub struct ModalMotion {
     /// Coordinates q of modes with unit mass, m √(kg/m).
     pub coordinates: Vec<f64>,
-    /// Their rates.
+    /// Rates of the coordinates.
     pub rates: Vec<f64>,
-    /// Modal forces of the contacts, padded.
+    /// Modal forces of the contacts, padded with zeros.
     pub contact_forces: Vec<f64>,
-    /// Contacts of each crack.
+    /// States of the contacts of each crack.
     pub joints: Vec<Vec<JointState>>,
 }

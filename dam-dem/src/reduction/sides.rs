@@ -7,31 +7,32 @@ use crate::damping::StiffnessDamping;
 use crate::energy::Losses;
 use crate::structure::Structure;
 
-/// Cracks, with the nodes of their sides numbered among themselves.
+/// Cracks, with a numbering of the nodes on their sides only.
 ///
-/// A block that stands free turns by a finite angle: with the mean θ of its modes' rotations, t that of their
-/// displacements, and a node's place r from the block's centre of mass,
+/// A block above a crack can rotate by a finite angle. With the mean rotation θ and the mean displacement t
+/// of its modes, and the position r of a node relative to the centre of mass of the block,
 ///
 /// ```text
 /// u = t + (R(θ) − 1) r + R(θ) u_e,   u_e = φ q − t − θ × r
 /// ```
 ///
-/// and contact forces act on the coordinates through the exact derivative of u, so that none of them works twice.
-/// Weight, water and inertia act on the linear shapes: the moment of the weight comes from where its support moves.
+/// Contact forces act on the coordinates through the exact derivative of u, so that their work is exact.
+/// Weight, water and inertia act on the linear shapes: the moment of the weight follows from the motion of
+/// the supports.
 #[derive(Clone, Debug)]
 pub(super) struct CrackSides {
     pub cracks: Vec<Crack<MohrCoulomb>>,
-    /// Positions without load, m.
+    /// Unloaded positions, m.
     pub rest: Vec<[f64; 2]>,
-    /// Frames of the blocks that stand free; none where strains are small.
+    /// Frames of the blocks above cracks; none with small-strain kinematics.
     frames: Vec<Frame>,
-    /// Rows of one mode each: its shape at x, then y of each node, then t and θ of each frame.
+    /// One row for each mode: its shape at x, then y of each node, then t and θ of each frame.
     by_mode: Rows,
-    /// The same transposed.
+    /// The transpose of `by_mode`.
     by_value: Rows,
 }
 
-/// A block's nodes among those of the sides, and their places from its centre of mass, m.
+/// The nodes of a block among those of the sides, and their positions relative to its centre of mass, m.
 #[derive(Clone, Debug)]
 struct Frame {
     nodes: std::ops::Range<usize>,
@@ -46,11 +47,11 @@ pub(super) struct Rows {
     width: usize,
 }
 
-/// Values a row is padded to a multiple of.
+/// Rows are padded to a multiple of this length.
 const LANES: usize = 8;
 
 impl Rows {
-    /// Rows of the columns of `matrix`.
+    /// The columns of `matrix` as rows.
     pub fn of_columns(matrix: &DMatrix<f64>) -> Self {
         let width = matrix.nrows().next_multiple_of(LANES);
         let mut values = vec![0.0; width * matrix.ncols()];
@@ -65,7 +66,7 @@ impl Rows {
         self.width
     }
 
-    /// Writes `Σ coefficient × row` to `sum`; coefficients beyond the last row are left.
+    /// Writes `Σ coefficient × row` to `sum`; coefficients beyond the last row are ignored.
     #[inline(always)]
     pub fn combine(&self, coefficients: &[f64], sum: &mut [f64]) {
         sum.fill(0.0);
@@ -85,7 +86,7 @@ impl Rows {
     }
 }
 
-/// Where the sides are, and what the contacts do to them.
+/// Motion of the sides, and the contact forces on them.
 pub(super) struct Pressing {
     displacement: Vec<[f64; 2]>,
     velocity: Vec<[f64; 2]>,
@@ -94,7 +95,7 @@ pub(super) struct Pressing {
 }
 
 impl CrackSides {
-    /// Those of the cracks of `structure` between modes with `shapes` (modes × x, then y of each node).
+    /// The sides of the cracks of `structure` for modes with `shapes` (rows: modes; columns: x, then y of each node).
     pub fn of(
         structure: &Structure<MohrCoulomb>,
         shapes: &DMatrix<f64>,
@@ -134,7 +135,8 @@ impl CrackSides {
         }
     }
 
-    /// Stiffness of modes that alone have `stiffness`, (rad/s)², with all contacts closed and sticking.
+    /// Modal stiffness matrix with all contacts closed and sticking; `stiffness`, (rad/s)², is that of the
+    /// modes alone.
     pub fn closed_stiffness(&self, stiffness: &[f64]) -> DMatrix<f64> {
         let mut matrix = DMatrix::from_diagonal(&DVector::from_row_slice(stiffness));
         let width = self.by_value.width;
@@ -152,7 +154,7 @@ impl CrackSides {
         matrix
     }
 
-    /// Length of a list of one value a mode, padded.
+    /// Padded length of a list with one value for each mode.
     pub fn modes_width(&self) -> usize {
         self.by_value.width
     }
@@ -172,7 +174,7 @@ impl Pressing {
         pressing
     }
 
-    /// Displacement from the coordinates; velocity as its change over a `time_step` (s), if that is given.
+    /// Computes the displacement from the coordinates, and the velocity as its change over `time_step` (s), if given.
     #[inline(always)]
     pub fn follow(&mut self, sides: &CrackSides, coordinates: &[f64], time_step: Option<f64>) {
         std::mem::swap(&mut self.velocity, &mut self.displacement);
@@ -194,7 +196,7 @@ impl Pressing {
         }
     }
 
-    /// Brings the contacts of `motion` up to date and finds their modal forces.
+    /// Updates the contacts of `motion` and their modal forces.
     #[inline(always)]
     pub fn press(
         &mut self,
@@ -219,7 +221,7 @@ impl Pressing {
                 self.forces[frame.nodes.clone()].iter_mut().zip(&self.displacement[frame.nodes.clone()]);
             for ((force, u), [x, y]) in places.zip(&frame.places) {
                 let [fx, fy] = *force;
-                // forces in the block's frame, and what they lack against those outside
+                // force in the frame of the block, and its difference from the force in the fixed frame
                 let lack = [versine * fx - sin * fy, versine * fy + sin * fx];
                 *force = [fx - lack[0], fy - lack[1]];
                 let (px, py) = (u[0] - tx, u[1] - ty);
@@ -237,7 +239,7 @@ impl Pressing {
     }
 }
 
-/// Mass-weighted mean motion of a block, from its places without load: one value a mode.
+/// Mass-weighted mean motion of a block relative to the unloaded position, with one value for each mode.
 pub(super) struct Mean {
     /// Centre of mass, m.
     pub centre: [f64; 2],

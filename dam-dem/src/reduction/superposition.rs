@@ -5,46 +5,43 @@ use super::mode::{Mode, SLOWED_TO, concrete_mass};
 use super::motion::ModalMotion;
 use super::sides::{CrackSides, Mean, Rows};
 use crate::contact::MohrCoulomb;
-use crate::damping::StiffnessDamping;
+use crate::damping::{DAMPED_SHARE, StiffnessDamping};
 use crate::energy::StoredEnergy;
 use crate::loads::Wet;
 use crate::structure::Structure;
 use crate::time_step::CriticalTimeStep;
 use crate::{DamError, Fidelity, Kinematics, RayleighCoefficients};
 
-/// Modes between contacts: the dam below [`Fidelity::Dem`].
+/// Modes between contacts: the model at all levels except [`Fidelity::Dem`].
 #[derive(Clone, Debug)]
 pub struct Superposition {
     /// Squares ω² of the modes' circular frequencies, (rad/s)².
     pub(super) stiffness: Vec<f64>,
     /// Damping `2ξω` of the modes, 1/s.
     pub(super) damping: Vec<f64>,
-    /// What mass damping does between modes that share the water's mass, 1/s; no rows without water.
+    /// Coefficients of mass damping between modes that added mass couples, 1/s; no rows without added mass.
     pub(super) damping_between: Rows,
     /// Stiffness damping of the contacts' dashpots.
     pub(super) dashpots: StiffnessDamping,
     pub(super) sides: CrackSides,
-    /// One column for x, then y of each node, one row a mode.
+    /// One row for each mode; columns: x, then y of each node.
     shapes: DMatrix<f64>,
     loads: ModalLoads,
-    /// Mean rotation of each block, one value a mode.
+    /// Mean rotation of each block, with one value for each mode.
     rotations: Vec<DVector<f64>>,
     critical: CriticalTimeStep,
     truncation: f64,
 }
 
-/// Modal forces of the dam's loads.
+/// Modal forces of the loads on the dam.
 #[derive(Clone, Debug)]
 struct ModalLoads {
     weight: DVector<f64>,
-    /// Of a unit pressure at each interface point.
+    /// For a unit pressure at each interface point.
     pressure: DMatrix<f64>,
-    /// Of a unit acceleration of the ground along x and along y: `−Φᵀ (M + X) ι`.
+    /// For a unit acceleration of the ground along x and along y: `−Φᵀ (M + X) ι`.
     ground: [DVector<f64>; 2],
 }
-
-/// Share of 2/ω that dashpots leave to the time step.
-const DAMPED_SHARE: f64 = 0.3;
 
 impl Superposition {
     /// The dam of `structure` with damping `rayleigh` at a level of `fidelity`, under the weight of `gravity` (m/s²).
@@ -109,7 +106,8 @@ impl Superposition {
         self.stiffness.len()
     }
 
-    /// Estimate of what left out modes would add to the answer at the highest excitation, as a share.
+    /// Estimate of the contribution of the omitted modes to the response at the highest excitation frequency,
+    /// as a share.
     pub fn truncation(&self) -> f64 {
         self.truncation
     }
@@ -123,7 +121,7 @@ impl Superposition {
         self.critical
     }
 
-    /// No displacement, no velocity, all contacts just closed.
+    /// Motion without displacement and velocity; all contacts are closed without force.
     pub(crate) fn at_rest(&self) -> ModalMotion {
         let zero = vec![0.0; self.mode_count()];
         let joints = self.sides.cracks.iter().map(|crack| crack.joints_at_rest()).collect();
@@ -143,7 +141,7 @@ impl Superposition {
         forces.data.into()
     }
 
-    /// Modal forces of nodal ones.
+    /// Modal forces of nodal forces.
     pub(crate) fn force_of(&self, nodal: &DVector<f64>) -> Vec<f64> {
         (&self.shapes * nodal).data.into()
     }
@@ -153,7 +151,7 @@ impl Superposition {
         [0, 1].map(|d| dot(self.shapes.column(2 * node + d).as_slice(), coordinates))
     }
 
-    /// Mean rotation of `block` by coordinates, rad.
+    /// Mean rotation of `block` for the given coordinates, rad.
     pub(crate) fn rotation(&self, block: usize, coordinates: &[f64]) -> f64 {
         dot(self.rotations[block].as_slice(), coordinates)
     }
@@ -169,7 +167,7 @@ impl Superposition {
     }
 }
 
-/// Nodal forces of the dam's loads: x, then y of each node.
+/// Nodal forces of the loads on the dam: x, then y of each node.
 struct NodalLoads {
     weight: DVector<f64>,
     pressure: DMatrix<f64>,
@@ -194,7 +192,7 @@ impl NodalLoads {
         Self { weight, pressure, ground }
     }
 
-    /// Loads that the modes answer exactly at rest: weight, pressure that grows with depth, and a uniform one.
+    /// Loads to which the modes give the exact static response: weight, hydrostatic pressure, and uniform pressure.
     fn at_rest(&self, wet: Option<&Wet>) -> DMatrix<f64> {
         let Some(wet) = wet else { return DMatrix::from_columns(std::slice::from_ref(&self.weight)) };
         let points = wet.face.points();
@@ -205,7 +203,7 @@ impl NodalLoads {
     }
 }
 
-/// Parts as they are, or as one if the water couples them.
+/// The parts unchanged, or joined to one if added mass couples them.
 fn joined(parts: Vec<DMatrix<f64>>, coupled: bool) -> Vec<DMatrix<f64>> {
     if !coupled {
         return parts;
@@ -215,8 +213,8 @@ fn joined(parts: Vec<DMatrix<f64>>, coupled: bool) -> Vec<DMatrix<f64>> {
     vec![DMatrix::from_columns(&columns)]
 }
 
-/// What mass damping does between the modes, slow ones first, that were not slowed down: α times what is beside the
-/// diagonal of `Φᵀ M Φ`.
+/// Mass damping between the modes whose frequency was not reduced: α (`alpha`, 1/s) times the off-diagonal terms of
+/// `Φᵀ M Φ`. The modes must be sorted by frequency.
 fn damping_between(
     structure: &Structure<MohrCoulomb>,
     alpha: f64,
@@ -229,7 +227,7 @@ fn damping_between(
     between
 }
 
-/// Sum of the products, in eight strands.
+/// Scalar product, with eight partial sums.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
     let ((a, rest_a), (b, rest_b)) = (a.as_chunks::<8>(), b.as_chunks::<8>());

@@ -1,4 +1,4 @@
-//! Dams and drivers that the tests share.
+//! Dams and helper functions that the tests share.
 
 use dam_dem::contact::{ContactLaw, Coulomb, Integration};
 use dam_dem::energy::Work;
@@ -63,7 +63,7 @@ pub fn get(dam: &Dam, variable: &Variable) -> Vec<f64> {
     values
 }
 
-/// Steps with the ground acceleration `ground(t)` along x, and `g/2` of it along y.
+/// Steps until the time `until` (s) with the ground acceleration `ground(t)` (m/s²) along x, and half of it along y.
 pub fn shake(dam: &mut Dam, step: f64, until: f64, ground: impl Fn(f64) -> f64) -> Result<(), DamError> {
     while dam.state().time() < until - step / 2.0 {
         let time = dam.state().time();
@@ -74,7 +74,7 @@ pub fn shake(dam: &mut Dam, step: f64, until: f64, ground: impl Fn(f64) -> f64) 
     Ok(())
 }
 
-/// Three bursts of a 3 Hz sine, each of 0.5 g under a raised cosine.
+/// Three bursts of a 3 Hz sine of 0.5 g, each multiplied by a raised cosine.
 pub fn bursts(time: f64) -> f64 {
     use std::f64::consts::TAU;
     let envelope = 0.5 - 0.5 * (TAU * time / 2.0).cos();
@@ -87,7 +87,7 @@ pub fn stiff(young_modulus: f64) -> Material {
     Material { young_modulus, poisson_ratio: 0.0, density: 2500.0, plane: Plane::Stress }
 }
 
-/// A block of `size` [m] in the middle of a fixed one that is 4 m wider and 1 m high; meshes do not match.
+/// A block of `size` (m) in the middle of a fixed block that is 4 m wider and 1 m high; the meshes do not match.
 pub fn block_on_ground(size: [f64; 2], young_modulus: f64, law: Coulomb, contacts: Integration) -> Structure {
     let width = size[0] + 4.0;
     let mut mesh = Mesh::mapped(&Section::rectangle(width, 1.0), &[vec![0.0, 1.0]], 11);
@@ -109,7 +109,7 @@ pub fn block_on_ground(size: [f64; 2], young_modulus: f64, law: Coulomb, contact
     Structure::new(mesh, &stiff(young_modulus), Kinematics::Corotational, [(law, contacts)], &fixed)
 }
 
-/// Steps under constant acceleration of the frame, `body` [m/s²], for `duration` (s).
+/// Steps under the constant acceleration `body` (m/s²) of all masses for `duration` (s).
 pub fn run(
     structure: &Structure,
     damping: impl Into<DampingCoefficients>,
@@ -138,18 +138,18 @@ pub fn mean_at(field: &[[f64; 2]], nodes: &[usize]) -> [f64; 2] {
     [0, 1].map(|d| nodes.iter().map(|&n| field[n][d]).sum::<f64>() / nodes.len() as f64)
 }
 
-/// The shipped records.
+/// The records of the project.
 pub const RECORDS: [&str; 3] = [
     "northridge-1994-canyon-country-270",
     "northridge-1994-beverly-hills-279",
     "loma-prieta-1989-corralitos-038",
 ];
 
-/// Samples of an acceleration (m/s²), linear between them, 0 after the last.
+/// Samples of an acceleration (m/s²), linear between the samples, 0 after the last one.
 pub struct Record(Vec<[f64; 2]>);
 
 impl Record {
-    /// One of the shipped ones.
+    /// One of the records of the project.
     pub fn read(name: &str) -> Self {
         let path = format!("{}/../scenes/records/{name}.csv", env!("CARGO_MANIFEST_DIR"));
         let text = std::fs::read_to_string(path).unwrap();
@@ -164,7 +164,7 @@ impl Record {
     }
 }
 
-/// With Westergaard's parabola, `⅞ ρ √(h(h − y))`, in the mass matrix.
+/// The same dam with Westergaard's added mass `⅞ ρ √(h(h − y))`.
 pub fn with_water(parameters: DamParameters) -> DamParameters {
     let face = parameters.wet_face().unwrap().unwrap();
     let h = face.depth();
@@ -173,8 +173,9 @@ pub fn with_water(parameters: DamParameters) -> DamParameters {
     DamParameters { added_mass: Some((0..face.len()).map(row).collect()), ..parameters }
 }
 
-/// Horizontal crest displacement (m) of the intact dam after each `step` (s), `ground` linear within it, by all modes
-/// of the dam's matrices: each carried over a step by the exponential of its own equations.
+/// Horizontal crest displacement (m) of the intact dam after each `step` (s), with `ground` linear within a
+/// step, by superposition of all modes of the dam's matrices. Each mode is advanced over a step by the matrix
+/// exponential of its equation of motion.
 pub fn modal_crest(dam: &Dam, ground: impl Fn(f64) -> f64, step: f64, until: f64) -> Vec<f64> {
     let m = dam.system_matrices();
     let n = m.mass.len();
@@ -189,7 +190,7 @@ pub fn modal_crest(dam: &Dam, ground: impl Fn(f64) -> f64, step: f64, until: f64
         let factor: f64 = (0..n).map(|i| -shape[i] * root[i] * m.ground_influence[0][i]).sum();
         let at_crest = shape[m.crest[0]] / root[m.crest[0]];
         let damping = m.damping.mass + m.damping.stiffness * square;
-        // q, q̇, force, its change over the step
+        // q, q̇, force, change of the force over the step
         let rate = Matrix4::new(
             0.0,
             step,

@@ -6,7 +6,7 @@ use super::{Arguments, Outcome, StudyError, quoted, run_scene, unfit};
 use crate::cli::table::Table;
 use crate::cli::{say, threads};
 use orchestrator::registry;
-use orchestrator::scene::{DamFidelityScene, DamScene, DampingModelScene, LoadedScene, OnFailure};
+use orchestrator::scene::{DamFidelityScene, DampingModelScene, LoadedScene, OnFailure};
 
 pub const HELP: &str = "\
 Runs the scene with one change at a time and tabulates the effect on crest motion, rotation and sliding: first changes that
@@ -75,7 +75,11 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
             true,
             vec![format!("dam.element_size={}", 0.7 * dam.element_size)],
         ),
-        change("time step of the dam halved", true, vec![format!("dam.time_step_safety={}", halved(dam))]),
+        change(
+            "time step of the dam halved",
+            true,
+            vec![format!("dam.time_step_safety={}", registry::halving_safety(dam, scene)?)],
+        ),
         change("contacts at Gauss points", true, gauss(dam.cracks.len())),
         change("shaking + 0.1 %", true, scale(1.001)),
         change(
@@ -198,14 +202,6 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
 fn measures(outcome: &Outcome) -> [f64; 4] {
     let end = outcome.column(SLIDING).last().map_or(0.0, |sliding| sliding.abs());
     [outcome.peak(CREST), outcome.peak(ROTATION), outcome.peak(SLIDING), end]
-}
-
-/// A safety factor that at least halves the time step of a dam with cracks: they take no more than a quarter of 2/ω, of
-/// which stiffness damping leaves 0.3 to the limit.
-fn halved(dam: &DamScene) -> f64 {
-    let stiffness = matches!(dam.damping.model, DampingModelScene::Rayleigh | DampingModelScene::Stiffness);
-    let limit = if stiffness && dam.damping.ratio > 0.0 { 0.3 } else { 1.0 };
-    dam.time_step_safety.min(0.25 / limit) / 2.0
 }
 
 fn gauss(cracks: usize) -> Vec<String> {
