@@ -200,36 +200,11 @@ fn a_broken_rule_is_noticed() {
 }
 
 /// Circles that stay: the crate, the modules, and why.
-const EXCEPTIONS: &[(&str, &str, &str)] = &[
-    ("interface", "export: fmi3, instances, log", "the C types stand beside the C functions"),
-    (
-        "reservoir-fmu",
-        "the crate: added_mass, convolution, finite_elements, frequency_response, rational, time_domain",
-        "the memory of a step is one type, with a variant for each method",
-    ),
-    (
-        "reservoir-fmu",
-        "the crate: boundary, outline, parameters",
-        "parameters are checked by the outline and the mesh that they give",
-    ),
-    (
-        "reservoir-fmu",
-        "the crate: channel_motion, cut_off, radiation, system",
-        "the properties of the water stand beside the equations",
-    ),
-    (
-        "reservoir-fmu",
-        "rational: advance, ports",
-        "the layout in lanes stands beside the loop over the poles",
-    ),
-    (
-        "dam-dem",
-        "the crate: added_mass, contact, element, energy, loads, mesh, parameters, structure",
-        "parameters hold the choices of the modules that read them",
-    ),
-    ("dam-dem", "the crate: dam, system_matrices", "the matrices are those of a dam, which gives them out"),
-    ("orchestrator", "scene: error, record", "the error of a record is part of the error of a scene"),
-];
+const EXCEPTIONS: &[(&str, &str, &str)] = &[(
+    "reservoir-fmu",
+    "the crate: boundary, outline, parameters",
+    "parameters are checked by the outline and the mesh that they give",
+)];
 
 /// A path in a source, such as `crate::scheme::Side`, by its segments.
 type Names = Vec<String>;

@@ -126,7 +126,7 @@ pub enum DamError {
         other: f64,
     },
     /// The water stands above the crest or below the base.
-    #[error("a water depth of {depth} m was given; it must lie between 0 (empty) and the crest at {crest} m",
+    #[error("the water is {depth} m deep; its depth must lie between 0 (empty) and the crest at {crest} m",
         depth = exact(*depth), crest = exact(*crest)
     )]
     WaterDepth {

@@ -1,7 +1,7 @@
 //! Mapped mesh of a section: rows of quadrilateral cells with four triangles each.
 
 use crate::block::Block;
-use crate::parameters::{ELEVATION_TOLERANCE, Section};
+use crate::section::{ELEVATION_TOLERANCE, Section};
 
 /// Nodes, cells and blocks.
 ///

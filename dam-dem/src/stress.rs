@@ -1,6 +1,6 @@
 //! Stresses at selected points of the section.
 
-use crate::parameters::ELEVATION_TOLERANCE;
+use crate::section::ELEVATION_TOLERANCE;
 use crate::{Mesh, Section};
 
 /// A point on the outline of the section where stresses are computed.

@@ -28,7 +28,7 @@ pub struct DamScene {
     #[schemars(range(min = 1, max = 1000), extend("otherwise" = "by an error estimate"))]
     pub modes: Option<usize>,
     /// Nominal length of an element's side.
-    #[schemars(extend("unit" = "m", "exclusiveMinimum" = 0))]
+    #[schemars(range(min = 1e-3, max = 1e4), extend("unit" = "m"))]
     pub element_size: f64,
     /// Kinematics of the elements, and of reduced blocks.
     #[serde(default)]

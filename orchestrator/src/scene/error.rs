@@ -142,17 +142,6 @@ pub enum Invalid {
         /// Largest value allowed.
         most: f64,
     },
-    /// Water above the crest.
-    #[error(
-        "`reservoir.depth` is {} m, but the crest is at {} m; water cannot stand above the crest",
-        exact(*depth), exact(*crest)
-    )]
-    WaterAboveCrest {
-        /// Depth of the water, m.
-        depth: f64,
-        /// Elevation of the crest, m.
-        crest: f64,
-    },
     /// Water so shallow that it has no row of elements of its own.
     #[error(
         "`reservoir.depth` is {} m, next to nothing beside the crest at {} m; make it more than {} m",

@@ -37,6 +37,10 @@ pub fn judge(
     units: &UnitChecks,
 ) -> (Vec<(String, Invalid)>, Option<GroundMotion>) {
     let mut findings = Findings { found: Vec::new(), unsound };
+    // First, because what follows rests on its section.
+    if scene.dam.is_some() {
+        findings.refuse((units.dam)(scene));
+    }
     findings.scene(scene);
     let ground_motion = findings.ground_motion(scene, folder);
     if let Some(motion) = &ground_motion
@@ -53,7 +57,7 @@ pub fn judge(
             findings.add("time.duration", Invalid::NoStep { duration, communication_step });
         }
     }
-    findings.units(scene, ground_motion.as_ref(), units);
+    findings.reservoir(scene, ground_motion.as_ref(), units);
     (findings.found, ground_motion)
 }
 
@@ -136,9 +140,7 @@ impl Findings {
                 && self.sound(&["reservoir.depth", "dam.section.upstream"])
             {
                 let (depth, crest, least) = (scene.depth(), *crest, SAME_LEVEL * crest);
-                if depth > crest {
-                    self.add("reservoir.depth", Invalid::WaterAboveCrest { depth, crest });
-                } else if depth <= least {
+                if depth <= least {
                     self.add("reservoir.depth", Invalid::WaterTooShallow { depth, crest, least });
                 }
             }
@@ -150,13 +152,10 @@ impl Findings {
         self.stepping(scene);
     }
 
-    /// What the units say, as far as their keys are sound: the dam, and the reservoir before a dam that is right.
-    fn units(&mut self, scene: &Scene, motion: Option<&GroundMotion>, checks: &UnitChecks) {
+    /// What the reservoir says, before a dam that has nothing to say.
+    fn reservoir(&mut self, scene: &Scene, motion: Option<&GroundMotion>, checks: &UnitChecks) {
         let mut scene = scene.clone();
         scene.time.duration = motion.map(|motion| duration(&scene, motion)).or(scene.time.duration);
-        if scene.dam.is_some() {
-            self.refuse((checks.dam)(&scene));
-        }
         // Its points come from the dam's mesh, its length in time from the record.
         let face = ["dam", "prescribed", "reservoir", "gravity", "time", "ground_motion"];
         if self.found.is_empty() && self.sound(&face) && scene.time.duration.is_some() {

@@ -44,13 +44,12 @@ pub struct ReservoirScene {
     /// Largest length of the reservoir's own panels on the wet face, not above the depth. Kinks and cracks are kept. An
     /// FMU of the reservoir has these points too.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("unit" = "m", "exclusiveMinimum" = 0, "otherwise" = "the dam's points"))]
+    #[schemars(range(min = 1e-3, max = 1e4), extend("unit" = "m", "otherwise" = "the dam's points"))]
     pub interface_size: Option<f64>,
     /// Largest length of a boundary element on the wet face.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(extend(
+    #[schemars(range(min = 1e-3, max = 1e4), extend(
         "unit" = "m",
-        "exclusiveMinimum" = 0,
         "otherwise" = "depth / 16, not above `interface_size` or the dam's"
     ))]
     pub element_size: Option<f64>,
@@ -59,16 +58,16 @@ pub struct ReservoirScene {
     pub element_order: ElementOrderScene,
     /// Largest length of an element on bed, far end and, with waves, surface.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("unit" = "m", "exclusiveMinimum" = 0, "otherwise" = "`element_size`"))]
+    #[schemars(range(min = 1e-3, max = 1e4), extend("unit" = "m", "otherwise" = "`element_size`"))]
     pub bed_element_size: Option<f64>,
     /// Length of the elements at the corners of face and bed. From there each element is at most twice as long as the one
     /// before.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("unit" = "m", "exclusiveMinimum" = 0, "otherwise" = "not refined"))]
+    #[schemars(range(min = 1e-3, max = 1e4), extend("unit" = "m", "otherwise" = "not refined"))]
     pub corner_element_size: Option<f64>,
     /// Distance of the far end from the most upstream point of face and bed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("unit" = "m", "exclusiveMinimum" = 0, "otherwise" = "depth / 2"))]
+    #[schemars(range(min = 1e-3, max = 1e6), extend("unit" = "m", "otherwise" = "depth / 2"))]
     pub far_end_distance: Option<f64>,
 }
 
