@@ -226,7 +226,7 @@ fn nonsense_is_refused_and_leaves_nothing() {
     for (what, more, status, word) in [
         ("response", &["--at", "200"][..], 2, "from 0 to 91.75 m"),
         ("response", &["--from-omega", "0"][..], 2, "--from-omega 0"),
-        ("response", &["--from-omega", "5", "--to-omega", "4"][..], 2, "are no range"),
+        ("response", &["--from-omega", "5", "--to-omega", "4"][..], 2, "are no valid range"),
         ("response", &["--sigma=-1"][..], 2, "0 or more"),
         ("response", &["--count", "0"][..], 2, "1..=1000000"),
         ("response", &["--set", "reservoir.fidelity=none"][..], 2, "the reservoir is empty"),
@@ -237,7 +237,7 @@ fn nonsense_is_refused_and_leaves_nothing() {
         ("impulse", &["--ramp=-1"][..], 2, "greater than 0"),
         ("record", &["--at=-1"][..], 2, "from 0 to 91.75 m"),
         ("record", &["--set", "reservoir.fidelity=none"][..], 2, "the reservoir is empty"),
-        ("field", &["--omega", "nan"][..], 2, "are no frequency"),
+        ("field", &["--omega", "nan"][..], 2, "are no valid frequency"),
         ("field", &["--omega", "20", "--size", "1e-3"][..], 2, "raise --size"),
         ("field", &["--omega", "20", "--set", "reservoir.fidelity=westergaard"][..], 2, "has no field"),
     ] {

@@ -22,6 +22,28 @@ fn shorter_scene() -> Scenario {
 }
 
 #[test]
+fn results_name_the_defaults_that_have_moved_since_the_scene_was_written() {
+    let mut scenario = shorter_scene();
+    let said = |scenario: &Scenario, folder: &str| {
+        let output = scenario.try_run(folder);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    };
+    assert!(!said(&scenario, "today").contains("has moved"));
+    let old = said(scenario.set("scene_version", 1), "old");
+    assert!(
+        old.contains("the default of `coupling.acceleration` has moved: \"aitken\" before version 2"),
+        "{old}"
+    );
+    let given = said(scenario.set("coupling.acceleration", "aitken"), "given");
+    assert!(
+        !given.contains("`coupling.acceleration` has moved")
+            && given.contains("`coupling.measures` has moved"),
+        "{given}"
+    );
+}
+
+#[test]
 fn a_run_leaves_log_histories_and_manifest() {
     let scenario = short_scene();
     let output = scenario.try_run("run");
@@ -29,6 +51,8 @@ fn a_run_leaves_log_histories_and_manifest() {
         (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     assert!(output.status.success(), "{complaint}");
     let wanted = [
+        "natural frequency 1 (intact, empty)",
+        "natural frequency 4 (intact, empty)",
         "peak crest displacement downstream",
         "peak crest displacement upstream",
         "peak sliding",

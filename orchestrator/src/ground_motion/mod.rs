@@ -114,4 +114,25 @@ mod tests {
         assert_eq!(ramp.rest_from(), None);
         assert_eq!([ramp.at(0.05)[0], ramp.at(0.1)[0], ramp.at(5.0)[0]], [-1.0, -2.0, -2.0]);
     }
+
+    #[test]
+    fn the_same_motion_in_three_units_is_the_same() -> Result<(), Box<dyn std::error::Error>> {
+        let folder = tempfile::tempdir()?;
+        let path = folder.path().join("r.csv");
+        for (units, sample) in [
+            (Units::Gravity, 0.2),
+            (Units::Metres, 0.2 * STANDARD_GRAVITY),
+            (Units::Centimetres, 20.0 * STANDARD_GRAVITY),
+        ] {
+            std::fs::write(&path, format!("0,0\n0.01,{sample}\n0.02,0\n"))?;
+            let motion = GroundMotion::from_record(&path, units, 0.0, f64::INFINITY, -1.5)?;
+            assert!((motion.acceleration()[1] + 0.3 * STANDARD_GRAVITY).abs() < 1e-15, "{units}");
+        }
+        // 200 m/s² are no 200 g.
+        std::fs::write(&path, "0,0\n0.01,200\n")?;
+        assert!(GroundMotion::from_record(&path, Units::Metres, 0.0, f64::INFINITY, 1.0).is_ok());
+        let refused = GroundMotion::from_record(&path, Units::Gravity, 0.0, f64::INFINITY, 1.0);
+        assert!(matches!(refused, Err(RecordError::TooStrong { units: Units::Gravity, .. })), "{refused:?}");
+        Ok(())
+    }
 }
