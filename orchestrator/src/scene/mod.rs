@@ -6,7 +6,7 @@
 //! so that nothing is said about what rests on it.
 //!
 //! A key stands once, on its type: one file a table. Unit (`unit`), range (`range`, `exclusiveMinimum`), default and
-//! meaning are read from there by the checks, the messages, the [`reference`] in `scenes/README.md` and the FMUs.
+//! meaning are read from there by the checks, the messages, the [`reference()`] in `scenes/README.md` and the FMUs.
 
 mod conform;
 mod coupling;
