@@ -71,7 +71,7 @@ pub enum RecordError {
         cause: std::io::Error,
     },
     /// Neither `.csv` nor `.at2`.
-    #[error("{}: records are two-column .csv (time in s, acceleration in g) or PEER .at2", path.display())]
+    #[error("{}: records are two-column .csv (time in s, acceleration in `units`) or PEER .at2", path.display())]
     Format {
         /// The file.
         path: PathBuf,
@@ -183,7 +183,7 @@ impl Record {
         }
     }
 
-    /// Two columns, time in s and acceleration in g; `#` begins a comment, one header line may come first.
+    /// Two columns, time in s and acceleration; `#` begins a comment, one header line may come first.
     fn parse_csv(path: &Path, text: &str) -> Result<Self, RecordError> {
         let mut samples: Vec<(usize, f64, f64)> = Vec::new();
         let mut headers = 0;

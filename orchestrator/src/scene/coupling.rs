@@ -28,7 +28,7 @@ pub struct CouplingScene {
     /// not count.
     #[schemars(range(min = 2, max = 100_000))]
     pub iteration_limit: u32,
-    /// What is done when the iterations run out, or are in vain.
+    /// What is done when the iterations run out, or no longer reduce the residual.
     pub on_failure: OnFailure,
     /// Acceleration of the iteration.
     pub acceleration: AccelerationKind,

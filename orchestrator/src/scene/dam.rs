@@ -33,8 +33,8 @@ pub struct DamScene {
     /// Kinematics of the elements, and of reduced blocks.
     #[serde(default)]
     pub kinematics: KinematicsScene,
-    /// Factor on the critical time step. A dam with cracks takes a quarter of 2/ω at most, so that 0.41 (Rayleigh,
-    /// stiffness) or 0.125 (mass, none) halves the default.
+    /// Factor on the critical time step. A dam with cracks takes a quarter of 2/ω at most: with cracks, 0.41 (Rayleigh,
+    /// stiffness) or 0.125 (mass, none) halves the default time step.
     #[serde(default = "time_step_safety")]
     #[schemars(range(min = 1e-3, max = 1))]
     pub time_step_safety: f64,
@@ -139,7 +139,7 @@ pub struct DampingScene {
     #[schemars(range(min = 0, max = 0.999))]
     pub ratio: f64,
     /// The two frequencies at which the ratio holds, as multiples of ω₁ of the intact empty dam. `"mass"` and
-    /// `"stiffness"` want both too; `"local"` and a ratio of 0 want none.
+    /// `"stiffness"` need two as well, but use only the lower; `"local"` and a ratio of 0 need none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("otherwise" = "one of the two is required"))]
     pub multiples_of_first: Option<[f64; 2]>,
@@ -188,11 +188,11 @@ pub struct CrackScene {
     #[serde(default)]
     #[schemars(range(min = 0, max = 1e12), extend("unit" = "Pa"))]
     pub tensile_strength: f64,
-    /// Tangent of the dilation angle: the sides rise by this share of the slip, to and fro.
+    /// Tangent of the dilation angle: the crack opens by this share of the slip, in both directions.
     #[serde(default)]
     #[schemars(range(min = 0, max = 1))]
     pub dilation: f64,
-    /// Slip, to and fro, after which the sides rise no more.
+    /// Slip, added up over both directions, after which the crack opens no more.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0, max = 1e3), extend("unit" = "m", "otherwise" = "no end"))]
     pub dilation_slip: Option<f64>,

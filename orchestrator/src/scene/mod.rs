@@ -54,7 +54,7 @@ use serde::{Deserialize, Serialize};
 pub struct Scene {
     /// One line for reports.
     pub title: String,
-    /// Version of the defaults that the scene was written for. Where a default has moved since, the results say so.
+    /// Version of the defaults that the scene was written for. Where a default has changed since, the results say so.
     #[serde(default = "version")]
     #[schemars(range(min = 1, max = VERSION))]
     pub scene_version: u32,

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct ReservoirScene {
     /// Depth of the water, not above the crest. An empty reservoir needs none: the wet face, whose motion is reported,
-    /// then reaches the crest. With a depth it ends there, and a row of elements with it, as in the full reservoir.
+    /// then reaches the crest. If a depth is given, the wet face and a row of elements end at that level.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1e-6, max = 1e4), extend("unit" = "m", "otherwise" = "required"))]
     pub depth: Option<f64>,
