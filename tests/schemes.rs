@@ -247,6 +247,57 @@ fn a_step_that_does_not_converge_stops_is_gone_on_with_or_is_halved_as_the_scene
     assert!((last.outputs[1] - 1f64.cos() / (1.3 * MASS)).abs() < 1e-8);
 }
 
+/// In step 4 the second answer leaves the residual as it was but for 1e-11 of it: the secant through both points far beyond
+/// all bounds. The step goes on without its past.
+#[test]
+fn a_misled_quasi_newton_step_forgets_its_past_and_converges() {
+    for kind in [AccelerationKind::IqnIls, AccelerationKind::InterfaceJacobian] {
+        let mut first = None;
+        let misleading = water(0.3 * MASS, move |at, p| {
+            let a = -*p / (0.3 * MASS);
+            let residual = *p - (MASS * a - at.end().cos());
+            match (at.step, first) {
+                (4, None) => first = Some((at.iteration, residual)),
+                (4, Some((iteration, before))) if at.iteration == iteration + 1 => {
+                    *p += before * (1.0 + 1e-11) - residual;
+                }
+                _ => {}
+            }
+        });
+        let case = Case { acceleration: kind, relaxation: 0.9, ..Case::new(Stepping::equal(0.1, 8)) };
+        let (reports, ending, failure) = case.run(mass(f64::cos), misleading);
+        assert!(failure.is_none() && reports.iter().all(|report| report.converged), "{kind:?} {failure:?}");
+        let given_up: Vec<u32> = reports.iter().map(|report| report.fallbacks).collect();
+        assert_eq!((given_up[4], given_up.iter().sum::<u32>()), (1, 1), "{kind:?} {given_up:?}");
+        assert_eq!(ending.statistics.fallbacks, 1);
+        let last = reports.last().and_then(|r| r.accepted(Side::Dam, r.step())).expect("the last step");
+        assert!((last.outputs[1] - 0.8f64.cos() / (1.3 * MASS)).abs() < 1e-8);
+    }
+}
+
+/// Water whose answer jumps across the fixed point: there is none, and a step ends when all have failed.
+#[test]
+fn a_step_without_a_fixed_point_tries_every_acceleration() {
+    for (kind, expected) in [
+        (AccelerationKind::InterfaceJacobian, 3),
+        (AccelerationKind::IqnIls, 2),
+        (AccelerationKind::Aitken, 0),
+        (AccelerationKind::Constant, 0),
+    ] {
+        let jumping = water(0.3 * MASS, |at, p| {
+            let solution = -0.3 / 1.3 * at.end().cos();
+            if at.step == 4 {
+                *p += if *p < solution { -1e-3 } else { 1e-3 };
+            }
+        });
+        let case = Case { acceleration: kind, relaxation: 0.9, ..Case::new(Stepping::equal(0.1, 8)) };
+        let (reports, _, failure) = case.run(mass(f64::cos), jumping);
+        let failed = reports.last().expect("the step that failed");
+        assert!(matches!(failure, Some(SimulationError::Coupling(_))), "{kind:?} {failure:?}");
+        assert_eq!((failed.step(), failed.fallbacks), (4, expected), "{kind:?}");
+    }
+}
+
 #[test]
 fn steps_that_never_converge_are_not_halved_for_ever_and_divergence_is_never_gone_on_with() {
     let heavy = || water(40.0 * MASS, |_, _| ());

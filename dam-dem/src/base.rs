@@ -7,10 +7,10 @@ use crate::model::{Body, Model};
 /// Momentum balance of the whole dam, in the coordinates of its level of fidelity.
 ///
 /// ```text
-/// F_base = F_weight + Σ F_water − ιᵀ (M + X) (ü + ι a_g) − α_M ιᵀ M u̇
+/// F_base = F_weight + Σ F_water − ιᵀ (M + X) (ü + ι a_g) − α_M ιᵀ M (u̇ − R j)
 /// ```
 ///
-/// It does not use stresses, which are singular at heel and toe, and is valid at every level of fidelity.
+/// R j is the sliding and rocking from which mass damping is released. The balance does not use stresses, which are singular at heel and toe, and is valid at every level of fidelity.
 /// Forces of local damping count as forces of the ground.
 #[derive(Clone, Debug)]
 pub(crate) struct BaseBalance {
@@ -59,12 +59,13 @@ impl BaseBalance {
     }
 
     /// Force on the ground, N/m, mean over a step, from the mean `acceleration` relative to the ground, the
-    /// velocity at both ends of the step, the mean acceleration of the `ground` (m/s²) and the mean
-    /// `pressure` (Pa).
+    /// velocity at both ends of the step, the mean force `α_M ιᵀ M R j` that mass damping `spared` (N/m), the mean
+    /// acceleration of the `ground` (m/s²) and the mean `pressure` (Pa).
     pub fn force(
         &self,
         acceleration: &[f64],
         velocity: [&[f64]; 2],
+        spared: [f64; 2],
         ground: [f64; 2],
         pressure: impl Iterator<Item = f64>,
     ) -> [f64; 2] {
@@ -78,7 +79,7 @@ impl BaseBalance {
                 + self.mass[d][0] * ground[0]
                 + self.mass[d][1] * ground[1];
             let damping: f64 = velocity.iter().map(|v| product(&self.damping[d], v) / 2.0).sum();
-            force[d] - inertia - damping
+            force[d] - inertia - damping + spared[d]
         })
     }
 }

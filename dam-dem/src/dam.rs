@@ -18,7 +18,7 @@ use crate::stress::{StressPoint, stress_points};
 use crate::structure::Structure;
 use crate::{
     CrackParameters, CriticalTimeStep, DamError, DamParameters, DampingCoefficients, Fidelity,
-    SystemMatrices, modal,
+    LimitEquilibrium, SystemMatrices, modal,
 };
 
 mod output;
@@ -208,7 +208,7 @@ impl Dam {
 
     /// Longest time step that the dam uses, with the safety factor, s.
     pub fn time_step_limit(&self) -> f64 {
-        self.critical_time_step().with_safety(self.parameters.time_step_safety, !self.cracks.is_empty())
+        self.critical_time_step().with_safety(self.parameters.time_step_safety, self.model.largest_share())
     }
 
     /// The interface compliance of a step of `communication_step` (s) from the current state, by finite
@@ -366,12 +366,18 @@ impl CoSimulation for Dam {
 
     /// Computes the state of rest under weight and hydrostatic pressure, which is the state at `start_time`.
     ///
-    /// **Errors**: [`DamError::StaticNotConverged`]; [`CallError::Order`] when called twice.
+    /// **Errors**: [`DamError::CannotStand`], [`DamError::StaticNotConverged`]; [`CallError::Order`] when called twice.
     fn initialise(&mut self, start_time: f64) -> Result<(), DamError> {
         if self.state.initialised {
             return Err(self.order("initialise").into());
         }
         crate::error::require(start_time.is_finite(), "start_time", start_time, "finite")?;
+        if self.parameters.fidelity.is_cracked() {
+            let (hydrostatic, gravity) = (&self.state.hydrostatic_pressure, self.parameters.gravity);
+            let cracks =
+                LimitEquilibrium::of(self.structure(), &self.cracks, self.wet(), hydrostatic, gravity);
+            cracks.iter().try_for_each(LimitEquilibrium::check)?;
+        }
         let mut motion = self.state.motion.clone();
         let loads = self.loads(&self.state.next);
         let mut moving = self.model.with(&mut motion)?;
@@ -384,8 +390,13 @@ impl CoSimulation for Dam {
         let at_rest = moving.stored_energy();
         let (acceleration, ground) = moving.initial_acceleration(loads.ground_acceleration);
         let state = &mut self.state;
-        state.mean_base_force =
-            self.base.force(&acceleration, [motion.velocity(); 2], ground, loads.pressure.into_iter());
+        state.mean_base_force = self.base.force(
+            &acceleration,
+            [motion.velocity(); 2],
+            [0.0; 2],
+            ground,
+            loads.pressure.into_iter(),
+        );
         state.mean_acceleration = acceleration;
         state.mean_ground_acceleration = state.next.ground_acceleration;
         state.initialised = true;
@@ -438,7 +449,7 @@ impl CoSimulation for Dam {
         let mut energy = self.state.energy;
         let [start, target] = [&self.state.accepted, &self.state.next].map(|inputs| self.loads(inputs));
         let mut moving = self.model.with(&mut motion)?;
-        moving.advance(self.time_steps(step), [&start, &target], &mut energy.work);
+        let spared = moving.advance(self.time_steps(step), [&start, &target], &mut energy.work);
         energy.now = moving.stored_energy();
         let end = time + step;
         self.check_motion(&motion, end)?;
@@ -455,6 +466,7 @@ impl CoSimulation for Dam {
         state.mean_base_force = self.base.force(
             &state.mean_acceleration,
             [state.motion.velocity(), motion.velocity()],
+            spared.map(|impulse| impulse / step),
             state.mean_ground_acceleration,
             pressures,
         );

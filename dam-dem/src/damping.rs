@@ -33,7 +33,7 @@ pub enum Damping {
         frequencies: DampingFrequencies,
     },
     /// A force `−κ |F| sgn v` against the motion of every degree of freedom, with the out-of-balance force F.
-    /// The damping ratio is the same at every frequency, `ξ ≈ κ/π`; steady motion is not damped. The sign
+    /// The damping ratio is the same at every frequency, `κ = tanh πξ`; steady motion is not damped. The sign
     /// changes smoothly around v = 0, over about 1 mm/s. It is not linear and not available with modes.
     ///
     /// **Source**: P.A. Cundall, *Distinct element models of rock and soil structure*, 1987.
@@ -123,11 +123,11 @@ impl Damping {
         }
     }
 
-    /// The damping ratio; κ/π for local damping, 0 without damping.
+    /// The damping ratio; `artanh(κ)/π` for local damping, 0 without damping.
     pub(crate) fn ratio(&self) -> f64 {
         match *self {
             Self::None => 0.0,
-            Self::Local { coefficient } => coefficient / std::f64::consts::PI,
+            Self::Local { coefficient } => coefficient.atanh() / std::f64::consts::PI,
             Self::Rayleigh { ratio, .. } | Self::Mass { ratio, .. } | Self::Stiffness { ratio, .. } => ratio,
         }
     }
@@ -189,12 +189,18 @@ pub struct DampingCoefficients {
     pub memory: f64,
     /// Coefficient κ of local damping, in [0, 1).
     pub local: f64,
+    /// Whether mass damping also drags blocks that slide or rock: `C = α M` instead of `α Pᵀ M P`.
+    pub drags_blocks: bool,
 }
 
 impl DampingCoefficients {
     /// No damping.
-    pub const NONE: Self =
-        Self { rayleigh: RayleighCoefficients { mass: 0.0, stiffness: 0.0 }, memory: 0.0, local: 0.0 };
+    pub const NONE: Self = Self {
+        rayleigh: RayleighCoefficients { mass: 0.0, stiffness: 0.0 },
+        memory: 0.0,
+        local: 0.0,
+        drags_blocks: false,
+    };
 
     /// Stiffness damping with its memory.
     pub fn stiffness(&self) -> StiffnessDamping {

@@ -205,6 +205,20 @@ pub enum DamError {
         /// Residual asked for.
         tolerance: f64,
     },
+    /// No state of rest exists.
+    #[error(
+        "the dam above the crack at {elevation} m would {way} under weight and water before the ground moves: its factor of safety is \
+         {factor:.3}; raise friction, cohesion or tensile strength of the crack, or lower the water",
+        elevation = exact(*elevation)
+    )]
+    CannotStand {
+        /// Elevation of the crack, m.
+        elevation: f64,
+        /// `slide` or `overturn`.
+        way: &'static str,
+        /// Factor of safety, below 1.
+        factor: f64,
+    },
     /// A displacement or velocity is NaN or infinite.
     #[error(
         "the motion of {part} is not finite at t = {time} s; look for pressures or ground motion out of all bounds, or reduce `time_step_safety`"

@@ -26,6 +26,11 @@ pub enum Fidelity {
 }
 
 impl Fidelity {
+    /// Whether its cracks can open and slide.
+    pub fn is_cracked(&self) -> bool {
+        !matches!(self, Self::Intact { .. })
+    }
+
     /// Checks the number of modes, and that there is a crack if the blocks are rigid.
     ///
     /// **Errors**: [`DamError::OutOfRange`], [`DamError::RigidWithoutCrack`].

@@ -12,10 +12,9 @@ use crate::loads::{LoadPath, Wet, add_ground_inertia};
 use crate::reduction::{ModalLoadPath, ModalMotion, Superposition};
 use crate::state::DamMotion;
 use crate::structure::{Motion, Structure};
-use crate::time_step::highest_frequency;
+use crate::time_step::{SHARE_WITH_DASHPOTS, SHARE_WITHOUT_DASHPOTS, highest_frequency};
 use crate::{
-    CrackParameters, CriticalTimeStep, DamError, DamParameters, DampingCoefficients, Fidelity,
-    RayleighCoefficients, modal,
+    CrackParameters, CriticalTimeStep, DamError, DamParameters, DampingCoefficients, Fidelity, modal,
 };
 
 /// The structure, and what acts on it.
@@ -56,7 +55,7 @@ pub(crate) struct Elements {
 #[derive(Clone, Debug)]
 pub(crate) struct Modes {
     body: Body,
-    rayleigh: RayleighCoefficients,
+    damping: DampingCoefficients,
     superposition: Box<Superposition>,
 }
 
@@ -125,12 +124,16 @@ impl Model {
     pub fn new(parameters: &DamParameters, cracks: &[CrackParameters]) -> Result<(Self, [f64; 2]), DamError> {
         let (body, damping_frequencies) = Body::new(parameters, cracks)?;
         let rayleigh = parameters.damping.coefficients(damping_frequencies);
-        let structure = &body.structure;
+        let (structure, drags_blocks) = (&body.structure, parameters.drags_blocks);
         let model = match parameters.fidelity {
             Fidelity::Dem => {
                 let frequency = highest_frequency(structure);
-                let damping =
-                    DampingCoefficients { rayleigh, memory: 0.0, local: parameters.damping.local() };
+                let damping = DampingCoefficients {
+                    rayleigh,
+                    memory: 0.0,
+                    local: parameters.damping.local(),
+                    drags_blocks,
+                };
                 let bound = CriticalTimeStep::of_frequency(structure, damping, frequency).highest_frequency;
                 let memory = rayleigh.memory_reaching(DAMPED_SHARE, bound);
                 let damping = DampingCoefficients { memory, ..damping };
@@ -139,10 +142,12 @@ impl Model {
             }
             fidelity => {
                 let (kinematics, wet) = (parameters.kinematics, body.wet.as_ref());
+                let damping = DampingCoefficients { rayleigh, drags_blocks, ..DampingCoefficients::NONE };
                 let superposition =
-                    Superposition::new(structure, rayleigh, fidelity, kinematics, wet, body.gravity)?;
+                    Superposition::new(structure, damping, fidelity, kinematics, wet, body.gravity)?;
+                let damping = DampingCoefficients { memory: superposition.dashpots().memory, ..damping };
                 let superposition = Box::new(superposition);
-                Self::Modes(Modes { body, rayleigh, superposition })
+                Self::Modes(Modes { body, damping, superposition })
             }
         };
         Ok((model, damping_frequencies))
@@ -184,11 +189,7 @@ impl Model {
     pub fn damping(&self) -> DampingCoefficients {
         match self {
             Self::Elements(elements) => elements.damping,
-            Self::Modes(Modes { rayleigh, superposition, .. }) => DampingCoefficients {
-                rayleigh: *rayleigh,
-                memory: superposition.dashpots().memory,
-                local: 0.0,
-            },
+            Self::Modes(modes) => modes.damping,
         }
     }
 
@@ -196,6 +197,15 @@ impl Model {
         match self {
             Self::Elements(elements) => elements.critical_time_step,
             Self::Modes(modes) => modes.superposition.critical_time_step(),
+        }
+    }
+
+    /// Largest time step as a share of 2/ω, which contacts that open and close require.
+    pub fn largest_share(&self) -> f64 {
+        match self {
+            _ if self.body().structure.cracks.is_empty() => 1.0,
+            Self::Elements(elements) if elements.damping.rayleigh.stiffness > 0.0 => SHARE_WITH_DASHPOTS,
+            _ => SHARE_WITHOUT_DASHPOTS,
         }
     }
 
@@ -269,20 +279,26 @@ impl Moving<'_> {
         }
     }
 
-    /// Takes `steps` under loads that vary linearly from `start` to `end`; adds what was done to `work`.
-    pub fn advance(&mut self, steps: CentralDifference, [start, end]: [&Loads; 2], work: &mut Work) {
+    /// Takes `steps` under loads that vary linearly from `start` to `end`; adds what was done to `work`. Returns the
+    /// impulse (N s/m) that mass damping did not take from blocks because they slid or rocked.
+    pub fn advance(
+        &mut self,
+        steps: CentralDifference,
+        [start, end]: [&Loads; 2],
+        work: &mut Work,
+    ) -> [f64; 2] {
         match self {
             Self::Elements(Elements { body, damping, .. }, motion) => {
                 let [start, mut change] =
                     [start, end].map(|loads| body.forces(&loads.pressure, loads.ground_acceleration));
                 let flat = change.as_flattened_mut().iter_mut().zip(start.as_flattened());
                 flat.for_each(|(end, start)| *end -= start);
-                steps.advance(&body.structure, *damping, motion, &LoadPath { start, change }, work);
+                steps.advance(&body.structure, *damping, motion, &LoadPath { start, change }, work)
             }
             Self::Modes(Modes { superposition, .. }, motion) => {
                 let [start, end] = [start, end]
                     .map(|loads| superposition.forces(&loads.pressure, loads.ground_acceleration));
-                superposition.advance(steps, motion, &ModalLoadPath { start, end }, work);
+                superposition.advance(steps, motion, &ModalLoadPath { start, end }, work)
             }
         }
     }

@@ -21,6 +21,8 @@ pub struct DamParameters {
     pub material: Material,
     /// Damping of concrete and contacts.
     pub damping: Damping,
+    /// Whether mass damping also drags blocks that slide or rock (`C = α M`).
+    pub drags_blocks: bool,
     /// How much of the physics is computed.
     #[serde(default, skip_serializing_if = "is_default")]
     pub fidelity: Fidelity,

@@ -2,11 +2,12 @@ use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroUsize;
 
-use crate::contact::{ContactLaw, Coulomb, Crack, Integration, JointState, Stencil};
+use crate::contact::{ContactLaw, Coulomb, Crack, Integration, JointState, Parting, Stencil};
 use crate::damping::{DampingCoefficients, StiffnessDamping};
 use crate::element::{CrossedCells, ViscousStress};
 use crate::energy::{Losses, StoredEnergy};
 use crate::loads::Wet;
+use crate::release::{Release, plus};
 use crate::{AddedMass, DamError, Kinematics, Material, Mesh};
 
 /// Blocks, their masses, and the cracks between them.
@@ -109,16 +110,68 @@ impl<L: ContactLaw> Structure<L> {
         damping: impl Into<StiffnessDamping>,
         forces: &mut [[f64; 2]],
     ) -> Losses {
-        let damping = damping.into();
+        self.add_internal_forces_and_part(motion, damping.into(), forces, &mut [])
+    }
+
+    /// The same; also finds how the sides of cracks part, if there is a place for it.
+    pub(crate) fn add_internal_forces_and_part(
+        &self,
+        motion: &mut Motion,
+        damping: StiffnessDamping,
+        forces: &mut [[f64; 2]],
+        partings: &mut [Parting],
+    ) -> Losses {
         let (u, v) = (&motion.displacement, &motion.velocity);
         let damping_power = self.cells.add_forces(u, v, damping, &mut motion.viscous, forces);
         let mut losses = Losses { friction: 0.0, damping_power };
+        let mut partings = partings.iter_mut();
         for (crack, joints) in self.cracks.iter().zip(&mut motion.joints) {
-            let lost = crack.add_forces(u, v, damping, joints, forces);
+            let lost = crack.add_forces_and_part(u, v, damping, joints, forces, partings.next());
             losses.friction += lost.friction;
             losses.damping_power += lost.damping_power;
         }
         losses
+    }
+
+    /// What releases blocks from mass damping, for evaluations that are a `time_step` (s) apart.
+    pub(crate) fn release(&self, damping: DampingCoefficients, time_step: f64) -> Release {
+        let applies = damping.rayleigh.mass > 0.0 && !damping.drags_blocks;
+        Release::of_cracks(if applies { self.cracks.len() } else { 0 }, time_step)
+    }
+
+    /// Sets `released` to the nodal forces q (N/m) of [`Release`] for mass damping `alpha` (1/s) if a crack parts; returns
+    /// their sum.
+    pub(crate) fn released(
+        &self,
+        release: &mut Release,
+        alpha: f64,
+        motion: &Motion,
+        released: &mut [[f64; 2]],
+    ) -> Option<[f64; 2]> {
+        if !release.find_rates() {
+            return None;
+        }
+        released.fill([0.0; 2]);
+        let (mut above, mut sum) = ([0.0; 3], [0.0; 2]);
+        let cracks = release.partings.iter().zip(&release.rates).zip(&self.mesh.blocks[1..]);
+        for ((parting, rate), block) in cracks.rev() {
+            for node in block.nodes.clone() {
+                let (mass, v) = (self.mass[node], motion.velocity[node]);
+                let (rest, u) = (self.mesh.nodes[node], motion.displacement[node]);
+                let [x, y] = [rest[0] + u[0], rest[1] + u[1]];
+                let rigid = [rate[0] - rate[2] * y, rate[1] + rate[2] * x];
+                for d in 0..2 {
+                    released[node][d] += alpha * mass * rigid[d];
+                    sum[d] += alpha * mass * rigid[d];
+                }
+                let [p, q] = [mass * (v[0] - rigid[0]), mass * (v[1] - rigid[1])];
+                above = plus(above, [p, q, x * q - y * p]);
+            }
+            if !parting.is_closed() {
+                parting.add_dual(above.map(|momentum| alpha * momentum), released);
+            }
+        }
+        Some(sum)
     }
 
     /// Sets the acceleration of `motion` to that under `forces` (N/m).
@@ -133,7 +186,13 @@ impl<L: ContactLaw> Structure<L> {
         let damping = damping.into();
         let alpha = damping.rayleigh.mass;
         let mut total = forces.to_vec();
-        self.add_internal_forces(motion, damping.stiffness(), &mut total);
+        let mut release = self.release(damping, 0.0);
+        self.add_internal_forces_and_part(motion, damping.stiffness(), &mut total, &mut release.partings);
+        let mut released = vec![[0.0; 2]; total.len()];
+        if self.released(&mut release, alpha, motion, &mut released).is_some() {
+            let flat = total.as_flattened_mut().iter_mut().zip(released.as_flattened());
+            flat.for_each(|(force, released)| *force += released);
+        }
         if let Some(water) = &self.added_mass {
             water.take_share(&mut total, &motion.velocity, &self.mass, alpha);
         }
@@ -187,5 +246,105 @@ impl<L: ContactLaw> Structure<L> {
     /// Strain energy, J/m.
     pub fn strain_energy(&self, motion: &Motion) -> f64 {
         self.cells.strain_energy(&motion.displacement)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Plane, Section};
+
+    /// Three blocks, of which the upper two have slid, with cracks that are closed in places.
+    fn slid() -> (Structure, Motion) {
+        let rows = [vec![0.0, 1.0], vec![1.0, 2.0, 3.0], vec![3.0, 4.0]];
+        let mesh = Mesh::mapped(&Section::rectangle(6.0, 4.0), &rows, 5);
+        let material =
+            Material { young_modulus: 1e9, poisson_ratio: 0.2, density: 2400.0, plane: Plane::Stress };
+        let law = Coulomb { friction: 0.5, normal_stiffness: 1e9, shear_stiffness: 1e9 };
+        let cracks = [(law, Integration::Nodal), (law, Integration::Gauss)];
+        let structure = Structure::new(mesh, &material, Kinematics::Corotational, cracks, &[]);
+        let mut motion = structure.at_rest();
+        for (block, [slip, press, turn]) in [(1, [0.1, 1e-4, 1e-4]), (2, [0.3, -1e-4, 3e-4])] {
+            for node in structure.mesh.blocks[block].nodes.clone() {
+                let [x, y] = structure.mesh.nodes[node];
+                motion.displacement[node] = [slip - turn * y, turn * (x - 3.0) - press];
+            }
+        }
+        (structure, motion)
+    }
+
+    /// `C v` with the contacts of `motion`.
+    fn damping_force(structure: &Structure, motion: &Motion, velocity: &[[f64; 2]]) -> Vec<[f64; 2]> {
+        let there = motion.displacement.clone();
+        let mut motion = Motion { velocity: velocity.to_vec(), ..motion.clone() };
+        let mut release = Release::of_cracks(2, 0.0);
+        let mut forces = vec![[0.0; 2]; velocity.len()];
+        let (none, partings) = (StiffnessDamping::default(), &mut release.partings);
+        // each block above slips over the one below a little, which its contacts do all the time
+        for (block, back) in [(1, 1e-3), (2, 2e-3)] {
+            structure.mesh.blocks[block].nodes.clone().for_each(|n| motion.displacement[n][0] -= back);
+        }
+        structure.add_internal_forces_and_part(&mut motion, none, &mut forces, partings);
+        motion.displacement.copy_from_slice(&there);
+        structure.add_internal_forces_and_part(&mut motion, none, &mut forces, partings);
+        assert!(structure.released(&mut release, 2.0, &motion, &mut forces).is_some());
+        let nodes = forces.iter().zip(velocity).zip(&structure.mass);
+        nodes.map(|((q, v), m)| [0, 1].map(|d| 2.0 * m * v[d] - q[d])).collect()
+    }
+
+    fn power(force: &[[f64; 2]], velocity: &[[f64; 2]]) -> f64 {
+        force.as_flattened().iter().zip(velocity.as_flattened()).map(|(f, v)| f * v).sum()
+    }
+
+    fn random(seed: &mut u32, count: usize) -> Vec<[f64; 2]> {
+        let mut next = || {
+            *seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from(*seed) / f64::from(u32::MAX) - 0.5
+        };
+        (0..count).map(|_| [next(), next()]).collect()
+    }
+
+    #[test]
+    fn the_damping_is_symmetric_and_never_gives_energy() {
+        let (structure, motion) = slid();
+        let mut seed = 3;
+        for _ in 0..200 {
+            let [v, w] = [0, 1].map(|_| random(&mut seed, structure.mass.len()));
+            let [of_v, of_w] = [&v, &w].map(|v| damping_force(&structure, &motion, v));
+            assert!(power(&of_v, &v) > 0.0);
+            assert!((power(&of_v, &w) - power(&of_w, &v)).abs() < 1e-9 * power(&of_v, &v));
+        }
+    }
+
+    /// The middle block slides and the upper one is in the air and turns: only the lower one could be damped.
+    #[test]
+    fn blocks_that_slide_or_turn_feel_nothing() {
+        let (structure, mut motion) = slid();
+        let (slides, flies) =
+            (structure.mesh.blocks[1].nodes.clone(), structure.mesh.blocks[2].nodes.clone());
+        slides.clone().chain(flies.clone()).for_each(|node| {
+            let [x, y] = structure.mesh.nodes[node];
+            let [slip, up, turn] = if flies.contains(&node) { [0.3, 0.8, 0.2] } else { [0.1, -1e-4, 0.0] };
+            motion.displacement[node] = [slip - turn * y, up + turn * (x - 3.0)];
+        });
+        let velocity: Vec<[f64; 2]> = structure
+            .mesh
+            .nodes
+            .iter()
+            .zip(&motion.displacement)
+            .enumerate()
+            .map(|(node, (x, u))| {
+                let [x, y] = [x[0] + u[0], x[1] + u[1]];
+                match node {
+                    node if flies.contains(&node) => [0.7 - 3.0 * y, 3.0 * x - 5.0],
+                    node if slides.contains(&node) => [1.5, 0.0],
+                    _ => [0.0; 2],
+                }
+            })
+            .collect();
+        let force = damping_force(&structure, &motion, &velocity);
+        let largest = force.as_flattened().iter().fold(0.0f64, |a, f| a.max(f.abs()));
+        let undiminished = 2.0 * structure.mass.iter().fold(0.0f64, |a, m| a.max(*m));
+        assert!(largest < 1e-11 * undiminished, "{largest:e} of {undiminished:e} N/m");
     }
 }

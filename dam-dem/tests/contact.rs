@@ -2,7 +2,7 @@
 
 use crate::support;
 
-use dam_dem::contact::{ContactLaw, Coulomb, Integration, Touch};
+use dam_dem::contact::{ContactLaw, ContactStatus, Coulomb, Integration, Touch};
 use dam_dem::{Kinematics, Mesh, Section, Structure};
 use proptest::prelude::*;
 
@@ -63,5 +63,65 @@ proptest! {
         prop_assert!(penetration > 0.0 || response.normal == 0.0);
         let power = response.dashpots[0] * penetration_rate + response.dashpots[1] * slip_rate;
         prop_assert!(power >= 0.0);
+    }
+}
+
+/// A pressed block is slid off the ground and back: contacts fade, are lost, and are found again. After every step
+/// the work on the block is the energy of the springs and what was lost, to rounding; a found contact starts with an
+/// unstretched spring. The block is pressed more and less while it moves; with the large friction it never slips.
+#[test]
+fn a_block_slides_off_and_back_without_a_gap_in_the_ledger() {
+    for (friction, contacts) in
+        [0.7, 1e6].into_iter().flat_map(|mu| [(mu, Integration::Nodal), (mu, Integration::Gauss)])
+    {
+        let law = Coulomb { friction, ..LAW };
+        let structure = support::block_on_ground([2.0, 1.0], 1e9, law, contacts);
+        let (crack, block) = (&structure.cracks[0], structure.mesh.blocks[1].nodes.clone());
+        let mut motion = structure.at_rest();
+        let (mut before, mut forces) =
+            (motion.displacement.clone(), vec![[0.0; 2]; motion.displacement.len()]);
+        let (mut work, mut friction, mut size) = (0.0, 0.0, 0.0f64);
+        let (mut fading, mut lost, mut found, mut worst) = (0, 0, 0, 0.0f64);
+        let steps: i32 = 400;
+        for step in 1..=2 * steps {
+            let out = f64::from(steps - (step - steps).abs());
+            let place = [4.5 * out / f64::from(steps), -1e-4 * (1.0 + 0.5 * (0.3 * out).sin())];
+            block.clone().for_each(|node| motion.displacement[node] = place);
+            let (earlier, joints) = (forces.clone(), motion.joints[0].clone());
+            forces.fill([0.0; 2]);
+            let losses = crack.add_forces(
+                &motion.displacement,
+                &motion.velocity,
+                0.0,
+                &mut motion.joints[0],
+                &mut forces,
+            );
+            for node in block.clone() {
+                for d in 0..2 {
+                    let moved = motion.displacement[node][d] - before[node][d];
+                    work -= (earlier[node][d] + forces[node][d]) / 2.0 * moved;
+                }
+            }
+            friction += losses.friction;
+            let energy = crack.energy(&motion.joints[0]);
+            size = size.max(energy).max(work.abs());
+            worst = worst.max((work - energy - friction).abs());
+            for (was, is) in joints.iter().zip(&motion.joints[0]) {
+                fading += usize::from(is.coverage > 0.0 && is.coverage < was.coverage);
+                let [was_lost, is_lost] = [was, is].map(|joint| joint.status == ContactStatus::Lost);
+                // the ground beside the block has never had a contact
+                lost += usize::from(is_lost && !was_lost && was.coverage > 0.0);
+                if was_lost && !is_lost {
+                    found += 1;
+                    assert_eq!(is.stretch, 0.0);
+                }
+            }
+            before.clone_from(&motion.displacement);
+        }
+        println!(
+            "{contacts:?}: {fading} fades, {lost} lost, {found} found, gap {worst:.1e} of {size:.1e} J/m, lost {friction:.3e}"
+        );
+        assert!(fading > 50 && lost > 5 && found == lost && friction > 0.0);
+        assert!(worst < 1e-12 * size);
     }
 }

@@ -22,7 +22,11 @@ fn column(cells: usize) -> Structure {
 }
 
 fn with_memory(mass: f64, stiffness: f64, memory: f64) -> DampingCoefficients {
-    DampingCoefficients { rayleigh: RayleighCoefficients { mass, stiffness }, memory, local: 0.0 }
+    DampingCoefficients {
+        rayleigh: RayleighCoefficients { mass, stiffness },
+        memory,
+        ..DampingCoefficients::NONE
+    }
 }
 
 fn free(structure: &Structure) -> Vec<usize> {

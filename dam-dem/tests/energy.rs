@@ -2,7 +2,8 @@
 
 use crate::support;
 
-use dam_dem::{Dam, DamError, DamParameters, Damping};
+use dam_dem::contact::Integration;
+use dam_dem::{CrackParameters, Dam, DamError, DamParameters, Damping, DampingFrequencies, Fidelity};
 use interface::{CoSimulation, variables::dam as variable};
 
 /// A dam after bursts of 0.5 g until `end` (s), its peak kinetic energy and its largest balance error, J/m.
@@ -20,8 +21,8 @@ fn shaken(parameters: DamParameters, end: f64) -> Result<(Dam, f64, f64), DamErr
     Ok((dam, peak, worst))
 }
 
-/// The block slides by decimetres and lifts off. Tolerance: 1 % of the peak kinetic energy; the error comes
-/// from contacts that open and close within a time step.
+/// The block slides by decimetres and lifts off. Tolerance: 0.3 % of the peak kinetic energy; the
+/// error comes from contacts that open and close within a time step.
 #[test]
 fn the_ledger_closes_while_the_crack_slides() -> Result<(), DamError> {
     let (dam, peak, worst) = shaken(support::koyna(5.0), 7.0)?;
@@ -30,7 +31,7 @@ fn the_ledger_closes_while_the_crack_slides() -> Result<(), DamError> {
     println!("Koyna, 0.5 g bursts: slip {sliding:.4} m; {work:.0?}; peak kinetic {peak:.0} J/m");
     println!("largest balance error {worst:.1} J/m = {:.2e} of peak kinetic energy", worst / peak);
     assert!(sliding > 0.01 && work.friction > 0.0 && work.damping > 0.0);
-    assert!(worst < 0.01 * peak);
+    assert!(worst < 3e-3 * peak);
     Ok(())
 }
 
@@ -45,14 +46,58 @@ fn the_ledger_closes_without_damping_too() -> Result<(), DamError> {
         "undamped: slip {sliding:.3} m, largest balance error {:.2e} of peak kinetic energy",
         worst / peak
     );
-    assert!(sliding.abs() > 0.01 && worst < 0.01 * peak);
+    assert!(sliding.abs() > 0.01 && worst < 3e-3 * peak);
+    Ok(())
+}
+
+/// Dams that differ in damping, crack, fidelity and water.
+fn variants() -> Vec<(&'static str, DamParameters)> {
+    let dam = || support::koyna(10.0);
+    let at = DampingFrequencies::MultiplesOfFirst([1.0, 5.0]);
+    let damped = |damping| DamParameters { damping, ..dam() };
+    let cracked = |change: fn(&mut CrackParameters)| {
+        let mut dam = dam();
+        dam.cracks.iter_mut().for_each(change);
+        dam
+    };
+    vec![
+        ("Rayleigh", dam()),
+        ("mass", damped(Damping::Mass { ratio: 0.05, frequencies: at })),
+        ("stiffness", damped(Damping::Stiffness { ratio: 0.05, frequencies: at })),
+        ("local", damped(Damping::Local { coefficient: 0.15 })),
+        ("none", damped(Damping::None)),
+        ("bonded", cracked(|crack| (crack.cohesion, crack.tensile_strength) = (2e5, 1e5))),
+        ("dilating", cracked(|crack| crack.dilation = 0.1)),
+        ("Gauss points", cracked(|crack| crack.integration = Integration::Gauss)),
+        ("added mass", support::with_water(dam())),
+        ("reduced", DamParameters { fidelity: Fidelity::Reduced { modes: None }, ..dam() }),
+    ]
+}
+
+/// The error falls with the time step Δt: at least in proportion, from the default to an eighth of it, and to 3e-4 of
+/// the peak kinetic energy there. Its largest part comes from contacts that open and close within a time
+/// step, of second order.
+#[test]
+fn the_balance_error_falls_with_the_time_step() -> Result<(), DamError> {
+    for (name, parameters) in variants() {
+        let dam = Dam::new(parameters.clone())?;
+        let default = dam.time_step_limit() / dam.critical_time_step().limit;
+        let error = |share: f64| -> Result<f64, DamError> {
+            let time_step_safety = share * default;
+            let (_, peak, worst) = shaken(DamParameters { time_step_safety, ..parameters.clone() }, 2.0)?;
+            Ok(worst / peak)
+        };
+        let (coarse, fine) = (error(1.0)?, error(1.0 / 8.0)?);
+        println!("{name}: balance error {coarse:.1e}, with an eighth of the time step {fine:.1e}");
+        assert!(fine < coarse / 8.0 && fine < 3e-4, "{name}");
+    }
     Ok(())
 }
 
 /// Check that the balance can fail: input work that the dam did not receive must appear as an error.
 #[test]
 fn the_ledger_sees_work_that_was_not_done() -> Result<(), DamError> {
-    let mut dam = support::at_rest(support::koyna(10.0))?;
+    let mut dam = support::at_rest(DamParameters { time_step_safety: 0.2, ..support::koyna(10.0) })?;
     support::shake(&mut dam, 2.5e-3, 1.0, support::bursts)?;
     let mut ledger = *dam.state().energy();
     let closed = ledger.balance_error().abs();

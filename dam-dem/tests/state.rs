@@ -2,8 +2,10 @@
 
 use crate::support;
 
-use dam_dem::{Dam, DamError, DamParameters};
-use interface::{CallError, CoSimulation, StateError, variables::dam as variable};
+use dam_dem::contact::Integration;
+use dam_dem::{CrackParameters, Dam, DamError, DamParameters, Damping, DampingFrequencies, Fidelity};
+use interface::{CallError, CoSimulation, Fingerprint, StateError, variables::dam as variable};
+use proptest::prelude::*;
 
 /// Bits of all outputs.
 fn outputs(dam: &Dam) -> Vec<u64> {
@@ -104,5 +106,76 @@ fn an_empty_reservoir_has_no_interface_points() -> Result<(), DamError> {
     dam.initialise(0.0)?;
     dam.step(0.0, 0.01)?;
     assert!(support::get(&dam, &variable::INTERFACE_ACCELERATION).is_empty());
+    Ok(())
+}
+
+/// Everything that a dam's parameters can leave out or choose, from few values each, so that two dams differ in little.
+fn parameters() -> impl Strategy<Value = DamParameters> {
+    let value = || prop::sample::select(vec![0.0, 0.3, 3e5]);
+    let maybe = || prop::option::of(prop::sample::select(vec![0.3, 3e5]));
+    let crack = (value(), value(), maybe(), value(), maybe(), any::<bool>()).prop_map(
+        |(cohesion, tensile_strength, residual, dilation, dilation_slip, gauss)| CrackParameters {
+            cohesion,
+            tensile_strength,
+            residual_friction_coefficient: residual,
+            dilation,
+            dilation_slip,
+            integration: if gauss { Integration::Gauss } else { Integration::Nodal },
+            ..support::crack_at(66.5)
+        },
+    );
+    let frequencies = prop_oneof![
+        Just(DampingFrequencies::MultiplesOfFirst([1.0, 5.0])),
+        Just(DampingFrequencies::RadiansPerSecond([1.0, 5.0])),
+    ];
+    let damping = (0..5, frequencies).prop_map(|(kind, frequencies)| match kind {
+        0 => Damping::None,
+        1 => Damping::Rayleigh { ratio: 0.3, frequencies },
+        2 => Damping::Mass { ratio: 0.3, frequencies },
+        3 => Damping::Stiffness { ratio: 0.3, frequencies },
+        _ => Damping::Local { coefficient: 0.3 },
+    });
+    let fidelity = prop_oneof![
+        Just(Fidelity::Dem),
+        Just(Fidelity::RigidBlocks),
+        prop::option::of(1usize..3).prop_map(|modes| Fidelity::Reduced { modes }),
+        prop::option::of(1usize..3).prop_map(|modes| Fidelity::Intact { modes }),
+    ];
+    let added_mass = prop::option::of(prop_oneof![Just(vec![vec![0.3]]), Just(vec![vec![0.3, 0.3]])]);
+    (prop::collection::vec(crack, 0..3), damping, fidelity, added_mass, any::<bool>()).prop_map(
+        |(cracks, damping, fidelity, added_mass, drags_blocks)| DamParameters {
+            cracks,
+            damping,
+            fidelity,
+            added_mass,
+            drags_blocks,
+            ..support::koyna(10.0)
+        },
+    )
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Equal parameters, and only these, have equal fingerprints.
+    #[test]
+    fn fingerprints_tell_all_parameters_apart(one in parameters(), other in parameters()) {
+        let of = |parameters: &DamParameters| Fingerprint::of("dam", parameters).expect("parameters are hashed");
+        prop_assert_eq!(of(&one) == of(&other), one == other);
+        prop_assert_eq!(of(&one), of(&one.clone()));
+    }
+}
+
+/// The state of a bonded crack is none of a crack whose tensile strength is what the cohesion was.
+#[test]
+fn a_bond_of_another_kind_is_another_dam() -> Result<(), DamError> {
+    let bonded = |cohesion, tensile_strength| {
+        let mut dam = support::koyna(10.0);
+        (dam.cracks[0].cohesion, dam.cracks[0].tensile_strength) = (cohesion, tensile_strength);
+        support::at_rest(dam)
+    };
+    let (one, mut other) = (bonded(3e5, 0.0)?, bonded(0.0, 3e5)?);
+    let refused = other.restore_state(&one.save_state());
+    assert!(matches!(refused, Err(DamError::State(StateError::Fingerprint { .. }))), "{refused:?}");
     Ok(())
 }

@@ -4,7 +4,7 @@ use sha2::{Digest, Sha256};
 /// First bytes of every serialised state.
 const MAGIC: &[u8; 8] = b"cofferst";
 /// Version of the layout below: magic, version, fingerprint, digest of the payload, payload.
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 const HEADER: usize = 8 + 4 + 32 + 32;
 
 /// Hash of everything from which a unit was made; only units with the same hash exchange states.
@@ -12,9 +12,14 @@ const HEADER: usize = 8 + 4 + 32 + 32;
 pub struct Fingerprint([u8; 32]);
 
 impl Fingerprint {
-    /// SHA-256 of the unit's name and its serialised configuration.
+    /// SHA-256 of the unit's name and its configuration as JSON. JSON names every field, so that a form that leaves out
+    /// defaults still tells all configurations apart; its numbers have all digits, and those that are not finite count
+    /// as none.
+    ///
+    /// **Errors**: [`StateError::Configuration`].
     pub fn of<T: Serialize>(unit: &str, configuration: &T) -> Result<Self, StateError> {
-        let bytes = postcard::to_allocvec(configuration).map_err(StateError::Encoding)?;
+        let bytes = serde_json::to_vec(configuration)
+            .map_err(|cause| StateError::Configuration { cause: cause.to_string() })?;
         Ok(Self(Sha256::new().chain_update(unit).chain_update([0]).chain_update(bytes).finalize().into()))
     }
 }
@@ -69,6 +74,12 @@ pub enum StateError {
         /// Number of bytes.
         length: usize,
     },
+    /// The configuration has no form as JSON.
+    #[error("the configuration of the unit cannot be hashed: {cause}; give its maps keys of text or numbers")]
+    Configuration {
+        /// What JSON cannot express.
+        cause: String,
+    },
     /// The payload cannot be written, or is not a state of this unit.
     #[error("the state cannot be encoded or decoded: {0}")]
     Encoding(postcard::Error),
@@ -121,6 +132,25 @@ pub fn open<T: DeserializeOwned>(fingerprint: Fingerprint, bytes: &[u8]) -> Resu
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[derive(Serialize)]
+    struct Bond {
+        #[serde(skip_serializing_if = "Option::is_none")]
+        cohesion: Option<f64>,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        tension: Option<f64>,
+    }
+
+    #[test]
+    fn values_left_out_do_not_make_two_configurations_one() -> Result<(), StateError> {
+        let of = |cohesion, tension| Fingerprint::of("dam", &Bond { cohesion, tension });
+        assert_ne!(of(Some(3e5), None)?, of(None, Some(3e5))?);
+        assert_eq!(of(Some(3e5), None)?, of(Some(3e5), None)?);
+        assert_ne!(of(Some(3e5), None)?, of(Some(f64::from_bits(3e5f64.to_bits() + 1)), None)?);
+        let keys = std::collections::BTreeMap::from([([1, 2], 3)]);
+        assert!(matches!(Fingerprint::of("dam", &keys), Err(StateError::Configuration { .. })));
+        Ok(())
+    }
 
     #[test]
     fn a_state_is_read_back_and_refused_elsewhere() -> Result<(), StateError> {

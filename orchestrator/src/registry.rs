@@ -9,6 +9,7 @@ use crate::scene::{
     SceneError, UnitChecks,
 };
 use crate::scheme::{SchemeKind, Side};
+pub use dam_dem::LimitEquilibrium;
 use dam_dem::{Dam, DamError, DamParameters, Damping, DampingFrequencies};
 use interface::variables::dam::NATURAL_FREQUENCY;
 use interface::{CoSimulation, WetFace, WetFaceError};
@@ -78,12 +79,31 @@ fn refused_by_dam(scene: &Scene) -> Vec<Refusal> {
         _ => format!("dam.{path}"),
     };
     let problems = parameters.problems().into_iter();
-    problems
+    let mut refusals: Vec<Refusal> = problems
         .map(|problem| Refusal {
             keys: problem.keys.iter().map(key).collect(),
             message: problem.error.to_string(),
         })
-        .collect()
+        .collect();
+    if refusals.is_empty() {
+        let falls = limit_equilibria(scene).unwrap_or_default().into_iter().filter_map(|equilibrium| {
+            let error = equilibrium.check().err()?;
+            let index = parameters.cracks.iter().position(|c| c.elevation == equilibrium.elevation)?;
+            let keys = vec![format!("dam.cracks.{index}.friction_coefficient"), "reservoir.depth".to_owned()];
+            Some(Refusal { keys, message: error.to_string() })
+        });
+        refusals.extend(falls);
+    }
+    refusals
+}
+
+/// The limit equilibrium of each crack of the scene's dam, from the base up, under weight and hydrostatic pressure.
+///
+/// **Errors**: those of the dam.
+pub fn limit_equilibria(scene: &Scene) -> Result<Vec<LimitEquilibrium>, RegistryError> {
+    let Some(dam) = &scene.dam else { return Ok(Vec::new()) };
+    let specific_weight = scene.reservoir.density * scene.gravity;
+    Ok(dry_dam(dam, scene)?.limit_equilibria(specific_weight)?)
 }
 
 /// What the reservoir says against a scene, before its dam, which has nothing to say.
@@ -300,7 +320,7 @@ fn dry_dam(dam: &DamScene, scene: &Scene) -> Result<DamParameters, RegistryError
         material: same(&dam.material)?,
         damping: match (damping.model, frequencies) {
             _ if ratio == 0.0 => Damping::None,
-            (DampingModelScene::Local, _) => Damping::Local { coefficient: PI * ratio },
+            (DampingModelScene::Local, _) => Damping::Local { coefficient: (PI * ratio).tanh() },
             (_, None) => Damping::None,
             (DampingModelScene::Rayleigh, Some(frequencies)) => Damping::Rayleigh { ratio, frequencies },
             (DampingModelScene::Mass, Some(frequencies)) => Damping::Mass { ratio, frequencies },
@@ -316,6 +336,7 @@ fn dry_dam(dam: &DamScene, scene: &Scene) -> Result<DamParameters, RegistryError
         element_size: dam.element_size,
         gravity: scene.gravity,
         time_step_safety: dam.time_step_safety,
+        drags_blocks: damping.drags_blocks,
         added_mass: None,
     })
 }

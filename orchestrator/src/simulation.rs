@@ -138,6 +138,7 @@ impl Simulation {
             tally.wall.coupling += began.elapsed();
             match result {
                 Ok(mut report) => {
+                    tally.statistics.fallbacks += u64::from(report.fallbacks > 0);
                     let taken = clock.takes(&report);
                     if taken {
                         self.scheme.accept(&mut report);

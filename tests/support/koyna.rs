@@ -52,6 +52,7 @@ pub fn dam(element_size: f64, cracked: bool) -> DamParameters {
         kinematics: if cracked { Kinematics::Corotational } else { Kinematics::Small },
         element_size,
         gravity: 9.81,
+        drags_blocks: false,
         added_mass: None,
         time_step_safety: 0.9,
     }

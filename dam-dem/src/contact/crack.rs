@@ -1,5 +1,6 @@
 use serde::{Deserialize, Serialize};
 
+use super::parting::{self, Parting};
 use super::search::find_segment;
 use super::{ContactLaw, Coulomb, Integration, MohrCoulomb, Touch};
 use crate::Mesh;
@@ -248,8 +249,13 @@ impl<L: ContactLaw> Crack<L> {
         let [own, other] = [contact.side, 1 - contact.side].map(|side| &self.sides[side]);
         let [from, to] = contact.part;
         let end = other.nodes.len() - 1;
-        let (first, last) = (own.foot(contact.before, other, 0, &u), own.foot(contact.after, other, end, &u));
-        let (first, last) = (from.max(first), to.min(last));
+        // the abscissa opposite a corner, on the segment before or after the contact's point
+        let opposite_to = |corner: usize| {
+            let foot = own.foot(contact.before, other, corner, &u);
+            let middle = contact.point.abscissa;
+            if foot <= middle { foot } else { own.foot(contact.after, other, corner, &u).max(middle) }
+        };
+        let (first, last) = (from.max(opposite_to(0)), to.min(opposite_to(end)));
         if last - first >= to - from {
             return opposite;
         }
@@ -258,9 +264,29 @@ impl<L: ContactLaw> Crack<L> {
         if coverage == 0.0 || abscissa == contact.point.abscissa {
             return Place { coverage, ..opposite };
         }
-        let segment = if abscissa < contact.point.abscissa { contact.before } else { contact.after };
-        let place = self.opposite(contact.side, own.point(segment, abscissa), opposite.segment, u);
-        Place { coverage, ..place }
+        let (segment, corner) =
+            if abscissa < contact.point.abscissa { (contact.before, end) } else { (contact.after, 0) };
+        // the other side's corner against this side, whose direction it slides along
+        let point = own.point(segment, abscissa);
+        let edge = own.edge(segment, &u);
+        let length = edge[0].hypot(edge[1]);
+        let tangent = edge.map(|component| component / length);
+        let normal = normal(contact.side, tangent);
+        let ([rest, moved], [first, second]) =
+            ([other.rest[corner], u(other.nodes[corner])], point.nodes.map(&u));
+        let [x, y] = [0, 1]
+            .map(|d| point.rest[d] - rest[d] + (first[d] + point.share * (second[d] - first[d]) - moved[d]));
+        Place {
+            point,
+            segment: opposite.segment,
+            nodes: [other.nodes[corner]; 2],
+            position: 0.0,
+            tangent,
+            normal,
+            gap: x * normal[0] + y * normal[1],
+            slip: other.abscissas[corner] - abscissa,
+            coverage,
+        }
     }
 
     /// Projection of a `point` of `side` onto the other side, or onto the line of its end segment.
@@ -274,21 +300,16 @@ impl<L: ContactLaw> Crack<L> {
             let (rest, moved) = (other.rest[node], u(other.nodes[node]));
             [point.rest[0] - rest[0] + (own[0] - moved[0]), point.rest[1] - rest[1] + (own[1] - moved[1])]
         };
-        let edge = |segment: usize| {
-            let [(a, p), (b, q)] = [segment, segment + 1].map(|i| (other.rest[i], u(other.nodes[i])));
-            [b[0] - a[0] + (q[0] - p[0]), b[1] - a[1] + (q[1] - p[1])]
-        };
         let product = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
         let (segment, [along, square], edge) = find_segment(start, other.nodes.len() - 1, |segment| {
-            let edge = edge(segment);
+            let edge = other.edge(segment, &u);
             ([product(from(segment), edge), product(edge, edge)], edge)
         });
         let inverse = 1.0 / square;
         let position = along * inverse;
         let scale = square.sqrt() * inverse;
         let tangent = [edge[0] * scale, edge[1] * scale];
-        let above = if side == 1 { 1.0 } else { -1.0 };
-        let normal = [-above * tangent[1], above * tangent[0]];
+        let normal = normal(side, tangent);
         let at_rest = other.abscissas[segment + 1] - other.abscissas[segment];
         // relative to the nearer end, so that the result is exact for matching nodes
         let nearest = if position > 0.5 { segment + 1 } else { segment };
@@ -321,14 +342,34 @@ impl<L: ContactLaw> Crack<L> {
         joints: &mut [JointState],
         forces: &mut [[f64; 2]],
     ) -> Losses {
-        let StiffnessDamping { coefficient, memory } = damping.into();
+        self.add_forces_and_part(displacement, velocity, damping.into(), joints, forces, None)
+    }
+
+    /// The same; also finds how the sides part.
+    #[inline]
+    pub(crate) fn add_forces_and_part(
+        &self,
+        displacement: &[[f64; 2]],
+        velocity: &[[f64; 2]],
+        damping: StiffnessDamping,
+        joints: &mut [JointState],
+        forces: &mut [[f64; 2]],
+        mut parting: Option<&mut Parting>,
+    ) -> Losses {
+        let StiffnessDamping { coefficient, memory } = damping;
+        if let Some(parting) = &mut parting {
+            parting.clear();
+        }
         let mut losses = Losses::default();
         let [normal_stiffness, shear_stiffness] = self.law.stiffness();
         for (contact, joint) in self.contacts.iter().zip(joints) {
             let place = self.place(contact, joint.segment as usize, |node| displacement[node]);
             let [before, weight] = [joint.coverage, place.coverage].map(|share| contact.weight * share);
+            let risen = self.law.dilation(joint.slipped);
+            let penetration = risen - place.gap;
             if place.coverage == 0.0 {
-                losses.friction += before * self.stored(joint);
+                losses.friction += before
+                    * self.mean_energy(joint, joint.penetration * penetration, place.slip - joint.anchor);
                 *joint = JointState {
                     segment: place.segment as u32,
                     status: ContactStatus::Lost,
@@ -344,9 +385,10 @@ impl<L: ContactLaw> Crack<L> {
                 };
                 continue;
             }
-            let risen = self.law.dilation(joint.slipped);
+            let mut earlier = joint.penetration;
             if joint.status == ContactStatus::Lost {
                 joint.anchor = place.slip;
+                earlier = risen - joint.gap;
             }
             let Point { nodes: own, share, .. } = place.point;
             let shares = [1.0 - share, share, place.position - 1.0, -place.position];
@@ -359,7 +401,6 @@ impl<L: ContactLaw> Crack<L> {
             let along = |axis: [f64; 2]| relative[0] * axis[0] + relative[1] * axis[1];
             let rates = [-along(place.normal), along(place.tangent)];
             let felt = [0, 1].map(|i| memory * joint.rates[i] + (1.0 - memory) * rates[i]);
-            let penetration = risen - place.gap;
             let response = self.law.respond(&Touch {
                 penetration,
                 penetration_rate: felt[0],
@@ -378,25 +419,27 @@ impl<L: ContactLaw> Crack<L> {
             losses.friction += mean_shear * slip;
             if weight != before {
                 // springs appear and disappear with the part of the contact that they represent
-                let [normal, shear] = [(risen - joint.gap) * penetration, joint.stretch * response.stretch];
-                let both = joint.bonded || (risen > joint.gap && penetration > 0.0);
-                let normal = if both { normal_stiffness * normal } else { 0.0 };
-                losses.friction += (before - weight) / 2.0 * (normal + shear_stiffness * shear);
+                losses.friction +=
+                    (before - weight) * self.mean_energy(joint, earlier * penetration, response.stretch);
+            }
+            if matches!(joint.status, ContactStatus::Sticking | ContactStatus::Slipping) {
+                // dilation since the last evaluation has pressed the sides together
+                let rise = risen - joint.gap - joint.penetration;
+                let pressed = before * joint.penetration + weight * penetration.max(0.0);
+                losses.friction -= normal_stiffness * pressed / 2.0 * rise;
             }
             if closed && response.slipping {
                 slipped += slip.abs();
-                // the work that lifts the sides is stored in the normal springs
-                let rise = self.law.dilation(slipped) - risen;
-                if rise != 0.0 {
-                    let change = self.law.energy(penetration + rise, 0.0) - self.law.energy(penetration, 0.0);
-                    losses.friction -= weight * change;
-                }
             }
             if joint.bonded && !response.bonded && penetration < 0.0 {
-                losses.friction += weight * self.law.energy(penetration, 0.0);
+                losses.friction += weight * self.mean_energy(joint, earlier * penetration, 0.0);
             }
             let mean = |i: usize| (before * joint.dashpots[i] + weight * response.dashpots[i]) / 2.0;
             losses.damping_power += mean(0) * rates[0] + mean(1) * rates[1];
+            let restretched = response.stretch - joint.stretch;
+            let earlier_penetration =
+                if joint.status == ContactStatus::Lost { penetration } else { risen - joint.gap };
+            let bonded = response.bonded;
             let status = match (closed, response.slipping) {
                 (false, _) => ContactStatus::Open,
                 (true, true) => ContactStatus::Slipping,
@@ -415,6 +458,23 @@ impl<L: ContactLaw> Crack<L> {
                 dashpots: response.dashpots,
                 rates: if closed && memory > 0.0 { felt } else { [0.0; 2] },
             };
+            if let Some(parting) = &mut parting {
+                // the jump is the motion of the upper side relative to the lower one, at the upper side
+                let upper = contact.side == 1;
+                let (sign, depth) = if upper { (1.0, 0.0) } else { (-1.0, place.gap) };
+                let [first, second] = own.map(|node| displacement[node]);
+                let at = [0, 1].map(|d| {
+                    let own = place.point.rest[d] + first[d] + share * (second[d] - first[d]);
+                    own - depth * place.normal[d]
+                });
+                let relative = relative.map(|component| sign * component);
+                let shares = shares.map(|share| sign * share);
+                let stencil = parting::Stencil { nodes, shares, length: weight };
+                let open = if bonded { 0.0 } else { share_below_zero(earlier_penetration, penetration) };
+                let slips = parting.share_of_slip(slip, restretched);
+                let slips = open + (1.0 - open) * slips;
+                parting.add(stencil, at, relative, [(place.tangent, slips), (place.normal, open)]);
+            }
             if !closed {
                 continue;
             }
@@ -459,18 +519,21 @@ impl<L: ContactLaw> Crack<L> {
         self.contacts.iter().map(|contact| contact.point.rest)
     }
 
-    /// Energy of the springs of a contact, J/m².
-    fn stored(&self, joint: &JointState) -> f64 {
-        let penetration = self.law.dilation(joint.slipped) - joint.gap;
-        let pressed = if joint.bonded { penetration } else { penetration.max(0.0) };
-        self.law.energy(pressed, joint.stretch)
+    /// `½ (k_n g₀ g₁ + k_s e₀ e₁)`, J/m²: what springs lose that act with the penetration g₀ and the stretch e₀ of
+    /// `joint`, and no longer with g₁ and e₁ = `stretch` at the end of the time step. The work of the mean of the
+    /// forces before and after, less the change of the stored energy, is exactly this. `penetrations` is g₀ g₁;
+    /// springs of different sign do not act both.
+    fn mean_energy(&self, joint: &JointState, penetrations: f64, stretch: f64) -> f64 {
+        let [normal, shear] = self.law.stiffness();
+        0.5 * (normal * penetrations.max(0.0) + shear * joint.stretch * stretch)
     }
 
     /// Energy of the springs, J/m.
     pub fn energy(&self, joints: &[JointState]) -> f64 {
-        let joints =
-            self.contacts.iter().zip(joints).filter(|(_, joint)| joint.status != ContactStatus::Lost);
-        joints.map(|(contact, joint)| contact.weight * self.stored(joint)).sum()
+        let energy = |(contact, joint): (&Contact, &JointState)| {
+            contact.weight * joint.coverage * self.law.energy(joint.penetration, joint.stretch)
+        };
+        self.contacts.iter().zip(joints).map(energy).sum()
     }
 
     /// Springs of all contacts, closed, in the unloaded position.
@@ -495,11 +558,33 @@ impl<L: ContactLaw> Crack<L> {
     }
 }
 
+/// Share of a step in which a value that goes from `first` to `last` linearly is negative.
+fn share_below_zero(first: f64, last: f64) -> f64 {
+    match (first < 0.0, last < 0.0) {
+        (false, false) => 0.0,
+        (true, true) => 1.0,
+        (true, false) => first / (first - last),
+        (false, true) => last / (last - first),
+    }
+}
+
 /// Largest error with which the slip gives the position of the other side's end, as a share of a contact's part:
 /// 1 − cos θ for θ = 25°.
 const TILT: f64 = 0.1;
 
+/// Normal to a direction downstream, out of the other side towards `side`.
+fn normal(side: usize, [x, y]: [f64; 2]) -> [f64; 2] {
+    if side == 1 { [-y, x] } else { [y, -x] }
+}
+
 impl Side {
+    /// From the first to the second node of a segment, m.
+    #[inline(always)]
+    fn edge(&self, segment: usize, u: impl Fn(usize) -> [f64; 2]) -> [f64; 2] {
+        let [(a, p), (b, q)] = [segment, segment + 1].map(|i| (self.rest[i], u(self.nodes[i])));
+        [b[0] - a[0] + (q[0] - p[0]), b[1] - a[1] + (q[1] - p[1])]
+    }
+
     /// The point at `abscissa` (m along the side) on a segment.
     fn point(&self, segment: usize, abscissa: f64) -> Point {
         let (from, to) = (self.abscissas[segment], self.abscissas[segment + 1]);
@@ -515,12 +600,10 @@ impl Side {
 
     /// Abscissa of the point on the line of a segment that is closest to node `end` of the `other` side, m.
     fn foot(&self, segment: usize, other: &Self, end: usize, u: impl Fn(usize) -> [f64; 2]) -> f64 {
-        let between = |(a, p): ([f64; 2], [f64; 2]), (b, q): ([f64; 2], [f64; 2])| {
-            [b[0] - a[0] + (q[0] - p[0]), b[1] - a[1] + (q[1] - p[1])]
-        };
-        let own = |i: usize| (self.rest[i], u(self.nodes[i]));
-        let edge = between(own(segment), own(segment + 1));
-        let offset = between(own(segment), (other.rest[end], u(other.nodes[end])));
+        let edge = self.edge(segment, &u);
+        let ([from, p], [to, q]) =
+            ([self.rest[segment], u(self.nodes[segment])], [other.rest[end], u(other.nodes[end])]);
+        let offset = [0, 1].map(|d| to[d] - from[d] + (q[d] - p[d]));
         let along = (offset[0] * edge[0] + offset[1] * edge[1]) / (edge[0] * edge[0] + edge[1] * edge[1]);
         self.abscissas[segment] + along * (self.abscissas[segment + 1] - self.abscissas[segment])
     }

@@ -21,6 +21,7 @@
 mod coulomb;
 mod crack;
 mod mohr_coulomb;
+mod parting;
 mod search;
 
 use serde::{Deserialize, Serialize};
@@ -28,6 +29,7 @@ use serde::{Deserialize, Serialize};
 pub use coulomb::Coulomb;
 pub use crack::{ContactStatus, Crack, CrackForces, JointState, Stencil};
 pub use mohr_coulomb::MohrCoulomb;
+pub(crate) use parting::Parting;
 
 /// Where along a crack the contacts are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

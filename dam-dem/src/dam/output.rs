@@ -315,6 +315,7 @@ mod tests {
             element_size: 1.0,
             gravity: 0.0,
             time_step_safety: 0.9,
+            drags_blocks: false,
             added_mass: None,
         })?;
         dam.initialise(0.0)?;

@@ -35,7 +35,8 @@ impl CentralDifference {
     }
 
     /// Advances `motion` of a `structure` with `damping` under `loads`, which vary linearly over all steps;
-    /// adds the work done to `work`. The acceleration of `motion` must be that at the start.
+    /// adds the work done to `work`. The acceleration of `motion` must be that at the start. Returns the impulse
+    /// (N s/m) that mass damping did not take from blocks because they slid or rocked.
     pub fn advance(
         &self,
         structure: &Structure<impl ContactLaw>,
@@ -43,9 +44,9 @@ impl CentralDifference {
         motion: &mut Motion,
         loads: &LoadPath,
         work: &mut Work,
-    ) {
+    ) -> [f64; 2] {
         let damping = damping.into();
-        structure.cells.among_threads(|| self.take_steps(structure, damping, motion, loads, work));
+        structure.cells.among_threads(|| self.take_steps(structure, damping, motion, loads, work))
     }
 
     fn take_steps(
@@ -55,10 +56,13 @@ impl CentralDifference {
         motion: &mut Motion,
         loads: &LoadPath,
         work: &mut Work,
-    ) {
+    ) -> [f64; 2] {
         let dt = self.time_step;
         let alpha = damping.rayleigh.mass;
         let mut forces = vec![[0.0; 2]; motion.displacement.len()];
+        let mut release = structure.release(damping, dt);
+        let mut released = if release.partings.is_empty() { Vec::new() } else { forces.clone() };
+        let mut impulse = [0.0; 2];
         kick(motion, dt / 2.0);
         for step in 0..self.steps {
             let share = |n: f64| n / self.steps as f64;
@@ -66,20 +70,38 @@ impl CentralDifference {
             let input = Nodes::of(motion, &mut forces, loads, structure).sum(&structure.cells, &|n| {
                 drift(dt, [middle, end], n.displacement, n.velocity, n.forces, n.start, n.change)
             });
-            let losses = structure.add_internal_forces(motion, damping.stiffness(), &mut forces);
+            let losses = structure.add_internal_forces_and_part(
+                motion,
+                damping.stiffness(),
+                &mut forces,
+                &mut release.partings,
+            );
+            let spared = structure.released(&mut release, alpha, motion, &mut released);
+            if let Some(sum) = spared {
+                (0..2).for_each(|d| impulse[d] += dt * sum[d]);
+                let flat = forces.as_flattened_mut().iter_mut().zip(released.as_flattened());
+                flat.for_each(|(force, released)| *force += released);
+            }
             if let Some(water) = &structure.added_mass {
                 water.take_share(&mut forces, &motion.velocity, &structure.mass, alpha);
             }
             let advance = if step + 1 < self.steps { dt } else { dt / 2.0 };
-            work.damping += dt * damp_locally(structure, damping.local, &motion.velocity, &mut forces);
-            let twice_kinetic = Nodes::of(motion, &mut forces, loads, structure)
-                .sum(&structure.cells, &|n| {
-                    kick_under(advance, alpha, n.acceleration, n.velocity, n.forces, n.mass, n.inverse_mass)
-                });
+            work.damping += dt * damp_locally(structure, damping.local, dt, &motion.velocity, &mut forces);
+            let damped = Nodes::of(motion, &mut forces, loads, structure).sum(&structure.cells, &|n| {
+                kick_under([advance, dt], alpha, n.acceleration, n.velocity, n.forces, n.mass, n.inverse_mass)
+            });
             work.input += dt * input;
             work.friction += losses.friction;
-            work.damping += dt * (losses.damping_power + alpha * twice_kinetic);
+            work.damping += dt * (losses.damping_power + alpha * damped);
+            if spared.is_some() {
+                let after = advance - dt / 2.0;
+                let nodes = motion.velocity.iter().zip(&motion.acceleration).zip(&released);
+                let power =
+                    nodes.map(|((v, a), q)| q[0] * (v[0] - after * a[0]) + q[1] * (v[1] - after * a[1]));
+                work.damping -= dt * power.sum::<f64>();
+            }
         }
+        impulse
     }
 }
 
@@ -107,9 +129,10 @@ fn drift(
     power[0] + power[1]
 }
 
-/// Accelerates nodes over a time `step` (s) by `forces` and mass damping; returns the initial `Σ m v²`.
+/// Accelerates nodes over the time `advance` (s) by `forces` and mass damping; returns `Σ m vⁿ⁻½·vⁿ`, with the
+/// velocity vⁿ after half of a `step` (s).
 fn kick_under(
-    step: f64,
+    [advance, step]: [f64; 2],
     mass_damping: f64,
     acceleration: &mut [[f64; 2]],
     velocity: &mut [[f64; 2]],
@@ -117,17 +140,17 @@ fn kick_under(
     mass: &[f64],
     inverse_mass: &[f64],
 ) -> f64 {
-    let mut twice_kinetic = [0.0; 2];
+    let mut sum = [0.0; 2];
     for ((((a, v), f), m), inverse) in
         acceleration.iter_mut().zip(velocity).zip(forces).zip(mass).zip(inverse_mass)
     {
         for d in 0..2 {
-            twice_kinetic[d] += m * v[d] * v[d];
             a[d] = f[d] * inverse - mass_damping * v[d];
-            v[d] += step * a[d];
+            sum[d] += m * v[d] * (v[d] + step / 2.0 * a[d]);
+            v[d] += advance * a[d];
         }
     }
-    twice_kinetic[0] + twice_kinetic[1]
+    sum[0] + sum[1]
 }
 
 /// Data of consecutive nodes.
@@ -214,10 +237,12 @@ fn kick(motion: &mut Motion, duration: f64) {
 /// would not be a continuous function of the pressure on it.
 const STANDSTILL: f64 = 1e-3;
 
-/// Subtracts local damping `κ |F| v/√(v² + v₀²)` from `forces` (N/m); returns its power, W/m.
+/// Subtracts local damping `κ |F| v/√(v² + v₀²)` from `forces` (N/m); returns its power, W/m, with the velocity
+/// after half of a `step` (s).
 fn damp_locally(
     structure: &Structure<impl ContactLaw>,
     coefficient: f64,
+    step: f64,
     velocity: &[[f64; 2]],
     forces: &mut [[f64; 2]],
 ) -> f64 {
@@ -225,12 +250,12 @@ fn damp_locally(
     if coefficient == 0.0 {
         return power;
     }
-    let free = structure.inverse_mass.iter().map(|inverse| if *inverse > 0.0 { coefficient } else { 0.0 });
-    for ((force, v), coefficient) in forces.iter_mut().zip(velocity).zip(free) {
+    let nodes = forces.iter_mut().zip(velocity).zip(&structure.inverse_mass);
+    for ((force, v), inverse) in nodes.filter(|(_, inverse)| **inverse > 0.0) {
         for d in 0..2 {
             let damping = coefficient * force[d].abs() * v[d] / v[d].hypot(STANDSTILL);
-            power += damping * v[d];
             force[d] -= damping;
+            power += damping * (v[d] + step / 2.0 * force[d] * inverse);
         }
     }
     power

@@ -2,11 +2,12 @@ use nalgebra::{Cholesky, DVector};
 
 use super::motion::ModalMotion;
 use super::sides::Pressing;
-use super::superposition::Superposition;
+use super::superposition::{Superposition, dot};
 use crate::DamError;
 use crate::damping::StiffnessDamping;
 use crate::energy::Work;
 use crate::integrator::{CentralDifference, Relaxed};
+use crate::release::Release;
 
 /// Residual over the loads at which the state of rest has converged, in the energy norm.
 const TOLERANCE: f64 = 1e-9;
@@ -36,7 +37,7 @@ impl Superposition {
         let mut pressing = Pressing::at(&self.sides, &motion.coordinates);
         let (mut iterations, mut residual) = (0, 0.0);
         while iterations < MAX_ITERATIONS && residual <= RUNAWAY {
-            pressing.press(&self.sides, motion, StiffnessDamping::default());
+            pressing.press(&self.sides, motion, StiffnessDamping::default(), &mut []);
             let forces = DVector::from_fn(loads.len(), |i, _| {
                 loads[i] + motion.contact_forces[i] - self.stiffness[i] * motion.coordinates[i]
             });
@@ -56,7 +57,7 @@ impl Superposition {
     ///
     /// **Call order**: once, at the start, because each call takes one step of the dashpots' memory.
     pub(crate) fn press_contacts(&self, motion: &mut ModalMotion) {
-        Pressing::at(&self.sides, &motion.coordinates).press(&self.sides, motion, self.dashpots);
+        Pressing::at(&self.sides, &motion.coordinates).press(&self.sides, motion, self.dashpots, &mut []);
     }
 
     /// Central differences, with modal damping at the middle of the step:
@@ -67,15 +68,16 @@ impl Superposition {
     /// ```
     ///
     /// The first and the last kick are half a step long, so that coordinates and rates belong to the same
-    /// instant. Mass damping between modes lags by half a step, as the dashpots of contacts do.
+    /// instant. Mass damping between modes, and what releases blocks from it, lag by half a step, as the dashpots of
+    /// contacts do. Returns the impulse (N s/m) from which blocks were released.
     pub(crate) fn advance(
         &self,
         steps: CentralDifference,
         motion: &mut ModalMotion,
         loads: &ModalLoadPath,
         work: &mut Work,
-    ) {
-        pulp::Arch::new().dispatch(Advance { model: self, steps, motion, loads, work });
+    ) -> [f64; 2] {
+        pulp::Arch::new().dispatch(Advance { model: self, steps, motion, loads, work })
     }
 }
 
@@ -88,45 +90,60 @@ struct Advance<'a> {
 }
 
 impl pulp::NullaryFnOnce for Advance<'_> {
-    type Output = ();
+    type Output = [f64; 2];
 
     #[inline(always)]
-    fn call(self) {
+    fn call(self) -> [f64; 2] {
         let Self { model, steps: CentralDifference { time_step: dt, steps }, motion, loads, work } = self;
         let (start, end) = (&loads.start[..], &loads.end[..]);
         let mut pressing = Pressing::at(&model.sides, &motion.coordinates);
-        let mut between = vec![0.0; model.damping_between.width()];
+        let mut between = vec![0.0; model.mode_count()];
+        let mut release = Release::of_cracks(model.release.cracks(), dt);
+        let (mut released, mut impulse) = (vec![0.0; model.sides.modes_width()], [0.0; 2]);
         model.damping_between.combine(&motion.rates, &mut between);
         let kick = Kick { before: 0.0, after: dt / 2.0, force: dt / 2.0 };
-        kick.advance(model, motion, start, end, 0.0, &between);
+        work.damping += kick.advance(model, motion, start, end, 0.0, &between);
         for step in 0..steps {
             let share = |n: f64| n / steps as f64;
             let middle = share(step as f64 + 0.5);
-            let (mut input, mut damped) = (0.0, 0.0);
-            let loads = start.iter().zip(end);
-            let modes = motion.coordinates.iter_mut().zip(&motion.rates).zip(&model.damping).zip(loads);
-            for (((q, rate), c), (start, end)) in modes {
+            let mut input = 0.0;
+            let modes = motion.coordinates.iter_mut().zip(&motion.rates).zip(start.iter().zip(end));
+            for ((q, rate), (start, end)) in modes {
                 *q += dt * rate;
                 input += rate * (start + middle * (end - start));
-                damped += c * rate * rate;
             }
             model.damping_between.combine(&motion.rates, &mut between);
-            damped += between.iter().zip(&motion.rates).map(|(force, rate)| force * rate).sum::<f64>();
             pressing.follow(&model.sides, &motion.coordinates, Some(dt));
-            let losses = pressing.press(&model.sides, motion, model.dashpots);
+            let losses = pressing.press(&model.sides, motion, model.dashpots, &mut release.partings);
+            let spared =
+                pressing.release(&model.sides, &model.release, &motion.rates, &mut release, &mut released);
+            if let Some(sum) = spared {
+                (0..2).for_each(|d| impulse[d] += dt * sum[d]);
+                let forces = motion.contact_forces.iter_mut().zip(&released);
+                forces.for_each(|(force, released)| *force += released);
+            }
+            let power = |rates: &[f64]| dot(&released[..rates.len()], rates);
+            let before = spared.map(|_| power(&motion.rates));
             let kick = match step + 1 < steps {
                 true => Kick { before: dt / 2.0, after: dt / 2.0, force: dt },
                 false => Kick { before: dt / 2.0, after: 0.0, force: dt / 2.0 },
             };
-            kick.advance(model, motion, start, end, share(step as f64 + 1.0), &between);
+            work.damping += kick.advance(model, motion, start, end, share(step as f64 + 1.0), &between);
+            if let Some(before) = before {
+                let after = power(&motion.rates);
+                // after the last, half kick the rates are those of the middle
+                let mean = if step + 1 < steps { (before + after) / 2.0 } else { after };
+                work.damping -= dt * mean;
+            }
             work.input += dt * input;
             work.friction += losses.friction;
-            work.damping += dt * (losses.damping_power + damped);
+            work.damping += dt * losses.damping_power;
         }
+        impulse
     }
 }
 
-/// `(1 + c after) q̇ ← (1 − c before) q̇ + force f`.
+/// `(1 + c after) q̇ ← (1 − c before) q̇ + force (f − f_between)`.
 struct Kick {
     before: f64,
     after: f64,
@@ -134,6 +151,7 @@ struct Kick {
 }
 
 impl Kick {
+    /// Returns the work of damping: its impulse times the mean of the rates before and after.
     #[inline(always)]
     fn advance(
         &self,
@@ -143,15 +161,17 @@ impl Kick {
         end: &[f64],
         share: f64,
         between: &[f64],
-    ) {
+    ) -> f64 {
         let modes = motion.rates.iter_mut().zip(&motion.coordinates).zip(&motion.contact_forces);
-        let modes = modes.zip(&model.stiffness).zip(&model.damping).zip(start.iter().zip(end));
-        for (((((rate, q), contact), square), c), (start, end)) in modes {
-            let force = start + share * (end - start) + contact - square * q;
-            *rate = ((1.0 - c * self.before) * *rate + self.force * force) / (1.0 + c * self.after);
+        let modes = modes.zip(&model.stiffness).zip(&model.damping).zip(start.iter().zip(end)).zip(between);
+        let mut work = 0.0;
+        for ((((((rate, q), contact), square), c), (start, end)), between) in modes {
+            let force = start + share * (end - start) + contact - square * q - between;
+            let before = *rate;
+            *rate = ((1.0 - c * self.before) * before + self.force * force) / (1.0 + c * self.after);
+            let impulse = c * (self.before * before + self.after * *rate) + self.force * between;
+            work += impulse * (before + *rate) / 2.0;
         }
-        for (rate, between) in motion.rates.iter_mut().zip(between) {
-            *rate -= self.force * between;
-        }
+        work
     }
 }

@@ -37,6 +37,7 @@ mod advance;
 mod basis;
 mod mode;
 mod motion;
+mod release;
 mod sides;
 mod superposition;
 

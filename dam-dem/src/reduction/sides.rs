@@ -1,10 +1,12 @@
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::motion::ModalMotion;
+use super::release::ModalRelease;
 use crate::Kinematics;
-use crate::contact::{ContactLaw, Crack, MohrCoulomb};
+use crate::contact::{ContactLaw, Crack, MohrCoulomb, Parting};
 use crate::damping::StiffnessDamping;
 use crate::energy::Losses;
+use crate::release::Release;
 use crate::structure::Structure;
 
 /// Cracks, with a numbering of the nodes on their sides only.
@@ -61,11 +63,6 @@ impl Rows {
         Self { values, count: matrix.ncols(), width }
     }
 
-    /// Length of a row.
-    pub fn width(&self) -> usize {
-        self.width
-    }
-
     /// Writes `Σ coefficient × row` to `sum`; coefficients beyond the last row are ignored.
     #[inline(always)]
     pub fn combine(&self, coefficients: &[f64], sum: &mut [f64]) {
@@ -92,6 +89,8 @@ pub(super) struct Pressing {
     velocity: Vec<[f64; 2]>,
     forces: Vec<[f64; 2]>,
     values: Vec<f64>,
+    /// Mean displacement (m) and rotation (rad) of each frame.
+    means: Vec<[f64; 3]>,
 }
 
 impl CrackSides {
@@ -169,7 +168,9 @@ impl Pressing {
     pub fn at(sides: &CrackSides, coordinates: &[f64]) -> Self {
         let zero = vec![[0.0; 2]; sides.rest.len()];
         let values = vec![0.0; sides.by_mode.width];
-        let mut pressing = Self { displacement: zero.clone(), velocity: zero.clone(), forces: zero, values };
+        let means = vec![[0.0; 3]; sides.frames.len()];
+        let mut pressing =
+            Self { displacement: zero.clone(), velocity: zero.clone(), forces: zero, values, means };
         pressing.follow(sides, coordinates, None);
         pressing
     }
@@ -180,10 +181,11 @@ impl Pressing {
         std::mem::swap(&mut self.velocity, &mut self.displacement);
         sides.by_mode.combine(coordinates, &mut self.values);
         let (nodes, means) = self.values.split_at(2 * sides.rest.len());
+        self.means.copy_from_slice(&means.as_chunks().0[..sides.frames.len()]);
         for (u, linear) in self.displacement.iter_mut().zip(nodes.as_chunks().0) {
             *u = *linear;
         }
-        for (frame, &[tx, ty, angle]) in sides.frames.iter().zip(means.as_chunks().0) {
+        for (frame, &[tx, ty, angle]) in sides.frames.iter().zip(&self.means) {
             let (sin, versine) = (angle.sin(), 2.0 * (angle / 2.0).sin().powi(2));
             for (u, [x, y]) in self.displacement[frame.nodes.clone()].iter_mut().zip(&frame.places) {
                 let (p, q) = (u[0] - tx + angle * y, u[1] - ty - angle * x);
@@ -196,25 +198,54 @@ impl Pressing {
         }
     }
 
-    /// Updates the contacts of `motion` and their modal forces.
+    /// Updates the contacts of `motion` and their modal forces; also finds how the sides of cracks part, if there is a
+    /// place for it.
     #[inline(always)]
     pub fn press(
         &mut self,
         sides: &CrackSides,
         motion: &mut ModalMotion,
         damping: StiffnessDamping,
+        partings: &mut [Parting],
     ) -> Losses {
         let mut losses = Losses::default();
         self.forces.fill([0.0; 2]);
         let (u, v) = (&self.displacement, &self.velocity);
+        let mut partings = partings.iter_mut();
         for (crack, joints) in sides.cracks.iter().zip(&mut motion.joints) {
-            let lost = crack.add_forces(u, v, damping, joints, &mut self.forces);
+            let lost = crack.add_forces_and_part(u, v, damping, joints, &mut self.forces, partings.next());
             losses.friction += lost.friction;
             losses.damping_power += lost.damping_power;
         }
+        self.map_forces(sides, &mut motion.contact_forces);
+        losses
+    }
+
+    /// Sets `mapped` to the modal forces that release blocks from mass damping, if a crack parts; returns the sum of the
+    /// nodal forces, N/m.
+    pub fn release(
+        &mut self,
+        sides: &CrackSides,
+        blocks: &ModalRelease,
+        rates: &[f64],
+        release: &mut Release,
+        mapped: &mut [f64],
+    ) -> Option<[f64; 2]> {
+        if !release.find_rates() {
+            return None;
+        }
+        self.forces.fill([0.0; 2]);
+        blocks.add_dual(release, rates, &mut self.forces);
+        self.map_forces(sides, mapped);
+        Some(blocks.add_rigid(&release.rates, mapped))
+    }
+
+    /// Sets `mapped` to the modal forces of the forces on the sides.
+    #[inline(always)]
+    fn map_forces(&mut self, sides: &CrackSides, mapped: &mut [f64]) {
         let (nodes, means) = self.values.split_at_mut(2 * sides.rest.len());
-        for (frame, mean) in sides.frames.iter().zip(means.as_chunks_mut::<3>().0) {
-            let [tx, ty, angle] = *mean;
+        let means = means.as_chunks_mut::<3>().0.iter_mut();
+        for ((frame, mean), [tx, ty, angle]) in sides.frames.iter().zip(means).zip(&self.means) {
             let (sin, versine) = (angle.sin(), 2.0 * (angle / 2.0).sin().powi(2));
             *mean = [0.0; 3];
             let places =
@@ -234,8 +265,7 @@ impl Pressing {
             }
         }
         nodes.copy_from_slice(self.forces.as_flattened());
-        sides.by_value.combine(&self.values, &mut motion.contact_forces);
-        losses
+        sides.by_value.combine(&self.values, mapped);
     }
 }
 

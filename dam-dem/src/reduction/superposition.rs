@@ -3,6 +3,7 @@ use nalgebra::{DMatrix, DVector};
 use super::basis::Basis;
 use super::mode::{Mode, SLOWED_TO, concrete_mass};
 use super::motion::ModalMotion;
+use super::release::ModalRelease;
 use super::sides::{CrackSides, Mean, Rows};
 use crate::contact::MohrCoulomb;
 use crate::damping::{DAMPED_SHARE, StiffnessDamping};
@@ -10,7 +11,7 @@ use crate::energy::StoredEnergy;
 use crate::loads::Wet;
 use crate::structure::Structure;
 use crate::time_step::CriticalTimeStep;
-use crate::{DamError, Fidelity, Kinematics, RayleighCoefficients};
+use crate::{DamError, DampingCoefficients, Fidelity, Kinematics, RayleighCoefficients};
 
 /// Modes between contacts: the model at all levels except [`Fidelity::Dem`].
 #[derive(Clone, Debug)]
@@ -21,6 +22,8 @@ pub struct Superposition {
     pub(super) damping: Vec<f64>,
     /// Coefficients of mass damping between modes that added mass couples, 1/s; no rows without added mass.
     pub(super) damping_between: Rows,
+    /// What releases blocks from mass damping.
+    pub(super) release: ModalRelease,
     /// Stiffness damping of the contacts' dashpots.
     pub(super) dashpots: StiffnessDamping,
     pub(super) sides: CrackSides,
@@ -44,17 +47,18 @@ struct ModalLoads {
 }
 
 impl Superposition {
-    /// The dam of `structure` with damping `rayleigh` at a level of `fidelity`, under the weight of `gravity` (m/s²).
+    /// The dam of `structure` with this `damping` at a level of `fidelity`, under the weight of `gravity` (m/s²).
     ///
     /// **Errors**: [`DamError::Singular`], [`DamError::FrequenciesNotConverged`], [`DamError::TooManyFrequencies`].
     pub(crate) fn new(
         structure: &Structure<MohrCoulomb>,
-        rayleigh: RayleighCoefficients,
+        damping: DampingCoefficients,
         fidelity: Fidelity,
         kinematics: Kinematics,
         wet: Option<&Wet>,
         gravity: f64,
     ) -> Result<Self, DamError> {
+        let rayleigh = damping.rayleigh;
         let loads = NodalLoads::of(structure, wet, gravity);
         let basis = Basis::new(structure, fidelity, &loads.at_rest(wet))?;
         let coupled = structure.added_mass.is_some();
@@ -70,7 +74,7 @@ impl Superposition {
             false => DMatrix::zeros(0, 0),
         };
         let shapes = shapes.transpose();
-        let cracked = !matches!(fidelity, Fidelity::Intact { .. });
+        let cracked = fidelity.is_cracked();
         let sides = CrackSides::of(structure, &shapes, cracked, kinematics);
         let highest = sides.highest_frequency(&stiffness);
         let felt =
@@ -78,7 +82,12 @@ impl Superposition {
         let memory = felt.memory_reaching(DAMPED_SHARE, highest);
         let ratio = felt.limiting_ratio(highest, memory);
         let blocks = structure.mesh.blocks.iter();
+        let release = match cracked && rayleigh.mass > 0.0 && !damping.drags_blocks {
+            true => ModalRelease::new(structure, rayleigh.mass, &shapes, &stiffness),
+            false => ModalRelease::NONE,
+        };
         Ok(Self {
+            release,
             damping: modes.iter().map(|mode| mode.damping(rayleigh)).collect(),
             damping_between: Rows::of_columns(&damping_between),
             dashpots: StiffnessDamping { coefficient: rayleigh.stiffness, memory },
@@ -228,7 +237,7 @@ fn damping_between(
 }
 
 /// Scalar product, with eight partial sums.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
     let ((a, rest_a), (b, rest_b)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
     for (a, b) in a.iter().zip(b) {

@@ -34,6 +34,7 @@ pub fn koyna(element_size: f64) -> DamParameters {
         element_size,
         gravity: 9.81,
         time_step_safety: 0.9,
+        drags_blocks: false,
         added_mass: None,
     }
 }

@@ -39,9 +39,9 @@ impl FilteredQr {
         self.q.len()
     }
 
-    /// `argmin ‖V c − b‖₂`: one coefficient for each column taken.
-    pub fn solve(&self, right_side: &[f64]) -> Vec<f64> {
-        let mut c: Vec<f64> = self.q.iter().map(|q| dot(q, right_side)).collect();
+    /// `argmin ‖V c − b‖₂` with the first `columns` columns taken: one coefficient for each.
+    pub fn solve(&self, right_side: &[f64], columns: usize) -> Vec<f64> {
+        let mut c: Vec<f64> = self.q.iter().take(columns).map(|q| dot(q, right_side)).collect();
         for i in (0..c.len()).rev() {
             c[i] /= self.r[i][i];
             let known = c[i];
@@ -65,7 +65,7 @@ mod tests {
         let right_side = [1.0, 0.0, -2.0, 5.0];
         let mut qr = FilteredQr::default();
         assert!(columns.iter().all(|column| qr.insert(column, 1e-10)));
-        let c = qr.solve(&right_side);
+        let c = qr.solve(&right_side, 3);
         let rest: Vec<f64> = (0..4)
             .map(|i| right_side[i] - columns.iter().zip(&c).map(|(v, c)| v[i] * c).sum::<f64>())
             .collect();
@@ -84,7 +84,9 @@ mod tests {
         assert!(!qr.insert(&[f64::INFINITY, 0.0, 0.0], 1e-2));
         assert!(qr.insert(&[1.0, 0.0, 0.0], 1e-2));
         assert_eq!(qr.len(), 2);
-        let c = qr.solve(&[3.0, 2.0, 7.0]);
+        let c = qr.solve(&[3.0, 2.0, 7.0], 2);
+        let first = qr.solve(&[3.0, 2.0, 7.0], 1);
+        assert!(first.len() == 1 && (first[0] - 2.5).abs() < 1e-14, "the first alone: {first:?}");
         assert!((c[0] - 2.0).abs() < 1e-14 && (c[1] - 1.0).abs() < 1e-14, "{c:?}");
     }
 

@@ -58,6 +58,16 @@ impl InterfaceJacobian {
         self.secants.used()
     }
 
+    /// The differences that correct the Jacobian.
+    pub fn secants_mut(&mut self) -> &mut Secants {
+        &mut self.secants
+    }
+
+    /// The factor without a Jacobian.
+    pub fn without_model(&self) -> f64 {
+        self.relaxation
+    }
+
     /// Begins a communication step; an unfinished measurement starts again.
     pub fn begin_step(&mut self) {
         self.secants.begin_step();

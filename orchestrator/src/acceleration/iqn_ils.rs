@@ -35,6 +35,16 @@ impl IqnIls {
         self.secants.used()
     }
 
+    /// The model.
+    pub fn secants_mut(&mut self) -> &mut Secants {
+        &mut self.secants
+    }
+
+    /// The factor without a model.
+    pub fn without_model(&self) -> f64 {
+        self.without_model
+    }
+
     /// Begins a communication step.
     pub fn begin_step(&mut self) {
         self.secants.begin_step();

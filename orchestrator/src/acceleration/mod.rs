@@ -88,6 +88,50 @@ impl Acceleration {
         }
     }
 
+    /// Takes the change of a residual by rounding.
+    pub fn set_floor(&mut self, floor: f64) {
+        if let Some(secants) = self.secants_mut() {
+            secants.set_floor(floor);
+        }
+    }
+
+    /// Forgets past iterations; a measured Jacobian is kept.
+    pub fn forget(&mut self) {
+        if let Some(secants) = self.secants_mut() {
+            secants.forget();
+        }
+    }
+
+    /// What takes over where this acceleration brings no convergence, from `stage` 0 on: the same without its past,
+    /// IQN-ILS, Aitken's relaxation. A relaxation has no past that could mislead it, and nothing takes over.
+    pub fn fallback(&self, stage: usize) -> Option<Self> {
+        let (relaxation, measured) = match self {
+            Self::Constant(_) | Self::Aitken(_) => return None,
+            Self::IqnIls(iqn) => (iqn.without_model(), false),
+            Self::InterfaceJacobian(newton) => (newton.without_model(), true),
+        };
+        let other = |kind| Some(Self::new(kind, relaxation, 1.0));
+        match stage {
+            0 => {
+                let mut without_past = self.clone();
+                without_past.forget();
+                Some(without_past)
+            }
+            1 if measured => other(AccelerationKind::IqnIls),
+            1 => other(AccelerationKind::Aitken),
+            2 if measured => other(AccelerationKind::Aitken),
+            _ => None,
+        }
+    }
+
+    fn secants_mut(&mut self) -> Option<&mut Secants> {
+        match self {
+            Self::Constant(_) | Self::Aitken(_) => None,
+            Self::IqnIls(iqn) => Some(iqn.secants_mut()),
+            Self::InterfaceJacobian(newton) => Some(newton.secants_mut()),
+        }
+    }
+
     /// The relaxation factor used last.
     pub fn relaxation(&self) -> f64 {
         match self {

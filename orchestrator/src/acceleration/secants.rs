@@ -5,13 +5,16 @@ use std::collections::VecDeque;
 /// Model of a residual r(x) from the iterations of this and of past communication steps.
 ///
 /// Differences Δx and Δr between consecutive iterations of a step, newest first. A Δr that depends on newer ones is
-/// left out of the model.
+/// left out of the model, and one that is rounding; the newest is never left out for being small beside older ones: near
+/// a kink of the units' response it alone is right.
 #[derive(Clone, Debug)]
 pub struct Secants {
     /// Number of past communication steps whose differences are used.
     reused_steps: u64,
     /// Least independent part of a Δr, as a share of its norm.
     filter: f64,
+    /// Change of a residual by rounding.
+    floor: f64,
     step: u64,
     /// Norm of the step's first residual.
     first: f64,
@@ -22,7 +25,13 @@ pub struct Secants {
     used: usize,
 }
 
-/// Differences smaller than this share of a step's first residual are dominated by rounding and are not used.
+/// Differences smaller than this multiple of the rounding floor are dominated by rounding and are not used.
+const FLOORS: f64 = 100.0;
+/// Largest correction of the guess over the residual. Differences of steps in which contacts opened or slipped may
+/// contradict each other; their least squares are then far too large.
+const LARGEST: f64 = 100.0;
+/// Differences smaller than this share of their step's first residual are not used in later steps: what they say of the
+/// units' response is small beside its change from step to step.
 const NOISE: f64 = 1e-6;
 
 #[derive(Clone, Debug)]
@@ -53,7 +62,18 @@ impl Secants {
     /// A model without differences.
     pub fn new(reused_steps: u64, filter: f64) -> Self {
         let differences = VecDeque::new();
-        Self { reused_steps, filter, step: 0, first: 0.0, previous: None, differences, used: 0 }
+        Self { reused_steps, filter, floor: 0.0, step: 0, first: 0.0, previous: None, differences, used: 0 }
+    }
+
+    /// Takes the change of a residual by rounding.
+    pub fn set_floor(&mut self, floor: f64) {
+        self.floor = floor;
+    }
+
+    /// Forgets all differences, and the last iteration.
+    pub fn forget(&mut self) {
+        self.previous = None;
+        self.differences.clear();
     }
 
     /// Number of differences that the last projection used.
@@ -64,6 +84,13 @@ impl Secants {
     /// Begins a communication step; no differences are formed between iterations of different steps.
     pub fn begin_step(&mut self) {
         self.previous = None;
+        let least = NOISE * self.first;
+        while let Some(newest) = self.differences.front()
+            && newest.step == self.step
+            && norm(newest.residual.iter().copied()) <= least
+        {
+            self.differences.pop_front();
+        }
         self.step += 1;
         let oldest = self.step.saturating_sub(self.reused_steps);
         while self.differences.back().is_some_and(|difference| difference.step < oldest) {
@@ -77,7 +104,7 @@ impl Secants {
         if let Some(previous) = &self.previous {
             let (guess, residual) = (minus(guess, &previous.guess), minus(residual, &previous.residual));
             let finite = guess.iter().chain(&residual).all(|x| x.is_finite());
-            if finite && norm(residual.iter().copied()) > NOISE * self.first {
+            if finite && norm(residual.iter().copied()) > FLOORS * self.floor {
                 self.differences.push_front(Difference { step: self.step, guess, residual });
             }
             // This number is enough, even if most are filtered out.
@@ -88,7 +115,8 @@ impl Secants {
         self.previous = Some(Iterate { guess: guess.to_vec(), residual: residual.to_vec() });
     }
 
-    /// Expresses `residual` by the differences; none are used if the result would not be finite.
+    /// Expresses `residual` by the differences. The oldest are left out while the correction of the guess is much larger
+    /// than the residual, all of them if it is not finite.
     pub fn project(&mut self, residual: &[f64]) -> Projection {
         let mut qr = FilteredQr::default();
         let mut kept = Vec::new();
@@ -100,18 +128,21 @@ impl Secants {
                 kept.push(difference);
             }
         }
-        let (mut change, mut rest) = (vec![0.0; residual.len()], residual.to_vec());
-        for (coefficient, difference) in qr.solve(residual).into_iter().zip(&kept) {
-            change.iter_mut().zip(&difference.guess).for_each(|(x, d)| *x += coefficient * d);
-            rest.iter_mut().zip(&difference.residual).for_each(|(x, d)| *x -= coefficient * d);
+        let largest = LARGEST * norm(residual.iter().copied());
+        for columns in (1..=qr.len()).rev() {
+            let (mut change, mut rest) = (vec![0.0; residual.len()], residual.to_vec());
+            for (coefficient, difference) in qr.solve(residual, columns).into_iter().zip(&kept) {
+                change.iter_mut().zip(&difference.guess).for_each(|(x, d)| *x += coefficient * d);
+                rest.iter_mut().zip(&difference.residual).for_each(|(x, d)| *x -= coefficient * d);
+            }
+            let finite = change.iter().chain(&rest).all(|x| x.is_finite());
+            if finite && (columns == 1 || norm(change.iter().copied()) <= largest) {
+                self.used = columns;
+                return Projection { change, rest, columns };
+            }
         }
-        let finite = change.iter().chain(&rest).all(|x| x.is_finite());
-        self.used = if finite { qr.len() } else { 0 };
-        if finite {
-            Projection { change, rest, columns: qr.len() }
-        } else {
-            Projection { change: vec![0.0; residual.len()], rest: residual.to_vec(), columns: 0 }
-        }
+        self.used = 0;
+        Projection { change: vec![0.0; residual.len()], rest: residual.to_vec(), columns: 0 }
     }
 }
 
@@ -156,5 +187,38 @@ mod tests {
             }
             assert!(secants.differences.len() <= 6, "{}", secants.differences.len());
         }
+    }
+    #[test]
+    fn old_differences_that_contradict_new_ones_are_left_out() {
+        let mut secants = Secants::new(3, 1e-3);
+        secants.begin_step();
+        secants.observe(&[0.0, 0.0], &[0.0, 0.0]);
+        secants.observe(&[1.0, 0.0], &[1.0, 0.0]);
+        secants.begin_step();
+        secants.observe(&[0.0, 0.0], &[0.0, 0.0]);
+        secants.observe(&[0.0, 1.0], &[1.0, 2e-3]);
+        let Projection { change, columns, .. } = secants.project(&[0.0, 1.0]);
+        assert_eq!(columns, 1);
+        assert!(norm(change.iter().copied()) < 1.0, "{change:?}");
+    }
+
+    /// Two linear pieces that meet: of the piece in which the iteration ends only the newest, small difference tells.
+    #[test]
+    fn the_newest_difference_is_used_however_small_it_is() {
+        let mut secants = Secants::new(3, 1e-3);
+        secants.set_floor(1e-12);
+        secants.begin_step();
+        secants.observe(&[0.0, 0.0], &[1e5, 0.0]);
+        secants.observe(&[1.0, 0.0], &[10.0, 0.0]);
+        secants.observe(&[1.0, 1e-3], &[10.0, 0.01]);
+        let Projection { change, rest, columns } = secants.project(&[0.0, 0.01]);
+        assert_eq!(columns, 2);
+        assert!((change[1] - 1e-3).abs() < 1e-15 && rest[1].abs() < 1e-15, "{change:?}");
+        secants.observe(&[1.0, 1e-3], &[10.0, 0.01 + 1e-11]);
+        assert_eq!(secants.differences.len(), 2, "rounding explains nothing");
+        secants.begin_step();
+        assert_eq!(secants.differences.len(), 1, "the small difference served its own step");
+        secants.forget();
+        assert_eq!(secants.project(&[0.0, 0.01]).columns, 0);
     }
 }

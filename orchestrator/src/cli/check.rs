@@ -2,7 +2,7 @@
 
 use super::{Check, complain, say};
 use miette::Diagnostic;
-use orchestrator::registry::{self, RegistryError};
+use orchestrator::registry::{self, LimitEquilibrium, RegistryError};
 use orchestrator::scene::{SceneError, SceneWarning};
 use std::path::Path;
 use std::process::ExitCode;
@@ -49,6 +49,12 @@ fn examine(path: &Path, overrides: &[String]) -> Result<(), CheckError> {
     if !frequencies.is_empty() {
         let frequencies: Vec<String> = frequencies.iter().map(|f| format!("{f:.2}")).collect();
         say(format!("  natural frequencies of the dam, intact and empty: {} rad/s", frequencies.join(", ")));
+    }
+    for LimitEquilibrium { elevation, sliding, overturning } in registry::limit_equilibria(&loaded.scene)? {
+        say(format!(
+            "  factor of safety of the crack at {elevation} m before the ground moves: sliding {sliding:.2}, overturning \
+             {overturning:.2}"
+        ));
     }
     Ok(())
 }

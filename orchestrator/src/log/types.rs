@@ -39,6 +39,7 @@ pub fn step_type() -> MessageType {
         ("residual_displacement", Kind::Double),
         ("relaxation", Kind::Double),
         ("secants", Kind::Unsigned),
+        ("fallbacks", Kind::Unsigned),
         ("interpolation_error", Kind::Double),
         ("interface_work", Kind::Double),
         ("interface_energy_produced", Kind::Double),

@@ -270,6 +270,7 @@ impl LogWriter {
             Value::Double(residual(|r| r.displacement)),
             Value::Double(report.relaxation),
             Value::Unsigned(report.secants as u64),
+            Value::Unsigned(u64::from(report.fallbacks)),
             Value::Double(report.interpolation_error.unwrap_or(0.0)),
             Value::Double(work.on_dam),
             Value::Double(work.produced()),

@@ -86,6 +86,8 @@ pub struct Statistics {
     pub calls: [[u64; 2]; 2],
     /// Communication steps that were accepted without convergence.
     pub unconverged: u64,
+    /// Windows in which other accelerations had to take over.
+    pub fallbacks: u64,
     /// Windows that were repeated with shorter steps.
     pub rejected: u64,
     /// Change of the residual when pressures change by rounding, Pa, where it was measured.

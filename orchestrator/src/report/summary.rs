@@ -6,6 +6,10 @@ use std::fmt;
 
 /// The part of the rest, s, over which the residual sliding is averaged.
 const AVERAGED: f64 = 1.0;
+/// Speed of sliding, m/s, and share of the peak kinetic energy, both means over that part, above which a block is not at
+/// rest and has no residual sliding.
+const STILL_SLIDES: f64 = 1e-4;
+const STILL_MOVES: f64 = 1e-2;
 
 const ENERGY_BALANCE: &str = "energy balance error over peak kinetic energy";
 /// Energy balance error, %, above which a summary says loudly that it cannot be trusted.
@@ -56,8 +60,8 @@ impl Summary {
         stress_points: &[[f64; 2]],
         natural_frequencies: &[f64],
     ) -> Self {
-        let mut table =
-            Table { histories, time: histories.column("time").unwrap_or(&[]), quantities: Vec::new() };
+        let time = histories.column("time").unwrap_or(&[]);
+        let mut table = Table { histories, time, quantities: Vec::new(), moving: Vec::new() };
         let empty = loaded.scene.reservoir.fidelity == FidelityScene::Empty;
         if let Some([x, _]) = static_crest {
             let loads = if empty { "weight" } else { "weight, water" };
@@ -129,7 +133,8 @@ impl Summary {
             notes: Vec::new(),
             quantities: table.quantities,
         };
-        summary.notes = summary.remarks(!cracks.is_empty());
+        summary.notes = summary.remarks(!cracks.is_empty() && table.moving.is_empty());
+        summary.notes.extend(table.moving);
         summary.notes.extend(loaded.moved_defaults.iter().cloned());
         if let count @ 1.. = ending.statistics.unconverged {
             summary.notes.insert(
@@ -173,6 +178,8 @@ struct Table<'a> {
     histories: &'a Histories,
     time: &'a [f64],
     quantities: Vec<Quantity>,
+    /// Why a sliding that was asked for is none, of each crack above which a block still moves.
+    moving: Vec<String>,
 }
 
 impl Table<'_> {
@@ -208,8 +215,25 @@ impl Table<'_> {
             return;
         }
         let from = self.time.partition_point(|t| *t < end - AVERAGED);
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
         let last = &values[from..];
-        self.add(name, 1e3 * last.iter().sum::<f64>() / last.len() as f64, "mm", None);
+        let (first_half, second_half) = last.split_at(last.len() / 2);
+        let speed = (mean(second_half) - mean(first_half)) / (AVERAGED / 2.0);
+        let kinetic = self.histories.column("dam.kinetic_energy").unwrap_or(&[]);
+        let peak = kinetic.iter().copied().fold(0.0, f64::max);
+        let share = if peak > 0.0 { mean(kinetic.get(from..).unwrap_or(&[])) / peak } else { 0.0 };
+        if speed.abs() <= STILL_SLIDES && share <= STILL_MOVES {
+            self.add(name, 1e3 * mean(last), "mm", None);
+        } else {
+            self.moving.push(format!(
+                "WARNING: no {name}: the dam is not at rest at the end. In the last {AVERAGED} s the block slides by {:.2} mm/s \
+                 ({} mm/s counts as rest), and the kinetic energy is {:.1e} of its peak ({STILL_MOVES:e} counts as rest); \
+                 lengthen `time.quiet`, and look whether the motion decays",
+                1e3 * speed,
+                1e3 * STILL_SLIDES,
+                share
+            ));
+        }
     }
 
     /// The forces at the base, and the friction that holds it where it is pressed.
@@ -266,6 +290,10 @@ impl Table<'_> {
         for (unit, [calls, repeated]) in ["dam", "reservoir"].into_iter().zip(ending.statistics.calls) {
             self.add(&format!("steps of the {unit}, repeated ones included"), calls as f64, "1", None);
             self.add(&format!("steps of the {unit} that were repeated"), repeated as f64, "1", None);
+        }
+        if ending.statistics.fallbacks > 0 {
+            let name = "steps in which another acceleration had to take over";
+            self.add(name, ending.statistics.fallbacks as f64, "1", None);
         }
         if ending.statistics.rejected > 0 {
             self.add("windows begun anew", ending.statistics.rejected as f64, "1", None);

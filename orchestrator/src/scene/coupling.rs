@@ -24,13 +24,14 @@ pub struct CouplingScene {
     pub tolerance: f64,
     /// Measures that must all be below ε.
     pub measures: Vec<Measure>,
-    /// Most iterations a step. Those that measure and check the units (a Jacobian, the rounding floor, restored states) do
-    /// not count.
+    /// Most iterations a step by one acceleration. Those that measure and check the units (a Jacobian, the rounding floor,
+    /// restored states) do not count.
     #[schemars(range(min = 2, max = 100_000))]
     pub iteration_limit: u32,
     /// What is done when the iterations run out, or no longer reduce the residual.
     pub on_failure: OnFailure,
-    /// Acceleration of the iteration.
+    /// Acceleration of the iteration. Where a quasi-Newton one brings no convergence in a step, it forgets its past; then
+    /// IQN-ILS without a past and Aitken's relaxation take over for this step. Summary and log say so.
     pub acceleration: AccelerationKind,
     /// Relaxation factor: the constant one, or the first one (Aitken, IQN-ILS without a past).
     #[schemars(range(min = 1e-6, max = 1.5))]

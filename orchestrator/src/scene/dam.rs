@@ -33,8 +33,8 @@ pub struct DamScene {
     /// Kinematics of the elements, and of reduced blocks.
     #[serde(default)]
     pub kinematics: KinematicsScene,
-    /// Factor on the critical time step. A dam with cracks takes a quarter of 2/ω at most: with cracks, 0.41 (Rayleigh,
-    /// stiffness) or 0.125 (mass, none) halves the default time step.
+    /// Factor on the critical time step. A dam with cracks takes a quarter of 2/ω at most (Rayleigh, stiffness), or 0.18 of it (others, reduced blocks).
+    /// `cofferdam study sensitivity` halves the time step.
     #[serde(default = "time_step_safety")]
     #[schemars(range(min = 1e-3, max = 1))]
     pub time_step_safety: f64,
@@ -143,6 +143,10 @@ pub struct DampingScene {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("otherwise" = "one of the two is required"))]
     pub multiples_of_first: Option<[f64; 2]>,
+    /// Whether the mass part also resists blocks that slide or rock, as C = αM does in most published runs; for comparison
+    /// with these. Without it a block slides as freely as friction and water let it.
+    #[serde(default)]
+    pub drags_blocks: bool,
     /// The two frequencies themselves.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("unit" = "rad/s", "otherwise" = "one of the two is required"))]
@@ -160,7 +164,7 @@ pub enum DampingModelScene {
     Mass,
     /// Of stiffness, with the ratio at the lower frequency.
     Stiffness,
-    /// A share, π times the ratio, of every force out of balance: the ratio at all frequencies, and none in steady sliding;
+    /// A share, tanh(π × ratio), of every force out of balance: the ratio at all frequencies, and none in steady sliding;
     /// with `dam.fidelity = "dem"` alone.
     Local,
 }

@@ -3,7 +3,7 @@
 use super::shape::Shape;
 
 /// The version of today.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 
 /// A default that is another one since some version.
 struct Moved {
@@ -17,6 +17,7 @@ struct Moved {
 const MOVED: &[Moved] = &[
     Moved { since: 2, key: "coupling.acceleration", before: "\"aitken\"" },
     Moved { since: 2, key: "coupling.measures", before: "[\"pressure\", \"displacement\"]" },
+    Moved { since: 3, key: "dam.damping.drags_blocks", before: "true" },
 ];
 
 /// A sentence for each default that has moved since `version` and that a scene takes: its key is not `given`.
@@ -50,6 +51,6 @@ mod tests {
     fn a_scene_that_names_an_old_version_is_told_what_it_does_not_set() {
         assert!(moved(VERSION, |_| false).is_empty());
         let said = moved(1, |key| key == "coupling.measures");
-        assert!(said.len() == 1 && said[0].contains("\"aitken\" before version 2"), "{said:?}");
+        assert!(said.len() == 2 && said[0].contains("\"aitken\" before version 2"), "{said:?}");
     }
 }

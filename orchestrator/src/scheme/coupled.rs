@@ -20,7 +20,8 @@ use std::time::Instant;
 pub struct Settings {
     /// The scheme.
     pub kind: SchemeKind,
-    /// Largest number of iterations of a window; those that measure and check the units do not count.
+    /// Largest number of iterations of a window by one acceleration; those that measure and check the units do not
+    /// count.
     pub iteration_limit: u32,
     /// Whether the run continues with a window that reached the iteration limit or stagnated; it is reported as not
     /// converged.
@@ -179,6 +180,9 @@ impl Scheme {
     /// Takes the steps of a window, repeated together until they converge. It starts at the end of the last accepted
     /// window, also after other attempts.
     ///
+    /// Where a quasi-Newton acceleration brings no convergence, others take over ([`Acceleration::fallback`]), from the
+    /// iterate with the smallest residual.
+    ///
     /// In the first window that needs more than one iteration, one iteration checks that the units return to their
     /// saved states, and another measures the rounding floor.
     ///
@@ -257,6 +261,10 @@ impl Scheme {
         let mut previous: Option<Vec<f64>> = None;
         let mut guard = Guard::default();
         let mut first = None;
+        // the iterate with the smallest residual
+        let mut best: Option<(f64, Vec<f64>, Vec<f64>)> = None;
+        // the scene's acceleration, without its past, where others took over
+        let mut own: Option<Acceleration> = None;
         self.acceleration.begin_step();
         if std::mem::replace(&mut self.astray, true) {
             self.restore(units)?;
@@ -279,7 +287,7 @@ impl Scheme {
                 }
                 return self.finish(units, report, true);
             }
-            let residual: Vec<f64> = answered.iter().zip(&unknowns).map(|(q, p)| q - p).collect();
+            let mut residual: Vec<f64> = answered.iter().zip(&unknowns).map(|(q, p)| q - p).collect();
             if !probe {
                 left -= 1;
                 let residuals =
@@ -289,26 +297,48 @@ impl Scheme {
                 (report.relaxation, report.secants) =
                     (self.acceleration.relaxation(), self.acceleration.secants());
                 if self.measure.converged(&residuals) {
+                    // What took over served this window only.
+                    if report.fallbacks > 1 {
+                        self.acceleration = own.unwrap_or_else(|| self.fresh.clone());
+                    }
                     return self.finish(units, report, true);
                 }
-                let watched = guard.observe(residuals.pressure, answered.len(), self.floor);
-                if let Err(why) = watched {
-                    let gone_on =
-                        self.settings.accept_unconverged && !matches!(why, Hopeless::Diverging { .. });
-                    return if gone_on {
-                        self.finish(units, report, false)
-                    } else {
-                        Err(hopeless(report, iteration, why))
-                    };
-                }
-                if left == 0 {
-                    return if self.settings.accept_unconverged {
-                        self.finish(units, report, false)
-                    } else {
-                        Err(self.not_converged(report, residuals))
-                    };
-                }
                 previous = Some(displacement);
+                if best.as_ref().is_none_or(|(smallest, ..)| residuals.pressure < *smallest) {
+                    best = Some((residuals.pressure, unknowns.clone(), residual.clone()));
+                }
+                let watched = match self.measure.unbounded(&answered) {
+                    Some(why) => Err(why),
+                    None => guard.observe(residuals.pressure, answered.len(), self.floor),
+                };
+                if watched.is_err() || left == 0 {
+                    let own = own.get_or_insert_with(|| {
+                        let mut acceleration = self.acceleration.clone();
+                        acceleration.forget();
+                        acceleration
+                    });
+                    let rounding = matches!(watched, Err(Hopeless::RoundingFloor { .. }));
+                    let next = own.fallback(report.fallbacks as usize).filter(|_| !rounding);
+                    let Some((acceleration, (_, from, of))) = next.zip(best.clone()) else {
+                        if report.fallbacks > 0 {
+                            self.acceleration = own.clone();
+                        }
+                        let diverges =
+                            matches!(watched, Err(Hopeless::Diverging { .. } | Hopeless::Unbounded { .. }));
+                        return match watched {
+                            _ if self.settings.accept_unconverged && !diverges => {
+                                self.finish(units, report, false)
+                            }
+                            Err(why) => Err(hopeless(report, iteration, why)),
+                            Ok(()) => Err(self.not_converged(report, residuals)),
+                        };
+                    };
+                    report.fallbacks += 1;
+                    self.acceleration = acceleration;
+                    self.acceleration.begin_step();
+                    (unknowns, residual) = (from, of);
+                    (guard, left) = (Guard::default(), self.settings.iteration_limit);
+                }
             }
             let largest = unknowns.iter().chain(&self.hydrostatic).fold(0.0, |a: f64, b| a.max(b.abs()));
             if self.floor.is_none() && largest > 0.0 && norm(answered.iter().copied()) > 0.0 {
@@ -316,6 +346,8 @@ impl Scheme {
                 self.check_states(units, &unknowns, iteration - 1, report)?;
                 let change = checks::FLOOR_PROBE * f64::EPSILON * largest;
                 self.measure_floor(units, [&unknowns, &residual], change, iteration, report)?;
+                self.acceleration.set_floor(self.floor.unwrap_or(0.0));
+                self.fresh.set_floor(self.floor.unwrap_or(0.0));
             }
             self.acceleration.accelerate(&mut unknowns, &residual);
             self.restore(units)?;
@@ -429,7 +461,9 @@ impl Scheme {
         let answered: Vec<f64> = answered.collect();
         let moved = |e: &Exchange| e.outputs[self.channels.dam_displacement.clone()].to_vec();
         let displacement = dam.iter().flat_map(moved).collect();
-        if let Some(why) = self.measure.unbounded(&answered) {
+        if (probe || !self.settings.kind.is_implicit())
+            && let Some(why) = self.measure.unbounded(&answered)
+        {
             return Err(hopeless(report, iteration, why));
         }
         Ok(Answer { unknowns: answered, displacement })

@@ -133,6 +133,8 @@ pub struct WindowReport {
     pub relaxation: f64,
     /// Differences of past iterations used last by a quasi-Newton scheme.
     pub secants: usize,
+    /// Accelerations that were given up in this window, because they brought no convergence.
+    pub fallbacks: u32,
     /// Largest error of the linear interpolation of the pressure within the step, Pa (2-norm): an estimate of the
     /// coupling error that does not depend on the tolerance. `None` in the first steps and for windows of several.
     pub interpolation_error: Option<f64>,

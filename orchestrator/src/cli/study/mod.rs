@@ -5,6 +5,7 @@ mod fidelity;
 mod figure;
 mod resolution;
 mod sensitivity;
+mod shaking;
 mod stability;
 mod tolerance;
 mod windows;
@@ -41,6 +42,9 @@ pub enum Command {
     /// How much the results depend on mesh, time steps and modelling choices
     #[command(after_long_help = sensitivity::HELP)]
     Sensitivity(Arguments),
+    /// How far the results scatter with the shaking, and whether every run reaches its end
+    #[command(after_long_help = shaking::HELP)]
+    Shaking(Arguments),
     /// Whether energy drifts in minutes of ambient vibration
     #[command(after_long_help = ambient::HELP)]
     Ambient(Arguments),
@@ -121,6 +125,7 @@ pub fn run(command: &Command) -> ExitCode {
         Command::Fidelity(arguments) => fidelity::run(arguments),
         Command::Resolution(arguments) => resolution::run(arguments),
         Command::Sensitivity(arguments) => sensitivity::run(arguments),
+        Command::Shaking(arguments) => shaking::run(arguments),
         Command::Windows(arguments) => windows::run(arguments),
     };
     match done {
