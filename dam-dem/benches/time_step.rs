@@ -66,7 +66,8 @@ fn mesh<const THREADS: usize>(bencher: Bencher, element_size: f64) {
     let structure = dam_dem::Structure::new(mesh, &parameters.material, parameters.kinematics, laws, &base);
     let structure = structure.on_threads(THREADS.try_into().unwrap()).unwrap();
     let rayleigh = dam_dem::RayleighCoefficients { mass: 1.0, stiffness: 1e-3 };
-    let damping = dam_dem::DampingCoefficients { rayleigh, memory: 0.8, local: 0.0 };
+    let damping =
+        dam_dem::DampingCoefficients { rayleigh, memory: 0.8, ..dam_dem::DampingCoefficients::NONE };
     let steps = CentralDifference { time_step: 1e-7, steps: 20 };
     let (mut motion, loads) = (structure.at_rest(), LoadPath::constant(structure.weight([0.0, -9.81])));
     let items = structure.cells.triangle_count() * steps.steps;

@@ -36,14 +36,43 @@ fn first_panel(dam: &dam_dem::Dam) -> f64 {
     dam.wet_face().map_or(0.0, |face| face.points()[1][1])
 }
 
-/// Without friction the water pushes the block off: no state of rest exists.
+/// Without friction the water pushes the block off, unless a bond holds it: the cohesion would be enough if it acted
+/// everywhere at once, but it breaks where the stress is largest, and then everywhere.
 #[test]
-fn a_dam_that_cannot_stand_is_refused() {
-    let slippery = CrackParameters { friction_coefficient: 0.0, ..support::crack_at(66.5) };
-    let refused = support::at_rest(DamParameters { cracks: vec![slippery], ..support::koyna(15.0) });
+fn a_bond_that_breaks_piece_by_piece_leaves_no_state_of_rest() -> Result<(), DamError> {
+    let smooth = |cohesion: f64| DamParameters {
+        cracks: vec![CrackParameters { friction_coefficient: 0.0, cohesion, ..support::crack_at(66.5) }],
+        ..support::koyna(15.0)
+    };
+    let needed = 1e6 / smooth(1e6).limit_equilibria(9810.0)?[0].sliding;
+    assert!(matches!(support::at_rest(smooth(0.99 * needed)), Err(DamError::CannotStand { .. })));
+    let refused = support::at_rest(smooth(1.05 * needed));
     let Err(error) = refused else { panic!("a state of rest was found for a block without friction") };
     println!("{error}");
-    assert!(matches!(error, DamError::StaticNotConverged { .. }));
+    assert!(
+        matches!(error, DamError::StaticNotConverged { iterations: 1..100_000, .. }),
+        "it runs away and is not followed to the end"
+    );
+    support::at_rest(smooth(3.0 * needed)).map(|_| ())
+}
+
+/// Loads that are not numbers end the relaxation at once.
+#[test]
+fn loads_that_are_no_numbers_end_at_once() -> Result<(), DamError> {
+    let dam = support::at_rest(support::koyna(15.0))?;
+    let structure = dam.structure();
+    let mut loads = structure.weight([0.0, -9.81]);
+    let last = loads.len() - 1;
+    loads[last] = [f64::NAN; 2];
+    let mut motion = structure.at_rest();
+    for refused in [
+        DynamicRelaxation::default().relax(structure, &mut motion, &loads),
+        SparseNewton::default().relax(structure, &mut motion, &loads),
+    ] {
+        let at_once = matches!(refused, Err(DamError::StaticNotConverged { iterations: 0..2, .. }));
+        assert!(at_once, "{refused:?}");
+    }
+    Ok(())
 }
 
 /// Newton's iteration and dynamic relaxation give the same state of rest. Tolerance: residuals of 1e-9 of the loads.

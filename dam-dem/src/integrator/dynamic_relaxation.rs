@@ -68,15 +68,14 @@ impl DynamicRelaxation {
         structure.add_internal_forces(motion, 0.0, &mut residual);
         let mut before = residual.clone();
         let mut damping = 0.0;
-        for iterations in 0..self.max_iterations {
-            let relative = norm(&residual) / scale;
-            if relative > RUNAWAY {
-                break;
-            }
+        let (mut iterations, mut relative) = (0, norm(&residual) / scale);
+        // not a number is no state of rest either
+        while iterations < self.max_iterations && relative <= RUNAWAY {
             if relative <= self.tolerance {
                 motion.velocity.fill([0.0; 2]);
                 return Ok(Relaxed { iterations, residual: relative });
             }
+            iterations += 1;
             let (keep, push) = ((2.0 - damping) / (2.0 + damping), 2.0 / (2.0 + damping));
             for (i, inverse) in inverse_mass.iter().enumerate() {
                 for d in 0..2 {
@@ -97,13 +96,9 @@ impl DynamicRelaxation {
                 }
             }
             damping = if work > 0.0 { 2.0 * (work / kinetic).sqrt().min(1.0) } else { 0.0 };
+            relative = norm(&residual) / scale;
         }
-        let residual = norm(&residual) / scale;
-        Err(DamError::StaticNotConverged {
-            iterations: self.max_iterations,
-            residual,
-            tolerance: self.tolerance,
-        })
+        Err(DamError::StaticNotConverged { iterations, residual: relative, tolerance: self.tolerance })
     }
 }
 

@@ -51,7 +51,7 @@ impl SparseNewton {
             let mut forces = loads.to_vec();
             structure.add_internal_forces(motion, 0.0, &mut forces);
             let forces = free(&forces);
-            residual = if scale > 0.0 { forces.norm() / scale } else { 0.0 };
+            residual = if scale == 0.0 { 0.0 } else { forces.norm() / scale };
             if residual <= self.tolerance {
                 return Ok(Relaxed { iterations, residual });
             }

@@ -32,7 +32,7 @@ impl Superposition {
     pub(crate) fn relax(&self, motion: &mut ModalMotion, loads: &[f64]) -> Result<Relaxed, DamError> {
         let factors =
             Cholesky::new(self.sides.closed_stiffness(&self.stiffness)).ok_or(DamError::Singular)?;
-        let norm = |forces: &DVector<f64>| forces.dot(&factors.solve(forces)).max(0.0).sqrt();
+        let norm = |forces: &DVector<f64>| forces.dot(&factors.solve(forces)).abs().sqrt();
         let scale = norm(&DVector::from_column_slice(loads));
         let mut pressing = Pressing::at(&self.sides, &motion.coordinates);
         let (mut iterations, mut residual) = (0, 0.0);
@@ -41,7 +41,7 @@ impl Superposition {
             let forces = DVector::from_fn(loads.len(), |i, _| {
                 loads[i] + motion.contact_forces[i] - self.stiffness[i] * motion.coordinates[i]
             });
-            residual = if scale > 0.0 { norm(&forces) / scale } else { 0.0 };
+            residual = if scale == 0.0 { 0.0 } else { norm(&forces) / scale };
             if residual <= TOLERANCE {
                 return Ok(Relaxed { iterations, residual });
             }
