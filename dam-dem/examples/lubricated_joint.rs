@@ -47,7 +47,7 @@ fn main() -> Result<(), DamError> {
     let sloping = structure.weight([g * angle.sin(), -g * angle.cos()]);
     let damping = DampingCoefficients::NONE;
     structure.accelerate(damping, &mut motion, &sloping);
-    let steps = CentralDifference::covering(0.06, 0.9 * CriticalTimeStep::of(&structure, damping).limit);
+    let steps = CentralDifference::covering(0.06, 0.9 * CriticalTimeStep::of(&structure, damping)?.limit);
     steps.advance(&structure, damping, &mut motion, &LoadPath::constant(sloping), &mut Work::default());
 
     let mass: f64 = block.clone().map(|n| structure.mass[n]).sum();

@@ -181,9 +181,9 @@ pub enum DamError {
     /// The stiffness matrix could not be factored.
     #[error("the stiffness of the intact dam is not positive definite; its section or mesh is degenerate")]
     Singular,
-    /// The natural frequencies did not converge.
+    /// The natural frequencies, or the highest frequency, did not converge.
     #[error(
-        "natural frequencies: relative change {change:e} after {iterations} subspace iterations, {tolerance:e} is asked for; ask for fewer frequencies"
+        "frequencies of the dam: relative change {change:e} after {iterations} iterations, {tolerance:e} is asked for; ask for fewer frequencies, or look for elements and joints of very different size or stiffness"
     )]
     FrequenciesNotConverged {
         /// Iterations made.

@@ -127,7 +127,7 @@ impl Model {
         let (structure, drags_blocks) = (&body.structure, parameters.drags_blocks);
         let model = match parameters.fidelity {
             Fidelity::Dem => {
-                let frequency = highest_frequency(structure);
+                let frequency = highest_frequency(structure)?;
                 let damping = DampingCoefficients {
                     rayleigh,
                     memory: 0.0,

@@ -2,7 +2,7 @@ use nalgebra::{DMatrix, SymmetricEigen};
 
 use crate::contact::{ContactLaw, Stencil};
 use crate::structure::Structure;
-use crate::{AddedMass, DampingCoefficients, RayleighCoefficients};
+use crate::{AddedMass, DamError, DampingCoefficients, RayleighCoefficients};
 
 /// The longest stable time step of central differences with lagged damping of memory m
 /// ([`StiffnessDamping`](crate::StiffnessDamping)).
@@ -49,8 +49,13 @@ const MAX_ITERATIONS: usize = 400;
 
 impl CriticalTimeStep {
     /// The critical time step of a `structure` with `damping`.
-    pub fn of(structure: &Structure<impl ContactLaw>, damping: impl Into<DampingCoefficients>) -> Self {
-        Self::of_frequency(structure, damping, highest_frequency(structure))
+    ///
+    /// **Errors**: [`DamError::FrequenciesNotConverged`].
+    pub fn of(
+        structure: &Structure<impl ContactLaw>,
+        damping: impl Into<DampingCoefficients>,
+    ) -> Result<Self, DamError> {
+        Ok(Self::of_frequency(structure, damping, highest_frequency(structure)?))
     }
 
     /// The same, if the highest frequency without added mass is known: `frequency` (rad/s).
@@ -81,7 +86,14 @@ impl CriticalTimeStep {
 /// Highest frequency without added mass, rad/s: square root of the largest eigenvalue of `M^(−½) K M^(−½)`,
 /// by Lanczos iteration with full reorthogonalisation. K is applied element by element and is never
 /// assembled.
-pub(crate) fn highest_frequency(structure: &Structure<impl ContactLaw>) -> f64 {
+///
+/// **Errors**: [`DamError::FrequenciesNotConverged`]: a Ritz value that still grows is below the highest frequency, and
+/// a time step from it too long.
+pub(crate) fn highest_frequency(structure: &Structure<impl ContactLaw>) -> Result<f64, DamError> {
+    highest_frequency_in(structure, MAX_ITERATIONS)
+}
+
+fn highest_frequency_in(structure: &Structure<impl ContactLaw>, most: usize) -> Result<f64, DamError> {
     let stencils = structure.stencils();
     let root: Vec<f64> = structure.inverse_mass.iter().map(|m| m.sqrt()).collect();
     let scale = |x: &[[f64; 2]]| -> Vec<[f64; 2]> {
@@ -100,8 +112,8 @@ pub(crate) fn highest_frequency(structure: &Structure<impl ContactLaw>) -> f64 {
     let free = 2 * root.iter().filter(|&&r| r > 0.0).count();
     let mut basis: Vec<Vec<[f64; 2]>> = Vec::new();
     let (mut diagonal, mut off_diagonal) = (Vec::new(), Vec::new());
-    let (mut norm, mut largest) = (dot(&next, &next).sqrt(), 0.0);
-    for iteration in 1..=MAX_ITERATIONS.min(free) {
+    let (mut norm, mut largest, mut change) = (dot(&next, &next).sqrt(), 0.0, f64::INFINITY);
+    for iteration in 1..=most.min(free) {
         next.iter_mut().flatten().for_each(|x| *x /= norm);
         basis.push(next);
         let current = &basis[basis.len() - 1];
@@ -120,15 +132,16 @@ pub(crate) fn highest_frequency(structure: &Structure<impl ContactLaw>) -> f64 {
         let exhausted = norm <= 1e-12 * diagonal[0].abs() || iteration == free;
         if iteration % 10 == 0 || exhausted {
             let value = largest_eigenvalue(&diagonal, &off_diagonal);
-            if exhausted || (value - largest).abs() <= TOLERANCE * value {
-                return value.sqrt();
+            change = (value - largest).abs() / value;
+            if exhausted || change <= TOLERANCE {
+                return Ok(value.sqrt());
             }
             largest = value;
         }
         off_diagonal.push(norm);
         next = image;
     }
-    largest.sqrt()
+    Err(DamError::FrequenciesNotConverged { iterations: most, change, tolerance: TOLERANCE })
 }
 
 /// `K u`, N/m.
@@ -163,4 +176,26 @@ fn largest_eigenvalue(diagonal: &[f64], off_diagonal: &[f64]) -> f64 {
         _ => 0.0,
     });
     SymmetricEigen::new(tridiagonal).eigenvalues.max()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::{Coulomb, Integration};
+    use crate::{Kinematics, Material, Mesh, Plane, Section};
+
+    #[test]
+    fn a_frequency_that_still_grows_is_an_error() {
+        let mesh = Mesh::mapped(&Section::rectangle(8.0, 20.0), &[vec![0.0, 5.0, 10.0, 15.0, 20.0]], 6);
+        let material =
+            Material { young_modulus: 1e9, poisson_ratio: 0.2, density: 2400.0, plane: Plane::Stress };
+        let none: [(Coulomb, Integration); 0] = [];
+        let structure = Structure::new(mesh, &material, Kinematics::Small, none, &[]);
+        let found = highest_frequency(&structure).expect("the iteration converges");
+        let early = highest_frequency_in(&structure, 10);
+        assert!(
+            matches!(early, Err(DamError::FrequenciesNotConverged { iterations: 10, .. })),
+            "{early:?} of {found}"
+        );
+    }
 }

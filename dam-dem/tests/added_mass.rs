@@ -2,9 +2,7 @@
 
 use crate::support;
 
-use dam_dem::{
-    AddedMass, CriticalTimeStep, Dam, DamError, DamParameters, Damping, Kinematics, Material, Plane, Section,
-};
+use dam_dem::{AddedMass, Dam, DamError, DamParameters, Damping, Kinematics, Material, Plane, Section};
 use interface::{CoSimulation, WetFace, variables::dam as variable};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use std::f64::consts::PI;
@@ -341,7 +339,7 @@ fn the_time_step_is_that_of_the_structure() -> Result<(), DamError> {
     let (structure, damping) = (dam.structure(), dam.damping_coefficients());
     let least = structure.added_mass.as_ref().map_or(1.0, AddedMass::least_share);
     assert!(least < 1.0 && damping.rayleigh.mass > 0.0);
-    assert_eq!(dam.critical_time_step(), CriticalTimeStep::of(structure, damping));
+    assert_eq!(dam.critical_time_step(), support::critical(structure, damping));
     Ok(())
 }
 

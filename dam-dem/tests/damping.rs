@@ -6,7 +6,7 @@ use dam_dem::energy::Work;
 use dam_dem::integrator::CentralDifference;
 use dam_dem::loads::LoadPath;
 use dam_dem::modal::{self, DegreesOfFreedom};
-use dam_dem::{CriticalTimeStep, Dam, DamError, DamParameters, Damping, DampingFrequencies, Motion};
+use dam_dem::{Dam, DamError, DamParameters, Damping, DampingFrequencies, Motion};
 use std::f64::consts::{PI, TAU};
 
 /// The intact dam, displaced in the shape of its second mode, and the frequency of this mode (rad/s).
@@ -35,7 +35,7 @@ fn measured(dam: &Dam, mut motion: Motion, frequency: f64) -> (f64, f64) {
     let before = energy(&motion);
     let periods = 3.0;
     let duration = periods * TAU / frequency;
-    let steps = CentralDifference::covering(duration, 0.1 * CriticalTimeStep::of(structure, damping).limit);
+    let steps = CentralDifference::covering(duration, 0.1 * support::critical(structure, damping).limit);
     let mut work = Work::default();
     let loads = LoadPath::constant(zero);
     steps.advance(structure, damping, &mut motion, &loads, &mut work);
@@ -81,7 +81,7 @@ fn local_damping_shortens_the_time_step() -> Result<(), DamError> {
         }
         motion.displacement.fill([0.0; 2]);
         let zero = vec![[0.0; 2]; motion.displacement.len()];
-        let limit = CriticalTimeStep::of(structure, damping).limit;
+        let limit = support::critical(structure, damping).limit;
         let start = structure.kinetic_energy(&motion);
         structure.accelerate(damping, &mut motion, &zero);
         let steps = CentralDifference { time_step: 0.99 * limit, steps: 2000 };

@@ -7,8 +7,8 @@ use dam_dem::energy::Work;
 use dam_dem::integrator::CentralDifference;
 use dam_dem::loads::LoadPath;
 use dam_dem::{
-    CriticalTimeStep, Dam, DamError, DamParameters, DampingCoefficients, Kinematics, Mesh, Motion,
-    RayleighCoefficients, Section, Structure,
+    Dam, DamError, DamParameters, DampingCoefficients, Kinematics, Mesh, Motion, RayleighCoefficients,
+    Section, Structure,
 };
 use interface::variables::dam as variable;
 use nalgebra::DMatrix;
@@ -50,7 +50,7 @@ fn values<'a>(structure: &Structure, motion: &'a mut Motion) -> Vec<&'a mut f64>
 
 /// Largest absolute eigenvalue of the map of one time step, from its powers.
 fn amplification(structure: &Structure, damping: DampingCoefficients, share: f64) -> f64 {
-    let time_step = share * CriticalTimeStep::of(structure, damping).limit;
+    let time_step = share * support::critical(structure, damping).limit;
     let still = LoadPath::constant(structure.weight([0.0; 2]));
     let free = 2 * free(structure).len();
     // units: displacement in m, velocity in m/step, acceleration in m/step², stress as the acceleration that
@@ -98,7 +98,7 @@ fn the_limit_is_that_of_the_true_amplification() {
     ] {
         let (structure, damping) = (column(1), with_memory(mass, stiffness, memory));
         let [below, above] = [0.999, 1.001].map(|share| amplification(&structure, damping, share));
-        let ratio = damping.rayleigh.ratio_at(CriticalTimeStep::of(&structure, damping).highest_frequency);
+        let ratio = damping.rayleigh.ratio_at(support::critical(&structure, damping).highest_frequency);
         println!(
             "ξ = {ratio:.1e}, m = {memory}: largest |z| {below:.5} at 0.999, {above:.5} at 1.001 of the limit"
         );
@@ -121,8 +121,7 @@ fn the_ledger_closes_with_memory() {
         let still = LoadPath::constant(structure.weight([0.0; 2]));
         structure.accelerate(damping, &mut motion, &still.start);
         let start = structure.kinetic_energy(&motion);
-        let steps =
-            CentralDifference::covering(5e-3, share * CriticalTimeStep::of(&structure, damping).limit);
+        let steps = CentralDifference::covering(5e-3, share * support::critical(&structure, damping).limit);
         let mut work = Work::default();
         steps.advance(&structure, damping, &mut motion, &still, &mut work);
         let left = structure.kinetic_energy(&motion) + structure.strain_energy(&motion);
@@ -151,7 +150,7 @@ fn memory_fades_with_the_time_step() {
         steps.advance(&structure, damping, &mut motion, &push, &mut Work::default());
         motion.velocity[structure.mesh.nodes.len() - 2][0]
     };
-    let limit = CriticalTimeStep::of(&column(20), with_memory(0.0, 5e-4, 0.0)).limit;
+    let limit = support::critical(&column(20), with_memory(0.0, 5e-4, 0.0)).limit;
     let exact = top(0.0, limit / 20.0);
     let errors = [1.0, 0.5, 0.25].map(|share| (top(0.5, share * limit) / exact - 1.0).abs());
     let orders = [(errors[0] / errors[1]).log2(), (errors[1] / errors[2]).log2()];

@@ -6,9 +6,7 @@ use dam_dem::contact::{ContactStatus, Coulomb, Integration};
 use dam_dem::energy::Work;
 use dam_dem::integrator::{CentralDifference, DynamicRelaxation};
 use dam_dem::loads::LoadPath;
-use dam_dem::{
-    CriticalTimeStep, DamError, Kinematics, Mesh, Motion, RayleighCoefficients, Section, Structure,
-};
+use dam_dem::{DamError, Kinematics, Mesh, Motion, RayleighCoefficients, Section, Structure};
 use std::f64::consts::TAU;
 use support::{GRAVITY, stiff};
 
@@ -31,7 +29,7 @@ fn a_moving_base_and_its_frame_agree() -> Result<(), DamError> {
     let structure =
         Structure::new(mesh, &stiff(1e9), Kinematics::Corotational, [(law, Integration::Nodal)], &base);
     let damping = RayleighCoefficients { mass: 0.0, stiffness: 1e-4 };
-    let step = 0.5 * CriticalTimeStep::of(&structure, damping).limit;
+    let step = 0.5 * support::critical(&structure, damping).limit;
     let forces = |a: f64| structure.weight([-a, -GRAVITY]);
     let mut rest = structure.at_rest();
     DynamicRelaxation::default().relax(&structure, &mut rest, &forces(0.0))?;

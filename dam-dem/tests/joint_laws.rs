@@ -7,8 +7,8 @@ use dam_dem::energy::Work;
 use dam_dem::integrator::{CentralDifference, DynamicRelaxation};
 use dam_dem::loads::LoadPath;
 use dam_dem::{
-    CrackParameters, CriticalTimeStep, DamError, DamParameters, Kinematics, Mesh, Motion,
-    RayleighCoefficients, Section, Structure,
+    CrackParameters, DamError, DamParameters, Kinematics, Mesh, Motion, RayleighCoefficients, Section,
+    Structure,
 };
 use interface::variables::dam as variable;
 
@@ -113,7 +113,7 @@ fn a_dilating_joint_lifts_its_block() -> Result<(), DamError> {
         let stored = structure.stored_energy(&motion);
         let (_, pushed) = blocks(dilating, integration, [0.7e5, -1e5]);
         structure.accelerate(damping, &mut motion, &pushed);
-        let steps = CentralDifference::covering(0.12, 0.2 * CriticalTimeStep::of(&structure, damping).limit);
+        let steps = CentralDifference::covering(0.12, 0.2 * support::critical(&structure, damping).limit);
         let mut work = Work::default();
         steps.advance(&structure, damping, &mut motion, &LoadPath::constant(pushed), &mut work);
         let now = structure.stored_energy(&motion);

@@ -8,9 +8,7 @@ use dam_dem::contact::{Coulomb, Integration};
 use dam_dem::energy::Work;
 use dam_dem::integrator::{CentralDifference, DynamicRelaxation};
 use dam_dem::loads::LoadPath;
-use dam_dem::{
-    CriticalTimeStep, DamError, DampingCoefficients, Motion, RayleighCoefficients, best_fit_rotation,
-};
+use dam_dem::{DamError, DampingCoefficients, Motion, RayleighCoefficients, best_fit_rotation};
 use support::{GRAVITY, mean};
 
 /// Component of gravity along the slope, as a share of g.
@@ -32,7 +30,7 @@ fn rocking_takes_its_time() {
         nodes.clone().map(|n| structure.mass[n] * (arm(n)[0].powi(2) + arm(n)[1].powi(2))).sum();
     let (radius, slenderness) = (centre[0].hypot(centre[1]), centre[0].atan2(centre[1]));
     // with contacts without damping, steps longer than a quarter of 2/ω create energy
-    let step = 0.2 * CriticalTimeStep::of(&structure, DampingCoefficients::NONE).limit;
+    let step = 0.2 * support::critical(&structure, DampingCoefficients::NONE).limit;
     let weight = structure.weight([0.0, -GRAVITY]);
     for share in [0.2, 0.4, 0.6] {
         let angle = share * slenderness;
@@ -133,7 +131,7 @@ fn a_record_slides_a_block_as_newmark_says() -> Result<(), DamError> {
     DynamicRelaxation::default().relax(&structure, &mut motion, &forces(SLOPE * GRAVITY))?;
     let rest = mean(&structure, &motion.displacement, 1)[0];
     structure.accelerate(damping, &mut motion, &forces(samples[0].1));
-    let limit = 0.9 * CriticalTimeStep::of(&structure, damping).limit;
+    let limit = 0.9 * support::critical(&structure, damping).limit;
     let mut work = Work::default();
     for pair in samples.windows(2) {
         let [start, end] = [pair[0], pair[1]].map(|(_, a)| forces(a));

@@ -7,9 +7,7 @@ use dam_dem::energy::Work;
 use dam_dem::integrator::{CentralDifference, SparseNewton};
 use dam_dem::loads::LoadPath;
 use dam_dem::modal::{self, DegreesOfFreedom};
-use dam_dem::{
-    CriticalTimeStep, Dam, DamError, DamParameters, DampingCoefficients, Fidelity, RayleighCoefficients,
-};
+use dam_dem::{Dam, DamError, DamParameters, DampingCoefficients, Fidelity, RayleighCoefficients};
 use interface::variables::dam as variable;
 use std::f64::consts::TAU;
 
@@ -65,8 +63,7 @@ fn closed_cracks_keep_the_ratio() -> Result<(), DamError> {
         dofs.nodes().for_each(|(node, dof)| motion.velocity[node] = [0, 1].map(|d| 1e-3 * shape(dof + d)));
         let periods = 3.0;
         let duration = periods * TAU / frequency;
-        let steps =
-            CentralDifference::covering(duration, 0.5 * CriticalTimeStep::of(structure, damping).limit);
+        let steps = CentralDifference::covering(duration, 0.5 * support::critical(structure, damping).limit);
         let path = LoadPath::constant(loads.clone());
         steps.advance(structure, damping, &mut motion, &path, &mut Work::default());
         let [mut coordinate, mut rate] = [0.0; 2];

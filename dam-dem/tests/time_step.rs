@@ -6,9 +6,7 @@ use dam_dem::contact::{Coulomb, Integration};
 use dam_dem::energy::Work;
 use dam_dem::integrator::{CentralDifference, DynamicRelaxation};
 use dam_dem::loads::LoadPath;
-use dam_dem::{
-    CriticalTimeStep, DamError, Kinematics, Mesh, Motion, RayleighCoefficients, Section, Structure,
-};
+use dam_dem::{DamError, Kinematics, Mesh, Motion, RayleighCoefficients, Section, Structure};
 
 /// Largest velocity after 4000 steps from `motion`, over the initial velocity of 1e-6 m/s.
 fn growth(
@@ -25,7 +23,7 @@ fn growth(
         }
     }
     let loads = LoadPath::constant(structure.weight([0.0, -gravity]));
-    let time_step = share * CriticalTimeStep::of(structure, damping).limit;
+    let time_step = share * support::critical(structure, damping).limit;
     structure.accelerate(damping, &mut motion, &loads.start);
     let steps = CentralDifference { time_step, steps: 4000 };
     steps.advance(structure, damping, &mut motion, &loads, &mut Work::default());
@@ -43,7 +41,7 @@ fn the_critical_time_step_is_sharp() {
     let rest = structure.at_rest();
     for stiffness in [0.0, 1e-5, 1e-3] {
         let damping = RayleighCoefficients { mass: 1.0, stiffness };
-        let critical = CriticalTimeStep::of(&structure, damping);
+        let critical = support::critical(&structure, damping);
         let (stable, unstable) =
             (growth(&structure, damping, &rest, 0.0, 0.99), growth(&structure, damping, &rest, 0.0, 1.05));
         let ratio = damping.ratio_at(critical.highest_frequency);
@@ -69,7 +67,7 @@ fn joints_count_in_the_critical_time_step() -> Result<(), DamError> {
         let damping = RayleighCoefficients { mass: 0.0, stiffness };
         let (stable, unstable) =
             (growth(&structure, damping, &rest, 9.81, 0.99), growth(&structure, damping, &rest, 9.81, 1.05));
-        let highest = CriticalTimeStep::of(&structure, damping).highest_frequency;
+        let highest = support::critical(&structure, damping).highest_frequency;
         println!("joint, ω = {highest:.0} rad/s, β = {stiffness}: growth {stable:.1e}, {unstable:.1e}");
         assert!(stable < 10.0 && unstable > 100.0);
     }

@@ -7,9 +7,7 @@ use dam_dem::contact::{Coulomb, Integration};
 use dam_dem::energy::Work;
 use dam_dem::integrator::{CentralDifference, DynamicRelaxation};
 use dam_dem::loads::LoadPath;
-use dam_dem::{
-    CriticalTimeStep, DamError, DampingCoefficients, Kinematics, Mesh, Motion, Section, Structure,
-};
+use dam_dem::{DamError, DampingCoefficients, Kinematics, Mesh, Motion, Section, Structure};
 use support::{GRAVITY, stiff};
 
 /// Two blocks with matching meshes, 3 m wide, the lower one fixed.
@@ -27,7 +25,7 @@ fn period(
     forces: Vec<[f64; 2]>,
     value: impl Fn(&Motion) -> f64,
 ) -> f64 {
-    let step = 0.1 * CriticalTimeStep::of(structure, DampingCoefficients::NONE).limit;
+    let step = 0.1 * support::critical(structure, DampingCoefficients::NONE).limit;
     structure.accelerate(DampingCoefficients::NONE, motion, &forces);
     let loads = LoadPath::constant(forces);
     let (mut crossings, mut before) = (Vec::new(), value(motion));

@@ -7,7 +7,7 @@ use dam_dem::contact::{Coulomb, Integration};
 use dam_dem::energy::Work;
 use dam_dem::integrator::CentralDifference;
 use dam_dem::loads::LoadPath;
-use dam_dem::{CriticalTimeStep, DampingCoefficients, Kinematics, Mesh, Section, Structure};
+use dam_dem::{DampingCoefficients, Kinematics, Mesh, Section, Structure};
 use std::f64::consts::PI;
 use support::stiff;
 
@@ -43,7 +43,7 @@ fn velocities(structure: &Structure, node: usize, until: f64) -> Vec<(f64, f64)>
     let still = structure.weight([0.0; 2]);
     structure.accelerate(DampingCoefficients::NONE, &mut motion, &still);
     let loads = LoadPath::constant(still);
-    let step = 0.5 * CriticalTimeStep::of(structure, DampingCoefficients::NONE).limit;
+    let step = 0.5 * support::critical(structure, DampingCoefficients::NONE).limit;
     let mut found = Vec::new();
     for n in 1..=(until / step) as usize {
         CentralDifference { time_step: step, steps: 1 }.advance(

@@ -110,6 +110,14 @@ pub fn block_on_ground(size: [f64; 2], young_modulus: f64, law: Coulomb, contact
     Structure::new(mesh, &stiff(young_modulus), Kinematics::Corotational, [(law, contacts)], &fixed)
 }
 
+/// The critical time step of `structure`.
+pub fn critical(
+    structure: &Structure<impl ContactLaw>,
+    damping: impl Into<DampingCoefficients>,
+) -> CriticalTimeStep {
+    CriticalTimeStep::of(structure, damping).expect("the highest frequency is found")
+}
+
 /// Steps under the constant acceleration `body` (m/s²) of all masses for `duration` (s).
 pub fn run(
     structure: &Structure,
@@ -121,7 +129,7 @@ pub fn run(
     let damping = damping.into();
     let forces = structure.weight(body);
     structure.accelerate(damping, motion, &forces);
-    let steps = CentralDifference::covering(duration, 0.9 * CriticalTimeStep::of(structure, damping).limit);
+    let steps = CentralDifference::covering(duration, 0.9 * critical(structure, damping).limit);
     let mut work = Work::default();
     steps.advance(structure, damping, motion, &LoadPath::constant(forces), &mut work);
     work
