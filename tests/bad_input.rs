@@ -548,6 +548,40 @@ fn check_says_what_a_run_would_be() {
     assert!(complaint.contains("koyna-intact") && complaint.contains("rigid-dam-ramp"), "{complaint}");
 }
 
+/// A block whose vibration grows while it slides is named with its frequency, and with a damping that cures it.
+#[test]
+fn check_warns_of_a_block_that_shakes_itself() {
+    let joint = [
+        "reservoir.depth=37",
+        "dam.section={upstream = [[0.0, 0.0], [0.0, 40.0]], downstream = [[32.0, 0.0], [5.0, 34.0], [5.0, 40.0]]}",
+        "dam.material={young_modulus = 25e9, poisson_ratio = 0.2, density = 2400.0}",
+        "dam.cracks.0.elevation=1",
+        "dam.cracks.0.friction_coefficient=0.507",
+        "dam.element_size=2.5",
+    ];
+    let check = |more: &[&str]| {
+        let mut command = std::process::Command::new(binary());
+        command.args(["check", "scenes/koyna-northridge-1994"]).current_dir(root());
+        joint.iter().chain(more).for_each(|set| _ = command.args(["--set", set]));
+        let output = command.output().expect("cofferdam runs");
+        assert_eq!(output.status.code(), Some(0), "{output:?}");
+        (String::from_utf8_lossy(&output.stdout).into_owned(), flat(&output.stderr))
+    };
+    let (said, complaint) = check(&[]);
+    let vibration = said.lines().find_map(|line| {
+        line.strip_prefix("  while the block above 1 m slides downstream: vibration at ")?
+            .split_once(" Hz grows by ")
+    });
+    let frequency: f64 = vibration.and_then(|(hertz, _)| hertz.parse().ok()).expect("a frequency");
+    // in time, with water, the block shakes at 25 Hz
+    assert!((24.0..28.0).contains(&frequency), "{said}");
+    let cure = "it would decay with dam.damping.model = \"stiffness\"";
+    assert!(complaint.contains("shakes itself") && complaint.contains(cure), "{complaint}");
+    let (said, complaint) = check(&["dam.damping.model=\"stiffness\""]);
+    assert!(said.contains("slides downstream: vibration at") && !said.contains("grows"), "{said}");
+    assert_eq!(complaint, "");
+}
+
 #[test]
 fn a_run_shows_the_warnings_and_goes_on() {
     let mut scenario = Scenario::shipped(RAMP);

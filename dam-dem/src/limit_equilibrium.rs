@@ -105,9 +105,7 @@ impl DamParameters {
         let laws = cracks.iter().map(|crack| (MohrCoulomb::from(crack), crack.integration));
         let base = mesh.blocks[0].bottom.clone();
         let structure = Structure::new(mesh, &self.material, self.kinematics, laws, &base);
-        let points = wet.as_ref().map_or(&[][..], |wet| wet.face.points());
-        let pressure: Vec<f64> =
-            points.iter().map(|point| specific_weight * (self.water_depth - point[1])).collect();
+        let pressure = wet.as_ref().map_or_else(Vec::new, |wet| wet.hydrostatic(specific_weight));
         Ok(LimitEquilibrium::of(&structure, &cracks, wet.as_ref(), &pressure, self.gravity))
     }
 }

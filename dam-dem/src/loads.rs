@@ -77,6 +77,13 @@ impl Wet {
         let load = PressureLoad::new(&face, &nodes);
         Ok(Some(Self { normals: face.normals(), face, nodes, load }))
     }
+
+    /// Hydrostatic pressure at the interface points for a `specific_weight` of the water (N/m³), Pa.
+    pub fn hydrostatic(&self, specific_weight: f64) -> Vec<f64> {
+        let points = self.face.points();
+        let level = points.last().map_or(0.0, |point| point[1]);
+        points.iter().map(|point| specific_weight * (level - point[1])).collect()
+    }
 }
 
 /// The chain of nodes, in which nodes at a kink of the face occur twice, so that the points of each panel

@@ -11,6 +11,7 @@ mod damping_memory;
 mod elements;
 mod energy;
 mod extremes;
+mod flutter;
 mod frames;
 mod joint_laws;
 mod limit_equilibrium;

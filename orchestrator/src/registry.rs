@@ -5,12 +5,12 @@
 
 use crate::participant::{EmptyReservoir, InProcess, Messages, Participant, Prescribed};
 use crate::scene::{
-    DamFidelityScene, DamScene, DampingModelScene, FidelityScene, LoadedScene, ProfileScene, Refusal, Scene,
-    SceneError, UnitChecks,
+    DamFidelityScene, DamScene, DampingModelScene, DampingScene, FidelityScene, LoadedScene, ProfileScene,
+    Refusal, Scene, SceneError, UnitChecks,
 };
 use crate::scheme::{SchemeKind, Side};
-pub use dam_dem::LimitEquilibrium;
 use dam_dem::{Dam, DamError, DamParameters, Damping, DampingFrequencies};
+pub use dam_dem::{Flutter, LimitEquilibrium};
 use interface::variables::dam::NATURAL_FREQUENCY;
 use interface::{CoSimulation, WetFace, WetFaceError};
 use nalgebra::{Complex, DMatrix};
@@ -105,6 +105,48 @@ pub fn limit_equilibria(scene: &Scene) -> Result<Vec<LimitEquilibrium>, Registry
     let specific_weight = scene.reservoir.density * scene.gravity;
     Ok(dry_dam(dam, scene)?.limit_equilibria(specific_weight)?)
 }
+
+/// The fastest growing vibration of each crack's blocks while they slide, with the mass of the water, and of those that
+/// grow, what of [`CURES`] would make them decay.
+///
+/// **Errors**: those of the dam, and of the reservoir that the mass is taken from.
+pub fn flutter(scene: &Scene) -> Result<Vec<(Flutter, Vec<String>)>, RegistryError> {
+    let Some(dam) = &scene.dam else { return Ok(Vec::new()) };
+    let specific_weight = scene.reservoir.density * scene.gravity;
+    let added_mass = if is_empty(scene) { None } else { Some(mass_of_water(scene, true)?) };
+    let of = |dam: &DamScene| -> Result<Vec<Flutter>, RegistryError> {
+        let parameters = DamParameters { added_mass: added_mass.clone(), ..dry_dam(dam, scene)? };
+        Ok(parameters.flutter(specific_weight)?)
+    };
+    let found = of(dam)?;
+    let mut cured = Vec::new();
+    if found.iter().any(|vibration| vibration.growth > 0.0) {
+        for (key, change) in CURES {
+            let mut other = dam.clone();
+            let value = change(&mut other.damping);
+            cured.push((format!("{key} = {value}"), of(&other)?));
+        }
+    }
+    let cures = |index: usize| {
+        let decays =
+            cured.iter().filter(|(_, vibrations)| vibrations.get(index).is_some_and(|v| v.growth <= 0.0));
+        decays.map(|(cure, _)| cure.clone()).collect()
+    };
+    Ok(found.into_iter().enumerate().map(|(index, vibration)| (vibration, cures(index))).collect())
+}
+
+/// Keys of the scene, and changes to them that damp a sliding block's vibration; they return the new value.
+type Cure = (&'static str, fn(&mut DampingScene) -> String);
+const CURES: [Cure; 2] = [
+    ("dam.damping.model", |damping| {
+        damping.model = DampingModelScene::Stiffness;
+        "\"stiffness\"".to_owned()
+    }),
+    ("dam.damping.ratio", |damping| {
+        damping.ratio *= 2.0;
+        damping.ratio.to_string()
+    }),
+];
 
 /// What the reservoir says against a scene, before its dam, which has nothing to say.
 fn refused_by_reservoir(scene: &Scene) -> Vec<Refusal> {
@@ -299,11 +341,20 @@ pub fn frequency_response(
 pub fn dam_parameters(dam: &DamScene, scene: &Scene) -> Result<DamParameters, RegistryError> {
     let mut parameters = dry_dam(dam, scene)?;
     if scene.scheme() == SchemeKind::AddedMass {
-        // At the dam's own points, whatever the reservoir's are.
-        let mass = added_mass(&reservoir_parameters(scene, wet_face(scene)?)?)?;
-        parameters.added_mass = Some(mass.row_iter().map(|row| row.iter().copied().collect()).collect());
+        parameters.added_mass = Some(mass_of_water(scene, false)?);
     }
     Ok(parameters)
+}
+
+/// The added mass of the scene's water at the dam's own points, whatever the reservoir's are, a row for each; `still` is
+/// for water that has a memory, as if it were incompressible and without waves.
+fn mass_of_water(scene: &Scene, still: bool) -> Result<Vec<Vec<f64>>, RegistryError> {
+    let mut water = reservoir_parameters(scene, wet_face(scene)?)?;
+    if still && water.fidelity == Fidelity::Compressible {
+        water = ReservoirParameters { fidelity: Fidelity::Incompressible, surface_waves: false, ..water };
+    }
+    let mass = added_mass(&water)?;
+    Ok(mass.row_iter().map(|row| row.iter().copied().collect()).collect())
 }
 
 fn dry_dam(dam: &DamScene, scene: &Scene) -> Result<DamParameters, RegistryError> {

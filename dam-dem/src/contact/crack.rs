@@ -92,6 +92,15 @@ impl Contact {
     fn downstream(&self) -> f64 {
         if self.side == 1 { 1.0 } else { -1.0 }
     }
+
+    /// How the motion of the upper side relative to the lower one follows from the nodes'.
+    fn stencil(&self, place: &Place) -> parting::Stencil {
+        parting::Stencil {
+            nodes: place.nodes_of_both(),
+            shares: place.shares().map(|share| self.downstream() * share),
+            length: self.weight * place.coverage,
+        }
+    }
 }
 
 /// A point of a side.
@@ -161,6 +170,20 @@ struct Place {
     slip: f64,
     /// Share of the part of the contact that lies opposite the other side.
     coverage: f64,
+}
+
+impl Place {
+    /// The nodes around its point, and those of the segment opposite.
+    fn nodes_of_both(&self) -> [usize; 4] {
+        let ([first, second], [third, fourth]) = (self.point.nodes, self.nodes);
+        [first, second, third, fourth]
+    }
+
+    /// Their weights in the relative displacement.
+    fn shares(&self) -> [f64; 4] {
+        let (share, position) = (self.point.share, self.position);
+        [1.0 - share, share, position - 1.0, -position]
+    }
 }
 
 impl<L: ContactLaw> Crack<L> {
@@ -391,13 +414,8 @@ impl<L: ContactLaw> Crack<L> {
                 earlier = risen - joint.gap;
             }
             let Point { nodes: own, share, .. } = place.point;
-            let shares = [1.0 - share, share, place.position - 1.0, -place.position];
-            let nodes = [own[0], own[1], place.nodes[0], place.nodes[1]];
-            let mut relative = [0.0; 2];
-            for (&node, share) in nodes.iter().zip(shares) {
-                relative[0] += share * velocity[node][0];
-                relative[1] += share * velocity[node][1];
-            }
+            let (nodes, shares) = (place.nodes_of_both(), place.shares());
+            let relative = weighted(nodes, shares, velocity);
             let along = |axis: [f64; 2]| relative[0] * axis[0] + relative[1] * axis[1];
             let rates = [-along(place.normal), along(place.tangent)];
             let felt = [0, 1].map(|i| memory * joint.rates[i] + (1.0 - memory) * rates[i]);
@@ -460,16 +478,15 @@ impl<L: ContactLaw> Crack<L> {
             };
             if let Some(parting) = &mut parting {
                 // the jump is the motion of the upper side relative to the lower one, at the upper side
-                let upper = contact.side == 1;
-                let (sign, depth) = if upper { (1.0, 0.0) } else { (-1.0, place.gap) };
+                let sign = contact.downstream();
+                let depth = if contact.side == 1 { 0.0 } else { place.gap };
                 let [first, second] = own.map(|node| displacement[node]);
                 let at = [0, 1].map(|d| {
                     let own = place.point.rest[d] + first[d] + share * (second[d] - first[d]);
                     own - depth * place.normal[d]
                 });
                 let relative = relative.map(|component| sign * component);
-                let shares = shares.map(|share| sign * share);
-                let stencil = parting::Stencil { nodes, shares, length: weight };
+                let stencil = contact.stencil(&place);
                 let open = if bonded { 0.0 } else { share_below_zero(earlier_penetration, penetration) };
                 let slips = parting.share_of_slip(slip, restretched);
                 let slips = open + (1.0 - open) * slips;
@@ -539,23 +556,78 @@ impl<L: ContactLaw> Crack<L> {
     /// Springs of all contacts, closed, in the unloaded position.
     pub fn stencils(&self) -> impl Iterator<Item = Stencil> + '_ {
         let [normal, shear] = self.law.stiffness();
-        self.contacts.iter().filter_map(move |contact| {
-            let place = self.place(contact, contact.after, |_| [0.0; 2]);
-            let weight = contact.weight * place.coverage;
-            if weight == 0.0 {
-                return None;
-            }
-            let Place { point: Point { nodes: own, share, .. }, nodes: [first, second], position, .. } =
-                place;
-            let (n, t) = (place.normal, place.tangent);
-            let entry = |p: usize, q: usize| weight * (normal * n[p] * n[q] + shear * t[p] * t[q]);
-            Some(Stencil {
-                nodes: [own[0], own[1], first, second],
-                weights: [1.0 - share, share, position - 1.0, -position],
+        self.linear(move |_, n, t, p, q| normal * n[p] * n[q] + shear * t[p] * t[q])
+    }
+
+    /// The same of the `closed` contacts while the block above slides in `direction` (1 for downstream, −1 for upstream):
+    /// `k_n n nᵀ ∓ μ k_n t nᵀ` with the coefficient of `friction`, as shear is then μ times the normal stress.
+    pub(crate) fn sliding_stencils(
+        &self,
+        direction: f64,
+        friction: f64,
+        closed: &[bool],
+    ) -> impl Iterator<Item = Stencil> {
+        let [normal, _] = self.law.stiffness();
+        let all = self.linear(move |contact, n, t, p, q| {
+            normal * (n[p] - direction * contact.downstream() * friction * t[p]) * n[q]
+        });
+        all.zip(closed).filter_map(|(stencil, &closed)| closed.then_some(stencil))
+    }
+
+    /// Whether each contact, in the unloaded position, is closed with these displacements (m).
+    pub(crate) fn closed(&self, displacement: &[[f64; 2]]) -> Vec<bool> {
+        let gap = |(_, place): (&Contact, Place)| {
+            let [x, y] = weighted(place.nodes_of_both(), place.shares(), displacement);
+            x * place.normal[0] + y * place.normal[1]
+        };
+        self.unloaded().map(|contact| gap(contact) < 0.0).collect()
+    }
+
+    /// The jumps of the sides with these velocities (m/s), if the `closed` contacts slip and the others are open, in the
+    /// unloaded position.
+    pub(crate) fn sliding(&self, velocity: &[[f64; 2]], closed: &[bool]) -> Parting {
+        let mut parting = Parting::default();
+        for ((contact, place), &closed) in self.unloaded().zip(closed) {
+            let shares = [(place.tangent, 1.0), (place.normal, f64::from(u8::from(!closed)))];
+            let stencil = contact.stencil(&place);
+            let relative = weighted(stencil.nodes, stencil.shares, velocity);
+            parting.add(stencil, place.point.rest, relative, shares);
+        }
+        parting
+    }
+
+    /// Linearised contacts with the stiffness `entry(contact, normal, tangent, row, column)` per length.
+    fn linear(
+        &self,
+        entry: impl Fn(&Contact, [f64; 2], [f64; 2], usize, usize) -> f64,
+    ) -> impl Iterator<Item = Stencil> {
+        self.unloaded().map(move |(contact, place)| {
+            let length = contact.weight * place.coverage;
+            let entry = |p: usize, q: usize| length * entry(contact, place.normal, place.tangent, p, q);
+            Stencil {
+                nodes: place.nodes_of_both(),
+                weights: place.shares(),
                 stiffness: [[entry(0, 0), entry(0, 1)], [entry(1, 0), entry(1, 1)]],
-            })
+            }
         })
     }
+
+    /// The contacts that are covered in the unloaded position.
+    fn unloaded(&self) -> impl Iterator<Item = (&Contact, Place)> {
+        let places =
+            self.contacts.iter().map(|contact| (contact, self.place(contact, contact.after, |_| [0.0; 2])));
+        places.filter(|(_, place)| place.coverage > 0.0)
+    }
+}
+
+/// `Σ share × value` of the nodes.
+#[inline(always)]
+fn weighted(nodes: [usize; 4], shares: [f64; 4], values: &[[f64; 2]]) -> [f64; 2] {
+    let mut sum = [0.0; 2];
+    for (node, share) in nodes.into_iter().zip(shares) {
+        (0..2).for_each(|d| sum[d] += share * values[node][d]);
+    }
+    sum
 }
 
 /// Share of a step in which a value that goes from `first` to `last` linearly is negative.

@@ -35,6 +35,7 @@
 
 mod advance;
 mod basis;
+mod flutter;
 mod mode;
 mod motion;
 mod release;
@@ -42,5 +43,7 @@ mod sides;
 mod superposition;
 
 pub(crate) use advance::ModalLoadPath;
+pub(crate) use flutter::Sliding;
+pub(crate) use mode::HIGHEST_REPRESENTED;
 pub use motion::ModalMotion;
 pub use superposition::Superposition;

@@ -7,6 +7,8 @@ use crate::{DamError, RayleighCoefficients, modal};
 
 /// Circular frequency to which the frequency of faster modes is reduced, rad/s.
 pub(super) const SLOWED_TO: f64 = 5.0 * HIGHEST_EXCITATION;
+/// Circular frequency up to which vibrations are those of the dam: half of that to which fast modes are slowed, rad/s.
+pub(crate) const HIGHEST_REPRESENTED: f64 = SLOWED_TO / 2.0;
 /// Share of the largest ω² below which a mode counts as a rigid-body mode.
 const RIGID: f64 = 1e-10;
 

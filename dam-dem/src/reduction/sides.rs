@@ -3,7 +3,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use super::motion::ModalMotion;
 use super::release::ModalRelease;
 use crate::Kinematics;
-use crate::contact::{ContactLaw, Crack, MohrCoulomb, Parting};
+use crate::contact::{ContactLaw, Crack, MohrCoulomb, Parting, Stencil};
 use crate::damping::StiffnessDamping;
 use crate::energy::Losses;
 use crate::release::Release;
@@ -137,10 +137,16 @@ impl CrackSides {
     /// Modal stiffness matrix with all contacts closed and sticking; `stiffness`, (rad/s)², is that of the
     /// modes alone.
     pub fn closed_stiffness(&self, stiffness: &[f64]) -> DMatrix<f64> {
-        let mut matrix = DMatrix::from_diagonal(&DVector::from_row_slice(stiffness));
+        let contacts = self.of_contacts(stiffness.len(), self.cracks.iter().flat_map(Crack::stencils));
+        DMatrix::from_diagonal(&DVector::from_row_slice(stiffness)) + contacts
+    }
+
+    /// Matrix of linearised contacts between this number of modes; displacements are linear in their coordinates.
+    pub fn of_contacts(&self, modes: usize, stencils: impl Iterator<Item = Stencil>) -> DMatrix<f64> {
+        let mut matrix = DMatrix::zeros(modes, modes);
         let width = self.by_value.width;
-        let shape = |dof: usize| &self.by_value.values[dof * width..][..stiffness.len()];
-        for stencil in self.cracks.iter().flat_map(Crack::stencils) {
+        let shape = |dof: usize| &self.by_value.values[dof * width..][..modes];
+        for stencil in stencils {
             let relative = [0, 1].map(|d| {
                 let parts = stencil.nodes.iter().zip(stencil.weights);
                 let part = |(&node, weight)| DVector::from_row_slice(shape(2 * node + d)) * weight;
@@ -151,6 +157,22 @@ impl CrackSides {
             }
         }
         matrix
+    }
+
+    /// Velocities of the sides for these rates, linear in them.
+    pub fn velocity(&self, rates: &[f64]) -> Vec<[f64; 2]> {
+        let mut values = vec![0.0; self.by_mode.width];
+        self.by_mode.combine(rates, &mut values);
+        values.as_chunks().0[..self.rest.len()].to_vec()
+    }
+
+    /// Modal forces of forces on the sides in the unloaded position.
+    pub fn forces(&self, forces: &[[f64; 2]]) -> Vec<f64> {
+        let mut values = vec![0.0; self.by_mode.width.max(self.by_value.count)];
+        values[..2 * forces.len()].copy_from_slice(forces.as_flattened());
+        let mut mapped = vec![0.0; self.by_value.width];
+        self.by_value.combine(&values, &mut mapped);
+        mapped
     }
 
     /// Padded length of a list with one value for each mode.

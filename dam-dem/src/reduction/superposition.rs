@@ -150,6 +150,11 @@ impl Superposition {
         forces.data.into()
     }
 
+    /// Modal forces for a unit acceleration of the ground along `axis`.
+    pub(super) fn inertia(&self, axis: usize) -> &DVector<f64> {
+        &self.loads.ground[axis]
+    }
+
     /// Modal forces of nodal forces.
     pub(crate) fn force_of(&self, nodal: &DVector<f64>) -> Vec<f64> {
         (&self.shapes * nodal).data.into()

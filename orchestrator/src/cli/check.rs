@@ -2,8 +2,9 @@
 
 use super::{Check, complain, say};
 use miette::Diagnostic;
-use orchestrator::registry::{self, LimitEquilibrium, RegistryError};
+use orchestrator::registry::{self, Flutter, LimitEquilibrium, RegistryError};
 use orchestrator::scene::{SceneError, SceneWarning};
+use std::f64::consts::TAU;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -56,7 +57,38 @@ fn examine(path: &Path, overrides: &[String]) -> Result<(), CheckError> {
              {overturning:.2}"
         ));
     }
+    for (vibration, cures) in registry::flutter(&loaded.scene)? {
+        say(format!("  {}", describe(&vibration)));
+        if vibration.growth > 0.0 {
+            complain(format!("WARNING: {}{}", describe(&vibration), advise(&cures)));
+        }
+    }
     Ok(())
+}
+
+fn describe(vibration: &Flutter) -> String {
+    let Flutter { elevation, downstream, frequency, growth } = *vibration;
+    format!(
+        "while the block above {elevation} m slides {}: vibration at {:.1} Hz {} by {:.3} 1/s",
+        if downstream { "downstream" } else { "upstream" },
+        frequency / TAU,
+        if growth > 0.0 { "grows" } else { "decays" },
+        growth.abs(),
+    )
+}
+
+/// What a growing vibration means, and what cures it.
+fn advise(cures: &[String]) -> String {
+    let remedy = match cures {
+        [] => {
+            "no other damping that was tried makes it decay; look at the shape of the block and its friction"
+                .to_owned()
+        }
+        cures => format!("it would decay with {}", cures.join(", or with ")),
+    };
+    format!(
+        ": once it slides, the block shakes itself and walks on under a thrust below its frictional strength; {remedy}"
+    )
 }
 
 /// Shows what is doubtful about a scene.
