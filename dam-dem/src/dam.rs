@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 use std::num::NonZeroUsize;
 
 use crate::base::BaseBalance;
-use crate::contact::{Crack, MohrCoulomb};
+use crate::contact::{Crack, MohrCoulomb, Trials};
 use crate::energy::EnergyLedger;
 use crate::integrator::CentralDifference;
 use crate::loads::Wet;
@@ -47,6 +47,8 @@ pub struct Dam {
     fingerprint: Fingerprint,
     state: DamState,
     energy_watch: EnergyWatch,
+    /// Attempts at the current steps in which bonds broke. They are not part of the state.
+    trials: Vec<Trials>,
 }
 
 /// Response of the wet face of a dam to the pressure on it within one communication step.
@@ -133,6 +135,7 @@ impl Dam {
             damping_frequencies,
             state,
             energy_watch: EnergyWatch::default(),
+            trials: Vec::new(),
         };
         tracing::info!(
             "{} elements, {} nodes, {} cracks; highest frequency {:.4e} rad/s, largest time step {:.4e} s",
@@ -324,6 +327,14 @@ impl Dam {
         if found == expected { Ok(()) } else { Err(StateError::Fingerprint { found, expected }) }
     }
 
+    /// The earlier attempts at the communication step of this `length` (s) from `time` (s) on.
+    fn take_trials(&mut self, time: f64, length: f64) -> Trials {
+        match self.trials.iter().position(|trials| trials.are_of(time, length)) {
+            Some(index) => self.trials.swap_remove(index),
+            None => Trials::new(time, length),
+        }
+    }
+
     fn stage(&self) -> Stage {
         if self.state.initialised { Stage::Stepping } else { Stage::Instantiated }
     }
@@ -446,12 +457,18 @@ impl CoSimulation for Dam {
         }
         self.energy_watch.look(&self.state.energy, time);
         let mut motion = self.state.motion.clone();
+        let mut trials = self.take_trials(time, step);
+        trials.set_fuses(motion.joints_mut());
         let mut energy = self.state.energy;
         let [start, target] = [&self.state.accepted, &self.state.next].map(|inputs| self.loads(inputs));
         let mut moving = self.model.with(&mut motion)?;
         let spared = moving.advance(self.time_steps(step), [&start, &target], &mut energy.work);
         energy.now = moving.stored_energy();
         let end = time + step;
+        trials.observe(self.state.motion.joints(), motion.joints_mut());
+        if !trials.are_without_breaks() {
+            self.trials.push(trials);
+        }
         self.check_motion(&motion, end)?;
         let state = &mut self.state;
         let velocities = motion.velocity().iter().zip(state.motion.velocity());
@@ -491,6 +508,7 @@ impl CoSimulation for Dam {
     fn restore_state(&mut self, state: &DamState) -> Result<(), DamError> {
         self.check_state(state)?;
         self.state.clone_from(state);
+        self.trials.retain(|trials| trials.time() >= state.time);
         if !state.initialised {
             self.energy_watch = EnergyWatch::default();
         }

@@ -64,6 +64,14 @@ impl DamMotion {
         }
     }
 
+    /// The same, to be changed.
+    pub(crate) fn joints_mut(&mut self) -> &mut [Vec<JointState>] {
+        match self {
+            Self::Nodes(motion) => &mut motion.joints,
+            Self::Modes(motion) => &mut motion.joints,
+        }
+    }
+
     /// Motion of all nodes, if these are the coordinates.
     pub fn of_nodes(&self) -> Option<&Motion> {
         match self {

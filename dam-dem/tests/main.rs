@@ -2,6 +2,7 @@
 
 mod added_mass;
 mod allocations;
+mod bonds;
 mod cantilever;
 mod compliance;
 mod contact;

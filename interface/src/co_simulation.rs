@@ -126,7 +126,8 @@ pub enum CallError {
 /// **States.** A saved state holds everything that later results depend on: time, motion,
 /// contact and convolution history, the accepted inputs. Restoring does not alter it, and it may be
 /// restored any number of times; after that, steps with the same inputs give outputs that are equal
-/// bit for bit. Saving and restoring cost the same at any time of a run; only serialising copies the
+/// bit for bit. Where a step has no single answer, as with a bond that breaks and holds by turns, a unit may settle it from the
+/// attempts at this step so far; the same attempts then give the same bits. Saving and restoring cost the same at any time of a run; only serialising copies the
 /// history.
 pub trait CoSimulation: Send {
     /// Saved state of the unit.

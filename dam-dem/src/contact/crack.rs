@@ -47,6 +47,11 @@ pub struct JointState {
     /// Rates of penetration and slip that act on the dashpots, with the memory of damping, m/s; 0 for an open
     /// contact, and for damping without memory, which does not need them.
     pub rates: [f64; 2],
+    /// Time steps that the bond has lasted since its fuse was set, and may last; both only within a communication step.
+    #[serde(skip)]
+    pub(crate) lasted: u32,
+    #[serde(skip)]
+    pub(crate) fuse: Option<u32>,
 }
 
 /// A crack: two chains of nodes, the contacts between them, and their law.
@@ -247,6 +252,8 @@ impl<L: ContactLaw> Crack<L> {
                 slipped: 0.0,
                 dashpots: [0.0; 2],
                 rates: [0.0; 2],
+                lasted: 0,
+                fuse: None,
             }
         };
         self.contacts.iter().map(joint).collect()
@@ -405,6 +412,8 @@ impl<L: ContactLaw> Crack<L> {
                     slipped: joint.slipped,
                     dashpots: [0.0; 2],
                     rates: [0.0; 2],
+                    lasted: joint.lasted,
+                    fuse: joint.fuse,
                 };
                 continue;
             }
@@ -425,7 +434,7 @@ impl<L: ContactLaw> Crack<L> {
                 stretch: place.slip - joint.anchor,
                 slip_rate: felt[1],
                 damping: coefficient,
-                bonded: joint.bonded,
+                bonded: joint.bonded && joint.fuse != Some(joint.lasted),
             });
             let closed = penetration > 0.0 || response.bonded;
             let (mut anchor, mut slipped) = (joint.anchor, joint.slipped);
@@ -475,6 +484,8 @@ impl<L: ContactLaw> Crack<L> {
                 slipped,
                 dashpots: response.dashpots,
                 rates: if closed && memory > 0.0 { felt } else { [0.0; 2] },
+                lasted: joint.lasted + u32::from(response.bonded && joint.fuse.is_some()),
+                fuse: joint.fuse,
             };
             if let Some(parting) = &mut parting {
                 // the jump is the motion of the upper side relative to the lower one, at the upper side

@@ -23,6 +23,7 @@ mod crack;
 mod mohr_coulomb;
 mod parting;
 mod search;
+mod trials;
 
 use serde::{Deserialize, Serialize};
 
@@ -30,6 +31,7 @@ pub use coulomb::Coulomb;
 pub use crack::{ContactStatus, Crack, CrackForces, JointState, Stencil};
 pub use mohr_coulomb::MohrCoulomb;
 pub(crate) use parting::Parting;
+pub(crate) use trials::Trials;
 
 /// Where along a crack the contacts are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
