@@ -8,7 +8,7 @@ use crate::{DamError, DamParameters, Damping, Fidelity};
 ///
 /// Shear that follows the normal stress feeds a vibration in which a block is pressed less while it moves forwards. Two
 /// modes of the elastic blocks whose frequencies this brings together become one that grows (mode coupling). Then the
-/// block hops while it slides, and a thrust below its frictional strength keeps it moving. A vibration that decays
+/// block hops while it slides, and a thrust below its frictional strength may keep it moving. A vibration that decays
 /// slowest has a negative growth.
 ///
 /// The dam is that of the parameters as reduced blocks, up to 80 Hz, with its added mass; water with a memory is not part of it, and

@@ -234,12 +234,12 @@ pub fn made_dam(parameters: DamParameters, scene: &Scene) -> Result<(Dam, usize)
     Ok((dam, time_steps))
 }
 
-/// The value of `dam.time_step_safety` with which the scene's dam takes time steps of half the length.
+/// The value of `dam.time_step_safety` with which the scene's dam takes time steps of this `part` of their length: 2 for half.
 ///
 /// **Errors**: those of the dam.
-pub fn halving_safety(dam: &DamScene, scene: &Scene) -> Result<f64, RegistryError> {
+pub fn safety_of_part(dam: &DamScene, scene: &Scene, part: f64) -> Result<f64, RegistryError> {
     let (dam, _) = made_dam(dam_parameters(dam, scene)?, scene)?;
-    Ok(dam.time_step_limit() / (2.0 * dam.critical_time_step().limit))
+    Ok(dam.time_step_limit() / (part * dam.critical_time_step().limit))
 }
 
 /// The lowest natural frequencies of the scene's dam, intact and on an empty reservoir, rad/s; none of a prescribed one.

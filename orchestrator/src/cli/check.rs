@@ -87,7 +87,7 @@ fn advise(cures: &[String]) -> String {
         cures => format!("it would decay with {}", cures.join(", or with ")),
     };
     format!(
-        ": once it slides, the block shakes itself and walks on under a thrust below its frictional strength; {remedy}"
+        ": once it slides, the block shakes itself, and a thrust below its frictional strength may keep it sliding; {remedy}"
     )
 }
 

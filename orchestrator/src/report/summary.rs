@@ -1,15 +1,9 @@
+use super::rest::{AVERAGED, LastSecond, STILL_MOVES, STILL_SLIDES};
 use crate::ground_motion::STANDARD_GRAVITY;
 use crate::observer::{Ending, Histories, Status, WallTime};
 use crate::scene::{CrackScene, DamFidelityScene, FidelityScene, LoadedScene, REST};
 use serde::Serialize;
 use std::fmt;
-
-/// The part of the rest, s, over which the residual sliding is averaged.
-const AVERAGED: f64 = 1.0;
-/// Speed of sliding, m/s, and share of the peak kinetic energy, both means over that part, above which a block is not at
-/// rest and has no residual sliding.
-const STILL_SLIDES: f64 = 1e-4;
-const STILL_MOVES: f64 = 1e-2;
 
 const ENERGY_BALANCE: &str = "energy balance error over peak kinetic energy";
 /// Energy balance error, %, above which a summary says loudly that it cannot be trusted.
@@ -209,29 +203,21 @@ impl Table<'_> {
 
     /// Mean over the last second, if the ground was at rest for long enough before.
     fn residual(&mut self, name: &str, column: &str, loaded: &LoadedScene) {
-        let Some(values) = self.histories.column(column) else { return };
         let Some(end) = self.time.last() else { return };
         if loaded.ground_motion.rest_from().is_none_or(|rest| *end + 1e-9 < rest + REST) {
             return;
         }
-        let from = self.time.partition_point(|t| *t < end - AVERAGED);
-        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
-        let last = &values[from..];
-        let (first_half, second_half) = last.split_at(last.len() / 2);
-        let speed = (mean(second_half) - mean(first_half)) / (AVERAGED / 2.0);
-        let kinetic = self.histories.column("dam.kinetic_energy").unwrap_or(&[]);
-        let peak = kinetic.iter().copied().fold(0.0, f64::max);
-        let share = if peak > 0.0 { mean(kinetic.get(from..).unwrap_or(&[])) / peak } else { 0.0 };
-        if speed.abs() <= STILL_SLIDES && share <= STILL_MOVES {
-            self.add(name, 1e3 * mean(last), "mm", None);
+        let Some(last) = LastSecond::of(self.histories, column) else { return };
+        if last.is_rest() {
+            self.add(name, 1e3 * last.sliding, "mm", None);
         } else {
             self.moving.push(format!(
                 "WARNING: no {name}: the dam is not at rest at the end. In the last {AVERAGED} s the block slides by {:.2} mm/s \
                  ({} mm/s counts as rest), and the kinetic energy is {:.1e} of its peak ({STILL_MOVES:e} counts as rest); \
-                 lengthen `time.quiet`, and look whether the motion decays",
-                1e3 * speed,
+                 lengthen `time.quiet`, and look whether the motion decays; `cofferdam check` says whether the block shakes itself",
+                1e3 * last.speed,
                 1e3 * STILL_SLIDES,
-                share
+                last.kinetic_share
             ));
         }
     }

@@ -3,7 +3,9 @@
 mod ambient;
 mod fidelity;
 mod figure;
+mod ledger;
 mod resolution;
+mod rest;
 mod sensitivity;
 mod shaking;
 mod stability;
@@ -11,7 +13,7 @@ mod tolerance;
 mod windows;
 
 use super::table::Table;
-use super::{complain, say};
+use super::{complain, say, threads};
 use crate::registry::{self, RegistryError};
 use miette::Diagnostic;
 use orchestrator::ground_motion::GroundMotion;
@@ -22,7 +24,7 @@ use orchestrator::simulation::{Simulation, SimulationError};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 /// The studies.
 #[derive(clap::Subcommand)]
@@ -45,6 +47,12 @@ pub enum Command {
     /// How far the results scatter with the shaking, and whether every run reaches its end
     #[command(after_long_help = shaking::HELP)]
     Shaking(Arguments),
+    /// How the error of the energy balance falls with the time step
+    #[command(after_long_help = ledger::HELP)]
+    Ledger(Arguments),
+    /// What the block does after the ground has stopped, beside what eigenvalues say
+    #[command(after_long_help = rest::HELP)]
+    Rest(Arguments),
     /// Whether energy drifts in minutes of ambient vibration
     #[command(after_long_help = ambient::HELP)]
     Ambient(Arguments),
@@ -125,6 +133,8 @@ pub fn run(command: &Command) -> ExitCode {
         Command::Fidelity(arguments) => fidelity::run(arguments),
         Command::Resolution(arguments) => resolution::run(arguments),
         Command::Sensitivity(arguments) => sensitivity::run(arguments),
+        Command::Ledger(arguments) => ledger::run(arguments),
+        Command::Rest(arguments) => rest::run(arguments),
         Command::Shaking(arguments) => shaking::run(arguments),
         Command::Windows(arguments) => windows::run(arguments),
     };
@@ -188,6 +198,34 @@ fn run_scene(scene: &Scene, motion: &GroundMotion, threads: NonZeroUsize) -> Res
         reservoir: registry::unit(Side::Reservoir, scene, threads)?,
     };
     run_units(scene, motion, units)
+}
+
+/// Runs all scenes, as many at once as there are cores.
+fn run_all(scenes: &[LoadedScene]) -> Result<Vec<Outcome>, StudyError> {
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let mut done = Vec::new();
+        loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            let Some(loaded) = scenes.get(index) else { return Ok(done) };
+            let outcome = run_scene(&loaded.scene, &loaded.ground_motion, NonZeroUsize::MIN)?;
+            say(format!("{} of {}: {}", index + 1, scenes.len(), outcome.ending.status));
+            done.push((index, outcome));
+        }
+    };
+    let mut done: Vec<(usize, Outcome)> = std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads(None).get()).map(|_| scope.spawn(work)).collect();
+        let joined = workers.into_iter().map(|worker| match worker.join() {
+            Ok(done) => done,
+            Err(panic) => std::panic::resume_unwind(panic),
+        });
+        joined.collect::<Result<Vec<_>, StudyError>>()
+    })?
+    .into_iter()
+    .flatten()
+    .collect();
+    done.sort_by_key(|(index, _)| *index);
+    Ok(done.into_iter().map(|(_, outcome)| outcome).collect())
 }
 
 /// The same with the given units.

@@ -78,7 +78,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
         change(
             "time step of the dam halved",
             true,
-            vec![format!("dam.time_step_safety={}", registry::halving_safety(dam, scene)?)],
+            vec![format!("dam.time_step_safety={}", registry::safety_of_part(dam, scene, 2.0)?)],
         ),
         change("contacts at Gauss points", true, gauss(dam.cracks.len())),
         change("shaking + 0.1 %", true, scale(1.001)),

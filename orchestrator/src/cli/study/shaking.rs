@@ -2,13 +2,10 @@
 
 mod figure;
 
-use super::{Arguments, Outcome, StudyError, quoted, run_scene, unfit};
+use super::{Arguments, StudyError, quoted, run_all, unfit};
+use crate::cli::say;
 use crate::cli::table::Table;
-use crate::cli::{say, threads};
 use orchestrator::registry;
-use orchestrator::scene::LoadedScene;
-use std::num::NonZeroUsize;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 pub const HELP: &str = "\
 Runs the scene with its record scaled by 100 factors from 0.90 to 1.10, with either polarity: how far sliding and crest motion
@@ -119,34 +116,6 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     arguments.write("shaking.md", &text)?;
     arguments.write_table("shaking.csv", &every)?;
     arguments.write("shaking.svg", &figure::picture(&series)?)
-}
-
-/// Runs all scenes, as many at once as there are cores.
-fn run_all(scenes: &[LoadedScene]) -> Result<Vec<Outcome>, StudyError> {
-    let next = AtomicUsize::new(0);
-    let work = || {
-        let mut done = Vec::new();
-        loop {
-            let index = next.fetch_add(1, Ordering::Relaxed);
-            let Some(loaded) = scenes.get(index) else { return Ok(done) };
-            let outcome = run_scene(&loaded.scene, &loaded.ground_motion, NonZeroUsize::MIN)?;
-            say(format!("{} of {}: {}", index + 1, scenes.len(), outcome.ending.status));
-            done.push((index, outcome));
-        }
-    };
-    let mut done: Vec<(usize, Outcome)> = std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..threads(None).get()).map(|_| scope.spawn(work)).collect();
-        let joined = workers.into_iter().map(|worker| match worker.join() {
-            Ok(done) => done,
-            Err(panic) => std::panic::resume_unwind(panic),
-        });
-        joined.collect::<Result<Vec<_>, StudyError>>()
-    })?
-    .into_iter()
-    .flatten()
-    .collect();
-    done.sort_by_key(|(index, _)| *index);
-    Ok(done.into_iter().map(|(_, outcome)| outcome).collect())
 }
 
 /// Mean and standard deviation.
