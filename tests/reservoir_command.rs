@@ -256,3 +256,27 @@ fn a_folder_with_something_in_it_stays_as_it_is() {
     assert!(output.status.code() == Some(1) && said.contains("is not empty"), "{said}");
     assert_eq!(std::fs::read(folder.path().join("out/response.csv")).expect("a file"), b"precious");
 }
+
+/// Six elements a wave are the least that are not warned of, on the panels of the prescribed dam where these are finer than a
+/// sixteenth of the depth.
+#[test]
+fn frequencies_that_the_elements_do_not_resolve_are_warned_of() {
+    let (depth, sound_speed) = (180.0, 1440.0);
+    let resolved = |elements: f64| std::f64::consts::TAU * sound_speed * elements / (6.0 * depth);
+    for (setting, elements) in
+        [("prescribed.batter=20", 16.0), ("prescribed.panels=40", 40.0), ("reservoir.element_size=45", 4.0)]
+    {
+        for (share, warned) in [(0.99, false), (1.01, true)] {
+            let folder = folder();
+            let omega = (share * resolved(elements)).to_string();
+            let arguments =
+                ["--count", "1", "--sigma", "1", "--from", &omega, "--to", &omega, "--set", setting];
+            let output = ask(folder.path(), "rigid-dam-ramp", "response", &arguments);
+            let complaint = String::from_utf8_lossy(&output.stderr);
+            assert!(output.status.success(), "{complaint}");
+            let named =
+                complaint.contains("resolve the water up to") && complaint.contains("reservoir.element_size");
+            assert_eq!(named, warned, "{setting}, {omega} rad/s: {complaint}");
+        }
+    }
+}
