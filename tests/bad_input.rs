@@ -257,9 +257,11 @@ const WARNINGS: &[Case] = &[
     edit(&[("young_modulus = 31e9", "young_modulus = 31e7"), ("element_size = 5.0", "element_size = 2.0")]),
     edit(&[("title =", "gravity = 981.0\ntitle =")]),
     set(&["reservoir.fidelity=westergaard", "reservoir.bed=[[-20, -3]]", "reservoir.method=bdf2"]),
+    set(&["reservoir.fidelity=westergaard", "reservoir.interface_size=2.0"]),
     set(&["reservoir.method=finite-elements", "reservoir.element_order=constant"]),
     set(&["reservoir.fidelity=none"]),
     set(&["dam.fidelity=\"rigid-blocks\""]),
+    Case { scene: RAMP, ..set(&["reservoir.element_size=1000"]) },
 ];
 
 const FIVE: &[Case] = &[edit(&[
@@ -399,7 +401,8 @@ variants!(INVALID, invalid, Invalid:
 variants!(RECORD_ERRORS, record_error, RecordError:
     Read Format Line NonFinite NonUniform Empty Truncated Crop TooStrong);
 variants!(DOUBTS, doubt, Warning:
-    CoarseDam CoarseReservoir CoarseStep ClippedSamples Drift Peak NoResidual LooseTolerance UndampedCrack RigidBlocks WithoutEffect Unusual);
+    CoarseDam CoarseReservoir CoarseFace CoarseStep ClippedSamples Drift Peak NoResidual LooseTolerance UndampedCrack RigidBlocks WithoutEffect
+    PanelsOfTheReport Unusual);
 
 #[test]
 fn every_message_is_in_a_snapshot() {

@@ -28,3 +28,4 @@ mod schemes;
 mod states;
 mod studies;
 mod two_masses;
+mod westergaard_in_the_dam;

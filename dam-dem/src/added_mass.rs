@@ -19,9 +19,8 @@ use crate::loads::Wet;
 ///
 /// which conserves energy. The neglected antisymmetric part is an error of the discretisation in points; it
 /// tends to 0 with the length of the panels and does not change the kinetic energy. For the same reason X is
-/// not always positive semidefinite: a motion with a wavelength of two panels can have a small negative mass.
-/// For Westergaard's added mass near the water surface it is a few per cent of the mass of the concrete.
-/// Natural frequencies can increase by at most the corresponding factor ([`least_share`](Self::least_share)).
+/// not always positive semidefinite: with a profile that is sampled at the points, a motion with a wavelength of two
+/// panels can have a small negative mass. Natural frequencies can increase by at most the corresponding factor ([`least_share`](Self::least_share)).
 ///
 /// **Units**: kg/m, per metre of dam.
 #[derive(Clone, Debug, PartialEq)]

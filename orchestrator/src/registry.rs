@@ -169,7 +169,7 @@ fn refused_by_reservoir(scene: &Scene) -> Vec<Refusal> {
                 match scene.reservoir.interface_size {
                     Some(_) => "reservoir.interface_size".to_owned(),
                     None if scene.dam.is_some() => "dam.element_size".to_owned(),
-                    None => "reservoir.element_size".to_owned(),
+                    None => "prescribed.panels".to_owned(),
                 }
             }
             _ => format!("reservoir.{parameter}"),

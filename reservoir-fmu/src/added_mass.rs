@@ -1,8 +1,10 @@
 //! Water without memory: its added mass, and pressure at the ends of steps of any length.
 //!
-//! Depends on `analytical`, `fidelity` and `system`.
+//! Depends on `analytical`, `fidelity`, `projection`, `quadrature` and `system`.
 
 use crate::analytical::westergaard_1933;
+use crate::projection::consistent_mass;
+use crate::quadrature::gauss_legendre;
 use crate::system::boundary_system;
 use crate::{Fidelity, ReservoirError, ReservoirParameters};
 use nalgebra::{DMatrix, DVector};
@@ -12,11 +14,13 @@ use serde::{Deserialize, Serialize};
 /// along n.
 ///
 /// **Shapes and units**: points × points, kg/m² (Pa per m/s²); `a` in m/s², `p` in Pa.
-/// Westergaard's A is diagonal, `⅞ ρ √(h(h − y))` or ρ times his series; on a sloped face it multiplies the local normal
-/// acceleration.
+/// Westergaard's profile w, `⅞ √(h(h − y))` or his series (m), multiplies the local normal acceleration. It is integrated
+/// with the hat functions N of the points, `M_Γ A = ρ ∫ w N Nᵀ ds`, so that force and moment of a motion that is linear
+/// along the face, and the water's kinetic energy, are exact on any panels; sampled at the points, √(h − y) would lose mass
+/// beside the surface.
 /// A of incompressible water is a full matrix. It follows by boundary elements from Laplace's equation with
 /// ∂p/∂n = −ρ a on the face, p = 0 at the surface, a rigid bed, and a pressure that decays upstream. `M_Γ A`, with the
-/// face's consistent mass M_Γ, is symmetric.
+/// face's consistent mass M_Γ, is symmetric, positive definite for Westergaard's.
 ///
 /// **Errors**: parameters out of range, [`ReservoirError::Memory`] for compressible water,
 /// [`ReservoirError::GravityWaves`], [`ReservoirError::FarEnd`].
@@ -54,12 +58,36 @@ pub(crate) fn whole_added_mass(parameters: &ReservoirParameters) -> Result<DMatr
     }
 }
 
-/// A diagonal of ρ times `pressure(depth, elevation)`, the profile `p/(ρa)` (m), and two columns of zeros.
+/// Points of the quadrature along a panel in u = √(h − y). √(h − y) and hats are polynomials in u, so that four would be
+/// exact for the parabola; the series has u² ln u in it.
+const ALONG_PANEL: usize = 8;
+
+/// `A = M_Γ⁻¹ ρ ∫ w N Nᵀ ds` of the profile w = `pressure(depth, elevation)`, `p/(ρa)` (m), and two columns of zeros.
 fn profile(parameters: &ReservoirParameters, pressure: fn(f64, f64) -> f64) -> DMatrix<f64> {
     let ReservoirParameters { wet_face, density, .. } = parameters;
-    let mass = |point: &[f64; 2]| density * pressure(wet_face.depth(), point[1]);
-    DMatrix::from_diagonal(&DVector::from_iterator(wet_face.len(), wet_face.points().iter().map(mass)))
-        .resize_horizontally(wet_face.len() + 2, 0.0)
+    let (depth, points) = (wet_face.depth(), wet_face.len());
+    let below_surface = |point: usize| depth - wet_face.points()[point][1];
+    let mut moved = DMatrix::<f64>::zeros(points, points);
+    for panel in wet_face.panels() {
+        let [lower, upper] = [panel.start, panel.start + 1].map(below_surface);
+        let (middle, half) = ((lower.sqrt() + upper.sqrt()) / 2.0, (lower.sqrt() - upper.sqrt()) / 2.0);
+        for q in gauss_legendre(ALONG_PANEL).iter() {
+            let u = middle + half * q.position;
+            // h − y = u², ds = 2u du ℓ/(y₁ − y₀)
+            let along = (lower - u * u) / (lower - upper);
+            let ds = 2.0 * u * half * q.weight * panel.length / (lower - upper);
+            let mass = density * pressure(depth, depth - u * u) * ds;
+            let hats = [1.0 - along, along];
+            for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                moved[(panel.start + i, panel.start + j)] += hats[i] * hats[j] * mass;
+            }
+        }
+    }
+    // Every point belongs to a panel, so the mass is positive definite.
+    if let Some(mass) = consistent_mass(wet_face).cholesky() {
+        mass.solve_mut(&mut moved);
+    }
+    moved.resize_horizontally(points + 2, 0.0)
 }
 
 /// The previous step, on which the pressure of water without memory depends.

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Fidelity {
-    /// Added mass `p = −⅞ ρ √(h(h − y)) a_n` at every point (Westergaard 1933): no waves, no memory.
+    /// Added mass `p = −⅞ ρ √(h(h − y)) a_n` (Westergaard 1933): no waves, no memory.
     Westergaard,
     /// The same with the exact profile of incompressible water before a vertical face, which the parabola
     /// approximates ([`series_pressure`](crate::analytical::westergaard_1933::series_pressure)).
@@ -33,7 +33,7 @@ impl Fidelity {
         self == Self::Compressible
     }
 
-    /// Whether the pressure follows from a solved system; otherwise it is given by a formula at each point.
+    /// Whether the pressure follows from a solved system; otherwise it is given by a formula.
     pub fn is_solved(self) -> bool {
         matches!(self, Self::Incompressible | Self::Compressible)
     }

@@ -40,7 +40,7 @@ pub use reference::reference;
 pub use time::{AdaptiveScene, Time};
 pub use validate::{Refusal, UnitChecks};
 pub use version::VERSION;
-pub use warning::{REST, SceneWarning, Warning};
+pub use warning::{ELEMENTS_OF_THE_RESERVOIR, REST, SceneWarning, Warning, down};
 pub use water::{ElementOrderScene, FidelityScene, MethodScene, ProfileScene, ReservoirScene};
 
 use crate::scheme::SchemeKind;
@@ -139,9 +139,14 @@ impl Scene {
 
     /// Largest length of a boundary element of the reservoir, m.
     pub fn boundary_element_size(&self) -> f64 {
-        let dam = self.dam.as_ref().map_or(f64::INFINITY, |dam| dam.element_size);
-        let panel = self.reservoir.interface_size.unwrap_or(dam);
-        self.reservoir.element_size.unwrap_or(panel.min(self.depth() / 16.0))
+        let depth = self.depth();
+        let panel_of_dam = match (&self.dam, &self.prescribed) {
+            (Some(dam), _) => dam.element_size,
+            (None, Some(prescribed)) => prescribed.batter.hypot(depth) / prescribed.panels as f64,
+            (None, None) => f64::INFINITY,
+        };
+        let panel = self.reservoir.interface_size.unwrap_or(panel_of_dam);
+        self.reservoir.element_size.unwrap_or(panel.min(depth / 16.0))
     }
 
     /// Distance of the reservoir's far end from the face's most upstream point, m.

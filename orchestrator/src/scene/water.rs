@@ -50,7 +50,7 @@ pub struct ReservoirScene {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1e-3, max = 1e4), extend(
         "unit" = "m",
-        "otherwise" = "depth / 16, not above `interface_size` or the dam's"
+        "otherwise" = "depth / 16, not above `interface_size` or the dam's panels"
     ))]
     pub element_size: Option<f64>,
     /// Shape functions of the boundary elements.

@@ -61,6 +61,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             "an added mass by a formula has no field; choose `reservoir.fidelity` = \"compressible\" or \"incompressible\"",
         ));
     }
+    water.warn_of_coarse_elements(*omega);
     let wave = std::f64::consts::TAU * parameters.sound_speed / omega / A_WAVE;
     let short = if parameters.fidelity.has_memory() { wave } else { f64::INFINITY };
     let size = arguments.size.unwrap_or(short.min(parameters.wet_face.depth() / A_DEPTH));

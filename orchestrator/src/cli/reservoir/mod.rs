@@ -14,9 +14,10 @@ use crate::registry::{self, RegistryError};
 use clap::ValueEnum;
 use miette::Diagnostic;
 use orchestrator::ground_motion::GroundMotion;
-use orchestrator::scene::SceneError;
+use orchestrator::scene::{ELEMENTS_OF_THE_RESERVOIR, SceneError, down};
 use reservoir::{Complex64, ReservoirError, ReservoirParameters};
 use std::error::Error;
+use std::f64::consts::TAU;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -175,6 +176,24 @@ fn undrawn(name: &'static str) -> impl Fn(Box<dyn Error + Send + Sync>) -> Failu
 }
 
 impl Water {
+    /// Warns if the elements do not resolve waves of the highest frequency, `omega` (rad/s), that is asked for.
+    fn warn_of_coarse_elements(&self, omega: f64) {
+        let ReservoirParameters { element_size, bed_element_size, sound_speed, fidelity, .. } =
+            self.parameters;
+        let size = bed_element_size.map_or(element_size, |bed| bed.max(element_size));
+        let (wavelength, resolved) =
+            (TAU * sound_speed / omega, TAU * sound_speed / (ELEMENTS_OF_THE_RESERVOIR * size));
+        if fidelity.has_memory() && omega > resolved * (1.0 + 1e-9) {
+            complain(format!(
+                "warning: elements of {size} m resolve the water up to {resolved:.0} rad/s, with {ELEMENTS_OF_THE_RESERVOIR} a sound \
+                 wave; at {omega} rad/s they are {:.1} a wave of {wavelength:.1} m: take lower frequencies, or \
+                 `--set reservoir.element_size` of {} m or less",
+                wavelength / size,
+                down(wavelength / ELEMENTS_OF_THE_RESERVOIR)
+            ));
+        }
+    }
+
     /// First cut-off frequency of the channel at the heel's depth over a rigid bed, ω₁ = πc/2h, rad/s.
     fn first_cut_off(&self) -> f64 {
         let depth = self.parameters.wet_face.depth();

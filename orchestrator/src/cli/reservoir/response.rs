@@ -51,6 +51,8 @@ closed form, if there is one: for horizontal motion of a vertical face over a le
 Chopra 1984 if the bed absorbs; Westergaard's series for water without memory), for vertical motion the column of water.
 response.svg shows amplitudes over ρh and ρh², and phases.
 
+Frequencies that the elements do not resolve, with six a wave, are warned of.
+
 At a cut-off frequency of a rigid bed the response is infinite: that frequency is left out and named.
 
 Examples:
@@ -79,6 +81,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Arguments { common, motion, .. } = arguments;
     let water = common.load()?;
     let frequencies = arguments.frequencies(water.first_cut_off())?;
+    water.warn_of_coarse_elements(frequencies[frequencies.len() - 1].im);
     let face = &water.parameters.wet_face;
     if *motion == Motion::Vertical && !water.parameters.fidelity.is_solved() {
         return Err(unfit(
