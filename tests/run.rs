@@ -486,8 +486,16 @@ fn a_section_without_bends_has_stresses_at_heel_and_toe() {
     let output = scenario.try_run("run");
     let said = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    for place in ["tension, heel", "compression, toe"] {
+    for place in ["tension, heel", "compression, toe", "tension in the dam", "compression in the dam"] {
         assert!(said.contains(&format!("largest {place}")), "{place} is missing in:\n{said}");
     }
     assert!(!said.contains("downstream face"), "{said}");
+    // The largest is no less than those at the points, and it says where it is.
+    let histories = Histories::read(&scenario.folder().join("run/histories.csv"));
+    let column = |name: &str| histories.column(&format!("dam.{name}"));
+    let rows = column("largest_principal_stress").iter().zip(column("major_principal_stress.0"));
+    assert!(rows.clone().all(|(largest, heel)| largest >= heel) && rows.len() > 1);
+    let row =
+        |largest: &str| said.lines().find(|line| line.starts_with(largest)).unwrap_or_default().to_owned();
+    assert!(row("largest compression in the dam").contains(" m, y = "), "{said}");
 }

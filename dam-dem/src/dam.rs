@@ -5,6 +5,7 @@ use interface::{
 
 use nalgebra::DMatrix;
 use std::num::NonZeroUsize;
+use std::sync::OnceLock;
 
 use crate::base::BaseBalance;
 use crate::contact::{Crack, MohrCoulomb, Trials};
@@ -14,7 +15,7 @@ use crate::loads::Wet;
 use crate::model::{Loads, Model};
 use crate::reduction::Superposition;
 use crate::state::{DamMotion, DamState, Inputs};
-use crate::stress::{StressPoint, stress_points};
+use crate::stress::{NodalStresses, PrincipalStresses, stress_points};
 use crate::structure::Structure;
 use crate::{
     CrackParameters, CriticalTimeStep, DamError, DamParameters, DampingCoefficients, Fidelity,
@@ -42,7 +43,11 @@ pub struct Dam {
     /// The node at the upstream crest corner.
     crest: usize,
     base: BaseBalance,
-    stress_points: Vec<StressPoint>,
+    /// Nodes.
+    stress_points: Vec<usize>,
+    nodal_stresses: NodalStresses,
+    /// Of the current state, once they were asked for.
+    stresses: OnceLock<PrincipalStresses>,
     damping_frequencies: [f64; 2],
     fingerprint: Fingerprint,
     state: DamState,
@@ -127,6 +132,8 @@ impl Dam {
         let dam = Self {
             base: BaseBalance::new(&model),
             stress_points: stress_points(&parameters.section, mesh),
+            nodal_stresses: NodalStresses::new(&model),
+            stresses: OnceLock::new(),
             fingerprint,
             parameters,
             cracks,
@@ -416,6 +423,7 @@ impl CoSimulation for Dam {
         state.rest = motion.displacement().to_vec();
         state.energy = EnergyLedger::starting(at_rest);
         state.motion = motion;
+        self.stresses = OnceLock::new();
         Ok(())
     }
 
@@ -491,6 +499,7 @@ impl CoSimulation for Dam {
         state.motion = motion;
         state.accepted.clone_from(&state.next);
         state.time = end;
+        self.stresses = OnceLock::new();
         Ok(())
     }
 
@@ -509,6 +518,7 @@ impl CoSimulation for Dam {
         self.check_state(state)?;
         self.state.clone_from(state);
         self.trials.retain(|trials| trials.time() >= state.time);
+        self.stresses = OnceLock::new();
         if !state.initialised {
             self.energy_watch = EnergyWatch::default();
         }

@@ -25,6 +25,7 @@ mod rigid_blocks;
 mod sliding_damping;
 mod state;
 mod static_start;
+mod stress;
 mod support;
 mod threads;
 mod time_step;

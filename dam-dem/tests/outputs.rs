@@ -91,7 +91,7 @@ fn the_base_carries_what_its_elements_do() -> Result<(), DamError> {
 /// Modes give the same forces and stresses until contacts open; later differences come from impacts.
 #[test]
 fn reduced_blocks_give_the_forces_of_the_full_model() -> Result<(), DamError> {
-    let run = |fidelity| -> Result<Vec<[f64; 4]>, DamError> {
+    let run = |fidelity| -> Result<Vec<[f64; 5]>, DamError> {
         let mut dam = at_rest(DamParameters { fidelity, ..with_water(koyna(10.0)) })?;
         let mut rows = Vec::new();
         for step in 1..=60 {
@@ -103,16 +103,20 @@ fn reduced_blocks_give_the_forces_of_the_full_model() -> Result<(), DamError> {
                 value(&variable::CRACK_NORMAL_FORCE),
                 value(&variable::CRACK_SHEAR_FORCE),
                 stress[1],
+                value(&variable::SMALLEST_PRINCIPAL_STRESS),
             ]);
         }
         Ok(rows)
     };
     let [full, reduced] = [run(Fidelity::Dem)?, run(Fidelity::Reduced { modes: None })?];
-    for (i, name) in
-        ["base shear", "normal force of the crack", "shear force of the crack", "stress at the toe"]
-            .into_iter()
-            .enumerate()
-    {
+    let names = [
+        "base shear",
+        "normal force of the crack",
+        "shear force of the crack",
+        "stress at the toe",
+        "largest compression",
+    ];
+    for (i, name) in names.into_iter().enumerate() {
         let norm = |rows: &mut dyn Iterator<Item = f64>| rows.map(|x| x * x).sum::<f64>().sqrt();
         let mean = full.iter().map(|row| row[i]).sum::<f64>() / full.len() as f64;
         let size = norm(&mut full.iter().map(|row| row[i] - mean));

@@ -99,6 +99,10 @@ pub mod dam {
         46 STRESS_POINT_Y "stress_point_y" CalculatedParameter Fixed StressPoints "m" "y coordinate of the stress points, from the heel, positive upwards";
         47 MAJOR_PRINCIPAL_STRESS "major_principal_stress" Output Continuous StressPoints "Pa" "larger principal stress at the stress points, tension positive, static stress included" <- 1 3;
         48 MINOR_PRINCIPAL_STRESS "minor_principal_stress" Output Continuous StressPoints "Pa" "smaller principal stress at the stress points, tension positive, static stress included" <- 1 3;
+        63 LARGEST_PRINCIPAL_STRESS "largest_principal_stress" Output Continuous Scalar "Pa" "largest principal stress of the whole dam, tension positive, static stress included" <- 1 3;
+        64 SMALLEST_PRINCIPAL_STRESS "smallest_principal_stress" Output Continuous Scalar "Pa" "smallest principal stress of the whole dam, tension positive, static stress included" <- 1 3;
+        65 LARGEST_PRINCIPAL_STRESS_PLACE "largest_principal_stress_place" Output Discrete Plane "m" "where the largest principal stress is: x and y without load, from the heel, positive downstream and upwards" <- 1 3;
+        66 SMALLEST_PRINCIPAL_STRESS_PLACE "smallest_principal_stress_place" Output Discrete Plane "m" "where the smallest principal stress is: x and y without load, from the heel, positive downstream and upwards" <- 1 3;
         50 YOUNG_MODULUS "young_modulus" Parameter Fixed Scalar "Pa" "elastic modulus of the concrete";
         51 POISSON_RATIO "poisson_ratio" Parameter Fixed Scalar "1" "Poisson ratio of the concrete";
         52 DENSITY "density" Parameter Fixed Scalar "kg/m3" "density of the concrete";

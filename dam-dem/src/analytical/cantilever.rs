@@ -19,3 +19,10 @@ pub fn first_frequency(length: f64, depth: f64, young_modulus: f64, density: f64
     const ROOT: f64 = 1.875_104_068_711_961;
     (ROOT / length).powi(2) * (young_modulus * depth * depth / (12.0 * density)).sqrt()
 }
+
+/// Bending stress at the face that the transverse force `force` at the tip pulls, `from_tip` below the tip, Pa: `6Fz/h²`.
+///
+/// **Units**: `force` N/m, `from_tip` and `depth` m. Exact at a distance from both ends, for any Poisson's ratio.
+pub fn bending_stress(force: f64, from_tip: f64, depth: f64) -> f64 {
+    6.0 * force * from_tip / (depth * depth)
+}

@@ -213,18 +213,23 @@ impl CrossedCells {
         let apart = |corner: usize| [u[corner][0] - u[2][0], u[corner][1] - u[2][1]];
         let (p, q) = (apart(0), apart(1));
         let h = |i: usize, j: usize| p[i] * a[j] + q[i] * b[j];
+        self.stress_of([[h(0, 0), h(0, 1)], [h(1, 0), h(1, 1)]], kinematics)
+    }
+
+    /// Stress (xx, yy, xy; tension positive, Pa) of the displacement gradient `h[i][j] = ∂u_i/∂x_j`.
+    pub fn stress_of(&self, h: [[f64; 2]; 2], kinematics: Kinematics) -> [f64; 3] {
         let (cos, sin) = match kinematics {
             Kinematics::Small => (1.0, 0.0),
             Kinematics::Corotational => {
-                let (sine, cosine) = (h(1, 0) - h(0, 1), 2.0 + h(0, 0) + h(1, 1));
-                let stretch = sine.hypot(cosine);
+                let (sine, cosine) = (h[1][0] - h[0][1], 2.0 + h[0][0] + h[1][1]);
+                let stretch = (sine * sine + cosine * cosine).sqrt();
                 (cosine / stretch, sine / stretch)
             }
         };
         // U − 1 = sym(Rᵀ F) − 1
-        let xx = cos * (1.0 + h(0, 0)) + sin * h(1, 0) - 1.0;
-        let yy = cos * (1.0 + h(1, 1)) - sin * h(0, 1) - 1.0;
-        let xy = (cos * (h(0, 1) + h(1, 0)) + sin * (h(1, 1) - h(0, 0))) / 2.0;
+        let xx = cos * (1.0 + h[0][0]) + sin * h[1][0] - 1.0;
+        let yy = cos * (1.0 + h[1][1]) - sin * h[0][1] - 1.0;
+        let xy = (cos * (h[0][1] + h[1][0]) + sin * (h[1][1] - h[0][0])) / 2.0;
         let Moduli { lambda, twice_shear } = self.moduli;
         let volumetric = lambda * (xx + yy);
         let [s, t, r] = [volumetric + twice_shear * xx, volumetric + twice_shear * yy, twice_shear * xy];

@@ -25,6 +25,9 @@ pub struct Quantity {
     /// When it occurred, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time: Option<f64>,
+    /// Where it occurred, x and y from the heel, m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub place: Option<[f64; 2]>,
 }
 
 /// The results of a run in a table.
@@ -111,6 +114,9 @@ impl Summary {
                 -stress
             });
         }
+        if stressed {
+            table.largest_stresses();
+        }
         table.peak("peak crest acceleration", "dam.crest_acceleration.x", 1.0 / STANDARD_GRAVITY, "g");
         if !empty {
             let base = 1.0 / loaded.scene.hydrostatic_base_pressure();
@@ -178,17 +184,43 @@ struct Table<'a> {
 
 impl Table<'_> {
     fn add(&mut self, name: &str, value: f64, unit: &'static str, time: Option<f64>) {
-        self.quantities.push(Quantity { name: name.to_owned(), value, unit, time });
+        self.quantities.push(Quantity { name: name.to_owned(), value, unit, time, place: None });
     }
 
-    /// Adds the value of a column whose `key` is largest.
-    fn largest(&mut self, name: &str, column: &str, factor: f64, unit: &'static str, key: fn(f64) -> f64) {
-        let Some(values) = self.histories.column(column) else { return };
+    /// Adds the value of a column whose `key` is largest; returns its row.
+    fn largest(
+        &mut self,
+        name: &str,
+        column: &str,
+        factor: f64,
+        unit: &'static str,
+        key: fn(f64) -> f64,
+    ) -> Option<usize> {
+        let values = self.histories.column(column)?;
         // The first of equals; what is always zero has no time.
-        let largest = values.iter().enumerate().rev().max_by(|a, b| key(*a.1).total_cmp(&key(*b.1)));
-        if let Some((index, value)) = largest {
-            let time = self.time.get(index).copied().filter(|_| *value != 0.0);
-            self.add(name, factor * value, unit, time);
+        let (index, value) =
+            values.iter().enumerate().rev().max_by(|a, b| key(*a.1).total_cmp(&key(*b.1)))?;
+        let time = self.time.get(index).copied().filter(|_| *value != 0.0);
+        self.add(name, factor * value, unit, time);
+        Some(index)
+    }
+
+    /// The largest principal stresses of the whole dam, and where they were.
+    fn largest_stresses(&mut self) {
+        for (name, column, sign) in [
+            ("largest tension in the dam", "dam.largest_principal_stress", 1.0),
+            ("largest compression in the dam", "dam.smallest_principal_stress", -1.0),
+        ] {
+            let key: fn(f64) -> f64 = if sign > 0.0 { |stress| stress } else { |stress| -stress };
+            let row = self.largest(name, column, sign * 1e-6, "MPa", key);
+            let at = |axis: &str| {
+                let values = self.histories.column(&format!("{column}_place.{axis}"))?;
+                values.get(row?).map(|place| (place * 1e3).round() / 1e3)
+            };
+            let place = at("x").zip(at("y")).map(|(x, y)| [x, y]);
+            if let Some(quantity) = self.quantities.last_mut().filter(|_| row.is_some()) {
+                quantity.place = place;
+            }
         }
     }
 
@@ -326,10 +358,11 @@ impl fmt::Display for Summary {
         for note in &self.notes {
             writeln!(f, "{note}")?;
         }
-        for Quantity { name, value, unit, time } in &self.quantities {
+        for Quantity { name, value, unit, time, place } in &self.quantities {
             let unit = if *unit == "1" { "" } else { unit };
             let time = time.map_or_else(String::new, |t| format!("  at {t:.3} s"));
-            writeln!(f, "{name:<52} {:>10} {unit:<4}{time}", significant(*value))?;
+            let place = place.map_or_else(String::new, |[x, y]| format!(", x = {x} m, y = {y} m"));
+            writeln!(f, "{name:<52} {:>10} {unit:<4}{time}{place}", significant(*value))?;
         }
         Ok(())
     }
