@@ -38,6 +38,16 @@ pub enum CallError {
         /// Variable named.
         variable: &'static str,
     },
+    /// The unit has no value for the variable.
+    #[error(
+        "{unit}: `{variable}` has no value; the unit's list of variables and what it outputs differ, which is a mistake of the program"
+    )]
+    NoValue {
+        /// Unit that was called.
+        unit: &'static str,
+        /// Variable named.
+        variable: &'static str,
+    },
     /// Wrong number of values.
     #[error("{unit}: `{variable}` has {expected} values, {found} were given")]
     Length {

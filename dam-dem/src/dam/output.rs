@@ -1,6 +1,6 @@
 //! The outputs of the dam, computed from its state.
 
-use interface::{Causality, Shape, Variable, variables::dam as variable};
+use interface::{CallError, Causality, Packable, Shape, Variable, variables::dam as variable};
 
 use crate::block::best_fit_rotation;
 use crate::contact::{ContactStatus, CrackForces};
@@ -20,14 +20,8 @@ impl Dam {
             return Err(self.order("get").into());
         }
         match variable.shape {
-            Shape::StressPoints => {
-                self.at_stress_points(variable, values);
-                return Ok(());
-            }
-            Shape::Nodes | Shape::Triangles | Shape::Contacts => {
-                self.field(variable, values);
-                return Ok(());
-            }
+            Shape::StressPoints => return self.at_stress_points(variable, values),
+            Shape::Nodes | Shape::Triangles | Shape::Contacts => return self.field(variable, values),
             _ => {}
         }
         let parameters = self.parameters();
@@ -80,7 +74,7 @@ impl Dam {
             variable::ADDED_MASS_INCLUDED => f64::from(parameters.added_mass.is_some()),
             _ => {
                 for (crack, value) in values.iter_mut().enumerate() {
-                    *value = self.crack_output(variable, crack);
+                    *value = self.crack_output(variable, crack)?;
                 }
                 return Ok(());
             }
@@ -88,14 +82,14 @@ impl Dam {
         copy(&[scalar], values)
     }
 
-    fn crack_output(&self, variable: &Variable, crack: usize) -> f64 {
+    fn crack_output(&self, variable: &Variable, crack: usize) -> Result<f64, DamError> {
         let parameters = &self.cracks()[crack];
         // an intact dam has no contacts
         let joints = self.state().motion.joints().get(crack).map_or(&[][..], Vec::as_slice);
         let count = |statuses: &[ContactStatus]| {
             joints.iter().filter(|joint| statuses.contains(&joint.status)).count() as f64
         };
-        match *variable {
+        Ok(match *variable {
             variable::CRACK_SLIDING => self.sliding(crack),
             variable::CRACK_OPENING => {
                 let touching = joints.iter().filter(|joint| joint.status != ContactStatus::Lost);
@@ -116,8 +110,8 @@ impl Dam {
             variable::FRICTION_COEFFICIENT => parameters.friction_coefficient,
             variable::NORMAL_STIFFNESS => parameters.normal_stiffness,
             variable::SHEAR_STIFFNESS => parameters.shear_stiffness,
-            _ => f64::NAN,
-        }
+            _ => return Err(no_value(variable)),
+        })
     }
 
     /// Forces across a crack; zero in an intact dam, which has no contacts.
@@ -143,7 +137,7 @@ impl Dam {
         self.stresses.get_or_init(stresses)
     }
 
-    fn at_stress_points(&self, variable: &Variable, values: &mut [f64]) {
+    fn at_stress_points(&self, variable: &Variable, values: &mut [f64]) -> Result<(), DamError> {
         for (point, value) in values.iter_mut().enumerate() {
             let place = || self.structure().mesh.nodes[self.stress_points[point]];
             let principal = || self.principal_stresses().at_points[point];
@@ -152,13 +146,14 @@ impl Dam {
                 variable::STRESS_POINT_Y => place()[1],
                 variable::MAJOR_PRINCIPAL_STRESS => principal()[0],
                 variable::MINOR_PRINCIPAL_STRESS => principal()[1],
-                _ => f64::NAN,
+                _ => return Err(no_value(variable)),
             };
         }
+        Ok(())
     }
 
     /// Values of a field variable at all nodes, triangles or contacts.
-    fn field(&self, variable: &Variable, values: &mut [f64]) {
+    fn field(&self, variable: &Variable, values: &mut [f64]) -> Result<(), DamError> {
         let mesh = &self.structure().mesh;
         let fill = |values: &mut [f64], from: &mut dyn Iterator<Item = f64>| {
             values.fill(0.0);
@@ -194,8 +189,9 @@ impl Dam {
             }
             variable::CONTACT_NORMAL_STRESS => fill(values, &mut contact(0)),
             variable::CONTACT_SHEAR_STRESS => fill(values, &mut contact(1)),
-            _ => values.fill(f64::NAN),
+            _ => return Err(no_value(variable)),
         }
+        Ok(())
     }
 
     /// Value at a node of a field that is given in the coordinates of the model.
@@ -287,6 +283,11 @@ impl Dam {
         }
         Ok(())
     }
+}
+
+/// The error for a variable that has no arm here.
+fn no_value(variable: &Variable) -> DamError {
+    CallError::NoValue { unit: Dam::NAME, variable: variable.name }.into()
 }
 
 fn copy(from: &[f64], to: &mut [f64]) -> Result<(), DamError> {
