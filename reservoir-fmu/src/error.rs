@@ -169,6 +169,15 @@ pub enum ReservoirError {
         /// Complex frequency, 1/s.
         frequency: Complex64,
     },
+    /// The boundary elements' response is NaN or infinite.
+    #[error(
+        "the response of the boundary elements at s = {frequency} 1/s is not finite; raise `corner_element_size`, or check \
+         the units of the sound speed and the depth"
+    )]
+    NonFiniteResponse {
+        /// Complex frequency, 1/s.
+        frequency: Complex64,
+    },
     /// No rational function could be found at all.
     #[error(
         "no rational function could be fitted to this water's frequency response; choose the method `radau2` or `radau3`, or \
@@ -186,6 +195,32 @@ pub enum ReservoirError {
         /// Loss over ρc.
         loss: f64,
     },
+    /// The hat functions of the wet face's points cannot be told apart.
+    #[error(
+        "the mass matrix of the wet face's points is not positive definite; move the points of the face apart, or check \
+         that they are finite"
+    )]
+    InterfaceMass,
+    /// The stages' frequencies of a convolution quadrature were not found.
+    #[error("the stages' frequencies were not found at ζ = {zeta}; choose the method `bdf2` or `trapezoid`")]
+    Stages {
+        /// Point on the contour.
+        zeta: Complex64,
+    },
+    /// The frequency response is not smooth enough along the contour of a convolution quadrature.
+    #[error(
+        "the frequency response is interpolated within {error:.1e} of its largest value only, {tolerance:.0e} are needed; \
+         change `element_size` or `far_end_distance` slightly, or choose the method `finite-elements`"
+    )]
+    NotInterpolated {
+        /// Relative error.
+        error: f64,
+        /// Largest that is accepted.
+        tolerance: f64,
+    },
+    /// A memory of water that is stepped by another method.
+    #[error("the state holds no memory of this water's method; restore a state that this unit saved")]
+    ForeignMemory,
     /// The water could not be divided into finite elements.
     #[error(
         "the water could not be divided into triangles without angles below 28°; raise `corner_element_size`, or \

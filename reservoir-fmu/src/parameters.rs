@@ -143,6 +143,11 @@ impl ReservoirParameters {
             let (what, remedy) = ("Westergaard's water", "unset `surface_waves` or choose another fidelity");
             return Some(("surface_waves", ReservoirError::GravityWaves { what, remedy }));
         }
+        let (memory, recursive) = (self.fidelity.has_memory(), self.method == Method::Recursive);
+        if memory && recursive && self.surface_waves {
+            let (what, remedy) = ("a recursion", "unset `surface_waves` or choose another method");
+            return Some(("surface_waves", ReservoirError::GravityWaves { what, remedy }));
+        }
         let (horizon, communication_step) = (self.horizon, self.communication_step);
         if self.fidelity.has_memory() && self.method.has_horizon() && horizon < communication_step {
             return Some(("horizon", ReservoirError::HorizonTooShort { horizon, communication_step }));

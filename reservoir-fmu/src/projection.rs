@@ -2,6 +2,7 @@
 //!
 //! Depends on `boundary` and `condition`.
 
+use crate::ReservoirError;
 use crate::boundary::{BoundaryMesh, Element};
 use crate::condition::BoundaryCondition;
 use crate::quadrature::gauss_legendre;
@@ -20,6 +21,9 @@ pub(crate) fn consistent_mass(face: &WetFace) -> DMatrix<f64> {
     }
     mass
 }
+
+/// The result of [`felt`].
+type Felt = (Option<DMatrix<f64>>, DMatrix<f64>);
 
 /// Smallest fraction of a velocity's square norm that must remain on the elements for it to count as represented.
 const LEAST_FELT: f64 = 1e-2;
@@ -42,7 +46,9 @@ impl InterfaceProjection {
     /// The projections between the points of `face` and the nodes of `mesh` on it.
     ///
     /// The nodes are Gauss points, so the elements' mass M_e is diagonal: an element's length, divided equally.
-    pub fn new(face: &WetFace, mesh: &BoundaryMesh) -> Self {
+    ///
+    /// **Errors**: [`ReservoirError::InterfaceMass`].
+    pub fn new(face: &WetFace, mesh: &BoundaryMesh) -> Result<Self, ReservoirError> {
         let order = mesh.order();
         let nodes_per_element = order.nodes().len();
         let elements = &mesh.elements()[mesh.elements_of(BoundaryCondition::WetFace)];
@@ -105,16 +111,14 @@ impl InterfaceProjection {
         let complex = |matrix: &DMatrix<f64>| {
             Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| Complex64::from(matrix[(i, j)]))
         };
-        // Every point belongs to a panel, so the mass is positive definite.
-        let inverse = mass.clone().cholesky().map_or_else(|| mass.clone(), |c| c.inverse());
+        let (felt, inverse) = felt(&overlap, &node_mass, &mass)?;
         let to_points = &inverse * loads;
-        let felt = felt(&overlap, &node_mass, &mass);
-        Self {
+        Ok(Self {
             to_nodes: Mat::from_fn(nodes, points, |i, j| (overlap[(i, j)] / node_mass[i]).into()),
             to_points: complex(&felt.map_or_else(|| to_points.clone(), |felt| felt * &to_points)),
             samples,
             mass: [complex(&mass), complex(&inverse)],
-        }
+        })
     }
 
     /// `½ (K + M⁻¹ Kᵀ M)`: the part of an operator from velocity to pressure that obeys reciprocity.
@@ -125,22 +129,36 @@ impl InterfaceProjection {
     }
 }
 
-/// The M-orthogonal projection of pressures onto those that do work on velocities that the elements represent. None if
-/// the elements represent all velocities.
+/// The M-orthogonal projection of pressures onto those that do work on velocities that the elements represent, none if
+/// the elements represent all velocities; and M⁻¹.
 ///
 /// Where panels are finer than elements, some velocities cause no pressure; a pressure that does work on them would
 /// produce energy.
-fn felt(overlap: &DMatrix<f64>, node_mass: &[f64], mass: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-    let upper = mass.clone().cholesky()?.l().transpose();
-    let inverse = upper.clone().try_inverse()?;
+fn felt(overlap: &DMatrix<f64>, node_mass: &[f64], mass: &DMatrix<f64>) -> Result<Felt, ReservoirError> {
+    let factors = mass.clone().cholesky().ok_or(ReservoirError::InterfaceMass)?;
+    let upper = factors.l().transpose();
+    let inverse = upper.clone().try_inverse().ok_or(ReservoirError::InterfaceMass)?;
     let scaled =
         DMatrix::from_fn(overlap.nrows(), overlap.ncols(), |i, j| overlap[(i, j)] / node_mass[i].sqrt());
     let seen = scaled * &inverse;
     let eigen = SymmetricEigen::new(seen.transpose() * &seen);
     let kept: Vec<usize> = (0..mass.nrows()).filter(|&k| eigen.eigenvalues[k] > LEAST_FELT).collect();
     if kept.len() == mass.nrows() {
-        return None;
+        return Ok((None, factors.inverse()));
     }
     let basis = eigen.eigenvectors.select_columns(&kept);
-    Some(inverse * &basis * basis.transpose() * upper)
+    Ok((Some(inverse * &basis * basis.transpose() * upper), factors.inverse()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Points that cannot be told apart are an error.
+    #[test]
+    fn a_singular_mass_is_an_error() {
+        let overlap = DMatrix::from_element(2, 2, 0.5);
+        let found = felt(&overlap, &[1.0, 1.0], &DMatrix::from_element(2, 2, 1.0));
+        assert!(matches!(found, Err(ReservoirError::InterfaceMass)));
+    }
 }

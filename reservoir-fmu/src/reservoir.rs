@@ -285,7 +285,8 @@ impl CoSimulation for Reservoir {
                 let means = [0, 1].map(|axis| 0.5 * (before[axis] + ground[axis]));
                 let means = motion.acceleration.iter().chain(&means);
                 motion.velocity.iter_mut().zip(means).for_each(|(v, a)| *v += length * a);
-                water.pressure(&self.state.memory, &motion.velocity, length)
+                let pressure = water.pressure(&self.state.memory, &motion.velocity, length);
+                pressure.ok_or(ReservoirError::ForeignMemory)?
             }
         };
         motion.last_ground_acceleration = ground;
@@ -294,7 +295,8 @@ impl CoSimulation for Reservoir {
             return Err(ReservoirError::NonFinitePressure { index, value, time });
         }
         if let Model::Memory(water) = &self.model {
-            self.state.memory = water.push(&self.state.memory, &motion.velocity, length);
+            let next = water.push(&self.state.memory, &motion.velocity, length);
+            self.state.memory = next.ok_or(ReservoirError::ForeignMemory)?;
         }
         self.state.motion = motion;
         Ok(())
@@ -321,7 +323,7 @@ impl CoSimulation for Reservoir {
         self.check_state(state.fingerprint)?;
         let memory = match &self.model {
             Model::AddedMass(_) => Vec::new(),
-            Model::Memory(water) => water.values(&state.memory),
+            Model::Memory(water) => water.values(&state.memory).ok_or(ReservoirError::ForeignMemory)?,
         };
         Ok(seal(self.fingerprint, &SerialisedState { motion: state.motion.clone(), memory })?)
     }

@@ -56,7 +56,7 @@ impl BoundarySystem {
     /// Without gravity waves `kernel` must vanish at the water level, the highest point of the face; with them the
     /// mesh must include the surface.
     ///
-    /// **Errors**: [`ReservoirError::FarEnd`].
+    /// **Errors**: [`ReservoirError::InterfaceMass`], [`ReservoirError::FarEnd`].
     pub fn new(
         face: &WetFace,
         mesh: BoundaryMesh,
@@ -65,7 +65,7 @@ impl BoundarySystem {
     ) -> Result<Self, ReservoirError> {
         let far = &mesh.elements()[mesh.elements_of(BoundaryCondition::Radiation)];
         let bottom = far.last().map_or(0.0, |element| element.end[1]);
-        let interface = InterfaceProjection::new(face, &mesh);
+        let interface = InterfaceProjection::new(face, &mesh)?;
         let mut points = mesh.nodes();
         points.extend(&interface.samples);
         Ok(Self {
@@ -118,9 +118,11 @@ impl BoundarySystem {
             + self.interface.to_points.as_ref().subcols(wet.len(), samples) * sampled;
         let points = projected.nrows();
         let reciprocal = self.interface.reciprocal_part(projected.as_ref().subcols(0, points));
-        Ok(DMatrix::from_fn(points, points + 2, |i, j| {
+        let response = DMatrix::from_fn(points, points + 2, |i, j| {
             factor * if j < points { reciprocal[(i, j)] } else { projected[(i, j)] }
-        }))
+        });
+        let finite = response.iter().all(|p| p.is_finite());
+        if finite { Ok(response) } else { Err(ReservoirError::NonFiniteResponse { frequency: s }) }
     }
 
     /// Pressure divided by ρ s at the nodes, then at the interface's samples; and T.
@@ -275,5 +277,24 @@ pub(crate) fn kernel(parameters: &ReservoirParameters) -> Box<dyn HelmholtzKerne
         Box::new(FreeSpace)
     } else {
         Box::new(FreeSurface { level: parameters.wet_face.depth() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Elements so short that the operators are no longer finite are an error, not NaN.
+    #[test]
+    fn a_response_that_is_not_finite_is_an_error() -> Result<(), Box<dyn std::error::Error>> {
+        let parameters = ReservoirParameters {
+            corner_element_size: Some(0.05),
+            ..ReservoirParameters::before(WetFace::straight([0.0, 180.0], 16)?)
+        };
+        let system = boundary_system(&parameters)?;
+        let symbol = system.symbol(Complex64::new(0.0, 0.5));
+        assert!(matches!(symbol, Err(ReservoirError::NonFiniteResponse { .. })));
+        assert!(matches!(system.added_mass(), Err(ReservoirError::NonFiniteResponse { .. })));
+        Ok(())
     }
 }

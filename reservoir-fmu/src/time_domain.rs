@@ -8,7 +8,7 @@ use std::sync::Arc;
 ///
 /// [`pressure`](Self::pressure) may be called several times from the same memory, once per trial of a step;
 /// [`push`](Self::push) then gives the memory after the accepted step. A memory is never changed, so it can be kept and
-/// shared.
+/// shared. What is asked of a memory is none for a memory of another method.
 ///
 /// **Shapes and units**: velocities of the interface points along n, then of the ground along x and y
 /// (m/s, since the start); pressures at the interface points (Pa); `length` of the step in s.
@@ -17,16 +17,16 @@ pub(crate) trait TimeDomain: Send + Sync {
     fn at_rest(&self) -> Memory;
 
     /// Pressure at the end of the step of `length` after `memory` if velocities are `velocity` there.
-    fn pressure(&self, memory: &Memory, velocity: &[f64], length: f64) -> Vec<f64>;
+    fn pressure(&self, memory: &Memory, velocity: &[f64], length: f64) -> Option<Vec<f64>>;
 
     /// The memory after that step.
-    fn push(&self, memory: &Memory, velocity: &[f64], length: f64) -> Memory;
+    fn push(&self, memory: &Memory, velocity: &[f64], length: f64) -> Option<Memory>;
 
     /// `∂p/∂v` at the end of a step of `length`, points × inputs: exact, as all methods are linear.
     fn instantaneous(&self, length: f64) -> DMatrix<f64>;
 
     /// All values of a memory, for serialisation.
-    fn values(&self, memory: &Memory) -> Vec<f64>;
+    fn values(&self, memory: &Memory) -> Option<Vec<f64>>;
 
     /// The memory with these `values` after `steps` steps, equal bit for bit to the original; none if the number of
     /// values is wrong.

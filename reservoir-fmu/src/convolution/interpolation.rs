@@ -1,3 +1,4 @@
+use crate::ReservoirError;
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -8,6 +9,8 @@ const NODES: usize = 24;
 /// Smallest Bernstein parameter of a piece with respect to every known singularity:
 /// 3⁻²⁴ times the decay of a square root's coefficients is about 1e-13.
 const ELLIPSE: f64 = 2.4;
+/// Largest error of a shortest piece, in tolerances.
+const LARGEST: f64 = 100.0;
 
 /// Piecewise Chebyshev interpolant of a complex matrix function of a real variable.
 pub(crate) struct Interpolant {
@@ -27,20 +30,27 @@ impl Interpolant {
     ///
     /// Pieces are bisected towards the complex `singularities` beforehand and wherever the
     /// last coefficients are not below the tolerance, down to pieces of length `shortest`.
-    pub fn new<E: Send>(
-        function: impl Fn(f64) -> Result<DMatrix<Complex64>, E> + Sync,
+    ///
+    /// **Errors**: [`ReservoirError::NotInterpolated`] if one of those is off by more than [`LARGEST`] tolerances, and
+    /// those of the function.
+    pub fn new(
+        function: impl Fn(f64) -> Result<DMatrix<Complex64>, ReservoirError> + Sync,
         [start, end]: [f64; 2],
         singularities: &[Complex64],
         tolerance: f64,
         shortest: f64,
-    ) -> Result<Self, E> {
-        let mut pending = Vec::new();
+    ) -> Result<Self, ReservoirError> {
+        let (accepted, mut pending) = (LARGEST * tolerance, Vec::new());
         grade(start, end, singularities, shortest, &mut pending);
         let (mut pieces, mut scale, mut shape): (Vec<Piece>, f64, (usize, usize)) = (Vec::new(), 0.0, (0, 0));
         while !pending.is_empty() {
             let nodes: Vec<f64> =
                 pending.iter().flat_map(|&[a, b]| (0..NODES).map(move |i| node(a, b, i))).collect();
-            let values = nodes.par_iter().map(|&x| function(x)).collect::<Result<Vec<_>, E>>()?;
+            let values =
+                nodes.par_iter().map(|&x| function(x)).collect::<Result<Vec<_>, ReservoirError>>()?;
+            if values.iter().flat_map(|v| v.iter()).any(|z| !z.is_finite()) {
+                return Err(ReservoirError::NotInterpolated { error: f64::NAN, tolerance: accepted });
+            }
             shape = values[0].shape();
             scale = values.iter().flat_map(|v| v.iter()).fold(scale, |s, z| s.max(z.norm()));
             let mut refined = Vec::new();
@@ -54,6 +64,10 @@ impl Interpolant {
                 }
             }
             pending = refined;
+        }
+        let worst = pieces.iter().map(Piece::tail).fold(0.0, f64::max);
+        if worst > accepted * scale {
+            return Err(ReservoirError::NotInterpolated { error: worst / scale, tolerance: accepted });
         }
         pieces.sort_by(|a, b| a.start.total_cmp(&b.start));
         Ok(Self { pieces, shape })
@@ -147,10 +161,10 @@ mod tests {
 
     /// A square root 0.002 off the interval, as at a cut-off frequency, with and without its singularity given.
     #[test]
-    fn resolves_branch_points() -> Result<(), std::convert::Infallible> {
+    fn resolves_branch_points() -> Result<(), ReservoirError> {
         let singularity = Complex64::new(1.0, -0.002);
         let exact = |x: f64| 1.0 / (x - singularity).sqrt();
-        let function = |x: f64| Ok::<_, std::convert::Infallible>(DMatrix::from_element(1, 1, exact(x)));
+        let function = |x: f64| Ok(DMatrix::from_element(1, 1, exact(x)));
         let points: Vec<f64> = (0..4000).map(|i| 3.0 * i as f64 / 3999.0).collect();
         for told in [vec![singularity], vec![]] {
             let interpolant = Interpolant::new(function, [0.0, 3.0], &told, 1e-10, 1e-5)?;
@@ -161,5 +175,16 @@ mod tests {
             assert!(worst < 1e-9 * 0.002f64.powf(-0.5));
         }
         Ok(())
+    }
+
+    /// A jump is resolved by no polynomial; a number that is none is found out too.
+    #[test]
+    fn what_is_not_smooth_is_an_error() {
+        for jump in [1.0, f64::NAN] {
+            let function =
+                |x: f64| Ok(DMatrix::from_element(1, 1, (if x < 0.7 { 2.0 } else { 2.0 + jump }).into()));
+            let found = Interpolant::new(function, [0.0, 1.0], &[], 1e-9, 1e-3);
+            assert!(matches!(found, Err(ReservoirError::NotInterpolated { .. })));
+        }
     }
 }

@@ -202,20 +202,20 @@ impl TimeDomain for Convolution {
         Memory::of(self.start())
     }
 
-    fn pressure(&self, memory: &Memory, velocity: &[f64], _length: f64) -> Vec<f64> {
-        memory.get().map_or_else(Vec::new, |history| self.pressure_after(history, velocity))
+    fn pressure(&self, memory: &Memory, velocity: &[f64], _length: f64) -> Option<Vec<f64>> {
+        memory.get().map(|history| self.pressure_after(history, velocity))
     }
 
-    fn push(&self, memory: &Memory, velocity: &[f64], _length: f64) -> Memory {
-        memory.get().map_or_else(Memory::default, |history| Memory::of(self.pushed(history, velocity)))
+    fn push(&self, memory: &Memory, velocity: &[f64], _length: f64) -> Option<Memory> {
+        memory.get().map(|history| Memory::of(self.pushed(history, velocity)))
     }
 
     fn instantaneous(&self, _length: f64) -> DMatrix<f64> {
         DMatrix::from_row_slice(self.rows, self.columns, &self.direct[0])
     }
 
-    fn values(&self, memory: &Memory) -> Vec<f64> {
-        memory.get().map_or_else(Vec::new, History::velocities)
+    fn values(&self, memory: &Memory) -> Option<Vec<f64>> {
+        memory.get().map(History::velocities)
     }
 
     fn resume(&self, values: &[f64], steps: usize) -> Option<Memory> {

@@ -1,5 +1,6 @@
 use super::interpolation::Interpolant;
-use nalgebra::DMatrix;
+use crate::ReservoirError;
+use nalgebra::{DMatrix, Schur};
 use num_complex::Complex64;
 use rayon::prelude::*;
 use rustfft::FftPlanner;
@@ -7,6 +8,8 @@ use std::f64::consts::PI;
 
 /// Relative accuracy of the symbol along the contour.
 const TOLERANCE: f64 = 1e-9;
+/// Largest number of iterations for the stages' frequencies.
+const ITERATIONS: usize = 1000;
 /// R^N, the factor with which weight n + N is aliased into weight n.
 const ALIASING: f64 = 1e-7;
 
@@ -80,9 +83,9 @@ impl Rule {
 
     /// The stages' complex frequencies (times H) at ζ and their factors in the generating function.
     ///
-    /// With the eigenvalues z_i of Δ the factor is `e_mᵀ P_i g`, `P_i = Π_{j≠i} (Δ − z_j)/(z_i − z_j)` (Sylvester).
-    fn frequencies(self, zeta: Complex64) -> Vec<(Complex64, Complex64)> {
-        let one = |z: Complex64| vec![(z, Complex64::ONE)];
+    /// With the eigenvalues z_i of Δ the factor is `e_mᵀ P_i g`, `P_i = Π_{j≠i} (Δ − z_j)/(z_i − z_j)` (Sylvester). None if the eigenvalues are not found.
+    fn frequencies(self, zeta: Complex64) -> Option<Vec<(Complex64, Complex64)>> {
+        let one = |z: Complex64| Some(vec![(z, Complex64::ONE)]);
         let Some((matrix, times)) = self.stages() else {
             return one(match self {
                 Self::Trapezoid => 2.0 * (1.0 - zeta) / (1.0 + zeta),
@@ -91,15 +94,16 @@ impl Rule {
         };
         let count = times.len();
         let butcher = DMatrix::from_row_slice(count, count, &matrix);
-        // The Butcher matrices are regular.
-        let inverse = butcher.try_inverse().unwrap_or_else(|| DMatrix::identity(count, count));
+        let inverse = butcher.try_inverse()?;
         let mut delta = inverse.map(Complex64::from);
         let sums = inverse.column_sum();
         for i in 0..count {
             delta[(i, count - 1)] -= zeta * sums[i];
         }
-        let values = delta.clone().schur().eigenvalues().map(|v| v.iter().copied().collect::<Vec<_>>());
-        let values = values.unwrap_or_else(|| (0..count).map(|i| delta[(i, i)]).collect());
+        let values = Schur::try_new(delta.clone(), f64::EPSILON, ITERATIONS)?.eigenvalues()?;
+        if !values.iter().all(|z| z.is_finite()) {
+            return None;
+        }
         let data: Vec<Complex64> = times.iter().map(|&c| c + (1.0 - c) * zeta).collect();
         let factor = |own: usize| {
             let others = (0..count).filter(|&other| other != own);
@@ -111,7 +115,7 @@ impl Rule {
             });
             projected[count - 1]
         };
-        (0..count).map(|own| (values[own], factor(own))).collect()
+        Some((0..count).map(|own| (values[own], factor(own))).collect())
     }
 
     /// The relevant solutions ζ of `det(Δ(ζ) − z) = 0`: `1/ζ` is the method's stability function at z.
@@ -141,17 +145,20 @@ impl ConvolutionQuadrature {
     /// The weights of `symbol` K(s). Its branch points (1/s), if given, save work.
     ///
     /// Runs on the current rayon pool; the result does not depend on its size.
-    pub fn weights<E: Send>(
+    ///
+    /// **Errors**: [`ReservoirError::Stages`], [`ReservoirError::NotInterpolated`], and those of the symbol.
+    pub fn weights(
         &self,
-        symbol: impl Fn(Complex64) -> Result<DMatrix<Complex64>, E> + Sync,
+        symbol: impl Fn(Complex64) -> Result<DMatrix<Complex64>, ReservoirError> + Sync,
         branch_points: &[Complex64],
-    ) -> Result<Weights, E> {
+    ) -> Result<Weights, ReservoirError> {
         let length = self.length();
         let radius = ALIASING.powf(1.0 / length as f64);
         let spacing = 2.0 * PI / length as f64;
         let generating = |theta: f64| {
             let zeta = Complex64::from_polar(radius, -theta);
-            let mut stages = self.rule.frequencies(zeta).into_iter();
+            let stages = self.rule.frequencies(zeta).ok_or(ReservoirError::Stages { zeta })?;
+            let mut stages = stages.into_iter();
             let (first, factor) = stages.next().unwrap_or_default();
             let mut sum = symbol(first / self.communication_step)?;
             sum.iter_mut().for_each(|value| *value *= factor);
@@ -205,16 +212,25 @@ mod tests {
     fn weights(
         symbol: impl Fn(Complex64) -> Complex64 + Sync,
         branch_points: &[Complex64],
-    ) -> Result<Vec<f64>, std::convert::Infallible> {
+    ) -> Result<Vec<f64>, ReservoirError> {
         let quadrature =
             ConvolutionQuadrature { rule: Rule::Radau2, communication_step: 0.01, steps: 10_000 };
-        let symbol = |s| Ok::<_, std::convert::Infallible>(DMatrix::from_element(1, 1, symbol(s)));
+        let symbol = |s| Ok(DMatrix::from_element(1, 1, symbol(s)));
         Ok(quadrature.weights(symbol, branch_points)?.entries.swap_remove(0))
+    }
+
+    /// A point on the contour that is no number has none.
+    #[test]
+    fn stages_that_are_not_found_are_none() {
+        for rule in [Rule::Radau2, Rule::Radau3] {
+            assert!(rule.frequencies(Complex64::new(f64::NAN, 0.0)).is_none());
+            assert!(rule.frequencies(Complex64::new(0.9, 0.1)).is_some());
+        }
     }
 
     /// K = s is exact for the third-order method on linear v: ṗ of a ramp is its slope.
     #[test]
-    fn differentiates_a_ramp() -> Result<(), std::convert::Infallible> {
+    fn differentiates_a_ramp() -> Result<(), ReservoirError> {
         let w = weights(|s| s, &[])?;
         for n in [1, 5, 400, 10_000] {
             let sum: f64 = (1..=n).map(|j| w[n - j] * 0.01 * j as f64).sum();
@@ -225,7 +241,7 @@ mod tests {
 
     /// K = 1/√(1 + s²/ω²): a ramp convolved with J₀ against its fine quadrature.
     #[test]
-    fn bessel_kernel() -> Result<(), std::convert::Infallible> {
+    fn bessel_kernel() -> Result<(), ReservoirError> {
         let omega = 3.0;
         let cut_off = Complex64::new(0.0, omega);
         let w = weights(|s| 1.0 / (1.0 + (s / omega).powi(2)).sqrt(), &[Complex64::ZERO, cut_off])?;

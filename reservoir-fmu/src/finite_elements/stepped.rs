@@ -20,24 +20,24 @@ impl TimeDomain for FiniteElements {
         self.field(vec![0.0; self.state_len()])
     }
 
-    fn pressure(&self, memory: &Memory, velocity: &[f64], _length: f64) -> Vec<f64> {
+    fn pressure(&self, memory: &Memory, velocity: &[f64], _length: f64) -> Option<Vec<f64>> {
         let pressure = |field: &Field| FiniteElements::pressure(self, &field.prepared, velocity);
-        memory.get().map_or_else(Vec::new, pressure)
+        memory.get().map(pressure)
     }
 
-    fn push(&self, memory: &Memory, velocity: &[f64], _length: f64) -> Memory {
-        let Some(field) = memory.get::<Field>() else { return Memory::default() };
+    fn push(&self, memory: &Memory, velocity: &[f64], _length: f64) -> Option<Memory> {
+        let field = memory.get::<Field>()?;
         let mut next = vec![0.0; self.state_len()];
         self.advance(&field.values, &field.prepared, velocity, &mut next);
-        self.field(next)
+        Some(self.field(next))
     }
 
     fn instantaneous(&self, _length: f64) -> DMatrix<f64> {
         FiniteElements::instantaneous(self).clone()
     }
 
-    fn values(&self, memory: &Memory) -> Vec<f64> {
-        memory.get().map_or_else(Vec::new, |field: &Field| field.values.clone())
+    fn values(&self, memory: &Memory) -> Option<Vec<f64>> {
+        memory.get().map(|field: &Field| field.values.clone())
     }
 
     fn resume(&self, values: &[f64], _steps: usize) -> Option<Memory> {

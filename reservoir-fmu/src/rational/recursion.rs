@@ -128,20 +128,20 @@ impl TimeDomain for Recursion {
         Self::memory(states, &velocity, self.ports.inputs.product(&velocity))
     }
 
-    fn pressure(&self, memory: &Memory, velocity: &[f64], length: f64) -> Vec<f64> {
-        let Some(state) = memory.get() else { return Vec::new() };
+    fn pressure(&self, memory: &Memory, velocity: &[f64], length: f64) -> Option<Vec<f64>> {
+        let state = memory.get()?;
         if length == self.usual.length {
             let mut pressure = self.usual.panels.product(velocity);
             pressure.iter_mut().zip(&self.ahead(state).pressure).for_each(|(p, free)| *p += free);
-            return pressure;
+            return Some(pressure);
         }
         let states = self.stepped(state, &self.ports.inputs.product(velocity), length);
         let direct = &self.direct * DVector::from_column_slice(velocity);
-        self.ports.collected(&states).iter().zip(&direct).map(|(p, within)| p + within).collect()
+        Some(self.ports.collected(&states).iter().zip(&direct).map(|(p, within)| p + within).collect())
     }
 
-    fn push(&self, memory: &Memory, velocity: &[f64], length: f64) -> Memory {
-        let Some(state) = memory.get() else { return Memory::default() };
+    fn push(&self, memory: &Memory, velocity: &[f64], length: f64) -> Option<Memory> {
+        let state = memory.get()?;
         let driven = self.ports.inputs.product(velocity);
         let states = if length == self.usual.length {
             self.ahead(state).states.clone()
@@ -149,7 +149,7 @@ impl TimeDomain for Recursion {
             let left_out = self.usual.factors.end.each_ref().map(|part| part.iter().map(|f| -f).collect());
             Arc::new(self.driven(&self.stepped(state, &driven, length), &driven, &left_out))
         };
-        Self::memory(states, velocity, driven)
+        Some(Self::memory(states, velocity, driven))
     }
 
     fn instantaneous(&self, length: f64) -> DMatrix<f64> {
@@ -159,8 +159,8 @@ impl TimeDomain for Recursion {
         response_within(&self.ports, &self.direct, &Factors::of(&self.poles, length))
     }
 
-    fn values(&self, memory: &Memory) -> Vec<f64> {
-        memory.get().map_or_else(Vec::new, |state: &State| [&state.states[..], &state.velocity].concat())
+    fn values(&self, memory: &Memory) -> Option<Vec<f64>> {
+        memory.get().map(|state: &State| [&state.states[..], &state.velocity].concat())
     }
 
     fn resume(&self, values: &[f64], _steps: usize) -> Option<Memory> {
@@ -249,19 +249,23 @@ mod tests {
                 let [decay, start, end] = first_order_hold(poles[k], length);
                 *x = decay * *x + start * along(k, before) + end * along(k, v);
             }
-            let pressure = recursion.pressure(&memory, &v, length);
+            let pressure = recursion.pressure(&memory, &v, length).expect("its memory");
             for (i, p) in pressure.iter().enumerate() {
                 let pair = |k: usize| if poles[k].im > 0.0 { 2.0 } else { 1.0 };
                 let states: f64 = (0..5).map(|k| pair(k) * (fractions.outputs[(i, k)] * x[k]).re).sum();
                 let direct = fractions.direct[(i, 0)] * v[0] + fractions.direct[(i, 1)] * v[1];
                 worst = worst.max((p - states - direct).abs());
             }
-            let resumed = recursion.resume(&recursion.values(&memory), n as usize).expect("a memory");
-            assert_eq!(recursion.pressure(&resumed, &v, length), pressure);
-            memory = recursion.push(&resumed, &v, length);
+            let resumed = recursion.values(&memory).and_then(|values| recursion.resume(&values, n as usize));
+            let resumed = resumed.expect("a memory");
+            assert_eq!(recursion.pressure(&resumed, &v, length).as_ref(), Some(&pressure));
+            memory = recursion.push(&resumed, &v, length).expect("its memory");
             before = v;
         }
         println!("steps off the formula by {worst:.1e}, of values up to some 10");
         assert!(worst < 1e-12);
+        let foreign = Memory::of(0.0);
+        assert!(recursion.pressure(&foreign, &before, 0.01).is_none());
+        assert!(recursion.push(&foreign, &before, 0.01).is_none() && recursion.values(&foreign).is_none());
     }
 }
