@@ -107,7 +107,7 @@ pub fn limit_equilibria(scene: &Scene) -> Result<Vec<LimitEquilibrium>, Registry
 }
 
 /// The fastest growing vibration of each crack's blocks while they slide, with the mass of the water, and of those that
-/// grow, what of [`CURES`] would make them decay.
+/// grow, what changes of the damping would make them decay, as keys and values.
 ///
 /// **Errors**: those of the dam, and of the reservoir that the mass is taken from.
 pub fn flutter(scene: &Scene) -> Result<Vec<(Flutter, Vec<String>)>, RegistryError> {
