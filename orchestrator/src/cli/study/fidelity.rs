@@ -2,7 +2,7 @@
 
 mod figure;
 
-use super::{Arguments, Outcome, StudyError, quoted, relative, run_units, unfit};
+use super::{Arguments, CREST, Outcome, SLIDING, StudyError, quoted, relative, run_units, unfit};
 use crate::cli::reservoir::Exact;
 use crate::cli::reservoir::Motion;
 use crate::cli::table::Table;
@@ -64,8 +64,6 @@ pub struct Cost {
     pub reservoir: f64,
 }
 
-const CREST: &str = "dam.crest_displacement.x";
-const SLIDING: &str = "dam.crack_sliding.0";
 const BASE: &str = "reservoir.base_pressure";
 
 pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
@@ -111,7 +109,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
         scene.time.communication_step,
         scene.steps(),
         1e3 * reference.peak(CREST),
-        1e3 * last(reference, SLIDING),
+        1e3 * reference.last(SLIDING),
         table.markdown(),
         rigid.err().map_or_else(String::new, |why| format!("A rigid dam has no closed form: {why}.\n")),
         if refused.is_empty() { refused } else { format!("\nRefused:\n{refused}") },
@@ -290,16 +288,12 @@ fn table(rows: &[Row], reference: &Outcome) -> Table {
             shown(apart(outcome, reference, CREST)),
             shown(above),
             format!("{:.2}", 1e3 * outcome.peak(CREST)),
-            format!("{:.2}", 1e3 * last(outcome, SLIDING)),
+            format!("{:.2}", 1e3 * outcome.last(SLIDING)),
             shown(apart(outcome, reference, BASE)),
             shown(row.rigid),
         ]);
     }
     table
-}
-
-fn last(outcome: &Outcome, column: &str) -> f64 {
-    outcome.column(column).last().copied().unwrap_or(0.0)
 }
 
 /// Relative difference of a column in the mean square over time; the rows of `other` may be denser.

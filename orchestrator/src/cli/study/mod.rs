@@ -1,6 +1,7 @@
 //! `cofferdam study`: series of runs, their tables and pictures.
 
 mod ambient;
+mod convergence;
 mod fidelity;
 mod figure;
 mod ledger;
@@ -44,6 +45,9 @@ pub enum Command {
     /// How much the results depend on mesh, time steps and modelling choices
     #[command(after_long_help = sensitivity::HELP)]
     Sensitivity(Arguments),
+    /// Bias of the mesh and of the contacts' places, beside scatter with the shaking
+    #[command(after_long_help = convergence::HELP)]
+    Convergence(Arguments),
     /// How far the results scatter with the shaking, and whether every run reaches its end
     #[command(after_long_help = shaking::HELP)]
     Shaking(Arguments),
@@ -133,6 +137,7 @@ pub fn run(command: &Command) -> ExitCode {
         Command::Fidelity(arguments) => fidelity::run(arguments),
         Command::Resolution(arguments) => resolution::run(arguments),
         Command::Sensitivity(arguments) => sensitivity::run(arguments),
+        Command::Convergence(arguments) => convergence::run(arguments),
         Command::Ledger(arguments) => ledger::run(arguments),
         Command::Rest(arguments) => rest::run(arguments),
         Command::Shaking(arguments) => shaking::run(arguments),
@@ -181,6 +186,10 @@ impl Arguments {
         self.write(name, &text)
     }
 }
+
+const CREST: &str = "dam.crest_displacement.x";
+/// Of the lowest crack.
+const SLIDING: &str = "dam.crack_sliding.0";
 
 /// Result of a run.
 struct Outcome {
@@ -266,11 +275,23 @@ impl Outcome {
         self.column(name).iter().fold(0.0, |a, b| a.max(b.abs()))
     }
 
+    /// Last value of a column; 0 if it has none.
+    fn last(&self, name: &str) -> f64 {
+        self.column(name).last().copied().unwrap_or(0.0)
+    }
+
     /// Mean number of dam steps per communication step from row `from` on.
     fn iterations(&self, from: usize) -> f64 {
         let counts = self.column("iterations").get(from..).unwrap_or(&[]);
         counts.iter().sum::<f64>() / counts.len().max(1) as f64
     }
+}
+
+/// Mean and standard deviation.
+fn moments(values: impl Iterator<Item = f64> + Clone) -> [f64; 2] {
+    let count = values.clone().count().max(1) as f64;
+    let mean = values.clone().sum::<f64>() / count;
+    [mean, (values.map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt()]
 }
 
 /// The path of a scene's file as printed in the table of a study.

@@ -1,6 +1,6 @@
 //! `cofferdam study rest`.
 
-use super::{Arguments, StudyError, quoted, run_all, unfit};
+use super::{Arguments, SLIDING, StudyError, quoted, run_all, unfit};
 use crate::cli::say;
 use crate::cli::table::Table;
 use orchestrator::registry;
@@ -125,7 +125,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
                     None => ["tips over".to_owned(), String::new()],
                 });
                 let outcome = &outcomes[at];
-                let last = LastSecond::of(&outcome.histories, "dam.crack_sliding.0");
+                let last = LastSecond::of(&outcome.histories, SLIDING);
                 cells.extend(match (&outcome.failure, last) {
                     (None, Some(last)) => [
                         format!("{:.3}", 1e3 * last.speed),

@@ -2,7 +2,7 @@
 
 mod figure;
 
-use super::{Arguments, Outcome, StudyError, quoted, run_scene, unfit};
+use super::{Arguments, CREST, Outcome, SLIDING, StudyError, quoted, run_scene, unfit};
 use crate::cli::table::Table;
 use crate::cli::{say, threads};
 use orchestrator::registry;
@@ -30,9 +30,7 @@ struct Change {
     sets: Vec<String>,
 }
 
-const CREST: &str = "dam.crest_displacement.x";
 const ROTATION: &str = "dam.crack_rotation.0";
-const SLIDING: &str = "dam.crack_sliding.0";
 
 pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     let loaded = arguments.load()?;
@@ -200,7 +198,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
 
 /// Largest crest motion (m), rotation (rad), sliding (m), and sliding at the end (m), of the lowest crack.
 fn measures(outcome: &Outcome) -> [f64; 4] {
-    let end = outcome.column(SLIDING).last().map_or(0.0, |sliding| sliding.abs());
+    let end = outcome.last(SLIDING).abs();
     [outcome.peak(CREST), outcome.peak(ROTATION), outcome.peak(SLIDING), end]
 }
 

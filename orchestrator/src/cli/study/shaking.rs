@@ -2,7 +2,7 @@
 
 mod figure;
 
-use super::{Arguments, StudyError, quoted, run_all, unfit};
+use super::{Arguments, CREST, SLIDING, StudyError, moments, quoted, run_all, unfit};
 use crate::cli::say;
 use crate::cli::table::Table;
 use orchestrator::registry;
@@ -24,8 +24,6 @@ made.";
 const RANGE: [f64; 2] = [0.9, 1.1];
 /// Half the width of the window over which neighbours are compared, as a factor.
 const NEAR: f64 = 0.01;
-const CREST: &str = "dam.crest_displacement.x";
-const SLIDING: &str = "dam.crack_sliding.0";
 
 /// One run: factor, largest crest motion (mm), sliding at the end (mm).
 type Point = [f64; 3];
@@ -68,7 +66,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
         let (mut points, mut took_over, mut failed) = (Vec::new(), 0, 0);
         for (factor, outcome) in factors.iter().zip(&outcomes) {
             let crest = 1e3 * outcome.peak(CREST);
-            let sliding = 1e3 * outcome.column(SLIDING).last().copied().unwrap_or(0.0);
+            let sliding = 1e3 * outcome.last(SLIDING);
             took_over += outcome.ending.statistics.fallbacks;
             match &outcome.failure {
                 None => points.push([*factor, crest, sliding]),
@@ -87,7 +85,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
             ]);
         }
         let cell = |index: usize| {
-            let (mean, deviation) = moments(points.iter().map(|point| point[index]));
+            let [mean, deviation] = moments(points.iter().map(|point| point[index]));
             format!("{mean:.1} mm, {:.0} %", 100.0 * deviation / mean.abs())
         };
         table.row([
@@ -118,13 +116,6 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     arguments.write("shaking.svg", &figure::picture(&series)?)
 }
 
-/// Mean and standard deviation.
-fn moments(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
-    let count = values.clone().count().max(1) as f64;
-    let mean = values.clone().sum::<f64>() / count;
-    (mean, (values.map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt())
-}
-
 /// Root mean square over all runs of the standard deviation of sliding about a straight line through the runs whose
 /// factor differs by at most [`NEAR`], over the mean there. Runs without three neighbours do not count.
 fn local_scatter(points: &[Point]) -> f64 {
@@ -137,8 +128,8 @@ fn local_scatter(points: &[Point]) -> f64 {
         if near.len() < 4 {
             return None;
         }
-        let (x, _) = moments(near.iter().map(|point| point[0]));
-        let (y, _) = moments(near.iter().map(|point| point[1]));
+        let [x, _] = moments(near.iter().map(|point| point[0]));
+        let [y, _] = moments(near.iter().map(|point| point[1]));
         let square = near.iter().map(|point| (point[0] - x).powi(2)).sum::<f64>();
         let slope = near.iter().map(|point| (point[0] - x) * (point[1] - y)).sum::<f64>() / square;
         let rest = near.iter().map(|point| (point[1] - y - slope * (point[0] - x)).powi(2)).sum::<f64>();

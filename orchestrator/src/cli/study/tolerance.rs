@@ -2,7 +2,7 @@
 
 mod figure;
 
-use super::{Arguments, Outcome, StudyError, quoted, run_scene, unfit};
+use super::{Arguments, CREST, Outcome, SLIDING, StudyError, quoted, run_scene, unfit};
 use crate::cli::table::Table;
 use crate::cli::{say, threads};
 use orchestrator::scene::OnFailure;
@@ -36,9 +36,6 @@ pub struct Series {
     pub points: Vec<Point>,
     pub of_step: [f64; 2],
 }
-
-const CREST: &str = "dam.crest_displacement.x";
-const SLIDING: &str = "dam.crack_sliding.0";
 
 pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     let loaded = arguments.load()?;

@@ -11,10 +11,6 @@ use orchestrator::scene::Scene;
 use orchestrator::scheme::{CouplingError, Side};
 use std::ops::Range;
 
-/// Columns of the histories that are compared.
-pub const CREST: &str = "dam.crest_displacement.x";
-pub const SLIDING: &str = "dam.crack_sliding.0";
-
 /// First relaxation factor.
 const RELAXATION: f64 = 0.5;
 const MOST_ITERATIONS: usize = 200;

@@ -4,7 +4,7 @@ mod coupled;
 mod far_end;
 mod figure;
 
-use super::{Arguments, StudyError, quoted, relative, run_scene};
+use super::{Arguments, CREST, SLIDING, StudyError, quoted, relative, run_scene};
 use crate::cli::table::Table;
 use crate::cli::{say, threads};
 use crate::registry::{self, FarEndCondition, ShortWindows};
@@ -82,7 +82,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
             let Coupled { histories: [moved, slid], iterations, end } = coupled::run(&scene, motion, &water)?;
             let mean = iterations.iter().sum::<usize>() as f64 / iterations.len().max(1) as f64;
             cells.extend([format!("{mean:.1}"), iterations.iter().max().unwrap_or(&0).to_string()]);
-            crest = matches!(end, End::Reached).then(|| relative(&moved, reference.column(coupled::CREST)));
+            crest = matches!(end, End::Reached).then(|| relative(&moved, reference.column(CREST)));
             cells.push(crest.map_or_else(nothing, percent));
             let slides = crest.is_some() && !slid.is_empty();
             cells.push(if slides { millimetres(&slid) } else { nothing() });
@@ -107,7 +107,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
         table.markdown(),
     );
     if let Some(reference) = &reference {
-        let slid = reference.column(coupled::SLIDING);
+        let slid = reference.column(SLIDING);
         let sliding =
             if slid.is_empty() { String::new() } else { format!(", {} mm of sliding", millimetres(slid)) };
         text += &format!("Step by step: {:.2} dam steps a step{sliding}.\n", reference.iterations(1));
