@@ -53,6 +53,8 @@ pub mod reservoir {
         37 FAR_END_DISTANCE "far_end_distance" Parameter Fixed Scalar "m" "distance of the far end from the most upstream point of wet face and bed";
         38 COMMUNICATION_STEP "communication_step" CalculatedParameter Fixed Scalar "s" "length of a communication step for which the unit was made";
         39 HORIZON "horizon" Parameter Fixed Scalar "s" "longest time that can be simulated by convolution; a recursion and finite elements have no such limit";
+        40 RECURSION_ERROR "recursion_error" CalculatedParameter Fixed Scalar "1" "largest relative error of the recursion against the frequency response, its loss included; 0 for another method";
+        41 RECURSION_LOSS "recursion_loss" CalculatedParameter Fixed Scalar "1" "resistance that was added to the recursion so that it produces no energy, over density times speed of sound; 0 for another method";
     }
 }
 

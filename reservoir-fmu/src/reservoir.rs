@@ -2,7 +2,7 @@ use crate::added_mass::{LastStep, whole_added_mass};
 use crate::convolution::Convolution;
 use crate::finite_elements::FiniteElements;
 use crate::frequency_response::{convolution_weights, quadrature};
-use crate::rational::recursion;
+use crate::rational::{Quality, recursion};
 use crate::time_domain::{Memory, TimeDomain};
 use crate::{Fidelity, Method, ReservoirError, ReservoirParameters};
 use interface::variables::reservoir as variables;
@@ -16,6 +16,9 @@ use std::num::NonZeroUsize;
 
 /// Name of the unit in messages and logs.
 const UNIT: &str = "reservoir";
+
+/// Error of a recursion's fit, and loss over ρc, above which the unit warns.
+const DOUBTFUL: f64 = 1e-3;
 
 /// Fraction of a communication step by which times of the caller and the unit may differ.
 const TIME_TOLERANCE: f64 = 1e-6;
@@ -33,6 +36,8 @@ pub struct Reservoir {
     /// Force along x (N/m) and moment about the heel (N·m/m) of 1 Pa at a point.
     resultants: Vec<[f64; 2]>,
     state: ReservoirState,
+    /// Of a recursion.
+    quality: Option<Quality>,
 }
 
 /// The model of the water: pressure from acceleration.
@@ -95,8 +100,14 @@ impl Reservoir {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build()?;
         let (points, depth) = (face.len(), face.depth());
         // Messages are caught on this thread only, so nothing is logged on the threads of the pool.
-        let (model, said) = pool.install(|| made(&parameters))?;
+        let (model, said, quality) = pool.install(|| made(&parameters))?;
         tracing::info!("{points} interface points, {depth} m of {said}");
+        if let Some(Quality { error, loss, .. }) = quality.filter(|q| q.error.max(q.loss) > DOUBTFUL) {
+            tracing::warn!(
+                "the recursion is {error:.1e} off the water's frequency response, with a loss of {loss:.1e} ρc, more than \
+                 {DOUBTFUL:.0e}; choose another method, or a coarser wet face"
+            );
+        }
         let zeros = vec![0.0; face.len()];
         let motion = Motion {
             initialised: false,
@@ -115,7 +126,7 @@ impl Reservoir {
             Model::Memory(water) => water.at_rest(),
         };
         let state = ReservoirState { fingerprint, motion, memory };
-        Ok(Self { resultants: resultants(face), parameters, fingerprint, model, state })
+        Ok(Self { resultants: resultants(face), parameters, fingerprint, model, state, quality })
     }
 
     /// The parameters from which the unit was made.
@@ -193,6 +204,8 @@ impl Reservoir {
             variables::FAR_END_DISTANCE => vec![self.parameters.far_end_distance],
             variables::COMMUNICATION_STEP => vec![self.parameters.communication_step],
             variables::HORIZON => vec![self.parameters.horizon],
+            variables::RECURSION_ERROR => vec![self.quality.map_or(0.0, |quality| quality.error)],
+            variables::RECURSION_LOSS => vec![self.quality.map_or(0.0, |quality| quality.loss)],
             Variable { value_reference, .. } => {
                 return Err(CallError::UnknownVariable { unit: UNIT, value_reference }.into());
             }
@@ -422,15 +435,15 @@ fn takes_any_step(parameters: &ReservoirParameters) -> bool {
     !parameters.fidelity.has_memory() || parameters.method == Method::Recursive
 }
 
-/// The water's model, and a description for the log.
-fn made(parameters: &ReservoirParameters) -> Result<(Model, String), ReservoirError> {
+/// The water's model, a description for the log, and the quality of a recursion.
+fn made(parameters: &ReservoirParameters) -> Result<(Model, String, Option<Quality>), ReservoirError> {
     match parameters.fidelity {
         Fidelity::Compressible => {}
         fidelity => {
             let mass = whole_added_mass(parameters)?;
             let incompressible = fidelity == Fidelity::Incompressible;
             let said = if incompressible { "incompressible water" } else { "added mass" };
-            return Ok((Model::AddedMass(mass), said.to_owned()));
+            return Ok((Model::AddedMass(mass), said.to_owned(), None));
         }
     }
     Ok(match parameters.method {
@@ -438,16 +451,16 @@ fn made(parameters: &ReservoirParameters) -> Result<(Model, String), ReservoirEr
             let (weights, solved) = convolution_weights(parameters)?;
             let all = quadrature(parameters).frequencies();
             let said = format!("compressible water; solved at {solved} frequencies instead of {all}");
-            (Model::Memory(Box::new(Convolution::new(weights))), said)
+            (Model::Memory(Box::new(Convolution::new(weights))), said, None)
         }
         Method::Recursive => {
             let (recursion, quality) = recursion(parameters)?;
-            (Model::Memory(Box::new(recursion)), format!("compressible water; {quality}"))
+            (Model::Memory(Box::new(recursion)), format!("compressible water; {quality}"), Some(quality))
         }
         Method::FiniteElements => {
             let elements = FiniteElements::new(parameters)?;
             let said = format!("compressible water; {} finite elements", elements.triangles().len());
-            (Model::Memory(Box::new(elements)), said)
+            (Model::Memory(Box::new(elements)), said, None)
         }
     })
 }

@@ -18,6 +18,7 @@ mod methods;
 mod rectangular;
 mod shipped;
 mod sommerfeld;
+mod static_pressure;
 mod trefftz_1926;
 mod westergaard_1933;
 mod whole_record;

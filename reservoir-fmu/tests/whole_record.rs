@@ -168,16 +168,16 @@ fn over_an_absorbing_bed(alpha: f64) -> Result<(), ReservoirError> {
         let of_base = base.as_ref().map(|base| apart(&found_base, &base[1..]));
         let said = of_base.map_or_else(String::new, |error| format!(", base pressure by {error:.2e}"));
         println!("α = {alpha}, {name}: force off by {of_force:.2e}{said}");
-        assert!(of_force < most && of_base.is_none_or(|error| error < most));
+        assert!(of_force < most && of_base.is_none_or(|error| error < 5e-3));
     };
     let whole = at_once(&water, &accelerations(&record, h, steps + 1))?;
     check("whole record", whole.map(|history| history[1..].to_vec()), 5e-3);
     let velocity = velocities(&record, h, steps + 1);
-    for method in [Method::Radau2, Method::Radau3, Method::Recursive] {
+    for (method, most) in [(Method::Radau2, 5e-3), (Method::Radau3, 5e-3), (Method::Recursive, 1.5e-3)] {
         let water = ReservoirParameters { method, ..water.clone() };
         let found = stepped(water, |t| velocity[(t / h).round() as usize])?;
         let histories = [0, 1].map(|i| found.iter().map(|(_, values)| values[i]).collect());
-        check(&format!("{method:?}"), histories, 5e-3);
+        check(&format!("{method:?}"), histories, most);
     }
     Ok(())
 }

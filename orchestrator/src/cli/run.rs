@@ -8,7 +8,10 @@ use orchestrator::log::{LogError, LogWriter, Preamble};
 use orchestrator::observer::{HistoriesWriter, Limits, Observer, Progress, Snapshots, Status};
 use orchestrator::participant::{Deadlines, ParticipantError, Starting};
 use orchestrator::report::{Build, Manifest, ManifestError, Summary, Unit};
-use orchestrator::scene::{DamFidelityScene, DampingModelScene, LoadedScene, Scene, SceneError};
+use orchestrator::scene::{
+    DamFidelityScene, DampingModelScene, FidelityScene, LoadedScene, MethodScene, ReservoirScene, Scene,
+    SceneError,
+};
 use orchestrator::scheme::{CouplingError, Side, Units, interface_points};
 use orchestrator::simulation::{Simulation, SimulationError};
 use std::path::{Path, PathBuf};
@@ -130,6 +133,7 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
     let dam = dam_lines(&loaded, &mut units)?;
     let stress_points = stress_points(&mut units)?;
     let natural_frequencies = known(units.dam.read("natural_frequency"))?;
+    let recursion = recursion(&loaded.scene, &mut units)?;
     say(ground_line(&loaded.ground_motion));
     say(format!("prepared in {:.2} s; results go to {}", began.elapsed().as_secs_f64(), folder.display()));
 
@@ -144,6 +148,7 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
         simulation.static_crest_displacement,
         &stress_points,
         &natural_frequencies,
+        &recursion,
     );
     summary.notes.extend(limits.flags().into_iter().map(|flag| format!("WARNING: {flag}")));
     let table = summary.to_string();
@@ -236,6 +241,16 @@ fn known(read: Result<Vec<f64>, ParticipantError>) -> Result<Vec<f64>, Participa
         Err(ParticipantError::Missing { .. }) => Ok(Vec::new()),
         answered => answered,
     }
+}
+
+/// Error and loss of the water's recursion; nothing if there is none, or if the reservoir does not tell.
+fn recursion(scene: &Scene, units: &mut Units) -> Result<Vec<f64>, ParticipantError> {
+    let ReservoirScene { fidelity, method, .. } = scene.reservoir;
+    if (fidelity, method) != (FidelityScene::Compressible, MethodScene::Recursive) {
+        return Ok(Vec::new());
+    }
+    let [error, loss] = ["recursion_error", "recursion_loss"].map(|name| known(units.reservoir.read(name)));
+    Ok([error?, loss?].concat())
 }
 
 /// Source and peak of the ground motion.

@@ -48,7 +48,7 @@ impl Summary {
     /// Sums up the histories of a run; what the run did not record, or did not reach, is left out.
     ///
     /// `static_crest` is the displacement (x, y) of the crest at rest, m, and `stress_points` (x, y), m, are where stress is
-    /// watched, of a dam that is computed.
+    /// watched, of a dam that is computed; `recursion` are error and loss of the water's recursion, if there is one.
     pub fn of(
         loaded: &LoadedScene,
         histories: &Histories,
@@ -56,6 +56,7 @@ impl Summary {
         static_crest: Option<[f64; 2]>,
         stress_points: &[[f64; 2]],
         natural_frequencies: &[f64],
+        recursion: &[f64],
     ) -> Self {
         let time = histories.column("time").unwrap_or(&[]);
         let mut table = Table { histories, time, quantities: Vec::new(), moving: Vec::new() };
@@ -66,6 +67,12 @@ impl Summary {
         }
         for (mode, frequency) in natural_frequencies.iter().enumerate() {
             table.add(&format!("natural frequency {} (intact, empty)", mode + 1), *frequency, "rad/s", None);
+        }
+        for (name, value) in ["error of the water's recursion", "loss of the water's recursion over rho c"]
+            .iter()
+            .zip(recursion)
+        {
+            table.add(name, *value, "1", None);
         }
         table.extremes("dam.crest_displacement.x");
         let cracks = loaded.scene.dam.as_ref().map_or(&[][..], |d| &d.cracks);

@@ -139,7 +139,8 @@ pub enum MethodScene {
     Radau2,
     /// Convolution quadrature by Radau IIA of three stages.
     Radau3,
-    /// A recursion fitted to the frequency response, of constant cost a step and for steps of any length.
+    /// A recursion fitted to the frequency response, of constant cost a step and for steps of any length; not with gravity
+    /// waves, nor over an almost rigid bed (reflection from some 0.995 on, unless it is level and reflects all).
     Recursive,
     /// Finite elements with a Sommerfeld end.
     FiniteElements,

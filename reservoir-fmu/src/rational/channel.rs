@@ -130,6 +130,26 @@ impl Channel {
         whole
     }
 
+    /// Ĝ′(0), the added mass: `∂p/∂n = 0` holds on the bed, `B = Λ`.
+    pub fn slope(&self, ground: f64) -> DMatrix<f64> {
+        let (size, points) = self.projection.shape();
+        let projection = self.projection.map(|z| z.re);
+        let weighted = |weight: &dyn Fn(f64) -> f64| {
+            DMatrix::from_fn(size, points, |m, i| {
+                projection[(m, i)] * weight(self.squared[m]) / self.sound_speed
+            })
+        };
+        let within = projection.transpose() * &projection;
+        let rest = (DMatrix::identity(points, points) - within) / (self.shortest * self.sound_speed);
+        let mut slope = DMatrix::zeros(points, points + 2);
+        slope
+            .columns_mut(0, points)
+            .copy_from(&(projection.transpose() * weighted(&|l| 1.0 / l.sqrt()) + rest));
+        let lifted = weighted(&|l| -ground / l).transpose() * DVector::from_column_slice(&self.at_bed);
+        slope.set_column(points + 1, &lifted);
+        slope
+    }
+
     /// The integral over t, with the function `nearest` to its cut-off treated apart.
     fn path(&self, diagonal: &[Complex64], bed: Complex64, nearest: usize) -> Path {
         let size = diagonal.len();
@@ -199,6 +219,25 @@ fn functions(size: usize, depth: f64) -> Result<(Vec<f64>, DMatrix<f64>), Reserv
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Far below the first cut-off frequency `Ĝ(s)/s` is the slope, also over a bed that absorbs.
+    #[test]
+    fn the_slope_is_that_of_the_symbol() -> Result<(), Box<dyn std::error::Error>> {
+        for alpha in [1.0, 0.5, 0.0] {
+            let parameters = ReservoirParameters {
+                wave_reflection_coefficient: alpha,
+                ..ReservoirParameters::before(WetFace::straight([0.0, 100.0], 12)?)
+            };
+            let coordinates = Coordinates::new(&parameters.wet_face, 1.44e6).ok_or("no coordinates")?;
+            let channel = Channel::new(&parameters, &coordinates.of_integrals())?;
+            let (s, slope) = (Complex64::new(1e-4, 0.0), channel.slope(coordinates.ground_scale()));
+            let symbol = channel.symbol(s, coordinates.ground_scale()).map(|g| (g / s).re);
+            let off = (&symbol - &slope).norm() / slope.norm();
+            println!("α = {alpha}: Ĝ/s at {s} off the slope by {off:.1e}");
+            assert!(off < 2e-5);
+        }
+        Ok(())
+    }
     use crate::analytical::fenves_chopra_1984;
     use crate::rational::coordinates::Coordinates;
     use interface::WetFace;

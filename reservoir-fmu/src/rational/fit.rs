@@ -1,5 +1,6 @@
 use super::loewner::{Loewner, Sample};
 use super::partial_fractions::PartialFractions;
+use super::passivity::Loss;
 use super::residues::Residues;
 use nalgebra::DMatrix;
 use num_complex::Complex64;
@@ -13,41 +14,64 @@ const TRUSTED: f64 = 0.85;
 const BEYOND: i32 = 30;
 /// Number of times that samples are added.
 const ROUNDS: usize = 3;
+/// Factor of the tolerance with which fewer poles are tried, too.
+const LOOSER: f64 = 3.0;
 /// Fractions of the largest singular value that are tried as the smallest one kept.
 const THRESHOLDS: [f64; 3] = [1e-6, 1e-7, 1e-8];
 
-/// A rational function, and its error.
+/// A passive rational function, and its error.
 #[derive(Clone, Debug)]
 pub(crate) struct Fit {
+    /// With the loss.
     pub fractions: PartialFractions,
     /// Largest relative difference in the Frobenius norm at all computed frequencies.
     pub error: f64,
     /// Number of frequencies at which the function was computed.
     pub solved: usize,
-    /// These frequencies, rad/s, ascending.
-    pub frequencies: Vec<f64>,
+    /// δ of the loss in it, over ρc.
+    pub loss: f64,
+    /// The loss over ρc without which it can produce energy; at most that in it if it is passive.
+    pub needed: f64,
 }
 
-/// Fits `symbol` on `s = damping + iω` at the `frequencies` ω (rad/s, ascending) and between them.
+/// What a fit is held to.
+pub(crate) struct Target<'a> {
+    /// Frequencies ω, rad/s, ascending, at which the function is computed at first.
+    pub frequencies: &'a [f64],
+    /// Growth e^{σt} of the motion with which it is computed: σ, 1/s.
+    pub damping: f64,
+    /// Its slope at s = 0, the added mass.
+    pub slope: &'a DMatrix<f64>,
+    /// Real s, divided by the highest frequency, at which it has its value at infinity.
+    pub infinite: f64,
+    /// ω₀ of the loss, rad/s.
+    pub corner: f64,
+}
+
+/// Fits `symbol` on `s = damping + iω` at the frequencies ω of `target` and between them, with its value 0 and its slope at
+/// s = 0, and makes the fit passive by a loss.
 ///
 /// The function is matched at the frequencies and checked half way between them. Where the error is above `tolerance`, the
-/// checks become samples, and new checks are added beside them. The result is a function of iω. The fit with the smallest
-/// error is made passive and returned. Its value at infinity is that of `symbol` at the real s that is `infinite` times the
-/// highest frequency; above the frequencies it is fitted to samples off the imaginary axis.
+/// checks become samples, and new checks are added beside them. With damping σ the samples are `iω (G/s)(σ + iω)`, which has
+/// the same slope at 0. Above the frequencies the function is fitted to samples off the imaginary axis. Of all fits the one
+/// with the fewest poles within the tolerance is taken, and the one within [`LOOSER`] times it. Of the `losses` (ascending) the
+/// first is taken with which the residues of either can be made passive; if none will do, the fit that needs the least,
+/// and `needed` is above its loss. None if the error is above `hopeless` even without a loss.
 pub(crate) fn fit<E: Send>(
     symbol: impl Fn(Complex64) -> Result<DMatrix<Complex64>, E> + Sync,
-    damping: f64,
-    frequencies: &[f64],
+    target: &Target<'_>,
     tolerance: f64,
-    infinite: f64,
+    losses: &[f64],
+    hopeless: f64,
 ) -> Result<Option<Fit>, E> {
+    let Target { frequencies, damping, slope, infinite, corner } = *target;
     let largest = frequencies.last().copied().unwrap_or(1.0);
     // The value at a large real s, so that the rest vanishes at infinity.
     let direct = symbol(Complex64::from(infinite * largest))?.map(|g| g.re);
     let at = |points: &[Complex64]| -> Result<Vec<Sample>, E> {
         let sample = |&s: &Complex64| {
             let mut value = symbol(s + damping)?;
-            value.zip_apply(&direct, |g, d| *g -= d);
+            value.zip_apply(&direct, |g, d| *g = *g * (s / (s + damping)) - d);
             Ok(Sample { s, value })
         };
         points.par_iter().map(sample).collect()
@@ -55,12 +79,18 @@ pub(crate) fn fit<E: Send>(
     let sampled = |frequencies: &[f64]| {
         at(&frequencies.iter().map(|&omega| Complex64::new(0.0, omega)).collect::<Vec<_>>())
     };
+    // The residues for given poles.
+    let fitted = |mut fractions: PartialFractions, samples: &[Sample], held: &[Sample]| {
+        fractions.direct.clone_from(&direct);
+        let residues = Residues::fitted(&mut fractions, samples, held, slope)?;
+        Some((fractions, residues))
+    };
     // Above the frequencies the samples lie off the axis, where the function is smooth.
     let beyond = |k: i32| largest * 1.12f64.powi(k + 1) * Complex64::new(0.1, 1.0);
     let held = at(&(0..BEYOND).map(beyond).collect::<Vec<_>>())?;
     let mut samples = sampled(frequencies)?;
     let mut checks = sampled(&middles(frequencies))?;
-    let mut best: Option<(PartialFractions, Residues, f64)> = None;
+    let mut tried: Vec<(PartialFractions, f64)> = Vec::new();
     for round in 1..=ROUNDS {
         let Some(loewner) = Loewner::new(&samples, DIRECTIONS) else { break };
         let candidate = |&order: &usize| {
@@ -69,24 +99,21 @@ pub(crate) fn fit<E: Send>(
             for pole in &mut fractions.poles {
                 pole.re = pole.re.min(-0.1 * (pole.im - largest));
             }
-            fractions.direct = direct.clone();
-            let residues = Residues::fitted(&mut fractions, &samples, &held)?;
-            let errors: Vec<f64> =
-                checks.par_iter().map(|check| difference(&fractions, check, TRUSTED * largest)).collect();
-            Some((fractions, residues, errors))
+            let (fractions, _) = fitted(fractions, &samples, &held)?;
+            let errors: Vec<f64> = checks
+                .par_iter()
+                .map(|check| difference(&fractions, &direct, check, TRUSTED * largest))
+                .collect();
+            Some((fractions, errors))
         };
         let candidates: Vec<_> = loewner.orders(&THRESHOLDS).par_iter().map(candidate).collect();
-        let mut errors = Vec::new();
-        let mut closest = f64::INFINITY;
-        // The one with the fewest states within the tolerance, or else the one with the smallest error.
-        for (fractions, residues, found) in candidates.into_iter().flatten() {
+        let (mut errors, mut closest) = (Vec::new(), f64::INFINITY);
+        for (fractions, found) in candidates.into_iter().flatten() {
             let error = found.iter().copied().fold(0.0, larger);
             if closest > tolerance && error < closest {
                 (closest, errors) = (error, found);
-                if best.as_ref().is_none_or(|(_, _, least)| error < *least) {
-                    best = Some((fractions, residues, error));
-                }
             }
+            tried.push((fractions, error));
         }
         if closest <= tolerance || errors.is_empty() || round == ROUNDS {
             break;
@@ -102,15 +129,46 @@ pub(crate) fn fit<E: Send>(
         samples.extend(added);
         samples.sort_by(|a, b| a.s.im.total_cmp(&b.s.im));
     }
-    let Some((fractions, residues, _)) = best else { return Ok(None) };
-    samples.extend(checks);
-    let mut frequencies: Vec<f64> = samples.iter().map(|sample| sample.s.im).collect();
-    frequencies.sort_by(f64::total_cmp);
-    let fractions = residues.made_passive(&fractions, &frequencies);
-    let difference = |sample| difference(&fractions, sample, TRUSTED * largest);
-    let error = samples.par_iter().map(difference).reduce(|| 0.0, larger);
-    let solved = samples.len() + held.len() + 1;
-    Ok(Some(Fit { fractions, error, solved, frequencies }))
+    let mut all = samples.clone();
+    all.extend(checks);
+    all.sort_by(|a, b| a.s.im.total_cmp(&b.s.im));
+    let frequencies: Vec<f64> = all.iter().map(|sample| sample.s.im).collect();
+    // Of more poles, the fit is closer but can be harder to make passive.
+    let mut fits: Vec<(PartialFractions, Residues)> = Vec::new();
+    for tolerance in [tolerance, LOOSER * tolerance] {
+        let Some(poles) = fewest(&tried, tolerance, hopeless) else { continue };
+        if fits.iter().all(|(other, _)| other.poles != poles.poles) {
+            fits.extend(fitted(poles.clone(), &samples, &held));
+        }
+    }
+    let mut least: Option<Fit> = None;
+    for &size in losses {
+        let loss = Loss { size, corner };
+        for (lossless, residues) in &fits {
+            let (mut fractions, needed) = residues.made_passive(lossless, &frequencies, loss);
+            loss.added_to(&mut fractions);
+            let difference = |sample| difference(&fractions, &direct, sample, TRUSTED * largest);
+            let error = all.par_iter().map(difference).reduce(|| 0.0, larger);
+            let solved = all.len() + held.len() + 1;
+            let found = Fit { fractions, error, solved, loss: size, needed };
+            if needed <= size {
+                return Ok(Some(found));
+            }
+            if least.as_ref().is_none_or(|least| needed < least.needed) {
+                least = Some(found);
+            }
+        }
+    }
+    Ok(least)
+}
+
+/// Of the fits and their errors the one with the fewest poles within the tolerance, or else the closest; none if even that
+/// is hopeless.
+fn fewest(tried: &[(PartialFractions, f64)], tolerance: f64, hopeless: f64) -> Option<&PartialFractions> {
+    let order = |fractions: &PartialFractions| fractions.poles.len();
+    let within = tried.iter().filter(|(_, error)| *error <= tolerance).min_by_key(|(tried, _)| order(tried));
+    let closest = || tried.iter().min_by(|(_, a), (_, b)| a.total_cmp(b));
+    within.or_else(closest).filter(|(_, error)| *error <= hopeless).map(|(fractions, _)| fractions)
 }
 
 /// The larger number; NaN counts as larger than all numbers.
@@ -129,11 +187,16 @@ fn middles_beside(omega: f64, known: &[f64]) -> impl Iterator<Item = f64> {
     neighbours.into_iter().flatten().map(move |other| 0.5 * (omega + other))
 }
 
-/// `‖G̃ − G‖/‖G‖` at a check, 0 above `trusted`.
-fn difference(fractions: &PartialFractions, Sample { s, value }: &Sample, trusted: f64) -> f64 {
+/// `‖G̃ − G‖/‖G‖` at a check of `G − D`, 0 above `trusted`.
+fn difference(
+    fractions: &PartialFractions,
+    direct: &DMatrix<f64>,
+    Sample { s, value }: &Sample,
+    trusted: f64,
+) -> f64 {
     if s.im > trusted {
         return 0.0;
     }
-    let whole = value.zip_map(&fractions.direct, |g, d| g + d);
+    let whole = value.zip_map(direct, |g, d| g + d);
     (fractions.evaluate(*s) - &whole).norm() / whole.norm()
 }

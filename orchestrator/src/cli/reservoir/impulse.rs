@@ -4,10 +4,10 @@ use super::exact::Exact;
 use super::figure::{self, History};
 use super::points::{Points, Shown, force};
 use super::{Common, Failure, Motion, Water, undrawn, unfit};
-use crate::cli::say;
 use crate::cli::table::Table;
-use interface::CoSimulation;
+use crate::cli::{complain, say};
 use interface::variables::reservoir::{GROUND_ACCELERATION, INTERFACE_ACCELERATION, INTERFACE_PRESSURE};
+use interface::{CoSimulation, Level, Messages};
 use reservoir::{Complex64, Reservoir, ReservoirError, ReservoirParameters};
 
 /// Arguments of `cofferdam reservoir impulse`.
@@ -96,7 +96,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let steps = (duration / step - 1e-9).ceil() as usize;
     water.parameters.horizon = steps as f64 * step;
-    let mut unit = Reservoir::new(water.parameters.clone(), common.threads())?;
+    let (messages, threads) = (Messages::default(), common.threads());
+    let mut unit = messages.listen(|| Reservoir::new(water.parameters.clone(), threads))?;
+    for (_, _, text) in messages.take().into_iter().filter(|(level, ..)| *level == Level::Warning) {
+        complain(format!("warning: {text}"));
+    }
     unit.initialise(0.0)?;
     let start = unit.save_state();
     let mut files = Vec::new();
