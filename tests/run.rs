@@ -43,6 +43,23 @@ fn results_name_the_defaults_that_have_moved_since_the_scene_was_written() {
     );
 }
 
+/// Table and manifest give the error and the loss of a recursion.
+#[test]
+fn a_run_says_how_good_its_recursion_is() {
+    let mut scenario = shorter_scene();
+    let output = scenario.set("reservoir.method", "recursive").try_run("run");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let said = String::from_utf8_lossy(&output.stdout);
+    let manifest = std::fs::read_to_string(scenario.folder().join("run/manifest.toml")).expect("a manifest");
+    let manifest: toml::Table = manifest.parse().expect("TOML");
+    let quantities = manifest["result"]["quantities"].as_array().expect("quantities");
+    for name in ["error of the water's recursion", "loss of the water's recursion over rho c"] {
+        assert!(said.contains(name), "`{name}` is missing in:\n{said}");
+        let value = quantities.iter().find(|q| q["name"].as_str() == Some(name)).map(|q| &q["value"]);
+        assert!(value.and_then(toml::Value::as_float).is_some_and(|v| v > 0.0 && v < 1e-2), "{value:?}");
+    }
+}
+
 #[test]
 fn a_run_leaves_log_histories_and_manifest() {
     let scenario = short_scene();

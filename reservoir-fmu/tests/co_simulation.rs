@@ -4,10 +4,11 @@ use crate::rectangular;
 
 use interface::variables::reservoir::{
     ALL, GROUND_ACCELERATION, HORIZON, HYDROSTATIC_PRESSURE, INTERFACE_ACCELERATION, INTERFACE_PRESSURE,
+    RECURSION_ERROR, RECURSION_LOSS,
 };
-use interface::{CallError, CoSimulation, StateError};
+use interface::{CallError, CoSimulation, Level, Messages, StateError};
 use rectangular::{DENSITY, DEPTH, THREADS, parameters};
-use reservoir::{Fidelity, Reservoir, ReservoirError, ReservoirParameters};
+use reservoir::{Fidelity, Method, Reservoir, ReservoirError, ReservoirParameters};
 
 const POINTS: usize = 7;
 const STEP: f64 = 0.005;
@@ -208,5 +209,33 @@ fn every_variable_is_readable() -> Result<(), ReservoirError> {
     assert!(
         (hydrostatic[0] / (DENSITY * 9.81 * DEPTH) - 1.0).abs() < 1e-15 && hydrostatic[POINTS - 1] == 0.0
     );
+    Ok(())
+}
+
+/// A recursion tells its error and loss, and warns of large ones; another method has none.
+#[test]
+fn a_recursion_tells_how_good_it_is() -> Result<(), ReservoirError> {
+    let quality = |parameters: ReservoirParameters| -> Result<([f64; 2], Vec<String>), ReservoirError> {
+        let messages = Messages::default();
+        let unit = messages.listen(|| Reservoir::new(parameters, THREADS))?;
+        let mut values = [[0.0], [0.0]];
+        unit.get(RECURSION_ERROR.value_reference, &mut values[0])?;
+        unit.get(RECURSION_LOSS.value_reference, &mut values[1])?;
+        let warnings = messages.take().into_iter().filter(|(level, ..)| *level == Level::Warning);
+        Ok((values.map(|[value]| value), warnings.map(|(_, _, text)| text).collect()))
+    };
+    assert_eq!(quality(made())?, ([0.0; 2], Vec::new()));
+    let over = |alpha: f64| ReservoirParameters {
+        method: Method::Recursive,
+        wave_reflection_coefficient: alpha,
+        ..made()
+    };
+    let (good, said) = quality(over(0.5))?;
+    assert!(good.iter().all(|value| (1e-6..=1e-3).contains(value)) && said.is_empty(), "{good:?} {said:?}");
+    let (doubtful, said) = quality(over(0.99))?;
+    println!("α = 0.5: error and loss {good:?}; α = 0.99: {doubtful:?}, {said:?}");
+    assert!(doubtful[0].max(doubtful[1]) > 1e-3 && said.len() == 1, "{doubtful:?} {said:?}");
+    let error = format!("{:.1e}", doubtful[0]);
+    assert!(said[0].contains(&error), "{error} {said:?}");
     Ok(())
 }

@@ -54,9 +54,9 @@ pub(crate) struct Target<'a> {
 /// The function is matched at the frequencies and checked half way between them. Where the error is above `tolerance`, the
 /// checks become samples, and new checks are added beside them. With damping σ the samples are `iω (G/s)(σ + iω)`, which has
 /// the same slope at 0. Above the frequencies the function is fitted to samples off the imaginary axis. Of all fits the one
-/// with the fewest poles within the tolerance is taken, and the one within [`LOOSER`] times it. Of the `losses` (ascending) the
-/// first is taken with which the residues of either can be made passive; if none will do, the fit that needs the least,
-/// and `needed` is above its loss. None if the error is above `hopeless` even without a loss.
+/// with the fewest poles within the tolerance is taken, and the one within [`LOOSER`] times it. Either is made
+/// passive with the `losses` (ascending), and the one with the smaller error is returned; if none will do, the fit that needs
+/// the least, and `needed` is above its loss. None if the error is above `hopeless` even without a loss.
 pub(crate) fn fit<E: Send>(
     symbol: impl Fn(Complex64) -> Result<DMatrix<Complex64>, E> + Sync,
     target: &Target<'_>,
@@ -141,8 +141,12 @@ pub(crate) fn fit<E: Send>(
             fits.extend(fitted(poles.clone(), &samples, &held));
         }
     }
-    let mut least: Option<Fit> = None;
+    let (mut best, mut least): (Option<Fit>, Option<Fit>) = (None, None);
     for &size in losses {
+        // A larger loss has a larger error.
+        if best.as_ref().is_some_and(|best| best.error <= size) {
+            break;
+        }
         let loss = Loss { size, corner };
         for (lossless, residues) in &fits {
             let (mut fractions, needed) = residues.made_passive(lossless, &frequencies, loss);
@@ -151,15 +155,16 @@ pub(crate) fn fit<E: Send>(
             let error = all.par_iter().map(difference).reduce(|| 0.0, larger);
             let solved = all.len() + held.len() + 1;
             let found = Fit { fractions, error, solved, loss: size, needed };
-            if needed <= size {
-                return Ok(Some(found));
-            }
-            if least.as_ref().is_none_or(|least| needed < least.needed) {
-                least = Some(found);
+            if needed > size {
+                least = least.filter(|least| least.needed <= needed).or(Some(found));
+            } else {
+                best = best.filter(|best| best.error <= error).or(Some(found));
+                // The other fits are less close.
+                break;
             }
         }
     }
-    Ok(least)
+    Ok(best.or(least))
 }
 
 /// Of the fits and their errors the one with the fewest poles within the tolerance, or else the closest; none if even that
