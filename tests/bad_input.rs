@@ -167,6 +167,9 @@ const CHOICES: &[Case] = &[
     set(&["dam.fidelity=\"rigid-blocks\"", "dam.cracks=[]"]),
     set(&["dam.fidelity=reduced", "dam.damping.model=local"]),
     set(&["dam.cracks.0.friction_coefficient=0.1"]),
+    Case { scene: RAMP, ..set(&["time.longest_quiet=20"]) },
+    set(&["ground_motion={ramp={acceleration=1, rise=0.1}}", "time.duration=9", "time.longest_quiet=8"]),
+    set(&["time.quiet=9", "time.longest_quiet=8"]),
     edit(&[("[coupling]", "[[stop]]\nquantity = \"slip\"\nabove = -1\n\n[coupling]")]),
     ramp(&[("[prescribed]", "[snapshots]\ninterval = 1\n\n[prescribed]")]),
     ramp(&[("[prescribed]", "[[stop]]\nquantity = \"sliding\"\nabove = 1\n\n[prescribed]")]),
@@ -396,6 +399,7 @@ macro_rules! variants {
 variants!(INVALID, invalid, Invalid:
     Unreadable Override Syntax Misspelt Misplaced Unknown Missing Type Word NotPositive OutOfRange
     WaterTooShallow WavesWithoutMemory NothingToWatch NothingToShow NoModes NothingToCompute PanelTooLong TooMany NoStep NoMeasure FixedStep Window AddedMassScheme AdaptiveScheme NothingToHalve AdaptiveBounds
+    LongestQuiet
     Title Undersampled
     ExactlyOne Polarity Count Unit DurationMissing Record);
 variants!(RECORD_ERRORS, record_error, RecordError:

@@ -318,6 +318,30 @@ fn a_residual_needs_five_seconds_of_rest() {
     assert!(said.contains("peak sliding") && said.contains("no residual sliding"), "{said}");
 }
 
+/// A run that waits for rest ends with it, and one in vain says so at the latest moment.
+#[test]
+fn a_run_waits_for_rest() {
+    let mut scenario = short_scene();
+    scenario.set("ground_motion.record.end", 4.2).set("time.quiet", 0.0).set("dam.element_size", 20.0);
+    scenario.set("time.longest_quiet", 20.0).set("reservoir.fidelity", "westergaard");
+    let ended = |scenario: &Scenario, folder: &str| {
+        let output = scenario.try_run(folder);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let manifest = std::fs::read_to_string(scenario.folder().join(folder).join("manifest.toml"));
+        let manifest: toml::Table = manifest.expect("a manifest").parse().expect("TOML");
+        assert_eq!(manifest["result"]["status"].as_str(), Some("completed"));
+        let time = manifest["result"]["simulated_time"].as_float().expect("a time");
+        (String::from_utf8_lossy(&output.stdout).into_owned(), time)
+    };
+    let (said, time) = ended(&scenario, "rest");
+    assert!(said.contains("the dam is at rest, and the run ends at"), "{said}");
+    assert!(said.contains("\nresidual sliding") && (5.2..6.0).contains(&time), "{time}: {said}");
+    scenario.set("dam.damping.ratio", 0.0).set("time.longest_quiet", 5.5);
+    let (said, time) = ended(&scenario, "no-rest");
+    assert!(said.contains("not at rest at the end") && said.contains("raise `time.longest_quiet`"), "{said}");
+    assert!((time - 5.71).abs() < 0.02, "{time}");
+}
+
 #[test]
 fn several_cracks_are_named_by_their_elevations() {
     let mut scenario = short_scene();

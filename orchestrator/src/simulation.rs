@@ -160,8 +160,8 @@ impl Simulation {
                 Err(failure) => return Err(failed(observers, failure, tally)),
             }
             tally.time = clock.time();
-            if let Some(condition) = observers.iter().find_map(|observer| observer.wants_to_stop()) {
-                return Ok(Status::Stopped(condition));
+            if let Some(status) = observers.iter().find_map(|observer| observer.ends()) {
+                return Ok(status);
             }
         }
     }

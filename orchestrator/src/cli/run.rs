@@ -5,7 +5,7 @@ use crate::registry::{self, RegistryError};
 use miette::Diagnostic;
 use orchestrator::ground_motion::{GroundMotion, STANDARD_GRAVITY};
 use orchestrator::log::{LogError, LogWriter, Preamble};
-use orchestrator::observer::{HistoriesWriter, Limits, Observer, Progress, Snapshots, Status};
+use orchestrator::observer::{HistoriesWriter, Limits, Observer, Progress, Rest, Snapshots, Status};
 use orchestrator::participant::{Deadlines, ParticipantError, Starting};
 use orchestrator::report::{Build, Manifest, ManifestError, Summary, Unit};
 use orchestrator::scene::{
@@ -114,6 +114,7 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
     let mut histories = HistoriesWriter::new(&folder);
     let mut progress = Progress::new(arguments.quiet);
     let mut limits = Limits::new(&loaded.scene.stop);
+    let mut rest = Rest::new(&loaded.scene.time);
     let mut snapshots = loaded.scene.snapshots.map(|plan| Snapshots::new(&folder, plan));
 
     say(&loaded.scene.title);
@@ -138,7 +139,8 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
     say(format!("prepared in {:.2} s; results go to {}", began.elapsed().as_secs_f64(), folder.display()));
 
     let mut simulation = Simulation::of_scene(&loaded.scene, &loaded.ground_motion, units)?;
-    let mut observers: Vec<&mut dyn Observer> = vec![&mut log, &mut histories, &mut progress, &mut limits];
+    let mut observers: Vec<&mut dyn Observer> =
+        vec![&mut log, &mut histories, &mut progress, &mut limits, &mut rest];
     observers.extend(snapshots.as_mut().map(|snapshots| snapshots as &mut dyn Observer));
     let (ending, failure) = simulation.run(&mut observers, &interrupted);
     let mut summary = Summary::of(

@@ -1,4 +1,4 @@
-use super::{Ending, Observer, ObserverError, Start};
+use super::{Ending, Observer, ObserverError, Start, Status};
 use crate::scene::{StopAction, StopQuantity, StopScene};
 use crate::scheme::{Side, WindowReport};
 use std::ops::Range;
@@ -79,8 +79,8 @@ impl Observer for Limits {
         Ok(())
     }
 
-    fn wants_to_stop(&self) -> Option<String> {
+    fn ends(&self) -> Option<Status> {
         let ends = |watch: &&Watch| watch.condition.action == StopAction::End;
-        self.conditions.iter().filter(ends).find_map(Watch::says)
+        self.conditions.iter().filter(ends).find_map(Watch::says).map(Status::Stopped)
     }
 }

@@ -3,11 +3,13 @@
 mod histories;
 mod limits;
 mod progress;
+mod rest;
 mod snapshots;
 
 pub use histories::{Histories, HistoriesWriter};
 pub use limits::Limits;
 pub use progress::Progress;
+pub use rest::{AVERAGED, LastSecond, Rest, STILL_MOVES, STILL_SLIDES};
 pub use snapshots::Snapshots;
 
 use crate::ground_motion::GroundMotion;
@@ -32,7 +34,7 @@ pub struct Start<'a> {
 /// How a run ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Status {
-    /// All steps were taken.
+    /// All steps were taken, or those up to the rest that the scene waits for.
     Completed,
     /// The user ended it.
     Interrupted,
@@ -157,8 +159,8 @@ pub trait Observer {
     /// After the last window, however the run ended.
     fn end(&mut self, ending: &Ending) -> Result<(), ObserverError>;
 
-    /// The reason to end the run after this window, if there is one.
-    fn wants_to_stop(&self) -> Option<String> {
+    /// How the run ends after this window, if the observer ends it.
+    fn ends(&self) -> Option<Status> {
         None
     }
 }

@@ -2,10 +2,8 @@
 
 mod manifest;
 mod response_spectrum;
-mod rest;
 mod summary;
 
 pub use manifest::{Build, Manifest, ManifestError, Unit};
 pub use response_spectrum::response_spectrum;
-pub use rest::LastSecond;
 pub use summary::{Quantity, Summary};

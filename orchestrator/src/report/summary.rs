@@ -1,6 +1,5 @@
-use super::rest::{AVERAGED, LastSecond, STILL_MOVES, STILL_SLIDES};
 use crate::ground_motion::STANDARD_GRAVITY;
-use crate::observer::{Ending, Histories, Status, WallTime};
+use crate::observer::{AVERAGED, Ending, Histories, LastSecond, STILL_MOVES, STILL_SLIDES, Status, WallTime};
 use crate::scene::{CrackScene, DamFidelityScene, FidelityScene, LoadedScene, REST};
 use serde::Serialize;
 use std::fmt;
@@ -142,6 +141,10 @@ impl Summary {
         };
         summary.notes = summary.remarks(!cracks.is_empty() && table.moving.is_empty());
         summary.notes.extend(table.moving);
+        let planned = loaded.scene.time.duration.unwrap_or(0.0);
+        if ending.status == Status::Completed && ending.time < planned - 1e-6 {
+            summary.notes.push(format!("the dam is at rest, and the run ends at t = {:.4} s", ending.time));
+        }
         summary.notes.extend(loaded.moved_defaults.iter().cloned());
         if let count @ 1.. = ending.statistics.unconverged {
             summary.notes.insert(
@@ -250,10 +253,14 @@ impl Table<'_> {
         if last.is_rest() {
             self.add(name, 1e3 * last.sliding, "mm", None);
         } else {
+            let remedy = match loaded.scene.time.longest_quiet {
+                None => "set `time.longest_quiet`, up to which a run waits for rest",
+                Some(_) => "raise `time.longest_quiet`",
+            };
             self.moving.push(format!(
                 "WARNING: no {name}: the dam is not at rest at the end. In the last {AVERAGED} s the block slides by {:.2} mm/s \
                  ({} mm/s counts as rest), and the kinetic energy is {:.1e} of its peak ({STILL_MOVES:e} counts as rest); \
-                 lengthen `time.quiet`, and look whether the motion decays; `cofferdam check` says whether the block shakes itself",
+                 {remedy}, and look whether the motion decays; `cofferdam check` says whether the block shakes itself",
                 1e3 * last.speed,
                 1e3 * STILL_SLIDES,
                 last.kinetic_share

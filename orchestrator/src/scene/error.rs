@@ -324,6 +324,14 @@ pub enum Invalid {
         /// Largest value allowed.
         most: i64,
     },
+    /// A wait for rest that never comes or is none.
+    #[error("`time.longest_quiet` is {longest_quiet} s, but {why}")]
+    LongestQuiet {
+        /// Its value.
+        longest_quiet: f64,
+        /// What forbids it, and the remedy.
+        why: &'static str,
+    },
     /// A time that needs a record.
     #[error("`time.duration` is missing; a ramp has no end of its own, so say how long to run, in s")]
     DurationMissing,

@@ -13,9 +13,17 @@ pub struct Time {
     /// Time without ground motion after the record. Residual sliding needs 5 s.
     #[schemars(range(min = 0, max = 1e6), extend("unit" = "s"))]
     pub quiet: f64,
+    /// Waits for rest: the run ends as soon as the dam is at rest, not before `quiet` and 5 s after the record, and this long
+    /// after it at the latest, for which the water keeps its memory.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 5, max = 1e6), extend("unit" = "s", "otherwise" = "`quiet`, rest or not"))]
+    pub longest_quiet: Option<f64>,
     /// Simulated time. After its last sample a record falls to zero within one interval. Required with a ramp.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(range(min = 0, max = 1e6), extend("unit" = "s", "otherwise" = "record + `quiet`"))]
+    #[schemars(
+        range(min = 0, max = 1e6),
+        extend("unit" = "s", "otherwise" = "record + `longest_quiet` or `quiet`")
+    )]
     pub duration: Option<f64>,
     /// Communication steps whose length follows the estimate of the coupling error, from `communication_step` on: for
     /// water without memory or `reservoir.method = "recursive"`, in a scheme that exchanges pressure.
@@ -25,7 +33,7 @@ pub struct Time {
 
 impl Default for Time {
     fn default() -> Self {
-        Self { communication_step: 0.0025, quiet: 5.0, duration: None, adaptive: None }
+        Self { communication_step: 0.0025, quiet: 5.0, longest_quiet: None, duration: None, adaptive: None }
     }
 }
 

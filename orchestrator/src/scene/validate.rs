@@ -44,7 +44,7 @@ pub fn judge(
     findings.scene(scene);
     let ground_motion = findings.ground_motion(scene, folder);
     if let Some(motion) = &ground_motion
-        && findings.sound(&["time.communication_step", "time.duration", "time.quiet"])
+        && findings.sound(&["time.communication_step", "time.duration", "time.quiet", "time.longest_quiet"])
     {
         let (duration, communication_step) = (duration(scene, motion), scene.time.communication_step);
         let steps = duration / communication_step;
@@ -57,6 +57,7 @@ pub fn judge(
             findings.add("time.duration", Invalid::NoStep { duration, communication_step });
         }
     }
+    findings.longest_quiet(scene, ground_motion.as_ref());
     findings.reservoir(scene, ground_motion.as_ref(), units);
     (findings.found, ground_motion)
 }
@@ -71,7 +72,7 @@ pub fn judge_without_record(scene: &Scene, unsound: BTreeSet<String>) -> Vec<(St
 /// Simulated time, s: as the scene says, or until the ground has been quiet for long enough.
 pub fn duration(scene: &Scene, motion: &GroundMotion) -> f64 {
     let end = motion.rest_from().unwrap_or(motion.duration());
-    scene.time.duration.unwrap_or(end + scene.time.quiet)
+    scene.time.duration.unwrap_or(end + scene.time.longest_quiet.unwrap_or(scene.time.quiet))
 }
 
 /// Communication steps that reach the end of so many.
@@ -150,6 +151,21 @@ impl Findings {
             self.add("coupling.measures", Invalid::NoMeasure);
         }
         self.stepping(scene);
+    }
+
+    /// Whether there is a rest to wait for.
+    fn longest_quiet(&mut self, scene: &Scene, motion: Option<&GroundMotion>) {
+        let Some(longest_quiet) = scene.time.longest_quiet else { return };
+        let why = if scene.dam.is_none() && self.sound(&["dam", "prescribed"]) {
+            "a prescribed dam moves with the ground; leave it out"
+        } else if motion.is_some_and(|motion| motion.rest_from().is_none()) {
+            "the ramp is held and the ground never stops; leave it out"
+        } else if longest_quiet < scene.time.quiet && self.sound(&["time.quiet", "time.longest_quiet"]) {
+            "`time.quiet` is longer; make it that or longer, or leave it out"
+        } else {
+            return;
+        };
+        self.add("time.longest_quiet", Invalid::LongestQuiet { longest_quiet, why });
     }
 
     /// What the reservoir says, before a dam that has nothing to say.

@@ -18,7 +18,7 @@ use super::{complain, say, threads};
 use crate::registry::{self, RegistryError};
 use miette::Diagnostic;
 use orchestrator::ground_motion::GroundMotion;
-use orchestrator::observer::{Ending, Histories, HistoriesWriter, Status};
+use orchestrator::observer::{Ending, Histories, HistoriesWriter, Rest, Status};
 use orchestrator::scene::{LoadedScene, Scene, SceneError};
 use orchestrator::scheme::{CouplingError, Side, Units};
 use orchestrator::simulation::{Simulation, SimulationError};
@@ -245,7 +245,8 @@ fn run_units(scene: &Scene, motion: &GroundMotion, units: Units) -> Result<Outco
         Ok(simulation) => simulation,
         Err(error) => return Err(wrong(error)),
     };
-    let (ending, failure) = simulation.run(&mut [&mut histories], &AtomicBool::new(false));
+    let mut rest = Rest::new(&scene.time);
+    let (ending, failure) = simulation.run(&mut [&mut histories, &mut rest], &AtomicBool::new(false));
     let failure = match failure {
         None => None,
         Some(SimulationError::Coupling(error)) => Some(error),

@@ -3,8 +3,8 @@
 use super::{Arguments, SLIDING, StudyError, quoted, run_all, unfit};
 use crate::cli::say;
 use crate::cli::table::Table;
+use orchestrator::observer::LastSecond;
 use orchestrator::registry;
-use orchestrator::report::LastSecond;
 use orchestrator::scene::{DamScene, LoadedScene};
 use std::f64::consts::TAU;
 
