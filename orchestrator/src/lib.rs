@@ -24,5 +24,6 @@ pub mod scene;
 pub mod scheme;
 pub mod simulation;
 pub mod stepping;
+mod text_file;
 pub mod transport;
 pub mod vtk;

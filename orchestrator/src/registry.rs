@@ -11,8 +11,7 @@ use crate::scene::{
 use crate::scheme::{SchemeKind, Side};
 use dam_dem::{Dam, DamError, DamParameters, Damping, DampingFrequencies};
 pub use dam_dem::{Flutter, LimitEquilibrium};
-use interface::variables::dam::NATURAL_FREQUENCY;
-use interface::{CoSimulation, WetFace, WetFaceError};
+use interface::{WetFace, WetFaceError};
 use nalgebra::{Complex, DMatrix};
 pub use reservoir::paper::{FarEndCondition, ShortWindows};
 use reservoir::{Fidelity, Method, Reservoir, ReservoirError, ReservoirParameters, added_mass, paper};
@@ -240,17 +239,6 @@ pub fn made_dam(parameters: DamParameters, scene: &Scene) -> Result<(Dam, usize)
 pub fn safety_of_part(dam: &DamScene, scene: &Scene, part: f64) -> Result<f64, RegistryError> {
     let (dam, _) = made_dam(dam_parameters(dam, scene)?, scene)?;
     Ok(dam.time_step_limit() / (part * dam.critical_time_step().limit))
-}
-
-/// The lowest natural frequencies of the scene's dam, intact and on an empty reservoir, rad/s; none of a prescribed one.
-///
-/// **Errors**: those of the dam.
-pub fn natural_frequencies(scene: &Scene) -> Result<Vec<f64>, RegistryError> {
-    let Some(dam) = &scene.dam else { return Ok(Vec::new()) };
-    let dam = Dam::new(dry_dam(dam, scene)?)?;
-    let mut frequencies = vec![0.0; dam.size(&NATURAL_FREQUENCY)];
-    dam.get(NATURAL_FREQUENCY.value_reference, &mut frequencies)?;
-    Ok(frequencies)
 }
 
 fn reservoir(scene: &Scene, threads: NonZeroUsize) -> Result<Box<dyn Participant>, RegistryError> {

@@ -108,7 +108,7 @@ pub enum ReservoirError {
     },
     /// The bed crosses or touches itself or another part of the water's boundary.
     #[error(
-        "the bed upstream of its corner {corner}, at ({x}, {y}) m, has no length, turns back on itself, or crosses or \
+        "the bed upstream of its corner {corner}, at ({x}, {y}) m, has next to no length, turns back on itself, or crosses or \
          touches the {other} from ({}, {}) to ({}, {}) m; move that corner (0 is the heel) or the next of `bed`",
         start[0], start[1], end[0], end[1]
     )]

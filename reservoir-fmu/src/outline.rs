@@ -46,6 +46,9 @@ pub struct Outline {
     waves: bool,
 }
 
+/// Length of a piece of the bed, as a share of the face's, below which its elements cannot be told apart.
+const SHORTEST: f64 = 1e-6;
+
 impl Outline {
     /// The outline of the parameters' water.
     ///
@@ -141,7 +144,12 @@ fn check(pieces: &[Piece]) -> Result<(), ReservoirError> {
         start: pieces[other].start,
         end: pieces[other].end,
     };
-    if let Some(&i) = bed.iter().rev().find(|&&i| pieces[i].length() == 0.0) {
+    let depth = pieces
+        .iter()
+        .filter(|piece| piece.condition == BoundaryCondition::WetFace)
+        .map(Piece::length)
+        .sum::<f64>();
+    if let Some(&i) = bed.iter().rev().find(|&&i| pieces[i].length() < SHORTEST * depth) {
         return Err(refused(i, i));
     }
     for &i in bed.iter().rev() {
@@ -205,6 +213,7 @@ mod tests {
         for (what, bed, corner) in [
             ("no length at the heel", vec![[0.0, 0.0]], 0),
             ("no length", vec![[-5.0, 0.0], [-5.0, 0.0]], 1),
+            ("next to none", vec![[-5.0, 0.0], [-5.0, 1e-9]], 1),
             ("crosses the face", vec![[1.0, 4.0], [-8.0, 4.0]], 1),
             ("along the face", vec![[-1.0, 2.5]], 0),
             ("crosses itself", vec![[-8.0, 0.0], [-8.0, 4.0], [-4.0, -4.0]], 0),

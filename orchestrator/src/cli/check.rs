@@ -1,9 +1,12 @@
 //! `cofferdam check`.
 
-use super::{Check, complain, say};
+use super::{Check, complain, known, say, threads};
 use miette::Diagnostic;
+use orchestrator::ground_motion::{GroundMotion, STANDARD_GRAVITY};
+use orchestrator::participant::ParticipantError;
 use orchestrator::registry::{self, Flutter, LimitEquilibrium, RegistryError};
 use orchestrator::scene::{SceneError, SceneWarning};
+use orchestrator::scheme::Side;
 use std::f64::consts::TAU;
 use std::path::Path;
 use std::process::ExitCode;
@@ -16,6 +19,8 @@ enum CheckError {
     Scene(#[from] SceneError),
     #[error(transparent)]
     Unit(#[from] RegistryError),
+    #[error(transparent)]
+    Dam(#[from] ParticipantError),
 }
 
 /// Says of each scene what is wrong with it, or what a run of it would be.
@@ -45,8 +50,17 @@ fn examine(path: &Path, overrides: &[String]) -> Result<(), CheckError> {
         Some(adaptive) => format!("communication steps of {} to {} s", adaptive.shortest, adaptive.longest),
         None => format!("{steps} communication steps of {step} s"),
     };
-    let frequencies = registry::natural_frequencies(&loaded.scene)?;
+    // The dam is made and brought to rest as a run would; only the water's preparation remains.
+    let mut dam = registry::unit(Side::Dam, &loaded.scene, threads(None))?;
+    let [inputs, mut outputs] =
+        [&dam.description().inputs, &dam.description().outputs].map(|layout| vec![0.0; layout.size()]);
+    dam.initialise(0.0, &inputs, &mut outputs)?;
+    let frequencies = known(dam.read("natural_frequency"))?;
     say(format!("{} can be run: {steps}, {duration} s; {warnings}", loaded.path.display()));
+    say(format!("  dam: {}", dam.description().solver));
+    if loaded.ground_motion.units().is_some() {
+        say(format!("  {}", strength(&loaded.ground_motion)));
+    }
     if !frequencies.is_empty() {
         let frequencies: Vec<String> = frequencies.iter().map(|f| format!("{f:.2}")).collect();
         say(format!("  natural frequencies of the dam, intact and empty: {} rad/s", frequencies.join(", ")));
@@ -64,6 +78,20 @@ fn examine(path: &Path, overrides: &[String]) -> Result<(), CheckError> {
         }
     }
     Ok(())
+}
+
+/// How strong a record is.
+fn strength(motion: &GroundMotion) -> String {
+    let peak = motion.acceleration().iter().fold(0.0, |peak: f64, a| peak.max(a.abs()));
+    let [velocity, displacement] = motion.drift().map(|drift| drift.peak);
+    let (intensity, duration) = motion.arias_intensity();
+    format!(
+        "ground: {}, {:.2} s: at most {:.3} g, {velocity:.3} m/s, {displacement:.3} m; Arias intensity {intensity:.3} m/s, 5 to 95 % \
+         of it within {duration:.2} s",
+        motion.source(),
+        motion.duration(),
+        peak / STANDARD_GRAVITY,
+    )
 }
 
 fn describe(vibration: &Flutter) -> String {

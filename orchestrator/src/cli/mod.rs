@@ -13,6 +13,7 @@ mod table;
 pub mod unit;
 
 use clap::{Parser, Subcommand, ValueEnum};
+use orchestrator::participant::ParticipantError;
 use orchestrator::scheme::Side;
 use std::io::Write;
 use std::num::NonZeroUsize;
@@ -157,6 +158,14 @@ impl From<BuiltIn> for Side {
 pub fn threads(asked: Option<u16>) -> NonZeroUsize {
     let asked = asked.and_then(|n| NonZeroUsize::new(n.into()));
     asked.or(std::thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN)
+}
+
+/// What a unit has answered; nothing if it has no such variable.
+fn known(read: Result<Vec<f64>, ParticipantError>) -> Result<Vec<f64>, ParticipantError> {
+    match read {
+        Err(ParticipantError::Missing { .. }) => Ok(Vec::new()),
+        answered => answered,
+    }
 }
 
 fn seconds(text: &str) -> Result<f64, String> {

@@ -1,6 +1,6 @@
 //! `cofferdam run`.
 
-use super::{Run, Transport, check, complain, say, spectra};
+use super::{Run, Transport, check, complain, known, say, spectra};
 use crate::registry::{self, RegistryError};
 use miette::Diagnostic;
 use orchestrator::ground_motion::{GroundMotion, STANDARD_GRAVITY};
@@ -235,14 +235,6 @@ fn catch_interrupt() -> Result<Arc<AtomicBool>, RunError> {
 fn stress_points(units: &mut Units) -> Result<Vec<[f64; 2]>, ParticipantError> {
     let (x, y) = (known(units.dam.read("stress_point_x"))?, known(units.dam.read("stress_point_y"))?);
     Ok(x.into_iter().zip(y).map(|(x, y)| [x, y]).collect())
-}
-
-/// What a unit has answered; nothing if it has no such variable.
-fn known(read: Result<Vec<f64>, ParticipantError>) -> Result<Vec<f64>, ParticipantError> {
-    match read {
-        Err(ParticipantError::Missing { .. }) => Ok(Vec::new()),
-        answered => answered,
-    }
 }
 
 /// Error and loss of the water's recursion; nothing if there is none, or if the reservoir does not tell.

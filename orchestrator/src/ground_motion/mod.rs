@@ -1,10 +1,14 @@
 //! Ground motions: records and the ramp.
 
 mod baseline;
+mod header;
+mod intensity;
 mod record;
 mod spectrum;
+mod units;
 
-pub use record::{Record, RecordError, STANDARD_GRAVITY, STRONGEST, Units};
+pub use record::{Record, RecordError, STRONGEST};
+pub use units::{STANDARD_GRAVITY, Units};
 
 use std::path::Path;
 
@@ -12,22 +16,29 @@ use std::path::Path;
 #[derive(Clone, Debug, PartialEq)]
 pub struct GroundMotion {
     source: String,
+    units: Option<Units>,
     interval: f64,
     acceleration: Vec<f64>,
     hold: bool,
 }
 
 impl GroundMotion {
-    /// A record from its file, whose accelerations are in `units`, cropped to `start`–`end` (s, both within the record),
-    /// times `factor`.
+    /// A record from its file, whose accelerations are in `units`, else in what its header says, else in g, cropped to
+    /// `start`–`end` (s, both within the record), times `factor`.
     pub fn from_record(
         path: &Path,
-        units: Units,
+        units: Option<Units>,
         start: f64,
         end: f64,
         factor: f64,
     ) -> Result<Self, RecordError> {
         let record = Record::read(path)?;
+        if let (Some(header), Some(scene)) = (record.units, units)
+            && header != scene
+        {
+            return Err(RecordError::OtherUnits { path: path.to_owned(), header, scene });
+        }
+        let units = units.or(record.units).unwrap_or_default();
         let duration = record.interval * (record.acceleration.len() - 1) as f64;
         let first = (start / record.interval - 1e-6).ceil().max(0.0) as usize;
         let last = ((end.min(duration) / record.interval + 1e-6).floor().max(0.0) as usize)
@@ -44,23 +55,28 @@ impl GroundMotion {
             return Err(RecordError::TooStrong { path, sample, units, factor: factor.abs() });
         }
         let source = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-        Ok(Self { source, interval: record.interval, acceleration, hold: false })
+        Ok(Self { source, units: Some(units), interval: record.interval, acceleration, hold: false })
     }
 
     /// A ramp from 0 to `acceleration` (m/s²) over `rise` (s), then held.
     pub fn ramp(acceleration: f64, rise: f64) -> Self {
         let source = format!("ramp to {acceleration} m/s2 in {rise} s");
-        Self { source, interval: rise, acceleration: vec![0.0, acceleration], hold: true }
+        Self { source, units: None, interval: rise, acceleration: vec![0.0, acceleration], hold: true }
     }
 
     /// Equally spaced samples (m/s²), `interval` (s) apart, zero afterwards.
     pub fn of_samples(source: &str, interval: f64, acceleration: Vec<f64>) -> Self {
-        Self { source: source.to_owned(), interval, acceleration, hold: false }
+        Self { source: source.to_owned(), units: None, interval, acceleration, hold: false }
     }
 
     /// Where it came from.
     pub fn source(&self) -> &str {
         &self.source
+    }
+
+    /// Unit of the accelerations in the file of a record.
+    pub fn units(&self) -> Option<Units> {
+        self.units
     }
 
     /// Time between two samples, s.
@@ -125,13 +141,13 @@ mod tests {
             (Units::Centimetres, 20.0 * STANDARD_GRAVITY),
         ] {
             std::fs::write(&path, format!("0,0\n0.01,{sample}\n0.02,0\n"))?;
-            let motion = GroundMotion::from_record(&path, units, 0.0, f64::INFINITY, -1.5)?;
+            let motion = GroundMotion::from_record(&path, Some(units), 0.0, f64::INFINITY, -1.5)?;
             assert!((motion.acceleration()[1] + 0.3 * STANDARD_GRAVITY).abs() < 1e-15, "{units}");
         }
         // 200 m/s² are no 200 g.
         std::fs::write(&path, "0,0\n0.01,200\n")?;
-        assert!(GroundMotion::from_record(&path, Units::Metres, 0.0, f64::INFINITY, 1.0).is_ok());
-        let refused = GroundMotion::from_record(&path, Units::Gravity, 0.0, f64::INFINITY, 1.0);
+        assert!(GroundMotion::from_record(&path, Some(Units::Metres), 0.0, f64::INFINITY, 1.0).is_ok());
+        let refused = GroundMotion::from_record(&path, None, 0.0, f64::INFINITY, 1.0);
         assert!(matches!(refused, Err(RecordError::TooStrong { units: Units::Gravity, .. })), "{refused:?}");
         Ok(())
     }

@@ -1,54 +1,16 @@
-//! Records of ground motion in files: two-column CSV and PEER AT2.
+//! Records of ground motion in files: two columns, or PEER AT2.
 
+use super::header::{self, Values};
+use super::units::Units;
+use crate::text_file;
 use interface::number::{exact, plain};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
-
-/// Standard gravity, m/s².
-pub const STANDARD_GRAVITY: f64 = 9.80665;
 
 /// Strongest acceleration of the ground, m/s²; some twenty times that of any earthquake. Beyond it lies a slip of units.
 pub const STRONGEST: f64 = 1e3;
 
 /// Share of an interval by which the interval between two printed times may differ from the usual one.
 const UNEVENNESS: f64 = 0.02;
-
-/// Unit of the accelerations in the file of a record.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub enum Units {
-    /// Standard gravity, 9.80665 m/s².
-    #[default]
-    #[serde(rename = "g")]
-    Gravity,
-    /// Metres a second squared.
-    #[serde(rename = "m/s2")]
-    Metres,
-    /// Centimetres a second squared (gal).
-    #[serde(rename = "cm/s2")]
-    Centimetres,
-}
-
-impl Units {
-    /// One of them, m/s².
-    pub fn in_si(self) -> f64 {
-        match self {
-            Self::Gravity => STANDARD_GRAVITY,
-            Self::Metres => 1.0,
-            Self::Centimetres => 0.01,
-        }
-    }
-}
-
-impl std::fmt::Display for Units {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Gravity => "g",
-            Self::Metres => "m/s²",
-            Self::Centimetres => "cm/s²",
-        })
-    }
-}
 
 /// A record as its file has it.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,6 +19,8 @@ pub struct Record {
     pub interval: f64,
     /// Acceleration, in the unit of the file.
     pub acceleration: Vec<f64>,
+    /// Unit that the header names.
+    pub units: Option<Units>,
 }
 
 /// A record that cannot be used.
@@ -71,7 +35,7 @@ pub enum RecordError {
         cause: std::io::Error,
     },
     /// Neither `.csv` nor `.at2`.
-    #[error("{}: records are two-column .csv (time in s, acceleration in `units`) or PEER .at2", path.display())]
+    #[error("{}: records are two columns in a .csv (time in s, acceleration in `units`) or PEER .at2", path.display())]
     Format {
         /// The file.
         path: PathBuf,
@@ -87,6 +51,28 @@ pub enum RecordError {
         text: String,
         /// What should.
         expected: &'static str,
+    },
+    /// Values that are no accelerations, or in a unit that is not known.
+    #[error("{}:{line}: by the header `{text}` the values are {values}; give accelerations in g, m/s² or cm/s²", path.display())]
+    NoAcceleration {
+        /// The file.
+        path: PathBuf,
+        /// Line number, from 1.
+        line: usize,
+        /// The header.
+        text: String,
+        /// What the values are.
+        values: &'static str,
+    },
+    /// A header that says otherwise than the scene.
+    #[error("{}: the header says {header}, `units` {scene}; leave `units` out, or mend the header", path.display())]
+    OtherUnits {
+        /// The file.
+        path: PathBuf,
+        /// Unit in the header.
+        header: Units,
+        /// Unit in the scene.
+        scene: Units,
     },
     /// A value that is NaN or infinite.
     #[error("{}:{line}: the value {value} is not finite; repair the record or crop it before this line", path.display())]
@@ -174,8 +160,8 @@ impl Record {
             Some("at2") => Self::parse_at2,
             _ => return Err(RecordError::Format { path: path.to_owned() }),
         };
-        let text = std::fs::read_to_string(path)
-            .map_err(|cause| RecordError::Read { path: path.to_owned(), cause })?;
+        let text =
+            text_file::read(path).map_err(|cause| RecordError::Read { path: path.to_owned(), cause })?;
         let record = parse(path, &text)?;
         match record.acceleration.len() {
             samples @ 0..2 => Err(RecordError::Empty { path: path.to_owned(), samples }),
@@ -183,17 +169,24 @@ impl Record {
         }
     }
 
-    /// Two columns, time in s and acceleration; `#` begins a comment, one header line may come first.
+    /// Two columns, time in s and acceleration, between them a comma, a tab or blanks; `#` begins a comment, one header line may
+    /// come first.
     fn parse_csv(path: &Path, text: &str) -> Result<Self, RecordError> {
         let mut samples: Vec<(usize, f64, f64)> = Vec::new();
         let mut headers = 0;
+        let mut units = None;
         let text = text.trim_start_matches('\u{feff}');
         for (line, content) in lines(text).filter(|(_, l)| !l.is_empty() && !l.starts_with('#')) {
-            let numbers: Option<Vec<f64>> = content.split(',').map(|f| f.trim().parse().ok()).collect();
+            let numbers: Option<Vec<f64>> = if content.contains(',') {
+                content.split(',').map(|field| field.trim().parse().ok()).collect()
+            } else {
+                content.split_whitespace().map(|field| field.parse().ok()).collect()
+            };
             let Some(&[time, value]) = numbers.as_deref() else {
                 let named = content.starts_with(|c: char| c.is_alphabetic() || c == '"');
                 headers += 1;
                 if headers == 1 && samples.is_empty() && named {
+                    units = of_header(path, line, content)?;
                     continue;
                 }
                 let expected = "`time,acceleration`, two numbers";
@@ -211,7 +204,7 @@ impl Record {
         }
         let acceleration: Vec<f64> = samples.iter().map(|(_, _, value)| *value).collect();
         let (Some(first), Some(last)) = (samples.first(), samples.last()) else {
-            return Ok(Self { interval: 0.0, acceleration });
+            return Ok(Self { interval: 0.0, acceleration, units });
         };
         let mut intervals: Vec<f64> = samples.windows(2).map(|pair| pair[1].1 - pair[0].1).collect();
         intervals.sort_by(f64::total_cmp);
@@ -226,19 +219,25 @@ impl Record {
         }
         // The mean, because printed times are rounded.
         let interval = (last.1 - first.1) / (samples.len() - 1).max(1) as f64;
-        Ok(Self { interval, acceleration })
+        Ok(Self { interval, acceleration, units })
     }
 
-    /// PEER's format: four header lines, the last with `NPTS=` and `DT=`, then samples in g.
+    /// PEER's format: four header lines, the third with the unit, the fourth with `NPTS=` and `DT=` or, in older files, with
+    /// the two numbers before their names; then samples.
     fn parse_at2(path: &Path, text: &str) -> Result<Self, RecordError> {
+        let units = of_header(path, 3, text.lines().nth(2).unwrap_or(""))?;
         let header = text.lines().nth(3).unwrap_or("");
-        let entry = |key: &str| {
-            let rest = &header[header.find(key)? + key.len()..];
-            let number = rest.trim_start_matches([' ', '=']);
+        let number = |text: &str| {
+            let number = text.trim_start_matches([' ', '=', ',']);
             number.split(|c: char| c == ',' || c.is_whitespace()).next()?.parse::<f64>().ok()
         };
-        let count = entry("NPTS").filter(|npts| npts.fract() == 0.0 && (0.0..1e9).contains(npts));
-        let interval = entry("DT").filter(|dt| *dt > 0.0 && dt.is_finite());
+        let named = |key: &str| number(&header[header.find(key)? + key.len()..]);
+        let mut before = header.split_whitespace().map(number);
+        let older = [before.next().flatten(), before.next().flatten()];
+        let [count, interval] =
+            if older.iter().all(Option::is_some) { older } else { [named("NPTS"), named("DT")] };
+        let count = count.filter(|npts| npts.fract() == 0.0 && (0.0..1e9).contains(npts));
+        let interval = interval.filter(|dt| *dt > 0.0 && dt.is_finite());
         let (Some(samples), Some(interval)) = (count, interval) else {
             let expected = "a PEER header with NPTS=, a count of samples, and DT=, an interval in s";
             return Err(RecordError::Line {
@@ -265,7 +264,19 @@ impl Record {
         if promised != found {
             return Err(RecordError::Truncated { path: path.to_owned(), promised, found });
         }
-        Ok(Self { interval, acceleration })
+        Ok(Self { interval, acceleration, units })
+    }
+}
+
+/// The unit that a header names.
+fn of_header(path: &Path, line: usize, header: &str) -> Result<Option<Units>, RecordError> {
+    match header::values(header) {
+        Values::Unsaid => Ok(None),
+        Values::In(units) => Ok(Some(units)),
+        Values::Other(values) => {
+            let text = header.trim().to_owned();
+            Err(RecordError::NoAcceleration { path: path.to_owned(), line, text, values })
+        }
     }
 }
 
@@ -282,7 +293,14 @@ mod tests {
         let csv = "# comment\ntime_s,acc_g\n0,0.1\n0.02,-0.2\n0.04,0.05\n";
         let at2 = "PEER\nevent\nunits of g\nNPTS=   3, DT=  .0200 SEC\n  1.0E-01 -2.0E-01\n .5E-01\n";
         let path = Path::new("r");
-        assert_eq!(Record::parse_csv(path, csv)?, Record::parse_at2(path, at2)?);
+        let record = Record::parse_csv(path, csv)?;
+        assert_eq!((record.units, record.acceleration.len()), (Some(Units::Gravity), 3));
+        assert_eq!(record, Record::parse_at2(path, at2)?);
+        let older = at2.replace("NPTS=   3, DT=  .0200 SEC", "    3   0.0200    NPTS, DT");
+        assert_eq!(record, Record::parse_at2(path, &older)?);
+        for columns in [csv.replace(',', "\t"), csv.replace(',', "   ")] {
+            assert_eq!(record, Record::parse_csv(path, &columns)?, "{columns}");
+        }
         Ok(())
     }
 }

@@ -1,6 +1,6 @@
 use crate::ground_motion::STANDARD_GRAVITY;
 use crate::observer::{AVERAGED, Ending, Histories, LastSecond, STILL_MOVES, STILL_SLIDES, Status, WallTime};
-use crate::scene::{CrackScene, DamFidelityScene, FidelityScene, LoadedScene, REST};
+use crate::scene::{CrackScene, DamFidelityScene, FidelityScene, LoadedScene, REST, Warning};
 use serde::Serialize;
 use std::fmt;
 
@@ -141,6 +141,8 @@ impl Summary {
         };
         summary.notes = summary.remarks(!cracks.is_empty() && table.moving.is_empty());
         summary.notes.extend(table.moving);
+        let uplift = loaded.warnings.iter().filter(|w| matches!(w.warning, Warning::NoUplift { .. }));
+        summary.notes.extend(uplift.map(|warning| format!("WARNING: {warning}")));
         let planned = loaded.scene.time.duration.unwrap_or(0.0);
         if ending.status == Status::Completed && ending.time < planned - 1e-6 {
             summary.notes.push(format!("the dam is at rest, and the run ends at t = {:.4} s", ending.time));

@@ -6,6 +6,23 @@ use super::{Invalid, Scene};
 use std::collections::{BTreeMap, BTreeSet};
 use toml::{Table, Value};
 
+/// How keys begin that ask for physics that is not there, a word of each, and what that is.
+const NOT_MODELLED: [(&[&str], &str); 6] = [
+    (&["tailwater"], "water downstream of the dam is"),
+    (&["uplift", "drain"], "pressure of water in cracks (uplift) is"),
+    (&["silt", "sediment"], "silt before the dam is"),
+    (&["vertical"], "vertical motion of the ground is"),
+    (&["foundation", "rock", "abutment"], "ground that deforms is"),
+    (&["temperature", "thermal"], "strains of temperature are"),
+];
+
+fn not_modelled(key: &str) -> Option<&'static str> {
+    let key = key.to_lowercase();
+    let begins =
+        |starts: &[&str]| key.split(['_', '-']).any(|word| starts.iter().any(|s| word.starts_with(s)));
+    NOT_MODELLED.iter().find(|(starts, _)| begins(starts)).map(|(_, what)| *what)
+}
+
 /// A scene that has its shape, and what was done for that.
 #[derive(Debug, Default)]
 pub struct Conformed {
@@ -150,6 +167,11 @@ impl Conformed {
         fields: &'static [Field],
         path: &str,
     ) -> Option<&'static str> {
+        if let Some(what) = not_modelled(name) {
+            let (key, table) = (name.to_owned(), Shape::header(path));
+            self.problems.push((place.clone(), Invalid::NotModelled { key, table, what }));
+            return None;
+        }
         // In the file a key is given once; `--set` mostly changes one that is.
         let free = |field: &&Field| {
             place.text > 0 || given.get(field.name.as_str()).is_none_or(|other| can_join(other, node))

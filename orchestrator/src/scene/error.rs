@@ -77,6 +77,16 @@ pub enum Invalid {
         /// Where it would be right.
         home: String,
     },
+    /// A key of physics that is not there.
+    #[error("`{key}` is no key of {table}: {what} not modelled; leave it out")]
+    NotModelled {
+        /// The key.
+        key: String,
+        /// Its table.
+        table: String,
+        /// What is missing, and its verb.
+        what: &'static str,
+    },
     /// An unknown key.
     #[error("`{key}` is no key of {table}; there are {keys}")]
     Unknown {
@@ -259,6 +269,12 @@ pub enum Invalid {
          choose `coupling.scheme` = \"serial-implicit\""
     )]
     AdaptiveScheme,
+    /// An explicit scheme with water that answers at once.
+    #[error(
+        "`coupling.scheme` is explicit, and water without memory answers an acceleration at once with its mass: the run would blow \
+         up; leave it out, and that mass moves with the dam"
+    )]
+    ExplicitAtOnce,
     /// Steps to be halved when they do not converge, which they are not asked to.
     #[error(
         "`coupling.on_failure` is \"halve\", but only implicit schemes converge; leave it out, or choose one"

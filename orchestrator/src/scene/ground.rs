@@ -21,12 +21,13 @@ pub struct GroundMotionScene {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RecordScene {
-    /// File of the record, relative to the scene's folder: `.csv` (time in s, acceleration; `#` begins a comment) or PEER
-    /// `.at2`.
+    /// File of the record, relative to the scene's folder: `.csv` (time in s, acceleration, between them a comma, a tab or blanks;
+    /// `#` begins a comment) or PEER `.at2`.
     pub file: PathBuf,
     /// Unit of the accelerations in the file.
-    #[serde(default)]
-    pub units: Units,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("otherwise" = "the header's, or g"))]
+    pub units: Option<Units>,
     /// Factor on the acceleration.
     #[serde(default = "one")]
     #[schemars(range(min = 1e-6, max = 1e6))]

@@ -2,6 +2,7 @@ use super::conform::Conformed;
 use super::document::{Node, Place};
 use super::{Invalid, Scene, SceneError, SceneProblem, SceneWarning, UnitChecks, validate, version, warning};
 use crate::ground_motion::GroundMotion;
+use crate::text_file;
 use miette::NamedSource;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -32,7 +33,7 @@ impl LoadedScene {
     /// **Errors**: every problem of the scene at once, each at its place, in the order of the lines.
     pub fn read(path: &Path, overrides: &[String], units: &UnitChecks) -> Result<Self, SceneError> {
         let file = if path.is_dir() { path.join("scene.toml") } else { path.to_owned() };
-        let source = std::fs::read_to_string(&file).map_err(|cause| {
+        let source = text_file::read(&file).map_err(|cause| {
             SceneError::without_place(&file, Invalid::Unreadable { path: file.clone(), cause })
         })?;
         let mut draft = Draft::new(&file, &source, overrides);
@@ -131,6 +132,7 @@ fn resolve(scene: &mut Scene, ground_motion: &GroundMotion, folder: &Path) {
     if let Some(record) = &mut scene.ground_motion.record {
         let file = folder.join(&record.file);
         record.file = file.canonicalize().unwrap_or(file);
+        record.units = ground_motion.units();
     }
 }
 

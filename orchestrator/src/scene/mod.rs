@@ -60,7 +60,7 @@ pub struct Scene {
     pub scene_version: u32,
     /// Gravitational acceleration.
     #[serde(default = "gravity")]
-    #[schemars(extend("unit" = "m/s²", "exclusiveMinimum" = 0))]
+    #[schemars(range(min = 0.1, max = 1e4), extend("unit" = "m/s²"))]
     pub gravity: f64,
     /// The clock.
     #[serde(default)]

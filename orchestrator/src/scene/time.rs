@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields, default)]
 pub struct Time {
     /// Length H of a communication step. It is at most the interval of the record, best a whole fraction of it.
-    #[schemars(extend("unit" = "s", "exclusiveMinimum" = 0))]
+    #[schemars(range(min = 1e-5, max = 10), extend("unit" = "s"))]
     pub communication_step: f64,
     /// Time without ground motion after the record. Residual sliding needs 5 s.
     #[schemars(range(min = 0, max = 1e6), extend("unit" = "s"))]

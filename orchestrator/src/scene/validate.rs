@@ -260,6 +260,10 @@ impl Findings {
                 self.add("coupling.scheme", Invalid::AddedMassScheme { why });
             }
         }
+        let explicit = matches!(scheme, SchemeKind::SerialExplicit | SchemeKind::ParallelExplicit);
+        if explicit && !memory && !empty && scene.dam.is_some() {
+            self.add("coupling.scheme", Invalid::ExplicitAtOnce);
+        }
         let tells_no_error = empty || matches!(scheme, SchemeKind::AddedMass | SchemeKind::ParallelExplicit);
         if scene.time.adaptive.is_some() && !equal_steps && tells_no_error {
             self.add("time.adaptive", Invalid::AdaptiveScheme);

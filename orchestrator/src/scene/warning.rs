@@ -139,6 +139,20 @@ pub enum Warning {
          give a ratio, such as 0.05"
     )]
     UndampedCrack,
+    /// Water that enters no crack.
+    #[error(
+        "the crack at {elevation} m lies {below} m under water, which enters no crack here: its uplift, {uplift:.2} MN/m if the \
+         pressure falls evenly to none downstream, is not modelled, and the block would slide further with it; a smaller \
+         `friction_coefficient` can stand for it", below = plain(*below), uplift = 1e-6 * uplift
+    )]
+    NoUplift {
+        /// Elevation of the lowest crack, m.
+        elevation: f64,
+        /// Its depth there, m.
+        below: f64,
+        /// ρ g × depth × length of the crack / 2, N/m.
+        uplift: f64,
+    },
     /// Blocks that do not deform.
     #[error(
         "`dam.fidelity` = \"rigid-blocks\" is unsafe: the dam's amplification of the ground motion is missing, and sliding \
@@ -231,6 +245,7 @@ pub fn doubts(scene: &Scene, motion: &GroundMotion) -> Vec<(&'static str, Warnin
         if dam.damping.ratio == 0.0 {
             doubts.push(("dam.damping.ratio", Warning::UndampedCrack));
         }
+        doubts.extend(dry_cracks(scene, dam));
         if let (Some(begin), Some(end)) = (motion.rest_from(), scene.time.duration)
             && end - begin < REST - 1e-9
         {
@@ -246,6 +261,25 @@ pub fn doubts(scene: &Scene, motion: &GroundMotion) -> Vec<(&'static str, Warnin
         doubts.extend(resolution(scene, motion));
     }
     doubts
+}
+
+/// Cracks that water would enter.
+fn dry_cracks(scene: &Scene, dam: &DamScene) -> Option<(&'static str, Warning)> {
+    let lowest = dam.cracks.iter().map(|crack| crack.elevation).min_by(f64::total_cmp)?;
+    let below = scene.depth() - lowest;
+    if scene.reservoir.fidelity == FidelityScene::Empty || below <= 0.0 {
+        return None;
+    }
+    let length = x_at(&dam.section.downstream, lowest)? - x_at(&dam.section.upstream, lowest)?;
+    let uplift = 0.5 * scene.reservoir.density * scene.gravity * below * length;
+    Some(("dam.cracks", Warning::NoUplift { elevation: lowest, below, uplift }))
+}
+
+/// Where a side of the section, from the base up, has the elevation `y`.
+fn x_at(side: &[[f64; 2]], y: f64) -> Option<f64> {
+    let [[x0, y0], [x1, y1]] =
+        side.windows(2).map(|pair| [pair[0], pair[1]]).find(|[low, high]| (low[1]..=high[1]).contains(&y))?;
+    Some(x0 + (x1 - x0) * (y - y0) / (y1 - y0))
 }
 
 /// Doubts about the record itself.
