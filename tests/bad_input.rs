@@ -241,6 +241,7 @@ const RECORDS: &[Case] = &[
     at2("1\n2\n3\n4\n0.1 0.2\n"),
     at2("1\n2\n3\nNPTS= 2, DT= inf SEC\n0.1 0.2\n"),
     at2("1\n2\n3\nNPTS= 1e30, DT= .01 SEC\n0.1 0.2\n"),
+    set(&["ground_motion.record.sha256=\"0123\""]),
     edit(&[("scale = 1.0", "start = 30.0")]),
     edit(&[("scale = 1.0", "start = 3.0\nend = 60.0")]),
 ];
@@ -419,7 +420,7 @@ variants!(INVALID, invalid, Invalid:
     Title Undersampled
     ExactlyOne Polarity Count Unit DurationMissing Record);
 variants!(RECORD_ERRORS, record_error, RecordError:
-    Read Format Line NoAcceleration OtherUnits NonFinite NonUniform Empty Truncated Crop TooStrong);
+    Read Format Line NoAcceleration OtherUnits NonFinite NonUniform Empty Truncated Another Crop TooStrong);
 variants!(DOUBTS, doubt, Warning:
     CoarseDam CoarseReservoir CoarseFace CoarseStep ClippedSamples Drift Peak NoResidual LooseTolerance UndampedCrack NoUplift RigidBlocks WithoutEffect
     PanelsOfTheReport Unusual);

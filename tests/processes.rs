@@ -159,6 +159,27 @@ fn a_killed_unit_ends_the_run_with_its_name_and_the_step() {
     }
 }
 
+/// As job schedulers end a run: the units leave it to the orchestrator, which sums up what there is.
+#[test]
+fn a_signal_to_all_processes_interrupts_the_run() {
+    let _alone = alone();
+    let scenario = scene(20.0);
+    for signal in ["-TERM", "-INT", "-HUP"] {
+        let mut running = Running::start(scenario.command(signal));
+        running.prepared();
+        for unit in [running.dam, running.reservoir] {
+            running.signal(unit, signal);
+        }
+        std::thread::sleep(Duration::from_millis(300));
+        assert!(!is_gone(running.dam) && !is_gone(running.reservoir), "{signal} ended a unit");
+        running.signal(running.orchestrator.id(), signal);
+        let (status, said, summary) = running.end_with_summary();
+        assert_eq!(status.code(), Some(130), "{signal}: {said}");
+        assert!(summary.contains("PARTIAL RESULT") && summary.contains("interrupted"), "{signal}: {summary}");
+    }
+    the_next_run_succeeds();
+}
+
 #[test]
 fn units_end_when_the_orchestrator_is_killed() {
     let _alone = alone();

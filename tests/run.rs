@@ -103,6 +103,7 @@ fn a_run_leaves_log_histories_and_manifest() {
     );
     assert_eq!(manifest["scene"]["reservoir"]["far_end_distance"].as_float(), Some(91.75 / 2.0));
     assert_eq!(manifest["result"]["status"].as_str(), Some("completed"));
+    assert_eq!(manifest["status"].as_str(), Some("completed"));
     assert!(manifest["build"]["commit"].as_str().is_some_and(|c| !c.is_empty()));
 
     let histories = Histories::read(&folder.join("histories.csv"));
@@ -118,16 +119,20 @@ fn a_run_leaves_log_histories_and_manifest() {
     assert_eq!(reported, 1e3 * largest);
     assert!(std::fs::metadata(folder.join("log.mcap")).expect("a log").len() > 100_000);
 
-    // The manifest's scene can be run again and gives the same bits.
-    let again = scenario.folder().join("again.toml");
-    std::fs::write(&again, toml::to_string(&manifest["scene"]).expect("TOML")).expect("written");
-    let mut command = std::process::Command::new(whole_chain::scenario::binary());
-    command.arg("run").arg(&again).args(["--quiet", "--threads", "1", "--output"]);
-    let output = command.arg(scenario.folder().join("again")).output().expect("cofferdam runs");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    // A manifest, its folder and its scene by itself can be run again and give the same bits.
+    let scene = scenario.folder().join("scene-of-the-manifest.toml");
+    std::fs::write(&scene, toml::to_string(&manifest["scene"]).expect("TOML")).expect("written");
     let read =
         |run: &str| std::fs::read(scenario.folder().join(run).join("histories.csv")).expect("histories");
-    assert!(read("run") == read("again"), "the histories differ");
+    for (run, again) in
+        [("of-scene", scene), ("of-manifest", folder.join("manifest.toml")), ("of-folder", folder)]
+    {
+        let mut command = std::process::Command::new(whole_chain::scenario::binary());
+        command.arg("run").arg(&again).args(["--quiet", "--threads", "1", "--output"]);
+        let output = command.arg(scenario.folder().join(run)).output().expect("cofferdam runs");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        assert!(read("run") == read(run), "the histories differ: {run}");
+    }
 }
 
 #[test]
@@ -151,17 +156,17 @@ fn an_interrupted_run_says_so_and_stays_readable() {
         assert!(child.try_wait().expect("a child").is_none(), "the run ended by itself");
         std::thread::sleep(Duration::from_millis(20));
     }
+    let manifest = scenario.folder().join("run/manifest.toml");
+    let meanwhile = std::fs::read_to_string(&manifest).expect("a manifest");
+    assert!(meanwhile.contains("\nstatus = \"running\"\n"), "{meanwhile}");
     let signal = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status();
     assert!(signal.expect("kill").success());
     let output = child.wait_with_output().expect("an ending");
     let said = String::from_utf8_lossy(&output.stdout);
     assert_eq!(output.status.code(), Some(130), "{said}");
     assert!(said.contains("PARTIAL RESULT up to t =") && said.contains(", run interrupted"), "{said}");
-    let manifest: toml::Table = std::fs::read_to_string(scenario.folder().join("run/manifest.toml"))
-        .expect("a manifest")
-        .parse()
-        .expect("TOML");
-    assert_eq!(manifest["result"]["status"].as_str(), Some(&*Status::Interrupted.to_string()));
+    let manifest: toml::Table = std::fs::read_to_string(manifest).expect("a manifest").parse().expect("TOML");
+    assert_eq!(manifest["status"].as_str(), Some(&*Status::Interrupted.to_string()));
     let rows = Histories::read(&histories).column("time").len();
     assert!(rows > 10 && rows < 9000, "{rows} rows");
 }

@@ -1,5 +1,7 @@
-//! Text files that a user names.
+//! Text files that a user names, and what tells whether a text is another.
 
+use sha2::{Digest, Sha256};
+use std::fmt::Write;
 use std::io::{Error, Result};
 use std::path::Path;
 
@@ -16,4 +18,13 @@ pub(crate) fn read(path: &Path) -> Result<String> {
         return Err(Error::other(format!("it has {} MB, more than {}", kind.len() >> 20, LONGEST >> 20)));
     }
     std::fs::read_to_string(path)
+}
+
+/// SHA-256 of a text, in hexadecimal digits.
+pub(crate) fn sha256(text: &str) -> String {
+    Sha256::digest(text).iter().fold(String::new(), |mut digits, byte| {
+        // Writing to a string cannot fail.
+        let _ = write!(digits, "{byte:02x}");
+        digits
+    })
 }

@@ -58,7 +58,7 @@ fn examine(path: &Path, overrides: &[String]) -> Result<(), CheckError> {
     let frequencies = known(dam.read("natural_frequency"))?;
     say(format!("{} can be run: {steps}, {duration} s; {warnings}", loaded.path.display()));
     say(format!("  dam: {}", dam.description().solver));
-    if loaded.ground_motion.units().is_some() {
+    if loaded.ground_motion.file().is_some() {
         say(format!("  {}", strength(&loaded.ground_motion)));
     }
     if !frequencies.is_empty() {

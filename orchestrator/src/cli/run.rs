@@ -14,7 +14,8 @@ use orchestrator::scene::{
 };
 use orchestrator::scheme::{CouplingError, Side, Units, interface_points};
 use orchestrator::simulation::{Simulation, SimulationError};
-use std::path::{Path, PathBuf};
+use std::io::ErrorKind;
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -84,19 +85,20 @@ pub fn run(arguments: &Run) -> ExitCode {
 fn execute(arguments: &Run) -> Result<Status, RunError> {
     let loaded = registry::read(&arguments.scene, &arguments.set)?;
     let started = jiff::Timestamp::now();
-    let folder = arguments.output.clone().unwrap_or_else(|| {
-        PathBuf::from("runs").join(format!("{}-{}", loaded.name, started.strftime("%Y%m%dT%H%M%SZ")))
-    });
     if arguments.transport == Transport::SharedMemory {
         Starting::check()?;
     }
     let interrupted = catch_interrupt()?;
-    let manifest_path = claim(&folder)?;
+    let (folder, manifest_path) = match &arguments.output {
+        Some(folder) => claim(folder.clone())?,
+        None => claim_new(&format!("runs/{}-{}", loaded.name, started.strftime("%Y%m%dT%H%M%SZ")))?,
+    };
     check::warn(&loaded.warnings);
 
     let mut manifest = Manifest {
         name: loaded.name.clone(),
         started: started.to_string(),
+        status: "preparing".to_owned(),
         build: Build::here(),
         wet_face: Vec::new(),
         reservoir_wet_face: None,
@@ -118,6 +120,9 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
     let mut snapshots = loaded.scene.snapshots.map(|plan| Snapshots::new(&folder, plan));
 
     say(&loaded.scene.title);
+    if !arguments.set.is_empty() {
+        say(format!("but {}", arguments.set.join(", ")));
+    }
     let began = Instant::now();
     let mut units = units(arguments, &loaded.scene, &preamble.scene, &interrupted)?;
     for unit in [&units.dam, &units.reservoir] {
@@ -130,6 +135,7 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
     let [dam, reservoir] = interface_points(&mut units)?;
     manifest.reservoir_wet_face = Some(reservoir).filter(|points| *points != dam);
     manifest.wet_face = dam;
+    "running".clone_into(&mut manifest.status);
     manifest.write(&manifest_path)?;
     let dam = dam_lines(&loaded, &mut units)?;
     let stress_points = stress_points(&mut units)?;
@@ -154,6 +160,7 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
     );
     summary.notes.extend(limits.flags().into_iter().map(|flag| format!("WARNING: {flag}")));
     let table = summary.to_string();
+    manifest.status.clone_from(&summary.status);
     manifest.result = Some(summary);
     manifest.write(&manifest_path)?;
     say(format!("\n{table}{dam}"));
@@ -207,16 +214,32 @@ fn units(
     })
 }
 
-/// Creates the output folder, or takes an empty one; creates the manifest in it and returns its path.
-fn claim(folder: &Path) -> Result<PathBuf, RunError> {
-    let failed = |cause| RunError::Output { path: folder.to_owned(), cause };
-    std::fs::create_dir_all(folder).map_err(failed)?;
-    if std::fs::read_dir(folder).map_err(failed)?.next().is_some() {
-        return Err(RunError::OutputTaken { path: folder.to_owned() });
+/// Creates the output folder, or takes an empty one; creates the manifest in it and returns both paths.
+fn claim(folder: PathBuf) -> Result<(PathBuf, PathBuf), RunError> {
+    let failed = |cause| RunError::Output { path: folder.clone(), cause };
+    std::fs::create_dir_all(&folder).map_err(failed)?;
+    if std::fs::read_dir(&folder).map_err(failed)?.next().is_some() {
+        return Err(RunError::OutputTaken { path: folder });
     }
     let manifest = folder.join("manifest.toml");
-    std::fs::File::create_new(&manifest).map_err(failed)?;
-    Ok(manifest)
+    match std::fs::File::create_new(&manifest) {
+        Ok(_) => Ok((folder, manifest)),
+        // Another run was faster.
+        Err(cause) if cause.kind() == ErrorKind::AlreadyExists => Err(RunError::OutputTaken { path: folder }),
+        Err(cause) => Err(failed(cause)),
+    }
+}
+
+/// The same with the folder `name`, or, where runs of the same second have taken it, `name-2`, `name-3`, …
+fn claim_new(name: &str) -> Result<(PathBuf, PathBuf), RunError> {
+    let numbered = (2..).map(|number: u32| format!("{name}-{number}"));
+    let mut names = std::iter::once(name.to_owned()).chain(numbered);
+    loop {
+        match claim(names.next().unwrap_or_default().into()) {
+            Err(RunError::OutputTaken { .. }) => (),
+            claimed => return claimed,
+        }
+    }
 }
 
 /// A flag that the first Ctrl-C sets; the second Ctrl-C ends the process.
@@ -278,4 +301,21 @@ fn dam_lines(loaded: &LoadedScene, units: &mut Units) -> Result<String, Particip
         fidelity => format!("{:<52} {}\n", "fidelity of the dam", fidelity.word()),
     };
     Ok(format!("{:<52} {damping}\n{fidelity_line}", "damping model of the dam"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_of_the_same_second_have_folders_of_their_own() -> Result<(), Box<dyn std::error::Error>> {
+        let place = tempfile::tempdir()?;
+        let name = place.path().join("runs/case").to_string_lossy().into_owned();
+        for suffix in ["", "-2", "-3"] {
+            let (folder, manifest) = claim_new(&name)?;
+            assert_eq!(folder, PathBuf::from(format!("{name}{suffix}")));
+            assert!(manifest.exists());
+        }
+        Ok(())
+    }
 }

@@ -16,10 +16,19 @@ use std::path::Path;
 #[derive(Clone, Debug, PartialEq)]
 pub struct GroundMotion {
     source: String,
-    units: Option<Units>,
+    file: Option<RecordFile>,
     interval: f64,
     acceleration: Vec<f64>,
     hold: bool,
+}
+
+/// What belongs to the file of a record.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecordFile {
+    /// Unit of its accelerations.
+    pub units: Units,
+    /// Its SHA-256, in hexadecimal digits.
+    pub sha256: String,
 }
 
 impl GroundMotion {
@@ -55,18 +64,19 @@ impl GroundMotion {
             return Err(RecordError::TooStrong { path, sample, units, factor: factor.abs() });
         }
         let source = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-        Ok(Self { source, units: Some(units), interval: record.interval, acceleration, hold: false })
+        let file = Some(RecordFile { units, sha256: record.sha256 });
+        Ok(Self { source, file, interval: record.interval, acceleration, hold: false })
     }
 
     /// A ramp from 0 to `acceleration` (m/s²) over `rise` (s), then held.
     pub fn ramp(acceleration: f64, rise: f64) -> Self {
         let source = format!("ramp to {acceleration} m/s2 in {rise} s");
-        Self { source, units: None, interval: rise, acceleration: vec![0.0, acceleration], hold: true }
+        Self { source, file: None, interval: rise, acceleration: vec![0.0, acceleration], hold: true }
     }
 
     /// Equally spaced samples (m/s²), `interval` (s) apart, zero afterwards.
     pub fn of_samples(source: &str, interval: f64, acceleration: Vec<f64>) -> Self {
-        Self { source: source.to_owned(), units: None, interval, acceleration, hold: false }
+        Self { source: source.to_owned(), file: None, interval, acceleration, hold: false }
     }
 
     /// Where it came from.
@@ -74,9 +84,9 @@ impl GroundMotion {
         &self.source
     }
 
-    /// Unit of the accelerations in the file of a record.
-    pub fn units(&self) -> Option<Units> {
-        self.units
+    /// The file of a record.
+    pub fn file(&self) -> Option<&RecordFile> {
+        self.file.as_ref()
     }
 
     /// Time between two samples, s.

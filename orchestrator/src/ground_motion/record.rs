@@ -2,7 +2,7 @@
 
 use super::header::{self, Values};
 use super::units::Units;
-use crate::text_file;
+use crate::text_file::{self, sha256};
 use interface::number::{exact, plain};
 use std::path::{Path, PathBuf};
 
@@ -21,6 +21,8 @@ pub struct Record {
     pub acceleration: Vec<f64>,
     /// Unit that the header names.
     pub units: Option<Units>,
+    /// SHA-256 of the file, in hexadecimal digits.
+    pub sha256: String,
 }
 
 /// A record that cannot be used.
@@ -119,6 +121,17 @@ pub enum RecordError {
         /// Number of samples found.
         found: usize,
     },
+    /// Another record than the one that is wanted.
+    #[error(
+        "{}: the file's SHA-256 is {found}, not `sha256`: it is another record than the one that was run; find that one, or give \
+         this one's `sha256`", path.display()
+    )]
+    Another {
+        /// The file.
+        path: PathBuf,
+        /// Its SHA-256.
+        found: String,
+    },
     /// A crop that leaves nothing, or reaches beyond the record.
     #[error(
         "{}: {}–{} s is asked for, the record has samples from 0 to {} s; two of them must remain",
@@ -175,8 +188,8 @@ impl Record {
         let mut samples: Vec<(usize, f64, f64)> = Vec::new();
         let mut headers = 0;
         let mut units = None;
-        let text = text.trim_start_matches('\u{feff}');
-        for (line, content) in lines(text).filter(|(_, l)| !l.is_empty() && !l.starts_with('#')) {
+        let marked = text.trim_start_matches('\u{feff}');
+        for (line, content) in lines(marked).filter(|(_, l)| !l.is_empty() && !l.starts_with('#')) {
             let numbers: Option<Vec<f64>> = if content.contains(',') {
                 content.split(',').map(|field| field.trim().parse().ok()).collect()
             } else {
@@ -204,7 +217,7 @@ impl Record {
         }
         let acceleration: Vec<f64> = samples.iter().map(|(_, _, value)| *value).collect();
         let (Some(first), Some(last)) = (samples.first(), samples.last()) else {
-            return Ok(Self { interval: 0.0, acceleration, units });
+            return Ok(Self { interval: 0.0, acceleration, units, sha256: sha256(text) });
         };
         let mut intervals: Vec<f64> = samples.windows(2).map(|pair| pair[1].1 - pair[0].1).collect();
         intervals.sort_by(f64::total_cmp);
@@ -219,7 +232,7 @@ impl Record {
         }
         // The mean, because printed times are rounded.
         let interval = (last.1 - first.1) / (samples.len() - 1).max(1) as f64;
-        Ok(Self { interval, acceleration, units })
+        Ok(Self { interval, acceleration, units, sha256: sha256(text) })
     }
 
     /// PEER's format: four header lines, the third with the unit, the fourth with `NPTS=` and `DT=` or, in older files, with
@@ -264,7 +277,7 @@ impl Record {
         if promised != found {
             return Err(RecordError::Truncated { path: path.to_owned(), promised, found });
         }
-        Ok(Self { interval, acceleration, units })
+        Ok(Self { interval, acceleration, units, sha256: sha256(text) })
     }
 }
 
@@ -294,12 +307,21 @@ mod tests {
         let at2 = "PEER\nevent\nunits of g\nNPTS=   3, DT=  .0200 SEC\n  1.0E-01 -2.0E-01\n .5E-01\n";
         let path = Path::new("r");
         let record = Record::parse_csv(path, csv)?;
+        // by sha256sum
+        assert_eq!(record.sha256, "34920f97ac833d02b27f32221c13688a1759caa459528af7a0a1d2c552545321");
         assert_eq!((record.units, record.acceleration.len()), (Some(Units::Gravity), 3));
-        assert_eq!(record, Record::parse_at2(path, at2)?);
+        // of the same content, not of the same file
+        let at2_record = |text: &str| -> Result<Record, RecordError> {
+            Ok(Record { sha256: record.sha256.clone(), ..Record::parse_at2(path, text)? })
+        };
+        assert_eq!(record, at2_record(at2)?);
         let older = at2.replace("NPTS=   3, DT=  .0200 SEC", "    3   0.0200    NPTS, DT");
-        assert_eq!(record, Record::parse_at2(path, &older)?);
+        assert_eq!(record, at2_record(&older)?);
         for columns in [csv.replace(',', "\t"), csv.replace(',', "   ")] {
-            assert_eq!(record, Record::parse_csv(path, &columns)?, "{columns}");
+            let found = Record::parse_csv(path, &columns)?;
+            assert_eq!(record.acceleration, found.acceleration, "{columns}");
+            assert!((record.interval, record.units) == (found.interval, found.units), "{found:?}");
+            assert_ne!(record.sha256, found.sha256);
         }
         Ok(())
     }

@@ -10,6 +10,8 @@ pub struct Manifest {
     pub name: String,
     /// When the run began, in UTC.
     pub started: String,
+    /// How far it has come: `preparing`, `running`, or how it ended.
+    pub status: String,
     /// Program, machine.
     pub build: Build,
     /// Points of the wet face from the heel up (x, y), m: the columns of the files about it.
@@ -22,7 +24,7 @@ pub struct Manifest {
     /// The result; absent while the run goes on.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub result: Option<Summary>,
-    /// The scene with all defaults; copied into a file of its own it can be run again.
+    /// The scene with all defaults: a manifest can be run again as a scene.
     pub scene: Scene,
 }
 
@@ -87,9 +89,12 @@ pub enum ManifestError {
 }
 
 impl Manifest {
-    /// Writes the manifest to `path`, in the place of one written before.
+    /// Writes the manifest to `path`, in the place of one written before, which stays whole if that fails.
     pub fn write(&self, path: &Path) -> Result<(), ManifestError> {
         let text = toml::to_string(self)?;
-        std::fs::write(path, text).map_err(|cause| ManifestError::Write { path: path.to_owned(), cause })
+        let beside = path.with_extension("toml.new");
+        std::fs::write(&beside, text)
+            .and_then(|()| std::fs::rename(&beside, path))
+            .map_err(|cause| ManifestError::Write { path: path.to_owned(), cause })
     }
 }

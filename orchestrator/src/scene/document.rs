@@ -60,6 +60,20 @@ impl Node {
         (tree, damages.into_iter().map(fault).collect())
     }
 
+    /// Name of the case and the scene of a manifest; no name and all of what is none.
+    pub fn of_manifest(mut self) -> (Option<String>, Self) {
+        match &mut self.content {
+            Content::Table(entries) if entries.contains_key("build") && entries.contains_key("scene") => {
+                let name = entries.remove("name").and_then(|(_, name)| match name.content {
+                    Content::Scalar(toml::Value::String(name)) => Some(name),
+                    _ => None,
+                });
+                (name, entries.remove("scene").map_or(self, |(_, scene)| scene))
+            }
+            _ => (None, self),
+        }
+    }
+
     /// Carries out the override `text`, `key=value`, the `number`th; tables are made if need be.
     ///
     /// `None` if it is none, or no such place can be in the scene.

@@ -28,6 +28,10 @@ pub struct RecordScene {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("otherwise" = "the header's, or g"))]
     pub units: Option<Units>,
+    /// SHA-256 of the file, in hexadecimal digits. The manifest of a run has it; a file with another one is refused.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("otherwise" = "the file's"))]
+    pub sha256: Option<String>,
     /// Factor on the acceleration.
     #[serde(default = "one")]
     #[schemars(range(min = 1e-6, max = 1e6))]

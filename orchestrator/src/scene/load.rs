@@ -1,7 +1,7 @@
 use super::conform::Conformed;
 use super::document::{Node, Place};
 use super::{Invalid, Scene, SceneError, SceneProblem, SceneWarning, UnitChecks, validate, version, warning};
-use crate::ground_motion::GroundMotion;
+use crate::ground_motion::{GroundMotion, RecordFile};
 use crate::text_file;
 use miette::NamedSource;
 use std::path::{Path, PathBuf};
@@ -25,14 +25,20 @@ pub struct LoadedScene {
 }
 
 impl LoadedScene {
-    /// Reads the scene at `path`: a `.toml` file, or a folder that holds `scene.toml`.
+    /// Reads the scene at `path`: a `.toml` file, also the manifest of a run, or a folder that holds `scene.toml` or
+    /// `manifest.toml`.
     ///
     /// Each of `overrides`, `key=value` such as `dam.element_size=2.5`, takes the place of what is written there;
     /// what is wrong with it is shown in the override itself. `units` are asked whether they can be made.
     ///
     /// **Errors**: every problem of the scene at once, each at its place, in the order of the lines.
     pub fn read(path: &Path, overrides: &[String], units: &UnitChecks) -> Result<Self, SceneError> {
-        let file = if path.is_dir() { path.join("scene.toml") } else { path.to_owned() };
+        let [scene, manifest] = ["scene.toml", "manifest.toml"].map(|name| path.join(name));
+        let file = match path.is_dir() {
+            false => path.to_owned(),
+            true if manifest.exists() && !scene.exists() => manifest,
+            true => scene,
+        };
         let source = text_file::read(&file).map_err(|cause| {
             SceneError::without_place(&file, Invalid::Unreadable { path: file.clone(), cause })
         })?;
@@ -54,7 +60,8 @@ impl LoadedScene {
             doubts.into_iter().map(|(place, warning)| draft.texts.warning(&place, warning)).collect();
         let given = |key: &str| draft.conformed.places.contains_key(key);
         let moved_defaults = version::moved(scene.scene_version, given);
-        Ok(Self { name: name(&file, folder), path: file, scene, ground_motion, warnings, moved_defaults })
+        let name = draft.name.take().unwrap_or_else(|| name(&file, folder));
+        Ok(Self { name, path: file, scene, ground_motion, warnings, moved_defaults })
     }
 
     /// Number of communication steps that reach the end of the simulated time.
@@ -81,6 +88,8 @@ impl Scene {
 struct Draft<'a> {
     file: &'a Path,
     texts: Texts,
+    /// Name of the case, where the text is a manifest.
+    name: Option<String>,
     /// `None` where too little is left of it.
     scene: Option<Scene>,
     conformed: Conformed,
@@ -91,8 +100,9 @@ impl<'a> Draft<'a> {
     fn new(file: &'a Path, source: &str, overrides: &[String]) -> Self {
         let texts = Texts::new(file, source, overrides);
         let (tree, mut problems) = Node::read(source);
-        let (mut scene, mut conformed) = (None, Conformed::default());
-        if let Some(mut tree) = tree {
+        let (mut name, mut scene, mut conformed) = (None, None, Conformed::default());
+        if let Some((of_case, mut tree)) = tree.map(Node::of_manifest) {
+            name = of_case;
             for (index, text) in overrides.iter().enumerate() {
                 if tree.set(text, index + 1).is_none() {
                     let place = Place { text: index + 1, start: 0, end: text.len() };
@@ -102,7 +112,7 @@ impl<'a> Draft<'a> {
             (scene, conformed) = Conformed::read(&tree);
             problems.append(&mut conformed.problems);
         }
-        Self { file, texts, scene, conformed, problems }
+        Self { file, texts, name, scene, conformed, problems }
     }
 
     fn add(&mut self, findings: Vec<(String, Invalid)>) {
@@ -132,7 +142,9 @@ fn resolve(scene: &mut Scene, ground_motion: &GroundMotion, folder: &Path) {
     if let Some(record) = &mut scene.ground_motion.record {
         let file = folder.join(&record.file);
         record.file = file.canonicalize().unwrap_or(file);
-        record.units = ground_motion.units();
+        if let Some(RecordFile { units, sha256 }) = ground_motion.file() {
+            (record.units, record.sha256) = (Some(*units), Some(sha256.clone()));
+        }
     }
 }
 

@@ -385,6 +385,13 @@ impl Findings {
         let factor = if sound { record.scale * record.polarity as f64 } else { 1.0 };
         match GroundMotion::from_record(&folder.join(&record.file), record.units, record.start, end, factor) {
             Ok(ground_motion) => {
+                let wanted = record.sha256.as_ref().filter(|_| self.sound(&[&key("sha256")]));
+                if let (Some(file), Some(wanted)) = (ground_motion.file(), wanted)
+                    && !file.sha256.eq_ignore_ascii_case(wanted)
+                {
+                    let (path, found) = (folder.join(&record.file), file.sha256.clone());
+                    self.add(&key("sha256"), RecordError::Another { path, found }.into());
+                }
                 self.sampling(scene, ground_motion.interval());
                 Some(ground_motion)
             }

@@ -70,8 +70,8 @@ pub enum Warning {
     /// The communication step is too long for the record.
     #[error(
         "`{key}` is {step} s: {steps:.1} steps a period at {frequency:.1} Hz, below which {percent} % \
-         of the record's energy lies; {STEPS_A_PERIOD} are advised, so {least} s or less",
-        steps = 1.0 / (step * frequency), percent = 100.0 * ENERGY, least = down(1.0 / (STEPS_A_PERIOD * frequency))
+         of the record's energy lies; {STEPS_A_PERIOD} are advised: take {better} s",
+        steps = 1.0 / (step * frequency), percent = 100.0 * ENERGY
     )]
     CoarseStep {
         /// The key.
@@ -80,6 +80,8 @@ pub enum Warning {
         step: f64,
         /// Highest frequency of the record, Hz.
         frequency: f64,
+        /// The largest whole fraction of the record's interval that is short enough, s.
+        better: f64,
     },
     /// The communication step is no whole fraction of the record's interval.
     #[error(
@@ -307,7 +309,8 @@ fn resolution(scene: &Scene, motion: &GroundMotion) -> Vec<(&'static str, Warnin
         None => ("time.communication_step", step),
     };
     if longest * frequency * STEPS_A_PERIOD > 1.0 {
-        doubts.push((key, Warning::CoarseStep { key, step: longest, frequency }));
+        let better = interval / (interval * frequency * STEPS_A_PERIOD).ceil();
+        doubts.push((key, Warning::CoarseStep { key, step: longest, frequency, better }));
     }
     let fraction = interval / step;
     if (fraction - fraction.round()).abs() > UNEVEN * fraction {

@@ -1,8 +1,8 @@
 //! Calls of a unit over shared memory: the header of a request and the layout of its values.
 
 use crate::participant::{Description, Occasion};
+use crate::text_file::sha256;
 use crate::transport::{Command, Header, PROTOCOL_VERSION};
-use sha2::{Digest, Sha256};
 use std::fmt::Write;
 
 /// The header of a request of `run` for `command` on `occasion`.
@@ -41,10 +41,7 @@ pub fn layout_hash(description: &Description) -> String {
             let _ = writeln!(text, "{what} {} {} {}", channel.name, channel.value_reference, range.len());
         }
     }
-    Sha256::digest(text).iter().fold(String::new(), |mut digits, byte| {
-        let _ = write!(digits, "{byte:02x}");
-        digits
-    })
+    sha256(&text)
 }
 
 #[cfg(test)]
