@@ -431,10 +431,10 @@ fn what_cannot_be_read_is_named() -> Result<(), LogReadError> {
     assert!(made.is_ok_and(|status| status.success()), "a pipe");
     insta::assert_snapshot!(said("pipe"), @"/pipe: is no regular file; copy it to one");
 
-    // The head is flushed by itself; nothing follows it.
+    // The head is flushed by itself, scene and build before the units; nothing follows it.
     let chunks = records(&bytes).into_iter().filter(|(_, kind)| *kind == mcap::records::op::CHUNK);
-    let second = chunks.map(|(place, _)| place).nth(1).expect("a second chunk");
-    std::fs::write(folder.join("head.mcap"), &bytes[..second]).expect("written");
+    let third = chunks.map(|(place, _)| place).nth(2).expect("a third chunk");
+    std::fs::write(folder.join("head.mcap"), &bytes[..third]).expect("written");
     let (status, message) = cofferdam(&["replay", text(&folder.join("head.mcap")), "--quiet"]);
     assert_eq!(status, Some(1), "{message}");
     assert!(message.contains("dam: nothing to compare") && !message.contains("identical"), "{message}");
@@ -621,7 +621,7 @@ fn water(step: u64, value: Option<f64>) -> Result<Failing, Box<dyn std::error::E
 fn failed_run(path: &Path, value: Option<f64>) -> Result<(), Box<dyn std::error::Error>> {
     let loaded = orchestrator::registry::read(&root().join("scenes/rigid-dam-ramp"), &[])?;
     let scene = toml::to_string(&loaded.scene)?;
-    let mut log = LogWriter::create(path, Preamble { scene, ..Preamble::default() })?;
+    let mut log = LogWriter::create(path, &Preamble { scene, ..Preamble::default() })?;
     let dam = Prescribed::new(interface::WetFace::straight([0.0, koyna::DEPTH], 9)?)?;
     let mut units = Units { dam: Box::new(dam), reservoir: Box::new(water(7, value)?) };
     let scheme = Scheme::new(
@@ -763,7 +763,7 @@ fn what_was_run_is_on_the_disk_at_once() -> Result<(), Box<dyn std::error::Error
     for run in 0..5 {
         let path = folder.path().join(format!("{run}.mcap"));
         let preamble = Preamble { scene: toml::to_string(&loaded.scene)?, ..Preamble::default() };
-        let mut log = LogWriter::create(&path, preamble)?;
+        let mut log = LogWriter::create(&path, &preamble)?;
         log.begin(&start)?;
         let began = std::time::Instant::now();
         while Log::open(&path).is_err() {

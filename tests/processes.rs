@@ -118,11 +118,16 @@ fn leftovers() -> Vec<PathBuf> {
     found
 }
 
+/// Runs of other tests, which may go on at the same time, come and go.
+fn assert_nothing_left() {
+    assert!(wait_until(|| leftovers().is_empty()), "{:?}", leftovers());
+}
+
 /// A following run succeeds, and then nothing is left of the earlier ones.
 fn the_next_run_succeeds() {
     let output = scene(0.1).try_run("after");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    assert_eq!(leftovers(), [] as [PathBuf; 0]);
+    assert_nothing_left();
 }
 
 /// Arbitrary times after the preparation, ms.
@@ -215,6 +220,15 @@ fn units_that_are_still_being_made_can_be_killed_too() {
         said.contains("reservoir: its process was killed by signal 9 while the units were made"),
         "{said}"
     );
+    // What was to be run is on the disk, and how it ended.
+    let folder = scenario.folder().join("unit");
+    let manifest = std::fs::read_to_string(folder.join("manifest.toml")).expect("a manifest");
+    assert!(manifest.contains("status = \"failed: reservoir: its process was killed"), "{manifest}");
+    let log = std::fs::read(folder.join("log.mcap")).expect("a log");
+    let message = mcap::MessageStream::new(&log).expect("MCAP").next().expect("a message").expect("readable");
+    assert_eq!(message.channel.topic, "/scene");
+    let headless = orchestrator::log::Log::open(&folder.join("log.mcap")).map(drop);
+    assert!(matches!(headless, Err(orchestrator::log::LogReadError::Headless { .. })), "{headless:?}");
     let running = Running::start(scenario.command("orchestrator"));
     running.signal(running.orchestrator.id(), "-KILL");
     running.end();
@@ -292,7 +306,7 @@ fn two_runs_at_once_do_not_disturb_each_other() {
         histories.column("dam.crest_displacement.x").iter().map(|u| u.to_bits()).collect::<Vec<_>>()
     });
     assert_eq!(crest[0], crest[1]);
-    assert_eq!(leftovers(), [] as [PathBuf; 0]);
+    assert_nothing_left();
 }
 
 /// Files that every user may read and execute, in a folder that every user may write to.

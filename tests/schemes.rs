@@ -399,7 +399,7 @@ fn log_of_a_scene(path: &Path) -> LogWriter {
         .expect("a shipped scene")
         .scene;
     let preamble = Preamble { scene: toml::to_string(&scene).expect("TOML"), ..Preamble::default() };
-    LogWriter::create(path, preamble).expect("a log")
+    LogWriter::create(path, &preamble).expect("a log")
 }
 
 /// The exchanges of an intact log.

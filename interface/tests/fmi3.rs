@@ -414,7 +414,21 @@ fn no_step_passes_the_stop_time_and_a_refused_one_says_where_the_instance_stands
         let status = fmi3DoStep(instance, 0.5, 0.5, 0, event, terminate, early, &raw mut end);
         assert_eq!((status, end), (Status::Error, 0.5));
         assert!(importer.said.last_text().contains("passes the stop time of 0.5 s"));
-        fmi3FreeInstance(instance);
+        // It belongs to the state, after a reset and in another instance.
+        let (mut state, mut size) = (null_mut(), 0);
+        assert_eq!(fmi3GetFMUState(instance, &raw mut state), Status::Ok);
+        assert_eq!(fmi3SerializedFMUStateSize(instance, state, &raw mut size), Status::Ok);
+        let mut bytes = vec![0; size];
+        assert_eq!(fmi3SerializeFMUState(instance, state, bytes.as_mut_ptr(), size), Status::Ok);
+        let (other, mut read) = (importer.instantiate(), null_mut());
+        assert_eq!(fmi3DeserializeFMUState(other, bytes.as_ptr(), size, &raw mut read), Status::Ok);
+        assert_eq!(fmi3Reset(instance), Status::Ok);
+        for (instance, state) in [(instance, state), (other, read)] {
+            assert_eq!(fmi3SetFMUState(instance, state), Status::Ok);
+            let status = fmi3DoStep(instance, 0.5, 0.5, 0, event, terminate, early, &raw mut end);
+            assert_eq!((status, end), (Status::Error, 0.5));
+            fmi3FreeInstance(instance);
+        }
     }
 }
 

@@ -196,7 +196,7 @@ struct Coupling {
 impl Coupling {
     fn new(dam: Description, name: &str) -> Result<Self, Box<dyn Error>> {
         let folder = tempfile::tempdir()?;
-        let mut log = LogWriter::create(&folder.path().join(name), Preamble::default())?;
+        let mut log = LogWriter::create(&folder.path().join(name), &Preamble::default())?;
         let reservoir = Description { name: "reservoir".to_owned(), ..dam.clone() };
         let ground_motion = &GroundMotion::ramp(1.0, 1.0);
         log.begin(&Start { dam, reservoir, ground_motion, stepping: Stepping::equal(1e-3, 1) })?;

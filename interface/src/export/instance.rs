@@ -60,6 +60,7 @@ struct Made<U: Packable> {
 struct Saved<S> {
     mode: Mode,
     time: f64,
+    stop_time: Option<f64>,
     /// The numbers of all parameters.
     parameters: Vec<f64>,
     state: Kept<S>,
@@ -76,6 +77,7 @@ enum Kept<S> {
 struct SerialisedState {
     mode: Mode,
     time: f64,
+    stop_time: Option<f64>,
     parameters: Vec<f64>,
     unit: Vec<u8>,
 }
@@ -422,11 +424,11 @@ impl<U: Packable> Instance<U> {
 
     /// Saves the state under `handle`.
     pub fn save_state(&mut self, handle: usize) -> Result<(), ExportError> {
-        let (mode, time) = (self.mode, self.time);
+        let (mode, time, stop_time) = (self.mode, self.time, self.stop_time);
         let parameters = numbers_of::<U>(&mut self.parameters);
         let made = self.made()?;
         let state = made.before_outputs.clone().unwrap_or_else(|| made.unit.save_state());
-        self.states.insert(handle, Saved { mode, time, parameters, state: Kept::State(state) });
+        self.states.insert(handle, Saved { mode, time, stop_time, parameters, state: Kept::State(state) });
         Ok(())
     }
 
@@ -454,7 +456,7 @@ impl<U: Packable> Instance<U> {
             made.unit.restore_state(state).map_err(failed)?;
         }
         made.before_outputs = None;
-        (self.mode, self.time) = (saved.mode, saved.time);
+        (self.mode, self.time, self.stop_time) = (saved.mode, saved.time, saved.stop_time);
         self.made = other.or(self.made.take());
         if let Some(parameters) = parameters {
             self.parameters = parameters;
@@ -486,8 +488,9 @@ impl<U: Packable> Instance<U> {
                 made.unit.serialise_state(state).map_err(failed)?
             }
         };
-        let (mode, time, parameters) = (saved.mode, saved.time, saved.parameters.clone());
-        Ok(seal(self.fingerprint, &SerialisedState { mode, time, parameters, unit })?)
+        let Saved { mode, time, stop_time, .. } = *saved;
+        let parameters = saved.parameters.clone();
+        Ok(seal(self.fingerprint, &SerialisedState { mode, time, stop_time, parameters, unit })?)
     }
 
     /// Reads a state written by [`serialise_state`](Self::serialise_state), in this or another process, and saves it under
@@ -495,9 +498,9 @@ impl<U: Packable> Instance<U> {
     ///
     /// **Errors**: damaged bytes, or bytes of another FMU.
     pub fn deserialise_state(&mut self, bytes: &[u8], handle: usize) -> Result<(), ExportError> {
-        let SerialisedState { mode, time, parameters, unit } = open(self.fingerprint, bytes)?;
+        let SerialisedState { mode, time, stop_time, parameters, unit } = open(self.fingerprint, bytes)?;
         set_numbers::<U>(&mut self.packed.parameters.clone(), &parameters)?;
-        self.states.insert(handle, Saved { mode, time, parameters, state: Kept::Written(unit) });
+        self.states.insert(handle, Saved { mode, time, stop_time, parameters, state: Kept::Written(unit) });
         Ok(())
     }
 }

@@ -112,7 +112,7 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
         version: manifest.build.version.to_owned(),
         commit: manifest.build.commit.to_owned(),
     };
-    let mut log = LogWriter::create(&folder.join("log.mcap"), preamble.clone())?;
+    let mut log = LogWriter::create(&folder.join("log.mcap"), &preamble)?;
     let mut histories = HistoriesWriter::new(&folder);
     let mut progress = Progress::new(arguments.quiet);
     let mut limits = Limits::new(&loaded.scene.stop);
@@ -124,7 +124,12 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
         say(format!("but {}", arguments.set.join(", ")));
     }
     let began = Instant::now();
-    let mut units = units(arguments, &loaded.scene, &preamble.scene, &interrupted)?;
+    let made = units(arguments, &loaded.scene, &preamble.scene, &interrupted);
+    if let Err(error) = &made {
+        manifest.status = format!("failed: {error}");
+        manifest.write(&manifest_path)?;
+    }
+    let mut units = made?;
     for unit in [&units.dam, &units.reservoir] {
         let description = unit.description();
         let (name, solver) = (description.name.clone(), description.solver.clone());

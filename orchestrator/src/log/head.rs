@@ -71,6 +71,10 @@ impl Head {
             let raw = match stream.next()? {
                 Next::Message(raw) => raw,
                 Next::Cut => return Err(LogReadError::Headless { path, position: stream.position() }),
+                // The units were never made.
+                Next::End if parts.scene.is_some() && parts.units.is_empty() => {
+                    return Err(LogReadError::Headless { path, position: stream.position() });
+                }
                 Next::End => {
                     let library = stream.library().to_owned();
                     return Err(LogReadError::Foreign { path, position, library, topic: missing });

@@ -46,8 +46,8 @@ const CHUNK_SIZE: u64 = 1 << 20;
 /// fields.
 pub struct LogWriter {
     path: PathBuf,
-    preamble: Preamble,
-    file: Option<File>,
+    /// Until the thread has it.
+    writer: Option<Writer>,
     queue: Option<SyncSender<Vec<Record>>>,
     pending: Vec<Record>,
     thread: Option<JoinHandle<Result<(), mcap::McapError>>>,
@@ -81,13 +81,12 @@ struct Record {
 }
 
 impl LogWriter {
-    /// Creates the file `path`.
-    pub fn create(path: &Path, preamble: Preamble) -> Result<Self, LogError> {
+    /// Creates the file `path`; the preamble is on the disk before anything else happens.
+    pub fn create(path: &Path, preamble: &Preamble) -> Result<Self, LogError> {
         let file = File::create(path).map_err(|cause| LogError::Create { path: path.to_owned(), cause })?;
-        Ok(Self {
+        let mut log = Self {
             path: path.to_owned(),
-            preamble,
-            file: Some(file),
+            writer: None,
             queue: None,
             pending: Vec::new(),
             thread: None,
@@ -96,7 +95,30 @@ impl LogWriter {
             topics: None,
             sequence: 0,
             last_log_time: 0,
-        })
+        };
+        log.open(file, preamble).map_err(|cause| LogError::Write { path: path.to_owned(), cause })?;
+        Ok(log)
+    }
+
+    fn open(&mut self, file: File, preamble: &Preamble) -> Result<(), mcap::McapError> {
+        let mut writer = mcap::WriteOptions::new()
+            .compression(Some(mcap::Compression::Lz4))
+            .chunk_size(Some(CHUNK_SIZE))
+            .library(format!("cofferdam {}", preamble.version))
+            .create(BufWriter::new(file))?;
+        let scene = self.declare(&mut writer, "/scene", scene_type())?;
+        let build = self.declare(&mut writer, "/build", build_type())?;
+        let texts = [Value::Text(&preamble.version), Value::Text(&preamble.commit)];
+        for (topic, data) in [
+            (scene, self.types[scene].encode([Value::Text(&preamble.scene)])),
+            (build, self.types[build].encode(texts)),
+        ] {
+            let Record { header, data } = self.record(topic, 0, 0, data);
+            writer.write_to_known_channel(&header, &data)?;
+        }
+        writer.flush()?;
+        self.writer = Some(writer);
+        Ok(())
     }
 
     /// Declares a topic and its message type; its channel in the file has the same number.
@@ -121,14 +143,7 @@ impl LogWriter {
         Ok(self.types.len() - 1)
     }
 
-    fn start(&mut self, file: File, start: &Start<'_>) -> Result<(), mcap::McapError> {
-        let mut writer = mcap::WriteOptions::new()
-            .compression(Some(mcap::Compression::Lz4))
-            .chunk_size(Some(CHUNK_SIZE))
-            .library(format!("cofferdam {}", self.preamble.version))
-            .create(BufWriter::new(file))?;
-        let scene = self.declare(&mut writer, "/scene", scene_type())?;
-        let build = self.declare(&mut writer, "/build", build_type())?;
+    fn start(&mut self, mut writer: Writer, start: &Start<'_>) -> Result<(), mcap::McapError> {
         let unit = self.declare(&mut writer, "/unit", unit_type())?;
         let ground = self.declare(&mut writer, "/ground_motion", ground_motion_type())?;
         for (side, description) in [(Side::Dam, &start.dam), (Side::Reservoir, &start.reservoir)] {
@@ -154,14 +169,8 @@ impl LogWriter {
         self.queue = Some(sender);
         self.thread = Some(std::thread::spawn(move || write_all(writer, &receiver)));
 
-        let preamble = std::mem::take(&mut self.preamble);
         let ground_motion = start.ground_motion;
         let messages = [
-            (scene, self.types[scene].encode([Value::Text(&preamble.scene)])),
-            (
-                build,
-                self.types[build].encode([Value::Text(&preamble.version), Value::Text(&preamble.commit)]),
-            ),
             (unit, self.encode_unit(unit, &start.dam)),
             (unit, self.encode_unit(unit, &start.reservoir)),
             (
@@ -201,6 +210,12 @@ impl LogWriter {
 
     /// Adds a message to those that the next [`flush`](Self::flush) queues.
     fn send(&mut self, topic: Topic, sequence: u32, publish_time: u64, data: Vec<u8>) {
+        let record = self.record(topic, sequence, publish_time, data);
+        self.pending.push(record);
+    }
+
+    /// A record with the next time of the log.
+    fn record(&mut self, topic: Topic, sequence: u32, publish_time: u64, data: Vec<u8>) -> Record {
         let header = MessageHeader {
             channel_id: topic as u16 + 1,
             sequence,
@@ -208,7 +223,7 @@ impl LogWriter {
             publish_time,
         };
         self.last_log_time += 1;
-        self.pending.push(Record { header, data });
+        Record { header, data }
     }
 
     /// Queues what was sent, all at once.
@@ -314,8 +329,8 @@ impl LogWriter {
 
 impl Observer for LogWriter {
     fn begin(&mut self, start: &Start<'_>) -> Result<(), ObserverError> {
-        let Some(file) = self.file.take() else { return Ok(()) };
-        self.start(file, start).map_err(|cause| LogError::Write { path: self.path.clone(), cause }.into())
+        let Some(writer) = self.writer.take() else { return Ok(()) };
+        self.start(writer, start).map_err(|cause| LogError::Write { path: self.path.clone(), cause }.into())
     }
 
     fn window(&mut self, report: &WindowReport) -> Result<(), ObserverError> {
