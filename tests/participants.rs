@@ -37,9 +37,9 @@ fn inputs(participant: &dyn Participant, step: u32, factor: f64) -> Vec<f64> {
     values
 }
 
-fn battery(mut participant: Box<dyn Participant>) -> Result<(), ParticipantError> {
+fn battery(participant: &mut dyn Participant) -> Result<(), ParticipantError> {
     let name = participant.description().name.clone();
-    let zeros = inputs(&*participant, 0, 0.0);
+    let zeros = inputs(participant, 0, 0.0);
     let mut outputs = vec![0.0; participant.description().outputs.size()];
     participant.initialise(0.0, &zeros, &mut outputs)?;
     assert_eq!(participant.read("interface_x")?.len(), participant.read("interface_y")?.len());
@@ -47,7 +47,7 @@ fn battery(mut participant: Box<dyn Participant>) -> Result<(), ParticipantError
     let mut again = outputs.clone();
     let mut time = 0.0;
     for step in 1..=150_u32 {
-        let (trial, wanted) = (inputs(&*participant, step, -0.7), inputs(&*participant, step, 1.0));
+        let (trial, wanted) = (inputs(participant, step, -0.7), inputs(participant, step, 1.0));
         let occasion = Occasion { step: step.into(), iteration: 1, attempt: 1, time, communication_step: H };
         participant.save_state()?;
         participant.step(&occasion, &wanted, &mut outputs)?;
@@ -71,22 +71,22 @@ fn bits(values: &[f64]) -> Vec<u64> {
 
 #[test]
 fn prescribed() -> Result<(), Box<dyn std::error::Error>> {
-    Ok(battery(Box::new(Prescribed::new(WetFace::straight([9.0, 90.0], 9)?)?))?)
+    Ok(battery(&mut Prescribed::new(WetFace::straight([9.0, 90.0], 9)?)?)?)
 }
 
 #[test]
 fn dam_in_process() -> Result<(), Box<dyn std::error::Error>> {
-    Ok(battery(Box::new(InProcess::new(Dam::new(koyna::dam(10.0, true))?, "dam", Messages::default())))?)
+    Ok(battery(&mut InProcess::new(Dam::new(koyna::dam(10.0, true))?, "dam", Messages::default()))?)
 }
 
 #[test]
 fn reservoir_in_process() -> Result<(), Box<dyn std::error::Error>> {
     let parameters = koyna::reservoir(WetFace::straight([0.0, koyna::DEPTH], 9)?, H, 0.5);
-    Ok(battery(Box::new(InProcess::new(
+    Ok(battery(&mut InProcess::new(
         Reservoir::new(parameters, NonZeroUsize::MIN)?,
         "reservoir",
         Messages::default(),
-    )))?)
+    ))?)
 }
 
 #[test]
@@ -101,10 +101,9 @@ fn both_over_shared_memory() -> Result<(), Box<dyn std::error::Error>> {
     });
     let minute = Duration::from_secs(60);
     let deadlines = Deadlines { preparation: minute, step: minute };
-    for unit in Starting::new(units, &scene, 1, deadlines)?.wait(&AtomicBool::new(false))? {
-        battery(Box::new(unit))?;
-    }
-    Ok(())
+    // All live until the end: a unit that ends ends the run of the others.
+    let mut units = Starting::new(units, &scene, 1, deadlines)?.wait(&AtomicBool::new(false))?;
+    Ok(units.iter_mut().try_for_each(|unit| battery(unit))?)
 }
 
 #[test]

@@ -2,8 +2,8 @@
 
 use crate::support;
 
-use dam_dem::contact::{ContactLaw, ContactStatus, Coulomb, Integration, Touch};
-use dam_dem::{Kinematics, Mesh, Section, Structure};
+use dam_dem::contact::{ContactLaw, ContactStatus, Coulomb, Integration, MohrCoulomb, Touch};
+use dam_dem::{Kinematics, Mesh, Section, StiffnessDamping, Structure};
 use proptest::prelude::*;
 
 const LAW: Coulomb = Coulomb { friction: 0.7, normal_stiffness: 1e9, shear_stiffness: 0.5e9 };
@@ -123,5 +123,62 @@ fn a_block_slides_off_and_back_without_a_gap_in_the_ledger() {
         );
         assert!(fading > 50 && lost > 5 && found == lost && friction > 0.0);
         assert!(worst < 1e-12 * size);
+    }
+}
+
+/// The force of a contact is a continuous function of the path to it: whether the contact has just opened for one time
+/// step or has just not opened, its force afterwards is the same. The path passes ±ε of opening in the third of five
+/// steps, the contact being closed or open before; it dilates. The jump of the forces falls with ε.
+#[test]
+fn opening_for_one_step_is_no_jump() {
+    let law = MohrCoulomb {
+        residual: LAW,
+        friction: LAW.friction,
+        cohesion: 0.0,
+        tensile_strength: 0.0,
+        dilation: 0.1,
+        dilation_slip: 1.0,
+    };
+    let structure = support::block_on_ground([2.0, 1.0], 1e9, law, Integration::Nodal);
+    let (crack, block) = (&structure.cracks[0], structure.mesh.blocks[1].nodes.clone());
+    let (time_step, damping) = (1e-3, StiffnessDamping { coefficient: 4e-3, memory: 0.9 });
+    // `gaps` beyond the rise by dilation up to then
+    let forces_after = |gaps: [f64; 5]| {
+        let mut motion = structure.at_rest();
+        let (mut height, mut forces) = (0.0, motion.displacement.clone());
+        for (step, gap) in gaps.into_iter().enumerate() {
+            let slipped = motion.joints[0].iter().fold(0.0f64, |most, joint| most.max(joint.slipped));
+            let place = [0.2 * time_step * step as f64, gap + law.dilation(slipped)];
+            for node in block.clone() {
+                motion.velocity[node] = [0.2, (place[1] - height) / time_step];
+                motion.displacement[node] = place;
+            }
+            height = place[1];
+            forces.fill([0.0; 2]);
+            crack.add_forces(
+                &motion.displacement,
+                &motion.velocity,
+                damping,
+                &mut motion.joints[0],
+                &mut forces,
+            );
+        }
+        let slipped = motion.joints[0].iter().map(|joint| joint.slipped).sum::<f64>();
+        (forces.concat(), slipped)
+    };
+    for (name, [a, b]) in [("closed", [-1e-3, -4e-4]), ("open", [-1e-3, 4e-4])] {
+        for [d, e] in [[-2e-4, -5e-4], [3e-4, -5e-4]] {
+            let jump = |epsilon: f64| {
+                let [(opened, slipped), (not, slipped_too)] =
+                    [epsilon, -epsilon].map(|gap| forces_after([a, b, gap, d, e]));
+                let size = not.iter().fold(0.0f64, |most, force| most.max(force.abs()));
+                let pairs = opened.iter().zip(&not);
+                let jump = pairs.fold(0.0f64, |most, (one, other)| most.max((one - other).abs())) / size;
+                jump.max((slipped - slipped_too).abs() / slipped)
+            };
+            let jumps = [1e-7, 1e-9, 1e-11].map(jump);
+            println!("{name} before, then {d} m, {e} m: jumps {jumps:?}");
+            assert!(jumps[2] < 1e-6 && jumps[2] < 0.03 * jumps[1] && jumps[1] < 0.03 * jumps[0]);
+        }
     }
 }

@@ -40,12 +40,12 @@ pub struct JointState {
     pub coverage: f64,
     /// Whether the bond is intact.
     pub bonded: bool,
-    /// Accumulated slip in both directions, m.
+    /// Accumulated slip in both directions while closed, m.
     pub slipped: f64,
     /// Normal and shear stress of the dashpots, Pa.
     pub dashpots: [f64; 2],
-    /// Rates of penetration and slip that act on the dashpots, with the memory of damping, m/s; 0 for an open
-    /// contact, and for damping without memory, which does not need them.
+    /// Rates of penetration and slip while closed, with the memory of damping, m/s. They fade while the contact is open; 0
+    /// for damping without memory, which does not need them.
     pub rates: [f64; 2],
     /// Time steps that the bond has lasted since its fuse was set, and may last; both only within a communication step.
     #[serde(skip)]
@@ -361,9 +361,10 @@ impl<L: ContactLaw> Crack<L> {
     /// Adds the contact forces to `forces` and updates `joints`.
     ///
     /// **Shapes and units**: `displacement` (m), `velocity` (m/s) and `forces` (N/m) hold one pair for each
-    /// node, `joints` one state for each contact; `damping` is β (s), with or without memory. A contact that
-    /// closes starts with an empty memory: its dashpot forces grow over the time of the memory. With the full
-    /// force at once the contact would rebound.
+    /// node, `joints` one state for each contact; `damping` is β (s), with or without memory. The memory takes in
+    /// rates for the share of a time step in which the contact was closed: so the dashpot forces of a contact that
+    /// closes grow over the time of the memory (with the full force at once it would rebound), and a contact that
+    /// opens for a moment has the forces of one that nearly does.
     pub fn add_forces(
         &self,
         displacement: &[[f64; 2]],
@@ -437,10 +438,8 @@ impl<L: ContactLaw> Crack<L> {
                 bonded: joint.bonded && joint.fuse != Some(joint.lasted),
             });
             let closed = penetration > 0.0 || response.bonded;
-            let (mut anchor, mut slipped) = (joint.anchor, joint.slipped);
-            if response.slipping || !closed {
-                anchor = place.slip - response.stretch;
-            }
+            let slips = response.slipping || !closed;
+            let anchor = if slips { place.slip - response.stretch } else { joint.anchor };
             let slip = anchor - joint.anchor;
             let mean_shear = shear_stiffness * (before * joint.stretch + weight * response.stretch) / 2.0;
             losses.friction += mean_shear * slip;
@@ -455,9 +454,6 @@ impl<L: ContactLaw> Crack<L> {
                 let pressed = before * joint.penetration + weight * penetration.max(0.0);
                 losses.friction -= normal_stiffness * pressed / 2.0 * rise;
             }
-            if closed && response.slipping {
-                slipped += slip.abs();
-            }
             if joint.bonded && !response.bonded && penetration < 0.0 {
                 losses.friction += weight * self.mean_energy(joint, earlier * penetration, 0.0);
             }
@@ -467,6 +463,7 @@ impl<L: ContactLaw> Crack<L> {
             let earlier_penetration =
                 if joint.status == ContactStatus::Lost { penetration } else { risen - joint.gap };
             let bonded = response.bonded;
+            let open = if bonded { 0.0 } else { share_below_zero(earlier_penetration, penetration) };
             let status = match (closed, response.slipping) {
                 (false, _) => ContactStatus::Open,
                 (true, true) => ContactStatus::Slipping,
@@ -480,10 +477,11 @@ impl<L: ContactLaw> Crack<L> {
                 gap: place.gap,
                 penetration: if closed { penetration } else { 0.0 },
                 coverage: place.coverage,
-                bonded: response.bonded,
-                slipped,
+                bonded,
+                slipped: joint.slipped + (1.0 - open) * slip.abs(),
                 dashpots: response.dashpots,
-                rates: if closed && memory > 0.0 { felt } else { [0.0; 2] },
+                rates: [0, 1]
+                    .map(|i| if memory > 0.0 { felt[i] - open * (1.0 - memory) * rates[i] } else { 0.0 }),
                 lasted: joint.lasted + u32::from(response.bonded && joint.fuse.is_some()),
                 fuse: joint.fuse,
             };
@@ -498,7 +496,6 @@ impl<L: ContactLaw> Crack<L> {
                 });
                 let relative = relative.map(|component| sign * component);
                 let stencil = contact.stencil(&place);
-                let open = if bonded { 0.0 } else { share_below_zero(earlier_penetration, penetration) };
                 let slips = parting.share_of_slip(slip, restretched);
                 let slips = open + (1.0 - open) * slips;
                 parting.add(stencil, at, relative, [(place.tangent, slips), (place.normal, open)]);

@@ -1,6 +1,6 @@
 //! Dams and helper functions that the tests share.
 
-use dam_dem::contact::{ContactLaw, Coulomb, Integration};
+use dam_dem::contact::{ContactLaw, Integration};
 use dam_dem::energy::Work;
 use dam_dem::integrator::CentralDifference;
 use dam_dem::loads::LoadPath;
@@ -89,7 +89,12 @@ pub fn stiff(young_modulus: f64) -> Material {
 }
 
 /// A block of `size` (m) in the middle of a fixed block that is 4 m wider and 1 m high; the meshes do not match.
-pub fn block_on_ground(size: [f64; 2], young_modulus: f64, law: Coulomb, contacts: Integration) -> Structure {
+pub fn block_on_ground<L: ContactLaw>(
+    size: [f64; 2],
+    young_modulus: f64,
+    law: L,
+    contacts: Integration,
+) -> Structure<L> {
     let width = size[0] + 4.0;
     let mut mesh = Mesh::mapped(&Section::rectangle(width, 1.0), &[vec![0.0, 1.0]], 11);
     let rows: Vec<f64> = (0..=2).map(|i| size[1] * f64::from(i) / 2.0).collect();
