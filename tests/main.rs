@@ -8,6 +8,7 @@ mod dependencies;
 mod elastic_tube_1d;
 mod empty_reservoir;
 mod export_fmu;
+mod faults;
 mod frequency_domain;
 mod iterations;
 mod log;

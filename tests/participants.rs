@@ -3,7 +3,7 @@
 use dam_dem::Dam;
 use interface::WetFace;
 use orchestrator::participant::{
-    Deadlines, InProcess, Messages, Occasion, Participant, ParticipantError, Prescribed, Starting,
+    Deadlines, InProcess, Layout, Messages, Occasion, Participant, ParticipantError, Prescribed, Starting,
 };
 use reservoir::Reservoir;
 use std::num::NonZeroUsize;
@@ -43,7 +43,13 @@ fn battery(participant: &mut dyn Participant) -> Result<(), ParticipantError> {
     let mut outputs = vec![0.0; participant.description().outputs.size()];
     participant.initialise(0.0, &zeros, &mut outputs)?;
     assert_eq!(participant.read("interface_x")?.len(), participant.read("interface_y")?.len());
-    assert!(participant.read("no_such_variable").is_err());
+    let layouts = participant.description().clone();
+    let names = |layout: &Layout| layout.channels().map(|(c, _)| c.name.clone()).collect::<Vec<_>>();
+    let not_read = [names(&layouts.inputs), names(&layouts.outputs), vec!["no_such_variable".to_owned()]];
+    for exchanged in not_read.concat() {
+        let refused = participant.read(&exchanged).expect_err(&exchanged).to_string();
+        assert!(refused.contains(&format!("{name} has no variable `{exchanged}`")), "{refused}");
+    }
     let mut again = outputs.clone();
     let mut time = 0.0;
     for step in 1..=150_u32 {
@@ -61,6 +67,14 @@ fn battery(participant: &mut dyn Participant) -> Result<(), ParticipantError> {
         participant.step(&occasion, &wanted, &mut again)?;
         assert_eq!(bits(&again), bits(&outputs), "{name}, step {step}");
         time = f64::from(step) * H;
+    }
+    for (channel, range) in layouts.readable.channels() {
+        let values = participant.read(&channel.name)?;
+        assert!(
+            values.len() == range.len() && values.iter().all(|v| v.is_finite()),
+            "{name}, {}",
+            channel.name
+        );
     }
     Ok(())
 }

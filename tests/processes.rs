@@ -98,23 +98,13 @@ fn is_gone(process: u32) -> bool {
     state.rsplit(") ").next().is_none_or(|s| s.is_empty() || s.starts_with('Z'))
 }
 
-/// All files of this user's runs in shared memory except the lock and the counter of all runs.
+/// The folders of this user's runs in shared memory.
 fn leftovers() -> Vec<PathBuf> {
-    let me = format!(
-        "cofferdam-{}",
-        std::os::unix::fs::MetadataExt::uid(&Path::new("/proc/self").metadata().expect("proc"))
-    );
-    let entries = |folder: PathBuf| {
-        std::fs::read_dir(folder).into_iter().flatten().flatten().map(|e| e.path()).collect::<Vec<_>>()
-    };
-    let folder = Path::new("/dev/shm").join(&me);
-    let mut found = entries("/dev/shm".into());
-    found.retain(|path| {
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        name.starts_with(&format!("{me}_")) && !name.ends_with(".global_mgmt")
-    });
-    found.extend(entries(folder.join("nodes")));
-    found.extend(entries(folder.join("services")));
+    let user = std::os::unix::fs::MetadataExt::uid(&Path::new("/proc/self").metadata().expect("proc"));
+    let mine = format!("cofferdam-{user}-");
+    let mut found: Vec<_> =
+        std::fs::read_dir("/dev/shm").into_iter().flatten().flatten().map(|e| e.path()).collect();
+    found.retain(|path| path.file_name().unwrap_or_default().to_string_lossy().starts_with(&mine));
     found
 }
 
@@ -132,7 +122,7 @@ fn the_next_run_succeeds() {
 
 /// Arbitrary times after the preparation, ms.
 fn moments() -> Vec<u64> {
-    let count = std::env::var("COFFERDAM_KILLS").ok().and_then(|n| n.parse().ok()).unwrap_or(1);
+    let count = std::env::var("COFFERDAM_FAULTS").ok().and_then(|n| n.parse().ok()).unwrap_or(1);
     (1..=count).map(|i: u64| i * 7919 % 400).collect()
 }
 
@@ -351,6 +341,48 @@ fn a_second_user_can_run() {
     }
 }
 
+/// While root's run goes on, another user takes the names that could be its, and tries to enter, read, change, move and
+/// remove what belongs to it.
+#[test]
+fn another_user_can_neither_stop_nor_read_nor_alter_a_run() {
+    let _alone = alone();
+    if !is_root() {
+        println!("not tried: only root can run a program as another user");
+        return;
+    }
+    let script = r#"
+        cd /dev/shm
+        mkdir -m 777 cofferdam-0 cofferdam-0-0123456789abcdef 2> /dev/null
+        tries=0
+        while [ ! -e "$1" ]; do
+            for run in cofferdam-0-*; do
+                [ -d "$run" ] && [ ! -O "$run" ] || continue
+                tries=$((tries + 1))
+                ls "$run" && echo "entered $run"
+                cat "$run/lock" "$run"/*.data && echo "read $run"
+                echo x >> "$run/lock" && echo "changed $run/lock"
+                mv "$run" "$run-moved" && echo "moved $run"
+                chmod 777 "$run" && echo "opened $run"
+                rm -r "$run" < /dev/null && echo "removed $run"
+            done 2> /dev/null
+        done
+        rmdir cofferdam-0 cofferdam-0-0123456789abcdef 2> /dev/null
+        echo "tried: $tries"
+    "#;
+    let folder = public_folder();
+    let over = folder.path().join("over");
+    let mut other = Command::new("sh");
+    other.args(["-c", script, "sh"]).arg(&over).stdout(std::process::Stdio::piped());
+    let other = std::os::unix::process::CommandExt::uid(&mut other, 65534).spawn().expect("sh runs");
+    let output = scene(0.5).try_run("disturbed");
+    std::fs::write(&over, "").expect("written");
+    let said = other.wait_with_output().expect("it ends").stdout;
+    let said = String::from_utf8_lossy(&said).into_owned();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let tries = said.strip_prefix("tried: ").and_then(|tries| tries.trim().parse::<u32>().ok());
+    assert!(tries.is_some_and(|tries| tries > 0), "{said}");
+}
+
 /// Runs a script as root in a mount namespace of its own; `None` where that is not allowed.
 fn with_other_mounts(script: &str) -> Option<std::process::Output> {
     let allowed =
@@ -371,11 +403,6 @@ fn a_machine_without_shared_memory_is_told_how_to_go_on() {
     let run = format!("exec {program} run {scene} --quiet --output {folder}");
     for (name, mount, why) in [
         ("missing", "mkdir -p DIR && mount --bind DIR /dev", "/dev/shm: No such file or directory"),
-        (
-            "foreign",
-            "mount -t tmpfs tmpfs /dev/shm && mkdir -m 777 /dev/shm/cofferdam-0",
-            "/dev/shm/cofferdam-0 is not a folder that only this user can write into",
-        ),
         (
             "full",
             "mount -t tmpfs -o size=4k tmpfs /dev/shm && head -c 4096 /dev/zero > /dev/shm/x",

@@ -40,7 +40,7 @@ fn message(fault: &str) -> String {
 #[test]
 fn every_breach_is_named() {
     for (fault, words) in [
-        ("old-version", ["dam speaks version 4 of the exchange protocol", "this program version 3"]),
+        ("old-version", ["dam speaks version 5 of the exchange protocol", "this program version 4"]),
         ("no-description", ["dam: its description cannot be read", "the same build"]),
         ("no-service", ["dam is not connected", "must serve `cofferdam/"]),
         ("other-layout", ["dam lays out requests and answers as 0123", "the same build"]),
@@ -61,6 +61,19 @@ fn every_breach_is_named() {
         let message = message(fault);
         assert!(words.iter().all(|word| message.contains(word)), "{fault}: {message}");
     }
+}
+
+/// As when a snapshot is taken after a step.
+#[test]
+fn a_unit_that_dies_while_it_is_read_is_named_with_its_step() -> Result<(), ParticipantError> {
+    let mut unit = start("dies-when-read")?;
+    let mut outputs = [0.0; 3];
+    unit.initialise(0.0, &[1.0, 2.0, 3.0], &mut outputs)?;
+    let occasion = Occasion { step: 7, iteration: 2, attempt: 1, time: 1.5, communication_step: 0.25 };
+    unit.step(&occasion, &[4.0, 5.0, 6.0], &mut outputs)?;
+    let message = unit.read("z").expect_err("it dies").to_string();
+    assert!(message.contains("killed by signal 6 in step 7 from t = 1.5 s, iteration 2"), "{message}");
+    Ok(())
 }
 
 #[test]

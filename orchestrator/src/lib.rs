@@ -20,6 +20,7 @@ pub mod participant;
 pub mod registry;
 pub mod replay;
 pub mod report;
+mod results_file;
 pub mod scene;
 pub mod scheme;
 pub mod simulation;

@@ -6,6 +6,10 @@ mod packing;
 use clap::Parser;
 use orchestrator::registry;
 use std::process::ExitCode;
+use std::sync::Arc;
+
+/// Number of the signal on Linux.
+const SIGXFSZ: i32 = 25;
 
 fn main() -> ExitCode {
     // Options and paths in messages are not broken, so that they can be copied.
@@ -15,8 +19,11 @@ fn main() -> ExitCode {
         .word_splitter(textwrap::WordSplitter::NoHyphenation);
     // It fails only if a handler is set already.
     let _ = miette::set_hook(Box::new(move |_| Box::new(whole_words.clone().build())));
+    // So that writing beyond the limit of file sizes is an error like that of a full disk, and not the end of the process. If
+    // it fails, it ends the process as before.
+    let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
     let cli::Arguments { command } = cli::Arguments::parse();
-    match command {
+    cli::exit_status(match command {
         cli::Command::Run(arguments) => cli::run::run(&arguments),
         cli::Command::Unit(arguments) => cli::unit::unit(&arguments),
         cli::Command::Check(arguments) => cli::check::check(&arguments),
@@ -25,5 +32,5 @@ fn main() -> ExitCode {
         cli::Command::Log(command) => cli::log::run(&command),
         cli::Command::Reservoir(command) => cli::reservoir::run(&command),
         cli::Command::Study(command) => cli::study::run(&command),
-    }
+    })
 }

@@ -2,7 +2,7 @@
 
 use interface::{Capabilities, Fingerprint};
 use orchestrator::participant::{Channel, ChannelShape, Description, Layout, Task, Word, layout_hash};
-use orchestrator::transport::{PROTOCOL_VERSION, Server, Status};
+use orchestrator::transport::{Command, Folder, PROTOCOL_VERSION, Server, Status};
 use std::io::{BufRead, Write};
 use std::sync::atomic::AtomicBool;
 
@@ -27,7 +27,8 @@ fn main() {
     let layout = layout_hash(&description);
     let announced = serde_json::to_value(&description).expect("a description");
     let ready = |protocol, description| say(&Word::Ready { protocol, description });
-    let server = |layout: &str| Server::create(task.run, &task.unit, layout, 8).expect("a server");
+    let folder = Folder::join(&task.folder, task.run).expect("the folder of the run");
+    let server = |layout: &str| Server::create(&folder, &task.unit, layout, 8).expect("a server");
     match &*fault {
         "old-version" => return ready(PROTOCOL_VERSION + 1, serde_json::Value::Null),
         "no-description" => return ready(PROTOCOL_VERSION, serde_json::Value::from("none")),
@@ -73,6 +74,7 @@ fn main() {
             ("promises-words", 1) => (header.status, header.words) = (Status::Failed as u32, 99),
             ("hangs", 1) => wait(),
             ("dies", 1) => std::process::abort(),
+            ("dies-when-read", _) if header.command() == Some(Command::Read) => std::process::abort(),
             _ => {}
         }
     };

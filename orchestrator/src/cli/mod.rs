@@ -3,6 +3,7 @@
 pub mod check;
 pub mod export_fmu;
 pub mod log;
+mod parallel;
 mod picture;
 pub mod replay;
 pub mod reservoir;
@@ -15,9 +16,11 @@ pub mod unit;
 use clap::{Parser, Subcommand, ValueEnum};
 use orchestrator::participant::ParticipantError;
 use orchestrator::scheme::Side;
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Seismic analysis of cracked concrete gravity dams with their reservoirs.
 ///
@@ -65,10 +68,26 @@ pub enum Command {
 /// Exit status when answers or logs that should be identical are not.
 const DIFFERENT: u8 = 5;
 
+/// Whether standard output could not be written to though somebody reads it, such as a file on a full disk.
+static OUTPUT_LOST: AtomicBool = AtomicBool::new(false);
+
 /// Prints a line; a closed output does not end the program.
 fn say(line: impl std::fmt::Display) {
-    // If the output is closed, no reader is left.
-    let _ = writeln!(std::io::stdout(), "{line}");
+    match writeln!(std::io::stdout(), "{line}") {
+        // If the output is closed, no reader is left.
+        Err(cause) if cause.kind() != ErrorKind::BrokenPipe => {
+            if !OUTPUT_LOST.swap(true, Ordering::Relaxed) {
+                complain(format!("standard output: {cause}; what is printed from here on is lost"));
+            }
+        }
+        _ => (),
+    }
+}
+
+/// The exit status of a command that ended with `status`: 1 in place of 0 if a part of what it printed is lost.
+pub fn exit_status(status: ExitCode) -> ExitCode {
+    let lost = OUTPUT_LOST.load(Ordering::Relaxed) && status == ExitCode::SUCCESS;
+    if lost { ExitCode::FAILURE } else { status }
 }
 
 /// Prints a line on standard error; a closed output does not end the program.

@@ -1,6 +1,6 @@
 //! `cofferdam replay`.
 
-use super::{BuiltIn, DIFFERENT, complain, say};
+use super::{BuiltIn, DIFFERENT, complain, parallel, say};
 use crate::registry::{self, RegistryError};
 use indicatif::{ProgressBar, ProgressStyle};
 use miette::Diagnostic;
@@ -68,8 +68,6 @@ enum Failure {
     Unit(#[from] RegistryError),
     #[error(transparent)]
     Replay(Box<ReplayError>),
-    #[error("{unit}: its thread ended")]
-    Thread { unit: String },
 }
 
 impl Failure {
@@ -78,7 +76,7 @@ impl Failure {
             Self::Log(_) | Self::Logged(_) => 1,
             Self::Replay(cause) if matches!(**cause, ReplayError::Log { .. }) => 1,
             Self::Set(_) => 2,
-            Self::Unit(_) | Self::Replay(_) | Self::Thread { .. } => 4,
+            Self::Unit(_) | Self::Replay(_) => 4,
         }
     }
 }
@@ -115,19 +113,13 @@ fn execute(arguments: &Arguments) -> Result<u8, Failure> {
     let threads = super::threads(arguments.threads);
     say(format!("{} (recorded by cofferdam {}, commit {})", head.scene.title, head.version, head.commit));
     let bar = progress(arguments.quiet, head.scene.steps().saturating_mul(sides.len() as u64));
-    let results: Vec<_> = std::thread::scope(|scope| {
-        let one = |side| {
-            let (log, scene, bar) = (&log, &scene, &bar);
-            (side, scope.spawn(move || replay_unit(log, side, scene, threads, bar)))
-        };
-        let running: Vec<_> = sides.into_iter().map(one).collect();
-        running.into_iter().map(|(side, thread)| (side, thread.join())).collect()
-    });
+    let both = NonZeroUsize::MIN.saturating_add(1);
+    let results = parallel::map(&sides, both, |&side| replay_unit(&log, side, &scene, threads, &bar));
     bar.finish_and_clear();
     let (mut failure, mut different, mut nothing) = (None, false, false);
-    for (side, result) in results {
+    for (side, result) in sides.into_iter().zip(results) {
         let unit = head.unit(side).name.clone();
-        match result.unwrap_or_else(|_| Err(Failure::Thread { unit: unit.clone() })) {
+        match result {
             Ok(replay) => {
                 different |= replay.divergence.is_some();
                 nothing |= replay.divergence.is_none() && replay.identical == 0;

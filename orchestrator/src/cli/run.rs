@@ -167,7 +167,7 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
     let table = summary.to_string();
     manifest.status.clone_from(&summary.status);
     manifest.result = Some(summary);
-    manifest.write(&manifest_path)?;
+    let written = manifest.write(&manifest_path);
     say(format!("\n{table}{dam}"));
     say(ending.wall);
     say(format!("log, histories and manifest are in {}", folder.display()));
@@ -175,6 +175,7 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
     if let Some(error) = failure {
         return Err(error.into());
     }
+    written?;
     spectra.map_err(RunError::Spectra)?;
     Ok(ending.status)
 }

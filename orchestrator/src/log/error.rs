@@ -1,6 +1,7 @@
 use super::decode::Mismatch;
 use crate::observer::ObserverError;
-use std::path::PathBuf;
+use crate::results_file::remedy;
+use std::path::{Path, PathBuf};
 
 /// A log that cannot be written.
 #[derive(Debug, thiserror::Error)]
@@ -14,12 +15,12 @@ pub enum LogError {
         cause: std::io::Error,
     },
     /// Writing failed.
-    #[error("{}: {cause}; free some space or choose another --output", path.display())]
+    #[error("{}: {cause}; {}", path.display(), remedy(cause))]
     Write {
         /// The file.
         path: PathBuf,
-        /// The error of the writer.
-        cause: mcap::McapError,
+        /// The error of the writer or the system.
+        cause: std::io::Error,
     },
     /// The writing thread ended without an error.
     #[error("{}: the thread that writes the log ended", path.display())]
@@ -27,6 +28,16 @@ pub enum LogError {
         /// The file.
         path: PathBuf,
     },
+}
+
+impl LogError {
+    pub(super) fn of_writer(path: &Path, error: mcap::McapError) -> Self {
+        let cause = match error {
+            mcap::McapError::Io(cause) => cause,
+            error => std::io::Error::other(error),
+        };
+        Self::Write { path: path.to_owned(), cause }
+    }
 }
 
 impl From<LogError> for ObserverError {

@@ -7,10 +7,10 @@ use super::{LogError, foxglove};
 use crate::convergence::{Residuals, norm};
 use crate::observer::{Ending, Observer, ObserverError, Start};
 use crate::participant::{Channel, Description, Layout, Message, Occasion};
+use crate::results_file::ResultsFile;
 use crate::scheme::{Exchange, Interval, Side, WindowReport};
 use mcap::records::MessageHeader;
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io::BufWriter;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -83,7 +83,8 @@ struct Record {
 impl LogWriter {
     /// Creates the file `path`; the preamble is on the disk before anything else happens.
     pub fn create(path: &Path, preamble: &Preamble) -> Result<Self, LogError> {
-        let file = File::create(path).map_err(|cause| LogError::Create { path: path.to_owned(), cause })?;
+        let file =
+            ResultsFile::create(path).map_err(|cause| LogError::Create { path: path.to_owned(), cause })?;
         let mut log = Self {
             path: path.to_owned(),
             writer: None,
@@ -96,11 +97,11 @@ impl LogWriter {
             sequence: 0,
             last_log_time: 0,
         };
-        log.open(file, preamble).map_err(|cause| LogError::Write { path: path.to_owned(), cause })?;
+        log.open(file, preamble).map_err(|error| LogError::of_writer(path, error))?;
         Ok(log)
     }
 
-    fn open(&mut self, file: File, preamble: &Preamble) -> Result<(), mcap::McapError> {
+    fn open(&mut self, file: ResultsFile, preamble: &Preamble) -> Result<(), mcap::McapError> {
         let mut writer = mcap::WriteOptions::new()
             .compression(Some(mcap::Compression::Lz4))
             .chunk_size(Some(CHUNK_SIZE))
@@ -167,7 +168,7 @@ impl LogWriter {
 
         let (sender, receiver) = sync_channel(QUEUE);
         self.queue = Some(sender);
-        self.thread = Some(std::thread::spawn(move || write_all(writer, &receiver)));
+        self.thread = Some(std::thread::Builder::new().spawn(move || write_all(writer, &receiver))?);
 
         let ground_motion = start.ground_motion;
         let messages = [
@@ -246,12 +247,11 @@ impl LogWriter {
         if self.queue.is_some() {
             return Ok(());
         }
-        let path = self.path.clone();
         match self.thread.take().map(JoinHandle::join) {
             None => Ok(()),
             Some(Ok(Ok(()))) => Ok(()),
-            Some(Ok(Err(cause))) => Err(LogError::Write { path, cause }.into()),
-            Some(Err(_)) => Err(LogError::Stopped { path }.into()),
+            Some(Ok(Err(error))) => Err(LogError::of_writer(&self.path, error).into()),
+            Some(Err(_)) => Err(LogError::Stopped { path: self.path.clone() }.into()),
         }
     }
 
@@ -330,7 +330,7 @@ impl LogWriter {
 impl Observer for LogWriter {
     fn begin(&mut self, start: &Start<'_>) -> Result<(), ObserverError> {
         let Some(writer) = self.writer.take() else { return Ok(()) };
-        self.start(writer, start).map_err(|cause| LogError::Write { path: self.path.clone(), cause }.into())
+        self.start(writer, start).map_err(|error| LogError::of_writer(&self.path, error).into())
     }
 
     fn window(&mut self, report: &WindowReport) -> Result<(), ObserverError> {
@@ -366,7 +366,7 @@ impl Observer for LogWriter {
     }
 }
 
-type Writer = mcap::Writer<BufWriter<File>>;
+type Writer = mcap::Writer<BufWriter<ResultsFile>>;
 
 /// Writes records until the queue closes; flushes the first ones at once, later ones every second.
 fn write_all(mut writer: Writer, queue: &Receiver<Vec<Record>>) -> Result<(), mcap::McapError> {

@@ -1,7 +1,7 @@
 use super::{Ending, Observer, ObserverError, Start};
 use crate::participant::{Channel, ChannelShape};
+use crate::results_file::ResultsFile;
 use crate::scheme::{Exchange, InterfaceWork, Interval, Side, WindowReport};
-use std::fs::File;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -55,22 +55,23 @@ pub struct HistoriesWriter {
 
 struct Table {
     path: PathBuf,
-    writer: csv::Writer<File>,
+    writer: csv::Writer<ResultsFile>,
     flushed: Duration,
 }
 
 impl Table {
     fn create(path: PathBuf, header: &[String]) -> Result<Self, ObserverError> {
-        let failed = |cause| ObserverError::Csv { path: path.clone(), cause };
-        let mut writer = csv::Writer::from_path(&path).map_err(failed)?;
-        writer.write_record(header).map_err(failed)?;
+        let failed = |cause| ObserverError::Write { path: path.clone(), cause };
+        let file = ResultsFile::create(&path).map_err(failed)?;
+        let mut writer = csv::Writer::from_writer(file);
+        writer.write_record(header).map_err(|cause| failed(cause.into()))?;
         Ok(Self { path, writer, flushed: Duration::ZERO })
     }
 
     /// Writes a row, and all rows to the disk once a second of wall time `now`.
     fn write(&mut self, row: &[f64], now: Duration) -> Result<(), ObserverError> {
         let result = self.writer.serialize(row);
-        result.map_err(|cause| ObserverError::Csv { path: self.path.clone(), cause })?;
+        result.map_err(|cause| ObserverError::Write { path: self.path.clone(), cause: cause.into() })?;
         if now > self.flushed + Duration::from_secs(1) {
             self.flushed = now;
             self.flush()?;
@@ -79,7 +80,7 @@ impl Table {
     }
 
     fn flush(&mut self) -> Result<(), ObserverError> {
-        self.writer.flush().map_err(|e| ObserverError::Csv { path: self.path.clone(), cause: e.into() })
+        self.writer.flush().map_err(|cause| ObserverError::Write { path: self.path.clone(), cause })
     }
 }
 

@@ -14,6 +14,7 @@ pub use snapshots::Snapshots;
 
 use crate::ground_motion::GroundMotion;
 use crate::participant::{Description, ParticipantError};
+use crate::results_file::remedy;
 use crate::scheme::{Units, WindowReport};
 use crate::stepping::Stepping;
 use std::path::PathBuf;
@@ -119,17 +120,9 @@ pub enum ObserverError {
     /// An observer from outside this module, such as the log.
     #[error(transparent)]
     Other(Box<dyn std::error::Error + Send + Sync>),
-    /// A history file.
-    #[error("{}: {cause}; free some space or choose another --output", path.display())]
-    Csv {
-        /// The file.
-        path: PathBuf,
-        /// The error of the system.
-        cause: csv::Error,
-    },
-    /// A snapshot.
-    #[error("{}: {cause}; free some space or choose another --output", path.display())]
-    Snapshot {
+    /// A file of results.
+    #[error("{}: {cause}; {}", path.display(), remedy(cause))]
+    Write {
         /// The file.
         path: PathBuf,
         /// The error of the system.

@@ -113,7 +113,7 @@ impl Snapshots {
 
     fn write(&self, name: &Path, text: &str) -> Result<(), ObserverError> {
         let path = self.folder.join(name);
-        std::fs::write(&path, text).map_err(|cause| ObserverError::Snapshot { path, cause })
+        std::fs::write(&path, text).map_err(|cause| ObserverError::Write { path, cause })
     }
 }
 
@@ -160,7 +160,7 @@ impl Observer for Snapshots {
         ]
         .map(Option::unwrap_or_default);
         let path = self.folder.join(FOLDER);
-        std::fs::create_dir_all(&path).map_err(|cause| ObserverError::Snapshot { path, cause })
+        std::fs::create_dir_all(&path).map_err(|cause| ObserverError::Write { path, cause })
     }
 
     fn window(&mut self, report: &WindowReport) -> Result<(), ObserverError> {

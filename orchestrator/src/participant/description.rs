@@ -158,6 +158,15 @@ impl Description {
         })
     }
 
+    /// Value reference and size of a variable that is not exchanged.
+    ///
+    /// **Errors**: [`ParticipantError::Missing`], also for an exchanged one.
+    pub(super) fn find_readable(&self, name: &str) -> Result<(u32, usize), ParticipantError> {
+        let mut channels = self.readable.channels();
+        let found = channels.find(|(channel, _)| channel.name == name);
+        found.map(|(c, range)| (c.value_reference, range.len())).ok_or_else(|| self.missing(name))
+    }
+
     /// The error that the unit has no readable `variable`.
     pub(super) fn missing(&self, variable: &str) -> ParticipantError {
         ParticipantError::Missing { participant: self.name.clone(), variable: variable.to_owned() }

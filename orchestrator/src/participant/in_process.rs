@@ -94,14 +94,10 @@ impl<U: CoSimulation> Participant for InProcess<U> {
     }
 
     fn read(&mut self, variable: &str) -> Result<Vec<f64>, ParticipantError> {
-        let found = self.unit.variables().iter().find(|v| v.name == variable).ok_or_else(|| {
-            ParticipantError::Missing {
-                participant: self.description.name.clone(),
-                variable: variable.to_owned(),
-            }
-        })?;
-        let mut values = vec![0.0; self.unit.size(found)];
-        self.unit.get(found.value_reference, &mut values).map_err(|e| self.failed(e))?;
+        let (variable, size) = self.description.find_readable(variable)?;
+        let mut values = vec![0.0; size];
+        let result = self.call(|this| this.unit.get(variable, &mut values));
+        result.map_err(|e| self.failed(e))?;
         Ok(values)
     }
 

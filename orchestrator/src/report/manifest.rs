@@ -1,4 +1,5 @@
 use super::Summary;
+use crate::results_file::remedy;
 use crate::scene::Scene;
 use serde::Serialize;
 use std::path::Path;
@@ -76,7 +77,7 @@ impl Build {
 #[derive(Debug, thiserror::Error)]
 pub enum ManifestError {
     /// The file cannot be written.
-    #[error("{}: {cause}; choose another --output", path.display())]
+    #[error("{}: {cause}; {}", path.display(), remedy(cause))]
     Write {
         /// The file.
         path: std::path::PathBuf,

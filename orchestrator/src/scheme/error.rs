@@ -9,6 +9,12 @@ pub enum CouplingError {
     /// A unit failed.
     #[error(transparent)]
     Participant(#[from] ParticipantError),
+    /// The units cannot step at the same time.
+    #[error("no thread can be made: {cause}; allow more (`ulimit -u`), or choose a serial [coupling] scheme")]
+    Thread {
+        /// The error of the system.
+        cause: std::io::Error,
+    },
     /// The iteration limit was reached.
     #[error(
         "step {step} at t = {time} s did not converge in {iterations} iterations: pressure residual {pressure:e} Pa \

@@ -58,11 +58,14 @@ impl Iteration<'_> {
         let Units { dam, reservoir } = units;
         let (mut of_dam, mut of_reservoir) = (Vec::new(), Vec::new());
         let [dam, reservoir] = std::thread::scope(|scope| {
-            let reservoir = scope.spawn(|| self.reservoir(&mut **reservoir, acceleration, &mut of_reservoir));
+            let thread = std::thread::Builder::new();
+            let reservoir = thread
+                .spawn_scoped(scope, || self.reservoir(&mut **reservoir, acceleration, &mut of_reservoir))
+                .map_err(|cause| CouplingError::Thread { cause })?;
             let dam = self.dam(&mut **dam, pressure, &mut of_dam);
             let reservoir = reservoir.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-            [dam, reservoir]
-        });
+            Ok::<_, CouplingError>([dam, reservoir])
+        })?;
         // A request without an answer comes last.
         if of_dam.last().is_some_and(|e| e.outputs.is_empty()) {
             exchanges.append(&mut of_reservoir);

@@ -1,7 +1,7 @@
 use super::wait::Wait;
 use super::{
-    ATTRIBUTE_LAYOUT, ATTRIBUTE_PROTOCOL, Header, Ipc, PROTOCOL_VERSION, TransportError, node, service_name,
-    shared_memory_error,
+    ATTRIBUTE_LAYOUT, ATTRIBUTE_PROTOCOL, Folder, Header, PROTOCOL_VERSION, PrivateFiles, TransportError,
+    node, service_name, shared_memory_error,
 };
 use iceoryx2::port::client::Client as Port;
 use iceoryx2::prelude::{AllocationStrategy, AttributeSet, ServiceName};
@@ -14,7 +14,7 @@ use std::time::Duration;
 /// The orchestrator's side of a unit's service.
 pub struct Client {
     unit: String,
-    port: Port<Ipc, [f64], Header, [f64], Header>,
+    port: Port<PrivateFiles, [f64], Header, [f64], Header>,
     wait: Wait,
 }
 
@@ -22,14 +22,14 @@ pub struct Client {
 const LATE: Duration = Duration::from_millis(10);
 
 impl Client {
-    /// Opens the service of `unit` in `run`, whose requests have up to `values` values.
+    /// Opens the service of `unit` in the run of `folder`, whose requests have up to `values` values.
     ///
     /// **Errors**: no such service; another protocol version; a `layout` other than the
     /// service carries; no shared memory.
-    pub fn open(run: u64, unit: &str, layout: &str, values: usize) -> Result<Self, TransportError> {
+    pub fn open(folder: &Folder, unit: &str, layout: &str, values: usize) -> Result<Self, TransportError> {
         let failed = |e: &dyn Debug| shared_memory_error("opening the service of a unit", &e);
-        let node = node()?;
-        let service = service_name(run, unit);
+        let node = node(folder)?;
+        let service = service_name(folder.run(), unit);
         let name = ServiceName::new(&service).map_err(|e| failed(&e))?;
         let builder = node.service_builder(&name).request_response::<[f64], [f64]>();
         let builder = builder.request_user_header::<Header>().response_user_header::<Header>();

@@ -1,5 +1,7 @@
 use super::wait::Wait;
-use super::{Header, Ipc, TransportError, attributes, node, service_name, shared_memory_error};
+use super::{
+    Folder, Header, PrivateFiles, TransportError, attributes, node, service_name, shared_memory_error,
+};
 use iceoryx2::port::server::Server as Port;
 use iceoryx2::prelude::{AllocationStrategy, ServiceName};
 use std::fmt::Debug;
@@ -7,17 +9,17 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A unit's side of its service.
 pub struct Server {
-    port: Port<Ipc, [f64], Header, [f64], Header>,
+    port: Port<PrivateFiles, [f64], Header, [f64], Header>,
 }
 
 impl Server {
-    /// Makes the service of `unit` in `run`, whose answers have up to `values` values.
+    /// Makes the service of `unit` in the run of `folder`, whose answers have up to `values` values.
     ///
     /// **Errors**: the service exists; no shared memory.
-    pub fn create(run: u64, unit: &str, layout: &str, values: usize) -> Result<Self, TransportError> {
+    pub fn create(folder: &Folder, unit: &str, layout: &str, values: usize) -> Result<Self, TransportError> {
         let failed = |e: &dyn Debug| shared_memory_error("making the service of a unit", &e);
-        let node = node()?;
-        let name = ServiceName::new(&service_name(run, unit)).map_err(|e| failed(&e))?;
+        let node = node(folder)?;
+        let name = ServiceName::new(&service_name(folder.run(), unit)).map_err(|e| failed(&e))?;
         let builder = node.service_builder(&name).request_response::<[f64], [f64]>();
         let builder = builder.request_user_header::<Header>().response_user_header::<Header>();
         let builder = builder.max_clients(1).max_servers(1).max_nodes(4);

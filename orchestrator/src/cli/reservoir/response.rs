@@ -5,7 +5,7 @@ use super::figure::{self, Curve};
 use super::points::{Points, Shown, force};
 use super::{Common, Failure, Motion, Water, undrawn, unfit};
 use crate::cli::table::Table;
-use crate::cli::{complain, say};
+use crate::cli::{complain, parallel, say};
 use nalgebra::DMatrix;
 use reservoir::{Complex64, ReservoirError, ReservoirParameters, frequency_response};
 use std::num::NonZeroUsize;
@@ -175,19 +175,11 @@ fn responses(
 /// Adds the closed form, which for an absorbing bed costs more than the solver.
 fn beside(exact: &Exact, shown: &[Shown], rows: &mut [Row], threads: NonZeroUsize) {
     let elevations: Vec<f64> = shown.iter().map(|point| point.elevation).collect();
-    let share = rows.len().div_ceil(threads.get()).max(1);
-    std::thread::scope(|scope| {
-        for part in rows.chunks_mut(share) {
-            let elevations = &elevations;
-            scope.spawn(move || {
-                for row in part {
-                    let (mut values, force) = exact.at(row.s, elevations);
-                    values.push(force);
-                    row.exact = Some(values);
-                }
-            });
-        }
-    });
+    let answers = parallel::map(rows, threads, |row| exact.at(row.s, &elevations));
+    for (row, (mut values, force)) in rows.iter_mut().zip(answers) {
+        values.push(force);
+        row.exact = Some(values);
+    }
 }
 
 /// Prints the difference of the two, in the mean square over the frequencies.

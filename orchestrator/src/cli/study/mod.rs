@@ -14,7 +14,7 @@ mod tolerance;
 mod windows;
 
 use super::table::Table;
-use super::{complain, say, threads};
+use super::{complain, parallel, say, threads};
 use crate::registry::{self, RegistryError};
 use miette::Diagnostic;
 use orchestrator::ground_motion::GroundMotion;
@@ -211,30 +211,13 @@ fn run_scene(scene: &Scene, motion: &GroundMotion, threads: NonZeroUsize) -> Res
 
 /// Runs all scenes, as many at once as there are cores.
 fn run_all(scenes: &[LoadedScene]) -> Result<Vec<Outcome>, StudyError> {
-    let next = AtomicUsize::new(0);
-    let work = || {
-        let mut done = Vec::new();
-        loop {
-            let index = next.fetch_add(1, Ordering::Relaxed);
-            let Some(loaded) = scenes.get(index) else { return Ok(done) };
-            let outcome = run_scene(&loaded.scene, &loaded.ground_motion, NonZeroUsize::MIN)?;
-            say(format!("{} of {}: {}", index + 1, scenes.len(), outcome.ending.status));
-            done.push((index, outcome));
-        }
-    };
-    let mut done: Vec<(usize, Outcome)> = std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..threads(None).get()).map(|_| scope.spawn(work)).collect();
-        let joined = workers.into_iter().map(|worker| match worker.join() {
-            Ok(done) => done,
-            Err(panic) => std::panic::resume_unwind(panic),
-        });
-        joined.collect::<Result<Vec<_>, StudyError>>()
-    })?
-    .into_iter()
-    .flatten()
-    .collect();
-    done.sort_by_key(|(index, _)| *index);
-    Ok(done.into_iter().map(|(_, outcome)| outcome).collect())
+    let begun = AtomicUsize::new(0);
+    parallel::try_map(scenes, threads(None), |loaded| {
+        let number = begun.fetch_add(1, Ordering::Relaxed) + 1;
+        let outcome = run_scene(&loaded.scene, &loaded.ground_motion, NonZeroUsize::MIN)?;
+        say(format!("{number} of {}: {}", scenes.len(), outcome.ending.status));
+        Ok(outcome)
+    })
 }
 
 /// The same with the given units.

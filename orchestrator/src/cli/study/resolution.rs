@@ -5,7 +5,7 @@ mod figure;
 use super::{Arguments, StudyError, quoted, unfit};
 use crate::cli::reservoir::{Exact, Motion};
 use crate::cli::table::Table;
-use crate::cli::{say, threads};
+use crate::cli::{parallel, say, threads};
 use crate::registry;
 use interface::WetFace;
 use reservoir::analytical::nodal_forces;
@@ -137,16 +137,8 @@ fn measured(parameters: &ReservoirParameters, s: Complex64) -> Result<Measured, 
 /// Nodal forces of the closed form (N/m per m/s²), on `threads`.
 fn exact_forces(exact: &Exact, face: &WetFace, s: Complex64, threads: NonZeroUsize) -> Vec<Complex64> {
     nodal_forces(face, |elevations| {
-        std::thread::scope(|scope| {
-            let parts: Vec<_> = elevations
-                .chunks(elevations.len().div_ceil(threads.get()))
-                .map(|part| scope.spawn(move || exact.at(s, part).0))
-                .collect();
-            parts
-                .into_iter()
-                .flat_map(|part| part.join().unwrap_or_else(|p| std::panic::resume_unwind(p)))
-                .collect()
-        })
+        let parts: Vec<_> = elevations.chunks(elevations.len().div_ceil(threads.get())).collect();
+        parallel::map(&parts, threads, |part| exact.at(s, part).0).concat()
     })
 }
 

@@ -4,14 +4,13 @@ mod figure;
 
 use super::{Arguments, StudyError, quoted, run_scene, unfit};
 use crate::cli::table::Table;
-use crate::cli::{say, threads};
+use crate::cli::{parallel, say, threads};
 use orchestrator::acceleration::AccelerationKind;
 use orchestrator::convergence::Hopeless;
 use orchestrator::ground_motion::GroundMotion;
 use orchestrator::scene::{FidelityScene, OnFailure, Scene};
 use orchestrator::scheme::{CouplingError, SchemeKind};
 use std::num::NonZeroUsize;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 pub const HELP: &str = "\
 The scene's dam without cracks, with water whose density is a multiple of the concrete's, under a random ground acceleration
@@ -172,25 +171,8 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
 /// Runs all cases, as many at once as there are cores. A thread pool is not used, because the threads of the units would
 /// start cases inside cases.
 fn judge_all(scene: &Scene, cases: &[Case], steps: u32) -> Result<Vec<(Case, Verdict)>, StudyError> {
-    let next = AtomicUsize::new(0);
-    let work = || -> Result<Vec<(usize, Verdict)>, StudyError> {
-        let mut judged = Vec::new();
-        loop {
-            let index = next.fetch_add(1, Ordering::Relaxed);
-            let Some(case) = cases.get(index) else { return Ok(judged) };
-            judged.push((index, judge(scene, case, steps)?));
-        }
-    };
-    let mut judged = std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..threads(None).get()).map(|_| scope.spawn(work)).collect();
-        let results = workers
-            .into_iter()
-            .map(|worker| worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
-        results.collect::<Result<Vec<_>, _>>()
-    })?
-    .concat();
-    judged.sort_by_key(|(index, _)| *index);
-    Ok(judged.into_iter().map(|(index, verdict)| (cases[index], verdict)).collect())
+    let verdicts = parallel::try_map(cases, threads(None), |case| judge(scene, case, steps))?;
+    Ok(cases.iter().copied().zip(verdicts).collect())
 }
 
 /// Takes a few steps of a case.

@@ -2,7 +2,7 @@ use super::calls::{layout_hash, occasion};
 use super::words::{END, Task, Word};
 use crate::participant::{Occasion, Participant, ParticipantError};
 use crate::transport::{
-    Command, Header, PROTOCOL_VERSION, Server, Status, TransportError, shorten_naps, tidy,
+    Command, Folder, Header, PROTOCOL_VERSION, Server, Status, TransportError, shorten_naps,
 };
 use std::io::{BufRead, IsTerminal, Write};
 use std::process::ExitCode;
@@ -33,7 +33,15 @@ pub fn host<E: std::fmt::Display>(make: impl FnOnce(&Task) -> Result<Box<dyn Par
         }
     };
     shorten_naps();
-    let lifeline = Lifeline::watch(task.unit.clone());
+    let lifeline = match Lifeline::watch(task.unit.clone()) {
+        Ok(lifeline) => lifeline,
+        Err(cause) => return fail(&format!("{}: no thread could be made: {cause}", task.unit)),
+    };
+    // Left last, after an orchestrator that died too: then this process or the other unit removes the folder.
+    let folder = match Folder::join(&task.folder, task.run) {
+        Ok(folder) => folder,
+        Err(error) => return fail(&error),
+    };
     let mut participant = match make(&task) {
         Ok(participant) => participant,
         Err(error) => return fail(&error),
@@ -42,10 +50,8 @@ pub fn host<E: std::fmt::Display>(make: impl FnOnce(&Task) -> Result<Box<dyn Par
     if *named != task.unit {
         return fail(&format!("{}: the unit that was made is called `{named}`", task.unit));
     }
-    let served = serve(&mut *participant, task.run, &lifeline);
+    let served = serve(&mut *participant, &folder, &lifeline);
     if lifeline.over.load(Ordering::Acquire) && lifeline.orphaned.load(Ordering::Relaxed) {
-        // Removes what the dead orchestrator left in shared memory.
-        tidy();
         return lifeline.report_orphaned();
     }
     match served {
@@ -99,11 +105,11 @@ struct Lifeline {
 impl Lifeline {
     /// Watches standard input on a thread of its own; after its end, ends the process unless it ends in time by
     /// itself.
-    fn watch(unit: String) -> Arc<Self> {
+    fn watch(unit: String) -> std::io::Result<Arc<Self>> {
         let lifeline =
             Arc::new(Self { unit, over: false.into(), orphaned: false.into(), occasion: Mutex::default() });
         let watched = lifeline.clone();
-        std::thread::spawn(move || {
+        std::thread::Builder::new().spawn(move || {
             let ended = std::io::stdin().lock().lines().map_while(Result::ok).any(|line| line == END);
             watched.orphaned.store(!ended, Ordering::Relaxed);
             watched.over.store(true, Ordering::Release);
@@ -113,8 +119,8 @@ impl Lifeline {
             }
             watched.report_orphaned();
             std::process::exit(FAILED.into());
-        });
-        lifeline
+        })?;
+        Ok(lifeline)
     }
 
     /// Reports on standard error that the orchestrator has died.
@@ -128,10 +134,14 @@ impl Lifeline {
     }
 }
 
-fn serve(participant: &mut dyn Participant, run: u64, lifeline: &Lifeline) -> Result<(), TransportError> {
+fn serve(
+    participant: &mut dyn Participant,
+    folder: &Folder,
+    lifeline: &Lifeline,
+) -> Result<(), TransportError> {
     let description = participant.description().clone();
     let values = description.readable.longest().max(description.outputs.size());
-    let server = Server::create(run, &description.name, &layout_hash(&description), values)?;
+    let server = Server::create(folder, &description.name, &layout_hash(&description), values)?;
     let mut output = Output::default();
     for message in participant.messages() {
         output.write(&Word::Message(message));

@@ -12,7 +12,7 @@ pub use words::{Task, Word};
 
 use super::{Description, Level, Message, Occasion, Participant, ParticipantError, check_finite};
 use crate::transport::{
-    Client, Command, Header, PROTOCOL_VERSION, Status, TransportError, new_run, probe, shorten_naps,
+    Client, Command, Folder, Header, PROTOCOL_VERSION, Status, TransportError, probe, shorten_naps,
 };
 use process::{Listening, RunMates, UnitProcess};
 use std::sync::Arc;
@@ -35,13 +35,15 @@ pub struct Deadlines {
 /// not answer in time, the error names the unit and the step. The same holds if another unit of the run ends
 /// meanwhile.
 pub struct SharedMemory {
+    // Closed before the run's folder is left.
+    client: Client,
     run_mates: Arc<RunMates>,
     /// Index of this unit.
     index: usize,
-    client: Client,
-    run: u64,
     description: Description,
     deadlines: Deadlines,
+    /// Occasion of the last call.
+    occasion: Occasion,
     pending: Option<Pending>,
     busy: Duration,
     /// Number of lines that the unit had written up to its last answer.
@@ -64,8 +66,7 @@ const MOST_VALUES: usize = 1 << 24;
 
 /// Units whose processes have been started and are not ready yet.
 pub struct Starting {
-    run: u64,
-    processes: Arc<RunMates>,
+    run_mates: Arc<RunMates>,
     deadlines: Deadlines,
 }
 
@@ -74,7 +75,7 @@ impl Starting {
     ///
     /// **Errors**: why it is not available.
     pub fn check() -> Result<(), ParticipantError> {
-        Ok(probe(new_run())?)
+        Ok(probe()?)
     }
 
     /// Starts a process for each unit: a name, and the command that runs it.
@@ -83,7 +84,7 @@ impl Starting {
     /// defaults). A command must run [`host`] or implement the protocol itself. Also makes sleeps of the calling
     /// thread precise; the same thread should step the units.
     ///
-    /// **Errors**: a process cannot be started.
+    /// **Errors**: a process cannot be started; no shared memory.
     pub fn new(
         units: impl IntoIterator<Item = (String, std::process::Command)>,
         scene: &str,
@@ -91,18 +92,21 @@ impl Starting {
         deadlines: Deadlines,
     ) -> Result<Self, ParticipantError> {
         shorten_naps();
-        let run = new_run();
-        let mut processes = RunMates::default();
+        let folder = Folder::create()?;
+        let (run, path, scene) = (folder.run(), folder.path().to_owned(), scene.to_owned());
+        let mut run_mates = RunMates { processes: Vec::new(), folder };
+        let mut task =
+            Task { protocol: PROTOCOL_VERSION, run, folder: path, unit: String::new(), threads, scene };
         for (unit, command) in units {
-            let task = Task { protocol: PROTOCOL_VERSION, run, unit, threads, scene: scene.to_owned() };
-            processes.0.push(UnitProcess::start(command, &task)?);
+            task.unit = unit;
+            run_mates.processes.push(UnitProcess::start(command, &task)?);
         }
-        Ok(Self { run, processes: Arc::new(processes), deadlines })
+        Ok(Self { run_mates: Arc::new(run_mates), deadlines })
     }
 
     /// Name and process id of each unit.
     pub fn processes(&self) -> impl Iterator<Item = (&str, u32)> {
-        self.processes.0.iter().map(|process| (process.name.as_str(), process.id()))
+        self.run_mates.processes.iter().map(|process| (process.name.as_str(), process.id()))
     }
 
     /// Waits until all units are ready, or until `interrupted`; they are returned in the order in which they were
@@ -110,9 +114,9 @@ impl Starting {
     ///
     /// **Errors**: a process ends, takes too long, cannot make its unit, or is of another version.
     pub fn wait(self, interrupted: &AtomicBool) -> Result<Vec<SharedMemory>, ParticipantError> {
-        let mut watch = Watch::new(&self.processes, self.deadlines.preparation);
+        let mut watch = Watch::new(&self.run_mates, self.deadlines.preparation);
         let ready = |index| SharedMemory::when_ready(index, &self, &mut watch, interrupted);
-        (0..self.processes.0.len()).map(ready).collect()
+        (0..self.run_mates.processes.len()).map(ready).collect()
     }
 }
 
@@ -123,9 +127,8 @@ impl SharedMemory {
         watch: &mut Watch<'_>,
         interrupted: &AtomicBool,
     ) -> Result<Self, ParticipantError> {
-        let Starting { run, deadlines, .. } = *starting;
-        let run_mates = starting.processes.clone();
-        let process = &run_mates.0[index];
+        let (run_mates, deadlines) = (starting.run_mates.clone(), starting.deadlines);
+        let process = &run_mates.processes[index];
         let unit = process.name.clone();
         let (protocol, description) = loop {
             let listening = process.listen(LOOK);
@@ -161,24 +164,30 @@ impl SharedMemory {
             }
         }
         let layout = layout_hash(&description);
-        let client = Client::open(run, &unit, &layout, description.inputs.size())
+        let client = Client::open(&run_mates.folder, &unit, &layout, description.inputs.size())
             .map_err(|e| explained(&run_mates, e, &MAKING))?;
         let (pending, busy, said) = (None, Duration::ZERO, process.heard(|heard| heard.words));
-        Ok(Self { run_mates, index, client, run, description, deadlines, pending, busy, said })
+        let occasion = Occasion::initialisation(0.0);
+        Ok(Self { client, run_mates, index, description, deadlines, occasion, pending, busy, said })
     }
 
     fn process(&self) -> &UnitProcess {
-        &self.run_mates.0[self.index]
+        &self.run_mates.processes[self.index]
+    }
+
+    /// The header of a request for `command` on the present occasion.
+    fn request(&self, command: Command) -> Header {
+        calls::request(self.run_mates.folder.run(), command, &self.occasion)
     }
 
     /// Sends a command and waits for its answer, which has as many values as `outputs`.
     fn call(&mut self, header: Header, inputs: &[f64], outputs: &mut [f64]) -> Result<(), ParticipantError> {
-        let occasion = calls::occasion(&header);
+        let occasion = self.occasion;
         let limit = match header.command() {
             Some(Command::Initialise) => self.deadlines.preparation,
             _ => self.deadlines.step,
         };
-        let process = &self.run_mates.0[self.index];
+        let process = &self.run_mates.processes[self.index];
         process.heard(|heard| heard.occasion = occasion);
         let mut watch = Watch::new(&self.run_mates, limit);
         let take = |header: &Header, values: &[f64]| {
@@ -239,14 +248,9 @@ impl Participant for SharedMemory {
     }
 
     fn read(&mut self, variable: &str) -> Result<Vec<f64>, ParticipantError> {
-        let found = self.description.readable.channels().find(|(channel, _)| channel.name == variable);
-        let Some((channel, range)) = found else {
-            let participant = self.description.name.clone();
-            return Err(ParticipantError::Missing { participant, variable: variable.to_owned() });
-        };
-        let request = calls::request(self.run, Command::Read, &Occasion::initialisation(0.0));
-        let header = Header { variable: channel.value_reference, ..request };
-        let mut values = vec![0.0; range.len()];
+        let (variable, size) = self.description.find_readable(variable)?;
+        let header = Header { variable, ..self.request(Command::Read) };
+        let mut values = vec![0.0; size];
         self.call(header, &[], &mut values)?;
         Ok(values)
     }
@@ -257,8 +261,8 @@ impl Participant for SharedMemory {
         inputs: &[f64],
         outputs: &mut [f64],
     ) -> Result<(), ParticipantError> {
-        let occasion = Occasion::initialisation(start_time);
-        self.call(calls::request(self.run, Command::Initialise, &occasion), inputs, outputs)?;
+        self.occasion = Occasion::initialisation(start_time);
+        self.call(self.request(Command::Initialise), inputs, outputs)?;
         check_finite(&self.description, outputs, start_time)
     }
 
@@ -273,7 +277,8 @@ impl Participant for SharedMemory {
             Some(Pending::Save) => Command::SaveAndStep,
             Some(Pending::Restore) => Command::RestoreAndStep,
         };
-        self.call(calls::request(self.run, command, occasion), inputs, outputs)?;
+        self.occasion = *occasion;
+        self.call(self.request(command), inputs, outputs)?;
         check_finite(&self.description, outputs, occasion.end())
     }
 

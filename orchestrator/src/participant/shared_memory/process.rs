@@ -1,5 +1,6 @@
 use super::words::{END, Task, Word};
 use crate::participant::{Level, Message, Occasion, ParticipantError};
+use crate::transport::Folder;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::process::{Child, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
@@ -57,15 +58,25 @@ impl UnitProcess {
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).process_group(0);
         let mut child = command.spawn().map_err(failed)?;
         let (heard, lines) = channel();
-        if let Some(output) = child.stdout.take() {
-            std::thread::spawn(move || listen(output, &heard));
-        }
         let (input, said) = channel();
-        if let (Some(pipe), Ok(line)) = (child.stdin.take(), serde_json::to_string(task)) {
-            std::thread::spawn(move || speak(pipe, &line, &said));
-        }
+        let (output, pipe) = (child.stdout.take(), child.stdin.take());
         let received = (lines, Heard::default()).into();
-        Ok(Self { child: child.into(), input: Some(input).into(), received, name: name.clone() })
+        let started = Self { child: child.into(), input: Some(input).into(), received, name: name.clone() };
+        let threads = || -> std::io::Result<()> {
+            let thread = std::thread::Builder::new;
+            if let Some(output) = output {
+                thread().spawn(move || listen(output, &heard))?;
+            }
+            if let (Some(pipe), Ok(line)) = (pipe, serde_json::to_string(task)) {
+                thread().spawn(move || speak(pipe, &line, &said))?;
+            }
+            Ok(())
+        };
+        threads().map_err(|cause| {
+            started.kill();
+            failed(cause)
+        })?;
+        Ok(started)
     }
 
     /// Its process id.
@@ -134,15 +145,18 @@ impl UnitProcess {
 }
 
 /// All units of a run. If one ends, the others are not waited for.
-#[derive(Default)]
-pub struct RunMates(pub Vec<UnitProcess>);
+pub struct RunMates {
+    pub processes: Vec<UnitProcess>,
+    /// Left when all have ended.
+    pub folder: Folder,
+}
 
 impl Drop for RunMates {
     /// Asks all processes to end, and kills those that do not end in time.
     fn drop(&mut self) {
-        self.0.iter().for_each(UnitProcess::tell_end);
+        self.processes.iter().for_each(UnitProcess::tell_end);
         let began = Instant::now();
-        for process in &self.0 {
+        for process in &self.processes {
             while process.ending().is_none() {
                 if began.elapsed() > GRACE {
                     process.kill();

@@ -32,11 +32,15 @@ impl<'a> Watch<'a> {
         }
         self.looked = Instant::now();
         self.waited += since.min(LONGEST_LOOK);
-        self.run_mates.0.iter().try_for_each(|process| alive(process, when))?;
+        self.run_mates.processes.iter().try_for_each(|process| alive(process, when))?;
         if self.waited < self.limit {
             return Ok(());
         }
-        self.run_mates.0.iter().filter(|process| process.name == awaited).for_each(|process| process.kill());
+        self.run_mates
+            .processes
+            .iter()
+            .filter(|process| process.name == awaited)
+            .for_each(|process| process.kill());
         let (participant, seconds, when) = (awaited.to_owned(), self.limit.as_secs_f64(), when.to_string());
         Err(ParticipantError::Hung { participant, seconds, when })
     }
@@ -59,7 +63,7 @@ pub fn explained(run_mates: &RunMates, error: TransportError, when: &dyn Display
     while matches!(error, TransportError::NotConnected { .. } | TransportError::SharedMemory { .. })
         && began.elapsed() < LAST_BREATH
     {
-        if let Err(ended) = run_mates.0.iter().try_for_each(|process| alive(process, when)) {
+        if let Err(ended) = run_mates.processes.iter().try_for_each(|process| alive(process, when)) {
             return ended;
         }
         std::thread::sleep(LOOK);

@@ -1,5 +1,6 @@
 use crate::participant::Message;
 use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
 
 /// The first line that the orchestrator writes to the standard input of a unit's process, as JSON.
 ///
@@ -11,6 +12,8 @@ pub struct Task {
     pub protocol: u32,
     /// Number of the run, part of the service's name.
     pub run: u64,
+    /// Folder of the run's shared memory.
+    pub folder: PathBuf,
     /// Name of the unit, part of the service's name.
     pub unit: String,
     /// Threads that the unit may use.

@@ -1,6 +1,7 @@
 //! The closed forms over time.
 
 use super::{Exact, Kind};
+use crate::cli::parallel;
 use reservoir::Complex64;
 use reservoir::analytical::{chopra_1967, fenves_chopra_1984};
 use std::f64::consts::PI;
@@ -74,17 +75,7 @@ impl Exact {
             let s = Complex64::new(0.0, frequency(k));
             -density * fenves_chopra_1984::pressures(s, depth, sound_speed, alpha, &[0.0])[0]
         };
-        let share = present.len().div_ceil(threads.get()).max(1);
-        let answers: Vec<Complex64> = std::thread::scope(|scope| {
-            let parts: Vec<_> = present
-                .chunks(share)
-                .map(|part| scope.spawn(move || part.iter().map(answer).collect::<Vec<_>>()))
-                .collect();
-            parts
-                .into_iter()
-                .flat_map(|part| part.join().unwrap_or_else(|p| std::panic::resume_unwind(p)))
-                .collect()
-        });
+        let answers = parallel::map(&present, threads, answer);
         let mut pressures = vec![Complex64::ZERO; length];
         for (&k, answer) in present.iter().zip(answers) {
             pressures[k] = excited(k) * answer / length as f64;

@@ -1,0 +1,165 @@
+use super::{SHARED_MEMORY, TransportError, random, shared_memory_error};
+use std::fs::{File, Metadata};
+use std::io::{Error, ErrorKind, Result};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// The folder in `/dev/shm` that holds everything of one run: `cofferdam-<user id>-<run, 16 hexadecimal digits>`.
+///
+/// Only its user may enter it, so that no other user can read, change or take anything that belongs to the run; the number of
+/// the run is random, so that nobody can take its name beforehand. Every process of the run holds a shared lock on its
+/// file `lock`. Who leaves it last removes it; what processes that were killed left is removed when the next run of the
+/// user creates its folder.
+#[derive(Debug)]
+pub struct Folder {
+    path: PathBuf,
+    run: u64,
+    lock: File,
+}
+
+const LOCK: &str = "lock";
+/// Age from which a folder without a lock is not one that is just being made.
+const OLD: Duration = Duration::from_secs(60);
+
+impl Folder {
+    /// Creates the folder of a new run.
+    ///
+    /// **Errors**: no shared memory.
+    pub fn create() -> std::result::Result<Self, TransportError> {
+        Self::try_to_create(Path::new(SHARED_MEMORY)).map_err(|e| shared_memory_error("making a folder", &e))
+    }
+
+    /// Joins the `run` whose folder was made by another process.
+    ///
+    /// **Errors**: it does not exist; others may enter it.
+    pub fn join(path: &Path, run: u64) -> std::result::Result<Self, TransportError> {
+        let joined = || {
+            if !is_private(&std::fs::symlink_metadata(path)?) {
+                return Err(Error::new(
+                    ErrorKind::PermissionDenied,
+                    "others may enter the folder of the run",
+                ));
+            }
+            let lock = File::options().append(true).open(path.join(LOCK))?;
+            lock.lock_shared()?;
+            Ok(Self { path: path.to_owned(), run, lock })
+        };
+        joined().map_err(|e| shared_memory_error("joining the run", &e))
+    }
+
+    /// Its path.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Number of the run.
+    pub fn run(&self) -> u64 {
+        self.run
+    }
+
+    fn try_to_create(parent: &Path) -> Result<Self> {
+        let mine = format!("cofferdam-{}-", rustix::process::geteuid().as_raw());
+        for entry in std::fs::read_dir(parent)?.flatten() {
+            if entry.file_name().to_string_lossy().starts_with(&mine) {
+                remove_if_unused(&entry.path());
+            }
+        }
+        let run = random();
+        let path = parent.join(format!("{mine}{run:016x}"));
+        std::fs::DirBuilder::new().mode(0o700).create(&path)?;
+        let lock = File::create_new(path.join(LOCK))?;
+        lock.lock_shared()?;
+        // Another run may have found the lock before it was held, and removed all.
+        if File::open(path.join(LOCK))?.metadata()?.ino() != lock.metadata()?.ino() {
+            return Err(Error::new(ErrorKind::NotFound, "another run removed the folder"));
+        }
+        Ok(Self { path, run, lock })
+    }
+}
+
+impl Drop for Folder {
+    /// Removes it if no other process uses it.
+    fn drop(&mut self) {
+        if self.lock.try_lock().is_ok() {
+            // What cannot be removed does no harm; the next run tries again.
+            let _ = std::fs::remove_dir_all(&self.path);
+        }
+    }
+}
+
+/// Whether it is a folder that only this user may enter.
+fn is_private(metadata: &Metadata) -> bool {
+    metadata.is_dir() && metadata.uid() == rustix::process::geteuid().as_raw() && metadata.mode() & 0o077 == 0
+}
+
+/// Removes the folder of a run whose processes have all ended. What cannot be removed does no harm.
+fn remove_if_unused(folder: &Path) {
+    let Ok(metadata) = std::fs::symlink_metadata(folder) else { return };
+    if !is_private(&metadata) {
+        return;
+    }
+    let unused = match File::options().append(true).open(folder.join(LOCK)) {
+        // Held until the folder is removed.
+        Ok(lock) if lock.try_lock().is_ok() => Some(lock),
+        Ok(_) => return,
+        Err(_) => None,
+    };
+    let old = || metadata.modified().is_ok_and(|then| then.elapsed().is_ok_and(|age| age > OLD));
+    if unused.is_some() || old() {
+        let _ = std::fs::remove_dir_all(folder);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folder_is_private_and_lasts_as_long_as_one_process_uses_it() {
+        let parent = tempfile::tempdir().expect("a folder");
+        let first = Folder::try_to_create(parent.path()).expect("a folder");
+        assert!(is_private(&std::fs::metadata(first.path()).expect("it exists")));
+        let joined = Folder::join(first.path(), first.run()).expect("it is there");
+        // The next run leaves a folder in use alone.
+        let next = Folder::try_to_create(parent.path()).expect("a folder");
+        let path = first.path().to_owned();
+        drop(first);
+        assert!(path.exists(), "the other process uses it");
+        drop(joined);
+        assert!(!path.exists() && next.path().exists());
+    }
+
+    #[test]
+    fn what_was_left_is_removed_by_the_next_run() {
+        let parent = tempfile::tempdir().expect("a folder");
+        let killed = Folder::try_to_create(parent.path()).expect("a folder");
+        std::fs::write(killed.path().join("segment"), "x").expect("written");
+        let path = killed.path().to_owned();
+        killed.lock.unlock().expect("unlocked, as by the end of the process");
+        let made = |name: &str| {
+            let path = parent.path().join(path.with_file_name(name));
+            std::fs::DirBuilder::new().mode(0o700).create(&path).expect("made");
+            path
+        };
+        let mine = format!("cofferdam-{}", rustix::process::geteuid().as_raw());
+        let (just_made, old) = (made(&format!("{mine}-1")), made(&format!("{mine}-2")));
+        let then = std::time::SystemTime::now() - 2 * OLD;
+        File::open(&old).and_then(|folder| folder.set_modified(then)).expect("changed");
+        let _next = Folder::try_to_create(parent.path()).expect("a folder");
+        assert!(!path.exists(), "its processes have ended");
+        assert!(just_made.exists() && !old.exists());
+    }
+
+    #[test]
+    fn a_folder_that_others_may_enter_is_not_joined() {
+        let parent = tempfile::tempdir().expect("a folder");
+        let folder = Folder::try_to_create(parent.path()).expect("a folder");
+        let mut open = std::fs::metadata(folder.path()).expect("it exists").permissions();
+        std::os::unix::fs::PermissionsExt::set_mode(&mut open, 0o755);
+        std::fs::set_permissions(folder.path(), open).expect("changed");
+        let refused = Folder::join(folder.path(), folder.run()).expect_err("it is refused").to_string();
+        assert!(refused.contains("others may enter"), "{refused}");
+        assert!(Folder::join(&parent.path().join("none"), 1).is_err());
+    }
+}
