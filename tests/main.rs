@@ -10,6 +10,7 @@ mod empty_reservoir;
 mod export_fmu;
 mod faults;
 mod frequency_domain;
+mod fuzz;
 mod iterations;
 mod log;
 mod order_in_communication_step;

@@ -147,4 +147,9 @@ impl Histories {
     pub fn column(&self, name: &str) -> &[f64] {
         self.0.get(name).unwrap_or_else(|| panic!("no column {name} among {:?}", self.0.keys()))
     }
+
+    /// All values.
+    pub fn values(&self) -> impl Iterator<Item = f64> {
+        self.0.values().flatten().copied()
+    }
 }
