@@ -207,10 +207,7 @@ fn records() {
         "ACCELERATION TIME SERIES IN UNITS OF G",
         "NPTS=  60, DT=   .0100 SEC",
     ];
-    let at2 = at2
-        .iter()
-        .map(|line| (*line).to_owned())
-        .chain(numbers.chunks(5).map(<[String]>::concat));
+    let at2 = at2.iter().map(|line| (*line).to_owned()).chain(numbers.chunks(5).map(<[String]>::concat));
     let records = [("r.csv", csv.join("\n")), ("r.at2", at2.collect::<Vec<_>>().join("\n"))];
     let scene = shipped("rigid-dam-ramp");
     let ground = scene.find("[ground_motion").expect("a ground motion");

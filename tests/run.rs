@@ -3,7 +3,7 @@
 use orchestrator::observer::Status;
 use std::process::Stdio;
 use std::time::Duration;
-use whole_chain::scenario::{Histories, Scenario};
+use whole_chain::scenario::{Histories, Scenario, binary};
 
 /// The strong part of the main scene on a coarse mesh.
 fn short_scene() -> Scenario {
@@ -201,6 +201,28 @@ fn a_step_that_does_not_converge_ends_the_run_with_status_3() {
     let status = manifest["result"]["status"].as_str().unwrap_or("");
     assert!(status.starts_with("failed: step 1"), "{status}");
     assert_eq!(manifest["units"].as_array().map(Vec::len), Some(2));
+}
+
+/// What `check` says of the disk holds within a factor of two, iterated or not.
+#[test]
+fn the_disk_that_a_run_needs_is_known_before() {
+    let mut scenario = short_scene();
+    scenario.set("time.duration", 4.0).set("reservoir.fidelity", "westergaard");
+    for scheme in ["added-mass", "serial-implicit"] {
+        scenario.set("coupling.scheme", scheme);
+        let scene = scenario.write();
+        let check = std::process::Command::new(binary()).arg("check").arg(scene).output().expect("it runs");
+        let said = String::from_utf8_lossy(&check.stdout).into_owned();
+        let estimate = said.split(" MB of disk").next().and_then(|text| text.split(' ').next_back());
+        let estimate: f64 = estimate.and_then(|number| number.parse().ok()).expect(&said);
+        let output = scenario.try_run(scheme);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let files = std::fs::read_dir(scenario.folder().join(scheme)).expect("results").flatten();
+        let used: u64 = files.map(|file| file.metadata().map_or(0, |metadata| metadata.len())).sum();
+        let used = used as f64 / 1e6;
+        println!("{scheme}: {used:.1} MB used, {estimate} MB estimated");
+        assert!(used < 2.0 * estimate && estimate < 2.0 * used, "{used:.1} MB used, {estimate} MB estimated");
+    }
 }
 
 /// Runs a scene a second time.

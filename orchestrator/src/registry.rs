@@ -19,6 +19,7 @@ use serde::{Serialize, de::DeserializeOwned};
 use std::f64::consts::PI;
 use std::num::NonZeroUsize;
 use std::path::Path;
+use std::time::Instant;
 
 /// Most time steps of the dam in a communication step: beyond, no run would end.
 const MOST_TIME_STEPS: usize = 20_000;
@@ -263,6 +264,22 @@ fn reservoir(scene: &Scene, threads: NonZeroUsize) -> Result<Box<dyn Participant
 /// **Errors**: [`RegistryError::Empty`], and those of the reservoir.
 pub fn water(scene: &Scene, threads: NonZeroUsize) -> Result<Reservoir, RegistryError> {
     Ok(Reservoir::new(water_parameters(scene)?, threads)?)
+}
+
+/// Estimated time of making the reservoir of a scene on `threads` of this machine, s: that of one frequency, times the number
+/// of frequencies that are usually needed. 0 for water whose making is a matter of a second.
+///
+/// **Errors**: those of the reservoir.
+pub fn preparation_time(scene: &Scene, threads: NonZeroUsize) -> Result<f64, RegistryError> {
+    if is_empty(scene) {
+        return Ok(0.0);
+    }
+    let parameters = water_parameters(scene)?;
+    let Some(frequencies) = reservoir::usual_frequencies(&parameters) else { return Ok(0.0) };
+    let system = reservoir::boundary_system(&parameters)?;
+    let began = Instant::now();
+    system.symbol(Complex::new(1.0, 1.0) / parameters.communication_step)?;
+    Ok(began.elapsed().as_secs_f64() * frequencies as f64 / threads.get() as f64)
 }
 
 /// The parameters of the reservoir of a scene, at its own points.

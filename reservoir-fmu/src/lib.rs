@@ -78,7 +78,7 @@ pub use error::ReservoirError;
 pub use fidelity::Fidelity;
 pub use field_response::field_response;
 pub use finite_elements::{FarEnd, FiniteElements, Prepared};
-pub use frequency_response::frequency_response;
+pub use frequency_response::{frequency_response, usual_frequencies};
 pub use num_complex::Complex64;
 pub use outline::{Outline, Piece};
 pub use parameters::{ElementOrder, Method, ReservoirParameters};

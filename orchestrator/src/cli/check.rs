@@ -1,6 +1,6 @@
 //! `cofferdam check`.
 
-use super::{Check, complain, known, say, threads};
+use super::{Check, complain, estimate, known, say, threads};
 use miette::Diagnostic;
 use orchestrator::ground_motion::{GroundMotion, STANDARD_GRAVITY};
 use orchestrator::participant::ParticipantError;
@@ -21,6 +21,8 @@ enum CheckError {
     Unit(#[from] RegistryError),
     #[error(transparent)]
     Dam(#[from] ParticipantError),
+    #[error(transparent)]
+    Estimate(#[from] estimate::EstimateError),
 }
 
 /// Says of each scene what is wrong with it, or what a run of it would be.
@@ -65,6 +67,7 @@ fn examine(path: &Path, overrides: &[String]) -> Result<(), CheckError> {
         let frequencies: Vec<String> = frequencies.iter().map(|f| format!("{f:.2}")).collect();
         say(format!("  natural frequencies of the dam, intact and empty: {} rad/s", frequencies.join(", ")));
     }
+    say(format!("  {}", estimate::of(&loaded, &mut *dam, threads(None))?));
     for LimitEquilibrium { elevation, sliding, overturning } in registry::limit_equilibria(&loaded.scene)? {
         say(format!(
             "  factor of safety of the crack at {elevation} m before the ground moves: sliding {sliding:.2}, overturning \

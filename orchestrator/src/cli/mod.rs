@@ -1,6 +1,7 @@
 //! The command line.
 
 pub mod check;
+mod estimate;
 pub mod export_fmu;
 pub mod log;
 mod parallel;
