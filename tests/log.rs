@@ -366,6 +366,33 @@ fn a_log_that_is_damaged_anywhere_gives_nothing_false() -> Result<(), LogReadErr
     Ok(())
 }
 
+/// A chunk that says to hold gigabytes is damage, before memory is asked for.
+#[test]
+fn a_chunk_that_holds_more_than_it_can_is_damage() {
+    let scenario = quick_scene();
+    let log = logged(&scenario, "run");
+    let mut bytes = std::fs::read(&log).expect("a log");
+    // Opcode and length of the first record, the header; of the next ones until the first chunk, whose opcode is 6.
+    let mut place = mcap::MAGIC.len();
+    let length = |bytes: &[u8], place: usize| {
+        u64::from_le_bytes(bytes[place + 1..place + 9].try_into().expect("8 bytes")) as usize
+    };
+    while bytes[place] != 6 {
+        place += 9 + length(&bytes, place);
+    }
+    let damaged = scenario.folder().join("damaged.mcap");
+    for size in [3_u64 << 30, 300 * length(&bytes, place) as u64, u64::MAX] {
+        bytes[place + 9 + 16..place + 9 + 24].copy_from_slice(&size.to_le_bytes());
+        std::fs::write(&damaged, &bytes).expect("written");
+        let error = entries(&damaged).expect_err("it is damaged");
+        let said = error.to_string();
+        assert!(
+            matches!(error, LogReadError::Damaged { .. }) && said.contains("holds more than it can"),
+            "{said}"
+        );
+    }
+}
+
 #[test]
 fn what_cannot_be_read_is_named() -> Result<(), LogReadError> {
     let scenario = quick_scene();

@@ -62,6 +62,15 @@ const FRAME: u64 = 9;
 /// Longest record and chunk, bytes; a longer one has a damaged length.
 const LONGEST: usize = 1 << 28;
 
+/// Largest ratio of a chunk's content to its compressed bytes: that of LZ4.
+const MOST_COMPRESSED: u64 = 255;
+
+/// The number of bytes that a chunk says to hold, which stands behind its first and last times.
+fn size_of_content(chunk: &[u8]) -> u64 {
+    let bytes = chunk.get(16..24).and_then(|bytes| bytes.try_into().ok());
+    bytes.map_or(0, u64::from_le_bytes)
+}
+
 impl Stream {
     /// Opens the file `path`, which must begin as MCAP does.
     pub fn open(path: &Path) -> Result<Self, LogReadError> {
@@ -183,7 +192,11 @@ impl Stream {
         let buffer = self.records.insert(frame.len() + length);
         buffer[..frame.len()].copy_from_slice(&frame);
         let read = self.file.read_exact(&mut buffer[frame.len()..]);
+        let content = if opcode == op::CHUNK { size_of_content(&buffer[frame.len()..]) } else { 0 };
         read.map_err(|cause| self.unreadable(cause))?;
+        if content > LONGEST as u64 || content > MOST_COMPRESSED * length as u64 {
+            return Err(self.damaged("a chunk says that it holds more than it can"));
+        }
         self.records.notify_read(frame.len() + length);
         while let Some(event) = self.records.next_event() {
             let record = match event {

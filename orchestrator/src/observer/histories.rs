@@ -9,7 +9,7 @@ use std::time::Duration;
 /// Time histories of a run: one row per communication point, one column per quantity.
 ///
 /// Columns: `time [s]`, `ground_acceleration.x [m/s2]`; of the coupling: `iterations [1]`, `converged [1]` (1 or 0),
-/// `residual.pressure [Pa]`, `residual.displacement [1]`, `interpolation_error [Pa]` (0 where there is no estimate),
+/// `residual.pressure [Pa]`, `residual.displacement [1]` (0 in a step of one iteration), `interpolation_error [Pa]` (0 where there is no estimate),
 /// `interface_work [J/m]` on the dam since the start and `interface_energy_produced [J/m]` by the coupling; the
 /// lowest pressure on the wet face (hydrostatic and hydrodynamic, against the atmosphere's); and every accepted
 /// output of both units except arrays over the wet face.
@@ -117,7 +117,9 @@ impl HistoriesWriter {
         let now = dam.answered.max(reservoir.answered);
         // To the picosecond, so that 4.01 is not written as 4.010000000000001.
         let time = (interval.end() * 1e12).round() / 1e12;
-        let residuals = report.residuals.map_or([0.0, 0.0], |r| [r.pressure, r.displacement]);
+        // A step of one iteration has no displacement to compare with.
+        let compared = |ratio: f64| if ratio == f64::INFINITY { 0.0 } else { ratio };
+        let residuals = report.residuals.map_or([0.0, 0.0], |r| [r.pressure, compared(r.displacement)]);
         let first = [
             time,
             interval.ground_acceleration[0],
