@@ -74,14 +74,12 @@ static OUTPUT_LOST: AtomicBool = AtomicBool::new(false);
 
 /// Prints a line; a closed output does not end the program.
 fn say(line: impl std::fmt::Display) {
-    match writeln!(std::io::stdout(), "{line}") {
-        // If the output is closed, no reader is left.
-        Err(cause) if cause.kind() != ErrorKind::BrokenPipe => {
-            if !OUTPUT_LOST.swap(true, Ordering::Relaxed) {
-                complain(format!("standard output: {cause}; what is printed from here on is lost"));
-            }
-        }
-        _ => (),
+    // If the output is closed, no reader is left.
+    if let Err(cause) = writeln!(std::io::stdout(), "{line}")
+        && cause.kind() != ErrorKind::BrokenPipe
+        && !OUTPUT_LOST.swap(true, Ordering::Relaxed)
+    {
+        complain(format!("standard output: {cause}; what is printed from here on is lost"));
     }
 }
 
