@@ -282,6 +282,16 @@ pub fn preparation_time(scene: &Scene, threads: NonZeroUsize) -> Result<f64, Reg
     Ok(began.elapsed().as_secs_f64() * frequencies as f64 / threads.get() as f64)
 }
 
+/// Hydrostatic pressure at the points of the dam's wet face, ρg(h − y), Pa: what the reservoir of a scene gives its dam before
+/// the ground moves.
+///
+/// **Errors**: the wet face.
+pub fn hydrostatic_pressure(scene: &Scene) -> Result<Vec<f64>, RegistryError> {
+    let face = wet_face(scene)?;
+    let specific_weight = if is_empty(scene) { 0.0 } else { scene.reservoir.density * scene.gravity };
+    Ok(face.points().iter().map(|[_, y]| specific_weight * (face.depth() - y)).collect())
+}
+
 /// The parameters of the reservoir of a scene, at its own points.
 ///
 /// **Errors**: [`RegistryError::Empty`], and the wet face.

@@ -54,8 +54,11 @@ fn examine(path: &Path, overrides: &[String]) -> Result<(), CheckError> {
     };
     // The dam is made and brought to rest as a run would; only the water's preparation remains.
     let mut dam = registry::unit(Side::Dam, &loaded.scene, threads(None))?;
-    let [inputs, mut outputs] =
+    let [mut inputs, mut outputs] =
         [&dam.description().inputs, &dam.description().outputs].map(|layout| vec![0.0; layout.size()]);
+    if let Some(range) = dam.description().inputs.range("hydrostatic_pressure") {
+        inputs[range].copy_from_slice(&registry::hydrostatic_pressure(&loaded.scene)?);
+    }
     dam.initialise(0.0, &inputs, &mut outputs)?;
     let frequencies = known(dam.read("natural_frequency"))?;
     say(format!("{} can be run: {steps}, {duration} s; {warnings}", loaded.path.display()));
@@ -67,7 +70,7 @@ fn examine(path: &Path, overrides: &[String]) -> Result<(), CheckError> {
         let frequencies: Vec<String> = frequencies.iter().map(|f| format!("{f:.2}")).collect();
         say(format!("  natural frequencies of the dam, intact and empty: {} rad/s", frequencies.join(", ")));
     }
-    say(format!("  {}", estimate::of(&loaded, &mut *dam, threads(None))?));
+    say(format!("  {}", estimate::of(&loaded, &mut *dam, &inputs, threads(None))?));
     for LimitEquilibrium { elevation, sliding, overturning } in registry::limit_equilibria(&loaded.scene)? {
         say(format!(
             "  factor of safety of the crack at {elevation} m before the ground moves: sliding {sliding:.2}, overturning \

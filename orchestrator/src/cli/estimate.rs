@@ -38,24 +38,24 @@ const WRITTEN: f64 = 18.0;
 const SAMPLE: Duration = Duration::from_millis(200);
 const MOST_STEPS: u32 = 50;
 
-/// Estimates the run of `loaded` from some steps of its initialised `dam` and one frequency of its water.
+/// Estimates the run of `loaded` from some steps of its `dam`, initialised with `inputs`, and one frequency of its water.
 ///
 /// **Errors**: those of the units.
 pub fn of(
     loaded: &LoadedScene,
     dam: &mut dyn Participant,
+    inputs: &[f64],
     threads: NonZeroUsize,
 ) -> Result<Estimate, EstimateError> {
     let scene = &loaded.scene;
     let (steps, communication_step) = (loaded.steps() as f64, scene.time.communication_step);
-    let [inputs, mut outputs] =
-        [&dam.description().inputs, &dam.description().outputs].map(|layout| vec![0.0; layout.size()]);
+    let mut outputs = vec![0.0; dam.description().outputs.size()];
     let (began, mut taken) = (Instant::now(), 0);
     while taken == 0 || (began.elapsed() < SAMPLE && taken < MOST_STEPS) {
         let time = f64::from(taken) * communication_step;
         taken += 1;
         let occasion = Occasion { step: taken.into(), iteration: 1, attempt: 1, time, communication_step };
-        dam.step(&occasion, &inputs, &mut outputs)?;
+        dam.step(&occasion, inputs, &mut outputs)?;
     }
     let dam_step = began.elapsed().as_secs_f64() / f64::from(taken);
     let points = registry::reservoir_face(scene)?.len() as f64;
