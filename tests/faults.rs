@@ -5,15 +5,7 @@ use orchestrator::log::{Log, LogReadError};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
-use whole_chain::scenario::{Scenario, binary};
-
-/// The main scene, coarse, with water that needs no preparation.
-fn scene(duration: f64) -> Scenario {
-    let mut scenario = Scenario::shipped("koyna-northridge-1994");
-    scenario.set("dam.element_size", 10.0).set("time.duration", duration);
-    scenario.set("reservoir.fidelity", "westergaard").set("coupling.scheme", "serial-implicit");
-    scenario
-}
+use whole_chain::scenario::{Scenario, binary, is_root};
 
 /// Runs a shell's `script` with the program as `$1`, the scene as `$2` and the folder of the results as `$3`.
 fn shell(script: &str, scene: &Path, results: &Path) -> Output {
@@ -42,7 +34,7 @@ fn entries_of_log(folder: &Path) -> usize {
 
 #[test]
 fn output_to_a_full_device_is_no_success() {
-    let scenario = scene(0.05);
+    let scenario = Scenario::quick(0.05);
     let script = r#""$1" run "$2" --quiet --transport in-process --output "$3" > /dev/full"#;
     let output = shell(script, &scenario.write(), &scenario.folder().join("full"));
     assert_eq!(output.status.code(), Some(1));
@@ -53,7 +45,7 @@ fn output_to_a_full_device_is_no_success() {
 
 #[test]
 fn a_limit_of_file_sizes_is_an_error_and_no_signal() {
-    let scenario = scene(3.0);
+    let scenario = Scenario::quick(3.0);
     let scene = scenario.write();
     for (transport, blocks, status, words) in [
         ("in-process", 2000, 1, ["log.mcap: File too large", "raise the limit of file sizes (`ulimit -f`)"]),
@@ -71,9 +63,46 @@ fn a_limit_of_file_sizes_is_an_error_and_no_signal() {
     }
 }
 
+/// With few processes and threads allowed a run ends with a message, whichever it is that cannot be made; with enough it
+/// succeeds.
+#[test]
+fn processes_and_threads_that_cannot_be_made_are_named() {
+    if !is_root() {
+        println!("not tried: only root can run a program as another user, whom limits bind");
+        return;
+    }
+    for (transport, scheme) in [("shared-memory", "serial-implicit"), ("in-process", "parallel-implicit")] {
+        let folder = Scenario::quick(0.05).set("coupling.scheme", scheme).for_all_users();
+        let run = |most: u32| {
+            let (limit, output) = (format!("--nproc={most}:{most}"), most.to_string());
+            let mut command = Command::new("prlimit");
+            command.args([&limit, "./cofferdam", "run", "scene.toml", "--quiet", "--transport", transport]);
+            command.args(["--output", &output]).current_dir(folder.path()).stdin(Stdio::null());
+            // A user of its own, who has no other processes.
+            std::os::unix::process::CommandExt::uid(&mut command, 54_321).output().expect("prlimit runs")
+        };
+        let mut refused = 0;
+        let succeeds = (0..40).any(|most| {
+            let output = run(most);
+            let said = said(&output);
+            assert!(!said.contains("panicked"), "{most}: {said}");
+            match output.status.code() {
+                Some(0) => return true,
+                Some(1 | 4) => refused += 1,
+                status => panic!("{most}: status {status:?}: {said}"),
+            }
+            let words = ["ulimit -u", "use --transport in-process", "ask for fewer"];
+            assert!(words.iter().any(|word| said.contains(word)), "{most}: {said}");
+            false
+        });
+        println!("{transport}: refused with fewer than {refused} processes and threads");
+        assert!(succeeds && refused > 2);
+    }
+}
+
 #[test]
 fn results_that_are_removed_during_a_run_end_it() {
-    let scenario = scene(20.0);
+    let scenario = Scenario::quick(20.0);
     let scene = scenario.write();
     for name in ["log.mcap", "histories.csv"] {
         let folder = scenario.folder().join(name.replace('.', "-"));
@@ -103,7 +132,7 @@ fn results_that_are_removed_during_a_run_end_it() {
 #[test]
 fn a_full_disk_ends_a_run_and_damages_nothing() {
     let count = std::env::var("COFFERDAM_FAULTS").ok().and_then(|n| n.parse().ok()).unwrap_or(3u64);
-    let scenario = scene(1.0);
+    let scenario = Scenario::quick(1.0);
     let (scene, folder) = (scenario.write(), scenario.folder().to_owned());
     let script = |size: u64| {
         format!(

@@ -233,17 +233,9 @@ fn records() {
     assert!(fine > 0 && refused > 0);
 }
 
-/// The main scene, coarse, and a short run of it.
-fn quick(duration: f64) -> Scenario {
-    let mut scenario = Scenario::shipped("koyna-northridge-1994");
-    scenario.set("dam.element_size", 15.0).set("time.duration", duration);
-    scenario.set("reservoir.fidelity", "westergaard").set("coupling.scheme", "serial-implicit");
-    scenario
-}
-
 #[test]
 fn logs() {
-    let scenario = quick(0.05);
+    let scenario = Scenario::quick(0.05);
     let run = scenario.try_run("whole");
     assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
     let whole = Log::open(&scenario.folder().join("whole/log.mcap")).expect("a log");
@@ -336,7 +328,7 @@ fn limited(arguments: &[String], folder: &Path) -> (ExitStatus, String) {
 
 #[test]
 fn command_lines() {
-    let scenario = quick(0.02);
+    let scenario = Scenario::quick(0.02);
     let scene = scenario.write().display().to_string();
     let words = [
         "run",
@@ -457,7 +449,7 @@ const VALUES: [(&str, &[&str]); 42] = [
 /// What `check` calls fine, `run` can begin: three steps of it end well, or do not converge (status 3).
 #[test]
 fn what_check_calls_fine_can_be_run() {
-    let mut scenario = quick(1.0);
+    let mut scenario = Scenario::quick(1.0);
     scenario.set("dam.element_size", 20.0).set("reservoir.element_size", 25.0);
     let scene = scenario.write().display().to_string();
     let (mut fine, mut refused, mut not_converged) = (0, 0, 0);

@@ -3,24 +3,17 @@
 use orchestrator::log::{Entry, Log};
 use orchestrator::scheme::Side;
 use std::io::{BufRead, BufReader, Read};
+use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
-use whole_chain::scenario::{Histories, Scenario, binary, root};
+use whole_chain::scenario::{Histories, Scenario, binary, is_root};
 
 /// Tests that check shared memory must run alone.
 fn alone() -> MutexGuard<'static, ()> {
     static ALONE: Mutex<()> = Mutex::new(());
     ALONE.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// The main scene, coarse, with water that needs no preparation.
-fn scene(duration: f64) -> Scenario {
-    let mut scenario = Scenario::shipped("koyna-northridge-1994");
-    scenario.set("dam.element_size", 10.0).set("time.duration", duration);
-    scenario.set("reservoir.fidelity", "westergaard").set("coupling.scheme", "serial-implicit");
-    scenario
 }
 
 /// A run whose processes are known.
@@ -115,7 +108,7 @@ fn assert_nothing_left() {
 
 /// A following run succeeds, and then nothing is left of the earlier ones.
 fn the_next_run_succeeds() {
-    let output = scene(0.1).try_run("after");
+    let output = Scenario::quick(0.1).try_run("after");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert_nothing_left();
 }
@@ -129,7 +122,7 @@ fn moments() -> Vec<u64> {
 #[test]
 fn a_killed_unit_ends_the_run_with_its_name_and_the_step() {
     let _alone = alone();
-    let scenario = scene(20.0);
+    let scenario = Scenario::quick(20.0);
     for (round, moment) in moments().into_iter().enumerate() {
         for victim in ["dam", "reservoir"] {
             let folder = format!("{victim}-{round}");
@@ -158,7 +151,7 @@ fn a_killed_unit_ends_the_run_with_its_name_and_the_step() {
 #[test]
 fn a_signal_to_all_processes_interrupts_the_run() {
     let _alone = alone();
-    let scenario = scene(20.0);
+    let scenario = Scenario::quick(20.0);
     for signal in ["-TERM", "-INT", "-HUP"] {
         let mut running = Running::start(scenario.command(signal));
         running.prepared();
@@ -178,7 +171,7 @@ fn a_signal_to_all_processes_interrupts_the_run() {
 #[test]
 fn units_end_when_the_orchestrator_is_killed() {
     let _alone = alone();
-    let scenario = scene(20.0);
+    let scenario = Scenario::quick(20.0);
     for (round, moment) in moments().into_iter().enumerate() {
         let mut running = Running::start(scenario.command(&format!("run-{round}")));
         running.prepared();
@@ -200,7 +193,7 @@ fn units_end_when_the_orchestrator_is_killed() {
 #[test]
 fn units_that_are_still_being_made_can_be_killed_too() {
     let _alone = alone();
-    let mut scenario = scene(20.0);
+    let mut scenario = Scenario::quick(20.0);
     scenario.set("reservoir.fidelity", "compressible");
     let running = Running::start(scenario.command("unit"));
     running.signal(running.reservoir, "-KILL");
@@ -228,7 +221,7 @@ fn units_that_are_still_being_made_can_be_killed_too() {
 #[test]
 fn a_unit_that_hangs_is_ended_by_its_deadline() {
     let _alone = alone();
-    let scenario = scene(20.0);
+    let scenario = Scenario::quick(20.0);
     let mut command = scenario.command("run");
     command.args(["--deadline", "0.5"]);
     let mut running = Running::start(command);
@@ -257,7 +250,7 @@ fn a_unit_that_hangs_is_ended_by_its_deadline() {
 #[test]
 fn an_orchestrator_that_was_stopped_goes_on() {
     let _alone = alone();
-    let scenario = scene(2.0);
+    let scenario = Scenario::quick(2.0);
     let mut command = scenario.command("run");
     command.args(["--deadline", "0.5"]);
     let mut running = Running::start(command);
@@ -273,7 +266,7 @@ fn an_orchestrator_that_was_stopped_goes_on() {
 #[test]
 fn ctrl_c_ends_the_preparation() {
     let _alone = alone();
-    let mut scenario = scene(20.0);
+    let mut scenario = Scenario::quick(20.0);
     scenario.set("reservoir.fidelity", "compressible");
     let running = Running::start(scenario.command("run"));
     running.signal(running.orchestrator.id(), "-INT");
@@ -286,7 +279,7 @@ fn ctrl_c_ends_the_preparation() {
 #[test]
 fn two_runs_at_once_do_not_disturb_each_other() {
     let _alone = alone();
-    let scenario = scene(1.0);
+    let scenario = Scenario::quick(1.0);
     let runs = ["one", "two"].map(|folder| scenario.command(folder).stdout(Stdio::null()).spawn());
     for run in runs {
         assert!(run.expect("cofferdam runs").wait().expect("it ends").success());
@@ -299,18 +292,6 @@ fn two_runs_at_once_do_not_disturb_each_other() {
     assert_nothing_left();
 }
 
-/// Files that every user may read and execute, in a folder that every user may write to.
-fn public_folder() -> tempfile::TempDir {
-    use std::os::unix::fs::PermissionsExt;
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    std::fs::set_permissions(folder.path(), PermissionsExt::from_mode(0o777)).expect("permissions");
-    folder
-}
-
-fn is_root() -> bool {
-    std::os::unix::fs::MetadataExt::uid(&Path::new("/proc/self").metadata().expect("proc")) == 0
-}
-
 #[test]
 fn a_second_user_can_run() {
     let _alone = alone();
@@ -318,16 +299,9 @@ fn a_second_user_can_run() {
         println!("not tried: only root can run a program as another user");
         return;
     }
-    let folder = public_folder();
-    let program = folder.path().join("cofferdam");
-    std::fs::copy(binary(), &program).expect("a copy");
-    let record = "northridge-1994-canyon-country-270.csv";
-    std::fs::copy(root().join("scenes/records").join(record), folder.path().join(record)).expect("a copy");
-    let mut scenario = scene(0.2);
-    scenario.set("ground_motion.record.file", record);
-    std::fs::copy(scenario.write(), folder.path().join("scene.toml")).expect("a copy");
+    let folder = Scenario::quick(0.2).for_all_users();
     let run = |user: u32| {
-        let mut command = Command::new(&program);
+        let mut command = Command::new(folder.path().join("cofferdam"));
         command.arg("run").arg(folder.path()).arg("--output").arg(folder.path().join(user.to_string()));
         command.arg("--quiet").current_dir(folder.path());
         std::os::unix::process::CommandExt::uid(&mut command, user).output().expect("cofferdam runs")
@@ -369,12 +343,13 @@ fn another_user_can_neither_stop_nor_read_nor_alter_a_run() {
         rmdir cofferdam-0 cofferdam-0-0123456789abcdef 2> /dev/null
         echo "tried: $tries"
     "#;
-    let folder = public_folder();
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    std::fs::set_permissions(folder.path(), PermissionsExt::from_mode(0o755)).expect("permissions");
     let over = folder.path().join("over");
     let mut other = Command::new("sh");
     other.args(["-c", script, "sh"]).arg(&over).stdout(std::process::Stdio::piped());
     let other = std::os::unix::process::CommandExt::uid(&mut other, 65534).spawn().expect("sh runs");
-    let output = scene(0.5).try_run("disturbed");
+    let output = Scenario::quick(0.5).try_run("disturbed");
     std::fs::write(&over, "").expect("written");
     let said = other.wait_with_output().expect("it ends").stdout;
     let said = String::from_utf8_lossy(&said).into_owned();
@@ -397,7 +372,7 @@ fn with_other_mounts(script: &str) -> Option<std::process::Output> {
 #[test]
 fn a_machine_without_shared_memory_is_told_how_to_go_on() {
     let _alone = alone();
-    let scenario = scene(0.2);
+    let scenario = Scenario::quick(0.2);
     let scene = scenario.write();
     let (program, scene, folder) = (binary().display(), scene.display(), scenario.folder().display());
     let run = format!("exec {program} run {scene} --quiet --output {folder}");

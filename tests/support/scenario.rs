@@ -1,6 +1,7 @@
 //! A shipped scene, varied, and what running it gives.
 
 use std::collections::HashMap;
+use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
@@ -31,6 +32,11 @@ pub fn binary() -> &'static Path {
     })
 }
 
+/// Whether the tests run as root, who alone can run a program as another user.
+pub fn is_root() -> bool {
+    std::fs::metadata("/proc/self").is_ok_and(|metadata| metadata.uid() == 0)
+}
+
 /// A shipped scene that can be varied, in a folder of its own.
 pub struct Scenario {
     table: Table,
@@ -50,6 +56,14 @@ impl Scenario {
             let file = folder.join(file).to_string_lossy().into_owned();
             scenario.set("ground_motion.record.file", file);
         }
+        scenario
+    }
+
+    /// The main scene, coarse, with water that needs no preparation, for this long (s).
+    pub fn quick(duration: f64) -> Self {
+        let mut scenario = Self::shipped("koyna-northridge-1994");
+        scenario.set("dam.element_size", 10.0).set("time.duration", duration);
+        scenario.set("reservoir.fidelity", "westergaard").set("coupling.scheme", "serial-implicit");
         scenario
     }
 
@@ -102,6 +116,20 @@ impl Scenario {
         std::fs::write(&path, toml::to_string(&self.table).expect("a table is TOML"))
             .expect("scene.toml is written");
         path
+    }
+
+    /// A folder that every user may use, with the program, the scene, as `scene.toml`, and its record.
+    pub fn for_all_users(&mut self) -> TempDir {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = |name: &str| folder.path().join(name);
+        std::fs::set_permissions(folder.path(), PermissionsExt::from_mode(0o777)).expect("permissions");
+        std::fs::copy(binary(), path("cofferdam")).expect("a copy");
+        if let Some(Value::String(file)) = self.find("ground_motion.record.file") {
+            std::fs::copy(std::mem::replace(file, "record.csv".to_owned()), path("record.csv"))
+                .expect("a copy");
+        }
+        std::fs::copy(self.write(), path("scene.toml")).expect("a copy");
+        folder
     }
 
     /// Runs the scene into the folder `output` under the scene's; returns what the program said.

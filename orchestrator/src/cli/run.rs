@@ -45,7 +45,7 @@ enum RunError {
     Program(std::io::Error),
     #[error("the response spectra: {0}; free some space or choose another --output")]
     Spectra(Box<dyn std::error::Error + Send + Sync>),
-    #[error("Ctrl-C cannot be caught: {0}")]
+    #[error("Ctrl-C cannot be caught: {0}; it takes a thread: allow more (`ulimit -u`)")]
     Signal(#[from] ctrlc::Error),
 }
 

@@ -35,7 +35,9 @@ pub fn host<E: std::fmt::Display>(make: impl FnOnce(&Task) -> Result<Box<dyn Par
     shorten_naps();
     let lifeline = match Lifeline::watch(task.unit.clone()) {
         Ok(lifeline) => lifeline,
-        Err(cause) => return fail(&format!("{}: no thread could be made: {cause}", task.unit)),
+        Err(cause) => {
+            return fail(&format!("{}: no thread can be made: {cause}; allow more (`ulimit -u`)", task.unit));
+        }
     };
     // Left last, after an orchestrator that died too: then this process or the other unit removes the folder.
     let folder = match Folder::join(&task.folder, task.run) {
