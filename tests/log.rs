@@ -366,9 +366,10 @@ fn a_log_that_is_damaged_anywhere_gives_nothing_false() -> Result<(), LogReadErr
     Ok(())
 }
 
-/// A chunk that says to hold gigabytes is damage, before memory is asked for.
+/// A chunk that says to hold gigabytes, or a text longer than itself, is damage before memory is asked for; and so is one
+/// whose content no checksum covers.
 #[test]
-fn a_chunk_that_holds_more_than_it_can_is_damage() {
+fn a_chunk_that_says_what_cannot_be_is_damage() {
     let scenario = quick_scene();
     let log = logged(&scenario, "run");
     let mut bytes = std::fs::read(&log).expect("a log");
@@ -381,16 +382,24 @@ fn a_chunk_that_holds_more_than_it_can_is_damage() {
         place += 9 + length(&bytes, place);
     }
     let damaged = scenario.folder().join("damaged.mcap");
-    for size in [3_u64 << 30, 300 * length(&bytes, place) as u64, u64::MAX] {
-        bytes[place + 9 + 16..place + 9 + 24].copy_from_slice(&size.to_le_bytes());
+    let text = 0xc94e_0c0f_u32.to_le_bytes();
+    let refused = |at: usize, value: &[u8], words: &str| {
+        let mut bytes = bytes.clone();
+        bytes[at..at + value.len()].copy_from_slice(value);
         std::fs::write(&damaged, &bytes).expect("written");
         let error = entries(&damaged).expect_err("it is damaged");
-        let said = error.to_string();
         assert!(
-            matches!(error, LogReadError::Damaged { .. }) && said.contains("holds more than it can"),
-            "{said}"
+            matches!(error, LogReadError::Damaged { .. }) && error.to_string().contains(words),
+            "{error}"
         );
+    };
+    let chunk = place + 9;
+    for size in [3_u64 << 30, 300 * length(&bytes, place) as u64, u64::MAX] {
+        refused(chunk + 16, &size.to_le_bytes(), "holds more than it can");
     }
+    refused(chunk + 24, &[0; 4], "a chunk has no checksum");
+    refused(chunk + 28, &text, "a text is longer than its record");
+    refused(mcap::MAGIC.len() + 9, &text, "a text is longer than its record");
 }
 
 #[test]

@@ -65,10 +65,32 @@ const LONGEST: usize = 1 << 28;
 /// Largest ratio of a chunk's content to its compressed bytes: that of LZ4.
 const MOST_COMPRESSED: u64 = 255;
 
-/// The number of bytes that a chunk says to hold, which stands behind its first and last times.
-fn size_of_content(chunk: &[u8]) -> u64 {
-    let bytes = chunk.get(16..24).and_then(|bytes| bytes.try_into().ok());
-    bytes.map_or(0, u64::from_le_bytes)
+/// What a record outside the chunks says that cannot be, or would take memory without end to read: no checksum covers it.
+fn impossible(opcode: u8, record: &[u8]) -> Option<&'static str> {
+    // A chunk: first and last time, size of its content, checksum, name of its compression.
+    let (strings, count) = match opcode {
+        op::HEADER => (0, 2),
+        op::CHUNK => (28, 1),
+        _ => return None,
+    };
+    let mut place = strings;
+    for _ in 0..count {
+        let length = record.get(place..place + 4).and_then(|bytes| bytes.try_into().ok());
+        place = length.map_or(usize::MAX, |length| place + 4 + u32::from_le_bytes(length) as usize);
+        if place > record.len() {
+            return Some("a text is longer than its record");
+        }
+    }
+    if opcode == op::CHUNK {
+        let size = record[16..24].try_into().map_or(u64::MAX, u64::from_le_bytes);
+        if size > LONGEST as u64 || size > MOST_COMPRESSED * record.len() as u64 {
+            return Some("a chunk says that it holds more than it can");
+        }
+        if record[24..28] == [0; 4] {
+            return Some("a chunk has no checksum");
+        }
+    }
+    None
 }
 
 impl Stream {
@@ -180,8 +202,8 @@ impl Stream {
             return Ok(false);
         }
         // The writer puts every message into a chunk, whose checksum covers it.
-        if opcode == op::MESSAGE {
-            return Err(self.damaged("a message outside the chunks"));
+        if matches!(opcode, op::MESSAGE | op::SCHEMA | op::CHANNEL) {
+            return Err(self.damaged("a message, schema or channel outside the chunks"));
         }
         if opcode == op::DATA_END {
             self.ended = true;
@@ -192,10 +214,10 @@ impl Stream {
         let buffer = self.records.insert(frame.len() + length);
         buffer[..frame.len()].copy_from_slice(&frame);
         let read = self.file.read_exact(&mut buffer[frame.len()..]);
-        let content = if opcode == op::CHUNK { size_of_content(&buffer[frame.len()..]) } else { 0 };
+        let impossible = impossible(opcode, &buffer[frame.len()..]);
         read.map_err(|cause| self.unreadable(cause))?;
-        if content > LONGEST as u64 || content > MOST_COMPRESSED * length as u64 {
-            return Err(self.damaged("a chunk says that it holds more than it can"));
+        if let Some(cause) = impossible {
+            return Err(self.damaged(cause));
         }
         self.records.notify_read(frame.len() + length);
         while let Some(event) = self.records.next_event() {
