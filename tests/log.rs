@@ -372,7 +372,7 @@ fn a_log_that_is_damaged_anywhere_gives_nothing_false() -> Result<(), LogReadErr
 fn a_chunk_that_says_what_cannot_be_is_damage() {
     let scenario = quick_scene();
     let log = logged(&scenario, "run");
-    let mut bytes = std::fs::read(&log).expect("a log");
+    let bytes = std::fs::read(&log).expect("a log");
     // Opcode and length of the first record, the header; of the next ones until the first chunk, whose opcode is 6.
     let mut place = mcap::MAGIC.len();
     let length = |bytes: &[u8], place: usize| {
