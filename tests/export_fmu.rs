@@ -196,6 +196,32 @@ fn it_says_what_was_packed() {
     }
 }
 
+/// A dam that is coupled must not have the water in its mass too, whatever the scene's own scheme does.
+#[test]
+fn the_water_is_in_the_dams_mass_only_if_asked() {
+    let folder = folder();
+    let set = ["--set", "reservoir.fidelity=westergaard"];
+    let mut dry = pack(folder.path(), "dam", &set);
+    let dry = contents::<Dam>(&mut dry, folder.path()).parameters;
+    assert_eq!(dry.added_mass, None);
+    let mut with_water = pack(folder.path(), "dam", &[&set[..], &["--force", "--added-mass"]].concat());
+    let with_water = contents::<Dam>(&mut with_water, folder.path()).parameters;
+    assert!(with_water.added_mass.is_some());
+    let described = |name: &str, more: &[&str]| {
+        let more = [&COARSE[..], &["--force"], more].concat();
+        let output = export(folder.path(), &root().join("scenes").join(SCENE), name, &more);
+        assert!(output.status.success());
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    };
+    assert!(described("dam", &[]).contains("(added_mass_included = 0): couple it with a reservoir"));
+    assert!(described("dam", &["--added-mass"]).contains("simulate it without a reservoir"));
+    assert!(described("reservoir", &[]).contains("whose added_mass_included is 0"));
+    std::fs::remove_dir_all(folder.path()).and_then(|()| std::fs::create_dir(folder.path())).expect("empty");
+    let (status, said) = refused(folder.path(), SCENE, "reservoir", &["--added-mass"]);
+    assert_eq!(status, Some(2));
+    assert!(said.contains("--added-mass is for the dam's FMU"), "{said}");
+}
+
 #[test]
 fn an_existing_file_is_overwritten_only_with_force() {
     let folder = folder();

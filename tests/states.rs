@@ -3,6 +3,7 @@
 
 use dam_dem::Dam;
 use interface::{Causality, CoSimulation, Variable, WetFace, variables};
+use orchestrator::registry::{WaterMass, dam_parameters};
 use reservoir::Reservoir;
 use std::num::NonZeroUsize;
 use whole_chain::koyna;
@@ -82,7 +83,7 @@ fn outputs<U: CoSimulation>(unit: &U) -> Result<Vec<(&'static str, Vec<u64>)>, U
 fn the_tests_dam_is_that_of_the_scene() -> Result<(), Box<dyn std::error::Error>> {
     let scene = orchestrator::registry::read(&root().join("scenes/koyna-northridge-1994"), &[])?.scene;
     let dam = scene.dam.as_ref().ok_or("a dam is computed")?;
-    assert_eq!(koyna::dam(5.0, true), orchestrator::registry::dam_parameters(dam, &scene)?);
+    assert_eq!(koyna::dam(5.0, true), dam_parameters(dam, &scene, WaterMass::None)?);
     let water = &scene.reservoir;
     let built = koyna::reservoir(WetFace::straight([0.0, scene.depth()], 1)?, H, 1.0);
     assert_eq!(

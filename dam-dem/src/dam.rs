@@ -1,6 +1,6 @@
 use interface::{
-    CallError, Capabilities, CoSimulation, Fingerprint, Packable, Shape, Stage, StateError, Variable,
-    WetFace, open, seal, variables::dam as variable,
+    CallError, Capabilities, CoSimulation, EndAcceleration, Fingerprint, Packable, Shape, Stage, StateError,
+    Variable, WetFace, open, seal, variables::dam as variable,
 };
 
 use nalgebra::DMatrix;
@@ -123,6 +123,7 @@ impl Dam {
             mean_acceleration: motion.velocity().to_vec(),
             mean_ground_acceleration: [0.0; 2],
             mean_base_force: [0.0; 2],
+            interface_acceleration: EndAcceleration::at_rest(points),
             motion,
             energy: EnergyLedger::default(),
             hydrostatic_pressure: vec![0.0; points],
@@ -499,6 +500,8 @@ impl CoSimulation for Dam {
         state.motion = motion;
         state.accepted.clone_from(&state.next);
         state.time = end;
+        let mean = self.mean_interface_acceleration();
+        self.state.interface_acceleration.step(&mean, step);
         self.stresses = OnceLock::new();
         Ok(())
     }

@@ -1,4 +1,4 @@
-use interface::Fingerprint;
+use interface::{EndAcceleration, Fingerprint};
 use serde::{Deserialize, Serialize};
 
 use crate::contact::JointState;
@@ -22,6 +22,8 @@ pub struct DamState {
     pub(crate) mean_ground_acceleration: [f64; 2],
     /// Force on the ground, mean over the last communication step, N/m.
     pub(crate) mean_base_force: [f64; 2],
+    /// Total acceleration of the wet face along its normals, m/s².
+    pub(crate) interface_acceleration: EndAcceleration,
     pub(crate) energy: EnergyLedger,
     pub(crate) hydrostatic_pressure: Vec<f64>,
     /// Inputs at the current time.
@@ -105,7 +107,9 @@ impl DamState {
             let means = [&state.rest, &state.mean_acceleration].map(Vec::len);
             let points = [&state.hydrostatic_pressure, &state.accepted.pressure, &state.next.pressure];
             let contacts: Vec<usize> = state.motion.joints().iter().map(Vec::len).collect();
-            (coordinates, others, means, points.map(Vec::len), contacts)
+            let face = &state.interface_acceleration;
+            let points = points.map(Vec::len);
+            (coordinates, others, means, points, [face.mean.len(), face.at_end.len()], contacts)
         };
         shape(self) == shape(other)
     }

@@ -7,7 +7,7 @@ import sys
 
 import numpy as np
 
-from unit import Unit, ground_acceleration
+from unit import Unit, ground_acceleration, refuse_strangers
 
 
 def predicted(accepted):
@@ -30,6 +30,7 @@ def main(dam, reservoir, record, results=None):
         unit.set("ground_acceleration", ground(0.0))
         unit.fmu.enterInitializationMode(startTime=0.0)
         if unit is dam:
+            refuse_strangers(dam, reservoir)
             dam.set("hydrostatic_pressure", hydrostatic)
         hydrostatic = unit.get("hydrostatic_pressure")
         unit.fmu.exitInitializationMode()

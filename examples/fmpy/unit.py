@@ -29,6 +29,16 @@ class Unit:
         return np.array(self.fmu.getFloat64(*self.references[name]))
 
 
+def refuse_strangers(dam, reservoir):
+    """Refuses a dam and a reservoir that do not belong together."""
+    if dam.get("added_mass_included")[0]:
+        raise SystemExit("the dam's mass contains the water already, which would count twice: pack it without --added-mass")
+    for name in ("x", "y", "normal_x", "normal_y"):
+        of_dam, of_water = (unit.get(f"interface_{name}") for unit in (dam, reservoir))
+        if of_dam.shape != of_water.shape or np.abs(of_dam - of_water).max() > 1e-9:
+            raise SystemExit(f"the wet faces differ in interface_{name}: pack both units from the same scene")
+
+
 def ground_acceleration(path, scene):
     """The CSV record `path`, cropped and scaled as in `scene`: acceleration (x, y), m/s², as a function of time, s."""
     record = scene["ground_motion"].get("record", {"file": "none"})

@@ -22,8 +22,10 @@
 //! the accepted inputs at t, and its outputs are those at t + H. Pressure and ground
 //! acceleration vary linearly over the step. `interface_acceleration` is the mean over the step,
 //! (v(t+H) − v(t))/H, and is constant within it, so that velocity is linear and the exchanged impulse exact.
+//! Where a value at t + H is needed, it is [`EndAcceleration`].
 
 mod co_simulation;
+mod end_value;
 pub mod export;
 mod messages;
 pub mod number;
@@ -35,6 +37,7 @@ pub mod variables;
 mod wet_face;
 
 pub use co_simulation::{CallError, Capabilities, CoSimulation, Stage};
+pub use end_value::EndAcceleration;
 pub use messages::{Level, Messages};
 pub use packable::Packable;
 pub use serialised_state::{Fingerprint, StateError, open, seal};

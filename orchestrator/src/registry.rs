@@ -206,7 +206,8 @@ fn computed_dam(
     threads: NonZeroUsize,
 ) -> Result<Box<dyn Participant>, RegistryError> {
     let messages = Messages::default();
-    let (dam, time_steps) = messages.listen(|| made_dam(dam_parameters(dam, scene)?, scene))?;
+    let (dam, time_steps) =
+        messages.listen(|| made_dam(dam_parameters(dam, scene, WaterMass::of(scene))?, scene))?;
     let dam = dam.on_threads(threads)?;
     let (elements, nodes, version) = (dam.element_count(), dam.node_count(), env!("CARGO_PKG_VERSION"));
     let modes = dam.modes().map_or(0, |modes| modes.mode_count());
@@ -238,7 +239,7 @@ pub fn made_dam(parameters: DamParameters, scene: &Scene) -> Result<(Dam, usize)
 ///
 /// **Errors**: those of the dam.
 pub fn safety_of_part(dam: &DamScene, scene: &Scene, part: f64) -> Result<f64, RegistryError> {
-    let (dam, _) = made_dam(dam_parameters(dam, scene)?, scene)?;
+    let (dam, _) = made_dam(dam_parameters(dam, scene, WaterMass::of(scene))?, scene)?;
     Ok(dam.time_step_limit() / (part * dam.critical_time_step().limit))
 }
 
@@ -350,13 +351,35 @@ pub fn frequency_response(
     Ok(paper::response_before(far_end, &parameters, s, threads)?)
 }
 
-/// The parameters of the dam of a scene, with the water's added mass if the scheme wants it there.
+/// The water's inertia in the dam's mass matrix.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WaterMass {
+    /// None: the water is another unit.
+    None,
+    /// That of water without memory; water with a memory is refused.
+    Exact,
+    /// That of the water as if it were incompressible and without waves.
+    Still,
+}
+
+impl WaterMass {
+    /// What the scheme of the scene wants.
+    fn of(scene: &Scene) -> Self {
+        if scene.scheme() == SchemeKind::AddedMass { Self::Exact } else { Self::None }
+    }
+}
+
+/// The parameters of the dam of a scene, with the water's added mass.
 ///
 /// **Errors**: the wet face, and those of the reservoir that the mass is taken from.
-pub fn dam_parameters(dam: &DamScene, scene: &Scene) -> Result<DamParameters, RegistryError> {
+pub fn dam_parameters(
+    dam: &DamScene,
+    scene: &Scene,
+    mass: WaterMass,
+) -> Result<DamParameters, RegistryError> {
     let mut parameters = dry_dam(dam, scene)?;
-    if scene.scheme() == SchemeKind::AddedMass {
-        parameters.added_mass = Some(mass_of_water(scene, false)?);
+    if mass != WaterMass::None {
+        parameters.added_mass = Some(mass_of_water(scene, mass == WaterMass::Still)?);
     }
     Ok(parameters)
 }

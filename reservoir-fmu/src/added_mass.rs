@@ -1,4 +1,4 @@
-//! Water without memory: its added mass, and pressure at the ends of steps of any length.
+//! Water without memory: its added mass.
 //!
 //! Depends on `analytical`, `fidelity`, `projection`, `quadrature` and `system`.
 
@@ -7,8 +7,7 @@ use crate::projection::consistent_mass;
 use crate::quadrature::gauss_legendre;
 use crate::system::boundary_system;
 use crate::{Fidelity, ReservoirError, ReservoirParameters};
-use nalgebra::{DMatrix, DVector};
-use serde::{Deserialize, Serialize};
+use nalgebra::DMatrix;
 
 /// The added mass A of water without memory: pressure `p = −A a` for the acceleration a of the wet face
 /// along n.
@@ -88,42 +87,4 @@ fn profile(parameters: &ReservoirParameters, pressure: fn(f64, f64) -> f64) -> D
         mass.solve_mut(&mut moved);
     }
     moved.resize_horizontally(points + 2, 0.0)
-}
-
-/// The previous step, on which the pressure of water without memory depends.
-///
-/// Pressure at the end of step n follows from the acceleration there, which is extrapolated linearly in time from the
-/// means over this and the previous step:
-///
-/// ```text
-/// a_end = ā_n + (ā_n − ā_{n−1}) H_n / (H_n + H_{n−1})
-/// ```
-///
-/// This is exact for a linear acceleration, otherwise of second order. With equal steps it is `1.5 ā_n − 0.5 ā_{n−1}`,
-/// BDF2 of the velocity. Before the first step the face is taken to be at rest for a step of the same length.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct LastStep {
-    /// ā, m/s².
-    pub acceleration: Vec<f64>,
-    /// H, s; 0 before the first step.
-    pub length: f64,
-    /// `H_n / (H_n + H_{n−1})` of that step.
-    pub share: f64,
-}
-
-impl LastStep {
-    /// The previous step of a face at rest.
-    pub fn at_rest(points: usize) -> Self {
-        Self { acceleration: vec![0.0; points], length: 0.0, share: 0.5 }
-    }
-
-    /// The next step, of `length` (s) with the mean `acceleration`, and the acceleration at its end.
-    pub fn followed_by(&self, acceleration: &[f64], length: f64) -> (Self, DVector<f64>) {
-        let before = if self.length > 0.0 { self.length } else { length };
-        let share = length / (length + before);
-        let means = acceleration.iter().zip(&self.acceleration);
-        let end = means.map(|(mean, last)| mean + (mean - last) * share);
-        let end = DVector::from_iterator(acceleration.len(), end);
-        (Self { acceleration: acceleration.to_vec(), length, share }, end)
-    }
 }

@@ -1,4 +1,4 @@
-use crate::added_mass::{LastStep, whole_added_mass};
+use crate::added_mass::whole_added_mass;
 use crate::convolution::Convolution;
 use crate::finite_elements::FiniteElements;
 use crate::frequency_response::{convolution_weights, quadrature};
@@ -7,8 +7,8 @@ use crate::time_domain::{Memory, TimeDomain};
 use crate::{Fidelity, Method, ReservoirError, ReservoirParameters};
 use interface::variables::reservoir as variables;
 use interface::{
-    CallError, Capabilities, Causality, CoSimulation, Fingerprint, Packable, Shape, Stage, StateError,
-    Variable, open, seal,
+    CallError, Capabilities, Causality, CoSimulation, EndAcceleration, Fingerprint, Packable, Shape, Stage,
+    StateError, Variable, open, seal,
 };
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
@@ -71,7 +71,7 @@ struct Motion {
     /// Velocity of the face, then of the ground, since the start, m/s; zeros without memory.
     velocity: Vec<f64>,
     /// For water with memory, only the length is used.
-    last_step: LastStep,
+    last_step: EndAcceleration,
     /// Pressure, Pa.
     pressure: Vec<f64>,
 }
@@ -118,7 +118,7 @@ impl Reservoir {
             last_ground_acceleration: [0.0; 2],
             acceleration: zeros.clone(),
             velocity: vec![0.0; face.len() + 2],
-            last_step: LastStep::at_rest(face.len()),
+            last_step: EndAcceleration::at_rest(face.len()),
             pressure: zeros,
         };
         let memory = match &model {
@@ -284,8 +284,8 @@ impl CoSimulation for Reservoir {
         let ground = motion.ground_acceleration;
         motion.pressure = match &self.model {
             Model::AddedMass(mass) => {
-                let (last_step, at_end) = motion.last_step.followed_by(&motion.acceleration, length);
-                motion.last_step = last_step;
+                motion.last_step.step(&motion.acceleration, length);
+                let at_end = DVector::from_column_slice(&motion.last_step.at_end);
                 let points = at_end.len();
                 minus(
                     mass * at_end.resize_vertically(points + 2, 0.0)
@@ -345,8 +345,8 @@ impl CoSimulation for Reservoir {
         let SerialisedState { motion, memory } = open(self.fingerprint, bytes)?;
         let points = self.parameters.wet_face.len();
         let Motion { acceleration, velocity, last_step, pressure, .. } = &motion;
-        let per_point = [acceleration, &last_step.acceleration, pressure];
-        let whole = per_point.iter().all(|v| v.len() == points) && velocity.len() == points + 2;
+        let per_point = [acceleration, pressure].iter().all(|v| v.len() == points);
+        let whole = per_point && last_step.is_of(points) && velocity.len() == points + 2;
         let memory = match &self.model {
             Model::AddedMass(_) => memory.is_empty().then(Memory::default),
             Model::Memory(water) => water.resume(&memory, motion.steps),
@@ -373,7 +373,7 @@ impl CoSimulation for Reservoir {
         self.check_length(by, seed.len())?;
         self.check_length(of, sensitivity.len())?;
         let points = self.parameters.wet_face.len();
-        let LastStep { length, share, .. } = self.state.motion.last_step;
+        let EndAcceleration { length, share, .. } = self.state.motion.last_step;
         let length = if length > 0.0 { length } else { self.parameters.communication_step };
         let (first, of_memory, of_mass) = match *by {
             variables::INTERFACE_ACCELERATION => (0, length, 1.0 + share),

@@ -22,11 +22,11 @@ def settings(overrides):
     return [argument for override in overrides for argument in ("--set", override)]
 
 
-def pack(folder, unit, overrides=(), scene="koyna-northridge-1994"):
+def pack(folder, unit, overrides=(), scene="koyna-northridge-1994", options=()):
     """The FMU of `unit` of a shipped scene with `overrides`."""
     path = folder / f"{unit}.fmu"
     command = [os.environ["COFFERDAM"], "export-fmu", SCENES / scene, "--unit", unit, "--output", path]
-    subprocess.run([*command, "--force", *settings(overrides)], check=True, capture_output=True)
+    subprocess.run([*command, "--force", *options, *settings(overrides)], check=True, capture_output=True)
     return path
 
 

@@ -32,11 +32,16 @@ impl Dam {
             variable::INTERFACE_PRESSURE => return copy(&state.next.pressure, values),
             variable::HYDROSTATIC_PRESSURE => return copy(&state.hydrostatic_pressure, values),
             variable::GROUND_ACCELERATION => return copy(&state.next.ground_acceleration, values),
-            variable::INTERFACE_DISPLACEMENT => return self.along_normals(|i| self.displacement(i), values),
-            variable::INTERFACE_VELOCITY => {
-                return self.along_normals(|i| self.at_node(i, state.motion.velocity()), values);
+            variable::INTERFACE_DISPLACEMENT => {
+                return copy(&self.along_normals(|i| self.displacement(i)), values);
             }
-            variable::INTERFACE_ACCELERATION => return self.along_normals(|i| self.acceleration(i), values),
+            variable::INTERFACE_VELOCITY => {
+                return copy(&self.along_normals(|i| self.at_node(i, state.motion.velocity())), values);
+            }
+            variable::INTERFACE_ACCELERATION => return copy(&self.mean_interface_acceleration(), values),
+            variable::INTERFACE_ACCELERATION_END => {
+                return copy(&state.interface_acceleration.at_end, values);
+            }
             variable::CREST_DISPLACEMENT => return copy(&self.displacement(crest), values),
             variable::CREST_ACCELERATION => return copy(&self.acceleration(crest), values),
             variable::LARGEST_PRINCIPAL_STRESS => self.principal_stresses().largest.0,
@@ -262,13 +267,18 @@ impl Dam {
         self.side_mean(crack, side, |node| self.acceleration(node)[0])
     }
 
-    fn along_normals(&self, motion: impl Fn(usize) -> [f64; 2], values: &mut [f64]) -> Result<(), DamError> {
-        let Some(wet) = self.wet() else { return Ok(()) };
-        for ((value, &node), n) in values.iter_mut().zip(&wet.nodes).zip(&wet.normals) {
+    /// Total acceleration of the wet face along its normals, mean over the last communication step, m/s².
+    pub(super) fn mean_interface_acceleration(&self) -> Vec<f64> {
+        self.along_normals(|node| self.acceleration(node))
+    }
+
+    fn along_normals(&self, motion: impl Fn(usize) -> [f64; 2]) -> Vec<f64> {
+        let points = self.wet().into_iter().flat_map(|wet| wet.nodes.iter().zip(&wet.normals));
+        let along = |(&node, n): (&usize, &[f64; 2])| {
             let [x, y] = motion(node);
-            *value = x * n[0] + y * n[1];
-        }
-        Ok(())
+            x * n[0] + y * n[1]
+        };
+        points.map(along).collect()
     }
 
     fn interface(

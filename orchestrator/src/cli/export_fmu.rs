@@ -1,7 +1,7 @@
 //! `cofferdam export-fmu`.
 
 use super::{BuiltIn, check, complain, say};
-use crate::packing::{self, PackingError, Target};
+use crate::packing::{self, PackingError, Target, Unit};
 use miette::Diagnostic;
 use orchestrator::registry;
 use orchestrator::scene::SceneError;
@@ -27,6 +27,12 @@ pub struct Arguments {
     /// As in `cofferdam run`. The mesh and the cracks of the dam can be changed only here: in the FMU they are fixed.
     #[arg(short, long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
+
+    /// Put the inertia of the scene's water, as if it were incompressible, into the dam's mass
+    ///
+    /// For a dam that is simulated without a reservoir; with one, the water would count twice.
+    #[arg(long)]
+    pub added_mass: bool,
 
     /// Overwrite an existing file
     #[arg(short, long)]
@@ -54,6 +60,13 @@ Examples:
 
 Exit status: 0 packed, 1 it cannot be packed or written, 2 the scene is wrong.";
 
+const WITH_WATER: &str =
+    "its mass contains the inertia of the water (added_mass_included = 1): simulate it without a reservoir";
+const WITHOUT_WATER: &str =
+    "its mass is the concrete's alone (added_mass_included = 0): couple it with a reservoir";
+const RESERVOIR: &str =
+    "it answers the whole hydrodynamic pressure: couple it with a dam whose added_mass_included is 0";
+
 /// Why no FMU was written.
 #[derive(Debug, thiserror::Error, Diagnostic)]
 enum Failure {
@@ -62,6 +75,8 @@ enum Failure {
     Scene(#[from] SceneError),
     #[error(transparent)]
     Packing(#[from] PackingError),
+    #[error("--added-mass is for the dam's FMU: a reservoir gives its inertia as pressure; leave it out")]
+    AddedMass,
 }
 
 /// Packs a unit of a scene and reports the result.
@@ -69,7 +84,7 @@ pub fn run(arguments: &Arguments) -> ExitCode {
     match execute(arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            let status = if matches!(error, Failure::Scene(_)) { 2 } else { 1 };
+            let status = if matches!(error, Failure::Packing(_)) { 1 } else { 2 };
             complain(format!("{:?}", miette::Report::new(error)));
             ExitCode::from(status)
         }
@@ -77,19 +92,22 @@ pub fn run(arguments: &Arguments) -> ExitCode {
 }
 
 fn execute(arguments: &Arguments) -> Result<(), Failure> {
+    let (name, unit, said) = match (arguments.unit, arguments.added_mass) {
+        (BuiltIn::Dam, true) => ("dam", Unit::Dam { added_mass: true }, WITH_WATER),
+        (BuiltIn::Dam, false) => ("dam", Unit::Dam { added_mass: false }, WITHOUT_WATER),
+        (BuiltIn::Reservoir, false) => ("reservoir", Unit::Reservoir, RESERVOIR),
+        (BuiltIn::Reservoir, true) => return Err(Failure::AddedMass),
+    };
     let loaded = registry::read(&arguments.scene, &arguments.set)?;
     check::warn(&loaded.warnings);
-    let unit = match arguments.unit {
-        BuiltIn::Dam => "dam",
-        BuiltIn::Reservoir => "reservoir",
-    };
-    let path = arguments.output.clone().unwrap_or_else(|| format!("{}-{unit}.fmu", loaded.name).into());
+    let path = arguments.output.clone().unwrap_or_else(|| format!("{}-{name}.fmu", loaded.name).into());
     let target = Target { path: &path, overwrite: arguments.force, library: arguments.library.as_deref() };
-    let packed = packing::pack(arguments.unit.into(), &loaded.scene, &target)?;
+    let packed = packing::pack(unit, &loaded.scene, &target)?;
     let step = loaded.scene.time.communication_step;
     let steps = if packed.variable_step { "or any other" } else { "and no other" };
     say(format!("{}: {} kB, FMI 3.0 co-simulation", path.display(), packed.size.div_ceil(1000)));
     say(format!("{} interface points; communication step {step} s {steps}", packed.interface_points));
+    say(said);
     say(
         "for importers of FMI 3.0 on this platform, such as FMPy; documentation/index.html in it explains its use",
     );

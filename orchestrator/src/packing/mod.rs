@@ -2,13 +2,12 @@
 
 mod mesh;
 
-use crate::registry::{self, RegistryError};
+use crate::registry::{self, RegistryError, WaterMass};
 use dam_dem::Dam;
 use interface::export::Contents;
 use interface::{Packable, variables};
 use orchestrator::fmu::{FmuError, Library, Package, check_target};
 use orchestrator::scene::Scene;
-use orchestrator::scheme::Side;
 use reservoir::Reservoir;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -49,6 +48,18 @@ pub struct Target<'a> {
     pub library: Option<&'a Path>,
 }
 
+/// A unit of a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unit {
+    /// The dam; whether its mass matrix contains the water's inertia.
+    Dam {
+        /// Whether it does.
+        added_mass: bool,
+    },
+    /// The reservoir.
+    Reservoir,
+}
+
 /// What was packed.
 pub struct Packed {
     /// Size of the FMU, bytes.
@@ -59,20 +70,22 @@ pub struct Packed {
     pub variable_step: bool,
 }
 
-/// Packs the unit of `side` of a loaded scene.
+/// Packs a unit of a loaded scene.
 ///
 /// **Errors**: those of [`check_target`] and [`Package::write`], and a unit that cannot be made from the scene; then
 /// nothing is written.
-pub fn pack(side: Side, scene: &Scene, target: &Target<'_>) -> Result<Packed, PackingError> {
+pub fn pack(unit: Unit, scene: &Scene, target: &Target<'_>) -> Result<Packed, PackingError> {
     check_target(target.path, target.overwrite)?;
-    match side {
-        Side::Dam => dam(scene, target),
-        Side::Reservoir => reservoir(scene, target),
+    match unit {
+        Unit::Dam { added_mass } => dam(scene, added_mass, target),
+        Unit::Reservoir => reservoir(scene, target),
     }
 }
 
-fn dam(scene: &Scene, target: &Target<'_>) -> Result<Packed, PackingError> {
-    let parameters = registry::dam_parameters(scene.dam.as_ref().ok_or(PackingError::NoDam)?, scene)?;
+fn dam(scene: &Scene, added_mass: bool, target: &Target<'_>) -> Result<Packed, PackingError> {
+    let dam = scene.dam.as_ref().ok_or(PackingError::NoDam)?;
+    let mass = if added_mass { WaterMass::Still } else { WaterMass::None };
+    let parameters = registry::dam_parameters(dam, scene, mass)?;
     // Some mistakes are found only when the dam is made; that takes no longer than a few steps.
     registry::made_dam(parameters.clone(), scene)?;
     let face = parameters.wet_face().map_err(RegistryError::from)?;

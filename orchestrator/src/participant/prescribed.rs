@@ -1,5 +1,5 @@
 use super::{Description, Occasion, Participant, ParticipantError};
-use interface::{StateError, Variable, WetFace, variables::dam};
+use interface::{EndAcceleration, StateError, Variable, WetFace, variables::dam};
 
 /// A stand-in for the dam that moves rigidly with the ground.
 ///
@@ -9,14 +9,24 @@ use interface::{StateError, Variable, WetFace, variables::dam};
 pub struct Prescribed {
     description: Description,
     face: WetFace,
+    state: State,
+    saved: State,
+}
+
+#[derive(Clone)]
+struct State {
     ground_acceleration: [f64; 2],
-    saved: [f64; 2],
+    of_face: EndAcceleration,
 }
 
 const INPUTS: [Variable; 3] = [dam::INTERFACE_PRESSURE, dam::HYDROSTATIC_PRESSURE, dam::GROUND_ACCELERATION];
 const FIXED: [Variable; 2] = [dam::INTERFACE_X, dam::INTERFACE_Y];
-const OUTPUTS: [Variable; 3] =
-    [dam::INTERFACE_DISPLACEMENT, dam::INTERFACE_VELOCITY, dam::INTERFACE_ACCELERATION];
+const OUTPUTS: [Variable; 4] = [
+    dam::INTERFACE_DISPLACEMENT,
+    dam::INTERFACE_VELOCITY,
+    dam::INTERFACE_ACCELERATION,
+    dam::INTERFACE_ACCELERATION_END,
+];
 
 impl Prescribed {
     /// A rigid dam whose wet face is `face`.
@@ -25,7 +35,8 @@ impl Prescribed {
     pub fn new(face: WetFace) -> Result<Self, StateError> {
         let variables = [INPUTS.as_slice(), &OUTPUTS, &FIXED];
         let description = Description::of_stand_in("dam", "prescribed", &face, variables)?;
-        Ok(Self { description, face, ground_acceleration: [0.0; 2], saved: [0.0; 2] })
+        let state = State { ground_acceleration: [0.0; 2], of_face: EndAcceleration::at_rest(face.len()) };
+        Ok(Self { description, face, saved: state.clone(), state })
     }
 
     fn read_ground(&self, inputs: &[f64]) -> [f64; 2] {
@@ -53,34 +64,37 @@ impl Participant for Prescribed {
         inputs: &[f64],
         outputs: &mut [f64],
     ) -> Result<(), ParticipantError> {
-        self.ground_acceleration = self.read_ground(inputs);
+        self.state.ground_acceleration = self.read_ground(inputs);
         outputs.fill(0.0);
         self.save_state()
     }
 
     fn step(
         &mut self,
-        _occasion: &Occasion,
+        occasion: &Occasion,
         inputs: &[f64],
         outputs: &mut [f64],
     ) -> Result<(), ParticipantError> {
         let end = self.read_ground(inputs);
-        let mean = [0, 1].map(|i| 0.5 * (self.ground_acceleration[i] + end[i]));
-        outputs.fill(0.0);
-        for (a, n) in outputs[2 * self.face.len()..].iter_mut().zip(self.face.normals()) {
-            *a = mean[0] * n[0] + mean[1] * n[1];
-        }
-        self.ground_acceleration = end;
+        let mean = [0, 1].map(|i| 0.5 * (self.state.ground_acceleration[i] + end[i]));
+        let along = |n: &[f64; 2]| mean[0] * n[0] + mean[1] * n[1];
+        let means: Vec<f64> = self.face.normals().iter().map(along).collect();
+        self.state.of_face.step(&means, occasion.communication_step);
+        self.state.ground_acceleration = end;
+        let points = means.len();
+        outputs[..2 * points].fill(0.0);
+        outputs[2 * points..3 * points].copy_from_slice(&means);
+        outputs[3 * points..].copy_from_slice(&self.state.of_face.at_end);
         Ok(())
     }
 
     fn save_state(&mut self) -> Result<(), ParticipantError> {
-        self.saved = self.ground_acceleration;
+        self.saved.clone_from(&self.state);
         Ok(())
     }
 
     fn restore_state(&mut self) -> Result<(), ParticipantError> {
-        self.ground_acceleration = self.saved;
+        self.state.clone_from(&self.saved);
         Ok(())
     }
 }
