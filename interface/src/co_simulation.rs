@@ -102,8 +102,8 @@ pub enum CallError {
     },
     /// The unit cannot take a step of this length.
     #[error(
-        "{unit}: a communication step of {asked} s was requested, it can only take {allowed} s; \
-             set the communication step, or the output interval, to {allowed} s"
+        "{unit}: a communication step of {asked} s was requested, it can only take {own} s and whole multiples of it; \
+             set the communication step, or the output interval, to one of these"
     )]
     CommunicationStep {
         /// Unit that was called.
@@ -111,7 +111,7 @@ pub enum CallError {
         /// Requested length, s.
         asked: f64,
         /// Length for which the unit was made, s.
-        allowed: f64,
+        own: f64,
     },
     /// The unit does not offer this derivative.
     #[error("{unit}: no derivative of variable {unknown} with respect to variable {known} is offered")]

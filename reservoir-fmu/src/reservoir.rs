@@ -28,7 +28,8 @@ const TIME_TOLERANCE: f64 = 1e-6;
 /// Input: mean total acceleration of the wet face along n over the step, and acceleration of the ground at its end.
 /// Output: pressure at the step's end. Compressible water is stepped by a [`Method`]. A convolution costs a direct sum
 /// over the open block of the history and, once per block, a Fourier transform of all other blocks. A recursion and finite
-/// elements cost the same at any time of a run. Water without memory and a recursion take steps of any length.
+/// elements cost the same at any time of a run. Water without memory and a recursion take steps of any length, the other
+/// methods whole multiples of the one they were made for: they take several steps of their own.
 pub struct Reservoir {
     parameters: ReservoirParameters,
     fingerprint: Fingerprint,
@@ -70,7 +71,7 @@ struct Motion {
     acceleration: Vec<f64>,
     /// Velocity of the face, then of the ground, since the start, m/s; zeros without memory.
     velocity: Vec<f64>,
-    /// For water with memory, only the length is used.
+    /// The last communication step; of water with memory, only its length is used.
     last_step: EndAcceleration,
     /// Pressure, Pa.
     pressure: Vec<f64>,
@@ -134,8 +135,9 @@ impl Reservoir {
         &self.parameters
     }
 
-    fn check_step(&self, time: f64, communication_step: f64) -> Result<(), ReservoirError> {
-        let ReservoirParameters { communication_step: allowed, horizon, .. } = self.parameters;
+    /// How many steps of its own the unit takes for a communication step.
+    fn own_steps(&self, time: f64, communication_step: f64) -> Result<usize, ReservoirError> {
+        let ReservoirParameters { communication_step: own, horizon, .. } = self.parameters;
         if !self.state.motion.initialised {
             return Err(CallError::Order { unit: UNIT, call: "step", stage: Stage::Instantiated }.into());
         }
@@ -144,24 +146,27 @@ impl Reservoir {
             let (parameter, value) = ("communication_step", communication_step);
             return Err(ReservoirError::NotPositive { parameter, value, unit: "s" });
         }
-        let tolerance = TIME_TOLERANCE * if any { communication_step } else { allowed };
+        let tolerance = TIME_TOLERANCE * if any { communication_step } else { own };
         let now = self.state.motion.time;
         if (time - now).abs() > tolerance || !time.is_finite() {
             return Err(CallError::Time { unit: UNIT, asked: time, time: now }.into());
         }
         if any {
-            return Ok(());
+            return Ok(1);
         }
-        if (communication_step - allowed).abs() > tolerance || !communication_step.is_finite() {
+        let steps = (communication_step / own).round();
+        // A NaN is refused too.
+        if !(steps >= 1.0 && (communication_step - steps * own).abs() <= tolerance) {
             let asked = communication_step;
-            return Err(CallError::CommunicationStep { unit: UNIT, asked, allowed }.into());
+            return Err(CallError::CommunicationStep { unit: UNIT, asked, own }.into());
         }
-        if self.parameters.method.has_horizon() && self.state.motion.steps >= self.parameters.steps() {
-            let end = now + allowed;
-            let elapsed = end - self.state.motion.start_time;
-            return Err(ReservoirError::BeyondHorizon { end, elapsed, horizon });
+        let start = self.state.motion.start_time;
+        let elapsed = now + communication_step - start;
+        let reached = self.state.motion.steps as f64 + steps;
+        if self.parameters.method.has_horizon() && reached > self.parameters.steps() as f64 {
+            return Err(ReservoirError::BeyondHorizon { end: start + elapsed, elapsed, horizon });
         }
-        Ok(())
+        Ok(steps as usize)
     }
 
     fn check_state(&self, found: Fingerprint) -> Result<(), ReservoirError> {
@@ -210,6 +215,38 @@ impl Reservoir {
                 return Err(CallError::UnknownVariable { unit: UNIT, value_reference }.into());
             }
         })
+    }
+}
+
+/// The motion over a communication step of several `own_steps`, each of `length` (s).
+struct Input<'a> {
+    /// Mean acceleration of the face, constant over the communication step, m/s².
+    face: &'a [f64],
+    /// Acceleration of the ground at its begin and end, linear in between, m/s².
+    ground: [[f64; 2]; 2],
+    own_steps: usize,
+    length: f64,
+}
+
+impl Input<'_> {
+    /// Takes the steps from `velocity` and `memory`; returns the pressure at the end, none for a foreign memory.
+    fn drive(&self, water: &dyn TimeDomain, velocity: &mut [f64], memory: &mut Memory) -> Option<Vec<f64>> {
+        let [begin, end] = self.ground;
+        let ground = |step: usize, axis: usize| match step == self.own_steps {
+            true => end[axis],
+            false => begin[axis] + (end[axis] - begin[axis]) * step as f64 / self.own_steps as f64,
+        };
+        let mut pressure = None;
+        for step in 1..=self.own_steps {
+            let of_ground = [0, 1].map(|axis| 0.5 * (ground(step - 1, axis) + ground(step, axis)));
+            let means = self.face.iter().chain(&of_ground);
+            velocity.iter_mut().zip(means).for_each(|(v, a)| *v += self.length * a);
+            if step == self.own_steps {
+                pressure = Some(water.pressure(memory, velocity, self.length)?);
+            }
+            *memory = water.push(memory, velocity, self.length)?;
+        }
+        pressure
     }
 }
 
@@ -270,9 +307,9 @@ impl CoSimulation for Reservoir {
     }
 
     fn step(&mut self, time: f64, communication_step: f64) -> Result<(), ReservoirError> {
-        self.check_step(time, communication_step)?;
-        let mut motion = self.state.motion.clone();
-        motion.steps += 1;
+        let own_steps = self.own_steps(time, communication_step)?;
+        let ReservoirState { mut motion, mut memory, .. } = self.state.clone();
+        motion.steps += own_steps;
         // The time of equal steps follows from their number, because a sum would accumulate rounding errors.
         let length = if takes_any_step(&self.parameters) {
             motion.time = time + communication_step;
@@ -281,10 +318,10 @@ impl CoSimulation for Reservoir {
             motion.time = motion.start_time + motion.steps as f64 * self.parameters.communication_step;
             self.parameters.communication_step
         };
-        let ground = motion.ground_acceleration;
+        motion.last_step.step(&motion.acceleration, own_steps as f64 * length);
+        let [before, ground] = [motion.last_ground_acceleration, motion.ground_acceleration];
         motion.pressure = match &self.model {
             Model::AddedMass(mass) => {
-                motion.last_step.step(&motion.acceleration, length);
                 let at_end = DVector::from_column_slice(&motion.last_step.at_end);
                 let points = at_end.len();
                 minus(
@@ -293,13 +330,9 @@ impl CoSimulation for Reservoir {
                 )
             }
             Model::Memory(water) => {
-                motion.last_step.length = length;
-                let before = motion.last_ground_acceleration;
-                let means = [0, 1].map(|axis| 0.5 * (before[axis] + ground[axis]));
-                let means = motion.acceleration.iter().chain(&means);
-                motion.velocity.iter_mut().zip(means).for_each(|(v, a)| *v += length * a);
-                let pressure = water.pressure(&self.state.memory, &motion.velocity, length);
-                pressure.ok_or(ReservoirError::ForeignMemory)?
+                let input = Input { face: &motion.acceleration, ground: [before, ground], own_steps, length };
+                let answer = input.drive(&**water, &mut motion.velocity, &mut memory);
+                answer.ok_or(ReservoirError::ForeignMemory)?
             }
         };
         motion.last_ground_acceleration = ground;
@@ -307,11 +340,7 @@ impl CoSimulation for Reservoir {
             let (value, time) = (motion.pressure[index], motion.time);
             return Err(ReservoirError::NonFinitePressure { index, value, time });
         }
-        if let Model::Memory(water) = &self.model {
-            let next = water.push(&self.state.memory, &motion.velocity, length);
-            self.state.memory = next.ok_or(ReservoirError::ForeignMemory)?;
-        }
-        self.state.motion = motion;
+        (self.state.motion, self.state.memory) = (motion, memory);
         Ok(())
     }
 
@@ -360,7 +389,7 @@ impl CoSimulation for Reservoir {
     /// Derivatives of the pressure at the end of the last step, and of the outputs that follow from it. Before the first
     /// step, they are those of a step with the communication step of the parameters. With respect to the step's mean
     /// acceleration: `H W₀`, without memory `−(1 + H_n/(H_n + H_{n−1})) A`. With respect to the ground acceleration at its
-    /// end: `½ H W₀`, without memory −A.
+    /// end: `½ H W₀`, without memory −A. For a step of several steps of its own: the answer of water at rest.
     fn directional_derivative(
         &self,
         unknown: u32,
@@ -374,18 +403,30 @@ impl CoSimulation for Reservoir {
         self.check_length(of, sensitivity.len())?;
         let points = self.parameters.wet_face.len();
         let EndAcceleration { length, share, .. } = self.state.motion.last_step;
-        let length = if length > 0.0 { length } else { self.parameters.communication_step };
+        let own = self.parameters.communication_step;
+        let length = if length > 0.0 { length } else { own };
+        let own_steps = if takes_any_step(&self.parameters) { 1 } else { (length / own).round() as usize };
         let (first, of_memory, of_mass) = match *by {
             variables::INTERFACE_ACCELERATION => (0, length, 1.0 + share),
             variables::GROUND_ACCELERATION => (points, 0.5 * length, 1.0),
             _ => return Err(none().into()),
         };
-        let seed = DVector::from_column_slice(seed);
         let pressure: Vec<f64> = match &self.model {
-            Model::AddedMass(mass) => minus(mass.columns(first, seed.len()) * seed * of_mass),
-            Model::Memory(water) => {
+            Model::AddedMass(mass) => {
+                minus(mass.columns(first, seed.len()) * DVector::from_column_slice(seed) * of_mass)
+            }
+            Model::Memory(water) if own_steps == 1 => {
+                let seed = DVector::from_column_slice(seed);
                 let product = water.instantaneous(length).columns(first, seed.len()) * seed * of_memory;
                 product.data.into()
+            }
+            Model::Memory(water) => {
+                let mut all = vec![0.0; points + 2];
+                all[first..first + seed.len()].copy_from_slice(seed);
+                let ground = [[0.0; 2], [all[points], all[points + 1]]];
+                let input = Input { face: &all[..points], ground, own_steps, length: own };
+                let answer = input.drive(&**water, &mut vec![0.0; points + 2], &mut water.at_rest());
+                answer.ok_or(ReservoirError::ForeignMemory)?
             }
         };
         match *of {

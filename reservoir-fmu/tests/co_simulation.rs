@@ -127,7 +127,7 @@ fn calls_out_of_order_are_refused() -> Result<(), ReservoirError> {
     unit.initialise(1.0)?;
     assert!(order(unit.initialise(1.0)));
     assert!(matches!(unit.step(0.0, STEP), Err(ReservoirError::Call(CallError::Time { .. }))));
-    let wrong = unit.step(1.0, 0.01);
+    let wrong = unit.step(1.0, 1.5 * STEP);
     assert!(matches!(wrong, Err(ReservoirError::Call(CallError::CommunicationStep { .. }))));
     let wrong = unit.set(HORIZON.value_reference, &[3.0]);
     assert!(matches!(wrong, Err(ReservoirError::Call(CallError::NotSettable { .. }))));
@@ -141,6 +141,72 @@ fn calls_out_of_order_are_refused() -> Result<(), ReservoirError> {
     assert!(matches!(wrong, Err(ReservoirError::Call(CallError::NonFinite { .. }))));
     unit.set(ground, &[3.0, 0.0])?;
     unit.step(1.0, STEP)?;
+    Ok(())
+}
+
+/// A step of several steps of the unit's own is those steps, with the ground between its values at both ends, and its
+/// derivatives are differences of such steps.
+#[test]
+fn a_multiple_of_the_own_step_is_that_many_steps() -> Result<(), ReservoirError> {
+    const MULTIPLE: usize = 5;
+    let long = MULTIPLE as f64 * STEP;
+    let ground = |step: usize| [(0.3 * step as f64).sin(), (0.7 * step as f64).cos() - 1.0];
+    let pressure = |unit: &Reservoir| {
+        let mut p = [0.0; POINTS];
+        unit.get(INTERFACE_PRESSURE.value_reference, &mut p).map(|()| p)
+    };
+    let set = |unit: &mut Reservoir, step: usize, ground: &[f64; 2]| {
+        let a: Vec<f64> = (0..POINTS).map(|i| ((step * POINTS + i) as f64).sin() * 3.0).collect();
+        unit.set(INTERFACE_ACCELERATION.value_reference, &a)?;
+        unit.set(GROUND_ACCELERATION.value_reference, ground)
+    };
+    for method in [Method::Bdf2, Method::Radau2, Method::FiniteElements] {
+        let made = ReservoirParameters { method, ..made() };
+        let [mut single, mut whole] = [stepping(made.clone())?, stepping(made)?];
+        for step in 0..79 {
+            let [begin, end] = [ground(step), ground(step + 1)];
+            for own in 1..=MULTIPLE {
+                let share = own as f64 / MULTIPLE as f64;
+                let between = [0, 1].map(|axis| begin[axis] + (end[axis] - begin[axis]) * share);
+                set(&mut single, step, &between)?;
+                single.step((step * MULTIPLE + own - 1) as f64 * STEP, STEP)?;
+            }
+            set(&mut whole, step, &end)?;
+            whole.step(step as f64 * long, long)?;
+            for (found, wanted) in pressure(&whole)?.iter().zip(pressure(&single)?) {
+                assert!((found - wanted).abs() < 1e-6, "{method:?} step {step}: {found} for {wanted}");
+            }
+        }
+        let before = whole.save_state();
+        for (variable, size) in [(INTERFACE_ACCELERATION, POINTS), (GROUND_ACCELERATION, 2)] {
+            for known in 0..size {
+                let mut answers = [[0.0; POINTS]; 2];
+                for (value, answer) in answers.iter_mut().enumerate() {
+                    let mut input = vec![0.0; size];
+                    input[known] = value as f64;
+                    whole.restore_state(&before)?;
+                    whole.set(variable.value_reference, &input)?;
+                    whole.step(79.0 * long, long)?;
+                    *answer = pressure(&whole)?;
+                }
+                let [mut seed, mut derivative] = [vec![0.0; size], vec![0.0; POINTS]];
+                seed[known] = 1.0;
+                let [unknown, known] = [INTERFACE_PRESSURE.value_reference, variable.value_reference];
+                whole.directional_derivative(unknown, known, &seed, &mut derivative)?;
+                for ((found, after), at_first) in derivative.iter().zip(answers[1]).zip(answers[0]) {
+                    let wanted = after - at_first;
+                    assert!((found - wanted).abs() < 1e-6, "{method:?}: {found} for {wanted}");
+                }
+            }
+        }
+        let beyond = matches!(whole.step(80.0 * long, long), Err(ReservoirError::BeyondHorizon { .. }));
+        assert_eq!(beyond, method.has_horizon(), "{method:?}");
+        for bad in [0.0, -STEP, 0.4 * STEP, 1.5 * STEP, f64::NAN, f64::INFINITY] {
+            let error = single.step(79.0 * long, bad).unwrap_err();
+            let named = matches!(error, ReservoirError::Call(CallError::CommunicationStep { .. }));
+            assert!(named, "{bad}: {error}");
+        }
+    }
     Ok(())
 }
 

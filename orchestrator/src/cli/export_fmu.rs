@@ -104,7 +104,7 @@ fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let target = Target { path: &path, overwrite: arguments.force, library: arguments.library.as_deref() };
     let packed = packing::pack(unit, &loaded.scene, &target)?;
     let step = loaded.scene.time.communication_step;
-    let steps = if packed.variable_step { "or any other" } else { "and no other" };
+    let steps = if packed.variable_step { "or any other" } else { "or whole multiples" };
     say(format!("{}: {} kB, FMI 3.0 co-simulation", path.display(), packed.size.div_ceil(1000)));
     say(format!("{} interface points; communication step {step} s {steps}", packed.interface_points));
     say(said);

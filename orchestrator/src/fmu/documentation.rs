@@ -16,7 +16,10 @@ pub fn page<U: Packable>(package: &Package<U>, variables: &[SizedVariable]) -> S
         true => {
             "The length of a communication step may differ from that of the scene, and from step to step."
         }
-        false => "Every communication step must have this length; other lengths are refused.",
+        false => {
+            "A communication step may also be a whole multiple of this length, of which the unit then takes several steps of \
+             its own: the face's acceleration is constant over the step, the ground's linear. Other lengths are refused."
+        }
     };
     let mesh: Vec<String> =
         package.mesh.iter().map(|(name, _)| format!("<code>resources/mesh/{name}</code>")).collect();
