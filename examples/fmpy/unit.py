@@ -13,7 +13,8 @@ STANDARD_GRAVITY = 9.80665  # m/s²
 class Unit:
     def __init__(self, path, **arguments):
         """Instantiates the FMU at `path` (an archive or an unpacked folder); `arguments` go to instantiate_fmu."""
-        self.description, folder = read_model_description(path), path
+        # FMPy changes the working directory while it loads the library.
+        self.description, folder = read_model_description(path), Path(path).absolute()
         if not Path(path).is_dir():
             self.unpacked = tempfile.TemporaryDirectory()
             folder = extract(path, unzipdir=self.unpacked.name)

@@ -4,7 +4,7 @@ use std::num::NonZeroUsize;
 
 /// A unit that can be packed as an FMU: its parameters can be serialised.
 ///
-/// An FMU holds the parameters as text. An importer may change the numbers of variables of
+/// An FMU holds the parameters as text, and beside them what is prepared from them. An importer may change the numbers of variables of
 /// causality [`Parameter`](crate::Causality::Parameter) before initialisation. No such change alters
 /// the number of values of a variable.
 pub trait Packable: CoSimulation + Sized + 'static {
@@ -24,6 +24,27 @@ pub trait Packable: CoSimulation + Sized + 'static {
     ///
     /// **Errors**: parameters from which the unit cannot be made.
     fn from_parameters(parameters: Self::Parameters, threads: NonZeroUsize) -> Result<Self, Self::Error>;
+
+    /// What costs most of the work of making the unit, as bytes with a digest, so that an FMU can hold it; none if the unit is
+    /// made quickly.
+    ///
+    /// **Errors**: parameters from which the unit cannot be made.
+    fn prepare(parameters: &Self::Parameters, threads: NonZeroUsize) -> Result<Option<Vec<u8>>, Self::Error> {
+        let _ = (parameters, threads);
+        Ok(None)
+    }
+
+    /// Makes the unit from what [`prepare`](Self::prepare) gave for the same parameters: the same unit, bit for bit.
+    ///
+    /// **Errors**: bytes that are damaged or of other parameters.
+    fn from_prepared(
+        parameters: Self::Parameters,
+        prepared: &[u8],
+        threads: NonZeroUsize,
+    ) -> Result<Self, Self::Error> {
+        let _ = prepared;
+        Self::from_parameters(parameters, threads)
+    }
 
     /// Number of values of `variable`, equal to [`CoSimulation::size`].
     fn size_for(parameters: &Self::Parameters, variable: &Variable) -> usize;

@@ -1,5 +1,5 @@
 use crate::added_mass::whole_added_mass;
-use crate::convolution::Convolution;
+use crate::convolution::{Convolution, Weights};
 use crate::finite_elements::FiniteElements;
 use crate::frequency_response::{convolution_weights, quadrature};
 use crate::rational::{Quality, recursion};
@@ -95,13 +95,21 @@ impl Reservoir {
     /// [`ReservoirError::NotFitted`], [`ReservoirError::Recursion`], [`ReservoirError::Mesh`],
     /// [`ReservoirError::FiniteElementSystem`], [`ReservoirError::GravityWaves`], [`ReservoirError::Threads`].
     pub fn new(parameters: ReservoirParameters, threads: NonZeroUsize) -> Result<Self, ReservoirError> {
+        Self::with_weights(parameters, None, threads)
+    }
+
+    fn with_weights(
+        parameters: ReservoirParameters,
+        weights: Option<Weights>,
+        threads: NonZeroUsize,
+    ) -> Result<Self, ReservoirError> {
         parameters.validate()?;
         let fingerprint = Fingerprint::of(UNIT, &parameters)?;
         let face = &parameters.wet_face;
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build()?;
         let (points, depth) = (face.len(), face.depth());
         // Messages are caught on this thread only, so nothing is logged on the threads of the pool.
-        let (model, said, quality) = pool.install(|| made(&parameters))?;
+        let (model, said, quality) = pool.install(|| made(&parameters, weights))?;
         tracing::info!("{points} interface points, {depth} m of {said}");
         if let Some(Quality { error, loss, .. }) = quality.filter(|q| q.error.max(q.loss) > DOUBTFUL) {
             tracing::warn!(
@@ -454,6 +462,33 @@ impl Packable for Reservoir {
         Self::new(parameters, threads)
     }
 
+    /// The weights of a convolution.
+    fn prepare(
+        parameters: &ReservoirParameters,
+        threads: NonZeroUsize,
+    ) -> Result<Option<Vec<u8>>, ReservoirError> {
+        parameters.validate()?;
+        if parameters.fidelity != Fidelity::Compressible || !parameters.method.has_horizon() {
+            return Ok(None);
+        }
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build()?;
+        let (weights, _) = pool.install(|| convolution_weights(parameters))?;
+        Ok(Some(seal(Fingerprint::of(UNIT, parameters)?, &weights)?))
+    }
+
+    fn from_prepared(
+        parameters: ReservoirParameters,
+        prepared: &[u8],
+        threads: NonZeroUsize,
+    ) -> Result<Self, ReservoirError> {
+        let weights: Weights = open(Fingerprint::of(UNIT, &parameters)?, prepared)?;
+        let points = parameters.wet_face.len();
+        if !weights.are_of(points, points + 2, parameters.steps()) {
+            return Err(StateError::NotAState { length: prepared.len() }.into());
+        }
+        Self::with_weights(parameters, Some(weights), threads)
+    }
+
     fn size_for(parameters: &ReservoirParameters, variable: &Variable) -> usize {
         match variable.shape {
             Shape::InterfacePoints => parameters.wet_face.len(),
@@ -476,8 +511,12 @@ fn takes_any_step(parameters: &ReservoirParameters) -> bool {
     !parameters.fidelity.has_memory() || parameters.method == Method::Recursive
 }
 
-/// The water's model, a description for the log, and the quality of a recursion.
-fn made(parameters: &ReservoirParameters) -> Result<(Model, String, Option<Quality>), ReservoirError> {
+/// The water's model, a description for the log, and the quality of a recursion. A convolution has these `weights`, if there are
+/// any.
+fn made(
+    parameters: &ReservoirParameters,
+    weights: Option<Weights>,
+) -> Result<(Model, String, Option<Quality>), ReservoirError> {
     match parameters.fidelity {
         Fidelity::Compressible => {}
         fidelity => {
@@ -489,9 +528,14 @@ fn made(parameters: &ReservoirParameters) -> Result<(Model, String, Option<Quali
     }
     Ok(match parameters.method {
         Method::Bdf2 | Method::Trapezoid | Method::Radau2 | Method::Radau3 => {
-            let (weights, solved) = convolution_weights(parameters)?;
-            let all = quadrature(parameters).frequencies();
-            let said = format!("compressible water; solved at {solved} frequencies instead of {all}");
+            let (weights, said) = match weights {
+                Some(weights) => (weights, "compressible water; weights as packed".to_owned()),
+                None => {
+                    let (weights, solved) = convolution_weights(parameters)?;
+                    let all = quadrature(parameters).frequencies();
+                    (weights, format!("compressible water; solved at {solved} frequencies instead of {all}"))
+                }
+            };
             (Model::Memory(Box::new(Convolution::new(weights))), said, None)
         }
         Method::Recursive => {

@@ -435,6 +435,57 @@ def test_steps_that_the_reservoir_cannot_take_say_why(coarse, said):
     refused(said, "raise `horizon`", water.fmu.doStep, steps * H, H)
 
 
+def test_a_step_that_fmpy_chooses_is_the_reservoirs_own_steps(coarse):
+    """FMPy lengthens the steps of a simulation of more than 1000: for the main scene to 0.04 s."""
+    whole, single = initialised(coarse["reservoir"]), initialised(coarse["reservoir"])
+    for n in range(5):
+        for unit, own in ((whole, 1), (single, 16)):
+            unit.set("interface_acceleration", np.cos(n + np.arange(len(unit.get("interface_x")))))
+            for k in range(own):
+                unit.fmu.doStep((16 * n + k) * H, 16 * H / own)
+        assert outputs(whole) == outputs(single)
+
+
+def test_what_is_prepared_is_used_for_the_packed_parameters_only(coarse, tmp_path, said):
+    expected = initialised(coarse["reservoir"])
+    advance(expected, 0, 40)
+    folder = Path(fmpy.extract(coarse["reservoir"], unzipdir=tmp_path / "reservoir"))
+    prepared = folder / "resources" / "prepared.bin"
+    content = bytearray(prepared.read_bytes())
+    content[-100] ^= 1
+    prepared.write_bytes(content)
+    damaged = listening(folder, said)
+    refused(said, "prepared.bin cannot be used", damaged.fmu.enterInitializationMode, startTime=0.0)
+    damaged.set("sound_speed", 1500.0)
+    damaged.fmu.enterInitializationMode(startTime=0.0)
+    prepared.unlink()
+    without = initialised(folder)
+    advance(without, 0, 40)
+    assert outputs(without) == outputs(expected)
+
+
+def test_a_relative_folder_is_found_from_elsewhere(unpacked, monkeypatch, tmp_path):
+    monkeypatch.chdir(unpacked.parent)
+    unit = Unit(unpacked.name)
+    monkeypatch.chdir(tmp_path.parent)
+    unit.fmu.enterInitializationMode(startTime=0.0)
+    unit.fmu.exitInitializationMode()
+    advance(unit, 0, 2)
+
+
+def test_a_failure_that_nobody_listens_to_is_on_standard_error(unpacked):
+    library = next((unpacked / "binaries").glob("*/*.so"))
+    script = f"""
+import ctypes
+instantiate = ctypes.CDLL({str(library)!r}).fmi3InstantiateCoSimulation
+instantiate.restype = ctypes.c_void_p
+resources = {str(unpacked / "resources")!r}.encode()
+assert not instantiate(b"x", b"another token", resources, 0, 0, 0, 0, None, 0, None, None, None)
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert done.returncode == 0 and "another token" in done.stderr, done.stderr
+
+
 def test_there_is_no_event_mode(path, said):
     with pytest.raises(Exception, match="Failed to instantiate"):
         listening(path, said, event_mode_used=True)

@@ -7,6 +7,9 @@ use std::path::{Path, PathBuf};
 /// Name of the file in an FMU's resources that holds its [`Contents`].
 pub const FILE: &str = "unit.toml";
 
+/// Name of the file in an FMU's resources that holds what [`Packable::prepare`] gave, if it gave anything.
+pub const PREPARED: &str = "prepared.bin";
+
 /// The parameters of an FMU's unit, and the start values of its inputs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -35,6 +38,14 @@ pub enum ContentsError {
         path: PathBuf,
         /// What is wrong.
         cause: Box<toml::de::Error>,
+    },
+    /// What was prepared cannot be used.
+    #[error("{path} cannot be used: {cause}; unpack the FMU again", path = .path.display())]
+    Prepared {
+        /// File.
+        path: PathBuf,
+        /// What is wrong.
+        cause: Box<dyn std::error::Error + Send + Sync>,
     },
     /// The contents cannot be written as TOML.
     #[error("the unit's parameters cannot be written as TOML: {0}")]

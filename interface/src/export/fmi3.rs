@@ -8,7 +8,6 @@ use super::log::{self, Log};
 use super::{Contents, ExportError};
 use crate::Packable;
 use std::ffi::{CStr, c_void};
-use std::path::Path;
 
 pub use super::instances::Instances;
 pub use super::types::{Boolean, Handle, LogMessage, Status, Text};
@@ -106,12 +105,14 @@ pub unsafe fn instantiate<U: Packable>(
         if event_mode != 0 {
             return Err(ExportError::EventMode);
         }
-        let contents = Contents::read(Path::new(resources))?;
+        // The importer may change its working directory before the unit is made.
+        let resources = std::path::absolute(resources).unwrap_or_else(|_| resources.into());
+        let contents = Contents::read(&resources)?;
         let expected = contents.token::<U>()?;
         if found != expected {
             return Err(ExportError::Token { found: found.to_owned(), expected });
         }
-        Instance::new(contents)
+        Instance::new(contents, &resources)
     });
     made.map_or(std::ptr::null_mut(), std::ptr::without_provenance_mut)
 }

@@ -1,9 +1,10 @@
-use super::{Contents, ExportError};
+use super::{Contents, ContentsError, ExportError, PREPARED};
 use crate::variables::TIME;
 use crate::{CallError, Causality, Fingerprint, Packable, StateError, Variable, open, seal};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashMap};
 use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
 
 /// Fraction of a communication step by which its end may pass the stop time, because sums of steps are rounded.
 const STOP_TOLERANCE: f64 = 1e-6;
@@ -36,6 +37,7 @@ impl Mode {
 /// A refused call changes nothing.
 pub struct Instance<U: Packable> {
     packed: Contents<U::Parameters>,
+    prepared: Prepared,
     fingerprint: Fingerprint,
     /// The variables of this FMU, and their numbers of values.
     variables: BTreeMap<u32, (&'static Variable, usize)>,
@@ -47,6 +49,13 @@ pub struct Instance<U: Packable> {
     time: f64,
     stop_time: Option<f64>,
     states: HashMap<usize, Saved<U::State>>,
+}
+
+/// What was prepared for the parameters that were packed.
+struct Prepared {
+    path: PathBuf,
+    /// The numbers of the parameters.
+    numbers: Vec<f64>,
 }
 
 struct Made<U: Packable> {
@@ -87,11 +96,12 @@ fn failed<E: std::error::Error + Send + Sync + 'static>(error: E) -> ExportError
 }
 
 impl<U: Packable> Instance<U> {
-    /// An instance with the contents of an FMU.
+    /// An instance with the contents of an FMU, whose folder of resources may hold what is [`PREPARED`] for them.
     ///
     /// **Errors**: a start value for a variable that is not an input, or of the wrong length.
-    pub fn new(packed: Contents<U::Parameters>) -> Result<Self, ExportError> {
+    pub fn new(packed: Contents<U::Parameters>, resources: &Path) -> Result<Self, ExportError> {
         let mut parameters = packed.parameters.clone();
+        let prepared = Prepared { path: resources.join(PREPARED), numbers: numbers_of::<U>(&mut parameters) };
         let mut variables = BTreeMap::new();
         for variable in U::VARIABLES {
             let size = U::size_for(&parameters, variable);
@@ -110,6 +120,7 @@ impl<U: Packable> Instance<U> {
         let mut new = Self {
             fingerprint: Fingerprint::of(U::NAME, &packed)?,
             packed,
+            prepared,
             variables,
             parameters,
             inputs: BTreeMap::new(),
@@ -149,7 +160,7 @@ impl<U: Packable> Instance<U> {
     /// The unit; it is made now if there is none.
     fn made(&mut self) -> Result<&mut Made<U>, ExportError> {
         if self.made.is_none() {
-            self.made = Some(Made::new(self.parameters.clone(), &self.inputs)?);
+            self.made = Some(Made::new(self.parameters.clone(), &self.prepared, &self.inputs)?);
         }
         // It was just made.
         self.made.as_mut().ok_or(ExportError::Broken)
@@ -446,7 +457,7 @@ impl<U: Packable> Instance<U> {
             (None, Some(made)) => made,
             (parameters, _) => {
                 let parameters = parameters.as_ref().unwrap_or(&self.parameters).clone();
-                other.insert(Made::new(parameters, &self.inputs)?)
+                other.insert(Made::new(parameters, &self.prepared, &self.inputs)?)
             }
         };
         if let Kept::Written(bytes) = &saved.state {
@@ -481,7 +492,7 @@ impl<U: Packable> Instance<U> {
                     _ => {
                         let mut parameters = self.packed.parameters.clone();
                         set_numbers::<U>(&mut parameters, &saved.parameters)?;
-                        own = Made::<U>::new(parameters, &self.inputs)?;
+                        own = Made::<U>::new(parameters, &self.prepared, &self.inputs)?;
                         &own
                     }
                 };
@@ -505,10 +516,31 @@ impl<U: Packable> Instance<U> {
     }
 }
 
+impl Prepared {
+    /// The bytes of the file, if there is one.
+    fn read(&self) -> Result<Option<Vec<u8>>, ContentsError> {
+        match std::fs::read(&self.path) {
+            Ok(bytes) => Ok(Some(bytes)),
+            Err(cause) if cause.kind() == std::io::ErrorKind::NotFound => Ok(None),
+            Err(cause) => Err(ContentsError::Unreadable { path: self.path.clone(), cause }),
+        }
+    }
+}
+
 impl<U: Packable> Made<U> {
-    fn new(parameters: U::Parameters, inputs: &BTreeMap<u32, Vec<f64>>) -> Result<Self, ExportError> {
+    fn new(
+        mut parameters: U::Parameters,
+        prepared: &Prepared,
+        inputs: &BTreeMap<u32, Vec<f64>>,
+    ) -> Result<Self, ExportError> {
         let threads = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
-        let mut unit = U::from_parameters(parameters, threads).map_err(failed)?;
+        let fits = numbers_of::<U>(&mut parameters) == prepared.numbers;
+        let mut unit = match if fits { prepared.read()? } else { None } {
+            Some(bytes) => U::from_prepared(parameters, &bytes, threads).map_err(|cause| {
+                ContentsError::Prepared { path: prepared.path.clone(), cause: Box::new(cause) }
+            })?,
+            None => U::from_parameters(parameters, threads).map_err(failed)?,
+        };
         let new = unit.save_state();
         for (reference, values) in inputs {
             unit.set(*reference, values).map_err(failed)?;

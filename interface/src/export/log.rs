@@ -4,6 +4,7 @@ use super::ExportError;
 use super::types::{LogMessage, Status};
 use crate::Level;
 use std::ffi::{CString, c_void};
+use std::io::Write;
 use std::sync::atomic::{AtomicU8, Ordering};
 
 /// The log categories by their bits, and what their messages say.
@@ -16,7 +17,8 @@ const ERROR: usize = 0;
 const WARNING: usize = 1;
 const EVENT: usize = 2;
 
-/// Passes the messages of an instance to the importer: errors always, other categories where it has turned them on.
+/// Passes the messages of an instance to the importer: errors always, other categories where it has turned them on. If the
+/// importer has no callback for messages, errors are written to standard error.
 pub struct Log {
     callback: Option<LogMessage>,
     /// Address that the importer gets back with each message.
@@ -53,7 +55,13 @@ impl Log {
     }
 
     fn say(&self, category: usize, status: Status, text: &str) {
-        let Some(callback) = self.callback else { return };
+        let Some(callback) = self.callback else {
+            if category == ERROR {
+                // There is nobody to tell that standard error is closed.
+                let _ = writeln!(std::io::stderr(), "{text}");
+            }
+            return;
+        };
         if self.wanted.load(Ordering::Relaxed) & 1 << category == 0 {
             return;
         }

@@ -20,7 +20,7 @@ mod instances;
 mod log;
 mod types;
 
-pub use contents::{Contents, ContentsError, FILE};
+pub use contents::{Contents, ContentsError, FILE, PREPARED};
 pub use error::ExportError;
 pub use log::LOG_CATEGORIES;
 

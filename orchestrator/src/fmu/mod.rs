@@ -9,6 +9,7 @@
 //! terminalsAndIcons/terminalsAndIcons.xml   terminals: the wet face as one terminal
 //! binaries/x86_64-linux/<unit>.so           library: built together with the program
 //! resources/unit.toml                       interface::export::Contents, which the library reads
+//! resources/prepared.bin                    what is prepared from these, if the unit prepares anything
 //! resources/scene.toml, resources/mesh/     for the reader; the library does not use them
 //! documentation/index.html, licenses/       documentation
 //! ```
@@ -23,7 +24,7 @@ mod variables;
 pub use error::FmuError;
 pub use library::Library;
 
-use interface::export::{Contents, FILE};
+use interface::export::{Contents, FILE, PREPARED};
 use interface::{Packable, Shape};
 use model_description::{Description, Times};
 use std::io::{Cursor, Write};
@@ -36,6 +37,8 @@ use zip::{CompressionMethod, DateTime, ZipWriter};
 pub struct Package<U: Packable> {
     /// The contents from which the library makes the unit.
     pub contents: Contents<U::Parameters>,
+    /// What [`Packable::prepare`] gave for their parameters.
+    pub prepared: Option<Vec<u8>>,
     /// Title of the scene.
     pub title: String,
     /// The scene with all defaults, as TOML.
@@ -107,6 +110,7 @@ impl<U: Packable> Package<U> {
         }
         entries.push((self.library.entry(U::NAME), self.library.bytes().to_vec()));
         entries.push(text(&format!("resources/{FILE}"), self.contents.to_toml()?));
+        entries.extend(self.prepared.clone().map(|bytes| (format!("resources/{PREPARED}"), bytes)));
         entries.push(text("resources/scene.toml", self.scene.clone()));
         for (name, content) in &self.mesh {
             entries.push(text(&format!("resources/mesh/{name}"), content.clone()));

@@ -10,6 +10,7 @@ use orchestrator::fmu::{FmuError, Library, Package, check_target};
 use orchestrator::scene::Scene;
 use reservoir::Reservoir;
 use std::collections::BTreeMap;
+use std::num::NonZeroUsize;
 use std::path::Path;
 
 /// Why a unit of a scene cannot be packed.
@@ -99,7 +100,7 @@ fn dam(scene: &Scene, added_mass: bool, target: &Target<'_>) -> Result<Packed, P
     }
     let page = [include_str!("dam.html"), include_str!("dam_example.html")];
     let mesh = mesh::dam(&parameters);
-    written::<Dam>(scene, Contents { start, parameters }, mesh, page, target)
+    written::<Dam>(scene, Contents { start, parameters }, None, mesh, page, target)
 }
 
 fn reservoir(scene: &Scene, target: &Target<'_>) -> Result<Packed, PackingError> {
@@ -108,21 +109,25 @@ fn reservoir(scene: &Scene, target: &Target<'_>) -> Result<Packed, PackingError>
     }
     let parameters = registry::reservoir_parameters(scene, registry::reservoir_face(scene)?)?;
     parameters.validate().map_err(RegistryError::from)?;
+    let threads = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
+    let prepared = Reservoir::prepare(&parameters, threads).map_err(RegistryError::from)?;
     let page = [include_str!("reservoir.html"), include_str!("reservoir_example.html")];
     let mesh = mesh::reservoir(&parameters).map_err(RegistryError::from)?;
-    written::<Reservoir>(scene, Contents { start: BTreeMap::new(), parameters }, mesh, page, target)
+    written::<Reservoir>(scene, Contents { start: BTreeMap::new(), parameters }, prepared, mesh, page, target)
 }
 
 /// Writes the FMU of a unit with these contents.
 fn written<U: Packable>(
     scene: &Scene,
     contents: Contents<U::Parameters>,
+    prepared: Option<Vec<u8>>,
     mesh: Vec<mesh::File>,
     [about, example]: [&'static str; 2],
     target: &Target<'_>,
 ) -> Result<Packed, PackingError> {
     let package = Package::<U> {
         contents,
+        prepared,
         title: scene.title.clone(),
         scene: portable(scene)?,
         about,

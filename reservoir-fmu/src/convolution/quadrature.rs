@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, Schur};
 use num_complex::Complex64;
 use rayon::prelude::*;
 use rustfft::FftPlanner;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 /// Relative accuracy of the symbol along the contour.
@@ -48,6 +49,7 @@ pub(crate) struct ConvolutionQuadrature {
 }
 
 /// Weights of a convolution: `W_n[i][j]` for lags n < `steps`.
+#[derive(Serialize, Deserialize)]
 pub(crate) struct Weights {
     /// Number of rows of a weight.
     pub rows: usize,
@@ -55,6 +57,14 @@ pub(crate) struct Weights {
     pub columns: usize,
     /// Entry (i, j) at `i * columns + j`: its values at all lags.
     pub entries: Vec<Vec<f64>>,
+}
+
+impl Weights {
+    /// Whether these are the weights of `steps` lags, each of `rows` × `columns`.
+    pub fn are_of(&self, rows: usize, columns: usize, steps: usize) -> bool {
+        (self.rows, self.columns, self.entries.len()) == (rows, columns, rows * columns)
+            && self.entries.iter().all(|entry| entry.len() == steps)
+    }
 }
 
 impl Rule {
