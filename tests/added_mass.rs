@@ -7,7 +7,7 @@
 use orchestrator::acceleration::{Acceleration, AccelerationKind};
 use orchestrator::convergence::{ConvergenceMeasure, Hopeless, Measure};
 use orchestrator::participant::ParticipantError;
-use orchestrator::scheme::{CouplingError, Predictor, Scheme, Settings, StepFailure, Units};
+use orchestrator::scheme::{CouplingError, Graph, Predictor, Scheme, Settings, StepFailure};
 use whole_chain::small_unit::SmallUnit;
 use whole_chain::small_unit::interval;
 
@@ -50,7 +50,7 @@ fn fluid(ratio: f64, mut spoil: impl FnMut(u64, u32, &mut [f64]) + Send + 'stati
 
 /// Iterations of 40 steps, up to the first failure.
 fn run(kind: AccelerationKind, relaxation: f64, fluid: SmallUnit<()>) -> Result<Vec<u32>, StepFailure> {
-    let mut units = Units { dam: Box::new(bodies()), reservoir: Box::new(fluid) };
+    let mut graph = Graph::pair(Box::new(bodies()), Box::new(fluid));
     let measure = ConvergenceMeasure {
         measures: vec![Measure::Pressure],
         tolerance: 1e-9,
@@ -59,10 +59,10 @@ fn run(kind: AccelerationKind, relaxation: f64, fluid: SmallUnit<()>) -> Result<
         pressure_bound: 1e12,
     };
     let acceleration = Acceleration::new(kind, relaxation, 1e-3);
-    let mut scheme = Scheme::new(&mut units, Settings::default(), acceleration, Predictor::new(2), measure)
+    let mut scheme = Scheme::new(&mut graph, Settings::default(), acceleration, Predictor::new(2), measure)
         .expect("the units fit");
-    scheme.initialise(&mut units, 0.0, [0.0; 2])?;
-    (1..=40).map(|step| Ok(scheme.advance(&mut units, &[interval(step, STEP)])?.iterations())).collect()
+    scheme.initialise(&mut graph, 0.0, [0.0; 2])?;
+    (1..=40).map(|step| Ok(scheme.advance(&mut graph, &[interval(step, STEP)])?.iterations())).collect()
 }
 
 fn mean(counts: &[u32]) -> f64 {
@@ -92,7 +92,7 @@ fn a_heavy_fluid_takes_two_iterations_with_a_measured_jacobian_and_few_with_iqn_
 
 #[test]
 fn a_probe_never_counts_as_converged() -> Result<(), StepFailure> {
-    let mut units = Units { dam: Box::new(bodies()), reservoir: Box::new(fluid(5.0, |_, _, _| {})) };
+    let mut graph = Graph::pair(Box::new(bodies()), Box::new(fluid(5.0, |_, _, _| {})));
     let measure = ConvergenceMeasure {
         measures: vec![Measure::Displacement],
         tolerance: 1.0,
@@ -103,9 +103,9 @@ fn a_probe_never_counts_as_converged() -> Result<(), StepFailure> {
     let acceleration = Acceleration::new(AccelerationKind::InterfaceJacobian, 0.5, 1e-3);
     let settings = Settings { iteration_limit: 3, ..Settings::default() };
     let mut scheme =
-        Scheme::new(&mut units, settings, acceleration, Predictor::new(0), measure).expect("the units fit");
-    scheme.initialise(&mut units, 0.0, [0.0; 2])?;
-    let report = scheme.advance(&mut units, &[interval(1, STEP)])?;
+        Scheme::new(&mut graph, settings, acceleration, Predictor::new(0), measure).expect("the units fit");
+    scheme.initialise(&mut graph, 0.0, [0.0; 2])?;
+    let report = scheme.advance(&mut graph, &[interval(1, STEP)])?;
     assert_eq!(
         report.iterations(),
         POINTS as u32 + 4,

@@ -13,7 +13,7 @@
 use nalgebra::{DMatrix, DVector};
 use orchestrator::acceleration::{Acceleration, AccelerationKind};
 use orchestrator::convergence::{ConvergenceMeasure, Measure};
-use orchestrator::scheme::{CouplingError, Predictor, Scheme, Settings, StepFailure, Units};
+use orchestrator::scheme::{CouplingError, Graph, Predictor, Scheme, Settings, StepFailure};
 use std::f64::consts::PI;
 use whole_chain::small_unit::{SmallUnit, interval};
 
@@ -124,7 +124,7 @@ fn iterations(acceleration: Acceleration) -> Result<Vec<u32>, StepFailure> {
         *flow = flow.after(&inputs[..POINTS], at.end());
         outputs.copy_from_slice(&flow.pressure);
     });
-    let mut units = Units { dam: Box::new(solid), reservoir: Box::new(fluid) };
+    let mut graph = Graph::pair(Box::new(solid), Box::new(fluid));
     let measure = ConvergenceMeasure {
         measures: vec![Measure::Pressure, Measure::Displacement],
         tolerance: 1e-5,
@@ -132,10 +132,10 @@ fn iterations(acceleration: Acceleration) -> Result<Vec<u32>, StepFailure> {
         pressure_floor: 1e-9,
         pressure_bound: 1e12,
     };
-    let mut scheme = Scheme::new(&mut units, Settings::default(), acceleration, Predictor::new(0), measure)
+    let mut scheme = Scheme::new(&mut graph, Settings::default(), acceleration, Predictor::new(0), measure)
         .expect("the units fit");
-    scheme.initialise(&mut units, 0.0, [0.0; 2])?;
-    (1..=100).map(|step| Ok(scheme.advance(&mut units, &[interval(step, STEP)])?.iterations())).collect()
+    scheme.initialise(&mut graph, 0.0, [0.0; 2])?;
+    (1..=100).map(|step| Ok(scheme.advance(&mut graph, &[interval(step, STEP)])?.iterations())).collect()
 }
 
 #[test]

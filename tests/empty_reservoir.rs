@@ -7,7 +7,7 @@ use orchestrator::convergence::{ConvergenceMeasure, Measure};
 use orchestrator::log::Log;
 use orchestrator::observer::HistoriesWriter;
 use orchestrator::participant::{EmptyReservoir, InProcess, Messages, Participant};
-use orchestrator::scheme::{Predictor, Scheme, SchemeKind, Settings, Side, Units};
+use orchestrator::scheme::{Graph, Predictor, Scheme, SchemeKind, Settings, UnitId};
 use orchestrator::simulation::Simulation;
 use orchestrator::stepping::Stepping;
 use reservoir::{Reservoir, ReservoirParameters};
@@ -26,11 +26,11 @@ fn crest(kind: SchemeKind, reservoir: impl Fn(interface::WetFace) -> Box<dyn Par
     let parameters = koyna::dam(10.0, false);
     let face = parameters.wet_face().expect("a mesh").expect("a wet face");
     let dam = InProcess::new(Dam::new(parameters).expect("a dam"), "dam", Messages::default());
-    let mut units = Units { dam: Box::new(dam), reservoir: reservoir(face) };
+    let mut graph = Graph::pair(Box::new(dam), reservoir(face));
     let measure = ConvergenceMeasure::new(&[Measure::Pressure], 1e-9, koyna::CREST, 1e-6);
     let acceleration = Acceleration::new(AccelerationKind::Constant, 1.0, 1e-9);
     let settings = Settings { kind, ..Settings::default() };
-    let scheme = Scheme::new(&mut units, settings, acceleration, Predictor::new(2), measure);
+    let scheme = Scheme::new(&mut graph, settings, acceleration, Predictor::new(2), measure);
     let motion = orchestrator::registry::read(
         &root().join("scenes/koyna-intact"),
         &["ground_motion.record.start=4".to_owned()],
@@ -38,7 +38,7 @@ fn crest(kind: SchemeKind, reservoir: impl Fn(interface::WetFace) -> Box<dyn Par
     .expect("a shipped scene")
     .ground_motion;
     let mut simulation = Simulation {
-        units,
+        graph,
         scheme: scheme.expect("units that fit"),
         ground_motion: motion,
         stepping: Stepping::equal(H, STEPS),
@@ -104,7 +104,7 @@ fn a_run_is_one_process_one_dam_step_a_step_and_can_be_replayed() {
     assert!(replayed.contains("dam: identical: 201 exchanges"), "{replayed}");
     assert!(replayed.contains("reservoir: identical: 201 exchanges"), "{replayed}");
     let log = Log::open(&run).expect("a log");
-    assert_eq!(log.head().unit(Side::Reservoir).name, "reservoir");
+    assert_eq!(log.head().unit(UnitId::RESERVOIR).name, "reservoir");
 
     // The same bits in one process and from the manifest.
     let manifest: toml::Table =

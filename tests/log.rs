@@ -9,7 +9,7 @@ use orchestrator::participant::{
     Description, InProcess, Level, Messages, Occasion, Participant, ParticipantError, Prescribed,
 };
 use orchestrator::replay::{ReplayError, Unanswered, replay};
-use orchestrator::scheme::{Predictor, Scheme, Settings, Side, Units};
+use orchestrator::scheme::{Graph, Predictor, Scheme, Settings, UnitId};
 use orchestrator::simulation::Simulation;
 use orchestrator::stepping::Stepping;
 use std::collections::HashMap;
@@ -168,11 +168,11 @@ fn a_flipped_bit_is_found_where_it_is() -> Result<(), LogReadError> {
     let scenario = quick_scene();
     let log = logged(&scenario, "run");
     let all = exchanges(&log)?;
-    let layout = Log::open(&log)?.head().unit(Side::Dam).outputs.clone();
+    let layout = Log::open(&log)?.head().unit(UnitId::DAM).outputs.clone();
     let at = layout.range("interface_velocity").expect("a variable").start + 5;
     let index = all
         .iter()
-        .position(|e| e.side == Side::Dam && e.occasion.step == 200 && e.occasion.iteration == 2)
+        .position(|e| e.unit == UnitId::DAM && e.occasion.step == 200 && e.occasion.iteration == 2)
         .expect("an exchange");
     let LoggedExchange { sequence, occasion, outputs, .. } = &all[index];
     let outputs = outputs.as_ref().expect("an answer");
@@ -204,7 +204,7 @@ fn a_flipped_bit_is_found_where_it_is() -> Result<(), LogReadError> {
     assert_eq!(found.divergence, Some(at(index as u64, [recorded, flipped])));
     assert!(found.settings.is_empty(), "{:?}", found.settings);
 
-    let asked = all[..index].iter().filter(|e| e.side == Side::Dam).count() as u64;
+    let asked = all[..index].iter().filter(|e| e.unit == UnitId::DAM).count() as u64;
     let (status, said) = cofferdam(&["replay", text(&damaged), "--quiet"]);
     assert_eq!(status, Some(5), "{said}");
     let report = at(asked, [flipped, recorded]).report(["recorded", "replayed"]).to_string();
@@ -248,7 +248,7 @@ fn other_dilation_is_found_where_a_run_with_it_parts() -> Result<(), LogReadErro
     // Dilation acts on the dam first, and from the first sliding on.
     assert_eq!(divergence.unit, "dam");
     assert!(divergence.occasion.step > 0);
-    let before = |e: &&LoggedExchange| e.side == Side::Dam && e.occasion.step < divergence.occasion.step;
+    let before = |e: &&LoggedExchange| e.unit == UnitId::DAM && e.occasion.step < divergence.occasion.step;
     let asked = exchanges(&log)?.iter().filter(before).count() as u64;
     divergence.before = asked + u64::from(divergence.occasion.iteration) - 1;
 
@@ -442,7 +442,7 @@ fn what_cannot_be_read_is_named() -> Result<(), LogReadError> {
 
     // Messages that lack a field, hold another number of values, or are missing.
     let all = exchanges(&log)?;
-    let first = all.iter().find(|e| e.side == Side::Dam && e.occasion.step == 3).expect("an exchange");
+    let first = all.iter().find(|e| e.unit == UnitId::DAM && e.occasion.step == 3).expect("an exchange");
     rewrite(&log, &folder.join("short.mcap"), |topic, sequence, data| {
         if topic == "/dam/request" && sequence == first.sequence {
             // The first array of a request: its key, its length in bytes, its values.
@@ -659,9 +659,9 @@ fn failed_run(path: &Path, value: Option<f64>) -> Result<(), Box<dyn std::error:
     let scene = toml::to_string(&loaded.scene)?;
     let mut log = LogWriter::create(path, &Preamble { scene, ..Preamble::default() })?;
     let dam = Prescribed::new(interface::WetFace::straight([0.0, koyna::DEPTH], 9)?)?;
-    let mut units = Units { dam: Box::new(dam), reservoir: Box::new(water(7, value)?) };
+    let mut graph = Graph::pair(Box::new(dam), Box::new(water(7, value)?));
     let scheme = Scheme::new(
-        &mut units,
+        &mut graph,
         Settings::default(),
         Acceleration::new(AccelerationKind::Aitken, 0.9, 1.0),
         Predictor::new(2),
@@ -674,7 +674,7 @@ fn failed_run(path: &Path, value: Option<f64>) -> Result<(), Box<dyn std::error:
     )?;
     let ground_motion = loaded.ground_motion;
     let mut simulation = Simulation {
-        units,
+        graph,
         scheme,
         ground_motion,
         stepping: Stepping::equal(0.0025, 100),
@@ -692,18 +692,18 @@ fn a_run_that_failed_is_replayed_up_to_its_failure() -> Result<(), Box<dyn std::
     failed_run(&path, None)?;
     let all = exchanges(&path)?;
     let last = all.last().expect("an exchange");
-    assert_eq!((last.side, last.occasion.step, last.occasion.iteration), (Side::Reservoir, 7, 1));
+    assert_eq!((last.unit, last.occasion.step, last.occasion.iteration), (UnitId::RESERVOIR, 7, 1));
     assert!(last.outputs.is_none() && !last.inputs.is_empty(), "a failed answer is none");
     assert!(all[..all.len() - 1].iter().all(|e| e.outputs.is_some()));
     let log = Log::open(&path)?;
-    let answered = all.iter().filter(|e| e.side == Side::Reservoir).count() as u64 - 1;
+    let answered = all.iter().filter(|e| e.unit == UnitId::RESERVOIR).count() as u64 - 1;
     for (step, failure) in [(7, Some("reservoir: dry".to_owned())), (8, None)] {
-        let again = replay(&log, Side::Reservoir, &mut water(step, None)?, |_| ())?;
+        let again = replay(&log, UnitId::RESERVOIR, &mut water(step, None)?, |_| ())?;
         assert_eq!((again.identical, again.divergence), (answered, None));
         assert_eq!(again.unanswered, Some(Unanswered { occasion: last.occasion, failure }));
         assert_eq!(again.ending, Some(Ok("failed: reservoir: dry".to_owned())));
     }
-    let early = replay(&log, Side::Reservoir, &mut water(5, None)?, |_| ()).expect_err("fails earlier");
+    let early = replay(&log, UnitId::RESERVOIR, &mut water(5, None)?, |_| ()).expect_err("fails earlier");
     assert_eq!(
         early.to_string(),
         "in step 5 from t = 0.01 s, iteration 1, where the recorded unit gave an answer: reservoir: dry"
@@ -759,8 +759,8 @@ fn what_is_missing_from_a_finished_log_is_damage() -> Result<(), Box<dyn std::er
     });
     assert_eq!(message(), format!("exchange {} has no answer", lost.sequence));
     let mut water = water(8, None)?;
-    let error = replay(&Log::open(&changed)?, Side::Reservoir, &mut water, |_| ()).expect_err("damaged");
-    let before = all[..all.len() / 2].iter().filter(|e| e.side == Side::Reservoir).count() as u64;
+    let error = replay(&Log::open(&changed)?, UnitId::RESERVOIR, &mut water, |_| ()).expect_err("damaged");
+    let before = all[..all.len() / 2].iter().filter(|e| e.unit == UnitId::RESERVOIR).count() as u64;
     assert!(
         matches!(error, ReplayError::Log { identical, .. } if identical == before && before > 0),
         "{error:?}"
@@ -778,7 +778,7 @@ fn what_is_missing_from_a_finished_log_is_damage() -> Result<(), Box<dyn std::er
     rewrite_all(&path, &changed, |topic, _, data| if topic == "/end" { Vec::new() } else { vec![data] });
     assert_eq!(message(), "the file is complete but has no `/end`");
     rewrite_all(&path, &changed, |topic, _, data| vec![data; if topic == "/unit" { 2 } else { 1 }]);
-    assert_eq!(message(), "a third `/unit`");
+    assert_eq!(message(), "two `/unit` of the name dam");
     let (status, said) = cofferdam(&["log", "diff", text(&path), text(&path)]);
     assert_eq!(status, Some(0), "{said}");
     assert!(said.contains("exchanges; a: failed: reservoir: dry; b: failed: reservoir: dry"), "{said}");
@@ -791,8 +791,7 @@ fn what_was_run_is_on_the_disk_at_once() -> Result<(), Box<dyn std::error::Error
     let loaded = orchestrator::registry::read(&root().join("scenes/rigid-dam-ramp"), &[])?;
     let dam = Prescribed::new(interface::WetFace::straight([0.0, koyna::DEPTH], 9)?)?;
     let start = Start {
-        dam: dam.description().clone(),
-        reservoir: water(1, None)?.description().clone(),
+        units: vec![dam.description().clone(), water(1, None)?.description().clone()],
         ground_motion: &loaded.ground_motion,
         stepping: Stepping::equal(0.0025, 1),
     };
@@ -819,10 +818,10 @@ fn an_answer_that_is_not_finite_keeps_its_bits() -> Result<(), Box<dyn std::erro
     let all = exchanges(&path)?;
     assert_eq!(all.last().and_then(|e| Some(e.outputs.as_ref()?[3].to_bits())), Some(odd.to_bits()));
     let log = Log::open(&path)?;
-    let same = replay(&log, Side::Reservoir, &mut water(7, Some(odd))?, |_| ())?;
+    let same = replay(&log, UnitId::RESERVOIR, &mut water(7, Some(odd))?, |_| ())?;
     assert_eq!((same.divergence, same.unanswered), (None, None));
     let other = f64::from_bits(odd.to_bits() ^ 1);
-    let differs = replay(&log, Side::Reservoir, &mut water(7, Some(other))?, |_| ())?;
+    let differs = replay(&log, UnitId::RESERVOIR, &mut water(7, Some(other))?, |_| ())?;
     let divergence = differs.divergence.expect("another NaN");
     assert!(matches!(divergence.what, Difference::Value { index: Some(3), .. }), "{divergence:?}");
     Ok(())

@@ -14,7 +14,7 @@ use nalgebra::{DMatrix, DVector};
 use orchestrator::acceleration::{Acceleration, AccelerationKind};
 use orchestrator::convergence::{ConvergenceMeasure, Measure};
 use orchestrator::participant::{InProcess, Messages};
-use orchestrator::scheme::{Interval, Predictor, Scheme, SchemeKind, Settings, Side, Units};
+use orchestrator::scheme::{Graph, Interval, Predictor, Scheme, SchemeKind, Settings, UnitId};
 use reservoir::{Fidelity, Reservoir};
 use std::num::NonZeroUsize;
 use whole_chain::koyna;
@@ -191,27 +191,27 @@ fn monolithic(dam: &Dam, mut water: Water, exchanged: bool) -> Result<History, F
 
 fn partitioned(dam: Dam, water: Reservoir, kind: SchemeKind) -> Result<(History, f64), Failure> {
     let base = 1000.0 * 9.81 * koyna::DEPTH;
-    let mut units = Units {
-        dam: Box::new(InProcess::new(dam, "dam", Messages::default())),
-        reservoir: Box::new(InProcess::new(water, "reservoir", Messages::default())),
-    };
+    let mut graph = Graph::pair(
+        Box::new(InProcess::new(dam, "dam", Messages::default())),
+        Box::new(InProcess::new(water, "reservoir", Messages::default())),
+    );
     let range = |range: Option<std::ops::Range<usize>>| range.ok_or("the contract's variables");
-    let crest_range = range(units.dam.description().outputs.range("crest_displacement"))?;
-    let pressure_range = range(units.reservoir.description().outputs.range("interface_pressure"))?;
+    let crest_range = range(graph[UnitId::DAM].description().outputs.range("crest_displacement"))?;
+    let pressure_range = range(graph[UnitId::RESERVOIR].description().outputs.range("interface_pressure"))?;
     let measure = ConvergenceMeasure::new(&[Measure::Pressure], 1e-10, koyna::CREST, base);
     let acceleration = Acceleration::new(AccelerationKind::InterfaceJacobian, 0.5, 1e-4 * base);
     let settings = Settings { kind, acceleration_scale: 1000.0 * koyna::DEPTH, ..Settings::default() };
-    let mut scheme = Scheme::new(&mut units, settings, acceleration, Predictor::new(2), measure)?;
-    scheme.initialise(&mut units, 0.0, ground(0))?;
+    let mut scheme = Scheme::new(&mut graph, settings, acceleration, Predictor::new(2), measure)?;
+    scheme.initialise(&mut graph, 0.0, ground(0))?;
     let (mut crest, mut pressures, mut iterations) = (Vec::new(), Vec::new(), 0);
     for step in 1..=STEPS {
         let time = (step - 1) as f64 * H;
         let interval = Interval { step, time, communication_step: H, ground_acceleration: ground(step) };
-        let report = scheme.advance(&mut units, &[interval])?;
+        let report = scheme.advance(&mut graph, &[interval])?;
         iterations += report.iterations();
         let of = |side| report.accepted(side, step).ok_or("an accepted exchange");
-        crest.push(of(Side::Dam)?.outputs[crest_range.clone()][0]);
-        pressures.extend_from_slice(&of(Side::Reservoir)?.outputs[pressure_range.clone()]);
+        crest.push(of(UnitId::DAM)?.outputs[crest_range.clone()][0]);
+        pressures.extend_from_slice(&of(UnitId::RESERVOIR)?.outputs[pressure_range.clone()]);
     }
     Ok(((crest, pressures), f64::from(iterations) / STEPS as f64))
 }

@@ -1,7 +1,7 @@
 //! Units as processes: killed, hung, doubled, run by another user; nothing is left in shared memory.
 
 use orchestrator::log::{Entry, Log};
-use orchestrator::scheme::Side;
+use orchestrator::scheme::UnitId;
 use std::io::{BufRead, BufReader, Read};
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
@@ -241,7 +241,7 @@ fn a_unit_that_hangs_is_ended_by_its_deadline() {
     );
     let last = entries.iter().rev().find_map(|e| if let Entry::Exchange(e) = e { Some(e) } else { None });
     assert!(
-        last.is_some_and(|e| e.side == Side::Dam && e.outputs.is_none()),
+        last.is_some_and(|e| e.unit == UnitId::DAM && e.outputs.is_none()),
         "the request stands, its answer does not"
     );
     the_next_run_succeeds();

@@ -7,7 +7,7 @@ use orchestrator::log::{Entry, Log, LogWriter, LoggedExchange, Preamble};
 use orchestrator::observer::{Ending, Observer, ObserverError, Start, Status};
 use orchestrator::participant::{Description, Occasion, Participant, ParticipantError};
 use orchestrator::scheme::{
-    CouplingError, Interval, Predictor, Scheme, SchemeKind, Settings, Side, Units, WindowReport,
+    CouplingError, Graph, Interval, Predictor, Scheme, SchemeKind, Settings, UnitId, WindowReport,
 };
 use orchestrator::simulation::{Simulation, SimulationError};
 use orchestrator::stepping::{Adaptive, Stepping};
@@ -93,13 +93,13 @@ impl Case {
         reservoir: impl Participant + 'static,
         others: &mut [&mut dyn Observer],
     ) -> (Vec<WindowReport>, Ending, Option<SimulationError>) {
-        let mut units = Units { dam: Box::new(dam), reservoir: Box::new(reservoir) };
+        let mut graph = Graph::pair(Box::new(dam), Box::new(reservoir));
         let acceleration = Acceleration::new(self.acceleration, self.relaxation, 1e-3);
         let scheme =
-            Scheme::new(&mut units, self.settings, acceleration, Predictor::new(1), measure(self.tolerance))
+            Scheme::new(&mut graph, self.settings, acceleration, Predictor::new(1), measure(self.tolerance))
                 .expect("the units fit");
         let mut simulation = Simulation {
-            units,
+            graph,
             scheme,
             ground_motion: GroundMotion::ramp(0.0, 1.0),
             stepping: self.stepping,
@@ -181,7 +181,7 @@ fn all_implicit_schemes_and_accelerations_find_the_same_and_explicit_ones_do_not
                 let steps = reports.iter().skip(1).flat_map(|r| r.steps.iter().map(move |s| (r, s)));
                 let mut count = 0;
                 for (report, step) in steps {
-                    let dam = report.accepted(Side::Dam, step.step).expect("it was taken");
+                    let dam = report.accepted(UnitId::DAM, step.step).expect("it was taken");
                     assert!(
                         (dam.outputs[1] - exact(step.end())).abs() < 1e-8,
                         "{kind:?} {acceleration:?} {step:?}"
@@ -243,7 +243,7 @@ fn a_step_that_does_not_converge_stops_is_gone_on_with_or_is_halved_as_the_scene
     assert_eq!(ending.statistics.rejected, 6);
     assert!((ending.time - 1.0).abs() < 1e-12);
     // States were restored: with every step converged the motion is that of one mass under one load.
-    let last = reports.last().and_then(|r| r.accepted(Side::Dam, r.step())).expect("the last step");
+    let last = reports.last().and_then(|r| r.accepted(UnitId::DAM, r.step())).expect("the last step");
     assert!((last.outputs[1] - 1f64.cos() / (1.3 * MASS)).abs() < 1e-8);
 }
 
@@ -270,7 +270,7 @@ fn a_misled_quasi_newton_step_forgets_its_past_and_converges() {
         let given_up: Vec<u32> = reports.iter().map(|report| report.fallbacks).collect();
         assert_eq!((given_up[4], given_up.iter().sum::<u32>()), (1, 1), "{kind:?} {given_up:?}");
         assert_eq!(ending.statistics.fallbacks, 1);
-        let last = reports.last().and_then(|r| r.accepted(Side::Dam, r.step())).expect("the last step");
+        let last = reports.last().and_then(|r| r.accepted(UnitId::DAM, r.step())).expect("the last step");
         assert!((last.outputs[1] - 0.8f64.cos() / (1.3 * MASS)).abs() < 1e-8);
     }
 }
@@ -497,36 +497,35 @@ fn a_unit_that_does_not_return_to_its_state_is_named_and_the_log_holds_both_answ
         "initialisation, and the first step's first two iterations, and the last of them again"
     );
     assert!(logged.iter().all(|exchange| exchange.outputs.is_some()));
-    let dam: Vec<_> = logged.iter().filter(|e| e.side == Side::Dam && e.occasion.step == 1).collect();
+    let dam: Vec<_> = logged.iter().filter(|e| e.unit == UnitId::DAM && e.occasion.step == 1).collect();
     assert!(dam[1].inputs == dam[2].inputs && dam[1].outputs != dam[2].outputs);
 }
 
 #[test]
 fn an_attempt_that_is_not_accepted_leaves_no_trace() {
     let run = |twice: bool| {
-        let mut units =
-            Units { dam: Box::new(mass(f64::cos)), reservoir: Box::new(water(0.3 * MASS, |_, _| ())) };
+        let mut graph = Graph::pair(Box::new(mass(f64::cos)), Box::new(water(0.3 * MASS, |_, _| ())));
         let acceleration = Acceleration::new(AccelerationKind::Constant, 1.0, 1.0);
         let mut scheme =
-            Scheme::new(&mut units, Settings::default(), acceleration, Predictor::new(2), measure(1e-9))
+            Scheme::new(&mut graph, Settings::default(), acceleration, Predictor::new(2), measure(1e-9))
                 .expect("the units fit");
-        scheme.initialise(&mut units, 0.0, [0.0; 2]).expect("they initialise");
+        scheme.initialise(&mut graph, 0.0, [0.0; 2]).expect("they initialise");
         (1..20)
             .map(|step| {
                 if twice {
                     let longer = Interval { communication_step: 0.13, ..interval(step, 0.1) };
-                    scheme.attempt(&mut units, &[longer], 1).expect("it converges");
+                    scheme.attempt(&mut graph, &[longer], 1).expect("it converges");
                 }
                 let attempt = if twice { 2 } else { 1 };
                 let mut report =
-                    scheme.attempt(&mut units, &[interval(step, 0.1)], attempt).expect("it converges");
+                    scheme.attempt(&mut graph, &[interval(step, 0.1)], attempt).expect("it converges");
                 scheme.accept(&mut report);
                 let bits = |side| {
                     let outputs =
                         report.accepted(side, step).map(|e| e.outputs.clone()).expect("it was taken");
                     outputs.into_iter().map(f64::to_bits).collect::<Vec<_>>()
                 };
-                (bits(Side::Dam), bits(Side::Reservoir))
+                (bits(UnitId::DAM), bits(UnitId::RESERVOIR))
             })
             .collect::<Vec<_>>()
     };
@@ -536,10 +535,10 @@ fn an_attempt_that_is_not_accepted_leaves_no_trace() {
 #[test]
 fn an_implicit_scheme_that_may_not_iterate_is_refused() {
     let scheme = |kind| {
-        let mut units = Units { dam: Box::new(mass(|_| 1.0)), reservoir: Box::new(water(0.5, |_, _| ())) };
+        let mut graph = Graph::pair(Box::new(mass(|_| 1.0)), Box::new(water(0.5, |_, _| ())));
         let settings = Settings { kind, iteration_limit: 0, ..Settings::default() };
         let acceleration = Acceleration::new(AccelerationKind::Constant, 1.0, 1e-3);
-        Scheme::new(&mut units, settings, acceleration, Predictor::new(1), measure(1e-9)).err()
+        Scheme::new(&mut graph, settings, acceleration, Predictor::new(1), measure(1e-9)).err()
     };
     assert!(matches!(scheme(SchemeKind::SerialImplicit), Some(CouplingError::NoIteration)));
     assert!(scheme(SchemeKind::SerialExplicit).is_none(), "which never asks how often");

@@ -10,7 +10,7 @@
 
 use orchestrator::acceleration::{Acceleration, AccelerationKind};
 use orchestrator::convergence::{ConvergenceMeasure, Measure};
-use orchestrator::scheme::{Predictor, Scheme, SchemeKind, Settings, Side, StepFailure, Units};
+use orchestrator::scheme::{Graph, Predictor, Scheme, SchemeKind, Settings, StepFailure, UnitId};
 use whole_chain::small_unit::{SmallUnit, interval};
 
 const WALL: f64 = 10.0;
@@ -81,7 +81,7 @@ fn error(
     window: usize,
     h: f64,
 ) -> Result<[f64; 2], StepFailure> {
-    let mut units = Units { dam: Box::new(left(inputs)), reservoir: Box::new(right(inputs)) };
+    let mut graph = Graph::pair(Box::new(left(inputs)), Box::new(right(inputs)));
     let measure = ConvergenceMeasure {
         measures: vec![Measure::Pressure],
         tolerance: 1e-12,
@@ -91,15 +91,15 @@ fn error(
     };
     let acceleration = Acceleration::new(AccelerationKind::IqnIls, 0.1, 1.0);
     let settings = Settings { kind, acceleration_scale: 1.0, ..Settings::default() };
-    let mut scheme = Scheme::new(&mut units, settings, acceleration, Predictor::new(order), measure)
+    let mut scheme = Scheme::new(&mut graph, settings, acceleration, Predictor::new(order), measure)
         .expect("the units fit");
-    scheme.initialise(&mut units, 0.0, [0.0; 2])?;
+    scheme.initialise(&mut graph, 0.0, [0.0; 2])?;
     let steps: Vec<_> = (1..=(END / h).round() as u64).map(|step| interval(step, h)).collect();
     let mut worst = [0.0f64; 2];
     for steps in steps.chunks(window) {
-        let report = scheme.advance(&mut units, steps)?;
+        let report = scheme.advance(&mut graph, steps)?;
         for step in steps {
-            let u = report.accepted(Side::Dam, step.step).expect("it was taken").outputs[0];
+            let u = report.accepted(UnitId::DAM, step.step).expect("it was taken").outputs[0];
             worst[0] = worst[0].max((u - exact(step.end())).abs());
         }
         worst[1] = worst[1].max(report.relative_interpolation_error().unwrap_or(0.0));

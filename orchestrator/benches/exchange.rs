@@ -13,7 +13,7 @@ use orchestrator::participant::{
     Channel, ChannelShape, Deadlines, Description, Layout, Occasion, Participant, ParticipantError, Starting,
     host,
 };
-use orchestrator::scheme::{Exchange, Interval, Side, WindowReport};
+use orchestrator::scheme::{Exchange, Interval, UnitId, WindowReport};
 use orchestrator::stepping::Stepping;
 use std::error::Error;
 use std::io::{Read, Write};
@@ -199,7 +199,7 @@ impl Coupling {
         let mut log = LogWriter::create(&folder.path().join(name), &Preamble::default())?;
         let reservoir = Description { name: "reservoir".to_owned(), ..dam.clone() };
         let ground_motion = &GroundMotion::ramp(1.0, 1.0);
-        log.begin(&Start { dam, reservoir, ground_motion, stepping: Stepping::equal(1e-3, 1) })?;
+        log.begin(&Start { units: vec![dam, reservoir], ground_motion, stepping: Stepping::equal(1e-3, 1) })?;
         let acceleration = Acceleration::new(AccelerationKind::Aitken, 0.9, 1.0);
         let measure = ConvergenceMeasure::new(&[Measure::Displacement, Measure::Pressure], 1e-6, 100.0, 1e6);
         Ok(Self { acceleration, measure, log, guess: vec![0.0; VALUES], _folder: folder })
@@ -213,7 +213,7 @@ impl Coupling {
         let time = 1e-3 * step as f64;
         let interval = Interval { step, time, communication_step: 1e-3, ground_acceleration: [0.0; 2] };
         let exchange = Exchange {
-            side: Side::Dam,
+            unit: UnitId::DAM,
             occasion: Occasion { step, iteration: 1, attempt: 1, time, communication_step: 1e-3 },
             accepted: true,
             inputs: inputs.to_vec(),

@@ -8,7 +8,7 @@ use orchestrator::convergence::{ConvergenceMeasure, Measure};
 use orchestrator::participant::{
     Channel, ChannelShape, Description, InProcess, Layout, Messages, Occasion, Participant, ParticipantError,
 };
-use orchestrator::scheme::{Interval, Predictor, Scheme, Settings, Side, Units};
+use orchestrator::scheme::{Graph, Interval, Predictor, Scheme, Settings, UnitId};
 use reservoir::{Reservoir, ReservoirParameters};
 use std::num::NonZeroUsize;
 
@@ -93,7 +93,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let reservoir =
         InProcess::new(Reservoir::new(water, NonZeroUsize::MIN)?, "reservoir", Messages::default());
     let dam = Block { description, face, now: [0.0; 4], saved: [0.0; 4] };
-    let mut units = Units { dam: Box::new(dam), reservoir: Box::new(reservoir) };
+    let mut graph = Graph::pair(Box::new(dam), Box::new(reservoir));
     let aitken = Acceleration::new(AccelerationKind::Aitken, 0.9, 1.0);
     let measure = ConvergenceMeasure::new(
         &[Measure::Displacement, Measure::Pressure],
@@ -101,8 +101,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         50.0,
         1000.0 * 9.81 * 50.0,
     );
-    let mut scheme = Scheme::new(&mut units, Settings::default(), aitken, Predictor::new(2), measure)?;
-    scheme.initialise(&mut units, 0.0, [0.0; 2])?;
+    let mut scheme = Scheme::new(&mut graph, Settings::default(), aitken, Predictor::new(2), measure)?;
+    scheme.initialise(&mut graph, 0.0, [0.0; 2])?;
     for step in 1..=400_u32 {
         let (time, ground) = (f64::from(step) * h, if step < 200 { 2.0 } else { 0.0 });
         let interval = Interval {
@@ -111,10 +111,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             communication_step: h,
             ground_acceleration: [ground, 0.0],
         };
-        let report = scheme.advance(&mut units, &[interval])?;
+        let report = scheme.advance(&mut graph, &[interval])?;
         if step % 40 == 0 {
             let displacement =
-                report.accepted(Side::Dam, interval.step).map_or(f64::NAN, |e| 1e3 * e.outputs[0]);
+                report.accepted(UnitId::DAM, interval.step).map_or(f64::NAN, |e| 1e3 * e.outputs[0]);
             println!("{time:.2} s: {displacement:+.3} mm, {} iterations", report.iterations());
         }
     }

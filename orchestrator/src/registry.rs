@@ -8,7 +8,7 @@ use crate::scene::{
     DamFidelityScene, DamScene, DampingModelScene, DampingScene, FidelityScene, LoadedScene, ProfileScene,
     Refusal, Scene, SceneError, UnitChecks,
 };
-use crate::scheme::{SchemeKind, Side};
+use crate::scheme::{SchemeKind, UnitId};
 use dam_dem::{Dam, DamError, DamParameters, Damping, DampingFrequencies};
 pub use dam_dem::{Flutter, LimitEquilibrium};
 use interface::{WetFace, WetFaceError};
@@ -27,6 +27,12 @@ const MOST_TIME_STEPS: usize = 20_000;
 /// A unit that cannot be made from a scene.
 #[derive(Debug, thiserror::Error)]
 pub enum RegistryError {
+    /// The scene has no such unit.
+    #[error("the scene has no unit number {number}; the dam is number 0, the reservoir number 1")]
+    NoUnit {
+        /// Number asked for.
+        number: usize,
+    },
     /// The dam.
     #[error(transparent)]
     Dam(#[from] DamError),
@@ -185,13 +191,14 @@ fn same<T: DeserializeOwned>(table: &impl Serialize) -> Result<T, RegistryError>
     value.try_into().map_err(|error| RegistryError::Table(Box::new(error)))
 }
 
-/// Makes the unit of `side` of a scene that has been loaded.
-pub fn unit(side: Side, scene: &Scene, threads: NonZeroUsize) -> Result<Box<dyn Participant>, RegistryError> {
-    match (side, &scene.dam) {
-        (Side::Dam, Some(dam)) => computed_dam(dam, scene, threads),
-        (Side::Dam, None) => Ok(Box::new(Prescribed::new(wet_face(scene)?)?)),
-        (Side::Reservoir, _) if is_empty(scene) => Ok(Box::new(EmptyReservoir::new(wet_face(scene)?)?)),
-        (Side::Reservoir, _) => reservoir(scene, threads),
+/// Makes unit number `id` of a scene that has been loaded.
+pub fn unit(id: UnitId, scene: &Scene, threads: NonZeroUsize) -> Result<Box<dyn Participant>, RegistryError> {
+    match (id, &scene.dam) {
+        (UnitId::DAM, Some(dam)) => computed_dam(dam, scene, threads),
+        (UnitId::DAM, None) => Ok(Box::new(Prescribed::new(wet_face(scene)?)?)),
+        (UnitId::RESERVOIR, _) if is_empty(scene) => Ok(Box::new(EmptyReservoir::new(wet_face(scene)?)?)),
+        (UnitId::RESERVOIR, _) => reservoir(scene, threads),
+        (UnitId(number), _) => Err(RegistryError::NoUnit { number }),
     }
 }
 

@@ -6,15 +6,15 @@ use crate::ground_motion::GroundMotion;
 use crate::observer::{Ending, Observer, ObserverError, Start, Statistics, Status, WallTime};
 use crate::participant::{Description, ParticipantError};
 use crate::scene::{OnFailure, Scene};
-use crate::scheme::{CouplingError, Predictor, Scheme, Settings, Side, StepFailure, Units, WindowReport};
+use crate::scheme::{CouplingError, Graph, Predictor, Scheme, Settings, StepFailure, UnitId, WindowReport};
 use crate::stepping::{Clock, Stepping};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// Two units, a scheme and a ground motion.
+/// Coupled units, a scheme and a ground motion.
 pub struct Simulation {
     /// The units.
-    pub units: Units,
+    pub graph: Graph,
     /// The coupling scheme.
     pub scheme: Scheme,
     /// The ground motion.
@@ -42,14 +42,14 @@ pub enum SimulationError {
 const PROBE: f64 = 1e-4;
 
 impl Simulation {
-    /// The simulation of `scene` with `units`, which fit it: scheme, acceleration, predictor, measures of convergence
+    /// The simulation of `scene` with the units of `graph`, which fit it: scheme, acceleration, predictor, measures of convergence
     /// and communication steps are those of the scene.
     ///
     /// **Errors**: the units do not fit each other or the scheme.
     pub fn of_scene(
         scene: &Scene,
         ground_motion: &GroundMotion,
-        mut units: Units,
+        mut graph: Graph,
     ) -> Result<Self, SimulationError> {
         let coupling = &scene.coupling;
         let base_pressure = scene.hydrostatic_base_pressure();
@@ -65,9 +65,9 @@ impl Simulation {
         let predictor = Predictor::new(coupling.predictor_order);
         let measure =
             ConvergenceMeasure::new(&coupling.measures, coupling.tolerance, scene.height(), base_pressure);
-        let scheme = Scheme::new(&mut units, settings, acceleration, predictor, measure)?;
+        let scheme = Scheme::new(&mut graph, settings, acceleration, predictor, measure)?;
         Ok(Self {
-            units,
+            graph,
             scheme,
             ground_motion: ground_motion.clone(),
             stepping: scene.stepping(),
@@ -105,21 +105,22 @@ impl Simulation {
         tally: &mut Tally,
     ) -> Result<Status, SimulationError> {
         let start = Start {
-            dam: self.units.dam.description().clone(),
-            reservoir: self.units.reservoir.description().clone(),
+            units: self.graph.units().map(|unit| unit.description().clone()).collect(),
             ground_motion: &self.ground_motion,
             stepping: self.stepping,
         };
-        self.check_stepping([&start.dam, &start.reservoir])?;
+        self.check_stepping(&start.units)?;
+        tally.wall.inside = start.units.iter().map(|unit| (unit.name.clone(), Duration::ZERO)).collect();
+        tally.statistics.calls = start.units.iter().map(|unit| (unit.name.clone(), [0; 2])).collect();
         tell_all(observers, |o| o.begin(&start))?;
-        match self.scheme.initialise(&mut self.units, 0.0, self.ground_motion.at(0.0)) {
+        match self.scheme.initialise(&mut self.graph, 0.0, self.ground_motion.at(0.0)) {
             Ok(report) => {
                 observe(observers, &report, tally)?;
-                inspect(observers, &mut self.units, tally)?;
+                inspect(observers, &mut self.graph, tally)?;
             }
             Err(failure) => return Err(failed(observers, failure, tally)),
         }
-        self.static_crest_displacement = match self.units.dam.read("crest_static_displacement") {
+        self.static_crest_displacement = match self.graph[UnitId::DAM].read("crest_static_displacement") {
             Ok(u) => u.first().zip(u.get(1)).map(|(x, y)| [*x, *y]),
             Err(ParticipantError::Missing { .. }) => None,
             Err(error) => return Err(CouplingError::from(error).into()),
@@ -134,7 +135,7 @@ impl Simulation {
                 return Ok(Status::Completed);
             }
             let began = Instant::now();
-            let result = self.scheme.attempt(&mut self.units, &window, clock.attempt());
+            let result = self.scheme.attempt(&mut self.graph, &window, clock.attempt());
             tally.wall.coupling += began.elapsed();
             match result {
                 Ok(mut report) => {
@@ -147,7 +148,7 @@ impl Simulation {
                     tally.statistics.rejected += u64::from(!taken);
                     observe(observers, &report, tally)?;
                     if taken {
-                        inspect(observers, &mut self.units, tally)?;
+                        inspect(observers, &mut self.graph, tally)?;
                     }
                 }
                 Err(failure)
@@ -167,8 +168,8 @@ impl Simulation {
     }
 
     /// Refuses steps of varying length for a unit that needs a fixed one.
-    fn check_stepping(&self, units: [&Description; 2]) -> Result<(), CouplingError> {
-        let fixed = units.into_iter().find(|unit| !unit.capabilities.variable_communication_step);
+    fn check_stepping(&self, units: &[Description]) -> Result<(), CouplingError> {
+        let fixed = units.iter().find(|unit| !unit.capabilities.variable_communication_step);
         match fixed {
             Some(unit) if self.stepping.varies() => {
                 Err(CouplingError::FixedStep { participant: unit.name.clone() })
@@ -202,21 +203,22 @@ fn observe(
 ) -> Result<(), SimulationError> {
     let Tally { wall, statistics, .. } = tally;
     if report.step() > 0 {
-        wall.dam += report.solver_time[0];
-        wall.reservoir += report.solver_time[1];
+        for ((_, sum), time) in wall.inside.iter_mut().zip(&report.solver_time) {
+            *sum += *time;
+        }
         wall.units += report.unit_time;
     } else {
         wall.initialisation += report.solver_time.iter().sum::<Duration>();
     }
-    for (calls, side) in statistics.calls.iter_mut().zip([Side::Dam, Side::Reservoir]) {
-        let [all, repeated] = report.calls(side);
+    for (number, (_, calls)) in statistics.calls.iter_mut().enumerate() {
+        let [all, repeated] = report.calls(UnitId(number));
         (calls[0], calls[1]) = (calls[0] + all, calls[1] + repeated);
     }
     if report.step() > 0 {
         let steps = report.steps.len() as u64;
         statistics.unconverged += if report.is_accepted() && !report.converged { steps } else { 0 };
     }
-    let errors = report.interface.iter().map(|interface| interface.mapping_error);
+    let errors = report.interfaces.iter().flatten().map(|interface| interface.mapping_error);
     statistics.mapping_error = errors.fold(statistics.mapping_error, f64::max);
     if report.is_accepted() {
         statistics.largest_pressure = statistics.largest_pressure.max(report.largest_pressure);
@@ -231,11 +233,11 @@ fn observe(
 /// Lets the observers read the units.
 fn inspect(
     observers: &mut [&mut dyn Observer],
-    units: &mut Units,
+    graph: &mut Graph,
     tally: &mut Tally,
 ) -> Result<(), SimulationError> {
     let began = Instant::now();
-    let told = tell_all(observers, |o| o.inspect(units));
+    let told = tell_all(observers, |o| o.inspect(graph));
     tally.wall.observers += began.elapsed();
     Ok(told?)
 }

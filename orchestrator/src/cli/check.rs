@@ -6,7 +6,7 @@ use orchestrator::ground_motion::{GroundMotion, STANDARD_GRAVITY};
 use orchestrator::participant::ParticipantError;
 use orchestrator::registry::{self, Flutter, LimitEquilibrium, RegistryError};
 use orchestrator::scene::{SceneError, SceneWarning};
-use orchestrator::scheme::Side;
+use orchestrator::scheme::UnitId;
 use std::f64::consts::TAU;
 use std::path::Path;
 use std::process::ExitCode;
@@ -53,7 +53,7 @@ fn examine(path: &Path, overrides: &[String]) -> Result<(), CheckError> {
         None => format!("{steps} communication steps of {step} s"),
     };
     // The dam is made and brought to rest as a run would; only the water's preparation remains.
-    let mut dam = registry::unit(Side::Dam, &loaded.scene, threads(None))?;
+    let mut dam = registry::unit(UnitId::DAM, &loaded.scene, threads(None))?;
     let [mut inputs, mut outputs] =
         [&dam.description().inputs, &dam.description().outputs].map(|layout| vec![0.0; layout.size()]);
     if let Some(range) = dam.description().inputs.range("hydrostatic_pressure") {

@@ -16,7 +16,7 @@ pub mod unit;
 
 use clap::{Parser, Subcommand, ValueEnum};
 use orchestrator::participant::ParticipantError;
-use orchestrator::scheme::Side;
+use orchestrator::scheme::UnitId;
 use std::io::{ErrorKind, Write};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -163,11 +163,11 @@ pub enum BuiltIn {
     Reservoir,
 }
 
-impl From<BuiltIn> for Side {
+impl From<BuiltIn> for UnitId {
     fn from(unit: BuiltIn) -> Self {
         match unit {
-            BuiltIn::Dam => Self::Dam,
-            BuiltIn::Reservoir => Self::Reservoir,
+            BuiltIn::Dam => Self::DAM,
+            BuiltIn::Reservoir => Self::RESERVOIR,
         }
     }
 }

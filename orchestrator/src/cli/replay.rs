@@ -8,11 +8,10 @@ use orchestrator::log::{Log, LogReadError};
 use orchestrator::participant::Occasion;
 use orchestrator::replay::{Replay, ReplayError, Unanswered, replay};
 use orchestrator::scene::{Scene, SceneError};
-use orchestrator::scheme::Side;
+use orchestrator::scheme::UnitId;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::time::Duration;
 
 /// Arguments of `cofferdam replay`.
 #[derive(clap::Args)]
@@ -106,19 +105,19 @@ fn execute(arguments: &Arguments) -> Result<u8, Failure> {
         _ => (format!("{path} with {}", overrides.join(", ")), Failure::Set),
     };
     let scene = Scene::resolved(&head.scene_text, overrides, shown.as_ref()).map_err(wrong)?;
-    let sides = match arguments.unit {
-        None => vec![Side::Dam, Side::Reservoir],
+    let units: Vec<UnitId> = match arguments.unit {
+        None => (0..head.units.len()).map(UnitId).collect(),
         Some(unit) => vec![unit.into()],
     };
     let threads = super::threads(arguments.threads);
     say(format!("{} (recorded by cofferdam {}, commit {})", head.scene.title, head.version, head.commit));
-    let bar = progress(arguments.quiet, head.scene.steps().saturating_mul(sides.len() as u64));
+    let bar = progress(arguments.quiet, head.scene.steps().saturating_mul(units.len() as u64));
     let both = NonZeroUsize::MIN.saturating_add(1);
-    let results = parallel::map(&sides, both, |&side| replay_unit(&log, side, &scene, threads, &bar));
+    let results = parallel::map(&units, both, |&id| replay_unit(&log, id, &scene, threads, &bar));
     bar.finish_and_clear();
     let (mut failure, mut different, mut nothing) = (None, false, false);
-    for (side, result) in sides.into_iter().zip(results) {
-        let unit = head.unit(side).name.clone();
+    for (id, result) in units.into_iter().zip(results) {
+        let unit = head.units.get(id.0).map_or_else(String::new, |unit| unit.name.clone());
         match result {
             Ok(replay) => {
                 different |= replay.divergence.is_some();
@@ -145,15 +144,16 @@ fn execute(arguments: &Arguments) -> Result<u8, Failure> {
 
 fn replay_unit(
     log: &Log,
-    side: Side,
+    id: UnitId,
     scene: &Scene,
     threads: NonZeroUsize,
     bar: &ProgressBar,
 ) -> Result<Replay, Failure> {
-    let mut unit = registry::unit(side, scene, threads)?;
-    let recorded = log.head().unit(side);
+    let mut unit = registry::unit(id, scene, threads)?;
     let fingerprint = unit.description().fingerprint.to_string();
-    if fingerprint != recorded.fingerprint {
+    if let Some(recorded) = log.head().units.get(id.0)
+        && fingerprint != recorded.fingerprint
+    {
         bar.suspend(|| {
             complain(format_args!(
                 "warning: {}: made from other parameters, or by a version that hashes them differently \
@@ -163,7 +163,7 @@ fn replay_unit(
         });
     }
     let seen = |at: &Occasion| bar.inc(u64::from(at.iteration == 1));
-    replay(log, side, &mut *unit, seen).map_err(|cause| Failure::Replay(Box::new(cause)))
+    replay(log, id, &mut *unit, seen).map_err(|cause| Failure::Replay(Box::new(cause)))
 }
 
 fn progress(quiet: bool, steps: u64) -> ProgressBar {
@@ -171,7 +171,6 @@ fn progress(quiet: bool, steps: u64) -> ProgressBar {
     if let Ok(style) = ProgressStyle::with_template("{bar:10} {percent:>3} %  replay  {eta} left") {
         bar.set_style(style);
     }
-    bar.enable_steady_tick(Duration::from_millis(200));
     bar
 }
 

@@ -12,7 +12,7 @@ use orchestrator::scene::{
     DamFidelityScene, DampingModelScene, FidelityScene, LoadedScene, MethodScene, ReservoirScene, Scene,
     SceneError,
 };
-use orchestrator::scheme::{CouplingError, Side, Units, interface_points};
+use orchestrator::scheme::{CouplingError, Graph, UnitId, interface_points};
 use orchestrator::simulation::{Simulation, SimulationError};
 use std::io::ErrorKind;
 use std::path::PathBuf;
@@ -124,32 +124,34 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
         say(format!("but {}", arguments.set.join(", ")));
     }
     let began = Instant::now();
-    let made = units(arguments, &loaded.scene, &preamble.scene, &interrupted);
+    let made = graph(arguments, &loaded.scene, &preamble.scene, &interrupted);
     if let Err(error) = &made {
         manifest.status = format!("failed: {error}");
         manifest.write(&manifest_path)?;
     }
-    let mut units = made?;
-    for unit in [&units.dam, &units.reservoir] {
+    let mut graph = made?;
+    for unit in graph.units() {
         let description = unit.description();
         let (name, solver) = (description.name.clone(), description.solver.clone());
         say(format!("{name:<10} {solver}"));
         let fingerprint = description.fingerprint.to_string();
         manifest.units.push(Unit { name, solver, fingerprint });
     }
-    let [dam, reservoir] = interface_points(&mut units)?;
-    manifest.reservoir_wet_face = Some(reservoir).filter(|points| *points != dam);
-    manifest.wet_face = dam;
+    if let Some(interface) = graph.interfaces().first().cloned() {
+        let [dam, reservoir] = interface_points(&mut graph, &interface)?;
+        manifest.reservoir_wet_face = Some(reservoir).filter(|points| *points != dam);
+        manifest.wet_face = dam;
+    }
     "running".clone_into(&mut manifest.status);
     manifest.write(&manifest_path)?;
-    let dam = dam_lines(&loaded, &mut units)?;
-    let stress_points = stress_points(&mut units)?;
-    let natural_frequencies = known(units.dam.read("natural_frequency"))?;
-    let recursion = recursion(&loaded.scene, &mut units)?;
+    let dam = dam_lines(&loaded, &mut graph)?;
+    let stress_points = stress_points(&mut graph)?;
+    let natural_frequencies = known(graph[UnitId::DAM].read("natural_frequency"))?;
+    let recursion = recursion(&loaded.scene, &mut graph)?;
     say(ground_line(&loaded.ground_motion));
     say(format!("prepared in {:.2} s; results go to {}", began.elapsed().as_secs_f64(), folder.display()));
 
-    let mut simulation = Simulation::of_scene(&loaded.scene, &loaded.ground_motion, units)?;
+    let mut simulation = Simulation::of_scene(&loaded.scene, &loaded.ground_motion, graph)?;
     let mut observers: Vec<&mut dyn Observer> =
         vec![&mut log, &mut histories, &mut progress, &mut limits, &mut rest];
     observers.extend(snapshots.as_mut().map(|snapshots| snapshots as &mut dyn Observer));
@@ -181,18 +183,16 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
 }
 
 /// The units of a scene, of which `resolved` is the TOML.
-fn units(
+fn graph(
     arguments: &Run,
     scene: &Scene,
     resolved: &str,
     interrupted: &AtomicBool,
-) -> Result<Units, RunError> {
+) -> Result<Graph, RunError> {
     let threads = super::threads(arguments.threads);
     if arguments.transport == Transport::InProcess {
-        return Ok(Units {
-            dam: registry::unit(Side::Dam, scene, threads)?,
-            reservoir: registry::unit(Side::Reservoir, scene, threads)?,
-        });
+        let [dam, reservoir] = [UnitId::DAM, UnitId::RESERVOIR].map(|id| registry::unit(id, scene, threads));
+        return Ok(Graph::pair(dam?, reservoir?));
     }
     let step = Duration::from_secs_f64(arguments.deadline);
     let deadlines = Deadlines { preparation: PREPARATION * step, step };
@@ -211,13 +211,11 @@ fn units(
     let (Some(dam), reservoir) = (units.next(), units.next()) else {
         unreachable!("a process was started for the dam");
     };
-    Ok(Units {
-        dam: Box::new(dam),
-        reservoir: match reservoir {
-            Some(process) => Box::new(process),
-            None => registry::unit(Side::Reservoir, scene, threads)?,
-        },
-    })
+    let reservoir = match reservoir {
+        Some(process) => Box::new(process),
+        None => registry::unit(UnitId::RESERVOIR, scene, threads)?,
+    };
+    Ok(Graph::pair(Box::new(dam), reservoir))
 }
 
 /// Creates the output folder, or takes an empty one; creates the manifest in it and returns both paths.
@@ -261,18 +259,22 @@ fn catch_interrupt() -> Result<Arc<AtomicBool>, RunError> {
 }
 
 /// Points where the dam outputs stress, m; none if it does not.
-fn stress_points(units: &mut Units) -> Result<Vec<[f64; 2]>, ParticipantError> {
-    let (x, y) = (known(units.dam.read("stress_point_x"))?, known(units.dam.read("stress_point_y"))?);
+fn stress_points(graph: &mut Graph) -> Result<Vec<[f64; 2]>, ParticipantError> {
+    let (x, y) = (
+        known(graph[UnitId::DAM].read("stress_point_x"))?,
+        known(graph[UnitId::DAM].read("stress_point_y"))?,
+    );
     Ok(x.into_iter().zip(y).map(|(x, y)| [x, y]).collect())
 }
 
 /// Error and loss of the water's recursion; nothing if there is none, or if the reservoir does not tell.
-fn recursion(scene: &Scene, units: &mut Units) -> Result<Vec<f64>, ParticipantError> {
+fn recursion(scene: &Scene, graph: &mut Graph) -> Result<Vec<f64>, ParticipantError> {
     let ReservoirScene { fidelity, method, .. } = scene.reservoir;
     if (fidelity, method) != (FidelityScene::Compressible, MethodScene::Recursive) {
         return Ok(Vec::new());
     }
-    let [error, loss] = ["recursion_error", "recursion_loss"].map(|name| known(units.reservoir.read(name)));
+    let [error, loss] =
+        ["recursion_error", "recursion_loss"].map(|name| known(graph[UnitId::RESERVOIR].read(name)));
     Ok([error?, loss?].concat())
 }
 
@@ -285,11 +287,11 @@ fn ground_line(motion: &GroundMotion) -> String {
 }
 
 /// Lines that name the damping model, which belongs to every value of sliding, and the fidelity if it is not the full one.
-fn dam_lines(loaded: &LoadedScene, units: &mut Units) -> Result<String, ParticipantError> {
+fn dam_lines(loaded: &LoadedScene, graph: &mut Graph) -> Result<String, ParticipantError> {
     let Some(dam) = &loaded.scene.dam else { return Ok(String::new()) };
     let percent = 100.0 * dam.damping.ratio;
-    let mut frequencies = units.dam.read("damping_frequency_low")?;
-    frequencies.extend(units.dam.read("damping_frequency_high")?);
+    let mut frequencies = graph[UnitId::DAM].read("damping_frequency_low")?;
+    frequencies.extend(graph[UnitId::DAM].read("damping_frequency_high")?);
     let frequencies: Vec<String> = frequencies.iter().map(|f| format!("{f:.2}")).collect();
     let frequency = frequencies.first().map_or("", String::as_str);
     let damping = match dam.damping.model {

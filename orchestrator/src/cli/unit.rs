@@ -4,7 +4,7 @@ use super::Unit;
 use crate::registry::{self, RegistryError};
 use orchestrator::participant::{Participant, Task, host};
 use orchestrator::scene::Scene;
-use orchestrator::scheme::Side;
+use orchestrator::scheme::UnitId;
 use std::num::NonZeroUsize;
 use std::process::ExitCode;
 
@@ -23,8 +23,8 @@ pub fn unit(arguments: &Unit) -> ExitCode {
     host(|task| make(arguments.unit.into(), task))
 }
 
-fn make(side: Side, task: &Task) -> Result<Box<dyn Participant>, UnitError> {
+fn make(id: UnitId, task: &Task) -> Result<Box<dyn Participant>, UnitError> {
     let scene: Scene = toml::from_str(&task.scene)?;
     let threads = NonZeroUsize::new(task.threads).unwrap_or(NonZeroUsize::MIN);
-    Ok(registry::unit(side, &scene, threads)?)
+    Ok(registry::unit(id, &scene, threads)?)
 }

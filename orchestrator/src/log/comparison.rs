@@ -69,7 +69,7 @@ pub fn compare(logs: [&Log; 2]) -> Result<Comparison, LogReadError> {
                 return Ok(comparison);
             }
         };
-        let (unit, other) = (first.head().unit(a.side), second.head().unit(b.side));
+        let (unit, other) = (first.head().unit(a.unit), second.head().unit(b.unit));
         if let Some(what) = difference(unit, other, &a, &b) {
             let (unit, occasion, before) = (unit.name.clone(), a.occasion, comparison.identical);
             comparison.divergence = Some(Divergence { unit, occasion, before, what });
@@ -97,7 +97,7 @@ fn difference(
     a: &LoggedExchange,
     b: &LoggedExchange,
 ) -> Option<Difference> {
-    if (a.side, a.occasion) != (b.side, b.occasion) {
+    if (a.unit, a.occasion) != (b.unit, b.occasion) {
         return Some(Difference::Asked { unit: other.name.clone(), occasion: b.occasion });
     }
     let missing = |half| Difference::Layout { half };

@@ -1,13 +1,13 @@
 //! The entries of a log.
 
 use crate::participant::{Message, Occasion};
-use crate::scheme::Side;
+use crate::scheme::UnitId;
 
 /// A request and its answer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoggedExchange {
     /// Unit that was asked.
-    pub side: Side,
+    pub unit: UnitId,
     /// The step that it was asked to take.
     pub occasion: Occasion,
     /// Whether the run continued with these values.

@@ -5,7 +5,7 @@ use super::decode::{Mismatch, Schema, Wanted};
 use super::stream::{Channel, Next, Stream};
 use crate::participant::{self, ChannelShape, Layout};
 use crate::scene::Scene;
-use crate::scheme::Side;
+use crate::scheme::UnitId;
 
 /// The run and the program.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,8 +18,8 @@ pub struct Head {
     pub version: String,
     /// Git commit of the program.
     pub commit: String,
-    /// The dam and the reservoir.
-    pub units: [LoggedUnit; 2],
+    /// The units by their numbers: the dam, the reservoir, others.
+    pub units: Vec<LoggedUnit>,
     /// The ground motion.
     pub ground_motion: LoggedGroundMotion,
 }
@@ -51,9 +51,9 @@ pub struct LoggedGroundMotion {
 }
 
 impl Head {
-    /// The unit of `side`.
-    pub fn unit(&self, side: Side) -> &LoggedUnit {
-        &self.units[side as usize]
+    /// The unit of an exchange in this log.
+    pub fn unit(&self, id: UnitId) -> &LoggedUnit {
+        &self.units[id.0]
     }
 
     /// Reads until everything is known.
@@ -91,14 +91,16 @@ impl Head {
                 let (position, library) = (stream.position(), stream.library().to_owned());
                 return Err(LogReadError::Foreign { path, position, library, topic: missing });
             }
-            if parts.units.len() > 2 {
-                let (position, cause) = (stream.position(), "a third `/unit`".to_owned());
-                return Err(LogReadError::Damaged { path, position, cause });
-            }
         }
         let Parts { scene, build, units, ground_motion } = parts;
+        let twice = |i: usize| units[..i].iter().any(|unit| unit.name == units[i].name);
+        if let Some(i) = (1..units.len()).find(|&i| twice(i)) {
+            let (path, position) = (path.to_owned(), stream.position());
+            let cause = format!("two `/unit` of the name {}", units[i].name);
+            return Err(LogReadError::Damaged { path, position, cause });
+        }
         let (scene_text, (version, commit)) = (scene.unwrap_or_default(), build.unwrap_or_default());
-        let (Ok(units), Some(ground_motion)) = (<[LoggedUnit; 2]>::try_from(units), ground_motion) else {
+        let Some(ground_motion) = ground_motion else {
             return Err(LogReadError::Headless { path: path.to_owned(), position: stream.position() });
         };
         let scene = toml::from_str(&scene_text).map_err(|e| LogReadError::Scene {

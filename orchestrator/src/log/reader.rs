@@ -18,7 +18,7 @@ use std::sync::Arc;
 /// println!("{}", log.head().scene.title);
 /// for entry in log.entries()? {
 ///     if let Entry::Exchange(exchange) = entry? {
-///         println!("{:?} {}: {:?}", exchange.side, exchange.occasion, exchange.outputs);
+///         println!("{:?} {}: {:?}", exchange.unit, exchange.occasion, exchange.outputs);
 ///     }
 /// }
 /// # Ok::<(), LogReadError>(())
@@ -159,7 +159,7 @@ impl Entries {
             Part::Request(request) => {
                 match self.request.take() {
                     Some(before)
-                        if before.side != request.side && self.silent.is_none() && self.held.is_empty() =>
+                        if before.unit != request.unit && self.silent.is_none() && self.held.is_empty() =>
                     {
                         self.silent = Some(before);
                     }
@@ -179,7 +179,7 @@ impl Entries {
             Part::Answer(answer) => match self.request.take() {
                 Some(_) if self.silent.is_some() => return self.answered(),
                 Some(request)
-                    if (request.side, request.sequence) == (answer.side, answer.sequence)
+                    if (request.unit, request.sequence) == (answer.unit, answer.sequence)
                         && self.held.is_empty() =>
                 {
                     let outputs = answer.outputs;

@@ -6,12 +6,12 @@ use super::foxglove;
 use super::head::LoggedUnit;
 use super::stream::{Channel, Raw};
 use crate::participant::{Layout, Message, Occasion};
-use crate::scheme::Side;
+use crate::scheme::UnitId;
 
 /// A topic, with the decoder of its messages.
 pub enum Topic {
-    Request(Side, Decoder),
-    Answer(Side, Decoder),
+    Request(UnitId, Decoder),
+    Answer(UnitId, Decoder),
     Step(Decoder),
     Message(Decoder, Decoder),
     End(Decoder),
@@ -30,7 +30,7 @@ const OCCASION: [(&str, Wanted); 6] = [
 
 impl Topic {
     /// The topic of a channel; an unknown one is skipped.
-    pub fn of(channel: &Channel, units: &[LoggedUnit; 2]) -> Result<Self, Mismatch> {
+    pub fn of(channel: &Channel, units: &[LoggedUnit]) -> Result<Self, Mismatch> {
         let schema = || Schema::find(&channel.schema, &channel.descriptor);
         let exchange = |layout: &Layout| {
             let variables = layout.channels().map(|(c, _)| {
@@ -38,11 +38,12 @@ impl Topic {
             });
             schema()?.decoder(OCCASION.into_iter().chain(variables))
         };
-        for (side, unit) in [Side::Dam, Side::Reservoir].into_iter().zip(units) {
+        for (number, unit) in units.iter().enumerate() {
+            let id = UnitId(number);
             let half = channel.topic.strip_prefix('/').and_then(|t| t.strip_prefix(unit.name.as_str()));
             match half {
-                Some("/request") => return Ok(Self::Request(side, exchange(&unit.inputs)?)),
-                Some("/answer") => return Ok(Self::Answer(side, exchange(&unit.outputs)?)),
+                Some("/request") => return Ok(Self::Request(id, exchange(&unit.inputs)?)),
+                Some("/answer") => return Ok(Self::Answer(id, exchange(&unit.outputs)?)),
                 _ => {}
             }
         }
@@ -87,14 +88,14 @@ pub enum Part {
 
 impl Topic {
     /// Reads a message of the topic.
-    pub fn read(&mut self, raw: &Raw, units: &[LoggedUnit; 2]) -> Result<Part, Mismatch> {
+    pub fn read(&mut self, raw: &Raw, units: &[LoggedUnit]) -> Result<Part, Mismatch> {
         Ok(match self {
-            Self::Request(side, decoder) => {
-                let (exchange, inputs) = exchange(*side, decoder, raw, &units[*side as usize].inputs)?;
+            Self::Request(id, decoder) => {
+                let (exchange, inputs) = exchange(*id, decoder, raw, &units[id.0].inputs)?;
                 Part::Request(LoggedExchange { inputs, ..exchange })
             }
-            Self::Answer(side, decoder) => {
-                let (exchange, outputs) = exchange(*side, decoder, raw, &units[*side as usize].outputs)?;
+            Self::Answer(id, decoder) => {
+                let (exchange, outputs) = exchange(*id, decoder, raw, &units[id.0].outputs)?;
                 Part::Answer(LoggedExchange { outputs: Some(outputs), ..exchange })
             }
             Self::Step(decoder) => {
@@ -144,7 +145,7 @@ fn small(value: u64, field: &'static str) -> Result<u32, Mismatch> {
 
 /// An exchange without its values, and the values.
 fn exchange(
-    side: Side,
+    unit: UnitId,
     decoder: &mut Decoder,
     raw: &Raw,
     layout: &Layout,
@@ -165,7 +166,7 @@ fn exchange(
         }
     }
     let exchange = LoggedExchange {
-        side,
+        unit,
         occasion: occasion(decoder)?,
         accepted: decoder.bool(5),
         sequence: raw.sequence,

@@ -1,7 +1,7 @@
 //! The message types of a log except `foxglove.Log`.
 
 use super::schema::{Kind, MessageType};
-use crate::participant::Layout;
+use crate::participant::{Description, Layout};
 
 fn message_type(name: &str, fields: &[(&str, Kind)]) -> MessageType {
     MessageType::new(name, fields.iter().map(|(n, k)| ((*n).to_owned(), k.clone())).collect())
@@ -24,7 +24,7 @@ pub fn ground_motion_type() -> MessageType {
 }
 
 /// `/step`.
-pub fn step_type() -> MessageType {
+pub fn step_type(units: &[Description]) -> MessageType {
     let fields = [
         ("step", Kind::Unsigned),
         ("attempt", Kind::Unsigned),
@@ -43,14 +43,14 @@ pub fn step_type() -> MessageType {
         ("interpolation_error", Kind::Double),
         ("interface_work", Kind::Double),
         ("interface_energy_produced", Kind::Double),
-        ("dam_calls", Kind::Unsigned),
-        ("dam_restores", Kind::Unsigned),
-        ("dam_time", Kind::Double),
-        ("reservoir_calls", Kind::Unsigned),
-        ("reservoir_restores", Kind::Unsigned),
-        ("reservoir_time", Kind::Double),
     ];
-    message_type("Step", &fields)
+    let of_units = [("calls", Kind::Unsigned), ("restores", Kind::Unsigned), ("time", Kind::Double)];
+    let names: Vec<(String, Kind)> = units
+        .iter()
+        .flat_map(|unit| of_units.clone().map(|(what, kind)| (format!("{}_{what}", unit.name), kind)))
+        .collect();
+    let of_units = names.iter().map(|(name, kind)| (name.as_str(), kind.clone()));
+    message_type("Step", &fields.into_iter().chain(of_units).collect::<Vec<_>>())
 }
 
 /// `/end`.

@@ -8,7 +8,7 @@ use crate::convergence::{Residuals, norm};
 use crate::observer::{Ending, Observer, ObserverError, Start};
 use crate::participant::{Channel, Description, Layout, Message, Occasion};
 use crate::results_file::ResultsFile;
-use crate::scheme::{Exchange, Interval, Side, WindowReport};
+use crate::scheme::{Exchange, Interval, UnitId, WindowReport};
 use mcap::records::MessageHeader;
 use std::collections::BTreeMap;
 use std::io::BufWriter;
@@ -52,7 +52,8 @@ pub struct LogWriter {
     pending: Vec<Record>,
     thread: Option<JoinHandle<Result<(), mcap::McapError>>>,
     types: Vec<MessageType>,
-    units: [[Half; 2]; 2],
+    /// Requests and answers of each unit.
+    units: Vec<[Half; 2]>,
     topics: Option<Topics>,
     sequence: u32,
     last_log_time: u64,
@@ -92,7 +93,7 @@ impl LogWriter {
             pending: Vec::new(),
             thread: None,
             types: Vec::new(),
-            units: Default::default(),
+            units: Vec::new(),
             topics: None,
             sequence: 0,
             last_log_time: 0,
@@ -147,7 +148,7 @@ impl LogWriter {
     fn start(&mut self, mut writer: Writer, start: &Start<'_>) -> Result<(), mcap::McapError> {
         let unit = self.declare(&mut writer, "/unit", unit_type())?;
         let ground = self.declare(&mut writer, "/ground_motion", ground_motion_type())?;
-        for (side, description) in [(Side::Dam, &start.dam), (Side::Reservoir, &start.reservoir)] {
+        for description in &start.units {
             let name = &description.name;
             let mut half = |what: &str, layout: &Layout| -> Result<Half, mcap::McapError> {
                 let kind = exchange_type(&format!("{}{what}", capitalised(name)), layout);
@@ -157,12 +158,12 @@ impl LogWriter {
                     fields: layout.channels().map(|(c, range)| (range, c.shape.is_array())).collect(),
                 })
             };
-            self.units[side as usize] =
-                [half("Request", &description.inputs)?, half("Answer", &description.outputs)?];
+            let halves = [half("Request", &description.inputs)?, half("Answer", &description.outputs)?];
+            self.units.push(halves);
         }
         self.topics = Some(Topics {
             message: self.declare_messages(&mut writer)?,
-            step: self.declare(&mut writer, "/step", step_type())?,
+            step: self.declare(&mut writer, "/step", step_type(&start.units))?,
             end: self.declare(&mut writer, "/end", end_type())?,
         });
 
@@ -171,21 +172,15 @@ impl LogWriter {
         self.thread = Some(std::thread::Builder::new().spawn(move || write_all(writer, &receiver))?);
 
         let ground_motion = start.ground_motion;
-        let messages = [
-            (unit, self.encode_unit(unit, &start.dam)),
-            (unit, self.encode_unit(unit, &start.reservoir)),
-            (
-                ground,
-                self.types[ground].encode([
-                    Value::Double(ground_motion.interval()),
-                    Value::Doubles(ground_motion.acceleration()),
-                    Value::Text(ground_motion.source()),
-                ]),
-            ),
-        ];
-        for (topic, data) in messages {
-            self.send(topic, 0, 0, data);
+        for description in &start.units {
+            self.send(unit, 0, 0, self.encode_unit(unit, description));
         }
+        let data = self.types[ground].encode([
+            Value::Double(ground_motion.interval()),
+            Value::Doubles(ground_motion.acceleration()),
+            Value::Text(ground_motion.source()),
+        ]);
+        self.send(ground, 0, 0, data);
         self.flush();
         Ok(())
     }
@@ -262,15 +257,14 @@ impl LogWriter {
 
     fn send_step(&mut self, topic: Topic, report: &WindowReport, interval: &Interval, index: usize) {
         let residual = |of: fn(&Residuals) -> f64| report.residuals.as_ref().map_or(0.0, of);
-        let work = report.interface.get(index).and_then(|i| i.work).unwrap_or_default();
-        let units =
-            [Side::Dam, Side::Reservoir].into_iter().zip(report.solver_time).flat_map(|(side, time)| {
-                // The cost of a window is divided among its steps.
-                let share = |total: u64| total.div_ceil(report.steps.len() as u64);
-                let [calls, restores] = report.calls(side).map(share);
-                let time = time.as_secs_f64() / report.steps.len() as f64;
-                [Value::Unsigned(calls), Value::Unsigned(restores), Value::Double(time)]
-            });
+        let work = report.work(index).unwrap_or_default();
+        let units = report.solver_time.iter().enumerate().flat_map(|(number, time)| {
+            // The cost of a window is divided among its steps.
+            let share = |total: u64| total.div_ceil(report.steps.len() as u64);
+            let [calls, restores] = report.calls(UnitId(number)).map(share);
+            let time = time.as_secs_f64() / report.steps.len() as f64;
+            [Value::Unsigned(calls), Value::Unsigned(restores), Value::Double(time)]
+        });
         let values = [
             Value::Unsigned(interval.step),
             Value::Unsigned(u64::from(report.attempt)),
@@ -295,7 +289,7 @@ impl LogWriter {
     }
 
     fn send_exchange(&mut self, exchange: &Exchange) {
-        let [request, answer] = self.units[exchange.side as usize].clone();
+        let [request, answer] = self.units[exchange.unit.0].clone();
         self.sequence += 1;
         let Occasion { step, iteration, attempt, time, communication_step } = exchange.occasion;
         let end = nanoseconds(exchange.occasion.end());

@@ -1,7 +1,7 @@
 use super::{Ending, Observer, ObserverError, Start};
 use crate::participant::{Channel, ChannelShape};
 use crate::results_file::ResultsFile;
-use crate::scheme::{Exchange, InterfaceWork, Interval, Side, WindowReport};
+use crate::scheme::{Exchange, InterfaceWork, Interval, UnitId, WindowReport};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -46,9 +46,11 @@ pub struct HistoriesWriter {
     folder: Option<PathBuf>,
     /// What was recorded so far.
     pub histories: Histories,
-    scalars: Vec<(Side, Range<usize>)>,
+    /// Number of units.
+    units: usize,
+    scalars: Vec<(UnitId, Range<usize>)>,
     table: Option<Table>,
-    faces: Vec<(Side, Range<usize>, Table)>,
+    faces: Vec<(UnitId, Range<usize>, Table)>,
     row: Vec<f64>,
     work: InterfaceWork,
 }
@@ -95,6 +97,7 @@ impl HistoriesWriter {
         Self {
             folder: None,
             histories: Histories::default(),
+            units: 0,
             scalars: Vec::new(),
             table: None,
             faces: Vec::new(),
@@ -110,11 +113,11 @@ impl HistoriesWriter {
         &mut self,
         report: &WindowReport,
         interval: &Interval,
-        [dam, reservoir]: [&Exchange; 2],
+        exchanges: &[&Exchange],
         lowest_pressure: f64,
     ) -> Result<(), ObserverError> {
-        let outputs = |side| if side == Side::Dam { &dam.outputs } else { &reservoir.outputs };
-        let now = dam.answered.max(reservoir.answered);
+        let outputs = |unit: UnitId| &exchanges[unit.0].outputs;
+        let now = exchanges.iter().map(|exchange| exchange.answered).max().unwrap_or_default();
         // To the picosecond, so that 4.01 is not written as 4.010000000000001.
         let time = (interval.end() * 1e12).round() / 1e12;
         // A step of one iteration has no displacement to compare with.
@@ -133,7 +136,7 @@ impl HistoriesWriter {
             lowest_pressure,
         ];
         let rest =
-            self.scalars.iter().flat_map(|(side, range)| outputs(*side)[range.clone()].iter().copied());
+            self.scalars.iter().flat_map(|(unit, range)| outputs(*unit)[range.clone()].iter().copied());
         let row: Vec<f64> = first.into_iter().chain(rest).collect();
         for (column, value) in self.histories.columns.iter_mut().zip(&row) {
             column.push(*value);
@@ -141,10 +144,10 @@ impl HistoriesWriter {
         if let Some(table) = &mut self.table {
             table.write(&row, now)?;
         }
-        for (side, range, table) in &mut self.faces {
+        for (unit, range, table) in &mut self.faces {
             self.row.clear();
             self.row.push(time);
-            self.row.extend_from_slice(&outputs(*side)[range.clone()]);
+            self.row.extend_from_slice(&outputs(*unit)[range.clone()]);
             table.write(&self.row, now)?;
         }
         Ok(())
@@ -179,17 +182,19 @@ impl Observer for HistoriesWriter {
         ]
         .map(str::to_owned)
         .to_vec();
-        for (side, description) in [(Side::Dam, &start.dam), (Side::Reservoir, &start.reservoir)] {
+        self.units = start.units.len();
+        for (number, description) in start.units.iter().enumerate() {
+            let unit = UnitId(number);
             for (channel, range) in description.outputs.channels() {
                 if channel.shape == ChannelShape::WetFace {
                     let Some(folder) = &self.folder else { continue };
                     let path = folder.join(format!("{}-{}.csv", description.name, channel.name));
                     let points = (0..channel.size).map(|i| format!("point {i} [{}]", channel.unit));
                     let header: Vec<String> = std::iter::once("time [s]".to_owned()).chain(points).collect();
-                    self.faces.push((side, range, Table::create(path, &header)?));
+                    self.faces.push((unit, range, Table::create(path, &header)?));
                 } else {
                     names.extend(column_names(&format!("{}.", description.name), channel));
-                    self.scalars.push((side, range));
+                    self.scalars.push((unit, range));
                 }
             }
         }
@@ -202,12 +207,11 @@ impl Observer for HistoriesWriter {
 
     fn window(&mut self, report: &WindowReport) -> Result<(), ObserverError> {
         for (index, interval) in report.steps.iter().enumerate() {
-            let of = |side| report.accepted(side, interval.step);
-            if let (Some(dam), Some(reservoir)) = (of(Side::Dam), of(Side::Reservoir)) {
-                let interface = report.interface.get(index).copied();
-                self.work += interface.and_then(|i| i.work).unwrap_or_default();
-                let lowest_pressure = interface.map_or(0.0, |i| i.lowest_pressure);
-                self.write(report, interval, [dam, reservoir], lowest_pressure)?;
+            let of = |number| report.accepted(UnitId(number), interval.step);
+            if let Some(exchanges) = (0..self.units).map(of).collect::<Option<Vec<_>>>() {
+                self.work += report.work(index).unwrap_or_default();
+                let lowest_pressure = report.lowest_pressure(index).unwrap_or(0.0);
+                self.write(report, interval, &exchanges, lowest_pressure)?;
             }
         }
         Ok(())

@@ -1,6 +1,6 @@
 use super::{Ending, Observer, ObserverError, Start, Status};
 use crate::scene::{StopAction, StopQuantity, StopScene};
-use crate::scheme::{Side, WindowReport};
+use crate::scheme::{UnitId, WindowReport};
 use std::ops::Range;
 
 /// Kinetic energy, J/m, up to which the energy balance is dominated by rounding.
@@ -46,7 +46,7 @@ impl Watch {
 
 impl Observer for Limits {
     fn begin(&mut self, start: &Start<'_>) -> Result<(), ObserverError> {
-        let outputs = &start.dam.outputs;
+        let outputs = &start.dam().outputs;
         self.kinetic = outputs.range("kinetic_energy");
         for watch in &mut self.conditions {
             watch.range = watch.condition.quantity.variable().and_then(|name| outputs.range(name));
@@ -56,7 +56,7 @@ impl Observer for Limits {
 
     fn window(&mut self, report: &WindowReport) -> Result<(), ObserverError> {
         for interval in &report.steps {
-            let Some(dam) = report.accepted(Side::Dam, interval.step) else { continue };
+            let Some(dam) = report.accepted(UnitId::DAM, interval.step) else { continue };
             let values =
                 |range: &Option<Range<usize>>| range.clone().map_or(&[][..], |range| &dam.outputs[range]);
             self.peak_kinetic = values(&self.kinetic).iter().copied().fold(self.peak_kinetic, f64::max);

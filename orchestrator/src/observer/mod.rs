@@ -15,21 +15,26 @@ pub use snapshots::Snapshots;
 use crate::ground_motion::GroundMotion;
 use crate::participant::{Description, ParticipantError};
 use crate::results_file::remedy;
-use crate::scheme::{Units, WindowReport};
+use crate::scheme::{Graph, UnitId, WindowReport};
 use crate::stepping::Stepping;
 use std::path::PathBuf;
 use std::time::Duration;
 
 /// Data known before the first exchange.
 pub struct Start<'a> {
-    /// The dam.
-    pub dam: Description,
-    /// The reservoir.
-    pub reservoir: Description,
+    /// The units by their numbers.
+    pub units: Vec<Description>,
     /// The ground motion.
     pub ground_motion: &'a GroundMotion,
     /// The planned communication steps.
     pub stepping: Stepping,
+}
+
+impl Start<'_> {
+    /// The dam.
+    pub fn dam(&self) -> &Description {
+        &self.units[UnitId::DAM.0]
+    }
 }
 
 /// How a run ended.
@@ -57,36 +62,39 @@ impl std::fmt::Display for Status {
 }
 
 /// Wall times of a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct WallTime {
     /// From the first call to the last, initialisation included.
     pub total: Duration,
-    /// Initialisation of both units: static start of the dam.
+    /// Initialisation of all units: static start of the dam.
     pub initialisation: Duration,
     /// Communication steps without observers.
     pub coupling: Duration,
-    /// Inside the dam, including states.
-    pub dam: Duration,
-    /// Inside the reservoir, including states.
-    pub reservoir: Duration,
-    /// Time in which a unit was computing: the sum of the two, or the longer one where both compute at once.
+    /// Inside each unit, by its name, including states.
+    pub inside: Vec<(String, Duration)>,
+    /// Time in which a unit was computing: the sum of all, or the longest where all compute at once.
     pub units: Duration,
     /// Inside the observers: log, histories, progress.
     pub observers: Duration,
 }
 
 impl WallTime {
-    /// Time of the coupling that was spent in neither unit.
+    /// Time inside the unit `name`.
+    pub fn of(&self, name: &str) -> Duration {
+        self.inside.iter().filter(|(unit, _)| unit == name).map(|(_, time)| *time).sum()
+    }
+
+    /// Time of the coupling that was spent in no unit.
     pub fn exchange(&self) -> Duration {
         self.coupling.saturating_sub(self.units)
     }
 }
 
 /// Statistics of a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Statistics {
-    /// Steps that the dam and the reservoir took, and how many of them repeated one.
-    pub calls: [[u64; 2]; 2],
+    /// Steps that each unit took, by its name, and how many of them repeated one.
+    pub calls: Vec<(String, [u64; 2])>,
     /// Communication steps that were accepted without convergence.
     pub unconverged: u64,
     /// Windows in which other accelerations had to take over.
@@ -145,7 +153,7 @@ pub trait Observer {
     fn window(&mut self, report: &WindowReport) -> Result<(), ObserverError>;
 
     /// Reads variables that are not exchanged, at the end of the last accepted window.
-    fn inspect(&mut self, _units: &mut Units) -> Result<(), ObserverError> {
+    fn inspect(&mut self, _graph: &mut Graph) -> Result<(), ObserverError> {
         Ok(())
     }
 

@@ -20,7 +20,8 @@ pub struct Progress {
     windows: u64,
     iterations: u64,
     unconverged: u64,
-    solver_time: [Duration; 2],
+    /// Time inside each unit, by its name.
+    inside: Vec<(String, Duration)>,
     shown: u64,
     warned: HashSet<(String, String)>,
 }
@@ -42,7 +43,7 @@ impl Progress {
             windows: 0,
             iterations: 0,
             unconverged: 0,
-            solver_time: [Duration::ZERO; 2],
+            inside: Vec::new(),
             shown: 0,
             warned: HashSet::new(),
         }
@@ -62,7 +63,10 @@ impl Progress {
         let time = report.end();
         let elapsed = self.began.elapsed().as_secs_f64().max(1e-9);
         let speed = time / elapsed;
-        let [dam, reservoir] = self.solver_time.map(|time| 100.0 * time.as_secs_f64() / elapsed);
+        let share = |(name, time): &(String, Duration)| {
+            format!("{name} {:.0} %", 100.0 * time.as_secs_f64() / elapsed)
+        };
+        let inside = self.inside.iter().map(share).collect::<Vec<_>>().join(", ");
         // A factor of one and quasi-Newton schemes are not shown.
         let relaxation = match report.relaxation {
             1.0 => String::new(),
@@ -77,7 +81,7 @@ impl Progress {
         };
         format!(
             "{time:.2}/{:.2} s  {speed:.1}× real time  {:.1} iterations  residual {:.0e} Pa{relaxation}{estimate}  \
-             dam {dam:.0} %, reservoir {reservoir:.0} %{unconverged}",
+             {inside}{unconverged}",
             self.duration,
             self.iterations as f64 / self.windows.max(1) as f64,
             report.residuals.map_or(0.0, |r| r.pressure),
@@ -94,11 +98,11 @@ fn print(line: &str) {
 impl Observer for Progress {
     fn begin(&mut self, start: &Start<'_>) -> Result<(), ObserverError> {
         self.duration = start.stepping.end();
+        self.inside = start.units.iter().map(|unit| (unit.name.clone(), Duration::ZERO)).collect();
         self.bar.set_length(PARTS);
         if let Ok(style) = ProgressStyle::with_template(STYLE) {
             self.bar.set_style(style);
         }
-        self.bar.enable_steady_tick(Duration::from_millis(200));
         Ok(())
     }
 
@@ -110,8 +114,8 @@ impl Observer for Progress {
             return Ok(());
         }
         self.iterations += u64::from(report.iterations());
-        for (sum, time) in self.solver_time.iter_mut().zip(report.solver_time) {
-            *sum += time;
+        for ((_, sum), time) in self.inside.iter_mut().zip(&report.solver_time) {
+            *sum += *time;
         }
         if !report.is_accepted() {
             return Ok(());

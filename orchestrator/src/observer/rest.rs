@@ -1,6 +1,6 @@
 use super::{Ending, Histories, Observer, ObserverError, Start, Status};
 use crate::scene::{REST, Time};
-use crate::scheme::{Side, WindowReport};
+use crate::scheme::{UnitId, WindowReport};
 use std::ops::Range;
 
 /// The part of a run at its end, s, over which means are taken.
@@ -87,7 +87,7 @@ impl Rest {
 impl Observer for Rest {
     fn begin(&mut self, start: &Start<'_>) -> Result<(), ObserverError> {
         self.from = self.quiet.and_then(|quiet| Some(start.ground_motion.rest_from()? + quiet));
-        self.outputs = ["crack_sliding", "kinetic_energy"].map(|name| start.dam.outputs.range(name));
+        self.outputs = ["crack_sliding", "kinetic_energy"].map(|name| start.dam().outputs.range(name));
         Ok(())
     }
 
@@ -96,7 +96,7 @@ impl Observer for Rest {
             return Ok(());
         }
         for interval in &report.steps {
-            let Some(dam) = report.accepted(Side::Dam, interval.step) else { continue };
+            let Some(dam) = report.accepted(UnitId::DAM, interval.step) else { continue };
             let [sliding, kinetic] =
                 self.outputs.clone().map(|range| range.map_or(&[][..], |range| &dam.outputs[range]));
             self.add(interval.end(), sliding, kinetic.iter().sum());

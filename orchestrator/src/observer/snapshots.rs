@@ -1,7 +1,7 @@
 use super::{Ending, Observer, ObserverError, Start};
 use crate::participant::{Description, Participant, ParticipantError};
 use crate::scene::SnapshotsScene;
-use crate::scheme::{Side, Units, WindowReport};
+use crate::scheme::{Graph, UnitId, WindowReport};
 use crate::vtk::{self, Field, Grid};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -152,7 +152,7 @@ fn due(plan: &SnapshotsScene, time: f64) -> Option<u64> {
 
 impl Observer for Snapshots {
     fn begin(&mut self, start: &Start<'_>) -> Result<(), ObserverError> {
-        let Description { inputs, outputs, .. } = &start.dam;
+        let Description { inputs, outputs, .. } = start.dam();
         self.ranges = [
             inputs.range("interface_pressure"),
             inputs.range("hydrostatic_pressure"),
@@ -165,7 +165,7 @@ impl Observer for Snapshots {
 
     fn window(&mut self, report: &WindowReport) -> Result<(), ObserverError> {
         if let Some(step) = report.steps.last()
-            && let Some(dam) = report.accepted(Side::Dam, step.step)
+            && let Some(dam) = report.accepted(UnitId::DAM, step.step)
         {
             let [hydrodynamic, hydrostatic, displacement] = self.ranges.clone();
             let fields = [&dam.inputs[hydrodynamic], &dam.inputs[hydrostatic], &dam.outputs[displacement]];
@@ -175,11 +175,11 @@ impl Observer for Snapshots {
         Ok(())
     }
 
-    fn inspect(&mut self, units: &mut Units) -> Result<(), ObserverError> {
+    fn inspect(&mut self, graph: &mut Graph) -> Result<(), ObserverError> {
         let time = self.last.0;
         let Some(number) = due(&self.plan, time).filter(|number| *number >= self.next) else { return Ok(()) };
         self.next = number + 1;
-        let mut parts = self.parts(&mut *units.dam)?;
+        let mut parts = self.parts(&mut graph[UnitId::DAM])?;
         let mut names = Vec::new();
         for (part, grid) in &mut parts {
             if grid.points.is_empty() {

@@ -3,7 +3,7 @@
 use crate::difference::{Difference, Divergence, Half};
 use crate::log::{Entry, Log, LogReadError, LoggedExchange};
 use crate::participant::{Occasion, Participant, ParticipantError};
-use crate::scheme::Side;
+use crate::scheme::UnitId;
 
 /// Result of the replay of one unit.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,6 +38,14 @@ pub enum ReplayError {
         /// The error.
         cause: LogReadError,
     },
+    /// The log has no such unit.
+    #[error("the log has {units} units, and none with the number {}; ask for one of them", .id.0)]
+    NoUnit {
+        /// Number asked for.
+        id: UnitId,
+        /// Number of units.
+        units: usize,
+    },
     /// The unit failed where the recorded one did not.
     #[error("{occasion}, where the recorded unit gave an answer: {cause}")]
     Unit {
@@ -48,7 +56,7 @@ pub enum ReplayError {
     },
 }
 
-/// Repeats the requests in `log` to the unit of `side` with `unit`, and compares every answer bit for bit.
+/// Repeats the requests in `log` to unit number `id` with `unit`, and compares every answer bit for bit.
 ///
 /// States are saved and restored as a run does: saved before the first request of a window of communication steps,
 /// restored before every other iteration and attempt of it. `progress` is called for every occasion. The replay ends
@@ -57,11 +65,13 @@ pub enum ReplayError {
 /// **Errors**: [`ReplayError::Log`]; [`ReplayError::Unit`], if `unit` fails where the recorded one did not.
 pub fn replay(
     log: &Log,
-    side: Side,
+    id: UnitId,
     unit: &mut dyn Participant,
     mut progress: impl FnMut(&Occasion),
 ) -> Result<Replay, ReplayError> {
-    let logged = log.head().unit(side);
+    let Some(logged) = log.head().units.get(id.0) else {
+        return Err(ReplayError::NoUnit { id, units: log.head().units.len() });
+    };
     let mut replay = Replay { identical: 0, divergence: None, unanswered: None, ending: None };
     let description = unit.description().clone();
     let halves = [
@@ -74,7 +84,7 @@ pub fn replay(
     let mut place = Place { window: log.head().scene.coupling.window as u64, ..Place::default() };
     for entry in log.entries().map_err(|cause| ReplayError::Log { identical: 0, cause })? {
         let exchange = match entry.map_err(|cause| ReplayError::Log { identical: replay.identical, cause })? {
-            Entry::Exchange(exchange) if exchange.side == side => exchange,
+            Entry::Exchange(exchange) if exchange.unit == id => exchange,
             Entry::End(end) => {
                 replay.ending = Some(Ok(end.status));
                 break;

@@ -321,9 +321,9 @@ impl Table<'_> {
             self.add("dam steps per communication step, mean", mean, "1", None);
             self.add("dam steps per communication step, most", most, "1", None);
         }
-        for (unit, [calls, repeated]) in ["dam", "reservoir"].into_iter().zip(ending.statistics.calls) {
-            self.add(&format!("steps of the {unit}, repeated ones included"), calls as f64, "1", None);
-            self.add(&format!("steps of the {unit} that were repeated"), repeated as f64, "1", None);
+        for (unit, [calls, repeated]) in &ending.statistics.calls {
+            self.add(&format!("steps of the {unit}, repeated ones included"), *calls as f64, "1", None);
+            self.add(&format!("steps of the {unit} that were repeated"), *repeated as f64, "1", None);
         }
         if ending.statistics.fallbacks > 0 {
             let name = "steps in which another acceleration had to take over";
@@ -400,8 +400,9 @@ impl fmt::Display for WallTime {
             format!("  {name} {:.2} s ({share:.0} %)", time.as_secs_f64())
         };
         write!(f, "{:<52} {:>10.2} s", "wall time", self.total.as_secs_f64())?;
-        f.write_str(&part("dam", self.dam))?;
-        f.write_str(&part("reservoir", self.reservoir))?;
+        for (unit, time) in &self.inside {
+            f.write_str(&part(unit, *time))?;
+        }
         f.write_str(&part("exchange", self.exchange()))?;
         f.write_str(&part("log and histories", self.observers))?;
         f.write_str(&part("initialisation", self.initialisation))

@@ -1,19 +1,16 @@
 mod checks;
 
-use super::channels::{Channels, check_size, interface_points, mapping};
-use super::evaluation::{Iteration, ask};
+use super::evaluation::{Given, Iteration, ask};
 use super::frozen::FrozenWatch;
-use super::interface_work::{AtInterface, WorkAccount};
+use super::link::{Blank, Link, check_size};
 use super::{
-    CouplingError, Exchange, InterfaceReport, Interval, Predictor, SchemeKind, Side, StepFailure, Units,
+    CouplingError, Exchange, Graph, InterfaceReport, Interval, Predictor, SchemeKind, StepFailure, UnitId,
     WindowReport,
 };
 use crate::acceleration::Acceleration;
 use crate::convergence::{ConvergenceMeasure, Guard, Hopeless, Residuals, norm};
-use crate::mapping::Mapping;
-use crate::participant::{Occasion, ParticipantError};
-use interface::WetFace;
-use std::time::Instant;
+use crate::participant::{Occasion, Participant, ParticipantError};
+use std::time::{Duration, Instant};
 
 /// The scheme and its limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,11 +38,11 @@ impl Default for Settings {
     }
 }
 
-/// Takes communication steps with two units, by a [`SchemeKind`].
+/// Takes communication steps with the units of a [`Graph`], by a [`SchemeKind`].
 ///
-/// The unknowns x of a window are the pressures at the ends of its steps; for a parallel scheme also the
-/// accelerations, multiplied by [`Settings::acceleration_scale`]. An iteration G takes every step of the window with
-/// each unit; [`Acceleration`] moves x towards x = G(x). An iteration is one step of the dam per communication step,
+/// The unknowns x of a window are the pressures of all interfaces at the ends of its steps; for a parallel scheme also
+/// the accelerations, multiplied by [`Settings::acceleration_scale`]. An iteration G takes every step of the window with
+/// each unit; one [`Acceleration`] moves x towards x = G(x), so that interfaces that act on each other converge together. An iteration is one step of the dam per communication step,
 /// including the confirming one.
 ///
 /// **Call order**: [`initialise`](Self::initialise); then [`advance`](Self::advance), or
@@ -58,11 +55,13 @@ pub struct Scheme {
     fresh: Acceleration,
     predictor: Predictor,
     measure: ConvergenceMeasure,
-    channels: Channels,
-    mapping: Mapping,
-    account: Option<WorkAccount>,
-    hydrostatic: Vec<f64>,
-    frozen: [FrozenWatch; 2],
+    links: Vec<Link>,
+    /// One for each unit.
+    blanks: Vec<Blank>,
+    /// In which the units are asked.
+    order: Vec<UnitId>,
+    /// One for each unit.
+    frozen: Vec<FrozenWatch>,
     /// Number and length (s) of the steps that the acceleration has learnt from.
     shape: (usize, f64),
     /// Change of the residual by rounding, Pa.
@@ -85,38 +84,36 @@ struct Answer {
 const SIMILAR: std::ops::Range<f64> = 0.6..1.7;
 
 impl Scheme {
-    /// A scheme for `units`.
+    /// A scheme for the units of `graph`.
     ///
-    /// **Errors**: a unit lacks a coupled variable; the interface points of the two differ; the mass of the water is
-    /// both in the dam's mass matrix and exchanged, or neither; an implicit scheme with an iteration limit of 0.
+    /// **Errors**: a unit lacks a coupled variable; the points of an interface differ; the mass of the water is both in
+    /// a dam's mass matrix and exchanged, or neither; an implicit scheme with an iteration limit of 0.
     pub fn new(
-        units: &mut Units,
+        graph: &mut Graph,
         settings: Settings,
         acceleration: Acceleration,
         predictor: Predictor,
         measure: ConvergenceMeasure,
     ) -> Result<Self, CouplingError> {
-        let channels = Channels::of(units.dam.description(), units.reservoir.description())?;
-        let [dam, reservoir] = interface_points(units)?;
-        let mapping = mapping(&dam, &reservoir)?;
-        checks::added_mass(units, settings.kind)?;
+        let interfaces = graph.interfaces().to_vec();
+        let links = interfaces.iter().map(|interface| Link::new(graph, interface));
+        let links = links.collect::<Result<Vec<_>, _>>()?;
+        let blanks = graph.units().map(|unit| Blank::of(unit.description()));
+        let blanks = blanks.collect::<Result<Vec<_>, _>>()?;
+        checks::added_mass(graph, settings.kind)?;
         if settings.kind.is_implicit() && settings.iteration_limit == 0 {
             return Err(CouplingError::NoIteration);
         }
-        // Units of another kind may have no wet face; their work is then unknown.
-        let faces = WetFace::new(dam).ok().zip(WetFace::new(reservoir).ok());
-        let faces = faces.filter(|_| channels.dam_velocity.is_some());
         Ok(Self {
             settings,
             fresh: acceleration.clone(),
             acceleration,
             predictor,
             measure,
-            channels,
-            mapping,
-            account: faces.map(|(dam, reservoir)| WorkAccount::new(&dam, &reservoir)),
-            hydrostatic: Vec::new(),
-            frozen: Default::default(),
+            links,
+            frozen: blanks.iter().map(|_| FrozenWatch::default()).collect(),
+            blanks,
+            order: graph.order(),
             shape: (0, 0.0),
             floor: None,
             largest_pressure: 0.0,
@@ -130,49 +127,61 @@ impl Scheme {
         &self.settings
     }
 
-    /// Initialises both units at `time` (s), the reservoir first, because its hydrostatic pressure loads the dam.
+    /// Initialises all units at `time` (s), the fluids first, because their hydrostatic pressure loads the structures.
     ///
     /// **Errors**: a unit fails.
     pub fn initialise(
         &mut self,
-        units: &mut Units,
+        graph: &mut Graph,
         time: f64,
         ground_acceleration: [f64; 2],
     ) -> Result<WindowReport, StepFailure> {
         self.began = Instant::now();
         let start = Interval { step: 0, time, communication_step: 0.0, ground_acceleration };
-        self.reported(units, &[start], 1, Self::initialise_into)
+        self.reported(graph, &[start], 1, Self::initialise_into)
     }
 
-    fn initialise_into(&mut self, units: &mut Units, report: &mut WindowReport) -> Result<(), CouplingError> {
+    fn initialise_into(&mut self, graph: &mut Graph, report: &mut WindowReport) -> Result<(), CouplingError> {
         let Interval { time, ground_acceleration, .. } = report.steps[0];
         let occasion = Occasion::initialisation(time);
-        let (points, water) = (self.channels.dam_pressure.len(), self.channels.reservoir_acceleration.len());
-        let inputs = self.channels.to_reservoir(&vec![0.0; water], ground_acceleration);
-        ask(&mut *units.reservoir, Side::Reservoir, occasion, inputs, self.began, &mut report.exchanges)?;
-        let hydrostatic = units.reservoir.read("hydrostatic_pressure")?;
-        check_size(units.reservoir.description(), "hydrostatic_pressure", water, hydrostatic.len())?;
-        self.hydrostatic = vec![0.0; points];
-        self.mapping.pressure_to_dam(&hydrostatic, &mut self.hydrostatic);
-        let inputs = self.channels.to_dam(&vec![0.0; points], &self.hydrostatic, ground_acceleration);
-        ask(&mut *units.dam, Side::Dam, occasion, inputs, self.began, &mut report.exchanges)?;
+        let (structures, fluids): (Vec<_>, Vec<_>) = graph.ids().partition(|&id| graph.is_structure(id));
+        for id in fluids.into_iter().chain(structures) {
+            let mut inputs = self.blanks[id.0].request(ground_acceleration);
+            for link in self.links.iter().filter(|link| link.structure() == id) {
+                link.load(&vec![0.0; link.hydrostatic.len()], &mut inputs);
+            }
+            ask(&mut graph[id], id, occasion, inputs, self.began, &mut report.exchanges)?;
+            for link in self.links.iter_mut().filter(|link| link.fluid() == id) {
+                let name = link.interface.fluid.variable("hydrostatic_pressure");
+                let hydrostatic = graph[id].read(&name)?;
+                check_size(graph[id].description(), &name, link.points()[1], hydrostatic.len())?;
+                link.mapping.pressure_to_dam(&hydrostatic, &mut link.hydrostatic);
+            }
+        }
         report.exchanges.iter_mut().for_each(|e| e.accepted = true);
         report.converged = true;
-        let lowest_pressure = self.hydrostatic.iter().copied().fold(f64::INFINITY, f64::min);
-        report.interface.push(InterfaceReport { work: None, lowest_pressure, mapping_error: 0.0 });
         self.predictor.accept(0.0, &vec![0.0; self.unknowns()]);
-        let now = self.at_interface(&report.exchanges[1], &report.exchanges[0]);
-        if let (Some(account), Some(now)) = (&mut self.account, now) {
-            account.begin(now, ground_acceleration);
+        let in_mass = self.settings.kind == SchemeKind::AddedMass;
+        for link in &mut self.links {
+            let of = |id| report.exchanges.iter().find(|e: &&Exchange| e.unit == id);
+            let (Some(structure), Some(fluid)) = (of(link.structure()), of(link.fluid())) else { continue };
+            let now = link.at_interface(structure, fluid, in_mass);
+            if let (Some(account), Some(now)) = (&mut link.account, now) {
+                account.begin(now, ground_acceleration);
+            }
         }
+        let lowest_pressure = |link: &Link| link.hydrostatic.iter().copied().fold(f64::INFINITY, f64::min);
+        let still =
+            |link| InterfaceReport { work: None, lowest_pressure: lowest_pressure(link), mapping_error: 0.0 };
+        report.interfaces.push(self.links.iter().map(still).collect());
         Ok(())
     }
 
     /// Takes the steps of a window, repeated together until they converge, and continues from their end.
     ///
     /// **Errors**: as [`attempt`](Self::attempt).
-    pub fn advance(&mut self, units: &mut Units, steps: &[Interval]) -> Result<WindowReport, StepFailure> {
-        let mut report = self.attempt(units, steps, 1)?;
+    pub fn advance(&mut self, graph: &mut Graph, steps: &[Interval]) -> Result<WindowReport, StepFailure> {
+        let mut report = self.attempt(graph, steps, 1)?;
         self.accept(&mut report);
         Ok(report)
     }
@@ -190,7 +199,7 @@ impl Scheme {
     /// exchanges so far.
     pub fn attempt(
         &mut self,
-        units: &mut Units,
+        graph: &mut Graph,
         steps: &[Interval],
         attempt: u32,
     ) -> Result<WindowReport, StepFailure> {
@@ -199,7 +208,7 @@ impl Scheme {
         if self.shape.0 != shape.0 || !SIMILAR.contains(&(shape.1 / self.shape.1)) {
             (self.acceleration, self.shape) = (self.fresh.clone(), shape);
         }
-        self.reported(units, steps, attempt, Self::iterate)
+        self.reported(graph, steps, attempt, Self::iterate)
     }
 
     /// Accepts the window that was attempted last.
@@ -207,48 +216,55 @@ impl Scheme {
         self.astray = false;
         let last = report.iterations();
         report.exchanges.iter_mut().for_each(|e| e.accepted = e.occasion.iteration == last);
-        for side in [Side::Dam, Side::Reservoir] {
-            self.frozen[side as usize].accept(side, report);
+        for (number, watch) in self.frozen.iter_mut().enumerate() {
+            watch.accept(UnitId(number), report);
         }
+        let in_mass = self.settings.kind == SchemeKind::AddedMass;
         for interval in report.steps.clone() {
-            let of = |side| report.accepted(side, interval.step);
-            let (Some(dam), Some(reservoir)) = (of(Side::Dam), of(Side::Reservoir)) else { continue };
-            let pressure = self.pressure(reservoir);
+            let of = |id| report.accepted(id, interval.step);
+            let Some(answers) = (0..self.blanks.len()).map(|id| of(UnitId(id))).collect::<Option<Vec<_>>>()
+            else {
+                continue;
+            };
+            let pressure = self.pressure(&answers);
             self.largest_pressure = self.largest_pressure.max(norm(pressure.iter().copied()));
-            let total = self.hydrostatic.iter().zip(&pressure).map(|(still, moving)| still + moving);
-            let lowest_pressure = total.fold(f64::INFINITY, f64::min);
-            let mapping_error = self.mapping.work_error(
-                &reservoir.outputs[self.channels.reservoir_pressure.clone()],
-                &dam.outputs[self.channels.dam_acceleration.clone()],
-            );
-            let unknowns = self.unknowns_of(dam, reservoir);
+            let unknowns = self.unknowns_of(&answers);
             self.predictor.accept(interval.communication_step, &unknowns);
-            let now = self.at_interface(dam, reservoir);
-            let work = self.account.as_mut().zip(now).map(|(account, now)| account.step(&interval, now));
-            report.interface.push(InterfaceReport { work, lowest_pressure, mapping_error });
+            let mut interfaces = Vec::with_capacity(self.links.len());
+            for link in &mut self.links {
+                let [structure, fluid] = [link.structure(), link.fluid()].map(|id| answers[id.0]);
+                let pressure = link.pressure(fluid);
+                let total = link.hydrostatic.iter().zip(&pressure).map(|(still, moving)| still + moving);
+                let lowest_pressure = total.fold(f64::INFINITY, f64::min);
+                let mapping_error = link.mapping_error(structure, fluid);
+                let now = link.at_interface(structure, fluid, in_mass);
+                let work = link.account.as_mut().zip(now).map(|(account, now)| account.step(&interval, now));
+                interfaces.push(InterfaceReport { work, lowest_pressure, mapping_error });
+            }
+            report.interfaces.push(interfaces);
         }
     }
 
     /// Fills a report by `call` and adds times and messages of the units.
     fn reported(
         &mut self,
-        units: &mut Units,
+        graph: &mut Graph,
         steps: &[Interval],
         attempt: u32,
-        call: impl FnOnce(&mut Self, &mut Units, &mut WindowReport) -> Result<(), CouplingError>,
+        call: impl FnOnce(&mut Self, &mut Graph, &mut WindowReport) -> Result<(), CouplingError>,
     ) -> Result<WindowReport, StepFailure> {
         let mut report =
             WindowReport { steps: steps.to_vec(), attempt, relaxation: 1.0, ..WindowReport::default() };
-        let before = [units.dam.busy(), units.reservoir.busy()];
-        let result = call(self, units, &mut report);
-        report.solver_time =
-            [units.dam.busy().saturating_sub(before[0]), units.reservoir.busy().saturating_sub(before[1])];
+        let before: Vec<Duration> = graph.units().map(Participant::busy).collect();
+        let result = call(self, graph, &mut report);
+        let spent = graph.units().zip(before).map(|(unit, before)| unit.busy().saturating_sub(before));
+        report.solver_time = spent.collect();
         report.unit_time = if self.settings.kind.is_parallel() {
-            report.solver_time.into_iter().max().unwrap_or_default()
+            report.solver_time.iter().copied().max().unwrap_or_default()
         } else {
             report.solver_time.iter().sum()
         };
-        report.messages = [units.dam.messages(), units.reservoir.messages()].concat();
+        report.messages = graph.units_mut().flat_map(|unit| unit.messages()).collect();
         report.rounding_floor = self.floor;
         match result {
             Ok(()) => Ok(report),
@@ -256,7 +272,7 @@ impl Scheme {
         }
     }
 
-    fn iterate(&mut self, units: &mut Units, report: &mut WindowReport) -> Result<(), CouplingError> {
+    fn iterate(&mut self, graph: &mut Graph, report: &mut WindowReport) -> Result<(), CouplingError> {
         let mut unknowns = self.guess(&report.steps);
         let mut previous: Option<Vec<f64>> = None;
         let mut guard = Guard::default();
@@ -267,10 +283,9 @@ impl Scheme {
         let mut own: Option<Acceleration> = None;
         self.acceleration.begin_step();
         if std::mem::replace(&mut self.astray, true) {
-            self.restore(units)?;
+            self.restore(graph)?;
         } else {
-            units.dam.save_state()?;
-            units.reservoir.save_state()?;
+            graph.units_mut().try_for_each(|unit| unit.save_state())?;
         }
         let mut iteration = 0;
         let mut left = self.settings.iteration_limit;
@@ -279,13 +294,13 @@ impl Scheme {
             // A probe measures the Jacobian and is no iterate of this window.
             let probe = self.acceleration.measuring();
             let Answer { unknowns: answered, displacement } =
-                self.evaluate(units, &unknowns, iteration, probe, report)?;
+                self.evaluate(graph, &unknowns, iteration, probe, report)?;
             if !self.settings.kind.is_implicit() {
                 if self.settings.kind != SchemeKind::AddedMass {
                     report.residuals =
                         Some(self.residuals(&displacement, None, [&unknowns, &answered], None));
                 }
-                return self.finish(units, report, true);
+                return self.finish(graph, report, true);
             }
             let mut residual: Vec<f64> = answered.iter().zip(&unknowns).map(|(q, p)| q - p).collect();
             if !probe {
@@ -301,7 +316,7 @@ impl Scheme {
                     if report.fallbacks > 1 {
                         self.acceleration = own.unwrap_or_else(|| self.fresh.clone());
                     }
-                    return self.finish(units, report, true);
+                    return self.finish(graph, report, true);
                 }
                 previous = Some(displacement);
                 if best.as_ref().is_none_or(|(smallest, ..)| residuals.pressure < *smallest) {
@@ -327,7 +342,7 @@ impl Scheme {
                             matches!(watched, Err(Hopeless::Diverging { .. } | Hopeless::Unbounded { .. }));
                         return match watched {
                             _ if self.settings.accept_unconverged && !diverges => {
-                                self.finish(units, report, false)
+                                self.finish(graph, report, false)
                             }
                             Err(why) => Err(hopeless(report, iteration, why)),
                             Ok(()) => Err(self.not_converged(report, residuals)),
@@ -340,26 +355,27 @@ impl Scheme {
                     (guard, left) = (Guard::default(), self.settings.iteration_limit);
                 }
             }
-            let largest = unknowns.iter().chain(&self.hydrostatic).fold(0.0, |a: f64, b| a.max(b.abs()));
+            let hydrostatic = self.links.iter().flat_map(|link| &link.hydrostatic);
+            let largest = unknowns.iter().chain(hydrostatic).fold(0.0, |a: f64, b| a.max(b.abs()));
             if self.floor.is_none() && largest > 0.0 && norm(answered.iter().copied()) > 0.0 {
                 iteration += 2;
-                self.check_states(units, &unknowns, iteration - 1, report)?;
+                self.check_states(graph, &unknowns, iteration - 1, report)?;
                 let change = checks::FLOOR_PROBE * f64::EPSILON * largest;
-                self.measure_floor(units, [&unknowns, &residual], change, iteration, report)?;
+                self.measure_floor(graph, [&unknowns, &residual], change, iteration, report)?;
                 self.acceleration.set_floor(self.floor.unwrap_or(0.0));
                 self.fresh.set_floor(self.floor.unwrap_or(0.0));
             }
             self.acceleration.accelerate(&mut unknowns, &residual);
-            self.restore(units)?;
+            self.restore(graph)?;
         }
     }
 
     /// Accepts the last answer, unless a unit has frozen.
-    fn finish(&self, units: &Units, report: &mut WindowReport, converged: bool) -> Result<(), CouplingError> {
-        for (side, unit) in [(Side::Dam, &units.dam), (Side::Reservoir, &units.reservoir)] {
-            if let Some(steps) = self.frozen[side as usize].frozen(side, report) {
+    fn finish(&self, graph: &Graph, report: &mut WindowReport, converged: bool) -> Result<(), CouplingError> {
+        for id in &self.order {
+            if let Some(steps) = self.frozen[id.0].frozen(*id, report) {
                 let (step, time) = (report.step(), report.time());
-                let participant = unit.description().name.clone();
+                let participant = graph[*id].description().name.clone();
                 return Err(CouplingError::Frozen { participant, step, time, steps });
             }
         }
@@ -369,9 +385,10 @@ impl Scheme {
             && let [interval] = report.steps[..]
         {
             let last = report.iterations();
-            let of = |side| report.exchanges.iter().rfind(|e| e.side == side && e.occasion.iteration == last);
-            if let Some(reservoir) = of(Side::Reservoir) {
-                let pressure = self.pressure(reservoir);
+            let of =
+                |id| report.exchanges.iter().rfind(|e| e.unit == UnitId(id) && e.occasion.iteration == last);
+            if let Some(answers) = (0..self.blanks.len()).map(of).collect::<Option<Vec<_>>>() {
+                let pressure = self.pressure(&answers);
                 report.largest_pressure = self.largest_pressure.max(norm(pressure.iter().copied()));
                 // The unknowns in the history begin with the pressures, which alone are compared.
                 report.interpolation_error =
@@ -381,36 +398,35 @@ impl Scheme {
         Ok(())
     }
 
-    fn restore(&self, units: &mut Units) -> Result<(), ParticipantError> {
-        units.dam.restore_state()?;
-        units.reservoir.restore_state()
+    fn restore(&self, graph: &mut Graph) -> Result<(), ParticipantError> {
+        graph.units_mut().try_for_each(|unit| unit.restore_state())
+    }
+
+    /// Number of pressures of a step.
+    fn pressures(&self) -> usize {
+        self.links.iter().map(|link| link.points()[0]).sum()
     }
 
     /// Number of unknowns of a step.
     fn unknowns(&self) -> usize {
-        let motion =
-            if self.settings.kind.is_parallel() { self.channels.reservoir_acceleration.len() } else { 0 };
-        self.channels.dam_pressure.len() + motion
+        let motion = self.links.iter().map(|link| link.points()[1]).sum();
+        self.pressures() + if self.settings.kind.is_parallel() { motion } else { 0 }
     }
 
-    /// The unknowns in an answer of both units.
-    fn unknowns_of(&self, dam: &Exchange, reservoir: &Exchange) -> Vec<f64> {
-        let mut unknowns = self.pressure(reservoir);
+    /// The unknowns in the answers of all units.
+    fn unknowns_of(&self, answers: &[&Exchange]) -> Vec<f64> {
+        let mut unknowns = self.pressure(answers);
         if self.settings.kind.is_parallel() {
-            let mut acceleration = vec![0.0; self.channels.reservoir_acceleration.len()];
-            let moved = &dam.outputs[self.channels.dam_acceleration.clone()];
-            self.mapping.motion_to_reservoir(moved, &mut acceleration);
-            unknowns.extend(acceleration.iter().map(|a| self.settings.acceleration_scale * a));
+            let accelerations =
+                self.links.iter().flat_map(|link| link.acceleration(answers[link.structure().0]));
+            unknowns.extend(accelerations.map(|a| self.settings.acceleration_scale * a));
         }
         unknowns
     }
 
-    /// The pressure that the reservoir answered, at the dam's points.
-    fn pressure(&self, reservoir: &Exchange) -> Vec<f64> {
-        let mut pressure = vec![0.0; self.channels.dam_pressure.len()];
-        let answered = &reservoir.outputs[self.channels.reservoir_pressure.clone()];
-        self.mapping.pressure_to_dam(answered, &mut pressure);
-        pressure
+    /// The pressures that the fluids answered, at the structures' points.
+    fn pressure(&self, answers: &[&Exchange]) -> Vec<f64> {
+        self.links.iter().flat_map(|link| link.pressure(answers[link.fluid().0])).collect()
     }
 
     /// The first guess of a window's unknowns.
@@ -430,43 +446,65 @@ impl Scheme {
     /// One iteration: G(x).
     fn evaluate(
         &self,
-        units: &mut Units,
+        graph: &mut Graph,
         unknowns: &[f64],
         iteration: u32,
         probe: bool,
         report: &mut WindowReport,
     ) -> Result<Answer, CouplingError> {
         let this = Iteration {
-            channels: &self.channels,
-            mapping: &self.mapping,
-            hydrostatic: &self.hydrostatic,
+            links: &self.links,
+            blanks: &self.blanks,
+            order: &self.order,
             began: self.began,
             steps: &report.steps,
             attempt: report.attempt,
             iteration,
             probe,
         };
-        let (from, points) = (report.exchanges.len(), self.channels.dam_pressure.len());
+        let from = report.exchanges.len();
+        let Given { pressure, acceleration } = self.given(unknowns);
         if self.settings.kind.is_parallel() {
-            let steps = || unknowns.chunks(self.unknowns()).map(|step| step.split_at(points));
-            let pressure: Vec<f64> = steps().flat_map(|(p, _)| p.iter().copied()).collect();
-            let scale = self.settings.acceleration_scale;
-            let acceleration: Vec<f64> = steps().flat_map(|(_, a)| a.iter().map(|a| a / scale)).collect();
-            this.at_once(units, [&pressure, &acceleration], &mut report.exchanges)?;
+            this.at_once(graph, &Given { pressure, acceleration }, &mut report.exchanges)?;
         } else {
-            this.one_after_the_other(units, unknowns, &mut report.exchanges)?;
+            this.one_after_the_other(graph, pressure, &mut report.exchanges)?;
         }
-        let (dam, reservoir) = report.exchanges[from..].split_at(report.steps.len());
-        let answered = dam.iter().zip(reservoir).flat_map(|(dam, water)| self.unknowns_of(dam, water));
-        let answered: Vec<f64> = answered.collect();
-        let moved = |e: &Exchange| e.outputs[self.channels.dam_displacement.clone()].to_vec();
-        let displacement = dam.iter().flat_map(moved).collect();
+        let (mut answered, mut displacement) = (Vec::with_capacity(unknowns.len()), Vec::new());
+        for index in 0..report.steps.len() {
+            let of = |id| report.exchanges[from..].iter().filter(move |e| e.unit == UnitId(id)).nth(index);
+            let answers: Vec<&Exchange> = (0..self.blanks.len()).filter_map(of).collect();
+            answered.extend(self.unknowns_of(&answers));
+            for link in &self.links {
+                displacement.extend_from_slice(link.displacement(answers[link.structure().0]));
+            }
+        }
         if (probe || !self.settings.kind.is_implicit())
             && let Some(why) = self.measure.unbounded(&answered)
         {
             return Err(hopeless(report, iteration, why));
         }
         Ok(Answer { unknowns: answered, displacement })
+    }
+
+    /// What the unknowns x give to the units.
+    fn given(&self, unknowns: &[f64]) -> Given {
+        let none = || vec![Vec::new(); self.links.len()];
+        let (mut pressure, mut acceleration) = (none(), none());
+        for step in unknowns.chunks(self.unknowns()) {
+            let mut rest = step;
+            for (link, pressure) in self.links.iter().zip(&mut pressure) {
+                let (of_link, others) = rest.split_at(link.points()[0]);
+                pressure.extend_from_slice(of_link);
+                rest = others;
+            }
+            for (link, acceleration) in self.links.iter().zip(&mut acceleration) {
+                // A serial scheme has no more unknowns.
+                let (of_link, others) = rest.split_at(link.points()[1].min(rest.len()));
+                acceleration.extend(of_link.iter().map(|a| a / self.settings.acceleration_scale));
+                rest = others;
+            }
+        }
+        Given { pressure, acceleration }
     }
 
     /// The residuals of an iteration, the larger of those of pressure and of acceleration where both are unknown.
@@ -477,7 +515,7 @@ impl Scheme {
         [given, answered]: [&[f64]; 2],
         first: Option<f64>,
     ) -> Residuals {
-        let points = self.channels.dam_pressure.len();
+        let points = self.pressures();
         let part = |values: &[f64], of_pressure: bool| -> Vec<f64> {
             let steps = values.chunks(self.unknowns()).map(|step| step.split_at(points));
             steps.flat_map(|(p, a)| if of_pressure { p } else { a }).copied().collect()
@@ -500,23 +538,6 @@ impl Scheme {
             displacement: residuals.displacement,
             tolerance: self.measure.tolerance,
         }
-    }
-
-    /// The interface after exchanges with both units.
-    fn at_interface(&self, dam: &Exchange, reservoir: &Exchange) -> Option<AtInterface> {
-        let velocity = self.channels.dam_velocity.clone()?;
-        let given = match self.settings.kind {
-            // It is part of the dam's mass.
-            SchemeKind::AddedMass => self.pressure(reservoir),
-            _ => dam.inputs[self.channels.dam_pressure.clone()].to_vec(),
-        };
-        Some(AtInterface {
-            given,
-            answered: reservoir.outputs[self.channels.reservoir_pressure.clone()].to_vec(),
-            told: reservoir.inputs[self.channels.reservoir_acceleration.clone()].to_vec(),
-            displacement: dam.outputs[self.channels.dam_displacement.clone()].to_vec(),
-            velocity: dam.outputs[velocity].to_vec(),
-        })
     }
 }
 

@@ -9,6 +9,12 @@ pub enum CouplingError {
     /// A unit failed.
     #[error(transparent)]
     Participant(#[from] ParticipantError),
+    /// The interfaces do not connect the units.
+    #[error("the units cannot be coupled: {cause}")]
+    Graph {
+        /// What is wrong.
+        cause: String,
+    },
     /// The units cannot step at the same time.
     #[error("no thread can be made: {cause}; allow more (`ulimit -u`), or choose a serial [coupling] scheme")]
     Thread {

@@ -1,22 +1,29 @@
-//! Requests to the units, one after the other or both at once.
+//! Requests to the units, one after the other or all at once.
 
-use super::channels::Channels;
-use super::{CouplingError, Exchange, Interval, Side, Units};
-use crate::mapping::Mapping;
+use super::link::{Blank, Link};
+use super::{CouplingError, Exchange, Graph, Interval, UnitId};
 use crate::participant::{Occasion, Participant, ParticipantError, check_finite};
 use std::time::Instant;
 
 /// One iteration of a window, with everything that is constant in it.
 pub(super) struct Iteration<'a> {
-    pub channels: &'a Channels,
-    pub mapping: &'a Mapping,
-    pub hydrostatic: &'a [f64],
+    pub links: &'a [Link],
+    pub blanks: &'a [Blank],
+    pub order: &'a [UnitId],
     pub began: Instant,
     pub steps: &'a [Interval],
     pub attempt: u32,
     pub iteration: u32,
     /// Whether it is a probe, which measures the units and does not show convergence.
     pub probe: bool,
+}
+
+/// What the units are given at the ends of the steps: for each interface, step after step.
+pub(super) struct Given {
+    /// Pressure at the structure's points, Pa.
+    pub pressure: Vec<Vec<f64>>,
+    /// Acceleration at the fluid's points, m/s².
+    pub acceleration: Vec<Vec<f64>>,
 }
 
 impl Iteration<'_> {
@@ -30,77 +37,79 @@ impl Iteration<'_> {
         }
     }
 
-    /// The dam takes all steps with `pressure`, then the reservoir with the dam's acceleration.
+    /// The structures take all steps with `pressure`, then the fluids with the structures' acceleration.
     pub fn one_after_the_other(
         &self,
-        units: &mut Units,
-        pressure: &[f64],
+        graph: &mut Graph,
+        pressure: Vec<Vec<f64>>,
         exchanges: &mut Vec<Exchange>,
     ) -> Result<(), CouplingError> {
         let first = exchanges.len();
-        self.dam(&mut *units.dam, pressure, exchanges)?;
-        let points = self.channels.reservoir_acceleration.len();
-        let mut acceleration = vec![0.0; points * self.steps.len()];
-        for (exchange, mapped) in exchanges[first..].iter().zip(acceleration.chunks_mut(points)) {
-            let moved = &exchange.outputs[self.channels.dam_acceleration.clone()];
-            self.mapping.motion_to_reservoir(moved, mapped);
-        }
-        self.reservoir(&mut *units.reservoir, &acceleration, exchanges)
-    }
-
-    /// The dam takes all steps with `pressure`, at the same time the reservoir with `acceleration`.
-    pub fn at_once(
-        &self,
-        units: &mut Units,
-        [pressure, acceleration]: [&[f64]; 2],
-        exchanges: &mut Vec<Exchange>,
-    ) -> Result<(), CouplingError> {
-        let Units { dam, reservoir } = units;
-        let (mut of_dam, mut of_reservoir) = (Vec::new(), Vec::new());
-        let [dam, reservoir] = std::thread::scope(|scope| {
-            let thread = std::thread::Builder::new();
-            let reservoir = thread
-                .spawn_scoped(scope, || self.reservoir(&mut **reservoir, acceleration, &mut of_reservoir))
-                .map_err(|cause| CouplingError::Thread { cause })?;
-            let dam = self.dam(&mut **dam, pressure, &mut of_dam);
-            let reservoir = reservoir.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-            Ok::<_, CouplingError>([dam, reservoir])
-        })?;
-        // A request without an answer comes last.
-        if of_dam.last().is_some_and(|e| e.outputs.is_empty()) {
-            exchanges.append(&mut of_reservoir);
-            exchanges.append(&mut of_dam);
-        } else {
-            exchanges.append(&mut of_dam);
-            exchanges.append(&mut of_reservoir);
-        }
-        dam.and(reservoir)
-    }
-
-    fn dam(
-        &self,
-        dam: &mut dyn Participant,
-        pressure: &[f64],
-        exchanges: &mut Vec<Exchange>,
-    ) -> Result<(), CouplingError> {
-        let points = self.channels.dam_pressure.len();
-        for (interval, pressure) in self.steps.iter().zip(pressure.chunks(points)) {
-            let inputs = self.channels.to_dam(pressure, self.hydrostatic, interval.ground_acceleration);
-            self.ask(dam, Side::Dam, interval, inputs, exchanges)?;
+        let mut given = Given { pressure, acceleration: vec![Vec::new(); self.links.len()] };
+        for &id in self.order {
+            // The structures, which come first, have answered.
+            for (link, acceleration) in self.links.iter().zip(&mut given.acceleration) {
+                if link.fluid() == id {
+                    let moved = exchanges[first..].iter().filter(|e| e.unit == link.structure());
+                    *acceleration = moved.flat_map(|exchange| link.acceleration(exchange)).collect();
+                }
+            }
+            self.steps_of(id, &mut graph[id], &given, exchanges)?;
         }
         Ok(())
     }
 
-    fn reservoir(
+    /// All units take all steps at the same time.
+    pub fn at_once(
         &self,
-        reservoir: &mut dyn Participant,
-        acceleration: &[f64],
+        graph: &mut Graph,
+        given: &Given,
         exchanges: &mut Vec<Exchange>,
     ) -> Result<(), CouplingError> {
-        let points = self.channels.reservoir_acceleration.len();
-        for (interval, acceleration) in self.steps.iter().zip(acceleration.chunks(points)) {
-            let inputs = self.channels.to_reservoir(acceleration, interval.ground_acceleration);
-            self.ask(reservoir, Side::Reservoir, interval, inputs, exchanges)?;
+        let take = |(number, unit): (usize, &mut Box<dyn Participant>)| {
+            let mut exchanges = Vec::new();
+            let result = self.steps_of(UnitId(number), &mut **unit, given, &mut exchanges);
+            (exchanges, result)
+        };
+        let mut taken = std::thread::scope(|scope| {
+            let mut units = graph.units_mut().enumerate();
+            let first = units.next();
+            let threads =
+                units.map(|unit| std::thread::Builder::new().spawn_scoped(scope, move || take(unit)));
+            let threads = threads.collect::<Result<Vec<_>, _>>();
+            let threads = threads.map_err(|cause| CouplingError::Thread { cause })?;
+            let first: Vec<_> = first.map(take).into_iter().collect();
+            let others = threads
+                .into_iter()
+                .map(|thread| thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
+            Ok::<_, CouplingError>(first.into_iter().chain(others).map(Some).collect::<Vec<_>>())
+        })?;
+        let in_order = self.order.iter().filter_map(|id| taken[id.0].take());
+        let (mut of_units, results): (Vec<_>, Vec<_>) = in_order.unzip();
+        // A request without an answer comes last.
+        of_units.sort_by_key(|of_unit: &Vec<Exchange>| of_unit.last().is_some_and(|e| e.outputs.is_empty()));
+        exchanges.extend(of_units.into_iter().flatten());
+        results.into_iter().collect()
+    }
+
+    fn steps_of(
+        &self,
+        id: UnitId,
+        unit: &mut dyn Participant,
+        given: &Given,
+        exchanges: &mut Vec<Exchange>,
+    ) -> Result<(), CouplingError> {
+        for (index, interval) in self.steps.iter().enumerate() {
+            let mut inputs = self.blanks[id.0].request(interval.ground_acceleration);
+            for (number, link) in self.links.iter().enumerate() {
+                let [points, water] = link.points();
+                if link.structure() == id {
+                    link.load(&given.pressure[number][index * points..][..points], &mut inputs);
+                } else if link.fluid() == id {
+                    link.drive(&given.acceleration[number][index * water..][..water], &mut inputs);
+                }
+            }
+            self.ask(unit, id, interval, inputs, exchanges)?;
         }
         Ok(())
     }
@@ -108,7 +117,7 @@ impl Iteration<'_> {
     fn ask(
         &self,
         unit: &mut dyn Participant,
-        side: Side,
+        id: UnitId,
         interval: &Interval,
         inputs: Vec<f64>,
         exchanges: &mut Vec<Exchange>,
@@ -116,7 +125,7 @@ impl Iteration<'_> {
         let occasion = self.occasion(interval);
         let Occasion { step, time, iteration, .. } = occasion;
         let guessed = iteration > 1 && !self.probe;
-        ask(unit, side, occasion, inputs, self.began, exchanges).map_err(|error| match error {
+        ask(unit, id, occasion, inputs, self.began, exchanges).map_err(|error| match error {
             cause @ ParticipantError::NonFinite { .. } if guessed => {
                 CouplingError::BlewUp { step, time, iteration, cause }
             }
@@ -131,7 +140,7 @@ impl Iteration<'_> {
 /// Initialises a unit (step 0) or lets it step, and adds the exchange to `exchanges`.
 pub(super) fn ask(
     unit: &mut dyn Participant,
-    side: Side,
+    id: UnitId,
     occasion: Occasion,
     inputs: Vec<f64>,
     began: Instant,
@@ -149,6 +158,6 @@ pub(super) fn ask(
     if result.as_ref().is_err_and(|e| !matches!(e, ParticipantError::NonFinite { .. })) {
         outputs.clear();
     }
-    exchanges.push(Exchange { side, occasion, accepted: false, inputs, outputs, sent, answered });
+    exchanges.push(Exchange { unit: id, occasion, accepted: false, inputs, outputs, sent, answered });
     result
 }

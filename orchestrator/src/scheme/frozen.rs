@@ -1,4 +1,4 @@
-use super::{Exchange, Side, WindowReport};
+use super::{Exchange, UnitId, WindowReport};
 
 /// Steps with the same answers after which a unit counts as frozen.
 const PATIENCE: u32 = 20;
@@ -17,19 +17,19 @@ pub(super) struct FrozenWatch {
 }
 
 impl FrozenWatch {
-    /// The number of steps with equal answers, if the unit of `side` counts as frozen with the window that is about
+    /// The number of steps with equal answers, if `unit` counts as frozen with the window that is about
     /// to be accepted.
-    pub fn frozen(&self, side: Side, report: &WindowReport) -> Option<u32> {
-        let same = self.same_with(report, last(side, report)?);
+    pub fn frozen(&self, unit: UnitId, report: &WindowReport) -> Option<u32> {
+        let same = self.same_with(report, last(unit, report)?);
         (self.responds && same >= PATIENCE).then_some(same)
     }
 
     /// Takes an accepted window.
-    pub fn accept(&mut self, side: Side, report: &WindowReport) {
-        let Some(last) = last(side, report) else { return };
+    pub fn accept(&mut self, unit: UnitId, report: &WindowReport) {
+        let Some(last) = last(unit, report) else { return };
         self.same = self.same_with(report, last);
         let step =
-            report.exchanges.iter().filter(|e| e.side == side && e.occasion.step == last.occasion.step);
+            report.exchanges.iter().filter(|e| e.unit == unit && e.occasion.step == last.occasion.step);
         for (earlier, later) in step.clone().zip(step.skip(1)) {
             self.responds |= earlier.inputs != later.inputs && earlier.outputs != later.outputs;
         }
@@ -44,6 +44,6 @@ impl FrozenWatch {
     }
 }
 
-fn last(side: Side, report: &WindowReport) -> Option<&Exchange> {
-    report.exchanges.iter().rfind(|e| e.side == side)
+fn last(unit: UnitId, report: &WindowReport) -> Option<&Exchange> {
+    report.exchanges.iter().rfind(|e| e.unit == unit)
 }

@@ -1,6 +1,8 @@
 //! Coupling schemes: how the units take communication steps together.
 //!
-//! With the dam p ↦ a = D(p) and the reservoir a ↦ p = R(a) over a window of one or several communication steps:
+//! The units form a [`Graph`]: structures, which answer pressure with motion, and fluids, which answer motion with pressure,
+//! connected at interfaces. A scene has a dam, p ↦ a = D(p), and a reservoir, a ↦ p = R(a); with more units, D stands for
+//! all structures and R for all fluids. Over a window of one or several communication steps:
 //!
 //! | scheme | an iteration | repeated until |
 //! |---|---|---|
@@ -10,22 +12,24 @@
 //! | parallel implicit (Jacobi) | both at once, with guessed p and a | p = R(a) and a = D(p) |
 //! | added mass | the dam, which includes the mass of the water, then the reservoir, for p | never |
 
-mod channels;
 mod coupled;
 mod error;
 mod evaluation;
 mod frozen;
+mod graph;
 mod interface_work;
+mod link;
 mod predictor;
 
-pub use channels::interface_points;
 pub use coupled::{Scheme, Settings};
 pub use error::{CouplingError, StepFailure};
+pub use graph::{Graph, Interface, Port, UnitId};
 pub use interface_work::{InterfaceReport, InterfaceWork};
+pub use link::interface_points;
 pub use predictor::Predictor;
 
 use crate::convergence::Residuals;
-use crate::participant::{Message, Occasion, Participant};
+use crate::participant::{Message, Occasion};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
@@ -59,23 +63,6 @@ impl SchemeKind {
     }
 }
 
-/// One of the two units.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Side {
-    /// The dam: its input is pressure, its output motion.
-    Dam,
-    /// The reservoir: its input is acceleration, its output pressure.
-    Reservoir,
-}
-
-/// The two units that are coupled.
-pub struct Units {
-    /// Input pressure, output motion.
-    pub dam: Box<dyn Participant>,
-    /// Input acceleration, output pressure.
-    pub reservoir: Box<dyn Participant>,
-}
-
 /// One communication step: from `time` on, for `communication_step`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
@@ -100,7 +87,7 @@ impl Interval {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Exchange {
     /// Unit that was asked.
-    pub side: Side,
+    pub unit: UnitId,
     /// The step that it was asked to take.
     pub occasion: Occasion,
     /// Whether the run continued with these values.
@@ -140,13 +127,13 @@ pub struct WindowReport {
     pub interpolation_error: Option<f64>,
     /// Largest pressure of the run before this window and, if the window is a single step, in this step, Pa (2-norm).
     pub largest_pressure: f64,
-    /// The interface at the end of each step, once accepted.
-    pub interface: Vec<InterfaceReport>,
+    /// All interfaces at the end of each step, once accepted.
+    pub interfaces: Vec<Vec<InterfaceReport>>,
     /// Change of the residual when pressures change by rounding, Pa; `None` until it is measured.
     pub rounding_floor: Option<f64>,
-    /// Time spent in the dam and in the reservoir, including saving and restoring states.
-    pub solver_time: [Duration; 2],
-    /// Time in which a unit was computing: the sum of the two, or the longer one where both compute at once.
+    /// Time spent in each unit, including saving and restoring states.
+    pub solver_time: Vec<Duration>,
+    /// Time in which a unit was computing: the sum of all, or the longest where all compute at once.
     pub unit_time: Duration,
     /// Messages of the units.
     pub messages: Vec<Message>,
@@ -185,14 +172,29 @@ impl WindowReport {
         self.exchanges.iter().any(|e| e.accepted)
     }
 
-    /// The accepted exchange with `side` in step number `step`.
-    pub fn accepted(&self, side: Side, step: u64) -> Option<&Exchange> {
-        self.exchanges.iter().rev().find(|e| e.side == side && e.accepted && e.occasion.step == step)
+    /// The accepted exchange with `unit` in step number `step`.
+    pub fn accepted(&self, unit: UnitId, step: u64) -> Option<&Exchange> {
+        self.exchanges.iter().rev().find(|e| e.unit == unit && e.accepted && e.occasion.step == step)
     }
 
-    /// Number of steps that `side` took, and of those that repeated a step.
-    pub fn calls(&self, side: Side) -> [u64; 2] {
-        let calls = self.exchanges.iter().filter(|e| e.side == side && e.occasion.step > 0);
+    /// Work at all interfaces in step `index` of the window; `None` if it is unknown at one.
+    pub fn work(&self, index: usize) -> Option<InterfaceWork> {
+        let mut sum = InterfaceWork::default();
+        for interface in self.interfaces.get(index)? {
+            sum += interface.work?;
+        }
+        Some(sum)
+    }
+
+    /// Lowest pressure at all interfaces at the end of step `index` of the window, against the atmosphere's, Pa.
+    pub fn lowest_pressure(&self, index: usize) -> Option<f64> {
+        let interfaces = self.interfaces.get(index)?;
+        Some(interfaces.iter().fold(f64::INFINITY, |lowest, interface| lowest.min(interface.lowest_pressure)))
+    }
+
+    /// Number of steps that `unit` took, and of those that repeated a step.
+    pub fn calls(&self, unit: UnitId) -> [u64; 2] {
+        let calls = self.exchanges.iter().filter(|e| e.unit == unit && e.occasion.step > 0);
         let repeated = |e: &&Exchange| e.occasion.iteration > 1 || e.occasion.attempt > 1;
         [calls.clone().count() as u64, calls.filter(repeated).count() as u64]
     }

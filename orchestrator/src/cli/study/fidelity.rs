@@ -13,7 +13,7 @@ use interface::variables::reservoir as variables;
 use orchestrator::ground_motion::GroundMotion;
 use orchestrator::participant::{InProcess, Messages, Participant, ParticipantError};
 use orchestrator::scene::{FidelityScene, MethodScene, ProfileScene, Scene};
-use orchestrator::scheme::{CouplingError, Side, Units};
+use orchestrator::scheme::{CouplingError, Graph, UnitId};
 use std::time::Instant;
 
 pub const HELP: &str = "\
@@ -184,7 +184,7 @@ fn measured(
         |cost: String| Row { name: name.to_owned(), level, cost: Err(cost), outcome: None, rigid: None };
     let (mut cost, mut rigid) = (Cost::default(), None);
     let reservoir: Box<dyn Participant> = if registry::is_empty(scene) {
-        registry::unit(Side::Reservoir, scene, threads(None))?
+        registry::unit(UnitId::RESERVOIR, scene, threads(None))?
     } else {
         let began = Instant::now();
         let mut unit = match registry::water(scene, threads(None)) {
@@ -209,9 +209,9 @@ fn measured(
         unit.restore_state(&start).map_err(failed)?;
         Box::new(InProcess::new(unit, name, Messages::default()))
     };
-    let units = Units { dam: registry::unit(Side::Dam, scene, threads(None))?, reservoir };
-    let outcome = run_units(scene, motion, units)?.completed(name)?;
-    cost.reservoir = cost.set_up + outcome.ending.wall.reservoir.as_secs_f64();
+    let graph = Graph::pair(registry::unit(UnitId::DAM, scene, threads(None))?, reservoir);
+    let outcome = run_units(scene, motion, graph)?.completed(name)?;
+    cost.reservoir = cost.set_up + outcome.ending.wall.of("reservoir").as_secs_f64();
     Ok(Row { name: name.to_owned(), level, cost: Ok(cost), outcome: Some(outcome), rigid })
 }
 

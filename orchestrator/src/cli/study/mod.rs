@@ -20,7 +20,7 @@ use miette::Diagnostic;
 use orchestrator::ground_motion::GroundMotion;
 use orchestrator::observer::{Ending, Histories, HistoriesWriter, Rest, Status};
 use orchestrator::scene::{LoadedScene, Scene, SceneError};
-use orchestrator::scheme::{CouplingError, Side, Units};
+use orchestrator::scheme::{CouplingError, Graph, UnitId};
 use orchestrator::simulation::{Simulation, SimulationError};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -202,11 +202,8 @@ struct Outcome {
 ///
 /// **Errors**: a unit cannot be made; a failure of the coupling comes with the outcome.
 fn run_scene(scene: &Scene, motion: &GroundMotion, threads: NonZeroUsize) -> Result<Outcome, StudyError> {
-    let units = Units {
-        dam: registry::unit(Side::Dam, scene, threads)?,
-        reservoir: registry::unit(Side::Reservoir, scene, threads)?,
-    };
-    run_units(scene, motion, units)
+    let [dam, reservoir] = [UnitId::DAM, UnitId::RESERVOIR].map(|id| registry::unit(id, scene, threads));
+    run_units(scene, motion, Graph::pair(dam?, reservoir?))
 }
 
 /// Runs all scenes, as many at once as there are cores.
@@ -221,10 +218,10 @@ fn run_all(scenes: &[LoadedScene]) -> Result<Vec<Outcome>, StudyError> {
 }
 
 /// The same with the given units.
-fn run_units(scene: &Scene, motion: &GroundMotion, units: Units) -> Result<Outcome, StudyError> {
+fn run_units(scene: &Scene, motion: &GroundMotion, graph: Graph) -> Result<Outcome, StudyError> {
     let wrong = |cause| StudyError::Run { what: scene.title.clone(), cause: Box::new(cause) };
     let mut histories = HistoriesWriter::in_memory();
-    let mut simulation = match Simulation::of_scene(scene, motion, units) {
+    let mut simulation = match Simulation::of_scene(scene, motion, graph) {
         Ok(simulation) => simulation,
         Err(error) => return Err(wrong(error)),
     };

@@ -8,7 +8,7 @@ use orchestrator::acceleration::{Acceleration, AccelerationKind};
 use orchestrator::ground_motion::GroundMotion;
 use orchestrator::participant::{Occasion, Participant, ParticipantError};
 use orchestrator::scene::Scene;
-use orchestrator::scheme::{CouplingError, Side};
+use orchestrator::scheme::{CouplingError, UnitId};
 use std::ops::Range;
 
 /// First relaxation factor.
@@ -144,7 +144,7 @@ pub fn run(scene: &Scene, motion: &GroundMotion, water: &ShortWindows) -> Result
 
 impl<'a> Dam<'a> {
     fn new(scene: &Scene, motion: &'a GroundMotion) -> Result<Self, StudyError> {
-        let unit = registry::unit(Side::Dam, scene, threads(None))?;
+        let unit = registry::unit(UnitId::DAM, scene, threads(None))?;
         let description = unit.description();
         let missing = StudyError::Unfit { what: "the study needs a dam that is computed".to_owned() };
         let inputs = |name: &str| description.inputs.range(name);
