@@ -29,5 +29,6 @@ mod scene_reference;
 mod schemes;
 mod states;
 mod studies;
+mod three_units;
 mod two_masses;
 mod westergaard_in_the_dam;

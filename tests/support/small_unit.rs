@@ -12,16 +12,14 @@ pub fn interval(step: u64, communication_step: f64) -> Interval {
     Interval { step, time, communication_step, ground_acceleration: [0.0; 2] }
 }
 
-/// Names and numbers of values of variables.
-type Sizes<'a> = &'a [(&'a str, usize)];
-
 /// What a step makes of the state: the occasion, the inputs, room for the outputs.
 type Step<S> = Box<dyn FnMut(&mut S, &Occasion, &[f64], &mut [f64]) + Send>;
 
 /// A unit that is a state and a function.
 pub struct SmallUnit<S> {
     description: Description,
-    points: usize,
+    /// Prefix and number of points of each.
+    faces: Vec<(String, usize)>,
     now: S,
     saved: S,
     /// Outputs at initialisation.
@@ -30,29 +28,50 @@ pub struct SmallUnit<S> {
 }
 
 impl<S: Clone> SmallUnit<S> {
-    /// In the dam's place: pressure, hydrostatic pressure and ground (2) in; displacement and acceleration out.
+    /// In the dam's place, with one wet face.
     pub fn dam(
         points: usize,
         state: S,
         start: Vec<f64>,
         step: impl FnMut(&mut S, &Occasion, &[f64], &mut [f64]) + Send + 'static,
     ) -> Self {
-        let inputs =
-            [("interface_pressure", points), ("hydrostatic_pressure", points), ("ground_acceleration", 2)];
-        let outputs = [("interface_displacement", points), ("interface_acceleration", points)];
-        Self::new("dam", points, (&inputs, &outputs), state, start, Box::new(step))
+        Self::structure("dam", &[("", points)], state, start, step)
     }
 
-    /// In the reservoir's place: acceleration and ground (2) in; pressure out.
+    /// A structure: pressure and hydrostatic pressure at each face, then ground (2) in; displacement and acceleration at
+    /// each face out.
+    pub fn structure(
+        name: &str,
+        faces: &[(&str, usize)],
+        state: S,
+        start: Vec<f64>,
+        step: impl FnMut(&mut S, &Occasion, &[f64], &mut [f64]) + Send + 'static,
+    ) -> Self {
+        let inputs = ["interface_pressure", "hydrostatic_pressure"];
+        let outputs = ["interface_displacement", "interface_acceleration"];
+        Self::new(name, faces, (&inputs, &outputs), state, start, Box::new(step))
+    }
+
+    /// In the reservoir's place.
     pub fn reservoir(
         points: usize,
         state: S,
         start: Vec<f64>,
         step: impl FnMut(&mut S, &Occasion, &[f64], &mut [f64]) + Send + 'static,
     ) -> Self {
-        let inputs = [("interface_acceleration", points), ("ground_acceleration", 2)];
-        let outputs = [("interface_pressure", points)];
-        Self::new("reservoir", points, (&inputs, &outputs), state, start, Box::new(step))
+        Self::fluid("reservoir", points, state, start, step)
+    }
+
+    /// A fluid: acceleration and ground (2) in; pressure out.
+    pub fn fluid(
+        name: &str,
+        points: usize,
+        state: S,
+        start: Vec<f64>,
+        step: impl FnMut(&mut S, &Occasion, &[f64], &mut [f64]) + Send + 'static,
+    ) -> Self {
+        let variables = (&["interface_acceleration"][..], &["interface_pressure"][..]);
+        Self::new(name, &[("", points)], variables, state, start, Box::new(step))
     }
 
     /// The same, but for steps of one length only.
@@ -63,35 +82,39 @@ impl<S: Clone> SmallUnit<S> {
 
     fn new(
         name: &str,
-        points: usize,
-        (inputs, outputs): (Sizes<'_>, Sizes<'_>),
+        faces: &[(&str, usize)],
+        (inputs, outputs): (&[&str], &[&str]),
         state: S,
         start: Vec<f64>,
         step: Step<S>,
     ) -> Self {
-        let layout = |variables: Sizes<'_>| {
-            let channel = |(name, size): &(&str, usize)| Channel {
-                name: (*name).to_owned(),
-                value_reference: 0,
-                unit: String::new(),
-                size: *size,
-                shape: match name.strip_prefix("interface_") {
-                    Some(_) => ChannelShape::WetFace,
-                    None => ChannelShape::List,
-                },
-            };
-            Layout::new(variables.iter().map(channel).collect())
+        let channel = |name: String, size, shape| Channel {
+            name,
+            value_reference: 0,
+            unit: String::new(),
+            size,
+            shape,
         };
+        let wet = |names: &[&str]| -> Vec<Channel> {
+            let at = |&(prefix, points): &(&str, usize)| {
+                let of = |name: &&str| channel(format!("{prefix}{name}"), points, ChannelShape::WetFace);
+                names.iter().map(of).collect::<Vec<_>>()
+            };
+            faces.iter().flat_map(at).collect()
+        };
+        let mut inputs = wet(inputs);
+        inputs.push(channel("ground_acceleration".to_owned(), 2, ChannelShape::List));
+        let faces: Vec<_> = faces.iter().map(|&(prefix, points)| (prefix.to_owned(), points)).collect();
         let description = Description {
             name: name.to_owned(),
             solver: "small unit".to_owned(),
-            fingerprint: Fingerprint::of(name, &points).expect("a number is hashed"),
-            inputs: layout(inputs),
-            outputs: layout(outputs),
+            fingerprint: Fingerprint::of(name, &faces).expect("a number is hashed"),
+            inputs: Layout::new(inputs),
+            outputs: Layout::new(wet(outputs)),
             readable: Layout::default(),
             capabilities: Capabilities { variable_communication_step: true, directional_derivative: false },
         };
-        Self { description, points, now: state.clone(), saved: state, start, step }
+        Self { description, faces, now: state.clone(), saved: state, start, step }
     }
 }
 
@@ -101,10 +124,14 @@ impl<S: Clone + Send> Participant for SmallUnit<S> {
     }
 
     fn read(&mut self, variable: &str) -> Result<Vec<f64>, ParticipantError> {
-        Ok(match variable {
-            "interface_y" => (0..self.points).map(|i| i as f64).collect(),
-            _ => vec![0.0; self.points],
-        })
+        let of = |(prefix, points): &(String, usize)| match variable.strip_prefix(prefix.as_str())? {
+            "interface_y" => Some((0..*points).map(|i| i as f64).collect()),
+            "interface_x" | "hydrostatic_pressure" => Some(vec![0.0; *points]),
+            _ => None,
+        };
+        let (participant, asked) = (self.description.name.clone(), variable.to_owned());
+        let missing = ParticipantError::Missing { participant, variable: asked };
+        self.faces.iter().find_map(of).ok_or(missing)
     }
 
     fn initialise(&mut self, _: f64, _: &[f64], outputs: &mut [f64]) -> Result<(), ParticipantError> {
