@@ -1,0 +1,22 @@
+"""A subsolver of one's own takes the place of the reservoir or of the dam in a run of cofferdam.
+
+    import cofferdam
+
+    class MyWater(cofferdam.Reservoir):
+        def __init__(self, task): ...
+        def step(self, time, communication_step, acceleration, ground_acceleration): return pressure
+        def save(self): return state
+        def restore(self, state): ...
+
+    cofferdam.serve(MyWater)
+
+Conventions (docs/conventions.md): SI units, per metre of dam; x downstream, y up, origin at the heel; n is the unit normal
+from the water into the dam; pressure is the excess over hydrostatic, positive in compression; acceleration is total
+(relative plus ground) along n.
+"""
+
+from .process import serve
+from .task import Points, Task
+from .unit import Dam, Reservoir
+
+__all__ = ["Dam", "Points", "Reservoir", "Task", "serve"]
