@@ -133,6 +133,11 @@ const GEOMETRY: &[Case] = &[
     edit(&[("[[0.0, 0.0], [0.0, 103.0]]", "[[0.0, 0.0]]")]),
     edit(&[("depth = 91.75", "depth = 66.52")]),
     edit(&[("elevation = 66.5", "elevation = 66.6")]),
+    set(&["tailwater={depth=110}"]),
+    set(&["tailwater={depth=1e-5}"]),
+    set(&["tailwater={depth=66.52}"]),
+    set(&["tailwater={depth=30, interface_size=100}"]),
+    set(&["tailwater={depth=30, bed=[[-20, 30]]}"]),
 ];
 
 const AMOUNT: &[Case] = &[
@@ -157,6 +162,17 @@ const AMOUNT: &[Case] = &[
 ];
 
 const CHOICES: &[Case] = &[
+    set(&["reservoir.fidelity=fmu"]),
+    set(&["reservoir.fidelity=fmu", "reservoir.fmu.file=nowhere.fmu"]),
+    set(&["dam.fidelity=command"]),
+    set(&["dam.fidelity=command", "dam.command.argv=[]"]),
+    set(&["reservoir.fidelity=log", "reservoir.log.file=nowhere"]),
+    set(&["dam.fidelity=log", "dam.log.file=.", "reservoir.fidelity=log", "reservoir.log.file=."]),
+    set(&[
+        "reservoir.fidelity=fmu",
+        "reservoir.fmu={file='.', acceleration='begin', variables={interface_pressure=1}}",
+    ]),
+    set(&["reservoir.fidelity=command", "reservoir.command={argv=['water'], parameters={a={b=1}, c=['x']}}"]),
     edit(&[("[coupling]", "[prescribed]\npanels = 16\n\n[coupling]")]),
     ramp(&[(
         "[prescribed]                           # a rigid dam that moves with the ground\npanels = 16",
@@ -178,12 +194,20 @@ const CHOICES: &[Case] = &[
     edit(&[("[coupling]", "[[stop]]\nquantity = \"slip\"\nabove = -1\n\n[coupling]")]),
     ramp(&[("[prescribed]", "[snapshots]\ninterval = 1\n\n[prescribed]")]),
     ramp(&[("[prescribed]", "[[stop]]\nquantity = \"sliding\"\nabove = 1\n\n[prescribed]")]),
+    set(&["tailwater={fidelity='westergaard'}"]),
+    set(&["tailwater={depth=30, fidelity='none'}"]),
+    set(&["tailwater={depth=30, fidelity='incompressible', surface_waves=true}"]),
+    set(&["tailwater={depth=30, sound_speed=-1, fill=1}"]),
+    Case { scene: RAMP, ..set(&["tailwater={depth=30}"]) },
 ];
 
 const COUPLING: &[Case] = &[
     set(&["coupling.scheme=added-mass"]),
     set(&["coupling.scheme=serial-explicit", "reservoir.fidelity=incompressible"]),
     Case { scene: RAMP, ..set(&["coupling.scheme=added-mass", "reservoir.fidelity=westergaard"]) },
+    set(&["coupling.scheme=added-mass", "reservoir.fidelity=westergaard", "tailwater={depth=30}"]),
+    set(&["coupling.scheme=serial-explicit", "tailwater={depth=30, fidelity='westergaard'}"]),
+    set(&["coupling.on_failure=halve", "reservoir.method=recursive", "tailwater={depth=30}"]),
     set(&["coupling.on_failure=halve"]),
     set(&[
         "coupling.on_failure=halve",
@@ -274,9 +298,17 @@ const WARNINGS: &[Case] = &[
     set(&["reservoir.fidelity=westergaard", "reservoir.interface_size=2.0"]),
     set(&["reservoir.method=finite-elements", "reservoir.element_order=constant"]),
     set(&["reservoir.fidelity=none"]),
+    set(&["reservoir.fidelity=log", "reservoir.log.file=."]),
     set(&[]),
     set(&["dam.fidelity=\"rigid-blocks\""]),
     Case { scene: RAMP, ..set(&["reservoir.element_size=1000"]) },
+    set(&["tailwater={depth=80}"]),
+    set(&["tailwater={depth=30, element_size=20, sound_speed=144}"]),
+    set(&["tailwater={depth=30, fidelity='westergaard', method='bdf2'}"]),
+    set(&[
+        "reservoir.fidelity=westergaard",
+        "tailwater={depth=30, fidelity='westergaard', interface_size=2}",
+    ]),
 ];
 
 const FIVE: &[Case] = &[edit(&[
@@ -415,14 +447,14 @@ macro_rules! variants {
 
 variants!(INVALID, invalid, Invalid:
     Unreadable Override Syntax Misspelt Misplaced NotModelled Unknown Missing Type Word NotPositive OutOfRange
-    WaterTooShallow WavesWithoutMemory NothingToWatch NothingToShow NoModes NothingToCompute PanelTooLong TooMany NoStep NoMeasure FixedStep Window AddedMassScheme AdaptiveScheme ExplicitAtOnce NothingToHalve AdaptiveBounds
+    WaterTooShallow WavesWithoutMemory EmptyTailwater NoDownstreamFace NothingToWatch NothingToShow NoModes NothingToCompute NothingButLogs NoFile NoProgram PanelTooLong TooMany NoStep NoMeasure FixedStep Window AddedMassScheme AdaptiveScheme ExplicitAtOnce NothingToHalve AdaptiveBounds
     LongestQuiet
     Title Undersampled
     ExactlyOne Polarity Count Unit DurationMissing Record);
 variants!(RECORD_ERRORS, record_error, RecordError:
     Read Format Line NoAcceleration OtherUnits NonFinite NonUniform Empty Truncated Another Crop TooStrong);
 variants!(DOUBTS, doubt, Warning:
-    CoarseDam CoarseReservoir CoarseFace CoarseStep ClippedSamples Drift Peak NoResidual LooseTolerance UndampedCrack NoUplift RigidBlocks WithoutEffect
+    CoarseDam CoarseReservoir CoarseFace CoarseStep ClippedSamples Drift Peak NoResidual LooseTolerance UndampedCrack NoUplift RigidBlocks OpenLoop WithoutEffect
     PanelsOfTheReport Unusual);
 
 #[test]
@@ -461,7 +493,7 @@ fn a_scene_that_is_not_there() {
 fn a_crack_at_the_water_level_and_the_shipped_scenes_are_right() {
     let desk = Desk::default();
     assert!(edit(&[("depth = 91.75", "depth = 66.5")]).read(&desk).is_ok());
-    for case in [CRACKED, RAMP, "koyna-intact"] {
+    for case in [CRACKED, RAMP, "koyna-intact", "koyna-tailwater"] {
         let loaded =
             orchestrator::registry::read(&root().join("scenes").join(case), &[]).expect("a shipped scene");
         let dry = |w: &&SceneWarning| !matches!(w.warning, Warning::NoUplift { .. });

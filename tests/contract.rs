@@ -63,10 +63,10 @@ fn packed(case: &str, unit: &str) -> (Element, Element) {
     (fmu.description(), terminals)
 }
 
-/// Compares the FMU of the main scene with the contract; returns the names of its terminal's members.
-fn packed_agrees(unit: &str, contract: &str, variables: &[Variable]) -> Vec<String> {
+/// Compares the FMU of the scene with tailwater with the contract; returns the names of its terminals and of their members.
+fn packed_agrees(unit: &str, contract: &str, variables: &[Variable]) -> Vec<(String, Vec<String>)> {
     let reference = Element::read(contract);
-    let (found, terminals) = packed("koyna-northridge-1994", unit);
+    let (found, terminals) = packed("koyna-tailwater", unit);
 
     let mut capabilities = found.child("CoSimulation").attributes.clone();
     let step = capabilities.remove("fixedInternalStepSize");
@@ -76,7 +76,11 @@ fn packed_agrees(unit: &str, contract: &str, variables: &[Variable]) -> Vec<Stri
     assert_eq!(found.child("UnitDefinitions"), reference.child("UnitDefinitions"));
     assert_eq!(found.child("ModelStructure"), reference.child("ModelStructure"));
     assert_eq!(found.child("DefaultExperiment").get("stepSize"), "0.0025");
-    assert!(found.get("description").ends_with(": Cracked Koyna dam, Northridge 1994, Canyon Country 270"));
+    assert!(
+        found
+            .get("description")
+            .ends_with(": Cracked Koyna dam with tailwater, Northridge 1994, Canyon Country 270")
+    );
 
     let all = &found.child("ModelVariables").children;
     assert!(all.iter().all(|variable| variable.name == "Float64"), "no structural parameters");
@@ -96,42 +100,71 @@ fn packed_agrees(unit: &str, contract: &str, variables: &[Variable]) -> Vec<Stri
         }
     }
 
-    let terminal = terminals.list("Terminals", "Terminal");
-    assert_eq!(terminal.len(), 1);
-    assert_eq!((terminal[0].get("name"), terminal[0].get("matchingRule")), ("wet_face", "bus"));
     let member = |member: &Element| {
         assert!(all.iter().any(|v| v.get("name") == member.get("variableName")), "{member:?}");
         member.get("memberName").to_owned()
     };
-    terminal[0].children.iter().map(member).collect()
+    let terminal = |terminal: &&Element| {
+        assert_eq!(terminal.get("matchingRule"), "bus");
+        (terminal.get("name").to_owned(), terminal.children.iter().map(member).collect())
+    };
+    terminals.list("Terminals", "Terminal").iter().map(terminal).collect()
 }
+
+fn named(terminals: &[(&str, &[&str])]) -> Vec<(String, Vec<String>)> {
+    let owned = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
+    terminals.iter().map(|(name, members)| ((*name).to_owned(), owned(members))).collect()
+}
+
+const OF_DAM: &[&str] = &["pressure", "hydrostatic_pressure", "acceleration", "displacement", "velocity"];
 
 #[test]
 fn a_packed_reservoir_keeps_the_contract() {
-    let members = packed_agrees("reservoir", &reservoir(), variables::reservoir::ALL);
-    assert_eq!(members, ["pressure", "hydrostatic_pressure", "acceleration"]);
+    let terminals = packed_agrees("reservoir", &reservoir(), variables::reservoir::ALL);
+    assert_eq!(terminals, named(&[("wet_face", &["pressure", "hydrostatic_pressure", "acceleration"])]));
 }
 
 #[test]
 fn a_packed_dam_keeps_the_contract() {
-    let members = packed_agrees("dam", &dam(), variables::dam::ALL);
-    assert_eq!(members, ["pressure", "hydrostatic_pressure", "acceleration", "displacement", "velocity"]);
+    let terminals = packed_agrees("dam", &dam(), variables::dam::ALL);
+    assert_eq!(terminals, named(&[("wet_face", OF_DAM), ("tailwater_wet_face", OF_DAM)]));
+}
+
+#[test]
+fn a_dam_without_tailwater_has_no_variables_of_it() {
+    let (found, terminals) = packed("koyna-northridge-1994", "dam");
+    let wanted = variables::dam::ALL.iter().filter(|v| v.shape != Shape::TailwaterPoints);
+    let all = &found.child("ModelVariables").children;
+    let names: Vec<_> = all[1..].iter().map(|variable| variable.get("name")).collect();
+    assert_eq!(names, wanted.map(|variable| variable.name).collect::<Vec<_>>());
+    let known: Vec<&str> = all.iter().map(|variable| variable.get("valueReference")).collect();
+    for output in found.list("ModelStructure", "Output") {
+        assert!(
+            output.get("dependencies").split_whitespace().all(|input| known.contains(&input)),
+            "{output:?}"
+        );
+    }
+    let terminals = terminals.list("Terminals", "Terminal");
+    assert_eq!(terminals.iter().map(|terminal| terminal.get("name")).collect::<Vec<_>>(), ["wet_face"]);
 }
 
 /// Rows of about 10 m: 7 panels in the 66.5 m below the crack and 3 in the 25.25 m above it; on either side one point more
 /// than panels.
 const INTERFACE_POINTS: usize = 7 + 1 + 3 + 1;
+/// 3 panels in the 30 m of tailwater.
+const TAILWATER_POINTS: usize = 3 + 1;
 /// The mean width of 35.8 m in columns of about 10 m.
 const COLUMNS: usize = 3;
 /// Rows up to the crack, from there up to the water level, and above it.
 const CELLS: usize = COLUMNS * (7 + 3 + 1);
 const NODES: usize = CELLS + (COLUMNS + 1) * (7 + 1 + 3 + 1 + 1);
 
-/// Number of values in the main scene on a mesh of 10 m.
+/// Number of values in the scene with tailwater on a mesh of 10 m.
 fn size(shape: Shape) -> usize {
     match shape {
         Shape::Scalar | Shape::Plane | Shape::Modes => shape.least_size(),
         Shape::InterfacePoints => INTERFACE_POINTS,
+        Shape::TailwaterPoints => TAILWATER_POINTS,
         Shape::Cracks => 1,
         Shape::StressPoints => 4,
         Shape::Nodes => NODES,
@@ -143,8 +176,10 @@ fn size(shape: Shape) -> usize {
 #[test]
 fn a_dam_without_cracks_has_no_variables_of_cracks() {
     let (found, _) = packed("koyna-intact", "dam");
-    let wanted: Vec<_> =
-        variables::dam::ALL.iter().filter(|v| !matches!(v.shape, Shape::Cracks | Shape::Contacts)).collect();
+    let wanted: Vec<_> = variables::dam::ALL
+        .iter()
+        .filter(|v| !matches!(v.shape, Shape::Cracks | Shape::Contacts | Shape::TailwaterPoints))
+        .collect();
     let variables = &found.child("ModelVariables").children;
     let names = |variable: &Element| variable.get("name").to_owned();
     assert_eq!(

@@ -92,9 +92,15 @@ const RULES: &[Rule] = &[
     },
     Rule {
         within: "orchestrator/src",
-        except: &["orchestrator/src/fmu/"],
+        except: &["orchestrator/src/fmu/", "orchestrator/src/participant/fmu/"],
         words: &["zip::", "ZipWriter", "ZipArchive"],
         why: "archives are the business of FMUs",
+    },
+    Rule {
+        within: "orchestrator/src",
+        except: &["orchestrator/src/participant/fmu/"],
+        words: &["fmi_rs"],
+        why: "FMUs are imported in one place",
     },
     Rule {
         within: "",

@@ -42,6 +42,7 @@ fn crest(kind: SchemeKind, reservoir: impl Fn(interface::WetFace) -> Box<dyn Par
         scheme: scheme.expect("units that fit"),
         ground_motion: motion,
         stepping: Stepping::equal(H, STEPS),
+        self_tests: Vec::new(),
         static_crest_displacement: None,
     };
     let mut histories = HistoriesWriter::in_memory();

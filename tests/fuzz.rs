@@ -8,8 +8,10 @@ use dam_dem::Dam;
 use interface::Packable;
 use interface::export::Contents;
 use orchestrator::log::{Log, LogReadError, compare};
+use orchestrator::participant::{self, FmuUnitError, Import, Role};
 use reservoir::Reservoir;
 use std::collections::BTreeMap;
+use std::io::{Cursor, Write};
 use std::num::NonZeroUsize;
 use std::path::Path;
 use std::process::{Command, ExitStatus, Stdio};
@@ -17,6 +19,8 @@ use std::time::{Duration, Instant};
 use whole_chain::fmu::{Fmu, export};
 use whole_chain::scenario::{Histories, Scenario, binary, root};
 use whole_chain::scene_text::{Desk, shipped};
+use zip::ZipWriter;
+use zip::write::SimpleFileOptions;
 
 /// Random numbers of one case (splitmix64).
 struct Dice(u64);
@@ -295,6 +299,70 @@ fn contents_of_fmus() {
     assert!(refused > 0);
 }
 
+/// FMUs of other programs, with a file in the place of their library, so that nothing of them is executed: their archives and
+/// their descriptions.
+#[test]
+fn archives_and_descriptions_of_fmus() {
+    let scenario = Scenario::quick(0.05);
+    let template = scenario.folder().join("template");
+    let mut command = Command::new(binary());
+    command.args(["template", "c"]).arg(&template).arg("--scene").arg(scenario.write());
+    assert!(command.output().expect("cofferdam runs").status.success());
+    let read = |name: &str| std::fs::read(template.join("fmu").join(name)).expect("a file of the template");
+    let names = ["modelDescription.xml", "terminalsAndIcons/terminalsAndIcons.xml"];
+    let [description, terminals] = names.map(read);
+    let scalars = r#"<?xml version="1.0"?><fmiModelDescription fmiVersion="2.0" modelName="w" guid="g">
+<CoSimulation modelIdentifier="water" canGetAndSetFMUstate="true"/>
+<ModelVariables>
+<ScalarVariable name="interface_acceleration[1]" valueReference="1" causality="input"><Real start="0"/></ScalarVariable>
+<ScalarVariable name="interface_acceleration[2]" valueReference="2" causality="input"><Real start="0"/></ScalarVariable>
+<ScalarVariable name="interface_pressure[1]" valueReference="3" causality="output"><Real/></ScalarVariable>
+<ScalarVariable name="interface_pressure[2]" valueReference="4" causality="output"><Real/></ScalarVariable>
+</ModelVariables><ModelStructure><Outputs><Unknown index="3"/></Outputs></ModelStructure></fmiModelDescription>"#;
+    let descriptions = [description, scalars.as_bytes().to_vec()];
+    let archive = |[description, terminals]: [&[u8]; 2]| {
+        let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
+        let libraries = ["binaries/x86_64-linux/water.so", "binaries/linux64/water.so"];
+        let libraries = libraries.map(|name| (name, &b"no library"[..]));
+        for (name, bytes) in names.into_iter().zip([description, terminals]).chain(libraries) {
+            archive.start_file(name, SimpleFileOptions::default()).expect("an entry");
+            archive.write_all(bytes).expect("its bytes");
+        }
+        archive.finish().expect("an archive").into_inner()
+    };
+    let path = scenario.folder().join("changed.fmu");
+    let (variables, parameters) = (BTreeMap::new(), BTreeMap::new());
+    let import = Import { file: &path, variables: &variables, parameters: &parameters };
+    let (mut archives, mut read, mut refused) = (0, 0, 0);
+    cases(600, |dice| {
+        let description = dice.of(&descriptions);
+        let bytes = match dice.below(4) {
+            0 => damaged(&archive([description, &terminals]), dice),
+            1 => archive([description, &changed(&terminals, dice)]),
+            2 => archive([&damaged(description, dice), &terminals]),
+            _ => archive([&changed(description, dice), &terminals]),
+        };
+        std::fs::write(&path, bytes).expect("written");
+        let began = Instant::now();
+        // The library comes last.
+        match participant::Fmu::new("reservoir", Role::Fluid, import, Some(0.0025)) {
+            Ok(_) => panic!("there is no library"),
+            Err(FmuUnitError::Unpack(error)) => {
+                archives += 1;
+                assert!(error.to_string().contains("changed.fmu"), "{error}");
+            }
+            Err(FmuUnitError::Library { .. }) => read += 1,
+            Err(error) => {
+                refused += 1;
+                assert!(!error.to_string().is_empty());
+            }
+        }
+        assert!(began.elapsed() < Duration::from_secs(10), "{:?}", began.elapsed());
+    });
+    println!("{archives} are refused as archives, {refused} as descriptions, {read} for their library alone");
+    assert!(archives > 0 && read > 0 && refused > 0);
+}
+
 /// Runs the program, for two minutes at most and with 1 GiB of address space at most.
 fn limited(arguments: &[String], folder: &Path) -> (ExitStatus, String) {
     let mut command = Command::new("sh");
@@ -338,6 +406,13 @@ fn command_lines() {
         "log",
         "reservoir",
         "study",
+        "points",
+        "template",
+        "c",
+        "python",
+        "--scene",
+        "--format",
+        "json",
         "unit",
         "info",
         "diff",

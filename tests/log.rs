@@ -678,6 +678,7 @@ fn failed_run(path: &Path, value: Option<f64>) -> Result<(), Box<dyn std::error:
         scheme,
         ground_motion,
         stepping: Stepping::equal(0.0025, 100),
+        self_tests: Vec::new(),
         static_crest_displacement: None,
     };
     let (_, failure) = simulation.run(&mut [&mut log], &AtomicBool::new(false));

@@ -4,6 +4,7 @@ use dam_dem::Dam;
 use interface::WetFace;
 use orchestrator::participant::{
     Deadlines, InProcess, Layout, Messages, Occasion, Participant, ParticipantError, Prescribed, Starting,
+    UnitCommand,
 };
 use reservoir::Reservoir;
 use std::num::NonZeroUsize;
@@ -111,7 +112,7 @@ fn both_over_shared_memory() -> Result<(), Box<dyn std::error::Error>> {
     let units = ["dam", "reservoir"].map(|name| {
         let mut command = Command::new(binary());
         command.args(["unit", name]);
-        (name.to_owned(), command)
+        UnitCommand { name: name.to_owned(), command, brief: None }
     });
     let minute = Duration::from_secs(60);
     let deadlines = Deadlines { preparation: minute, step: minute };

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
+use whole_chain::process::{is_gone, signal, wait_until};
 use whole_chain::scenario::{Histories, Scenario, binary, is_root};
 
 /// Tests that check shared memory must run alone.
@@ -43,11 +44,6 @@ impl Running {
         line_with(&mut self.output, "prepared");
     }
 
-    fn signal(&self, process: u32, signal: &str) {
-        let status = Command::new("kill").args([signal, &process.to_string()]).status();
-        assert!(status.expect("kill runs").success(), "kill {signal} {process}");
-    }
-
     /// Waits for all three processes; returns the exit of the orchestrator and the output of all of them.
     fn end(self) -> (ExitStatus, String) {
         let (status, said, _) = self.end_with_summary();
@@ -72,23 +68,6 @@ impl Running {
 fn line_with(output: &mut impl BufRead, word: &str) -> String {
     let found = output.lines().map_while(Result::ok).find(|line| line.contains(word));
     found.unwrap_or_else(|| panic!("no line with `{word}`"))
-}
-
-fn wait_until(condition: impl Fn() -> bool) -> bool {
-    let began = Instant::now();
-    while began.elapsed() < Duration::from_secs(20) {
-        if condition() {
-            return true;
-        }
-        std::thread::sleep(Duration::from_millis(5));
-    }
-    false
-}
-
-/// The process does not exist, or only its entry is left because its exit status was not collected.
-fn is_gone(process: u32) -> bool {
-    let state = std::fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
-    state.rsplit(") ").next().is_none_or(|s| s.is_empty() || s.starts_with('Z'))
 }
 
 /// The folders of this user's runs in shared memory.
@@ -129,7 +108,7 @@ fn a_killed_unit_ends_the_run_with_its_name_and_the_step() {
             let mut running = Running::start(scenario.command(&folder));
             running.prepared();
             std::thread::sleep(Duration::from_millis(moment));
-            running.signal(if victim == "dam" { running.dam } else { running.reservoir }, "-KILL");
+            signal(if victim == "dam" { running.dam } else { running.reservoir }, "-KILL");
             let killed = Instant::now();
             let (status, said, summary) = running.end_with_summary();
             println!(
@@ -152,18 +131,18 @@ fn a_killed_unit_ends_the_run_with_its_name_and_the_step() {
 fn a_signal_to_all_processes_interrupts_the_run() {
     let _alone = alone();
     let scenario = Scenario::quick(20.0);
-    for signal in ["-TERM", "-INT", "-HUP"] {
-        let mut running = Running::start(scenario.command(signal));
+    for name in ["-TERM", "-INT", "-HUP"] {
+        let mut running = Running::start(scenario.command(name));
         running.prepared();
         for unit in [running.dam, running.reservoir] {
-            running.signal(unit, signal);
+            signal(unit, name);
         }
         std::thread::sleep(Duration::from_millis(300));
-        assert!(!is_gone(running.dam) && !is_gone(running.reservoir), "{signal} ended a unit");
-        running.signal(running.orchestrator.id(), signal);
+        assert!(!is_gone(running.dam) && !is_gone(running.reservoir), "{name} ended a unit");
+        signal(running.orchestrator.id(), name);
         let (status, said, summary) = running.end_with_summary();
-        assert_eq!(status.code(), Some(130), "{signal}: {said}");
-        assert!(summary.contains("PARTIAL RESULT") && summary.contains("interrupted"), "{signal}: {summary}");
+        assert_eq!(status.code(), Some(130), "{name}: {said}");
+        assert!(summary.contains("PARTIAL RESULT") && summary.contains("interrupted"), "{name}: {summary}");
     }
     the_next_run_succeeds();
 }
@@ -176,7 +155,7 @@ fn units_end_when_the_orchestrator_is_killed() {
         let mut running = Running::start(scenario.command(&format!("run-{round}")));
         running.prepared();
         std::thread::sleep(Duration::from_millis(moment));
-        running.signal(running.orchestrator.id(), "-KILL");
+        signal(running.orchestrator.id(), "-KILL");
         let killed = Instant::now();
         let (_, said) = running.end();
         println!(
@@ -196,7 +175,7 @@ fn units_that_are_still_being_made_can_be_killed_too() {
     let mut scenario = Scenario::quick(20.0);
     scenario.set("reservoir.fidelity", "compressible");
     let running = Running::start(scenario.command("unit"));
-    running.signal(running.reservoir, "-KILL");
+    signal(running.reservoir, "-KILL");
     let (status, said) = running.end();
     assert_eq!(status.code(), Some(4), "{said}");
     assert!(
@@ -213,7 +192,7 @@ fn units_that_are_still_being_made_can_be_killed_too() {
     let headless = orchestrator::log::Log::open(&folder.join("log.mcap")).map(drop);
     assert!(matches!(headless, Err(orchestrator::log::LogReadError::Headless { .. })), "{headless:?}");
     let running = Running::start(scenario.command("orchestrator"));
-    running.signal(running.orchestrator.id(), "-KILL");
+    signal(running.orchestrator.id(), "-KILL");
     running.end();
     the_next_run_succeeds();
 }
@@ -227,7 +206,7 @@ fn a_unit_that_hangs_is_ended_by_its_deadline() {
     let mut running = Running::start(command);
     running.prepared();
     std::thread::sleep(Duration::from_millis(100));
-    running.signal(running.dam, "-STOP");
+    signal(running.dam, "-STOP");
     let (status, said) = running.end();
     assert_eq!(status.code(), Some(4), "{said}");
     assert!(said.contains("dam: no answer for 0.5 s in step") && said.contains("--deadline"), "{said}");
@@ -256,9 +235,9 @@ fn an_orchestrator_that_was_stopped_goes_on() {
     let mut running = Running::start(command);
     running.prepared();
     std::thread::sleep(Duration::from_millis(50));
-    running.signal(running.orchestrator.id(), "-STOP");
+    signal(running.orchestrator.id(), "-STOP");
     std::thread::sleep(Duration::from_millis(1500));
-    running.signal(running.orchestrator.id(), "-CONT");
+    signal(running.orchestrator.id(), "-CONT");
     let (status, said) = running.end();
     assert!(status.success(), "{said}");
 }
@@ -269,7 +248,7 @@ fn ctrl_c_ends_the_preparation() {
     let mut scenario = Scenario::quick(20.0);
     scenario.set("reservoir.fidelity", "compressible");
     let running = Running::start(scenario.command("run"));
-    running.signal(running.orchestrator.id(), "-INT");
+    signal(running.orchestrator.id(), "-INT");
     let (status, said) = running.end();
     assert_eq!(status.code(), Some(130), "{said}");
     assert!(!said.contains("died"), "{said}");

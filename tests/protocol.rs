@@ -1,18 +1,42 @@
 //! A unit's process that breaks the protocol is refused or ended, with a message that says how.
 
+use interface::WetFace;
 use orchestrator::participant::{
-    Deadlines, Level, Occasion, Participant, ParticipantError, SharedMemory, Starting,
+    AccelerationMeaning, Brief, BriefPoints, Deadlines, Level, Occasion, Participant, ParticipantError, Role,
+    SharedMemory, Starting, UnitCommand,
 };
 use std::process::Command;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-/// Starts a unit with a fault.
+/// A brief, with which a unit is reached over iceoryx2's usual service.
+fn brief() -> Brief {
+    let face = WetFace::straight([0.0, 10.0], 2).expect("a face");
+    Brief {
+        role: Role::Structure,
+        points: BriefPoints::from(&face),
+        depth: 10.0,
+        density: 1000.0,
+        gravity: 9.81,
+        communication_step: 0.25,
+        duration: 1.0,
+        acceleration: AccelerationMeaning::Mean,
+        parameters: std::collections::BTreeMap::default(),
+    }
+}
+
+/// Starts a built-in unit with a fault.
 fn start(fault: &str) -> Result<SharedMemory, ParticipantError> {
+    start_of(fault, None)
+}
+
+/// Starts a unit with a fault.
+fn start_of(fault: &str, brief: Option<Brief>) -> Result<SharedMemory, ParticipantError> {
     let mut command = Command::new(env!("CARGO_BIN_EXE_misbehaving_unit"));
     command.arg(fault);
     let deadlines = Deadlines { preparation: Duration::from_secs(1), step: Duration::from_millis(200) };
-    let starting = Starting::new([("dam".to_owned(), command)], "", 1, deadlines)?;
+    let unit = UnitCommand { name: "dam".to_owned(), command, brief };
+    let starting = Starting::new([unit], "", 1, deadlines)?;
     let process = starting.processes().map(|(_, id)| id).next().expect("a process");
     let mut units = starting.wait(&AtomicBool::new(false)).inspect_err(|_| assert_gone(process))?;
     Ok(units.pop().expect("a unit"))
@@ -24,9 +48,9 @@ fn assert_gone(process: u32) {
 }
 
 /// The error of such a unit when it is started and takes a step.
-fn message(fault: &str) -> String {
+fn message(fault: &str, brief: Option<Brief>) -> String {
     let step = || -> Result<(), ParticipantError> {
-        let mut unit = start(fault)?;
+        let mut unit = start_of(fault, brief)?;
         let mut outputs = [0.0; 3];
         unit.initialise(0.0, &[1.0, 2.0, 3.0], &mut outputs)?;
         assert_eq!(outputs, [1.0, 2.0, 3.0], "{fault}: initialisation is without fault");
@@ -40,7 +64,7 @@ fn message(fault: &str) -> String {
 #[test]
 fn every_breach_is_named() {
     for (fault, words) in [
-        ("old-version", ["dam speaks version 5 of the exchange protocol", "this program version 4"]),
+        ("old-version", ["dam speaks version 6 of the exchange protocol", "this program version 5"]),
         ("no-description", ["dam: its description cannot be read", "the same build"]),
         ("no-service", ["dam is not connected", "must serve `cofferdam/"]),
         ("other-layout", ["dam lays out requests and answers as 0123", "the same build"]),
@@ -58,9 +82,43 @@ fn every_breach_is_named() {
         ("hangs", ["dam: no answer for 0.2 s in step 1 from t = 0.25 s, iteration 2", "was killed"]),
         ("dies", ["dam: its process was killed by signal 6 in step 1", "iteration 2"]),
     ] {
-        let message = message(fault);
+        let message = message(fault, None);
         assert!(words.iter().all(|word| message.contains(word)), "{fault}: {message}");
     }
+}
+
+#[test]
+fn breaches_over_the_usual_service_are_named_too() {
+    for (fault, words) in [
+        ("no-service", ["dam is not connected", "must serve `cofferdam/"]),
+        ("other-layout", ["dam lays out requests and answers as 0123", "the same build"]),
+        ("short-answer", ["dam answered with 2 values", "3 were expected"]),
+        ("wrong-echo", ["dam answered with time 0.75 where 0.25 was asked for", "must echo"]),
+        ("not-finite", ["dam: `y`[2] became inf", "t = 0.5 s"]),
+        ("fails-silently", ["dam: failed in step 1 from t = 0.25 s, iteration 2", "did not say why"]),
+        ("hangs", ["dam: no answer for 0.2 s in step 1 from t = 0.25 s, iteration 2", "was killed"]),
+        ("dies", ["dam: its process was killed by signal 6 in step 1", "iteration 2"]),
+    ] {
+        let message = message(fault, Some(brief()));
+        assert!(words.iter().all(|word| message.contains(word)), "{fault}: {message}");
+    }
+}
+
+#[test]
+fn a_unit_that_cannot_save_states_steps_and_is_never_sent_back() -> Result<(), ParticipantError> {
+    let mut unit = start("without-states")?;
+    let mut outputs = [0.0; 3];
+    unit.initialise(0.0, &[1.0, 2.0, 3.0], &mut outputs)?;
+    let occasion = Occasion { step: 1, iteration: 1, attempt: 1, time: 0.0, communication_step: 0.25 };
+    unit.save_state()?;
+    unit.step(&occasion, &[4.0, 5.0, 6.0], &mut outputs)?;
+    assert_eq!(outputs, [4.0, 5.0, 6.0]);
+    let refused = unit.restore_state().expect_err("it has no state").to_string();
+    assert!(
+        refused.contains("dam: it cannot return to a saved state") && refused.contains("explicit"),
+        "{refused}"
+    );
+    Ok(())
 }
 
 /// As when a snapshot is taken after a step.
@@ -108,7 +166,7 @@ fn a_unit_that_does_not_read_a_long_task_is_ended_too() {
     let mut command = Command::new("sleep");
     command.arg("60");
     let deadlines = Deadlines { preparation: Duration::from_millis(200), step: Duration::from_millis(200) };
-    let units = [("dam".to_owned(), command)];
+    let units = [UnitCommand { name: "dam".to_owned(), command, brief: None }];
     let started = Starting::new(units, &"x".repeat(1 << 20), 1, deadlines);
     let message = started.and_then(|s| s.wait(&AtomicBool::new(false))).err().expect("no answer").to_string();
     assert!(message.contains("dam: no answer for 0.2 s while the units were made"), "{message}");
@@ -117,7 +175,11 @@ fn a_unit_that_does_not_read_a_long_task_is_ended_too() {
 #[test]
 fn a_program_that_is_not_there_is_named() {
     let deadlines = Deadlines { preparation: Duration::from_secs(1), step: Duration::from_secs(1) };
-    let units = [("dam".to_owned(), Command::new("no-such-program"))];
-    let message = Starting::new(units, "", 1, deadlines).err().expect("no such program").to_string();
-    assert!(message.contains("dam: its process cannot be started"), "{message}");
+    for (brief, remedy) in [(None, "use --transport in-process"), (Some(brief()), "correct the command")] {
+        let command = Command::new("no-such-program");
+        let units = [UnitCommand { name: "dam".to_owned(), command, brief }];
+        let message = Starting::new(units, "", 1, deadlines).err().expect("no such program").to_string();
+        assert!(message.contains("dam: its process, `no-such-program`, cannot be started"), "{message}");
+        assert!(message.ends_with(remedy), "{message}");
+    }
 }

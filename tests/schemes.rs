@@ -103,6 +103,7 @@ impl Case {
             scheme,
             ground_motion: GroundMotion::ramp(0.0, 1.0),
             stepping: self.stepping,
+            self_tests: Vec::new(),
             static_crest_displacement: None,
         };
         let mut kept = Kept::default();

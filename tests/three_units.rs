@@ -139,6 +139,7 @@ fn run(kind: SchemeKind, path: &Path) -> Result<u32, Box<dyn std::error::Error>>
         scheme,
         ground_motion: loaded.ground_motion,
         stepping: Stepping::equal(STEP, STEPS),
+        self_tests: Vec::new(),
         static_crest_displacement: None,
     };
     let (_, failure) = simulation.run(&mut [&mut log], &AtomicBool::new(false));

@@ -41,7 +41,7 @@ impl AddedMass {
     /// **Errors**: [`DamError::AddedMassShape`], [`DamError::AddedMassNegative`]; [`DamError::OutOfRange`] for values
     /// that are not finite.
     pub(crate) fn new(wet: Option<&Wet>, rows: &[Vec<f64>], inverse_mass: &[f64]) -> Result<Self, DamError> {
-        let points = wet.map_or(0, |wet| wet.face.len());
+        let points = wet.map_or(0, Wet::len);
         let lengths = rows.iter().map(Vec::len).chain([rows.len()]);
         let Some(wet) = wet.filter(|_| lengths.clone().all(|length| length == points)) else {
             let found = lengths.clone().find(|&length| length != points).unwrap_or(rows.len());

@@ -2,6 +2,7 @@
 
 use nalgebra::DVector;
 
+use crate::loads::Wet;
 use crate::model::{Body, Model};
 
 /// Momentum balance of the whole dam, in the coordinates of its level of fidelity.
@@ -44,7 +45,7 @@ impl BaseBalance {
         let mass = with_water
             .each_ref()
             .map(|momentum| [0, 1].map(|axis| momentum.iter().skip(axis).step_by(2).sum::<f64>()));
-        let mut pressure = vec![[0.0; 2]; wet.map_or(0, |wet| wet.face.len())];
+        let mut pressure = vec![[0.0; 2]; wet.map_or(0, Wet::len)];
         for &(_, point, force) in wet.map_or(&[][..], |wet| wet.load.entries()) {
             (0..2).for_each(|d| pressure[point][d] += force[d]);
         }

@@ -13,6 +13,8 @@ pub struct Block {
     pub top: Vec<usize>,
     /// Nodes of its upstream side, from bottom to top.
     pub upstream: Vec<usize>,
+    /// Nodes of its downstream side, from bottom to top.
+    pub downstream: Vec<usize>,
 }
 
 /// Rigid rotation that is the least-squares fit to a motion, rad, counter-clockwise.

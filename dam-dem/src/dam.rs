@@ -5,6 +5,7 @@ use interface::{
 
 use nalgebra::DMatrix;
 use std::num::NonZeroUsize;
+use std::ops::Range;
 use std::sync::OnceLock;
 
 use crate::base::BaseBalance;
@@ -30,6 +31,7 @@ mod output;
 /// M ü = F_weight + B (p_hydrostatic + p) − M a_g − F_int(u, u̇)
 /// ```
 ///
+/// p stands for the pressures on both wet faces, upstream and, if there is a tailwater, downstream.
 /// If the parameters give an added mass, `M + X` replaces M ([`AddedMass`](crate::AddedMass)).
 /// u is relative to the ground. Over a communication step p and a_g vary linearly; the dam takes the number of equal
 /// time steps that stability requires. Before time 0 it is brought to rest under weight and hydrostatic pressure;
@@ -56,7 +58,7 @@ pub struct Dam {
     trials: Vec<Trials>,
 }
 
-/// Response of the wet face of a dam to the pressure on it within one communication step.
+/// Response of the upstream wet face of a dam to the pressure on it within one communication step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InterfaceCompliance {
     /// `∂(interface_displacement)/∂(interface_pressure)`, both at the end of the step, m/Pa; one column for
@@ -111,7 +113,7 @@ impl Dam {
         let (model, damping_frequencies) = Model::new(&parameters, &cracks)?;
         let mesh = &model.body().structure.mesh;
         let crest = mesh.blocks.last().and_then(|block| block.upstream.last()).copied().unwrap_or(0);
-        let points = model.body().wet.as_ref().map_or(0, |wet| wet.face.len());
+        let points = model.body().wet.as_ref().map_or(0, Wet::len);
         let inputs = Inputs { pressure: vec![0.0; points], ground_acceleration: [0.0; 2] };
         let motion = model.at_rest();
         let fingerprint = Fingerprint::of(Self::NAME, &parameters)?;
@@ -190,9 +192,14 @@ impl Dam {
         &self.cracks
     }
 
-    /// The wet face, or `None` with an empty reservoir.
+    /// The upstream wet face, or `None` with an empty reservoir.
     pub fn wet_face(&self) -> Option<&WetFace> {
-        self.wet().map(|wet| &wet.face)
+        self.wet()?.faces[0].as_ref()
+    }
+
+    /// The wet face of the tailwater, or `None` without it.
+    pub fn tailwater_face(&self) -> Option<&WetFace> {
+        self.wet()?.faces[1].as_ref()
     }
 
     /// Number of triangles.
@@ -222,7 +229,7 @@ impl Dam {
         self.critical_time_step().with_safety(self.parameters.time_step_safety, self.model.largest_share())
     }
 
-    /// The interface compliance of a step of `communication_step` (s) from the current state, by finite
+    /// The compliance of the upstream wet face in a step of `communication_step` (s) from the current state, by finite
     /// differences: one step for each interface point with its pressure increased by `probe` (Pa), minus one
     /// step without.
     ///
@@ -305,6 +312,12 @@ impl Dam {
         self.model.body().wet.as_ref()
     }
 
+    /// The points of a variable's wet face among those of both faces.
+    fn points(&self, variable: &Variable) -> Range<usize> {
+        let [upstream, downstream] = self.wet().map_or([0..0, 0..0], Wet::ranges);
+        if variable.shape == Shape::TailwaterPoints { downstream } else { upstream }
+    }
+
     fn time_steps(&self, communication_step: f64) -> CentralDifference {
         CentralDifference::covering(communication_step, self.time_step_limit())
     }
@@ -366,7 +379,7 @@ impl CoSimulation for Dam {
 
     fn size(&self, variable: &Variable) -> usize {
         match variable.shape {
-            Shape::InterfacePoints => self.wet().map_or(0, |wet| wet.face.len()),
+            Shape::InterfacePoints | Shape::TailwaterPoints => self.points(variable).len(),
             Shape::StressPoints => self.stress_points.len(),
             Shape::Nodes => self.node_count(),
             Shape::Triangles => self.element_count(),
@@ -432,18 +445,17 @@ impl CoSimulation for Dam {
         let variable = self.variable(value_reference)?;
         self.check_length(variable, values.len())?;
         self.check_finite(variable, values, self.state.time)?;
-        match value_reference {
-            r if r == variable::INTERFACE_PRESSURE.value_reference => {
-                self.state.next.pressure.copy_from_slice(values);
+        let points = self.points(variable);
+        match *variable {
+            variable::INTERFACE_PRESSURE | variable::TAILWATER_INTERFACE_PRESSURE => {
+                self.state.next.pressure[points].copy_from_slice(values);
             }
-            r if r == variable::GROUND_ACCELERATION.value_reference => {
-                self.state.next.ground_acceleration.copy_from_slice(values);
-            }
-            r if r == variable::HYDROSTATIC_PRESSURE.value_reference => {
-                if self.state.initialised && self.state.hydrostatic_pressure != values {
+            variable::GROUND_ACCELERATION => self.state.next.ground_acceleration.copy_from_slice(values),
+            variable::HYDROSTATIC_PRESSURE | variable::TAILWATER_HYDROSTATIC_PRESSURE => {
+                if self.state.initialised && self.state.hydrostatic_pressure[points.clone()] != *values {
                     return Err(self.order("set hydrostatic_pressure").into());
                 }
-                self.state.hydrostatic_pressure.copy_from_slice(values);
+                self.state.hydrostatic_pressure[points].copy_from_slice(values);
             }
             _ => return Err(CallError::NotSettable { unit: self.name(), variable: variable.name }.into()),
         }
@@ -574,6 +586,7 @@ impl Packable for Dam {
                 0
             }
             Shape::InterfacePoints => parameters.wet_face().ok().flatten().map_or(0, |face| face.len()),
+            Shape::TailwaterPoints => parameters.tailwater_face().ok().flatten().map_or(0, |face| face.len()),
             Shape::Cracks => parameters.cracks.len(),
             Shape::StressPoints => stress_points(&parameters.section, &parameters.mesh()).len(),
             Shape::Nodes => parameters.mesh().nodes.len(),
@@ -583,7 +596,7 @@ impl Packable for Dam {
     }
 
     fn capabilities_for(_parameters: &DamParameters) -> Capabilities {
-        Capabilities { variable_communication_step: true, directional_derivative: false }
+        Capabilities { variable_communication_step: true, directional_derivative: false, saved_state: true }
     }
 
     fn numbers<'a>(parameters: &'a mut DamParameters, variable: &Variable) -> Vec<&'a mut f64> {

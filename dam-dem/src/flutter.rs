@@ -39,7 +39,7 @@ impl DamParameters {
     ///
     /// **Errors**: as [`check`](Self::check) and [`Dam::new`](crate::Dam::new), and [`DamError::Singular`] if eigenvalues
     /// are not found.
-    pub fn flutter(&self, specific_weight: f64) -> Result<Vec<Flutter>, DamError> {
+    pub fn flutter(&self, specific_weights: [f64; 2]) -> Result<Vec<Flutter>, DamError> {
         self.check()?;
         let mut modal = self.clone();
         if let Damping::Local { .. } = modal.damping {
@@ -55,7 +55,7 @@ impl DamParameters {
             return Ok(Vec::new());
         };
         let pressure =
-            model.body().wet.as_ref().map_or_else(Vec::new, |wet| wet.hydrostatic(specific_weight));
+            model.body().wet.as_ref().map_or_else(Vec::new, |wet| wet.hydrostatic(specific_weights));
         let loads = modes.forces(&pressure, [0.0; 2]);
         let mut found = Vec::new();
         for (index, crack) in cracks.iter().enumerate() {

@@ -89,11 +89,11 @@ impl LimitEquilibrium {
 }
 
 impl DamParameters {
-    /// The limit equilibrium of each crack, from the base up, under weight and hydrostatic pressure with this
-    /// `specific_weight` of the water (N/m³); none of an intact dam.
+    /// The limit equilibrium of each crack, from the base up, under weight and hydrostatic pressure with these
+    /// `specific_weights` of the water upstream and downstream (N/m³); none of an intact dam.
     ///
     /// **Errors**: as [`check`](Self::check), and [`DamError::WetFace`].
-    pub fn limit_equilibria(&self, specific_weight: f64) -> Result<Vec<LimitEquilibrium>, DamError> {
+    pub fn limit_equilibria(&self, specific_weights: [f64; 2]) -> Result<Vec<LimitEquilibrium>, DamError> {
         self.check()?;
         if !self.fidelity.is_cracked() {
             return Ok(Vec::new());
@@ -101,11 +101,11 @@ impl DamParameters {
         let mut cracks = self.cracks.clone();
         cracks.sort_by(|a, b| a.elevation.total_cmp(&b.elevation));
         let mesh = self.mesh();
-        let wet = Wet::below(&mesh, self.water_depth)?;
+        let wet = Wet::below(&mesh, self.water_levels())?;
         let laws = cracks.iter().map(|crack| (MohrCoulomb::from(crack), crack.integration));
         let base = mesh.blocks[0].bottom.clone();
         let structure = Structure::new(mesh, &self.material, self.kinematics, laws, &base);
-        let pressure = wet.as_ref().map_or_else(Vec::new, |wet| wet.hydrostatic(specific_weight));
+        let pressure = wet.as_ref().map_or_else(Vec::new, |wet| wet.hydrostatic(specific_weights));
         Ok(LimitEquilibrium::of(&structure, &cracks, wet.as_ref(), &pressure, self.gravity))
     }
 }

@@ -1,6 +1,7 @@
 //! External forces: weight, water, ground inertia.
 
 use interface::{WetFace, WetFaceError};
+use std::ops::Range;
 
 use crate::Mesh;
 
@@ -30,17 +31,21 @@ pub struct PressureLoad {
 impl PressureLoad {
     /// Pressure on `nodes`, one node for each point of `face`.
     pub fn new(face: &WetFace, nodes: &[usize]) -> Self {
-        let mut entries = Vec::new();
+        let mut new = Self::default();
+        new.append(face, nodes, 0);
+        new
+    }
+
+    /// Adds a `face`, of which the points are counted from `first` on.
+    fn append(&mut self, face: &WetFace, nodes: &[usize], first: usize) {
         let mut unit = vec![0.0; face.len()];
         for point in 0..face.len() {
             unit[point] = 1.0;
             let forces = face.nodal_forces(&unit);
-            entries.extend(
-                (0..face.len()).filter(|&i| forces[i] != [0.0, 0.0]).map(|i| (nodes[i], point, forces[i])),
-            );
+            let loaded = (0..face.len()).filter(|&i| forces[i] != [0.0, 0.0]);
+            self.entries.extend(loaded.map(|i| (nodes[i], first + point, forces[i])));
             unit[point] = 0.0;
         }
-        Self { entries }
     }
 
     /// Node, interface point, and force per pressure, m, of all entries of B.
@@ -57,32 +62,65 @@ impl PressureLoad {
     }
 }
 
-/// The wet face and the nodes on it.
-#[derive(Clone, Debug)]
+/// The points of the wet faces, those of the upstream one first, and the nodes on them.
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Wet {
-    pub face: WetFace,
+    /// The upstream face and that of the tailwater; `None` without water.
+    pub faces: [Option<WetFace>; 2],
     pub normals: Vec<[f64; 2]>,
     pub nodes: Vec<usize>,
     pub load: PressureLoad,
 }
 
 impl Wet {
-    /// The wet face of a mesh with water up to `level` (m), or `None` without water.
-    pub fn below(mesh: &Mesh, level: f64) -> Result<Option<Self>, WetFaceError> {
-        if level == 0.0 {
-            return Ok(None);
+    /// The wet faces of a mesh with water up to `levels` (m) upstream and downstream, 0 for none; `None` without any water.
+    pub fn below(mesh: &Mesh, levels: [f64; 2]) -> Result<Option<Self>, WetFaceError> {
+        let mut wet = Self::default();
+        let [upstream, downstream] = levels;
+        for (side, level, nodes) in [
+            (0, upstream, mesh.upstream_nodes_to(upstream)),
+            (1, downstream, mesh.downstream_nodes_to(downstream)),
+        ] {
+            if level == 0.0 {
+                continue;
+            }
+            let nodes = double_at_kinks(mesh, &nodes);
+            let face = WetFace::new(nodes.iter().map(|&node| mesh.nodes[node]).collect())?;
+            wet.load.append(&face, &nodes, wet.nodes.len());
+            wet.normals.extend(face.normals());
+            wet.nodes.extend(nodes);
+            wet.faces[side] = Some(face);
         }
-        let nodes = double_at_kinks(mesh, &mesh.upstream_nodes_to(level));
-        let face = WetFace::new(nodes.iter().map(|&node| mesh.nodes[node]).collect())?;
-        let load = PressureLoad::new(&face, &nodes);
-        Ok(Some(Self { normals: face.normals(), face, nodes, load }))
+        Ok((!wet.nodes.is_empty()).then_some(wet))
     }
 
-    /// Hydrostatic pressure at the interface points for a `specific_weight` of the water (N/m³), Pa.
-    pub fn hydrostatic(&self, specific_weight: f64) -> Vec<f64> {
-        let points = self.face.points();
-        let level = points.last().map_or(0.0, |point| point[1]);
-        points.iter().map(|point| specific_weight * (level - point[1])).collect()
+    /// Number of points of both faces.
+    pub fn len(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// The points of the upstream face among all, and those of the tailwater's.
+    pub fn ranges(&self) -> [Range<usize>; 2] {
+        let upstream = self.faces[0].as_ref().map_or(0, WetFace::len);
+        [0..upstream, upstream..self.len()]
+    }
+
+    /// Depth of each point below its water's level, 0 at the points of the other `side`.
+    pub fn depths(&self, side: usize) -> Vec<f64> {
+        let mut depths = vec![0.0; self.len()];
+        if let Some(face) = &self.faces[side] {
+            for (depth, point) in depths[self.ranges()[side].clone()].iter_mut().zip(face.points()) {
+                *depth = face.depth() - point[1];
+            }
+        }
+        depths
+    }
+
+    /// Hydrostatic pressure at the points for the `specific_weights` of the water upstream and downstream (N/m³), Pa.
+    pub fn hydrostatic(&self, specific_weights: [f64; 2]) -> Vec<f64> {
+        let [upstream, downstream] = [0, 1].map(|side| self.depths(side));
+        let pressure = |(a, b)| specific_weights[0] * a + specific_weights[1] * b;
+        upstream.iter().zip(&downstream).map(pressure).collect()
     }
 }
 
@@ -131,7 +169,7 @@ mod tests {
         };
         for (cracks, points) in [(vec![], 12), (vec![40.0], 12), (vec![70.0], 13)] {
             let mesh = Mesh::new(&section, &cracks, &[100.0], 10.0);
-            let wet = Wet::below(&mesh, 100.0)?.map(|wet| (wet.face.len(), wet.normals));
+            let wet = Wet::below(&mesh, [100.0, 0.0])?.map(|wet| (wet.len(), wet.normals));
             let (count, normals) = wet.unwrap_or_default();
             assert_eq!(count, points);
             assert!(normals.iter().all(|n| n[1] == 0.0 || (n[1] / n[0] + 0.1).abs() < 1e-12), "{normals:?}");

@@ -65,10 +65,12 @@ impl Mesh {
         for elevations in rows {
             let (first_node, first_cell) = (mesh.nodes.len(), mesh.cells.len());
             let mut below = mesh.add_row(section, elevations[0], columns);
-            let (bottom, mut upstream) = (below.clone(), vec![below[0]]);
+            let (bottom, mut upstream, mut downstream) =
+                (below.clone(), vec![below[0]], vec![below[columns]]);
             for &elevation in &elevations[1..] {
                 let above = mesh.add_row(section, elevation, columns);
                 upstream.push(above[0]);
+                downstream.push(above[columns]);
                 for j in 0..columns {
                     let corners = [below[j], below[j + 1], above[j + 1], above[j]];
                     let mean = |d: usize| corners.iter().map(|&i| mesh.nodes[i][d]).sum::<f64>() / 4.0;
@@ -84,6 +86,7 @@ impl Mesh {
                 bottom,
                 top: below,
                 upstream,
+                downstream,
             });
         }
         mesh
@@ -110,11 +113,20 @@ impl Mesh {
 
     /// Nodes of the upstream side at or below `level` (m), from the base up, doubled at the cracks below this level.
     pub fn upstream_nodes_to(&self, level: f64) -> Vec<usize> {
+        self.nodes_to(level, |block| &block.upstream)
+    }
+
+    /// The same of the downstream side.
+    pub fn downstream_nodes_to(&self, level: f64) -> Vec<usize> {
+        self.nodes_to(level, |block| &block.downstream)
+    }
+
+    fn nodes_to(&self, level: f64, side: impl Fn(&Block) -> &[usize]) -> Vec<usize> {
         let tolerance = ELEVATION_TOLERANCE * self.nodes.last().map_or(1.0, |p| p[1].abs());
         let mut nodes = Vec::new();
         for block in &self.blocks {
             let wet = |&&i: &&usize| self.nodes[i][1] <= level + tolerance;
-            let part: Vec<usize> = block.upstream.iter().take_while(wet).copied().collect();
+            let part: Vec<usize> = side(block).iter().take_while(wet).copied().collect();
             if nodes.is_empty() || part.len() > 1 {
                 nodes.extend(part);
             }

@@ -88,7 +88,7 @@ impl Body {
     /// damping ratio holds (rad/s).
     fn new(parameters: &DamParameters, cracks: &[CrackParameters]) -> Result<(Self, [f64; 2]), DamError> {
         let mesh = parameters.mesh();
-        let wet = Wet::below(&mesh, parameters.water_depth)?;
+        let wet = Wet::below(&mesh, parameters.water_levels())?;
         let base = mesh.blocks[0].bottom.clone();
         let cracks = cracks.iter().map(|crack| (MohrCoulomb::from(crack), crack.integration));
         let dry = Structure::new(mesh, &parameters.material, parameters.kinematics, cracks, &base);

@@ -15,6 +15,9 @@ pub struct DamParameters {
     pub section: Section,
     /// Depth of the water at the heel, m; 0 means an empty reservoir and no wet face.
     pub water_depth: f64,
+    /// Depth of the water at the toe, m; 0 means no tailwater and no wet face downstream.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub tailwater_depth: f64,
     /// Horizontal cracks through the whole section, in any order. Results come from the base up.
     pub cracks: Vec<CrackParameters>,
     /// The concrete.
@@ -199,9 +202,11 @@ impl DamParameters {
     fn levels(&self) -> Vec<Problem> {
         const SECTION: &str = "section.upstream";
         let mut found = Vec::new();
-        let (crest, size, depth) = (self.section.height(), self.element_size, self.water_depth);
-        if !(depth >= 0.0 && depth <= crest) {
-            found.push(Problem::of(["water_depth", SECTION], DamError::WaterDepth { depth, crest }));
+        let (crest, size) = (self.section.height(), self.element_size);
+        for (key, depth) in [("water_depth", self.water_depth), ("tailwater_depth", self.tailwater_depth)] {
+            if !(depth >= 0.0 && depth <= crest) {
+                found.push(Problem::of([key, SECTION], DamError::WaterDepth { depth, crest }));
+            }
         }
         let margin = ELEVATION_TOLERANCE * crest;
         for (index, &CrackParameters { elevation, .. }) in self.cracks.iter().enumerate() {
@@ -246,11 +251,11 @@ impl DamParameters {
         }
     }
 
-    /// The mesh of the section: rows end at vertices, cracks and the water level.
+    /// The mesh of the section: rows end at vertices, cracks and the water levels.
     pub fn mesh(&self) -> Mesh {
         let mut elevations: Vec<f64> = self.cracks.iter().map(|crack| crack.elevation).collect();
         elevations.sort_by(f64::total_cmp);
-        Mesh::new(&self.section, &elevations, &[self.water_depth], self.element_size)
+        Mesh::new(&self.section, &elevations, &self.water_levels(), self.element_size)
     }
 
     /// Number of contacts in all cracks.
@@ -267,16 +272,35 @@ impl DamParameters {
     ///
     /// **Errors**: as [`check`](Self::check), and [`DamError::WetFace`].
     pub fn wet_face(&self) -> Result<Option<WetFace>, DamError> {
-        self.check()?;
-        Ok(Wet::below(&self.mesh(), self.water_depth)?.map(|wet| wet.face))
+        Ok(self.wet_faces()?[0].take())
     }
 
-    /// Rows end at vertices, cracks and water level: two of these close together make flat elements whose
+    /// The wet face of the tailwater, or `None` without it.
+    ///
+    /// **Errors**: as [`wet_face`](Self::wet_face).
+    pub fn tailwater_face(&self) -> Result<Option<WetFace>, DamError> {
+        Ok(self.wet_faces()?[1].take())
+    }
+
+    fn wet_faces(&self) -> Result<[Option<WetFace>; 2], DamError> {
+        self.check()?;
+        Ok(Wet::below(&self.mesh(), self.water_levels())?.unwrap_or_default().faces)
+    }
+
+    /// Levels of the water upstream and downstream, m.
+    pub(crate) fn water_levels(&self) -> [f64; 2] {
+        [self.water_depth, self.tailwater_depth]
+    }
+
+    /// Rows end at vertices, cracks and water levels: two of these close together make flat elements whose
     /// time step is next to nothing.
     fn thin_rows(&self) -> Vec<Problem> {
         let mut levels: Vec<(f64, String)> =
             self.section.vertex_elevations().map(|y| (y, "section".to_owned())).collect();
         levels.push((self.water_depth, "water_depth".to_owned()));
+        if self.tailwater_depth > 0.0 {
+            levels.push((self.tailwater_depth, "tailwater_depth".to_owned()));
+        }
         let cracks = self.cracks.iter().enumerate();
         levels.extend(cracks.map(|(index, crack)| (crack.elevation, format!("cracks.{index}.elevation"))));
         levels.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -93,7 +93,7 @@ fn vibrations_grow_as_the_eigenvalues_say() -> Result<(), DamError> {
         ("straight slope", straight(), false),
     ];
     for (name, dam, flutters) in variants {
-        let expected = dam.flutter(SPECIFIC_WEIGHT)?[0];
+        let expected = dam.flutter([SPECIFIC_WEIGHT, 0.0])?[0];
         // what grows stays small, so that no contact opens, and what decays is seen for longer
         let history = sliding(&dam, if flutters { 1e-4 } else { 1e-2 })?;
         let off = |z: &Complex<f64>| {
@@ -114,8 +114,8 @@ fn vibrations_grow_as_the_eigenvalues_say() -> Result<(), DamError> {
 #[test]
 fn no_steady_sliding_no_flutter() -> Result<(), DamError> {
     let tall = support::koyna(10.0);
-    assert_eq!(tall.flutter(SPECIFIC_WEIGHT)?, []);
+    assert_eq!(tall.flutter([SPECIFIC_WEIGHT, 0.0])?, []);
     let intact = DamParameters { fidelity: Fidelity::Intact { modes: None }, ..lift_joint() };
-    assert_eq!(intact.flutter(SPECIFIC_WEIGHT)?, []);
+    assert_eq!(intact.flutter([SPECIFIC_WEIGHT, 0.0])?, []);
     Ok(())
 }

@@ -27,7 +27,7 @@ fn the_factors_are_those_of_a_triangle() -> Result<(), DamError> {
     let mut bonded = triangle(0.7);
     (bonded.cracks[0].cohesion, bonded.cracks[0].tensile_strength) = (1e5, 2e5);
     for (dam, cohesion, tension) in [(triangle(0.7), 0.0, 0.0), (bonded, 1e5, 2e5)] {
-        let found = dam.limit_equilibria(SPECIFIC_WEIGHT)?[0];
+        let found = dam.limit_equilibria([SPECIFIC_WEIGHT, 0.0])?[0];
         let sliding = (cohesion * width + 0.7 * weight) / thrust;
         let turning = (weight * 2.0 / 3.0 * width + tension * width * width / 2.0) / (thrust * height / 3.0);
         println!("{found:?}; a triangle: {sliding:.4}, {turning:.4}");
@@ -35,9 +35,9 @@ fn the_factors_are_those_of_a_triangle() -> Result<(), DamError> {
         assert!((found.overturning / turning - 1.0).abs() < 2e-3);
     }
     let empty = DamParameters { water_depth: 0.0, ..triangle(0.7) };
-    assert_eq!(empty.limit_equilibria(SPECIFIC_WEIGHT)?[0].sliding, f64::INFINITY);
+    assert_eq!(empty.limit_equilibria([SPECIFIC_WEIGHT, 0.0])?[0].sliding, f64::INFINITY);
     let intact = DamParameters { fidelity: Fidelity::Intact { modes: None }, ..triangle(0.7) };
-    assert!(intact.limit_equilibria(SPECIFIC_WEIGHT)?.is_empty());
+    assert!(intact.limit_equilibria([SPECIFIC_WEIGHT, 0.0])?.is_empty());
     Ok(())
 }
 
@@ -49,7 +49,7 @@ fn what_cannot_stand_is_refused_at_once() -> Result<(), DamError> {
         dam.set(variable::HYDROSTATIC_PRESSURE.value_reference, &support::hydrostatic(&dam))?;
         dam.initialise(0.0)
     };
-    let critical = 1.0 / triangle(1.0).limit_equilibria(SPECIFIC_WEIGHT)?[0].sliding;
+    let critical = 1.0 / triangle(1.0).limit_equilibria([SPECIFIC_WEIGHT, 0.0])?[0].sliding;
     assert_eq!(initialise(1.02 * critical), Ok(()));
     let refused = initialise(0.98 * critical);
     assert!(

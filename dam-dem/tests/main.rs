@@ -27,6 +27,7 @@ mod state;
 mod static_start;
 mod stress;
 mod support;
+mod tailwater;
 mod threads;
 mod time_step;
 mod vibration;

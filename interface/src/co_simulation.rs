@@ -17,6 +17,14 @@ pub struct Capabilities {
     pub variable_communication_step: bool,
     /// [`CoSimulation::directional_derivative`] is offered.
     pub directional_derivative: bool,
+    /// States can be saved and restored, so that a step can be repeated. A description without this key is of a unit that
+    /// can.
+    #[serde(default = "yes")]
+    pub saved_state: bool,
+}
+
+fn yes() -> bool {
+    true
 }
 
 /// A call that breaks the contract, or data that the unit cannot accept.

@@ -11,7 +11,7 @@ pub trait Packable: CoSimulation + Sized + 'static {
     /// Everything from which the unit is made.
     type Parameters: Clone + Send + Serialize + DeserializeOwned + 'static;
 
-    /// Name of the unit, equal to [`CoSimulation::name`].
+    /// Name of the kind of unit, that of its library; mostly also its [`CoSimulation::name`].
     const NAME: &'static str;
 
     /// What the unit is, in one line.

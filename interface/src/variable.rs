@@ -61,6 +61,8 @@ pub enum Shape {
     Modes,
     /// One value per point of the wet face.
     InterfacePoints,
+    /// One value per point of the wet face of the tailwater.
+    TailwaterPoints,
     /// One value per crack, from the base up.
     Cracks,
     /// One value per stress point: heel, toe, and both faces of the dam at each elevation where one of them bends.
@@ -94,11 +96,12 @@ enum Size {
 
 impl Shape {
     /// All shapes.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Scalar,
         Self::Plane,
         Self::Modes,
         Self::InterfacePoints,
+        Self::TailwaterPoints,
         Self::Cracks,
         Self::StressPoints,
         Self::Nodes,
@@ -112,6 +115,9 @@ impl Shape {
             Self::Plane => return Size::Always(2),
             Self::Modes => return Size::Always(4),
             Self::InterfacePoints => ("interface_points", 900, 2, "number of points of the wet face"),
+            Self::TailwaterPoints => {
+                ("tailwater_points", 906, 2, "number of points of the wet face of the tailwater")
+            }
             Self::Cracks => ("cracks", 901, 1, "number of cracks"),
             Self::StressPoints => ("stress_points", 902, 2, "number of points at which stress is computed"),
             Self::Nodes => ("nodes", 903, 3, "number of nodes of the mesh"),

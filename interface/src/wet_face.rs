@@ -1,6 +1,7 @@
 use serde::{Deserialize, Serialize};
 
-/// The interface points on the dam's wet face, from the heel up to the water level.
+/// The interface points on a wet face of the dam, up to the water level: of its upstream face from the heel, the origin,
+/// or of its downstream face from the toe, a point downstream of it.
 ///
 /// Fields vary linearly along the panel between two consecutive points. Where a crack
 /// meets the face, two points coincide, one on either side of the crack: there the motion may jump.
@@ -42,9 +43,11 @@ pub enum WetFaceError {
         /// y, m.
         y: f64,
     },
-    /// The first point is not the heel.
-    #[error("the wet face starts at ({x}, {y}); it must start at the heel, the origin (0, 0)")]
-    NotAtHeel {
+    /// The first point is neither the heel nor a toe.
+    #[error(
+        "the wet face starts at ({x}, {y}); it must start at the heel, the origin (0, 0), or at the toe, downstream at y = 0"
+    )]
+    NotAtBase {
         /// x, m.
         x: f64,
         /// y, m.
@@ -69,7 +72,7 @@ const MOST_PANELS: f64 = 1e4;
 const KINK: f64 = 1e-9;
 
 impl WetFace {
-    /// The wet face through `points` (m), from the heel (the origin) up.
+    /// The wet face through `points` (m), from the heel (the origin) or from the toe (x > 0, y = 0) up.
     ///
     /// **Errors**: [`WetFaceError`]. Two consecutive points may coincide, but not three.
     pub fn new(points: Vec<[f64; 2]>) -> Result<Self, WetFaceError> {
@@ -77,8 +80,8 @@ impl WetFace {
             return Err(WetFaceError::TooFew { found: points.len() });
         }
         let [x, y] = points[0];
-        if x != 0.0 || y != 0.0 {
-            return Err(WetFaceError::NotAtHeel { x, y });
+        if !(x >= 0.0 && y == 0.0) {
+            return Err(WetFaceError::NotAtBase { x, y });
         }
         let mut repeated = false;
         for (i, pair) in points.windows(2).enumerate() {
@@ -116,12 +119,30 @@ impl WetFace {
         self.points[self.points.len() - 1][1]
     }
 
+    /// Whether the water is downstream of the face.
+    pub fn is_downstream(&self) -> bool {
+        self.points[0][0] > 0.0
+    }
+
+    /// The toe of a downstream face: its first point's x, m.
+    pub fn toe(&self) -> Option<f64> {
+        self.is_downstream().then_some(self.points[0][0])
+    }
+
+    /// The face mirrored at a vertical, so that x is measured from `toe` (m) against its direction: a downstream face as its
+    /// water sees it, which looks at it as at an upstream one, and back.
+    pub fn mirrored(&self, toe: f64) -> Self {
+        Self { points: self.points.iter().map(|[x, y]| [toe - x, *y]).collect() }
+    }
+
     /// The panels, upwards; there is no panel between coinciding points.
     pub fn panels(&self) -> impl Iterator<Item = Panel> + '_ {
-        self.points.windows(2).enumerate().filter_map(|(start, pair)| {
+        let side = if self.is_downstream() { -1.0 } else { 1.0 };
+        self.points.windows(2).enumerate().filter_map(move |(start, pair)| {
             let (dx, dy) = (pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]);
             let length = dx.hypot(dy);
-            (length > 0.0).then(|| Panel { start, length, normal: [dy / length, -dx / length] })
+            let normal = [side * dy / length, -side * dx / length];
+            (length > 0.0).then_some(Panel { start, length, normal })
         })
     }
 
@@ -247,6 +268,22 @@ mod tests {
     }
 
     #[test]
+    fn a_downstream_face_is_an_upstream_one_in_the_mirror() -> Result<(), WetFaceError> {
+        let upstream = WetFace::new(vec![[0.0, 0.0], [1.0, 10.0], [1.0, 10.0], [4.0, 20.0]])?;
+        let downstream = upstream.mirrored(64.0);
+        assert_eq!((upstream.toe(), downstream.toe()), (None, Some(64.0)));
+        assert_eq!(downstream.points()[3], [60.0, 20.0]);
+        assert_eq!(downstream.mirrored(64.0), upstream);
+        assert_eq!(WetFace::new(downstream.points().to_vec())?, downstream);
+        let pressure = [4.0, 3.0, 3.0, 1.0];
+        let mirrored = |vectors: Vec<[f64; 2]>| -> Vec<_> { vectors.iter().map(|[x, y]| [-x, *y]).collect() };
+        assert_eq!(downstream.normals(), mirrored(upstream.normals()));
+        assert_eq!(downstream.nodal_forces(&pressure), mirrored(upstream.nodal_forces(&pressure)));
+        assert!(downstream.normals().iter().all(|n| n[0] < 0.0 && n[1] < 0.0), "into the dam, and down");
+        Ok(())
+    }
+
+    #[test]
     fn hydrostatic_force_and_moment_are_exact() -> Result<(), WetFaceError> {
         let face = WetFace::straight([0.0, 12.0], 5)?;
         let pressure: Vec<f64> = face.points().iter().map(|p| 9810.0 * (12.0 - p[1])).collect();
@@ -299,7 +336,7 @@ mod tests {
     fn points_that_make_no_face_are_refused() {
         assert_eq!(WetFace::new(vec![[0.0, 0.0]]), Err(WetFaceError::TooFew { found: 1 }));
         let (x, y) = (0.0, 1.0);
-        assert_eq!(WetFace::new(vec![[x, y], [0.0, 2.0]]), Err(WetFaceError::NotAtHeel { x, y }));
+        assert_eq!(WetFace::new(vec![[x, y], [0.0, 2.0]]), Err(WetFaceError::NotAtBase { x, y }));
         let falling = WetFace::new(vec![[0.0, 0.0], [0.0, 2.0], [x, y]]);
         assert_eq!(falling, Err(WetFaceError::NotAscending { index: 2, x, y }));
         assert!(WetFace::new(vec![[0.0, 0.0], [0.0, f64::NAN]]).is_err());

@@ -104,7 +104,7 @@ impl Packable for Integrator {
         if *variable == GROUND_ACCELERATION { 2 } else { 1 }
     }
     fn capabilities_for(_gain: &f64) -> Capabilities {
-        Capabilities { variable_communication_step: true, directional_derivative: true }
+        Capabilities { variable_communication_step: true, directional_derivative: true, saved_state: true }
     }
     fn numbers<'a>(gain: &'a mut f64, variable: &Variable) -> Vec<&'a mut f64> {
         if *variable == WATER_DENSITY { vec![gain] } else { Vec::new() }

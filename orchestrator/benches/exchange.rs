@@ -1,7 +1,8 @@
 //! One exchange of 100 values each way between two processes, over shared memory, beside a Unix socket and
 //! an in-process call: `cargo bench -p orchestrator --bench exchange`.
 //!
-//! The process that answers is this program again. Times are those of the whole call without the solve.
+//! The process that answers is this program again, or, if `PYTHON` names an interpreter that has the package of `python/`,
+//! a unit in Python. Times are those of the whole call without the solve.
 
 use interface::{Capabilities, Fingerprint};
 use orchestrator::acceleration::{Acceleration, AccelerationKind};
@@ -10,12 +11,13 @@ use orchestrator::ground_motion::GroundMotion;
 use orchestrator::log::{LogWriter, Preamble};
 use orchestrator::observer::{Observer, Start};
 use orchestrator::participant::{
-    Channel, ChannelShape, Deadlines, Description, Layout, Occasion, Participant, ParticipantError, Starting,
-    host,
+    AccelerationMeaning, Brief, BriefPoints, Channel, ChannelShape, Deadlines, Description, Layout, Occasion,
+    Participant, ParticipantError, Role, Starting, UnitCommand, host,
 };
 use orchestrator::scheme::{Exchange, Interval, UnitId, WindowReport};
 use orchestrator::stepping::Stepping;
 use std::error::Error;
+use std::ffi::OsStr;
 use std::io::{Read, Write};
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::process::{Child, Command, ExitCode};
@@ -51,7 +53,11 @@ impl Echo {
             inputs: layout("interface_pressure"),
             outputs: layout("interface_acceleration"),
             readable: Layout::default(),
-            capabilities: Capabilities { variable_communication_step: true, directional_derivative: false },
+            capabilities: Capabilities {
+                variable_communication_step: true,
+                directional_derivative: false,
+                saved_state: true,
+            },
         };
         Ok(Self { description, solve })
     }
@@ -136,10 +142,15 @@ fn compare() -> Result<(), Box<dyn Error>> {
         };
         print(&title("in-process"), solve, measure(&mut Echo::new(solve)?, count, |_, _, _| Ok(()))?);
         print(&title("Unix socket"), solve, measure_socket(solve, count)?);
-        let mut unit = shared_memory(solve)?;
-        print(&title("shared memory"), solve, measure(&mut *unit, count, |_, _, _| Ok(()))?);
-        drop(unit);
-        let mut unit = shared_memory(solve)?;
+        for (what, brief) in [("shared memory", None), ("shared memory, usual service", Some(brief()))] {
+            let mut unit = shared_memory(solve, brief)?;
+            print(&title(what), solve, measure(&mut *unit, count, |_, _, _| Ok(()))?);
+        }
+        if let (Some(python), Duration::ZERO) = (std::env::var_os("PYTHON"), solve) {
+            let mut unit = in_python(&python)?;
+            print("shared memory, unit in Python", solve, measure(&mut *unit, count / 4, |_, _, _| Ok(()))?);
+        }
+        let mut unit = shared_memory(solve, None)?;
         let mut coupling = Coupling::new(unit.description().clone(), &title("log"))?;
         let times = measure(&mut *unit, count, |step, inputs, outputs| coupling.step(step, inputs, outputs))?;
         print(&title("shared memory, acceleration, both log records"), solve, times);
@@ -160,7 +171,8 @@ fn measure(
     count: usize,
     mut after: impl FnMut(u64, &mut [f64], &[f64]) -> Result<(), Box<dyn Error>>,
 ) -> Result<Vec<Duration>, Box<dyn Error>> {
-    let (mut inputs, mut outputs) = (vec![0.25; VALUES], vec![0.0; VALUES]);
+    let Description { inputs, outputs, .. } = unit.description();
+    let (mut inputs, mut outputs) = (vec![0.25; inputs.size()], vec![0.0; outputs.size()]);
     unit.initialise(0.0, &inputs, &mut outputs)?;
     let mut times = Vec::with_capacity(count);
     for step in 1..=(WARM_UP + count) as u64 {
@@ -176,11 +188,50 @@ fn measure(
     Ok(times.split_off(WARM_UP))
 }
 
-fn shared_memory(solve: Duration) -> Result<Box<dyn Participant>, Box<dyn Error>> {
+/// What a unit that is not ours is made from; with it, a unit is reached over iceoryx2's usual service.
+fn brief() -> Brief {
+    let elevations = || (0..VALUES).map(|i| i as f64).collect::<Vec<_>>();
+    let all = |value: f64| vec![value; VALUES];
+    Brief {
+        role: Role::Fluid,
+        points: BriefPoints {
+            x: all(0.0),
+            y: elevations(),
+            normal_x: all(1.0),
+            normal_y: all(0.0),
+            tributary_length: all(1.0),
+        },
+        depth: (VALUES - 1) as f64,
+        density: 1000.0,
+        gravity: 9.81,
+        communication_step: 1e-3,
+        duration: 1.0,
+        acceleration: AccelerationMeaning::Mean,
+        parameters: std::collections::BTreeMap::default(),
+    }
+}
+
+fn shared_memory(solve: Duration, brief: Option<Brief>) -> Result<Box<dyn Participant>, Box<dyn Error>> {
     let mut command = Command::new(std::env::current_exe()?);
     command.arg("unit").arg(solve.as_micros().to_string());
+    started("dam", command, brief)
+}
+
+/// `examples/python/westergaard.py`.
+fn in_python(interpreter: &OsStr) -> Result<Box<dyn Participant>, Box<dyn Error>> {
+    let mut command = Command::new(interpreter);
+    command.arg("-B").arg(concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/python/westergaard.py"));
+    started("reservoir", command, Some(brief()))
+}
+
+fn started(
+    name: &str,
+    command: Command,
+    brief: Option<Brief>,
+) -> Result<Box<dyn Participant>, Box<dyn Error>> {
     let deadlines = Deadlines { preparation: Duration::from_secs(10), step: Duration::from_secs(10) };
-    let starting = Starting::new([("dam".to_owned(), command)], "", 1, deadlines)?;
+    let unit = UnitCommand { name: name.to_owned(), command, brief };
+    let starting = Starting::new([unit], "", 1, deadlines)?;
     Ok(Box::new(starting.wait(&AtomicBool::new(false))?.remove(0)))
 }
 

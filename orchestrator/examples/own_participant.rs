@@ -82,7 +82,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         inputs: Layout::new(inputs.map(|(name, size)| channel(name, size)).into()),
         outputs: Layout::new(outputs.map(|(name, size)| channel(name, size)).into()),
         readable: Layout::default(),
-        capabilities: Capabilities { variable_communication_step: true, directional_derivative: false },
+        capabilities: Capabilities {
+            variable_communication_step: true,
+            directional_derivative: false,
+            saved_state: true,
+        },
     };
     let water = ReservoirParameters {
         wave_reflection_coefficient: 0.9,

@@ -21,6 +21,7 @@ pub mod registry;
 pub mod replay;
 pub mod report;
 mod results_file;
+pub mod run_state;
 pub mod scene;
 pub mod scheme;
 pub mod simulation;

@@ -2,6 +2,7 @@
 
 mod cli;
 mod packing;
+mod template;
 
 use clap::Parser;
 use orchestrator::registry;
@@ -28,6 +29,8 @@ fn main() -> ExitCode {
         cli::Command::Unit(arguments) => cli::unit::unit(&arguments),
         cli::Command::Check(arguments) => cli::check::check(&arguments),
         cli::Command::ExportFmu(arguments) => cli::export_fmu::run(&arguments),
+        cli::Command::Points(arguments) => cli::points::run(&arguments),
+        cli::Command::Template(command) => cli::template::run(&command),
         cli::Command::Replay(arguments) => cli::replay::run(&arguments),
         cli::Command::Log(command) => cli::log::run(&command),
         cli::Command::Reservoir(command) => cli::reservoir::run(&command),

@@ -5,10 +5,10 @@
 
 use crate::participant::{EmptyReservoir, InProcess, Messages, Participant, Prescribed};
 use crate::scene::{
-    DamFidelityScene, DamScene, DampingModelScene, DampingScene, FidelityScene, LoadedScene, ProfileScene,
-    Refusal, Scene, SceneError, UnitChecks,
+    CommandScene, DamFidelityScene, DamScene, DampingModelScene, DampingScene, FidelityScene, LoadedScene,
+    ProfileScene, Refusal, ReservoirScene, Scene, SceneError, Side, Source, UnitChecks,
 };
-use crate::scheme::{SchemeKind, UnitId};
+use crate::scheme::{CouplingError, Graph, Interface, Port, SchemeKind, UnitId};
 use dam_dem::{Dam, DamError, DamParameters, Damping, DampingFrequencies};
 pub use dam_dem::{Flutter, LimitEquilibrium};
 use interface::{WetFace, WetFaceError};
@@ -21,6 +21,10 @@ use std::num::NonZeroUsize;
 use std::path::Path;
 use std::time::Instant;
 
+mod foreign;
+
+pub use foreign::{adapted, brief, place, role, source};
+
 /// Most time steps of the dam in a communication step: beyond, no run would end.
 const MOST_TIME_STEPS: usize = 20_000;
 
@@ -28,7 +32,10 @@ const MOST_TIME_STEPS: usize = 20_000;
 #[derive(Debug, thiserror::Error)]
 pub enum RegistryError {
     /// The scene has no such unit.
-    #[error("the scene has no unit number {number}; the dam is number 0, the reservoir number 1")]
+    #[error(
+        "the scene has no unit number {number}; the dam is number 0, the reservoir number 1, and the tailwater number 2 where there \
+         is a [tailwater]"
+    )]
     NoUnit {
         /// Number asked for.
         number: usize,
@@ -39,6 +46,9 @@ pub enum RegistryError {
     /// The reservoir.
     #[error(transparent)]
     Reservoir(#[from] ReservoirError),
+    /// The tailwater.
+    #[error("tailwater: {0}")]
+    Tailwater(#[source] ReservoirError),
     /// The dam's time step is next to nothing.
     #[error(
         "the dam needs {time_steps} time steps of {limit:e} s in a communication step, {MOST_TIME_STEPS} are the most; \
@@ -53,9 +63,31 @@ pub enum RegistryError {
     /// The prescribed dam, or the empty reservoir.
     #[error(transparent)]
     Face(#[from] interface::StateError),
+    /// The units cannot be connected.
+    #[error(transparent)]
+    Graph(#[from] CouplingError),
     /// There is no water to compute.
     #[error("the reservoir is empty: `reservoir.fidelity` is \"none\"; choose another fidelity")]
     Empty,
+    /// The water is another program's.
+    #[error(
+        "`reservoir.fidelity` is {fidelity:?}: this program does not compute that water; choose another fidelity"
+    )]
+    Foreign {
+        /// The word in the scene.
+        fidelity: String,
+    },
+    /// A unit that is a process, where there is none for it.
+    #[error(
+        "{unit}: it is a process of its own (`{unit}.command`), which this command does not start; use `cofferdam run`"
+    )]
+    Process {
+        /// Name of the unit.
+        unit: &'static str,
+    },
+    /// A unit of another program.
+    #[error(transparent)]
+    Participant(#[from] crate::participant::ParticipantError),
     /// The wet face.
     #[error(transparent)]
     WetFace(#[from] WetFaceError),
@@ -80,6 +112,7 @@ fn refused_by_dam(scene: &Scene) -> Vec<Refusal> {
     let frequencies = if radians { "radians_per_second" } else { "multiples_of_first" };
     let key = |path: &String| match path.as_str() {
         "water_depth" => "reservoir.depth".to_owned(),
+        "tailwater_depth" => "tailwater.depth".to_owned(),
         "gravity" => path.clone(),
         "damping.frequencies" => format!("dam.damping.{frequencies}"),
         _ => format!("dam.{path}"),
@@ -107,9 +140,25 @@ fn refused_by_dam(scene: &Scene) -> Vec<Refusal> {
 ///
 /// **Errors**: those of the dam.
 pub fn limit_equilibria(scene: &Scene) -> Result<Vec<LimitEquilibrium>, RegistryError> {
-    let Some(dam) = &scene.dam else { return Ok(Vec::new()) };
-    let specific_weight = scene.reservoir.density * scene.gravity;
-    Ok(dry_dam(dam, scene)?.limit_equilibria(specific_weight)?)
+    let Some(dam) = scene.dam.as_ref().filter(|dam| !dam.fidelity.is_foreign()) else {
+        return Ok(Vec::new());
+    };
+    Ok(dry_dam(dam, scene)?.limit_equilibria(specific_weights(scene))?)
+}
+
+/// ρ g of the water upstream and downstream, N/m³; 0 where there is none.
+fn specific_weights(scene: &Scene) -> [f64; 2] {
+    Side::BOTH.map(|side| filled(scene, side).map_or(0.0, |water| water.density * scene.gravity))
+}
+
+/// Whether this program computes water on a side.
+fn computed(scene: &Scene, side: Side) -> bool {
+    filled(scene, side).is_some_and(|water| !water.fidelity.is_foreign())
+}
+
+/// The water on a side, if there is any.
+fn filled(scene: &Scene, side: Side) -> Option<&ReservoirScene> {
+    scene.water(side).filter(|water| water.fidelity != FidelityScene::Empty)
 }
 
 /// The fastest growing vibration of each crack's blocks while they slide, with the mass of the water, and of those that
@@ -118,11 +167,18 @@ pub fn limit_equilibria(scene: &Scene) -> Result<Vec<LimitEquilibrium>, Registry
 /// **Errors**: those of the dam, and of the reservoir that the mass is taken from.
 pub fn flutter(scene: &Scene) -> Result<Vec<(Flutter, Vec<String>)>, RegistryError> {
     let Some(dam) = &scene.dam else { return Ok(Vec::new()) };
-    let specific_weight = scene.reservoir.density * scene.gravity;
-    let added_mass = if is_empty(scene) { None } else { Some(mass_of_water(scene, true)?) };
+    if dam.fidelity.is_foreign() {
+        return Ok(Vec::new());
+    }
+    let specific_weights = specific_weights(scene);
+    let added_mass = if scene.has_water() && !scene.has_foreign_water() {
+        Some(mass_of_water(scene, true)?)
+    } else {
+        None
+    };
     let of = |dam: &DamScene| -> Result<Vec<Flutter>, RegistryError> {
         let parameters = DamParameters { added_mass: added_mass.clone(), ..dry_dam(dam, scene)? };
-        Ok(parameters.flutter(specific_weight)?)
+        Ok(parameters.flutter(specific_weights)?)
     };
     let found = of(dam)?;
     let mut cured = Vec::new();
@@ -154,15 +210,19 @@ const CURES: [Cure; 2] = [
     }),
 ];
 
-/// What the reservoir says against a scene, before its dam, which has nothing to say.
+/// What the reservoir and the tailwater say against a scene, before its dam, which has nothing to say.
 fn refused_by_reservoir(scene: &Scene) -> Vec<Refusal> {
-    if is_empty(scene) {
+    Side::BOTH.into_iter().flat_map(|side| refused_by_water(scene, side)).collect()
+}
+
+fn refused_by_water(scene: &Scene, side: Side) -> Vec<Refusal> {
+    let Some(water) = filled(scene, side).filter(|water| !water.fidelity.is_foreign()) else {
         return Vec::new();
-    }
-    let parameters = match water_parameters(scene) {
+    };
+    let parameters = match parameters_of_water(scene, side) {
         Ok(parameters) => parameters,
         Err(error) => {
-            return vec![Refusal { keys: vec!["reservoir.depth".to_owned()], message: error.to_string() }];
+            return vec![Refusal { keys: vec![side.key("depth")], message: error.to_string() }];
         }
     };
     let refusal = |(parameter, error): (&str, ReservoirError)| {
@@ -171,14 +231,12 @@ fn refused_by_reservoir(scene: &Scene) -> Vec<Refusal> {
             "horizon" => "time.duration".to_owned(),
             "gravity" => parameter.to_owned(),
             // Where the scene does not give it, it follows from the panels or from the dam's elements.
-            "element_size" if scene.reservoir.element_size.is_none() => {
-                match scene.reservoir.interface_size {
-                    Some(_) => "reservoir.interface_size".to_owned(),
-                    None if scene.dam.is_some() => "dam.element_size".to_owned(),
-                    None => "prescribed.panels".to_owned(),
-                }
-            }
-            _ => format!("reservoir.{parameter}"),
+            "element_size" if water.element_size.is_none() => match water.interface_size {
+                Some(_) => side.key("interface_size"),
+                None if scene.dam.is_some() => "dam.element_size".to_owned(),
+                None => "prescribed.panels".to_owned(),
+            },
+            _ => side.key(parameter),
         };
         Refusal { keys: vec![key], message: error.to_string().replace("`horizon`", "`time.duration`") }
     };
@@ -191,18 +249,102 @@ fn same<T: DeserializeOwned>(table: &impl Serialize) -> Result<T, RegistryError>
     value.try_into().map_err(|error| RegistryError::Table(Box::new(error)))
 }
 
-/// Makes unit number `id` of a scene that has been loaded.
+/// The units of a scene, each at the place of its number: the dam, the reservoir and, if there is one, the tailwater.
+pub fn units(scene: &Scene) -> Vec<UnitId> {
+    std::iter::once(UnitId::DAM).chain(scene.waters().map(|(side, _)| unit_of(side))).collect()
+}
+
+/// The interfaces of a scene's dam with its waters.
+pub fn interfaces(scene: &Scene) -> Vec<Interface> {
+    let interface = |(side, _)| Interface {
+        structure: Port { unit: UnitId::DAM, prefix: prefix(side).to_owned() },
+        fluid: Port::of(unit_of(side)),
+    };
+    scene.waters().map(interface).collect()
+}
+
+/// What the names of the dam's variables of a face begin with.
+fn prefix(side: Side) -> &'static str {
+    match side {
+        Side::Upstream => "",
+        Side::Downstream => "tailwater_",
+    }
+}
+
+/// The unit of the water on a side.
+fn unit_of(side: Side) -> UnitId {
+    match side {
+        Side::Upstream => UnitId::RESERVOIR,
+        Side::Downstream => UnitId::TAILWATER,
+    }
+}
+
+/// The name of a built-in unit, in logs and as argument of `cofferdam unit`.
+pub fn name(id: UnitId) -> &'static str {
+    match id {
+        UnitId::DAM => "dam",
+        UnitId::TAILWATER => Side::Downstream.table(),
+        _ => Side::Upstream.table(),
+    }
+}
+
+/// The side of the water of a unit; none of the dam.
+fn side_of(id: UnitId) -> Option<Side> {
+    Side::BOTH.into_iter().find(|&side| unit_of(side) == id)
+}
+
+/// Where a unit runs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Home<'a> {
+    /// In the orchestrator, because it computes nothing.
+    Here,
+    /// In a process of this program, unless the user wants it here.
+    Process,
+    /// In a process of another program, always.
+    Command(&'a CommandScene),
+}
+
+/// Where a unit of a scene runs.
+pub fn home(id: UnitId, scene: &Scene) -> Home<'_> {
+    match source(id, scene) {
+        Source::Command(command) => Home::Command(command),
+        Source::Log(_) => Home::Here,
+        _ if id == UnitId::RESERVOIR && is_empty(scene) => Home::Here,
+        _ => Home::Process,
+    }
+}
+
+/// The units of a scene in this process, connected.
+///
+/// **Errors**: a unit that cannot be made.
+pub fn graph(scene: &Scene, threads: NonZeroUsize) -> Result<Graph, RegistryError> {
+    let units = units(scene).into_iter().map(|id| unit(id, scene, threads)).collect::<Result<_, _>>()?;
+    Ok(Graph::new(units, interfaces(scene))?)
+}
+
+/// Makes unit number `id` of a scene that has been loaded, in this process.
+///
+/// **Errors**: those of the unit; [`RegistryError::Process`] for one that is a process of another program.
 pub fn unit(id: UnitId, scene: &Scene, threads: NonZeroUsize) -> Result<Box<dyn Participant>, RegistryError> {
+    match source(id, scene) {
+        Source::BuiltIn => (),
+        Source::Fmu(fmu) => return foreign::fmu(id, scene, fmu),
+        Source::Log(log) => return foreign::recorded(id, scene, log),
+        Source::Command(_) | Source::Untold(_) => return Err(RegistryError::Process { unit: name(id) }),
+    }
     match (id, &scene.dam) {
         (UnitId::DAM, Some(dam)) => computed_dam(dam, scene, threads),
         (UnitId::DAM, None) => Ok(Box::new(Prescribed::new(wet_face(scene)?)?)),
         (UnitId::RESERVOIR, _) if is_empty(scene) => Ok(Box::new(EmptyReservoir::new(wet_face(scene)?)?)),
-        (UnitId::RESERVOIR, _) => reservoir(scene, threads),
+        (UnitId::RESERVOIR, _) => computed_water(scene, Side::Upstream, threads),
+        (UnitId::TAILWATER, _) if scene.tailwater.is_some() => {
+            computed_water(scene, Side::Downstream, threads)
+        }
         (UnitId(number), _) => Err(RegistryError::NoUnit { number }),
     }
 }
 
-/// Whether the reservoir is one without water, which is no unit of its own.
+/// Whether the reservoir is one without water, which needs no process of its own.
 pub fn is_empty(scene: &Scene) -> bool {
     scene.reservoir.fidelity == FidelityScene::Empty
 }
@@ -250,9 +392,13 @@ pub fn safety_of_part(dam: &DamScene, scene: &Scene, part: f64) -> Result<f64, R
     Ok(dam.time_step_limit() / (part * dam.critical_time_step().limit))
 }
 
-fn reservoir(scene: &Scene, threads: NonZeroUsize) -> Result<Box<dyn Participant>, RegistryError> {
+fn computed_water(
+    scene: &Scene,
+    side: Side,
+    threads: NonZeroUsize,
+) -> Result<Box<dyn Participant>, RegistryError> {
     let messages = Messages::default();
-    let parameters = water_parameters(scene)?;
+    let parameters = parameters_of_water(scene, side)?;
     let points = parameters.wet_face.len();
     let model = match (parameters.fidelity, parameters.method) {
         (Fidelity::Compressible, Method::FiniteElements) => "compressible water, finite elements",
@@ -262,7 +408,11 @@ fn reservoir(scene: &Scene, threads: NonZeroUsize) -> Result<Box<dyn Participant
         (Fidelity::Westergaard, _) => "Westergaard's added mass",
         (Fidelity::WestergaardExact, _) => "Westergaard's added mass, exact profile",
     };
-    let reservoir = messages.listen(|| Reservoir::new(parameters, threads))?;
+    let named = |error| match side {
+        Side::Upstream => RegistryError::Reservoir(error),
+        Side::Downstream => RegistryError::Tailwater(error),
+    };
+    let reservoir = messages.listen(|| Reservoir::new(parameters, threads)).map_err(named)?;
     let solver = format!("{model} {}: {points} interface points", env!("CARGO_PKG_VERSION"));
     Ok(Box::new(InProcess::new(reservoir, &solver, messages)))
 }
@@ -274,49 +424,70 @@ pub fn water(scene: &Scene, threads: NonZeroUsize) -> Result<Reservoir, Registry
     Ok(Reservoir::new(water_parameters(scene)?, threads)?)
 }
 
-/// Estimated time of making the reservoir of a scene on `threads` of this machine, s: that of one frequency, times the number
+/// Estimated time of making the waters of a scene on `threads` of this machine, s: that of one frequency, times the number
 /// of frequencies that are usually needed. 0 for water whose making is a matter of a second.
 ///
 /// **Errors**: those of the reservoir.
 pub fn preparation_time(scene: &Scene, threads: NonZeroUsize) -> Result<f64, RegistryError> {
-    if is_empty(scene) {
-        return Ok(0.0);
+    let mut sum = 0.0;
+    for side in Side::BOTH.into_iter().filter(|&side| computed(scene, side)) {
+        let parameters = parameters_of_water(scene, side)?;
+        let Some(frequencies) = reservoir::usual_frequencies(&parameters) else { continue };
+        let system = reservoir::boundary_system(&parameters)?;
+        let began = Instant::now();
+        system.symbol(Complex::new(1.0, 1.0) / parameters.communication_step)?;
+        sum += began.elapsed().as_secs_f64() * frequencies as f64 / threads.get() as f64;
     }
-    let parameters = water_parameters(scene)?;
-    let Some(frequencies) = reservoir::usual_frequencies(&parameters) else { return Ok(0.0) };
-    let system = reservoir::boundary_system(&parameters)?;
-    let began = Instant::now();
-    system.symbol(Complex::new(1.0, 1.0) / parameters.communication_step)?;
-    Ok(began.elapsed().as_secs_f64() * frequencies as f64 / threads.get() as f64)
+    Ok(sum)
 }
 
-/// Hydrostatic pressure at the points of the dam's wet face, ρg(h − y), Pa: what the reservoir of a scene gives its dam before
-/// the ground moves.
+/// Hydrostatic pressure at the points of the dam's wet faces, ρg(h − y), Pa, with the name of the dam's variable: what the
+/// waters of a scene give its dam before the ground moves.
 ///
 /// **Errors**: the wet face.
-pub fn hydrostatic_pressure(scene: &Scene) -> Result<Vec<f64>, RegistryError> {
-    let face = wet_face(scene)?;
-    let specific_weight = if is_empty(scene) { 0.0 } else { scene.reservoir.density * scene.gravity };
-    Ok(face.points().iter().map(|[_, y]| specific_weight * (face.depth() - y)).collect())
+pub fn hydrostatic_pressure(scene: &Scene) -> Result<Vec<(String, Vec<f64>)>, RegistryError> {
+    let mut found = Vec::new();
+    for ((side, _), specific_weight) in scene.waters().zip(specific_weights(scene)) {
+        let face = face_of_dam(scene, side)?;
+        let pressure = face.points().iter().map(|[_, y]| specific_weight * (face.depth() - y)).collect();
+        found.push((format!("{}hydrostatic_pressure", prefix(side)), pressure));
+    }
+    Ok(found)
 }
 
 /// The parameters of the reservoir of a scene, at its own points.
 ///
 /// **Errors**: [`RegistryError::Empty`], and the wet face.
 pub fn water_parameters(scene: &Scene) -> Result<ReservoirParameters, RegistryError> {
-    reservoir_parameters(scene, reservoir_face(scene)?)
+    parameters_of_water(scene, Side::Upstream)
 }
 
-/// The reservoir's wet face: the dam's, divided anew if the scene gives the reservoir panels of its own.
-pub fn reservoir_face(scene: &Scene) -> Result<WetFace, RegistryError> {
-    let face = wet_face(scene)?;
-    Ok(match scene.reservoir.interface_size {
+/// The parameters of the water on a side, at its own points.
+///
+/// **Errors**: [`RegistryError::Empty`], and the wet face.
+pub fn parameters_of_water(scene: &Scene, side: Side) -> Result<ReservoirParameters, RegistryError> {
+    reservoir_parameters(scene, face_of_water(scene, side)?)
+}
+
+/// The wet face of the water on a side: the dam's, divided anew if the scene gives the water panels of its own.
+pub fn face_of_water(scene: &Scene, side: Side) -> Result<WetFace, RegistryError> {
+    let face = face_of_dam(scene, side)?;
+    Ok(match scene.water(side).and_then(|water| water.interface_size) {
         Some(size) => face.respaced(size)?,
         None => face,
     })
 }
 
-/// The wet face of the scene's dam: either unit finds the same by itself.
+/// The dam's wet face on a side.
+fn face_of_dam(scene: &Scene, side: Side) -> Result<WetFace, RegistryError> {
+    match (side, &scene.dam) {
+        (Side::Upstream, _) => wet_face(scene),
+        (Side::Downstream, Some(dam)) => dry_dam(dam, scene)?.tailwater_face()?.ok_or(RegistryError::Empty),
+        (Side::Downstream, None) => Err(RegistryError::Empty),
+    }
+}
+
+/// The upstream wet face of the scene's dam: either unit finds the same by itself.
 pub fn wet_face(scene: &Scene) -> Result<WetFace, RegistryError> {
     let depth = scene.depth();
     let straight = |batter, panels| WetFace::straight([batter, depth], panels);
@@ -391,15 +562,34 @@ pub fn dam_parameters(
     Ok(parameters)
 }
 
-/// The added mass of the scene's water at the dam's own points, whatever the reservoir's are, a row for each; `still` is
-/// for water that has a memory, as if it were incompressible and without waves.
+/// The added mass of the scene's waters at the dam's own points, whatever the waters' are, a row for each; `still` is
+/// for water that has a memory, as if it were incompressible and without waves. Waters know of each other by the dam's motion
+/// only: the mass has a block for each.
 fn mass_of_water(scene: &Scene, still: bool) -> Result<Vec<Vec<f64>>, RegistryError> {
-    let mut water = reservoir_parameters(scene, wet_face(scene)?)?;
-    if still && water.fidelity == Fidelity::Compressible {
-        water = ReservoirParameters { fidelity: Fidelity::Incompressible, surface_waves: false, ..water };
+    let mut blocks = Vec::new();
+    for (side, _) in scene.waters() {
+        let face = face_of_dam(scene, side)?;
+        if filled(scene, side).is_none() {
+            blocks.push(DMatrix::zeros(face.len(), face.len()));
+            continue;
+        }
+        let mut water = reservoir_parameters(scene, face)?;
+        if still && water.fidelity == Fidelity::Compressible {
+            water = ReservoirParameters { fidelity: Fidelity::Incompressible, surface_waves: false, ..water };
+        }
+        blocks.push(added_mass(&water)?);
     }
-    let mass = added_mass(&water)?;
-    Ok(mass.row_iter().map(|row| row.iter().copied().collect()).collect())
+    let points: usize = blocks.iter().map(DMatrix::nrows).sum();
+    let (mut rows, mut first) = (Vec::with_capacity(points), 0);
+    for block in blocks {
+        for values in block.row_iter() {
+            let mut row = vec![0.0; points];
+            row[first..first + values.len()].iter_mut().zip(&values).for_each(|(to, value)| *to = *value);
+            rows.push(row);
+        }
+        first += block.nrows();
+    }
+    Ok(rows)
 }
 
 fn dry_dam(dam: &DamScene, scene: &Scene) -> Result<DamParameters, RegistryError> {
@@ -412,6 +602,7 @@ fn dry_dam(dam: &DamScene, scene: &Scene) -> Result<DamParameters, RegistryError
     Ok(DamParameters {
         section: same(&dam.section)?,
         water_depth: scene.depth(),
+        tailwater_depth: scene.tailwater.as_ref().and_then(|water| water.depth).unwrap_or(0.0),
         cracks: dam.cracks.iter().map(same).collect::<Result<_, _>>()?,
         material: same(&dam.material)?,
         damping: match (damping.model, frequencies) {
@@ -423,7 +614,11 @@ fn dry_dam(dam: &DamScene, scene: &Scene) -> Result<DamParameters, RegistryError
             (DampingModelScene::Stiffness, Some(frequencies)) => Damping::Stiffness { ratio, frequencies },
         },
         fidelity: match dam.fidelity {
-            DamFidelityScene::Dem => dam_dem::Fidelity::Dem,
+            // The others are another program's dam, of which only the wet face is asked.
+            DamFidelityScene::Dem
+            | DamFidelityScene::Fmu
+            | DamFidelityScene::Command
+            | DamFidelityScene::Log => dam_dem::Fidelity::Dem,
             DamFidelityScene::Reduced => dam_dem::Fidelity::Reduced { modes: dam.modes },
             DamFidelityScene::RigidBlocks => dam_dem::Fidelity::RigidBlocks,
             DamFidelityScene::Intact => dam_dem::Fidelity::Intact { modes: dam.modes },
@@ -437,11 +632,12 @@ fn dry_dam(dam: &DamScene, scene: &Scene) -> Result<DamParameters, RegistryError
     })
 }
 
-/// The parameters of the reservoir of a scene.
+/// The parameters of the water of a scene before `wet_face`: of the tailwater, if that is downstream.
 ///
 /// **Errors**: [`RegistryError::Empty`].
 pub fn reservoir_parameters(scene: &Scene, wet_face: WetFace) -> Result<ReservoirParameters, RegistryError> {
-    let water = &scene.reservoir;
+    let side = if wet_face.is_downstream() { Side::Downstream } else { Side::Upstream };
+    let water = scene.water(side).ok_or(RegistryError::Empty)?;
     let communication_step = scene.time.communication_step;
     Ok(ReservoirParameters {
         density: water.density,
@@ -454,15 +650,18 @@ pub fn reservoir_parameters(scene: &Scene, wet_face: WetFace) -> Result<Reservoi
             (FidelityScene::Incompressible, _) => Fidelity::Incompressible,
             (FidelityScene::Compressible, _) => Fidelity::Compressible,
             (FidelityScene::Empty, _) => return Err(RegistryError::Empty),
+            (FidelityScene::Fmu | FidelityScene::Command | FidelityScene::Log, _) => {
+                return Err(RegistryError::Foreign { fidelity: water.fidelity.word() });
+            }
         },
         // A formula knows neither.
         surface_waves: water.fidelity.is_solved() && water.surface_waves,
         bed: if water.fidelity.is_solved() { water.bed.clone() } else { Vec::new() },
         element_order: same(&water.element_order)?,
-        element_size: scene.boundary_element_size(),
+        element_size: scene.boundary_element_size(side),
         bed_element_size: water.bed_element_size,
         corner_element_size: water.corner_element_size,
-        far_end_distance: scene.far_end_distance(),
+        far_end_distance: scene.far_end_distance(side),
         communication_step,
         horizon: scene.steps() as f64 * communication_step,
         method: same(&water.method)?,

@@ -4,10 +4,12 @@ use crate::acceleration::Acceleration;
 use crate::convergence::ConvergenceMeasure;
 use crate::ground_motion::GroundMotion;
 use crate::observer::{Ending, Observer, ObserverError, Start, Statistics, Status, WallTime};
-use crate::participant::{Description, ParticipantError};
+use crate::participant::{Description, Occasion, ParticipantError, Role, check_sign, self_test};
+use crate::run_state::{RunState, RunStateError};
 use crate::scene::{OnFailure, Scene};
 use crate::scheme::{CouplingError, Graph, Predictor, Scheme, Settings, StepFailure, UnitId, WindowReport};
 use crate::stepping::{Clock, Stepping};
+use interface::{Fingerprint, StateError};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -21,6 +23,9 @@ pub struct Simulation {
     pub ground_motion: GroundMotion,
     /// The communication steps.
     pub stepping: Stepping,
+    /// Units of other programs, which are tested before the first step and during the run ([`self_test`]), if they can save
+    /// their state; each with the pressure (Pa) of the test.
+    pub self_tests: Vec<(UnitId, f64)>,
     /// Displacement (x, y) of the crest under weight and hydrostatic pressure, m; `None` before initialisation and
     /// for a dam that does not have it.
     pub static_crest_displacement: Option<[f64; 2]>,
@@ -35,6 +40,21 @@ pub enum SimulationError {
     /// An observer failed.
     #[error(transparent)]
     Observer(#[from] ObserverError),
+    /// A state cannot be given or taken.
+    #[error(transparent)]
+    State(#[from] RunStateError),
+}
+
+/// Where a run stands, and what it has counted.
+///
+/// [`Simulation::run`] makes a run at once. One that is to be stopped and continued is made in parts: a course, then
+/// [`begin`](Simulation::begin) or [`resume`](Simulation::resume), then [`advance`](Simulation::advance) until it tells how
+/// the run ends, with [`state`](Simulation::state) in between.
+pub struct Course {
+    clock: Clock,
+    wall: WallTime,
+    statistics: Statistics,
+    began: Instant,
 }
 
 /// Change of a pressure by which the units are measured, as a share of the hydrostatic pressure at the base: far above
@@ -52,7 +72,7 @@ impl Simulation {
         mut graph: Graph,
     ) -> Result<Self, SimulationError> {
         let coupling = &scene.coupling;
-        let base_pressure = scene.hydrostatic_base_pressure();
+        let base_pressure = scene.largest_hydrostatic_pressure();
         let settings = Settings {
             kind: scene.scheme(),
             iteration_limit: coupling.iteration_limit,
@@ -66,11 +86,14 @@ impl Simulation {
         let measure =
             ConvergenceMeasure::new(&coupling.measures, coupling.tolerance, scene.height(), base_pressure);
         let scheme = Scheme::new(&mut graph, settings, acceleration, predictor, measure)?;
+        let sources = scene.sources().into_iter().enumerate();
+        let tested = |(number, _)| (UnitId(number), PROBE * base_pressure);
         Ok(Self {
             graph,
             scheme,
             ground_motion: ground_motion.clone(),
             stepping: scene.stepping(),
+            self_tests: sources.filter(|(_, source)| source.is_foreign()).map(tested).collect(),
             static_crest_displacement: None,
         })
     }
@@ -84,11 +107,10 @@ impl Simulation {
         observers: &mut [&mut dyn Observer],
         interrupted: &AtomicBool,
     ) -> (Ending, Option<SimulationError>) {
-        let began = Instant::now();
-        let mut tally = Tally::default();
-        let result = self.observed_run(observers, interrupted, &mut tally);
-        let Tally { mut wall, statistics, time } = tally;
-        wall.total = began.elapsed();
+        let mut course = self.course();
+        let result = self.observed_run(observers, interrupted, &mut course);
+        let time = course.clock.time();
+        let (wall, statistics) = (course.wall_time(), course.statistics);
         let status = match &result {
             Ok(status) => status.clone(),
             Err(error) => Status::Failed(error.to_string()),
@@ -102,69 +124,195 @@ impl Simulation {
         &mut self,
         observers: &mut [&mut dyn Observer],
         interrupted: &AtomicBool,
-        tally: &mut Tally,
+        course: &mut Course,
     ) -> Result<Status, SimulationError> {
-        let start = Start {
-            units: self.graph.units().map(|unit| unit.description().clone()).collect(),
-            ground_motion: &self.ground_motion,
-            stepping: self.stepping,
-        };
-        self.check_stepping(&start.units)?;
-        tally.wall.inside = start.units.iter().map(|unit| (unit.name.clone(), Duration::ZERO)).collect();
-        tally.statistics.calls = start.units.iter().map(|unit| (unit.name.clone(), [0; 2])).collect();
-        tell_all(observers, |o| o.begin(&start))?;
+        self.begin(course, observers)?;
+        loop {
+            if interrupted.load(Ordering::Relaxed) {
+                return Ok(Status::Interrupted);
+            }
+            if let Some(status) = self.advance(course, observers)? {
+                return Ok(status);
+            }
+        }
+    }
+
+    /// The course of a run that has not begun.
+    pub fn course(&self) -> Course {
+        let units = || self.graph.units().map(|unit| unit.description().name.clone());
+        let inside = units().map(|name| (name, Duration::ZERO)).collect();
+        let calls = units().map(|name| (name, [0; 2])).collect();
+        Course {
+            clock: Clock::new(self.stepping),
+            wall: WallTime { inside, ..WallTime::default() },
+            statistics: Statistics { calls, ..Statistics::default() },
+            began: Instant::now(),
+        }
+    }
+
+    /// Initialises the units.
+    ///
+    /// **Errors**: a unit or an observer fails; the units do not fit the communication steps or the contract.
+    pub fn begin(
+        &mut self,
+        course: &mut Course,
+        observers: &mut [&mut dyn Observer],
+    ) -> Result<(), SimulationError> {
+        self.tell_start(observers)?;
         match self.scheme.initialise(&mut self.graph, 0.0, self.ground_motion.at(0.0)) {
             Ok(report) => {
-                observe(observers, &report, tally)?;
-                inspect(observers, &mut self.graph, tally)?;
+                observe(observers, &report, course)?;
+                inspect(observers, &mut self.graph, course)?;
+                self.test_units(&report)?;
             }
-            Err(failure) => return Err(failed(observers, failure, tally)),
+            Err(failure) => return Err(failed(observers, failure, course)),
         }
         self.static_crest_displacement = match self.graph[UnitId::DAM].read("crest_static_displacement") {
             Ok(u) => u.first().zip(u.get(1)).map(|(x, y)| [*x, *y]),
             Err(ParticipantError::Missing { .. }) => None,
             Err(error) => return Err(CouplingError::from(error).into()),
         };
-        let mut clock = Clock::new(self.stepping);
-        loop {
-            if interrupted.load(Ordering::Relaxed) {
-                return Ok(Status::Interrupted);
-            }
-            let window = clock.window(&self.ground_motion);
-            if window.is_empty() {
-                return Ok(Status::Completed);
-            }
-            let began = Instant::now();
-            let result = self.scheme.attempt(&mut self.graph, &window, clock.attempt());
-            tally.wall.coupling += began.elapsed();
-            match result {
-                Ok(mut report) => {
-                    tally.statistics.fallbacks += u64::from(report.fallbacks > 0);
-                    let taken = clock.takes(&report);
-                    if taken {
-                        self.scheme.accept(&mut report);
-                        clock.accept(&report);
-                    }
-                    tally.statistics.rejected += u64::from(!taken);
-                    observe(observers, &report, tally)?;
-                    if taken {
-                        inspect(observers, &mut self.graph, tally)?;
-                    }
+        Ok(())
+    }
+
+    fn tell_start(&self, observers: &mut [&mut dyn Observer]) -> Result<(), SimulationError> {
+        let start = Start {
+            units: self.graph.units().map(|unit| unit.description().clone()).collect(),
+            ground_motion: &self.ground_motion,
+            stepping: self.stepping,
+        };
+        self.check_stepping(&start.units)?;
+        Ok(tell_all(observers, |o| o.begin(&start))?)
+    }
+
+    /// Attempts the next window; returns how the run ends, if it ends with it or there is none.
+    ///
+    /// **Errors**: the window fails, or an observer.
+    pub fn advance(
+        &mut self,
+        course: &mut Course,
+        observers: &mut [&mut dyn Observer],
+    ) -> Result<Option<Status>, SimulationError> {
+        let window = course.clock.window(&self.ground_motion);
+        if window.is_empty() {
+            return Ok(Some(Status::Completed));
+        }
+        let began = Instant::now();
+        let result = self.scheme.attempt(&mut self.graph, &window, course.clock.attempt());
+        course.wall.coupling += began.elapsed();
+        match result {
+            Ok(mut report) => {
+                course.statistics.fallbacks += u64::from(report.fallbacks > 0);
+                let taken = course.clock.takes(&report);
+                if taken {
+                    self.scheme.accept(&mut report);
+                    course.clock.accept(&report);
                 }
-                Err(failure)
-                    if failure.error.is_of_coupling()
-                        && clock.shorten(failure.report.end() - failure.report.time()) =>
-                {
-                    tally.statistics.rejected += 1;
-                    observe(observers, &failure.report, tally)?;
+                course.statistics.rejected += u64::from(!taken);
+                observe(observers, &report, course)?;
+                if taken {
+                    inspect(observers, &mut self.graph, course)?;
+                    self.test_units(&report)?;
                 }
-                Err(failure) => return Err(failed(observers, failure, tally)),
             }
-            tally.time = clock.time();
-            if let Some(status) = observers.iter().find_map(|observer| observer.ends()) {
-                return Ok(status);
+            Err(failure)
+                if failure.error.is_of_coupling()
+                    && course.clock.shorten(failure.report.end() - failure.report.time()) =>
+            {
+                course.statistics.rejected += 1;
+                observe(observers, &failure.report, course)?;
+            }
+            Err(failure) => return Err(failed(observers, failure, course)),
+        }
+        Ok(observers.iter().find_map(|observer| observer.ends()))
+    }
+
+    /// Hash of all that a run is made from; only runs with the same hash exchange states.
+    pub fn fingerprint(&self) -> Result<Fingerprint, StateError> {
+        let ground = (self.ground_motion.interval(), self.ground_motion.acceleration());
+        Fingerprint::of("run", &(self.scheme.fingerprint(), self.stepping, ground))
+    }
+
+    /// The state of the run at the end of the last accepted window. The units give theirs at the same time:
+    /// [`Graph::serialise`].
+    ///
+    /// **Errors**: [`RunStateError::InsideWindow`] after a window that was not accepted; an observer fails.
+    pub fn state(
+        &self,
+        course: &Course,
+        observers: &[&mut dyn Observer],
+    ) -> Result<RunState, SimulationError> {
+        let time = course.clock.time();
+        let scheme = self.scheme.state().ok_or(RunStateError::InsideWindow { time })?;
+        Ok(RunState {
+            fingerprint: self.fingerprint().map_err(RunStateError::from)?,
+            scheme,
+            clock: course.clock.clone(),
+            statistics: course.statistics.clone(),
+            wall: course.wall_time(),
+            static_crest_displacement: self.static_crest_displacement,
+            observers: observers.iter().map(|observer| observer.state()).collect::<Result<_, _>>()?,
+        })
+    }
+
+    /// Goes on from `state`, in the place of [`begin`](Self::begin), with units that [`Graph::deserialise`] has put
+    /// where they were, and observers as they were.
+    ///
+    /// **Errors**: the state is of another run, or with other observers; an observer fails.
+    pub fn resume(
+        &mut self,
+        course: &mut Course,
+        state: &RunState,
+        observers: &mut [&mut dyn Observer],
+    ) -> Result<(), SimulationError> {
+        let expected = self.fingerprint().map_err(RunStateError::from)?;
+        if state.fingerprint != expected {
+            let found = state.fingerprint;
+            return Err(RunStateError::from(StateError::Fingerprint { found, expected }).into());
+        }
+        if state.observers.len() != observers.len() {
+            let (expected, found) = (state.observers.len(), observers.len());
+            return Err(RunStateError::Observers { expected, found }.into());
+        }
+        self.tell_start(observers)?;
+        observers.iter_mut().zip(&state.observers).try_for_each(|(o, state)| o.resume(state))?;
+        self.scheme.resume(&mut self.graph, &state.scheme);
+        self.static_crest_displacement = state.static_crest_displacement;
+        course.clock.clone_from(&state.clock);
+        course.statistics.clone_from(&state.statistics);
+        course.wall.clone_from(&state.wall);
+        Ok(())
+    }
+
+    /// Tests the units of other programs at the end of an accepted window, each with what it was given there: after
+    /// initialisation and after steps 1, 10, 100, …, when they have a past that they may not save.
+    fn test_units(&mut self, report: &WindowReport) -> Result<(), CouplingError> {
+        let last = report.steps.last().map_or(0, |interval| interval.step);
+        if last > 0 && !(last as f64).log10().fract().eq(&0.0) {
+            return Ok(());
+        }
+        for &(id, pressure) in &self.self_tests {
+            let role = if self.graph.is_structure(id) { Role::Structure } else { Role::Fluid };
+            let asked = report.accepted(id, last);
+            if let Some(exchange) = asked.filter(|_| self.graph[id].description().capabilities.saved_state) {
+                let occasion = Occasion {
+                    step: last + 1,
+                    iteration: 1,
+                    attempt: 1,
+                    time: report.end(),
+                    communication_step: match exchange.occasion.communication_step {
+                        0.0 => self.stepping.communication_step,
+                        length => length,
+                    },
+                };
+                let change = self_test(&mut self.graph[id], role, &exchange.inputs, pressure, &occasion)?;
+                // A block that slides and rocks may answer a push in any way.
+                if last == 0 {
+                    check_sign(&self.graph[id], role, change)?;
+                }
             }
         }
+        Ok(())
     }
 
     /// Refuses steps of varying length for a unit that needs a fixed one.
@@ -179,19 +327,28 @@ impl Simulation {
     }
 }
 
-/// What is counted during a run.
-#[derive(Default)]
-struct Tally {
-    wall: WallTime,
-    statistics: Statistics,
-    time: f64,
+impl Course {
+    /// Time reached, s.
+    pub fn time(&self) -> f64 {
+        self.clock.time()
+    }
+
+    /// What was counted.
+    pub fn statistics(&self) -> &Statistics {
+        &self.statistics
+    }
+
+    /// The wall times so far, those of the run that it continues included.
+    fn wall_time(&self) -> WallTime {
+        WallTime { total: self.wall.total + self.began.elapsed(), ..self.wall.clone() }
+    }
 }
 
 /// Gives the partial report of a failed window to the observers; returns the error that ends the run.
-fn failed(observers: &mut [&mut dyn Observer], failure: StepFailure, tally: &mut Tally) -> SimulationError {
+fn failed(observers: &mut [&mut dyn Observer], failure: StepFailure, course: &mut Course) -> SimulationError {
     let StepFailure { report, error } = failure;
     // The failure of the coupling is reported; one of an observer would hide it.
-    let _ = observe(observers, &report, tally);
+    let _ = observe(observers, &report, course);
     error.into()
 }
 
@@ -199,9 +356,9 @@ fn failed(observers: &mut [&mut dyn Observer], failure: StepFailure, tally: &mut
 fn observe(
     observers: &mut [&mut dyn Observer],
     report: &WindowReport,
-    tally: &mut Tally,
+    course: &mut Course,
 ) -> Result<(), SimulationError> {
-    let Tally { wall, statistics, .. } = tally;
+    let Course { wall, statistics, .. } = course;
     if report.step() > 0 {
         for ((_, sum), time) in wall.inside.iter_mut().zip(&report.solver_time) {
             *sum += *time;
@@ -234,11 +391,11 @@ fn observe(
 fn inspect(
     observers: &mut [&mut dyn Observer],
     graph: &mut Graph,
-    tally: &mut Tally,
+    course: &mut Course,
 ) -> Result<(), SimulationError> {
     let began = Instant::now();
     let told = tell_all(observers, |o| o.inspect(graph));
-    tally.wall.observers += began.elapsed();
+    course.wall.observers += began.elapsed();
     Ok(told?)
 }
 

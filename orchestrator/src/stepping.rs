@@ -2,9 +2,10 @@
 
 use crate::ground_motion::GroundMotion;
 use crate::scheme::{Interval, WindowReport};
+use serde::{Deserialize, Serialize};
 
 /// The communication steps of a run.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Stepping {
     /// Length H of a communication step, s; the first one's, if they vary.
     pub communication_step: f64,
@@ -19,7 +20,7 @@ pub struct Stepping {
 }
 
 /// Bounds of a step length that follows the estimate of the interpolation error.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Adaptive {
     /// Largest [`WindowReport::relative_interpolation_error`].
     pub tolerance: f64,
@@ -56,7 +57,7 @@ const LARGEST_CHANGE: f64 = 2.0;
 const WORTHWHILE: f64 = 1.1;
 
 /// Where a run stands, and what it takes next.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Clock {
     stepping: Stepping,
     taken: u64,
@@ -64,7 +65,7 @@ pub(crate) struct Clock {
     pace: Pace,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 enum Pace {
     /// `index` whole steps and `part` of 2^`halvings` parts of the next have been taken.
     Grid { index: u64, part: u64, halvings: u32 },

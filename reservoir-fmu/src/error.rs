@@ -6,6 +6,15 @@ use num_complex::Complex64;
 /// What can go wrong in the reservoir.
 #[derive(Debug, thiserror::Error)]
 pub enum ReservoirError {
+    /// A downstream face that is not given as its water sees it.
+    #[error(
+        "the wet face starts at x = {x} m: a tailwater counts x from the toe, which is 0; make its parameters by \
+         `ReservoirParameters::before`"
+    )]
+    NotFromTheToe {
+        /// x of the first point, m.
+        x: f64,
+    },
     /// A call that breaks the contract of co-simulation units.
     #[error(transparent)]
     Call(#[from] CallError),

@@ -47,8 +47,12 @@ impl Method {
 /// Everything a reservoir is made from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReservoirParameters {
-    /// Interface points, from the heel up to the water level.
+    /// Interface points, from the heel up to the water level; of a tailwater as its water sees them, x from the toe into
+    /// the dam.
     pub wet_face: WetFace,
+    /// Of a tailwater: x of the dam's toe, m, from the heel.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub toe: Option<f64>,
     /// Density of the water ρ, kg/m³.
     pub density: f64,
     /// Speed of sound in the water c, m/s.
@@ -61,7 +65,8 @@ pub struct ReservoirParameters {
     pub fidelity: Fidelity,
     /// Gravity waves on the surface, `∂p/∂n = −s² p/g`, in the place of `p = 0`.
     pub surface_waves: bool,
-    /// Corners of the bed, m, from the heel upstream; from the last one on it is level. None: level from the heel on.
+    /// Corners of the bed, m, from the heel upstream; from the last one on it is level. None: level from the heel on. Of a
+    /// tailwater from the toe, as its water sees it: x is negative downstream.
     pub bed: Vec<[f64; 2]>,
     /// Shape functions of the boundary elements.
     pub element_order: ElementOrder,
@@ -87,11 +92,12 @@ const SAMPLES: f64 = 45.0;
 
 impl ReservoirParameters {
     /// Compressible water of 1000 kg/m³ and 1440 m/s before `wet_face`, over a rigid level bed; linear elements of
-    /// h/16, the far end at h/2, steps of 2.5 ms for 20 s.
+    /// h/16, the far end at h/2, steps of 2.5 ms for 20 s. A downstream face makes a tailwater.
     pub fn before(wet_face: WetFace) -> Self {
-        let depth = wet_face.depth();
+        let (depth, toe) = (wet_face.depth(), wet_face.toe());
         Self {
-            wet_face,
+            wet_face: toe.map_or(wet_face.clone(), |toe| wet_face.mirrored(toe)),
+            toe,
             density: 1000.0,
             sound_speed: 1440.0,
             wave_reflection_coefficient: 1.0,
@@ -110,6 +116,16 @@ impl ReservoirParameters {
         }
     }
 
+    /// The wet face in the coordinates of the dam.
+    pub fn face_of_dam(&self) -> WetFace {
+        self.toe.map_or_else(|| self.wet_face.clone(), |toe| self.wet_face.mirrored(toe))
+    }
+
+    /// An acceleration (x, y) of the ground as the water sees it: a tailwater counts x upstream.
+    pub(crate) fn seen(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        [if self.toe.is_some() { -x } else { x }, y]
+    }
+
     /// Checks every value; making the reservoir finds out the rest.
     ///
     /// **Errors**: that of [`problem`](Self::problem).
@@ -119,6 +135,13 @@ impl ReservoirParameters {
 
     /// The first value that is wrong: the parameter to change, and why.
     pub fn problem(&self) -> Option<(&'static str, ReservoirError)> {
+        if let Some(x) = self.wet_face.toe() {
+            return Some(("wet_face", ReservoirError::NotFromTheToe { x }));
+        }
+        if let Some(toe) = self.toe.filter(|toe| !(*toe > 0.0 && toe.is_finite())) {
+            let error = ReservoirError::NotPositive { parameter: "toe", value: toe, unit: "m" };
+            return Some(("toe", error));
+        }
         let alpha = self.wave_reflection_coefficient;
         if !(0.0..=1.0).contains(&alpha) {
             let error = ReservoirError::WaveReflectionCoefficient { value: alpha };

@@ -8,7 +8,7 @@ use crate::{Fidelity, Method, ReservoirError, ReservoirParameters};
 use interface::variables::reservoir as variables;
 use interface::{
     CallError, Capabilities, Causality, CoSimulation, EndAcceleration, Fingerprint, Packable, Shape, Stage,
-    StateError, Variable, open, seal,
+    StateError, Variable, WetFace, open, seal,
 };
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
@@ -16,6 +16,8 @@ use std::num::NonZeroUsize;
 
 /// Name of the unit in messages and logs.
 const UNIT: &str = "reservoir";
+/// Its name downstream of the dam.
+const TAILWATER: &str = "tailwater";
 
 /// Error of a recursion's fit, and loss over ρc, above which the unit warns.
 const DOUBTFUL: f64 = 1e-3;
@@ -24,6 +26,9 @@ const DOUBTFUL: f64 = 1e-3;
 const TIME_TOLERANCE: f64 = 1e-6;
 
 /// The water before a dam, as a co-simulation unit.
+///
+/// Before a downstream face it is a tailwater: it computes the mirrored problem, in which the ground moves along x with the
+/// opposite sign, and answers in the coordinates of the dam.
 ///
 /// Input: mean total acceleration of the wet face along n over the step, and acceleration of the ground at its end.
 /// Output: pressure at the step's end. Compressible water is stepped by a [`Method`]. A convolution costs a direct sum
@@ -34,6 +39,8 @@ pub struct Reservoir {
     parameters: ReservoirParameters,
     fingerprint: Fingerprint,
     model: Model,
+    /// The wet face in the dam's coordinates.
+    face_of_dam: WetFace,
     /// Force along x (N/m) and moment about the heel (N·m/m) of 1 Pa at a point.
     resultants: Vec<[f64; 2]>,
     state: ReservoirState,
@@ -135,7 +142,9 @@ impl Reservoir {
             Model::Memory(water) => water.at_rest(),
         };
         let state = ReservoirState { fingerprint, motion, memory };
-        Ok(Self { resultants: resultants(face), parameters, fingerprint, model, state, quality })
+        let face_of_dam = parameters.face_of_dam();
+        let resultants = resultants(&face_of_dam);
+        Ok(Self { resultants, face_of_dam, parameters, fingerprint, model, state, quality })
     }
 
     /// The parameters from which the unit was made.
@@ -147,7 +156,9 @@ impl Reservoir {
     fn own_steps(&self, time: f64, communication_step: f64) -> Result<usize, ReservoirError> {
         let ReservoirParameters { communication_step: own, horizon, .. } = self.parameters;
         if !self.state.motion.initialised {
-            return Err(CallError::Order { unit: UNIT, call: "step", stage: Stage::Instantiated }.into());
+            return Err(
+                CallError::Order { unit: self.name(), call: "step", stage: Stage::Instantiated }.into()
+            );
         }
         let any = takes_any_step(&self.parameters);
         if any && !(communication_step > 0.0 && communication_step.is_finite()) {
@@ -157,7 +168,7 @@ impl Reservoir {
         let tolerance = TIME_TOLERANCE * if any { communication_step } else { own };
         let now = self.state.motion.time;
         if (time - now).abs() > tolerance || !time.is_finite() {
-            return Err(CallError::Time { unit: UNIT, asked: time, time: now }.into());
+            return Err(CallError::Time { unit: self.name(), asked: time, time: now }.into());
         }
         if any {
             return Ok(1);
@@ -166,7 +177,7 @@ impl Reservoir {
         // A NaN is refused too.
         if !(steps >= 1.0 && (communication_step - steps * own).abs() <= tolerance) {
             let asked = communication_step;
-            return Err(CallError::CommunicationStep { unit: UNIT, asked, own }.into());
+            return Err(CallError::CommunicationStep { unit: self.name(), asked, own }.into());
         }
         let start = self.state.motion.start_time;
         let elapsed = now + communication_step - start;
@@ -189,7 +200,8 @@ impl Reservoir {
 
     /// Values of any variable of the unit.
     fn values(&self, variable: &'static Variable) -> Result<Vec<f64>, ReservoirError> {
-        let ReservoirParameters { wet_face, density, gravity, .. } = &self.parameters;
+        let ReservoirParameters { density, gravity, .. } = &self.parameters;
+        let wet_face = &self.face_of_dam;
         let motion = &self.state.motion;
         let points = wet_face.points();
         Ok(match *variable {
@@ -220,7 +232,7 @@ impl Reservoir {
             variables::RECURSION_ERROR => vec![self.quality.map_or(0.0, |quality| quality.error)],
             variables::RECURSION_LOSS => vec![self.quality.map_or(0.0, |quality| quality.loss)],
             Variable { value_reference, .. } => {
-                return Err(CallError::UnknownVariable { unit: UNIT, value_reference }.into());
+                return Err(CallError::UnknownVariable { unit: self.name(), value_reference }.into());
             }
         })
     }
@@ -263,7 +275,7 @@ impl CoSimulation for Reservoir {
     type Error = ReservoirError;
 
     fn name(&self) -> &'static str {
-        UNIT
+        if self.parameters.toe.is_some() { TAILWATER } else { UNIT }
     }
 
     fn variables(&self) -> &'static [Variable] {
@@ -286,12 +298,17 @@ impl CoSimulation for Reservoir {
     /// acceleration set before.
     fn initialise(&mut self, start_time: f64) -> Result<(), ReservoirError> {
         if self.state.motion.initialised {
-            return Err(CallError::Order { unit: UNIT, call: "initialise", stage: Stage::Stepping }.into());
+            return Err(
+                CallError::Order { unit: self.name(), call: "initialise", stage: Stage::Stepping }.into()
+            );
         }
         if !start_time.is_finite() {
-            return Err(
-                CallError::Time { unit: UNIT, asked: start_time, time: self.state.motion.time }.into()
-            );
+            return Err(CallError::Time {
+                unit: self.name(),
+                asked: start_time,
+                time: self.state.motion.time,
+            }
+            .into());
         }
         let motion = &mut self.state.motion;
         (motion.initialised, motion.start_time, motion.time) = (true, start_time, start_time);
@@ -302,7 +319,7 @@ impl CoSimulation for Reservoir {
     fn set(&mut self, value_reference: u32, values: &[f64]) -> Result<(), ReservoirError> {
         let variable = self.variable(value_reference)?;
         if variable.causality != Causality::Input {
-            return Err(CallError::NotSettable { unit: UNIT, variable: variable.name }.into());
+            return Err(CallError::NotSettable { unit: self.name(), variable: variable.name }.into());
         }
         self.check_length(variable, values.len())?;
         self.check_finite(variable, values, self.state.motion.time)?;
@@ -327,18 +344,19 @@ impl CoSimulation for Reservoir {
             self.parameters.communication_step
         };
         motion.last_step.step(&motion.acceleration, own_steps as f64 * length);
-        let [before, ground] = [motion.last_ground_acceleration, motion.ground_acceleration];
+        let ground = motion.ground_acceleration;
+        let seen = [motion.last_ground_acceleration, ground].map(|ground| self.parameters.seen(ground));
         motion.pressure = match &self.model {
             Model::AddedMass(mass) => {
                 let at_end = DVector::from_column_slice(&motion.last_step.at_end);
                 let points = at_end.len();
                 minus(
                     mass * at_end.resize_vertically(points + 2, 0.0)
-                        + mass.columns(points, 2) * DVector::from(ground.to_vec()),
+                        + mass.columns(points, 2) * DVector::from(seen[1].to_vec()),
                 )
             }
             Model::Memory(water) => {
-                let input = Input { face: &motion.acceleration, ground: [before, ground], own_steps, length };
+                let input = Input { face: &motion.acceleration, ground: seen, own_steps, length };
                 let answer = input.drive(&**water, &mut motion.velocity, &mut memory);
                 answer.ok_or(ReservoirError::ForeignMemory)?
             }
@@ -405,7 +423,7 @@ impl CoSimulation for Reservoir {
         seed: &[f64],
         sensitivity: &mut [f64],
     ) -> Result<(), ReservoirError> {
-        let none = || CallError::Derivative { unit: UNIT, unknown, known };
+        let none = || CallError::Derivative { unit: self.name(), unknown, known };
         let [of, by] = [self.variable(unknown)?, self.variable(known)?];
         self.check_length(by, seed.len())?;
         self.check_length(of, sensitivity.len())?;
@@ -414,23 +432,27 @@ impl CoSimulation for Reservoir {
         let own = self.parameters.communication_step;
         let length = if length > 0.0 { length } else { own };
         let own_steps = if takes_any_step(&self.parameters) { 1 } else { (length / own).round() as usize };
+        let mut seed = seed.to_vec();
         let (first, of_memory, of_mass) = match *by {
             variables::INTERFACE_ACCELERATION => (0, length, 1.0 + share),
-            variables::GROUND_ACCELERATION => (points, 0.5 * length, 1.0),
+            variables::GROUND_ACCELERATION => {
+                seed = self.parameters.seen([seed[0], seed[1]]).to_vec();
+                (points, 0.5 * length, 1.0)
+            }
             _ => return Err(none().into()),
         };
         let pressure: Vec<f64> = match &self.model {
             Model::AddedMass(mass) => {
-                minus(mass.columns(first, seed.len()) * DVector::from_column_slice(seed) * of_mass)
+                minus(mass.columns(first, seed.len()) * DVector::from_column_slice(&seed) * of_mass)
             }
             Model::Memory(water) if own_steps == 1 => {
-                let seed = DVector::from_column_slice(seed);
+                let seed = DVector::from_column_slice(&seed);
                 let product = water.instantaneous(length).columns(first, seed.len()) * seed * of_memory;
                 product.data.into()
             }
             Model::Memory(water) => {
                 let mut all = vec![0.0; points + 2];
-                all[first..first + seed.len()].copy_from_slice(seed);
+                all[first..first + seed.len()].copy_from_slice(&seed);
                 let ground = [[0.0; 2], [all[points], all[points + 1]]];
                 let input = Input { face: &all[..points], ground, own_steps, length: own };
                 let answer = input.drive(&**water, &mut vec![0.0; points + 2], &mut water.at_rest());
@@ -498,7 +520,7 @@ impl Packable for Reservoir {
 
     fn capabilities_for(parameters: &ReservoirParameters) -> Capabilities {
         let variable_communication_step = takes_any_step(parameters);
-        Capabilities { variable_communication_step, directional_derivative: true }
+        Capabilities { variable_communication_step, directional_derivative: true, saved_state: true }
     }
 
     fn numbers<'a>(parameters: &'a mut ReservoirParameters, variable: &Variable) -> Vec<&'a mut f64> {
@@ -557,7 +579,7 @@ fn minus(values: DVector<f64>) -> Vec<f64> {
 
 /// Force along x and moment about the heel (positive when it turns the dam downstream) of 1 Pa at each
 /// point, exact for a pressure that is linear along panels.
-fn resultants(face: &interface::WetFace) -> Vec<[f64; 2]> {
+fn resultants(face: &WetFace) -> Vec<[f64; 2]> {
     let mut unit = vec![0.0; face.len()];
     (0..face.len())
         .map(|point| {

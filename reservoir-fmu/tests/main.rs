@@ -19,6 +19,7 @@ mod rectangular;
 mod shipped;
 mod sommerfeld;
 mod static_pressure;
+mod tailwater;
 mod trefftz_1926;
 mod westergaard_1933;
 mod whole_record;

@@ -37,6 +37,7 @@ pub fn dam(element_size: f64, cracked: bool) -> DamParameters {
             downstream: vec![[70.0, 0.0], [19.25, NECK], [14.8, CREST]],
         },
         water_depth: DEPTH,
+        tailwater_depth: 0.0,
         cracks: if cracked { vec![crack] } else { Vec::new() },
         material: Material {
             young_modulus: YOUNG_MODULUS,

@@ -5,6 +5,8 @@ pub mod fmu;
 pub mod frequency_domain;
 pub mod generated;
 pub mod koyna;
+pub mod process;
+pub mod python;
 pub mod quadratic_elements;
 pub mod scenario;
 pub mod scene_text;

@@ -22,13 +22,25 @@ fn main() {
         inputs: channel("x"),
         outputs: channel("y"),
         readable: channel("z"),
-        capabilities: Capabilities { variable_communication_step: true, directional_derivative: false },
+        capabilities: Capabilities {
+            variable_communication_step: true,
+            directional_derivative: false,
+            saved_state: true,
+        },
+    };
+    let description = match &*fault {
+        "without-states" => {
+            let capabilities = Capabilities { saved_state: false, ..description.capabilities };
+            Description { capabilities, ..description }
+        }
+        _ => description,
     };
     let layout = layout_hash(&description);
     let announced = serde_json::to_value(&description).expect("a description");
     let ready = |protocol, description| say(&Word::Ready { protocol, description });
     let folder = Folder::join(&task.folder, task.run).expect("the folder of the run");
-    let server = |layout: &str| Server::create(&folder, &task.unit, layout, 8).expect("a server");
+    let server =
+        |layout: &str| Server::create(&folder, &task.service, &task.unit, layout, 8).expect("a server");
     match &*fault {
         "old-version" => return ready(PROTOCOL_VERSION + 1, serde_json::Value::Null),
         "no-description" => return ready(PROTOCOL_VERSION, serde_json::Value::from("none")),
@@ -62,6 +74,7 @@ fn main() {
     let serve = |header: &mut orchestrator::transport::Header, inputs: &[f64], outputs: &mut Vec<f64>| {
         outputs.extend_from_slice(inputs);
         match (&*fault, header.step) {
+            ("without-states", 1) => assert_eq!(header.command(), Some(Command::Step)),
             ("short-answer", 1) => drop(outputs.pop()),
             ("wrong-echo", 1) => header.time += 0.5,
             ("not-finite", 1) => outputs[2] = f64::INFINITY,

@@ -1,10 +1,11 @@
 //! Small analytic units that take the dam's and the reservoir's places.
 
-use interface::{Capabilities, Fingerprint};
+use interface::{Capabilities, Fingerprint, StateError, WetFace, open, seal};
 use orchestrator::participant::{
     Channel, ChannelShape, Description, Layout, Occasion, Participant, ParticipantError,
 };
 use orchestrator::scheme::Interval;
+use serde::{Serialize, de::DeserializeOwned};
 
 /// Communication step number `step` (from 1) of equal ones (s), over ground at rest.
 pub fn interval(step: u64, communication_step: f64) -> Interval {
@@ -15,16 +16,24 @@ pub fn interval(step: u64, communication_step: f64) -> Interval {
 /// What a step makes of the state: the occasion, the inputs, room for the outputs.
 type Step<S> = Box<dyn FnMut(&mut S, &Occasion, &[f64], &mut [f64]) + Send>;
 
+/// A state as bytes, and back.
+type Bytes<S> =
+    (fn(Fingerprint, &S) -> Result<Vec<u8>, StateError>, fn(Fingerprint, &[u8]) -> Result<S, StateError>);
+
 /// A unit that is a state and a function.
 pub struct SmallUnit<S> {
     description: Description,
     /// Prefix and number of points of each.
     faces: Vec<(String, usize)>,
+    /// The points, where they matter.
+    points: Option<WetFace>,
     now: S,
     saved: S,
     /// Outputs at initialisation.
     start: Vec<f64>,
     step: Step<S>,
+    /// How it gives its state as bytes, if it does.
+    bytes: Option<Bytes<S>>,
 }
 
 impl<S: Clone> SmallUnit<S> {
@@ -80,6 +89,21 @@ impl<S: Clone> SmallUnit<S> {
         self
     }
 
+    /// The same, which gives its state as bytes.
+    pub fn in_bytes(mut self) -> Self
+    where
+        S: Serialize + DeserializeOwned,
+    {
+        self.bytes = Some((seal, open));
+        self
+    }
+
+    /// The same, with the points of `face` and the hydrostatic pressure of water (1000 kg/m³, 9.81 m/s²) there.
+    pub fn at(mut self, face: &WetFace) -> Self {
+        self.points = Some(face.clone());
+        self
+    }
+
     fn new(
         name: &str,
         faces: &[(&str, usize)],
@@ -112,9 +136,19 @@ impl<S: Clone> SmallUnit<S> {
             inputs: Layout::new(inputs),
             outputs: Layout::new(wet(outputs)),
             readable: Layout::default(),
-            capabilities: Capabilities { variable_communication_step: true, directional_derivative: false },
+            capabilities: Capabilities {
+                variable_communication_step: true,
+                directional_derivative: false,
+                saved_state: true,
+            },
         };
-        Self { description, faces, now: state.clone(), saved: state, start, step }
+        Self { description, faces, points: None, now: state.clone(), saved: state, start, step, bytes: None }
+    }
+}
+
+impl<S> SmallUnit<S> {
+    fn failed(&self, cause: StateError) -> ParticipantError {
+        ParticipantError::Unit { participant: self.description.name.clone(), cause: Box::new(cause) }
     }
 }
 
@@ -124,6 +158,17 @@ impl<S: Clone + Send> Participant for SmallUnit<S> {
     }
 
     fn read(&mut self, variable: &str) -> Result<Vec<f64>, ParticipantError> {
+        if let Some(face) = &self.points {
+            let of = |value: fn([f64; 2], f64) -> f64| {
+                Ok(face.points().iter().map(|p| value(*p, face.depth())).collect())
+            };
+            match variable {
+                "interface_x" => return of(|p, _| p[0]),
+                "interface_y" => return of(|p, _| p[1]),
+                "hydrostatic_pressure" => return of(|p, depth| 1000.0 * 9.81 * (depth - p[1])),
+                _ => (),
+            }
+        }
         let of = |(prefix, points): &(String, usize)| match variable.strip_prefix(prefix.as_str())? {
             "interface_y" => Some((0..*points).map(|i| i as f64).collect()),
             "interface_x" | "hydrostatic_pressure" => Some(vec![0.0; *points]),
@@ -151,6 +196,19 @@ impl<S: Clone + Send> Participant for SmallUnit<S> {
 
     fn restore_state(&mut self) -> Result<(), ParticipantError> {
         self.now = self.saved.clone();
+        Ok(())
+    }
+
+    fn serialise(&mut self) -> Result<Option<Vec<u8>>, ParticipantError> {
+        let Some((seal, _)) = self.bytes else { return Ok(None) };
+        seal(self.description.fingerprint, &self.now).map(Some).map_err(|cause| self.failed(cause))
+    }
+
+    fn deserialise(&mut self, state: &[u8]) -> Result<(), ParticipantError> {
+        let Some((_, open)) = self.bytes else {
+            return Err(ParticipantError::NotSerialised { participant: self.description.name.clone() });
+        };
+        self.now = open(self.description.fingerprint, state).map_err(|cause| self.failed(cause))?;
         Ok(())
     }
 }

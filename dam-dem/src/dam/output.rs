@@ -20,6 +20,9 @@ impl Dam {
             return Err(self.order("get").into());
         }
         match variable.shape {
+            Shape::InterfacePoints | Shape::TailwaterPoints => {
+                return copy(&self.at_points(variable)?[self.points(variable)], values);
+            }
             Shape::StressPoints => return self.at_stress_points(variable, values),
             Shape::Nodes | Shape::Triangles | Shape::Contacts => return self.field(variable, values),
             _ => {}
@@ -29,19 +32,7 @@ impl Dam {
         let gained = energy.gained();
         let crest = self.crest;
         let scalar = match *variable {
-            variable::INTERFACE_PRESSURE => return copy(&state.next.pressure, values),
-            variable::HYDROSTATIC_PRESSURE => return copy(&state.hydrostatic_pressure, values),
             variable::GROUND_ACCELERATION => return copy(&state.next.ground_acceleration, values),
-            variable::INTERFACE_DISPLACEMENT => {
-                return copy(&self.along_normals(|i| self.displacement(i)), values);
-            }
-            variable::INTERFACE_VELOCITY => {
-                return copy(&self.along_normals(|i| self.at_node(i, state.motion.velocity())), values);
-            }
-            variable::INTERFACE_ACCELERATION => return copy(&self.mean_interface_acceleration(), values),
-            variable::INTERFACE_ACCELERATION_END => {
-                return copy(&state.interface_acceleration.at_end, values);
-            }
             variable::CREST_DISPLACEMENT => return copy(&self.displacement(crest), values),
             variable::CREST_ACCELERATION => return copy(&self.acceleration(crest), values),
             variable::LARGEST_PRINCIPAL_STRESS => self.principal_stresses().largest.0,
@@ -53,11 +44,6 @@ impl Dam {
                 return copy(&self.structure().mesh.nodes[self.principal_stresses().smallest.1], values);
             }
             variable::CREST_STATIC_DISPLACEMENT => return copy(&self.at_node(crest, &state.rest), values),
-            variable::INTERFACE_X => return self.interface(|p, _, _| p[0], values),
-            variable::INTERFACE_Y => return self.interface(|p, _, _| p[1], values),
-            variable::INTERFACE_NORMAL_X => return self.interface(|_, n, _| n[0], values),
-            variable::INTERFACE_NORMAL_Y => return self.interface(|_, n, _| n[1], values),
-            variable::INTERFACE_LENGTH => return self.interface(|_, _, length| length, values),
             variable::NATURAL_FREQUENCY => return copy(&self.natural_frequencies(values.len())?, values),
             variable::BASE_SHEAR => state.mean_base_force[0],
             variable::BASE_NORMAL_FORCE => -state.mean_base_force[1],
@@ -281,17 +267,37 @@ impl Dam {
         points.map(along).collect()
     }
 
-    fn interface(
-        &self,
-        quantity: impl Fn([f64; 2], [f64; 2], f64) -> f64,
-        values: &mut [f64],
-    ) -> Result<(), DamError> {
-        let Some(wet) = self.wet() else { return Ok(()) };
-        let points = wet.face.points().iter().zip(&wet.normals).zip(wet.face.tributary_lengths());
-        for (value, ((point, normal), length)) in values.iter_mut().zip(points) {
-            *value = quantity(*point, *normal, length);
-        }
-        Ok(())
+    /// Values of `variable` of either wet face at the points of both.
+    fn at_points(&self, variable: &Variable) -> Result<Vec<f64>, DamError> {
+        use interface::variables::dam as v;
+        let state = self.state();
+        let faces = || self.wet().into_iter().flat_map(|wet| wet.faces.iter().flatten());
+        let coordinate = |d: usize| faces().flat_map(|face| face.points()).map(|point| point[d]).collect();
+        let normal = |d: usize| self.wet().into_iter().flat_map(|wet| &wet.normals).map(|n| n[d]).collect();
+        Ok(match *variable {
+            v::INTERFACE_PRESSURE | v::TAILWATER_INTERFACE_PRESSURE => state.next.pressure.clone(),
+            v::HYDROSTATIC_PRESSURE | v::TAILWATER_HYDROSTATIC_PRESSURE => state.hydrostatic_pressure.clone(),
+            v::INTERFACE_DISPLACEMENT | v::TAILWATER_INTERFACE_DISPLACEMENT => {
+                self.along_normals(|node| self.displacement(node))
+            }
+            v::INTERFACE_VELOCITY | v::TAILWATER_INTERFACE_VELOCITY => {
+                self.along_normals(|node| self.at_node(node, state.motion.velocity()))
+            }
+            v::INTERFACE_ACCELERATION | v::TAILWATER_INTERFACE_ACCELERATION => {
+                self.mean_interface_acceleration()
+            }
+            v::INTERFACE_ACCELERATION_END | v::TAILWATER_INTERFACE_ACCELERATION_END => {
+                state.interface_acceleration.at_end.clone()
+            }
+            v::INTERFACE_X | v::TAILWATER_INTERFACE_X => coordinate(0),
+            v::INTERFACE_Y | v::TAILWATER_INTERFACE_Y => coordinate(1),
+            v::INTERFACE_NORMAL_X | v::TAILWATER_INTERFACE_NORMAL_X => normal(0),
+            v::INTERFACE_NORMAL_Y | v::TAILWATER_INTERFACE_NORMAL_Y => normal(1),
+            v::INTERFACE_LENGTH | v::TAILWATER_INTERFACE_LENGTH => {
+                faces().flat_map(interface::WetFace::tributary_lengths).collect()
+            }
+            _ => return Err(no_value(variable)),
+        })
     }
 }
 
@@ -319,6 +325,7 @@ mod tests {
         DamParameters {
             section: Section::rectangle(6.0, 10.0),
             water_depth: 0.0,
+            tailwater_depth: 0.0,
             cracks,
             material: Material {
                 young_modulus: 1e9,

@@ -191,7 +191,7 @@ struct NodalLoads {
 impl NodalLoads {
     fn of(structure: &Structure<MohrCoulomb>, wet: Option<&Wet>, gravity: f64) -> Self {
         let weight = DVector::from_row_slice(structure.weight([0.0, -gravity]).as_flattened());
-        let mut pressure = DMatrix::zeros(weight.len(), wet.map_or(0, |wet| wet.face.len()));
+        let mut pressure = DMatrix::zeros(weight.len(), wet.map_or(0, Wet::len));
         for &(node, point, force) in wet.map_or(&[][..], |wet| wet.load.entries()) {
             (0..2).for_each(|d| pressure[(2 * node + d, point)] += force[d]);
         }
@@ -209,11 +209,12 @@ impl NodalLoads {
     /// Loads to which the modes give the exact static response: weight, hydrostatic pressure, and uniform pressure.
     fn at_rest(&self, wet: Option<&Wet>) -> DMatrix<f64> {
         let Some(wet) = wet else { return DMatrix::from_columns(std::slice::from_ref(&self.weight)) };
-        let points = wet.face.points();
-        let top = points.last().map_or(0.0, |p| p[1]);
-        let depth = DVector::from_iterator(points.len(), points.iter().map(|p| top - p[1]));
-        let uniform = DVector::from_element(points.len(), 1.0);
-        DMatrix::from_columns(&[self.weight.clone(), &self.pressure * depth, &self.pressure * uniform])
+        let mut loads = vec![self.weight.clone()];
+        for (side, points) in wet.ranges().into_iter().enumerate().filter(|(_, points)| !points.is_empty()) {
+            let uniform = DVector::from_fn(wet.len(), |i, _| f64::from(u8::from(points.contains(&i))));
+            loads.extend([&self.pressure * DVector::from(wet.depths(side)), &self.pressure * uniform]);
+        }
+        DMatrix::from_columns(&loads)
     }
 }
 

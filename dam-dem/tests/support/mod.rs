@@ -23,6 +23,7 @@ pub fn koyna(element_size: f64) -> DamParameters {
     DamParameters {
         section: koyna_section(),
         water_depth: 91.75,
+        tailwater_depth: 0.0,
         cracks: vec![crack_at(66.5)],
         material: Material { young_modulus: 31e9, poisson_ratio: 0.2, density: 2640.0, plane: Plane::Stress },
         damping: Damping::Rayleigh {
@@ -110,6 +111,7 @@ pub fn block_on_ground<L: ContactLaw>(
         bottom: shift(&block.bottom),
         top: shift(&block.top),
         upstream: shift(&block.upstream),
+        downstream: shift(&block.downstream),
     });
     let fixed: Vec<usize> = (0..nodes).collect();
     Structure::new(mesh, &stiff(young_modulus), Kinematics::Corotational, [(law, contacts)], &fixed)

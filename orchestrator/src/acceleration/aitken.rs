@@ -1,9 +1,11 @@
+use serde::{Deserialize, Serialize};
+
 /// Aitken's dynamic relaxation: ω ← −ω (r⁻·(r − r⁻)) / ‖r − r⁻‖².
 ///
 /// A communication step begins with the factor that the step before ended with.
 ///
 /// **Source**: Irons and Tuck (1969); Küttler and Wall (2008), eq. 44.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Aitken {
     relaxation: f64,
     previous: Vec<f64>,

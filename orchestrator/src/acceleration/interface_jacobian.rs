@@ -1,5 +1,6 @@
 use super::secants::Secants;
 use nalgebra::{DMatrix, DVector, Dyn, LU};
+use serde::{Deserialize, Serialize};
 
 /// Interface Newton: the Jacobian of the residual is measured once, then used in every step.
 ///
@@ -16,7 +17,7 @@ use nalgebra::{DMatrix, DVector, Dyn, LU};
 /// The units need no derivatives, only states that can be restored. The measurement is part of the log.
 ///
 /// **Source**: a chord Newton method with the multi-secant update of Eyert (1996).
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct InterfaceJacobian {
     /// Change of an unknown in the measurement.
     probe: f64,
@@ -29,16 +30,38 @@ pub struct InterfaceJacobian {
 /// Smallest pivot of an invertible Jacobian, as a share of the largest.
 const SMALLEST_PIVOT: f64 = 1e-12;
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 enum Stage {
     /// Not measured yet.
     Unknown,
     /// The Jacobian is being measured from this guess and its residual.
     Measuring { guess: Vec<f64>, residual: Vec<f64>, columns: Vec<f64> },
     /// It is measured and inverted.
-    Known(Box<LU<f64, Dyn, Dyn>>),
+    Known(Measured),
     /// It cannot be inverted and is not used.
     Singular,
+}
+
+/// A Jacobian with its factors. Saved are its columns, whose factors have the same bits again.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(from = "Vec<f64>", into = "Vec<f64>")]
+struct Measured {
+    columns: Vec<f64>,
+    factors: Box<LU<f64, Dyn, Dyn>>,
+}
+
+impl From<Vec<f64>> for Measured {
+    fn from(columns: Vec<f64>) -> Self {
+        let size = columns.len().isqrt();
+        let jacobian = DMatrix::from_column_slice(size, size, &columns[..size * size]);
+        Self { columns, factors: Box::new(jacobian.lu()) }
+    }
+}
+
+impl From<Measured> for Vec<f64> {
+    fn from(measured: Measured) -> Self {
+        measured.columns
+    }
 }
 
 impl InterfaceJacobian {
@@ -93,13 +116,12 @@ impl InterfaceJacobian {
                     guess[moved + 1] += self.probe;
                     return;
                 }
-                let (jacobian, residual) =
-                    (DMatrix::from_column_slice(size, size, columns).lu(), from.clone());
-                let pivots: Vec<f64> = jacobian.u().diagonal().iter().map(|x| x.abs()).collect();
+                let (measured, residual) = (Measured::from(std::mem::take(columns)), from.clone());
+                let pivots: Vec<f64> = measured.factors.u().diagonal().iter().map(|x| x.abs()).collect();
                 let largest = pivots.iter().copied().fold(0.0, f64::max);
                 let sound =
                     largest.is_finite() && pivots.iter().all(|pivot| *pivot > SMALLEST_PIVOT * largest);
-                self.stage = if sound { Stage::Known(Box::new(jacobian)) } else { Stage::Singular };
+                self.stage = if sound { Stage::Known(measured) } else { Stage::Singular };
                 self.correct(guess, &residual);
             }
             Stage::Known(_) | Stage::Singular => self.correct(guess, residual),
@@ -112,7 +134,7 @@ impl InterfaceJacobian {
         let mut newton = DVector::from_column_slice(&known.rest);
         match &self.stage {
             // It was found to be invertible.
-            Stage::Known(jacobian) if jacobian.solve_mut(&mut newton) => {}
+            Stage::Known(measured) if measured.factors.solve_mut(&mut newton) => {}
             _ if known.columns > 0 => newton.neg_mut(),
             _ => newton *= -self.relaxation,
         }

@@ -1,4 +1,5 @@
 use super::secants::Secants;
+use serde::{Deserialize, Serialize};
 
 /// Interface quasi-Newton with the inverse Jacobian from a least-squares model, of this and of past steps.
 ///
@@ -10,7 +11,7 @@ use super::secants::Secants;
 /// guess is relaxed by a constant factor.
 ///
 /// **Source**: Degroote, Bathe and Vierendeels (2009); Degroote et al. (2010) for the reuse of past steps.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct IqnIls {
     /// Relaxation factor without a model.
     without_model: f64,

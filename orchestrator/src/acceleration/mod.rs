@@ -32,7 +32,7 @@ pub enum AccelerationKind {
 }
 
 /// A scheme for the next guess.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Acceleration {
     /// Constant relaxation ω.
     Constant(f64),

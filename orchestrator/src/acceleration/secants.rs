@@ -1,5 +1,6 @@
 use super::filtered_qr::FilteredQr;
 use crate::convergence::norm;
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
 /// Model of a residual r(x) from the iterations of this and of past communication steps.
@@ -7,7 +8,7 @@ use std::collections::VecDeque;
 /// Differences Δx and Δr between consecutive iterations of a step, newest first. A Δr that depends on newer ones is
 /// left out of the model, and one that is rounding; the newest is never left out for being small beside older ones: near
 /// a kink of the units' response it alone is right.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Secants {
     /// Number of past communication steps whose differences are used.
     reused_steps: u64,
@@ -34,13 +35,13 @@ const LARGEST: f64 = 100.0;
 /// units' response is small beside its change from step to step.
 const NOISE: f64 = 1e-6;
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct Iterate {
     guess: Vec<f64>,
     residual: Vec<f64>,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct Difference {
     step: u64,
     guess: Vec<f64>,

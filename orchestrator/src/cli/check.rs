@@ -1,15 +1,21 @@
 //! `cofferdam check`.
 
-use super::{Check, complain, estimate, known, say, threads};
+use super::start::{Start, StartError, deadlines};
+use super::{Check, Transport, complain, estimate, known, say, threads};
+use interface::Capabilities;
 use miette::Diagnostic;
 use orchestrator::ground_motion::{GroundMotion, STANDARD_GRAVITY};
-use orchestrator::participant::ParticipantError;
+use orchestrator::participant::{
+    AccelerationMeaning, Description, Level, Occasion, Participant, ParticipantError, Role, check_sign,
+    self_test,
+};
 use orchestrator::registry::{self, Flutter, LimitEquilibrium, RegistryError};
-use orchestrator::scene::{SceneError, SceneWarning};
-use orchestrator::scheme::UnitId;
+use orchestrator::scene::{Scene, SceneError, SceneWarning, Side, Source};
+use orchestrator::scheme::{CouplingError, UnitId, check_points};
 use std::f64::consts::TAU;
 use std::path::Path;
 use std::process::ExitCode;
+use std::sync::atomic::AtomicBool;
 
 /// Why a scene cannot be run.
 #[derive(Debug, thiserror::Error, Diagnostic)]
@@ -23,7 +29,20 @@ enum CheckError {
     Dam(#[from] ParticipantError),
     #[error(transparent)]
     Estimate(#[from] estimate::EstimateError),
+    #[error(transparent)]
+    Start(#[from] StartError),
+    #[error(transparent)]
+    Coupling(#[from] CouplingError),
+    #[error("the scene cannot be written: {0}; this is a mistake of the program")]
+    Text(#[from] toml::ser::Error),
 }
+
+/// The pressure of a test, as a share of the hydrostatic pressure at the base.
+const PROBE: f64 = 1e-4;
+/// Steps after which a unit has a past.
+const PAST: u64 = 3;
+/// Time that a unit of another program may take for a step, s.
+const DEADLINE: f64 = 60.0;
 
 /// Says of each scene what is wrong with it, or what a run of it would be.
 pub fn check(arguments: &Check) -> ExitCode {
@@ -53,16 +72,64 @@ fn examine(path: &Path, overrides: &[String]) -> Result<(), CheckError> {
         None => format!("{steps} communication steps of {step} s"),
     };
     // The dam is made and brought to rest as a run would; only the water's preparation remains.
-    let mut dam = registry::unit(UnitId::DAM, &loaded.scene, threads(None))?;
+    let mut dam = unit(UnitId::DAM, &loaded.scene)?;
     let [mut inputs, mut outputs] =
         [&dam.description().inputs, &dam.description().outputs].map(|layout| vec![0.0; layout.size()]);
-    if let Some(range) = dam.description().inputs.range("hydrostatic_pressure") {
-        inputs[range].copy_from_slice(&registry::hydrostatic_pressure(&loaded.scene)?);
+    for (variable, pressure) in registry::hydrostatic_pressure(&loaded.scene)? {
+        if let Some(range) = dam.description().inputs.range(&variable) {
+            inputs[range].copy_from_slice(&pressure);
+        }
     }
     dam.initialise(0.0, &inputs, &mut outputs)?;
+    let scene = &loaded.scene;
+    let sources: Vec<Source<'_>> = scene.sources();
+    let pressure = PROBE * loaded.scene.hydrostatic_base_pressure(Side::Upstream);
+    let mut changes = vec![0.0; sources.len()];
+    if sources[0].is_foreign() {
+        let mut other = unit(UnitId::DAM, &loaded.scene)?;
+        changes[0] = test(&mut *other, Role::Structure, &inputs, pressure, &loaded.scene)?;
+    }
+    let mut others = Vec::new();
+    for (id, _) in registry::units(&loaded.scene)
+        .into_iter()
+        .zip(&sources)
+        .skip(1)
+        .filter(|(_, s)| **s != Source::BuiltIn)
+    {
+        let mut other = unit(id, &loaded.scene)?;
+        if sources[id.0].is_foreign() {
+            let inputs = vec![0.0; other.description().inputs.size()];
+            changes[id.0] = test(&mut *other, Role::Fluid, &inputs, pressure, &loaded.scene)?;
+        }
+        for interface in registry::interfaces(&loaded.scene).iter().filter(|own| own.fluid.unit == id) {
+            check_points(&mut *dam, &mut *other, interface)?;
+        }
+        others.push((id, other));
+    }
+    let made = std::iter::once(&dam).chain(others.iter().map(|(_, other)| other));
+    let forgetful = made.map(|unit| unit.description()).find(|unit| !unit.capabilities.saved_state);
+    if let Some(unit) = forgetful.filter(|_| loaded.scene.scheme().is_implicit()) {
+        return Err(CouplingError::NoState { participant: unit.name.clone() }.into());
+    }
     let frequencies = known(dam.read("natural_frequency"))?;
     say(format!("{} can be run: {steps}, {duration} s; {warnings}", loaded.path.display()));
-    say(format!("  dam: {}", dam.description().solver));
+    say(format!("  dam: {}", told(&*dam, sources[0], changes[0], None)));
+    for (id, other) in &mut others {
+        for message in other.messages() {
+            if message.level >= Level::Warning {
+                complain(format!("WARNING: {}: {}", registry::name(*id), message.text));
+            }
+        }
+        let side = if *id == UnitId::TAILWATER { Side::Downstream } else { Side::Upstream };
+        let (depth, density) = (scene.depth_of(side), scene.water(side).map_or(0.0, |water| water.density));
+        // ∫ ⅞ ρ √(h (h − y)) dy
+        let mass = 7.0 / 12.0 * density * depth * depth;
+        say(format!(
+            "  {}: {}",
+            registry::name(*id),
+            told(&**other, sources[id.0], changes[id.0], Some(mass))
+        ));
+    }
     if loaded.ground_motion.file().is_some() {
         say(format!("  {}", strength(&loaded.ground_motion)));
     }
@@ -84,6 +151,99 @@ fn examine(path: &Path, overrides: &[String]) -> Result<(), CheckError> {
         }
     }
     Ok(())
+}
+
+/// A unit of a scene; that of another program in a process of its own, where it does no harm.
+fn unit(id: UnitId, scene: &Scene) -> Result<Box<dyn Participant>, CheckError> {
+    let foreign = registry::source(id, scene).is_foreign();
+    let start = Start {
+        scene,
+        resolved: &toml::to_string(scene)?,
+        transport: if foreign { Transport::SharedMemory } else { Transport::InProcess },
+        threads: threads(None),
+        deadlines: deadlines(DEADLINE),
+        interrupted: &AtomicBool::new(false),
+        announce: false,
+    };
+    Ok(start.units(&[id])?.remove(0))
+}
+
+/// Tests a unit of another program at rest and, if it can save its state, after some steps, and whether it fits the scene;
+/// returns its answer to the first test.
+fn test(
+    unit: &mut dyn Participant,
+    role: Role,
+    request: &[f64],
+    pressure: f64,
+    scene: &Scene,
+) -> Result<f64, CheckError> {
+    let Capabilities { saved_state, variable_communication_step, .. } = unit.description().capabilities;
+    let participant = || unit.description().name.clone();
+    if !variable_communication_step && scene.stepping().varies() {
+        return Err(CouplingError::FixedStep { participant: participant() }.into());
+    }
+    let communication_step = scene.time.communication_step;
+    let occasion = |step: u64| Occasion {
+        step,
+        iteration: 1,
+        attempt: 1,
+        time: (step - 1) as f64 * communication_step,
+        communication_step,
+    };
+    let mut outputs = vec![0.0; unit.description().outputs.size()];
+    unit.initialise(0.0, request, &mut outputs)?;
+    let change = self_test(unit, role, request, pressure, &occasion(1))?;
+    check_sign(unit, role, change)?;
+    if saved_state {
+        let name = if role == Role::Fluid { "interface_acceleration" } else { "interface_pressure" };
+        let driven = unit.description().inputs.range(name).unwrap_or_default();
+        let mut moved = request.to_vec();
+        for step in 1..=PAST {
+            unit.save_state()?;
+            moved[driven.clone()].fill(if role == Role::Fluid {
+                step as f64
+            } else {
+                pressure * step as f64
+            });
+            unit.step(&occasion(step), &moved, &mut outputs)?;
+        }
+        self_test(unit, role, &moved, pressure, &occasion(PAST + 1))?;
+    }
+    Ok(change)
+}
+
+/// What a unit is, and of one of another program what it can and lacks; `change` is its answer to a test, beside the `added_mass`
+/// (kg/m) of Westergaard's water.
+fn told(unit: &dyn Participant, source: Source<'_>, change: f64, added_mass: Option<f64>) -> String {
+    let Description { solver, outputs, capabilities, .. } = unit.description();
+    if !source.is_foreign() {
+        return solver.clone();
+    }
+    let points = outputs.range("interface_pressure").or(outputs.range("interface_acceleration"));
+    let points = points.map_or(0, |range| range.len());
+    let answer = match added_mass {
+        Some(mass) => format!(
+            "1 m/s² into the water gives {:.3} MN/m (Westergaard's added mass {:.3})",
+            change / 1e6,
+            mass / 1e6
+        ),
+        None => "a pressure pushes it into the dam".to_owned(),
+    };
+    let tested = match (change == 0.0, capabilities.saved_state) {
+        (true, _) => "it does not answer in the step that it is asked for".to_owned(),
+        (false, true) => format!("repeated steps are right, and so is the sign: {answer}"),
+        (false, false) => format!("its sign is right: {answer}"),
+    };
+    let steps = if capabilities.variable_communication_step { "of any length" } else { "of equal length" };
+    let schemes = if capabilities.saved_state { "any scheme" } else { "explicit schemes alone" };
+    let meaning = match source.acceleration() {
+        AccelerationMeaning::Mean => "the mean over the step",
+        AccelerationMeaning::End => "that at the step's end",
+    };
+    format!(
+        "{solver}; {points} points, {tested}; it takes steps {steps} and fits {schemes}; its acceleration is \
+         taken to be {meaning}"
+    )
 }
 
 /// How strong a record is.

@@ -58,14 +58,19 @@ pub fn of(
         dam.step(&occasion, inputs, &mut outputs)?;
     }
     let dam_step = began.elapsed().as_secs_f64() / f64::from(taken);
-    let points = registry::reservoir_face(scene)?.len() as f64;
+    let mut faces = Vec::new();
+    for (side, _) in scene.waters() {
+        faces.push(registry::face_of_water(scene, side)?.len() as f64);
+    }
+    let (points, pairs) =
+        (faces.iter().sum::<f64>(), faces.iter().map(|points| points * points).sum::<f64>());
     let preparation = registry::preparation_time(scene, threads)?;
     let iterations = if scene.coupling.scheme.unwrap_or_default().is_implicit() { ITERATIONS } else { 1.0 };
-    let water_step = if preparation > 0.0 { CONVOLUTION * points * points } else { 0.0 };
+    let water_step = if preparation > 0.0 { CONVOLUTION * pairs } else { 0.0 };
     let numbers = (inputs.len() + outputs.len()) as f64 + 3.0 * points;
     Ok(Estimate {
         preparation,
-        run: steps * (iterations * (dam_step + 2.0 * EXCHANGE) + water_step),
+        run: steps * (iterations * (dam_step + (1 + faces.len()) as f64 * EXCHANGE) + water_step),
         disk: steps * (iterations * numbers * LOGGED + (outputs.len() as f64 + points) * WRITTEN),
     })
 }

@@ -4,7 +4,7 @@ use super::{BuiltIn, check, complain, say};
 use crate::packing::{self, PackingError, Target, Unit};
 use miette::Diagnostic;
 use orchestrator::registry;
-use orchestrator::scene::SceneError;
+use orchestrator::scene::{SceneError, Side};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -14,7 +14,7 @@ pub struct Arguments {
     /// Folder that holds scene.toml, or a .toml file
     pub scene: PathBuf,
 
-    /// Which of the scene's two units
+    /// Which of the scene's units
     #[arg(short, long)]
     pub unit: BuiltIn,
 
@@ -95,8 +95,9 @@ fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let (name, unit, said) = match (arguments.unit, arguments.added_mass) {
         (BuiltIn::Dam, true) => ("dam", Unit::Dam { added_mass: true }, WITH_WATER),
         (BuiltIn::Dam, false) => ("dam", Unit::Dam { added_mass: false }, WITHOUT_WATER),
-        (BuiltIn::Reservoir, false) => ("reservoir", Unit::Reservoir, RESERVOIR),
-        (BuiltIn::Reservoir, true) => return Err(Failure::AddedMass),
+        (BuiltIn::Reservoir, false) => ("reservoir", Unit::Water(Side::Upstream), RESERVOIR),
+        (BuiltIn::Tailwater, false) => ("tailwater", Unit::Water(Side::Downstream), RESERVOIR),
+        (BuiltIn::Reservoir | BuiltIn::Tailwater, true) => return Err(Failure::AddedMass),
     };
     let loaded = registry::read(&arguments.scene, &arguments.set)?;
     check::warn(&loaded.warnings);

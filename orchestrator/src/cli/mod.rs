@@ -6,16 +6,22 @@ pub mod export_fmu;
 pub mod log;
 mod parallel;
 mod picture;
+pub mod points;
 pub mod replay;
 pub mod reservoir;
 pub mod run;
 mod spectra;
+mod start;
 pub mod study;
 mod table;
+pub mod template;
 pub mod unit;
 
 use clap::{Parser, Subcommand, ValueEnum};
+use interface::WetFace;
 use orchestrator::participant::ParticipantError;
+use orchestrator::registry::{self, RegistryError};
+use orchestrator::scene::{ReservoirScene, Scene};
 use orchestrator::scheme::UnitId;
 use std::io::{ErrorKind, Write};
 use std::num::NonZeroUsize;
@@ -52,6 +58,12 @@ pub enum Command {
     /// Pack a unit of a scene as an FMU (FMI 3.0), for other programs to simulate
     #[command(after_long_help = export_fmu::HELP)]
     ExportFmu(export_fmu::Arguments),
+    /// Print the points of the wet face at which the units of a scene exchange
+    #[command(after_long_help = points::HELP)]
+    Points(points::Arguments),
+    /// Write a folder from which to make a reservoir or a dam of your own: an FMU in C, or a process in Python
+    #[command(subcommand)]
+    Template(template::Command),
     /// Inspect and compare the logs of runs
     #[command(subcommand)]
     Log(log::Command),
@@ -143,14 +155,14 @@ pub struct Run {
 pub enum Transport {
     /// Each unit is a process of its own, connected by shared memory (iceoryx2)
     SharedMemory,
-    /// Both units run in this process; results are equal, bit for bit
+    /// All units run in this process; results are equal, bit for bit
     InProcess,
 }
 
 /// Arguments of `cofferdam unit`.
 #[derive(clap::Args)]
 pub struct Unit {
-    /// Which of the two
+    /// Which of them
     pub unit: BuiltIn,
 }
 
@@ -161,6 +173,8 @@ pub enum BuiltIn {
     Dam,
     /// The reservoir
     Reservoir,
+    /// The tailwater
+    Tailwater,
 }
 
 impl From<BuiltIn> for UnitId {
@@ -168,7 +182,23 @@ impl From<BuiltIn> for UnitId {
         match unit {
             BuiltIn::Dam => Self::DAM,
             BuiltIn::Reservoir => Self::RESERVOIR,
+            BuiltIn::Tailwater => Self::TAILWATER,
         }
+    }
+}
+
+impl BuiltIn {
+    /// The water of a scene that this unit is, or with which it exchanges.
+    fn water(self, scene: &Scene) -> &ReservoirScene {
+        let tailwater = scene.tailwater.as_ref().filter(|_| self == Self::Tailwater);
+        tailwater.unwrap_or(&scene.reservoir)
+    }
+
+    /// The points at which this unit of `scene` exchanges.
+    ///
+    /// **Errors**: those of the wet face.
+    fn face(self, scene: &Scene) -> Result<WetFace, RegistryError> {
+        Ok(registry::place(self.into(), scene)?.face)
     }
 }
 
@@ -192,7 +222,7 @@ fn seconds(text: &str) -> Result<f64, String> {
 }
 
 const UNIT_HELP: &str = "\
-Be one of a run's units: what `run` starts by itself, once for the dam and once for the reservoir.
+Be one of a run's units: what `run` starts by itself, once for the dam and once for each water.
 
 The process reads its task, one line of JSON, from standard input, makes its unit, says on standard
 output that it is ready, and answers requests over shared memory until a line `end` comes. It ends
@@ -239,8 +269,8 @@ Results, in the output folder:
   response_spectra.csv, .svg
                   response spectra of ground and crest, 5 % damping
   snapshots.pvd   with [snapshots] in the scene: the dam's fields over time, for ParaView
-  dam-*.csv, reservoir-*.csv
-                  motion and pressure of the wet face, one column per point
+  dam-*.csv, reservoir-*.csv, with [tailwater] tailwater-*.csv
+                  motion and pressure of the wet faces, one column per point
   manifest.toml   the scene with all defaults, versions, machine, and the summary
 
 Examples:

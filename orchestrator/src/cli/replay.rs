@@ -19,7 +19,7 @@ pub struct Arguments {
     /// The log.mcap of a run, or the run's folder
     pub log: PathBuf,
 
-    /// Replay this unit only; by default both, side by side
+    /// Replay this unit only; by default all, side by side
     #[arg(short, long)]
     pub unit: Option<BuiltIn>,
 
@@ -112,8 +112,8 @@ fn execute(arguments: &Arguments) -> Result<u8, Failure> {
     let threads = super::threads(arguments.threads);
     say(format!("{} (recorded by cofferdam {}, commit {})", head.scene.title, head.version, head.commit));
     let bar = progress(arguments.quiet, head.scene.steps().saturating_mul(units.len() as u64));
-    let both = NonZeroUsize::MIN.saturating_add(1);
-    let results = parallel::map(&units, both, |&id| replay_unit(&log, id, &scene, threads, &bar));
+    let all = NonZeroUsize::new(units.len()).unwrap_or(NonZeroUsize::MIN);
+    let results = parallel::map(&units, all, |&id| replay_unit(&log, id, &scene, threads, &bar));
     bar.finish_and_clear();
     let (mut failure, mut different, mut nothing) = (None, false, false);
     for (id, result) in units.into_iter().zip(results) {

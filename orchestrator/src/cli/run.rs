@@ -1,16 +1,16 @@
 //! `cofferdam run`.
 
+use super::start::{Start, StartError, deadlines};
 use super::{Run, Transport, check, complain, known, say, spectra};
 use crate::registry::{self, RegistryError};
 use miette::Diagnostic;
 use orchestrator::ground_motion::{GroundMotion, STANDARD_GRAVITY};
 use orchestrator::log::{LogError, LogWriter, Preamble};
 use orchestrator::observer::{HistoriesWriter, Limits, Observer, Progress, Rest, Snapshots, Status};
-use orchestrator::participant::{Deadlines, ParticipantError, Starting};
-use orchestrator::report::{Build, Manifest, ManifestError, Summary, Unit};
+use orchestrator::participant::{ParticipantError, Starting};
+use orchestrator::report::{Build, Manifest, ManifestError, Summary, Unit, WaterFace};
 use orchestrator::scene::{
-    DamFidelityScene, DampingModelScene, FidelityScene, LoadedScene, MethodScene, ReservoirScene, Scene,
-    SceneError,
+    DamFidelityScene, DampingModelScene, FidelityScene, LoadedScene, MethodScene, Scene, SceneError, Side,
 };
 use orchestrator::scheme::{CouplingError, Graph, UnitId, interface_points};
 use orchestrator::simulation::{Simulation, SimulationError};
@@ -19,7 +19,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// Why a run ended without a result, or with a partial one.
 #[derive(Debug, thiserror::Error, Diagnostic)]
@@ -41,8 +41,8 @@ enum RunError {
     Participant(#[from] ParticipantError),
     #[error(transparent)]
     Simulation(#[from] SimulationError),
-    #[error("the program's own file cannot be found: {0}; use --transport in-process")]
-    Program(std::io::Error),
+    #[error(transparent)]
+    Start(#[from] StartError),
     #[error("the response spectra: {0}; free some space or choose another --output")]
     Spectra(Box<dyn std::error::Error + Send + Sync>),
     #[error("Ctrl-C cannot be caught: {0}; it takes a thread: allow more (`ulimit -u`)")]
@@ -53,21 +53,24 @@ impl RunError {
     fn exit_status(&self) -> u8 {
         match self {
             Self::Scene(_) => 2,
-            Self::Participant(ParticipantError::Interrupted) => INTERRUPTED,
+            Self::Participant(ParticipantError::Interrupted)
+            | Self::Start(StartError::Participant(ParticipantError::Interrupted)) => INTERRUPTED,
             Self::Simulation(SimulationError::Coupling(
                 CouplingError::NotConverged { .. }
                 | CouplingError::Hopeless { .. }
                 | CouplingError::BlewUp { .. },
             )) => 3,
-            Self::Unit(_) | Self::Participant(_) | Self::Simulation(SimulationError::Coupling(_)) => 4,
+            Self::Start(StartError::Program(_)) => 1,
+            Self::Unit(_)
+            | Self::Start(_)
+            | Self::Participant(_)
+            | Self::Simulation(SimulationError::Coupling(_)) => 4,
             _ => 1,
         }
     }
 }
 
 const INTERRUPTED: u8 = 130;
-/// Ratio of the time limits of preparation and initialisation to that of a step.
-const PREPARATION: u32 = 60;
 
 /// Runs a scene; reports the result on the terminal and by the exit status.
 pub fn run(arguments: &Run) -> ExitCode {
@@ -102,6 +105,7 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
         build: Build::here(),
         wet_face: Vec::new(),
         reservoir_wet_face: None,
+        further_wet_faces: Vec::new(),
         units: Vec::new(),
         result: None,
         scene: loaded.scene.clone(),
@@ -137,10 +141,15 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
         let fingerprint = description.fingerprint.to_string();
         manifest.units.push(Unit { name, solver, fingerprint });
     }
-    if let Some(interface) = graph.interfaces().first().cloned() {
-        let [dam, reservoir] = interface_points(&mut graph, &interface)?;
-        manifest.reservoir_wet_face = Some(reservoir).filter(|points| *points != dam);
-        manifest.wet_face = dam;
+    for (index, interface) in graph.interfaces().to_vec().iter().enumerate() {
+        let [dam, own] = interface_points(&mut graph, interface)?;
+        let own = Some(own).filter(|points| *points != dam);
+        if index == 0 {
+            (manifest.wet_face, manifest.reservoir_wet_face) = (dam, own);
+        } else {
+            let water = graph[interface.fluid.unit].description().name.clone();
+            manifest.further_wet_faces.push(WaterFace { water, points: dam, own_points: own });
+        }
     }
     "running".clone_into(&mut manifest.status);
     manifest.write(&manifest_path)?;
@@ -151,7 +160,12 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
     say(ground_line(&loaded.ground_motion));
     say(format!("prepared in {:.2} s; results go to {}", began.elapsed().as_secs_f64(), folder.display()));
 
-    let mut simulation = Simulation::of_scene(&loaded.scene, &loaded.ground_motion, graph)?;
+    let fits = Simulation::of_scene(&loaded.scene, &loaded.ground_motion, graph);
+    if let Err(error) = &fits {
+        manifest.status = format!("failed: {error}");
+        manifest.write(&manifest_path)?;
+    }
+    let mut simulation = fits?;
     let mut observers: Vec<&mut dyn Observer> =
         vec![&mut log, &mut histories, &mut progress, &mut limits, &mut rest];
     observers.extend(snapshots.as_mut().map(|snapshots| snapshots as &mut dyn Observer));
@@ -189,33 +203,17 @@ fn graph(
     resolved: &str,
     interrupted: &AtomicBool,
 ) -> Result<Graph, RunError> {
-    let threads = super::threads(arguments.threads);
-    if arguments.transport == Transport::InProcess {
-        let [dam, reservoir] = [UnitId::DAM, UnitId::RESERVOIR].map(|id| registry::unit(id, scene, threads));
-        return Ok(Graph::pair(dam?, reservoir?));
-    }
-    let step = Duration::from_secs_f64(arguments.deadline);
-    let deadlines = Deadlines { preparation: PREPARATION * step, step };
-    let program = std::env::current_exe().map_err(RunError::Program)?;
-    // An empty reservoir needs no process.
-    let names: &[&str] = if registry::is_empty(scene) { &["dam"] } else { &["dam", "reservoir"] };
-    let processes = names.iter().map(|name| {
-        let mut command = std::process::Command::new(&program);
-        command.args(["unit", name]);
-        ((*name).to_owned(), command)
-    });
-    let starting = Starting::new(processes, resolved, threads.get(), deadlines)?;
-    let processes: Vec<String> = starting.processes().map(|(name, id)| format!("{name} {id}")).collect();
-    say(format!("processes  {}", processes.join(", ")));
-    let mut units = starting.wait(interrupted)?.into_iter();
-    let (Some(dam), reservoir) = (units.next(), units.next()) else {
-        unreachable!("a process was started for the dam");
+    let start = Start {
+        scene,
+        resolved,
+        transport: arguments.transport,
+        threads: super::threads(arguments.threads),
+        deadlines: deadlines(arguments.deadline),
+        interrupted,
+        announce: true,
     };
-    let reservoir = match reservoir {
-        Some(process) => Box::new(process),
-        None => registry::unit(UnitId::RESERVOIR, scene, threads)?,
-    };
-    Ok(Graph::pair(Box::new(dam), reservoir))
+    let units = start.units(&registry::units(scene))?;
+    Ok(Graph::new(units, registry::interfaces(scene)).map_err(RegistryError::from)?)
 }
 
 /// Creates the output folder, or takes an empty one; creates the manifest in it and returns both paths.
@@ -267,15 +265,19 @@ fn stress_points(graph: &mut Graph) -> Result<Vec<[f64; 2]>, ParticipantError> {
     Ok(x.into_iter().zip(y).map(|(x, y)| [x, y]).collect())
 }
 
-/// Error and loss of the water's recursion; nothing if there is none, or if the reservoir does not tell.
-fn recursion(scene: &Scene, graph: &mut Graph) -> Result<Vec<f64>, ParticipantError> {
-    let ReservoirScene { fidelity, method, .. } = scene.reservoir;
-    if (fidelity, method) != (FidelityScene::Compressible, MethodScene::Recursive) {
-        return Ok(Vec::new());
+/// Error and loss of the recursion of each water that has one and tells them.
+fn recursion(scene: &Scene, graph: &mut Graph) -> Result<Vec<(Side, [f64; 2])>, ParticipantError> {
+    let mut found = Vec::new();
+    for (id, (side, water)) in graph.ids().skip(1).zip(scene.waters()) {
+        if (water.fidelity, water.method) != (FidelityScene::Compressible, MethodScene::Recursive) {
+            continue;
+        }
+        let [error, loss] = ["recursion_error", "recursion_loss"].map(|name| known(graph[id].read(name)));
+        if let ([error], [loss]) = (&error?[..], &loss?[..]) {
+            found.push((side, [*error, *loss]));
+        }
     }
-    let [error, loss] =
-        ["recursion_error", "recursion_loss"].map(|name| known(graph[UnitId::RESERVOIR].read(name)));
-    Ok([error?, loss?].concat())
+    Ok(found)
 }
 
 /// Source and peak of the ground motion.
@@ -288,7 +290,9 @@ fn ground_line(motion: &GroundMotion) -> String {
 
 /// Lines that name the damping model, which belongs to every value of sliding, and the fidelity if it is not the full one.
 fn dam_lines(loaded: &LoadedScene, graph: &mut Graph) -> Result<String, ParticipantError> {
-    let Some(dam) = &loaded.scene.dam else { return Ok(String::new()) };
+    let Some(dam) = loaded.scene.dam.as_ref().filter(|dam| !dam.fidelity.is_foreign()) else {
+        return Ok(String::new());
+    };
     let percent = 100.0 * dam.damping.ratio;
     let mut frequencies = graph[UnitId::DAM].read("damping_frequency_low")?;
     frequencies.extend(graph[UnitId::DAM].read("damping_frequency_high")?);

@@ -23,13 +23,13 @@ mod variables;
 
 pub use error::FmuError;
 pub use library::Library;
+pub use model_description::{Description, Times};
+pub use variables::SizedVariable;
 
 use interface::export::{Contents, FILE, PREPARED};
 use interface::{Packable, Shape};
-use model_description::{Description, Times};
 use std::io::{Cursor, Write};
 use std::path::Path;
-use variables::SizedVariable;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
@@ -88,10 +88,11 @@ impl<U: Packable> Package<U> {
         found.map_or(0, |variable| U::size_for(&self.contents.parameters, variable))
     }
 
-    /// modelDescription.xml.
-    fn model_description(&self, variables: &[SizedVariable]) -> Result<String, FmuError> {
-        model_description::write(&Description {
+    /// The XML files.
+    fn xml(&self, variables: &[SizedVariable]) -> Result<Vec<(&'static str, String)>, FmuError> {
+        described(&Description {
             name: U::NAME,
+            release: Some((env!("CARGO_PKG_VERSION"), env!("CARGO_PKG_LICENSE"))),
             token: &self.contents.token::<U>()?,
             text: &format!("{}: {}", U::DESCRIPTION, self.title),
             capabilities: U::capabilities_for(&self.contents.parameters),
@@ -104,10 +105,8 @@ impl<U: Packable> Package<U> {
     fn entries(&self) -> Result<Vec<(String, Vec<u8>)>, FmuError> {
         let variables = variables::of::<U>(&self.contents)?;
         let text = |name: &str, text: String| (name.to_owned(), text.into_bytes());
-        let mut entries = vec![text("modelDescription.xml", self.model_description(&variables)?)];
-        if let Some(terminals) = terminals::write(&variables)? {
-            entries.push(text("terminalsAndIcons/terminalsAndIcons.xml", terminals));
-        }
+        let mut entries: Vec<_> =
+            self.xml(&variables)?.into_iter().map(|(name, xml)| text(name, xml)).collect();
         entries.push((self.library.entry(U::NAME), self.library.bytes().to_vec()));
         entries.push(text(&format!("resources/{FILE}"), self.contents.to_toml()?));
         entries.extend(self.prepared.clone().map(|bytes| (format!("resources/{PREPARED}"), bytes)));
@@ -121,6 +120,16 @@ impl<U: Packable> Package<U> {
     }
 }
 
+/// The XML files of an FMU: path in it, and text.
+///
+/// **Errors**: [`FmuError::Xml`].
+pub fn described(unit: &Description<'_>) -> Result<Vec<(&'static str, String)>, FmuError> {
+    let mut files = vec![("modelDescription.xml", model_description::write(unit)?)];
+    let terminals = terminals::write(unit.variables)?;
+    files.extend(terminals.map(|terminals| ("terminalsAndIcons/terminalsAndIcons.xml", terminals)));
+    Ok(files)
+}
+
 /// The contract of a unit as modelDescription.xml: all variables of [`Packable::VARIABLES`], with structural parameters for
 /// the sizes that depend on the scene, and the capabilities of a unit with these `parameters`.
 ///
@@ -128,6 +137,7 @@ impl<U: Packable> Package<U> {
 pub fn contract<U: Packable>(parameters: &U::Parameters) -> Result<String, FmuError> {
     model_description::write(&Description {
         name: U::NAME,
+        release: None,
         token: &format!("cofferdam-{}-1", U::NAME),
         text: U::DESCRIPTION,
         capabilities: U::capabilities_for(parameters),

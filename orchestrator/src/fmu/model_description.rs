@@ -13,8 +13,10 @@ pub type Xml = Writer<Vec<u8>>;
 
 /// What a modelDescription.xml says, of a packed FMU or of the contract.
 pub struct Description<'a> {
-    /// Name of the unit.
+    /// Name of the unit, and of its library.
     pub name: &'static str,
+    /// Version and licence of the unit, where it is one of this program's.
+    pub release: Option<(&'static str, &'static str)>,
     /// Instantiation token.
     pub token: &'a str,
     /// The unit in one line.
@@ -56,12 +58,11 @@ pub fn write(of: &Description<'_>) -> Result<String, FmuError> {
         ("instantiationToken", of.token),
         ("description", of.text),
     ];
+    if let Some((version, licence)) = of.release {
+        attributes.extend([("version", version), ("license", licence)]);
+    }
     if of.scene.is_some() {
-        attributes.extend([
-            ("version", env!("CARGO_PKG_VERSION")),
-            ("license", env!("CARGO_PKG_LICENSE")),
-            ("generationTool", &tool),
-        ]);
+        attributes.push(("generationTool", &tool));
     }
     attributes.push(("variableNamingConvention", "structured"));
     let content = |xml: &mut Xml| {

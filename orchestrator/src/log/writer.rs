@@ -5,7 +5,7 @@ use super::types::{
 };
 use super::{LogError, foxglove};
 use crate::convergence::{Residuals, norm};
-use crate::observer::{Ending, Observer, ObserverError, Start};
+use crate::observer::{Ending, Observer, ObserverError, ObserverState, Start};
 use crate::participant::{Channel, Description, Layout, Message, Occasion};
 use crate::results_file::ResultsFile;
 use crate::scheme::{Exchange, Interval, UnitId, WindowReport};
@@ -35,6 +35,8 @@ const QUEUE: usize = 1024;
 /// Interval at which the writing thread checks for messages: waking it for each one would cost the run more than the
 /// exchange of a step.
 const LOOK: Duration = Duration::from_millis(1);
+/// Whose state it is.
+const NAME: &str = "log";
 const FLUSH_INTERVAL: Duration = Duration::from_secs(1);
 const CHUNK_SIZE: u64 = 1 << 20;
 
@@ -357,6 +359,19 @@ impl Observer for LogWriter {
             self.send(topics.end, self.sequence, nanoseconds(ending.time), data);
         }
         self.check(true)
+    }
+
+    /// The counters of what was written.
+    fn state(&self) -> Result<ObserverState, ObserverError> {
+        Ok(ObserverState::of(NAME, &(self.sequence, self.last_log_time))?)
+    }
+
+    fn resume(&mut self, state: &ObserverState) -> Result<(), ObserverError> {
+        let last_log_time: u64;
+        (self.sequence, last_log_time) = state.read(NAME)?;
+        // The head of this log has been written.
+        self.last_log_time = self.last_log_time.max(last_log_time);
+        Ok(())
     }
 }
 

@@ -1,4 +1,4 @@
-use super::{Ending, Observer, ObserverError, Start};
+use super::{Ending, Observer, ObserverError, ObserverState, Start};
 use crate::participant::{Channel, ChannelShape};
 use crate::results_file::ResultsFile;
 use crate::scheme::{Exchange, InterfaceWork, Interval, UnitId, WindowReport};
@@ -36,6 +36,9 @@ impl Histories {
         self.columns.first().map_or(0, Vec::len)
     }
 }
+
+/// Whose state it is.
+const NAME: &str = "histories";
 
 /// Keeps the histories and writes them as CSV during the run.
 ///
@@ -220,5 +223,15 @@ impl Observer for HistoriesWriter {
     fn end(&mut self, _ending: &Ending) -> Result<(), ObserverError> {
         let tables = self.table.iter_mut().chain(self.faces.iter_mut().map(|(_, _, table)| table));
         tables.into_iter().try_for_each(Table::flush)
+    }
+
+    /// The sums of the columns that are sums; the rows so far are in the files.
+    fn state(&self) -> Result<ObserverState, ObserverError> {
+        Ok(ObserverState::of(NAME, &self.work)?)
+    }
+
+    fn resume(&mut self, state: &ObserverState) -> Result<(), ObserverError> {
+        self.work = state.read(NAME)?;
+        Ok(())
     }
 }

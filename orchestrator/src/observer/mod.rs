@@ -5,18 +5,21 @@ mod limits;
 mod progress;
 mod rest;
 mod snapshots;
+mod state;
 
 pub use histories::{Histories, HistoriesWriter};
 pub use limits::Limits;
 pub use progress::Progress;
 pub use rest::{AVERAGED, LastSecond, Rest, STILL_MOVES, STILL_SLIDES};
 pub use snapshots::Snapshots;
+pub use state::{ObserverState, ObserverStateError};
 
 use crate::ground_motion::GroundMotion;
 use crate::participant::{Description, ParticipantError};
 use crate::results_file::remedy;
 use crate::scheme::{Graph, UnitId, WindowReport};
 use crate::stepping::Stepping;
+use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -62,7 +65,7 @@ impl std::fmt::Display for Status {
 }
 
 /// Wall times of a run.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct WallTime {
     /// From the first call to the last, initialisation included.
     pub total: Duration,
@@ -91,7 +94,7 @@ impl WallTime {
 }
 
 /// Statistics of a run.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Statistics {
     /// Steps that each unit took, by its name, and how many of them repeated one.
     pub calls: Vec<(String, [u64; 2])>,
@@ -136,6 +139,9 @@ pub enum ObserverError {
         /// The error of the system.
         cause: std::io::Error,
     },
+    /// The state of an observer.
+    #[error(transparent)]
+    State(#[from] ObserverStateError),
     /// A unit could not be read.
     #[error(transparent)]
     Unit(#[from] ParticipantError),
@@ -144,7 +150,8 @@ pub enum ObserverError {
 /// Observes a run. It changes no result, but may end the run.
 ///
 /// **Call order**: `begin`, `window` for initialisation (step 0) and for every window of communication steps (usually
-/// one step), followed by `inspect` if it was accepted; `end` in any case. An error ends the run.
+/// one step), followed by `inspect` if it was accepted; `end` in any case. An error ends the run. In a continued run
+/// `resume` takes the place of the first `window`; `state` is asked for between two windows.
 pub trait Observer {
     /// Before the first exchange.
     fn begin(&mut self, start: &Start<'_>) -> Result<(), ObserverError>;
@@ -159,6 +166,16 @@ pub trait Observer {
 
     /// After the last window, however the run ended.
     fn end(&mut self, ending: &Ending) -> Result<(), ObserverError>;
+
+    /// What it needs to go on with the run later; by default nothing.
+    fn state(&self) -> Result<ObserverState, ObserverError> {
+        Ok(ObserverState::default())
+    }
+
+    /// Goes on from the `state` of its like.
+    fn resume(&mut self, _state: &ObserverState) -> Result<(), ObserverError> {
+        Ok(())
+    }
 
     /// How the run ends after this window, if the observer ends it.
     fn ends(&self) -> Option<Status> {

@@ -1,8 +1,8 @@
-use super::{Ending, Observer, ObserverError, Start, Status};
+use super::{Ending, Observer, ObserverError, ObserverState, Start, Status};
 use crate::participant::Level;
 use crate::scheme::WindowReport;
 use indicatif::{ProgressBar, ProgressStyle};
-use std::collections::HashSet;
+use std::collections::BTreeSet;
 use std::io::Write;
 use std::time::{Duration, Instant};
 
@@ -23,9 +23,11 @@ pub struct Progress {
     /// Time inside each unit, by its name.
     inside: Vec<(String, Duration)>,
     shown: u64,
-    warned: HashSet<(String, String)>,
+    warned: BTreeSet<(String, String)>,
 }
 
+/// Whose state it is.
+const NAME: &str = "progress";
 /// Resolution of the bar.
 const PARTS: u64 = 1000;
 const STYLE: &str = "{bar:10} {percent:>3} %  {msg}  {eta} left";
@@ -45,7 +47,7 @@ impl Progress {
             unconverged: 0,
             inside: Vec::new(),
             shown: 0,
-            warned: HashSet::new(),
+            warned: BTreeSet::new(),
         }
     }
 
@@ -140,6 +142,24 @@ impl Observer for Progress {
             Status::Completed => self.bar.finish_and_clear(),
             _ => self.bar.abandon(),
         }
+        Ok(())
+    }
+
+    fn state(&self) -> Result<ObserverState, ObserverError> {
+        let counts = (self.windows, self.iterations, self.unconverged, self.shown);
+        let said = (&self.inside, &self.warned, self.began.elapsed());
+        Ok(ObserverState::of(NAME, &(counts, said))?)
+    }
+
+    fn resume(&mut self, state: &ObserverState) -> Result<(), ObserverError> {
+        let elapsed: Duration;
+        (
+            (self.windows, self.iterations, self.unconverged, self.shown),
+            (self.inside, self.warned, elapsed),
+        ) = state.read(NAME)?;
+        let now = Instant::now();
+        self.began = now.checked_sub(elapsed).unwrap_or(now);
+        self.bar.reset_eta();
         Ok(())
     }
 }

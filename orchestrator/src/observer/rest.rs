@@ -1,4 +1,4 @@
-use super::{Ending, Histories, Observer, ObserverError, Start, Status};
+use super::{Ending, Histories, Observer, ObserverError, ObserverState, Start, Status};
 use crate::scene::{REST, Time};
 use crate::scheme::{UnitId, WindowReport};
 use std::ops::Range;
@@ -31,7 +31,7 @@ impl LastSecond {
 
     /// Of times (s), sliding (m) and kinetic energies (J/m), of which `peak` is the largest of the whole run.
     fn of_rows(time: &[f64], sliding: &[f64], kinetic: &[f64], peak: f64) -> Self {
-        let from = time.partition_point(|t| *t < time.last().copied().unwrap_or(0.0) - AVERAGED);
+        let from = last_second(time);
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
         let last = &sliding[from..];
         let (first_half, second_half) = last.split_at(last.len() / 2);
@@ -47,6 +47,14 @@ impl LastSecond {
         self.speed.abs() <= STILL_SLIDES && self.kinetic_share <= STILL_MOVES
     }
 }
+
+/// Index of the first of the times (s) in the last second.
+fn last_second(time: &[f64]) -> usize {
+    time.partition_point(|t| *t < time.last().copied().unwrap_or(0.0) - AVERAGED)
+}
+
+/// Whose state it is.
+const NAME: &str = "rest";
 
 /// Ends a run once the dam is at rest, if the scene asks for that.
 #[derive(Default)]
@@ -105,6 +113,19 @@ impl Observer for Rest {
     }
 
     fn end(&mut self, _ending: &Ending) -> Result<(), ObserverError> {
+        Ok(())
+    }
+
+    /// The peak so far, and the rows that a later mean can hold.
+    fn state(&self) -> Result<ObserverState, ObserverError> {
+        let from = last_second(&self.time);
+        let sliding: Vec<_> = self.sliding.iter().map(|crack| &crack[from..]).collect();
+        let kept = (self.peak_kinetic, &self.time[from..], sliding, &self.kinetic[from..]);
+        Ok(ObserverState::of(NAME, &kept)?)
+    }
+
+    fn resume(&mut self, state: &ObserverState) -> Result<(), ObserverError> {
+        (self.peak_kinetic, self.time, self.sliding, self.kinetic) = state.read(NAME)?;
         Ok(())
     }
 

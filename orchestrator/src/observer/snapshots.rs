@@ -1,4 +1,4 @@
-use super::{Ending, Observer, ObserverError, Start};
+use super::{Ending, Observer, ObserverError, ObserverState, Start};
 use crate::participant::{Description, Participant, ParticipantError};
 use crate::scene::SnapshotsScene;
 use crate::scheme::{Graph, UnitId, WindowReport};
@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 /// communication step (of a window, where several steps are iterated together) after it. Parts: the *dam* (points:
 /// `displacement` in m since time 0; triangles: `stress_xx`, `stress_yy`, `stress_xy`, tension positive, and the
 /// principal stresses in Pa, including those at rest), its *contacts* (`opening` and `slip` in m, normal and shear
-/// stress in Pa) and the *wet face* (`displacement` along its normals; hydrodynamic and hydrostatic pressure in Pa).
+/// stress in Pa) and each *wet face* (`displacement` along its normals; hydrodynamic and hydrostatic pressure in Pa).
 /// Points lie in the unloaded position.
 pub struct Snapshots {
     folder: PathBuf,
@@ -21,11 +21,11 @@ pub struct Snapshots {
     /// Number of the next multiple of the interval.
     next: u64,
     taken: Vec<(f64, Vec<String>)>,
-    /// Where the fields of the wet face are: hydrodynamic and hydrostatic pressure in the dam's inputs, its displacement
+    /// Where the fields of each wet face are: hydrodynamic and hydrostatic pressure in the dam's inputs, its displacement
     /// in its outputs.
-    ranges: [Range<usize>; 3],
+    ranges: [[Range<usize>; 3]; 2],
     /// Time and fields of the last accepted step.
-    last: (f64, [Vec<f64>; 3]),
+    last: (f64, [[Vec<f64>; 3]; 2]),
     still: Option<Still>,
 }
 
@@ -34,11 +34,21 @@ struct Still {
     nodes: Vec<[f64; 2]>,
     triangles: Vec<Vec<usize>>,
     contacts: Vec<[f64; 2]>,
-    face: Vec<[f64; 2]>,
+    faces: [Face; 2],
+}
+
+/// Points and normals of a wet face.
+struct Face {
+    points: Vec<[f64; 2]>,
     normals: Vec<[f64; 2]>,
 }
 
+/// The wet faces: name of the part, and what the names of the dam's variables begin with.
+const FACES: [(&str, &str); 2] = [("wet_face", ""), ("tailwater_wet_face", "tailwater_")];
+
 const FOLDER: &str = "snapshots";
+/// Whose state it is.
+const NAME: &str = "snapshots";
 /// Tolerance of a multiple, as a share of the interval, because sums of steps are rounded.
 const ROUNDING: f64 = 1e-9;
 
@@ -57,11 +67,11 @@ impl Snapshots {
     }
 
     /// The parts of a snapshot and their names.
-    fn parts(&mut self, dam: &mut dyn Participant) -> Result<[(&'static str, Grid); 3], ParticipantError> {
+    fn parts(&mut self, dam: &mut dyn Participant) -> Result<Vec<(&'static str, Grid)>, ParticipantError> {
         if self.still.is_none() {
             self.still = Some(Still::of(dam)?);
         }
-        let Some(still) = &self.still else { return Ok(Default::default()) };
+        let Some(still) = &self.still else { return Ok(Vec::new()) };
         let stress = ["stress_xx", "stress_yy", "stress_xy"];
         let mut cell_data = Vec::new();
         for name in stress {
@@ -96,19 +106,24 @@ impl Snapshots {
             point_data,
             cell_data: Vec::new(),
         };
-        let (_, [hydrodynamic, hydrostatic, displacement]) = &self.last;
-        let along = still.normals.iter().zip(displacement).map(|(n, u)| [n[0] * u, n[1] * u]);
-        let face = Grid {
-            points: still.face.clone(),
-            cells: (1..still.face.len()).map(|i| vec![i - 1, i]).collect(),
-            point_data: vec![
-                Field::vector("displacement", along),
-                Field::scalar("hydrodynamic_pressure", hydrodynamic.clone()),
-                Field::scalar("hydrostatic_pressure", hydrostatic.clone()),
-            ],
-            cell_data: Vec::new(),
-        };
-        Ok([("dam", concrete), ("contacts", contacts), ("wet_face", face)])
+        let mut parts = vec![("dam", concrete), ("contacts", contacts)];
+        let (_, fields) = &self.last;
+        for (((name, _), face), fields) in FACES.into_iter().zip(&still.faces).zip(fields) {
+            let [hydrodynamic, hydrostatic, displacement] = fields;
+            let along = face.normals.iter().zip(displacement).map(|(n, u)| [n[0] * u, n[1] * u]);
+            let grid = Grid {
+                points: face.points.clone(),
+                cells: (1..face.points.len()).map(|i| vec![i - 1, i]).collect(),
+                point_data: vec![
+                    Field::vector("displacement", along),
+                    Field::scalar("hydrodynamic_pressure", hydrodynamic.clone()),
+                    Field::scalar("hydrostatic_pressure", hydrostatic.clone()),
+                ],
+                cell_data: Vec::new(),
+            };
+            parts.push((name, grid));
+        }
+        Ok(parts)
     }
 
     fn write(&self, name: &Path, text: &str) -> Result<(), ObserverError> {
@@ -127,12 +142,17 @@ impl Still {
         let of = |dam: &mut dyn Participant, x: &str, y: &str| {
             if has(dam, x) { pairs(dam, x, y) } else { Ok(Vec::new()) }
         };
+        let face = |dam: &mut dyn Participant, prefix: &str| {
+            let [x, y] = ["x", "y"].map(|axis| format!("{prefix}interface_{axis}"));
+            let [n_x, n_y] = ["x", "y"].map(|axis| format!("{prefix}interface_normal_{axis}"));
+            Ok::<_, ParticipantError>(Face { points: of(dam, &x, &y)?, normals: of(dam, &n_x, &n_y)? })
+        };
+        let [upstream, downstream] = FACES.map(|(_, prefix)| face(dam, prefix));
         Ok(Self {
             nodes: pairs(dam, "node_x", "node_y")?,
             triangles,
             contacts: of(dam, "contact_x", "contact_y")?,
-            face: of(dam, "interface_x", "interface_y")?,
-            normals: of(dam, "interface_normal_x", "interface_normal_y")?,
+            faces: [upstream?, downstream?],
         })
     }
 }
@@ -153,12 +173,15 @@ fn due(plan: &SnapshotsScene, time: f64) -> Option<u64> {
 impl Observer for Snapshots {
     fn begin(&mut self, start: &Start<'_>) -> Result<(), ObserverError> {
         let Description { inputs, outputs, .. } = start.dam();
-        self.ranges = [
-            inputs.range("interface_pressure"),
-            inputs.range("hydrostatic_pressure"),
-            outputs.range("interface_displacement"),
-        ]
-        .map(Option::unwrap_or_default);
+        self.ranges = FACES.map(|(_, prefix)| {
+            let of = |name: &str| format!("{prefix}{name}");
+            [
+                inputs.range(&of("interface_pressure")),
+                inputs.range(&of("hydrostatic_pressure")),
+                outputs.range(&of("interface_displacement")),
+            ]
+            .map(Option::unwrap_or_default)
+        });
         let path = self.folder.join(FOLDER);
         std::fs::create_dir_all(&path).map_err(|cause| ObserverError::Write { path, cause })
     }
@@ -167,10 +190,12 @@ impl Observer for Snapshots {
         if let Some(step) = report.steps.last()
             && let Some(dam) = report.accepted(UnitId::DAM, step.step)
         {
-            let [hydrodynamic, hydrostatic, displacement] = self.ranges.clone();
-            let fields = [&dam.inputs[hydrodynamic], &dam.inputs[hydrostatic], &dam.outputs[displacement]];
+            let fields = self.ranges.clone().map(|[hydrodynamic, hydrostatic, displacement]| {
+                [&dam.inputs[hydrodynamic], &dam.inputs[hydrostatic], &dam.outputs[displacement]]
+                    .map(<[f64]>::to_vec)
+            });
             // to the picosecond, as in the histories
-            self.last = ((step.end() * 1e12).round() / 1e12, fields.map(<[f64]>::to_vec));
+            self.last = ((step.end() * 1e12).round() / 1e12, fields);
         }
         Ok(())
     }
@@ -194,6 +219,16 @@ impl Observer for Snapshots {
     }
 
     fn end(&mut self, _ending: &Ending) -> Result<(), ObserverError> {
+        Ok(())
+    }
+
+    /// What was taken; the files stay where they are.
+    fn state(&self) -> Result<ObserverState, ObserverError> {
+        Ok(ObserverState::of(NAME, &(self.next, &self.taken))?)
+    }
+
+    fn resume(&mut self, state: &ObserverState) -> Result<(), ObserverError> {
+        (self.next, self.taken) = state.read(NAME)?;
         Ok(())
     }
 }

@@ -31,7 +31,7 @@ pub fn dam(parameters: &DamParameters) -> Vec<File> {
     ]
 }
 
-/// The boundary elements of the reservoir; Westergaard's added mass has none.
+/// The boundary elements of the reservoir, of a tailwater in the mirror; Westergaard's added mass has none.
 ///
 /// **Errors**: an outline that cannot be meshed.
 pub fn reservoir(parameters: &ReservoirParameters) -> Result<Vec<File>, ReservoirError> {

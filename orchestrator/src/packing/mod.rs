@@ -4,10 +4,10 @@ mod mesh;
 
 use crate::registry::{self, RegistryError, WaterMass};
 use dam_dem::Dam;
+use interface::Packable;
 use interface::export::Contents;
-use interface::{Packable, variables};
 use orchestrator::fmu::{FmuError, Library, Package, check_target};
-use orchestrator::scene::Scene;
+use orchestrator::scene::{Scene, Side};
 use reservoir::Reservoir;
 use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
@@ -22,6 +22,9 @@ pub enum PackingError {
          the scene a [dam] instead of [prescribed]"
     )]
     NoDam,
+    /// There is no tailwater.
+    #[error("the scene has no tailwater to pack; give it a [tailwater]")]
+    NoTailwater,
     /// There is no water.
     #[error(
         "the scene's reservoir is empty, so there is no water to pack; pack the dam with --unit dam, or choose a \
@@ -57,15 +60,15 @@ pub enum Unit {
         /// Whether it does.
         added_mass: bool,
     },
-    /// The reservoir.
-    Reservoir,
+    /// The reservoir or the tailwater.
+    Water(Side),
 }
 
 /// What was packed.
 pub struct Packed {
     /// Size of the FMU, bytes.
     pub size: u64,
-    /// Number of points of the wet face.
+    /// Number of points of the wet face; of a dam, of the upstream one.
     pub interface_points: usize,
     /// Whether the importer may choose the length of communication steps.
     pub variable_step: bool,
@@ -79,7 +82,7 @@ pub fn pack(unit: Unit, scene: &Scene, target: &Target<'_>) -> Result<Packed, Pa
     check_target(target.path, target.overwrite)?;
     match unit {
         Unit::Dam { added_mass } => dam(scene, added_mass, target),
-        Unit::Reservoir => reservoir(scene, target),
+        Unit::Water(side) => water(scene, side, target),
     }
 }
 
@@ -89,25 +92,20 @@ fn dam(scene: &Scene, added_mass: bool, target: &Target<'_>) -> Result<Packed, P
     let parameters = registry::dam_parameters(dam, scene, mass)?;
     // Some mistakes are found only when the dam is made; that takes no longer than a few steps.
     registry::made_dam(parameters.clone(), scene)?;
-    let face = parameters.wet_face().map_err(RegistryError::from)?;
-    let mut start = BTreeMap::new();
-    if let Some(face) = face {
-        // The order of the operations is that of the reservoir, so that the bits are equal.
-        let density = if registry::is_empty(scene) { 0.0 } else { scene.reservoir.density };
-        let (weight, depth) = (density * scene.gravity, face.depth());
-        let pressure = face.points().iter().map(|point| weight * (depth - point[1])).collect();
-        start.insert(variables::dam::HYDROSTATIC_PRESSURE.name.to_owned(), pressure);
-    }
+    // The order of the operations is that of the reservoir, so that the bits are equal.
+    let start: BTreeMap<_, _> = registry::hydrostatic_pressure(scene)?.into_iter().collect();
     let page = [include_str!("dam.html"), include_str!("dam_example.html")];
     let mesh = mesh::dam(&parameters);
     written::<Dam>(scene, Contents { start, parameters }, None, mesh, page, target)
 }
 
-fn reservoir(scene: &Scene, target: &Target<'_>) -> Result<Packed, PackingError> {
-    if registry::is_empty(scene) {
-        return Err(PackingError::NoWater);
+fn water(scene: &Scene, side: Side, target: &Target<'_>) -> Result<Packed, PackingError> {
+    match side {
+        Side::Upstream if registry::is_empty(scene) => return Err(PackingError::NoWater),
+        Side::Downstream if scene.tailwater.is_none() => return Err(PackingError::NoTailwater),
+        _ => {}
     }
-    let parameters = registry::reservoir_parameters(scene, registry::reservoir_face(scene)?)?;
+    let parameters = registry::parameters_of_water(scene, side)?;
     parameters.validate().map_err(RegistryError::from)?;
     let threads = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
     let prepared = Reservoir::prepare(&parameters, threads).map_err(RegistryError::from)?;
@@ -145,7 +143,7 @@ fn written<U: Packable>(
 }
 
 /// The scene as TOML, with the record's file name but not its path, which is of no use on another machine.
-fn portable(scene: &Scene) -> Result<String, toml::ser::Error> {
+pub fn portable(scene: &Scene) -> Result<String, toml::ser::Error> {
     let mut scene = scene.clone();
     if let Some(record) = &mut scene.ground_motion.record
         && let Some(name) = record.file.file_name()

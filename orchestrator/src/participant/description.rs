@@ -43,7 +43,7 @@ impl From<Shape> for ChannelShape {
         match shape {
             Shape::Scalar => Self::Scalar,
             Shape::Plane => Self::Plane,
-            Shape::InterfacePoints => Self::WetFace,
+            Shape::InterfacePoints | Shape::TailwaterPoints => Self::WetFace,
             Shape::Modes
             | Shape::Cracks
             | Shape::StressPoints
@@ -154,21 +154,30 @@ impl Description {
             inputs: layout(inputs),
             outputs: layout(outputs),
             readable: layout(readable),
-            capabilities: Capabilities { variable_communication_step: true, directional_derivative: false },
+            capabilities: Capabilities {
+                variable_communication_step: true,
+                directional_derivative: false,
+                saved_state: true,
+            },
         })
     }
 
     /// Value reference and size of a variable that is not exchanged.
     ///
     /// **Errors**: [`ParticipantError::Missing`], also for an exchanged one.
-    pub(super) fn find_readable(&self, name: &str) -> Result<(u32, usize), ParticipantError> {
+    pub(crate) fn find_readable(&self, name: &str) -> Result<(u32, usize), ParticipantError> {
         let mut channels = self.readable.channels();
         let found = channels.find(|(channel, _)| channel.name == name);
         found.map(|(c, range)| (c.value_reference, range.len())).ok_or_else(|| self.missing(name))
     }
 
+    /// The error that bytes are no state of the unit, or that it has none as bytes.
+    pub(super) fn no_state(&self, cause: StateError) -> ParticipantError {
+        ParticipantError::Unit { participant: self.name.clone(), cause: Box::new(cause) }
+    }
+
     /// The error that the unit has no readable `variable`.
-    pub(super) fn missing(&self, variable: &str) -> ParticipantError {
+    pub(crate) fn missing(&self, variable: &str) -> ParticipantError {
         ParticipantError::Missing { participant: self.name.clone(), variable: variable.to_owned() }
     }
 }

@@ -69,4 +69,12 @@ impl Participant for EmptyReservoir {
     fn restore_state(&mut self) -> Result<(), ParticipantError> {
         Ok(())
     }
+
+    fn serialise(&mut self) -> Result<Option<Vec<u8>>, ParticipantError> {
+        Ok(Some(Vec::new()))
+    }
+
+    fn deserialise(&mut self, _state: &[u8]) -> Result<(), ParticipantError> {
+        Ok(())
+    }
 }

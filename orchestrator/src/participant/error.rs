@@ -33,6 +33,66 @@ pub enum ParticipantError {
         /// Number of values found.
         found: usize,
     },
+    /// A unit with other points than the scene, that does not say where they are.
+    #[error(
+        "{participant}: its interface has {found} points, that of the scene {expected}, and it does not tell where its own are \
+         (`interface_x`, `interface_y`); take those of `cofferdam points`"
+    )]
+    Points {
+        /// Name of the participant.
+        participant: String,
+        /// Number of its points.
+        found: usize,
+        /// Number of points of the scene.
+        expected: usize,
+    },
+    /// A unit whose normals are others than those of its points.
+    #[error(
+        "{participant}: its normal at point {index} is ({:.3}, {:.3}), but out of the water and into the dam is ({:.3}, {:.3}); \
+         turn its normals", found[0], found[1], expected[0], expected[1]
+    )]
+    Normal {
+        /// Name of the participant.
+        participant: String,
+        /// Index of the point, from 0.
+        index: usize,
+        /// Its normal.
+        found: [f64; 2],
+        /// The normal of its points.
+        expected: [f64; 2],
+    },
+    /// A unit of the other sign.
+    #[error(
+        "{participant}: when {asked}, it answers with {change:e} {unit}, where that must be above 0; n points out of the water \
+         into the dam, accelerations are along n, and pressure is positive in compression: turn the sign"
+    )]
+    Sign {
+        /// Name of the participant.
+        participant: String,
+        /// What it was asked.
+        asked: &'static str,
+        /// Its answer, integrated along the face.
+        change: f64,
+        /// Of what, and the unit.
+        unit: &'static str,
+    },
+    /// A unit that does not return to its saved state.
+    #[error(
+        "{participant}: the same step from its saved state gives `{variable}`[{index}] = {first:e} at first and {second:e} then; \
+         save all that its steps change, or say that it has no state and choose an explicit [coupling] scheme"
+    )]
+    NotRepeated {
+        /// Name of the participant.
+        participant: String,
+        /// Name of the variable.
+        variable: String,
+        /// Index of the value, from 0.
+        index: usize,
+        /// The answer of the first time.
+        first: f64,
+        /// The answer of the second.
+        second: f64,
+    },
     /// The unit's process reported an error.
     #[error("{text}")]
     Reported {
@@ -40,12 +100,16 @@ pub enum ParticipantError {
         text: String,
     },
     /// The unit's process cannot be started.
-    #[error("{participant}: its process cannot be started: {cause}; use --transport in-process")]
+    #[error("{participant}: its process, `{program}`, cannot be started: {cause}; {remedy}")]
     NotStarted {
         /// Name of the participant.
         participant: String,
+        /// The program.
+        program: String,
         /// The error of the system.
         cause: std::io::Error,
+        /// What to do.
+        remedy: &'static str,
     },
     /// The unit's process ended.
     #[error("{participant}: its process {how} {when}")]
@@ -56,6 +120,24 @@ pub enum ParticipantError {
         how: String,
         /// Step and iteration, or the activity.
         when: String,
+    },
+    /// A state is asked for that the unit cannot save.
+    #[error(
+        "{participant}: it cannot return to a saved state, as its description says; let it save and restore states, or use \
+         an explicit scheme"
+    )]
+    NoSavedState {
+        /// Name of the participant.
+        participant: String,
+    },
+    /// The state is asked for as bytes, which the unit does not give.
+    #[error(
+        "{participant}: it does not give its state as bytes, so that a run with it cannot be continued elsewhere; use a built-in \
+         unit in this process"
+    )]
+    NotSerialised {
+        /// Name of the participant.
+        participant: String,
     },
     /// The user interrupted the start.
     #[error("interrupted while the units were made")]
@@ -107,7 +189,7 @@ pub enum ParticipantError {
     /// An answer holds a value that is not finite.
     #[error(
         "{participant}: `{variable}`[{index}] became {value} in the step to t = {time} s; \
-         look at the last exchanges in the log, and at the time step's safety factor and the mesh"
+         look at the last exchanges in the log; of a built-in dam also at the time step's safety factor and the mesh"
     )]
     NonFinite {
         /// Name of the participant.

@@ -148,6 +148,19 @@ impl<U: CoSimulation> Participant for InProcess<U> {
         result.map_err(|e| self.failed(e))
     }
 
+    fn serialise(&mut self) -> Result<Option<Vec<u8>>, ParticipantError> {
+        let bytes = self.call(|this| this.unit.serialise_state(&this.unit.save_state()));
+        bytes.map(Some).map_err(|e| self.failed(e))
+    }
+
+    fn deserialise(&mut self, state: &[u8]) -> Result<(), ParticipantError> {
+        let result = self.call(|this| {
+            let state = this.unit.deserialise_state(state)?;
+            this.unit.restore_state(&state)
+        });
+        result.map_err(|e| self.failed(e))
+    }
+
     fn busy(&self) -> Duration {
         self.busy
     }

@@ -3,20 +3,30 @@
 mod description;
 mod empty_reservoir;
 mod error;
+mod fmu;
+mod foreign;
 mod in_process;
 mod messages;
 mod prescribed;
+mod role;
+mod settings;
 mod shared_memory;
 
 pub(crate) use description::check_finite;
 pub use description::{Channel, ChannelShape, Description, Layout};
 pub use empty_reservoir::EmptyReservoir;
 pub use error::ParticipantError;
+pub use fmu::{Fmu, FmuUnitError, Import, UnpackError};
+pub use foreign::{Foreign, Place, check_sign, self_test};
 pub use in_process::InProcess;
 pub use interface::{Level, Messages};
 pub use messages::Message;
 pub use prescribed::Prescribed;
-pub use shared_memory::{Deadlines, SharedMemory, Starting, Task, Word, host, layout_hash};
+pub use role::Role;
+pub use settings::{AccelerationMeaning, ParameterValue};
+pub use shared_memory::{
+    Brief, BriefPoints, Deadlines, SharedMemory, Starting, Task, UnitCommand, Word, host, layout_hash,
+};
 
 use std::time::Duration;
 
@@ -59,7 +69,7 @@ impl std::fmt::Display for Occasion {
 
 /// A unit that takes part in a co-simulation, wherever it runs.
 ///
-/// **Call order**: [`initialise`](Self::initialise) once, then [`save_state`](Self::save_state) and any number of
+/// **Call order**: [`initialise`](Self::initialise) once, or [`deserialise`](Self::deserialise), then [`save_state`](Self::save_state) and any number of
 /// [`step`](Self::step), each after the first preceded by [`restore_state`](Self::restore_state); the next
 /// `save_state` accepts the last step. Requests and answers are flat slices in the order of the description's
 /// layouts. A participant keeps one saved state, which can be restored any number of times.
@@ -69,6 +79,11 @@ impl std::fmt::Display for Occasion {
 pub trait Participant: Send {
     /// Its description.
     fn description(&self) -> &Description;
+
+    /// Whether its answers are known beforehand and do not depend on what it is asked.
+    fn is_open_loop(&self) -> bool {
+        false
+    }
 
     /// Reads a variable that is not exchanged: fixed after initialisation, such as the hydrostatic pressure, or a field
     /// of the last step.
@@ -95,6 +110,20 @@ pub trait Participant: Send {
 
     /// Returns to the saved state.
     fn restore_state(&mut self) -> Result<(), ParticipantError>;
+
+    /// The state at the end of the last step as bytes, for [`deserialise`](Self::deserialise); `None` where that is not
+    /// offered, as by default.
+    fn serialise(&mut self) -> Result<Option<Vec<u8>>, ParticipantError> {
+        Ok(None)
+    }
+
+    /// Takes a state written by a unit made from the same scene, in this or another process, in the place of
+    /// initialisation.
+    ///
+    /// **Errors**: it is not offered, as by default; the bytes are not a state of such a unit.
+    fn deserialise(&mut self, _state: &[u8]) -> Result<(), ParticipantError> {
+        Err(ParticipantError::NotSerialised { participant: self.description().name.clone() })
+    }
 
     /// Time that the unit itself has spent in all calls so far, including saving and restoring states but not the
     /// communication; zero if it is negligible or not measured.

@@ -1,5 +1,6 @@
 use super::{Description, Occasion, Participant, ParticipantError};
-use interface::{EndAcceleration, StateError, Variable, WetFace, variables::dam};
+use interface::{EndAcceleration, StateError, Variable, WetFace, open, seal, variables::dam};
+use serde::{Deserialize, Serialize};
 
 /// A stand-in for the dam that moves rigidly with the ground.
 ///
@@ -13,7 +14,7 @@ pub struct Prescribed {
     saved: State,
 }
 
-#[derive(Clone)]
+#[derive(Clone, Serialize, Deserialize)]
 struct State {
     ground_acceleration: [f64; 2],
     of_face: EndAcceleration,
@@ -95,6 +96,21 @@ impl Participant for Prescribed {
 
     fn restore_state(&mut self) -> Result<(), ParticipantError> {
         self.state.clone_from(&self.saved);
+        Ok(())
+    }
+
+    fn serialise(&mut self) -> Result<Option<Vec<u8>>, ParticipantError> {
+        let bytes = seal(self.description.fingerprint, &self.state);
+        bytes.map(Some).map_err(|cause| self.description.no_state(cause))
+    }
+
+    fn deserialise(&mut self, state: &[u8]) -> Result<(), ParticipantError> {
+        let read: State =
+            open(self.description.fingerprint, state).map_err(|cause| self.description.no_state(cause))?;
+        if !read.of_face.is_of(self.face.len()) {
+            return Err(self.description.no_state(StateError::NotAState { length: state.len() }));
+        }
+        self.state = read;
         Ok(())
     }
 }

@@ -1,5 +1,9 @@
 //! Replay: the requests of a log are repeated with a newly made unit, whose answers must be equal bit for bit.
 
+mod recorded;
+
+pub use recorded::{Recorded, RecordedError, Recording};
+
 use crate::difference::{Difference, Divergence, Half};
 use crate::log::{Entry, Log, LogReadError, LoggedExchange};
 use crate::participant::{Occasion, Participant, ParticipantError};

@@ -20,6 +20,9 @@ pub struct Manifest {
     /// Points of the reservoir's wet face, where they are others.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reservoir_wet_face: Option<Vec<[f64; 2]>>,
+    /// The other wet faces of the dam.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub further_wet_faces: Vec<WaterFace>,
     /// The participants: name and solver.
     pub units: Vec<Unit>,
     /// The result; absent while the run goes on.
@@ -27,6 +30,18 @@ pub struct Manifest {
     pub result: Option<Summary>,
     /// The scene with all defaults: a manifest can be run again as a scene.
     pub scene: Scene,
+}
+
+/// A wet face of the dam beside that of the reservoir.
+#[derive(Clone, Debug, Serialize)]
+pub struct WaterFace {
+    /// Name of its water.
+    pub water: String,
+    /// Points of the dam from the base up (x, y), m.
+    pub points: Vec<[f64; 2]>,
+    /// Points of the water, where they are others.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub own_points: Option<Vec<[f64; 2]>>,
 }
 
 /// The program and the machine it runs on.

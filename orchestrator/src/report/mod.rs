@@ -4,6 +4,6 @@ mod manifest;
 mod response_spectrum;
 mod summary;
 
-pub use manifest::{Build, Manifest, ManifestError, Unit};
+pub use manifest::{Build, Manifest, ManifestError, Unit, WaterFace};
 pub use response_spectrum::response_spectrum;
 pub use summary::{Quantity, Summary};

@@ -1,6 +1,6 @@
 use crate::ground_motion::STANDARD_GRAVITY;
 use crate::observer::{AVERAGED, Ending, Histories, LastSecond, STILL_MOVES, STILL_SLIDES, Status, WallTime};
-use crate::scene::{CrackScene, DamFidelityScene, FidelityScene, LoadedScene, REST, Warning};
+use crate::scene::{CrackScene, DamFidelityScene, LoadedScene, REST, Side, Warning};
 use serde::Serialize;
 use std::fmt;
 
@@ -47,7 +47,7 @@ impl Summary {
     /// Sums up the histories of a run; what the run did not record, or did not reach, is left out.
     ///
     /// `static_crest` is the displacement (x, y) of the crest at rest, m, and `stress_points` (x, y), m, are where stress is
-    /// watched, of a dam that is computed; `recursion` are error and loss of the water's recursion, if there is one.
+    /// watched, of a dam that is computed; `recursion` are error and loss of the recursion of each water that has one.
     pub fn of(
         loaded: &LoadedScene,
         histories: &Histories,
@@ -55,11 +55,11 @@ impl Summary {
         static_crest: Option<[f64; 2]>,
         stress_points: &[[f64; 2]],
         natural_frequencies: &[f64],
-        recursion: &[f64],
+        recursion: &[(Side, [f64; 2])],
     ) -> Self {
         let time = histories.column("time").unwrap_or(&[]);
         let mut table = Table { histories, time, quantities: Vec::new(), moving: Vec::new() };
-        let empty = loaded.scene.reservoir.fidelity == FidelityScene::Empty;
+        let empty = !loaded.scene.has_water();
         if let Some([x, _]) = static_crest {
             let loads = if empty { "weight" } else { "weight, water" };
             table.add(&format!("static crest displacement ({loads})"), 1e3 * x, "mm", None);
@@ -67,11 +67,10 @@ impl Summary {
         for (mode, frequency) in natural_frequencies.iter().enumerate() {
             table.add(&format!("natural frequency {} (intact, empty)", mode + 1), *frequency, "rad/s", None);
         }
-        for (name, value) in ["error of the water's recursion", "loss of the water's recursion over rho c"]
-            .iter()
-            .zip(recursion)
-        {
-            table.add(name, *value, "1", None);
+        for (side, [error, loss]) in recursion {
+            let water = if *side == Side::Upstream { "water" } else { "tailwater" };
+            table.add(&format!("error of the {water}'s recursion"), *error, "1", None);
+            table.add(&format!("loss of the {water}'s recursion over rho c"), *loss, "1", None);
         }
         table.extremes("dam.crest_displacement.x");
         let cracks = loaded.scene.dam.as_ref().map_or(&[][..], |d| &d.cracks);
@@ -124,10 +123,18 @@ impl Summary {
             table.largest_stresses();
         }
         table.peak("peak crest acceleration", "dam.crest_acceleration.x", 1.0 / STANDARD_GRAVITY, "g");
-        if !empty {
-            let base = 1.0 / loaded.scene.hydrostatic_base_pressure();
+        let upstream = loaded.scene.hydrostatic_base_pressure(Side::Upstream);
+        if upstream > 0.0 {
             let name = "peak hydrodynamic base pressure over hydrostatic";
-            table.peak(name, "reservoir.base_pressure", base, "1");
+            table.peak(name, "reservoir.base_pressure", 1.0 / upstream, "1");
+        }
+        let downstream = loaded.scene.hydrostatic_base_pressure(Side::Downstream);
+        if downstream > 0.0 {
+            let name = "peak base pressure of the tailwater over hydrostatic";
+            table.peak(name, "tailwater.base_pressure", 1.0 / downstream, "1");
+            table.peak("peak hydrodynamic force of the tailwater", "tailwater.total_force", 1e-6, "MN/m");
+        }
+        if !empty {
             table.largest(LOWEST_PRESSURE, "lowest_pressure", 1e-3, "kPa", |p| -p);
         }
         table.pressure_coefficient(loaded);

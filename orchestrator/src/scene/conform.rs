@@ -7,8 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use toml::{Table, Value};
 
 /// How keys begin that ask for physics that is not there, a word of each, and what that is.
-const NOT_MODELLED: [(&[&str], &str); 6] = [
-    (&["tailwater"], "water downstream of the dam is"),
+const NOT_MODELLED: [(&[&str], &str); 5] = [
     (&["uplift", "drain"], "pressure of water in cracks (uplift) is"),
     (&["silt", "sediment"], "silt before the dam is"),
     (&["vertical"], "vertical motion of the ground is"),
@@ -76,6 +75,23 @@ impl Conformed {
         self.places.insert(path.to_owned(), node.place.clone());
         match (shape, &node.content) {
             (Shape::Any, Content::Scalar(value)) => return value.clone(),
+            (Shape::Any, Content::Array(nodes)) => {
+                let number = |node: &Node| match &node.content {
+                    Content::Scalar(value @ (Value::Float(_) | Value::Integer(_))) => Some(value.clone()),
+                    _ => None,
+                };
+                if let Some(numbers) = nodes.iter().map(number).collect() {
+                    return Value::Array(numbers);
+                }
+                let (key, wanted, found) = (path.to_owned(), shape.wanted(), described(&node.content));
+                self.problems.push((node.place.clone(), Invalid::Type { key, wanted, found }));
+            }
+            (Shape::Map(of), Content::Table(entries)) => {
+                let value = |(name, (_, node)): (&String, &(Place, Node))| {
+                    (name.clone(), self.value(node, of, &join(path, name)))
+                };
+                return Value::Table(entries.iter().map(value).collect());
+            }
             (Shape::Table(fields), Content::Table(entries)) => return self.table(entries, fields, path),
             (Shape::Array(of, count), Content::Array(nodes)) if count.is_none_or(|n| n == nodes.len()) => {
                 let values = nodes.iter().enumerate();
@@ -177,19 +193,23 @@ impl Conformed {
             place.text > 0 || given.get(field.name.as_str()).is_none_or(|other| can_join(other, node))
         };
         let free: Vec<&'static str> = fields.iter().filter(free).map(|field| field.name.as_str()).collect();
-        let homes = Shape::scene().homes(name, "");
+        let everywhere = Shape::scene().homes(name, "");
+        let homes: Vec<&String> = everywhere
+            .iter()
+            .filter(|home| !Shape::is_like_another(home) && !is_of_another_program(home))
+            .collect();
         let at_home = matches!(homes.len(), 1 | 2);
         let meant = similar(name, &free).or_else(|| if at_home { None } else { alike(name, &free) });
         let (key, table) = (name.to_owned(), Shape::header(path));
         let invalid = match meant {
             Some(meant) => Invalid::Misspelt { key, table, meant: meant.to_owned() },
             None if at_home => {
-                self.misplaced.extend(homes.iter().map(|home| (home.clone(), key.clone())));
+                self.misplaced.extend(everywhere.iter().map(|home| (home.clone(), key.clone())));
                 let place = |home: &String| match home.as_str() {
                     "" => "the top of the file, above all tables".to_owned(),
                     home => Shape::header(home),
                 };
-                let homes: Vec<String> = homes.iter().map(place).collect();
+                let homes: Vec<String> = homes.into_iter().map(place).collect();
                 Invalid::Misplaced { key, table, home: homes.join(" or ") }
             }
             None => {
@@ -220,6 +240,11 @@ impl Conformed {
     }
 }
 
+/// Whether a table is that of another program's unit: rarely there, and with keys that other tables have too.
+fn is_of_another_program(table: &str) -> bool {
+    [".fmu", ".command", ".log"].iter().any(|end| table.ends_with(end))
+}
+
 /// A value of that shape from which no check draws anything.
 fn stand_in(shape: &Shape) -> Value {
     match shape {
@@ -227,6 +252,7 @@ fn stand_in(shape: &Shape) -> Value {
             let required = fields.iter().filter(|field| field.required);
             required.map(|field| (field.name.clone(), stand_in(&field.shape))).collect::<Table>().into()
         }
+        Shape::Map(_) => Table::new().into(),
         Shape::Array(of, count) => vec![stand_in(of); count.unwrap_or(0)].into(),
         Shape::Number(_) => f64::NAN.into(),
         Shape::Whole([least, most]) => 0.clamp(*least, *most).into(),

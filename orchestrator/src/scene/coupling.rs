@@ -1,4 +1,4 @@
-//! `[coupling]`: how the two units are coupled.
+//! `[coupling]`: how the units are coupled.
 
 use crate::acceleration::AccelerationKind;
 use crate::convergence::Measure;
@@ -6,7 +6,7 @@ use crate::scheme::SchemeKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How the two units are coupled.
+/// How the units are coupled.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct CouplingScene {

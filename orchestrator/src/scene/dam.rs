@@ -1,5 +1,6 @@
 //! `[dam]`: the dam that is computed, and `[prescribed]`: one that moves as told.
 
+use super::foreign::{CommandScene, FmuScene, LogScene, Source};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -47,6 +48,25 @@ pub struct DamScene {
     /// Horizontal cracks through the whole section. Results come in the order of elevations. No water enters a crack.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cracks: Vec<CrackScene>,
+    /// An FMU that computes the dam; with `fidelity = "fmu"`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("like" = "reservoir.fmu"))]
+    pub fmu: Option<FmuScene>,
+    /// A process that computes the dam; with `fidelity = "command"`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("like" = "reservoir.command"))]
+    pub command: Option<CommandScene>,
+    /// A run of the past whose dam moves the water; with `fidelity = "log"`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("like" = "reservoir.log"))]
+    pub log: Option<LogScene>,
+}
+
+impl DamScene {
+    /// Who computes the dam.
+    pub fn source(&self) -> Source<'_> {
+        Source::of(&self.fidelity.word(), (&self.fmu, &self.command, &self.log))
+    }
 }
 
 /// How much of the dam is computed.
@@ -62,12 +82,24 @@ pub enum DamFidelityScene {
     RigidBlocks,
     /// The dam without its cracks, linear, by modes.
     Intact,
+    /// Another program's, as an FMU: `[dam.fmu]`. Section and `element_size` still say where the wet face and its points are;
+    /// material, damping and cracks are the other program's own.
+    Fmu,
+    /// Another program's, as a process: `[dam.command]`.
+    Command,
+    /// That of a run of the past: `[dam.log]`; never iterated.
+    Log,
 }
 
 impl DamFidelityScene {
     /// The word in a scene.
     pub fn word(self) -> String {
         super::shape::word(&self)
+    }
+
+    /// Whether this program does not compute it.
+    pub fn is_foreign(self) -> bool {
+        matches!(self, Self::Fmu | Self::Command | Self::Log)
     }
 
     /// Whether a number of modes means something.

@@ -154,10 +154,12 @@ pub enum Invalid {
     },
     /// Water so shallow that it has no row of elements of its own.
     #[error(
-        "`reservoir.depth` is {} m, next to nothing beside the crest at {} m; make it more than {} m",
+        "`{key}` is {} m, next to nothing beside the crest at {} m; make it more than {} m",
         exact(*depth), exact(*crest), exact(*least)
     )]
     WaterTooShallow {
+        /// The key.
+        key: String,
         /// Depth of the water, m.
         depth: f64,
         /// Elevation of the crest, m.
@@ -167,10 +169,21 @@ pub enum Invalid {
     },
     /// Gravity waves, which have a memory, on water without.
     #[error(
-        "`reservoir.surface_waves` is true, but `reservoir.fidelity` = \"incompressible\" is an added mass, and waves \
+        "`{table}.surface_waves` is true, but `{table}.fidelity` = \"incompressible\" is an added mass, and waves \
          have a memory; leave it out, or choose \"compressible\""
     )]
-    WavesWithoutMemory,
+    WavesWithoutMemory {
+        /// The water's table.
+        table: &'static str,
+    },
+    /// A tailwater without water.
+    #[error("`tailwater.fidelity` is \"none\"; leave [tailwater] out, or choose another fidelity")]
+    EmptyTailwater,
+    /// A tailwater behind a dam without a downstream face.
+    #[error(
+        "`tailwater`: a prescribed dam has an upstream face only; give a [dam], or leave [tailwater] out"
+    )]
+    NoDownstreamFace,
     /// A limit of something that the scene does not have.
     #[error(
         "`{key}`: this scene has no {quantity}; give a [dam], or [[dam.cracks]], or leave the [[stop]] out"
@@ -195,12 +208,31 @@ pub enum Invalid {
          choose another fidelity"
     )]
     NothingToCompute,
+    /// Both units are runs of the past.
+    #[error(
+        "dam and reservoir are both taken from a log: nothing is left to compute; look at a run with `cofferdam log`, or give \
+         one of them another fidelity"
+    )]
+    NothingButLogs,
+    /// A unit's file that is not there.
+    #[error("{path}: {cause}; paths are sought from the scene's folder", path = path.display())]
+    NoFile {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        cause: std::io::Error,
+    },
+    /// A command without a program.
+    #[error("`argv` names no program; give program and arguments, such as [\"python3\", \"water.py\"]")]
+    NoProgram,
     /// Panels of the reservoir longer than the wet face.
     #[error(
-        "`reservoir.interface_size` is {} m, more than the depth of {} m; take a sixteenth of that or less",
+        "`{key}` is {} m, more than the depth of {} m; take a sixteenth of that or less",
         exact(*size), exact(*depth)
     )]
     PanelTooLong {
+        /// The key.
+        key: String,
         /// Largest length of a panel, m.
         size: f64,
         /// Depth of the water, m.
@@ -240,10 +272,12 @@ pub enum Invalid {
     NoMeasure,
     /// Steps that vary, for water that cannot.
     #[error(
-        "`{key}` lets the communication step vary, and this `reservoir.method` takes steps of one length only; leave it out, \
-         or choose `reservoir.method` = \"recursive\" or a `reservoir.fidelity` without memory"
+        "`{key}` lets the communication step vary, and this `{table}.method` takes steps of one length only; leave it out, \
+         or choose `{table}.method` = \"recursive\" or a `{table}.fidelity` without memory"
     )]
     FixedStep {
+        /// The water's table.
+        table: &'static str,
         /// The key.
         key: &'static str,
     },

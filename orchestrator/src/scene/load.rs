@@ -1,6 +1,9 @@
 use super::conform::Conformed;
 use super::document::{Node, Place};
-use super::{Invalid, Scene, SceneError, SceneProblem, SceneWarning, UnitChecks, validate, version, warning};
+use super::{
+    Invalid, Scene, SceneError, SceneProblem, SceneWarning, Side, UnitChecks, foreign, validate, version,
+    warning,
+};
 use crate::ground_motion::{GroundMotion, RecordFile};
 use crate::text_file;
 use miette::NamedSource;
@@ -54,7 +57,8 @@ impl LoadedScene {
         };
         resolve(&mut scene, &ground_motion, folder);
         let doubts = warning::doubts(&scene, &ground_motion).into_iter();
-        let mut doubts: Vec<_> = doubts.map(|(key, warning)| (draft.conformed.place(key), warning)).collect();
+        let mut doubts: Vec<_> =
+            doubts.map(|(key, warning)| (draft.conformed.place(&key), warning)).collect();
         doubts.sort_by(|a, b| a.0.cmp(&b.0));
         let warnings =
             doubts.into_iter().map(|(place, warning)| draft.texts.warning(&place, warning)).collect();
@@ -131,13 +135,23 @@ impl<'a> Draft<'a> {
 fn resolve(scene: &mut Scene, ground_motion: &GroundMotion, folder: &Path) {
     scene.time.duration = Some(validate::duration(scene, ground_motion));
     scene.coupling.scheme = Some(scene.scheme());
+    for water in std::iter::once(&mut scene.reservoir).chain(&mut scene.tailwater) {
+        foreign::resolve(folder, (&mut water.fmu, &mut water.command, &mut water.log));
+    }
     if let Some(dam) = &mut scene.dam {
+        foreign::resolve(folder, (&mut dam.fmu, &mut dam.command, &mut dam.log));
         // The order in which the dam's results come.
         dam.cracks.sort_by(|a, b| a.elevation.total_cmp(&b.elevation));
     }
-    if scene.reservoir.fidelity.is_solved() {
-        scene.reservoir.element_size = Some(scene.boundary_element_size());
-        scene.reservoir.far_end_distance = Some(scene.far_end_distance());
+    for side in Side::BOTH {
+        let (size, distance) = (scene.boundary_element_size(side), scene.far_end_distance(side));
+        let water = match side {
+            Side::Upstream => Some(&mut scene.reservoir),
+            Side::Downstream => scene.tailwater.as_mut(),
+        };
+        if let Some(water) = water.filter(|water| water.fidelity.is_solved()) {
+            (water.element_size, water.far_end_distance) = (Some(size), Some(distance));
+        }
     }
     if let Some(record) = &mut scene.ground_motion.record {
         let file = folder.join(&record.file);

@@ -13,6 +13,7 @@ mod coupling;
 mod dam;
 mod document;
 mod error;
+mod foreign;
 mod ground;
 mod load;
 mod observation;
@@ -32,6 +33,7 @@ pub use dam::{
     KinematicsScene, MaterialScene, PlaneScene, PrescribedScene, SectionScene,
 };
 pub use error::{Invalid, SceneError, SceneProblem};
+pub use foreign::{CommandScene, FmuScene, LogScene, Source};
 pub use ground::{GroundMotionScene, RampScene, RecordScene};
 pub use load::LoadedScene;
 pub use observation::{SnapshotsScene, StopAction, StopQuantity, StopScene};
@@ -41,7 +43,7 @@ pub use time::{AdaptiveScene, Time};
 pub use validate::{Refusal, UnitChecks};
 pub use version::VERSION;
 pub use warning::{ELEMENTS_OF_THE_RESERVOIR, REST, SceneWarning, Warning, down};
-pub use water::{ElementOrderScene, FidelityScene, MethodScene, ProfileScene, ReservoirScene};
+pub use water::{ElementOrderScene, FidelityScene, MethodScene, ProfileScene, ReservoirScene, Side};
 
 use crate::scheme::SchemeKind;
 use crate::stepping::{Adaptive, Stepping};
@@ -70,13 +72,19 @@ pub struct Scene {
     pub ground_motion: GroundMotionScene,
     /// The water.
     pub reservoir: ReservoirScene,
+    /// Water on the downstream face of the dam. It is computed in the mirror: its depth is measured at the toe, and the
+    /// corners of its `bed` are counted from the toe with negative x, as those of the reservoir from the heel. It needs a
+    /// `depth` and a `[dam]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("like" = "reservoir"))]
+    pub tailwater: Option<ReservoirScene>,
     /// The dam that is computed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dam: Option<DamScene>,
     /// A rigid dam that moves with the ground, in the place of `[dam]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prescribed: Option<PrescribedScene>,
-    /// How the two units are coupled.
+    /// How the units are coupled.
     #[serde(default)]
     pub coupling: CouplingScene,
     /// Limits that end a run before its time, or mark it.
@@ -119,15 +127,50 @@ impl Scene {
 
     /// The coupling scheme.
     pub fn scheme(&self) -> SchemeKind {
-        let fidelity = self.reservoir.fidelity;
-        if fidelity == FidelityScene::Empty {
-            // Nothing answers the dam, so nothing is repeated, and the first guess, zero, is right.
+        if !self.has_water() || self.is_open_loop() {
+            // Nothing answers the dam, or what answers is known beforehand: nothing is repeated.
             return SchemeKind::SerialExplicit;
         }
+        let memory = self.waters().any(|(_, water)| water.fidelity.has_memory());
         self.coupling.scheme.unwrap_or(match &self.dam {
-            Some(_) if !fidelity.has_memory() => SchemeKind::AddedMass,
+            Some(dam) if !memory && !dam.fidelity.is_foreign() => SchemeKind::AddedMass,
             _ => SchemeKind::SerialImplicit,
         })
+    }
+
+    /// Who computes the units, in their order.
+    pub fn sources(&self) -> Vec<Source<'_>> {
+        let dam = self.dam.as_ref().map_or(Source::BuiltIn, |dam| dam.source());
+        std::iter::once(dam).chain(self.waters().map(|(_, water)| water.source())).collect()
+    }
+
+    /// Whether one of the units is a run of the past, so that the loop is open.
+    pub fn is_open_loop(&self) -> bool {
+        let dam = self.dam.as_ref().is_some_and(|dam| dam.fidelity == DamFidelityScene::Log);
+        dam || self.waters().any(|(_, water)| water.fidelity == FidelityScene::Log)
+    }
+
+    /// Whether this program does not compute one of the waters.
+    pub fn has_foreign_water(&self) -> bool {
+        self.waters().any(|(_, water)| water.fidelity.is_foreign())
+    }
+
+    /// The water on a side of the dam, filled or not.
+    pub fn water(&self, side: Side) -> Option<&ReservoirScene> {
+        match side {
+            Side::Upstream => Some(&self.reservoir),
+            Side::Downstream => self.tailwater.as_ref(),
+        }
+    }
+
+    /// The reservoir, filled or not, and the tailwater, if there is one.
+    pub fn waters(&self) -> impl Iterator<Item = (Side, &ReservoirScene)> {
+        Side::BOTH.into_iter().filter_map(|side| Some((side, self.water(side)?)))
+    }
+
+    /// Whether there is water on any side.
+    pub fn has_water(&self) -> bool {
+        self.waters().any(|(_, water)| water.fidelity != FidelityScene::Empty)
     }
 
     /// Depth of the water, m; of an empty reservoir, up to where the upstream face is observed: to the crest, if the
@@ -137,29 +180,46 @@ impl Scene {
         self.reservoir.depth.or_else(crest).unwrap_or(f64::NAN)
     }
 
-    /// Largest length of a boundary element of the reservoir, m.
-    pub fn boundary_element_size(&self) -> f64 {
-        let depth = self.depth();
+    /// Depth of the water on a side, m; NaN where there is none.
+    pub fn depth_of(&self, side: Side) -> f64 {
+        match side {
+            Side::Upstream => self.depth(),
+            Side::Downstream => self.tailwater.as_ref().and_then(|water| water.depth).unwrap_or(f64::NAN),
+        }
+    }
+
+    /// Largest length of a boundary element of the water on a side, m.
+    pub fn boundary_element_size(&self, side: Side) -> f64 {
+        let depth = self.depth_of(side);
+        let water = self.water(side);
         let panel_of_dam = match (&self.dam, &self.prescribed) {
             (Some(dam), _) => dam.element_size,
             (None, Some(prescribed)) => prescribed.batter.hypot(depth) / prescribed.panels as f64,
             (None, None) => f64::INFINITY,
         };
-        let panel = self.reservoir.interface_size.unwrap_or(panel_of_dam);
-        self.reservoir.element_size.unwrap_or(panel.min(depth / 16.0))
+        let panel = water.and_then(|water| water.interface_size).unwrap_or(panel_of_dam);
+        water.and_then(|water| water.element_size).unwrap_or(panel.min(depth / 16.0))
     }
 
-    /// Distance of the reservoir's far end from the face's most upstream point, m.
-    pub fn far_end_distance(&self) -> f64 {
-        self.reservoir.far_end_distance.unwrap_or(self.depth() / 2.0)
+    /// Distance of the far end of the water on a side from the face's most distant point, m.
+    pub fn far_end_distance(&self, side: Side) -> f64 {
+        let given = self.water(side).and_then(|water| water.far_end_distance);
+        given.unwrap_or(self.depth_of(side) / 2.0)
     }
 
-    /// Hydrostatic pressure ρ g h at the heel, Pa; 0 before an empty reservoir.
-    pub fn hydrostatic_base_pressure(&self) -> f64 {
-        match self.reservoir.fidelity {
-            FidelityScene::Empty => 0.0,
-            _ => self.reservoir.density * self.gravity * self.depth(),
+    /// Hydrostatic pressure ρ g h at the base of the water on a side, Pa; 0 without water.
+    pub fn hydrostatic_base_pressure(&self, side: Side) -> f64 {
+        match self.water(side) {
+            Some(water) if water.fidelity != FidelityScene::Empty => {
+                water.density * self.gravity * self.depth_of(side)
+            }
+            _ => 0.0,
         }
+    }
+
+    /// The larger hydrostatic pressure of both waters, Pa.
+    pub fn largest_hydrostatic_pressure(&self) -> f64 {
+        Side::BOTH.into_iter().map(|side| self.hydrostatic_base_pressure(side)).fold(0.0, f64::max)
     }
 
     /// Height of the dam, m.

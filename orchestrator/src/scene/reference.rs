@@ -29,6 +29,16 @@ fn table(text: &mut String, path: &str, meaning: &str, shape: &Shape) {
         text.push('\n');
     }
     for field in tables {
+        if let Some(like) = &field.like {
+            let (header, like) = (Shape::header(&join(path, &field.name)), Shape::header(like));
+            // Writing to a String does not fail.
+            let _ = writeln!(
+                text,
+                "### {header}\n\n{} The keys, with their ranges and defaults, are those of {like}.\n",
+                field.meaning
+            );
+            continue;
+        }
         table(text, &join(path, &field.name), &field.meaning, &field.shape);
     }
 }

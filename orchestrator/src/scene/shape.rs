@@ -10,6 +10,8 @@ use std::sync::OnceLock;
 #[derive(Debug)]
 pub enum Shape {
     Table(Vec<Field>),
+    /// A table whose keys are the user's own.
+    Map(Box<Shape>),
     /// Of so many values, or of any number.
     Array(Box<Shape>, Option<usize>),
     Number(Range),
@@ -54,6 +56,8 @@ pub struct Field {
     pub default: Option<Schema>,
     /// The same in words, where it follows from other keys.
     pub otherwise: Option<String>,
+    /// The table whose keys it has too.
+    pub like: Option<String>,
 }
 
 impl Range {
@@ -113,7 +117,10 @@ impl Shape {
         // An optional value is `["number", "null"]`.
         let of_type = list("type").iter().find_map(|t| t.as_str().filter(|t| *t != "null"));
         match schema["type"].as_str().or(of_type) {
-            Some("object") => Self::Table(Self::fields(schema)),
+            Some("object") => match schema.get("additionalProperties") {
+                Some(of) if *of != false => Self::Map(Box::new(Self::of(of))),
+                _ => Self::Table(Self::fields(schema)),
+            },
             Some("array") => {
                 let count = schema["minItems"].as_u64().filter(|n| schema["maxItems"].as_u64() == Some(*n));
                 Self::Array(Box::new(Self::of(&schema["items"])), count.map(|n| n as usize))
@@ -141,6 +148,7 @@ impl Shape {
             unit: text(schema, "unit"),
             default: schema.get("default").filter(|value| !value.is_null()).cloned(),
             otherwise: schema["otherwise"].as_str().map(str::to_owned),
+            like: schema["like"].as_str().map(str::to_owned),
         };
         properties.map(field).collect()
     }
@@ -172,6 +180,11 @@ impl Shape {
         own.into_iter().chain(below).collect()
     }
 
+    /// Whether the table at `path` has the keys of another one.
+    pub fn is_like_another(path: &str) -> bool {
+        Self::field(path).is_some_and(|field| field.like.is_some())
+    }
+
     /// The header of the table at `path`.
     pub fn header(path: &str) -> String {
         // The parts that are numbers say which of several tables.
@@ -192,6 +205,7 @@ impl Shape {
     pub fn wanted(&self) -> String {
         match self {
             Self::Table(_) => "a table".to_owned(),
+            Self::Map(of) => format!("a table of {}", of.plural()),
             Self::Array(of, Some(count)) => format!("an array of {count} {}", of.plural()),
             Self::Array(of, None) => format!("an array of {}", of.plural()),
             Self::Number(_) => "a number".to_owned(),
@@ -199,7 +213,7 @@ impl Shape {
             Self::Text => "text in quotes".to_owned(),
             Self::Flag => "true or false".to_owned(),
             Self::Word(words) => one_of(words),
-            Self::Any => "something else".to_owned(),
+            Self::Any => "a number, text, true or false, or an array of numbers".to_owned(),
         }
     }
 
@@ -208,6 +222,7 @@ impl Shape {
             Self::Table(_) => "tables".to_owned(),
             Self::Array(of, Some(count)) => format!("arrays of {count} {}", of.plural()),
             Self::Number(_) => "numbers".to_owned(),
+            Self::Any => "values".to_owned(),
             other => format!("values, each {}", other.wanted()),
         }
     }

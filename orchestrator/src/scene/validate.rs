@@ -2,7 +2,7 @@
 
 use super::{
     AdaptiveScene, DamScene, DampingModelScene, DampingScene, FidelityScene, Invalid, MethodScene, OnFailure,
-    RecordScene, Scene, StopQuantity, shape,
+    RecordScene, ReservoirScene, Scene, Side, Source, StopQuantity, shape,
 };
 use crate::ground_motion::{GroundMotion, RecordError};
 use crate::scheme::SchemeKind;
@@ -42,6 +42,7 @@ pub fn judge(
         findings.refuse((units.dam)(scene));
     }
     findings.scene(scene);
+    findings.files(scene, folder);
     let ground_motion = findings.ground_motion(scene, folder);
     if let Some(motion) = &ground_motion
         && findings.sound(&["time.communication_step", "time.duration", "time.quiet", "time.longest_quiet"])
@@ -122,13 +123,58 @@ impl Findings {
         }
     }
 
+    /// The files of other programs' units.
+    fn files(&mut self, scene: &Scene, folder: &Path) {
+        for (table, source) in sources(scene) {
+            let Some(file) = source.file() else { continue };
+            let key =
+                format!("{table}.{}.file", if matches!(source, Source::Fmu(_)) { "fmu" } else { "log" });
+            let path = folder.join(file);
+            if self.sound(&[&key])
+                && let Err(cause) = std::fs::metadata(&path)
+            {
+                self.add(&key, Invalid::NoFile { path, cause });
+            }
+        }
+    }
+
+    /// Whether what computes a unit is told.
+    fn sources(&mut self, scene: &Scene) {
+        for (table, source) in sources(scene) {
+            match source {
+                Source::Untold(kind)
+                    if self.sound(&[&format!("{table}.fidelity"), &format!("{table}.{kind}")]) =>
+                {
+                    let [key, table_name] = [format!("[{table}.{kind}]"), format!("`[{table}]`")];
+                    let meaning = shape::Shape::field(&format!("{table}.{kind}"))
+                        .map_or_else(String::new, shape::Field::summary);
+                    self.add(
+                        &format!("{table}.{kind}"),
+                        Invalid::Missing { key, table: table_name, meaning },
+                    );
+                }
+                Source::Command(command) if command.argv.first().is_none_or(String::is_empty) => {
+                    self.add(&format!("{table}.command.argv"), Invalid::NoProgram);
+                }
+                _ => (),
+            }
+        }
+        if sources(scene).iter().all(|(_, source)| matches!(source, Source::Log(_))) {
+            self.add("dam.fidelity", Invalid::NothingButLogs);
+        }
+    }
+
     fn scene(&mut self, scene: &Scene) {
         // Neither a terminal nor XML takes them.
         let unprintable = |c: &char| c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}');
         if let Some(character) = scene.title.chars().find(unprintable) {
             self.add("title", Invalid::Title { character });
         }
-        self.water(scene);
+        for (side, water) in scene.waters() {
+            self.water(side, water);
+        }
+        self.emptiness(scene);
+        self.sources(scene);
         self.stop(scene);
         self.snapshots(scene);
         if self.sound(&["dam", "prescribed"]) || scene.dam.is_some() && scene.prescribed.is_some() {
@@ -137,16 +183,21 @@ impl Findings {
         }
         if let Some(dam) = &scene.dam {
             self.dam(dam);
-            if let Some([_, crest]) = dam.section.upstream.last()
-                && self.sound(&["reservoir.depth", "dam.section.upstream"])
-            {
-                let (depth, crest, least) = (scene.depth(), *crest, SAME_LEVEL * crest);
-                if depth <= least {
-                    self.add("reservoir.depth", Invalid::WaterTooShallow { depth, crest, least });
+            for (side, _) in scene.waters() {
+                let key = side.key("depth");
+                if let Some([_, crest]) = dam.section.upstream.last()
+                    && self.sound(&[&key, "dam.section.upstream"])
+                {
+                    let (depth, crest, least) = (scene.depth_of(side), *crest, SAME_LEVEL * crest);
+                    if depth <= least {
+                        self.add(&key.clone(), Invalid::WaterTooShallow { key, depth, crest, least });
+                    }
                 }
             }
         }
-        self.interface(scene);
+        for (side, water) in scene.waters() {
+            self.interface(side, water, scene.depth_of(side));
+        }
         if self.sound(&["coupling.measures"]) && scene.coupling.measures.is_empty() {
             self.add("coupling.measures", Invalid::NoMeasure);
         }
@@ -173,7 +224,7 @@ impl Findings {
         let mut scene = scene.clone();
         scene.time.duration = motion.map(|motion| duration(&scene, motion)).or(scene.time.duration);
         // Its points come from the dam's mesh, its length in time from the record.
-        let face = ["dam", "prescribed", "reservoir", "gravity", "time", "ground_motion"];
+        let face = ["dam", "prescribed", "reservoir", "tailwater", "gravity", "time", "ground_motion"];
         if self.found.is_empty() && self.sound(&face) && scene.time.duration.is_some() {
             self.refuse((checks.reservoir)(&scene));
         }
@@ -190,24 +241,37 @@ impl Findings {
         }
     }
 
-    /// The reservoir's own values.
-    fn water(&mut self, scene: &Scene) {
-        let water = &scene.reservoir;
-        if water.depth.is_none()
-            && water.fidelity != FidelityScene::Empty
-            && self.sound(&["reservoir.depth", "reservoir.fidelity"])
+    /// The own values of the water on a side.
+    fn water(&mut self, side: Side, water: &ReservoirScene) {
+        let [depth, fidelity, waves] = ["depth", "fidelity", "surface_waves"].map(|name| side.key(name));
+        if water.depth.is_none() && water.fidelity != FidelityScene::Empty && self.sound(&[&depth, &fidelity])
         {
-            let [key, table] = ["`depth`", "`[reservoir]`"].map(str::to_owned);
-            let meaning =
-                shape::Shape::field("reservoir.depth").map_or_else(String::new, shape::Field::summary);
-            self.add("reservoir.depth", Invalid::Missing { key, table, meaning });
+            let (key, table) = ("`depth`".to_owned(), format!("`[{}]`", side.table()));
+            let meaning = shape::Shape::field(&depth).map_or_else(String::new, shape::Field::summary);
+            self.add(&depth, Invalid::Missing { key, table, meaning });
         }
         if water.surface_waves
             && water.fidelity == FidelityScene::Incompressible
-            && self.sound(&["reservoir.surface_waves", "reservoir.fidelity"])
+            && self.sound(&[&waves, &fidelity])
         {
-            self.add("reservoir.surface_waves", Invalid::WavesWithoutMemory);
+            self.add(&waves, Invalid::WavesWithoutMemory { table: side.table() });
         }
+    }
+
+    /// Whether there is a dam or water to compute where the scene has a table for it.
+    fn emptiness(&mut self, scene: &Scene) {
+        if let Some(tailwater) = &scene.tailwater {
+            if tailwater.fidelity == FidelityScene::Empty && self.sound(&["tailwater.fidelity"]) {
+                self.add("tailwater.fidelity", Invalid::EmptyTailwater);
+            }
+            if scene.dam.is_none()
+                && scene.prescribed.is_some()
+                && self.sound(&["dam", "prescribed", "tailwater"])
+            {
+                self.add("tailwater", Invalid::NoDownstreamFace);
+            }
+        }
+        let water = &scene.reservoir;
         if water.fidelity == FidelityScene::Empty
             && scene.prescribed.is_some()
             && scene.dam.is_none()
@@ -230,24 +294,33 @@ impl Findings {
         if !self.sound(&[
             "coupling.scheme",
             "reservoir.fidelity",
+            "tailwater.fidelity",
             "dam",
             "time.adaptive",
             "coupling.on_failure",
         ]) {
             return;
         }
-        let (scheme, memory) = (scene.scheme(), scene.reservoir.fidelity.has_memory());
-        let empty = scene.reservoir.fidelity == FidelityScene::Empty;
+        let any = |has: fn(&ReservoirScene) -> bool| {
+            scene.waters().find(|(_, water)| has(water)).map(|(side, _)| side)
+        };
+        let (scheme, empty) = (scene.scheme(), !scene.has_water() || scene.is_open_loop());
+        let memory = any(|water| water.fidelity.has_memory()).is_some();
+        let at_once =
+            any(|water| water.fidelity != FidelityScene::Empty && !water.fidelity.has_memory()).is_some();
         let halves = scene.coupling.on_failure == OnFailure::Halve;
         if halves && !scheme.is_implicit() && !empty {
             self.add("coupling.on_failure", Invalid::NothingToHalve);
         }
-        let equal_steps = memory && scene.reservoir.method != MethodScene::Recursive;
+        // Other programs say themselves what they can.
+        let equal_steps = any(|water| {
+            water.fidelity == FidelityScene::Compressible && water.method != MethodScene::Recursive
+        });
         for (key, varies) in
             [("time.adaptive", scene.time.adaptive.is_some()), ("coupling.on_failure", halves)]
         {
-            if varies && equal_steps {
-                self.add(key, Invalid::FixedStep { key });
+            if let Some(side) = equal_steps.filter(|_| varies) {
+                self.add(key, Invalid::FixedStep { key, table: side.table() });
             }
         }
         if scheme == SchemeKind::AddedMass {
@@ -261,11 +334,11 @@ impl Findings {
             }
         }
         let explicit = matches!(scheme, SchemeKind::SerialExplicit | SchemeKind::ParallelExplicit);
-        if explicit && !memory && !empty && scene.dam.is_some() {
+        if explicit && at_once && scene.dam.is_some() {
             self.add("coupling.scheme", Invalid::ExplicitAtOnce);
         }
         let tells_no_error = empty || matches!(scheme, SchemeKind::AddedMass | SchemeKind::ParallelExplicit);
-        if scene.time.adaptive.is_some() && !equal_steps && tells_no_error {
+        if scene.time.adaptive.is_some() && equal_steps.is_none() && tells_no_error {
             self.add("time.adaptive", Invalid::AdaptiveScheme);
         }
         let window = scene.coupling.window;
@@ -283,17 +356,16 @@ impl Findings {
         }
     }
 
-    /// The reservoir's own panels on the wet face.
-    fn interface(&mut self, scene: &Scene) {
-        let key = "reservoir.interface_size";
-        if let Some(size) = scene.reservoir.interface_size
-            && self.sound(&[key, "reservoir.depth"])
+    /// The own panels of the water on a side.
+    fn interface(&mut self, side: Side, water: &ReservoirScene, depth: f64) {
+        let key = side.key("interface_size");
+        if let Some(size) = water.interface_size
+            && self.sound(&[&key, &side.key("depth")])
         {
-            let depth = scene.depth();
             if size > depth {
-                self.add(key, Invalid::PanelTooLong { size, depth });
+                self.add(&key, Invalid::PanelTooLong { key: key.clone(), size, depth });
             }
-            self.at_most(key, "panels of the reservoir on the wet face", depth / size, 1000.0);
+            self.at_most(&key, "panels of the reservoir on the wet face", depth / size, 1000.0);
         }
     }
 
@@ -419,6 +491,12 @@ impl Findings {
             }
         }
     }
+}
+
+/// Who computes the units, each with its table.
+fn sources(scene: &Scene) -> Vec<(&'static str, Source<'_>)> {
+    let dam = scene.dam.iter().map(|dam| ("dam", dam.source()));
+    dam.chain(scene.waters().map(|(side, water)| (side.table(), water.source()))).collect()
 }
 
 /// Elevations closer than this share of the height count as one.

@@ -1,7 +1,7 @@
 //! What may be run, but is doubtful.
 
 use super::shape::{Shape, word};
-use super::{DamFidelityScene, DamScene, FidelityScene, MethodScene, Scene};
+use super::{DamFidelityScene, DamScene, FidelityScene, MethodScene, ReservoirScene, Scene, Side, Source};
 use crate::ground_motion::{GroundMotion, STANDARD_GRAVITY};
 use crate::scheme::SchemeKind;
 use interface::number::plain;
@@ -42,12 +42,14 @@ pub enum Warning {
     },
     /// The reservoir's mesh is too coarse for the record.
     #[error(
-        "`reservoir.element_size` is {size} m: {elements:.1} elements a sound wave of {wavelength:.0} m at \
+        "`{table}.element_size` is {size} m: {elements:.1} elements a sound wave of {wavelength:.0} m at \
          {frequency:.1} Hz, below which {percent} % of the record's energy lies; {ELEMENTS_OF_THE_RESERVOIR} are \
          advised, so {least} m or less",
         elements = wavelength / size, percent = 100.0 * ENERGY, least = down(wavelength / ELEMENTS_OF_THE_RESERVOIR)
     )]
     CoarseReservoir {
+        /// The water's table.
+        table: &'static str,
         /// Element size, m.
         size: f64,
         /// Length of a sound wave at that frequency, m.
@@ -57,11 +59,13 @@ pub enum Warning {
     },
     /// The reservoir's mesh is too coarse for any motion.
     #[error(
-        "`reservoir.element_size` is {size} m: {elements:.1} elements over a depth of {depth} m; {ELEMENTS_OF_THE_DEPTH} are \
+        "`{table}.element_size` is {size} m: {elements:.1} elements over a depth of {depth} m; {ELEMENTS_OF_THE_DEPTH} are \
          advised, so {least} m or less",
         elements = depth / size, least = down(depth / ELEMENTS_OF_THE_DEPTH)
     )]
     CoarseFace {
+        /// The water's table.
+        table: &'static str,
         /// Element size, m.
         size: f64,
         /// Depth of the water, m.
@@ -144,16 +148,20 @@ pub enum Warning {
     /// Water that enters no crack.
     #[error(
         "the crack at {elevation} m lies {below} m under water, which enters no crack here: its uplift, {uplift:.2} MN/m if the \
-         pressure falls evenly to none downstream, is not modelled, and the block would slide further with it; a smaller \
-         `friction_coefficient` can stand for it", below = plain(*below), uplift = 1e-6 * uplift
+         pressure falls evenly to {} downstream, is not modelled, and the block would slide further with it; a smaller \
+         `friction_coefficient` can stand for it",
+        if *downstream > 0.0 { "that of the tailwater" } else { "none" },
+        below = plain(*below), uplift = 1e-6 * uplift
     )]
     NoUplift {
         /// Elevation of the lowest crack, m.
         elevation: f64,
         /// Its depth there, m.
         below: f64,
-        /// ρ g × depth × length of the crack / 2, N/m.
+        /// Mean of the pressures at both ends × length of the crack, N/m.
         uplift: f64,
+        /// Pressure at its downstream end, Pa.
+        downstream: f64,
     },
     /// Blocks that do not deform.
     #[error(
@@ -161,16 +169,27 @@ pub enum Warning {
          comes out too small; choose \"reduced\" or \"dem\" for numbers that count"
     )]
     RigidBlocks,
+    /// A unit that answers what it answered in a run of the past.
+    #[error(
+        "`{table}.fidelity` = \"log\" opens the loop: the {table} answers what it answered in that run, whatever the other side \
+         does now; nothing is iterated, and what comes out is no coupled solution unless the other side is that of that run"
+    )]
+    OpenLoop {
+        /// The unit's table.
+        table: &'static str,
+    },
     /// Keys that the chosen water does not look at.
     #[error(
-        "{} no effect with `reservoir.fidelity` = \"{}\"{}; leave {} out, or choose other water",
+        "{} no effect with `{table}.fidelity` = \"{}\"{}; leave {} out, or choose other water",
         listed(keys), word(fidelity),
-        method.map_or_else(String::new, |method| format!(" and `reservoir.method` = \"{}\"", word(&method))),
+        method.map_or_else(String::new, |method| format!(" and `{table}.method` = \"{}\"", word(&method))),
         if keys.len() == 1 { "it" } else { "them" }
     )]
     WithoutEffect {
+        /// The water's table.
+        table: &'static str,
         /// The keys.
-        keys: Vec<&'static str>,
+        keys: Vec<String>,
         /// Model of the water.
         fidelity: FidelityScene,
         /// How it is stepped, where that is why.
@@ -178,18 +197,21 @@ pub enum Warning {
     },
     /// Panels of the reservoir's own, where the water is mass of the dam.
     #[error(
-        "`reservoir.interface_size` changes nothing in the dam: with `coupling.scheme` = \"added-mass\" the water's mass is \
-         computed at the dam's own points, and the reservoir's only report the pressure; leave the key out, or choose an \
+        "`{table}.interface_size` changes nothing in the dam: with `coupling.scheme` = \"added-mass\" the water's mass is \
+         computed at the dam's own points, and the {table}'s only report the pressure; leave the key out, or choose an \
          iterated scheme, such as \"serial-implicit\""
     )]
-    PanelsOfTheReport,
+    PanelsOfTheReport {
+        /// The water's table.
+        table: &'static str,
+    },
     /// A value that is allowed, but seldom true: mostly a slip of units.
     #[error(
         "`{key}` is {} {unit}; {what} has {} to {} {unit}, so check the unit", plain(*value), plain(*least), plain(*most)
     )]
     Unusual {
         /// The key.
-        key: &'static str,
+        key: String,
         /// Its value.
         value: f64,
         /// Its unit.
@@ -228,24 +250,38 @@ const LARGEST_PEAK: f64 = 2.0;
 pub const REST: f64 = 5.0;
 const LOOSEST_TOLERANCE: f64 = 1e-3;
 
+/// A key, and what is doubtful about its value.
+type Doubt = (String, Warning);
+
 /// What is doubtful about a scene that was read, each with its key.
-pub fn doubts(scene: &Scene, motion: &GroundMotion) -> Vec<(&'static str, Warning)> {
+pub fn doubts(scene: &Scene, motion: &GroundMotion) -> Vec<Doubt> {
     let mut doubts = unusual(scene);
-    doubts.extend(without_effect(scene));
-    if scene.scheme() == SchemeKind::AddedMass && scene.reservoir.interface_size.is_some() {
-        doubts.push(("reservoir.interface_size", Warning::PanelsOfTheReport));
+    let at = |key: &str, warning: Warning| (key.to_owned(), warning);
+    for (side, water) in scene.waters() {
+        doubts.extend(without_effect(side, water));
+        if scene.scheme() == SchemeKind::AddedMass && water.interface_size.is_some() {
+            let warning = Warning::PanelsOfTheReport { table: side.table() };
+            doubts.push((side.key("interface_size"), warning));
+        }
     }
     if scene.coupling.tolerance > LOOSEST_TOLERANCE {
         let tolerance = scene.coupling.tolerance;
-        doubts.push(("coupling.tolerance", Warning::LooseTolerance { tolerance }));
+        doubts.push(at("coupling.tolerance", Warning::LooseTolerance { tolerance }));
     }
-    let cracked = scene.dam.as_ref().filter(|dam| !dam.cracks.is_empty());
+    let dam = scene.dam.iter().map(|dam| ("dam", dam.source()));
+    for (table, source) in dam.chain(scene.waters().map(|(side, water)| (side.table(), water.source()))) {
+        if matches!(source, Source::Log(_)) {
+            doubts.push((format!("{table}.fidelity"), Warning::OpenLoop { table }));
+        }
+    }
+    let computed = |dam: &&DamScene| !dam.fidelity.is_foreign();
+    let cracked = scene.dam.as_ref().filter(computed).filter(|dam| !dam.cracks.is_empty());
     if let Some(dam) = cracked {
         if dam.fidelity == DamFidelityScene::RigidBlocks {
-            doubts.push(("dam.fidelity", Warning::RigidBlocks));
+            doubts.push(at("dam.fidelity", Warning::RigidBlocks));
         }
         if dam.damping.ratio == 0.0 {
-            doubts.push(("dam.damping.ratio", Warning::UndampedCrack));
+            doubts.push(at("dam.damping.ratio", Warning::UndampedCrack));
         }
         doubts.extend(dry_cracks(scene, dam));
         if let (Some(begin), Some(end)) = (motion.rest_from(), scene.time.duration)
@@ -254,10 +290,10 @@ pub fn doubts(scene: &Scene, motion: &GroundMotion) -> Vec<(&'static str, Warnin
             // The duration, if it is written, decides.
             let quiet = (end - begin - scene.time.quiet).abs() < 1e-9;
             let key = if quiet { "time.quiet" } else { "time.duration" };
-            doubts.push((key, Warning::NoResidual { key, rest: end - begin }));
+            doubts.push(at(key, Warning::NoResidual { key, rest: end - begin }));
         }
     }
-    doubts.extend(coarse_face(scene));
+    doubts.extend(scene.waters().filter_map(|(side, water)| coarse_face(scene, side, water)));
     if scene.ground_motion.record.is_some() {
         doubts.extend(of_record(motion));
         doubts.extend(resolution(scene, motion));
@@ -266,15 +302,19 @@ pub fn doubts(scene: &Scene, motion: &GroundMotion) -> Vec<(&'static str, Warnin
 }
 
 /// Cracks that water would enter.
-fn dry_cracks(scene: &Scene, dam: &DamScene) -> Option<(&'static str, Warning)> {
+fn dry_cracks(scene: &Scene, dam: &DamScene) -> Option<Doubt> {
     let lowest = dam.cracks.iter().map(|crack| crack.elevation).min_by(f64::total_cmp)?;
+    let water = |side| scene.water(side).filter(|water| water.fidelity != FidelityScene::Empty);
+    let pressure = |side| {
+        let (water, below) = (water(side)?, scene.depth_of(side) - lowest);
+        (below > 0.0).then_some(water.density * scene.gravity * below)
+    };
+    let [upstream, downstream] = Side::BOTH.map(pressure);
     let below = scene.depth() - lowest;
-    if scene.reservoir.fidelity == FidelityScene::Empty || below <= 0.0 {
-        return None;
-    }
+    let (upstream, downstream) = (upstream?, downstream.unwrap_or(0.0));
     let length = x_at(&dam.section.downstream, lowest)? - x_at(&dam.section.upstream, lowest)?;
-    let uplift = 0.5 * scene.reservoir.density * scene.gravity * below * length;
-    Some(("dam.cracks", Warning::NoUplift { elevation: lowest, below, uplift }))
+    let uplift = 0.5 * (upstream + downstream) * length;
+    Some(("dam.cracks".to_owned(), Warning::NoUplift { elevation: lowest, below, uplift, downstream }))
 }
 
 /// Where a side of the section, from the base up, has the elevation `y`.
@@ -285,23 +325,23 @@ fn x_at(side: &[[f64; 2]], y: f64) -> Option<f64> {
 }
 
 /// Doubts about the record itself.
-fn of_record(motion: &GroundMotion) -> Vec<(&'static str, Warning)> {
+fn of_record(motion: &GroundMotion) -> Vec<Doubt> {
     let mut doubts = Vec::new();
     let [velocity, displacement] = motion.drift().map(|drift| drift.share());
     if velocity > VELOCITY_AT_END || displacement > DISPLACEMENT_AT_END {
         let (velocity, displacement) = (100.0 * velocity, 100.0 * displacement);
-        doubts.push(("ground_motion.record.file", Warning::Drift { velocity, displacement }));
+        doubts.push(("ground_motion.record.file".to_owned(), Warning::Drift { velocity, displacement }));
     }
     let peak = motion.acceleration().iter().fold(0.0, |peak: f64, a| peak.max(a.abs())) / STANDARD_GRAVITY;
     if peak > LARGEST_PEAK {
-        doubts.push(("ground_motion.record.file", Warning::Peak { peak }));
+        doubts.push(("ground_motion.record.file".to_owned(), Warning::Peak { peak }));
     }
     doubts
 }
 
 /// Whether time and space are fine enough for the record.
-fn resolution(scene: &Scene, motion: &GroundMotion) -> Vec<(&'static str, Warning)> {
-    let mut doubts = Vec::new();
+fn resolution(scene: &Scene, motion: &GroundMotion) -> Vec<Doubt> {
+    let mut doubts: Vec<Doubt> = Vec::new();
     let frequency = motion.frequency_below_which(ENERGY);
     let (step, interval) = (scene.time.communication_step, motion.interval());
     let (key, longest) = match scene.time.adaptive {
@@ -310,34 +350,37 @@ fn resolution(scene: &Scene, motion: &GroundMotion) -> Vec<(&'static str, Warnin
     };
     if longest * frequency * STEPS_A_PERIOD > 1.0 {
         let better = interval / (interval * frequency * STEPS_A_PERIOD).ceil();
-        doubts.push((key, Warning::CoarseStep { key, step: longest, frequency, better }));
+        doubts.push((key.to_owned(), Warning::CoarseStep { key, step: longest, frequency, better }));
     }
     let fraction = interval / step;
     if (fraction - fraction.round()).abs() > UNEVEN * fraction {
         let better = interval / fraction.ceil();
-        doubts.push(("time.communication_step", Warning::ClippedSamples { step, interval, better }));
+        let warning = Warning::ClippedSamples { step, interval, better };
+        doubts.push(("time.communication_step".to_owned(), warning));
     }
     if let Some(dam) = &scene.dam {
         let (size, wavelength) = (dam.element_size, shear_wave_velocity(dam) / frequency);
         if size * ELEMENTS_OF_THE_DAM > wavelength {
-            doubts.push(("dam.element_size", Warning::CoarseDam { size, wavelength, frequency }));
+            let warning = Warning::CoarseDam { size, wavelength, frequency };
+            doubts.push(("dam.element_size".to_owned(), warning));
         }
     }
-    let water = &scene.reservoir;
-    if water.fidelity.has_memory() {
-        let (size, wavelength) = (scene.boundary_element_size(), water.sound_speed / frequency);
+    for (side, water) in scene.waters().filter(|(_, water)| water.fidelity == FidelityScene::Compressible) {
+        let (size, wavelength) = (scene.boundary_element_size(side), water.sound_speed / frequency);
         if size * ELEMENTS_OF_THE_RESERVOIR > wavelength {
-            doubts.push(("reservoir.element_size", Warning::CoarseReservoir { size, wavelength, frequency }));
+            let table = side.table();
+            let warning = Warning::CoarseReservoir { table, size, wavelength, frequency };
+            doubts.push((side.key("element_size"), warning));
         }
     }
     doubts
 }
 
 /// Whether the water's elements are fine enough for the pressure that changes over the depth in any motion.
-fn coarse_face(scene: &Scene) -> Option<(&'static str, Warning)> {
-    let (size, depth) = (scene.boundary_element_size(), scene.depth());
-    let coarse = scene.reservoir.fidelity.is_solved() && size * ELEMENTS_OF_THE_DEPTH > depth * (1.0 + 1e-9);
-    coarse.then_some(("reservoir.element_size", Warning::CoarseFace { size, depth }))
+fn coarse_face(scene: &Scene, side: Side, water: &ReservoirScene) -> Option<Doubt> {
+    let (size, depth, table) = (scene.boundary_element_size(side), scene.depth_of(side), side.table());
+    let coarse = water.fidelity.is_solved() && size * ELEMENTS_OF_THE_DEPTH > depth * (1.0 + 1e-9);
+    coarse.then(|| (side.key("element_size"), Warning::CoarseFace { table, size, depth }))
 }
 
 /// c_s = √(G/ρ), G = E/(2(1 + ν)), m/s.
@@ -347,61 +390,61 @@ fn shear_wave_velocity(dam: &DamScene) -> f64 {
 }
 
 /// Values that smell of another unit.
-fn unusual(scene: &Scene) -> Vec<(&'static str, Warning)> {
-    let water = &scene.reservoir;
-    let mut values = vec![
-        ("gravity", scene.gravity, "the Earth", 9.7, 9.9),
-        ("reservoir.density", water.density, "water", 950.0, 1200.0),
-        ("reservoir.sound_speed", water.sound_speed, "water", 1300.0, 1600.0),
-    ];
+fn unusual(scene: &Scene) -> Vec<Doubt> {
+    let mut values = vec![("gravity".to_owned(), scene.gravity, "the Earth", 9.7, 9.9)];
+    for (side, water) in scene.waters() {
+        values.push((side.key("density"), water.density, "water", 950.0, 1200.0));
+        values.push((side.key("sound_speed"), water.sound_speed, "water", 1300.0, 1600.0));
+    }
     if let Some(DamScene { material, .. }) = &scene.dam {
-        values.push(("dam.material.young_modulus", material.young_modulus, "concrete", 5e9, 8e10));
-        values.push(("dam.material.density", material.density, "concrete", 1800.0, 3200.0));
+        values.push(("dam.material.young_modulus".to_owned(), material.young_modulus, "concrete", 5e9, 8e10));
+        values.push(("dam.material.density".to_owned(), material.density, "concrete", 1800.0, 3200.0));
     }
     let odd = |&(_, value, _, least, most): &(_, f64, _, f64, f64)| !(least..=most).contains(&value);
-    let warn = |(key, value, what, least, most)| {
-        let unit = Shape::field(key).map_or("", |field| &field.unit);
-        (key, Warning::Unusual { key, value, unit, what, least, most })
+    let warn = |(key, value, what, least, most): (String, _, _, _, _)| {
+        let unit = Shape::field(&key).map_or("", |field| &field.unit);
+        (key.clone(), Warning::Unusual { key, value, unit, what, least, most })
     };
     values.into_iter().filter(odd).map(warn).collect()
 }
 
 /// Keys that were given another value than their default, and that the chosen water does not look at.
-fn without_effect(scene: &Scene) -> Option<(&'static str, Warning)> {
-    let water = &scene.reservoir;
+fn without_effect(side: Side, water: &ReservoirScene) -> Option<Doubt> {
     let fidelity = water.fidelity;
-    let (solved, compressible) = (fidelity.is_solved(), fidelity.has_memory());
+    let (solved, compressible) = (fidelity.is_solved(), fidelity == FidelityScene::Compressible);
     let finite_elements = compressible && water.method == MethodScene::FiniteElements;
     let filled = fidelity != FidelityScene::Empty;
     let matters = [
-        ("reservoir.profile", fidelity == FidelityScene::Westergaard),
-        ("reservoir.density", filled),
-        ("reservoir.sound_speed", compressible),
-        ("reservoir.wave_reflection_coefficient", compressible),
-        ("reservoir.bed", solved),
-        ("reservoir.surface_waves", solved),
-        ("reservoir.method", compressible),
-        ("reservoir.interface_size", filled),
-        ("reservoir.element_size", solved),
-        ("reservoir.element_order", solved && !finite_elements),
-        ("reservoir.bed_element_size", solved),
-        ("reservoir.corner_element_size", solved),
-        ("reservoir.far_end_distance", solved),
+        ("profile", fidelity == FidelityScene::Westergaard),
+        ("density", filled),
+        ("sound_speed", compressible),
+        ("wave_reflection_coefficient", compressible),
+        ("bed", solved),
+        ("surface_waves", solved),
+        ("method", compressible),
+        ("interface_size", filled),
+        ("element_size", solved),
+        ("element_order", solved && !finite_elements),
+        ("bed_element_size", solved),
+        ("corner_element_size", solved),
+        ("far_end_distance", solved),
+        ("fmu", fidelity == FidelityScene::Fmu),
+        ("command", fidelity == FidelityScene::Command),
+        ("log", fidelity == FidelityScene::Log),
     ];
     let values = serde_json::to_value(water).unwrap_or_default();
-    let given = |key: &str| {
-        let value =
-            values.get(key.strip_prefix("reservoir.").unwrap_or(key)).filter(|value| !value.is_null());
-        value.is_some() && value != Shape::field(key).and_then(|field| field.default.as_ref())
+    let given = |name: &str| {
+        let value = values.get(name).filter(|value| !value.is_null());
+        value.is_some() && value != Shape::field(&side.key(name)).and_then(|field| field.default.as_ref())
     };
-    let without = matters.into_iter().filter(|(key, matters)| !matters && given(key));
-    let keys: Vec<_> = without.map(|(key, _)| key).collect();
-    let (first, method) = (*keys.first()?, finite_elements.then_some(water.method));
-    Some((first, Warning::WithoutEffect { keys, fidelity, method }))
+    let without = matters.into_iter().filter(|(name, matters)| !matters && given(name));
+    let keys: Vec<String> = without.map(|(name, _)| side.key(name)).collect();
+    let (first, method) = (keys.first()?.clone(), finite_elements.then_some(water.method));
+    Some((first, Warning::WithoutEffect { table: side.table(), keys, fidelity, method }))
 }
 
 /// Keys in a row, and what they do.
-fn listed(keys: &[&str]) -> String {
+fn listed(keys: &[String]) -> String {
     let quoted: Vec<String> = keys.iter().map(|key| format!("`{key}`")).collect();
     match quoted.as_slice() {
         [first @ .., last] if !first.is_empty() => format!("{} and {last} have", first.join(", ")),

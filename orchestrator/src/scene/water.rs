@@ -1,5 +1,6 @@
-//! `[reservoir]`: the water.
+//! `[reservoir]` and `[tailwater]`: the water.
 
+use super::foreign::{CommandScene, FmuScene, LogScene, Source};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -69,6 +70,49 @@ pub struct ReservoirScene {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1e-3, max = 1e6), extend("unit" = "m", "otherwise" = "depth / 2"))]
     pub far_end_distance: Option<f64>,
+    /// An FMU that computes the water; with `fidelity = "fmu"`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fmu: Option<FmuScene>,
+    /// A process that computes the water; with `fidelity = "command"`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub command: Option<CommandScene>,
+    /// A run of the past whose pressure loads the dam; with `fidelity = "log"`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub log: Option<LogScene>,
+}
+
+impl ReservoirScene {
+    /// Who computes the water.
+    pub fn source(&self) -> Source<'_> {
+        Source::of(&self.fidelity.word(), (&self.fmu, &self.command, &self.log))
+    }
+}
+
+/// The side of the dam that water is on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// The reservoir.
+    Upstream,
+    /// The tailwater.
+    Downstream,
+}
+
+impl Side {
+    /// Both, in the order of their units.
+    pub const BOTH: [Self; 2] = [Self::Upstream, Self::Downstream];
+
+    /// The water's table in a scene, which is also the name of its unit.
+    pub fn table(self) -> &'static str {
+        match self {
+            Self::Upstream => "reservoir",
+            Self::Downstream => "tailwater",
+        }
+    }
+
+    /// The path of a key of the water's table.
+    pub fn key(self, name: &str) -> String {
+        format!("{}.{name}", self.table())
+    }
 }
 
 /// Model of the water.
@@ -85,6 +129,12 @@ pub enum FidelityScene {
     /// An empty reservoir: the dam alone, with one dam step a communication step whatever `coupling` says.
     #[serde(rename = "none")]
     Empty,
+    /// Another program's, as an FMU: `[reservoir.fmu]`. Depth, density and wet face stay those of the scene.
+    Fmu,
+    /// Another program's, as a process: `[reservoir.command]`.
+    Command,
+    /// That of a run of the past, as it was given to its dam: `[reservoir.log]`; never iterated.
+    Log,
 }
 
 impl FidelityScene {
@@ -93,9 +143,14 @@ impl FidelityScene {
         super::shape::word(&self)
     }
 
-    /// Whether the pressure depends on more than the acceleration of the moment.
+    /// Whether the pressure depends on more than the acceleration of the moment, or may do so.
     pub fn has_memory(self) -> bool {
-        self == Self::Compressible
+        self == Self::Compressible || self.is_foreign()
+    }
+
+    /// Whether this program does not compute it.
+    pub fn is_foreign(self) -> bool {
+        matches!(self, Self::Fmu | Self::Command | Self::Log)
     }
 
     /// Whether equations are solved in the water.

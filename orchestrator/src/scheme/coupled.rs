@@ -2,7 +2,7 @@ mod checks;
 
 use super::evaluation::{Given, Iteration, ask};
 use super::frozen::FrozenWatch;
-use super::link::{Blank, Link, check_size};
+use super::link::{Blank, Link, LinkState, check_size};
 use super::{
     CouplingError, Exchange, Graph, InterfaceReport, Interval, Predictor, SchemeKind, StepFailure, UnitId,
     WindowReport,
@@ -10,10 +10,12 @@ use super::{
 use crate::acceleration::Acceleration;
 use crate::convergence::{ConvergenceMeasure, Guard, Hopeless, Residuals, norm};
 use crate::participant::{Occasion, Participant, ParticipantError};
+use interface::Fingerprint;
+use serde::{Deserialize, Serialize};
 use std::time::{Duration, Instant};
 
 /// The scheme and its limits.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// The scheme.
     pub kind: SchemeKind,
@@ -50,16 +52,28 @@ impl Default for Settings {
 /// same time.
 pub struct Scheme {
     settings: Settings,
-    acceleration: Acceleration,
-    /// The acceleration without history.
-    fresh: Acceleration,
-    predictor: Predictor,
     measure: ConvergenceMeasure,
     links: Vec<Link>,
     /// One for each unit.
     blanks: Vec<Blank>,
     /// In which the units are asked.
     order: Vec<UnitId>,
+    /// Whether the answers of a unit are known beforehand, so that a first guess says nothing.
+    open_loop: bool,
+    memory: Memory,
+    /// The units are inside a window that was not accepted.
+    astray: bool,
+    began: Instant,
+    fingerprint: Fingerprint,
+}
+
+/// What a scheme learns in a run, besides what its links do.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Memory {
+    acceleration: Acceleration,
+    /// The acceleration without history.
+    fresh: Acceleration,
+    predictor: Predictor,
     /// One for each unit.
     frozen: Vec<FrozenWatch>,
     /// Number and length (s) of the steps that the acceleration has learnt from.
@@ -68,9 +82,15 @@ pub struct Scheme {
     floor: Option<f64>,
     /// Largest norm of an accepted pressure, Pa.
     largest_pressure: f64,
-    /// The units are inside a window that was not accepted.
-    astray: bool,
-    began: Instant,
+}
+
+/// State of a [`Scheme`] between two windows: all that its later requests and reports depend on, besides the units.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct SchemeState {
+    memory: Memory,
+    links: Vec<LinkState>,
+    /// Wall time since the start of the run.
+    elapsed: Duration,
 }
 
 /// Result of an iteration.
@@ -97,29 +117,73 @@ impl Scheme {
     ) -> Result<Self, CouplingError> {
         let interfaces = graph.interfaces().to_vec();
         let links = interfaces.iter().map(|interface| Link::new(graph, interface));
-        let links = links.collect::<Result<Vec<_>, _>>()?;
+        let mut links = links.collect::<Result<Vec<_>, _>>()?;
+        let open_loop = graph.units().any(Participant::is_open_loop);
+        if open_loop {
+            // Who does not answer does no work.
+            links.iter_mut().for_each(|link| link.account = None);
+        }
         let blanks = graph.units().map(|unit| Blank::of(unit.description()));
         let blanks = blanks.collect::<Result<Vec<_>, _>>()?;
         checks::added_mass(graph, settings.kind)?;
         if settings.kind.is_implicit() && settings.iteration_limit == 0 {
             return Err(CouplingError::NoIteration);
         }
-        Ok(Self {
-            settings,
+        let forgetful = graph.units().find(|unit| !unit.description().capabilities.saved_state);
+        if let Some(unit) = forgetful.filter(|_| settings.kind.is_implicit()) {
+            return Err(CouplingError::NoState { participant: unit.description().name.clone() });
+        }
+        let memory = Memory {
             fresh: acceleration.clone(),
             acceleration,
             predictor,
-            measure,
-            links,
             frozen: blanks.iter().map(|_| FrozenWatch::default()).collect(),
-            blanks,
-            order: graph.order(),
             shape: (0, 0.0),
             floor: None,
             largest_pressure: 0.0,
+        };
+        let units: Vec<_> = graph.units().map(Participant::description).collect();
+        let fingerprint = Fingerprint::of("scheme", &(units, &interfaces, settings, &measure, &memory))
+            .map_err(Box::new)?;
+        Ok(Self {
+            settings,
+            measure,
+            links,
+            blanks,
+            order: graph.order(),
+            open_loop,
+            memory,
             astray: false,
             began: Instant::now(),
+            fingerprint,
         })
+    }
+
+    /// Hash of everything from which the scheme was made, the units included.
+    pub fn fingerprint(&self) -> Fingerprint {
+        self.fingerprint
+    }
+
+    /// The state at the end of the last accepted window, which [`resume`](Self::resume) goes on from; `None` inside a
+    /// window that was attempted and not accepted.
+    pub fn state(&self) -> Option<SchemeState> {
+        let links = self.links.iter().map(Link::state).collect();
+        (!self.astray).then(|| SchemeState {
+            memory: self.memory.clone(),
+            links,
+            elapsed: self.began.elapsed(),
+        })
+    }
+
+    /// Goes on from `state`, of a scheme with the same [`fingerprint`](Self::fingerprint), in the place of
+    /// initialisation. The units must be where they were; what they said when they were made was heard then.
+    pub fn resume(&mut self, graph: &mut Graph, state: &SchemeState) {
+        graph.units_mut().for_each(|unit| drop(unit.messages()));
+        self.memory.clone_from(&state.memory);
+        self.links.iter_mut().zip(&state.links).for_each(|(link, state)| link.resume(state));
+        self.astray = false;
+        let now = Instant::now();
+        self.began = now.checked_sub(state.elapsed).unwrap_or(now);
     }
 
     /// The settings.
@@ -160,7 +224,7 @@ impl Scheme {
         }
         report.exchanges.iter_mut().for_each(|e| e.accepted = true);
         report.converged = true;
-        self.predictor.accept(0.0, &vec![0.0; self.unknowns()]);
+        self.memory.predictor.accept(0.0, &vec![0.0; self.unknowns()]);
         let in_mass = self.settings.kind == SchemeKind::AddedMass;
         for link in &mut self.links {
             let of = |id| report.exchanges.iter().find(|e: &&Exchange| e.unit == id);
@@ -205,8 +269,8 @@ impl Scheme {
     ) -> Result<WindowReport, StepFailure> {
         // The Jacobian depends on the number of unknowns and on the step length.
         let shape = (steps.len(), steps.first().map_or(0.0, |interval| interval.communication_step));
-        if self.shape.0 != shape.0 || !SIMILAR.contains(&(shape.1 / self.shape.1)) {
-            (self.acceleration, self.shape) = (self.fresh.clone(), shape);
+        if self.memory.shape.0 != shape.0 || !SIMILAR.contains(&(shape.1 / self.memory.shape.1)) {
+            (self.memory.acceleration, self.memory.shape) = (self.memory.fresh.clone(), shape);
         }
         self.reported(graph, steps, attempt, Self::iterate)
     }
@@ -216,7 +280,7 @@ impl Scheme {
         self.astray = false;
         let last = report.iterations();
         report.exchanges.iter_mut().for_each(|e| e.accepted = e.occasion.iteration == last);
-        for (number, watch) in self.frozen.iter_mut().enumerate() {
+        for (number, watch) in self.memory.frozen.iter_mut().enumerate() {
             watch.accept(UnitId(number), report);
         }
         let in_mass = self.settings.kind == SchemeKind::AddedMass;
@@ -227,9 +291,9 @@ impl Scheme {
                 continue;
             };
             let pressure = self.pressure(&answers);
-            self.largest_pressure = self.largest_pressure.max(norm(pressure.iter().copied()));
+            self.memory.largest_pressure = self.memory.largest_pressure.max(norm(pressure.iter().copied()));
             let unknowns = self.unknowns_of(&answers);
-            self.predictor.accept(interval.communication_step, &unknowns);
+            self.memory.predictor.accept(interval.communication_step, &unknowns);
             let mut interfaces = Vec::with_capacity(self.links.len());
             for link in &mut self.links {
                 let [structure, fluid] = [link.structure(), link.fluid()].map(|id| answers[id.0]);
@@ -265,7 +329,7 @@ impl Scheme {
             report.solver_time.iter().sum()
         };
         report.messages = graph.units_mut().flat_map(|unit| unit.messages()).collect();
-        report.rounding_floor = self.floor;
+        report.rounding_floor = self.memory.floor;
         match result {
             Ok(()) => Ok(report),
             Err(error) => Err(StepFailure { report: Box::new(report), error }),
@@ -281,7 +345,7 @@ impl Scheme {
         let mut best: Option<(f64, Vec<f64>, Vec<f64>)> = None;
         // the scene's acceleration, without its past, where others took over
         let mut own: Option<Acceleration> = None;
-        self.acceleration.begin_step();
+        self.memory.acceleration.begin_step();
         if std::mem::replace(&mut self.astray, true) {
             self.restore(graph)?;
         } else {
@@ -292,11 +356,11 @@ impl Scheme {
         loop {
             iteration += 1;
             // A probe measures the Jacobian and is no iterate of this window.
-            let probe = self.acceleration.measuring();
+            let probe = self.memory.acceleration.measuring();
             let Answer { unknowns: answered, displacement } =
                 self.evaluate(graph, &unknowns, iteration, probe, report)?;
             if !self.settings.kind.is_implicit() {
-                if self.settings.kind != SchemeKind::AddedMass {
+                if self.settings.kind != SchemeKind::AddedMass && !self.open_loop {
                     report.residuals =
                         Some(self.residuals(&displacement, None, [&unknowns, &answered], None));
                 }
@@ -310,11 +374,11 @@ impl Scheme {
                 first.get_or_insert(residuals.pressure);
                 report.residuals = Some(residuals);
                 (report.relaxation, report.secants) =
-                    (self.acceleration.relaxation(), self.acceleration.secants());
+                    (self.memory.acceleration.relaxation(), self.memory.acceleration.secants());
                 if self.measure.converged(&residuals) {
                     // What took over served this window only.
                     if report.fallbacks > 1 {
-                        self.acceleration = own.unwrap_or_else(|| self.fresh.clone());
+                        self.memory.acceleration = own.unwrap_or_else(|| self.memory.fresh.clone());
                     }
                     return self.finish(graph, report, true);
                 }
@@ -324,11 +388,11 @@ impl Scheme {
                 }
                 let watched = match self.measure.unbounded(&answered) {
                     Some(why) => Err(why),
-                    None => guard.observe(residuals.pressure, answered.len(), self.floor),
+                    None => guard.observe(residuals.pressure, answered.len(), self.memory.floor),
                 };
                 if watched.is_err() || left == 0 {
                     let own = own.get_or_insert_with(|| {
-                        let mut acceleration = self.acceleration.clone();
+                        let mut acceleration = self.memory.acceleration.clone();
                         acceleration.forget();
                         acceleration
                     });
@@ -336,7 +400,7 @@ impl Scheme {
                     let next = own.fallback(report.fallbacks as usize).filter(|_| !rounding);
                     let Some((acceleration, (_, from, of))) = next.zip(best.clone()) else {
                         if report.fallbacks > 0 {
-                            self.acceleration = own.clone();
+                            self.memory.acceleration = own.clone();
                         }
                         let diverges =
                             matches!(watched, Err(Hopeless::Diverging { .. } | Hopeless::Unbounded { .. }));
@@ -349,23 +413,23 @@ impl Scheme {
                         };
                     };
                     report.fallbacks += 1;
-                    self.acceleration = acceleration;
-                    self.acceleration.begin_step();
+                    self.memory.acceleration = acceleration;
+                    self.memory.acceleration.begin_step();
                     (unknowns, residual) = (from, of);
                     (guard, left) = (Guard::default(), self.settings.iteration_limit);
                 }
             }
             let hydrostatic = self.links.iter().flat_map(|link| &link.hydrostatic);
             let largest = unknowns.iter().chain(hydrostatic).fold(0.0, |a: f64, b| a.max(b.abs()));
-            if self.floor.is_none() && largest > 0.0 && norm(answered.iter().copied()) > 0.0 {
+            if self.memory.floor.is_none() && largest > 0.0 && norm(answered.iter().copied()) > 0.0 {
                 iteration += 2;
                 self.check_states(graph, &unknowns, iteration - 1, report)?;
                 let change = checks::FLOOR_PROBE * f64::EPSILON * largest;
                 self.measure_floor(graph, [&unknowns, &residual], change, iteration, report)?;
-                self.acceleration.set_floor(self.floor.unwrap_or(0.0));
-                self.fresh.set_floor(self.floor.unwrap_or(0.0));
+                self.memory.acceleration.set_floor(self.memory.floor.unwrap_or(0.0));
+                self.memory.fresh.set_floor(self.memory.floor.unwrap_or(0.0));
             }
-            self.acceleration.accelerate(&mut unknowns, &residual);
+            self.memory.acceleration.accelerate(&mut unknowns, &residual);
             self.restore(graph)?;
         }
     }
@@ -373,14 +437,14 @@ impl Scheme {
     /// Accepts the last answer, unless a unit has frozen.
     fn finish(&self, graph: &Graph, report: &mut WindowReport, converged: bool) -> Result<(), CouplingError> {
         for id in &self.order {
-            if let Some(steps) = self.frozen[id.0].frozen(*id, report) {
+            if let Some(steps) = self.memory.frozen[id.0].frozen(*id, report) {
                 let (step, time) = (report.step(), report.time());
                 let participant = graph[*id].description().name.clone();
                 return Err(CouplingError::Frozen { participant, step, time, steps });
             }
         }
         report.converged = converged;
-        report.largest_pressure = self.largest_pressure;
+        report.largest_pressure = self.memory.largest_pressure;
         if self.settings.kind != SchemeKind::AddedMass
             && let [interval] = report.steps[..]
         {
@@ -389,10 +453,10 @@ impl Scheme {
                 |id| report.exchanges.iter().rfind(|e| e.unit == UnitId(id) && e.occasion.iteration == last);
             if let Some(answers) = (0..self.blanks.len()).map(of).collect::<Option<Vec<_>>>() {
                 let pressure = self.pressure(&answers);
-                report.largest_pressure = self.largest_pressure.max(norm(pressure.iter().copied()));
+                report.largest_pressure = self.memory.largest_pressure.max(norm(pressure.iter().copied()));
                 // The unknowns in the history begin with the pressures, which alone are compared.
                 report.interpolation_error =
-                    self.predictor.interpolation_error(interval.communication_step, &pressure);
+                    self.memory.predictor.interpolation_error(interval.communication_step, &pressure);
             }
         }
         Ok(())
@@ -437,7 +501,7 @@ impl Scheme {
             for (interval, values) in steps.iter().zip(unknowns.chunks_mut(size)) {
                 let ahead =
                     if interval.time == start { interval.communication_step } else { interval.end() - start };
-                self.predictor.predict(ahead, values);
+                self.memory.predictor.predict(ahead, values);
             }
         }
         unknowns

@@ -2,6 +2,7 @@ use super::WindowReport;
 use crate::convergence::Hopeless;
 use crate::mapping::MappingError;
 use crate::participant::ParticipantError;
+use interface::StateError;
 
 /// Why a communication step failed.
 #[derive(Debug, thiserror::Error)]
@@ -15,6 +16,18 @@ pub enum CouplingError {
         /// What is wrong.
         cause: String,
     },
+    /// An implicit scheme with a unit whose steps cannot be repeated.
+    #[error(
+        "{participant} cannot save its state, so its steps cannot be repeated; only explicit schemes fit it: set coupling.scheme to \
+         \"serial-explicit\" or \"parallel-explicit\""
+    )]
+    NoState {
+        /// Name of the participant.
+        participant: String,
+    },
+    /// What the scheme is made from cannot be hashed.
+    #[error(transparent)]
+    Configuration(#[from] Box<StateError>),
     /// The units cannot step at the same time.
     #[error("no thread can be made: {cause}; allow more (`ulimit -u`), or choose a serial [coupling] scheme")]
     Thread {

@@ -37,7 +37,8 @@ impl Iteration<'_> {
         }
     }
 
-    /// The structures take all steps with `pressure`, then the fluids with the structures' acceleration.
+    /// The structures take all steps with `pressure`, then the fluids with the structures' acceleration. What is known
+    /// beforehand comes first, and its answers take the place of what is given.
     pub fn one_after_the_other(
         &self,
         graph: &mut Graph,
@@ -45,13 +46,17 @@ impl Iteration<'_> {
         exchanges: &mut Vec<Exchange>,
     ) -> Result<(), CouplingError> {
         let first = exchanges.len();
-        let mut given = Given { pressure, acceleration: vec![Vec::new(); self.links.len()] };
+        let at_rest = |link: &Link| vec![0.0; link.points()[1] * self.steps.len()];
+        let mut given = Given { pressure, acceleration: self.links.iter().map(at_rest).collect() };
         for &id in self.order {
-            // The structures, which come first, have answered.
-            for (link, acceleration) in self.links.iter().zip(&mut given.acceleration) {
-                if link.fluid() == id {
-                    let moved = exchanges[first..].iter().filter(|e| e.unit == link.structure());
-                    *acceleration = moved.flat_map(|exchange| link.acceleration(exchange)).collect();
+            for (number, link) in self.links.iter().enumerate() {
+                let answers = |unit| exchanges[first..].iter().filter(move |e| e.unit == unit);
+                if link.fluid() == id && answers(link.structure()).next().is_some() {
+                    let moved = answers(link.structure()).flat_map(|exchange| link.acceleration(exchange));
+                    given.acceleration[number] = moved.collect();
+                } else if link.structure() == id && answers(link.fluid()).next().is_some() {
+                    let pressed = answers(link.fluid()).flat_map(|exchange| link.pressure(exchange));
+                    given.pressure[number] = pressed.collect();
                 }
             }
             self.steps_of(id, &mut graph[id], &given, exchanges)?;

@@ -1,4 +1,5 @@
 use super::{Exchange, UnitId, WindowReport};
+use serde::{Deserialize, Serialize};
 
 /// Steps with the same answers after which a unit counts as frozen.
 const PATIENCE: u32 = 20;
@@ -7,7 +8,7 @@ const PATIENCE: u32 = 20;
 ///
 /// A unit is not watched if it never responded to a change within a step, such as a prescribed motion or any unit of
 /// a scheme without iterations, nor if its answer is zero.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct FrozenWatch {
     responds: bool,
     /// Accepted request and answer of the last step.

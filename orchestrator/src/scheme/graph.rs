@@ -1,11 +1,12 @@
 //! Who exchanges pressure and motion with whom.
 
 use super::CouplingError;
-use crate::participant::Participant;
+use crate::participant::{Participant, ParticipantError};
+use serde::{Deserialize, Serialize};
 use std::ops::{Index, IndexMut};
 
 /// Number of a unit in its graph, and of its place in a log.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct UnitId(pub usize);
 
 impl UnitId {
@@ -13,10 +14,12 @@ impl UnitId {
     pub const DAM: Self = Self(0);
     /// The reservoir of a [pair](Graph::pair), and of every scene.
     pub const RESERVOIR: Self = Self(1);
+    /// The tailwater of a scene that has one.
+    pub const TAILWATER: Self = Self(2);
 }
 
 /// A face of a unit.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Port {
     /// The unit.
     pub unit: UnitId,
@@ -37,7 +40,7 @@ impl Port {
 }
 
 /// A wet face, at which two units exchange pressure and motion.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Interface {
     /// Face of a unit whose input is pressure and whose output is motion.
     pub structure: Port,
@@ -105,11 +108,38 @@ impl Graph {
         self.interfaces.iter().any(|interface| interface.structure.unit == id)
     }
 
-    /// All structures, then all fluids: the order in which a serial scheme asks them.
+    /// What is known beforehand, then all structures, then all fluids: the order in which a serial scheme asks them.
     pub(super) fn order(&self) -> Vec<UnitId> {
         let mut order: Vec<UnitId> = self.ids().collect();
-        order.sort_by_key(|&id| !self.is_structure(id));
+        order.sort_by_key(|&id| (!self[id].is_open_loop(), !self.is_structure(id)));
         order
+    }
+
+    /// The states of all units at the end of the last step, as bytes, which [`deserialise`](Self::deserialise) reads.
+    ///
+    /// **Errors**: a unit does not offer it, or fails.
+    pub fn serialise(&mut self) -> Result<Vec<Vec<u8>>, ParticipantError> {
+        let bytes = |unit: &mut Box<dyn Participant>| {
+            unit.serialise()?.ok_or_else(|| ParticipantError::NotSerialised {
+                participant: unit.description().name.clone(),
+            })
+        };
+        self.units.iter_mut().map(bytes).collect()
+    }
+
+    /// Puts the units, new or not, into states that equal ones have given: one for each unit, in their order.
+    ///
+    /// **Errors**: states of another number of units or of others; a unit does not offer it, or fails.
+    pub fn deserialise(&mut self, states: &[Vec<u8>]) -> Result<(), CouplingError> {
+        if states.len() != self.units.len() {
+            let cause = format!(
+                "there are {} saved states, but {} units; take those of one run",
+                states.len(),
+                self.units.len()
+            );
+            return Err(CouplingError::Graph { cause });
+        }
+        self.units.iter_mut().zip(states).try_for_each(|(unit, state)| Ok(unit.deserialise(state)?))
     }
 
     /// All units.

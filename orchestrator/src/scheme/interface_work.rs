@@ -1,8 +1,9 @@
 use super::Interval;
 use interface::WetFace;
+use serde::{Deserialize, Serialize};
 
 /// Work at the interface in a window of communication steps, J per metre of dam.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct InterfaceWork {
     /// Work on the dam of the pressure that it was given, with its actual motion.
     pub on_dam: f64,
@@ -38,7 +39,7 @@ impl std::ops::AddAssign for InterfaceWork {
 }
 
 /// The interface at the end of a step: one value a point of the dam's face, or of the reservoir's.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct AtInterface {
     /// Pressure given to the dam, Pa.
     pub given: Vec<f64>,
@@ -64,6 +65,7 @@ pub(super) struct AtInterface {
 ///
 /// Here p is the pressure given to the dam, with the dam's total motion; p̃ is the reservoir's answer, with the
 /// velocity that the reservoir was given, v₁ = v₀ + H ā.
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct WorkAccount {
     dam: Panels,
     reservoir: Panels,
@@ -76,6 +78,7 @@ pub(super) struct WorkAccount {
 }
 
 /// Lower point and length of every panel.
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct Panels(Vec<(usize, f64)>);
 
 impl Panels {

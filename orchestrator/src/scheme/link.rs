@@ -1,8 +1,9 @@
 use super::interface_work::{AtInterface, WorkAccount};
-use super::{CouplingError, Exchange, Graph, Interface, UnitId};
+use super::{CouplingError, Exchange, Graph, Interface, Port, UnitId};
 use crate::mapping::Mapping;
-use crate::participant::{Description, ParticipantError};
+use crate::participant::{Description, Participant, ParticipantError};
 use interface::WetFace;
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// An interface in use: places of its variables in requests and answers, and what is constant in a run.
@@ -22,6 +23,13 @@ pub(super) struct Link {
     /// At the fluid.
     acceleration: Range<usize>,
     answer: Range<usize>,
+}
+
+/// What a [`Link`] has learnt of the run.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct LinkState {
+    account: Option<WorkAccount>,
+    hydrostatic: Vec<f64>,
 }
 
 /// A request to a unit before its interfaces are known: its size, and the place of the ground's acceleration.
@@ -59,6 +67,17 @@ impl Link {
             answer: place(b, false, &fluid.variable("interface_pressure"), water)?,
             interface: interface.clone(),
         })
+    }
+
+    /// What it has learnt of the run.
+    pub fn state(&self) -> LinkState {
+        LinkState { account: self.account.clone(), hydrostatic: self.hydrostatic.clone() }
+    }
+
+    /// Goes on from `state`.
+    pub fn resume(&mut self, state: &LinkState) {
+        self.account.clone_from(&state.account);
+        self.hydrostatic.clone_from(&state.hydrostatic);
     }
 
     /// The structure.
@@ -193,12 +212,26 @@ pub fn interface_points(
     graph: &mut Graph,
     interface: &Interface,
 ) -> Result<[Vec<[f64; 2]>; 2], ParticipantError> {
-    let [structure, fluid] = [&interface.structure, &interface.fluid].map(|port| {
-        let unit = &mut graph[port.unit];
-        let (x, y) = (unit.read(&port.variable("interface_x"))?, unit.read(&port.variable("interface_y"))?);
-        Ok::<_, ParticipantError>(x.into_iter().zip(y).map(|(x, y)| [x, y]).collect())
-    });
+    let [structure, fluid] =
+        [&interface.structure, &interface.fluid].map(|port| points_of(&mut graph[port.unit], port));
     Ok([structure?, fluid?])
+}
+
+fn points_of(unit: &mut dyn Participant, port: &Port) -> Result<Vec<[f64; 2]>, ParticipantError> {
+    let (x, y) = (unit.read(&port.variable("interface_x"))?, unit.read(&port.variable("interface_y"))?);
+    Ok(x.into_iter().zip(y).map(|(x, y)| [x, y]).collect())
+}
+
+/// Checks that the points of the two units at `interface` can be mapped to each other, before there is a [`Graph`].
+///
+/// **Errors**: they lie elsewhere; a unit does not tell its own.
+pub fn check_points(
+    structure: &mut dyn Participant,
+    fluid: &mut dyn Participant,
+    interface: &Interface,
+) -> Result<(), CouplingError> {
+    let dam = points_of(structure, &interface.structure)?;
+    mapping(&dam, &points_of(fluid, &interface.fluid)?).map(drop)
 }
 
 /// The mapping between the points. If the points are the same, they need not form wet faces.

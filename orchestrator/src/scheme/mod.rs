@@ -21,11 +21,11 @@ mod interface_work;
 mod link;
 mod predictor;
 
-pub use coupled::{Scheme, Settings};
+pub use coupled::{Scheme, SchemeState, Settings};
 pub use error::{CouplingError, StepFailure};
 pub use graph::{Graph, Interface, Port, UnitId};
 pub use interface_work::{InterfaceReport, InterfaceWork};
-pub use link::interface_points;
+pub use link::{check_points, interface_points};
 pub use predictor::Predictor;
 
 use crate::convergence::Residuals;

@@ -1,3 +1,4 @@
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
 /// Extrapolates the accepted values to the end of the next steps, for their first guess.
@@ -5,7 +6,7 @@ use std::collections::VecDeque;
 /// The polynomial through the newest `order + 1` accepted values, of the highest order that the history allows; steps
 /// may differ in length. For equal steps: order 0: p₀; order 1: 2p₀ − p₁; order 2: 3p₀ − 3p₁ + p₂, with p₀ the
 /// newest.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Predictor {
     order: usize,
     /// Newest first: length of the step that ends with them (s), and the values.

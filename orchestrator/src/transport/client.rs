@@ -1,10 +1,11 @@
 use super::wait::Wait;
 use super::{
-    ATTRIBUTE_LAYOUT, ATTRIBUTE_PROTOCOL, Folder, Header, PROTOCOL_VERSION, PrivateFiles, TransportError,
-    node, service_name, shared_memory_error,
+    ATTRIBUTE_LAYOUT, ATTRIBUTE_PROTOCOL, Folder, Header, PROTOCOL_VERSION, PrivateFiles, ServiceKind,
+    TransportError, Usual, node, service_name, shared_memory_error,
 };
 use iceoryx2::port::client::Client as Port;
 use iceoryx2::prelude::{AllocationStrategy, AttributeSet, ServiceName};
+use iceoryx2::service::Service;
 use iceoryx2::service::attribute::AttributeKey;
 use iceoryx2::service::builder::request_response::RequestResponseOpenError;
 use iceoryx2::service::port_factory::PortFactory;
@@ -12,10 +13,11 @@ use std::fmt::Debug;
 use std::time::Duration;
 
 /// The orchestrator's side of a unit's service.
-pub struct Client {
-    unit: String,
-    port: Port<PrivateFiles, [f64], Header, [f64], Header>,
-    wait: Wait,
+pub struct Client(Kind);
+
+enum Kind {
+    PrivateFiles(Connection<PrivateFiles>),
+    Ipc(Connection<Usual>),
 }
 
 /// Waiting time after which the caller checks between sleeps whether to go on waiting.
@@ -26,9 +28,65 @@ impl Client {
     ///
     /// **Errors**: no such service; another protocol version; a `layout` other than the
     /// service carries; no shared memory.
-    pub fn open(folder: &Folder, unit: &str, layout: &str, values: usize) -> Result<Self, TransportError> {
+    pub fn open(
+        folder: &Folder,
+        kind: &ServiceKind,
+        unit: &str,
+        layout: &str,
+        values: usize,
+    ) -> Result<Self, TransportError> {
+        Ok(Self(match kind {
+            ServiceKind::PrivateFiles => {
+                Kind::PrivateFiles(Connection::open(folder, kind, unit, layout, values)?)
+            }
+            ServiceKind::Ipc { .. } => Kind::Ipc(Connection::open(folder, kind, unit, layout, values)?),
+        }))
+    }
+
+    /// Allocates memory for a request of `values` values and frees it.
+    pub(super) fn reserve(&mut self, values: usize) -> Result<(), TransportError> {
+        match &self.0 {
+            Kind::PrivateFiles(connection) => connection.reserve(values),
+            Kind::Ipc(connection) => connection.reserve(values),
+        }
+    }
+
+    /// Sends a request and waits for its answer, which it hands to `take`; returns the answer's header.
+    ///
+    /// When the answer is late (10 ms), `look` is called after every sleep; its error ends the wait.
+    ///
+    /// **Errors**: the unit is not connected; the answer does not echo the header; whatever `look` returns.
+    pub fn call<E: From<TransportError>>(
+        &mut self,
+        header: Header,
+        values: &[f64],
+        take: impl FnOnce(&Header, &[f64]) -> Result<(), TransportError>,
+        look: impl FnMut() -> Result<(), E>,
+    ) -> Result<Header, E> {
+        match &mut self.0 {
+            Kind::PrivateFiles(connection) => connection.call(header, values, take, look),
+            Kind::Ipc(connection) => connection.call(header, values, take, look),
+        }
+    }
+}
+
+/// The client's port at a service of the kind `S`.
+struct Connection<S: Service> {
+    unit: String,
+    port: Port<S, [f64], Header, [f64], Header>,
+    wait: Wait,
+}
+
+impl<S: Service> Connection<S> {
+    fn open(
+        folder: &Folder,
+        kind: &ServiceKind,
+        unit: &str,
+        layout: &str,
+        values: usize,
+    ) -> Result<Self, TransportError> {
         let failed = |e: &dyn Debug| shared_memory_error("opening the service of a unit", &e);
-        let node = node(folder)?;
+        let node = node::<S>(folder, kind)?;
         let service = service_name(folder.run(), unit);
         let name = ServiceName::new(&service).map_err(|e| failed(&e))?;
         let builder = node.service_builder(&name).request_response::<[f64], [f64]>();
@@ -59,18 +117,12 @@ impl Client {
         Ok(Self { unit: unit.to_owned(), port, wait: Wait::new() })
     }
 
-    /// Allocates memory for a request of `values` values and frees it.
-    pub(super) fn reserve(&mut self, values: usize) -> Result<(), TransportError> {
+    fn reserve(&self, values: usize) -> Result<(), TransportError> {
         let request = self.port.loan_slice(values);
         request.map(drop).map_err(|e| shared_memory_error("taking memory", &e))
     }
 
-    /// Sends a request and waits for its answer, which it hands to `take`; returns the answer's header.
-    ///
-    /// When the answer is late (10 ms), `look` is called after every sleep; its error ends the wait.
-    ///
-    /// **Errors**: the unit is not connected; the answer does not echo the header; whatever `look` returns.
-    pub fn call<E: From<TransportError>>(
+    fn call<E: From<TransportError>>(
         &mut self,
         header: Header,
         values: &[f64],

@@ -1,7 +1,7 @@
 use super::{SHARED_MEMORY, TransportError, random, shared_memory_error};
-use std::fs::{File, Metadata};
+use std::fs::{DirEntry, File, Metadata};
 use std::io::{Error, ErrorKind, Result};
-use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -11,6 +11,9 @@ use std::time::Duration;
 /// the run is random, so that nobody can take its name beforehand. Every process of the run holds a shared lock on its
 /// file `lock`. Who leaves it last removes it; what processes that were killed left is removed when the next run of the
 /// user creates its folder.
+///
+/// The memory of iceoryx2's usual services, for units that are not ours, lies beside it in segments whose names begin with
+/// the folder's name and `-`. They are removed with it.
 #[derive(Debug)]
 pub struct Folder {
     path: PathBuf,
@@ -58,15 +61,38 @@ impl Folder {
         self.run
     }
 
+    /// A prefix for the names of the run's segments, which nobody can foresee.
+    pub(super) fn new_prefix(&self) -> String {
+        let name = self.path.file_name().unwrap_or_default().to_string_lossy();
+        format!("{name}-{:016x}.", random())
+    }
+
+    /// Closes the segments that there are with this prefix to other users.
+    pub(super) fn close_segments(&self, prefix: &str) -> Result<()> {
+        for segment in beginning(&self.path.with_file_name(prefix)) {
+            // What another user may have put there is never followed.
+            let no_follow = rustix::fs::OFlags::NOFOLLOW.bits().cast_signed();
+            let file = File::options().read(true).custom_flags(no_follow).open(segment)?;
+            file.set_permissions(PermissionsExt::from_mode(0o600))?;
+        }
+        Ok(())
+    }
+
     fn try_to_create(parent: &Path) -> Result<Self> {
         let mine = format!("cofferdam-{}-", rustix::process::geteuid().as_raw());
+        let run = |run: &str| parent.join(format!("{mine}{run}"));
         for entry in std::fs::read_dir(parent)?.flatten() {
-            if entry.file_name().to_string_lossy().starts_with(&mine) {
-                remove_if_unused(&entry.path());
+            let name = entry.file_name();
+            let of_mine = name.to_str().and_then(|name| name.strip_prefix(&mine));
+            match of_mine.map(|rest| rest.split_once('-')) {
+                Some(None) => remove_if_unused(&entry.path()),
+                // A segment whose unit made it after the run's folder had been removed.
+                Some(Some((of_run, _))) if !run(of_run).exists() => remove_segment(&entry.path()),
+                _ => (),
             }
         }
-        let run = random();
-        let path = parent.join(format!("{mine}{run:016x}"));
+        let number = random();
+        let path = run(&format!("{number:016x}"));
         std::fs::DirBuilder::new().mode(0o700).create(&path)?;
         let lock = File::create_new(path.join(LOCK))?;
         lock.lock_shared()?;
@@ -74,7 +100,7 @@ impl Folder {
         if File::open(path.join(LOCK))?.metadata()?.ino() != lock.metadata()?.ino() {
             return Err(Error::new(ErrorKind::NotFound, "another run removed the folder"));
         }
-        Ok(Self { path, run, lock })
+        Ok(Self { path, run: number, lock })
     }
 }
 
@@ -82,15 +108,40 @@ impl Drop for Folder {
     /// Removes it if no other process uses it.
     fn drop(&mut self) {
         if self.lock.try_lock().is_ok() {
-            // What cannot be removed does no harm; the next run tries again.
-            let _ = std::fs::remove_dir_all(&self.path);
+            remove(&self.path);
         }
     }
 }
 
 /// Whether it is a folder that only this user may enter.
 fn is_private(metadata: &Metadata) -> bool {
-    metadata.is_dir() && metadata.uid() == rustix::process::geteuid().as_raw() && metadata.mode() & 0o077 == 0
+    metadata.is_dir() && is_mine(metadata) && metadata.mode() & 0o077 == 0
+}
+
+fn is_mine(metadata: &Metadata) -> bool {
+    metadata.uid() == rustix::process::geteuid().as_raw()
+}
+
+/// What is in the folder of `path` and has a name that begins with its name.
+fn beginning(path: &Path) -> impl Iterator<Item = PathBuf> {
+    let begin = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let beside = path.parent().and_then(|parent| std::fs::read_dir(parent).ok()).into_iter().flatten();
+    let name = move |entry: &DirEntry| entry.file_name().to_string_lossy().starts_with(&begin);
+    beside.flatten().filter(name).map(|entry| entry.path())
+}
+
+/// Removes what belongs to a run. What cannot be removed does no harm; the next run tries again.
+fn remove(folder: &Path) {
+    let name = folder.file_name().unwrap_or_default().to_string_lossy();
+    beginning(&folder.with_file_name(format!("{name}-"))).for_each(|segment| remove_segment(&segment));
+    let _ = std::fs::remove_dir_all(folder);
+}
+
+/// Removes a segment, unless it is another user's.
+fn remove_segment(path: &Path) {
+    if std::fs::symlink_metadata(path).is_ok_and(|m| m.is_file() && is_mine(&m)) {
+        let _ = std::fs::remove_file(path);
+    }
 }
 
 /// Removes the folder of a run whose processes have all ended. What cannot be removed does no harm.
@@ -107,7 +158,7 @@ fn remove_if_unused(folder: &Path) {
     };
     let old = || metadata.modified().is_ok_and(|then| then.elapsed().is_ok_and(|age| age > OLD));
     if unused.is_some() || old() {
-        let _ = std::fs::remove_dir_all(folder);
+        remove(folder);
     }
 }
 
@@ -152,11 +203,37 @@ mod tests {
     }
 
     #[test]
+    fn the_segments_of_a_run_are_removed_with_its_folder() {
+        let parent = tempfile::tempdir().expect("a folder");
+        let segment = |folder: &Folder| {
+            let prefix = folder.new_prefix();
+            let path = parent.path().join(format!("{prefix}data"));
+            std::fs::write(&path, "x").expect("written");
+            std::fs::set_permissions(&path, PermissionsExt::from_mode(0o666)).expect("opened");
+            folder.close_segments(&prefix).expect("closed");
+            assert_eq!(std::fs::metadata(&path).expect("it exists").mode() & 0o777, 0o600);
+            path
+        };
+        let (first, killed) = (Folder::try_to_create(parent.path()), Folder::try_to_create(parent.path()));
+        let (first, killed) = (first.expect("a folder"), killed.expect("a folder"));
+        let (of_first, of_killed) = (segment(&first), segment(&killed));
+        killed.lock.unlock().expect("unlocked, as by the end of the process");
+        let next = Folder::try_to_create(parent.path()).expect("a folder");
+        assert!(of_first.exists() && !of_killed.exists(), "the first run goes on");
+        drop(first);
+        assert!(!of_first.exists());
+        // A unit that nobody waited for makes one after its run.
+        std::fs::write(&of_first, "x").expect("written");
+        drop((Folder::try_to_create(parent.path()).expect("a folder"), next));
+        assert!(!of_first.exists());
+    }
+
+    #[test]
     fn a_folder_that_others_may_enter_is_not_joined() {
         let parent = tempfile::tempdir().expect("a folder");
         let folder = Folder::try_to_create(parent.path()).expect("a folder");
         let mut open = std::fs::metadata(folder.path()).expect("it exists").permissions();
-        std::os::unix::fs::PermissionsExt::set_mode(&mut open, 0o755);
+        open.set_mode(0o755);
         std::fs::set_permissions(folder.path(), open).expect("changed");
         let refused = Folder::join(folder.path(), folder.run()).expect_err("it is refused").to_string();
         assert!(refused.contains("others may enter"), "{refused}");

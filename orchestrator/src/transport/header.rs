@@ -1,7 +1,7 @@
 use iceoryx2::prelude::ZeroCopySend;
 
 /// Version of the protocol: header, commands, and the lines on standard output.
-pub const PROTOCOL_VERSION: u32 = 4;
+pub const PROTOCOL_VERSION: u32 = 5;
 
 /// Command of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,7 +2,8 @@
 //!
 //! A unit is the one server of the service `cofferdam/<run>/<unit>`, the orchestrator its one client. Request and
 //! answer are `[f64]` slices behind the same [`Header`]; the service carries protocol version and layout hash as
-//! attributes. Everything that belongs to a run lies in one [`Folder`], which only its user may enter.
+//! attributes. Everything that belongs to a run lies in one [`Folder`], which only its user may enter, but for the memory of units
+//! that are not ours, which lies beside it ([`ServiceKind`]).
 
 mod client;
 mod folder;
@@ -15,15 +16,18 @@ pub use client::Client;
 pub use folder::Folder;
 pub use header::{Command, Header, PROTOCOL_VERSION, Status};
 pub use server::Server;
+pub use service::ServiceKind;
 pub use wait::shorten_naps;
 
 use header::HeaderField;
 use iceoryx2::config::Config;
+use iceoryx2::node::Node;
 use iceoryx2::prelude::{
-    AttributeSpecifier, LogLevel, NodeBuilder, SemanticString, SignalHandlingMode, set_log_level,
+    AttributeSpecifier, FileName, LogLevel, NodeBuilder, SemanticString, SignalHandlingMode, set_log_level,
 };
+use iceoryx2::service::Service;
 use iceoryx2::service::attribute::{AttributeKey, AttributeValue};
-use service::PrivateFiles;
+use service::{PrivateFiles, Usual};
 use std::fmt::Debug;
 use std::fs::File;
 use std::path::Path;
@@ -101,8 +105,6 @@ pub enum TransportError {
     },
 }
 
-type Node = iceoryx2::node::Node<PrivateFiles>;
-
 const ATTRIBUTE_PROTOCOL: &str = "protocol";
 const ATTRIBUTE_LAYOUT: &str = "layout";
 const SHARED_MEMORY: &str = "/dev/shm";
@@ -127,8 +129,9 @@ pub fn probe() -> Result<(), TransportError> {
         ));
     }
     let folder = Folder::create()?;
-    let server = Server::create(&folder, "probe", "none", VALUES)?;
-    let mut client = Client::open(&folder, "probe", "none", VALUES)?;
+    let kind = ServiceKind::PrivateFiles;
+    let server = Server::create(&folder, &kind, "probe", "none", VALUES)?;
+    let mut client = Client::open(&folder, &kind, "probe", "none", VALUES)?;
     client.reserve(VALUES)?;
     drop((client, server));
     Ok(())
@@ -141,13 +144,31 @@ fn random() -> u64 {
     std::hash::RandomState::new().build_hasher().finish()
 }
 
-fn node(folder: &Folder) -> Result<Node, TransportError> {
+/// Makes the names of the usual services of the run of `folder`, for units that are not ours.
+///
+/// iceoryx2 leaves one segment of these services, its counter of nodes, writable for all users. It is made here, before any
+/// unit starts, and closed to others at once.
+///
+/// **Errors**: no shared memory.
+pub fn usual_services(folder: &Folder) -> Result<ServiceKind, TransportError> {
+    let prefix = folder.new_prefix();
+    let kind = ServiceKind::Ipc { prefix: prefix.clone() };
+    node::<Usual>(folder, &kind)?;
+    folder.close_segments(&prefix).map_err(|e| shared_memory_error("closing the counter of nodes", &e))?;
+    Ok(kind)
+}
+
+fn node<S: Service>(folder: &Folder, kind: &ServiceKind) -> Result<Node<S>, TransportError> {
     // Its messages would repeat ours, which name the remedy.
     set_log_level(LogLevel::Fatal);
     let mut config = Config::default();
     let path = iceoryx2::prelude::Path::new(folder.path().as_os_str().as_encoded_bytes())
         .map_err(|e| shared_memory_error("preparing", &e))?;
     config.global.set_root_path(&path);
+    if let ServiceKind::Ipc { prefix } = kind {
+        config.global.prefix =
+            FileName::new(prefix.as_bytes()).map_err(|e| shared_memory_error("preparing", &e))?;
+    }
     let builder = NodeBuilder::new().config(&config).signal_handling_mode(SignalHandlingMode::Disabled);
     builder.create().map_err(|e| shared_memory_error("making a node", &e))
 }

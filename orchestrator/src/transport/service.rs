@@ -5,7 +5,21 @@ use iceoryx2_bb_elementary_traits::testing::abandonable::Abandonable;
 use iceoryx2_cal::shm_allocator::bump_allocator::BumpAllocator;
 use iceoryx2_cal::shm_allocator::pool_allocator::PoolAllocator;
 use iceoryx2_cal::{dynamic_storage, resizable_shared_memory, shared_memory, zero_copy_connection};
+use serde::{Deserialize, Serialize};
 use std::fmt::Debug;
+
+/// The kind of iceoryx2 service by which a unit is reached, and what is needed to find it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(tag = "service", rename_all = "kebab-case")]
+pub enum ServiceKind {
+    /// Files in the folder of the run, which other users cannot enter: for the built-in units.
+    PrivateFiles,
+    /// iceoryx2's usual service between processes, which its bindings for other languages offer.
+    Ipc {
+        /// Configured prefix of all its names; it is random, so that they cannot be taken beforehand.
+        prefix: String,
+    },
+}
 
 /// iceoryx2's service between processes, with memory in files below the root path in place of POSIX shared memory. The names
 /// of the latter all lie in one folder of the machine, where every user sees them and can take the next one; and the counter
@@ -15,7 +29,8 @@ pub struct PrivateFiles {}
 
 impl ServiceInternal<Self> for PrivateFiles {}
 
-type Usual = ipc_threadsafe::Service;
+/// iceoryx2's usual service between processes.
+pub type Usual = ipc_threadsafe::Service;
 type Memory<Allocator> = shared_memory::file::Memory<Allocator>;
 type Storage<T> = dynamic_storage::file::Storage<T>;
 

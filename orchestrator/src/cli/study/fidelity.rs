@@ -209,7 +209,11 @@ fn measured(
         unit.restore_state(&start).map_err(failed)?;
         Box::new(InProcess::new(unit, name, Messages::default()))
     };
-    let graph = Graph::pair(registry::unit(UnitId::DAM, scene, threads(None))?, reservoir);
+    let mut units = vec![registry::unit(UnitId::DAM, scene, threads(None))?, reservoir];
+    for id in registry::units(scene).into_iter().skip(units.len()) {
+        units.push(registry::unit(id, scene, threads(None))?);
+    }
+    let graph = Graph::new(units, registry::interfaces(scene)).map_err(registry::RegistryError::from)?;
     let outcome = run_units(scene, motion, graph)?.completed(name)?;
     cost.reservoir = cost.set_up + outcome.ending.wall.of("reservoir").as_secs_f64();
     Ok(Row { name: name.to_owned(), level, cost: Ok(cost), outcome: Some(outcome), rigid })

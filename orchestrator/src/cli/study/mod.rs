@@ -20,7 +20,7 @@ use miette::Diagnostic;
 use orchestrator::ground_motion::GroundMotion;
 use orchestrator::observer::{Ending, Histories, HistoriesWriter, Rest, Status};
 use orchestrator::scene::{LoadedScene, Scene, SceneError};
-use orchestrator::scheme::{CouplingError, Graph, UnitId};
+use orchestrator::scheme::{CouplingError, Graph};
 use orchestrator::simulation::{Simulation, SimulationError};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -202,8 +202,7 @@ struct Outcome {
 ///
 /// **Errors**: a unit cannot be made; a failure of the coupling comes with the outcome.
 fn run_scene(scene: &Scene, motion: &GroundMotion, threads: NonZeroUsize) -> Result<Outcome, StudyError> {
-    let [dam, reservoir] = [UnitId::DAM, UnitId::RESERVOIR].map(|id| registry::unit(id, scene, threads));
-    run_units(scene, motion, Graph::pair(dam?, reservoir?))
+    run_units(scene, motion, registry::graph(scene, threads)?)
 }
 
 /// Runs all scenes, as many at once as there are cores.
@@ -230,7 +229,7 @@ fn run_units(scene: &Scene, motion: &GroundMotion, graph: Graph) -> Result<Outco
     let failure = match failure {
         None => None,
         Some(SimulationError::Coupling(error)) => Some(error),
-        Some(error @ SimulationError::Observer(_)) => return Err(wrong(error)),
+        Some(error @ (SimulationError::Observer(_) | SimulationError::State(_))) => return Err(wrong(error)),
     };
     Ok(Outcome { histories: histories.histories, ending, failure })
 }

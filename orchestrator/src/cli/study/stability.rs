@@ -227,6 +227,7 @@ pub fn water(water: FidelityScene) -> &'static str {
         FidelityScene::Incompressible => "incompressible",
         FidelityScene::Westergaard => "Westergaard's",
         FidelityScene::Empty => "no",
+        FidelityScene::Fmu | FidelityScene::Command | FidelityScene::Log => "another program's",
     }
 }
 

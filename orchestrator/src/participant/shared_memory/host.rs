@@ -2,7 +2,7 @@ use super::calls::{layout_hash, occasion};
 use super::words::{END, Task, Word};
 use crate::participant::{Occasion, Participant, ParticipantError};
 use crate::transport::{
-    Command, Folder, Header, PROTOCOL_VERSION, Server, Status, TransportError, shorten_naps,
+    Command, Folder, Header, PROTOCOL_VERSION, Server, ServiceKind, Status, TransportError, shorten_naps,
 };
 use std::io::{BufRead, IsTerminal, Write};
 use std::process::ExitCode;
@@ -52,7 +52,7 @@ pub fn host<E: std::fmt::Display>(make: impl FnOnce(&Task) -> Result<Box<dyn Par
     if *named != task.unit {
         return fail(&format!("{}: the unit that was made is called `{named}`", task.unit));
     }
-    let served = serve(&mut *participant, &folder, &lifeline);
+    let served = serve(&mut *participant, &folder, &task.service, &lifeline);
     if lifeline.over.load(Ordering::Acquire) && lifeline.orphaned.load(Ordering::Relaxed) {
         return lifeline.report_orphaned();
     }
@@ -89,8 +89,9 @@ impl Output {
         let mut output = std::io::stdout().lock();
         if let Ok(line) = serde_json::to_string(word) {
             self.words += 1;
-            // If the output is closed, no reader is left.
-            let _ = writeln!(output, "{line}").and_then(|()| output.flush());
+            // A library may have printed the beginning of a line; blank lines are skipped. If the output is closed, no reader
+            // is left.
+            let _ = output.write_all(format!("\n{line}\n").as_bytes()).and_then(|()| output.flush());
         }
     }
 }
@@ -139,11 +140,12 @@ impl Lifeline {
 fn serve(
     participant: &mut dyn Participant,
     folder: &Folder,
+    kind: &ServiceKind,
     lifeline: &Lifeline,
 ) -> Result<(), TransportError> {
     let description = participant.description().clone();
     let values = description.readable.longest().max(description.outputs.size());
-    let server = Server::create(folder, &description.name, &layout_hash(&description), values)?;
+    let server = Server::create(folder, kind, &description.name, &layout_hash(&description), values)?;
     let mut output = Output::default();
     for message in participant.messages() {
         output.write(&Word::Message(message));

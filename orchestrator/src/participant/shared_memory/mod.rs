@@ -1,18 +1,21 @@
 //! Units in processes of their own, connected by shared memory.
 
+mod brief;
 mod calls;
 mod host;
 mod process;
 mod watch;
 mod words;
 
+pub use brief::{Brief, BriefPoints};
 pub use calls::layout_hash;
 pub use host::host;
 pub use words::{Task, Word};
 
 use super::{Description, Level, Message, Occasion, Participant, ParticipantError, check_finite};
 use crate::transport::{
-    Client, Command, Folder, Header, PROTOCOL_VERSION, Status, TransportError, probe, shorten_naps,
+    Client, Command, Folder, Header, PROTOCOL_VERSION, ServiceKind, Status, TransportError, probe,
+    shorten_naps, usual_services,
 };
 use process::{Listening, RunMates, UnitProcess};
 use std::sync::Arc;
@@ -64,6 +67,18 @@ const WORDS: Duration = Duration::from_millis(200);
 /// Largest number of values of a variable.
 const MOST_VALUES: usize = 1 << 24;
 
+/// A unit that is started as a process.
+#[derive(Debug)]
+pub struct UnitCommand {
+    /// Name of the unit.
+    pub name: String,
+    /// The command; it must run [`host`] or implement the protocol itself.
+    pub command: std::process::Command,
+    /// What a unit that is not ours is made from. It is reached over iceoryx2's usual service, which exists in many languages, a
+    /// built-in one over files that no other user can see.
+    pub brief: Option<Brief>,
+}
+
 /// Units whose processes have been started and are not ready yet.
 pub struct Starting {
     run_mates: Arc<RunMates>,
@@ -78,15 +93,14 @@ impl Starting {
         Ok(probe()?)
     }
 
-    /// Starts a process for each unit: a name, and the command that runs it.
+    /// Starts a process for each unit.
     ///
     /// All units are made at the same time, each with up to `threads` threads, from `scene` (TOML, with all
-    /// defaults). A command must run [`host`] or implement the protocol itself. Also makes sleeps of the calling
-    /// thread precise; the same thread should step the units.
+    /// defaults) or their briefs. Also makes sleeps of the calling thread precise; the same thread should step the units.
     ///
     /// **Errors**: a process cannot be started; no shared memory.
     pub fn new(
-        units: impl IntoIterator<Item = (String, std::process::Command)>,
+        units: impl IntoIterator<Item = UnitCommand>,
         scene: &str,
         threads: usize,
         deadlines: Deadlines,
@@ -95,10 +109,13 @@ impl Starting {
         let folder = Folder::create()?;
         let (run, path, scene) = (folder.run(), folder.path().to_owned(), scene.to_owned());
         let mut run_mates = RunMates { processes: Vec::new(), folder };
-        let mut task =
-            Task { protocol: PROTOCOL_VERSION, run, folder: path, unit: String::new(), threads, scene };
-        for (unit, command) in units {
-            task.unit = unit;
+        let units: Vec<UnitCommand> = units.into_iter().collect();
+        let usual = units.iter().any(|unit| unit.brief.is_some()).then(|| usual_services(&run_mates.folder));
+        let usual = usual.transpose()?;
+        for UnitCommand { name: unit, command, brief } in units {
+            let service = usual.clone().filter(|_| brief.is_some()).unwrap_or(ServiceKind::PrivateFiles);
+            let (protocol, folder, scene) = (PROTOCOL_VERSION, path.clone(), scene.clone());
+            let task = Task { protocol, run, folder, service, unit, threads, scene, brief };
             run_mates.processes.push(UnitProcess::start(command, &task)?);
         }
         Ok(Self { run_mates: Arc::new(run_mates), deadlines })
@@ -164,8 +181,9 @@ impl SharedMemory {
             }
         }
         let layout = layout_hash(&description);
-        let client = Client::open(&run_mates.folder, &unit, &layout, description.inputs.size())
-            .map_err(|e| explained(&run_mates, e, &MAKING))?;
+        let client =
+            Client::open(&run_mates.folder, &process.service, &unit, &layout, description.inputs.size())
+                .map_err(|e| explained(&run_mates, e, &MAKING))?;
         let (pending, busy, said) = (None, Duration::ZERO, process.heard(|heard| heard.words));
         let occasion = Occasion::initialisation(0.0);
         Ok(Self { client, run_mates, index, description, deadlines, occasion, pending, busy, said })
@@ -282,13 +300,19 @@ impl Participant for SharedMemory {
         check_finite(&self.description, outputs, occasion.end())
     }
 
+    /// Saves nothing where the unit cannot: a scheme that never returns saves all the same.
     fn save_state(&mut self) -> Result<(), ParticipantError> {
-        // After a restore the state is the saved one.
-        self.pending.get_or_insert(Pending::Save);
+        if self.description.capabilities.saved_state {
+            // After a restore the state is the saved one.
+            self.pending.get_or_insert(Pending::Save);
+        }
         Ok(())
     }
 
     fn restore_state(&mut self) -> Result<(), ParticipantError> {
+        if !self.description.capabilities.saved_state {
+            return Err(ParticipantError::NoSavedState { participant: self.description.name.clone() });
+        }
         // After a save the state is the saved one.
         self.pending.get_or_insert(Pending::Restore);
         Ok(())
@@ -300,7 +324,7 @@ impl Participant for SharedMemory {
 
     fn messages(&mut self) -> Vec<Message> {
         self.receive_messages();
-        self.process().heard(|heard| std::mem::take(&mut heard.messages))
+        self.process().take_messages()
     }
 }
 

@@ -1,4 +1,6 @@
+use super::brief::Brief;
 use crate::participant::Message;
+use crate::transport::ServiceKind;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -14,12 +16,18 @@ pub struct Task {
     pub run: u64,
     /// Folder of the run's shared memory.
     pub folder: PathBuf,
+    /// The service that the unit is to make: `service`, and its `prefix`.
+    #[serde(flatten)]
+    pub service: ServiceKind,
     /// Name of the unit, part of the service's name.
     pub unit: String,
     /// Threads that the unit may use.
     pub threads: usize,
     /// The scene with all defaults, as TOML.
     pub scene: String,
+    /// For a unit that is not ours.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub brief: Option<Brief>,
 }
 
 /// The line that ends a run.

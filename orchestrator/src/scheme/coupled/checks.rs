@@ -55,7 +55,7 @@ impl Scheme {
             unknowns.iter().enumerate().map(|(i, x)| x + if i % 2 == 0 { change } else { -change }).collect();
         let answered = self.evaluate(graph, &moved, iteration, true, report)?.unknowns;
         let changes = answered.iter().zip(&moved).zip(residual).map(|((q, p), r)| q - p - r);
-        self.floor = Some(norm(changes));
+        self.memory.floor = Some(norm(changes));
         Ok(())
     }
 }

@@ -88,7 +88,7 @@ pub fn run(scene: &Scene, motion: &GroundMotion, water: &ShortWindows) -> Result
     let mut done = Coupled { histories: Default::default(), iterations: Vec::new(), end: End::Reached };
     dam.append_to(&mut done.histories);
     let mut relaxation = Acceleration::new(AccelerationKind::Aitken, RELAXATION, 1.0);
-    let floor = 0.01 * scene.hydrostatic_base_pressure();
+    let floor = 0.01 * scene.largest_hydrostatic_pressure();
     let windows = scene.steps() as usize / water.steps();
     for window in 0..windows {
         let first = window * water.steps();

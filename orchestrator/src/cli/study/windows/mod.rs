@@ -124,6 +124,10 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
 /// The scene for the comparison: compressible water at the dam's own points, a run that stops at a failure.
 fn fit(loaded: &LoadedScene) -> Result<Scene, StudyError> {
     let mut scene = loaded.scene.clone();
+    if loaded.scene.tailwater.is_some() {
+        let what = "the study couples the dam with the paper's reservoir only; leave [tailwater] out";
+        return Err(StudyError::Unfit { what: what.to_owned() });
+    }
     if scene.reservoir.fidelity != FidelityScene::Compressible || scene.reservoir.surface_waves {
         return Err(StudyError::Unfit {
             what: "the study needs compressible water without gravity waves".to_owned(),

@@ -1,0 +1,160 @@
+"""The package for units in Python: what it says of itself, and tasks that it refuses.
+
+What needs an orchestrator is tested in tests/foreign_units.rs.
+"""
+
+import json
+import subprocess
+import sys
+from xml.etree import ElementTree
+
+import cofferdam
+import numpy as np
+import pytest
+from cofferdam import header, variables
+from fmus import ROOT
+
+EXAMPLES = ROOT / "examples" / "python"
+SHAPES = {"wet-face": 1, "plane": 1, "scalar": 0}
+POINTS = cofferdam.Points(*(np.ones(3) for _ in range(5)))
+
+
+def task(role="fluid", **changes):
+    brief = {
+        "role": role,
+        "points": {name: [1.0, 1.0] for name in ("x", "y", "normal_x", "normal_y", "tributary_length")},
+        "depth": 2.0,
+        "density": 1000.0,
+        "gravity": 9.81,
+        "communication_step": 0.01,
+        "duration": 1.0,
+        "acceleration": "mean",
+        "parameters": {},
+    }
+    of_run = {"run": 7, "folder": "/dev/shm/no-such-run", "service": "ipc", "prefix": "no-such-run-"}
+    return {"protocol": 5, **of_run, "unit": "reservoir", "threads": 1, "scene": "", "brief": brief, **changes}
+
+
+def serve(program, line, *arguments):
+    """Starts a unit with this line on its standard input."""
+    command = [sys.executable, "-B", ROOT / program, *arguments]
+    return subprocess.run(command, input=line, capture_output=True, text=True, timeout=60)
+
+
+def refused(done):
+    """The reason that a unit gave."""
+    words = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
+    assert done.returncode == 4 and "failed" in words[-1], done.stdout + done.stderr
+    return words[-1]["failed"]["text"]
+
+
+@pytest.mark.parametrize("role, unit", [("fluid", "reservoir"), ("structure", "dam")])
+def test_variables_are_those_of_the_model_descriptions(role, unit):
+    described = ElementTree.parse(ROOT / "modelDescription" / f"{unit}.xml").getroot()
+    known = {v.get("name"): v for v in described.find("ModelVariables")}
+    for variable in variables.INPUTS[role] + variables.OUTPUTS[role] + variables.READABLE[role]:
+        reference = known[variable.name]
+        assert int(reference.get("valueReference")) == variable.value_reference, variable
+        assert reference.get("unit", "1") == variable.unit, variable
+        assert len(reference.findall("Dimension")) == SHAPES[variable.shape], variable
+
+
+def test_the_header_is_that_of_the_document():
+    """Name, type and offset in the table of docs/shared-memory.md."""
+    lines = (ROOT / "docs" / "shared-memory.md").read_text().splitlines()
+    rows = [[cell.strip(" `") for cell in line.split("|")[1:4]] for line in lines if line.startswith("| `")]
+    fields = [(name, kind, int(offset)) for name, kind, offset in rows if kind in ("u32", "u64", "f64")]
+    assert fields == header.FIELDS
+
+
+@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.py")), ids=lambda path: path.name)
+def test_examples_are_short(path):
+    assert len(path.read_text().splitlines()) < 80
+
+
+@pytest.mark.parametrize(
+    "line, reason",
+    [
+        ("", "is no task"),
+        ("[1]\n", "it names no unit"),
+        ("no JSON\n", "is no task"),
+    ],
+)
+def test_what_is_no_task_is_refused(line, reason):
+    done = serve("examples/python/westergaard.py", line)
+    assert done.returncode != 0 and reason in done.stderr and "cofferdam run" in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    "changes, reason",
+    [
+        ({"protocol": 6}, "the orchestrator speaks version 6 of the exchange protocol"),
+        ({"service": "private-files"}, "for a built-in unit"),
+        ({}, "No such file or directory: '/dev/shm/no-such-run'"),
+    ],
+)
+def test_tasks_that_it_cannot_do_are_refused(changes, reason):
+    done = serve("examples/python/westergaard.py", json.dumps(task(**changes)) + "\n")
+    assert reason in refused(done)
+
+
+def of(base, **members):
+    return type("Unit", (base,), members)
+
+
+def step(self, *_):
+    return np.zeros(3)
+
+
+@pytest.mark.parametrize(
+    "cls, role, reason",
+    [
+        (dict, "fluid", "neither a cofferdam.Reservoir nor"),
+        (of(cofferdam.Dam, step=step), "fluid", "is a structure, but a fluid is asked for"),
+        (of(cofferdam.Reservoir, save=step), "fluid", "one of `save` and `restore`"),
+        (of(cofferdam.Reservoir, outputs=("pressure",)), "fluid", "names pressure; possible are interface_pressure"),
+        (of(cofferdam.Dam, outputs=("interface_displacement",)), "structure", "lacks interface_acceleration"),
+        (of(cofferdam.Reservoir, outputs=("interface_pressure",) * 2), "fluid", "names a variable twice"),
+    ],
+)
+def test_classes_that_cannot_be_units_are_refused(cls, role, reason):
+    from cofferdam.exchange import Exchange
+
+    of_task = cofferdam.Task("unit", role, POINTS, 1.0, 1.0, 9.81, 0.1, 1.0, "mean", {})
+    with pytest.raises((TypeError, ValueError), match=reason):
+        Exchange(cls, of_task)
+
+
+def test_more_outputs_are_one_answer():
+    from cofferdam.exchange import Exchange
+
+    outputs = ("interface_acceleration", "crest_displacement", "base_shear", "interface_displacement")
+    dam = of(cofferdam.Dam, outputs=outputs, step=lambda *_: (np.full(3, 1.0), (2.0, 3.0), 4.0, [5.0, 6.0, 7.0]))
+    exchange = Exchange(dam, cofferdam.Task("dam", "structure", POINTS, 1.0, 1.0, 9.81, 0.1, 1.0, "mean", {}))
+    request = header.Header(protocol_version=5, command=header.STEP, time=0.0, communication_step=0.1)
+    assert exchange.answer(request, np.zeros(8)).tolist() == [1, 1, 1, 2, 3, 4, 5, 6, 7]
+    request.command = header.SAVE_AND_STEP
+    with pytest.raises(NotImplementedError, match="explicit scheme"):
+        exchange.answer(request, np.zeros(8))
+
+
+def test_a_class_is_tested_without_a_run():
+    """The oscillator under a constant load against its closed form, and its saved states."""
+    sys.path.insert(0, str(EXAMPLES))
+    from oscillator_dam import OscillatorDam
+
+    points = cofferdam.Points(np.zeros(2), np.array([0.0, 1.0]), np.ones(2), np.zeros(2), np.full(2, 0.5))
+    parameters = {"mass": 4.0, "frequency": 3.0, "damping_ratio": 0.1}
+    dam = OscillatorDam(cofferdam.Task("dam", "structure", points, 1.0, 1.0, 9.81, 0.1, 1.0, "mean", parameters))
+    load = np.full(2, 8.0), np.zeros(2), np.zeros(2)
+    dam.start(0.0, *load)
+    for number in range(1, 41):
+        state = dam.save()
+        once = dam.step(0.1 * number, 0.1, *load)
+        dam.restore(state)
+        assert all((a == b).all() for a, b in zip(once, dam.step(0.1 * number, 0.1, *load)))
+        time, decay, damped = 0.1 * number, 0.3, 3.0 * np.sqrt(0.99)
+        free = np.cos(damped * time) + decay / damped * np.sin(damped * time)
+        # F/(m ω²), F = 8 N/m on 1 m
+        np.testing.assert_allclose(once[0], 8.0 / 36.0 * (1.0 - np.exp(-decay * time) * free), rtol=1e-12)
