@@ -91,6 +91,20 @@ fn units_packed_as_fmus_take_their_own_place_bit_for_bit() {
 }
 
 #[test]
+fn units_in_another_executable_take_their_own_place_bit_for_bit() {
+    let mut scenario = Scenario::quick(0.2);
+    scenario.set("ground_motion.record.start", 4.0).set("reservoir.fidelity", "compressible");
+    let own = run(&scenario, "own", &[]);
+    let argv = Value::Array(vec![text(Path::new(env!("CARGO_BIN_EXE_built_in_unit")))]);
+    for unit in ["reservoir", "dam"] {
+        scenario.set(&format!("{unit}.fidelity"), "command");
+        scenario.set(&format!("{unit}.command"), table(&[("argv", argv.clone())]));
+        let swapped = run(&scenario, unit, &[]);
+        println!("{unit} in another executable: {} identical exchanges", identical(&own, &swapped));
+    }
+}
+
+#[test]
 fn a_run_of_the_past_in_the_place_of_a_unit_moves_the_other_as_it_did_then() {
     for (fidelity, scheme) in [("compressible", "serial-implicit"), ("westergaard", "parallel-implicit")] {
         let mut scenario = Scenario::quick(0.3);
