@@ -4,10 +4,10 @@
 use orchestrator::acceleration::{Acceleration, AccelerationKind};
 use orchestrator::convergence::{ConvergenceMeasure, Measure};
 use orchestrator::ground_motion::GroundMotion;
-use orchestrator::log::{LogWriter, Preamble};
+use orchestrator::log::{Log, LogWriter, Preamble, compare};
 use orchestrator::observer::{
-    Ending, Histories, HistoriesWriter, Limits, Observer, ObserverError, Progress, Rest, Snapshots, Start,
-    Status,
+    Ending, Histories, HistoriesWriter, Limits, Observer, ObserverError, Past, Progress, Rest, Snapshots,
+    Start, Status,
 };
 use orchestrator::participant::{AccelerationMeaning, Foreign, Participant, Place, Prescribed, Role};
 use orchestrator::registry;
@@ -189,7 +189,7 @@ type OfScene<'a> = Option<&'a LoadedScene>;
 fn run(
     simulation: &mut Simulation,
     scene: OfScene<'_>,
-    saved: Option<&Saved>,
+    saved: Option<(&Saved, &[WindowReport])>,
 ) -> Result<(Outcome, Vec<(usize, Saved)>), Failure> {
     let (mut kept, mut histories) = (Kept::default(), HistoriesWriter::in_memory());
     let mut limits = scene.map_or_else(Limits::default, |loaded| Limits::new(&loaded.scene.stop));
@@ -201,18 +201,20 @@ fn run(
     let mut states = Vec::new();
     match saved {
         None => simulation.begin(&mut course, &mut observers)?,
-        Some((bytes, units)) => {
+        Some(((bytes, units), past)) => {
             simulation.graph.deserialise(units)?;
+            let past = past.iter().cloned().map(|report| Ok::<_, SimulationError>(Past::Window(report)));
+            simulation.retell(past, &mut observers)?;
             let state = RunState::from_bytes(simulation.fingerprint()?, bytes)?;
-            simulation.resume(&mut course, &state, &mut observers)?;
+            simulation.resume(&mut course, &state)?;
         }
     }
     // Windows, those included that were not accepted.
     let mut attempts = 0;
     let status = loop {
-        match simulation.state(&course, &observers) {
+        match simulation.state(&course) {
             Ok(state) => states.push((attempts, (state.to_bytes()?, simulation.graph.serialise()?))),
-            Err(SimulationError::State(RunStateError::InsideWindow { .. })) => (),
+            Err(RunStateError::InsideWindow { .. }) => (),
             Err(error) => return Err(error.into()),
         }
         attempts += 1;
@@ -244,25 +246,23 @@ fn continued(
     stops: &dyn Fn(usize) -> Vec<usize>,
 ) -> Result<Outcome, Failure> {
     let (whole, states) = run(&mut make()?, scene, None)?;
-    let rows = whole.histories.rows();
     for stop in stops(states.len()) {
         let (attempts, saved) = &states[stop];
-        let (rest, later) = run(&mut make()?, scene, Some(saved))?;
-        let at = format!("{what}, continued after {stop} of {} states", states.len());
         // The run's own first report is that of initialisation.
-        let expected = &whole.reports[1 + attempts..];
-        assert_eq!(rest.reports.len(), expected.len(), "{at}");
-        for (found, expected) in rest.reports.iter().zip(expected) {
+        let past = &whole.reports[..1 + attempts];
+        let (rest, later) = run(&mut make()?, scene, Some((saved, past)))?;
+        let at = format!("{what}, continued after {stop} of {} states", states.len());
+        assert_eq!(rest.reports.len(), whole.reports.len(), "{at}");
+        for (found, expected) in rest.reports.iter().zip(&whole.reports) {
             let of = |exchange: &Exchange| (bits(&exchange.inputs), bits(&exchange.outputs));
             let exchanges = |report: &WindowReport| report.exchanges.iter().map(of).collect::<Vec<_>>();
             assert!(exchanges(found) == exchanges(expected), "{at}: exchanges of step {}", expected.step());
             assert!(found == expected, "{at}: report of step {}", expected.step());
         }
-        let steps: usize = expected.iter().filter(|r| r.is_accepted()).map(|r| r.steps.len()).sum();
         for name in whole.histories.names() {
             let name = name.split(" [").next().ok_or("a name")?;
             let column = |histories: &Histories| histories.column(name).map(bits).unwrap_or_default();
-            assert_eq!(column(&rest.histories), column(&whole.histories)[rows - steps..], "{at}: {name}");
+            assert_eq!(column(&rest.histories), column(&whole.histories), "{at}: {name}");
         }
         assert_eq!((&rest.status, &rest.statistics), (&whole.status, &whole.statistics), "{at}");
         assert_eq!((rest.crest, &rest.flags), (whole.crest, &whole.flags), "{at}");
@@ -334,7 +334,7 @@ fn halved_and_adaptive_steps_go_on_and_no_state_is_given_inside_a_window() -> Re
     let mut course = simulation.course();
     simulation.begin(&mut course, &mut [])?;
     let refused = loop {
-        match simulation.state(&course, &[]) {
+        match simulation.state(&course) {
             Ok(_) => assert_eq!(simulation.advance(&mut course, &mut [])?, None),
             Err(error) => break error.to_string(),
         }
@@ -418,16 +418,11 @@ fn states_are_refused_elsewhere_and_where_a_unit_gives_none() -> Result<(), Fail
     let state = RunState::from_bytes(again.fingerprint()?, bytes)?;
     assert!((state.time() - 0.2).abs() < 1e-12);
     let mut course = again.course();
-    let refused = again.resume(&mut course, &state, &mut []).expect_err("without observers").to_string();
-    assert!(refused.starts_with("the run had 5 observers, 0 are here"), "{refused}");
-    let [mut a, mut b, mut c, mut d] = [(); 4].map(|()| Kept::default());
-    let mut limits = Limits::default();
-    let mut wrong: [&mut dyn Observer; 5] = [&mut a, &mut limits, &mut b, &mut c, &mut d];
-    let refused = again.resume(&mut course, &state, &mut wrong).expect_err("other observers").to_string();
-    assert!(
-        refused.contains("a state of the limits was asked for, that of `histories` is there"),
-        "{refused}"
-    );
+    again.resume(&mut course, &state)?;
+    let mut other = others[1].simulation()?;
+    let mut course = other.course();
+    let refused = other.resume(&mut course, &state).expect_err("another run").to_string();
+    assert!(refused.contains("belongs to another unit or scene"), "{refused}");
     let refused = again.graph.deserialise(&units[..1]).expect_err("one state").to_string();
     assert!(refused.contains("1 saved states, but 2 units"), "{refused}");
     let swapped = [units[1].clone(), units[0].clone()];
@@ -504,7 +499,7 @@ fn messages(path: &Path) -> Result<Vec<(u64, u32)>, Failure> {
 }
 
 #[test]
-fn the_log_counts_on_and_snapshots_are_not_taken_twice() -> Result<(), Failure> {
+fn a_run_told_from_its_log_goes_on_with_the_same_log_and_pictures() -> Result<(), Failure> {
     let loaded = coarse("koyna-northridge-1994", &[("snapshots", "{ interval = 0.02 }")])?;
     let plan = loaded.scene.snapshots.ok_or("a plan")?;
     let make = || -> Result<Simulation, Failure> {
@@ -514,7 +509,7 @@ fn the_log_counts_on_and_snapshots_are_not_taken_twice() -> Result<(), Failure> 
     let preamble = Preamble { scene: toml::to_string(&loaded.scene)?, ..Preamble::default() };
     let folder = tempfile::tempdir()?;
     let [whole, first, second] = ["whole", "first", "second"].map(|name| folder.path().join(name));
-    let go = |path: &Path, from: Option<&Saved>, windows: usize| -> Result<Saved, Failure> {
+    let go = |path: &Path, from: Option<(&Saved, &Path)>, windows: usize| -> Result<Saved, Failure> {
         std::fs::create_dir_all(path)?;
         let mut simulation = make()?;
         let mut log = LogWriter::create(&path.join("log.mcap"), &preamble)?;
@@ -523,10 +518,14 @@ fn the_log_counts_on_and_snapshots_are_not_taken_twice() -> Result<(), Failure> 
         let mut course = simulation.course();
         match from {
             None => simulation.begin(&mut course, &mut observers)?,
-            Some((bytes, units)) => {
+            Some(((bytes, units), before)) => {
                 simulation.graph.deserialise(units)?;
+                simulation.retell(
+                    Log::open(before)?.reports()?.map(|past| Ok::<_, Failure>(past?)),
+                    &mut observers,
+                )?;
                 let state = RunState::from_bytes(simulation.fingerprint()?, bytes)?;
-                simulation.resume(&mut course, &state, &mut observers)?;
+                simulation.resume(&mut course, &state)?;
             }
         }
         for _ in 0..windows {
@@ -534,7 +533,7 @@ fn the_log_counts_on_and_snapshots_are_not_taken_twice() -> Result<(), Failure> 
                 break;
             }
         }
-        let saved = (simulation.state(&course, &observers)?.to_bytes()?, simulation.graph.serialise()?);
+        let saved = (simulation.state(&course)?.to_bytes()?, simulation.graph.serialise()?);
         let ending = Ending {
             status: Status::Completed,
             time: course.time(),
@@ -546,14 +545,18 @@ fn the_log_counts_on_and_snapshots_are_not_taken_twice() -> Result<(), Failure> 
     };
     go(&whole, None, usize::MAX)?;
     let saved = go(&first, None, 17)?;
-    go(&second, Some(&saved), usize::MAX)?;
-    let all = messages(&whole.join("log.mcap"))?;
-    let later = messages(&second.join("log.mcap"))?;
-    // What is after the head: the same messages with the same times and numbers.
-    let steps: Vec<_> = later.iter().filter(|(_, sequence)| *sequence > 0).collect();
-    assert!(steps.len() > 20 && all.iter().rev().zip(steps.iter().rev()).all(|(a, b)| a == *b));
-    let before = messages(&first.join("log.mcap"))?.len();
-    assert_eq!(before - 1 + steps.len(), all.len(), "all but the end of the first part");
+    // The pictures so far, as in a run that goes on in its folder.
+    std::fs::create_dir_all(second.join("snapshots"))?;
+    for picture in std::fs::read_dir(first.join("snapshots"))? {
+        let picture = picture?;
+        std::fs::copy(picture.path(), second.join("snapshots").join(picture.file_name()))?;
+    }
+    go(&second, Some((&saved, &first)), usize::MAX)?;
+    let [all, later] = [&whole, &second].map(|path| messages(&path.join("log.mcap")));
+    let all = all?;
+    assert!(all.len() > 100 && all == later?, "the same messages with the same times and numbers");
+    let logs = [Log::open(&whole)?, Log::open(&second)?];
+    assert!(compare(logs.each_ref())?.identical());
     let series = |path: &Path| std::fs::read_to_string(path.join("snapshots.pvd"));
     assert_eq!(series(&second)?, series(&whole)?);
     Ok(())

@@ -101,7 +101,7 @@ fn list_worst(path: &Path, count: usize) -> Result<(), LogReadError> {
         "{:>8} {:>12} {:>10} {:>7} {:>10} {:>12}  ",
         "step", "t, s", "H, s", "attempt", "iterations", "residual, Pa"
     ));
-    for LoggedStep { occasion, accepted, converged, residual } in worst(&log, count)? {
+    for LoggedStep { occasion, accepted, converged, residual, .. } in worst(&log, count)? {
         let Occasion { step, attempt, time, communication_step, iteration } = occasion;
         let how = match (accepted, converged) {
             (true, true) => "",

@@ -1,4 +1,4 @@
-use super::{Ending, Observer, ObserverError, ObserverState, Start};
+use super::{Ending, Observer, ObserverError, Start};
 use crate::participant::{Channel, ChannelShape};
 use crate::results_file::ResultsFile;
 use crate::scheme::{Exchange, InterfaceWork, Interval, UnitId, WindowReport};
@@ -36,9 +36,6 @@ impl Histories {
         self.columns.first().map_or(0, Vec::len)
     }
 }
-
-/// Whose state it is.
-const NAME: &str = "histories";
 
 /// Keeps the histories and writes them as CSV during the run.
 ///
@@ -125,7 +122,7 @@ impl HistoriesWriter {
         let time = (interval.end() * 1e12).round() / 1e12;
         // A step of one iteration has no displacement to compare with.
         let compared = |ratio: f64| if ratio == f64::INFINITY { 0.0 } else { ratio };
-        let residuals = report.residuals.map_or([0.0, 0.0], |r| [r.pressure, compared(r.displacement)]);
+        let residuals = report.residuals().map_or([0.0, 0.0], |r| [r.pressure, compared(r.displacement)]);
         let first = [
             time,
             interval.ground_acceleration[0],
@@ -223,15 +220,5 @@ impl Observer for HistoriesWriter {
     fn end(&mut self, _ending: &Ending) -> Result<(), ObserverError> {
         let tables = self.table.iter_mut().chain(self.faces.iter_mut().map(|(_, _, table)| table));
         tables.into_iter().try_for_each(Table::flush)
-    }
-
-    /// The sums of the columns that are sums; the rows so far are in the files.
-    fn state(&self) -> Result<ObserverState, ObserverError> {
-        Ok(ObserverState::of(NAME, &self.work)?)
-    }
-
-    fn resume(&mut self, state: &ObserverState) -> Result<(), ObserverError> {
-        self.work = state.read(NAME)?;
-        Ok(())
     }
 }
