@@ -40,7 +40,7 @@ pub use co_simulation::{CallError, Capabilities, CoSimulation, Stage};
 pub use end_value::EndAcceleration;
 pub use messages::{Level, Messages};
 pub use packable::Packable;
-pub use serialised_state::{Fingerprint, StateError, open, seal};
+pub use serialised_state::{Fingerprint, StateError, open, relabel, seal};
 pub use units::BaseUnits;
 pub use variable::{Causality, Shape, StructuralParameter, Variability, Variable};
 pub use wet_face::{Panel, WetFace, WetFaceError};

@@ -129,6 +129,28 @@ pub fn open<T: DeserializeOwned>(fingerprint: Fingerprint, bytes: &[u8]) -> Resu
     }
 }
 
+/// The state that [`seal`] wrote, for units with another `fingerprint`, wherever the first stands in it: for those alone whose
+/// states have the same shape.
+///
+/// **Errors**: [`StateError::NotAState`].
+pub fn relabel(bytes: &[u8], fingerprint: Fingerprint) -> Result<Vec<u8>, StateError> {
+    const LABEL: std::ops::Range<usize> = 12..44;
+    let mut bytes = bytes.to_vec();
+    let length = bytes.len();
+    if length < HEADER {
+        return Err(StateError::NotAState { length });
+    }
+    let old = bytes[LABEL].to_vec();
+    let found = bytes.windows(old.len()).enumerate().filter(|(_, window)| *window == old);
+    let places: Vec<usize> = found.map(|(place, _)| place).collect();
+    for place in places {
+        bytes[place..place + old.len()].copy_from_slice(&fingerprint.0);
+    }
+    let digest = Sha256::digest(&bytes[HEADER..]);
+    bytes[LABEL.end..HEADER].copy_from_slice(&digest);
+    Ok(bytes)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -139,6 +161,19 @@ mod tests {
         cohesion: Option<f64>,
         #[serde(skip_serializing_if = "Option::is_none")]
         tension: Option<f64>,
+    }
+
+    #[test]
+    fn a_state_with_another_label_is_another_units() -> Result<(), StateError> {
+        let [a, b] = [1.0, 2.0].map(|x: f64| Fingerprint::of("dam", &x));
+        let (a, b) = (a?, b?);
+        // The unit's own state names it too.
+        let state = (a, vec![1.5, -2.5]);
+        let bytes = relabel(&seal(a, &state)?, b)?;
+        assert!(matches!(open::<(Fingerprint, Vec<f64>)>(a, &bytes), Err(StateError::Fingerprint { .. })));
+        assert_eq!(open::<(Fingerprint, Vec<f64>)>(b, &bytes)?, (b, state.1));
+        assert!(relabel(&bytes[..40], a).is_err());
+        Ok(())
     }
 
     #[test]

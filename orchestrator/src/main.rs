@@ -26,6 +26,8 @@ fn main() -> ExitCode {
     let cli::Arguments { command } = cli::Arguments::parse();
     cli::exit_status(match command {
         cli::Command::Run(arguments) => cli::run::run(&arguments),
+        cli::Command::Resume(arguments) => cli::run::resume::run(&arguments),
+        cli::Command::Branch(arguments) => cli::run::branch::run(&arguments),
         cli::Command::Unit(arguments) => cli::unit::unit(&arguments),
         cli::Command::Check(arguments) => cli::check::check(&arguments),
         cli::Command::ExportFmu(arguments) => cli::export_fmu::run(&arguments),

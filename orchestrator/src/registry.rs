@@ -249,6 +249,27 @@ fn same<T: DeserializeOwned>(table: &impl Serialize) -> Result<T, RegistryError>
     value.try_into().map_err(|error| RegistryError::Table(Box::new(error)))
 }
 
+/// Whether unit number `id` of the second scene can go on from a state of that of the first though it is another: it is the dam,
+/// and only the strength of its cracks differs.
+pub fn keeps_state(id: UnitId, [before, after]: [&Scene; 2]) -> bool {
+    let (Some(old), Some(new)) = (&before.dam, &after.dam) else { return false };
+    let mut stronger = old.clone();
+    for (crack, other) in stronger.cracks.iter_mut().zip(&new.cracks) {
+        crack.friction_coefficient = other.friction_coefficient;
+        crack.residual_friction_coefficient = other.residual_friction_coefficient;
+        (crack.cohesion, crack.tensile_strength) = (other.cohesion, other.tensile_strength);
+    }
+    let dam_as_before = Scene {
+        dam: before.dam.clone(),
+        coupling: before.coupling.clone(),
+        stop: before.stop.clone(),
+        snapshots: before.snapshots,
+        log: before.log,
+        ..after.clone()
+    };
+    id == UnitId::DAM && !new.fidelity.is_foreign() && stronger == *new && dam_as_before == *before
+}
+
 /// The units of a scene, each at the place of its number: the dam, the reservoir and, if there is one, the tailwater.
 pub fn units(scene: &Scene) -> Vec<UnitId> {
     std::iter::once(UnitId::DAM).chain(scene.waters().map(|(side, _)| unit_of(side))).collect()

@@ -9,7 +9,8 @@ use std::path::{Path, PathBuf};
 /// replaced is lost without an error of the system.
 #[derive(Debug)]
 pub struct ResultsFile {
-    path: PathBuf,
+    /// The names that may lead to it.
+    paths: Vec<PathBuf>,
     file: File,
     /// Device and number of the file.
     identity: (u64, u64),
@@ -22,7 +23,13 @@ impl ResultsFile {
     pub fn create(path: &Path) -> Result<Self> {
         let file = File::create(path)?;
         let metadata = file.metadata()?;
-        Ok(Self { path: path.to_owned(), file, identity: (metadata.dev(), metadata.ino()) })
+        Ok(Self { paths: vec![path.to_owned()], file, identity: (metadata.dev(), metadata.ino()) })
+    }
+
+    /// The same file, which may be renamed to `path`.
+    pub fn or(mut self, path: &Path) -> Self {
+        self.paths.push(path.to_owned());
+        self
     }
 }
 
@@ -33,8 +40,9 @@ impl Write for ResultsFile {
 
     /// **Errors**: the file is no longer there.
     fn flush(&mut self) -> Result<()> {
-        let there = std::fs::metadata(&self.path).is_ok_and(|now| (now.dev(), now.ino()) == self.identity);
-        if there {
+        let leads_to_it =
+            |path: &PathBuf| std::fs::metadata(path).is_ok_and(|now| (now.dev(), now.ino()) == self.identity);
+        if self.paths.iter().any(leads_to_it) {
             Ok(())
         } else {
             Err(Error::new(ErrorKind::NotFound, "it was removed or replaced during the run"))

@@ -30,6 +30,16 @@ pub enum RunStateError {
         /// Start of the window, s.
         time: f64,
     },
+    /// Steps of another length do not begin there.
+    #[error(
+        "no communication step of {communication_step} s begins at t = {time} s; branch where one does, or keep          `time.communication_step`"
+    )]
+    OffGrid {
+        /// Where the run is, s.
+        time: f64,
+        /// Length of a step, s.
+        communication_step: f64,
+    },
     /// Of another run, or damaged.
     #[error("the state of the run: {0}")]
     State(#[from] StateError),

@@ -110,9 +110,30 @@ impl Simulation {
         interrupted: &AtomicBool,
     ) -> (Ending, Option<SimulationError>) {
         let mut course = self.course();
-        let result = self.observed_run(observers, interrupted, &mut course);
+        let begun = self.begin(&mut course, observers);
+        self.conclude(&mut course, begun, observers, interrupted)
+    }
+
+    /// Goes on with a run that has `begun`, or that has [resumed](Self::resume), as [`run`](Self::run) does.
+    pub fn conclude(
+        &mut self,
+        course: &mut Course,
+        begun: Result<(), SimulationError>,
+        observers: &mut [&mut dyn Observer],
+        interrupted: &AtomicBool,
+    ) -> (Ending, Option<SimulationError>) {
+        let result = begun.and_then(|()| {
+            loop {
+                if interrupted.load(Ordering::Relaxed) {
+                    return Ok(Status::Interrupted);
+                }
+                if let Some(status) = self.advance(course, observers)? {
+                    return Ok(status);
+                }
+            }
+        });
         let time = course.clock.time();
-        let (wall, statistics) = (course.wall_time(), course.statistics);
+        let (wall, statistics) = (course.wall_time(), course.statistics.clone());
         let status = match &result {
             Ok(status) => status.clone(),
             Err(error) => Status::Failed(error.to_string()),
@@ -120,23 +141,6 @@ impl Simulation {
         let ending = Ending { status, time, wall, statistics };
         let closed = tell_all(observers, |o| o.end(&ending));
         (ending, result.err().or(closed.err().map(Into::into)))
-    }
-
-    fn observed_run(
-        &mut self,
-        observers: &mut [&mut dyn Observer],
-        interrupted: &AtomicBool,
-        course: &mut Course,
-    ) -> Result<Status, SimulationError> {
-        self.begin(course, observers)?;
-        loop {
-            if interrupted.load(Ordering::Relaxed) {
-                return Ok(Status::Interrupted);
-            }
-            if let Some(status) = self.advance(course, observers)? {
-                return Ok(status);
-            }
-        }
     }
 
     /// The course of a run that has not begun.
@@ -218,7 +222,9 @@ impl Simulation {
                 if taken {
                     inspect(observers, &mut self.graph, course)?;
                     self.test_units(&report)?;
-                    self.save(course, observers)?;
+                    if let Some(wanted) = observers.iter().find_map(|observer| observer.wants_checkpoint()) {
+                        self.save(course, &wanted, observers)?;
+                    }
                 }
             }
             Err(failure)
@@ -290,18 +296,37 @@ impl Simulation {
         Ok(())
     }
 
-    /// Gives a checkpoint to the observers if one of them wants it.
-    fn save(
+    /// Goes on from the state of a run with other settings, or with other units, which exchange the same variables: what was learnt
+    /// is kept as far as it holds here.
+    ///
+    /// **Errors**: the communication steps of this run have no beginning at that time.
+    pub fn branch(&mut self, course: &mut Course, state: &RunState) -> Result<(), RunStateError> {
+        let time = state.clock.time();
+        let stepping = self.stepping;
+        let clock = state
+            .clock
+            .with(stepping)
+            .ok_or(RunStateError::OffGrid { time, communication_step: stepping.communication_step })?;
+        self.scheme.branch(&mut self.graph, &state.scheme)?;
+        self.static_crest_displacement = state.static_crest_displacement;
+        course.clock = clock;
+        course.statistics.clone_from(&state.statistics);
+        course.wall.clone_from(&state.wall);
+        Ok(())
+    }
+
+    /// Gives the observers a checkpoint, with the states of the units that are `wanted`.
+    ///
+    /// **Errors**: inside a window that was not accepted; a unit or an observer fails.
+    pub fn save(
         &mut self,
         course: &mut Course,
+        wanted: &[bool],
         observers: &mut [&mut dyn Observer],
     ) -> Result<(), SimulationError> {
-        if !observers.iter().any(|observer| observer.wants_checkpoint()) {
-            return Ok(());
-        }
         let began = Instant::now();
         let run = self.state(course)?.to_bytes().map_err(RunStateError::from)?;
-        let units = self.graph.states().map_err(CouplingError::from)?;
+        let units = self.graph.states(wanted).map_err(CouplingError::from)?;
         let (step, time) = (course.clock.taken(), course.clock.time());
         let checkpoint = Checkpoint { step, time, run, units };
         let told = tell_all(observers, |o| o.checkpoint(&checkpoint));
@@ -356,6 +381,11 @@ impl Course {
     /// Time reached, s.
     pub fn time(&self) -> f64 {
         self.clock.time()
+    }
+
+    /// Number of steps taken.
+    pub fn steps(&self) -> u64 {
+        self.clock.taken()
     }
 
     /// What was counted.

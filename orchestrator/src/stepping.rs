@@ -82,6 +82,28 @@ impl Clock {
         Self { stepping, taken: 0, attempt: 1, pace }
     }
 
+    /// The same place and time with other steps from there on; `None` where they do not begin.
+    pub fn with(&self, stepping: Stepping) -> Option<Self> {
+        let (old, time) = (&self.stepping, self.time());
+        let pace = match (&self.pace, stepping.adaptive) {
+            (Pace::Grid { .. }, None) if old.communication_step == stepping.communication_step => {
+                self.pace.clone()
+            }
+            (Pace::Free { length, .. }, Some(Adaptive { shortest, longest, .. })) => {
+                Pace::Free { time, length: length.clamp(shortest, longest) }
+            }
+            (Pace::Grid { .. }, Some(_)) => Pace::Free { time, length: stepping.communication_step },
+            (_, None) => {
+                let index = (time / stepping.communication_step).round();
+                if (index * stepping.communication_step - time).abs() > 1e-9 * stepping.communication_step {
+                    return None;
+                }
+                Pace::Grid { index: index as u64, part: 0, halvings: 0 }
+            }
+        };
+        Some(Self { stepping, taken: self.taken, attempt: 1, pace })
+    }
+
     /// Number of steps taken.
     pub fn taken(&self) -> u64 {
         self.taken

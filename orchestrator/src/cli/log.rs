@@ -132,7 +132,7 @@ fn diff(a: &Path, b: &Path) -> Result<bool, LogReadError> {
     comparison.error.map_or(Ok(identical), Err)
 }
 
-fn verdict(comparison: &Comparison) -> String {
+pub fn verdict(comparison: &Comparison) -> String {
     let Comparison { identical, endings, divergence, .. } = comparison;
     match (divergence, endings) {
         (Some(divergence), _) => divergence.report(["a", "b"]).to_string(),

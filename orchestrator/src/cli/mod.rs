@@ -49,6 +49,12 @@ pub enum Command {
     /// Run a scene: crest motion, sliding, rotation, pressure; histories and a log of every exchange
     #[command(after_long_help = RUN_HELP)]
     Run(Run),
+    /// Go on with a run that was interrupted; it ends as if it had not been, bit for bit
+    #[command(after_long_help = run::resume::HELP)]
+    Resume(run::resume::Arguments),
+    /// Try a run otherwise from one of its steps on
+    #[command(after_long_help = run::branch::HELP)]
+    Branch(run::branch::Arguments),
     /// Check scenes without running them: every mistake at its line, and warnings about doubtful choices
     #[command(after_long_help = CHECK_HELP)]
     Check(Check),
@@ -128,6 +134,19 @@ pub struct Run {
     /// It is created if necessary. A folder that is not empty is refused: nothing is overwritten.
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub options: Options,
+}
+
+/// What `run`, `resume` and `branch` share.
+#[derive(clap::Args)]
+pub struct Options {
+    /// End the run at this time, s; `resume` goes on from there
+    ///
+    /// No bit before is changed by it. `time.duration` of the scene changes what the water is computed for.
+    #[arg(long, value_name = "SECONDS")]
+    pub until: Option<f64>,
 
     /// Threads for preparing the reservoir's operator, and for large meshes of the dam; by default one per core
     ///

@@ -1,5 +1,6 @@
 //! The log: every request and every answer as protobuf messages in MCAP. Logs are written, read and compared here.
 
+mod budget;
 mod comparison;
 mod decode;
 mod entry;
@@ -22,7 +23,7 @@ pub use entry::{Entry, LoggedEnd, LoggedExchange, LoggedIteration, LoggedStep};
 pub use error::{LogError, LogReadError};
 pub use head::{Head, LoggedGroundMotion, LoggedUnit};
 pub use overview::Overview;
-pub use past::Reports;
+pub use past::{LastCheckpoint, Reports};
 pub use reader::{Entries, Log, Traffic};
 pub use schema::{Kind, MessageType, Value};
 pub use worst::worst;

@@ -2,9 +2,11 @@
 
 use super::{Entries, Entry, Log, LogReadError, LoggedExchange, LoggedStep};
 use crate::ground_motion::GroundMotion;
-use crate::observer::Past;
+use crate::observer::{Checkpoint, Past};
+use crate::participant::Occasion;
 use crate::scheme::{Exchange, Interval, WindowReport};
 use std::iter::Peekable;
+use std::ops::Range;
 use std::time::Duration;
 
 /// Reads a log window by window, as the reports that observers had; wall times are rounded. A window without its last `/step`,
@@ -12,6 +14,8 @@ use std::time::Duration;
 pub struct Reports {
     entries: Peekable<Entries>,
     ground_motion: GroundMotion,
+    /// Where the requests to each unit tell the acceleration of the ground.
+    grounds: Vec<Option<Range<usize>>>,
     done: bool,
 }
 
@@ -21,8 +25,49 @@ impl Log {
     /// **Errors**: the log can no longer be opened.
     pub fn reports(&self) -> Result<Reports, LogReadError> {
         let ground_motion = self.head().ground_motion();
-        Ok(Reports { entries: self.entries()?.peekable(), ground_motion, done: false })
+        let grounds = self.head().units.iter().map(|unit| unit.inputs.range("ground_acceleration")).collect();
+        Ok(Reports { entries: self.entries()?.peekable(), ground_motion, grounds, done: false })
     }
+}
+
+impl Log {
+    /// The last checkpoint at the end of step `until` or before, as far as the log can be read; of each unit, with the last state
+    /// that it gave until then.
+    ///
+    /// **Errors**: the log can no longer be opened.
+    pub fn checkpoint(&self, until: u64) -> Result<Option<LastCheckpoint>, LogReadError> {
+        let mut last: Option<LastCheckpoint> = None;
+        for entry in self.entries()? {
+            match entry {
+                Ok(Entry::Checkpoint(mut checkpoint)) if checkpoint.step <= until => {
+                    let mut units = last.map_or_else(Vec::new, |last| last.units);
+                    units.resize(checkpoint.units.len().max(units.len()), None);
+                    for (unit, state) in units.iter_mut().zip(&mut checkpoint.units) {
+                        *unit = state.take().map(|state| (checkpoint.step, state)).or(unit.take());
+                    }
+                    let Checkpoint { step, time, run, .. } = checkpoint;
+                    last = Some(LastCheckpoint { step, time, run, units });
+                }
+                // What follows is later, or cannot be read.
+                Ok(Entry::Checkpoint(_)) | Err(_) => break,
+                Ok(_) => {}
+            }
+        }
+        Ok(last)
+    }
+}
+
+/// From where a run can go on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LastCheckpoint {
+    /// Number of the last step before.
+    pub step: u64,
+    /// Its end, s.
+    pub time: f64,
+    /// The state of the run.
+    pub run: Vec<u8>,
+    /// Of each unit the step at whose end it gave its last state, and that state; `None` where it gave none.
+    pub units: Vec<Option<(u64, Vec<u8>)>>,
 }
 
 impl Reports {
@@ -52,6 +97,16 @@ impl Reports {
         }
     }
 
+    /// The acceleration of the ground at the end of a step, m/s², as the units were told.
+    fn ground_acceleration(&self, exchanges: &[Exchange], occasion: &Occasion) -> [f64; 2] {
+        let told = exchanges.iter().filter(|exchange| exchange.occasion.step == occasion.step);
+        let told = told.filter_map(|exchange| {
+            let place = self.grounds.get(exchange.unit.0)?.clone()?;
+            exchange.inputs.get(place)?.try_into().ok()
+        });
+        told.last().unwrap_or_else(|| self.ground_motion.at(occasion.end()))
+    }
+
     /// The report with what its steps say.
     fn window(&self, mut report: WindowReport, steps: &[LoggedStep]) -> WindowReport {
         for step in steps {
@@ -61,7 +116,7 @@ impl Reports {
                 step: occasion.step,
                 time: occasion.time,
                 communication_step: occasion.communication_step,
-                ground_acceleration: self.ground_motion.at(occasion.end()),
+                ground_acceleration: self.ground_acceleration(&report.exchanges, &occasion),
             });
             if step.accepted {
                 report.interfaces.push(step.interfaces.clone());

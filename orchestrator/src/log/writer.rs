@@ -1,3 +1,4 @@
+use super::budget::Budget;
 use super::schema::{MessageType, Value};
 use super::types::{
     build_type, capitalised, checkpoint_type, end_type, exchange_type, ground_motion_type, iteration_type,
@@ -74,7 +75,7 @@ pub struct LogWriter {
     path: PathBuf,
     /// Until the thread has it.
     writer: Option<Writer>,
-    queue: Option<SyncSender<Vec<Record>>>,
+    queue: Option<SyncSender<Work>>,
     pending: Vec<Record>,
     thread: Option<JoinHandle<Result<(), mcap::McapError>>>,
     types: Vec<MessageType>,
@@ -85,9 +86,7 @@ pub struct LogWriter {
     next_log_time: u64,
     /// Largest share of the log that checkpoints take.
     share: f64,
-    /// Bytes of the messages since the last checkpoint, and of that checkpoint.
-    since: u64,
-    last_checkpoint: u64,
+    budget: Budget,
 }
 
 type Topic = usize;
@@ -109,6 +108,13 @@ struct Half {
     fields: Arc<[(Range<usize>, bool)]>,
 }
 
+/// What the writing thread is asked for.
+enum Work {
+    Records(Vec<Record>),
+    /// To write what it has, and then to tell.
+    Flush(SyncSender<()>),
+}
+
 struct Record {
     header: MessageHeader,
     data: Vec<u8>,
@@ -119,6 +125,36 @@ impl LogWriter {
     pub fn create(path: &Path, preamble: &Preamble) -> Result<Self, LogError> {
         let file =
             ResultsFile::create(path).map_err(|cause| LogError::Create { path: path.to_owned(), cause })?;
+        Self::of(file, path, preamble)
+    }
+
+    /// The same beside the log `path`, in whose place it comes with [`replace`](Self::replace).
+    pub fn beside(path: &Path, preamble: &Preamble) -> Result<Self, LogError> {
+        let aside = aside(path);
+        let file =
+            ResultsFile::create(&aside).map_err(|cause| LogError::Create { path: aside.clone(), cause })?;
+        Self::of(file.or(path), &aside, preamble)
+    }
+
+    /// Makes sure that all messages so far are in the file, and gives it the name of the log that it was made beside.
+    ///
+    /// **Errors**: it cannot be written, or renamed.
+    pub fn replace(&mut self, path: &Path) -> Result<(), LogError> {
+        let (tell, written) = sync_channel(1);
+        self.flush();
+        if let Some(queue) = &self.queue
+            && (queue.send(Work::Flush(tell)).is_err() || written.recv().is_err())
+        {
+            self.queue = None;
+            return self.joined();
+        }
+        std::fs::rename(aside(path), path)
+            .map_err(|cause| LogError::Create { path: path.to_owned(), cause })?;
+        path.clone_into(&mut self.path);
+        Ok(())
+    }
+
+    fn of(file: ResultsFile, path: &Path, preamble: &Preamble) -> Result<Self, LogError> {
         let mut log = Self {
             path: path.to_owned(),
             writer: None,
@@ -131,8 +167,7 @@ impl LogWriter {
             sequence: 0,
             next_log_time: 0,
             share: preamble.checkpoint_share,
-            since: 0,
-            last_checkpoint: 0,
+            budget: Budget::new(0.0, 0),
         };
         log.open(file, preamble).map_err(|error| LogError::of_writer(path, error))?;
         Ok(log)
@@ -187,6 +222,7 @@ impl LogWriter {
     }
 
     fn start(&mut self, mut writer: Writer, start: &Start<'_>) -> Result<(), mcap::McapError> {
+        self.budget = Budget::new(self.share, start.units.len());
         let unit = self.declare(&mut writer, "/unit", unit_type())?;
         let ground = self.declare(&mut writer, "/ground_motion", ground_motion_type())?;
         for description in &start.units {
@@ -249,7 +285,7 @@ impl LogWriter {
 
     /// Adds a message to those that the next [`flush`](Self::flush) queues.
     fn send(&mut self, topic: Topic, sequence: u32, publish_time: u64, data: Vec<u8>) {
-        self.since += data.len() as u64;
+        self.budget.add(data.len() as u64);
         let record = self.record(topic, sequence, publish_time, data);
         self.pending.push(record);
     }
@@ -270,7 +306,7 @@ impl LogWriter {
     fn flush(&mut self) {
         let pending = std::mem::take(&mut self.pending);
         if let Some(queue) = &self.queue
-            && queue.send(pending).is_err()
+            && queue.send(Work::Records(pending)).is_err()
         {
             // The thread has ended; `check` finds the reason.
             self.queue = None;
@@ -286,11 +322,15 @@ impl LogWriter {
         if self.queue.is_some() {
             return Ok(());
         }
+        Ok(self.joined()?)
+    }
+
+    /// Waits for the end of the writing thread.
+    fn joined(&mut self) -> Result<(), LogError> {
         match self.thread.take().map(JoinHandle::join) {
-            None => Ok(()),
-            Some(Ok(Ok(()))) => Ok(()),
-            Some(Ok(Err(error))) => Err(LogError::of_writer(&self.path, error).into()),
-            Some(Err(_)) => Err(LogError::Stopped { path: self.path.clone() }.into()),
+            None | Some(Ok(Ok(()))) => Ok(()),
+            Some(Ok(Err(error))) => Err(LogError::of_writer(&self.path, error)),
+            Some(Err(_)) => Err(LogError::Stopped { path: self.path.clone() }),
         }
     }
 
@@ -459,27 +499,24 @@ impl Observer for LogWriter {
         self.check(true)
     }
 
-    /// Once the messages since the last checkpoint are so many that the next takes no more than its share.
-    fn wants_checkpoint(&self) -> bool {
-        self.topics.is_some()
-            && self.share > 0.0
-            && self.last_checkpoint as f64 <= self.share * self.since as f64
+    fn wants_checkpoint(&self) -> Option<Vec<bool>> {
+        self.topics.and_then(|_| self.budget.wishes())
     }
 
     fn checkpoint(&mut self, checkpoint: &Checkpoint) -> Result<(), ObserverError> {
         let Some(topics) = self.topics else { return Ok(()) };
         let Checkpoint { step, time, run, units } = checkpoint;
-        let run = [run.clone()];
-        let units: Vec<Vec<u8>> = units.iter().map(|state| state.clone().unwrap_or_default()).collect();
+        let sizes: Vec<_> =
+            units.iter().map(|state| state.as_ref().map(|bytes| bytes.len() as u64)).collect();
+        let states: Vec<Vec<u8>> = units.iter().map(|state| state.clone().unwrap_or_default()).collect();
         let data = self.types[topics.checkpoint].encode([
             Value::Unsigned(*step),
             Value::Double(*time),
-            Value::Messages(&run),
-            Value::Messages(&units),
+            Value::Messages(std::slice::from_ref(run)),
+            Value::Messages(&states),
         ]);
-        self.last_checkpoint = data.len() as u64;
         self.send(topics.checkpoint, self.sequence, nanoseconds(*time), data);
-        self.since = 0;
+        self.budget.written(run.len() as u64, &sizes);
         self.check(false)
     }
 }
@@ -487,26 +524,35 @@ impl Observer for LogWriter {
 type Writer = mcap::Writer<BufWriter<ResultsFile>>;
 
 /// Writes records until the queue closes; flushes the first ones at once, later ones every second.
-fn write_all(mut writer: Writer, queue: &Receiver<Vec<Record>>) -> Result<(), mcap::McapError> {
+fn write_all(mut writer: Writer, queue: &Receiver<Work>) -> Result<(), mcap::McapError> {
     let mut flushed: Option<Instant> = None;
     // The first records are awaited, so that they are flushed at once.
     let mut received = queue.recv().map_err(|_| TryRecvError::Disconnected);
     loop {
+        let mut asked = None;
         match received {
-            Ok(records) => {
+            Ok(Work::Records(records)) => {
                 for record in records {
                     writer.write_to_known_channel(&record.header, &record.data)?;
                 }
             }
+            Ok(Work::Flush(tell)) => asked = Some(tell),
             Err(TryRecvError::Empty) => std::thread::sleep(LOOK),
             Err(TryRecvError::Disconnected) => return writer.finish().map(|_| ()),
         }
-        if flushed.is_none_or(|f| f.elapsed() > FLUSH_INTERVAL) {
+        if asked.is_some() || flushed.is_none_or(|f| f.elapsed() > FLUSH_INTERVAL) {
             writer.flush()?;
             flushed = Some(Instant::now());
         }
+        // Who asked waits.
+        asked.map(|tell| tell.send(()));
         received = queue.try_recv();
     }
+}
+
+/// Where a log is written that takes the place of the one at `path`.
+fn aside(path: &Path) -> PathBuf {
+    path.with_extension("mcap.new")
 }
 
 /// Simulated time in whole nanoseconds.

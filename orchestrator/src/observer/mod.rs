@@ -5,12 +5,14 @@ mod limits;
 mod progress;
 mod rest;
 mod snapshots;
+mod until;
 
 pub use histories::{Histories, HistoriesWriter};
 pub use limits::Limits;
 pub use progress::Progress;
 pub use rest::{AVERAGED, LastSecond, Rest, STILL_MOVES, STILL_SLIDES};
 pub use snapshots::Snapshots;
+pub use until::Until;
 
 use crate::ground_motion::GroundMotion;
 use crate::participant::{Description, ParticipantError};
@@ -134,7 +136,7 @@ pub struct Checkpoint {
     pub time: f64,
     /// The state of the run, without its units: [`RunState`](crate::run_state::RunState) as bytes.
     pub run: Vec<u8>,
-    /// The states of the units by their numbers; `None` for one that gives none.
+    /// The states of the units by their numbers; `None` for one that gives none, or whose state was not wanted.
     pub units: Vec<Option<Vec<u8>>>,
 }
 
@@ -189,9 +191,9 @@ pub trait Observer {
         Ok(())
     }
 
-    /// Whether it wants a checkpoint at the end of the last accepted window.
-    fn wants_checkpoint(&self) -> bool {
-        false
+    /// Whether it wants a checkpoint at the end of the last accepted window: the units whose states belong to it.
+    fn wants_checkpoint(&self) -> Option<Vec<bool>> {
+        None
     }
 
     /// A checkpoint at the end of the last accepted window, wanted by itself or another.

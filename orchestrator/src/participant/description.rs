@@ -62,6 +62,14 @@ pub struct Layout {
 }
 
 impl Layout {
+    /// Whether both hold the same variables in the same order; whether a list lies over the wet face does not count.
+    pub fn is_like(&self, other: &Self) -> bool {
+        let of = |layout: &Self| {
+            layout.channels().map(|(c, range)| (c.name.clone(), c.unit.clone(), range)).collect::<Vec<_>>()
+        };
+        of(self) == of(other)
+    }
+
     /// A layout of `channels`, in this order.
     pub fn new(channels: Vec<Channel>) -> Self {
         Self { channels }

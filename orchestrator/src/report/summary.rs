@@ -412,6 +412,7 @@ impl fmt::Display for WallTime {
         }
         f.write_str(&part("exchange", self.exchange()))?;
         f.write_str(&part("log and histories", self.observers))?;
+        f.write_str(&part("checkpoints", self.checkpoints))?;
         f.write_str(&part("initialisation", self.initialisation))
     }
 }

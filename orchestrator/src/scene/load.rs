@@ -56,16 +56,32 @@ impl LoadedScene {
             _ => return Err(draft.error()),
         };
         resolve(&mut scene, &ground_motion, folder);
-        let doubts = warning::doubts(&scene, &ground_motion).into_iter();
-        let mut doubts: Vec<_> =
-            doubts.map(|(key, warning)| (draft.conformed.place(&key), warning)).collect();
-        doubts.sort_by(|a, b| a.0.cmp(&b.0));
-        let warnings =
-            doubts.into_iter().map(|(place, warning)| draft.texts.warning(&place, warning)).collect();
+        let warnings = draft.warnings(&scene, &ground_motion);
         let given = |key: &str| draft.conformed.places.contains_key(key);
         let moved_defaults = version::moved(scene.scene_version, given);
         let name = draft.name.take().unwrap_or_else(|| name(&file, folder));
         Ok(Self { name, path: file, scene, ground_motion, warnings, moved_defaults })
+    }
+
+    /// The scene of a log, `source` with all defaults, under the ground motion of that run; `file` is what its warnings name.
+    ///
+    /// **Errors**: as [`Scene::resolved`].
+    pub fn of_log(
+        name: String,
+        source: &str,
+        overrides: &[String],
+        file: &Path,
+        ground_motion: GroundMotion,
+    ) -> Result<Self, SceneError> {
+        let mut draft = Draft::new(file, source, overrides);
+        let Some(scene) = draft.scene.take() else { return Err(draft.error()) };
+        let unsound = std::mem::take(&mut draft.conformed.unsound);
+        draft.add(validate::judge_without_record(&scene, unsound));
+        if !draft.problems.is_empty() {
+            return Err(draft.error());
+        }
+        let warnings = draft.warnings(&scene, &ground_motion);
+        Ok(Self { name, path: file.to_owned(), scene, ground_motion, warnings, moved_defaults: Vec::new() })
     }
 
     /// Number of communication steps that reach the end of the simulated time.
@@ -122,6 +138,14 @@ impl<'a> Draft<'a> {
     fn add(&mut self, findings: Vec<(String, Invalid)>) {
         let place = |(key, invalid): (String, Invalid)| (self.conformed.place(&key), invalid);
         self.problems.extend(findings.into_iter().map(place));
+    }
+
+    /// What is doubtful, in the order of the lines.
+    fn warnings(&self, scene: &Scene, ground_motion: &GroundMotion) -> Vec<SceneWarning> {
+        let doubts = warning::doubts(scene, ground_motion).into_iter();
+        let mut doubts: Vec<_> = doubts.map(|(key, warning)| (self.conformed.place(&key), warning)).collect();
+        doubts.sort_by(|a, b| a.0.cmp(&b.0));
+        doubts.into_iter().map(|(place, warning)| self.texts.warning(&place, warning)).collect()
     }
 
     fn error(mut self) -> SceneError {

@@ -36,7 +36,7 @@ pub use error::{Invalid, SceneError, SceneProblem};
 pub use foreign::{CommandScene, FmuScene, LogScene, Source};
 pub use ground::{GroundMotionScene, RampScene, RecordScene};
 pub use load::LoadedScene;
-pub use observation::{SnapshotsScene, StopAction, StopQuantity, StopScene};
+pub use observation::{LogContentScene, SnapshotsScene, StopAction, StopQuantity, StopScene};
 pub use parameter::bounds;
 pub use reference::reference;
 pub use time::{AdaptiveScene, Time};
@@ -93,6 +93,9 @@ pub struct Scene {
     /// Pictures of the dam's fields during the run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub snapshots: Option<SnapshotsScene>,
+    /// What the log holds besides the exchanges.
+    #[serde(default)]
+    pub log: LogContentScene,
 }
 
 fn version() -> u32 {

@@ -1,7 +1,23 @@
-//! `[[stop]]` and `[snapshots]`: what is watched during a run.
+//! `[[stop]]`, `[snapshots]` and `[log]`: what is watched and kept of a run.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+/// What the log holds besides the exchanges.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct LogContentScene {
+    /// Largest share of the log that checkpoints take, from which a run can be resumed or tried otherwise; 0 for none, so that a
+    /// run can only begin anew.
+    #[schemars(range(min = 0, max = 1))]
+    pub checkpoint_share: f64,
+}
+
+impl Default for LogContentScene {
+    fn default() -> Self {
+        Self { checkpoint_share: 0.05 }
+    }
+}
 
 /// Pictures of the dam's fields during the run: `snapshots.pvd`, for ParaView.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -10,7 +10,7 @@ use super::{
 use crate::acceleration::Acceleration;
 use crate::convergence::{ConvergenceMeasure, Guard, Hopeless, Residuals, norm};
 use crate::participant::{Occasion, Participant, ParticipantError};
-use interface::Fingerprint;
+use interface::{Fingerprint, StateError};
 use serde::{Deserialize, Serialize};
 use std::time::{Duration, Instant};
 
@@ -184,6 +184,25 @@ impl Scheme {
         self.astray = false;
         let now = Instant::now();
         self.began = now.checked_sub(state.elapsed).unwrap_or(now);
+    }
+
+    /// Goes on from `state` of a scheme that may have other settings, with units that exchange the same variables. What was
+    /// learnt is kept as far as it holds for this scheme: an acceleration that was made otherwise begins without history.
+    ///
+    /// **Errors**: the acceleration's parameters have no form in which they can be compared.
+    pub fn branch(&mut self, graph: &mut Graph, state: &SchemeState) -> Result<(), StateError> {
+        let mut fresh = self.memory.fresh.clone();
+        fresh.set_floor(state.memory.floor.unwrap_or(0.0));
+        let hash = |acceleration: &Acceleration| Fingerprint::of("acceleration", acceleration);
+        let mut memory = state.memory.clone();
+        let same_size = memory.predictor.resize(self.unknowns());
+        if !same_size || hash(&fresh)? != hash(&memory.fresh)? {
+            (memory.acceleration, memory.shape) = (fresh.clone(), (0, 0.0));
+        }
+        memory.fresh = fresh;
+        memory.predictor.set_order(&self.memory.predictor);
+        self.resume(graph, &SchemeState { memory, ..state.clone() });
+        Ok(())
     }
 
     /// The settings.

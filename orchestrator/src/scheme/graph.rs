@@ -127,11 +127,14 @@ impl Graph {
         self.units.iter_mut().map(bytes).collect()
     }
 
-    /// The same; `None` for a unit that does not offer it.
+    /// The same of the units that are `wanted`; `None` for others, and for a unit that does not offer it.
     ///
     /// **Errors**: a unit fails.
-    pub fn states(&mut self) -> Result<Vec<Option<Vec<u8>>>, ParticipantError> {
-        self.units.iter_mut().map(|unit| unit.serialise()).collect()
+    pub fn states(&mut self, wanted: &[bool]) -> Result<Vec<Option<Vec<u8>>>, ParticipantError> {
+        let state = |(unit, wanted): (&mut Box<dyn Participant>, &bool)| {
+            if *wanted { unit.serialise() } else { Ok(None) }
+        };
+        self.units.iter_mut().zip(wanted).map(state).collect()
     }
 
     /// Puts the units, new or not, into states that equal ones have given: one for each unit, in their order.

@@ -22,6 +22,19 @@ impl Predictor {
         Self { order: order.min(Self::HIGHEST_ORDER), history: VecDeque::new() }
     }
 
+    /// Takes the order of another.
+    pub fn set_order(&mut self, other: &Self) {
+        self.order = other.order;
+    }
+
+    /// Keeps the first `size` values; forgets all where there are fewer. Whether there were as many.
+    pub fn resize(&mut self, size: usize) -> bool {
+        let same = self.history.iter().all(|(_, values)| values.len() == size);
+        self.history.retain(|(_, values)| values.len() >= size);
+        self.history.iter_mut().for_each(|(_, values)| values.truncate(size));
+        same
+    }
+
     /// Takes the accepted values at the end of a step of `length` (s).
     pub fn accept(&mut self, length: f64, values: &[f64]) {
         // The curvature needs three, for every order.

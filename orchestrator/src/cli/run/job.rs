@@ -1,0 +1,510 @@
+//! What runs, resumed runs and branches share: results, units, observers, report.
+
+use super::super::start::{Start, StartError, deadlines};
+use super::super::{Options, known, say, spectra};
+use super::RunError;
+use crate::registry::{self, RegistryError};
+use orchestrator::ground_motion::{GroundMotion, STANDARD_GRAVITY};
+use orchestrator::log::{LastCheckpoint, Log, LogReadError, LogWriter, Parent, Preamble};
+use orchestrator::observer::{
+    HistoriesWriter, Limits, Observer, Past, Progress, Rest, Snapshots, Status, Until,
+};
+use orchestrator::participant::{Participant, ParticipantError};
+use orchestrator::replay::bring;
+use orchestrator::report::{Build, Manifest, ManifestError, Summary, Unit, WaterFace};
+use orchestrator::run_state::{RunState, RunStateError};
+use orchestrator::scene::{
+    DamFidelityScene, DampingModelScene, FidelityScene, LoadedScene, MethodScene, Scene, Side,
+};
+use orchestrator::scheme::{Graph, UnitId, interface_points};
+use orchestrator::simulation::{Course, Simulation};
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+/// A run that is about to begin, or to go on.
+pub struct Job<'a> {
+    pub loaded: &'a LoadedScene,
+    pub options: &'a Options,
+    /// Where its results go.
+    pub folder: &'a Path,
+    /// When it began, in UTC.
+    pub started: String,
+    /// What was set otherwise than in the scene that is named.
+    pub settings: &'a [String],
+    pub interrupted: &'a AtomicBool,
+}
+
+/// Where a run begins.
+pub enum Beginning {
+    /// At its initialisation.
+    Initialisation,
+    /// At the last checkpoint of its log, whose place the new log takes; without one at initialisation.
+    Resumed(Log, Option<LastCheckpoint>),
+    /// Where it leaves another run.
+    Branch(Fork),
+}
+
+/// A step of a run from which on another goes its own way.
+pub struct Fork {
+    pub log: Log,
+    /// The first step that is computed otherwise.
+    pub step: u64,
+    /// The last checkpoint before it; `None` for initialisation.
+    pub checkpoint: Option<LastCheckpoint>,
+    /// What is set otherwise.
+    pub settings: Vec<String>,
+}
+
+/// The observers of a run.
+struct Watch {
+    log: LogWriter,
+    histories: HistoriesWriter,
+    progress: Progress,
+    limits: Limits,
+    rest: Rest,
+    until: Until,
+    snapshots: Option<Snapshots>,
+}
+
+impl Watch {
+    fn all(&mut self) -> Vec<&mut dyn Observer> {
+        let Self { log, histories, progress, limits, rest, until, snapshots } = self;
+        let mut all: Vec<&mut dyn Observer> = vec![log, histories, progress, limits, rest, until];
+        all.extend(snapshots.as_mut().map(|snapshots| snapshots as &mut dyn Observer));
+        all
+    }
+}
+
+impl Job<'_> {
+    /// Runs to the end, and says what came of it.
+    pub fn carry_out(&self, beginning: Beginning) -> Result<Status, RunError> {
+        let Self { loaded, options, folder, interrupted, .. } = *self;
+        let scene = &loaded.scene;
+        let manifest_path = folder.join("manifest.toml");
+        let mut manifest = Manifest {
+            name: loaded.name.clone(),
+            started: self.started.clone(),
+            status: "preparing".to_owned(),
+            build: Build::here(),
+            wet_face: Vec::new(),
+            reservoir_wet_face: None,
+            further_wet_faces: Vec::new(),
+            units: Vec::new(),
+            result: None,
+            scene: scene.clone(),
+        };
+        manifest.write(&manifest_path)?;
+        let preamble = self.preamble(&manifest.build, &beginning)?;
+        let path = folder.join("log.mcap");
+        let mut watch = Watch {
+            log: match beginning {
+                Beginning::Resumed(..) => LogWriter::beside(&path, &preamble)?,
+                _ => LogWriter::create(&path, &preamble)?,
+            },
+            histories: HistoriesWriter::new(folder),
+            progress: Progress::new(options.quiet),
+            limits: Limits::new(&scene.stop),
+            rest: Rest::new(&scene.time),
+            until: Until::new(options.until),
+            snapshots: scene.snapshots.map(|plan| Snapshots::new(folder, plan)),
+        };
+
+        say(&scene.title);
+        if !self.settings.is_empty() {
+            say(format!("but {}", self.settings.join(", ")));
+        }
+        let began = Instant::now();
+        let failed = |error: &dyn std::fmt::Display, manifest: &mut Manifest| {
+            manifest.status = format!("failed: {error}");
+            manifest.write(&manifest_path)
+        };
+        let mut graph = match self.graph(scene, true) {
+            Ok(graph) => graph,
+            Err(error) => {
+                failed(&error, &mut manifest)?;
+                return Err(error);
+            }
+        };
+        for unit in graph.units() {
+            let description = unit.description();
+            let (name, solver) = (description.name.clone(), description.solver.clone());
+            say(format!("{name:<10} {solver}"));
+            let fingerprint = description.fingerprint.to_string();
+            manifest.units.push(Unit { name, solver, fingerprint });
+        }
+        for (index, interface) in graph.interfaces().to_vec().iter().enumerate() {
+            let [dam, own] = interface_points(&mut graph, interface)?;
+            let own = Some(own).filter(|points| *points != dam);
+            if index == 0 {
+                (manifest.wet_face, manifest.reservoir_wet_face) = (dam, own);
+            } else {
+                let water = graph[interface.fluid.unit].description().name.clone();
+                manifest.further_wet_faces.push(WaterFace { water, points: dam, own_points: own });
+            }
+        }
+        "running".clone_into(&mut manifest.status);
+        manifest.write(&manifest_path)?;
+        let dam = dam_lines(loaded, &mut graph)?;
+        let stress_points = stress_points(&mut graph)?;
+        let natural_frequencies = known(graph[UnitId::DAM].read("natural_frequency"))?;
+        let recursion = recursion(scene, &mut graph)?;
+        say(ground_line(&loaded.ground_motion));
+        say(format!(
+            "prepared in {:.2} s; results go to {}",
+            began.elapsed().as_secs_f64(),
+            folder.display()
+        ));
+
+        let mut simulation = match Simulation::of_scene(scene, &loaded.ground_motion, graph) {
+            Ok(simulation) => simulation,
+            Err(error) => {
+                failed(&error, &mut manifest)?;
+                return Err(error.into());
+            }
+        };
+        let mut course = simulation.course();
+        let begun = match self.begin(&mut simulation, &mut course, &beginning, &mut watch, &path) {
+            Err(RunError::Simulation(error)) => Err(error),
+            Err(error) => {
+                failed(&error, &mut manifest)?;
+                return Err(error);
+            }
+            Ok(()) => Ok(()),
+        };
+        let (ending, failure) = simulation.conclude(&mut course, begun, &mut watch.all(), interrupted);
+        let histories = &watch.histories.histories;
+        let mut summary = Summary::of(
+            loaded,
+            histories,
+            &ending,
+            simulation.static_crest_displacement,
+            &stress_points,
+            &natural_frequencies,
+            &recursion,
+        );
+        summary.notes.extend(watch.limits.flags().into_iter().map(|flag| format!("WARNING: {flag}")));
+        let table = summary.to_string();
+        manifest.status.clone_from(&summary.status);
+        manifest.result = Some(summary);
+        let written = manifest.write(&manifest_path);
+        say(format!("\n{table}{dam}"));
+        say(ending.wall);
+        say(format!("log, histories and manifest are in {}", folder.display()));
+        let spectra = spectra::write(folder, histories);
+        if let Some(error) = failure {
+            return Err(error.into());
+        }
+        written?;
+        spectra.map_err(RunError::Spectra)?;
+        Ok(ending.status)
+    }
+
+    /// What the log says first.
+    fn preamble(&self, build: &Build, beginning: &Beginning) -> Result<Preamble, RunError> {
+        let scene = toml::to_string(&self.loaded.scene).map_err(ManifestError::from)?;
+        let parent = match beginning {
+            Beginning::Initialisation => None,
+            Beginning::Resumed(log, _) => log.head().parent.clone(),
+            Beginning::Branch(Fork { log, step, settings, .. }) => Some(Parent {
+                log: absolute(log.path()),
+                step: step.saturating_sub(1),
+                settings: settings.join("\n"),
+            }),
+        };
+        Ok(Preamble {
+            scene,
+            version: build.version.to_owned(),
+            commit: build.commit.to_owned(),
+            profile: build.profile.to_owned(),
+            processor: build.processor.clone(),
+            features: build.features.clone(),
+            system: build.system.clone(),
+            started: self.started.clone(),
+            parent,
+            checkpoint_share: self.loaded.scene.log.checkpoint_share,
+        })
+    }
+
+    /// The units of a scene.
+    fn graph(&self, scene: &Scene, announce: bool) -> Result<Graph, RunError> {
+        let start = Start {
+            scene,
+            resolved: &toml::to_string(scene).map_err(ManifestError::from)?,
+            transport: self.options.transport,
+            threads: super::super::threads(self.options.threads),
+            deadlines: deadlines(self.options.deadline),
+            interrupted: self.interrupted,
+            announce,
+        };
+        let units = start.units(&registry::units(scene)).map_err(|error| match error {
+            StartError::Unit(error) => RunError::Unit(error),
+            StartError::Participant(error) => RunError::Participant(error),
+            error @ StartError::Program(_) => RunError::Start(error),
+        })?;
+        Ok(Graph::new(units, registry::interfaces(scene)).map_err(RegistryError::from)?)
+    }
+
+    /// Begins, or puts everything where it was.
+    fn begin(
+        &self,
+        simulation: &mut Simulation,
+        course: &mut Course,
+        beginning: &Beginning,
+        watch: &mut Watch,
+        path: &Path,
+    ) -> Result<(), RunError> {
+        match beginning {
+            Beginning::Initialisation => Ok(simulation.begin(course, &mut watch.all())?),
+            Beginning::Resumed(log, None) => {
+                say("the log has no checkpoint: the run begins anew");
+                simulation.begin(course, &mut watch.all())?;
+                watch.log.replace(path)?;
+                Ok(same_units(log, &simulation.graph)?)
+            }
+            Beginning::Resumed(log, Some(checkpoint)) => {
+                same_units(log, &simulation.graph)?;
+                simulation.retell(until(log, checkpoint)?, &mut watch.all())?;
+                watch.log.replace(path)?;
+                place(simulation, course, log, checkpoint)?;
+                say(format!("goes on after step {}, t = {:.4} s", checkpoint.step, checkpoint.time));
+                Ok(())
+            }
+            Beginning::Branch(fork) => self.leave(simulation, course, fork, watch),
+        }
+    }
+
+    /// Follows the run that is left up to its last common step, then goes on with `simulation`.
+    fn leave(
+        &self,
+        simulation: &mut Simulation,
+        course: &mut Course,
+        fork: &Fork,
+        watch: &mut Watch,
+    ) -> Result<(), RunError> {
+        let head = fork.log.head();
+        same_variables(fork, &simulation.graph)?;
+        let mut before = match fork.settings.is_empty() {
+            true => None,
+            false => {
+                let graph = self.graph(&head.scene, false)?;
+                same_units(&fork.log, &graph)?;
+                Some(Simulation::of_scene(&head.scene, &head.ground_motion(), graph)?)
+            }
+        };
+        let leader = before.as_mut().unwrap_or(&mut *simulation);
+        match &fork.checkpoint {
+            Some(checkpoint) => {
+                leader.retell(until(&fork.log, checkpoint)?, &mut watch.all())?;
+                place(leader, course, &fork.log, checkpoint)?;
+            }
+            None => leader.begin(course, &mut watch.all())?,
+        }
+        while course.steps() + 1 < fork.step {
+            if leader.advance(course, &mut watch.all())?.is_some() {
+                let why = format!("its run ends after step {}; branch from a step before", course.steps());
+                return Err(RunError::NoWayOn { log: fork.log.path().to_owned(), why });
+            }
+        }
+        if let Some(mut before) = before {
+            let state = before.state(course)?;
+            self.hand_over(&mut before.graph, &mut simulation.graph, fork, course.steps())?;
+            simulation.branch(course, &state)?;
+        }
+        say(format!("leaves the run after step {}, t = {:.4} s", course.steps(), course.time()));
+        let all = vec![true; head.units.len()];
+        Ok(simulation.save(course, &all, &mut watch.all())?)
+    }
+}
+
+/// The path from the root, if it can be found.
+fn absolute(path: &Path) -> String {
+    path.canonicalize().unwrap_or_else(|_| path.to_owned()).display().to_string()
+}
+
+/// What came up to a checkpoint, itself included.
+fn until<'a>(
+    log: &Log,
+    checkpoint: &'a LastCheckpoint,
+) -> Result<impl Iterator<Item = Result<Past, RunError>> + 'a, LogReadError> {
+    let mut reports = log.reports()?;
+    let mut done = false;
+    Ok(std::iter::from_fn(move || {
+        let next = if done { None } else { reports.next() };
+        done = matches!(&next, Some(Ok(Past::Checkpoint(found))) if found.step == checkpoint.step);
+        next.map(|past| past.map_err(RunError::from))
+    }))
+}
+
+/// Puts units and scheme where they were at a checkpoint.
+fn place(
+    simulation: &mut Simulation,
+    course: &mut Course,
+    log: &Log,
+    checkpoint: &LastCheckpoint,
+) -> Result<(), RunError> {
+    let ids: Vec<UnitId> = simulation.graph.ids().collect();
+    for id in ids {
+        let unit = &mut simulation.graph[id];
+        let stands = match checkpoint.units.get(id.0).and_then(Option::as_ref) {
+            Some((step, state)) => {
+                unit.deserialise(state)?;
+                Some(*step)
+            }
+            None => None,
+        };
+        if stands != Some(checkpoint.step) {
+            brought(log, id, unit, stands, checkpoint.step)?;
+        }
+    }
+    let state = RunState::from_bytes(simulation.fingerprint().map_err(RunStateError::from)?, &checkpoint.run)
+        .map_err(RunStateError::from)?;
+    Ok(simulation.resume(course, &state)?)
+}
+/// Brings a unit, which is new or `stands` at the end of a step, to the end of another by what the run asked it.
+fn brought(
+    log: &Log,
+    id: UnitId,
+    unit: &mut dyn Participant,
+    stands: Option<u64>,
+    step: u64,
+) -> Result<(), RunError> {
+    let name = unit.description().name.clone();
+    let not_there = |why: String| RunError::NotThere { unit: name.clone(), step, why };
+    if stands.is_none() {
+        say(format!("{name} gives no state: its {step} steps are repeated"));
+    }
+    let brought = bring(log, id, unit, stands, step, |_| ()).map_err(|cause| not_there(cause.to_string()))?;
+    match brought.divergence {
+        None => Ok(()),
+        Some(divergence) => Err(not_there(divergence.report(["the log", "the unit now"]).to_string())),
+    }
+}
+
+/// Only with the units of the log does a run go on as it would have.
+fn same_units(log: &Log, graph: &Graph) -> Result<(), RunError> {
+    for (unit, logged) in graph.units().zip(&log.head().units) {
+        let now = unit.description().fingerprint.to_string();
+        if now != logged.fingerprint {
+            let why = format!(
+                "the {} is made from something else now (fingerprint {now:.12}, {:.12} in the log); take the build and the files \
+                 of the run, or `branch`",
+                logged.name, logged.fingerprint
+            );
+            return Err(RunError::NoWayOn { log: log.path().to_owned(), why });
+        }
+    }
+    Ok(())
+}
+
+/// A branch exchanges the variables of the run that it leaves, because its log begins with theirs.
+fn same_variables(fork: &Fork, graph: &Graph) -> Result<(), RunError> {
+    let logged = &fork.log.head().units;
+    let refused = |why: String| Err(RunError::NoWayOn { log: fork.log.path().to_owned(), why });
+    if graph.units().count() != logged.len() {
+        return refused(format!("a branch has the {} units of its run; run the scene instead", logged.len()));
+    }
+    for (unit, logged) in graph.units().zip(logged) {
+        let now = unit.description();
+        if !now.inputs.is_like(&logged.inputs) || !now.outputs.is_like(&logged.outputs) {
+            return refused(format!(
+                "with these settings the {} exchanges other variables or at other points; run the scene instead",
+                now.name
+            ));
+        }
+    }
+    Ok(())
+}
+
+impl Job<'_> {
+    /// Puts the units of a branch where those of the run are at the end of step `step`: the same ones, and those of which only
+    /// the strength of cracks is another, into the same states; others are asked what the run asked theirs.
+    fn hand_over(&self, from: &mut Graph, to: &mut Graph, fork: &Fork, step: u64) -> Result<(), RunError> {
+        let scenes = [&fork.log.head().scene, &self.loaded.scene];
+        let ids: Vec<UnitId> = to.ids().collect();
+        for id in ids {
+            let fingerprint = to[id].description().fingerprint;
+            let same = from[id].description().fingerprint == fingerprint;
+            let state = match same || registry::keeps_state(id, scenes) {
+                true => from[id].serialise()?,
+                false => None,
+            };
+            match state {
+                Some(state) if same => to[id].deserialise(&state)?,
+                Some(state) => {
+                    let relabelled = interface::relabel(&state, fingerprint);
+                    let relabelled = relabelled.map_err(RunStateError::from)?;
+                    to[id].deserialise(&relabelled)?;
+                    say(format!("{} goes on from its state with other cracks", to[id].description().name));
+                }
+                None if same => brought(&fork.log, id, &mut to[id], None, step)?,
+                None => {
+                    let name = to[id].description().name.clone();
+                    say(format!("{name} is another: it is asked what the run asked in {step} steps"));
+                    bring(&fork.log, id, &mut to[id], None, step, |_| ())
+                        .map_err(|cause| RunError::NotThere { unit: name, step, why: cause.to_string() })?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Points where the dam outputs stress, m; none if it does not.
+fn stress_points(graph: &mut Graph) -> Result<Vec<[f64; 2]>, ParticipantError> {
+    let (x, y) = (
+        known(graph[UnitId::DAM].read("stress_point_x"))?,
+        known(graph[UnitId::DAM].read("stress_point_y"))?,
+    );
+    Ok(x.into_iter().zip(y).map(|(x, y)| [x, y]).collect())
+}
+
+/// Error and loss of the recursion of each water that has one and tells them.
+fn recursion(scene: &Scene, graph: &mut Graph) -> Result<Vec<(Side, [f64; 2])>, ParticipantError> {
+    let mut found = Vec::new();
+    for (id, (side, water)) in graph.ids().skip(1).zip(scene.waters()) {
+        if (water.fidelity, water.method) != (FidelityScene::Compressible, MethodScene::Recursive) {
+            continue;
+        }
+        let [error, loss] = ["recursion_error", "recursion_loss"].map(|name| known(graph[id].read(name)));
+        if let ([error], [loss]) = (&error?[..], &loss?[..]) {
+            found.push((side, [*error, *loss]));
+        }
+    }
+    Ok(found)
+}
+
+/// Source and peak of the ground motion.
+fn ground_line(motion: &GroundMotion) -> String {
+    let samples = motion.acceleration().iter().enumerate();
+    let (index, peak) = samples.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).unwrap_or((0, &0.0));
+    let (source, time) = (motion.source(), index as f64 * motion.interval());
+    format!("{:<10} {source}: peak {:.3} g at {time:.2} s", "ground", peak / STANDARD_GRAVITY)
+}
+
+/// Lines that name the damping model, which belongs to every value of sliding, and the fidelity if it is not the full one.
+fn dam_lines(loaded: &LoadedScene, graph: &mut Graph) -> Result<String, ParticipantError> {
+    let Some(dam) = loaded.scene.dam.as_ref().filter(|dam| !dam.fidelity.is_foreign()) else {
+        return Ok(String::new());
+    };
+    let percent = 100.0 * dam.damping.ratio;
+    let mut frequencies = graph[UnitId::DAM].read("damping_frequency_low")?;
+    frequencies.extend(graph[UnitId::DAM].read("damping_frequency_high")?);
+    let frequencies: Vec<String> = frequencies.iter().map(|f| format!("{f:.2}")).collect();
+    let frequency = frequencies.first().map_or("", String::as_str);
+    let damping = match dam.damping.model {
+        _ if dam.damping.ratio == 0.0 => "none".to_owned(),
+        DampingModelScene::Rayleigh => {
+            format!("Rayleigh, {percent} % at {} rad/s", frequencies.join(" and "))
+        }
+        DampingModelScene::Mass => format!("of mass, {percent} % at {frequency} rad/s"),
+        DampingModelScene::Stiffness => format!("of stiffness, {percent} % at {frequency} rad/s"),
+        DampingModelScene::Local => format!("local, {percent} %"),
+    };
+    let fidelity_line = match dam.fidelity {
+        DamFidelityScene::RigidBlocks => format!("{:<52} rigid blocks: unsafe\n", "fidelity of the dam"),
+        DamFidelityScene::Dem => String::new(),
+        fidelity => format!("{:<52} {}\n", "fidelity of the dam", fidelity.word()),
+    };
+    Ok(format!("{:<52} {damping}\n{fidelity_line}", "damping model of the dam"))
+}

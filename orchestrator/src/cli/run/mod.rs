@@ -1,0 +1,146 @@
+//! `cofferdam run`, `resume` and `branch`.
+
+pub mod branch;
+mod folder;
+mod job;
+pub mod resume;
+
+use super::start::StartError;
+use super::{Run, Transport, check, complain};
+use crate::registry::{self, RegistryError};
+use job::{Beginning, Job};
+use miette::Diagnostic;
+use orchestrator::log::{LogError, LogReadError};
+use orchestrator::observer::Status;
+use orchestrator::participant::{ParticipantError, Starting};
+use orchestrator::report::ManifestError;
+use orchestrator::run_state::RunStateError;
+use orchestrator::scene::SceneError;
+use orchestrator::scheme::CouplingError;
+use orchestrator::simulation::SimulationError;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Why a run ended without a result, or with a partial one.
+#[derive(Debug, thiserror::Error, Diagnostic)]
+enum RunError {
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Scene(#[from] SceneError),
+    #[error("{}: {cause}; choose another --output", path.display())]
+    Output { path: PathBuf, cause: std::io::Error },
+    #[error("{} is not empty; choose another --output, nothing is overwritten", path.display())]
+    OutputTaken { path: PathBuf },
+    #[error(transparent)]
+    Log(#[from] LogError),
+    #[error(transparent)]
+    LogRead(#[from] LogReadError),
+    #[error(transparent)]
+    Manifest(#[from] ManifestError),
+    #[error(transparent)]
+    Unit(#[from] RegistryError),
+    #[error(transparent)]
+    Participant(#[from] ParticipantError),
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+    #[error(transparent)]
+    Start(#[from] StartError),
+    #[error("the response spectra: {0}; free some space or choose another --output")]
+    Spectra(Box<dyn std::error::Error + Send + Sync>),
+    #[error("Ctrl-C cannot be caught: {0}; it takes a thread: allow more (`ulimit -u`)")]
+    Signal(#[from] ctrlc::Error),
+    #[error("{}: {why}", log.display())]
+    NoWayOn { log: PathBuf, why: String },
+    #[error("{unit} cannot be put where it was at the end of step {step}: {why}")]
+    NotThere { unit: String, step: u64, why: String },
+}
+
+impl From<RunStateError> for RunError {
+    fn from(cause: RunStateError) -> Self {
+        Self::Simulation(cause.into())
+    }
+}
+
+impl RunError {
+    fn exit_status(&self) -> u8 {
+        match self {
+            Self::Scene(_) | Self::NoWayOn { .. } => 2,
+            Self::Participant(ParticipantError::Interrupted)
+            | Self::Start(StartError::Participant(ParticipantError::Interrupted)) => INTERRUPTED,
+            Self::Simulation(SimulationError::Coupling(
+                CouplingError::NotConverged { .. }
+                | CouplingError::Hopeless { .. }
+                | CouplingError::BlewUp { .. },
+            )) => 3,
+            Self::Start(StartError::Program(_)) => 1,
+            Self::Unit(_)
+            | Self::Start(_)
+            | Self::Participant(_)
+            | Self::NotThere { .. }
+            | Self::Simulation(SimulationError::Coupling(_)) => 4,
+            _ => 1,
+        }
+    }
+}
+
+const INTERRUPTED: u8 = 130;
+
+/// Runs a scene; reports the result on the terminal and by the exit status.
+pub fn run(arguments: &Run) -> ExitCode {
+    told(execute(arguments))
+}
+
+/// Reports how a run ended.
+fn told(ended: Result<Status, RunError>) -> ExitCode {
+    match ended {
+        Ok(Status::Interrupted) => ExitCode::from(INTERRUPTED),
+        Ok(_) => ExitCode::SUCCESS,
+        Err(error) => {
+            let status = error.exit_status();
+            complain(format!("{:?}", miette::Report::new(error)));
+            ExitCode::from(status)
+        }
+    }
+}
+
+fn execute(arguments: &Run) -> Result<Status, RunError> {
+    let loaded = registry::read(&arguments.scene, &arguments.set)?;
+    let started = jiff::Timestamp::now();
+    let interrupted = prepared(arguments.options.transport)?;
+    let folder = match &arguments.output {
+        Some(folder) => folder::claim(folder.clone())?,
+        None => folder::claim_new(&format!("runs/{}-{}", loaded.name, started.strftime("%Y%m%dT%H%M%SZ")))?,
+    };
+    check::warn(&loaded.warnings);
+    let job = Job {
+        loaded: &loaded,
+        options: &arguments.options,
+        folder: &folder,
+        started: started.to_string(),
+        settings: &arguments.set,
+        interrupted: &interrupted,
+    };
+    job.carry_out(Beginning::Initialisation)
+}
+
+/// Checks whether units can be connected and catches Ctrl-C: the flag is true once the user asked for the end.
+fn prepared(transport: Transport) -> Result<Arc<AtomicBool>, RunError> {
+    if transport == Transport::SharedMemory {
+        Starting::check()?;
+    }
+    catch_interrupt()
+}
+
+/// A flag that the first Ctrl-C sets; the second Ctrl-C ends the process.
+fn catch_interrupt() -> Result<Arc<AtomicBool>, RunError> {
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let flag = interrupted.clone();
+    ctrlc::set_handler(move || {
+        if flag.swap(true, Ordering::Relaxed) {
+            std::process::exit(i32::from(INTERRUPTED));
+        }
+    })?;
+    Ok(interrupted)
+}
