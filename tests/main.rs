@@ -22,6 +22,7 @@ mod platform;
 mod processes;
 mod protocol;
 mod python;
+mod replay_of_parts;
 mod replay_of_schemes;
 mod reservoir_command;
 mod rigid_dam_ramp;

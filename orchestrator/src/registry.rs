@@ -22,8 +22,10 @@ use std::path::Path;
 use std::time::Instant;
 
 mod foreign;
+mod made_from;
 
 pub use foreign::{adapted, brief, place, role, source};
+pub use made_from::made_from;
 
 /// Most time steps of the dam in a communication step: beyond, no run would end.
 const MOST_TIME_STEPS: usize = 20_000;

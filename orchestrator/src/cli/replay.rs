@@ -1,17 +1,21 @@
 //! `cofferdam replay`.
 
-use super::{BuiltIn, DIFFERENT, complain, parallel, say};
+use super::start::{Start, StartError, deadlines};
+use super::{BuiltIn, DIFFERENT, Transport, complain, parallel, say};
 use crate::registry::{self, RegistryError};
 use indicatif::{ProgressBar, ProgressStyle};
 use miette::Diagnostic;
 use orchestrator::log::{Log, LogReadError};
 use orchestrator::participant::Occasion;
-use orchestrator::replay::{Replay, ReplayError, Unanswered, replay};
+use orchestrator::replay::{Part, Replay, ReplayError, ReplayedPart, Unanswered, replay_part};
+use orchestrator::report::Build;
 use orchestrator::scene::{Scene, SceneError};
 use orchestrator::scheme::UnitId;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
 
 /// Arguments of `cofferdam replay`.
 #[derive(clap::Args)]
@@ -23,15 +27,41 @@ pub struct Arguments {
     #[arg(short, long)]
     pub unit: Option<BuiltIn>,
 
+    /// Replay from this step on; 0 is initialisation
+    ///
+    /// The unit is put at the end of the step before. Windows of several steps (coupling.window) are
+    /// replayed whole.
+    #[arg(long, value_name = "STEP", default_value_t = 0)]
+    pub from: u64,
+
+    /// Replay up to this step; by default to the end
+    #[arg(long, value_name = "STEP")]
+    pub until: Option<u64>,
+
+    /// Replay this step only: the same as --from STEP --until STEP
+    #[arg(long, value_name = "STEP", conflicts_with_all = ["from", "until"])]
+    pub step: Option<u64>,
+
     /// Change a value of the scene that the units are made from; may be given several times
     ///
-    /// Such as dam.cracks.0.friction_coefficient=0.8, to find where answers begin to differ
+    /// Such as dam.cracks.0.friction_coefficient=0.8, to find where answers begin to differ. A key from
+    /// which no replayed unit is made is refused.
     #[arg(short, long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
     /// Threads for preparing the reservoir's operator; by default one per core
     #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     pub threads: Option<u16>,
+
+    /// Where the units are; those of other commands have processes of their own in any case
+    #[arg(long, value_enum, default_value_t = Transport::InProcess)]
+    pub transport: Transport,
+
+    /// Longest time in seconds that a unit in a process of its own may take for a step
+    ///
+    /// Preparation and initialisation may take sixty times as long.
+    #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = super::seconds)]
+    pub deadline: f64,
 
     /// No progress line
     #[arg(short, long)]
@@ -48,9 +78,12 @@ Examples:
       Does this build on this machine give the same answers?
   cofferdam replay run/log.mcap --unit dam --set dam.cracks.0.friction_coefficient=0.8
       Where does the answer of a dam with other friction first differ?
+  cofferdam replay run --unit dam --step 2040
+      Every iteration of one step, such as one that `cofferdam log worst` names.
 
 Exit status: 0 every answer is identical, 1 the log cannot be read to its end or holds nothing to
-compare, 2 a --set is wrong, 4 a unit failed where the recorded one did not, 5 an answer is different.";
+compare, 2 a --set or a step is wrong, 4 a unit failed where the recorded one did not, 5 an answer is
+different.";
 
 /// Why a replay has no result.
 #[derive(Debug, thiserror::Error, Diagnostic)]
@@ -63,8 +96,20 @@ enum Failure {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Set(SceneError),
+    #[error(
+        "--set {set}: no replayed unit ({units}) is made from `{key}`, so that it would change nothing; {remedy}"
+    )]
+    Unread { set: String, key: String, units: String, remedy: String },
+    #[error("--from {from} is after --until {until}; exchange them")]
+    Backwards { from: u64, until: u64 },
+    #[error("the log has no unit called {name}, but {found}; ask for one of them")]
+    NoUnit { name: &'static str, found: String },
     #[error(transparent)]
     Unit(#[from] RegistryError),
+    #[error(transparent)]
+    Start(#[from] StartError),
+    #[error("the scene cannot be written for the processes of units: {0}")]
+    Scene(#[from] toml::ser::Error),
     #[error(transparent)]
     Replay(Box<ReplayError>),
 }
@@ -72,10 +117,15 @@ enum Failure {
 impl Failure {
     fn exit_status(&self) -> u8 {
         match self {
-            Self::Log(_) | Self::Logged(_) => 1,
-            Self::Replay(cause) if matches!(**cause, ReplayError::Log { .. }) => 1,
-            Self::Set(_) => 2,
-            Self::Unit(_) | Self::Replay(_) => 4,
+            Self::Log(_) | Self::Logged(_) | Self::Scene(_) | Self::Start(StartError::Program(_)) => 1,
+            Self::Replay(cause)
+                if matches!(**cause, ReplayError::Log { .. } | ReplayError::Thread { .. }) =>
+            {
+                1
+            }
+            Self::Replay(cause) if matches!(**cause, ReplayError::Beyond { .. }) => 2,
+            Self::Set(_) | Self::Unread { .. } | Self::Backwards { .. } | Self::NoUnit { .. } => 2,
+            Self::Unit(_) | Self::Start(_) | Self::Replay(_) => 4,
         }
     }
 }
@@ -97,6 +147,7 @@ fn told(failure: Failure) -> u8 {
 
 /// Replays and prints the result of every unit; returns the exit status.
 fn execute(arguments: &Arguments) -> Result<u8, Failure> {
+    let part = part(arguments)?;
     let log = Log::open(&arguments.log)?;
     let head = log.head();
     let (path, overrides) = (log.path().display(), &arguments.set);
@@ -109,20 +160,33 @@ fn execute(arguments: &Arguments) -> Result<u8, Failure> {
         None => (0..head.units.len()).map(UnitId).collect(),
         Some(unit) => vec![unit.into()],
     };
-    let threads = super::threads(arguments.threads);
+    if let Some(missing) = units.iter().find(|id| id.0 >= head.units.len()) {
+        let found = head.units.iter().map(|unit| unit.name.as_str()).collect::<Vec<_>>().join(", ");
+        return Err(Failure::NoUnit { name: registry::name(*missing), found });
+    }
+    every_set_is_read(&log, overrides, &scene, &units)?;
     say(format!("{} (recorded by cofferdam {}, commit {})", head.scene.title, head.version, head.commit));
-    let bar = progress(arguments.quiet, head.scene.steps().saturating_mul(units.len() as u64));
+    let here = Build::here();
+    if (here.version, here.commit) != (head.version.as_str(), head.commit.as_str()) {
+        complain(format_args!(
+            "warning: this is cofferdam {}, commit {}: another build than the run's, which need not give the same bits",
+            here.version, here.commit
+        ));
+    }
+    let steps = part.until.min(head.scene.steps()).saturating_mul(units.len() as u64);
+    let bar = progress(arguments.quiet, steps);
+    let replaying = Replaying { arguments, log: &log, scene: &scene, part, bar: &bar };
     let all = NonZeroUsize::new(units.len()).unwrap_or(NonZeroUsize::MIN);
-    let results = parallel::map(&units, all, |&id| replay_unit(&log, id, &scene, threads, &bar));
+    let results = parallel::map(&units, all, |&id| replaying.unit(id));
     bar.finish_and_clear();
     let (mut failure, mut different, mut nothing) = (None, false, false);
     for (id, result) in units.into_iter().zip(results) {
-        let unit = head.units.get(id.0).map_or_else(String::new, |unit| unit.name.clone());
+        let unit = &head.units[id.0].name;
         match result {
-            Ok(replay) => {
+            Ok((replay, times)) => {
                 different |= replay.divergence.is_some();
                 nothing |= replay.divergence.is_none() && replay.identical == 0;
-                say(report(&unit, &replay));
+                say(report(unit, &replay, times, arguments.until));
             }
             Err(error) => {
                 if let Failure::Replay(cause) = &error
@@ -142,28 +206,103 @@ fn execute(arguments: &Arguments) -> Result<u8, Failure> {
     })
 }
 
-fn replay_unit(
-    log: &Log,
-    id: UnitId,
-    scene: &Scene,
-    threads: NonZeroUsize,
-    bar: &ProgressBar,
-) -> Result<Replay, Failure> {
-    let mut unit = registry::unit(id, scene, threads)?;
-    let fingerprint = unit.description().fingerprint.to_string();
-    if let Some(recorded) = log.head().units.get(id.0)
-        && fingerprint != recorded.fingerprint
-    {
-        bar.suspend(|| {
-            complain(format_args!(
-                "warning: {}: made from other parameters, or by a version that hashes them differently \
-                 (fingerprint {:.12} now, {:.12} in the log)",
-                recorded.name, fingerprint, recorded.fingerprint
-            ));
-        });
+/// The part of the run that is asked for.
+fn part(arguments: &Arguments) -> Result<Part, Failure> {
+    let from = arguments.step.unwrap_or(arguments.from);
+    let until = arguments.step.or(arguments.until).unwrap_or(u64::MAX);
+    if from > until {
+        return Err(Failure::Backwards { from, until });
     }
-    let seen = |at: &Occasion| bar.inc(u64::from(at.iteration == 1));
-    replay(log, id, &mut *unit, seen).map_err(|cause| Failure::Replay(Box::new(cause)))
+    Ok(Part { from, until, stands: None })
+}
+
+/// Refuses a `--set` that changes the scene, but none of the units that are replayed.
+fn every_set_is_read(log: &Log, sets: &[String], scene: &Scene, units: &[UnitId]) -> Result<(), Failure> {
+    let resolved = |sets: &[String]| Scene::resolved(&log.head().scene_text, sets, log.path()).ok();
+    for (index, set) in sets.iter().enumerate() {
+        let others: Vec<String> = sets
+            .iter()
+            .enumerate()
+            .filter(|(other, _)| *other != index)
+            .map(|(_, set)| set.clone())
+            .collect();
+        // What others make possible is compared with them, what they make impossible alone.
+        let with_others = resolved(&others).map(|without| (without, scene.clone()));
+        let alone = || Some((resolved(&[])?, resolved(std::slice::from_ref(set))?));
+        let Some((without, with)) = with_others.or_else(alone) else { continue };
+        let reads = |id: UnitId| -> Result<bool, RegistryError> {
+            let gone = !registry::units(&without).contains(&id) || !registry::units(&with).contains(&id);
+            Ok(gone || registry::made_from(id, &without)? != registry::made_from(id, &with)?)
+        };
+        if without == with
+            || units.iter().map(|&id| reads(id)).collect::<Result<Vec<_>, _>>()?.contains(&true)
+        {
+            continue;
+        }
+        let mut readers = Vec::new();
+        for id in registry::units(&with) {
+            if !units.contains(&id) && reads(id)? {
+                readers.push(registry::name(id));
+            }
+        }
+        let remedy = match &readers[..] {
+            [] => "the requests are those of the log: to go on from a step of the run with it, use `cofferdam branch`; for all of \
+                   it, `cofferdam run`"
+                .to_owned(),
+            readers => format!("it is for {}: replay that with --unit", readers.join(" and ")),
+        };
+        let named = |ids: &[UnitId]| ids.iter().map(|&id| registry::name(id)).collect::<Vec<_>>().join(", ");
+        let key = set.split('=').next().unwrap_or(set).trim().to_owned();
+        return Err(Failure::Unread { set: set.clone(), key, units: named(units), remedy });
+    }
+    Ok(())
+}
+
+/// What all units share.
+struct Replaying<'a> {
+    arguments: &'a Arguments,
+    log: &'a Log,
+    scene: &'a Scene,
+    part: Part,
+    bar: &'a ProgressBar,
+}
+
+impl Replaying<'_> {
+    /// Makes and replays a unit; with the times of both.
+    fn unit(&self, id: UnitId) -> Result<(Replay, [Duration; 2]), Failure> {
+        let Self { arguments, log, scene, part, bar } = *self;
+        let began = Instant::now();
+        let resolved = toml::to_string(scene)?;
+        let start = Start {
+            scene,
+            resolved: &resolved,
+            transport: arguments.transport,
+            threads: super::threads(arguments.threads),
+            deadlines: deadlines(arguments.deadline),
+            interrupted: &AtomicBool::new(false),
+            announce: false,
+        };
+        if !registry::units(scene).contains(&id) {
+            return Err(RegistryError::NoUnit { number: id.0 }.into());
+        }
+        let mut unit = start.units(&[id])?.remove(0);
+        let made = began.elapsed();
+        let fingerprint = unit.description().fingerprint.to_string();
+        let recorded = &log.head().units[id.0];
+        if fingerprint != recorded.fingerprint {
+            bar.suspend(|| {
+                complain(format_args!(
+                    "warning: {}: made from other parameters, or by a version that hashes them differently \
+                     (fingerprint {:.12} now, {:.12} in the log)",
+                    recorded.name, fingerprint, recorded.fingerprint
+                ));
+            });
+        }
+        let seen = |at: &Occasion| bar.inc(u64::from(at.iteration == 1));
+        let replayed = replay_part(log, id, &mut *unit, &part, seen);
+        let replay = replayed.map_err(|cause| Failure::Replay(Box::new(cause)))?;
+        Ok((replay, [made, began.elapsed().saturating_sub(made)]))
+    }
 }
 
 fn progress(quiet: bool, steps: u64) -> ProgressBar {
@@ -174,12 +313,33 @@ fn progress(quiet: bool, steps: u64) -> ProgressBar {
     bar
 }
 
-fn report(unit: &str, replay: &Replay) -> String {
-    let mut lines = vec![match &replay.divergence {
-        Some(divergence) => divergence.report(["recorded", "replayed"]).to_string(),
-        None if replay.identical == 0 => format!("{unit}: nothing to compare"),
-        None => format!("{unit}: identical: {} exchanges", replay.identical),
+fn report(unit: &str, replay: &Replay, times: [Duration; 2], asked: Option<u64>) -> String {
+    let [made, replayed] = times.map(|time| time.as_secs_f64());
+    let mut lines = vec![match (&replay.divergence, &replay.part) {
+        (Some(divergence), _) => divergence.report(["recorded", "replayed"]).to_string(),
+        (None, _) if replay.identical == 0 => format!("{unit}: nothing to compare"),
+        (None, part) => {
+            let steps = |part: &ReplayedPart| match (part.from, part.until) {
+                (step, last) if step == last => format!(" of step {step}"),
+                (from, until) => format!(" of steps {from} to {until}"),
+            };
+            let steps = part.as_ref().map_or_else(String::new, steps);
+            format!(
+                "{unit}: identical: {} exchanges{steps} (made in {made:.2} s, replayed in {replayed:.2} s)",
+                replay.identical
+            )
+        }
     }];
+    if let Some(ReplayedPart { from, brought, .. }) = replay.part
+        && from > 0
+    {
+        lines.push(match &replay.divergence {
+            Some(divergence) if divergence.occasion.step < from => {
+                format!("  on the way to step {from}, where the replay was to begin")
+            }
+            _ => format!("  put at the end of step {} by {brought} accepted exchanges", from - 1),
+        });
+    }
     if let Some(Unanswered { occasion, failure }) = &replay.unanswered {
         lines.push(match failure {
             Some(cause) => format!("  the next request, {occasion}, failed in the run and fails again: {cause}"),
@@ -192,6 +352,7 @@ fn report(unit: &str, replay: &Replay) -> String {
     match &replay.ending {
         Some(Err(position)) => lines.push(format!("  up to byte {position}, where the log is cut short")),
         Some(Ok(status)) if status != "completed" => lines.push(format!("  the run ended early: {status}")),
+        Some(Ok(_)) if asked.is_some() => lines.push("  up to the end of the run".to_owned()),
         _ => {}
     }
     lines.join("\n")
