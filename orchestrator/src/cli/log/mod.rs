@@ -1,0 +1,61 @@
+//! `cofferdam log`.
+
+mod diff;
+mod error;
+mod info;
+mod messages;
+mod worst;
+
+use super::{DIFFERENT, complain};
+use error::Failure;
+use orchestrator::log::Log;
+use orchestrator::scheme::UnitId;
+use std::process::ExitCode;
+
+/// The commands for logs.
+#[derive(clap::Subcommand)]
+pub enum Command {
+    /// Show the contents of a log and how its run ended
+    #[command(after_long_help = info::HELP)]
+    Info(info::Arguments),
+    /// List the messages of the units
+    #[command(after_long_help = messages::HELP)]
+    Messages(messages::Arguments),
+    /// List the communication steps with the most iterations
+    #[command(after_long_help = worst::HELP)]
+    Worst(worst::Arguments),
+    /// Find the first difference between two logs, bit for bit
+    #[command(after_long_help = diff::HELP)]
+    Diff(diff::Arguments),
+}
+
+/// Runs the command; reports the result on the terminal and by the exit status.
+pub fn run(command: &Command) -> ExitCode {
+    let done = match command {
+        Command::Info(arguments) => info::run(arguments).map(|()| true),
+        Command::Messages(arguments) => messages::run(arguments).map(|()| true),
+        Command::Worst(arguments) => worst::run(arguments).map(|()| true),
+        Command::Diff(arguments) => diff::run(arguments),
+    };
+    match done {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::from(DIFFERENT),
+        Err(failure) => {
+            let status = failure.exit_status();
+            complain(format!("{:?}", miette::Report::msg(failure)));
+            ExitCode::from(status)
+        }
+    }
+}
+
+/// The unit `name` of a log.
+///
+/// **Errors**: there is none of this name.
+fn unit_named(log: &Log, name: &str) -> Result<UnitId, Failure> {
+    let units = &log.head().units;
+    units.iter().position(|unit| unit.name == name).map(UnitId).ok_or_else(|| Failure::Unit {
+        path: log.path().to_owned(),
+        unit: name.to_owned(),
+        known: units.iter().map(|unit| unit.name.as_str()).collect::<Vec<_>>().join(", "),
+    })
+}
