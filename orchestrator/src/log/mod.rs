@@ -1,5 +1,8 @@
 //! The log: every request and every answer as protobuf messages in MCAP. Logs are written, read and compared here.
 
+mod accepted;
+mod agreement;
+mod common_variable;
 mod comparison;
 mod decode;
 mod entry;
@@ -15,6 +18,10 @@ mod types;
 mod worst;
 mod writer;
 
+pub use accepted::{AcceptedStep, AcceptedSteps};
+pub use agreement::{Agreement, End, Event, Measured};
+pub use common_variable::{CommonVariable, Kind as VariableKind};
+use comparison::settings;
 pub use comparison::{Comparison, KeyDifference, compare};
 pub use decode::{Mismatch, Wanted};
 pub use entry::{Entry, LoggedEnd, LoggedExchange, LoggedStep};

@@ -1,5 +1,6 @@
 //! `cofferdam log`.
 
+mod agreement;
 mod diff;
 mod error;
 mod info;
@@ -24,7 +25,7 @@ pub enum Command {
     /// List the communication steps with the most iterations
     #[command(after_long_help = worst::HELP)]
     Worst(worst::Arguments),
-    /// Find the first difference between two logs, bit for bit
+    /// Compare two logs: the first difference, bit for bit, or how far apart the runs are and where they part
     #[command(after_long_help = diff::HELP)]
     Diff(diff::Arguments),
 }
