@@ -5,6 +5,8 @@ mod diff;
 mod error;
 mod info;
 mod messages;
+mod plot;
+mod show;
 mod worst;
 
 use super::{DIFFERENT, complain};
@@ -22,6 +24,12 @@ pub enum Command {
     /// List the messages of the units
     #[command(after_long_help = messages::HELP)]
     Messages(messages::Arguments),
+    /// Show what happened in a step: every iteration, what the units were asked and answered, and how it ended
+    #[command(after_long_help = show::HELP)]
+    Show(show::Arguments),
+    /// Draw time histories as SVG
+    #[command(after_long_help = plot::HELP)]
+    Plot(plot::Arguments),
     /// List the communication steps with the most iterations
     #[command(after_long_help = worst::HELP)]
     Worst(worst::Arguments),
@@ -35,6 +43,8 @@ pub fn run(command: &Command) -> ExitCode {
     let done = match command {
         Command::Info(arguments) => info::run(arguments).map(|()| true),
         Command::Messages(arguments) => messages::run(arguments).map(|()| true),
+        Command::Show(arguments) => show::run(arguments).map(|()| true),
+        Command::Plot(arguments) => plot::run(arguments).map(|()| true),
         Command::Worst(arguments) => worst::run(arguments).map(|()| true),
         Command::Diff(arguments) => diff::run(arguments),
     };

@@ -32,8 +32,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         "{:>8} {:>12} {:>10} {:>7} {:>10} {:>12}  ",
         "step", "t, s", "H, s", "attempt", "iterations", "residual, Pa"
     ));
-    for LoggedStep { occasion, accepted, converged, residual } in worst(&log, usize::from(arguments.count))? {
-        let Occasion { step, attempt, time, communication_step, iteration } = occasion;
+    let worst = worst(&log, usize::from(arguments.count))?;
+    for LoggedStep { occasion, accepted, converged, residual, .. } in &worst {
+        let Occasion { step, attempt, time, communication_step, iteration } = *occasion;
         let how = match (accepted, converged) {
             (true, true) => "",
             (true, false) => "NOT CONVERGED, accepted",
@@ -44,6 +45,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             "{step:>8} {time:>12.6} {communication_step:>10.3e} {attempt:>7} {iteration:>10} {residual:>12.3e}  {how}"
         );
         say(line.trim_end());
+    }
+    if let Some(first) = worst.first() {
+        let (path, step) = (arguments.log.display(), first.occasion.step);
+        say(format!("what happened in the first: cofferdam log show {path} --step {step}"));
     }
     Ok(())
 }

@@ -1,0 +1,205 @@
+//! `cofferdam log show`.
+
+use super::{Failure, messages};
+use crate::cli::say;
+use orchestrator::log::{Entry, Log, LoggedExchange, LoggedStep, LoggedUnit};
+use orchestrator::participant::{Layout, Message};
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+
+/// Arguments of `cofferdam log show`.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// The log.mcap of a run, or the run's folder
+    log: PathBuf,
+    /// Number of the communication step; 0 is initialisation
+    #[arg(short, long, value_name = "N")]
+    step: u64,
+    /// This iteration only
+    #[arg(short, long, value_name = "K")]
+    iteration: Option<u32>,
+    /// This attempt only; each has another length of the step
+    #[arg(short, long, value_name = "A")]
+    attempt: Option<u32>,
+    /// All values of arrays, one line each
+    #[arg(long)]
+    values: bool,
+}
+
+pub const HELP: &str = "\
+Every iteration of the step: what each unit was asked and answered, arrays of more than four values as norm (√Σx²), least and
+largest value; the messages of the units; how each attempt ended. `cofferdam log worst` finds the steps to look at.
+
+Examples:
+  cofferdam log show runs/koyna --step 812
+  cofferdam log show runs/koyna --step 812 --iteration 3 --values
+
+Exit status: 0; 1 if the log cannot be read, or is damaged before the end of the step; 2 there is no such step, attempt or
+iteration.";
+
+/// Arrays of up to this many values are printed whole.
+const FEW: usize = 4;
+
+/// What a log holds of a step.
+#[derive(Default)]
+struct Story {
+    exchanges: Vec<LoggedExchange>,
+    messages: Vec<Message>,
+    steps: Vec<LoggedStep>,
+    /// The last step that was read.
+    last: u64,
+    cut: bool,
+}
+
+impl Story {
+    /// Reads until the step is accepted, or to the end of the log.
+    fn read(log: &Log, step: u64) -> Result<Self, Failure> {
+        let mut story = Self::default();
+        for entry in log.entries()? {
+            match entry? {
+                Entry::Exchange(exchange) => {
+                    story.last = story.last.max(exchange.occasion.step);
+                    if exchange.occasion.step == step {
+                        story.exchanges.push(exchange);
+                    }
+                }
+                Entry::Message(message) if message.step == step => story.messages.push(message),
+                Entry::Step(end) if end.occasion.step == step => {
+                    story.steps.push(end);
+                    if end.accepted {
+                        break;
+                    }
+                }
+                Entry::Cut(_) => story.cut = true,
+                _ => {}
+            }
+        }
+        Ok(story)
+    }
+
+    fn attempts(&self) -> BTreeSet<u32> {
+        self.exchanges.iter().map(|exchange| exchange.occasion.attempt).collect()
+    }
+}
+
+/// Prints what happened in a step.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let log = Log::open(&arguments.log)?;
+    let story = Story::read(&log, arguments.step)?;
+    let (path, step) = (log.path().to_owned(), arguments.step);
+    if story.exchanges.is_empty() {
+        return Err(Failure::Step { path, step, last: story.last });
+    }
+    let wanted = |exchange: &&LoggedExchange| {
+        let at = exchange.occasion;
+        arguments.attempt.is_none_or(|attempt| at.attempt == attempt)
+            && arguments.iteration.is_none_or(|iteration| at.iteration == iteration)
+    };
+    let exchanges: Vec<&LoggedExchange> = story.exchanges.iter().filter(wanted).collect();
+    if exchanges.is_empty() {
+        return Err(missing(path, &story, arguments));
+    }
+    let mut at = None;
+    for exchange in &exchanges {
+        let occasion = exchange.occasion;
+        if at.is_none_or(|(attempt, _)| attempt != occasion.attempt) {
+            say(heading(&story, exchange));
+        }
+        if at != Some((occasion.attempt, occasion.iteration)) {
+            at = Some((occasion.attempt, occasion.iteration));
+            say(format!("  iteration {}", occasion.iteration));
+        }
+        show_exchange(log.head().unit(exchange.unit), exchange, arguments.values);
+    }
+    if !story.messages.is_empty() {
+        say("  messages");
+    }
+    for message in &story.messages {
+        say(messages::lines(message)
+            .lines()
+            .map(|line| format!("    {line}"))
+            .collect::<Vec<_>>()
+            .join("\n"));
+    }
+    Ok(())
+}
+
+fn missing(path: PathBuf, story: &Story, arguments: &Arguments) -> Failure {
+    let Arguments { step, iteration, attempt, .. } = *arguments;
+    let attempts = story.attempts();
+    let known_attempt = attempt.filter(|attempt| attempts.contains(attempt));
+    let (what, known) = match (attempt, iteration) {
+        (Some(attempt), _) if known_attempt.is_none() => {
+            (format!("attempt {attempt}"), format!("attempts 1 to {}", attempts.last().unwrap_or(&0)))
+        }
+        _ => {
+            let of_attempt =
+                story.exchanges.iter().filter(|e| attempt.is_none_or(|a| e.occasion.attempt == a));
+            let most = of_attempt.map(|e| e.occasion.iteration).max().unwrap_or(0);
+            (format!("iteration {}", iteration.unwrap_or(0)), format!("iterations 1 to {most}"))
+        }
+    };
+    Failure::Iteration { path, step, what, known }
+}
+
+/// The step, its length, and how this attempt ended.
+fn heading(story: &Story, exchange: &LoggedExchange) -> String {
+    let at = exchange.occasion;
+    if at.step == 0 {
+        return "step 0: initialisation".to_owned();
+    }
+    let when = format!("from t = {:.6} s to {:.6} s, H = {:.4e} s", at.time, at.end(), at.communication_step);
+    let end = story.steps.iter().find(|step| step.occasion.attempt == at.attempt);
+    let how = match end {
+        None if story.cut => "the log is cut short here".to_owned(),
+        None => "the run ended here".to_owned(),
+        Some(step) => {
+            let iterations = step.occasion.iteration;
+            let how = match (step.accepted, step.converged) {
+                (true, true) => "converged, accepted",
+                (true, false) => "NOT CONVERGED, accepted",
+                (false, true) => "converged, repeated with another length: its error was too large",
+                (false, false) => "did not converge; repeated with another length, or the run ended",
+            };
+            let plural = if iterations == 1 { "" } else { "s" };
+            format!("{iterations} iteration{plural}, {how}; pressure residual {:.3e} Pa", step.residual)
+        }
+    };
+    format!("step {}, attempt {}: {when}\n  {how}", at.step, at.attempt)
+}
+
+fn show_exchange(unit: &LoggedUnit, exchange: &LoggedExchange, values: bool) {
+    let accepted = if exchange.accepted { ", accepted" } else { "" };
+    say(format!("    {} (exchange {}{accepted})", unit.name, exchange.sequence));
+    show_half("request", &unit.inputs, &exchange.inputs, values);
+    match &exchange.outputs {
+        Some(outputs) => show_half("answer", &unit.outputs, outputs, values),
+        None => say("      answer   none: the unit failed"),
+    }
+}
+
+fn show_half(half: &str, layout: &Layout, all: &[f64], whole: bool) {
+    let mut half = half;
+    for (channel, range) in layout.channels() {
+        let values = &all[range];
+        let unit = if channel.unit == "1" { "" } else { &channel.unit };
+        let line = |text: String| format!("      {half:<8} {:<34} {text}", channel.name);
+        match values {
+            [value] if !channel.shape.is_array() => say(line(format!("{value:>14.6e} {unit}")).trim_end()),
+            values if values.len() <= FEW => {
+                let numbers: Vec<String> = values.iter().map(|value| format!("{value:>14.6e}")).collect();
+                say(line(format!("{} {unit}", numbers.join(" "))).trim_end());
+            }
+            values => {
+                let norm = values.iter().map(|x| x * x).sum::<f64>().sqrt();
+                let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+                let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+                let count = values.len();
+                say(line(format!("norm {norm:.6e}, from {least:.6e} to {most:.6e} {unit}, {count} values")));
+                let numbered = values.iter().enumerate().filter(|_| whole);
+                numbered.for_each(|(i, value)| say(format!("{:>49} {value:>22e}", format!("[{i}]"))));
+            }
+        }
+        half = "";
+    }
+}
