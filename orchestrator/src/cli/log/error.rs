@@ -53,7 +53,7 @@ pub enum Failure {
         cause: UnknownQuantity,
     },
     /// No step ends in the time that was asked for.
-    #[error("{}: no step ends from {from} s to {until} s; the run goes to {end} s", path.display())]
+    #[error("{}: no step ends from {from} s{}; the run goes to {end} s", path.display(), up_to(*until))]
     Span {
         /// The log.
         path: PathBuf,
@@ -78,6 +78,10 @@ pub enum Failure {
         /// The cause.
         cause: Box<dyn Error + Send + Sync>,
     },
+}
+
+fn up_to(until: f64) -> String {
+    if until.is_finite() { format!(" to {until} s") } else { " on".to_owned() }
 }
 
 impl Failure {

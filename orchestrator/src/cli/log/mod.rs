@@ -3,7 +3,9 @@
 mod agreement;
 mod diff;
 mod error;
+mod export;
 mod info;
+mod layout;
 mod messages;
 mod plot;
 mod show;
@@ -30,6 +32,12 @@ pub enum Command {
     /// Draw time histories as SVG
     #[command(after_long_help = plot::HELP)]
     Plot(plot::Arguments),
+    /// Write a log's values as tables: CSV or Parquet
+    #[command(after_long_help = export::HELP)]
+    Export(export::Arguments),
+    /// Write a layout of plots for Foxglove or PlotJuggler
+    #[command(after_long_help = layout::HELP)]
+    Layout(layout::Arguments),
     /// List the communication steps with the most iterations
     #[command(after_long_help = worst::HELP)]
     Worst(worst::Arguments),
@@ -45,6 +53,8 @@ pub fn run(command: &Command) -> ExitCode {
         Command::Messages(arguments) => messages::run(arguments).map(|()| true),
         Command::Show(arguments) => show::run(arguments).map(|()| true),
         Command::Plot(arguments) => plot::run(arguments).map(|()| true),
+        Command::Export(arguments) => export::run(arguments).map(|()| true),
+        Command::Layout(arguments) => layout::run(arguments).map(|()| true),
         Command::Worst(arguments) => worst::run(arguments).map(|()| true),
         Command::Diff(arguments) => diff::run(arguments),
     };
