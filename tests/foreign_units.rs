@@ -6,8 +6,8 @@ use interface::{EndAcceleration, WetFace};
 use orchestrator::acceleration::{Acceleration, AccelerationKind};
 use orchestrator::convergence::{ConvergenceMeasure, Measure};
 use orchestrator::participant::{
-    AccelerationMeaning, Brief, BriefPoints, Deadlines, InProcess, Level, Message, Messages, Occasion,
-    Participant, ParticipantError, Role, SharedMemory, Starting, UnitCommand,
+    AccelerationMeaning, Brief, BriefPoints, Deadlines, Foreign, InProcess, Level, Message, Messages,
+    Occasion, Participant, ParticipantError, Place, Role, SharedMemory, Starting, UnitCommand,
 };
 use orchestrator::scheme::{Graph, Interval, Predictor, Scheme, Settings, UnitId};
 use std::collections::BTreeSet;
@@ -147,6 +147,43 @@ fn steps_are_repeated_from_saved_states() -> Result<(), Failure> {
         assert_eq!(bits(&outputs), bits(&sum), "step {step}");
     }
     assert!(unit.busy() > Duration::ZERO);
+    Ok(())
+}
+
+#[test]
+fn a_class_that_gives_its_state_as_bytes_goes_on_in_another_process() -> Result<(), Failure> {
+    let place = Place {
+        role: Role::Fluid,
+        face: face(),
+        specific_weight: 9810.0,
+        acceleration: AccelerationMeaning::Mean,
+    };
+    let make = || -> Result<Foreign, Failure> { Ok(Foreign::new(Box::new(small(&["Sum"])?.0), &place)?) };
+    let (mut first, mut second, mut third) = (make()?, make()?, make()?);
+    let n = face().len();
+    let (mut one, mut other) = (vec![0.0; n], vec![0.0; n]);
+    let inputs = |step: u64| numbers(n + 2, step).into_iter().map(f64::sin).collect::<Vec<_>>();
+    first.initialise(0.0, &vec![0.0; n + 2], &mut one)?;
+    for step in 1..=5 {
+        first.save_state()?;
+        first.step(&occasion(step, 1), &inputs(step), &mut one)?;
+    }
+    second.deserialise(&first.serialise()?.ok_or("its bytes")?)?;
+    first.step(&occasion(6, 1), &inputs(6), &mut one)?;
+    second.step(&occasion(6, 1), &inputs(6), &mut other)?;
+    assert_eq!(bits(&one), bits(&other));
+    // A return to the saved state, which comes before its next request, comes before its bytes too.
+    first.restore_state()?;
+    let state = first.serialise()?.ok_or("its bytes")?;
+    third.deserialise(&state)?;
+    first.step(&occasion(5, 2), &inputs(7), &mut one)?;
+    third.step(&occasion(5, 2), &inputs(7), &mut other)?;
+    assert_eq!(bits(&one), bits(&other));
+    let refused = third.deserialise(&state[..state.len() - 8]).expect_err("it is cut").to_string();
+    assert!(refused.contains("is damaged"), "{refused}");
+    let mut without = Foreign::new(Box::new(small(&["Echo"])?.0), &place)?;
+    without.initialise(0.0, &vec![0.0; n + 2], &mut one)?;
+    assert_eq!(without.serialise()?, None);
     Ok(())
 }
 

@@ -582,7 +582,7 @@ fn what_a_library_prints_or_starts_does_no_harm() {
         (
             "prints words",
             site.in_step(
-                "puts(\"{\\\"failed\\\":{\\\"text\\\":\\\"x\\\"}}\"); puts(\"{\\\"ready\\\":{\\\"protocol\\\":5,\\\"description\\\":{}}}\"); fflush(stdout);",
+                "puts(\"{\\\"failed\\\":{\\\"text\\\":\\\"x\\\"}}\"); puts(\"{\\\"ready\\\":{\\\"protocol\\\":6,\\\"description\\\":{}}}\"); fflush(stdout);",
             ),
         ),
         ("prints bytes", site.in_step("for (int i = 0; i < 256; i++) putchar(i); fflush(stdout);")),
@@ -602,7 +602,7 @@ fn what_a_library_prints_or_starts_does_no_harm() {
         assert!(said.exchanges.is_some_and(|count| count > 80), "{case}: {:?}", said.exchanges);
     }
     let ready = site
-        .in_making("puts(\"{\\\"ready\\\":{\\\"protocol\\\":5,\\\"description\\\":{}}}\"); fflush(stdout);");
+        .in_making("puts(\"{\\\"ready\\\":{\\\"protocol\\\":6,\\\"description\\\":{}}}\"); fflush(stdout);");
     let ready = site.library("printed to be ready", &ready);
     site.refused_fmu("printed to be ready", &ready, &["reservoir: its description cannot be read"]);
 }

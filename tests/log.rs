@@ -446,7 +446,7 @@ fn what_cannot_be_read_is_named() -> Result<(), LogReadError> {
     rewrite(&log, &folder.join("short.mcap"), |topic, sequence, data| {
         if topic == "/dam/request" && sequence == first.sequence {
             // The first array of a request: its key, its length in bytes, its values.
-            let place = data.windows(2).position(|w| w == [0x42, 96]).expect("a pressure");
+            let place = data.windows(2).position(|w| w == [0x4a, 96]).expect("a pressure");
             data[place + 1] = 88;
             data.drain(place + 2..place + 10);
         }

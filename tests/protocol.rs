@@ -64,7 +64,7 @@ fn message(fault: &str, brief: Option<Brief>) -> String {
 #[test]
 fn every_breach_is_named() {
     for (fault, words) in [
-        ("old-version", ["dam speaks version 6 of the exchange protocol", "this program version 5"]),
+        ("old-version", ["dam speaks version 7 of the exchange protocol", "this program version 6"]),
         ("no-description", ["dam: its description cannot be read", "the same build"]),
         ("no-service", ["dam is not connected", "must serve `cofferdam/"]),
         ("other-layout", ["dam lays out requests and answers as 0123", "the same build"]),
@@ -131,6 +131,43 @@ fn a_unit_that_dies_while_it_is_read_is_named_with_its_step() -> Result<(), Part
     unit.step(&occasion, &[4.0, 5.0, 6.0], &mut outputs)?;
     let message = unit.read("z").expect_err("it dies").to_string();
     assert!(message.contains("killed by signal 6 in step 7 from t = 1.5 s, iteration 2"), "{message}");
+    Ok(())
+}
+
+#[test]
+fn a_unit_that_gives_no_state_as_bytes_says_so_and_goes_on() -> Result<(), ParticipantError> {
+    for brief in [None, Some(brief())] {
+        let mut unit = start_of("none", brief)?;
+        let mut outputs = [0.0; 3];
+        unit.initialise(0.0, &[1.0, 2.0, 3.0], &mut outputs)?;
+        assert_eq!(unit.serialise()?, None);
+        let refused = unit.deserialise(b"a state").expect_err("it takes none").to_string();
+        assert!(refused.starts_with("dam: it neither gives nor takes its state as bytes"), "{refused}");
+        let occasion = Occasion { step: 1, iteration: 1, attempt: 1, time: 0.0, communication_step: 0.25 };
+        unit.step(&occasion, &[4.0, 5.0, 6.0], &mut outputs)?;
+        assert_eq!(outputs, [4.0, 5.0, 6.0]);
+    }
+    Ok(())
+}
+
+#[test]
+fn a_unit_that_fails_while_it_gives_its_state_is_named() -> Result<(), ParticipantError> {
+    for (fault, words) in [
+        ("dies-when-serialised", ["dam: its process was killed by signal 6 in step 7", "iteration 2"]),
+        ("hangs-when-serialised", ["dam: no answer for 1 s in step 7", "was killed"]),
+        (
+            "writes-no-state",
+            ["dam: its state cannot be read in /dev/shm/cofferdam-", "dam.state: No such file"],
+        ),
+    ] {
+        let mut unit = start(fault)?;
+        let mut outputs = [0.0; 3];
+        unit.initialise(0.0, &[1.0, 2.0, 3.0], &mut outputs)?;
+        let occasion = Occasion { step: 7, iteration: 2, attempt: 1, time: 1.5, communication_step: 0.25 };
+        unit.step(&occasion, &[4.0, 5.0, 6.0], &mut outputs)?;
+        let message = unit.serialise().expect_err(fault).to_string();
+        assert!(words.iter().all(|word| message.contains(word)), "{fault}: {message}");
+    }
     Ok(())
 }
 

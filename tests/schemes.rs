@@ -198,7 +198,7 @@ fn all_implicit_schemes_and_accelerations_find_the_same_and_explicit_ones_do_not
     let case = Case { settings: explicit, ..Case::new(Stepping::equal(0.1, 20)) };
     let (reports, _, failure) = case.run(mass(f64::sin), water(0.8 * MASS, |_, _| ()));
     assert!(failure.is_none());
-    assert!(reports.iter().skip(1).all(|r| r.exchanges.len() == 2 && r.residuals.is_some()));
+    assert!(reports.iter().skip(1).all(|r| r.exchanges.len() == 2 && r.residuals().is_some()));
 }
 
 #[test]

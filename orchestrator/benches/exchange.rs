@@ -14,7 +14,7 @@ use orchestrator::participant::{
     AccelerationMeaning, Brief, BriefPoints, Channel, ChannelShape, Deadlines, Description, Layout, Occasion,
     Participant, ParticipantError, Role, Starting, UnitCommand, host,
 };
-use orchestrator::scheme::{Exchange, Interval, UnitId, WindowReport};
+use orchestrator::scheme::{Exchange, Interval, IterationReport, Purpose, UnitId, WindowReport};
 use orchestrator::stepping::Stepping;
 use std::error::Error;
 use std::ffi::OsStr;
@@ -277,8 +277,13 @@ impl Coupling {
             attempt: 1,
             exchanges: vec![exchange],
             converged: true,
-            residuals: Some(residuals),
-            relaxation: self.acceleration.relaxation(),
+            iterates: vec![IterationReport {
+                iteration: 1,
+                purpose: Purpose::Solution,
+                correction: self.acceleration.correction(),
+                residuals: Some(residuals),
+                worst: None,
+            }],
             ..WindowReport::default()
         })?;
         Ok(())

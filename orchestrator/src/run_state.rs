@@ -1,13 +1,14 @@
-//! The state of a run between two windows, as one value: scheme, clock, counts and observers. The units give theirs
+//! The state of a run between two windows, as one value: scheme, clock and counts. The units give theirs
 //! themselves ([`Graph::serialise`](crate::scheme::Graph::serialise)).
 
-use crate::observer::{ObserverState, Statistics, WallTime};
+use crate::observer::{Statistics, WallTime};
 use crate::scheme::SchemeState;
 use crate::stepping::Clock;
 use interface::{Fingerprint, StateError, open, seal};
 use serde::{Deserialize, Serialize};
 
-/// All that the rest of a run depends on, besides its units.
+/// All that the rest of a run depends on, besides its units; observers have seen
+/// [what is past](crate::observer::Observer::past).
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct RunState {
     pub(crate) fingerprint: Fingerprint,
@@ -16,8 +17,6 @@ pub struct RunState {
     pub(crate) statistics: Statistics,
     pub(crate) wall: WallTime,
     pub(crate) static_crest_displacement: Option<[f64; 2]>,
-    /// In the order in which the run had them.
-    pub(crate) observers: Vec<ObserverState>,
 }
 
 /// A state of a run that cannot be given or taken.
@@ -30,16 +29,6 @@ pub enum RunStateError {
     InsideWindow {
         /// Start of the window, s.
         time: f64,
-    },
-    /// Another number of observers.
-    #[error(
-        "the run had {expected} observers, {found} are here; continue it with the observers that it had, in their order"
-    )]
-    Observers {
-        /// Number of observers of the saved run.
-        expected: usize,
-        /// Number of observers here.
-        found: usize,
     },
     /// Of another run, or damaged.
     #[error("the state of the run: {0}")]

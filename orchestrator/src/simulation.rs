@@ -3,7 +3,9 @@
 use crate::acceleration::Acceleration;
 use crate::convergence::ConvergenceMeasure;
 use crate::ground_motion::GroundMotion;
-use crate::observer::{Ending, Observer, ObserverError, Start, Statistics, Status, WallTime};
+use crate::observer::{
+    Checkpoint, Ending, Observer, ObserverError, Past, Start, Statistics, Status, WallTime,
+};
 use crate::participant::{Description, Occasion, ParticipantError, Role, check_sign, self_test};
 use crate::run_state::{RunState, RunStateError};
 use crate::scene::{OnFailure, Scene};
@@ -204,7 +206,10 @@ impl Simulation {
             Ok(mut report) => {
                 course.statistics.fallbacks += u64::from(report.fallbacks > 0);
                 let taken = course.clock.takes(&report);
-                if taken {
+                if !taken {
+                    "begun anew in shorter steps: the coupling error is too large"
+                        .clone_into(&mut report.outcome);
+                } else {
                     self.scheme.accept(&mut report);
                     course.clock.accept(&report);
                 }
@@ -213,6 +218,7 @@ impl Simulation {
                 if taken {
                     inspect(observers, &mut self.graph, course)?;
                     self.test_units(&report)?;
+                    self.save(course, observers)?;
                 }
             }
             Err(failure)
@@ -236,52 +242,71 @@ impl Simulation {
     /// The state of the run at the end of the last accepted window. The units give theirs at the same time:
     /// [`Graph::serialise`].
     ///
-    /// **Errors**: [`RunStateError::InsideWindow`] after a window that was not accepted; an observer fails.
-    pub fn state(
-        &self,
-        course: &Course,
-        observers: &[&mut dyn Observer],
-    ) -> Result<RunState, SimulationError> {
+    /// **Errors**: [`RunStateError::InsideWindow`] after a window that was not accepted.
+    pub fn state(&self, course: &Course) -> Result<RunState, RunStateError> {
         let time = course.clock.time();
-        let scheme = self.scheme.state().ok_or(RunStateError::InsideWindow { time })?;
         Ok(RunState {
-            fingerprint: self.fingerprint().map_err(RunStateError::from)?,
-            scheme,
+            fingerprint: self.fingerprint()?,
+            scheme: self.scheme.state().ok_or(RunStateError::InsideWindow { time })?,
             clock: course.clock.clone(),
             statistics: course.statistics.clone(),
             wall: course.wall_time(),
             static_crest_displacement: self.static_crest_displacement,
-            observers: observers.iter().map(|observer| observer.state()).collect::<Result<_, _>>()?,
         })
     }
 
-    /// Goes on from `state`, in the place of [`begin`](Self::begin), with units that [`Graph::deserialise`] has put
-    /// where they were, and observers as they were.
+    /// Tells observers what came before, in the place of [`begin`](Self::begin); then [`resume`](Self::resume) goes on.
     ///
-    /// **Errors**: the state is of another run, or with other observers; an observer fails.
-    pub fn resume(
-        &mut self,
-        course: &mut Course,
-        state: &RunState,
+    /// **Errors**: the past cannot be read; an observer fails.
+    pub fn retell<E: From<SimulationError>>(
+        &self,
+        past: impl IntoIterator<Item = Result<Past, E>>,
         observers: &mut [&mut dyn Observer],
-    ) -> Result<(), SimulationError> {
-        let expected = self.fingerprint().map_err(RunStateError::from)?;
-        if state.fingerprint != expected {
-            let found = state.fingerprint;
-            return Err(RunStateError::from(StateError::Fingerprint { found, expected }).into());
-        }
-        if state.observers.len() != observers.len() {
-            let (expected, found) = (state.observers.len(), observers.len());
-            return Err(RunStateError::Observers { expected, found }.into());
-        }
+    ) -> Result<(), E> {
         self.tell_start(observers)?;
-        observers.iter_mut().zip(&state.observers).try_for_each(|(o, state)| o.resume(state))?;
+        for past in past {
+            let told = match past? {
+                Past::Window(report) => tell_all(observers, |o| o.past(&report)),
+                Past::Checkpoint(checkpoint) => tell_all(observers, |o| o.checkpoint(&checkpoint)),
+            };
+            told.map_err(SimulationError::from)?;
+        }
+        Ok(())
+    }
+
+    /// Goes on from `state` with units that [`Graph::deserialise`] has put where they were.
+    ///
+    /// **Errors**: the state is of another run.
+    pub fn resume(&mut self, course: &mut Course, state: &RunState) -> Result<(), RunStateError> {
+        let expected = self.fingerprint()?;
+        if state.fingerprint != expected {
+            return Err(StateError::Fingerprint { found: state.fingerprint, expected }.into());
+        }
         self.scheme.resume(&mut self.graph, &state.scheme);
         self.static_crest_displacement = state.static_crest_displacement;
         course.clock.clone_from(&state.clock);
         course.statistics.clone_from(&state.statistics);
         course.wall.clone_from(&state.wall);
         Ok(())
+    }
+
+    /// Gives a checkpoint to the observers if one of them wants it.
+    fn save(
+        &mut self,
+        course: &mut Course,
+        observers: &mut [&mut dyn Observer],
+    ) -> Result<(), SimulationError> {
+        if !observers.iter().any(|observer| observer.wants_checkpoint()) {
+            return Ok(());
+        }
+        let began = Instant::now();
+        let run = self.state(course)?.to_bytes().map_err(RunStateError::from)?;
+        let units = self.graph.states().map_err(CouplingError::from)?;
+        let (step, time) = (course.clock.taken(), course.clock.time());
+        let checkpoint = Checkpoint { step, time, run, units };
+        let told = tell_all(observers, |o| o.checkpoint(&checkpoint));
+        course.wall.checkpoints += began.elapsed();
+        Ok(told?)
     }
 
     /// Tests the units of other programs at the end of an accepted window, each with what it was given there: after

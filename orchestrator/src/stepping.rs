@@ -82,6 +82,11 @@ impl Clock {
         Self { stepping, taken: 0, attempt: 1, pace }
     }
 
+    /// Number of steps taken.
+    pub fn taken(&self) -> u64 {
+        self.taken
+    }
+
     pub fn attempt(&self) -> u32 {
         self.attempt
     }

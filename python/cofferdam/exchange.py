@@ -15,10 +15,14 @@ from .unit import _Unit
 VERSION = "0.1.0"
 
 
-class Exchange:
-    """Makes a unit of the class `cls` and answers requests by it."""
+class NotOffered(Exception):
+    """A command that the unit need not know."""
 
-    def __init__(self, cls, task):
+
+class Exchange:
+    """Makes a unit of the class `cls` and answers requests by it; `folder` is that of the run."""
+
+    def __init__(self, cls, task, folder):
         if not (isinstance(cls, type) and issubclass(cls, _Unit)):
             raise TypeError(f"{cls!r} is neither a cofferdam.Reservoir nor a cofferdam.Dam")
         if cls.role != task.role:
@@ -27,7 +31,8 @@ class Exchange:
         self.task, self._points = task, len(task.points)
         self._inputs, self._outputs = variables.INPUTS[task.role], variables.outputs(cls)
         self._readable = variables.READABLE[task.role]
-        self._can_save = cls.can_save()
+        self._can_save, self._in_bytes = cls.can_save(), cls.can_serialise()
+        self._state_file = Path(folder) / f"{task.name}.state"
         self._answers = [(variable.name, variable.size(self._points)) for variable in self._outputs]
         ends = list(accumulate((variable.size(self._points) for variable in self._inputs), initial=0))
         self._inputs_size, self._ranges = ends[-1], [slice(*pair) for pair in pairwise(ends)]
@@ -55,14 +60,23 @@ class Exchange:
 
     def values_needed(self, request):
         """Number of values of the request with the header `request`."""
-        return 0 if request.command == header.READ else self._inputs_size
+        given = (header.INITIALISE, header.STEP, header.SAVE_AND_STEP, header.RESTORE_AND_STEP)
+        return self._inputs_size if request.command in given else 0
 
     def answer(self, request, values):
-        """The values that answer a request with this header and these values."""
+        """The values that answer a request with this header and these values.
+
+        **Errors**: those of the unit; `NotOffered`.
+        """
         if request.protocol_version != header.PROTOCOL_VERSION:
             raise ValueError(f"a request of version {request.protocol_version} of the protocol")
         if request.command == header.READ:
             return self._read(request.variable)
+        if request.command in (header.SERIALISE, header.RESTORE_AND_SERIALISE, header.DESERIALISE):
+            self._pass_state(request.command)
+            return ()
+        if request.command not in (header.INITIALISE, header.STEP, header.SAVE_AND_STEP, header.RESTORE_AND_STEP):
+            raise NotOffered(f"{request.command} is no command")
         # A copy, because the unit may keep its inputs.
         values = values.copy()
         given = [values[range] for range in self._ranges]
@@ -70,8 +84,6 @@ class Exchange:
             return self._checked("start", self._unit.start(request.time, *given))
         if request.command in (header.SAVE_AND_STEP, header.RESTORE_AND_STEP):
             self._return_or_save(request.command)
-        elif request.command != header.STEP:
-            raise ValueError(f"{request.command} is no command")
         return self._checked("step", self._unit.step(request.time, request.communication_step, *given))
 
     def _return_or_save(self, command):
@@ -83,6 +95,20 @@ class Exchange:
             raise RuntimeError("no state has been saved")
         else:
             self._unit.restore(copy.deepcopy(self._saved[0]))
+
+    def _pass_state(self, command):
+        """Writes the state to the run's file for it, or takes it from there."""
+        if not self._in_bytes:
+            raise NotOffered("it has neither `serialise` nor `deserialise`")
+        if command == header.DESERIALISE:
+            self._unit.deserialise(self._state_file.read_bytes())
+            return
+        if command == header.RESTORE_AND_SERIALISE:
+            self._return_or_save(header.RESTORE_AND_STEP)
+        state = self._unit.serialise()
+        if not isinstance(state, bytes):
+            raise TypeError(f"`serialise` returned {_kind(state)}, bytes are needed")
+        self._state_file.write_bytes(state)
 
     def _read(self, value_reference):
         name = next((v.name for v in self._readable if v.value_reference == value_reference), None)

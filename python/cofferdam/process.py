@@ -9,9 +9,9 @@ import threading
 import time
 import traceback
 
-from .exchange import Exchange
+from .exchange import Exchange, NotOffered
 from .folder import Folder
-from .header import DONE, FAILED, PROTOCOL_VERSION
+from .header import DONE, FAILED, NOT_OFFERED, PROTOCOL_VERSION
 from .service import Service, header_of, values_of
 from .task import Task
 from .waiting import Wait, shorten_naps
@@ -45,7 +45,7 @@ def serve(cls):
     try:
         _check(task)
         folder = Folder(task["folder"])
-        exchange = Exchange(cls, Task.from_json(task))
+        exchange = Exchange(cls, Task.from_json(task), task["folder"])
         service = Service(task, exchange.layout, exchange.most_values)
     except Exception as error:
         words.printed.finish()
@@ -106,6 +106,8 @@ def _answer_requests(exchange, service, words, lifeline):
         began, status = clock(), DONE
         try:
             answer = exchange.answer(header, values_of(request, exchange.values_needed(header)))
+        except NotOffered:
+            answer, status = (), NOT_OFFERED
         except Exception as error:
             _report(words, error, _when(header))
             answer, status = (), FAILED

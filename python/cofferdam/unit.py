@@ -8,6 +8,12 @@ class _Unit:
     # What `save` returns is copied, so it may be arrays with which the unit goes on to compute.
     save = None
     restore = None
+    # Optional, both or none; with them a run can be continued, and a part of it replayed, without all steps before:
+    #   serialise(self)           returns the same as bytes
+    #   deserialise(self, state)  takes these bytes, perhaps in another process, in the place of `start`
+    # The bytes that come are those of a unit with the same task and source, undamaged.
+    serialise = None
+    deserialise = None
 
     variable_communication_step = True
     """Whether steps may differ in length; if not, the orchestrator refuses a scene that asks for it."""
@@ -27,6 +33,13 @@ class _Unit:
         if (cls.save is None) != (cls.restore is None):
             raise TypeError(f"{cls.__name__} has one of `save` and `restore`; it needs both, or none of them")
         return cls.save is not None
+
+    @classmethod
+    def can_serialise(cls):
+        """Whether states can be given and taken as bytes."""
+        if (cls.serialise is None) != (cls.deserialise is None):
+            raise TypeError(f"{cls.__name__} has one of `serialise` and `deserialise`; it needs both, or none of them")
+        return cls.serialise is not None
 
 
 class Reservoir(_Unit):

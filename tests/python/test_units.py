@@ -32,7 +32,7 @@ def task(role="fluid", **changes):
         "parameters": {},
     }
     of_run = {"run": 7, "folder": "/dev/shm/no-such-run", "service": "ipc", "prefix": "no-such-run-"}
-    return {"protocol": 5, **of_run, "unit": "reservoir", "threads": 1, "scene": "", "brief": brief, **changes}
+    return {"protocol": 6, **of_run, "unit": "reservoir", "threads": 1, "scene": "", "brief": brief, **changes}
 
 
 def serve(program, line, *arguments):
@@ -89,7 +89,7 @@ def test_what_is_no_task_is_refused(line, reason):
 @pytest.mark.parametrize(
     "changes, reason",
     [
-        ({"protocol": 6}, "the orchestrator speaks version 6 of the exchange protocol"),
+        ({"protocol": 7}, "the orchestrator speaks version 7 of the exchange protocol"),
         ({"service": "private-files"}, "for a built-in unit"),
         ({}, "No such file or directory: '/dev/shm/no-such-run'"),
     ],
@@ -113,6 +113,7 @@ def step(self, *_):
         (dict, "fluid", "neither a cofferdam.Reservoir nor"),
         (of(cofferdam.Dam, step=step), "fluid", "is a structure, but a fluid is asked for"),
         (of(cofferdam.Reservoir, save=step), "fluid", "one of `save` and `restore`"),
+        (of(cofferdam.Reservoir, serialise=step), "fluid", "one of `serialise` and `deserialise`"),
         (of(cofferdam.Reservoir, outputs=("pressure",)), "fluid", "names pressure; possible are interface_pressure"),
         (of(cofferdam.Dam, outputs=("interface_displacement",)), "structure", "lacks interface_acceleration"),
         (of(cofferdam.Reservoir, outputs=("interface_pressure",) * 2), "fluid", "names a variable twice"),
@@ -123,20 +124,68 @@ def test_classes_that_cannot_be_units_are_refused(cls, role, reason):
 
     of_task = cofferdam.Task("unit", role, POINTS, 1.0, 1.0, 9.81, 0.1, 1.0, "mean", {})
     with pytest.raises((TypeError, ValueError), match=reason):
-        Exchange(cls, of_task)
+        Exchange(cls, of_task, "/dev/shm/no-such-run")
 
 
 def test_more_outputs_are_one_answer():
-    from cofferdam.exchange import Exchange
+    from cofferdam.exchange import Exchange, NotOffered
 
     outputs = ("interface_acceleration", "crest_displacement", "base_shear", "interface_displacement")
     dam = of(cofferdam.Dam, outputs=outputs, step=lambda *_: (np.full(3, 1.0), (2.0, 3.0), 4.0, [5.0, 6.0, 7.0]))
-    exchange = Exchange(dam, cofferdam.Task("dam", "structure", POINTS, 1.0, 1.0, 9.81, 0.1, 1.0, "mean", {}))
-    request = header.Header(protocol_version=5, command=header.STEP, time=0.0, communication_step=0.1)
+    of_task = cofferdam.Task("dam", "structure", POINTS, 1.0, 1.0, 9.81, 0.1, 1.0, "mean", {})
+    exchange = Exchange(dam, of_task, "/dev/shm/no-such-run")
+    request = header.Header(protocol_version=6, command=header.STEP, time=0.0, communication_step=0.1)
     assert exchange.answer(request, np.zeros(8)).tolist() == [1, 1, 1, 2, 3, 4, 5, 6, 7]
     request.command = header.SAVE_AND_STEP
     with pytest.raises(NotImplementedError, match="explicit scheme"):
         exchange.answer(request, np.zeros(8))
+    # Commands that it need not know, and one that nobody knows.
+    for command in (header.SERIALISE, header.RESTORE_AND_SERIALISE, header.DESERIALISE, 99):
+        request.command = command
+        assert exchange.values_needed(request) == 0
+        with pytest.raises(NotOffered):
+            exchange.answer(request, np.zeros(0))
+
+
+def test_states_as_bytes_go_through_the_file_of_the_run(tmp_path):
+    from cofferdam.exchange import Exchange
+
+    class Sum(cofferdam.Reservoir):
+        def start(self, *_):
+            self.sum = np.zeros(3)
+
+        def step(self, time, communication_step, acceleration, ground_acceleration):
+            self.sum = self.sum + acceleration
+            return self.sum
+
+        def save(self):
+            return self.sum
+
+        def restore(self, state):
+            self.sum = state
+
+        def serialise(self):
+            return self.sum.tobytes()
+
+        def deserialise(self, state):
+            self.sum = np.frombuffer(state)
+
+    def ask(exchange, command, values=()):
+        request = header.Header(protocol_version=6, command=command)
+        return exchange.answer(request, np.array(values, dtype=float))
+
+    of_task = cofferdam.Task("unit", "fluid", POINTS, 1.0, 1.0, 9.81, 0.1, 1.0, "mean", {})
+    first, second, third = (Exchange(Sum, of_task, tmp_path) for _ in range(3))
+    ask(first, header.INITIALISE, np.zeros(5))
+    ask(first, header.STEP, [1, 2, 3, 0, 0])
+    ask(first, header.SAVE_AND_STEP, [10, 20, 30, 0, 0])
+    ask(first, header.SERIALISE)
+    ask(second, header.DESERIALISE)
+    assert ask(second, header.STEP, [100, 200, 300, 0, 0]).tolist() == [111, 222, 333]
+    ask(first, header.RESTORE_AND_SERIALISE)
+    ask(third, header.DESERIALISE)
+    assert ask(third, header.STEP, [0.5, 0.5, 0.5, 0, 0]).tolist() == [1.5, 2.5, 3.5]
+    assert ask(first, header.STEP, np.zeros(5)).tolist() == [1, 2, 3]
 
 
 def test_a_class_is_tested_without_a_run():

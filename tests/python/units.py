@@ -41,6 +41,13 @@ class Sum(cofferdam.Reservoir):
     def restore(self, state):
         self.sum, self.steps = state[0], state[1]["steps"]
 
+    def serialise(self):
+        return np.append(self.sum, self.steps).tobytes()
+
+    def deserialise(self, state):
+        *values, self.steps = np.frombuffer(state)
+        self.sum = np.array(values)
+
 
 class Sampled(cofferdam.Reservoir):
     """Westergaard's added mass, sampled at the points, so that a twin in another language can give the same bits."""

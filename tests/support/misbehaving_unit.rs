@@ -74,6 +74,15 @@ fn main() {
     let serve = |header: &mut orchestrator::transport::Header, inputs: &[f64], outputs: &mut Vec<f64>| {
         outputs.extend_from_slice(inputs);
         match (&*fault, header.step) {
+            ("dies-when-serialised", _) if header.command() == Some(Command::Serialise) => {
+                std::fs::write(folder.path().join("dam.state"), "half a st").expect("a file");
+                std::process::abort()
+            }
+            ("writes-no-state", _) => {}
+            (fault, _) if header.command > Command::RestoreAndStep as u32 => match fault {
+                "hangs-when-serialised" => wait(),
+                _ => header.status = Status::NotOffered as u32,
+            },
             ("without-states", 1) => assert_eq!(header.command(), Some(Command::Step)),
             ("short-answer", 1) => drop(outputs.pop()),
             ("wrong-echo", 1) => header.time += 0.5,

@@ -1,4 +1,5 @@
-use super::secants::Secants;
+use super::JacobianState;
+use super::secants::{SecantCounts, Secants};
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 use serde::{Deserialize, Serialize};
 
@@ -76,14 +77,24 @@ impl InterfaceJacobian {
         matches!(self.stage, Stage::Measuring { .. })
     }
 
-    /// Number of differences used for the last guess.
-    pub fn secants(&self) -> usize {
-        self.secants.used()
+    /// The differences in the last guess.
+    pub fn secants(&self) -> SecantCounts {
+        self.secants.counts()
     }
 
     /// The differences that correct the Jacobian.
     pub fn secants_mut(&mut self) -> &mut Secants {
         &mut self.secants
+    }
+
+    /// What became of the Jacobian.
+    pub fn jacobian(&self) -> JacobianState {
+        match self.stage {
+            Stage::Unknown => JacobianState::None,
+            Stage::Measuring { .. } => JacobianState::Measuring,
+            Stage::Known(_) => JacobianState::Kept,
+            Stage::Singular => JacobianState::Singular,
+        }
     }
 
     /// The factor without a Jacobian.

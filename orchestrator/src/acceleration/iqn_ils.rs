@@ -1,4 +1,4 @@
-use super::secants::Secants;
+use super::secants::{SecantCounts, Secants};
 use serde::{Deserialize, Serialize};
 
 /// Interface quasi-Newton with the inverse Jacobian from a least-squares model, of this and of past steps.
@@ -31,9 +31,9 @@ impl IqnIls {
         self.relaxation
     }
 
-    /// Number of differences used for the last guess.
-    pub fn secants(&self) -> usize {
-        self.secants.used()
+    /// The differences in the last guess.
+    pub fn secants(&self) -> SecantCounts {
+        self.secants.counts()
     }
 
     /// The model.

@@ -1,7 +1,7 @@
 //! Accelerations of the fixed-point iteration, one file each.
 //!
 //! With the fixed point p = G(p) and the residual r = G(p) − p, an acceleration turns the residual into the next
-//! guess. It never logs; [`Acceleration::relaxation`] returns the factor that it used.
+//! guess. It never logs; [`Acceleration::correction`] tells how it came about.
 
 mod aitken;
 mod filtered_qr;
@@ -12,7 +12,7 @@ mod secants;
 pub use aitken::Aitken;
 pub use interface_jacobian::InterfaceJacobian;
 pub use iqn_ils::IqnIls;
-pub use secants::{Projection, Secants};
+pub use secants::{Projection, SecantCounts, Secants};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -29,6 +29,63 @@ pub enum AccelerationKind {
     IqnIls,
     /// Interface Newton: the Jacobian is measured once and corrected by the iterations of this and of past steps.
     InterfaceJacobian,
+}
+
+/// What became of a measured Jacobian.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum JacobianState {
+    /// None is used, or none yet.
+    #[default]
+    None,
+    /// It is being measured.
+    Measuring,
+    /// It was measured, in this window or in an earlier one, and is used.
+    Kept,
+    /// It cannot be inverted and is not used.
+    Singular,
+}
+
+/// How a guess came about.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Correction {
+    /// The acceleration in charge.
+    pub acceleration: AccelerationKind,
+    /// Relaxation factor.
+    pub relaxation: f64,
+    /// Differences of past iterations.
+    pub secants: SecantCounts,
+    /// The Jacobian.
+    pub jacobian: JacobianState,
+}
+
+impl AccelerationKind {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Constant, Self::Aitken, Self::IqnIls, Self::InterfaceJacobian];
+
+    /// The word for it in scenes and logs.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Constant => "constant",
+            Self::Aitken => "aitken",
+            Self::IqnIls => "iqn-ils",
+            Self::InterfaceJacobian => "interface-jacobian",
+        }
+    }
+}
+
+impl JacobianState {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::None, Self::Measuring, Self::Kept, Self::Singular];
+
+    /// The word for it in logs.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Measuring => "measuring",
+            Self::Kept => "kept",
+            Self::Singular => "singular",
+        }
+    }
 }
 
 /// A scheme for the next guess.
@@ -82,7 +139,7 @@ impl Acceleration {
             Self::IqnIls(iqn) => return iqn.accelerate(guess, residual),
             Self::InterfaceJacobian(newton) => return newton.accelerate(guess, residual),
         }
-        let relaxation = self.relaxation();
+        let relaxation = self.correction().relaxation;
         for (p, r) in guess.iter_mut().zip(residual) {
             *p += relaxation * r;
         }
@@ -132,23 +189,24 @@ impl Acceleration {
         }
     }
 
-    /// The relaxation factor used last.
-    pub fn relaxation(&self) -> f64 {
-        match self {
-            Self::Constant(relaxation) => *relaxation,
-            Self::Aitken(aitken) => aitken.relaxation(),
-            Self::IqnIls(iqn) => iqn.relaxation(),
-            Self::InterfaceJacobian(_) => 1.0,
-        }
-    }
-
-    /// Number of differences of past iterations used for the last guess.
-    pub fn secants(&self) -> usize {
-        match self {
-            Self::Constant(_) | Self::Aitken(_) => 0,
-            Self::IqnIls(iqn) => iqn.secants(),
-            Self::InterfaceJacobian(newton) => newton.secants(),
-        }
+    /// How the last guess came about.
+    pub fn correction(&self) -> Correction {
+        let none = SecantCounts::default;
+        let (acceleration, relaxation, secants, jacobian) = match self {
+            Self::Constant(relaxation) => {
+                (AccelerationKind::Constant, *relaxation, none(), JacobianState::None)
+            }
+            Self::Aitken(aitken) => {
+                (AccelerationKind::Aitken, aitken.relaxation(), none(), JacobianState::None)
+            }
+            Self::IqnIls(iqn) => {
+                (AccelerationKind::IqnIls, iqn.relaxation(), iqn.secants(), JacobianState::None)
+            }
+            Self::InterfaceJacobian(newton) => {
+                (AccelerationKind::InterfaceJacobian, 1.0, newton.secants(), newton.jacobian())
+            }
+        };
+        Correction { acceleration, relaxation, secants, jacobian }
     }
 
     /// Whether the last guess served a measurement, not convergence.

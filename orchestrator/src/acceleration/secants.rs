@@ -22,8 +22,19 @@ pub struct Secants {
     previous: Option<Iterate>,
     /// Newest first.
     differences: VecDeque<Difference>,
-    /// Differences that the last projection used.
-    used: usize,
+    /// Of the last projection.
+    counts: SecantCounts,
+}
+
+/// Differences of past iterations in a guess: what became of them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SecantCounts {
+    /// Those that were kept of this and of past steps.
+    pub known: usize,
+    /// Those of them that do not depend on newer ones.
+    pub independent: usize,
+    /// Those that the guess used: fewer where the oldest asked for far too large a correction.
+    pub used: usize,
 }
 
 /// Differences smaller than this multiple of the rounding floor are dominated by rounding and are not used.
@@ -62,8 +73,8 @@ pub struct Projection {
 impl Secants {
     /// A model without differences.
     pub fn new(reused_steps: u64, filter: f64) -> Self {
-        let differences = VecDeque::new();
-        Self { reused_steps, filter, floor: 0.0, step: 0, first: 0.0, previous: None, differences, used: 0 }
+        let (differences, counts) = (VecDeque::new(), SecantCounts::default());
+        Self { reused_steps, filter, floor: 0.0, step: 0, first: 0.0, previous: None, differences, counts }
     }
 
     /// Takes the change of a residual by rounding.
@@ -77,14 +88,15 @@ impl Secants {
         self.differences.clear();
     }
 
-    /// Number of differences that the last projection used.
-    pub fn used(&self) -> usize {
-        self.used
+    /// What became of the differences in the last projection.
+    pub fn counts(&self) -> SecantCounts {
+        self.counts
     }
 
     /// Begins a communication step; no differences are formed between iterations of different steps.
     pub fn begin_step(&mut self) {
         self.previous = None;
+        self.counts = SecantCounts::default();
         let least = NOISE * self.first;
         while let Some(newest) = self.differences.front()
             && newest.step == self.step
@@ -130,6 +142,7 @@ impl Secants {
             }
         }
         let largest = LARGEST * norm(residual.iter().copied());
+        self.counts = SecantCounts { known: self.differences.len(), independent: qr.len(), used: 0 };
         for columns in (1..=qr.len()).rev() {
             let (mut change, mut rest) = (vec![0.0; residual.len()], residual.to_vec());
             for (coefficient, difference) in qr.solve(residual, columns).into_iter().zip(&kept) {
@@ -138,11 +151,10 @@ impl Secants {
             }
             let finite = change.iter().chain(&rest).all(|x| x.is_finite());
             if finite && (columns == 1 || norm(change.iter().copied()) <= largest) {
-                self.used = columns;
+                self.counts.used = columns;
                 return Projection { change, rest, columns };
             }
         }
-        self.used = 0;
         Projection { change: vec![0.0; residual.len()], rest: residual.to_vec(), columns: 0 }
     }
 }

@@ -115,6 +115,13 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
         scene: toml::to_string(&loaded.scene).map_err(ManifestError::from)?,
         version: manifest.build.version.to_owned(),
         commit: manifest.build.commit.to_owned(),
+        profile: manifest.build.profile.to_owned(),
+        processor: manifest.build.processor.clone(),
+        features: manifest.build.features.clone(),
+        system: manifest.build.system.clone(),
+        started: manifest.started.clone(),
+        parent: None,
+        checkpoint_share: 0.05,
     };
     let mut log = LogWriter::create(&folder.join("log.mcap"), &preamble)?;
     let mut histories = HistoriesWriter::new(&folder);

@@ -79,6 +79,11 @@ impl GroundMotion {
         Self { source: source.to_owned(), file: None, interval, acceleration, hold: false }
     }
 
+    /// The same, its last sample held from there on.
+    pub fn held(self) -> Self {
+        Self { hold: true, ..self }
+    }
+
     /// Where it came from.
     pub fn source(&self) -> &str {
         &self.source

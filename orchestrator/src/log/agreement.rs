@@ -213,7 +213,7 @@ struct Events([Option<Event>; 3]);
 impl Events {
     fn compare(&mut self, end: usize, steps: [&AcceptedStep; 2], contacts: &[CommonVariable]) {
         let [lengths, iterations, states] = &mut self.0;
-        let [a, b] = steps.map(|step| step.step);
+        let [a, b] = steps.map(|step| &step.step);
         if lengths.is_none() {
             let [a, b] = [a, b].map(|step| step.occasion.communication_step);
             *lengths = ((a - b).abs() > ROUNDING * a.min(b)).then(|| Event {

@@ -1,10 +1,11 @@
 //! The variables that the units of two logs have in common.
 
+use super::shapes::known_output;
 use super::{Head, LoggedExchange};
 use crate::difference::Half;
 use crate::participant::Layout;
 use crate::scheme::UnitId;
-use interface::{Causality, Shape, Variability, variables};
+use interface::{Shape, Variability};
 use std::ops::Range;
 
 /// A variable that two logs have in common, by its name and that of its unit.
@@ -36,8 +37,7 @@ pub enum Kind {
 impl Kind {
     /// The kind of an answer's variable `name`; one that the contract does not know is gradual.
     fn of_output(name: &str) -> Self {
-        let mut known = variables::dam::ALL.iter().chain(variables::reservoir::ALL);
-        match known.find(|v| v.name == name && v.causality == Causality::Output) {
+        match known_output(name) {
             Some(v) if v.variability == Variability::Discrete && v.shape == Shape::Cracks => Self::Contacts,
             Some(v) if v.variability == Variability::Discrete => Self::Jump,
             _ => Self::Gradual,

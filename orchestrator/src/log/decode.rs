@@ -18,7 +18,7 @@ pub enum Wanted {
     Doubles,
     /// A text.
     Text,
-    /// One message or several, still encoded.
+    /// Messages, still encoded, or byte strings; one or several.
     Messages,
 }
 
@@ -120,6 +120,11 @@ impl Schema {
         found.map(|message| Self(message.clone())).ok_or_else(|| Mismatch::Type(name.to_owned()))
     }
 
+    /// Whether messages have the field `name`.
+    pub fn has(&self, name: &str) -> bool {
+        self.0.field.iter().any(|field| field.name() == name)
+    }
+
     /// A decoder of the fields `wanted`; their values are then read by their places in this list.
     ///
     /// **Errors**: a field is missing or cannot be read in this type.
@@ -127,33 +132,68 @@ impl Schema {
         &self,
         wanted: impl IntoIterator<Item = (&'a str, Wanted)>,
     ) -> Result<Decoder, Mismatch> {
-        let (mut fields, mut values) = (Vec::new(), Vec::new());
-        for (slot, (name, wanted)) in wanted.into_iter().enumerate() {
-            let message = || self.0.name().to_owned();
-            let field = self.0.field.iter().find(|f| f.name() == name);
-            let field =
-                field.ok_or_else(|| Mismatch::Missing { message: message(), field: name.to_owned() })?;
-            let (found, repeated) = (field.r#type(), field.label() == Label::Repeated);
-            let value = match (wanted, found, repeated) {
-                (
-                    Wanted::Unsigned,
-                    Type::Uint64 | Type::Uint32 | Type::Int64 | Type::Int32 | Type::Enum,
-                    false,
-                ) => Value::Unsigned(0),
-                (Wanted::Bool, Type::Bool, false) => Value::Bool(false),
-                (Wanted::Double, Type::Double, false) => Value::Doubles(vec![0.0]),
-                (Wanted::Doubles, Type::Double, true) => Value::Doubles(Vec::new()),
-                (Wanted::Text, Type::String, false) => Value::Text(String::new()),
-                (Wanted::Messages, Type::Message, _) => Value::Messages(Vec::new()),
-                _ => {
-                    let (message, field) = (message(), name.to_owned());
-                    return Err(Mismatch::Kind { message, field, found, wanted });
-                }
-            };
-            fields.push(Field { number: field.number().unsigned_abs(), slot, read: found });
-            values.push(value);
+        let mut decoder = Decoder { fields: Vec::new(), values: Vec::new() };
+        for (name, wanted) in wanted {
+            self.add(name, wanted, &mut decoder)?;
         }
-        Ok(Decoder { fields, values })
+        Ok(decoder)
+    }
+
+    /// The same, with further fields that messages of earlier versions do not have; they have protobuf's default values there.
+    pub fn decoder_with<'a>(
+        &self,
+        wanted: impl IntoIterator<Item = (&'a str, Wanted)>,
+        perhaps: impl IntoIterator<Item = (&'a str, Wanted)>,
+    ) -> Result<Decoder, Mismatch> {
+        let mut decoder = self.decoder(wanted)?;
+        for (name, wanted) in perhaps {
+            if self.has(name) {
+                self.add(name, wanted, &mut decoder)?;
+            } else {
+                decoder.values.push(Value::of(wanted));
+            }
+        }
+        Ok(decoder)
+    }
+
+    /// Adds a field to those that a decoder reads.
+    fn add(&self, name: &str, wanted: Wanted, decoder: &mut Decoder) -> Result<(), Mismatch> {
+        let message = || self.0.name().to_owned();
+        let field = self.0.field.iter().find(|f| f.name() == name);
+        let field = field.ok_or_else(|| Mismatch::Missing { message: message(), field: name.to_owned() })?;
+        let (found, repeated) = (field.r#type(), field.label() == Label::Repeated);
+        let fits = match wanted {
+            Wanted::Unsigned => {
+                !repeated
+                    && matches!(found, Type::Uint64 | Type::Uint32 | Type::Int64 | Type::Int32 | Type::Enum)
+            }
+            Wanted::Bool => !repeated && found == Type::Bool,
+            Wanted::Double => !repeated && found == Type::Double,
+            Wanted::Doubles => repeated && found == Type::Double,
+            Wanted::Text => !repeated && found == Type::String,
+            Wanted::Messages => matches!(found, Type::Message | Type::Bytes),
+        };
+        if !fits {
+            return Err(Mismatch::Kind { message: message(), field: name.to_owned(), found, wanted });
+        }
+        let (number, slot) = (field.number().unsigned_abs(), decoder.values.len());
+        decoder.fields.push(Field { number, slot, read: found });
+        decoder.values.push(Value::of(wanted));
+        Ok(())
+    }
+}
+
+impl Value {
+    /// Protobuf's default of a field that is read as `wanted`.
+    fn of(wanted: Wanted) -> Self {
+        match wanted {
+            Wanted::Unsigned => Self::Unsigned(0),
+            Wanted::Bool => Self::Bool(false),
+            Wanted::Double => Self::Doubles(vec![0.0]),
+            Wanted::Doubles => Self::Doubles(Vec::new()),
+            Wanted::Text => Self::Text(String::new()),
+            Wanted::Messages => Self::Messages(Vec::new()),
+        }
     }
 }
 

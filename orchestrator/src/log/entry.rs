@@ -1,7 +1,8 @@
 //! The entries of a log.
 
+use crate::observer::Checkpoint;
 use crate::participant::{Message, Occasion};
-use crate::scheme::UnitId;
+use crate::scheme::{InterfaceReport, IterationReport, UnitId};
 
 /// A request and its answer.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,14 +15,27 @@ pub struct LoggedExchange {
     pub accepted: bool,
     /// Number of the exchange in its run, from 1.
     pub sequence: u32,
+    /// When the request was sent and when the answer arrived, s of wall time from the start of the run.
+    pub wall_time: [f64; 2],
     /// The request, in the order of the unit's input layout.
     pub inputs: Vec<f64>,
     /// The answer, in the order of the unit's output layout; `None` if the unit failed and gave none.
     pub outputs: Option<Vec<f64>>,
 }
 
+/// What an iteration of a window did.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoggedIteration {
+    /// Number of the window's first step, and of its steps.
+    pub steps: [u64; 2],
+    /// Number of the attempt, from 1.
+    pub attempt: u32,
+    /// What it did.
+    pub report: IterationReport,
+}
+
 /// A communication step, accepted or only attempted.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct LoggedStep {
     /// The step; its iteration is the number of iterations.
     pub occasion: Occasion,
@@ -29,8 +43,22 @@ pub struct LoggedStep {
     pub accepted: bool,
     /// Whether the units agreed to the tolerance.
     pub converged: bool,
+    /// Why no further iteration followed; empty in logs of earlier versions.
+    pub outcome: String,
     /// Pressure residual of its last iteration, Pa.
     pub residual: f64,
+    /// Accelerations that were given up in its window.
+    pub fallbacks: u32,
+    /// Error of the linear interpolation of the pressure, Pa; `None` where it is unknown.
+    pub interpolation_error: Option<f64>,
+    /// Largest pressure of the run so far, Pa (2-norm).
+    pub largest_pressure: f64,
+    /// Rounding floor of the residual, Pa; `None` until it is measured.
+    pub rounding_floor: Option<f64>,
+    /// Every interface at the step's end; none if the step was not accepted.
+    pub interfaces: Vec<InterfaceReport>,
+    /// Time inside each unit, s.
+    pub unit_times: Vec<f64>,
 }
 
 /// How a run ended.
@@ -47,8 +75,12 @@ pub struct LoggedEnd {
 pub enum Entry {
     /// A request and its answer.
     Exchange(LoggedExchange),
-    /// The end of a step, after its exchanges.
+    /// What an iteration did, after the exchanges of its window.
+    Iteration(LoggedIteration),
+    /// The end of a step, after the iterations of its window.
     Step(LoggedStep),
+    /// The state of the run at the end of the step before, and those of its units.
+    Checkpoint(Checkpoint),
     /// A message of a unit.
     Message(Message),
     /// The end of the run; nothing follows.

@@ -3,6 +3,9 @@
 use super::LogReadError;
 use super::decode::{Mismatch, Schema, Wanted};
 use super::stream::{Channel, Next, Stream};
+use super::types::BUILD;
+use super::writer::Parent;
+use crate::ground_motion::GroundMotion;
 use crate::participant::{self, ChannelShape, Layout};
 use crate::scene::Scene;
 use crate::scheme::UnitId;
@@ -18,6 +21,18 @@ pub struct Head {
     pub version: String,
     /// Git commit of the program.
     pub commit: String,
+    /// Optimised or not; this and what follows is empty in logs of earlier versions.
+    pub profile: String,
+    /// The processor.
+    pub processor: String,
+    /// What the processor offers to the program beyond its architecture.
+    pub features: String,
+    /// Operating system and architecture.
+    pub system: String,
+    /// When the run began, in UTC.
+    pub started: String,
+    /// The run that this one branched off from.
+    pub parent: Option<Parent>,
     /// The units by their numbers: the dam, the reservoir, others.
     pub units: Vec<LoggedUnit>,
     /// The ground motion.
@@ -54,6 +69,13 @@ impl Head {
     /// The unit of an exchange in this log.
     pub fn unit(&self, id: UnitId) -> &LoggedUnit {
         &self.units[id.0]
+    }
+
+    /// The ground motion, as the run had it.
+    pub fn ground_motion(&self) -> GroundMotion {
+        let LoggedGroundMotion { source, interval, acceleration } = &self.ground_motion;
+        let motion = GroundMotion::of_samples(source, *interval, acceleration.clone());
+        if self.scene.ground_motion.record.is_none() { motion.held() } else { motion }
     }
 
     /// Reads until everything is known.
@@ -99,7 +121,9 @@ impl Head {
             let cause = format!("two `/unit` of the name {}", units[i].name);
             return Err(LogReadError::Damaged { path, position, cause });
         }
-        let (scene_text, (version, commit)) = (scene.unwrap_or_default(), build.unwrap_or_default());
+        let scene_text = scene.unwrap_or_default();
+        let [version, commit, profile, processor, features, system, started, parent, step, settings] =
+            build.unwrap_or_default();
         let Some(ground_motion) = ground_motion else {
             return Err(LogReadError::Headless { path: path.to_owned(), position: stream.position() });
         };
@@ -109,14 +133,29 @@ impl Head {
             version: version.clone(),
             commit: commit.clone(),
         })?;
-        Ok(Self { scene, scene_text, version, commit, units, ground_motion })
+        let branch = step.parse().ok();
+        let parent = branch.map(|step| Parent { log: parent, step, settings });
+        Ok(Self {
+            scene,
+            scene_text,
+            version,
+            commit,
+            profile,
+            processor,
+            features,
+            system,
+            started,
+            parent,
+            units,
+            ground_motion,
+        })
     }
 }
 
 #[derive(Default)]
 struct Parts {
     scene: Option<String>,
-    build: Option<(String, String)>,
+    build: Option<[String; BUILD.len()]>,
     units: Vec<LoggedUnit>,
     ground_motion: Option<LoggedGroundMotion>,
 }
@@ -132,9 +171,11 @@ impl Parts {
                 self.scene = Some(decoder.text(0));
             }
             "/build" => {
-                let mut decoder = schema()?.decoder([("version", Wanted::Text), ("commit", Wanted::Text)])?;
+                let (always, since) = BUILD.split_at(2);
+                let texts = |names: &'static [&'static str]| names.iter().map(|name| (*name, Wanted::Text));
+                let mut decoder = schema()?.decoder_with(texts(always), texts(since))?;
                 decoder.read(data)?;
-                self.build = Some((decoder.text(0), decoder.text(1)));
+                self.build = Some(std::array::from_fn(|field| decoder.text(field)));
             }
             "/unit" => self.units.push(unit(&schema()?, data)?),
             "/ground_motion" => {

@@ -18,6 +18,8 @@ pub struct Overview {
     pub exchanges: u64,
     /// Number of them without an answer.
     pub unanswered: u64,
+    /// Checkpoints.
+    pub checkpoints: u64,
     /// Messages of the units by level: debug, information, warning, error.
     pub messages: [u64; 4],
     /// Messages and bytes by topic.
@@ -64,6 +66,8 @@ impl Overview {
                         Level::Error => 3,
                     }] += 1;
                 }
+                Ok(Entry::Iteration(_)) => {}
+                Ok(Entry::Checkpoint(_)) => overview.checkpoints += 1,
                 Ok(Entry::End(end)) => overview.end = Some(end),
                 Ok(Entry::Cut(position)) => overview.cut = Some(position),
             }
@@ -101,6 +105,7 @@ impl fmt::Display for Overview {
             n => format!(", {n} without an answer"),
         };
         line("exchanges", format!("{}{without}", self.exchanges))?;
+        line("checkpoints", self.checkpoints.to_string())?;
         let [debug, information, warning, error] = self.messages;
         let messages = format!("{error} errors, {warning} warnings, {information} others");
         line("messages", if debug > 0 { format!("{messages}, {debug} for debugging") } else { messages })?;

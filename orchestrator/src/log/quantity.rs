@@ -47,9 +47,16 @@ const OF_STEPS: &[OfStep] = &[
     ("iterations", "1", |step| f64::from(step.occasion.iteration)),
     ("converged", "1", |step| f64::from(u8::from(step.converged))),
     ("residual.pressure", "Pa", |step| step.residual),
+    ("interpolation_error", "Pa", |step| step.interpolation_error.unwrap_or(0.0)),
+    ("lowest_pressure", "Pa", |step| lowest_pressure(step)),
     ("communication_step", "s", |step| step.occasion.communication_step),
     ("attempt", "1", |step| f64::from(step.occasion.attempt)),
 ];
+
+/// Lowest pressure of all interfaces, Pa; 0 where it is unknown.
+fn lowest_pressure(step: &LoggedStep) -> f64 {
+    step.interfaces.iter().map(|interface| interface.lowest_pressure).reduce(f64::min).unwrap_or(0.0)
+}
 
 /// Names that an unknown one is compared with are this much like it at least.
 const LIKE: f64 = 0.6;

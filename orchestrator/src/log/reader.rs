@@ -182,8 +182,10 @@ impl Entries {
                     if (request.unit, request.sequence) == (answer.unit, answer.sequence)
                         && self.held.is_empty() =>
                 {
-                    let outputs = answer.outputs;
-                    self.waiting.push_back(Entry::Exchange(LoggedExchange { outputs, ..request }));
+                    let LoggedExchange { outputs, wall_time: [_, answered], .. } = answer;
+                    let wall_time = [request.wall_time[0], answered];
+                    let exchange = LoggedExchange { outputs, wall_time, ..request };
+                    self.waiting.push_back(Entry::Exchange(exchange));
                 }
                 _ => {
                     let sequence = answer.sequence;

@@ -17,6 +17,8 @@ pub enum Kind {
     Doubles,
     /// `string`
     Text,
+    /// `repeated bytes`
+    ByteStrings,
     /// Repeated messages of a type that is declared inside the message's own.
     Messages(MessageType),
 }
@@ -34,7 +36,7 @@ pub enum Value<'a> {
     Doubles(&'a [f64]),
     /// `string`
     Text(&'a str),
-    /// Repeated messages, encoded.
+    /// Repeated messages, encoded; or byte strings.
     Messages(&'a [Vec<u8>]),
 }
 
@@ -77,7 +79,7 @@ impl MessageType {
             name: Some(name.clone()),
             number: Some(index as i32 + 1),
             label: Some(match kind {
-                Kind::Doubles | Kind::Messages(_) => Label::Repeated,
+                Kind::Doubles | Kind::ByteStrings | Kind::Messages(_) => Label::Repeated,
                 _ => Label::Optional,
             } as i32),
             r#type: Some(match kind {
@@ -85,6 +87,7 @@ impl MessageType {
                 Kind::Bool => Type::Bool,
                 Kind::Double | Kind::Doubles => Type::Double,
                 Kind::Text => Type::String,
+                Kind::ByteStrings => Type::Bytes,
                 Kind::Messages(_) => Type::Message,
             } as i32),
             type_name: match kind {
@@ -141,7 +144,7 @@ impl Value<'_> {
                 | (Self::Double(_), Kind::Double)
                 | (Self::Doubles(_), Kind::Doubles)
                 | (Self::Text(_), Kind::Text)
-                | (Self::Messages(_), Kind::Messages(_))
+                | (Self::Messages(_), Kind::Messages(_) | Kind::ByteStrings)
         )
     }
 }

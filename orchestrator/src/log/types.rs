@@ -14,8 +14,22 @@ pub fn scene_type() -> MessageType {
 
 /// `/build`.
 pub fn build_type() -> MessageType {
-    message_type("Build", &[("version", Kind::Text), ("commit", Kind::Text)])
+    message_type("Build", &BUILD.map(|name| (name, Kind::Text)))
 }
+
+/// Fields of `/build`, all texts; the first two are those of the first version.
+pub const BUILD: [&str; 10] = [
+    "version",
+    "commit",
+    "profile",
+    "processor",
+    "features",
+    "system",
+    "started",
+    "parent",
+    "parent_step",
+    "settings",
+];
 
 /// `/ground_motion`.
 pub fn ground_motion_type() -> MessageType {
@@ -28,11 +42,13 @@ pub fn step_type(units: &[Description]) -> MessageType {
     let fields = [
         ("step", Kind::Unsigned),
         ("attempt", Kind::Unsigned),
-        ("time", Kind::Double),
+        ("start_time", Kind::Double),
+        ("end_time", Kind::Double),
         ("communication_step", Kind::Double),
         ("iterations", Kind::Unsigned),
         ("converged", Kind::Bool),
         ("accepted", Kind::Bool),
+        ("outcome", Kind::Text),
         ("residual_pressure", Kind::Double),
         ("pressure_ratio", Kind::Double),
         ("residual_ratio", Kind::Double),
@@ -41,8 +57,14 @@ pub fn step_type(units: &[Description]) -> MessageType {
         ("secants", Kind::Unsigned),
         ("fallbacks", Kind::Unsigned),
         ("interpolation_error", Kind::Double),
+        ("largest_pressure", Kind::Double),
+        ("rounding_floor", Kind::Double),
         ("interface_work", Kind::Double),
         ("interface_energy_produced", Kind::Double),
+        ("work_on_structure", Kind::Doubles),
+        ("work_by_fluid", Kind::Doubles),
+        ("lowest_pressure", Kind::Doubles),
+        ("mapping_error", Kind::Doubles),
     ];
     let of_units = [("calls", Kind::Unsigned), ("restores", Kind::Unsigned), ("time", Kind::Double)];
     let names: Vec<(String, Kind)> = units
@@ -51,6 +73,47 @@ pub fn step_type(units: &[Description]) -> MessageType {
         .collect();
     let of_units = names.iter().map(|(name, kind)| (name.as_str(), kind.clone()));
     message_type("Step", &fields.into_iter().chain(of_units).collect::<Vec<_>>())
+}
+
+/// `/iteration`.
+pub fn iteration_type() -> MessageType {
+    let fields = [
+        ("step", Kind::Unsigned),
+        ("steps", Kind::Unsigned),
+        ("attempt", Kind::Unsigned),
+        ("iteration", Kind::Unsigned),
+        ("start_time", Kind::Double),
+        ("end_time", Kind::Double),
+        ("purpose", Kind::Text),
+        ("compared", Kind::Bool),
+        ("residual_pressure", Kind::Double),
+        ("pressure_ratio", Kind::Double),
+        ("residual_ratio", Kind::Double),
+        ("residual_displacement", Kind::Double),
+        ("worst_step", Kind::Unsigned),
+        ("worst_interface", Kind::Unsigned),
+        ("worst_point", Kind::Unsigned),
+        ("worst_given", Kind::Double),
+        ("worst_answered", Kind::Double),
+        ("acceleration", Kind::Text),
+        ("relaxation", Kind::Double),
+        ("secants_known", Kind::Unsigned),
+        ("secants_independent", Kind::Unsigned),
+        ("secants", Kind::Unsigned),
+        ("jacobian", Kind::Text),
+    ];
+    message_type("Iteration", &fields)
+}
+
+/// `/checkpoint`.
+pub fn checkpoint_type() -> MessageType {
+    let fields = [
+        ("step", Kind::Unsigned),
+        ("end_time", Kind::Double),
+        ("run", Kind::ByteStrings),
+        ("units", Kind::ByteStrings),
+    ];
+    message_type("Checkpoint", &fields)
 }
 
 /// `/end`.
@@ -102,7 +165,8 @@ pub fn exchange_type(name: &str, layout: &Layout) -> MessageType {
         ("iteration", Kind::Unsigned),
         ("attempt", Kind::Unsigned),
         ("accepted", Kind::Bool),
-        ("time", Kind::Double),
+        ("start_time", Kind::Double),
+        ("end_time", Kind::Double),
         ("communication_step", Kind::Double),
         ("wall_time", Kind::Double),
     ];

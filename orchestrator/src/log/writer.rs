@@ -1,14 +1,14 @@
 use super::schema::{MessageType, Value};
 use super::types::{
-    build_type, capitalised, end_type, exchange_type, ground_motion_type, scene_type, step_type, unit_type,
-    variable_type,
+    build_type, capitalised, checkpoint_type, end_type, exchange_type, ground_motion_type, iteration_type,
+    scene_type, step_type, unit_type, variable_type,
 };
 use super::{LogError, foxglove};
 use crate::convergence::{Residuals, norm};
-use crate::observer::{Ending, Observer, ObserverError, ObserverState, Start};
+use crate::observer::{Checkpoint, Ending, Observer, ObserverError, Start};
 use crate::participant::{Channel, Description, Layout, Message, Occasion};
 use crate::results_file::ResultsFile;
-use crate::scheme::{Exchange, Interval, UnitId, WindowReport};
+use crate::scheme::{Exchange, InterfaceReport, Interval, IterationReport, UnitId, WindowReport};
 use mcap::records::MessageHeader;
 use std::collections::BTreeMap;
 use std::io::BufWriter;
@@ -28,6 +28,31 @@ pub struct Preamble {
     pub version: String,
     /// Git commit of the program.
     pub commit: String,
+    /// Optimised or not.
+    pub profile: String,
+    /// The processor.
+    pub processor: String,
+    /// What the processor offers to the program beyond its architecture; results are equal, bit for bit, where this is equal.
+    pub features: String,
+    /// Operating system and architecture.
+    pub system: String,
+    /// When the run began, in UTC.
+    pub started: String,
+    /// The run that this one branched off from.
+    pub parent: Option<Parent>,
+    /// Largest share of the log that checkpoints take; 0 for none.
+    pub checkpoint_share: f64,
+}
+
+/// The run that a branch shares its beginning with.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Parent {
+    /// Its log.
+    pub log: String,
+    /// The last step that both share.
+    pub step: u64,
+    /// What was set otherwise from there on, `KEY=VALUE` a line.
+    pub settings: String,
 }
 
 /// Largest number of steps whose messages wait for the disk; when the queue is full, the run waits.
@@ -35,16 +60,15 @@ const QUEUE: usize = 1024;
 /// Interval at which the writing thread checks for messages: waking it for each one would cost the run more than the
 /// exchange of a step.
 const LOOK: Duration = Duration::from_millis(1);
-/// Whose state it is.
-const NAME: &str = "log";
 const FLUSH_INTERVAL: Duration = Duration::from_secs(1);
 const CHUNK_SIZE: u64 = 1 << 20;
 
 /// Writes the log of a run on a thread of its own.
 ///
-/// `log_time` is the start of the window in simulated nanoseconds plus a counter inside the window, which usually is
-/// one step. So a window is one range of the index, in the order of the events. `publish_time` is the physical time
-/// of the data. `sequence` pairs a request with its answer, which is missing where the unit failed. Wall times are
+/// `log_time` is the end of the window in simulated nanoseconds plus a counter inside the window, which usually is
+/// one step; it never decreases, so that a window that is begun anew follows its first attempt. So a window is one range of
+/// the index, in the order of the events. `publish_time` is the physical time of the data, the end of their step, and never
+/// after `log_time`. `sequence` pairs a request with its answer, which is missing where the unit failed. Wall times are
 /// fields.
 pub struct LogWriter {
     path: PathBuf,
@@ -58,7 +82,12 @@ pub struct LogWriter {
     units: Vec<[Half; 2]>,
     topics: Option<Topics>,
     sequence: u32,
-    last_log_time: u64,
+    next_log_time: u64,
+    /// Largest share of the log that checkpoints take.
+    share: f64,
+    /// Bytes of the messages since the last checkpoint, and of that checkpoint.
+    since: u64,
+    last_checkpoint: u64,
 }
 
 type Topic = usize;
@@ -67,7 +96,9 @@ type Topic = usize;
 #[derive(Clone, Copy)]
 struct Topics {
     message: Topic,
+    iteration: Topic,
     step: Topic,
+    checkpoint: Topic,
     end: Topic,
 }
 
@@ -98,7 +129,10 @@ impl LogWriter {
             units: Vec::new(),
             topics: None,
             sequence: 0,
-            last_log_time: 0,
+            next_log_time: 0,
+            share: preamble.checkpoint_share,
+            since: 0,
+            last_checkpoint: 0,
         };
         log.open(file, preamble).map_err(|error| LogError::of_writer(path, error))?;
         Ok(log)
@@ -112,7 +146,12 @@ impl LogWriter {
             .create(BufWriter::new(file))?;
         let scene = self.declare(&mut writer, "/scene", scene_type())?;
         let build = self.declare(&mut writer, "/build", build_type())?;
-        let texts = [Value::Text(&preamble.version), Value::Text(&preamble.commit)];
+        let Preamble { version, commit, profile, processor, features, system, started, .. } = preamble;
+        let parent = preamble.parent.clone().unwrap_or_default();
+        let parent_step = preamble.parent.as_ref().map_or_else(String::new, |parent| parent.step.to_string());
+        let texts = [version, commit, profile, processor, features, system, started];
+        let texts = texts.into_iter().chain([&parent.log, &parent_step, &parent.settings]);
+        let texts: Vec<_> = texts.map(|text| Value::Text(text)).collect();
         for (topic, data) in [
             (scene, self.types[scene].encode([Value::Text(&preamble.scene)])),
             (build, self.types[build].encode(texts)),
@@ -165,7 +204,9 @@ impl LogWriter {
         }
         self.topics = Some(Topics {
             message: self.declare_messages(&mut writer)?,
+            iteration: self.declare(&mut writer, "/iteration", iteration_type())?,
             step: self.declare(&mut writer, "/step", step_type(&start.units))?,
+            checkpoint: self.declare(&mut writer, "/checkpoint", checkpoint_type())?,
             end: self.declare(&mut writer, "/end", end_type())?,
         });
 
@@ -208,6 +249,7 @@ impl LogWriter {
 
     /// Adds a message to those that the next [`flush`](Self::flush) queues.
     fn send(&mut self, topic: Topic, sequence: u32, publish_time: u64, data: Vec<u8>) {
+        self.since += data.len() as u64;
         let record = self.record(topic, sequence, publish_time, data);
         self.pending.push(record);
     }
@@ -217,10 +259,10 @@ impl LogWriter {
         let header = MessageHeader {
             channel_id: topic as u16 + 1,
             sequence,
-            log_time: self.last_log_time,
-            publish_time,
+            log_time: self.next_log_time,
+            publish_time: publish_time.min(self.next_log_time),
         };
-        self.last_log_time += 1;
+        self.next_log_time += 1;
         Record { header, data }
     }
 
@@ -257,9 +299,52 @@ impl LogWriter {
         self.send(topic, self.sequence, nanoseconds(message.time), data);
     }
 
+    fn send_iteration(&mut self, topic: Topic, report: &WindowReport, iterate: &IterationReport) {
+        let IterationReport { iteration, purpose, correction, residuals, worst } = iterate;
+        let residual = |of: fn(&Residuals) -> f64| residuals.as_ref().map_or(0.0, of);
+        let secants = correction.secants;
+        let count = |number: usize| Value::Unsigned(number as u64);
+        let values = [
+            Value::Unsigned(report.step()),
+            count(report.steps.len()),
+            Value::Unsigned(u64::from(report.attempt)),
+            Value::Unsigned(u64::from(*iteration)),
+            Value::Double(report.time()),
+            Value::Double(report.end()),
+            Value::Text(purpose.word()),
+            Value::Bool(residuals.is_some()),
+            Value::Double(residual(|r| r.pressure)),
+            Value::Double(residual(|r| r.pressure_ratio)),
+            Value::Double(residual(|r| r.residual_ratio)),
+            Value::Double(residual(|r| r.displacement)),
+            Value::Unsigned(worst.map_or(0, |worst| worst.step)),
+            count(worst.map_or(0, |worst| worst.interface)),
+            count(worst.map_or(0, |worst| worst.point)),
+            Value::Double(worst.map_or(0.0, |worst| worst.given)),
+            Value::Double(worst.map_or(0.0, |worst| worst.answered)),
+            Value::Text(correction.acceleration.word()),
+            Value::Double(correction.relaxation),
+            count(secants.known),
+            count(secants.independent),
+            count(secants.used),
+            Value::Text(correction.jacobian.word()),
+        ];
+        let data = self.types[topic].encode(values);
+        self.send(topic, self.sequence, nanoseconds(report.end()), data);
+    }
+
     fn send_step(&mut self, topic: Topic, report: &WindowReport, interval: &Interval, index: usize) {
-        let residual = |of: fn(&Residuals) -> f64| report.residuals.as_ref().map_or(0.0, of);
+        let residuals = report.residuals();
+        let residual = |of: fn(&Residuals) -> f64| residuals.as_ref().map_or(0.0, of);
         let work = report.work(index).unwrap_or_default();
+        let interfaces = report.interfaces.get(index).map_or(&[][..], Vec::as_slice);
+        let each = |of: fn(&InterfaceReport) -> f64| interfaces.iter().map(of).collect::<Vec<_>>();
+        let [on_structure, by_fluid, lowest, mapping] = [
+            each(|interface| interface.work.map_or(f64::NAN, |work| work.on_dam)),
+            each(|interface| interface.work.map_or(f64::NAN, |work| work.by_water)),
+            each(|interface| interface.lowest_pressure),
+            each(|interface| interface.mapping_error),
+        ];
         let units = report.solver_time.iter().enumerate().flat_map(|(number, time)| {
             // The cost of a window is divided among its steps.
             let share = |total: u64| total.div_ceil(report.steps.len() as u64);
@@ -267,24 +352,33 @@ impl LogWriter {
             let time = time.as_secs_f64() / report.steps.len() as f64;
             [Value::Unsigned(calls), Value::Unsigned(restores), Value::Double(time)]
         });
+        let correction = report.correction();
         let values = [
             Value::Unsigned(interval.step),
             Value::Unsigned(u64::from(report.attempt)),
             Value::Double(interval.time),
+            Value::Double(interval.end()),
             Value::Double(interval.communication_step),
             Value::Unsigned(u64::from(report.iterations())),
             Value::Bool(report.converged),
             Value::Bool(report.is_accepted()),
+            Value::Text(&report.outcome),
             Value::Double(residual(|r| r.pressure)),
             Value::Double(residual(|r| r.pressure_ratio)),
             Value::Double(residual(|r| r.residual_ratio)),
             Value::Double(residual(|r| r.displacement)),
-            Value::Double(report.relaxation),
-            Value::Unsigned(report.secants as u64),
+            Value::Double(correction.map_or(1.0, |correction| correction.relaxation)),
+            Value::Unsigned(correction.map_or(0, |correction| correction.secants.used as u64)),
             Value::Unsigned(u64::from(report.fallbacks)),
             Value::Double(report.interpolation_error.unwrap_or(0.0)),
+            Value::Double(report.largest_pressure),
+            Value::Double(report.rounding_floor.unwrap_or(0.0)),
             Value::Double(work.on_dam),
             Value::Double(work.produced()),
+            Value::Doubles(&on_structure),
+            Value::Doubles(&by_fluid),
+            Value::Doubles(&lowest),
+            Value::Doubles(&mapping),
         ];
         let data = self.types[topic].encode(values.into_iter().chain(units));
         self.send(topic, self.sequence, nanoseconds(interval.end()), data);
@@ -308,6 +402,7 @@ impl LogWriter {
                 Value::Unsigned(u64::from(attempt)),
                 Value::Bool(exchange.accepted),
                 Value::Double(time),
+                Value::Double(exchange.occasion.end()),
                 Value::Double(communication_step),
                 Value::Double(wall_time.as_secs_f64()),
             ];
@@ -331,12 +426,15 @@ impl Observer for LogWriter {
 
     fn window(&mut self, report: &WindowReport) -> Result<(), ObserverError> {
         let Some(topics) = self.topics else { return Ok(()) };
-        self.last_log_time = self.last_log_time.max(nanoseconds(report.time()));
+        self.next_log_time = self.next_log_time.max(nanoseconds(report.end()));
         for exchange in &report.exchanges {
             self.send_exchange(exchange);
         }
         for message in &report.messages {
             self.send_message(topics.message, message);
+        }
+        for iterate in &report.iterates {
+            self.send_iteration(topics.iteration, report, iterate);
         }
         for (index, interval) in report.steps.iter().enumerate() {
             self.send_step(topics.step, report, interval, index);
@@ -361,17 +459,28 @@ impl Observer for LogWriter {
         self.check(true)
     }
 
-    /// The counters of what was written.
-    fn state(&self) -> Result<ObserverState, ObserverError> {
-        Ok(ObserverState::of(NAME, &(self.sequence, self.last_log_time))?)
+    /// Once the messages since the last checkpoint are so many that the next takes no more than its share.
+    fn wants_checkpoint(&self) -> bool {
+        self.topics.is_some()
+            && self.share > 0.0
+            && self.last_checkpoint as f64 <= self.share * self.since as f64
     }
 
-    fn resume(&mut self, state: &ObserverState) -> Result<(), ObserverError> {
-        let last_log_time: u64;
-        (self.sequence, last_log_time) = state.read(NAME)?;
-        // The head of this log has been written.
-        self.last_log_time = self.last_log_time.max(last_log_time);
-        Ok(())
+    fn checkpoint(&mut self, checkpoint: &Checkpoint) -> Result<(), ObserverError> {
+        let Some(topics) = self.topics else { return Ok(()) };
+        let Checkpoint { step, time, run, units } = checkpoint;
+        let run = [run.clone()];
+        let units: Vec<Vec<u8>> = units.iter().map(|state| state.clone().unwrap_or_default()).collect();
+        let data = self.types[topics.checkpoint].encode([
+            Value::Unsigned(*step),
+            Value::Double(*time),
+            Value::Messages(&run),
+            Value::Messages(&units),
+        ]);
+        self.last_checkpoint = data.len() as u64;
+        self.send(topics.checkpoint, self.sequence, nanoseconds(*time), data);
+        self.since = 0;
+        self.check(false)
     }
 }
 

@@ -1,13 +1,10 @@
-use super::{Ending, Observer, ObserverError, ObserverState, Start, Status};
+use super::{Ending, Observer, ObserverError, Start, Status};
 use crate::scene::{StopAction, StopQuantity, StopScene};
 use crate::scheme::{UnitId, WindowReport};
 use std::ops::Range;
 
 /// Kinetic energy, J/m, up to which the energy balance is dominated by rounding.
 const STANDSTILL: f64 = 1e-3;
-
-/// Whose state it is.
-const NAME: &str = "limits";
 
 /// Checks whether a quantity of the run exceeds a limit; flags it or ends the run.
 #[derive(Default)]
@@ -79,18 +76,6 @@ impl Observer for Limits {
     }
 
     fn end(&mut self, _ending: &Ending) -> Result<(), ObserverError> {
-        Ok(())
-    }
-
-    fn state(&self) -> Result<ObserverState, ObserverError> {
-        let passed: Vec<_> = self.conditions.iter().map(|watch| watch.passed).collect();
-        Ok(ObserverState::of(NAME, &(self.peak_kinetic, passed))?)
-    }
-
-    fn resume(&mut self, state: &ObserverState) -> Result<(), ObserverError> {
-        let passed: Vec<_>;
-        (self.peak_kinetic, passed) = state.read(NAME)?;
-        self.conditions.iter_mut().zip(passed).for_each(|(watch, passed)| watch.passed = passed);
         Ok(())
     }
 

@@ -5,14 +5,12 @@ mod limits;
 mod progress;
 mod rest;
 mod snapshots;
-mod state;
 
 pub use histories::{Histories, HistoriesWriter};
 pub use limits::Limits;
 pub use progress::Progress;
 pub use rest::{AVERAGED, LastSecond, Rest, STILL_MOVES, STILL_SLIDES};
 pub use snapshots::Snapshots;
-pub use state::{ObserverState, ObserverStateError};
 
 use crate::ground_motion::GroundMotion;
 use crate::participant::{Description, ParticipantError};
@@ -79,6 +77,8 @@ pub struct WallTime {
     pub units: Duration,
     /// Inside the observers: log, histories, progress.
     pub observers: Duration,
+    /// For checkpoints: states of the run and of its units.
+    pub checkpoints: Duration,
 }
 
 impl WallTime {
@@ -125,6 +125,28 @@ pub struct Ending {
     pub statistics: Statistics,
 }
 
+/// From where a run can go on: its state between two windows, and those of its units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Checkpoint {
+    /// Number of the last step before.
+    pub step: u64,
+    /// Its end, s.
+    pub time: f64,
+    /// The state of the run, without its units: [`RunState`](crate::run_state::RunState) as bytes.
+    pub run: Vec<u8>,
+    /// The states of the units by their numbers; `None` for one that gives none.
+    pub units: Vec<Option<Vec<u8>>>,
+}
+
+/// What observers of a run are told that goes on: what came before.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Past {
+    /// A window, accepted or not.
+    Window(WindowReport),
+    /// A checkpoint.
+    Checkpoint(Checkpoint),
+}
+
 /// Why an observer failed.
 #[derive(Debug, thiserror::Error)]
 pub enum ObserverError {
@@ -139,9 +161,6 @@ pub enum ObserverError {
         /// The error of the system.
         cause: std::io::Error,
     },
-    /// The state of an observer.
-    #[error(transparent)]
-    State(#[from] ObserverStateError),
     /// A unit could not be read.
     #[error(transparent)]
     Unit(#[from] ParticipantError),
@@ -150,8 +169,9 @@ pub enum ObserverError {
 /// Observes a run. It changes no result, but may end the run.
 ///
 /// **Call order**: `begin`, `window` for initialisation (step 0) and for every window of communication steps (usually
-/// one step), followed by `inspect` if it was accepted; `end` in any case. An error ends the run. In a continued run
-/// `resume` takes the place of the first `window`; `state` is asked for between two windows.
+/// one step), followed by `inspect` if it was accepted, and by `checkpoint` where an observer wants one; `end` in any case. An
+/// error ends the run. A run that goes on from a log begins with `past` for every window of the log, in the place of `window` and
+/// `inspect`.
 pub trait Observer {
     /// Before the first exchange.
     fn begin(&mut self, start: &Start<'_>) -> Result<(), ObserverError>;
@@ -159,23 +179,28 @@ pub trait Observer {
     /// After every window; one that failed or is repeated holds no accepted exchange.
     fn window(&mut self, report: &WindowReport) -> Result<(), ObserverError>;
 
+    /// A window of the run that this one continues; by default as if it were computed now.
+    fn past(&mut self, report: &WindowReport) -> Result<(), ObserverError> {
+        self.window(report)
+    }
+
     /// Reads variables that are not exchanged, at the end of the last accepted window.
     fn inspect(&mut self, _graph: &mut Graph) -> Result<(), ObserverError> {
         Ok(())
     }
 
-    /// After the last window, however the run ended.
-    fn end(&mut self, ending: &Ending) -> Result<(), ObserverError>;
-
-    /// What it needs to go on with the run later; by default nothing.
-    fn state(&self) -> Result<ObserverState, ObserverError> {
-        Ok(ObserverState::default())
+    /// Whether it wants a checkpoint at the end of the last accepted window.
+    fn wants_checkpoint(&self) -> bool {
+        false
     }
 
-    /// Goes on from the `state` of its like.
-    fn resume(&mut self, _state: &ObserverState) -> Result<(), ObserverError> {
+    /// A checkpoint at the end of the last accepted window, wanted by itself or another.
+    fn checkpoint(&mut self, _checkpoint: &Checkpoint) -> Result<(), ObserverError> {
         Ok(())
     }
+
+    /// After the last window, however the run ended.
+    fn end(&mut self, ending: &Ending) -> Result<(), ObserverError>;
 
     /// How the run ends after this window, if the observer ends it.
     fn ends(&self) -> Option<Status> {

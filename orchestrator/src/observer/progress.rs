@@ -1,4 +1,4 @@
-use super::{Ending, Observer, ObserverError, ObserverState, Start, Status};
+use super::{Ending, Observer, ObserverError, Start, Status};
 use crate::participant::Level;
 use crate::scheme::WindowReport;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -16,6 +16,8 @@ pub struct Progress {
     plain: bool,
     began: Instant,
     duration: f64,
+    /// Time from which on it was computed here, s.
+    from: f64,
     /// Number of accepted windows, and of their iterations.
     windows: u64,
     iterations: u64,
@@ -26,8 +28,6 @@ pub struct Progress {
     warned: BTreeSet<(String, String)>,
 }
 
-/// Whose state it is.
-const NAME: &str = "progress";
 /// Resolution of the bar.
 const PARTS: u64 = 1000;
 const STYLE: &str = "{bar:10} {percent:>3} %  {msg}  {eta} left";
@@ -42,12 +42,21 @@ impl Progress {
             plain,
             began: Instant::now(),
             duration: 0.0,
+            from: 0.0,
             windows: 0,
             iterations: 0,
             unconverged: 0,
             inside: Vec::new(),
             shown: 0,
             warned: BTreeSet::new(),
+        }
+    }
+
+    fn count(&mut self, report: &WindowReport) {
+        self.iterations += u64::from(report.iterations());
+        if report.is_accepted() {
+            self.windows += 1;
+            self.unconverged += if report.converged { 0 } else { report.steps.len() as u64 };
         }
     }
 
@@ -64,13 +73,13 @@ impl Progress {
     fn line(&self, report: &WindowReport) -> String {
         let time = report.end();
         let elapsed = self.began.elapsed().as_secs_f64().max(1e-9);
-        let speed = time / elapsed;
+        let speed = (time - self.from) / elapsed;
         let share = |(name, time): &(String, Duration)| {
             format!("{name} {:.0} %", 100.0 * time.as_secs_f64() / elapsed)
         };
         let inside = self.inside.iter().map(share).collect::<Vec<_>>().join(", ");
         // A factor of one and quasi-Newton schemes are not shown.
-        let relaxation = match report.relaxation {
+        let relaxation = match report.correction().map_or(1.0, |correction| correction.relaxation) {
             1.0 => String::new(),
             factor => format!("  ω {factor:.2}"),
         };
@@ -86,7 +95,7 @@ impl Progress {
              {inside}{unconverged}",
             self.duration,
             self.iterations as f64 / self.windows.max(1) as f64,
-            report.residuals.map_or(0.0, |r| r.pressure),
+            report.residuals().map_or(0.0, |r| r.pressure),
         )
     }
 }
@@ -115,15 +124,13 @@ impl Observer for Progress {
             self.bar.reset_eta();
             return Ok(());
         }
-        self.iterations += u64::from(report.iterations());
         for ((_, sum), time) in self.inside.iter_mut().zip(&report.solver_time) {
             *sum += *time;
         }
+        self.count(report);
         if !report.is_accepted() {
             return Ok(());
         }
-        self.windows += 1;
-        self.unconverged += if report.converged { 0 } else { report.steps.len() as u64 };
         let share = report.end() / self.duration.max(f64::MIN_POSITIVE);
         let tenths = (10.0 * share + 1e-9) as u64;
         if self.plain && tenths > self.shown {
@@ -137,29 +144,24 @@ impl Observer for Progress {
         Ok(())
     }
 
+    /// Counts, and says nothing.
+    fn past(&mut self, report: &WindowReport) -> Result<(), ObserverError> {
+        self.warned.extend(report.messages.iter().map(|m| (m.unit.clone(), m.text.clone())));
+        if report.step() > 0 {
+            self.count(report);
+        }
+        self.from = self.from.max(report.end());
+        self.shown = (10.0 * self.from / self.duration.max(f64::MIN_POSITIVE) + 1e-9) as u64;
+        self.began = Instant::now();
+        self.bar.reset_eta();
+        Ok(())
+    }
+
     fn end(&mut self, ending: &Ending) -> Result<(), ObserverError> {
         match ending.status {
             Status::Completed => self.bar.finish_and_clear(),
             _ => self.bar.abandon(),
         }
-        Ok(())
-    }
-
-    fn state(&self) -> Result<ObserverState, ObserverError> {
-        let counts = (self.windows, self.iterations, self.unconverged, self.shown);
-        let said = (&self.inside, &self.warned, self.began.elapsed());
-        Ok(ObserverState::of(NAME, &(counts, said))?)
-    }
-
-    fn resume(&mut self, state: &ObserverState) -> Result<(), ObserverError> {
-        let elapsed: Duration;
-        (
-            (self.windows, self.iterations, self.unconverged, self.shown),
-            (self.inside, self.warned, elapsed),
-        ) = state.read(NAME)?;
-        let now = Instant::now();
-        self.began = now.checked_sub(elapsed).unwrap_or(now);
-        self.bar.reset_eta();
         Ok(())
     }
 }

@@ -1,4 +1,4 @@
-use super::{Ending, Histories, Observer, ObserverError, ObserverState, Start, Status};
+use super::{Ending, Histories, Observer, ObserverError, Start, Status};
 use crate::scene::{REST, Time};
 use crate::scheme::{UnitId, WindowReport};
 use std::ops::Range;
@@ -52,9 +52,6 @@ impl LastSecond {
 fn last_second(time: &[f64]) -> usize {
     time.partition_point(|t| *t < time.last().copied().unwrap_or(0.0) - AVERAGED)
 }
-
-/// Whose state it is.
-const NAME: &str = "rest";
 
 /// Ends a run once the dam is at rest, if the scene asks for that.
 #[derive(Default)]
@@ -113,19 +110,6 @@ impl Observer for Rest {
     }
 
     fn end(&mut self, _ending: &Ending) -> Result<(), ObserverError> {
-        Ok(())
-    }
-
-    /// The peak so far, and the rows that a later mean can hold.
-    fn state(&self) -> Result<ObserverState, ObserverError> {
-        let from = last_second(&self.time);
-        let sliding: Vec<_> = self.sliding.iter().map(|crack| &crack[from..]).collect();
-        let kept = (self.peak_kinetic, &self.time[from..], sliding, &self.kinetic[from..]);
-        Ok(ObserverState::of(NAME, &kept)?)
-    }
-
-    fn resume(&mut self, state: &ObserverState) -> Result<(), ObserverError> {
-        (self.peak_kinetic, self.time, self.sliding, self.kinetic) = state.read(NAME)?;
         Ok(())
     }
 

@@ -1,4 +1,4 @@
-use super::{Ending, Observer, ObserverError, ObserverState, Start};
+use super::{Ending, Observer, ObserverError, Start};
 use crate::participant::{Description, Participant, ParticipantError};
 use crate::scene::SnapshotsScene;
 use crate::scheme::{Graph, UnitId, WindowReport};
@@ -47,8 +47,13 @@ struct Face {
 const FACES: [(&str, &str); 2] = [("wet_face", ""), ("tailwater_wet_face", "tailwater_")];
 
 const FOLDER: &str = "snapshots";
-/// Whose state it is.
-const NAME: &str = "snapshots";
+/// The parts of a picture.
+const PARTS: [&str; 4] = ["dam", "contacts", FACES[0].0, FACES[1].0];
+
+/// The file of a part of a picture, in the run's folder.
+fn file_name(part: &str, number: u64) -> String {
+    format!("{FOLDER}/{part}-{number:06}.vtu")
+}
 /// Tolerance of a multiple, as a share of the interval, because sums of steps are rounded.
 const ROUNDING: f64 = 1e-9;
 
@@ -106,7 +111,7 @@ impl Snapshots {
             point_data,
             cell_data: Vec::new(),
         };
-        let mut parts = vec![("dam", concrete), ("contacts", contacts)];
+        let mut parts = vec![(PARTS[0], concrete), (PARTS[1], contacts)];
         let (_, fields) = &self.last;
         for (((name, _), face), fields) in FACES.into_iter().zip(&still.faces).zip(fields) {
             let [hydrodynamic, hydrostatic, displacement] = fields;
@@ -124,6 +129,11 @@ impl Snapshots {
             parts.push((name, grid));
         }
         Ok(parts)
+    }
+
+    /// Number of the picture that is due at the end of the last window.
+    fn due(&self) -> Option<u64> {
+        due(&self.plan, self.last.0).filter(|number| *number >= self.next)
     }
 
     fn write(&self, name: &Path, text: &str) -> Result<(), ObserverError> {
@@ -200,9 +210,22 @@ impl Observer for Snapshots {
         Ok(())
     }
 
+    /// What the folder holds of the pictures of that time.
+    fn past(&mut self, report: &WindowReport) -> Result<(), ObserverError> {
+        self.window(report)?;
+        if let Some(number) = self.due().filter(|_| report.is_accepted()) {
+            self.next = number + 1;
+            let names = PARTS.iter().map(|part| file_name(part, number));
+            let names: Vec<String> = names.filter(|name| self.folder.join(name).is_file()).collect();
+            if !names.is_empty() {
+                self.taken.push((self.last.0, names));
+            }
+        }
+        Ok(())
+    }
+
     fn inspect(&mut self, graph: &mut Graph) -> Result<(), ObserverError> {
-        let time = self.last.0;
-        let Some(number) = due(&self.plan, time).filter(|number| *number >= self.next) else { return Ok(()) };
+        let Some(number) = self.due() else { return Ok(()) };
         self.next = number + 1;
         let mut parts = self.parts(&mut graph[UnitId::DAM])?;
         let mut names = Vec::new();
@@ -210,25 +233,15 @@ impl Observer for Snapshots {
             if grid.points.is_empty() {
                 continue;
             }
-            let name = format!("{FOLDER}/{part}-{number:06}.vtu");
+            let name = file_name(part, number);
             self.write(Path::new(&name), &grid.vtu())?;
             names.push(name);
         }
-        self.taken.push((time, names));
+        self.taken.push((self.last.0, names));
         self.write(Path::new("snapshots.pvd"), &vtk::series(&self.taken))
     }
 
     fn end(&mut self, _ending: &Ending) -> Result<(), ObserverError> {
-        Ok(())
-    }
-
-    /// What was taken; the files stay where they are.
-    fn state(&self) -> Result<ObserverState, ObserverError> {
-        Ok(ObserverState::of(NAME, &(self.next, &self.taken))?)
-    }
-
-    fn resume(&mut self, state: &ObserverState) -> Result<(), ObserverError> {
-        (self.next, self.taken) = state.read(NAME)?;
         Ok(())
     }
 }

@@ -172,7 +172,7 @@ impl Description {
     }
 
     /// The error that bytes are no state of the unit, or that it has none as bytes.
-    pub(super) fn no_state(&self, cause: StateError) -> ParticipantError {
+    pub(crate) fn no_state(&self, cause: StateError) -> ParticipantError {
         ParticipantError::Unit { participant: self.name.clone(), cause: Box::new(cause) }
     }
 

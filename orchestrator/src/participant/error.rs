@@ -1,4 +1,5 @@
 use crate::transport::TransportError;
+use std::path::PathBuf;
 
 /// What went wrong in a participant.
 #[derive(Debug, thiserror::Error)]
@@ -132,12 +133,26 @@ pub enum ParticipantError {
     },
     /// The state is asked for as bytes, which the unit does not give.
     #[error(
-        "{participant}: it does not give its state as bytes, so that a run with it cannot be continued elsewhere; use a built-in \
-         unit in this process"
+        "{participant}: it neither gives nor takes its state as bytes; use a unit that does, such as a built-in one, or put it \
+         there by its steps"
     )]
     NotSerialised {
         /// Name of the participant.
         participant: String,
+    },
+    /// A state does not reach the other process, or does not come from it.
+    #[error(
+        "{participant}: its state cannot be {doing} in {}: {cause}; it goes through memory, see `df /dev/shm`", path.display()
+    )]
+    StateFile {
+        /// Name of the participant.
+        participant: String,
+        /// What failed.
+        doing: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// The error of the system.
+        cause: std::io::Error,
     },
     /// The user interrupted the start.
     #[error("interrupted while the units were made")]

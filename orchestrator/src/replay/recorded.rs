@@ -3,7 +3,7 @@ use crate::participant::{
     Channel, ChannelShape, Description, Layout, Occasion, Participant, ParticipantError, Role,
 };
 use crate::scheme::{SchemeKind, UnitId};
-use interface::{Capabilities, Fingerprint, StateError, WetFace};
+use interface::{Capabilities, Fingerprint, StateError, WetFace, open, seal};
 use std::path::PathBuf;
 
 /// A unit of a run of the past: it answers what it answered then, whatever it is asked now.
@@ -323,5 +323,15 @@ impl Participant for Recorded {
 
     fn restore_state(&mut self) -> Result<(), ParticipantError> {
         Ok(())
+    }
+
+    /// It answers by the number of the step: its place in the log is no more than which log it is.
+    fn serialise(&mut self) -> Result<Option<Vec<u8>>, ParticipantError> {
+        let sealed = seal(self.description.fingerprint, &());
+        sealed.map(Some).map_err(|cause| self.description.no_state(cause))
+    }
+
+    fn deserialise(&mut self, state: &[u8]) -> Result<(), ParticipantError> {
+        open(self.description.fingerprint, state).map_err(|cause| self.description.no_state(cause))
     }
 }

@@ -55,6 +55,8 @@ pub struct Build {
     pub profile: &'static str,
     /// Processor.
     pub processor: String,
+    /// What the processor offers beyond its architecture of what numerical libraries choose their code by.
+    pub features: String,
     /// Cores that the program may use.
     pub cores: usize,
     /// Operating system and architecture.
@@ -82,10 +84,29 @@ impl Build {
             commit: env!("COFFERDAM_COMMIT"),
             profile: if cfg!(debug_assertions) { "debug" } else { "release" },
             processor: model.map_or_else(|| "unknown".to_owned(), |(_, name)| name.to_owned()),
+            features: features(),
             cores: std::thread::available_parallelism().map_or(1, usize::from),
             system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
         }
     }
+}
+
+/// The features of the processor that numerical libraries choose their code by.
+fn features() -> String {
+    #[cfg(target_arch = "x86_64")]
+    {
+        let found = [
+            ("sse4.1", std::arch::is_x86_feature_detected!("sse4.1")),
+            ("avx", std::arch::is_x86_feature_detected!("avx")),
+            ("avx2", std::arch::is_x86_feature_detected!("avx2")),
+            ("fma", std::arch::is_x86_feature_detected!("fma")),
+            ("avx512f", std::arch::is_x86_feature_detected!("avx512f")),
+        ];
+        let names = found.iter().filter(|(_, there)| *there).map(|(name, _)| *name);
+        names.collect::<Vec<_>>().join(" ")
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    String::new()
 }
 
 /// A manifest that cannot be written.

@@ -4,8 +4,8 @@ use super::evaluation::{Given, Iteration, ask};
 use super::frozen::FrozenWatch;
 use super::link::{Blank, Link, LinkState, check_size};
 use super::{
-    CouplingError, Exchange, Graph, InterfaceReport, Interval, Predictor, SchemeKind, StepFailure, UnitId,
-    WindowReport,
+    CouplingError, Exchange, Graph, InterfaceReport, Interval, IterationReport, Predictor, Purpose,
+    SchemeKind, StepFailure, UnitId, WindowReport, WorstPoint,
 };
 use crate::acceleration::Acceleration;
 use crate::convergence::{ConvergenceMeasure, Guard, Hopeless, Residuals, norm};
@@ -317,8 +317,7 @@ impl Scheme {
         attempt: u32,
         call: impl FnOnce(&mut Self, &mut Graph, &mut WindowReport) -> Result<(), CouplingError>,
     ) -> Result<WindowReport, StepFailure> {
-        let mut report =
-            WindowReport { steps: steps.to_vec(), attempt, relaxation: 1.0, ..WindowReport::default() };
+        let mut report = WindowReport { steps: steps.to_vec(), attempt, ..WindowReport::default() };
         let before: Vec<Duration> = graph.units().map(Participant::busy).collect();
         let result = call(self, graph, &mut report);
         let spent = graph.units().zip(before).map(|(unit, before)| unit.busy().saturating_sub(before));
@@ -332,7 +331,10 @@ impl Scheme {
         report.rounding_floor = self.memory.floor;
         match result {
             Ok(()) => Ok(report),
-            Err(error) => Err(StepFailure { report: Box::new(report), error }),
+            Err(error) => {
+                report.outcome = error.to_string();
+                Err(StepFailure { report: Box::new(report), error })
+            }
         }
     }
 
@@ -357,14 +359,15 @@ impl Scheme {
             iteration += 1;
             // A probe measures the Jacobian and is no iterate of this window.
             let probe = self.memory.acceleration.measuring();
+            let purpose = if probe { Purpose::Jacobian } else { Purpose::Solution };
             let Answer { unknowns: answered, displacement } =
-                self.evaluate(graph, &unknowns, iteration, probe, report)?;
+                self.evaluate(graph, &unknowns, iteration, purpose, report)?;
             if !self.settings.kind.is_implicit() {
                 if self.settings.kind != SchemeKind::AddedMass && !self.open_loop {
-                    report.residuals =
-                        Some(self.residuals(&displacement, None, [&unknowns, &answered], None));
+                    let residuals = self.residuals(&displacement, None, [&unknowns, &answered], None);
+                    self.compared(report, residuals, [&unknowns, &answered]);
                 }
-                return self.finish(graph, report, true);
+                return self.finish(graph, report, true, "not repeated: the scheme is explicit");
             }
             let mut residual: Vec<f64> = answered.iter().zip(&unknowns).map(|(q, p)| q - p).collect();
             if !probe {
@@ -372,15 +375,13 @@ impl Scheme {
                 let residuals =
                     self.residuals(&displacement, previous.as_deref(), [&unknowns, &answered], first);
                 first.get_or_insert(residuals.pressure);
-                report.residuals = Some(residuals);
-                (report.relaxation, report.secants) =
-                    (self.memory.acceleration.relaxation(), self.memory.acceleration.secants());
+                self.compared(report, residuals, [&unknowns, &answered]);
                 if self.measure.converged(&residuals) {
                     // What took over served this window only.
                     if report.fallbacks > 1 {
                         self.memory.acceleration = own.unwrap_or_else(|| self.memory.fresh.clone());
                     }
-                    return self.finish(graph, report, true);
+                    return self.finish(graph, report, true, "converged");
                 }
                 previous = Some(displacement);
                 if best.as_ref().is_none_or(|(smallest, ..)| residuals.pressure < *smallest) {
@@ -406,7 +407,11 @@ impl Scheme {
                             matches!(watched, Err(Hopeless::Diverging { .. } | Hopeless::Unbounded { .. }));
                         return match watched {
                             _ if self.settings.accept_unconverged && !diverges => {
-                                self.finish(graph, report, false)
+                                let why = match watched {
+                                    Err(why) => why.to_string(),
+                                    Ok(()) => "reached the iteration limit".to_owned(),
+                                };
+                                self.finish(graph, report, false, &format!("accepted unconverged: {why}"))
                             }
                             Err(why) => Err(hopeless(report, iteration, why)),
                             Ok(()) => Err(self.not_converged(report, residuals)),
@@ -435,7 +440,13 @@ impl Scheme {
     }
 
     /// Accepts the last answer, unless a unit has frozen.
-    fn finish(&self, graph: &Graph, report: &mut WindowReport, converged: bool) -> Result<(), CouplingError> {
+    fn finish(
+        &self,
+        graph: &Graph,
+        report: &mut WindowReport,
+        converged: bool,
+        outcome: &str,
+    ) -> Result<(), CouplingError> {
         for id in &self.order {
             if let Some(steps) = self.memory.frozen[id.0].frozen(*id, report) {
                 let (step, time) = (report.step(), report.time());
@@ -444,6 +455,7 @@ impl Scheme {
             }
         }
         report.converged = converged;
+        outcome.clone_into(&mut report.outcome);
         report.largest_pressure = self.memory.largest_pressure;
         if self.settings.kind != SchemeKind::AddedMass
             && let [interval] = report.steps[..]
@@ -513,9 +525,13 @@ impl Scheme {
         graph: &mut Graph,
         unknowns: &[f64],
         iteration: u32,
-        probe: bool,
+        purpose: Purpose,
         report: &mut WindowReport,
     ) -> Result<Answer, CouplingError> {
+        let probe = purpose != Purpose::Solution;
+        let correction = self.memory.acceleration.correction();
+        let (residuals, worst) = (None, None);
+        report.iterates.push(IterationReport { iteration, purpose, correction, residuals, worst });
         let this = Iteration {
             links: &self.links,
             blanks: &self.blanks,
@@ -590,6 +606,28 @@ impl Scheme {
         };
         let pressure = of(true);
         if self.settings.kind.is_parallel() { pressure.or_larger(&of(false)) } else { pressure }
+    }
+
+    /// Adds to the last iteration how far its answer is from its guess, and where it is farthest.
+    fn compared(&self, report: &mut WindowReport, residuals: Residuals, [given, answered]: [&[f64]; 2]) {
+        let farther = |best: Option<(f64, usize)>, place: usize| {
+            let far = (answered[place] - given[place]).abs();
+            if best.is_none_or(|(farthest, _)| far > farthest) { Some((far, place)) } else { best }
+        };
+        let (size, pressures) = (self.unknowns(), self.pressures());
+        let places = (0..given.len()).filter(|place| place % size < pressures);
+        let worst = places.fold(None, farther).map(|(_, place)| {
+            let (mut interface, mut point) = (0, place % size);
+            while point >= self.links[interface].points()[0] {
+                point -= self.links[interface].points()[0];
+                interface += 1;
+            }
+            let step = report.step() + (place / size) as u64;
+            WorstPoint { step, interface, point, given: given[place], answered: answered[place] }
+        });
+        if let Some(iterate) = report.iterates.last_mut() {
+            (iterate.residuals, iterate.worst) = (Some(residuals), worst);
+        }
     }
 
     fn not_converged(&self, report: &WindowReport, residuals: Residuals) -> CouplingError {

@@ -127,6 +127,13 @@ impl Graph {
         self.units.iter_mut().map(bytes).collect()
     }
 
+    /// The same; `None` for a unit that does not offer it.
+    ///
+    /// **Errors**: a unit fails.
+    pub fn states(&mut self) -> Result<Vec<Option<Vec<u8>>>, ParticipantError> {
+        self.units.iter_mut().map(|unit| unit.serialise()).collect()
+    }
+
     /// Puts the units, new or not, into states that equal ones have given: one for each unit, in their order.
     ///
     /// **Errors**: states of another number of units or of others; a unit does not offer it, or fails.

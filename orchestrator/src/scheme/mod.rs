@@ -18,6 +18,7 @@ mod evaluation;
 mod frozen;
 mod graph;
 mod interface_work;
+mod iteration;
 mod link;
 mod predictor;
 
@@ -25,9 +26,11 @@ pub use coupled::{Scheme, SchemeState, Settings};
 pub use error::{CouplingError, StepFailure};
 pub use graph::{Graph, Interface, Port, UnitId};
 pub use interface_work::{InterfaceReport, InterfaceWork};
+pub use iteration::{IterationReport, Purpose, WorstPoint};
 pub use link::{check_points, interface_points};
 pub use predictor::Predictor;
 
+use crate::acceleration::Correction;
 use crate::convergence::Residuals;
 use crate::participant::{Message, Occasion};
 use schemars::JsonSchema;
@@ -114,12 +117,10 @@ pub struct WindowReport {
     /// Whether the units agree to the tolerance, or no agreement was required. A window can be accepted without
     /// convergence.
     pub converged: bool,
-    /// Residuals of the last iteration; `None` where nothing was compared.
-    pub residuals: Option<Residuals>,
-    /// Relaxation factor used last.
-    pub relaxation: f64,
-    /// Differences of past iterations used last by a quasi-Newton scheme.
-    pub secants: usize,
+    /// What every iteration did; empty at initialisation.
+    pub iterates: Vec<IterationReport>,
+    /// Why no further iteration followed, in a few words: `converged`, or an error.
+    pub outcome: String,
     /// Accelerations that were given up in this window, because they brought no convergence.
     pub fallbacks: u32,
     /// Largest error of the linear interpolation of the pressure within the step, Pa (2-norm): an estimate of the
@@ -158,6 +159,16 @@ impl WindowReport {
     /// Number of iterations: dam steps per communication step, including the confirming one.
     pub fn iterations(&self) -> u32 {
         self.exchanges.last().map_or(0, |e| e.occasion.iteration)
+    }
+
+    /// Residuals of the last iteration that compared anything.
+    pub fn residuals(&self) -> Option<Residuals> {
+        self.iterates.iter().rev().find_map(|iterate| iterate.residuals)
+    }
+
+    /// How the last guess towards the solution came about.
+    pub fn correction(&self) -> Option<Correction> {
+        self.iterates.iter().rev().find(|i| i.purpose == Purpose::Solution).map(|i| i.correction)
     }
 
     /// The interpolation error over the largest pressure of the run so far.

@@ -1,7 +1,7 @@
 use iceoryx2::prelude::ZeroCopySend;
 
 /// Version of the protocol: header, commands, and the lines on standard output.
-pub const PROTOCOL_VERSION: u32 = 5;
+pub const PROTOCOL_VERSION: u32 = 6;
 
 /// Command of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,6 +17,12 @@ pub enum Command {
     SaveAndStep = 4,
     /// Return to the saved state, then step.
     RestoreAndStep = 5,
+    /// Write the state as bytes to the file that both know.
+    Serialise = 6,
+    /// Return to the saved state, then write it.
+    RestoreAndSerialise = 7,
+    /// Take the state in that file, in the place of initialisation.
+    Deserialise = 8,
 }
 
 /// Result of a call.
@@ -27,6 +33,8 @@ pub enum Status {
     Done = 0,
     /// The unit writes the reason to its standard output; the answer is empty.
     Failed = 1,
+    /// The unit does not offer the command; the answer is empty.
+    NotOffered = 2,
 }
 
 /// Header of every request; an answer repeats it and fills the last three fields.
@@ -84,8 +92,12 @@ impl Header {
 
     /// The command, if it is one.
     pub fn command(&self) -> Option<Command> {
-        use Command::{Initialise, Read, RestoreAndStep, SaveAndStep, Step};
-        [Read, Initialise, Step, SaveAndStep, RestoreAndStep].into_iter().find(|c| *c as u32 == self.command)
+        use Command::{
+            Deserialise, Initialise, Read, RestoreAndSerialise, RestoreAndStep, SaveAndStep, Serialise, Step,
+        };
+        [Read, Initialise, Step, SaveAndStep, RestoreAndStep, Serialise, RestoreAndSerialise, Deserialise]
+            .into_iter()
+            .find(|c| *c as u32 == self.command)
     }
 
     /// The first field that `answer` does not repeat: its name, the value sent, the value in the answer.

@@ -2,8 +2,9 @@
 
 use super::{Failure, messages};
 use crate::cli::say;
-use orchestrator::log::{Entry, Log, LoggedExchange, LoggedStep, LoggedUnit};
+use orchestrator::log::{Entry, Log, LoggedExchange, LoggedIteration, LoggedStep, LoggedUnit};
 use orchestrator::participant::{Layout, Message};
+use orchestrator::scheme::{IterationReport, Purpose};
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
@@ -27,7 +28,8 @@ pub struct Arguments {
 }
 
 pub const HELP: &str = "\
-Every iteration of the step: what each unit was asked and answered, arrays of more than four values as norm (√Σx²), least and
+Every iteration of the step: how its guess came about, how far the answer is from it and at which point it is farthest
+(counted from 0 at the base; converged at ratios of 1 or less, which measures count the scene says); what each unit was asked and answered, arrays of more than four values as norm (√Σx²), least and
 largest value; the messages of the units; how each attempt ended. `cofferdam log worst` finds the steps to look at.
 
 Examples:
@@ -44,6 +46,7 @@ const FEW: usize = 4;
 #[derive(Default)]
 struct Story {
     exchanges: Vec<LoggedExchange>,
+    iterations: Vec<LoggedIteration>,
     messages: Vec<Message>,
     steps: Vec<LoggedStep>,
     /// The last step that was read.
@@ -63,10 +66,17 @@ impl Story {
                         story.exchanges.push(exchange);
                     }
                 }
+                Entry::Iteration(iteration) => {
+                    let [first, count] = iteration.steps;
+                    if (first..first + count).contains(&step) {
+                        story.iterations.push(iteration);
+                    }
+                }
                 Entry::Message(message) if message.step == step => story.messages.push(message),
                 Entry::Step(end) if end.occasion.step == step => {
+                    let accepted = end.accepted;
                     story.steps.push(end);
-                    if end.accepted {
+                    if accepted {
                         break;
                     }
                 }
@@ -99,6 +109,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if exchanges.is_empty() {
         return Err(missing(path, &story, arguments));
     }
+    let limit = log.head().scene.coupling.tolerance;
     let mut at = None;
     for exchange in &exchanges {
         let occasion = exchange.occasion;
@@ -108,6 +119,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         if at != Some((occasion.attempt, occasion.iteration)) {
             at = Some((occasion.attempt, occasion.iteration));
             say(format!("  iteration {}", occasion.iteration));
+            let iterations = story.iterations.iter().filter(|i| i.attempt == occasion.attempt);
+            let report = iterations.map(|i| i.report).find(|report| report.iteration == occasion.iteration);
+            report.iter().flat_map(|report| did(report, limit)).for_each(|line| say(format!("    {line}")));
         }
         show_exchange(log.head().unit(exchange.unit), exchange, arguments.values);
     }
@@ -156,6 +170,7 @@ fn heading(story: &Story, exchange: &LoggedExchange) -> String {
         Some(step) => {
             let iterations = step.occasion.iteration;
             let how = match (step.accepted, step.converged) {
+                _ if !["", "converged"].contains(&step.outcome.as_str()) => &step.outcome,
                 (true, true) => "converged, accepted",
                 (true, false) => "NOT CONVERGED, accepted",
                 (false, true) => "converged, repeated with another length: its error was too large",
@@ -166,6 +181,50 @@ fn heading(story: &Story, exchange: &LoggedExchange) -> String {
         }
     };
     format!("step {}, attempt {}: {when}\n  {how}", at.step, at.attempt)
+}
+
+/// What an iteration did, in words; `limit` is that of displacements.
+fn did(report: &IterationReport, limit: f64) -> Vec<String> {
+    let IterationReport { iteration, purpose, correction, residuals, worst } = report;
+    let acceleration = correction.acceleration.word();
+    let mut lines = vec![match purpose {
+        Purpose::Solution if *iteration == 1 => "guess: of the predictor".to_owned(),
+        Purpose::Solution => {
+            let secants = correction.secants;
+            let of_secants = match secants.known {
+                0 => String::new(),
+                known => format!(
+                    ", {} secants used of {} independent of {known} known",
+                    secants.used, secants.independent
+                ),
+            };
+            let jacobian = correction.jacobian.word();
+            let relaxation = correction.relaxation;
+            format!("guess: by {acceleration}, relaxation {relaxation:.4}{of_secants}; Jacobian: {jacobian}")
+        }
+        Purpose::Jacobian => "guess: one unknown is moved, to measure the Jacobian".to_owned(),
+        Purpose::States => "guess: the one before, again: do the units return to their states?".to_owned(),
+        Purpose::RoundingFloor => {
+            "guess: the one before, moved by rounding, to measure the rounding floor".to_owned()
+        }
+    }];
+    if let Some(residuals) = residuals {
+        lines.push(format!(
+            "residual: {:.3e} Pa; {:.3e} of its limit by the pressure, {:.3e} of that by the first residual",
+            residuals.pressure, residuals.pressure_ratio, residuals.residual_ratio
+        ));
+        if residuals.displacement.is_finite() {
+            let displacement = residuals.displacement;
+            lines.push(format!("displacement: changed by {displacement:.3e} of itself, limit {limit:e}"));
+        }
+    }
+    if let Some(worst) = worst {
+        lines.push(format!(
+            "farthest: point {} of interface {} in step {}: given {:.6e} Pa, answered {:.6e} Pa",
+            worst.point, worst.interface, worst.step, worst.given, worst.answered
+        ));
+    }
+    lines
 }
 
 fn show_exchange(unit: &LoggedUnit, exchange: &LoggedExchange, values: bool) {

@@ -115,6 +115,28 @@ impl Instance for Fmi2 {
         let state = self.saved.ok_or(FmuUnitError::NoState)?;
         self.done("fmi2SetFMUstate", self.fmu.setFMUstate(state))
     }
+
+    fn serialise(&mut self) -> Result<Vec<u8>, FmuUnitError> {
+        // Beside the saved state, which stays.
+        let mut state = std::ptr::null_mut();
+        let (mut size, mut bytes) = (0, Vec::new());
+        let got = self.done("fmi2GetFMUstate", self.fmu.getFMUstate(&mut state));
+        let written = got.and_then(|()| {
+            self.done("fmi2SerializedFMUstateSize", self.fmu.serializedFMUstateSize(state, &mut size))?;
+            bytes.resize(size, 0);
+            self.done("fmi2SerializeFMUstate", self.fmu.serializeFMUstate(state, &mut bytes))
+        });
+        self.fmu.freeFMUstate(&mut state);
+        written.map(|()| bytes)
+    }
+
+    fn deserialise(&mut self, bytes: &[u8]) -> Result<(), FmuUnitError> {
+        let mut state = std::ptr::null_mut();
+        let read = self.done("fmi2DeSerializeFMUstate", self.fmu.deSerializeFMUstate(bytes, &mut state));
+        let set = read.and_then(|()| self.done("fmi2SetFMUstate", self.fmu.setFMUstate(state)));
+        self.fmu.freeFMUstate(&mut state);
+        set
+    }
 }
 
 impl Drop for Fmi2 {

@@ -141,6 +141,28 @@ impl Instance for Fmi3 {
         let state = self.saved.ok_or(FmuUnitError::NoState)?;
         self.done("fmi3SetFMUState", self.fmu.setFMUState(state))
     }
+
+    fn serialise(&mut self) -> Result<Vec<u8>, FmuUnitError> {
+        // Beside the saved state, which stays.
+        let mut state = std::ptr::null_mut();
+        let (mut size, mut bytes) = (0, Vec::new());
+        let got = self.done("fmi3GetFMUState", self.fmu.getFMUState(&mut state));
+        let written = got.and_then(|()| {
+            self.done("fmi3SerializedFMUStateSize", self.fmu.serializedFMUStateSize(state, &mut size))?;
+            bytes.resize(size, 0);
+            self.done("fmi3SerializeFMUState", self.fmu.serializeFMUState(state, &mut bytes))
+        });
+        self.fmu.freeFMUState(&mut state);
+        written.map(|()| bytes)
+    }
+
+    fn deserialise(&mut self, bytes: &[u8]) -> Result<(), FmuUnitError> {
+        let mut state = std::ptr::null_mut();
+        let read = self.done("fmi3DeserializeFMUState", self.fmu.deserializeFMUState(bytes, &mut state));
+        let set = read.and_then(|()| self.done("fmi3SetFMUState", self.fmu.setFMUState(state)));
+        self.fmu.freeFMUState(&mut state);
+        set
+    }
 }
 
 impl Drop for Fmi3 {

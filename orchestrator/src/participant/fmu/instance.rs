@@ -33,6 +33,12 @@ pub trait Instance {
 
     /// Returns to the saved state.
     fn restore(&mut self) -> Result<(), FmuUnitError>;
+
+    /// The present state as bytes.
+    fn serialise(&mut self) -> Result<Vec<u8>, FmuUnitError>;
+
+    /// Takes a state as bytes, in an instance that has been initialised.
+    fn deserialise(&mut self, state: &[u8]) -> Result<(), FmuUnitError>;
 }
 
 /// The value of a parameter, one or several numbers.

@@ -17,7 +17,7 @@ use super::{
 use fmi_rs::model_description::FMIMajorVersion;
 use fmi_rs::sim::SimulationError;
 use instance::{Instance, Said, Value};
-use interface::{Capabilities, Fingerprint};
+use interface::{Capabilities, Fingerprint, StateError, open, seal};
 use model::{Kind, Model};
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -35,7 +35,8 @@ pub struct Fmu {
     /// References of all inputs and of all outputs.
     references: [Vec<u32>; 2],
     occasion: Occasion,
-    initialised: bool,
+    /// Start time (s) and inputs of its initialisation.
+    started: Option<(f64, Vec<f64>)>,
     busy: Duration,
     messages: Vec<Message>,
     /// How to make another instance.
@@ -141,7 +142,7 @@ impl Fmu {
             description,
             wiring,
             occasion: Occasion::default(),
-            initialised: false,
+            started: None,
             busy: Duration::ZERO,
             messages: Vec::new(),
             maker,
@@ -163,6 +164,17 @@ impl Fmu {
             participant: self.description.name.clone(),
             cause: Box::new(cause),
         })
+    }
+
+    /// Initialises the instance.
+    fn start(&mut self, time: f64, inputs: &[f64]) -> Result<(), FmuUnitError> {
+        let Parts { instance, preview } = &mut self.parts;
+        *preview = None;
+        instance.enter_initialisation(time)?;
+        instance.set(&self.references[0], inputs)?;
+        instance.exit_initialisation()?;
+        self.started = Some((time, inputs.to_vec()));
+        Ok(())
     }
 
     fn keep_messages(&mut self) {
@@ -235,7 +247,7 @@ impl Participant for Fmu {
         let wire = wire.ok_or_else(|| self.description.missing(variable))?;
         let (references, mut values) = (wire.references.clone(), vec![0.0; wire.channel.size]);
         self.call(|this| {
-            if this.initialised {
+            if this.started.is_some() {
                 return this.parts.instance.get(&references, &mut values);
             }
             if this.parts.preview.is_none() {
@@ -257,13 +269,8 @@ impl Participant for Fmu {
     ) -> Result<(), ParticipantError> {
         self.occasion = Occasion::initialisation(start_time);
         self.call(|this| {
-            let Parts { instance, preview } = &mut this.parts;
-            *preview = None;
-            instance.enter_initialisation(start_time)?;
-            instance.set(&this.references[0], inputs)?;
-            instance.exit_initialisation()?;
-            this.initialised = true;
-            instance.get(&this.references[1], outputs)
+            this.start(start_time, inputs)?;
+            this.parts.instance.get(&this.references[1], outputs)
         })?;
         check_finite(&self.description, outputs, start_time)
     }
@@ -293,6 +300,35 @@ impl Participant for Fmu {
 
     fn restore_state(&mut self) -> Result<(), ParticipantError> {
         self.call(|this| this.parts.instance.restore())
+    }
+
+    fn serialise(&mut self) -> Result<Option<Vec<u8>>, ParticipantError> {
+        let Some(started) = self.started.clone().filter(|_| self.maker.model.state_as_bytes) else {
+            return Ok(None);
+        };
+        let state = self.call(|this| this.parts.instance.serialise())?;
+        let sealed = seal(self.description.fingerprint, &(started, state));
+        sealed.map(Some).map_err(|cause| self.description.no_state(cause))
+    }
+
+    /// FMI lets a state be set in an instance that is initialised: a new one is, as the one was that gave the state.
+    fn deserialise(&mut self, state: &[u8]) -> Result<(), ParticipantError> {
+        if !self.maker.model.state_as_bytes {
+            return Err(ParticipantError::NotSerialised { participant: self.description.name.clone() });
+        }
+        let read = open(self.description.fingerprint, state);
+        let ((time, inputs), own): ((f64, Vec<f64>), Vec<u8>) =
+            read.map_err(|cause| self.description.no_state(cause))?;
+        if inputs.len() != self.description.inputs.size() {
+            return Err(self.description.no_state(StateError::NotAState { length: state.len() }));
+        }
+        self.occasion = Occasion::initialisation(time);
+        self.call(|this| {
+            if this.started.is_none() {
+                this.start(time, &inputs)?;
+            }
+            this.parts.instance.deserialise(&own)
+        })
     }
 
     fn busy(&self) -> Duration {

@@ -18,6 +18,8 @@ pub struct Model {
     /// Instantiation token, or GUID.
     pub token: String,
     pub saved_state: bool,
+    /// Whether it gives its state as bytes.
+    pub state_as_bytes: bool,
     pub variable_step: bool,
     /// Length of its own steps, s.
     pub fixed_step: Option<f64>,
@@ -196,6 +198,7 @@ fn of_fmi3(
         identifier: unit.modelIdentifier.clone(),
         token: description.instantiationToken.clone(),
         saved_state: unit.canGetAndSetFMUState,
+        state_as_bytes: unit.canGetAndSetFMUState && unit.canSerializeFMUState,
         variable_step: unit.canHandleVariableCommunicationStepSize,
         fixed_step,
         wants_memory: false,
@@ -239,6 +242,7 @@ fn of_fmi2(description: fmi2::ModelDescription) -> Result<Model, FmuUnitError> {
         identifier: unit.modelIdentifier.clone(),
         token: description.guid.clone(),
         saved_state: unit.canGetAndSetFMUstate,
+        state_as_bytes: unit.canGetAndSetFMUstate && unit.canSerializeFMUstate,
         variable_step: unit.canHandleVariableCommunicationStepSize,
         fixed_step: None,
         wants_memory: !unit.canNotUseMemoryManagementFunctions,

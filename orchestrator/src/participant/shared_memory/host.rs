@@ -1,4 +1,5 @@
 use super::calls::{layout_hash, occasion};
+use super::state_file;
 use super::words::{END, Task, Word};
 use crate::participant::{Occasion, Participant, ParticipantError};
 use crate::transport::{
@@ -155,25 +156,31 @@ fn serve(
     server.serve(&lifeline.over, |header, inputs, outputs| {
         *lifeline.occasion.lock().unwrap_or_else(PoisonError::into_inner) = Some(occasion(header));
         let before = participant.busy();
-        let result = answer(participant, header, inputs, outputs);
+        let result = answer(participant, folder, header, inputs, outputs);
         header.busy = participant.busy().saturating_sub(before).as_nanos() as u64;
         for message in participant.messages() {
             output.write(&Word::Message(message));
         }
-        // An answer that is not finite is sent too; the client reports it.
-        if let Err(error) =
-            result.or_else(|e| if matches!(e, ParticipantError::NonFinite { .. }) { Ok(()) } else { Err(e) })
-        {
+        let status = match result {
+            // An answer that is not finite is sent too; the client reports it.
+            Ok(()) | Err(ParticipantError::NonFinite { .. }) => Status::Done,
+            Err(ParticipantError::NotSerialised { .. }) => Status::NotOffered,
+            Err(error) => {
+                output.write(&Word::Failed { text: error.to_string() });
+                Status::Failed
+            }
+        };
+        if status != Status::Done {
             outputs.clear();
-            header.status = Status::Failed as u32;
-            output.write(&Word::Failed { text: error.to_string() });
         }
+        header.status = status as u32;
         header.words = output.words;
     })
 }
 
 fn answer(
     participant: &mut dyn Participant,
+    folder: &Folder,
     header: &Header,
     inputs: &[f64],
     outputs: &mut Vec<f64>,
@@ -187,11 +194,27 @@ fn answer(
     let Some(command) = header.command() else {
         return Err(ParticipantError::Command { participant: name(), command: header.command });
     };
-    if command == Command::Read {
-        let named = description.readable.channels().find(|(c, _)| c.value_reference == header.variable);
-        let variable = named.map_or(format!("#{}", header.variable), |(c, _)| c.name.clone());
-        *outputs = participant.read(&variable)?;
-        return Ok(());
+    match command {
+        Command::Read => {
+            let named = description.readable.channels().find(|(c, _)| c.value_reference == header.variable);
+            let variable = named.map_or(format!("#{}", header.variable), |(c, _)| c.name.clone());
+            *outputs = participant.read(&variable)?;
+            return Ok(());
+        }
+        Command::Serialise | Command::RestoreAndSerialise => {
+            let name = name();
+            if command == Command::RestoreAndSerialise {
+                participant.restore_state()?;
+            }
+            let state = participant.serialise()?;
+            let state = state.ok_or_else(|| ParticipantError::NotSerialised { participant: name.clone() })?;
+            return state_file::put(folder, &name, &state);
+        }
+        Command::Deserialise => {
+            let state = state_file::take(folder, &name())?;
+            return participant.deserialise(&state);
+        }
+        _ => (),
     }
     let (expected, found) = (description.inputs.size(), inputs.len());
     if expected != found {
@@ -202,7 +225,7 @@ fn answer(
         Command::Initialise => return participant.initialise(header.time, inputs, outputs),
         Command::SaveAndStep => participant.save_state()?,
         Command::RestoreAndStep => participant.restore_state()?,
-        Command::Step | Command::Read => {}
+        _ => {}
     }
     participant.step(&occasion(header), inputs, outputs)
 }

@@ -4,6 +4,7 @@ mod brief;
 mod calls;
 mod host;
 mod process;
+mod state_file;
 mod watch;
 mod words;
 
@@ -28,7 +29,7 @@ use watch::{Watch, explained};
 pub struct Deadlines {
     /// For preparation, and for initialisation.
     pub preparation: Duration,
-    /// For a step, including saving and restoring states.
+    /// For a step, including saving and restoring states; states as bytes may take as long as preparation.
     pub step: Duration,
 }
 
@@ -198,12 +199,24 @@ impl SharedMemory {
         calls::request(self.run_mates.folder.run(), command, &self.occasion)
     }
 
-    /// Sends a command and waits for its answer, which has as many values as `outputs`.
+    /// Sends a command that every unit knows.
     fn call(&mut self, header: Header, inputs: &[f64], outputs: &mut [f64]) -> Result<(), ParticipantError> {
+        let offered = self.ask(header, inputs, outputs)?;
+        let unknown = || ParticipantError::Command {
+            participant: self.description.name.clone(),
+            command: header.command,
+        };
+        offered.then_some(()).ok_or_else(unknown)
+    }
+
+    /// Sends a command and waits for its answer, which has as many values as `outputs`; whether the unit offers it.
+    fn ask(&mut self, header: Header, inputs: &[f64], outputs: &mut [f64]) -> Result<bool, ParticipantError> {
         let occasion = self.occasion;
         let limit = match header.command() {
-            Some(Command::Initialise) => self.deadlines.preparation,
-            _ => self.deadlines.step,
+            Some(Command::Step | Command::SaveAndStep | Command::RestoreAndStep | Command::Read) => {
+                self.deadlines.step
+            }
+            _ => self.deadlines.preparation,
         };
         let process = &self.run_mates.processes[self.index];
         process.heard(|heard| heard.occasion = occasion);
@@ -226,8 +239,8 @@ impl SharedMemory {
         })?;
         self.busy += Duration::from_nanos(answer.busy);
         self.said = answer.words;
-        if answer.status == Status::Done as u32 {
-            return Ok(());
+        if [Status::Done, Status::NotOffered].iter().any(|status| answer.status == *status as u32) {
+            return Ok(answer.status == Status::Done as u32);
         }
         self.receive_messages();
         let process = self.process();
@@ -316,6 +329,28 @@ impl Participant for SharedMemory {
         // After a save the state is the saved one.
         self.pending.get_or_insert(Pending::Restore);
         Ok(())
+    }
+
+    fn serialise(&mut self) -> Result<Option<Vec<u8>>, ParticipantError> {
+        // A return to the saved state is still to be made; the state after a save is the present one.
+        let restore = self.pending == Some(Pending::Restore);
+        let command = if restore { Command::RestoreAndSerialise } else { Command::Serialise };
+        if !self.ask(self.request(command), &[], &mut [])? {
+            return Ok(None);
+        }
+        if restore {
+            self.pending = None;
+        }
+        state_file::take(&self.run_mates.folder, &self.description.name).map(Some)
+    }
+
+    fn deserialise(&mut self, state: &[u8]) -> Result<(), ParticipantError> {
+        (self.occasion, self.pending) = (Occasion::initialisation(0.0), None);
+        let participant = self.description.name.clone();
+        state_file::put(&self.run_mates.folder, &participant, state)?;
+        let offered = self.ask(self.request(Command::Deserialise), &[], &mut []);
+        state_file::discard(&self.run_mates.folder, &participant);
+        if offered? { Ok(()) } else { Err(ParticipantError::NotSerialised { participant }) }
     }
 
     fn busy(&self) -> Duration {

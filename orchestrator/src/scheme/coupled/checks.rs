@@ -3,7 +3,7 @@
 use super::Scheme;
 use crate::convergence::norm;
 use crate::participant::ParticipantError;
-use crate::scheme::{CouplingError, Graph, SchemeKind, WindowReport};
+use crate::scheme::{CouplingError, Graph, Purpose, SchemeKind, WindowReport};
 
 /// Changes of pressure by which the rounding floor is measured, in units in the last place of the largest pressure.
 pub(super) const FLOOR_PROBE: f64 = 2.0;
@@ -18,7 +18,7 @@ impl Scheme {
         report: &mut WindowReport,
     ) -> Result<(), CouplingError> {
         self.restore(graph)?;
-        self.evaluate(graph, unknowns, iteration, true, report)?;
+        self.evaluate(graph, unknowns, iteration, Purpose::States, report)?;
         let (before, after) =
             report.exchanges.split_at(report.exchanges.len() - self.blanks.len() * report.steps.len());
         for (first, second) in before[before.len() - after.len()..].iter().zip(after) {
@@ -53,7 +53,7 @@ impl Scheme {
         self.restore(graph)?;
         let moved: Vec<f64> =
             unknowns.iter().enumerate().map(|(i, x)| x + if i % 2 == 0 { change } else { -change }).collect();
-        let answered = self.evaluate(graph, &moved, iteration, true, report)?.unknowns;
+        let answered = self.evaluate(graph, &moved, iteration, Purpose::RoundingFloor, report)?.unknowns;
         let changes = answered.iter().zip(&moved).zip(residual).map(|((q, p), r)| q - p - r);
         self.memory.floor = Some(norm(changes));
         Ok(())

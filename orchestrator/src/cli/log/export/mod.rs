@@ -1,6 +1,7 @@
 //! `cofferdam log export`.
 
 mod exchanges;
+mod histories;
 mod parquet;
 
 use super::Failure;
@@ -41,6 +42,8 @@ With --iterations, tables of all exchanges of each unit instead: UNIT-exchanges.
 answer, with step, iteration, attempt, accepted, start and end of the step, and every value of the request and of the answer
 (NaN where a unit failed and gave none).
 
+Logs of earlier versions hold no residual of displacements, work and lowest pressure; these columns are then 0.
+
 Numbers have all digits, so that reading them gives the same bits. A log that is cut short gives what it holds; of a damaged
 one, what comes before the damage is written, and the damage reported.
 
@@ -59,7 +62,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         return Err(Failure::Exists { path: folder.clone() });
     }
     std::fs::create_dir_all(folder).map_err(|cause| Failure::write(folder, cause))?;
-    let damage = exchanges::write(&log, folder)?;
+    let damage =
+        if arguments.iterations { exchanges::write(&log, folder)? } else { histories::write(&log, folder)? };
     let tables = tables(folder)?;
     for table in &tables {
         let table = match arguments.format {
