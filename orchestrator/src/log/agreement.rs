@@ -23,7 +23,7 @@ pub struct Agreement {
     /// The variables that are measured.
     pub variables: Vec<Measured>,
     /// Where discrete events differ for the first time.
-    pub events: Vec<Event>,
+    pub events: Events,
     /// How both logs end; `None` if the end was not reached.
     pub endings: [Option<String>; 2],
     /// Why a log could not be read further.
@@ -114,18 +114,15 @@ impl Agreement {
             steps: [0, 0],
             ends: Vec::new(),
             variables: gradual.into_iter().map(measured).collect(),
-            events: Vec::new(),
+            events: Events::default(),
             endings: [None, None],
             error: None,
         };
         let mut steps = [AcceptedSteps::of(logs[0])?, AcceptedSteps::of(logs[1])?];
-        let mut events = Events::default();
-        if let Err(error) = agreement.walk(&mut steps, &contacts, &mut events) {
+        if let Err(error) = agreement.walk(&mut steps, &contacts) {
             agreement.error = Some(error);
         }
         agreement.endings = steps.map(|steps| steps.ending().map(str::to_owned));
-        agreement.events = events.0.into_iter().flatten().collect();
-        agreement.events.sort_by_key(|event| event.end);
         agreement.measure_remainders();
         Ok(agreement)
     }
@@ -134,7 +131,6 @@ impl Agreement {
         &mut self,
         steps: &mut [AcceptedSteps; 2],
         contacts: &[CommonVariable],
-        events: &mut Events,
     ) -> Result<(), LogReadError> {
         let [first, second] = steps;
         let mut next = [first.next().transpose()?, second.next().transpose()?];
@@ -147,7 +143,7 @@ impl Agreement {
                 let end = self.ends.len();
                 self.ends.push(End { steps: [a, b].map(|s| s.step.occasion.step), time: ends[0] });
                 self.variables.iter_mut().for_each(|measured| measured.measure([a, b]));
-                events.compare(end, [a, b], contacts);
+                self.events.compare(end, [a, b], contacts);
             }
             if order.is_le() {
                 self.steps[0] += 1;
@@ -206,17 +202,24 @@ impl Agreement {
     }
 }
 
-/// The first difference of the lengths of steps, of iterations and convergence, of contacts.
-#[derive(Default)]
-struct Events([Option<Event>; 3]);
+/// The first difference of each kind of discrete event.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Events {
+    /// Lengths of steps that end together.
+    pub length: Option<Event>,
+    /// Number of iterations, or whether they converged.
+    pub iterations: Option<Event>,
+    /// Numbers of sticking, slipping, open contacts of a crack.
+    pub contacts: Option<Event>,
+}
 
 impl Events {
     fn compare(&mut self, end: usize, steps: [&AcceptedStep; 2], contacts: &[CommonVariable]) {
-        let [lengths, iterations, states] = &mut self.0;
+        let Self { length, iterations, contacts: states } = self;
         let [a, b] = steps.map(|step| &step.step);
-        if lengths.is_none() {
+        if length.is_none() {
             let [a, b] = [a, b].map(|step| step.occasion.communication_step);
-            *lengths = ((a - b).abs() > ROUNDING * a.min(b)).then(|| Event {
+            *length = ((a - b).abs() > ROUNDING * a.min(b)).then(|| Event {
                 what: "length of the step".to_owned(),
                 values: [a, b].map(|length| format!("{length} s")),
                 end,

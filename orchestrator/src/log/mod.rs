@@ -22,7 +22,7 @@ mod worst;
 mod writer;
 
 pub use accepted::{AcceptedStep, AcceptedSteps};
-pub use agreement::{Agreement, End, Event, Measured};
+pub use agreement::{Agreement, End, Event, Events, Measured};
 pub use common_variable::{CommonVariable, Kind as VariableKind};
 use comparison::settings;
 pub use comparison::{Comparison, KeyDifference, compare};

@@ -3,8 +3,10 @@
 use super::{Entries, Entry, Log, LogReadError, LoggedExchange, LoggedStep};
 use crate::ground_motion::GroundMotion;
 use crate::observer::Past;
+use crate::participant::Occasion;
 use crate::scheme::{Exchange, Interval, WindowReport};
 use std::iter::Peekable;
+use std::ops::Range;
 use std::time::Duration;
 
 /// Reads a log window by window, as the reports that observers had; wall times are rounded. A window without its last `/step`,
@@ -12,6 +14,8 @@ use std::time::Duration;
 pub struct Reports {
     entries: Peekable<Entries>,
     ground_motion: GroundMotion,
+    /// Where the request to each unit holds the acceleration of the ground.
+    told: Vec<Option<Range<usize>>>,
     done: bool,
 }
 
@@ -21,7 +25,8 @@ impl Log {
     /// **Errors**: the log can no longer be opened.
     pub fn reports(&self) -> Result<Reports, LogReadError> {
         let ground_motion = self.head().ground_motion();
-        Ok(Reports { entries: self.entries()?.peekable(), ground_motion, done: false })
+        let told = self.head().units.iter().map(|unit| unit.inputs.range("ground_acceleration")).collect();
+        Ok(Reports { entries: self.entries()?.peekable(), ground_motion, told, done: false })
     }
 }
 
@@ -57,12 +62,13 @@ impl Reports {
         for step in steps {
             let occasion = step.occasion;
             report.attempt = occasion.attempt;
-            report.steps.push(Interval {
+            let interval = Interval {
                 step: occasion.step,
                 time: occasion.time,
                 communication_step: occasion.communication_step,
-                ground_acceleration: self.ground_motion.at(occasion.end()),
-            });
+                ground_acceleration: self.ground_acceleration(&report.exchanges, &occasion),
+            };
+            report.steps.push(interval);
             if step.accepted {
                 report.interfaces.push(step.interfaces.clone());
             }
@@ -78,6 +84,16 @@ impl Reports {
             }
         }
         report
+    }
+
+    /// What the units were told of the ground in a step: the run may have rounded the step's end otherwise.
+    fn ground_acceleration(&self, exchanges: &[Exchange], occasion: &Occasion) -> [f64; 2] {
+        let mut of_step = exchanges.iter().filter(|exchange| exchange.occasion.step == occasion.step);
+        let told = |exchange: &Exchange| {
+            let range = self.told[exchange.unit.0].clone()?;
+            exchange.inputs.get(range)?.try_into().ok()
+        };
+        of_step.find_map(told).unwrap_or_else(|| self.ground_motion.at(occasion.end()))
     }
 }
 

@@ -1,6 +1,6 @@
 //! The agreement of two runs as text.
 
-use orchestrator::log::{Agreement, End, Event, Measured};
+use orchestrator::log::{Agreement, End, Event, Events, Measured};
 use std::fmt::Write;
 
 /// Variables that are listed, those with the largest differences.
@@ -151,12 +151,16 @@ fn parted(text: &mut String, agreement: &Agreement) {
     let before = |end: usize| {
         (0..end).filter_map(|end| agreement.largest(end)).map(|(_, relative)| relative).fold(0.0, f64::max)
     };
-    if agreement.events.is_empty() && !agreement.ends.is_empty() {
-        line(text, "parted", "nowhere: equal lengths of steps, iterations, convergence and contact counts");
-    }
-    for (index, Event { what, values: [a, b], end }) in agreement.events.iter().enumerate() {
-        let at = place(&agreement.ends[*end]);
-        let content = format!("{what}: {a} | {b}, in {at}; relative difference before: {:.2e}", before(*end));
+    let Events { length, iterations, contacts } = &agreement.events;
+    let kinds = [("lengths of steps", length), ("iterations", iterations), ("contacts", contacts)];
+    for (index, (kind, event)) in kinds.into_iter().enumerate() {
+        let content = match event {
+            None => format!("{kind}: nowhere"),
+            Some(Event { what, values: [a, b], end }) => {
+                let (at, before) = (place(&agreement.ends[*end]), before(*end));
+                format!("{kind}: in {at}: {what} {a} | {b}; relative difference before {before:.2e}")
+            }
+        };
         line(text, if index == 0 { "parted" } else { "" }, &content);
     }
 }

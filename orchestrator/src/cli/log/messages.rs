@@ -89,3 +89,23 @@ pub fn lines(message: &Message) -> String {
     let head = format!("step {step}, iteration {iteration}, t = {time:.6} s: {level}: {from}: {first}");
     std::iter::once(head).chain(lines.map(|line| format!("    {line}"))).collect::<Vec<_>>().join("\n")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_traceback_is_shown_whole() {
+        let message = Message {
+            unit: "reservoir".to_owned(),
+            level: Level::Error,
+            step: 7,
+            iteration: 2,
+            time: 0.015,
+            source: String::new(),
+            text: "Traceback:\n  line 3\n\nValueError: x\n".to_owned(),
+        };
+        let shown = "step 7, iteration 2, t = 0.015000 s: error: reservoir: Traceback:\n      line 3\n    \n    ValueError: x";
+        assert_eq!(lines(&message), shown);
+    }
+}
