@@ -570,8 +570,13 @@ fn a_difference_is_reported_in_words() {
 fn help_teaches() {
     for (command, words) in [
         (&["replay", "--help"][..], ["Examples:", "Exit status: 0", "--set"]),
-        (&["log", "diff", "--help"], ["Example:", "Exit status: 0", "bit for bit"]),
+        (&["log", "diff", "--help"], ["Examples:", "Exit status: 0", "bit for bit"]),
         (&["log", "info", "--help"], ["Example:", "Exit status: 0", "cut short"]),
+        (&["log", "messages", "--help"], ["Examples:", "Exit status: 0", "cut short"]),
+        (&["log", "show", "--help"], ["Examples:", "Exit status: 0", "2 there is no such step"]),
+        (&["log", "plot", "--help"], ["Examples:", "Exit status: 0", "histories.csv"]),
+        (&["log", "export", "--help"], ["Examples:", "Exit status: 0", "--iterations"]),
+        (&["log", "layout", "--help"], ["Examples:", "Exit status: 0", "PlotJuggler"]),
     ] {
         let (status, help) = cofferdam(command);
         assert_eq!(status, Some(0));

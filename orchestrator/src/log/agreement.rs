@@ -9,7 +9,7 @@ use std::cmp::Ordering;
 /// Compared are the accepted values at ends of steps that both runs have, whatever their steps and iterations were.
 /// The difference of a variable at such an end is max |aᵢ − bᵢ| over its values i, relative to the largest |aᵢ|, |bᵢ|
 /// over i and all compared ends. What is left over of larger terms is measured by those: `energy_balance_error` by
-/// `input_work`. Outputs that jump (numbers of contacts, places of extremes) are not measured.
+/// `input_work`. What a unit was asked counts where no unit answers such a variable. Outputs that jump (numbers of contacts, places of extremes) are not measured.
 #[derive(Debug)]
 pub struct Agreement {
     /// Differences of the settings.

@@ -58,7 +58,8 @@ impl CommonVariable {
     }
 }
 
-/// The variables that both logs have, and in words what only one has or what is of another size.
+/// The variables that both logs have, and in words what only one has or what is of another size. Of requests those that are
+/// no answer of another unit: what was asked besides follows from what was answered.
 pub fn common_variables(heads: [&Head; 2]) -> (Vec<CommonVariable>, Vec<String>) {
     let (mut common, mut apart) = (Vec::new(), Vec::new());
     let [first, second] = heads;
@@ -71,7 +72,8 @@ pub fn common_variables(heads: [&Head; 2]) -> (Vec<CommonVariable>, Vec<String>)
         let halves =
             [(Half::Answer, &unit.outputs, &other.outputs), (Half::Request, &unit.inputs, &other.inputs)];
         for (half, layout, other) in halves {
-            match_layouts(&unit.name, half, ids, [layout, other], &mut common, &mut apart);
+            let skipped = |name: &str| half == Half::Request && is_answered(heads, name);
+            match_layouts(&unit.name, half, ids, [layout, other], &skipped, &mut common, &mut apart);
         }
     }
     let lonely = second.units.iter().filter(|unit| first.units.iter().all(|other| other.name != unit.name));
@@ -79,15 +81,21 @@ pub fn common_variables(heads: [&Head; 2]) -> (Vec<CommonVariable>, Vec<String>)
     (common, apart)
 }
 
+/// Whether a unit of either log answers a variable of this name.
+fn is_answered(heads: [&Head; 2], name: &str) -> bool {
+    heads.iter().flat_map(|head| &head.units).any(|unit| unit.outputs.range(name).is_some())
+}
+
 fn match_layouts(
     name: &str,
     half: Half,
     ids: [UnitId; 2],
     layouts: [&Layout; 2],
+    skipped: &dyn Fn(&str) -> bool,
     common: &mut Vec<CommonVariable>,
     apart: &mut Vec<String>,
 ) {
-    for (channel, range) in layouts[0].channels() {
+    for (channel, range) in layouts[0].channels().filter(|(channel, _)| !skipped(&channel.name)) {
         let full = format!("{name}.{}", channel.name);
         let other = layouts[1].channels().find(|(other, _)| other.name == channel.name);
         match other {
@@ -108,6 +116,8 @@ fn match_layouts(
             }),
         }
     }
-    let lonely = layouts[1].channels().filter(|(channel, _)| layouts[0].range(&channel.name).is_none());
+    let lonely = layouts[1]
+        .channels()
+        .filter(|(channel, _)| layouts[0].range(&channel.name).is_none() && !skipped(&channel.name));
     apart.extend(lonely.map(|(channel, _)| format!("{name}.{}: only in b", channel.name)));
 }

@@ -29,9 +29,10 @@ Without --tolerance, exchanges are compared in their order, requests and answers
 first difference.
 
 With it, what was accepted at each end of a step that both runs have is compared, whatever their steps and iterations
-were: so runs with other couplings, in open and closed loop, or with units that have other variables can be compared. The
-difference of a variable is its largest absolute one over all points of an array, relative to the largest magnitude of
-the variable in both runs (energy_balance_error: of input_work). Shown are
+were: answers, and of requests what no unit answers, such as ground_acceleration. So runs with other couplings, in open
+and closed loop, or with units that have other variables can be compared. The difference of a variable is its largest
+absolute one over all points of an array, relative to the largest magnitude of the variable in both runs
+(energy_balance_error: of input_work). Shown are
 
   beyond     the first step in which a variable differs by more than the tolerance
   growth     where the largest relative difference so far enters each power of ten, and its largest growth in one step

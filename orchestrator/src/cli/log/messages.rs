@@ -87,7 +87,10 @@ pub fn lines(message: &Message) -> String {
     let first = lines.next().unwrap_or_default();
     let from = if source.is_empty() { unit.clone() } else { format!("{unit} ({source})") };
     let head = format!("step {step}, iteration {iteration}, t = {time:.6} s: {level}: {from}: {first}");
-    std::iter::once(head).chain(lines.map(|line| format!("    {line}"))).collect::<Vec<_>>().join("\n")
+    std::iter::once(head)
+        .chain(lines.map(|line| format!("    {line}").trim_end().to_owned()))
+        .collect::<Vec<_>>()
+        .join("\n")
 }
 
 #[cfg(test)]
@@ -105,7 +108,7 @@ mod tests {
             source: String::new(),
             text: "Traceback:\n  line 3\n\nValueError: x\n".to_owned(),
         };
-        let shown = "step 7, iteration 2, t = 0.015000 s: error: reservoir: Traceback:\n      line 3\n    \n    ValueError: x";
-        assert_eq!(lines(&message), shown);
+        let head = "step 7, iteration 2, t = 0.015000 s: error: reservoir: Traceback:";
+        assert_eq!(lines(&message), format!("{head}\n      line 3\n\n    ValueError: x"));
     }
 }

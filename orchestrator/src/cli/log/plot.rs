@@ -35,7 +35,7 @@ fn seconds(text: &str) -> Result<f64, String> {
 
 pub const HELP: &str = "\
 Accepted values at the ends of the steps. Variables have the names of histories.csv: those of the coupling (iterations,
-converged, residual.pressure, communication_step, attempt) and those of the units. Of an array, `.x`, `.y`, `.0` or
+converged, residual.pressure, interpolation_error, lowest_pressure; also communication_step, attempt) and those of the units. Of an array, `.x`, `.y`, `.0` or
 `[0]` chooses a value; without it, the norm is drawn.
 
 Examples:
@@ -127,8 +127,7 @@ fn draw(area: &DrawingArea<SVGBackend<'_>, Shift>, shown: &[(&Quantity, &Points)
     Ok(())
 }
 
-/// Of every series of points that fall into one of `columns` the first, least, largest and last: what a line through all would
-/// show.
+/// Of all points that fall into one of `columns` the first, least, largest and last: what a line through all would show.
 fn thinned(points: &[(f64, f64)], columns: usize) -> Points {
     let length = points.len().div_ceil(columns);
     if length <= 4 {

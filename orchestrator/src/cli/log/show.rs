@@ -28,9 +28,10 @@ pub struct Arguments {
 }
 
 pub const HELP: &str = "\
-Every iteration of the step: how its guess came about, how far the answer is from it and at which point it is farthest
-(counted from 0 at the base; converged at ratios of 1 or less, which measures count the scene says); what each unit was asked and answered, arrays of more than four values as norm (√Σx²), least and
-largest value; the messages of the units; how each attempt ended. `cofferdam log worst` finds the steps to look at.
+Every iteration of the step: how its guess came about, how far the answer is from it, at which point it is farthest
+(counted from 0 at the base); what each unit was asked and answered, arrays of more than four values as norm (√Σx²),
+least and largest value; the messages of the units; how each attempt ended. A measure is met at a ratio of 1 or less;
+the scene's coupling.measures says which are needed. `cofferdam log worst` finds the steps to look at.
 
 Examples:
   cofferdam log show runs/koyna --step 812

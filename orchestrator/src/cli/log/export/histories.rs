@@ -1,5 +1,6 @@
 //! The tables that a run writes beside its log, from the log.
 
+use crate::cli::complain;
 use crate::cli::log::Failure;
 use orchestrator::log::{Log, LogReadError, shaped_outputs};
 use orchestrator::observer::{HistoriesWriter, Observer, ObserverError, Past};
@@ -12,14 +13,26 @@ pub fn write(log: &Log, folder: &Path) -> Result<Option<LogReadError>, Failure> 
     let units: Vec<_> = units.iter().map(|(name, outputs)| (*name, outputs)).collect();
     let mut writer = HistoriesWriter::new(folder);
     writer.open(&units).map_err(failed)?;
-    let mut damage = None;
+    let (mut damage, mut old) = (None, false);
     for past in log.reports()? {
         match past {
-            Ok(Past::Window(report)) => writer.window(&report).map_err(failed)?,
+            Ok(Past::Window(report)) => {
+                old |= report.step() > 0 && report.is_accepted() && report.outcome.is_empty();
+                writer.window(&report).map_err(failed)?;
+            }
             Ok(Past::Checkpoint(_)) => {}
             Err(error) => damage = Some(error),
         }
     }
     writer.flush().map_err(failed)?;
+    if old {
+        complain(format_args!(
+            "warning: {}: cofferdam {} (commit {}) wrote it, whose logs hold no residuals by iteration, work at the \
+             interface and lowest pressure: these columns are 0",
+            log.path().display(),
+            log.head().version,
+            log.head().commit
+        ));
+    }
     Ok(damage)
 }

@@ -42,7 +42,8 @@ With --iterations, tables of all exchanges of each unit instead: UNIT-exchanges.
 answer, with step, iteration, attempt, accepted, start and end of the step, and every value of the request and of the answer
 (NaN where a unit failed and gave none).
 
-Logs of earlier versions hold no residual of displacements, work and lowest pressure; these columns are then 0.
+Logs of earlier versions hold no residuals by iteration, work at the interface and lowest pressure; these columns
+are then 0, which a warning says.
 
 Numbers have all digits, so that reading them gives the same bits. A log that is cut short gives what it holds; of a damaged
 one, what comes before the damage is written, and the damage reported.

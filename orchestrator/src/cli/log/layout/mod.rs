@@ -33,9 +33,9 @@ enum Viewer {
 }
 
 pub const HELP: &str = "\
-Plots of crest displacement, sliding, norm of the pressure, iterations and residual, as far as the units of the log have
-them. In Foxglove choose Layouts, Import from file, and open the log; what it plots of the units are accepted values. PlotJuggler
-loads the log with the layout, and plots the values of every iteration, which have the time of the step's end.
+Plots of crest displacement, sliding, norm of the pressure, iterations and residual, as far as the units of the log
+have them. Foxglove: choose Layouts, Import from file, and open the log; what it plots of the units are accepted
+values. PlotJuggler loads the log with the layout, and plots the values of every iteration at the end of its step.
 
 Examples:
   cofferdam log layout runs/koyna --output koyna.json
