@@ -86,6 +86,12 @@ const RULES: &[Rule] = &[
     },
     Rule {
         within: "orchestrator/src",
+        except: &["orchestrator/src/cli/log/export/"],
+        words: &["parquet::"],
+        why: "Parquet is the business of exports",
+    },
+    Rule {
+        within: "orchestrator/src",
         except: &["orchestrator/src/transport/"],
         words: &["iceoryx2"],
         why: "iceoryx2 is the transport's business",

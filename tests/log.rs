@@ -29,41 +29,41 @@ fn short_scene() -> Scenario {
 }
 
 /// The same with added mass, which needs no preparation.
-fn quick_scene() -> Scenario {
+pub fn quick_scene() -> Scenario {
     let mut scenario = short_scene();
     scenario.set("reservoir.fidelity", "westergaard").set("coupling.scheme", "serial-implicit");
     scenario
 }
 
 /// The log of a run of the scene into `output`.
-fn logged(scenario: &Scenario, output: &str) -> PathBuf {
+pub fn logged(scenario: &Scenario, output: &str) -> PathBuf {
     let run = scenario.try_run(output);
     assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
     scenario.folder().join(output).join("log.mcap")
 }
 
-fn entries(path: &Path) -> Result<Vec<Entry>, LogReadError> {
+pub fn entries(path: &Path) -> Result<Vec<Entry>, LogReadError> {
     Log::open(path)?.entries()?.collect()
 }
 
-fn exchanges(path: &Path) -> Result<Vec<LoggedExchange>, LogReadError> {
+pub fn exchanges(path: &Path) -> Result<Vec<LoggedExchange>, LogReadError> {
     let exchange = |entry| if let Entry::Exchange(exchange) = entry { Some(exchange) } else { None };
     Ok(entries(path)?.into_iter().filter_map(exchange).collect())
 }
 
 /// Exit status and output of the program, errors last, without line breaks.
-fn cofferdam(arguments: &[&str]) -> (Option<i32>, String) {
+pub fn cofferdam(arguments: &[&str]) -> (Option<i32>, String) {
     let output = std::process::Command::new(binary()).args(arguments).output().expect("cofferdam runs");
     let said = [output.stdout, output.stderr].concat();
     (output.status.code(), String::from_utf8_lossy(&said).into_owned())
 }
 
-fn text(path: &Path) -> &str {
+pub fn text(path: &Path) -> &str {
     path.to_str().expect("a path in UTF-8")
 }
 
 /// Copies a log record by record, new checksums included; `change` may alter a message of a topic.
-fn rewrite(from: &Path, to: &Path, mut change: impl FnMut(&str, u32, &mut Vec<u8>)) {
+pub fn rewrite(from: &Path, to: &Path, mut change: impl FnMut(&str, u32, &mut Vec<u8>)) {
     rewrite_all(from, to, |topic, sequence, mut data| {
         change(topic, sequence, &mut data);
         vec![data]
@@ -570,8 +570,13 @@ fn a_difference_is_reported_in_words() {
 fn help_teaches() {
     for (command, words) in [
         (&["replay", "--help"][..], ["Examples:", "Exit status: 0", "--set"]),
-        (&["log", "diff", "--help"], ["Example:", "Exit status: 0", "bit for bit"]),
+        (&["log", "diff", "--help"], ["Examples:", "Exit status: 0", "bit for bit"]),
         (&["log", "info", "--help"], ["Example:", "Exit status: 0", "cut short"]),
+        (&["log", "messages", "--help"], ["Examples:", "Exit status: 0", "cut short"]),
+        (&["log", "show", "--help"], ["Examples:", "Exit status: 0", "2 there is no such step"]),
+        (&["log", "plot", "--help"], ["Examples:", "Exit status: 0", "histories.csv"]),
+        (&["log", "export", "--help"], ["Examples:", "Exit status: 0", "--iterations"]),
+        (&["log", "layout", "--help"], ["Examples:", "Exit status: 0", "PlotJuggler"]),
     ] {
         let (status, help) = cofferdam(command);
         assert_eq!(status, Some(0));

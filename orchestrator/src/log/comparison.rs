@@ -118,7 +118,7 @@ fn difference(
 }
 
 /// All differences of the settings: the scenes key by key, the units, the ground motion.
-fn settings(logs: [&Log; 2]) -> Vec<KeyDifference> {
+pub(super) fn settings(logs: [&Log; 2]) -> Vec<KeyDifference> {
     let all = logs.map(|log| {
         let head = log.head();
         let mut values = BTreeMap::new();

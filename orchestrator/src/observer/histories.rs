@@ -1,5 +1,5 @@
 use super::{Ending, Observer, ObserverError, Start};
-use crate::participant::{Channel, ChannelShape};
+use crate::participant::{Channel, ChannelShape, Layout};
 use crate::results_file::ResultsFile;
 use crate::scheme::{Exchange, InterfaceWork, Interval, UnitId, WindowReport};
 use std::ops::Range;
@@ -108,6 +108,55 @@ impl HistoriesWriter {
 }
 
 impl HistoriesWriter {
+    /// Begins the tables of `units`, given by name and layout of their answers.
+    ///
+    /// **Errors**: a file cannot be made.
+    pub fn open(&mut self, units: &[(&str, &Layout)]) -> Result<(), ObserverError> {
+        let mut names: Vec<String> = [
+            "time [s]",
+            "ground_acceleration.x [m/s2]",
+            "iterations [1]",
+            "converged [1]",
+            "residual.pressure [Pa]",
+            "residual.displacement [1]",
+            "interpolation_error [Pa]",
+            "interface_work [J/m]",
+            "interface_energy_produced [J/m]",
+            "lowest_pressure [Pa]",
+        ]
+        .map(str::to_owned)
+        .to_vec();
+        self.units = units.len();
+        for (number, (name, outputs)) in units.iter().enumerate() {
+            let unit = UnitId(number);
+            for (channel, range) in outputs.channels() {
+                if channel.shape == ChannelShape::WetFace {
+                    let Some(folder) = &self.folder else { continue };
+                    let path = folder.join(format!("{name}-{}.csv", channel.name));
+                    let points = (0..channel.size).map(|i| format!("point {i} [{}]", channel.unit));
+                    let header: Vec<String> = std::iter::once("time [s]".to_owned()).chain(points).collect();
+                    self.faces.push((unit, range, Table::create(path, &header)?));
+                } else {
+                    names.extend(column_names(&format!("{name}."), channel));
+                    self.scalars.push((unit, range));
+                }
+            }
+        }
+        if let Some(folder) = &self.folder {
+            self.table = Some(Table::create(folder.join("histories.csv"), &names)?);
+        }
+        self.histories = Histories { columns: vec![Vec::new(); names.len()], names };
+        Ok(())
+    }
+
+    /// Writes all rows to the disk.
+    ///
+    /// **Errors**: they cannot be written.
+    pub fn flush(&mut self) -> Result<(), ObserverError> {
+        let tables = self.table.iter_mut().chain(self.faces.iter_mut().map(|(_, _, table)| table));
+        tables.into_iter().try_for_each(Table::flush)
+    }
+
     /// Writes the row of a step.
     fn write(
         &mut self,
@@ -168,41 +217,8 @@ fn column_names(prefix: &str, channel: &Channel) -> Vec<String> {
 
 impl Observer for HistoriesWriter {
     fn begin(&mut self, start: &Start<'_>) -> Result<(), ObserverError> {
-        let mut names: Vec<String> = [
-            "time [s]",
-            "ground_acceleration.x [m/s2]",
-            "iterations [1]",
-            "converged [1]",
-            "residual.pressure [Pa]",
-            "residual.displacement [1]",
-            "interpolation_error [Pa]",
-            "interface_work [J/m]",
-            "interface_energy_produced [J/m]",
-            "lowest_pressure [Pa]",
-        ]
-        .map(str::to_owned)
-        .to_vec();
-        self.units = start.units.len();
-        for (number, description) in start.units.iter().enumerate() {
-            let unit = UnitId(number);
-            for (channel, range) in description.outputs.channels() {
-                if channel.shape == ChannelShape::WetFace {
-                    let Some(folder) = &self.folder else { continue };
-                    let path = folder.join(format!("{}-{}.csv", description.name, channel.name));
-                    let points = (0..channel.size).map(|i| format!("point {i} [{}]", channel.unit));
-                    let header: Vec<String> = std::iter::once("time [s]".to_owned()).chain(points).collect();
-                    self.faces.push((unit, range, Table::create(path, &header)?));
-                } else {
-                    names.extend(column_names(&format!("{}.", description.name), channel));
-                    self.scalars.push((unit, range));
-                }
-            }
-        }
-        if let Some(folder) = &self.folder {
-            self.table = Some(Table::create(folder.join("histories.csv"), &names)?);
-        }
-        self.histories = Histories { columns: vec![Vec::new(); names.len()], names };
-        Ok(())
+        let units: Vec<_> = start.units.iter().map(|unit| (unit.name.as_str(), &unit.outputs)).collect();
+        self.open(&units)
     }
 
     fn window(&mut self, report: &WindowReport) -> Result<(), ObserverError> {
@@ -218,7 +234,6 @@ impl Observer for HistoriesWriter {
     }
 
     fn end(&mut self, _ending: &Ending) -> Result<(), ObserverError> {
-        let tables = self.table.iter_mut().chain(self.faces.iter_mut().map(|(_, _, table)| table));
-        tables.into_iter().try_for_each(Table::flush)
+        self.flush()
     }
 }

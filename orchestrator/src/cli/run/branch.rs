@@ -105,7 +105,7 @@ fn execute(arguments: &Arguments) -> Result<Status, RunError> {
 fn compared(log: &Log, folder: &Path) {
     let comparison = Log::open(folder).and_then(|branch| compare([log, &branch]));
     match comparison {
-        Ok(comparison) => say(format!("against the run: {}", crate::cli::log::verdict(&comparison))),
+        Ok(comparison) => say(format!("against the run: {}", crate::cli::log::diff::verdict(&comparison))),
         Err(error) => complain(error),
     }
 }

@@ -1,0 +1,40 @@
+//! `cofferdam log info`.
+
+use super::Failure;
+use crate::cli::say;
+use orchestrator::log::{Log, Overview};
+use std::path::PathBuf;
+
+/// Arguments of `cofferdam log info`.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// The log.mcap of a run, or the run's folder
+    log: PathBuf,
+}
+
+pub const HELP: &str = "\
+A log that is cut short, for example because its run was killed, is read up to the cut; a damaged one
+up to the damage.
+
+Example:
+  cofferdam log info runs/koyna-northridge-1994-20260101T120000Z
+
+Exit status: 0, also for a log that was cut short; 1 if it cannot be read or is damaged.";
+
+/// Prints the contents of a log.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let log = Log::open(&arguments.log)?;
+    let head = log.head();
+    say(format!("{:<12} {}", "scene", head.scene.title));
+    say(format!("{:<12} cofferdam {}, commit {}", "recorded by", head.version, head.commit));
+    for unit in &head.units {
+        say(format!("{:<12} {}", unit.name, unit.solver));
+        say(format!("{:<12} fingerprint {}", "", unit.fingerprint));
+    }
+    let motion = &head.ground_motion;
+    let samples = motion.acceleration.len();
+    say(format!("{:<12} {}: {samples} samples, {} s apart", "ground", motion.source, motion.interval));
+    let overview = Overview::of(&log)?;
+    say(overview.to_string().trim_end());
+    overview.error.map_or(Ok(()), |error| Err(error.into()))
+}
