@@ -24,6 +24,12 @@ impl ResultsFile {
         let metadata = file.metadata()?;
         Ok(Self { path: path.to_owned(), file, identity: (metadata.dev(), metadata.ino()) })
     }
+
+    /// Locks the file as long as it is open, so that its readers can see that it is being written. Some file systems have no
+    /// locks; then they cannot.
+    pub fn hold(&self) {
+        drop(self.file.try_lock());
+    }
 }
 
 impl Write for ResultsFile {

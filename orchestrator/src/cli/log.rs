@@ -1,7 +1,9 @@
 //! `cofferdam log`.
 
 use super::{DIFFERENT, complain, say};
-use orchestrator::log::{Comparison, Log, LogReadError, LoggedStep, Overview, compare, worst};
+use orchestrator::log::{
+    Comparison, Log, LogReadError, LoggedStep, Overview, Recovery, RecoveryError, compare, recover, worst,
+};
 use orchestrator::participant::Occasion;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -24,6 +26,15 @@ pub enum Command {
         #[arg(short, long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..))]
         count: u16,
     },
+    /// Save what is whole in a damaged log, or in one that is cut short
+    #[command(after_long_help = RECOVER_HELP)]
+    Recover {
+        /// The log.mcap of a run, or the run's folder
+        log: PathBuf,
+        /// The new log; by default log-recovered.mcap beside the old one
+        #[arg(short, long, value_name = "FILE")]
+        output: Option<PathBuf>,
+    },
     /// Find the first difference between two logs, bit for bit
     #[command(after_long_help = DIFF_HELP)]
     Diff {
@@ -36,7 +47,8 @@ pub enum Command {
 
 const INFO_HELP: &str = "\
 A log that is cut short, for example because its run was killed, is read up to the cut; a damaged one
-up to the damage.
+up to the damage. The index and the checksums of a finished log are compared with what was read. What a running log holds so
+far is shown as such.
 
 Example:
   cofferdam log info runs/koyna-northridge-1994-20260101T120000Z
@@ -52,6 +64,16 @@ Example:
 
 Exit status: 0, also for a log that was cut short; 1 if it cannot be read or is damaged.";
 
+const RECOVER_HELP: &str = "\
+Writes a new, finished log with every whole message of the old one, which is left as it is. Messages are stored in chunks
+with a checksum: a chunk is saved whole or not at all. Where something is missing, the new log says so (topic /damage);
+log info lists it, replay and log diff go as far as the first such place.
+
+Example:
+  cofferdam log recover runs/koyna-northridge-1994-20260101T120000Z --output saved.mcap
+
+Exit status: 0, 1 if nothing can be saved, or the new log is there already or cannot be written.";
+
 const DIFF_HELP: &str = "\
 Exchanges are compared in their order, requests and answers, every value bit for bit. Different settings
 are listed first. Wall times, the version of the program and messages of the units are not compared.
@@ -63,10 +85,13 @@ Exit status: 0 the exchanges are identical, 1 a log cannot be read to the first 
 
 /// Runs the command; reports the result on the terminal and by the exit status.
 pub fn run(command: &Command) -> ExitCode {
-    let done = match command {
-        Command::Info { log } => info(log).map(|()| true),
-        Command::Worst { log, count } => list_worst(log, usize::from(*count)).map(|()| true),
-        Command::Diff { a, b } => diff(a, b),
+    let done: Result<bool, RecoveryError> = match command {
+        Command::Info { log } => info(log).map(|()| true).map_err(Into::into),
+        Command::Worst { log, count } => {
+            list_worst(log, usize::from(*count)).map(|()| true).map_err(Into::into)
+        }
+        Command::Recover { log, output } => save(log, output.as_deref()).map(|()| true),
+        Command::Diff { a, b } => diff(a, b).map_err(Into::into),
     };
     match done {
         Ok(true) => ExitCode::SUCCESS,
@@ -113,6 +138,23 @@ fn list_worst(path: &Path, count: usize) -> Result<(), LogReadError> {
             "{step:>8} {time:>12.6} {communication_step:>10.3e} {attempt:>7} {iteration:>10} {residual:>12.3e}  {how}"
         );
         say(line.trim_end());
+    }
+    Ok(())
+}
+
+fn save(path: &Path, output: Option<&Path>) -> Result<(), RecoveryError> {
+    let folder = if path.is_dir() { path } else { path.parent().unwrap_or(Path::new("")) };
+    let output = output.map_or_else(|| folder.join("log-recovered.mcap"), Path::to_owned);
+    let Recovery { messages, damage, mended, undeclared } = recover(path, &output)?;
+    say(format!("wrote {}: {messages} messages", output.display()));
+    for damage in damage {
+        say(format!("{:<12} {damage}", "missing"));
+    }
+    for (place, cause) in mended {
+        say(format!("{:<12} byte {place}: {cause}; no message was lost by it", "mended"));
+    }
+    if undeclared > 0 {
+        say(format!("{:<12} {undeclared} messages of channels that are declared nowhere", "left out"));
     }
     Ok(())
 }

@@ -124,7 +124,7 @@ struct Parts {
 impl Parts {
     /// Takes a message if it belongs to the head; returns whether it does.
     fn take(&mut self, channel: &Channel, data: &[u8]) -> Result<bool, Mismatch> {
-        let schema = || Schema::find(&channel.schema, &channel.descriptor);
+        let schema = || Schema::find(&channel.schema.name, &channel.schema.descriptor);
         match &*channel.topic {
             "/scene" => {
                 let mut decoder = schema()?.decoder([("toml", Wanted::Text)])?;

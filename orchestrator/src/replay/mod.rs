@@ -89,6 +89,10 @@ pub fn replay(
     for entry in log.entries().map_err(|cause| ReplayError::Log { identical: 0, cause })? {
         let exchange = match entry.map_err(|cause| ReplayError::Log { identical: replay.identical, cause })? {
             Entry::Exchange(exchange) if exchange.unit == id => exchange,
+            Entry::Damage(damage) => {
+                let cause = LogReadError::Missing { path: log.path().to_owned(), damage };
+                return Err(ReplayError::Log { identical: replay.identical, cause });
+            }
             Entry::End(end) => {
                 replay.ending = Some(Ok(end.status));
                 break;
