@@ -158,19 +158,19 @@ impl Check {
     }
 }
 
-/// Whether the file ends inside the record that should be its footer, or before it.
+/// Whether the file ends before its footer is complete.
 fn unfinished(source: &Source, summary: u64) -> Result<bool, LogReadError> {
-    let mut place = summary;
-    loop {
-        match source.frame(place)? {
-            Some(frame) if frame.opcode == op::FOOTER => {
-                return Ok(source.size() < frame.end() + mcap::MAGIC.len() as u64);
-            }
-            Some(frame) => place = frame.end(),
-            // A damaged length, or the file ends here.
-            None => return Ok(source.size() - place < FOOTER + mcap::MAGIC.len() as u64 || !ends(source)?),
-        }
+    if ends(source)? {
+        return Ok(false);
     }
+    let mut place = summary;
+    while let Some(frame) = source.frame(place)? {
+        if frame.opcode == op::FOOTER {
+            return Ok(source.size() < frame.end() + mcap::MAGIC.len() as u64);
+        }
+        place = frame.end();
+    }
+    Ok(true)
 }
 
 /// Whether the file ends with the mark of a finished one.

@@ -47,6 +47,14 @@ impl Header {
         (FIXED + self.compression.len() as u64).saturating_add(self.compressed)
     }
 
+    /// The chunk in a record whose content has `length` bytes, with that length in its header.
+    pub fn of_length(mut self, length: u64, content: &mut [u8]) -> Option<Self> {
+        let name = self.compression.len();
+        self.compressed = length.checked_sub(FIXED + name as u64)?;
+        content.get_mut(32 + name..40 + name)?.copy_from_slice(&self.compressed.to_le_bytes());
+        Some(self)
+    }
+
     /// What it says that cannot be, or would take memory without end.
     pub fn impossible(&self) -> Option<&'static str> {
         let ratio = match &*self.compression {

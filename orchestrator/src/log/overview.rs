@@ -73,7 +73,7 @@ impl Overview {
                 Ok(Entry::Cut(position)) => overview.cut = Some(position),
             }
         }
-        if overview.error.is_none() && (overview.end.is_some() || overview.cut.is_none()) {
+        if overview.error.is_none() {
             overview.error = entries.check_index().err();
         }
         overview.damage = entries.damage().to_vec();

@@ -64,7 +64,7 @@ pub fn recover(log: &Path, output: &Path) -> Result<Recovery, RecoveryError> {
     if output.symlink_metadata().is_ok() {
         return Err(RecoveryError::Taken { path: output.to_owned() });
     }
-    let mut stream = Stream::open(&path, &Default::default())?;
+    let mut stream = Stream::open_damaged(&path)?;
     let source = Source::open(&path, Default::default())?;
     if let Some(index) = Index::of_summary(&source)? {
         stream.know(&index.declared);

@@ -173,10 +173,29 @@ impl Stream {
     pub fn open(path: &Path, read: &Arc<AtomicU64>) -> Result<Self, LogReadError> {
         let source = Source::open(path, Arc::clone(read))?;
         let magic = source.bytes(0, mcap::MAGIC.len() as u64)?;
+        Self::begin(source, &magic)
+    }
+
+    /// Opens the file `path`, whatever its first bytes are, if a chunk is in it.
+    pub fn open_damaged(path: &Path) -> Result<Self, LogReadError> {
+        match Self::open(path, &Arc::default()) {
+            Err(LogReadError::NotMcap { path }) => {
+                let source = Source::open(&path, Arc::default())?;
+                match chunk::find(&source, 0)? {
+                    Some(_) => Self::begin(source, mcap::MAGIC),
+                    None => Err(LogReadError::NotMcap { path }),
+                }
+            }
+            opened => opened,
+        }
+    }
+
+    fn begin(source: Source, magic: &[u8]) -> Result<Self, LogReadError> {
+        let path = source.path();
         if magic.is_empty() {
             return Err(LogReadError::Empty { path: path.to_owned() });
         }
-        if !mcap::MAGIC.starts_with(&magic) {
+        if !mcap::MAGIC.starts_with(magic) {
             return Err(LogReadError::NotMcap { path: path.to_owned() });
         }
         let begin = magic.len() as u64;
@@ -184,7 +203,7 @@ impl Stream {
             return Err(LogReadError::Headless { path: path.to_owned(), position: begin });
         }
         let mut check = Check::default();
-        check.bytes(&magic);
+        check.bytes(magic);
         Ok(Self {
             finished: ends(&source)?,
             source,
@@ -376,19 +395,15 @@ impl Stream {
     pub fn mend(&mut self) -> Result<bool, LogReadError> {
         let place = self.position;
         self.move_to(place);
+        let framed = self.source.frame(place)?;
         if let Some(header) = chunk::header(&self.source, place)? {
-            let content = self.source.bytes(place + FRAME, header.record())?;
-            let end = place + FRAME + header.record();
-            let fits = self.feed(&header, content).is_ok();
-            if fits && matches!(self.records.next_event(), Some(Ok(LinearReadEvent::Record { .. }))) {
-                // Its checksum fits.
-                self.move_to(place);
-                let content = self.source.bytes(place + FRAME, header.record())?;
-                self.feed(&header, content)?;
-                self.next_record = end;
-                return Ok(true);
+            let ends = [Some(place + FRAME + header.record()), framed.map(|frame| frame.end())];
+            for end in ends.into_iter().flatten() {
+                if self.follows(end)? && self.chunk_up_to(place, end, &header)? {
+                    self.next_record = end;
+                    return Ok(true);
+                }
             }
-            self.move_to(place);
             return Ok(false);
         }
         let content = self.source.bytes(place + FRAME, 6)?;
@@ -403,6 +418,25 @@ impl Stream {
             }
         }
         Ok(false)
+    }
+
+    /// Gives the chunk between `place` and `end` to the reader of records, if its checksum fits.
+    fn chunk_up_to(&mut self, place: u64, end: u64, header: &Header) -> Result<bool, LogReadError> {
+        let length = end - place - FRAME;
+        // Twice, because the reader must be asked for a record to compare the checksum.
+        for asked in [true, false] {
+            self.move_to(place);
+            let mut content = self.source.bytes(place + FRAME, length)?;
+            let Some(header) = header.clone().of_length(length, &mut content) else { return Ok(false) };
+            if header.impossible().is_some() || self.feed(&header, content).is_err() {
+                return Ok(false);
+            }
+            if asked && !matches!(self.records.next_event(), Some(Ok(LinearReadEvent::Record { .. }))) {
+                self.move_to(place);
+                return Ok(false);
+            }
+        }
+        Ok(true)
     }
 
     /// Whether a record that the writer puts between or behind chunks is at `place`.
