@@ -20,7 +20,7 @@ use whole_chain::koyna;
 use whole_chain::scenario::{Scenario, binary, root};
 
 /// A second of strong motion on coarse meshes.
-pub(crate) fn short_scene() -> Scenario {
+fn short_scene() -> Scenario {
     let mut scenario = Scenario::shipped("koyna-northridge-1994");
     scenario.set("dam.element_size", 10.0).set("reservoir.element_size", 12.0);
     scenario.set("ground_motion.record.start", 4.0).set("ground_motion.record.end", 5.0);
@@ -63,7 +63,7 @@ pub(crate) fn text(path: &Path) -> &str {
 }
 
 /// Copies a log record by record, new checksums included; `change` may alter a message of a topic.
-fn rewrite(from: &Path, to: &Path, mut change: impl FnMut(&str, u32, &mut Vec<u8>)) {
+pub(crate) fn rewrite(from: &Path, to: &Path, mut change: impl FnMut(&str, u32, &mut Vec<u8>)) {
     rewrite_all(from, to, |topic, sequence, mut data| {
         change(topic, sequence, &mut data);
         vec![data]
@@ -327,10 +327,14 @@ fn the_log_of_a_run_that_was_killed_is_readable() -> Result<(), LogReadError> {
         std::thread::sleep(std::time::Duration::from_millis(50));
         found = entries(&log).unwrap_or_default();
     }
+    assert!(Log::open(&log)?.is_running());
+    let (status, said) = cofferdam(&["log", "info", text(&log)]);
+    assert!(status == Some(0) && said.contains("ended        running: so far step"), "{said}");
     run.kill().expect("killed");
     run.wait().expect("an ending");
     let found = entries(&log)?;
     assert!(matches!(found.last(), Some(Entry::Cut(_))), "{:?}", found.last());
+    assert!(!Log::open(&log)?.is_running(), "the lock ends with the process");
     let (status, said) = cofferdam(&["replay", text(&log), "--quiet"]);
     assert_eq!(status, Some(0), "{said}");
     assert!(said.contains("dam: identical: ") && said.contains("where the log is cut short"), "{said}");

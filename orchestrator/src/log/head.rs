@@ -113,6 +113,10 @@ impl Head {
     }
 }
 
+/// Most units of a run, and longest scene (bytes): what claims to be more would take memory without end.
+const MOST_UNITS: usize = 64;
+const LONGEST_SCENE: usize = 1 << 22;
+
 #[derive(Default)]
 struct Parts {
     scene: Option<String>,
@@ -129,12 +133,25 @@ impl Parts {
             "/scene" => {
                 let mut decoder = schema()?.decoder([("toml", Wanted::Text)])?;
                 decoder.read(data)?;
-                self.scene = Some(decoder.text(0));
+                let text = decoder.text(0);
+                if text.len() > LONGEST_SCENE {
+                    return Err(Mismatch::Value {
+                        field: "toml",
+                        value: format!("a text of {} bytes", text.len()),
+                    });
+                }
+                self.scene = Some(text);
             }
             "/build" => {
                 let mut decoder = schema()?.decoder([("version", Wanted::Text), ("commit", Wanted::Text)])?;
                 decoder.read(data)?;
                 self.build = Some((decoder.text(0), decoder.text(1)));
+            }
+            "/unit" if self.units.len() >= MOST_UNITS => {
+                return Err(Mismatch::Value {
+                    field: "name",
+                    value: format!("that of unit {}", MOST_UNITS + 1),
+                });
             }
             "/unit" => self.units.push(unit(&schema()?, data)?),
             "/ground_motion" => {

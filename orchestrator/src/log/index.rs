@@ -2,7 +2,7 @@
 
 use super::LogReadError;
 use super::check::{FOOTER, chunk_indices, ends, split};
-use super::chunk::{self};
+use super::chunk;
 use super::source::{LONGEST, Source, u32_at, u64_at};
 use super::stream::Declared;
 use mcap::records::op;
@@ -59,12 +59,14 @@ impl Index {
         }
         let summary = &bytes[..(footer - start) as usize];
         let mut index = Self::default();
-        let declarations = split(summary).filter(|(opcode, _)| matches!(*opcode, op::SCHEMA | op::CHANNEL));
-        declarations.filter_map(|(opcode, content)| mcap::parse_record(opcode, content).ok()).for_each(
-            |record| {
-                index.declared.take(record);
-            },
-        );
+        for (opcode, content) in
+            split(summary).filter(|(opcode, _)| matches!(*opcode, op::SCHEMA | op::CHANNEL))
+        {
+            let declared = mcap::parse_record(opcode, content);
+            if !declared.is_ok_and(|record| index.declared.take(record, content.len())) {
+                return Ok(None);
+            }
+        }
         let indices = chunk_indices(summary);
         // One that lists channels nowhere was written without them.
         let listed = indices.iter().any(|chunk| !chunk.message_index_offsets.is_empty());

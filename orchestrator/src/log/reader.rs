@@ -35,6 +35,9 @@ pub struct Log {
     pub(super) read: Arc<AtomicU64>,
 }
 
+/// Most entries that can follow a request without an answer: the steps of its window, and what units said.
+const MOST_HELD: usize = 1 << 17;
+
 /// Messages of a topic, and their bytes before compression.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Traffic {
@@ -272,6 +275,7 @@ impl Entries {
                 self.damage.push(damage.clone());
                 (self.gap, self.torn) = (Some(damage), true);
             }
+            Part::Entry(_) if self.held.len() >= MOST_HELD => self.answered()?,
             Part::Entry(entry) if self.request.is_some() => self.held.push(entry),
             Part::Entry(entry) => self.waiting.push_back(entry),
             Part::Nothing => {}

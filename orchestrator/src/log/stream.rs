@@ -50,7 +50,7 @@ pub struct Channel {
     /// Name of the topic.
     pub topic: String,
     /// The schema; without a name if there is none.
-    pub schema: SchemaRecord,
+    pub schema: Arc<SchemaRecord>,
     /// What the messages are written in.
     pub encoding: String,
     /// What else is said about the channel.
@@ -60,30 +60,41 @@ pub struct Channel {
 /// The channels of a file that are known.
 #[derive(Clone, Debug, Default)]
 pub struct Declared {
-    schemas: HashMap<u16, SchemaRecord>,
+    schemas: HashMap<u16, Arc<SchemaRecord>>,
     channels: BTreeMap<u16, Channel>,
+    /// Bytes of the records that declared them.
+    size: usize,
 }
 
+/// Longest declarations of a file altogether, bytes: read as descriptors, they take a hundred times as much.
+const LONGEST_DECLARATIONS: usize = 1 << 23;
+
 impl Declared {
-    /// Takes a record if it declares something; the first declaration of a number counts.
-    pub fn take(&mut self, record: Record<'_>) {
+    /// Takes a record of `length` bytes if it declares something; the first declaration of a number counts. False if all
+    /// declarations are longer than any that are written.
+    pub fn take(&mut self, record: Record<'_>, length: usize) -> bool {
+        let new = match &record {
+            Record::Schema { header, .. } => !self.schemas.contains_key(&header.id),
+            Record::Channel(channel) => !self.channels.contains_key(&channel.id),
+            _ => false,
+        };
+        self.size += if new { length } else { 0 };
+        if self.size > LONGEST_DECLARATIONS {
+            return false;
+        }
         match record {
-            Record::Schema { header, data } => {
-                let schema = SchemaRecord {
-                    name: header.name,
-                    encoding: header.encoding,
-                    descriptor: data.into_owned(),
-                };
-                self.schemas.entry(header.id).or_insert(schema);
+            Record::Schema { header, data } if new => {
+                let (name, encoding, descriptor) = (header.name, header.encoding, data.into_owned());
+                self.schemas.insert(header.id, Arc::new(SchemaRecord { name, encoding, descriptor }));
             }
-            Record::Channel(channel) => {
+            Record::Channel(channel) if new => {
                 let schema = self.schemas.get(&channel.schema_id).cloned().unwrap_or_default();
                 let (topic, encoding, metadata) = (channel.topic, channel.message_encoding, channel.metadata);
-                let declared = Channel { topic, schema, encoding, metadata };
-                self.channels.entry(channel.id).or_insert(declared);
+                self.channels.insert(channel.id, Channel { topic, schema, encoding, metadata });
             }
             _ => {}
         }
+        true
     }
 
     /// Takes all declarations of `other` that are not known.
@@ -124,9 +135,6 @@ pub struct Stream {
     /// None if records were passed over.
     check: Option<Check>,
 }
-
-/// Longest schema, bytes: read, it takes a hundred times as much.
-const LONGEST_SCHEMA: usize = 1 << 20;
 
 fn reader() -> LinearReader {
     let options = LinearReaderOptions::default()
@@ -272,9 +280,6 @@ impl Stream {
                 Some(Ok(LinearReadEvent::Record { data, opcode })) => {
                     let length = data.len();
                     let record = match opcode {
-                        op::SCHEMA if length > LONGEST_SCHEMA => {
-                            return Err(self.damaged("a schema is longer than any that is written"));
-                        }
                         op::SCHEMA | op::CHANNEL | op::MESSAGE => mcap::parse_record(opcode, data),
                         _ => Ok(Record::Unknown { opcode, data: data.into() }),
                     };
@@ -286,7 +291,11 @@ impl Stream {
                             data: data.into_owned(),
                         }),
                         Ok(record) => {
-                            self.declared.take(record);
+                            if !self.declared.take(record, length) {
+                                return Err(
+                                    self.damaged("schemas and channels are longer than any that are written")
+                                );
+                            }
                             None
                         }
                         Err(cause) => {
