@@ -81,6 +81,7 @@ pub fn recover(log: &Path, output: &Path) -> Result<Recovery, RecoveryError> {
         damage_channel: None,
         time: 0,
         ended: false,
+        torn: false,
         recovery: Recovery { messages: 0, damage: Vec::new(), mended: Vec::new(), undeclared: 0 },
     };
     for (id, channel) in stream.declared().clone().channels() {
@@ -110,6 +111,8 @@ struct Saving {
     time: u64,
     /// Whether the end of the run was read.
     ended: bool,
+    /// Whether damage was the last that was read.
+    torn: bool,
     recovery: Recovery,
 }
 
@@ -117,11 +120,15 @@ impl Saving {
     fn save(&mut self, stream: &mut Stream, output: &Path) -> Result<(), RecoveryError> {
         let written = |error| LogError::of_writer(output, error);
         loop {
-            let position = stream.position();
             let (place, cause) = match stream.next() {
                 Ok(Next::Message(raw)) => {
                     self.message(stream, &raw).map_err(written)?;
                     continue;
+                }
+                Ok(Next::End) if !self.ended && !self.torn => {
+                    let (first, what) = (stream.position(), "the end of the run is missing".to_owned());
+                    self.damage(LoggedDamage { first, last: first, what }).map_err(written)?;
+                    break;
                 }
                 Ok(Next::End) => break,
                 Ok(Next::Cut) if self.ended => break,
@@ -129,20 +136,18 @@ impl Saving {
                 Err(LogReadError::Damaged { position, cause, .. }) => (position, cause),
                 Err(error) => return Err(error.into()),
             };
-            debug_assert!(place >= position);
             if stream.mend()? {
                 self.recovery.mended.push((place, cause));
                 continue;
             }
             let next = stream.pass()?;
-            // Before the first chunk there is no message, and behind the end of the run neither.
-            if place == mcap::MAGIC.len() as u64 && next.is_some() || self.ended {
+            // Before the first chunk there is no message, nor behind the end of the run, nor at the end of the data.
+            let before = place == mcap::MAGIC.len() as u64 && next.is_some();
+            if before || self.ended || next == Some(place) {
                 self.recovery.mended.push((place, cause));
-            } else if next != Some(place) {
+            } else {
                 let last = next.unwrap_or(stream.size()).saturating_sub(1).max(place);
                 self.damage(LoggedDamage { first: place, last, what: cause }).map_err(written)?;
-            } else {
-                self.recovery.mended.push((place, cause));
             }
             if next.is_none_or(|next| next == place) {
                 break;
@@ -168,6 +173,7 @@ impl Saving {
         let [log_time, publish_time] = raw.times;
         self.time = self.time.max(log_time);
         self.recovery.messages += 1;
+        self.torn = false;
         let header = MessageHeader { channel_id: channel, sequence: raw.sequence, log_time, publish_time };
         self.writer.write_to_known_channel(&header, &raw.data)
     }
@@ -199,6 +205,7 @@ impl Saving {
         let header =
             MessageHeader { channel_id: channel, sequence: 0, log_time: self.time, publish_time: self.time };
         self.recovery.damage.push(damage);
+        self.torn = true;
         self.writer.write_to_known_channel(&header, &data)
     }
 }

@@ -136,6 +136,9 @@ pub struct Stream {
     check: Option<Check>,
 }
 
+/// What is said about declarations beyond that.
+const TOO_LONG: &str = "schemas and channels are longer than any that are written";
+
 fn reader() -> LinearReader {
     let options = LinearReaderOptions::default()
         .with_skip_start_magic(true)
@@ -167,8 +170,9 @@ fn impossible(frame: &Frame, content: &[u8]) -> Option<&'static str> {
             }),
         },
         // The writer puts every message into a chunk, whose checksum covers it.
-        op::MESSAGE | op::SCHEMA | op::CHANNEL => Some("a message, schema or channel outside the chunks"),
-        op::ATTACHMENT | op::METADATA | 0x80.. => {
+        op::MESSAGE => Some("a message outside the chunks"),
+        // Other programs put declarations between the chunks.
+        op::SCHEMA | op::CHANNEL | op::ATTACHMENT | op::METADATA | 0x80.. => {
             let chunk = Header::read(content).is_some_and(|header| header.record() == frame.length);
             chunk.then_some("a chunk that says to be something else")
         }
@@ -364,6 +368,11 @@ impl Stream {
                     self.library = header.library;
                 }
             }
+            op::SCHEMA | op::CHANNEL => {
+                let record = mcap::parse_record(frame.opcode, &content);
+                let record = record.map_err(|cause| self.damaged(cause.to_string()))?;
+                self.declare(record, content.len())?;
+            }
             op::CHUNK => {
                 let header = Header::read(&content).unwrap_or_default();
                 if let Some(check) = &mut self.check {
@@ -380,6 +389,11 @@ impl Stream {
         }
         self.next_record = frame.end();
         Ok(true)
+    }
+
+    fn declare(&mut self, record: Record<'_>, length: usize) -> Result<(), LogReadError> {
+        let fits = self.declared.take(record, length);
+        if fits { Ok(()) } else { Err(self.damaged(TOO_LONG)) }
     }
 
     /// Gives a chunk to the reader of records.
