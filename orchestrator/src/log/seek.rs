@@ -9,6 +9,7 @@ use super::stream::{Next, Stream};
 use super::topic::{Part, Topic};
 use crate::participant::Occasion;
 use std::collections::HashMap;
+use std::collections::hash_map::Entry::{Occupied, Vacant};
 use std::sync::Arc;
 
 /// Steps by which the place of a chunk is guessed from the numbers at both ends; afterwards halves are taken.
@@ -134,12 +135,11 @@ impl<'a> Finder<'a> {
                 topic: channel.topic.clone(),
                 mismatch,
             };
-            if !topics.contains_key(&raw.channel) {
-                topics.insert(raw.channel, Topic::of(channel, units).map_err(mismatch)?);
-            }
-            if let Some(topic) = topics.get_mut(&raw.channel)
-                && !take(topic.read(&raw, units).map_err(mismatch)?)
-            {
+            let topic = match topics.entry(raw.channel) {
+                Occupied(known) => known.into_mut(),
+                Vacant(new) => new.insert(Topic::of(channel, units).map_err(mismatch)?),
+            };
+            if !take(topic.read(&raw, units).map_err(mismatch)?) {
                 return Ok(());
             }
         }

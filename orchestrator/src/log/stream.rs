@@ -66,8 +66,8 @@ pub struct Declared {
     size: usize,
 }
 
-/// Longest declarations of a file altogether, bytes: read as descriptors, they take a hundred times as much.
-const LONGEST_DECLARATIONS: usize = 1 << 23;
+/// Longest declarations of a file altogether, bytes: read as descriptors, they can take hundreds of times as much.
+const LONGEST_DECLARATIONS: usize = 1 << 20;
 
 impl Declared {
     /// Takes a record of `length` bytes if it declares something; the first declaration of a number counts. False if all
