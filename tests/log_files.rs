@@ -363,7 +363,8 @@ fn a_claimed_length_takes_no_memory() -> Result<(), Box<dyn Error>> {
         }
     }
     // Contents with a checksum that fits: texts, lists and schemas of many megabytes that compress to little.
-    let swollen: [(&str, &str, fn() -> Vec<u8>); 4] = [
+    type Content = fn() -> Vec<u8>;
+    let swollen: [(&str, &str, Content); 4] = [
         ("a scene of blanks", "/scene", || field(1, &vec![b' '; 40 << 20])),
         ("empty variables", "/unit", || [0x22, 0].repeat(20 << 20)),
         ("samples one by one", "/ground_motion", || [0x11, 0, 0, 0, 0, 0, 0, 0, 0].repeat(5 << 20)),
