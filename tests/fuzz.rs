@@ -7,7 +7,7 @@
 use dam_dem::Dam;
 use interface::Packable;
 use interface::export::Contents;
-use orchestrator::log::{Log, LogReadError, compare};
+use orchestrator::log::{Log, LogReadError, Overview, compare, recover};
 use orchestrator::participant::{self, FmuUnitError, Import, Role};
 use reservoir::Reservoir;
 use std::collections::BTreeMap;
@@ -244,10 +244,24 @@ fn logs() {
     assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
     let whole = Log::open(&scenario.folder().join("whole/log.mcap")).expect("a log");
     let bytes = std::fs::read(whole.path()).expect("a log");
-    let path = scenario.folder().join("damaged.mcap");
-    let (mut read, mut refused) = (0, 0);
+    let (path, saved) = (scenario.folder().join("damaged.mcap"), scenario.folder().join("saved.mcap"));
+    let (mut read, mut refused, mut recovered) = (0, 0, 0);
     cases(1500, |dice| {
         std::fs::write(&path, damaged(&bytes, dice)).expect("written");
+        if let Ok(log) = Log::open(&path) {
+            let step = dice.below(30) as u64;
+            let from = log.entries_from(step).and_then(Iterator::collect::<Result<Vec<_>, _>>);
+            drop((from, log.last_before("/step", step), log.entries_at(0.0025 * step as f64)));
+        }
+        if recover(&path, &saved).is_ok() {
+            // What was saved is sound, if its beginning is left.
+            if let Ok(log) = Log::open(&saved) {
+                let overview = Overview::of(&log).expect("a log");
+                assert!(overview.error.is_none(), "{:?}", overview.error);
+                recovered += 1;
+            }
+            std::fs::remove_file(&saved).expect("removed");
+        }
         let entries = |log: &Log| log.entries()?.collect::<Result<Vec<_>, LogReadError>>();
         match Log::open(&path).and_then(|log| Ok((entries(&log)?, log))) {
             Ok((_, log)) => {
@@ -261,8 +275,8 @@ fn logs() {
             }
         }
     });
-    println!("{read} logs are read to their end, {refused} are not");
-    assert!(refused > 0);
+    println!("{read} logs are read to their end, {refused} are not; {recovered} are recovered");
+    assert!(refused > 0 && recovered > refused / 2);
 }
 
 #[test]
@@ -415,6 +429,7 @@ fn command_lines() {
         "json",
         "unit",
         "info",
+        "recover",
         "diff",
         "impulse",
         "response",

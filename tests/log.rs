@@ -29,41 +29,41 @@ fn short_scene() -> Scenario {
 }
 
 /// The same with added mass, which needs no preparation.
-pub fn quick_scene() -> Scenario {
+pub(crate) fn quick_scene() -> Scenario {
     let mut scenario = short_scene();
     scenario.set("reservoir.fidelity", "westergaard").set("coupling.scheme", "serial-implicit");
     scenario
 }
 
 /// The log of a run of the scene into `output`.
-pub fn logged(scenario: &Scenario, output: &str) -> PathBuf {
+pub(crate) fn logged(scenario: &Scenario, output: &str) -> PathBuf {
     let run = scenario.try_run(output);
     assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
     scenario.folder().join(output).join("log.mcap")
 }
 
-pub fn entries(path: &Path) -> Result<Vec<Entry>, LogReadError> {
+pub(crate) fn entries(path: &Path) -> Result<Vec<Entry>, LogReadError> {
     Log::open(path)?.entries()?.collect()
 }
 
-pub fn exchanges(path: &Path) -> Result<Vec<LoggedExchange>, LogReadError> {
+pub(crate) fn exchanges(path: &Path) -> Result<Vec<LoggedExchange>, LogReadError> {
     let exchange = |entry| if let Entry::Exchange(exchange) = entry { Some(exchange) } else { None };
     Ok(entries(path)?.into_iter().filter_map(exchange).collect())
 }
 
 /// Exit status and output of the program, errors last, without line breaks.
-pub fn cofferdam(arguments: &[&str]) -> (Option<i32>, String) {
+pub(crate) fn cofferdam(arguments: &[&str]) -> (Option<i32>, String) {
     let output = std::process::Command::new(binary()).args(arguments).output().expect("cofferdam runs");
     let said = [output.stdout, output.stderr].concat();
     (output.status.code(), String::from_utf8_lossy(&said).into_owned())
 }
 
-pub fn text(path: &Path) -> &str {
+pub(crate) fn text(path: &Path) -> &str {
     path.to_str().expect("a path in UTF-8")
 }
 
 /// Copies a log record by record, new checksums included; `change` may alter a message of a topic.
-pub fn rewrite(from: &Path, to: &Path, mut change: impl FnMut(&str, u32, &mut Vec<u8>)) {
+pub(crate) fn rewrite(from: &Path, to: &Path, mut change: impl FnMut(&str, u32, &mut Vec<u8>)) {
     rewrite_all(from, to, |topic, sequence, mut data| {
         change(topic, sequence, &mut data);
         vec![data]
@@ -96,7 +96,7 @@ fn rewrite_all(from: &Path, to: &Path, mut change: impl FnMut(&str, u32, Vec<u8>
 }
 
 /// Places and opcodes of the records outside chunks, up to the end of the data.
-fn records(bytes: &[u8]) -> Vec<(usize, u8)> {
+pub(crate) fn records(bytes: &[u8]) -> Vec<(usize, u8)> {
     let (mut place, mut found) = (mcap::MAGIC.len(), Vec::new());
     loop {
         let length = bytes[place + 1..place + 9].try_into().map(u64::from_le_bytes).expect("a length");
@@ -327,10 +327,14 @@ fn the_log_of_a_run_that_was_killed_is_readable() -> Result<(), LogReadError> {
         std::thread::sleep(std::time::Duration::from_millis(50));
         found = entries(&log).unwrap_or_default();
     }
+    assert!(Log::open(&log).is_ok_and(|log| log.is_running()));
+    let (status, said) = cofferdam(&["log", "info", text(&log)]);
+    assert!(status == Some(0) && said.contains("ended        running: so far step"), "{said}");
     run.kill().expect("killed");
     run.wait().expect("an ending");
     let found = entries(&log)?;
     assert!(matches!(found.last(), Some(Entry::Cut(_))), "{:?}", found.last());
+    assert!(!Log::open(&log)?.is_running(), "the lock ends with the process");
     let (status, said) = cofferdam(&["replay", text(&log), "--quiet"]);
     assert_eq!(status, Some(0), "{said}");
     assert!(said.contains("dam: identical: ") && said.contains("where the log is cut short"), "{said}");
@@ -660,11 +664,22 @@ fn water(step: u64, value: Option<f64>) -> Result<Failing, Box<dyn std::error::E
 
 /// The log of a rigid dam with water that fails in step 7.
 fn failed_run(path: &Path, value: Option<f64>) -> Result<(), Box<dyn std::error::Error>> {
+    assert!(rigid_run(path, 7, 100, value)?, "the run fails");
+    Ok(())
+}
+
+/// The log of `steps` steps of a rigid dam with water that fails in step `failing`; whether it did.
+pub(crate) fn rigid_run(
+    path: &Path,
+    failing: u64,
+    steps: u64,
+    value: Option<f64>,
+) -> Result<bool, Box<dyn std::error::Error>> {
     let loaded = orchestrator::registry::read(&root().join("scenes/rigid-dam-ramp"), &[])?;
     let scene = toml::to_string(&loaded.scene)?;
     let mut log = LogWriter::create(path, &Preamble { scene, ..Preamble::default() })?;
     let dam = Prescribed::new(interface::WetFace::straight([0.0, koyna::DEPTH], 9)?)?;
-    let mut graph = Graph::pair(Box::new(dam), Box::new(water(7, value)?));
+    let mut graph = Graph::pair(Box::new(dam), Box::new(water(failing, value)?));
     let scheme = Scheme::new(
         &mut graph,
         Settings::default(),
@@ -682,13 +697,12 @@ fn failed_run(path: &Path, value: Option<f64>) -> Result<(), Box<dyn std::error:
         graph,
         scheme,
         ground_motion,
-        stepping: Stepping::equal(0.0025, 100),
+        stepping: Stepping::equal(0.0025, steps),
         self_tests: Vec::new(),
         static_crest_displacement: None,
     };
     let (_, failure) = simulation.run(&mut [&mut log], &AtomicBool::new(false));
-    assert!(failure.is_some(), "the run fails");
-    Ok(())
+    Ok(failure.is_some())
 }
 
 #[test]

@@ -31,6 +31,12 @@ impl ResultsFile {
         self.paths.push(path.to_owned());
         self
     }
+
+    /// Locks the file as long as it is open, so that its readers can see that it is being written. Some file systems have no
+    /// locks; then they cannot.
+    pub fn hold(&self) {
+        drop(self.file.try_lock());
+    }
 }
 
 impl Write for ResultsFile {

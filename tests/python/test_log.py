@@ -1,12 +1,18 @@
 """The log opens with a protobuf-aware MCAP reader, and its values are those of the CSV files."""
 
 import csv
+import json
+import os
+import subprocess
+import sys
 import tomllib
 from collections import defaultdict
+from pathlib import Path
 
 import numpy as np
 import pytest
 from mcap.reader import make_reader
+from mcap.writer import CompressionType, Writer
 from mcap_protobuf.decoder import DecoderFactory
 
 
@@ -150,3 +156,74 @@ def test_the_log_says_what_was_run(run, log):
     assert ground.interval == pytest.approx(0.01) and len(ground.acceleration) == 51
     (end,) = [message for _, message in log["/end"]]
     assert end.status == "completed"
+
+
+def cofferdam(*arguments):
+    """Exit status of the program, and what it says."""
+    done = subprocess.run([os.environ["COFFERDAM"], *arguments], capture_output=True, text=True)
+    return done.returncode, done.stdout + done.stderr
+
+
+def doctor(path):
+    """What pymcap-cli finds wrong in a file: its findings by code, without those that are only information."""
+    command = [Path(sys.executable).parent / "pymcap-cli", "doctor", "--format", "jsonl", path]
+    done = subprocess.run(command, capture_output=True, text=True)
+    *findings, summary = [json.loads(line) for line in done.stdout.splitlines()]
+    assert done.returncode == 0 and summary["type"] == "summary" and summary["complete"], done.stderr
+    found = defaultdict(int)
+    for finding in findings:
+        if finding["severity"] != "info":
+            found[finding["code"]] += 1
+    assert summary["errors"] + summary["warnings"] == 0 or found
+    return dict(found)
+
+
+def test_a_doctor_of_mcap_files_finds_nothing(run, tmp_path):
+    """Neither in a finished log, nor in those recovered from one that was cut and one that was damaged."""
+    assert doctor(run / "log.mcap") == {}
+    content = (run / "log.mcap").read_bytes()
+    damaged = bytearray(content)
+    damaged[len(content) // 3] ^= 1
+    for name, broken in (("cut", content[: len(content) * 3 // 5]), ("damaged", bytes(damaged))):
+        (tmp_path / name).write_bytes(broken)
+        recovered = tmp_path / f"{name}.mcap"
+        status, said = cofferdam("log", "recover", tmp_path / name, "--output", recovered)
+        assert status == 0 and "missing " in said, said
+        assert doctor(recovered) == {}
+        status, said = cofferdam("log", "info", recovered)
+        assert status == 0 and "missing " in said, said
+
+
+@pytest.mark.parametrize("compression", [CompressionType.ZSTD, CompressionType.LZ4, CompressionType.NONE])
+def test_a_log_that_another_program_wrote_anew_is_the_same(run, tmp_path, compression):
+    copy = tmp_path / "copy.mcap"
+    with open(run / "log.mcap", "rb") as file, open(copy, "wb") as output:
+        writer = Writer(output, compression=compression, chunk_size=1 << 16)
+        writer.start(library="another")
+        channels = {}
+        for schema, channel, message in make_reader(file).iter_messages(log_time_order=False):
+            if channel.id not in channels:
+                number = writer.register_schema(schema.name, schema.encoding, schema.data)
+                channels[channel.id] = writer.register_channel(channel.topic, channel.message_encoding, number)
+            times = {"log_time": message.log_time, "publish_time": message.publish_time}
+            writer.add_message(channels[channel.id], data=message.data, sequence=message.sequence, **times)
+        writer.finish()
+    assert (b"zstd" in copy.read_bytes()) == (compression is CompressionType.ZSTD)
+    for command in (("diff", run / "log.mcap", copy), ("info", copy)):
+        status, said = cofferdam("log", *command)
+        assert status == 0, said
+    status, said = cofferdam("log", "recover", copy, "--output", tmp_path / "again.mcap")
+    assert status == 0 and "missing" not in said, said
+    status, said = cofferdam("log", "diff", run / "log.mcap", tmp_path / "again.mcap")
+    assert status == 0, said
+
+
+def test_what_another_program_recovers_is_read(run, tmp_path):
+    """pymcap-cli copies chunks, and writes schemas and channels between them."""
+    recovered = tmp_path / "recovered.mcap"
+    command = [Path(sys.executable).parent / "pymcap-cli", "recover", run / "log.mcap", recovered]
+    subprocess.run(command, check=True, capture_output=True)
+    status, said = cofferdam("log", "diff", run / "log.mcap", recovered)
+    assert status == 0, said
+    status, said = cofferdam("log", "info", recovered)
+    assert status == 0, said

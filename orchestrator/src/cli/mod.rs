@@ -19,8 +19,10 @@ pub mod unit;
 
 use clap::{Parser, Subcommand, ValueEnum};
 use interface::WetFace;
+use orchestrator::log::Head;
 use orchestrator::participant::ParticipantError;
 use orchestrator::registry::{self, RegistryError};
+use orchestrator::report::Build;
 use orchestrator::scene::{ReservoirScene, Scene};
 use orchestrator::scheme::UnitId;
 use std::io::{ErrorKind, Write};
@@ -233,6 +235,21 @@ fn known(read: Result<Vec<f64>, ParticipantError>) -> Result<Vec<f64>, Participa
         Err(ParticipantError::Missing { .. }) => Ok(Vec::new()),
         answered => answered,
     }
+}
+
+/// How the program or the machine differs from that of a log.
+fn other_build(head: &Head) -> Option<String> {
+    let here = Build::here();
+    let pairs = [
+        ("version", here.version, &head.version),
+        ("commit", here.commit, &head.commit),
+        ("profile", here.profile, &head.profile),
+        ("processor's features", &here.features, &head.features),
+        ("system", &here.system, &head.system),
+    ];
+    let other = pairs.into_iter().find(|(_, now, then)| now != then)?;
+    let (what, now, then) = other;
+    Some(format!("the run was made by another {what} ({then:?}, here {now:?})"))
 }
 
 fn seconds(text: &str) -> Result<f64, String> {

@@ -1,14 +1,13 @@
 //! `cofferdam replay`.
 
 use super::start::{Start, StartError, deadlines};
-use super::{BuiltIn, DIFFERENT, Transport, complain, parallel, say};
+use super::{BuiltIn, DIFFERENT, Transport, complain, other_build, parallel, say};
 use crate::registry::{self, RegistryError};
 use indicatif::{ProgressBar, ProgressStyle};
 use miette::Diagnostic;
 use orchestrator::log::{Log, LogReadError};
-use orchestrator::participant::Occasion;
+use orchestrator::participant::{Occasion, Participant};
 use orchestrator::replay::{Part, Replay, ReplayError, ReplayedPart, Unanswered, replay_part};
-use orchestrator::report::Build;
 use orchestrator::scene::{Scene, SceneError};
 use orchestrator::scheme::UnitId;
 use std::num::NonZeroUsize;
@@ -166,12 +165,8 @@ fn execute(arguments: &Arguments) -> Result<u8, Failure> {
     }
     every_set_is_read(&log, overrides, &scene, &units)?;
     say(format!("{} (recorded by cofferdam {}, commit {})", head.scene.title, head.version, head.commit));
-    let here = Build::here();
-    if (here.version, here.commit) != (head.version.as_str(), head.commit.as_str()) {
-        complain(format_args!(
-            "warning: this is cofferdam {}, commit {}: another build than the run's, which need not give the same bits",
-            here.version, here.commit
-        ));
+    if let Some(why) = other_build(head) {
+        complain(format_args!("warning: {why}, which need not give the same bits"));
     }
     let steps = part.until.min(head.scene.steps()).saturating_mul(units.len() as u64);
     let bar = progress(arguments.quiet, steps);
@@ -299,9 +294,26 @@ impl Replaying<'_> {
             });
         }
         let seen = |at: &Occasion| bar.inc(u64::from(at.iteration == 1));
+        let part = if fingerprint == recorded.fingerprint { self.near(id, &mut *unit)? } else { part };
         let replayed = replay_part(log, id, &mut *unit, &part, seen);
         let replay = replayed.map_err(|cause| Failure::Replay(Box::new(cause)))?;
         Ok((replay, [made, began.elapsed().saturating_sub(made)]))
+    }
+}
+
+impl Replaying<'_> {
+    /// Puts a unit to the last checkpoint before the part, if there is one.
+    fn near(&self, id: UnitId, unit: &mut dyn Participant) -> Result<Part, Failure> {
+        let window = self.log.head().scene.coupling.window as u64;
+        let Some(before) = self.part.from.checked_sub(window + 1) else { return Ok(self.part) };
+        let found = self.log.checkpoint(before)?;
+        let state = found.and_then(|mut found| found.units.get_mut(id.0).and_then(Option::take));
+        let Some((step, state)) = state else { return Ok(self.part) };
+        // A state of another build is not read; the unit then goes all the way.
+        if unit.deserialise(&state).is_err() {
+            return Ok(self.part);
+        }
+        Ok(Part { stands: Some(step), ..self.part })
     }
 }
 

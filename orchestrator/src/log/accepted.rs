@@ -56,6 +56,7 @@ impl Iterator for AcceptedSteps {
                         return Some(Ok(AcceptedStep { step, exchanges }));
                     }
                 }
+                Ok(Entry::Damage(damage)) => return Some(Err(self.entries.missing(damage))),
                 Ok(Entry::End(end)) => self.ending = Some(end.status),
                 Ok(Entry::Cut(position)) => self.ending = Some(format!("cut short at byte {position}")),
                 Ok(_) => {}

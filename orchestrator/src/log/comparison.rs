@@ -86,6 +86,7 @@ fn next(entries: &mut Entries) -> Result<Result<LoggedExchange, String>, LogRead
             Entry::Exchange(exchange) => return Ok(Ok(exchange)),
             Entry::End(end) => return Ok(Err(end.status)),
             Entry::Cut(position) => return Ok(Err(format!("cut short at byte {position}"))),
+            Entry::Damage(damage) => return Err(entries.missing(damage)),
             Entry::Iteration(_) | Entry::Step(_) | Entry::Checkpoint(_) | Entry::Message(_) => {}
         }
     }

@@ -64,6 +64,9 @@ pub enum Mismatch {
         /// Number of values in the message.
         found: usize,
     },
+    /// A list that no writer makes so long.
+    #[error("a list of messages in it has more than {MOST_MESSAGES}")]
+    TooMany,
     /// An invalid value.
     #[error("`{field}` is `{value}`, which is not valid here")]
     Value {
@@ -73,6 +76,9 @@ pub enum Mismatch {
         value: String,
     },
 }
+
+/// Longest list of messages in a message: each takes many times its bytes.
+const MOST_MESSAGES: usize = 4096;
 
 /// A message type of a file.
 pub struct Schema(DescriptorProto);
@@ -228,6 +234,9 @@ impl Decoder {
                     encoding::double::merge_repeated(wire, values, &mut bytes, context)?;
                 }
                 Value::Text(text) => encoding::string::merge(wire, text, &mut bytes, context)?,
+                Value::Messages(messages) if messages.len() >= MOST_MESSAGES => {
+                    return Err(Mismatch::TooMany);
+                }
                 Value::Messages(messages) => {
                     let mut message = Vec::new();
                     encoding::bytes::merge(wire, &mut message, &mut bytes, context)?;

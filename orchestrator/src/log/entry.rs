@@ -70,6 +70,23 @@ pub struct LoggedEnd {
     pub time: f64,
 }
 
+/// What is missing in a log that was recovered from a damaged or cut one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LoggedDamage {
+    /// First byte that could not be read, from the beginning of the damaged file.
+    pub first: u64,
+    /// Last byte that could not be read.
+    pub last: u64,
+    /// What was wrong.
+    pub what: String,
+}
+
+impl std::fmt::Display for LoggedDamage {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "bytes {} to {}: {}", self.first, self.last, self.what)
+    }
+}
+
 /// One entry of a log.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Entry {
@@ -83,8 +100,24 @@ pub enum Entry {
     Checkpoint(Checkpoint),
     /// A message of a unit.
     Message(Message),
+    /// Here something is missing: exchanges before and after it need not follow each other.
+    Damage(LoggedDamage),
     /// The end of the run; nothing follows.
     End(LoggedEnd),
     /// The file is cut off at this byte, so that the end of the run is missing; nothing follows.
     Cut(u64),
+}
+
+impl Entry {
+    /// Number of the step that it belongs to, where it belongs to one.
+    pub fn step(&self) -> Option<u64> {
+        match self {
+            Self::Exchange(exchange) => Some(exchange.occasion.step),
+            Self::Iteration(iteration) => Some(iteration.steps[0]),
+            Self::Step(step) => Some(step.occasion.step),
+            Self::Checkpoint(checkpoint) => Some(checkpoint.step),
+            Self::Message(message) => Some(message.step),
+            Self::Damage(_) | Self::End(_) | Self::Cut(_) => None,
+        }
+    }
 }

@@ -1,4 +1,5 @@
 use super::decode::Mismatch;
+use super::entry::LoggedDamage;
 use crate::observer::ObserverError;
 use crate::results_file::remedy;
 use std::path::{Path, PathBuf};
@@ -129,7 +130,10 @@ pub enum LogReadError {
         commit: String,
     },
     /// Bytes were changed after they were written.
-    #[error("{}: byte {position}: the log is damaged here: {cause}; fetch it again from where it was written", path.display())]
+    #[error(
+        "{}: byte {position}: the log is damaged here: {cause}; fetch it again from where it was written, or save the rest by \
+         `cofferdam log recover`", path.display()
+    )]
     Damaged {
         /// The file.
         path: PathBuf,
@@ -137,6 +141,30 @@ pub enum LogReadError {
         position: u64,
         /// What is wrong.
         cause: String,
+    },
+    /// Bytes outside the messages were changed.
+    #[error(
+        "{}: byte {position}: the index of the log is damaged: {cause}; all messages are whole, `cofferdam log recover` writes \
+         a new index", path.display()
+    )]
+    Index {
+        /// The file.
+        path: PathBuf,
+        /// Where, bytes from the beginning.
+        position: u64,
+        /// What is wrong.
+        cause: String,
+    },
+    /// The log was recovered from a damaged one.
+    #[error(
+        "{}: the log was recovered from a damaged one, and exchanges are missing here: {damage}; give the log from before \
+         the damage, if there is one", path.display()
+    )]
+    Missing {
+        /// The file.
+        path: PathBuf,
+        /// What is missing.
+        damage: LoggedDamage,
     },
     /// The messages of a topic do not have the expected type.
     #[error(

@@ -152,6 +152,10 @@ impl Head {
     }
 }
 
+/// Most units of a run, and longest scene (bytes): what claims to be more would take memory without end.
+const MOST_UNITS: usize = 64;
+const LONGEST_SCENE: usize = 1 << 22;
+
 #[derive(Default)]
 struct Parts {
     scene: Option<String>,
@@ -163,12 +167,19 @@ struct Parts {
 impl Parts {
     /// Takes a message if it belongs to the head; returns whether it does.
     fn take(&mut self, channel: &Channel, data: &[u8]) -> Result<bool, Mismatch> {
-        let schema = || Schema::find(&channel.schema, &channel.descriptor);
+        let schema = || Schema::find(&channel.schema.name, &channel.schema.descriptor);
         match &*channel.topic {
             "/scene" => {
                 let mut decoder = schema()?.decoder([("toml", Wanted::Text)])?;
                 decoder.read(data)?;
-                self.scene = Some(decoder.text(0));
+                let text = decoder.text(0);
+                if text.len() > LONGEST_SCENE {
+                    return Err(Mismatch::Value {
+                        field: "toml",
+                        value: format!("a text of {} bytes", text.len()),
+                    });
+                }
+                self.scene = Some(text);
             }
             "/build" => {
                 let (always, since) = BUILD.split_at(2);
@@ -176,6 +187,12 @@ impl Parts {
                 let mut decoder = schema()?.decoder_with(texts(always), texts(since))?;
                 decoder.read(data)?;
                 self.build = Some(std::array::from_fn(|field| decoder.text(field)));
+            }
+            "/unit" if self.units.len() >= MOST_UNITS => {
+                return Err(Mismatch::Value {
+                    field: "name",
+                    value: format!("that of unit {}", MOST_UNITS + 1),
+                });
             }
             "/unit" => self.units.push(unit(&schema()?, data)?),
             "/ground_motion" => {

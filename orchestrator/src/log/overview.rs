@@ -1,4 +1,4 @@
-use super::{Entry, Log, LogReadError, LoggedEnd, Traffic};
+use super::{Entry, Log, LogReadError, LoggedDamage, LoggedEnd, Traffic};
 use crate::participant::Level;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -30,7 +30,11 @@ pub struct Overview {
     pub end: Option<LoggedEnd>,
     /// Where it is cut off, bytes from the beginning.
     pub cut: Option<u64>,
-    /// Why it could not be read to its end; entries before the error are counted.
+    /// Whether the run was writing it when it was opened.
+    pub running: bool,
+    /// What is missing, if it was recovered.
+    pub damage: Vec<LoggedDamage>,
+    /// Why it could not be read to its end, or what is wrong with its index; entries before the error are counted.
     pub error: Option<LogReadError>,
 }
 
@@ -40,7 +44,7 @@ impl Overview {
     /// **Errors**: the log can no longer be opened.
     pub fn of(log: &Log) -> Result<Self, LogReadError> {
         let mut entries = log.entries()?;
-        let mut overview = Self { size: entries.size(), ..Self::default() };
+        let mut overview = Self { size: entries.size(), running: entries.running(), ..Self::default() };
         for entry in entries.by_ref() {
             match entry {
                 Err(error) => overview.error = Some(error),
@@ -68,10 +72,15 @@ impl Overview {
                 }
                 Ok(Entry::Iteration(_)) => {}
                 Ok(Entry::Checkpoint(_)) => overview.checkpoints += 1,
+                Ok(Entry::Damage(_)) => {}
                 Ok(Entry::End(end)) => overview.end = Some(end),
                 Ok(Entry::Cut(position)) => overview.cut = Some(position),
             }
         }
+        if overview.error.is_none() {
+            overview.error = entries.check_index().err();
+        }
+        overview.damage = entries.damage().to_vec();
         overview.traffic = entries.traffic().into_iter().map(|(t, n)| (t.to_owned(), n)).collect();
         Ok(overview)
     }
@@ -81,6 +90,7 @@ impl Overview {
         let Self { steps, time, size, .. } = self;
         match (&self.end, self.cut) {
             (Some(end), _) => end.status.clone(),
+            (None, Some(_)) if self.running => format!("running: so far step {steps}, t = {time:.4} s"),
             (None, Some(position)) => {
                 format!("cut short at byte {position} of {size}, after step {steps}, t = {time:.4} s")
             }
@@ -112,6 +122,9 @@ impl fmt::Display for Overview {
         line("size", format!("{:.1} MB", 1e-6 * self.size as f64))?;
         for (topic, Traffic { messages, bytes }) in &self.traffic {
             line("", format!("{topic:<20} {messages:>9} messages {:>9.1} MB", 1e-6 * *bytes as f64))?;
+        }
+        for damage in &self.damage {
+            line("missing", damage.to_string())?;
         }
         line("ended", self.ending())
     }

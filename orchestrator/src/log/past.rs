@@ -7,11 +7,13 @@ use crate::participant::Occasion;
 use crate::scheme::{Exchange, Interval, WindowReport};
 use std::iter::Peekable;
 use std::ops::Range;
+use std::path::PathBuf;
 use std::time::Duration;
 
 /// Reads a log window by window, as the reports that observers had; wall times are rounded. A window without its last `/step`,
 /// because the log ends before, is left out.
 pub struct Reports {
+    path: PathBuf,
     entries: Peekable<Entries>,
     ground_motion: GroundMotion,
     /// Where the requests to each unit tell the acceleration of the ground.
@@ -26,7 +28,8 @@ impl Log {
     pub fn reports(&self) -> Result<Reports, LogReadError> {
         let ground_motion = self.head().ground_motion();
         let grounds = self.head().units.iter().map(|unit| unit.inputs.range("ground_acceleration")).collect();
-        Ok(Reports { entries: self.entries()?.peekable(), ground_motion, grounds, done: false })
+        let path = self.path().to_owned();
+        Ok(Reports { path, entries: self.entries()?.peekable(), ground_motion, grounds, done: false })
     }
 }
 
@@ -36,24 +39,26 @@ impl Log {
     ///
     /// **Errors**: the log can no longer be opened.
     pub fn checkpoint(&self, until: u64) -> Result<Option<LastCheckpoint>, LogReadError> {
-        let mut last: Option<LastCheckpoint> = None;
-        for entry in self.entries()? {
-            match entry {
-                Ok(Entry::Checkpoint(mut checkpoint)) if checkpoint.step <= until => {
-                    let mut units = last.map_or_else(Vec::new, |last| last.units);
-                    units.resize(checkpoint.units.len().max(units.len()), None);
-                    for (unit, state) in units.iter_mut().zip(&mut checkpoint.units) {
-                        *unit = state.take().map(|state| (checkpoint.step, state)).or(unit.take());
-                    }
-                    let Checkpoint { step, time, run, .. } = checkpoint;
-                    last = Some(LastCheckpoint { step, time, run, units });
-                }
-                // What follows is later, or cannot be read.
-                Ok(Entry::Checkpoint(_)) | Err(_) => break,
-                Ok(_) => {}
+        let before = |step: u64| {
+            Ok(match self.last_before("/checkpoint", step)? {
+                Some(Entry::Checkpoint(checkpoint)) => Some(checkpoint),
+                _ => None,
+            })
+        };
+        let Some(Checkpoint { step, time, run, units }) = before(until)? else { return Ok(None) };
+        let state = |state: Option<Vec<u8>>| state.map(|state| (step, state));
+        let mut units: Vec<_> = units.into_iter().map(state).collect();
+        let mut earliest = step;
+        while units.contains(&None)
+            && let Some(earlier) = earliest.checked_sub(1)
+            && let Some(checkpoint) = before(earlier)?
+        {
+            earliest = checkpoint.step;
+            for (unit, state) in units.iter_mut().zip(checkpoint.units) {
+                *unit = unit.take().or(state.map(|state| (earliest, state)));
             }
         }
-        Ok(last)
+        Ok(Some(LastCheckpoint { step, time, run, units }))
     }
 }
 
@@ -88,6 +93,9 @@ impl Reports {
             }
             match self.entries.next().transpose()? {
                 None | Some(Entry::End(_) | Entry::Cut(_)) => return Ok(None),
+                Some(Entry::Damage(damage)) => {
+                    return Err(LogReadError::Missing { path: self.path.clone(), damage });
+                }
                 Some(Entry::Checkpoint(checkpoint)) => return Ok(Some(Past::Checkpoint(checkpoint))),
                 Some(Entry::Exchange(logged)) => report.exchanges.push(exchange(logged)),
                 Some(Entry::Message(message)) => report.messages.push(message),

@@ -2,13 +2,14 @@
 
 use super::LogReadError;
 use super::decode::Mismatch;
-use super::entry::{Entry, LoggedExchange};
+use super::entry::{Entry, LoggedDamage, LoggedExchange};
 use super::head::Head;
-use super::stream::{Next, Raw, Stream};
+use super::stream::{Declared, Next, Raw, Stream};
 use super::topic::{Part, Topic};
 use std::collections::{BTreeMap, HashMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// The log of a run, complete or cut short.
 ///
@@ -26,8 +27,16 @@ use std::sync::Arc;
 #[derive(Clone, Debug)]
 pub struct Log {
     path: PathBuf,
-    head: Arc<Head>,
+    pub(super) head: Arc<Head>,
+    /// The channels that the head declares.
+    pub(super) declared: Arc<Declared>,
+    running: bool,
+    /// Bytes read of the file.
+    pub(super) read: Arc<AtomicU64>,
 }
+
+/// Most entries that can follow a request without an answer: the steps of its window, and what units said.
+const MOST_HELD: usize = 1 << 17;
 
 /// Messages of a topic, and their bytes before compression.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -43,9 +52,17 @@ impl Log {
     ///
     /// **Errors**: the file is not a log, or is cut off before the first exchange.
     pub fn open(path: &Path) -> Result<Self, LogReadError> {
-        let path = if path.is_dir() { path.join("log.mcap") } else { path.to_owned() };
-        let head = Head::read(&mut Stream::open(&path)?, &path)?;
-        Ok(Self { path, head: Arc::new(head) })
+        let path = Self::file(path);
+        let read = Arc::default();
+        let mut stream = Stream::open(&path, &read)?;
+        let head = Arc::new(Head::read(&mut stream, &path)?);
+        let (declared, running) = (Arc::new(stream.declared().clone()), stream.source().running());
+        Ok(Self { path, head, declared, running, read })
+    }
+
+    /// The log that `path` is, or that is in the folder `path`.
+    pub(super) fn file(path: &Path) -> PathBuf {
+        if path.is_dir() { path.join("log.mcap") } else { path.to_owned() }
     }
 
     /// The file.
@@ -58,18 +75,32 @@ impl Log {
         &self.head
     }
 
+    /// Whether its run was writing it when it was opened.
+    pub fn is_running(&self) -> bool {
+        self.running
+    }
+
+    /// Bytes read of the file since it was opened, by all that reads this log.
+    pub fn bytes_read(&self) -> u64 {
+        self.read.load(Ordering::Relaxed)
+    }
+
     /// The entries from the first exchange on; each call reads the file again.
     pub fn entries(&self) -> Result<Entries, LogReadError> {
         Ok(Entries {
             path: self.path.clone(),
             head: Arc::clone(&self.head),
-            stream: Stream::open(&self.path)?,
+            stream: Stream::open(&self.path, &self.read)?,
             topics: HashMap::new(),
             request: None,
             silent: None,
             held: Vec::new(),
             waiting: VecDeque::new(),
             sequence: 0,
+            skipping: None,
+            gap: None,
+            torn: false,
+            damage: Vec::new(),
             done: false,
         })
     }
@@ -79,7 +110,7 @@ impl Log {
 pub struct Entries {
     path: PathBuf,
     head: Arc<Head>,
-    stream: Stream,
+    pub(super) stream: Stream,
     topics: HashMap<u16, (Topic, Traffic)>,
     request: Option<LoggedExchange>,
     /// An earlier request to the other unit without an answer: both units failed at once.
@@ -88,6 +119,13 @@ pub struct Entries {
     held: Vec<Entry>,
     waiting: VecDeque<Entry>,
     sequence: u32,
+    /// Whatever comes before the first request in this step, or in a later one, is passed over.
+    pub(super) skipping: Option<u64>,
+    /// Damage behind which nothing has been read yet.
+    gap: Option<LoggedDamage>,
+    /// Whether no request has been read since the last damage.
+    torn: bool,
+    damage: Vec<LoggedDamage>,
     done: bool,
 }
 
@@ -105,6 +143,28 @@ impl Entries {
         self.stream.size()
     }
 
+    /// Whether its run was writing the file when it was opened.
+    pub fn running(&self) -> bool {
+        self.stream.source().running()
+    }
+
+    /// What is missing, so far, in a log that was recovered.
+    pub fn damage(&self) -> &[LoggedDamage] {
+        &self.damage
+    }
+
+    /// Reads on behind the end of the run, and compares the index and the checksums of the file with what was read.
+    ///
+    /// **Errors**: [`LogReadError::Index`]; those of reading. Nothing is found out about a log that was not read from its
+    /// beginning to its end.
+    pub fn check_index(&mut self) -> Result<(), LogReadError> {
+        while let Next::Message(_) = self.stream.next()? {}
+        let flaw = self.stream.conclude()?;
+        flaw.map_or(Ok(()), |flaw| {
+            Err(LogReadError::Index { path: self.path.clone(), position: flaw.place, cause: flaw.cause })
+        })
+    }
+
     /// The next entry; must not be called after an error, the end or the cut.
     pub(super) fn read(&mut self) -> Result<Entry, LogReadError> {
         loop {
@@ -118,7 +178,7 @@ impl Entries {
     fn advance(&mut self) -> Result<(), LogReadError> {
         match self.stream.next()? {
             Next::Message(raw) => return self.take(&raw),
-            Next::End if self.stream.finished() => {
+            Next::End if self.stream.finished() && self.gap.is_none() => {
                 return Err(self.damaged("the file is complete but has no `/end`".to_owned()));
             }
             Next::End | Next::Cut => {}
@@ -148,13 +208,22 @@ impl Entries {
         let Some((topic, traffic)) = self.topics.get_mut(&raw.channel) else { return Ok(()) };
         traffic.messages += 1;
         traffic.bytes += raw.data.len() as u64;
-        match topic.read(raw, &self.head.units) {
-            Ok(part) => self.place(part),
-            Err(mismatch) => Err(self.mismatch(raw, mismatch)),
+        let part = topic.read(raw, &self.head.units).map_err(|mismatch| self.mismatch(raw, mismatch))?;
+        if let Some(step) = self.skipping {
+            match &part {
+                Part::Request(request) if request.occasion.step >= step => {
+                    self.sequence = request.sequence.wrapping_sub(1);
+                }
+                Part::Entry(Entry::End(_)) => {}
+                _ => return Ok(()),
+            }
+            self.skipping = None;
         }
+        self.place(part)
     }
 
     fn place(&mut self, part: Part) -> Result<(), LogReadError> {
+        self.waiting.extend(self.gap.take().map(Entry::Damage));
         match part {
             Part::Request(request) => {
                 match self.request.take() {
@@ -169,11 +238,11 @@ impl Entries {
                     }
                 }
                 let expected = self.sequence.wrapping_add(1);
-                if request.sequence != expected {
+                if request.sequence != expected && !(self.torn && request.sequence > expected) {
                     let found = request.sequence;
                     return Err(self.damaged(format!("exchange {found} stands where {expected} should")));
                 }
-                self.sequence = expected;
+                (self.sequence, self.torn) = (request.sequence, false);
                 self.request = Some(request);
             }
             Part::Answer(answer) => match self.request.take() {
@@ -187,6 +256,8 @@ impl Entries {
                     let exchange = LoggedExchange { outputs, wall_time, ..request };
                     self.waiting.push_back(Entry::Exchange(exchange));
                 }
+                // The request is among what is missing.
+                None if self.torn && self.held.is_empty() => {}
                 _ => {
                     let sequence = answer.sequence;
                     return Err(self.damaged(format!("the answer of exchange {sequence} has no request")));
@@ -199,6 +270,14 @@ impl Entries {
                 self.release();
                 self.waiting.push_back(Entry::End(end));
             }
+            Part::Damage(damage) => {
+                // The answer is among what is missing, and the run went on.
+                (self.request, self.silent) = (None, None);
+                self.waiting.extend(self.held.drain(..));
+                self.damage.push(damage.clone());
+                (self.gap, self.torn) = (Some(damage), true);
+            }
+            Part::Entry(_) if self.held.len() >= MOST_HELD => self.answered()?,
             Part::Entry(entry) if self.request.is_some() => self.held.push(entry),
             Part::Entry(entry) => self.waiting.push_back(entry),
             Part::Nothing => {}
@@ -213,8 +292,13 @@ impl Entries {
         self.silent.as_ref().or(self.request.as_ref()).map_or(Ok(()), missing)
     }
 
+    /// What is missing here, for those who need every exchange.
+    pub(super) fn missing(&self, damage: LoggedDamage) -> LogReadError {
+        LogReadError::Missing { path: self.path.clone(), damage }
+    }
+
     fn damaged(&self, cause: String) -> LogReadError {
-        LogReadError::Damaged { path: self.path.clone(), position: self.stream.position(), cause }
+        self.stream.source().damaged(self.stream.position(), cause)
     }
 
     fn mismatch(&self, raw: &Raw, mismatch: Mismatch) -> LogReadError {

@@ -1,7 +1,7 @@
 //! Reads the messages of a topic by the schema in the file.
 
 use super::decode::{Decoder, Mismatch, Schema, Wanted};
-use super::entry::{Entry, LoggedEnd, LoggedExchange, LoggedIteration, LoggedStep};
+use super::entry::{Entry, LoggedDamage, LoggedEnd, LoggedExchange, LoggedIteration, LoggedStep};
 use super::foxglove;
 use super::head::LoggedUnit;
 use super::stream::{Channel, Raw};
@@ -20,6 +20,7 @@ pub enum Topic {
     Checkpoint(Decoder),
     Message(Decoder, Decoder),
     End(Decoder),
+    Damage(Decoder),
     Other,
 }
 
@@ -88,7 +89,7 @@ const ITERATION: [(&str, Wanted); 21] = [
 impl Topic {
     /// The topic of a channel; an unknown one is skipped.
     pub fn of(channel: &Channel, units: &[LoggedUnit]) -> Result<Self, Mismatch> {
-        let schema = || Schema::find(&channel.schema, &channel.descriptor);
+        let schema = || Schema::find(&channel.schema.name, &channel.schema.descriptor);
         let exchange = |layout: &Layout| {
             let schema = schema()?;
             let variables = layout.channels().map(|(c, _)| {
@@ -133,13 +134,21 @@ impl Topic {
                     ("message", Wanted::Text),
                     ("timestamp", Wanted::Messages),
                 ])?;
-                let timestamp = Schema::find(foxglove::TIMESTAMP, &channel.descriptor)?;
+                let timestamp = Schema::find(foxglove::TIMESTAMP, &channel.schema.descriptor)?;
                 Self::Message(
                     message,
                     timestamp.decoder(["seconds", "nanos"].map(|n| (n, Wanted::Unsigned)))?,
                 )
             }
             "/end" => Self::End(schema()?.decoder([("status", Wanted::Text), ("time", Wanted::Double)])?),
+            "/damage" => {
+                let wanted = [
+                    ("first_byte", Wanted::Unsigned),
+                    ("last_byte", Wanted::Unsigned),
+                    ("what", Wanted::Text),
+                ];
+                Self::Damage(schema()?.decoder(wanted)?)
+            }
             _ => Self::Other,
         })
     }
@@ -150,6 +159,7 @@ pub enum Part {
     Request(LoggedExchange),
     Answer(LoggedExchange),
     Entry(Entry),
+    Damage(LoggedDamage),
     Nothing,
 }
 
@@ -199,6 +209,11 @@ impl Topic {
             Self::End(decoder) => {
                 decoder.read(&raw.data)?;
                 Part::Entry(Entry::End(LoggedEnd { status: decoder.text(0), time: decoder.double(1) }))
+            }
+            Self::Damage(decoder) => {
+                decoder.read(&raw.data)?;
+                let (first, last, what) = (decoder.unsigned(0), decoder.unsigned(1), decoder.text(2));
+                Part::Damage(LoggedDamage { first, last, what })
             }
             Self::Other => Part::Nothing,
         })

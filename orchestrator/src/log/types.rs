@@ -129,6 +129,12 @@ pub fn end_type() -> MessageType {
     message_type("End", &fields)
 }
 
+/// `/damage`.
+pub fn damage_type() -> MessageType {
+    let fields = [("first_byte", Kind::Unsigned), ("last_byte", Kind::Unsigned), ("what", Kind::Text)];
+    message_type("Damage", &fields)
+}
+
 /// `/unit`.
 pub fn unit_type() -> MessageType {
     let list = || Kind::Messages(variable_type());

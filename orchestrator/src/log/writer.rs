@@ -174,11 +174,9 @@ impl LogWriter {
     }
 
     fn open(&mut self, file: ResultsFile, preamble: &Preamble) -> Result<(), mcap::McapError> {
-        let mut writer = mcap::WriteOptions::new()
-            .compression(Some(mcap::Compression::Lz4))
-            .chunk_size(Some(CHUNK_SIZE))
-            .library(format!("cofferdam {}", preamble.version))
-            .create(BufWriter::new(file))?;
+        file.hold();
+        let library = format!("cofferdam {}", preamble.version);
+        let mut writer = options(&library).create(BufWriter::new(file))?;
         let scene = self.declare(&mut writer, "/scene", scene_type())?;
         let build = self.declare(&mut writer, "/build", build_type())?;
         let Preamble { version, commit, profile, processor, features, system, started, .. } = preamble;
@@ -522,6 +520,17 @@ impl Observer for LogWriter {
 }
 
 type Writer = mcap::Writer<BufWriter<ResultsFile>>;
+
+/// How logs are written: with checksums of the chunks, of the data and of the summary.
+pub fn options(library: &str) -> mcap::WriteOptions {
+    mcap::WriteOptions::new()
+        .compression(Some(mcap::Compression::Lz4))
+        .chunk_size(Some(CHUNK_SIZE))
+        .calculate_chunk_crcs(true)
+        .calculate_data_section_crc(true)
+        .calculate_summary_section_crc(true)
+        .library(library)
+}
 
 /// Writes records until the queue closes; flushes the first ones at once, later ones every second.
 fn write_all(mut writer: Writer, queue: &Receiver<Work>) -> Result<(), mcap::McapError> {

@@ -3,6 +3,7 @@
 use super::ReplayError;
 use crate::log::{Entries, Entry, Log, LogReadError, LoggedExchange, LoggedUnit};
 use crate::scheme::UnitId;
+use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
 /// Reads the exchanges of a unit, from after a step on, in the order of the run. A thread of its own reads ahead.
@@ -41,12 +42,16 @@ impl<'a> Exchanges<'a> {
     pub fn of(log: &'a Log, id: UnitId, after: Option<u64>) -> Result<Self, ReplayError> {
         let units = &log.head().units;
         let unit = units.get(id.0).ok_or(ReplayError::NoUnit { id, units: units.len() })?;
-        let entries = log.entries().map_err(|cause| ReplayError::Log { identical: 0, cause })?;
-        let (write, read) = sync_channel(AHEAD);
+        let entries = match after {
+            Some(step) => log.entries_from(step + 1),
+            None => log.entries(),
+        };
+        let entries = entries.map_err(|cause| ReplayError::Log { identical: 0, cause })?;
+        let ((write, read), path) = (sync_channel(AHEAD), log.path().to_owned());
         let wanted = move |exchange: &LoggedExchange| {
             exchange.unit == id && after.is_none_or(|after| exchange.occasion.step > after)
         };
-        let thread = std::thread::Builder::new().spawn(move || read_ahead(entries, wanted, &write));
+        let thread = std::thread::Builder::new().spawn(move || read_ahead(path, entries, wanted, &write));
         thread.map_err(|cause| ReplayError::Thread { cause })?;
         let batch = Vec::new().into_iter();
         Ok(Self { unit, read, batch, end: None, next: None, last: None, ending: None })
@@ -80,11 +85,19 @@ impl<'a> Exchanges<'a> {
 }
 
 /// Sends what is `wanted` until the log ends or nobody takes it any more.
-fn read_ahead(entries: Entries, wanted: impl Fn(&LoggedExchange) -> bool, write: &SyncSender<Batch>) {
+fn read_ahead(
+    path: PathBuf,
+    entries: Entries,
+    wanted: impl Fn(&LoggedExchange) -> bool,
+    write: &SyncSender<Batch>,
+) {
     let mut batch = Batch::default();
     for entry in entries {
         match entry {
             Ok(Entry::Exchange(exchange)) if wanted(&exchange) => batch.exchanges.push(exchange),
+            Ok(Entry::Damage(damage)) => {
+                batch.end = Some(Err(LogReadError::Missing { path: path.clone(), damage }));
+            }
             Ok(Entry::End(end)) => batch.end = Some(Ok(Ok(end.status))),
             Ok(Entry::Cut(position)) => batch.end = Some(Ok(Err(position))),
             Err(error) => batch.end = Some(Err(error)),

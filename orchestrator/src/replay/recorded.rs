@@ -273,6 +273,9 @@ fn each_accepted(log: &Log, mut take: impl FnMut(&LoggedExchange)) -> Result<(),
     for entry in log.entries()? {
         match entry? {
             Entry::Exchange(exchange) if exchange.accepted => take(&exchange),
+            Entry::Damage(damage) => {
+                return Err(LogReadError::Missing { path: log.path().to_owned(), damage });
+            }
             _ => (),
         }
     }

@@ -1,6 +1,6 @@
 //! Why a command for logs has no result.
 
-use orchestrator::log::{LogReadError, UnknownQuantity};
+use orchestrator::log::{LogReadError, RecoveryError, UnknownQuantity};
 use std::error::Error;
 use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
@@ -12,6 +12,9 @@ pub enum Failure {
     /// The log cannot be read, or not to its end.
     #[error(transparent)]
     Log(#[from] LogReadError),
+    /// A damaged log cannot be saved.
+    #[error(transparent)]
+    Recovery(#[from] RecoveryError),
     /// The log has no unit of this name.
     #[error("{}: there is no unit `{unit}`; its units are {known}", path.display())]
     Unit {
@@ -88,7 +91,7 @@ impl Failure {
     /// 1 if a log cannot be read or results cannot be written, 2 if what is asked for does not exist.
     pub fn exit_status(&self) -> u8 {
         match self {
-            Self::Log(_) | Self::Exists { .. } | Self::Write { .. } => 1,
+            Self::Log(_) | Self::Recovery(_) | Self::Exists { .. } | Self::Write { .. } => 1,
             Self::Unit { .. }
             | Self::Step { .. }
             | Self::Iteration { .. }

@@ -2,7 +2,7 @@
 
 use super::Failure;
 use crate::cli::say;
-use orchestrator::log::{Log, Overview};
+use orchestrator::log::{Log, Overview, Parent};
 use std::path::PathBuf;
 
 /// Arguments of `cofferdam log info`.
@@ -14,7 +14,8 @@ pub struct Arguments {
 
 pub const HELP: &str = "\
 A log that is cut short, for example because its run was killed, is read up to the cut; a damaged one
-up to the damage.
+up to the damage. The index and the checksums of a finished log are compared with what was read. What a
+running log holds so far is shown as such.
 
 Example:
   cofferdam log info runs/koyna-northridge-1994-20260101T120000Z
@@ -27,6 +28,18 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let head = log.head();
     say(format!("{:<12} {}", "scene", head.scene.title));
     say(format!("{:<12} cofferdam {}, commit {}", "recorded by", head.version, head.commit));
+    if !head.started.is_empty() {
+        say(format!("{:<12} {}", "started", head.started));
+        say(format!("{:<12} {}, {} ({})", "machine", head.system, head.processor, head.features));
+    }
+    if let Some(Parent { log, step, settings }) = &head.parent {
+        let settings = if settings.is_empty() { "nothing" } else { settings };
+        say(format!(
+            "{:<12} {log} after step {step}, with {} changed",
+            "branch of",
+            settings.replace('\n', ", ")
+        ));
+    }
     for unit in &head.units {
         say(format!("{:<12} {}", unit.name, unit.solver));
         say(format!("{:<12} fingerprint {}", "", unit.fingerprint));

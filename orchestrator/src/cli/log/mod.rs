@@ -8,6 +8,7 @@ mod info;
 mod layout;
 mod messages;
 mod plot;
+mod recover;
 mod show;
 mod worst;
 
@@ -41,6 +42,9 @@ pub enum Command {
     /// List the communication steps with the most iterations
     #[command(after_long_help = worst::HELP)]
     Worst(worst::Arguments),
+    /// Save what is whole in a damaged log, or in one that is cut short
+    #[command(after_long_help = recover::HELP)]
+    Recover(recover::Arguments),
     /// Compare two logs: the first difference, bit for bit, or how far apart the runs are and where they part
     #[command(after_long_help = diff::HELP)]
     Diff(diff::Arguments),
@@ -56,6 +60,7 @@ pub fn run(command: &Command) -> ExitCode {
         Command::Export(arguments) => export::run(arguments).map(|()| true),
         Command::Layout(arguments) => layout::run(arguments).map(|()| true),
         Command::Worst(arguments) => worst::run(arguments).map(|()| true),
+        Command::Recover(arguments) => recover::run(arguments).map(|()| true),
         Command::Diff(arguments) => diff::run(arguments),
     };
     match done {

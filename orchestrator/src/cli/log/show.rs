@@ -50,8 +50,6 @@ struct Story {
     iterations: Vec<LoggedIteration>,
     messages: Vec<Message>,
     steps: Vec<LoggedStep>,
-    /// The last step that was read.
-    last: u64,
     cut: bool,
 }
 
@@ -59,13 +57,10 @@ impl Story {
     /// Reads until the step is accepted, or to the end of the log.
     fn read(log: &Log, step: u64) -> Result<Self, Failure> {
         let mut story = Self::default();
-        for entry in log.entries()? {
+        for entry in log.entries_from(step)? {
             match entry? {
-                Entry::Exchange(exchange) => {
-                    story.last = story.last.max(exchange.occasion.step);
-                    if exchange.occasion.step == step {
-                        story.exchanges.push(exchange);
-                    }
+                Entry::Exchange(exchange) if exchange.occasion.step == step => {
+                    story.exchanges.push(exchange);
                 }
                 Entry::Iteration(iteration) => {
                     let [first, count] = iteration.steps;
@@ -99,7 +94,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let story = Story::read(&log, arguments.step)?;
     let (path, step) = (log.path().to_owned(), arguments.step);
     if story.exchanges.is_empty() {
-        return Err(Failure::Step { path, step, last: story.last });
+        let last = log.last_before("/step", u64::MAX)?.and_then(|end| end.step()).unwrap_or(0);
+        return Err(Failure::Step { path, step, last });
     }
     let wanted = |exchange: &&LoggedExchange| {
         let at = exchange.occasion;

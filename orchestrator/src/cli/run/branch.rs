@@ -1,9 +1,9 @@
 //! `cofferdam branch`.
 
 use super::job::{Beginning, Fork, Job};
-use super::resume::{of_log, other_build};
+use super::resume::of_log;
 use super::{RunError, folder, prepared, told};
-use crate::cli::{Options, complain, say};
+use crate::cli::{Options, complain, other_build, say};
 use orchestrator::log::{Log, compare};
 use orchestrator::observer::Status;
 use std::path::{Path, PathBuf};

@@ -2,10 +2,9 @@
 
 use super::job::{Beginning, Job};
 use super::{RunError, prepared, told};
-use crate::cli::{Options, complain, say};
-use orchestrator::log::{Entry, Head, Log};
+use crate::cli::{Options, complain, other_build, say};
+use orchestrator::log::{Entry, Log};
 use orchestrator::observer::Status;
-use orchestrator::report::Build;
 use orchestrator::scene::{LoadedScene, SceneError};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -85,21 +84,6 @@ fn execute(arguments: &Arguments) -> Result<Status, RunError> {
         interrupted: &interrupted,
     };
     job.carry_out(Beginning::Resumed(log, checkpoint))
-}
-
-/// How the program or the machine differs from that of a log.
-pub fn other_build(head: &Head) -> Option<String> {
-    let here = Build::here();
-    let pairs = [
-        ("version", here.version, &head.version),
-        ("commit", here.commit, &head.commit),
-        ("profile", here.profile, &head.profile),
-        ("processor's features", &here.features, &head.features),
-        ("system", &here.system, &head.system),
-    ];
-    let other = pairs.into_iter().find(|(_, now, then)| now != then)?;
-    let (what, now, then) = other;
-    Some(format!("the run was made by another {what} ({then:?}, here {now:?})"))
 }
 
 /// The scene of a log with `settings`, as it was loaded; the run is in `folder`.

@@ -7,6 +7,7 @@ mod figure;
 mod ledger;
 mod resolution;
 mod rest;
+mod seek;
 mod sensitivity;
 mod shaking;
 mod stability;
@@ -60,6 +61,9 @@ pub enum Command {
     /// Whether energy drifts in minutes of ambient vibration
     #[command(after_long_help = ambient::HELP)]
     Ambient(Arguments),
+    /// How fast a step is found in a long log
+    #[command(after_long_help = seek::HELP)]
+    Seek(seek::SeekArguments),
     /// Errors of the paper's short windows and of its missing condition at the far end
     #[command(after_long_help = windows::HELP)]
     Windows(Arguments),
@@ -140,6 +144,7 @@ pub fn run(command: &Command) -> ExitCode {
         Command::Convergence(arguments) => convergence::run(arguments),
         Command::Ledger(arguments) => ledger::run(arguments),
         Command::Rest(arguments) => rest::run(arguments),
+        Command::Seek(arguments) => seek::run(arguments),
         Command::Shaking(arguments) => shaking::run(arguments),
         Command::Windows(arguments) => windows::run(arguments),
     };
