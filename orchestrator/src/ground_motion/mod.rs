@@ -79,6 +79,14 @@ impl GroundMotion {
         Self { source: source.to_owned(), file: None, interval, acceleration, hold: false }
     }
 
+    /// The same with every sample after `time` (s) moved by what `change` (m/s²) gives for it.
+    pub fn moved_after(&self, time: f64, mut change: impl FnMut() -> f64) -> Self {
+        let mut moved = self.clone();
+        let later = (time / self.interval).floor().max(0.0) as usize + 1;
+        moved.acceleration.iter_mut().skip(later).for_each(|sample| *sample += change());
+        moved
+    }
+
     /// The same, its last sample held from there on.
     pub fn held(self) -> Self {
         Self { hold: true, ..self }

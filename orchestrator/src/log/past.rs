@@ -108,11 +108,11 @@ impl Reports {
     /// The acceleration of the ground at the end of a step, m/s², as the units were told.
     fn ground_acceleration(&self, exchanges: &[Exchange], occasion: &Occasion) -> [f64; 2] {
         let told = exchanges.iter().filter(|exchange| exchange.occasion.step == occasion.step);
-        let told = told.filter_map(|exchange| {
+        let mut told = told.filter_map(|exchange| {
             let place = self.grounds.get(exchange.unit.0)?.clone()?;
             exchange.inputs.get(place)?.try_into().ok()
         });
-        told.last().unwrap_or_else(|| self.ground_motion.at(occasion.end()))
+        told.next_back().unwrap_or_else(|| self.ground_motion.at(occasion.end()))
     }
 
     /// The report with what its steps say.

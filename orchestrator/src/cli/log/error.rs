@@ -67,6 +67,22 @@ pub enum Failure {
         /// Time reached, s.
         end: f64,
     },
+    /// What is asked for cannot be had from this log.
+    #[error("{}: {cause}", path.display())]
+    Asked {
+        /// The log.
+        path: PathBuf,
+        /// The cause and the remedy.
+        cause: String,
+    },
+    /// A run cannot be made again from its log.
+    #[error("{}: {cause}", path.display())]
+    Again {
+        /// The log.
+        path: PathBuf,
+        /// The cause.
+        cause: Box<dyn Error + Send + Sync>,
+    },
     /// There is such a file or folder already.
     #[error("{}: it exists already, and nothing is overwritten; choose another --output", path.display())]
     Exists {
@@ -92,7 +108,9 @@ impl Failure {
     pub fn exit_status(&self) -> u8 {
         match self {
             Self::Log(_) | Self::Recovery(_) | Self::Exists { .. } | Self::Write { .. } => 1,
+            Self::Again { .. } => 4,
             Self::Unit { .. }
+            | Self::Asked { .. }
             | Self::Step { .. }
             | Self::Iteration { .. }
             | Self::Variable { .. }

@@ -67,11 +67,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     let mut shown = 0_u64;
     for entry in log.entries()? {
-        if let Entry::Message(message) = entry?
-            && wanted(&message)
-        {
-            shown += 1;
-            say(lines(&message));
+        match entry? {
+            Entry::Message(message) if wanted(&message) => {
+                shown += 1;
+                say(lines(&message));
+            }
+            Entry::Damage(damage) => say(format!("missing: {damage}")),
+            _ => {}
         }
     }
     if shown == 0 {

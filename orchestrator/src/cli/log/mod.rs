@@ -1,6 +1,7 @@
 //! `cofferdam log`.
 
 mod agreement;
+mod bisect;
 pub mod diff;
 mod error;
 mod export;
@@ -42,6 +43,9 @@ pub enum Command {
     /// List the communication steps with the most iterations
     #[command(after_long_help = worst::HELP)]
     Worst(worst::Arguments),
+    /// When did the outcome become inevitable? Runs again from checkpoints, the ground moved a little
+    #[command(after_long_help = bisect::HELP)]
+    Bisect(bisect::Arguments),
     /// Save what is whole in a damaged log, or in one that is cut short
     #[command(after_long_help = recover::HELP)]
     Recover(recover::Arguments),
@@ -60,6 +64,7 @@ pub fn run(command: &Command) -> ExitCode {
         Command::Export(arguments) => export::run(arguments).map(|()| true),
         Command::Layout(arguments) => layout::run(arguments).map(|()| true),
         Command::Worst(arguments) => worst::run(arguments).map(|()| true),
+        Command::Bisect(arguments) => bisect::run(arguments).map(|()| true),
         Command::Recover(arguments) => recover::run(arguments).map(|()| true),
         Command::Diff(arguments) => diff::run(arguments),
     };

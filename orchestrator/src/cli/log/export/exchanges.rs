@@ -54,6 +54,9 @@ pub fn write(log: &Log, folder: &Path) -> Result<Option<LogReadError>, Failure> 
     for entry in log.entries()? {
         match entry {
             Ok(Entry::Exchange(exchange)) => tables[exchange.unit.0].write(&exchange)?,
+            Ok(Entry::Damage(missing)) => {
+                damage = Some(LogReadError::Missing { path: log.path().to_owned(), damage: missing });
+            }
             Ok(_) => {}
             Err(error) => damage = Some(error),
         }
