@@ -3,7 +3,7 @@
 use super::Failure;
 use crate::cli::{other_build, parallel, say, threads};
 use crate::registry;
-use orchestrator::log::{LastCheckpoint, Log};
+use orchestrator::log::{Entry, LastCheckpoint, Log};
 use orchestrator::observer::{Ending, Observer, ObserverError, Start, Status};
 use orchestrator::replay::bring;
 use orchestrator::run_state::RunState;
@@ -158,13 +158,17 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         return Err(Failure::Asked { path: log.path().to_owned(), cause });
     };
     let mut end = None;
-    for entry in log.last_before("/dam/answer", u64::MAX)?.into_iter() {
-        if let orchestrator::log::Entry::Exchange(exchange) = entry {
+    let last = log.last_before("/step", u64::MAX)?.and_then(|entry| entry.step()).unwrap_or(0);
+    for entry in log.entries_from(last)? {
+        if let Entry::Exchange(exchange) = entry?
+            && exchange.accepted
+            && exchange.unit == UnitId::DAM
+        {
             end = exchange.outputs.map(|values| (exchange.occasion, magnitude(&values[range.clone()])));
         }
     }
-    let checkpoints = spread(&log, arguments.checkpoints.into())?;
-    let (Some((last, reached)), false) = (end, checkpoints.is_empty()) else {
+    let checkpoints = spread(&log, last, arguments.checkpoints.into())?;
+    let (Some((at, reached)), false) = (end, checkpoints.is_empty()) else {
         let cause = "the log has no checkpoint; run with log.checkpoint_share above 0".to_owned();
         return Err(Failure::Asked { path: log.path().to_owned(), cause });
     };
@@ -175,7 +179,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let word = condition.quantity.word();
     say(format!(
         "the run ends at t = {:.4} s with {word} {reached:.5}: the condition {}",
-        last.end(),
+        at.end(),
         if outcome { "holds" } else { "does not hold" }
     ));
     let workers =
@@ -208,9 +212,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Up to `count` checkpoints, spread evenly over the steps of a log.
-fn spread(log: &Log, count: u64) -> Result<Vec<LastCheckpoint>, Failure> {
-    let last = log.last_before("/step", u64::MAX)?.and_then(|entry| entry.step()).unwrap_or(0);
+/// Up to `count` checkpoints, spread evenly over the steps of a log up to `last`.
+fn spread(log: &Log, last: u64, count: u64) -> Result<Vec<LastCheckpoint>, Failure> {
     let mut found: Vec<LastCheckpoint> = Vec::new();
     for number in 1..=count {
         if let Some(checkpoint) = log.checkpoint(last * number / (count + 1))?
