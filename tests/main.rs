@@ -4,6 +4,7 @@
 mod added_mass;
 mod bad_input;
 mod contract;
+mod debugging;
 mod dependencies;
 mod elastic_tube_1d;
 mod empty_reservoir;

@@ -164,6 +164,10 @@ fn heading(story: &Story, exchange: &LoggedExchange) -> String {
     let how = match end {
         None if story.cut => "the log is cut short here".to_owned(),
         None => "the run ended here".to_owned(),
+        // The outcome has the residual, if there is one.
+        Some(step) if !step.accepted && !["", "converged"].contains(&step.outcome.as_str()) => {
+            format!("not accepted, iteration {}: {}", step.occasion.iteration, step.outcome)
+        }
         Some(step) => {
             let iterations = step.occasion.iteration;
             let how = match (step.accepted, step.converged) {

@@ -19,6 +19,7 @@ pub struct Arguments {
 pub const HELP: &str = "\
 Every attempt of a step that was repeated with another length is listed. Iterations that measure and check the
 units (Jacobian, rounding floor, restored states) count too, so that the first steps of a run are often at the top.
+Of steps with as many iterations, as all are of an explicit scheme, the one with the largest residual comes first.
 
 Example:
   cofferdam log worst runs/koyna-northridge-1994-20260101T120000Z --count 20
