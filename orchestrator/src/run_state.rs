@@ -32,7 +32,8 @@ pub enum RunStateError {
     },
     /// Steps of another length do not begin there.
     #[error(
-        "no communication step of {communication_step} s begins at t = {time} s; branch where one does, or keep          `time.communication_step`"
+        "no communication step of {communication_step} s begins at t = {time} s; branch where one does, or keep \
+         `time.communication_step`"
     )]
     OffGrid {
         /// Where the run is, s.

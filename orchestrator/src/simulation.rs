@@ -165,6 +165,17 @@ impl Simulation {
         observers: &mut [&mut dyn Observer],
     ) -> Result<(), SimulationError> {
         self.tell_start(observers)?;
+        self.initialise(course, observers)
+    }
+
+    /// The same for observers who have been [told](Self::tell_start) that the run begins.
+    ///
+    /// **Errors**: as of [`begin`](Self::begin).
+    pub fn initialise(
+        &mut self,
+        course: &mut Course,
+        observers: &mut [&mut dyn Observer],
+    ) -> Result<(), SimulationError> {
         match self.scheme.initialise(&mut self.graph, 0.0, self.ground_motion.at(0.0)) {
             Ok(report) => {
                 observe(observers, &report, course)?;
@@ -181,7 +192,10 @@ impl Simulation {
         Ok(())
     }
 
-    fn tell_start(&self, observers: &mut [&mut dyn Observer]) -> Result<(), SimulationError> {
+    /// Tells observers that a run with these units begins.
+    ///
+    /// **Errors**: the units do not fit the communication steps; an observer fails.
+    pub fn tell_start(&self, observers: &mut [&mut dyn Observer]) -> Result<(), SimulationError> {
         let start = Start {
             units: self.graph.units().map(|unit| unit.description().clone()).collect(),
             ground_motion: &self.ground_motion,
@@ -239,6 +253,11 @@ impl Simulation {
         Ok(observers.iter().find_map(|observer| observer.ends()))
     }
 
+    /// Whether no window is left.
+    pub fn is_over(&self, course: &Course) -> bool {
+        course.clock.window(&self.ground_motion).is_empty()
+    }
+
     /// Hash of all that a run is made from; only runs with the same hash exchange states.
     pub fn fingerprint(&self) -> Result<Fingerprint, StateError> {
         let ground = (self.ground_motion.interval(), self.ground_motion.acceleration());
@@ -270,6 +289,17 @@ impl Simulation {
         observers: &mut [&mut dyn Observer],
     ) -> Result<(), E> {
         self.tell_start(observers)?;
+        self.tell_past(past, observers)
+    }
+
+    /// The same for observers who have been [told](Self::tell_start) that the run begins.
+    ///
+    /// **Errors**: as of [`retell`](Self::retell).
+    pub fn tell_past<E: From<SimulationError>>(
+        &self,
+        past: impl IntoIterator<Item = Result<Past, E>>,
+        observers: &mut [&mut dyn Observer],
+    ) -> Result<(), E> {
         for past in past {
             let told = match past? {
                 Past::Window(report) => tell_all(observers, |o| o.past(&report)),

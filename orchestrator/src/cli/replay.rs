@@ -5,7 +5,7 @@ use super::{BuiltIn, DIFFERENT, Transport, complain, other_build, parallel, say}
 use crate::registry::{self, RegistryError};
 use indicatif::{ProgressBar, ProgressStyle};
 use miette::Diagnostic;
-use orchestrator::log::{Log, LogReadError};
+use orchestrator::log::{Head, Log, LogReadError};
 use orchestrator::participant::{Occasion, Participant};
 use orchestrator::replay::{Part, Replay, ReplayError, ReplayedPart, Unanswered, replay_part};
 use orchestrator::scene::{Scene, SceneError};
@@ -26,12 +26,12 @@ pub struct Arguments {
     #[arg(short, long)]
     pub unit: Option<BuiltIn>,
 
-    /// Replay from this step on; 0 is initialisation
+    /// Replay from this step on; 0 is initialisation, the default; in a branch, its first own step is
     ///
     /// The unit is put at the end of the step before. Windows of several steps (coupling.window) are
     /// replayed whole.
-    #[arg(long, value_name = "STEP", default_value_t = 0)]
-    pub from: u64,
+    #[arg(long, value_name = "STEP")]
+    pub from: Option<u64>,
 
     /// Replay up to this step; by default to the end
     #[arg(long, value_name = "STEP")]
@@ -146,9 +146,9 @@ fn told(failure: Failure) -> u8 {
 
 /// Replays and prints the result of every unit; returns the exit status.
 fn execute(arguments: &Arguments) -> Result<u8, Failure> {
-    let part = part(arguments)?;
     let log = Log::open(&arguments.log)?;
     let head = log.head();
+    let part = part(arguments, head)?;
     let (path, overrides) = (log.path().display(), &arguments.set);
     let (shown, wrong): (_, fn(_) -> _) = match &**overrides {
         [] => (format!("{path}, its scene"), Failure::Logged),
@@ -167,6 +167,12 @@ fn execute(arguments: &Arguments) -> Result<u8, Failure> {
     say(format!("{} (recorded by cofferdam {}, commit {})", head.scene.title, head.version, head.commit));
     if let Some(why) = other_build(head) {
         complain(format_args!("warning: {why}, which need not give the same bits"));
+    }
+    if let Some(parent) = &head.parent {
+        say(format!(
+            "a branch of {} after step {}: what is before belongs to that run",
+            parent.log, parent.step
+        ));
     }
     let steps = part.until.min(head.scene.steps()).saturating_mul(units.len() as u64);
     let bar = progress(arguments.quiet, steps);
@@ -202,9 +208,10 @@ fn execute(arguments: &Arguments) -> Result<u8, Failure> {
 }
 
 /// The part of the run that is asked for.
-fn part(arguments: &Arguments) -> Result<Part, Failure> {
-    let from = arguments.step.unwrap_or(arguments.from);
+fn part(arguments: &Arguments, head: &Head) -> Result<Part, Failure> {
     let until = arguments.step.or(arguments.until).unwrap_or(u64::MAX);
+    let own = head.parent.as_ref().map(|parent| parent.step + 1).filter(|own| *own <= until);
+    let from = arguments.step.or(arguments.from).or(own).unwrap_or(0);
     if from > until {
         return Err(Failure::Backwards { from, until });
     }
@@ -304,8 +311,9 @@ impl Replaying<'_> {
 impl Replaying<'_> {
     /// Puts a unit to the last checkpoint before the part, if there is one.
     fn near(&self, id: UnitId, unit: &mut dyn Participant) -> Result<Part, Failure> {
-        let window = self.log.head().scene.coupling.window as u64;
-        let Some(before) = self.part.from.checked_sub(window + 1) else { return Ok(self.part) };
+        let Some(before) = self.log.first_of_window(self.part.from).checked_sub(1) else {
+            return Ok(self.part);
+        };
         let found = self.log.checkpoint(before)?;
         let state = found.and_then(|mut found| found.units.get_mut(id.0).and_then(Option::take));
         let Some((step, state)) = state else { return Ok(self.part) };

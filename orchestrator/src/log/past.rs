@@ -35,7 +35,7 @@ impl Log {
 
 impl Log {
     /// The last checkpoint at the end of step `until` or before, as far as the log can be read; of each unit, with the last state
-    /// that it gave until then.
+    /// that it gave until then, in a branch since it left its run.
     ///
     /// **Errors**: the log can no longer be opened.
     pub fn checkpoint(&self, until: u64) -> Result<Option<LastCheckpoint>, LogReadError> {
@@ -49,9 +49,12 @@ impl Log {
         let state = |state: Option<Vec<u8>>| state.map(|state| (step, state));
         let mut units: Vec<_> = units.into_iter().map(state).collect();
         let mut earliest = step;
+        let own = self.head().parent.as_ref().map_or(0, |parent| parent.step);
+        let of_same_run = |earlier: u64| earlier >= own || step < own;
         while units.contains(&None)
             && let Some(earlier) = earliest.checked_sub(1)
             && let Some(checkpoint) = before(earlier)?
+            && of_same_run(checkpoint.step)
         {
             earliest = checkpoint.step;
             for (unit, state) in units.iter_mut().zip(checkpoint.units) {

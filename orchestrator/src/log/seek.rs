@@ -72,8 +72,8 @@ impl Log {
         Ok(None)
     }
 
-    /// First step of the window of `step`; windows are whole multiples of their length.
-    fn first_of_window(&self, step: u64) -> u64 {
+    /// First step of the window of `step`, 0 for initialisation; windows are whole multiples of their length.
+    pub fn first_of_window(&self, step: u64) -> u64 {
         let window = (self.head().scene.coupling.window as u64).max(1);
         step.checked_sub(1).map_or(0, |before| step - before % window)
     }

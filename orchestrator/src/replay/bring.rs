@@ -21,8 +21,9 @@ pub struct Brought {
 ///
 /// It is new or, with `stands`, already at the end of that step, as by [`Participant::deserialise`]. It is asked what the run went
 /// on with: initialisation and the accepted exchange of each step. Every answer is compared bit for bit; the first that differs
-/// does not end it, because another unit than that of the log answers otherwise. Variables are found by their names. `progress` is
-/// called for every exchange.
+/// does not end it, because another unit than that of the log answers otherwise. In the log of a branch the answers before it left
+/// its run are not compared: they are those of that run's units. Variables are found by their names. `progress` is called for
+/// every exchange.
 ///
 /// **Errors**: [`ReplayError`]: the log ends before `until`, or is damaged; the unit has an input that the log lacks, or fails.
 pub fn bring(
@@ -58,7 +59,8 @@ pub(super) fn along(
             continue;
         }
         let what = shared.ask(unit, &exchange)?;
-        if brought.divergence.is_none() {
+        let own = exchanges.of_others.is_none_or(|last| occasion.step > last);
+        if own && brought.divergence.is_none() {
             let (unit, before) = (exchanges.unit.name.clone(), brought.exchanges);
             brought.divergence = what.map(|what| Divergence { unit, occasion, before, what });
         }

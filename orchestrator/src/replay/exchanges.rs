@@ -9,6 +9,8 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 /// Reads the exchanges of a unit, from after a step on, in the order of the run. A thread of its own reads ahead.
 pub struct Exchanges<'a> {
     pub unit: &'a LoggedUnit,
+    /// In a branch, the last step whose answers are those of the units of the run that it left.
+    pub of_others: Option<u64>,
     read: Receiver<Batch>,
     batch: std::vec::IntoIter<LoggedExchange>,
     /// What comes after the batch, if it is the last.
@@ -54,7 +56,8 @@ impl<'a> Exchanges<'a> {
         let thread = std::thread::Builder::new().spawn(move || read_ahead(path, entries, wanted, &write));
         thread.map_err(|cause| ReplayError::Thread { cause })?;
         let batch = Vec::new().into_iter();
-        Ok(Self { unit, read, batch, end: None, next: None, last: None, ending: None })
+        let of_others = log.head().parent.as_ref().map(|parent| parent.step);
+        Ok(Self { unit, of_others, read, batch, end: None, next: None, last: None, ending: None })
     }
 
     /// The next exchange of a step up to `until`; `None` if a later one follows, or none.

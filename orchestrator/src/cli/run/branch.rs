@@ -4,8 +4,9 @@ use super::job::{Beginning, Fork, Job};
 use super::resume::of_log;
 use super::{RunError, folder, prepared, told};
 use crate::cli::{Options, complain, other_build, say};
-use orchestrator::log::{Log, compare};
+use orchestrator::log::{Head, Log, compare};
 use orchestrator::observer::Status;
+use orchestrator::scene::Scene;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -71,9 +72,8 @@ fn execute(arguments: &Arguments) -> Result<Status, RunError> {
     }
     let loaded = of_log(&log, &arguments.set, path.parent().unwrap_or(Path::new("")))?;
     let interrupted = prepared(arguments.options.transport)?;
-    let [scene_of_run, motion] = [&log.head().scene, &loaded.scene].map(|scene| &scene.ground_motion);
-    if scene_of_run != motion {
-        let why = "the ground moves as in the run; to move it otherwise, run the scene".to_owned();
+    let step = log.first_of_window(arguments.step);
+    if let Some(why) = no_way(log.head(), &loaded.scene, step) {
         return Err(RunError::NoWayOn { log: path, why });
     }
     let folder = match &arguments.output {
@@ -81,9 +81,9 @@ fn execute(arguments: &Arguments) -> Result<Status, RunError> {
         None => folder::claim_new(&format!("runs/{}-branch-{}", loaded.name, arguments.step))?,
     };
     let fork = Fork {
-        checkpoint: log.checkpoint(arguments.step - 1)?,
+        checkpoint: log.checkpoint(step.saturating_sub(1))?,
         log: log.clone(),
-        step: arguments.step,
+        step,
         settings: arguments.set.clone(),
     };
     let job = Job {
@@ -99,6 +99,26 @@ fn execute(arguments: &Arguments) -> Result<Status, RunError> {
         compared(&log, &folder);
     }
     ended
+}
+
+/// Why a run cannot be left before `step` for `scene`.
+fn no_way(head: &Head, scene: &Scene, step: u64) -> Option<String> {
+    if head.scene.ground_motion != scene.ground_motion {
+        return Some("the ground moves as in the run; to move it otherwise, run the scene".to_owned());
+    }
+    if head.scene.coupling.window != scene.coupling.window {
+        return Some(format!(
+            "a branch keeps the windows of its run (`coupling.window` = {}), by which its log is read; for others, run the scene",
+            head.scene.coupling.window
+        ));
+    }
+    let parent = head.parent.as_ref().filter(|parent| step <= parent.step)?;
+    Some(format!(
+        "up to step {} it is the run {}; branch from that run, or from step {} on",
+        parent.step,
+        parent.log,
+        parent.step + 1
+    ))
 }
 
 /// Says how far a branch is from the run that it left.

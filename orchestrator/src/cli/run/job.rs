@@ -292,24 +292,32 @@ impl Job<'_> {
                 Some(Simulation::of_scene(&head.scene, &head.ground_motion(), graph)?)
             }
         };
+        // The units of the branch, not those that it leaves, stand in its log.
+        simulation.tell_start(&mut watch.all())?;
         let leader = before.as_mut().unwrap_or(&mut *simulation);
         match &fork.checkpoint {
             Some(checkpoint) => {
-                leader.retell(until(&fork.log, checkpoint)?, &mut watch.all())?;
+                leader.tell_past(until(&fork.log, checkpoint)?, &mut watch.all())?;
                 place(leader, course, &fork.log, checkpoint)?;
             }
-            None => leader.begin(course, &mut watch.all())?,
+            None => leader.initialise(course, &mut watch.all())?,
         }
+        let ends = |step: u64| {
+            let why = format!("the run ends after step {step}; branch from a step before");
+            Err(RunError::NoWayOn { log: fork.log.path().to_owned(), why })
+        };
         while course.steps() + 1 < fork.step {
             if leader.advance(course, &mut watch.all())?.is_some() {
-                let why = format!("its run ends after step {}; branch from a step before", course.steps());
-                return Err(RunError::NoWayOn { log: fork.log.path().to_owned(), why });
+                return ends(course.steps());
             }
         }
         if let Some(mut before) = before {
             let state = before.state(course)?;
             self.hand_over(&mut before.graph, &mut simulation.graph, fork, course.steps())?;
             simulation.branch(course, &state)?;
+        }
+        if simulation.is_over(course) {
+            return ends(course.steps());
         }
         say(format!("leaves the run after step {}, t = {:.4} s", course.steps(), course.time()));
         let all = vec![true; head.units.len()];
@@ -331,7 +339,7 @@ fn until<'a>(
     let mut done = false;
     Ok(std::iter::from_fn(move || {
         let next = if done { None } else { reports.next() };
-        done = matches!(&next, Some(Ok(Past::Checkpoint(found))) if found.step == checkpoint.step);
+        done = matches!(&next, Some(Ok(Past::Checkpoint(found))) if (found.step, &found.run) == (checkpoint.step, &checkpoint.run));
         next.map(|past| past.map_err(RunError::from))
     }))
 }

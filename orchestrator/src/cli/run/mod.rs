@@ -66,7 +66,9 @@ impl From<RunStateError> for RunError {
 impl RunError {
     fn exit_status(&self) -> u8 {
         match self {
-            Self::Scene(_) | Self::NoWayOn { .. } => 2,
+            Self::Scene(_)
+            | Self::NoWayOn { .. }
+            | Self::Simulation(SimulationError::State(RunStateError::OffGrid { .. })) => 2,
             Self::Participant(ParticipantError::Interrupted)
             | Self::Start(StartError::Participant(ParticipantError::Interrupted)) => INTERRUPTED,
             Self::Simulation(SimulationError::Coupling(
