@@ -28,6 +28,7 @@ mod python;
 mod replay_of_parts;
 mod replay_of_schemes;
 mod reservoir_command;
+mod resume;
 mod rigid_dam_ramp;
 mod run;
 mod run_state;

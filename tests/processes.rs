@@ -12,21 +12,21 @@ use whole_chain::process::{is_gone, signal, wait_until};
 use whole_chain::scenario::{Histories, Scenario, binary, is_root};
 
 /// Tests that check shared memory must run alone.
-fn alone() -> MutexGuard<'static, ()> {
+pub(crate) fn alone() -> MutexGuard<'static, ()> {
     static ALONE: Mutex<()> = Mutex::new(());
     ALONE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// A run whose processes are known.
-struct Running {
-    orchestrator: Child,
+pub(crate) struct Running {
+    pub(crate) orchestrator: Child,
     output: BufReader<ChildStdout>,
-    dam: u32,
-    reservoir: u32,
+    pub(crate) dam: u32,
+    pub(crate) reservoir: u32,
 }
 
 impl Running {
-    fn start(mut command: Command) -> Self {
+    pub(crate) fn start(mut command: Command) -> Self {
         let mut orchestrator =
             command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("cofferdam runs");
         let mut output = BufReader::new(orchestrator.stdout.take().expect("its output"));
@@ -40,12 +40,12 @@ impl Running {
     }
 
     /// Waits until the first step is near.
-    fn prepared(&mut self) {
+    pub(crate) fn prepared(&mut self) {
         line_with(&mut self.output, "prepared");
     }
 
     /// Waits for all three processes; returns the exit of the orchestrator and the output of all of them.
-    fn end(self) -> (ExitStatus, String) {
+    pub(crate) fn end(self) -> (ExitStatus, String) {
         let (status, said, _) = self.end_with_summary();
         (status, said)
     }

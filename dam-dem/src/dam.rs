@@ -2,6 +2,7 @@ use interface::{
     CallError, Capabilities, CoSimulation, EndAcceleration, Fingerprint, Packable, Shape, Stage, StateError,
     Variable, WetFace, open, seal, variables::dam as variable,
 };
+use serde::{Deserialize, Serialize};
 
 use nalgebra::DMatrix;
 use std::num::NonZeroUsize;
@@ -69,9 +70,10 @@ pub struct InterfaceCompliance {
     pub acceleration: DMatrix<f64>,
 }
 
-/// Monitors the energy balance over a run. It is not part of the state and changes no result.
-#[derive(Clone, Copy, Debug, Default)]
-struct EnergyWatch {
+/// Monitors the energy balance over a run, and warns once. It changes no result, but a run that goes on from bytes must not
+/// warn again; steps that are repeated must not either, so that it never returns to an earlier state.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct EnergyWatch {
     peak_kinetic: f64,
     warned: bool,
 }
@@ -84,6 +86,12 @@ const ENERGY_ALARM: f64 = 0.01;
 const AT_REST: f64 = 1e-9;
 
 impl EnergyWatch {
+    /// Takes what another one has seen as seen.
+    fn merge(&mut self, other: Self) {
+        self.peak_kinetic = self.peak_kinetic.max(other.peak_kinetic);
+        self.warned |= other.warned;
+    }
+
     /// Checks the ledger at `time` (s), the start of a step, where the state has been accepted.
     fn look(&mut self, energy: &EnergyLedger, time: f64) {
         self.peak_kinetic = self.peak_kinetic.max(energy.now.kinetic);
@@ -131,6 +139,7 @@ impl Dam {
             hydrostatic_pressure: vec![0.0; points],
             accepted: inputs.clone(),
             next: inputs,
+            energy_watch: EnergyWatch::default(),
         };
         let dam = Self {
             base: BaseBalance::new(&model),
@@ -477,6 +486,7 @@ impl CoSimulation for Dam {
             return Err(CallError::Time { unit: self.name(), asked: time, time: self.state.time }.into());
         }
         self.energy_watch.look(&self.state.energy, time);
+        self.state.energy_watch = self.energy_watch;
         let mut motion = self.state.motion.clone();
         let mut trials = self.take_trials(time, step);
         trials.set_fuses(motion.joints_mut());
@@ -534,8 +544,9 @@ impl CoSimulation for Dam {
         self.state.clone_from(state);
         self.trials.retain(|trials| trials.time() >= state.time);
         self.stresses = OnceLock::new();
-        if !state.initialised {
-            self.energy_watch = EnergyWatch::default();
+        match state.initialised {
+            true => self.energy_watch.merge(state.energy_watch),
+            false => self.energy_watch = EnergyWatch::default(),
         }
         Ok(())
     }

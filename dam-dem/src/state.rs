@@ -2,6 +2,7 @@ use interface::{EndAcceleration, Fingerprint};
 use serde::{Deserialize, Serialize};
 
 use crate::contact::JointState;
+use crate::dam::EnergyWatch;
 use crate::energy::EnergyLedger;
 use crate::reduction::ModalMotion;
 use crate::structure::Motion;
@@ -30,6 +31,8 @@ pub struct DamState {
     pub(crate) accepted: Inputs,
     /// Inputs for the end of the next step.
     pub(crate) next: Inputs,
+    /// What was seen of the energy balance up to the last step.
+    pub(crate) energy_watch: EnergyWatch,
 }
 
 /// Motion relative to the ground, in the coordinates of the dam's level of fidelity.

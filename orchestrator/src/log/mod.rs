@@ -38,7 +38,7 @@ pub use entry::{Entry, LoggedDamage, LoggedEnd, LoggedExchange, LoggedIteration,
 pub use error::{LogError, LogReadError};
 pub use head::{Head, LoggedGroundMotion, LoggedUnit};
 pub use overview::Overview;
-pub use past::{LastCheckpoint, Reports};
+pub use past::{Extent, LastCheckpoint, Reports};
 pub use quantity::{Quantity, UnknownQuantity};
 pub use reader::{Entries, Log, Traffic};
 pub use recovery::{Recovery, RecoveryError, recover};

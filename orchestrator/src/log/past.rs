@@ -65,6 +65,52 @@ impl Log {
     }
 }
 
+impl Log {
+    /// Reads the log up to its end, or up to where it is cut or damaged.
+    ///
+    /// **Errors**: the log can no longer be opened, or the disk is failing: what follows may be there.
+    pub fn extent(&self) -> Result<Extent, LogReadError> {
+        let mut extent = Extent::default();
+        for entry in self.entries()? {
+            match entry {
+                Ok(Entry::Checkpoint(checkpoint)) => extent.take(checkpoint),
+                Ok(Entry::End(end)) => extent.status = Some(end.status),
+                Ok(Entry::Damage(damage)) => {
+                    extent.damage = Some(LogReadError::Missing { path: self.path().to_owned(), damage });
+                    break;
+                }
+                Err(error @ (LogReadError::Open { .. } | LogReadError::Read { .. })) => return Err(error),
+                Err(error) => extent.damage = Some(error),
+                Ok(_) => {}
+            }
+        }
+        Ok(extent)
+    }
+}
+
+/// How far a log can be read, from its beginning.
+#[derive(Debug, Default)]
+pub struct Extent {
+    /// The last checkpoint up to there.
+    pub checkpoint: Option<LastCheckpoint>,
+    /// How the run ended; `None` if the log does not come as far.
+    pub status: Option<String>,
+    /// What it cannot be read beyond.
+    pub damage: Option<LogReadError>,
+}
+
+impl Extent {
+    /// Keeps of each unit the last state that it gave.
+    fn take(&mut self, checkpoint: Checkpoint) {
+        let Checkpoint { step, time, run, units } = checkpoint;
+        let mut before = self.checkpoint.take().map_or_else(Vec::new, |checkpoint| checkpoint.units);
+        before.resize(units.len(), None);
+        let units = units.into_iter().zip(before);
+        let units = units.map(|(state, before)| state.map(|state| (step, state)).or(before)).collect();
+        self.checkpoint = Some(LastCheckpoint { step, time, run, units });
+    }
+}
+
 /// From where a run can go on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LastCheckpoint {

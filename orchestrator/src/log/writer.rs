@@ -1,5 +1,6 @@
 use super::budget::Budget;
 use super::schema::{MessageType, Value};
+use super::source::Source;
 use super::types::{
     build_type, capitalised, checkpoint_type, end_type, exchange_type, ground_motion_type, iteration_type,
     scene_type, step_type, unit_type, variable_type,
@@ -134,6 +135,12 @@ impl LogWriter {
         let file =
             ResultsFile::create(&aside).map_err(|cause| LogError::Create { path: aside.clone(), cause })?;
         Self::of(file.or(path), &aside, preamble)
+    }
+
+    /// Whether a log is being written at `path`, or beside it to take its place.
+    pub fn is_busy(path: &Path) -> bool {
+        let running = |path: &Path| Source::open(path, Arc::default()).is_ok_and(|source| source.running());
+        running(path) || running(&aside(path))
     }
 
     /// Makes sure that all messages so far are in the file, and gives it the name of the log that it was made beside.

@@ -258,9 +258,9 @@ impl Job<'_> {
             Beginning::Initialisation => Ok(simulation.begin(course, &mut watch.all())?),
             Beginning::Resumed(log, None) => {
                 say("the log has no checkpoint: the run begins anew");
+                same_units(log, &simulation.graph)?;
                 simulation.begin(course, &mut watch.all())?;
-                watch.log.replace(path)?;
-                Ok(same_units(log, &simulation.graph)?)
+                Ok(watch.log.replace(path)?)
             }
             Beginning::Resumed(log, Some(checkpoint)) => {
                 same_units(log, &simulation.graph)?;

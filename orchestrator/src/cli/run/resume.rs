@@ -3,7 +3,7 @@
 use super::job::{Beginning, Job};
 use super::{RunError, prepared, told};
 use crate::cli::{Options, complain, other_build, say};
-use orchestrator::log::{Entry, Log};
+use orchestrator::log::{Extent, Log, LogWriter};
 use orchestrator::observer::Status;
 use orchestrator::scene::{LoadedScene, SceneError};
 use std::path::{Path, PathBuf};
@@ -53,10 +53,14 @@ fn execute(arguments: &Arguments) -> Result<Status, RunError> {
     if !arguments.run.is_dir() {
         return no_way("give the folder of the run, which its results go to".to_owned());
     }
-    if let Some(Ok(Entry::End(end))) = log.entries()?.last()
-        && (end.status == "completed" || end.status.starts_with("stopped") && !end.status.contains("--until"))
+    if LogWriter::is_busy(log.path()) {
+        return no_way("its run is going on, or being resumed; wait for its end, or end it".to_owned());
+    }
+    let Extent { checkpoint, status, damage } = log.extent()?;
+    if let Some(status) = status
+        && (status == "completed" || status.starts_with("stopped") && !status.contains("--until"))
     {
-        say(format!("nothing to do: the run {}", end.status));
+        say(format!("nothing to do: the run {status}"));
         return Ok(Status::Completed);
     }
     if let Some(why) = other_build(log.head()) {
@@ -70,10 +74,13 @@ fn execute(arguments: &Arguments) -> Result<Status, RunError> {
     let interrupted = prepared(arguments.options.transport)?;
     let loaded = of_log(&log, &[], &arguments.run)?;
     // In a branch, earlier checkpoints are those of its parent.
-    let checkpoint = log.checkpoint(u64::MAX)?;
     let own = |step: u64| log.head().parent.as_ref().is_none_or(|parent| step >= parent.step);
     if log.head().parent.is_some() && checkpoint.as_ref().is_none_or(|checkpoint| !own(checkpoint.step)) {
         return no_way("this branch ended before it began; branch again".to_owned());
+    }
+    if let Some(damage) = damage {
+        complain(format!("warning: {damage}"));
+        say("what the log holds before is kept, the rest is computed again");
     }
     let job = Job {
         loaded: &loaded,
