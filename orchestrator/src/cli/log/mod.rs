@@ -1,6 +1,7 @@
 //! `cofferdam log`.
 
 mod agreement;
+mod contacts;
 pub mod diff;
 mod error;
 mod export;
