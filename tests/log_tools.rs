@@ -507,8 +507,10 @@ fn what_is_left_of_a_log_is_shown_and_the_damage_reported() {
         );
         let (found, said) = cofferdam(&["log", "show", text(path), "--step", "20"]);
         assert!(found == Some(0) && said.starts_with("step 20, attempt 1"), "{said}");
+        // A step behind the damage is found without reading what lies before.
         let (found, said) = cofferdam(&["log", "show", text(path), "--step", "400"]);
-        assert!(found == Some(if status == 0 { 2 } else { 1 }), "{said}");
+        let shown = found == Some(0) && said.starts_with("step 400, attempt 1");
+        assert!(if status == 0 { found == Some(2) } else { shown }, "{said}");
     }
     let (status, said) = cofferdam(&["log", "export", text(&log), "--output", text(folder)]);
     assert!(status == Some(1) && unwrapped(&said).contains("exists already"), "{said}");

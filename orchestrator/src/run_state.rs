@@ -32,7 +32,7 @@ pub enum RunStateError {
     },
     /// Steps of another length do not begin there.
     #[error(
-        "no communication step of {communication_step} s begins at t = {time} s; branch where one does, or keep \
+        "no communication step of {communication_step} s begins at t = {time:.6} s; branch where one does, or keep \
          `time.communication_step`"
     )]
     OffGrid {

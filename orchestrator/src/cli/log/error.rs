@@ -1,6 +1,6 @@
 //! Why a command for logs has no result.
 
-use orchestrator::log::{LogReadError, RecoveryError, UnknownQuantity};
+use orchestrator::log::{Log, LogReadError, RecoveryError, UnknownQuantity};
 use std::error::Error;
 use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
@@ -46,6 +46,22 @@ pub enum Failure {
         what: String,
         /// What there is.
         known: String,
+    },
+    /// There are no contacts to show.
+    #[error("{}: there are no contacts to show: {why}", path.display())]
+    NoContacts {
+        /// The log.
+        path: PathBuf,
+        /// Why.
+        why: String,
+    },
+    /// The dam cannot be put where the run had it.
+    #[error("{}: the dam cannot be put where it was: {why}", path.display())]
+    Dam {
+        /// The log.
+        path: PathBuf,
+        /// Why.
+        why: String,
     },
     /// The log has no such variable.
     #[error("{}: {cause}", path.display())]
@@ -104,18 +120,24 @@ fn up_to(until: f64) -> String {
 }
 
 impl Failure {
-    /// 1 if a log cannot be read or results cannot be written, 2 if what is asked for does not exist.
+    /// 1 if a log cannot be read or results cannot be written, 2 if what is asked for does not exist, 4 if a unit fails.
     pub fn exit_status(&self) -> u8 {
         match self {
             Self::Log(_) | Self::Recovery(_) | Self::Exists { .. } | Self::Write { .. } => 1,
-            Self::Again { .. } => 4,
+            Self::Again { .. } | Self::Dam { .. } => 4,
             Self::Unit { .. }
             | Self::Asked { .. }
+            | Self::NoContacts { .. }
             | Self::Step { .. }
             | Self::Iteration { .. }
             | Self::Variable { .. }
             | Self::Span { .. } => 2,
         }
+    }
+
+    /// That the dam of `log` cannot be put where it was.
+    pub fn dam(log: &Log, why: String) -> Self {
+        Self::Dam { path: log.path().to_owned(), why }
     }
 
     /// That `path` cannot be written.

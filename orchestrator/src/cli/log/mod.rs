@@ -2,6 +2,7 @@
 
 mod agreement;
 mod bisect;
+mod contacts;
 pub mod diff;
 mod error;
 mod export;

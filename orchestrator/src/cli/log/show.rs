@@ -1,10 +1,10 @@
 //! `cofferdam log show`.
 
-use super::{Failure, messages};
+use super::{Failure, contacts, messages};
 use crate::cli::say;
 use orchestrator::log::{Entry, Log, LoggedExchange, LoggedIteration, LoggedStep, LoggedUnit};
 use orchestrator::participant::{Layout, Message};
-use orchestrator::scheme::{IterationReport, Purpose};
+use orchestrator::scheme::{IterationReport, Purpose, UnitId};
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
@@ -25,6 +25,9 @@ pub struct Arguments {
     /// All values of arrays, one line each
     #[arg(long)]
     values: bool,
+    /// The contacts of the dam at the end of the step, in place of the iterations
+    #[arg(long, conflicts_with_all = ["iteration", "attempt", "values"])]
+    contacts: bool,
 }
 
 pub const HELP: &str = "\
@@ -33,12 +36,17 @@ Every iteration of the step: how its guess came about, how far the answer is fro
 least and largest value; the messages of the units; how each attempt ended. A measure is met at a ratio of 1 or less;
 the scene's coupling.measures says which are needed. `cofferdam log worst` finds the steps to look at.
 
+With --contacts, opening, slip and stresses of each contact of the cracks at the end of the step, compression and
+downstream positive. No log holds them: the dam is made anew from the log's scene and put there by the last checkpoint
+and what it was asked since then. How many contacts of a crack stick, slip and are open the run's dam has counted.
+
 Examples:
   cofferdam log show runs/koyna --step 812
+  cofferdam log show runs/koyna --step 812 --contacts
   cofferdam log show runs/koyna --step 812 --iteration 3 --values
 
-Exit status: 0; 1 if the log cannot be read, or is damaged before the end of the step; 2 there is no such step, attempt or
-iteration.";
+Exit status: 0; 1 if the log cannot be read, or is damaged before the end of the step; 2 there is no such step, attempt,
+iteration or contact; 4 the dam cannot be put there.";
 
 /// Arrays of up to this many values are printed whole.
 const FEW: usize = 4;
@@ -96,6 +104,15 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if story.exchanges.is_empty() {
         let last = log.last_before("/step", u64::MAX)?.and_then(|end| end.step()).unwrap_or(0);
         return Err(Failure::Step { path, step, last });
+    }
+    if arguments.contacts {
+        let accepted =
+            story.exchanges.iter().rfind(|exchange| exchange.unit == UnitId::DAM && exchange.accepted);
+        let Some(accepted) = accepted else {
+            let why = format!("step {step} was not accepted; ask for one before");
+            return Err(Failure::NoContacts { path, why });
+        };
+        return contacts::show(&log, accepted);
     }
     let wanted = |exchange: &&LoggedExchange| {
         let at = exchange.occasion;
