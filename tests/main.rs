@@ -3,6 +3,7 @@
 
 mod added_mass;
 mod bad_input;
+mod branch;
 mod contract;
 mod dependencies;
 mod elastic_tube_1d;
