@@ -240,7 +240,8 @@ fn grown(path: &Path, size: u64) {
     }
 }
 
-/// Kills processes of a run at a random moment, which the length of its log tells: ones of all chunks are as likely.
+/// Kills processes of a run at a random moment, which the length of its log tells: ones of all chunks are as likely. Six times, or as
+/// often as `COFFERDAM_KILLS` says.
 #[test]
 fn killed_runs_go_on_whoever_was_killed() {
     let _alone = alone();
@@ -249,7 +250,8 @@ fn killed_runs_go_on_whoever_was_killed() {
     let size = fs::metadata(whole.join("log.mcap")).expect("a log").len() as f64;
     let mut random = Random(20_261);
     let victims = ["orchestrator", "dam", "reservoir", "all", "orchestrator", "all"];
-    for (round, victim) in victims.into_iter().enumerate() {
+    let kills = std::env::var("COFFERDAM_KILLS").map_or(victims.len(), |kills| kills.parse().expect("a number"));
+    for (round, victim) in victims.into_iter().cycle().enumerate().take(kills) {
         let share = 0.9 * random.next();
         let folder = scenario.folder().join(format!("{victim}-{round}"));
         let mut running = Running::start(scenario.command(&format!("{victim}-{round}")));
