@@ -78,7 +78,8 @@ fn steps_vary(scenario: &mut Scenario) {
     let (status, text) = said(&["log", "worst", log.to_str().expect("a path"), "--count", "3"]);
     assert_eq!(status, Some(0), "{text}");
     let lines: Vec<&str> = text.lines().collect();
-    assert!(lines.len() == 4 && lines[0].contains("iterations"), "{text}");
+    assert!(lines.len() == 5 && lines[0].contains("iterations"), "{text}");
+    assert!(lines[4].contains("cofferdam log show"), "{text}");
     let iterations = |line: &str| line.split_whitespace().nth(4).and_then(|n| n.parse::<u32>().ok());
     let most = steps.iter().map(|s| s.occasion.iteration).max();
     assert_eq!(iterations(lines[1]), most, "{text}");

@@ -250,7 +250,8 @@ fn killed_runs_go_on_whoever_was_killed() {
     let size = fs::metadata(whole.join("log.mcap")).expect("a log").len() as f64;
     let mut random = Random(20_261);
     let victims = ["orchestrator", "dam", "reservoir", "all", "orchestrator", "all"];
-    let kills = std::env::var("COFFERDAM_KILLS").map_or(victims.len(), |kills| kills.parse().expect("a number"));
+    let kills =
+        std::env::var("COFFERDAM_KILLS").map_or(victims.len(), |kills| kills.parse().expect("a number"));
     for (round, victim) in victims.into_iter().cycle().enumerate().take(kills) {
         let share = 0.9 * random.next();
         let folder = scenario.folder().join(format!("{victim}-{round}"));

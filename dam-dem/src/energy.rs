@@ -78,3 +78,34 @@ impl EnergyLedger {
         self.work.input - (stored + self.work.friction + self.work.damping)
     }
 }
+
+/// Monitors the energy balance over a run, and warns once: neither a run that goes on from bytes nor a step that is repeated warns
+/// again. It changes no result.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct EnergyWatch {
+    peak_kinetic: f64,
+    warned: bool,
+}
+
+/// Error of the energy balance, as a share of the peak kinetic energy, above which the dam warns.
+const ENERGY_ALARM: f64 = 0.01;
+/// Kinetic energy, as a share of the energy stored at rest, below which the balance error is only rounding.
+const AT_REST: f64 = 1e-9;
+
+impl EnergyWatch {
+    /// Returns to an earlier state, but for the warning, which was heard.
+    pub(crate) fn restore(&mut self, earlier: Self) {
+        *self = Self { warned: self.warned || earlier.warned, ..earlier };
+    }
+
+    /// Checks a ledger whose state has been accepted: its error over the peak kinetic energy, the first time that it is too large.
+    pub(crate) fn look(&mut self, energy: &EnergyLedger) -> Option<f64> {
+        self.peak_kinetic = self.peak_kinetic.max(energy.now.kinetic);
+        let rest = energy.at_rest.strain + energy.at_rest.contact;
+        let error = energy.balance_error().abs();
+        let alarm =
+            !self.warned && self.peak_kinetic > AT_REST * rest && error > ENERGY_ALARM * self.peak_kinetic;
+        self.warned |= alarm;
+        alarm.then(|| error / self.peak_kinetic)
+    }
+}

@@ -2,8 +2,7 @@ use interface::{EndAcceleration, Fingerprint};
 use serde::{Deserialize, Serialize};
 
 use crate::contact::JointState;
-use crate::dam::EnergyWatch;
-use crate::energy::EnergyLedger;
+use crate::energy::{EnergyLedger, EnergyWatch};
 use crate::reduction::ModalMotion;
 use crate::structure::Motion;
 

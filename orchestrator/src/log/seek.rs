@@ -34,8 +34,15 @@ impl Log {
         // Times order as their bits do, because none is negative.
         let after = |occasion: &Occasion| occasion.time.max(0.0).to_bits();
         let chunk = finder.first_chunk(after, time.max(0.0).next_up().to_bits())?;
+        // The last exchange before is in a chunk that has one.
         let mut step = 0;
-        for entry in finder.entries(chunk.saturating_sub(1), Some(0))? {
+        for before in (0..chunk).rev() {
+            if let Some(found) = finder.key(before, before + 1, |occasion| occasion.step)? {
+                step = found;
+                break;
+            }
+        }
+        for entry in self.entries_from(step)? {
             if let Entry::Exchange(exchange) = entry? {
                 step = exchange.occasion.step;
                 if exchange.occasion.end() > time {
