@@ -62,12 +62,18 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// Whether both hold the same variables in the same order; whether a list lies over the wet face does not count.
-    pub fn is_like(&self, other: &Self) -> bool {
-        let of = |layout: &Self| {
-            layout.channels().map(|(c, range)| (c.name.clone(), c.unit.clone(), range)).collect::<Vec<_>>()
+    /// The first variable that another layout does not hold in the same place, size and unit, or that only the other holds; whether
+    /// a list lies over the wet face does not count.
+    pub fn unlike(&self, other: &Self) -> Option<String> {
+        let of = |layout: &Self| -> Vec<_> {
+            layout.channels().map(|(c, range)| (c.name.clone(), c.unit.clone(), range)).collect()
         };
-        of(self) == of(other)
+        let (mine, others) = (of(self), of(other));
+        type Channels = [(String, String, std::ops::Range<usize>)];
+        let missing = |from: &Channels, to: &Channels| {
+            from.iter().find(|channel| !to.contains(*channel)).map(|(name, ..)| name.clone())
+        };
+        missing(&mine, &others).or_else(|| missing(&others, &mine))
     }
 
     /// A layout of `channels`, in this order.

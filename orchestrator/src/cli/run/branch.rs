@@ -1,6 +1,7 @@
 //! `cofferdam branch`.
 
-use super::job::{Beginning, Fork, Job};
+use super::job::{Beginning, Job};
+use super::place::Fork;
 use super::resume::of_log;
 use super::{RunError, folder, prepared, told};
 use crate::cli::{Options, complain, other_build, say};

@@ -3,16 +3,13 @@
 use super::super::start::{Start, StartError, deadlines};
 use super::super::{Options, known, say, spectra};
 use super::RunError;
+use super::place::{Fork, hand_over, place, same_units, same_variables, until};
 use crate::registry::{self, RegistryError};
 use orchestrator::ground_motion::{GroundMotion, STANDARD_GRAVITY};
-use orchestrator::log::{LastCheckpoint, Log, LogReadError, LogWriter, Parent, Preamble};
-use orchestrator::observer::{
-    HistoriesWriter, Limits, Observer, Past, Progress, Rest, Snapshots, Status, Until,
-};
-use orchestrator::participant::{Participant, ParticipantError};
-use orchestrator::replay::bring;
+use orchestrator::log::{LastCheckpoint, Log, LogWriter, Parent, Preamble};
+use orchestrator::observer::{HistoriesWriter, Limits, Observer, Progress, Rest, Snapshots, Status, Until};
+use orchestrator::participant::ParticipantError;
 use orchestrator::report::{Build, Manifest, ManifestError, Summary, Unit, WaterFace};
-use orchestrator::run_state::{RunState, RunStateError};
 use orchestrator::scene::{
     DamFidelityScene, DampingModelScene, FidelityScene, LoadedScene, MethodScene, Scene, Side,
 };
@@ -43,17 +40,6 @@ pub enum Beginning {
     Resumed(Log, Option<LastCheckpoint>),
     /// Where it leaves another run.
     Branch(Fork),
-}
-
-/// A step of a run from which on another goes its own way.
-pub struct Fork {
-    pub log: Log,
-    /// The first step that is computed otherwise.
-    pub step: u64,
-    /// The last checkpoint before it; `None` for initialisation.
-    pub checkpoint: Option<LastCheckpoint>,
-    /// What is set otherwise.
-    pub settings: Vec<String>,
 }
 
 /// The observers of a run.
@@ -313,7 +299,7 @@ impl Job<'_> {
         }
         if let Some(mut before) = before {
             let state = before.state(course)?;
-            self.hand_over(&mut before.graph, &mut simulation.graph, fork, course.steps())?;
+            hand_over(&self.loaded.scene, [&mut before.graph, &mut simulation.graph], fork, course.steps())?;
             simulation.branch(course, &state)?;
         }
         if simulation.is_over(course) {
@@ -328,134 +314,6 @@ impl Job<'_> {
 /// The path from the root, if it can be found.
 fn absolute(path: &Path) -> String {
     path.canonicalize().unwrap_or_else(|_| path.to_owned()).display().to_string()
-}
-
-/// What came up to a checkpoint, itself included.
-fn until<'a>(
-    log: &Log,
-    checkpoint: &'a LastCheckpoint,
-) -> Result<impl Iterator<Item = Result<Past, RunError>> + 'a, LogReadError> {
-    let mut reports = log.reports()?;
-    let mut done = false;
-    Ok(std::iter::from_fn(move || {
-        let next = if done { None } else { reports.next() };
-        done = matches!(&next, Some(Ok(Past::Checkpoint(found))) if (found.step, &found.run) == (checkpoint.step, &checkpoint.run));
-        next.map(|past| past.map_err(RunError::from))
-    }))
-}
-
-/// Puts units and scheme where they were at a checkpoint.
-fn place(
-    simulation: &mut Simulation,
-    course: &mut Course,
-    log: &Log,
-    checkpoint: &LastCheckpoint,
-) -> Result<(), RunError> {
-    let ids: Vec<UnitId> = simulation.graph.ids().collect();
-    for id in ids {
-        let unit = &mut simulation.graph[id];
-        let stands = match checkpoint.units.get(id.0).and_then(Option::as_ref) {
-            Some((step, state)) => {
-                unit.deserialise(state)?;
-                Some(*step)
-            }
-            None => None,
-        };
-        if stands != Some(checkpoint.step) {
-            brought(log, id, unit, stands, checkpoint.step)?;
-        }
-    }
-    let state = RunState::from_bytes(simulation.fingerprint().map_err(RunStateError::from)?, &checkpoint.run)
-        .map_err(RunStateError::from)?;
-    Ok(simulation.resume(course, &state)?)
-}
-/// Brings a unit, which is new or `stands` at the end of a step, to the end of another by what the run asked it.
-fn brought(
-    log: &Log,
-    id: UnitId,
-    unit: &mut dyn Participant,
-    stands: Option<u64>,
-    step: u64,
-) -> Result<(), RunError> {
-    let name = unit.description().name.clone();
-    let not_there = |why: String| RunError::NotThere { unit: name.clone(), step, why };
-    if stands.is_none() {
-        say(format!("{name} gives no state: its {step} steps are repeated"));
-    }
-    let brought = bring(log, id, unit, stands, step, |_| ()).map_err(|cause| not_there(cause.to_string()))?;
-    match brought.divergence {
-        None => Ok(()),
-        Some(divergence) => Err(not_there(divergence.report(["the log", "the unit now"]).to_string())),
-    }
-}
-
-/// Only with the units of the log does a run go on as it would have.
-fn same_units(log: &Log, graph: &Graph) -> Result<(), RunError> {
-    for (unit, logged) in graph.units().zip(&log.head().units) {
-        let now = unit.description().fingerprint.to_string();
-        if now != logged.fingerprint {
-            let why = format!(
-                "the {} is made from something else now (fingerprint {now:.12}, {:.12} in the log); take the build and the files \
-                 of the run, or `branch`",
-                logged.name, logged.fingerprint
-            );
-            return Err(RunError::NoWayOn { log: log.path().to_owned(), why });
-        }
-    }
-    Ok(())
-}
-
-/// A branch exchanges the variables of the run that it leaves, because its log begins with theirs.
-fn same_variables(fork: &Fork, graph: &Graph) -> Result<(), RunError> {
-    let logged = &fork.log.head().units;
-    let refused = |why: String| Err(RunError::NoWayOn { log: fork.log.path().to_owned(), why });
-    if graph.units().count() != logged.len() {
-        return refused(format!("a branch has the {} units of its run; run the scene instead", logged.len()));
-    }
-    for (unit, logged) in graph.units().zip(logged) {
-        let now = unit.description();
-        if !now.inputs.is_like(&logged.inputs) || !now.outputs.is_like(&logged.outputs) {
-            return refused(format!(
-                "with these settings the {} exchanges other variables or at other points; run the scene instead",
-                now.name
-            ));
-        }
-    }
-    Ok(())
-}
-
-impl Job<'_> {
-    /// Puts the units of a branch where those of the run are at the end of step `step`: the same ones, and those of which only
-    /// the strength of cracks is another, into the same states; others are asked what the run asked theirs.
-    fn hand_over(&self, from: &mut Graph, to: &mut Graph, fork: &Fork, step: u64) -> Result<(), RunError> {
-        let scenes = [&fork.log.head().scene, &self.loaded.scene];
-        let ids: Vec<UnitId> = to.ids().collect();
-        for id in ids {
-            let fingerprint = to[id].description().fingerprint;
-            let same = from[id].description().fingerprint == fingerprint;
-            let state = match same || registry::keeps_state(id, scenes) {
-                true => from[id].serialise()?,
-                false => None,
-            };
-            match state {
-                Some(state) if same => to[id].deserialise(&state)?,
-                Some(state) => {
-                    let relabelled = interface::relabel(&state, fingerprint);
-                    let relabelled = relabelled.map_err(RunStateError::from)?;
-                    to[id].deserialise(&relabelled)?;
-                    say(format!("{} goes on from its state with other cracks", to[id].description().name));
-                }
-                None if same => brought(&fork.log, id, &mut to[id], None, step)?,
-                None => {
-                    let name = to[id].description().name.clone();
-                    say(format!("{name} is another: it is asked what the run asked in {step} steps"));
-                    bring(&fork.log, id, &mut to[id], None, step, |_| ())
-                        .map_err(|cause| RunError::NotThere { unit: name, step, why: cause.to_string() })?;
-                }
-            }
-        }
-        Ok(())
-    }
 }
 
 /// Points where the dam outputs stress, m; none if it does not.

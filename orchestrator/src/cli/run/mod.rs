@@ -3,6 +3,7 @@
 pub mod branch;
 mod folder;
 mod job;
+mod place;
 pub mod resume;
 
 use super::start::StartError;
