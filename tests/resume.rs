@@ -1,7 +1,7 @@
 //! A run that was interrupted, however, and is resumed, is the run that was not: every exchange, iteration and step of the log,
 //! every table and the summary, bit for bit but for wall times.
 
-use crate::log::{cofferdam, rewrite, text};
+use crate::log::{cofferdam, records, rewrite, text};
 use crate::processes::{Running, alone};
 use orchestrator::log::{Entry, Log, compare};
 use std::fs;
@@ -340,7 +340,12 @@ fn a_log_that_was_cut_or_damaged_anywhere_goes_on() {
     let bytes = fs::read(&small).expect("a log");
     for (round, part) in [0.35, 0.6, 0.85].into_iter().enumerate() {
         let mut damaged = bytes.clone();
-        let place = (part * bytes.len() as f64) as usize;
+        // Inside a chunk: what lies between them can be damaged and nothing lost.
+        let aim = (part * bytes.len() as f64) as usize;
+        let all = records(&bytes);
+        let chunk = all.windows(2).find(|pair| pair[0].1 == mcap::records::op::CHUNK && pair[0].0 >= aim);
+        let [(begin, _), (end, _)] = chunk.expect("a chunk")[..] else { panic!("two places") };
+        let place = usize::midpoint(begin, end);
         damaged[place..place + 64].iter_mut().for_each(|byte| *byte ^= 0x55);
         // Finished, or cut behind the damage.
         for (kind, end) in [("whole", damaged.len()), ("cut", damaged.len() * 19 / 20)] {
