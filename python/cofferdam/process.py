@@ -62,7 +62,7 @@ def serve(cls):
             _report(words, error)
             sys.exit(_FAILED)
     service = None
-    folder.leave()
+    folder.leave(lifeline.orphaned)
     if lifeline.orphaned:
         lifeline.report()
         sys.exit(_FAILED)

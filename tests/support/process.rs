@@ -22,7 +22,15 @@ pub fn wait_until(condition: impl Fn() -> bool) -> bool {
 }
 
 /// The process does not exist, or only its entry is left because its exit status was not collected.
+///
+/// Of a process with several threads the entry may say `Z` while others still end, and with them the files and locks that
+/// they share: all threads have to be gone.
 pub fn is_gone(process: u32) -> bool {
-    let state = std::fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
-    state.rsplit(") ").next().is_none_or(|s| s.is_empty() || s.starts_with('Z'))
+    let threads = std::fs::read_dir(format!("/proc/{process}/task")).into_iter().flatten().flatten();
+    threads.map(|thread| std::fs::read_to_string(thread.path().join("stat")).unwrap_or_default()).all(
+        |stat| {
+            let state = stat.rsplit(") ").next();
+            state.is_none_or(|state| state.is_empty() || state.starts_with('Z'))
+        },
+    )
 }

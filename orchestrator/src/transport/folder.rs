@@ -3,7 +3,7 @@ use std::fs::{DirEntry, File, Metadata};
 use std::io::{Error, ErrorKind, Result};
 use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// The folder in `/dev/shm` that holds everything of one run: `cofferdam-<user id>-<run, 16 hexadecimal digits>`.
 ///
@@ -24,6 +24,8 @@ pub struct Folder {
 const LOCK: &str = "lock";
 /// Age from which a folder without a lock is not one that is just being made.
 const OLD: Duration = Duration::from_secs(60);
+/// Time that the system may take to end a process that was killed.
+const DYING: Duration = Duration::from_millis(250);
 
 impl Folder {
     /// Creates the folder of a new run.
@@ -59,6 +61,15 @@ impl Folder {
     /// Number of the run.
     pub fn run(&self) -> u64 {
         self.run
+    }
+
+    /// Waits until no other process of the run is left, so that dropping this removes it; gives up after a while. To be called
+    /// when the orchestrator has died: the system closes its pipes, by which a unit notices, before or after its lock.
+    pub fn outlive(&self) {
+        let began = Instant::now();
+        while self.lock.try_lock().is_err() && began.elapsed() < DYING {
+            std::thread::sleep(Duration::from_millis(1));
+        }
     }
 
     /// A prefix for the names of the run's segments, which nobody can foresee.
@@ -179,6 +190,26 @@ mod tests {
         assert!(path.exists(), "the other process uses it");
         drop(joined);
         assert!(!path.exists() && next.path().exists());
+    }
+
+    #[test]
+    fn who_outlives_the_others_removes_the_folder() {
+        let parent = tempfile::tempdir().expect("a folder");
+        let dying = Folder::try_to_create(parent.path()).expect("a folder");
+        let path = dying.path().to_owned();
+        let units: Vec<Folder> =
+            (0..2).map(|_| Folder::join(&path, dying.run()).expect("it is there")).collect();
+        std::thread::scope(|scope| {
+            for unit in units {
+                scope.spawn(move || {
+                    unit.outlive();
+                    drop(unit);
+                });
+            }
+            std::thread::sleep(DYING / 5);
+            dying.lock.unlock().expect("unlocked, as by the end of the process");
+        });
+        assert!(!path.exists());
     }
 
     #[test]

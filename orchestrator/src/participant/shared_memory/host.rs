@@ -55,7 +55,9 @@ pub fn host<E: std::fmt::Display>(make: impl FnOnce(&Task) -> Result<Box<dyn Par
     }
     let served = serve(&mut *participant, &folder, &task.service, &lifeline);
     if lifeline.over.load(Ordering::Acquire) && lifeline.orphaned.load(Ordering::Relaxed) {
-        return lifeline.report_orphaned();
+        let status = lifeline.report_orphaned();
+        folder.outlive();
+        return status;
     }
     match served {
         Ok(()) => ExitCode::SUCCESS,
