@@ -62,7 +62,7 @@ fn static_start(bencher: Bencher, element_size: f64) {
 fn mesh<const THREADS: usize>(bencher: Bencher, element_size: f64) {
     let parameters = dam_dem::DamParameters { cracks: Vec::new(), ..support::koyna(element_size) };
     let (mesh, laws) = (parameters.mesh(), Vec::<(dam_dem::contact::Coulomb, _)>::new());
-    let base = mesh.blocks[0].bottom.clone();
+    let base = mesh.base.clone();
     let structure = dam_dem::Structure::new(mesh, &parameters.material, parameters.kinematics, laws, &base);
     let structure = structure.on_threads(THREADS.try_into().unwrap()).unwrap();
     let rayleigh = dam_dem::RayleighCoefficients { mass: 1.0, stiffness: 1e-3 };

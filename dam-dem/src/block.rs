@@ -1,20 +1,12 @@
 use std::ops::Range;
 
-/// A deformable block between two cracks: consecutive nodes and cells of the mesh.
+/// A deformable block between cracks: consecutive nodes and cells of the mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Block {
     /// Its nodes.
     pub nodes: Range<usize>,
     /// Its cells.
     pub cells: Range<usize>,
-    /// Nodes of its lower side, from upstream to downstream.
-    pub bottom: Vec<usize>,
-    /// Nodes of its upper side, from upstream to downstream.
-    pub top: Vec<usize>,
-    /// Nodes of its upstream side, from bottom to top.
-    pub upstream: Vec<usize>,
-    /// Nodes of its downstream side, from bottom to top.
-    pub downstream: Vec<usize>,
 }
 
 /// Rigid rotation that is the least-squares fit to a motion, rad, counter-clockwise.

@@ -81,10 +81,10 @@ impl Dam {
     pub fn new(parameters: DamParameters) -> Result<Self, DamError> {
         parameters.check()?;
         let mut cracks = parameters.cracks.clone();
-        cracks.sort_by(|a, b| a.elevation.total_cmp(&b.elevation));
+        cracks.sort_by(CrackParameters::from_the_base_up);
         let (model, damping_frequencies) = Model::new(&parameters, &cracks)?;
         let mesh = &model.body().structure.mesh;
-        let crest = mesh.blocks.last().and_then(|block| block.upstream.last()).copied().unwrap_or(0);
+        let crest = mesh.upstream.last().copied().unwrap_or(0);
         let points = model.body().wet.as_ref().map_or(0, Wet::len);
         let inputs = Inputs { pressure: vec![0.0; points], ground_acceleration: [0.0; 2] };
         let motion = model.at_rest();
@@ -559,20 +559,16 @@ impl Packable for Dam {
 
     /// 0 for sizes that depend on the mesh, if the parameters are invalid and give no mesh.
     fn size_for(parameters: &DamParameters, variable: &Variable) -> usize {
+        let mesh = || parameters.check().and_then(|()| parameters.mesh()).ok();
         match variable.shape {
             Shape::Scalar | Shape::Plane | Shape::Modes => variable.shape.least_size(),
-            Shape::StressPoints | Shape::Nodes | Shape::Triangles | Shape::Contacts
-                if parameters.check().is_err() =>
-            {
-                0
-            }
             Shape::InterfacePoints => parameters.wet_face().ok().flatten().map_or(0, |face| face.len()),
             Shape::TailwaterPoints => parameters.tailwater_face().ok().flatten().map_or(0, |face| face.len()),
             Shape::Cracks => parameters.cracks.len(),
-            Shape::StressPoints => stress_points(&parameters.section, &parameters.mesh()).len(),
-            Shape::Nodes => parameters.mesh().nodes.len(),
-            Shape::Triangles => parameters.mesh().triangles().count(),
-            Shape::Contacts => parameters.contact_count(),
+            Shape::StressPoints => mesh().map_or(0, |mesh| stress_points(&parameters.section, &mesh).len()),
+            Shape::Nodes => mesh().map_or(0, |mesh| mesh.nodes.len()),
+            Shape::Triangles => mesh().map_or(0, |mesh| mesh.triangles().count()),
+            Shape::Contacts => mesh().map_or(0, |mesh| parameters.contact_count(&mesh)),
         }
     }
 

@@ -2,7 +2,7 @@
 
 use crate::model::Model;
 use crate::reduction::{HIGHEST_REPRESENTED, Sliding};
-use crate::{DamError, DamParameters, Damping, Fidelity};
+use crate::{CrackParameters, DamError, DamParameters, Damping, Fidelity};
 
 /// The fastest growing vibration of a dam whose blocks above a crack slide steadily.
 ///
@@ -35,7 +35,8 @@ const STEADY: f64 = 1e-6;
 
 impl DamParameters {
     /// For each crack, from the base up, sliding downstream and then upstream, under weight and hydrostatic pressure with
-    /// this `specific_weight` of the water (N/m³); none where the blocks tip over instead, and none of an intact dam.
+    /// this `specific_weight` of the water (N/m³); none where the blocks tip over instead, none of a crack that other cracks divide,
+    /// and none of an intact dam.
     ///
     /// **Errors**: as [`check`](Self::check) and [`Dam::new`](crate::Dam::new), and [`DamError::Singular`] if eigenvalues
     /// are not found.
@@ -49,7 +50,7 @@ impl DamParameters {
             modal.fidelity = Fidelity::Reduced { modes: None };
         }
         let mut cracks = self.cracks.clone();
-        cracks.sort_by(|a, b| a.elevation.total_cmp(&b.elevation));
+        cracks.sort_by(CrackParameters::from_the_base_up);
         let (model, _) = Model::new(&modal, &cracks)?;
         let Some(modes) = model.superposition().filter(|_| self.fidelity.is_cracked()) else {
             return Ok(Vec::new());
@@ -58,16 +59,19 @@ impl DamParameters {
             model.body().wet.as_ref().map_or_else(Vec::new, |wet| wet.hydrostatic(specific_weights));
         let loads = modes.forces(&pressure, [0.0; 2]);
         let mut found = Vec::new();
+        let mesh = &model.body().structure.mesh;
         for (index, crack) in cracks.iter().enumerate() {
+            let mut parts = (0..mesh.seams.len()).filter(|&seam| mesh.seams[seam].crack == index);
+            let (Some(seam), None) = (parts.next(), parts.next()) else { continue };
             for (downstream, direction) in [(true, 1.0), (false, -1.0)] {
-                let Some(sliding) = Sliding::steady(modes, index, direction, &loads) else { continue };
+                let Some(sliding) = Sliding::steady(modes, seam, direction, &loads) else { continue };
                 let eigenvalues = sliding.eigenvalues()?;
                 let largest = eigenvalues.iter().map(|value| value.norm()).fold(0.0, f64::max);
                 let vibrations =
                     eigenvalues.iter().filter(|z| z.im > STEADY * largest && z.im < HIGHEST_REPRESENTED);
                 if let Some(fastest) = vibrations.max_by(|a, b| a.re.total_cmp(&b.re)) {
                     let (frequency, growth) = (fastest.im, fastest.re);
-                    found.push(Flutter { elevation: crack.elevation, downstream, frequency, growth });
+                    found.push(Flutter { elevation: crack.line.elevation(), downstream, frequency, growth });
                 }
             }
         }

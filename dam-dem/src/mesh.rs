@@ -1,5 +1,7 @@
 //! Mapped mesh of a section: rows of quadrilateral cells with four triangles each.
 
+use std::ops::Range;
+
 use crate::block::Block;
 use crate::section::{ELEVATION_TOLERANCE, Section};
 
@@ -16,16 +18,43 @@ use crate::section::{ELEVATION_TOLERANCE, Section};
 ///   0───────1
 /// ```
 ///
-/// The number of columns is the same at every height, so that the nodes on the two sides of a crack coincide in the
-/// unloaded position; nodes on cracks are doubled.
+/// Nodes on cracks are doubled: blocks share no node. The nodes on the two sides of a crack coincide in the unloaded
+/// position. Bodies are the blocks and, after the last one, the ground.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
     /// Unloaded positions, m.
     pub nodes: Vec<[f64; 2]>,
     /// Four corners and the centre of each cell.
     pub cells: Vec<[usize; 5]>,
-    /// Blocks from the base up; crack `i` lies between block `i` and `i + 1`.
+    /// Blocks from the base up.
     pub blocks: Vec<Block>,
+    /// The cracks, each in one or more parts.
+    pub seams: Vec<Seam>,
+    /// Nodes of the upstream side, from the base to the crest; where a crack ends there, one of either side of it.
+    pub upstream: Vec<usize>,
+    /// The same of the downstream side.
+    pub downstream: Vec<usize>,
+    /// Nodes of the base that are one with the ground.
+    pub base: Vec<usize>,
+    /// Nodes of the ground under a joint along the base, which belong to no cell.
+    pub ground: Range<usize>,
+}
+
+/// Part of a crack between two bodies: two chains of nodes that lie opposite each other.
+///
+/// Both run downstream; those of a vertical crack upwards.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Seam {
+    /// Index of the crack.
+    pub crack: usize,
+    /// The body on its lower side, to the right of its direction.
+    pub below: usize,
+    /// The body on its upper side.
+    pub above: usize,
+    /// Nodes of the lower side.
+    pub lower: Vec<usize>,
+    /// Nodes of the upper side.
+    pub upper: Vec<usize>,
 }
 
 impl Mesh {
@@ -58,19 +87,57 @@ impl Mesh {
         Self::mapped(section, &rows, columns)
     }
 
+    /// As [`new`](Self::new), with cracks that have the indices from 1 on above a joint along the base, if there is one.
+    pub fn layered(
+        section: &Section,
+        on_joint: bool,
+        cracks: &[f64],
+        levels: &[f64],
+        element_size: f64,
+    ) -> Self {
+        let mut mesh = Self::new(section, cracks, levels, element_size);
+        if on_joint {
+            mesh.seams.iter_mut().for_each(|seam| seam.crack += 1);
+            mesh = mesh.on_joint(0);
+        }
+        mesh
+    }
+
     /// Meshes `section` with `columns` columns. `rows` gives the elevations of the row boundaries of each
     /// block (m, ascending; the last one of a block is the first one of the next).
+    ///
+    /// The number of columns is the same at every height. Crack `i` lies between the blocks `i` and `i + 1`.
     pub fn mapped(section: &Section, rows: &[Vec<f64>], columns: usize) -> Self {
-        let mut mesh = Self { nodes: Vec::new(), cells: Vec::new(), blocks: Vec::new() };
-        for elevations in rows {
+        let mut mesh = Self {
+            nodes: Vec::new(),
+            cells: Vec::new(),
+            blocks: Vec::new(),
+            seams: Vec::new(),
+            upstream: Vec::new(),
+            downstream: Vec::new(),
+            base: Vec::new(),
+            ground: 0..0,
+        };
+        let mut top = Vec::new();
+        for (block, elevations) in rows.iter().enumerate() {
             let (first_node, first_cell) = (mesh.nodes.len(), mesh.cells.len());
             let mut below = mesh.add_row(section, elevations[0], columns);
-            let (bottom, mut upstream, mut downstream) =
-                (below.clone(), vec![below[0]], vec![below[columns]]);
+            match block.checked_sub(1) {
+                Some(crack) => mesh.seams.push(Seam {
+                    crack,
+                    below: crack,
+                    above: block,
+                    lower: top,
+                    upper: below.clone(),
+                }),
+                None => mesh.base = below.clone(),
+            }
+            mesh.upstream.push(below[0]);
+            mesh.downstream.push(below[columns]);
             for &elevation in &elevations[1..] {
                 let above = mesh.add_row(section, elevation, columns);
-                upstream.push(above[0]);
-                downstream.push(above[columns]);
+                mesh.upstream.push(above[0]);
+                mesh.downstream.push(above[columns]);
                 for j in 0..columns {
                     let corners = [below[j], below[j + 1], above[j + 1], above[j]];
                     let mean = |d: usize| corners.iter().map(|&i| mesh.nodes[i][d]).sum::<f64>() / 4.0;
@@ -80,15 +147,11 @@ impl Mesh {
                 }
                 below = above;
             }
-            mesh.blocks.push(Block {
-                nodes: first_node..mesh.nodes.len(),
-                cells: first_cell..mesh.cells.len(),
-                bottom,
-                top: below,
-                upstream,
-                downstream,
-            });
+            mesh.blocks
+                .push(Block { nodes: first_node..mesh.nodes.len(), cells: first_cell..mesh.cells.len() });
+            top = below;
         }
+        mesh.ground = mesh.nodes.len()..mesh.nodes.len();
         mesh
     }
 
@@ -104,39 +167,77 @@ impl Mesh {
         self.cells.iter().flat_map(|cell| (0..4).map(|k| [cell[k], cell[(k + 1) % 4], cell[4]]))
     }
 
-    /// Pairs (lower, upper) of doubled nodes, for all cracks.
+    /// The same dam on a joint: its base is no longer one with the ground, and a seam of `crack` lies between them. The
+    /// ground goes on beyond heel and toe by the width of the base.
+    pub fn on_joint(mut self, crack: usize) -> Self {
+        let upper = std::mem::take(&mut self.base);
+        let first = self.nodes.len();
+        let places: Vec<[f64; 2]> = upper.iter().map(|&node| self.nodes[node]).collect();
+        let [heel, toe] = [places[0], places[places.len() - 1]];
+        let width = toe[0] - heel[0];
+        self.nodes.push([heel[0] - width, heel[1]]);
+        self.nodes.extend(places);
+        self.nodes.push([toe[0] + width, toe[1]]);
+        self.ground = first..self.nodes.len();
+        let seam =
+            Seam { crack, below: self.blocks.len(), above: 0, lower: self.ground.clone().collect(), upper };
+        self.seams.insert(0, seam);
+        self
+    }
+
+    /// Whether a body is the ground.
+    pub fn is_ground(&self, body: usize) -> bool {
+        body == self.blocks.len()
+    }
+
+    /// Pairs (lower, upper) of nodes at the same place on the two sides of a crack. Where cracks meet, a node is in several pairs.
     pub fn doubled_nodes(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
-        self.blocks
-            .windows(2)
-            .flat_map(|pair| pair[0].top.iter().copied().zip(pair[1].bottom.iter().copied()))
+        self.seams.iter().flat_map(|seam| {
+            let twin =
+                |upper: usize| seam.lower.iter().find(|&&lower| self.nodes[lower] == self.nodes[upper]);
+            seam.upper.iter().filter_map(move |&upper| Some((*twin(upper)?, upper)))
+        })
     }
 
     /// Nodes of the upstream side at or below `level` (m), from the base up, doubled at the cracks below this level.
     pub fn upstream_nodes_to(&self, level: f64) -> Vec<usize> {
-        self.nodes_to(level, |block| &block.upstream)
+        self.nodes_to(level, &self.upstream)
     }
 
     /// The same of the downstream side.
     pub fn downstream_nodes_to(&self, level: f64) -> Vec<usize> {
-        self.nodes_to(level, |block| &block.downstream)
+        self.nodes_to(level, &self.downstream)
     }
 
-    fn nodes_to(&self, level: f64, side: impl Fn(&Block) -> &[usize]) -> Vec<usize> {
-        let tolerance = ELEVATION_TOLERANCE * self.nodes.last().map_or(1.0, |p| p[1].abs());
-        let mut nodes = Vec::new();
-        for block in &self.blocks {
-            let wet = |&&i: &&usize| self.nodes[i][1] <= level + tolerance;
-            let part: Vec<usize> = side(block).iter().take_while(wet).copied().collect();
-            if nodes.is_empty() || part.len() > 1 {
-                nodes.extend(part);
-            }
+    fn nodes_to(&self, level: f64, side: &[usize]) -> Vec<usize> {
+        let crest = side.last().map_or(1.0, |&node| self.nodes[node][1].abs());
+        let wet = |node: &&usize| self.nodes[**node][1] <= level + ELEVATION_TOLERANCE * crest;
+        let mut nodes: Vec<usize> = side.iter().take_while(wet).copied().collect();
+        // the upper side of a crack at the level is dry
+        if let [.., below, above] = nodes[..]
+            && self.nodes[below] == self.nodes[above]
+        {
+            nodes.pop();
         }
         nodes
     }
 
-    /// Index of the block that contains `node`.
+    /// Index of the body to which `node` belongs.
     pub fn block_of(&self, node: usize) -> usize {
         self.blocks.partition_point(|block| block.nodes.end <= node)
+    }
+
+    /// Length of a chain of nodes, m.
+    pub fn length(&self, chain: &[usize]) -> f64 {
+        let ends = chain.windows(2).map(|pair| (self.nodes[pair[0]], self.nodes[pair[1]]));
+        ends.map(|([x0, y0], [x1, y1])| (x1 - x0).hypot(y1 - y0)).sum()
+    }
+
+    /// Direction from the first to the last node of a chain.
+    pub fn direction(&self, chain: &[usize]) -> [f64; 2] {
+        let [[x0, y0], [x1, y1]] = [chain[0], chain[chain.len() - 1]].map(|node| self.nodes[node]);
+        let length = (x1 - x0).hypot(y1 - y0);
+        [(x1 - x0) / length, (y1 - y0) / length]
     }
 
     /// Tributary lengths of a chain of nodes, m: half of each adjacent segment.
@@ -173,6 +274,6 @@ mod tests {
         assert_eq!(wet.windows(2).filter(|p| mesh.nodes[p[0]] == mesh.nodes[p[1]]).count(), 2);
         assert_eq!(mesh.block_of(mesh.blocks[1].nodes.start), 1);
         let level_with_crack = mesh.upstream_nodes_to(66.5);
-        assert_eq!(level_with_crack.last(), mesh.blocks[1].upstream.last());
+        assert_eq!(level_with_crack.last(), mesh.seams[1].lower.first());
     }
 }

@@ -18,19 +18,42 @@ pub struct DegreesOfFreedom {
     of_node: Vec<Option<usize>>,
 }
 
+/// Whose degrees of freedom a node has.
+enum Twin {
+    Fixed,
+    /// Those of this node, which is itself or one before it.
+    Of(usize),
+}
+
 impl DegreesOfFreedom {
     /// Every free node has its own degrees of freedom.
     pub fn free(structure: &Structure<impl ContactLaw>) -> Self {
-        Self::number(structure, |_| None)
+        Self::number(structure, |node| if structure.is_fixed(node) { Twin::Fixed } else { Twin::Of(node) })
     }
 
-    /// The intact dam: the doubled nodes of a crack share their degrees of freedom.
+    /// The intact dam: the nodes at one place of a crack share their degrees of freedom.
     pub fn intact(structure: &Structure<impl ContactLaw>) -> Self {
-        let mut twin = vec![None; structure.mesh.nodes.len()];
-        for (lower, upper) in structure.mesh.doubled_nodes() {
-            twin[upper] = Some(lower);
+        // of each node the first one that is one with it
+        let mut first: Vec<usize> = (0..structure.mesh.nodes.len()).collect();
+        let mut pairs: Vec<[usize; 2]> =
+            structure.mesh.doubled_nodes().map(|(a, b)| [a.min(b), a.max(b)]).collect();
+        pairs.sort_unstable();
+        let root = |first: &[usize], mut node: usize| {
+            while first[node] != node {
+                node = first[node];
+            }
+            node
+        };
+        for [a, b] in pairs {
+            let [a, b] = [root(&first, a), root(&first, b)];
+            first[a.max(b)] = a.min(b);
         }
-        Self::number(structure, |node| twin[node])
+        let roots: Vec<usize> = (0..first.len()).map(|node| root(&first, node)).collect();
+        let mut fixed = vec![false; first.len()];
+        for (node, &root) in roots.iter().enumerate() {
+            fixed[root] |= structure.is_fixed(node);
+        }
+        Self::number(structure, |node| if fixed[roots[node]] { Twin::Fixed } else { Twin::Of(roots[node]) })
     }
 
     /// The degrees of freedom of the free nodes among `nodes` (ascending).
@@ -41,14 +64,14 @@ impl DegreesOfFreedom {
         Self { count: 2 * count, of_node }
     }
 
-    fn number(structure: &Structure<impl ContactLaw>, twin: impl Fn(usize) -> Option<usize>) -> Self {
+    fn number(structure: &Structure<impl ContactLaw>, twin: impl Fn(usize) -> Twin) -> Self {
         let mut count = 0;
         let mut of_node: Vec<Option<usize>> = Vec::with_capacity(structure.mesh.nodes.len());
         for node in 0..structure.mesh.nodes.len() {
             let dof = match twin(node) {
-                Some(lower) => of_node[lower],
-                None if structure.is_fixed(node) => None,
-                None => {
+                Twin::Fixed => None,
+                Twin::Of(first) if first < node => of_node[first],
+                Twin::Of(_) => {
                     count += 2;
                     Some(count - 2)
                 }

@@ -87,9 +87,9 @@ impl Body {
     /// The body of checked `parameters` with `cracks` from the base up, and the frequencies at which its
     /// damping ratio holds (rad/s).
     fn new(parameters: &DamParameters, cracks: &[CrackParameters]) -> Result<(Self, [f64; 2]), DamError> {
-        let mesh = parameters.mesh();
+        let mesh = parameters.mesh()?;
         let wet = Wet::below(&mesh, parameters.water_levels())?;
-        let base = mesh.blocks[0].bottom.clone();
+        let base = mesh.base.clone();
         let cracks = cracks.iter().map(|crack| (MohrCoulomb::from(crack), crack.integration));
         let dry = Structure::new(mesh, &parameters.material, parameters.kinematics, cracks, &base);
         let damping_frequencies =

@@ -1,12 +1,12 @@
 use interface::variables::dam as variables;
-use interface::{Variable, WetFace};
+use interface::{Variable, WetFace, mean_elevation};
 use serde::{Deserialize, Serialize};
 
 use crate::contact::Integration;
 use crate::error::{DamError, Problem, require};
 use crate::loads::Wet;
 use crate::section::{ELEVATION_TOLERANCE, Section};
-use crate::{Damping, Fidelity, Material, Mesh};
+use crate::{Damping, Fidelity, Material, Mesh, Seam};
 
 /// Everything a dam is made from. SI units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -18,7 +18,7 @@ pub struct DamParameters {
     /// Depth of the water at the toe, m; 0 means no tailwater and no wet face downstream.
     #[serde(default, skip_serializing_if = "is_default")]
     pub tailwater_depth: f64,
-    /// Horizontal cracks through the whole section, in any order. Results come from the base up.
+    /// Cracks, in any order. Results come from the base up.
     pub cracks: Vec<CrackParameters>,
     /// The concrete.
     pub material: Material,
@@ -43,12 +43,41 @@ pub struct DamParameters {
     pub added_mass: Option<Vec<Vec<f64>>>,
 }
 
-/// A horizontal crack through the whole section.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+/// Where a crack runs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum CrackLine {
+    /// Horizontally through the whole section, at this elevation above the base, m; 0 for the joint between dam and ground.
+    #[serde(rename = "elevation")]
+    Level(f64),
+    /// Through these points, m. What lies outside the section is no crack.
+    #[serde(rename = "polyline")]
+    Polyline(Vec<[f64; 2]>),
+}
+
+impl CrackLine {
+    /// Mean elevation over its length, m.
+    pub fn elevation(&self) -> f64 {
+        match self {
+            Self::Level(elevation) => *elevation,
+            Self::Polyline(points) => mean_elevation(points),
+        }
+    }
+
+    /// The name of its parameter.
+    fn key(&self) -> &'static str {
+        match self {
+            Self::Level(_) => "elevation",
+            Self::Polyline(_) => "polyline",
+        }
+    }
+}
+
+/// A crack from face to face, or to a gallery or another crack.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CrackParameters {
-    /// Elevation above the base, m.
-    pub elevation: f64,
+    /// Where it runs.
+    #[serde(flatten)]
+    pub line: CrackLine,
     /// Coulomb's friction coefficient μ, of a bonded crack its peak.
     pub friction_coefficient: f64,
     /// The same once the crack has slipped or opened; `None` for no other.
@@ -90,7 +119,12 @@ pub enum Kinematics {
 }
 
 impl CrackParameters {
-    /// A crack that slides by Coulomb's friction, not bonded.
+    /// Compares mean elevations.
+    pub fn from_the_base_up(a: &Self, b: &Self) -> std::cmp::Ordering {
+        a.line.elevation().total_cmp(&b.line.elevation())
+    }
+
+    /// A horizontal crack that slides by Coulomb's friction, not bonded.
     pub fn sliding(
         elevation: f64,
         friction_coefficient: f64,
@@ -98,7 +132,7 @@ impl CrackParameters {
         shear_stiffness: f64,
     ) -> Self {
         Self {
-            elevation,
+            line: CrackLine::Level(elevation),
             friction_coefficient,
             residual_friction_coefficient: None,
             cohesion: 0.0,
@@ -209,15 +243,20 @@ impl DamParameters {
             }
         }
         let margin = ELEVATION_TOLERANCE * crest;
-        for (index, &CrackParameters { elevation, .. }) in self.cracks.iter().enumerate() {
-            let key = format!("cracks.{index}.elevation");
-            if !(elevation > margin && elevation < crest - margin) {
+        for (index, crack) in self.cracks.iter().enumerate() {
+            let CrackLine::Level(elevation) = crack.line else { continue };
+            let key = format!("cracks.{index}.{}", crack.line.key());
+            if !(elevation == 0.0 || elevation > margin && elevation < crest - margin) {
                 found.push(Problem::of([&key, SECTION], DamError::CrackOutside { elevation, crest }));
             }
-            let near = |other: &CrackParameters| (other.elevation - elevation).abs() <= margin;
-            if let Some(other) = self.cracks[..index].iter().position(near) {
-                let error = DamError::DuplicateCrack { elevation, other: self.cracks[other].elevation };
-                found.push(Problem::of([&key, &format!("cracks.{other}.elevation")], error));
+            let near = |crack: &CrackParameters| match crack.line {
+                CrackLine::Level(other) if (other - elevation).abs() <= margin => Some(other),
+                _ => None,
+            };
+            let others = self.cracks[..index].iter().enumerate();
+            if let Some((at, other)) = others.filter_map(|(at, crack)| Some((at, near(crack)?))).next() {
+                let error = DamError::DuplicateCrack { elevation, other };
+                found.push(Problem::of([&key, &format!("cracks.{at}.elevation")], error));
             }
         }
         if size > crest {
@@ -237,7 +276,7 @@ impl DamParameters {
     pub(crate) fn numbers(&mut self, variable: &Variable) -> Vec<&mut f64> {
         let Material { young_modulus, poisson_ratio, density, .. } = &mut self.material;
         let mut cracks: Vec<&mut CrackParameters> = self.cracks.iter_mut().collect();
-        cracks.sort_by(|a, b| a.elevation.total_cmp(&b.elevation));
+        cracks.sort_by(|a, b| CrackParameters::from_the_base_up(a, b));
         let cracks = cracks.into_iter();
         match *variable {
             variables::YOUNG_MODULUS => vec![young_modulus],
@@ -252,20 +291,30 @@ impl DamParameters {
     }
 
     /// The mesh of the section: rows end at vertices, cracks and the water levels.
-    pub fn mesh(&self) -> Mesh {
-        let mut elevations: Vec<f64> = self.cracks.iter().map(|crack| crack.elevation).collect();
+    ///
+    /// **Errors**: those of [`problems`](Self::problems) that only the mesh shows.
+    pub fn mesh(&self) -> Result<Mesh, DamError> {
+        let mut elevations: Vec<f64> = self.cracks.iter().map(|crack| crack.line.elevation()).collect();
         elevations.sort_by(f64::total_cmp);
-        Mesh::new(&self.section, &elevations, &self.water_levels(), self.element_size)
+        let on_joint = elevations.first() == Some(&0.0);
+        let inside = &elevations[usize::from(on_joint)..];
+        Ok(Mesh::layered(&self.section, on_joint, inside, &self.water_levels(), self.element_size))
     }
 
-    /// Number of contacts in all cracks.
-    pub(crate) fn contact_count(&self) -> usize {
-        let nodes = self.mesh().blocks[0].top.len();
-        let of_a_side = |crack: &CrackParameters| match crack.integration {
-            Integration::Nodal => nodes,
-            Integration::Gauss => 2 * (nodes - 1),
+    /// Number of contacts in all cracks on `mesh`.
+    pub(crate) fn contact_count(&self, mesh: &Mesh) -> usize {
+        let mut cracks: Vec<&CrackParameters> = self.cracks.iter().collect();
+        cracks.sort_by(|a, b| CrackParameters::from_the_base_up(a, b));
+        let of_side = |side: &[usize], integration| match integration {
+            Integration::Nodal => side.len(),
+            Integration::Gauss => 2 * (side.len() - 1),
         };
-        self.cracks.iter().map(|crack| 2 * of_a_side(crack)).sum()
+        let of_seam = |seam: &Seam| {
+            let integration = cracks[seam.crack].integration;
+            let below = if mesh.is_ground(seam.below) { 0 } else { of_side(&seam.lower, integration) };
+            below + of_side(&seam.upper, integration)
+        };
+        mesh.seams.iter().map(of_seam).sum()
     }
 
     /// The wet face of the dam that these parameters make, or `None` with an empty reservoir.
@@ -284,7 +333,7 @@ impl DamParameters {
 
     fn wet_faces(&self) -> Result<[Option<WetFace>; 2], DamError> {
         self.check()?;
-        Ok(Wet::below(&self.mesh(), self.water_levels())?.unwrap_or_default().faces)
+        Ok(Wet::below(&self.mesh()?, self.water_levels())?.unwrap_or_default().faces)
     }
 
     /// Levels of the water upstream and downstream, m.
@@ -302,7 +351,9 @@ impl DamParameters {
             levels.push((self.tailwater_depth, "tailwater_depth".to_owned()));
         }
         let cracks = self.cracks.iter().enumerate();
-        levels.extend(cracks.map(|(index, crack)| (crack.elevation, format!("cracks.{index}.elevation"))));
+        levels.extend(
+            cracks.map(|(index, crack)| (crack.line.elevation(), format!("cracks.{index}.elevation"))),
+        );
         levels.sort_by(|a, b| a.0.total_cmp(&b.0));
         let same = ELEVATION_TOLERANCE * self.section.height();
         let least = THINNEST_ROW * self.element_size;

@@ -1,10 +1,10 @@
 //! Stresses at nodes, recovered from those of the cells around them.
 
 use nalgebra::DMatrix;
-use std::ops::Range;
+use std::collections::BTreeMap;
 
 use crate::element::CrossedCells;
-use crate::{Kinematics, Mesh};
+use crate::{Block, Kinematics, Mesh};
 
 /// Stresses at the corners of the cells, recovered from the mean stresses of the cells.
 ///
@@ -15,7 +15,7 @@ use crate::{Kinematics, Mesh};
 /// ```
 ///
 /// where the errors of opposite edges cancel. So the mean is the stress at the cell's centroid with an error of second
-/// order, while that of each triangle has an error of first order. In every block, a linear field is fitted to the four
+/// order, while that of each triangle has an error of first order. In every block, a linear field is fitted to the
 /// cells around an inner corner by least squares (superconvergent patch recovery) and taken at this corner. A corner on
 /// the outline belongs to the patch of the next inner one. Patches end at cracks, where the mesh does. A linear stress
 /// on cells that are parallelograms is reproduced exactly; a smooth one with second order, on the outline too. In
@@ -30,8 +30,8 @@ pub struct StressRecovery {
     nodes: Vec<usize>,
     /// Places in `nodes` of those on the outline of a block.
     outline: Vec<usize>,
-    /// The cells of the patch of each of `nodes`, and their weights; what is not needed has the weight 0.
-    patches: Vec<[(usize, f64); 4]>,
+    /// The cells of the patch of each of `nodes`, and their weights.
+    patches: Vec<Vec<(usize, f64)>>,
 }
 
 impl StressRecovery {
@@ -39,25 +39,16 @@ impl StressRecovery {
     pub fn new(mesh: &Mesh) -> Self {
         let (mut nodes, mut outline, mut patches) = (Vec::new(), Vec::new(), Vec::new());
         for block in &mesh.blocks {
-            let columns = block.bottom.len() - 1;
-            let rows = block.cells.len() / columns;
-            let cell = |row: usize, column: usize| block.cells.start + row * columns + column;
-            for (row, column) in (0..=rows).flat_map(|row| (0..=columns).map(move |column| (row, column))) {
-                let [below, left] = [row.min(rows - 1), column.min(columns - 1)];
-                let corner = [[0, 1], [3, 2]][row - below][column - left];
-                let node = mesh.cells[cell(below, left)][corner];
-                let patch: Vec<usize> = around(row, rows)
-                    .flat_map(|r| around(column, columns).map(move |c| cell(r, c)))
-                    .collect();
+            let corners = Corners::of(mesh, block);
+            for (&node, corner) in &corners.0 {
+                let patch = corners.patch(mesh, node);
                 let centroids: Vec<[f64; 2]> = patch.iter().map(|&cell| centroid(mesh, cell)).collect();
-                let mut weighted = [(patch[0], 0.0); 4];
                 let weights = weights_of_linear_fit(&centroids, mesh.nodes[node]);
-                weighted.iter_mut().zip(patch.into_iter().zip(weights)).for_each(|(to, from)| *to = from);
-                if row % rows == 0 || column % columns == 0 {
+                if !corner.is_inner() {
                     outline.push(nodes.len());
                 }
                 nodes.push(node);
-                patches.push(weighted);
+                patches.push(patch.into_iter().zip(weights).collect());
             }
         }
         let cells =
@@ -94,7 +85,7 @@ impl StressRecovery {
             elements.stress_of(h, kinematics)
         };
         let of_cells: Vec<[f64; 3]> = self.cells.iter().map(of_cell).collect();
-        let at_node = |patch: &[(usize, f64); 4]| {
+        let at_node = |patch: &Vec<(usize, f64)>| {
             let mut sum = [0.0; 3];
             for &(cell, weight) in patch {
                 (0..3).for_each(|i| sum[i] += weight * of_cells[cell][i]);
@@ -105,13 +96,68 @@ impl StressRecovery {
     }
 }
 
-/// Of `count` cells in a row, those beside the inner boundary that is next to boundary `index`; a single one is alone.
-fn around(index: usize, count: usize) -> Range<usize> {
-    if count < 2 {
-        return 0..count;
+/// The corners of the cells of a block.
+struct Corners(BTreeMap<usize, Corner>);
+
+/// A corner of cells.
+#[derive(Default)]
+struct Corner {
+    /// The cells around it, ascending.
+    cells: Vec<usize>,
+    /// The corners to which an edge leads from it, one for each of its cells that has this edge.
+    neighbours: Vec<usize>,
+}
+
+impl Corner {
+    /// Whether cells are all around it: each of its edges belongs to two of them.
+    fn is_inner(&self) -> bool {
+        let mut sorted = self.neighbours.clone();
+        sorted.sort_unstable();
+        sorted.chunk_by(|a, b| a == b).all(|edge| edge.len() == 2)
     }
-    let inner = index.clamp(1, count - 1);
-    inner - 1..inner + 1
+}
+
+impl Corners {
+    fn of(mesh: &Mesh, block: &Block) -> Self {
+        let mut corners: BTreeMap<usize, Corner> = BTreeMap::new();
+        for cell in block.cells.clone() {
+            for k in 0..4 {
+                let corner = corners.entry(mesh.cells[cell][k]).or_default();
+                corner.cells.push(cell);
+                corner.neighbours.extend([1, 3].map(|step| mesh.cells[cell][(k + step) % 4]));
+            }
+        }
+        Self(corners)
+    }
+
+    /// The cells to which a linear field is fitted at `node`: those around it, or around the next inner corner, along an edge if
+    /// there is one, otherwise within a cell. If there is no inner corner, those around it and its neighbours.
+    fn patch(&self, mesh: &Mesh, node: usize) -> Vec<usize> {
+        let corner = &self.0[&node];
+        let next_inner = |candidates: &mut dyn Iterator<Item = usize>| {
+            let distance = |other: &usize| {
+                let [[x, y], [p, q]] = [node, *other].map(|node| mesh.nodes[node]);
+                (p - x).hypot(q - y)
+            };
+            let inner = candidates.filter(|other| self.0[other].is_inner());
+            inner.min_by(|a, b| distance(a).total_cmp(&distance(b)))
+        };
+        let centre = match corner.is_inner() {
+            true => Some(node),
+            false => next_inner(&mut corner.neighbours.iter().copied()).or_else(|| {
+                let of_cells = corner.cells.iter().flat_map(|&cell| &mesh.cells[cell][..4]);
+                next_inner(&mut of_cells.copied())
+            }),
+        };
+        if let Some(centre) = centre {
+            return self.0[&centre].cells.clone();
+        }
+        let around = corner.neighbours.iter().flat_map(|other| &self.0[other].cells);
+        let mut cells: Vec<usize> = corner.cells.iter().chain(around).copied().collect();
+        cells.sort_unstable();
+        cells.dedup();
+        cells
+    }
 }
 
 /// Mean of ∇N of each corner over a cell, 1/m.

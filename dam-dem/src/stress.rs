@@ -7,7 +7,8 @@ use crate::section::ELEVATION_TOLERANCE;
 use crate::{Kinematics, Mesh, Section, StressRecovery};
 
 /// Nodes at which stresses are reported: heel and toe, then the upstream and the downstream face at each elevation between
-/// base and crest where one of the faces changes its slope. Where a crack ends there, the node of the block below.
+/// base and crest where one of the faces changes its slope, or the next node to it. Where a crack ends there, the node of the
+/// block below.
 pub(crate) fn stress_points(section: &Section, mesh: &Mesh) -> Vec<usize> {
     let tolerance = ELEVATION_TOLERANCE * section.height();
     let mut bends: Vec<f64> = section.vertex_elevations().collect();
@@ -15,12 +16,10 @@ pub(crate) fn stress_points(section: &Section, mesh: &Mesh) -> Vec<usize> {
     bends.sort_by(f64::total_cmp);
     bends.dedup_by(|a, b| *a - *b < tolerance);
     let at = |level: f64| {
+        let far = |node: &usize| (mesh.nodes[*node][1] - level).abs();
         // nodes of the block below come first
-        let row = (0..mesh.nodes.len()).filter(|&node| (mesh.nodes[node][1] - level).abs() < tolerance);
-        let x = |node: &usize| mesh.nodes[*node][0];
-        let upstream = row.clone().min_by(|a, b| x(a).total_cmp(&x(b)));
-        let downstream = row.rev().max_by(|a, b| x(a).total_cmp(&x(b)));
-        [upstream, downstream]
+        [&mesh.upstream, &mesh.downstream]
+            .map(|side| side.iter().min_by(|a, b| far(a).total_cmp(&far(b))).copied())
     };
     std::iter::once(0.0).chain(bends).flat_map(at).flatten().collect()
 }

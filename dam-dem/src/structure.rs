@@ -7,8 +7,8 @@ use crate::damping::{DampingCoefficients, StiffnessDamping};
 use crate::element::{CrossedCells, ViscousStress};
 use crate::energy::{Losses, StoredEnergy};
 use crate::loads::Wet;
-use crate::release::{Release, plus};
-use crate::{AddedMass, DamError, Kinematics, Material, Mesh};
+use crate::release::{Carried, Release, plus};
+use crate::{AddedMass, Block, DamError, Kinematics, Material, Mesh, Seam};
 
 /// Blocks, their masses, and the cracks between them.
 ///
@@ -20,7 +20,7 @@ pub struct Structure<L: ContactLaw = Coulomb> {
     pub mesh: Mesh,
     /// The elements.
     pub cells: CrossedCells,
-    /// The cracks, from the base up.
+    /// The cracks, one for each seam of the mesh.
     pub cracks: Vec<Crack<L>>,
     /// Lumped masses of the nodes, kg/m.
     pub mass: Vec<f64>,
@@ -28,6 +28,8 @@ pub struct Structure<L: ContactLaw = Coulomb> {
     pub inverse_mass: Vec<f64>,
     /// Inertia of the water. `mass` and `inverse_mass` are those of the concrete alone.
     pub added_mass: Option<AddedMass>,
+    /// How blocks move with the jumps of cracks.
+    pub(crate) carried: Carried,
 }
 
 /// Motion of all nodes, relative to the ground.
@@ -41,13 +43,13 @@ pub struct Motion {
     pub acceleration: Vec<[f64; 2]>,
     /// Stresses of stiffness damping in each batch of cells, Pa.
     pub viscous: Vec<ViscousStress>,
-    /// States of the contacts of each crack.
+    /// States of the contacts of each crack, one list for each seam.
     pub joints: Vec<Vec<JointState>>,
 }
 
 impl<L: ContactLaw> Structure<L> {
     /// The blocks of `mesh`, without water, with the nodes `fixed` held by the ground. `cracks` gives the
-    /// contact law of each crack and where its contacts are, from the base up.
+    /// contact law of each crack and where its contacts are.
     pub fn new(
         mesh: Mesh,
         material: &Material,
@@ -61,14 +63,15 @@ impl<L: ContactLaw> Structure<L> {
             nodes.iter().for_each(|&n| mass[n] += material.density * area / 3.0);
         }
         let mut inverse_mass: Vec<f64> = mass.iter().map(|m| 1.0 / m).collect();
-        fixed.iter().for_each(|&n| inverse_mass[n] = 0.0);
-        let cracks = mesh
-            .blocks
-            .windows(2)
-            .zip(cracks)
-            .map(|(pair, (law, contacts))| Crack::new(&mesh, &pair[0].top, &pair[1].bottom, law, contacts))
-            .collect();
-        Self { mesh, cells, cracks, mass, inverse_mass, added_mass: None }
+        fixed.iter().copied().chain(mesh.ground.clone()).for_each(|n| inverse_mass[n] = 0.0);
+        let laws: Vec<(L, Integration)> = cracks.into_iter().collect();
+        let of_seam = |seam: &Seam| {
+            let (law, contacts) = laws.get(seam.crack)?.clone();
+            Some(Crack::new(&mesh, seam, law, contacts))
+        };
+        let cracks = mesh.seams.iter().filter_map(of_seam).collect();
+        let carried = Carried::of(&mesh, |node| inverse_mass[node] == 0.0);
+        Self { mesh, cells, cracks, mass, inverse_mass, added_mass: None, carried }
     }
 
     /// The same structure with the added mass of `rows` (points × points, Pa per m/s²) on its `wet` face.
@@ -100,6 +103,11 @@ impl<L: ContactLaw> Structure<L> {
     /// Whether `node` is held by the ground.
     pub fn is_fixed(&self, node: usize) -> bool {
         self.inverse_mass[node] == 0.0
+    }
+
+    /// Whether the ground holds a node of `block`.
+    pub(crate) fn is_held(&self, block: &Block) -> bool {
+        block.nodes.clone().any(|node| self.is_fixed(node))
     }
 
     /// Adds the forces of elements and contacts, including stiffness damping, to `forces` (N/m), and updates
@@ -136,7 +144,7 @@ impl<L: ContactLaw> Structure<L> {
     /// What releases blocks from mass damping, for evaluations that are a `time_step` (s) apart.
     pub(crate) fn release(&self, damping: DampingCoefficients, time_step: f64) -> Release {
         let applies = damping.rayleigh.mass > 0.0 && !damping.drags_blocks;
-        Release::of_cracks(if applies { self.cracks.len() } else { 0 }, time_step)
+        if applies { self.carried.release(self.cracks.len(), time_step) } else { Release::default() }
     }
 
     /// Sets `released` to the nodal forces q (N/m) of [`Release`] for mass damping `alpha` (1/s) if a crack parts; returns
@@ -148,14 +156,15 @@ impl<L: ContactLaw> Structure<L> {
         motion: &Motion,
         released: &mut [[f64; 2]],
     ) -> Option<[f64; 2]> {
-        if !release.find_rates() {
+        if !release.find_rates(&self.carried) {
             return None;
         }
         released.fill([0.0; 2]);
-        let (mut above, mut sum) = ([0.0; 3], [0.0; 2]);
-        let cracks = release.partings.iter().zip(&release.rates).zip(&self.mesh.blocks[1..]);
-        for ((parting, rate), block) in cracks.rev() {
-            for node in block.nodes.clone() {
+        let Release { partings, rates, momenta } = release;
+        let mut sum = [0.0; 2];
+        for (link, rate) in self.carried.links.iter().zip(&*rates).rev() {
+            let mut momentum = momenta[link.block];
+            for node in self.mesh.blocks[link.block].nodes.clone() {
                 let (mass, v) = (self.mass[node], motion.velocity[node]);
                 let (rest, u) = (self.mesh.nodes[node], motion.displacement[node]);
                 let [x, y] = [rest[0] + u[0], rest[1] + u[1]];
@@ -165,10 +174,14 @@ impl<L: ContactLaw> Structure<L> {
                     sum[d] += alpha * mass * rigid[d];
                 }
                 let [p, q] = [mass * (v[0] - rigid[0]), mass * (v[1] - rigid[1])];
-                above = plus(above, [p, q, x * q - y * p]);
+                momentum = plus(momentum, [p, q, x * q - y * p]);
             }
+            let parting = &partings[link.seam];
             if !parting.is_closed() {
-                parting.add_dual(above.map(|momentum| alpha * momentum), released);
+                parting.add_dual(momentum.map(|momentum| link.sign * alpha * momentum), released);
+            }
+            if let Some(carrier) = link.carrier {
+                momenta[carrier] = plus(momenta[carrier], momentum);
             }
         }
         Some(sum)
@@ -277,7 +290,7 @@ mod tests {
     fn damping_force(structure: &Structure, motion: &Motion, velocity: &[[f64; 2]]) -> Vec<[f64; 2]> {
         let there = motion.displacement.clone();
         let mut motion = Motion { velocity: velocity.to_vec(), ..motion.clone() };
-        let mut release = Release::of_cracks(2, 0.0);
+        let mut release = structure.carried.release(2, 0.0);
         let mut forces = vec![[0.0; 2]; velocity.len()];
         let (none, partings) = (StiffnessDamping::default(), &mut release.partings);
         // each block above slips over the one below a little, which its contacts do all the time

@@ -130,7 +130,7 @@ fn natural_frequencies_with_water() -> Result<(), DamError> {
                 free += 2;
             }
         }
-        let crest = *dam.structure().mesh.blocks[0].upstream.last().unwrap();
+        let crest = *dam.structure().mesh.upstream.last().unwrap();
         let measured = period(&dam, motion, crest);
         let error = measured * independent[0] / (2.0 * PI) - 1.0;
         println!("  period of free vibration in the first mode off by {error:+.1e}");
@@ -189,7 +189,7 @@ fn the_ground_moves_the_mass_of_the_water() -> Result<(), DamError> {
         let mut elements = vec![[0.0; 2]; dam.node_count()];
         let mut motion = dam.state().motion().of_nodes().unwrap().clone();
         dam.structure().add_internal_forces(&mut motion, 0.0, &mut elements);
-        let base = &dam.structure().mesh.blocks[0].bottom;
+        let base = &dam.structure().mesh.base;
         let base_mass: f64 = base.iter().map(|&n| dam.structure().mass[n]).sum();
         // the heel is fixed and moves its own part of the water
         let rows = water(&face);

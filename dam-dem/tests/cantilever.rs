@@ -16,7 +16,7 @@ fn ratios(columns: usize) -> Result<[f64; 2], DamError> {
     let count = LENGTH as usize * columns;
     let rows = (0..=count).map(|i| i as f64 / columns as f64).collect();
     let mesh = Mesh::mapped(&Section::rectangle(1.0, LENGTH), &[rows], columns);
-    let (base, top) = (mesh.blocks[0].bottom.clone(), mesh.blocks[0].top.clone());
+    let (base, top) = (mesh.base.clone(), support::top(&mesh));
     let structure = Structure::<Coulomb>::new(mesh, &stiff(MODULUS), Kinematics::Small, [], &base);
     let mut load = structure.weight([0.0; 2]);
     let force = 1e3;

@@ -38,7 +38,7 @@ fn koyna_frequencies_converge_with_order_two() -> Result<(), DamError> {
         };
         let rows: Vec<f64> = row(0.0, 66.5, 13).chain(row(66.5, 103.0, 7).skip(1)).collect();
         let mesh = Mesh::mapped(&support::koyna_section(), &[rows], 7 * refinement as usize);
-        let base = mesh.blocks[0].bottom.clone();
+        let base = mesh.base.clone();
         let structure = Structure::<Coulomb>::new(mesh, &concrete(), Kinematics::Small, [], &base);
         modal::natural_frequencies(&structure, 4)
     });

@@ -17,7 +17,7 @@ use nalgebra::DMatrix;
 fn column(cells: usize) -> Structure {
     let rows: Vec<f64> = (0..=cells).map(|i| i as f64).collect();
     let mesh = Mesh::mapped(&Section::rectangle(1.3, cells as f64), &[rows], 1);
-    let base = mesh.blocks[0].bottom.clone();
+    let base = mesh.base.clone();
     Structure::<Coulomb>::new(mesh, &support::stiff(31e9), Kinematics::Small, [], &base)
 }
 

@@ -99,7 +99,7 @@ fn thin_rows() {
     assert!(matches!(refused, Err(DamError::ThinRow { .. })), "{refused:?}");
     let rows = vec![vec![0.0, 10.0, 20.0, 20.1, 30.1, 40.1]];
     let mesh = Mesh::mapped(&Section::rectangle(20.0, 40.1), &rows, 2);
-    let base = mesh.blocks[0].bottom.clone();
+    let base = mesh.base.clone();
     let structure = Structure::<Coulomb>::new(mesh, &stiff(31e9), Kinematics::Small, [], &base);
     let mut motion = structure.at_rest();
     for (v, [_, y]) in motion.velocity.iter_mut().zip(&structure.mesh.nodes) {

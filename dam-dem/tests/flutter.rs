@@ -47,14 +47,15 @@ fn sliding(dam: &DamParameters, kick: f64) -> Result<Vec<f64>, DamError> {
     block.nodes.clone().for_each(|node| motion.velocity[node][0] = 3.0);
     let mut advance = |kick: f64, rayleigh: RayleighCoefficients, samples: usize| -> Vec<f64> {
         let damping = DampingCoefficients::from(rayleigh);
-        block.top.iter().for_each(|&node| motion.velocity[node][0] += kick);
+        support::top(&structure.mesh).iter().for_each(|&node| motion.velocity[node][0] += kick);
         structure.accelerate(damping, &mut motion, &loads);
         let limit = 0.9 * support::critical(structure, damping).limit;
         let steps = CentralDifference::covering(INTERVAL, limit);
         let path = LoadPath::constant(loads.clone());
         let sample = |_| {
             steps.advance(structure, damping, &mut motion, &path, &mut Work::default());
-            motion.displacement[block.top[0]][0] - motion.displacement[block.bottom[0]][0]
+            motion.displacement[support::top(&structure.mesh)[0]][0]
+                - motion.displacement[structure.mesh.seams[0].upper[0]][0]
         };
         (0..samples).map(sample).collect()
     };

@@ -25,7 +25,7 @@ fn a_moving_base_and_its_frame_agree() -> Result<(), DamError> {
     let mesh =
         Mesh::mapped(&Section::rectangle(3.0, 6.0), &[vec![0.0, 1.0, 2.0, 3.0], vec![3.0, 4.5, 6.0]], 3);
     let law = Coulomb { friction: 10.0, normal_stiffness: 1e9, shear_stiffness: 1e9 };
-    let base = mesh.blocks[0].bottom.clone();
+    let base = mesh.base.clone();
     let structure =
         Structure::new(mesh, &stiff(1e9), Kinematics::Corotational, [(law, Integration::Nodal)], &base);
     let damping = RayleighCoefficients { mass: 0.0, stiffness: 1e-4 };

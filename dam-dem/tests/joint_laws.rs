@@ -37,7 +37,7 @@ fn blocks(
     let cracks = [(law, integration)];
     let structure = Structure::new(mesh, &support::stiff(1e10), Kinematics::Corotational, cracks, &fixed);
     let mut forces = structure.weight([0.0; 2]);
-    let bottom = structure.mesh.blocks[1].bottom.clone();
+    let bottom = structure.mesh.seams[0].upper.clone();
     for (&node, length) in bottom.iter().zip(structure.mesh.tributary_lengths(&bottom)) {
         (0..2).for_each(|d| forces[node][d] += load[d] * length);
     }
@@ -186,18 +186,17 @@ fn joints_close_by_pressure_over_stiffness() -> Result<(), DamError> {
 fn points_are_lost_and_found() {
     let mesh = Mesh::mapped(&Section::rectangle(4.0, 2.0), &[vec![0.0, 1.0], vec![1.0, 2.0]], 4);
     for integration in [Integration::Nodal, Integration::Gauss] {
-        let (below, above) = (&mesh.blocks[0].top, &mesh.blocks[1].bottom);
-        let crack = Crack::new(&mesh, below, above, law(1e5, 1e5), integration);
+        let crack = Crack::new(&mesh, &mesh.seams[0], law(1e5, 1e5), integration);
         let mut joints = crack.joints_at_rest();
         let still = vec![[0.0; 2]; mesh.nodes.len()];
         let mut press = |slide: f64| {
             let mut u = still.clone();
-            above.iter().for_each(|&node| u[node] = [slide, -1e-4]);
+            mesh.seams[0].upper.iter().for_each(|&node| u[node] = [slide, -1e-4]);
             let mut forces = still.clone();
             crack.add_forces(&u, &still, 0.0, &mut joints, &mut forces);
             let lost = joints.iter().filter(|joint| joint.status == ContactStatus::Lost).count();
             (
-                above.iter().map(|&node| forces[node][1]).sum::<f64>(),
+                mesh.seams[0].upper.iter().map(|&node| forces[node][1]).sum::<f64>(),
                 lost,
                 joints.iter().filter(|j| j.bonded).count(),
             )

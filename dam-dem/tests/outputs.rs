@@ -12,7 +12,7 @@ fn elastic_base_force(dam: &Dam) -> [f64; 2] {
     let structure = dam.structure();
     let mut forces = vec![[0.0; 2]; dam.node_count()];
     structure.cells.add_forces(&motion.displacement, &motion.velocity, 0.0, &mut [], &mut forces);
-    let base = &structure.mesh.blocks[0].bottom;
+    let base = &structure.mesh.base;
     [0, 1].map(|d| base.iter().map(|&node| forces[node][d]).sum())
 }
 
@@ -64,7 +64,7 @@ fn the_base_carries_what_its_elements_do() -> Result<(), DamError> {
             shake(&mut dam, step, until, bursts)?;
             let now = elastic_base_force(&dam);
             // forces on fixed nodes act directly on the ground
-            let base = &dam.structure().mesh.blocks[0].bottom;
+            let base = &dam.structure().mesh.base;
             let mass: f64 = base.iter().map(|&node| dam.structure().mass[node]).sum();
             let a = (bursts(until - step) + bursts(until)) / 2.0;
             let mut pressure = hydrostatic(&dam);

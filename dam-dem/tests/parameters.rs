@@ -2,7 +2,7 @@
 
 use crate::support;
 
-use dam_dem::{CrackParameters, Dam, DamError, DamParameters, Damping, DampingFrequencies};
+use dam_dem::{CrackLine, CrackParameters, Dam, DamError, DamParameters, Damping, DampingFrequencies};
 
 fn error(change: impl Fn(&mut DamParameters)) -> DamError {
     let mut parameters = support::koyna(10.0);
@@ -33,10 +33,13 @@ fn bad_water_and_cracks_are_refused() {
     for depth in [-1.0, 103.5, f64::NAN] {
         assert!(matches!(error(|p| p.water_depth = depth), DamError::WaterDepth { .. }));
     }
-    for elevation in [0.0, 103.0, -4.0, f64::NAN] {
-        assert!(matches!(error(|p| p.cracks[0].elevation = elevation), DamError::CrackOutside { .. }));
+    for elevation in [1e-5, 103.0, -4.0, f64::NAN] {
+        assert!(matches!(
+            error(|p| p.cracks[0].line = CrackLine::Level(elevation)),
+            DamError::CrackOutside { .. }
+        ));
     }
-    assert!(matches!(error(|p| p.cracks.push(p.cracks[0])), DamError::DuplicateCrack { .. }));
+    assert!(matches!(error(|p| p.cracks.push(p.cracks[0].clone())), DamError::DuplicateCrack { .. }));
 }
 
 #[test]

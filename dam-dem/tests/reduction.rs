@@ -202,7 +202,7 @@ fn rigid_blocks_rest_on_their_contacts() -> Result<(), DamError> {
     let parameters = DamParameters {
         section: Section::rectangle(20.0, 60.0),
         water_depth: 0.0,
-        cracks: vec![crack],
+        cracks: vec![crack.clone()],
         ..support::koyna(5.0)
     };
     let dam = support::at_rest(level(Fidelity::RigidBlocks, parameters.clone()))?;

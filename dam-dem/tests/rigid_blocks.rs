@@ -22,7 +22,7 @@ fn rocking_takes_its_time() {
     let law = Coulomb { friction: 10.0, normal_stiffness: 2e10, shear_stiffness: 2e10 };
     let structure = support::block_on_ground([1.0, 2.0], 1e12, law, Integration::Nodal);
     let nodes = structure.mesh.blocks[1].nodes.clone();
-    let corner = structure.mesh.nodes[structure.mesh.blocks[1].bottom[0]];
+    let corner = structure.mesh.nodes[structure.mesh.seams[0].upper[0]];
     let arm = |n: usize| [structure.mesh.nodes[n][0] - corner[0], structure.mesh.nodes[n][1] - corner[1]];
     let mass: f64 = nodes.clone().map(|n| structure.mass[n]).sum();
     let centre = [0, 1].map(|d| nodes.clone().map(|n| structure.mass[n] * arm(n)[d]).sum::<f64>() / mass);
@@ -39,7 +39,7 @@ fn rocking_takes_its_time() {
         let (sin, cos) = (-angle).sin_cos();
         let (across, up) = (slenderness - angle).sin_cos();
         let falls = mass * GRAVITY * radius / inertia * across;
-        let far = structure.mesh.nodes[*structure.mesh.blocks[1].bottom.last().unwrap()];
+        let far = structure.mesh.nodes[*structure.mesh.seams[0].upper.last().unwrap()];
         let place = |motion: &mut Motion, pressed: [f64; 2]| {
             for n in nodes.clone() {
                 let [x, y] = structure.mesh.nodes[n];

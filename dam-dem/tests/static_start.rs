@@ -15,7 +15,7 @@ fn reactions_carry_weight_and_water() -> Result<(), DamError> {
         let mut motion = dam.state().motion().of_nodes().unwrap().clone();
         let mut forces = vec![[0.0; 2]; dam.node_count()];
         structure.add_internal_forces(&mut motion, 0.0, &mut forces);
-        let base = &structure.mesh.blocks[0].bottom;
+        let base = &structure.mesh.base;
         let own: f64 = base.iter().map(|&n| structure.mass[n]).sum::<f64>() * 9.81;
         let reaction = [0, 1].map(|d| base.iter().map(|&n| forces[n][d]).sum::<f64>());
         let weight = 2640.0 * 9.81 * dam.parameters().section.area();

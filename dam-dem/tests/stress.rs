@@ -115,8 +115,8 @@ fn the_stress_at_the_face_of_a_cantilever_is_of_second_order() -> Result<(), Dam
         let count = 12 * columns;
         let rows = (0..=count).map(|i| i as f64 / columns as f64).collect();
         let mesh = Mesh::mapped(&Section::rectangle(1.0, length), &[rows], columns);
-        let (base, top) = (mesh.blocks[0].bottom.clone(), mesh.blocks[0].top.clone());
-        let middle = mesh.blocks[0].upstream[count / 2];
+        let (base, top) = (mesh.base.clone(), support::top(&mesh));
+        let middle = mesh.upstream[count / 2];
         let structure = structure(mesh, &base);
         let mut load = structure.weight([0.0; 2]);
         for (&node, part) in top.iter().zip(structure.mesh.tributary_lengths(&top)) {
@@ -145,11 +145,11 @@ fn the_stress_at_the_upstream_face_of_koyna() -> Result<(), DamError> {
     let mut found = Vec::new();
     for size in [5.0, 2.5, 1.25, 0.625] {
         let mesh = Mesh::new(&koyna_section(), &[], &[91.75], size);
-        let base = mesh.blocks[0].bottom.clone();
+        let base = mesh.base.clone();
         let wet = mesh.upstream_nodes_to(91.75);
         let face = WetFace::new(wet.iter().map(|&node| mesh.nodes[node]).collect()).unwrap();
         let place = |&node: &usize| (mesh.nodes[node][1] - 66.5).abs() < 1e-6;
-        let node = mesh.blocks[0].upstream.iter().copied().find(place).expect("a row at the bend");
+        let node = mesh.upstream.iter().copied().find(place).expect("a row at the bend");
         let structure = Structure::<Coulomb>::new(mesh, &koyna(size).material, Kinematics::Small, [], &base);
         let mut load = structure.weight([0.5 * 9.81, -9.81]);
         let pressure: Vec<f64> = face.points().iter().map(|point| 9810.0 * (91.75 - point[1])).collect();

@@ -36,7 +36,7 @@ fn growth(
 fn the_critical_time_step_is_sharp() {
     let rows: Vec<f64> = (0..=3).map(f64::from).collect();
     let mesh = Mesh::mapped(&Section::rectangle(4.0, 3.0), &[rows], 4);
-    let base = mesh.blocks[0].bottom.clone();
+    let base = mesh.base.clone();
     let structure = Structure::<Coulomb>::new(mesh, &support::stiff(31e9), Kinematics::Small, [], &base);
     let rest = structure.at_rest();
     for stiffness in [0.0, 1e-5, 1e-3] {
@@ -56,7 +56,7 @@ fn the_critical_time_step_is_sharp() {
 #[test]
 fn joints_count_in_the_critical_time_step() -> Result<(), DamError> {
     let mesh = Mesh::mapped(&Section::rectangle(4.0, 4.0), &[vec![0.0, 2.0], vec![2.0, 4.0]], 2);
-    let base = mesh.blocks[0].bottom.clone();
+    let base = mesh.base.clone();
     let law = Coulomb { friction: 10.0, normal_stiffness: 1e12, shear_stiffness: 1e12 };
     let structure =
         Structure::new(mesh, &support::stiff(31e9), Kinematics::Small, [(law, Integration::Nodal)], &base);

@@ -48,7 +48,7 @@ fn joint_closes_by_pressure_over_stiffness() -> Result<(), DamError> {
     let structure = pressed_blocks(1e9, 1e8);
     let mut motion = structure.at_rest();
     let mut pressure = structure.weight([0.0; 2]);
-    let top = &structure.mesh.blocks[1].top;
+    let top = &support::top(&structure.mesh);
     for (&node, length) in top.iter().zip(structure.mesh.tributary_lengths(top)) {
         pressure[node][1] = -2e4 * length;
     }
@@ -88,7 +88,7 @@ fn block_on_a_joint_has_the_period_of_its_mass() -> Result<(), DamError> {
 fn bar_swings_in_four_lengths_over_the_wave_speed() {
     let rows: Vec<f64> = (0..=40).map(|i| f64::from(i) / 4.0).collect();
     let mesh = Mesh::mapped(&Section::rectangle(0.5, 10.0), &[rows], 2);
-    let (base, top) = (mesh.blocks[0].bottom.clone(), mesh.blocks[0].top[1]);
+    let (base, top) = (mesh.base.clone(), support::top(&mesh)[1]);
     let structure = Structure::<Coulomb>::new(mesh, &stiff(31e9), Kinematics::Corotational, [], &base);
     let mut motion = structure.at_rest();
     for (u, [_, y]) in motion.displacement.iter_mut().zip(&structure.mesh.nodes) {

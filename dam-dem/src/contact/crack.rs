@@ -3,9 +3,9 @@ use serde::{Deserialize, Serialize};
 use super::parting::{self, Parting};
 use super::search::find_segment;
 use super::{ContactLaw, Coulomb, Integration, MohrCoulomb, Touch};
-use crate::Mesh;
 use crate::damping::StiffnessDamping;
 use crate::energy::Losses;
+use crate::{Mesh, Seam};
 
 /// Status of a contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -54,7 +54,7 @@ pub struct JointState {
     pub(crate) fuse: Option<u32>,
 }
 
-/// A crack: two chains of nodes, the contacts between them, and their law.
+/// A crack between two bodies: two chains of nodes, the contacts between them, and their law.
 #[derive(Clone, Debug)]
 pub struct Crack<L: ContactLaw = Coulomb> {
     law: L,
@@ -69,7 +69,7 @@ struct Side {
     nodes: Vec<usize>,
     /// Unloaded positions, m.
     rest: Vec<[f64; 2]>,
-    /// Half of the tributary lengths, m.
+    /// Tributary lengths of the nodes that their contacts stand for, m: half of them, or all if the other side is the ground.
     weights: Vec<f64>,
     /// Unloaded length of the chain up to each node, m.
     abscissas: Vec<f64>,
@@ -84,7 +84,8 @@ struct Contact {
     point: Point,
     /// Part of the side that it represents, from and to this abscissa, m.
     part: [f64; 2],
-    /// Half of the length of this part, m; the contacts of the other side have the other half.
+    /// Length for which it stands, m: half of this part, as the contacts of the other side have the other half; all of it
+    /// if the other side is the ground.
     weight: f64,
     /// Segments of its side on which its part begins and ends. The first search along the other side starts
     /// from `after`.
@@ -192,9 +193,11 @@ impl Place {
 }
 
 impl<L: ContactLaw> Crack<L> {
-    /// The crack between two chains of nodes, each from upstream to downstream. `integration` determines the
-    /// points of contact.
-    pub fn new(mesh: &Mesh, below: &[usize], above: &[usize], law: L, integration: Integration) -> Self {
+    /// The crack along a `seam` of `mesh`. `integration` determines the points of contact; the ground, which is rigid,
+    /// has none of its own, so that those of the other side have their whole length.
+    pub fn new(mesh: &Mesh, seam: &Seam, law: L, integration: Integration) -> Self {
+        let sides_with_points: &[usize] = if mesh.is_ground(seam.below) { &[1] } else { &[1, 0] };
+        let share = 1.0 / sides_with_points.len() as f64;
         let side = |nodes: &[usize]| {
             let rest: Vec<[f64; 2]> = nodes.iter().map(|&node| mesh.nodes[node]).collect();
             let mut abscissas = vec![0.0];
@@ -202,11 +205,12 @@ impl<L: ContactLaw> Crack<L> {
                 let ([x0, y0], [x1, y1]) = (pair[0], pair[1]);
                 abscissas.push(abscissas[abscissas.len() - 1] + (x1 - x0).hypot(y1 - y0));
             }
-            let weights = mesh.tributary_lengths(nodes).iter().map(|length| length / 2.0).collect();
+            let weights = mesh.tributary_lengths(nodes).iter().map(|length| share * length).collect();
             Side { nodes: nodes.to_vec(), rest, weights, abscissas }
         };
-        let sides = [side(below), side(above)];
-        let contacts = [1, 0].into_iter().flat_map(|side| sides[side].contacts(side, integration)).collect();
+        let sides = [side(&seam.lower), side(&seam.upper)];
+        let points = sides_with_points.iter();
+        let contacts = points.flat_map(|&side| sides[side].contacts(side, integration, share)).collect();
         Self { law, sides, contacts }
     }
 
@@ -229,8 +233,8 @@ impl<L: ContactLaw> Crack<L> {
         [&self.sides[0].nodes, &self.sides[1].nodes]
     }
 
-    /// Half of the tributary lengths of the nodes on the lower and on the upper side, m.
-    pub fn half_lengths(&self) -> [&[f64]; 2] {
+    /// Tributary lengths of the nodes on the lower and on the upper side, m, each times the same share.
+    pub fn weights(&self) -> [&[f64]; 2] {
         [&self.sides[0].weights, &self.sides[1].weights]
     }
 
@@ -689,7 +693,8 @@ impl Side {
     }
 
     /// The contacts of this side (0 for the lower, 1 for the upper side) with the other side.
-    fn contacts(&self, side: usize, integration: Integration) -> Vec<Contact> {
+    /// They stand for this `share` of its length.
+    fn contacts(&self, side: usize, integration: Integration, share_of_length: f64) -> Vec<Contact> {
         let last = self.nodes.len() - 1;
         let middle = |segment: usize| (self.abscissas[segment] + self.abscissas[segment + 1]) / 2.0;
         let at_node = |i: usize| Contact {
@@ -714,7 +719,7 @@ impl Side {
                 side,
                 point: self.point(segment, from + share * (to - from)),
                 part: if share < 0.5 { [from, middle(segment)] } else { [middle(segment), to] },
-                weight: (to - from) / 4.0,
+                weight: (to - from) / 2.0 * share_of_length,
                 before: segment,
                 after: segment,
             }

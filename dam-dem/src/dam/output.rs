@@ -76,17 +76,17 @@ impl Dam {
     fn crack_output(&self, variable: &Variable, crack: usize) -> Result<f64, DamError> {
         let parameters = &self.cracks()[crack];
         // an intact dam has no contacts
-        let joints = self.state().motion.joints().get(crack).map_or(&[][..], Vec::as_slice);
+        let joints = || self.parts(crack).filter_map(|part| self.state().motion.joints().get(part)).flatten();
         let count = |statuses: &[ContactStatus]| {
-            joints.iter().filter(|joint| statuses.contains(&joint.status)).count() as f64
+            joints().filter(|joint| statuses.contains(&joint.status)).count() as f64
         };
         Ok(match *variable {
-            variable::CRACK_SLIDING => self.sliding(crack),
+            variable::CRACK_SLIDING => self.mean_of_parts(crack, |part| self.sliding(part)),
             variable::CRACK_OPENING => {
-                let touching = joints.iter().filter(|joint| joint.status != ContactStatus::Lost);
+                let touching = joints().filter(|joint| joint.status != ContactStatus::Lost);
                 touching.map(|joint| joint.gap).fold(0.0, f64::max)
             }
-            variable::CRACK_ROTATION => self.rotation(crack),
+            variable::CRACK_ROTATION => self.mean_of_parts(crack, |part| self.rotation(part)),
             variable::CRACK_STICKING => count(&[ContactStatus::Sticking]),
             variable::CRACK_SLIPPING => count(&[ContactStatus::Slipping]),
             variable::CRACK_OPEN => count(&[ContactStatus::Open, ContactStatus::Lost]),
@@ -96,8 +96,12 @@ impl Dam {
                 CrackForces { strength: 0.0, .. } => 0.0,
                 CrackForces { shear, strength, .. } => shear.abs() / strength,
             },
-            variable::CRACK_ACCELERATION_BELOW => self.side_acceleration(crack, 0),
-            variable::CRACK_ACCELERATION_ABOVE => self.side_acceleration(crack, 1),
+            variable::CRACK_ACCELERATION_BELOW => {
+                self.mean_of_parts(crack, |part| self.side_acceleration(part, 0))
+            }
+            variable::CRACK_ACCELERATION_ABOVE => {
+                self.mean_of_parts(crack, |part| self.side_acceleration(part, 1))
+            }
             variable::FRICTION_COEFFICIENT => parameters.friction_coefficient,
             variable::NORMAL_STIFFNESS => parameters.normal_stiffness,
             variable::SHEAR_STIFFNESS => parameters.shear_stiffness,
@@ -105,10 +109,41 @@ impl Dam {
         })
     }
 
-    /// Forces across a crack; zero in an intact dam, which has no contacts.
+    /// The seams of a crack.
+    fn parts(&self, crack: usize) -> impl Iterator<Item = usize> {
+        let seams = self.structure().mesh.seams.iter().enumerate();
+        seams.filter(move |(_, seam)| seam.crack == crack).map(|(part, _)| part)
+    }
+
+    /// Mean of the values of a crack's parts, weighted by their lengths.
+    fn mean_of_parts(&self, crack: usize, value: impl Fn(usize) -> f64) -> f64 {
+        let mesh = &self.structure().mesh;
+        let mut parts = self.parts(crack);
+        let (Some(first), second) = (parts.next(), parts.next()) else { return 0.0 };
+        let Some(second) = second else { return value(first) };
+        let (mut sum, mut whole) = (0.0, 0.0);
+        for part in [first, second].into_iter().chain(parts) {
+            let length = mesh.length(&mesh.seams[part].upper);
+            sum += length * value(part);
+            whole += length;
+        }
+        sum / whole
+    }
+
+    /// Forces across a crack, sums over its parts of those normal and tangential to each; zero in an intact dam, which has no
+    /// contacts.
     fn crack_forces(&self, crack: usize) -> CrackForces {
-        let joints = self.state().motion.joints().get(crack);
-        joints.map_or_else(CrackForces::default, |joints| self.structure().cracks[crack].forces(joints))
+        let mut sum = CrackForces::default();
+        for part in self.parts(crack) {
+            let Some(joints) = self.state().motion.joints().get(part) else { continue };
+            let CrackForces { normal, shear, strength } = self.structure().cracks[part].forces(joints);
+            sum = CrackForces {
+                normal: sum.normal + normal,
+                shear: sum.shear + shear,
+                strength: sum.strength + strength,
+            };
+        }
+        sum
     }
 
     /// Stress (xx, yy, xy) in a triangle, Pa. Modes describe rotations to first order only, so that their stress is
@@ -210,47 +245,49 @@ impl Dam {
         [x[0] + u[0], x[1] + u[1]]
     }
 
-    /// Mean along one side of a crack, weighted by tributary lengths.
-    fn side_mean(&self, crack: usize, side: usize, value: impl Fn(usize) -> f64) -> f64 {
-        let crack = &self.structure().cracks[crack];
-        let (nodes, lengths) = (crack.sides()[side], crack.half_lengths()[side]);
+    /// Mean along one side of a part of a crack, weighted by tributary lengths.
+    fn side_mean(&self, part: usize, side: usize, value: impl Fn(usize) -> f64) -> f64 {
+        let crack = &self.structure().cracks[part];
+        let (nodes, lengths) = (crack.sides()[side], crack.weights()[side]);
         let sum: f64 = nodes.iter().zip(lengths).map(|(&node, length)| length * value(node)).sum();
         sum / lengths.iter().sum::<f64>()
     }
 
     /// Mean displacement of the upper side minus that of the lower side since time 0, along the current
     /// direction of the lower side, m.
-    fn sliding(&self, crack: usize) -> f64 {
+    fn sliding(&self, part: usize) -> f64 {
         let [x, y] = [0, 1].map(|d| {
-            self.side_mean(crack, 1, |node| self.displacement(node)[d])
-                - self.side_mean(crack, 0, |node| self.displacement(node)[d])
+            self.side_mean(part, 1, |node| self.displacement(node)[d])
+                - self.side_mean(part, 0, |node| self.displacement(node)[d])
         });
-        let (sin, cos) = self.lower_side_rotation(crack).sin_cos();
-        x * cos + y * sin
+        let (sin, cos) = self.lower_side_rotation(part).sin_cos();
+        let [p, q] = self.structure().mesh.direction(&self.structure().mesh.seams[part].upper);
+        x * (p * cos - q * sin) + y * (p * sin + q * cos)
     }
 
     /// Mass-weighted best-fit rotation of the block above, minus the best-fit rotation of the nodes on the lower side
     /// (weighted by tributary lengths), both since time 0, rad.
-    fn rotation(&self, crack: usize) -> f64 {
+    fn rotation(&self, part: usize) -> f64 {
+        let above = self.structure().mesh.seams[part].above;
         if let Some(modes) = self.modes() {
             let motion = self.state().motion.displacement().iter().zip(&self.state().rest);
             let since: Vec<f64> = motion.map(|(q, rest)| q - rest).collect();
-            return modes.rotation(crack + 1, &since) - self.lower_side_rotation(crack);
+            return modes.rotation(above, &since) - self.lower_side_rotation(part);
         }
         let structure = self.structure();
-        let block = structure.mesh.blocks[crack + 1].nodes.clone();
+        let block = structure.mesh.blocks[above].nodes.clone();
         let above = block.map(|n| (structure.mass[n], self.place_at_rest(n), self.displacement(n)));
-        best_fit_rotation(above) - self.lower_side_rotation(crack)
+        best_fit_rotation(above) - self.lower_side_rotation(part)
     }
 
-    fn lower_side_rotation(&self, crack: usize) -> f64 {
-        let crack = &self.structure().cracks[crack];
-        let points = crack.sides()[0].iter().zip(crack.half_lengths()[0]);
+    fn lower_side_rotation(&self, part: usize) -> f64 {
+        let crack = &self.structure().cracks[part];
+        let points = crack.sides()[0].iter().zip(crack.weights()[0]);
         best_fit_rotation(points.map(|(&n, &length)| (length, self.place_at_rest(n), self.displacement(n))))
     }
 
-    fn side_acceleration(&self, crack: usize, side: usize) -> f64 {
-        self.side_mean(crack, side, |node| self.acceleration(node)[0])
+    fn side_acceleration(&self, part: usize, side: usize) -> f64 {
+        self.side_mean(part, side, |node| self.acceleration(node)[0])
     }
 
     /// Total acceleration of the wet face along its normals, mean over the last communication step, m/s².

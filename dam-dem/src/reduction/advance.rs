@@ -7,7 +7,6 @@ use crate::DamError;
 use crate::damping::StiffnessDamping;
 use crate::energy::Work;
 use crate::integrator::{CentralDifference, Relaxed};
-use crate::release::Release;
 
 /// Residual over the loads at which the state of rest has converged, in the energy norm.
 const TOLERANCE: f64 = 1e-9;
@@ -98,7 +97,7 @@ impl pulp::NullaryFnOnce for Advance<'_> {
         let (start, end) = (&loads.start[..], &loads.end[..]);
         let mut pressing = Pressing::at(&model.sides, &motion.coordinates);
         let mut between = vec![0.0; model.mode_count()];
-        let mut release = Release::of_cracks(model.release.cracks(), dt);
+        let mut release = model.release.start(dt);
         let (mut released, mut impulse) = (vec![0.0; model.sides.modes_width()], [0.0; 2]);
         model.damping_between.combine(&motion.rates, &mut between);
         let kick = Kick { before: 0.0, after: dt / 2.0, force: dt / 2.0 };

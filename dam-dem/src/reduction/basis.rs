@@ -1,9 +1,10 @@
 use nalgebra::{DMatrix, DVector};
+use std::collections::HashSet;
 
 use crate::contact::ContactLaw;
 use crate::modal::{self, DegreesOfFreedom};
 use crate::structure::Structure;
-use crate::{DamError, Fidelity};
+use crate::{DamError, Fidelity, Mesh};
 
 /// Shapes that span the displacements at a level of fidelity: columns, with x, then y of each node.
 pub(super) struct Basis {
@@ -34,7 +35,6 @@ impl Basis {
         loads: &DMatrix<f64>,
     ) -> Result<Self, DamError> {
         let mesh = &structure.mesh;
-        let last = mesh.blocks.len() - 1;
         let mut basis = Self { parts: Vec::new(), truncation: 0.0 };
         match fidelity {
             Fidelity::Dem => {}
@@ -45,9 +45,7 @@ impl Basis {
             }
             Fidelity::Reduced { modes } => {
                 for (index, block) in mesh.blocks.iter().enumerate() {
-                    let below: &[usize] = if index > 0 { &block.bottom } else { &[] };
-                    let above: &[usize] = if index < last { &block.top } else { &[] };
-                    let sides: Vec<usize> = below.iter().chain(above).copied().collect();
+                    let sides = sides_of(mesh, index);
                     let inside = block.nodes.clone().filter(|node| !sides.contains(node));
                     let dofs = DegreesOfFreedom::of_nodes(structure, inside);
                     let held = Held::new(structure, &dofs)?;
@@ -59,8 +57,10 @@ impl Basis {
                 }
             }
             Fidelity::RigidBlocks => {
-                for block in &mesh.blocks[1..] {
-                    let [x, y] = mesh.nodes[block.bottom[0]];
+                let blocks = mesh.blocks.iter().enumerate();
+                for (index, block) in blocks.filter(|(_, block)| !structure.is_held(block)) {
+                    let pivot = sides_of(mesh, index).first().copied().unwrap_or(block.nodes.start);
+                    let [x, y] = mesh.nodes[pivot];
                     let mut shapes = DMatrix::zeros(2 * mesh.nodes.len(), 3);
                     for node in block.nodes.clone() {
                         let [px, py] = mesh.nodes[node];
@@ -80,6 +80,14 @@ impl Basis {
         self.parts.push(shapes);
         self.truncation = self.truncation.max(truncation);
     }
+}
+
+/// Nodes of a block on cracks, each once: first those whose lower side is another body.
+fn sides_of(mesh: &Mesh, block: usize) -> Vec<usize> {
+    let above = mesh.seams.iter().filter(|seam| seam.above == block).flat_map(|seam| &seam.upper);
+    let below = mesh.seams.iter().filter(|seam| seam.below == block).flat_map(|seam| &seam.lower);
+    let mut seen = HashSet::new();
+    above.chain(below).copied().filter(|&node| seen.insert(node)).collect()
 }
 
 /// A part of the dam, with all other nodes held.

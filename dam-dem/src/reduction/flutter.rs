@@ -4,14 +4,13 @@ use nalgebra::{Complex, DMatrix, DVector};
 use super::superposition::Superposition;
 use crate::DamError;
 use crate::contact::{Crack, Parting};
-use crate::release::Release;
 
 /// Unit of rates in the eigenvalue problem, 1/s: that of the frequencies of interest, so that its matrix is balanced.
 const UNIT: f64 = 100.0;
 /// Largest number of sets of closed contacts that are tried.
 const MAX_SETS: usize = 50;
 
-/// Steady sliding along one crack of a modal model; the contacts of the other cracks are closed and stick.
+/// Steady sliding along one seam of a modal model; the contacts of the other seams are closed and stick.
 pub(crate) struct Sliding<'a> {
     model: &'a Superposition,
     crack: usize,
@@ -82,20 +81,18 @@ impl<'a> Sliding<'a> {
             rates[mode] = 1.0;
             model.damping_between.combine(&rates, &mut between);
             column.iter_mut().zip(&between).for_each(|(entry, value)| *entry += value);
-            if model.release.cracks() == 0 {
+            if model.release.is_none() {
                 continue;
             }
             let velocity = model.sides.velocity(&rates);
             let parting = |(index, side): (usize, &Crack<_>)| {
                 if index == self.crack { side.sliding(&velocity, &self.closed) } else { Parting::default() }
             };
-            let mut release = Release {
-                partings: model.sides.cracks.iter().enumerate().map(parting).collect(),
-                rates: vec![[0.0; 3]; model.sides.cracks.len()],
-            };
-            release.find_rates();
+            let mut release = model.release.start(0.0);
+            release.partings = model.sides.cracks.iter().enumerate().map(parting).collect();
+            release.find_rates(model.release.carried());
             let mut forces = vec![[0.0; 2]; model.sides.rest.len()];
-            model.release.add_dual(&release, &rates, &mut forces);
+            model.release.add_dual(&mut release, &rates, &mut forces);
             let mut released = model.sides.forces(&forces);
             model.release.add_rigid(&release.rates, &mut released);
             column.iter_mut().zip(&released).for_each(|(entry, value)| *entry -= value);

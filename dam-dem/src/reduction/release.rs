@@ -2,10 +2,10 @@ use nalgebra::{DMatrix, DVector};
 
 use super::mode::SLOWED_TO;
 use crate::contact::ContactLaw;
-use crate::release::{Release, plus};
+use crate::release::{Carried, Release, plus};
 use crate::structure::Structure;
 
-/// Rigid motions of the blocks above cracks in modal coordinates, for [`Release`].
+/// Rigid motions of the blocks that cracks release, in modal coordinates, for [`Release`].
 ///
 /// Fast modes, whose mass is not that of the concrete, are left out; rigid motions contain none of them unless added
 /// mass couples the modes.
@@ -13,6 +13,10 @@ use crate::structure::Structure;
 pub(super) struct ModalRelease {
     /// α, 1/s.
     alpha: f64,
+    /// Number of cracks' parts.
+    seams: usize,
+    carried: Carried,
+    /// One for each link.
     blocks: Vec<BlockMomentum>,
 }
 
@@ -24,7 +28,7 @@ struct BlockMomentum {
 }
 
 impl ModalRelease {
-    /// For mass damping `alpha` (1/s) of all blocks above cracks; `shapes` holds one row for each mode, with the
+    /// For mass damping `alpha` (1/s) of all blocks; `shapes` holds one row for each mode, with the
     /// squared frequencies `stiffness`.
     pub fn new(
         structure: &Structure<impl ContactLaw>,
@@ -56,29 +60,46 @@ impl ModalRelease {
             }
             BlockMomentum { of_rates: of_rates.map(|momentum| momentum.data.into()), of_rigid }
         };
-        Self { alpha, blocks: structure.mesh.blocks[1..].iter().map(block).collect() }
+        let carried = structure.carried.clone();
+        let blocks = carried.links.iter().map(|link| block(&structure.mesh.blocks[link.block])).collect();
+        Self { alpha, seams: structure.cracks.len(), carried, blocks }
     }
 
     /// None: without mass damping, or if it drags blocks.
-    pub const NONE: Self = Self { alpha: 0.0, blocks: Vec::new() };
+    pub fn none() -> Self {
+        Self { alpha: 0.0, seams: 0, carried: Carried::default(), blocks: Vec::new() }
+    }
 
-    /// Number of cracks that release blocks.
-    pub fn cracks(&self) -> usize {
-        self.blocks.len()
+    /// Whether no block is released.
+    pub fn is_none(&self) -> bool {
+        self.blocks.is_empty()
+    }
+
+    /// What blocks are carried by.
+    pub fn carried(&self) -> &Carried {
+        &self.carried
+    }
+
+    /// A release for evaluations that are a `time_step` (s) apart.
+    pub fn start(&self, time_step: f64) -> Release {
+        self.carried.release(self.seams, time_step)
     }
 
     /// Adds `α Jᵀ Rᵀ M P v` to the `forces` on the sides.
-    pub fn add_dual(&self, release: &Release, rates: &[f64], forces: &mut [[f64; 2]]) {
-        let mut above = [0.0; 3];
-        let cracks = release.partings.iter().zip(&release.rates).zip(&self.blocks);
-        for ((parting, rigid), block) in cracks.rev() {
-            let momentum = [0, 1, 2].map(|i| {
+    pub fn add_dual(&self, release: &mut Release, rates: &[f64], forces: &mut [[f64; 2]]) {
+        let Release { partings, rates: rigid, momenta } = release;
+        for ((link, rigid), block) in self.carried.links.iter().zip(&*rigid).zip(&self.blocks).rev() {
+            let own = [0, 1, 2].map(|i| {
                 let whole = block.of_rates[i].iter().zip(rates).map(|(m, rate)| m * rate).sum::<f64>();
                 whole - block.of_rigid[i].iter().zip(rigid).map(|(m, rate)| m * rate).sum::<f64>()
             });
-            above = plus(above, momentum);
+            let momentum = plus(momenta[link.block], own);
+            let parting = &partings[link.seam];
             if !parting.is_closed() {
-                parting.add_dual(above.map(|momentum| self.alpha * momentum), forces);
+                parting.add_dual(momentum.map(|momentum| link.sign * self.alpha * momentum), forces);
+            }
+            if let Some(carrier) = link.carrier {
+                momenta[carrier] = plus(momenta[carrier], momentum);
             }
         }
     }

@@ -11,7 +11,7 @@ use crate::structure::Structure;
 
 /// Cracks, with a numbering of the nodes on their sides only.
 ///
-/// A block above a crack can rotate by a finite angle. With the mean rotation θ and the mean displacement t
+/// A block that the ground does not hold can rotate by a finite angle. With the mean rotation θ and the mean displacement t
 /// of its modes, and the position r of a node relative to the centre of mass of the block,
 ///
 /// ```text
@@ -26,7 +26,7 @@ pub(super) struct CrackSides {
     pub cracks: Vec<Crack<MohrCoulomb>>,
     /// Unloaded positions, m.
     pub rest: Vec<[f64; 2]>,
-    /// Frames of the blocks above cracks; none with small-strain kinematics.
+    /// Frames of the blocks that the ground does not hold; none with small-strain kinematics.
     frames: Vec<Frame>,
     /// One row for each mode: its shape at x, then y of each node, then t and θ of each frame.
     by_mode: Rows,
@@ -105,13 +105,14 @@ impl CrackSides {
         let cracks = if cracked { &structure.cracks[..] } else { &[] };
         let mut nodes: Vec<usize> = cracks.iter().flat_map(|crack| crack.sides().concat()).collect();
         nodes.sort_unstable();
+        nodes.dedup();
         let number = |node: usize| nodes.partition_point(|&other| other < node);
         let rest: Vec<[f64; 2]> = nodes.iter().map(|&node| mesh.nodes[node]).collect();
         let mut columns: Vec<DVector<f64>> =
             nodes.iter().flat_map(|&node| [0, 1].map(|d| shapes.column(2 * node + d).into())).collect();
         let mut frames = Vec::new();
         if kinematics == Kinematics::Corotational && cracked {
-            for block in &mesh.blocks[1..] {
+            for block in mesh.blocks.iter().filter(|block| !structure.is_held(block)) {
                 let mean = Mean::of(structure, block.nodes.clone(), shapes);
                 let nodes = number(block.nodes.start)..number(block.nodes.end);
                 let places =
@@ -253,7 +254,7 @@ impl Pressing {
         release: &mut Release,
         mapped: &mut [f64],
     ) -> Option<[f64; 2]> {
-        if !release.find_rates() {
+        if !release.find_rates(blocks.carried()) {
             return None;
         }
         self.forces.fill([0.0; 2]);

@@ -84,7 +84,7 @@ impl Superposition {
         let blocks = structure.mesh.blocks.iter();
         let release = match cracked && rayleigh.mass > 0.0 && !damping.drags_blocks {
             true => ModalRelease::new(structure, rayleigh.mass, &shapes, &stiffness),
-            false => ModalRelease::NONE,
+            false => ModalRelease::none(),
         };
         Ok(Self {
             release,

@@ -6,7 +6,7 @@ use dam_dem::integrator::CentralDifference;
 use dam_dem::loads::LoadPath;
 use dam_dem::{
     Block, CrackParameters, CriticalTimeStep, Dam, DamError, DamParameters, Damping, DampingCoefficients,
-    DampingFrequencies, Fidelity, Kinematics, Material, Mesh, Motion, Plane, Section, Structure,
+    DampingFrequencies, Fidelity, Kinematics, Material, Mesh, Motion, Plane, Seam, Section, Structure,
 };
 use interface::{CoSimulation, Variable, variables::dam as variable};
 use nalgebra::{DMatrix, Matrix4, SymmetricEigen, Vector4};
@@ -83,6 +83,12 @@ pub fn bursts(time: f64) -> f64 {
     if time < 6.0 { 0.5 * 9.81 * envelope * (TAU * 3.0 * time).sin() } else { 0.0 }
 }
 
+/// Nodes of the crest, from upstream to downstream.
+pub fn top(mesh: &Mesh) -> Vec<usize> {
+    let height = mesh.nodes.iter().map(|node| node[1]).fold(0.0, f64::max);
+    (0..mesh.nodes.len()).filter(|&node| mesh.nodes[node][1] == height).collect()
+}
+
 pub const GRAVITY: f64 = 9.81;
 
 pub fn stiff(young_modulus: f64) -> Material {
@@ -100,19 +106,13 @@ pub fn block_on_ground<L: ContactLaw>(
     let mut mesh = Mesh::mapped(&Section::rectangle(width, 1.0), &[vec![0.0, 1.0]], 11);
     let rows: Vec<f64> = (0..=2).map(|i| size[1] * f64::from(i) / 2.0).collect();
     let upper = Mesh::mapped(&Section::rectangle(size[0], size[1]), &[rows], 4);
-    let (nodes, cells) = (mesh.nodes.len(), mesh.cells.len());
+    let (nodes, cells, lower) = (mesh.nodes.len(), mesh.cells.len(), top(&mesh));
     mesh.nodes.extend(upper.nodes.iter().map(|[x, y]| [x + 2.0, y + 1.0]));
     mesh.cells.extend(upper.cells.iter().map(|cell| cell.map(|node| node + nodes)));
-    let block = &upper.blocks[0];
-    let shift = |list: &[usize]| list.iter().map(|node| node + nodes).collect();
-    mesh.blocks.push(Block {
-        nodes: nodes..mesh.nodes.len(),
-        cells: cells..mesh.cells.len(),
-        bottom: shift(&block.bottom),
-        top: shift(&block.top),
-        upstream: shift(&block.upstream),
-        downstream: shift(&block.downstream),
-    });
+    mesh.blocks.push(Block { nodes: nodes..mesh.nodes.len(), cells: cells..mesh.cells.len() });
+    let upper = upper.base.iter().map(|node| node + nodes).collect();
+    mesh.seams.push(Seam { crack: 0, below: 0, above: 1, lower, upper });
+    mesh.ground = mesh.nodes.len()..mesh.nodes.len();
     let fixed: Vec<usize> = (0..nodes).collect();
     Structure::new(mesh, &stiff(young_modulus), Kinematics::Corotational, [(law, contacts)], &fixed)
 }

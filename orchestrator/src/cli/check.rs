@@ -138,7 +138,8 @@ fn examine(path: &Path, overrides: &[String]) -> Result<(), CheckError> {
         say(format!("  natural frequencies of the dam, intact and empty: {} rad/s", frequencies.join(", ")));
     }
     say(format!("  {}", estimate::of(&loaded, &mut *dam, &inputs, threads(None))?));
-    for LimitEquilibrium { elevation, sliding, overturning } in registry::limit_equilibria(&loaded.scene)? {
+    for LimitEquilibrium { elevation, sliding, overturning, .. } in registry::limit_equilibria(&loaded.scene)?
+    {
         say(format!(
             "  factor of safety of the crack at {elevation} m before the ground moves: sliding {sliding:.2}, overturning \
              {overturning:.2}"

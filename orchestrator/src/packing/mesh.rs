@@ -1,6 +1,6 @@
 //! The meshes of the units as CSV files, for the reader; the FMU does not use them.
 
-use dam_dem::DamParameters;
+use dam_dem::{DamError, DamParameters};
 use reservoir::{BoundaryCondition, BoundaryMesh, Outline, ReservoirError, ReservoirParameters};
 
 /// Name and text of a file.
@@ -17,18 +17,20 @@ fn file<const N: usize>(
 }
 
 /// Nodes and triangles of the dam. The triangles of a cell are (corner k, corner k + 1, centre).
-pub fn dam(parameters: &DamParameters) -> Vec<File> {
-    let mesh = parameters.mesh();
+///
+/// **Errors**: a section that cannot be meshed.
+pub fn dam(parameters: &DamParameters) -> Result<Vec<File>, DamError> {
+    let mesh = parameters.mesh()?;
     let nodes = mesh.nodes.iter().map(|point| point.map(|x| x.to_string()));
     let triangles = mesh.blocks.iter().enumerate().flat_map(|(block, part)| {
         mesh.cells[part.cells.clone()].iter().flat_map(move |cell| {
             (0..4).map(move |k| [cell[k], cell[(k + 1) % 4], cell[4], block].map(|index| index.to_string()))
         })
     });
-    vec![
+    Ok(vec![
         file("nodes.csv", ["x", "y"], nodes),
         file("triangles.csv", ["node_1", "node_2", "node_3", "block"], triangles),
-    ]
+    ])
 }
 
 /// The boundary elements of the reservoir, of a tailwater in the mirror; Westergaard's added mass has none.

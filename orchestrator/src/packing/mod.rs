@@ -95,7 +95,7 @@ fn dam(scene: &Scene, added_mass: bool, target: &Target<'_>) -> Result<Packed, P
     // The order of the operations is that of the reservoir, so that the bits are equal.
     let start: BTreeMap<_, _> = registry::hydrostatic_pressure(scene)?.into_iter().collect();
     let page = [include_str!("dam.html"), include_str!("dam_example.html")];
-    let mesh = mesh::dam(&parameters);
+    let mesh = mesh::dam(&parameters).map_err(RegistryError::from)?;
     written::<Dam>(scene, Contents { start, parameters }, None, mesh, page, target)
 }
 

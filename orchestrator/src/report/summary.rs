@@ -1,6 +1,6 @@
 use crate::ground_motion::STANDARD_GRAVITY;
 use crate::observer::{AVERAGED, Ending, Histories, LastSecond, STILL_MOVES, STILL_SLIDES, Status, WallTime};
-use crate::scene::{CrackScene, DamFidelityScene, LoadedScene, REST, Side, Warning};
+use crate::scene::{DamFidelityScene, LoadedScene, REST, Side, Warning};
 use serde::Serialize;
 use std::fmt;
 
@@ -74,9 +74,11 @@ impl Summary {
         }
         table.extremes("dam.crest_displacement.x");
         let cracks = loaded.scene.dam.as_ref().map_or(&[][..], |d| &d.cracks);
-        for (crack, CrackScene { elevation, .. }) in cracks.iter().enumerate() {
+        for (crack, parameters) in cracks.iter().enumerate() {
             let several = cracks.len() > 1;
-            let of = |what: &str| if several { format!("{what}, {elevation} m") } else { what.to_owned() };
+            let of = |what: &str| {
+                if several { format!("{what}, {}", parameters.label()) } else { what.to_owned() }
+            };
             let column = |name: &str| format!("dam.crack_{name}.{crack}");
             table.peak(&of("peak sliding"), &column("sliding"), 1e3, "mm");
             table.residual(&of("residual sliding"), &column("sliding"), loaded);
@@ -89,8 +91,8 @@ impl Summary {
         }
         let fidelity = loaded.scene.dam.as_ref().map(|dam| dam.fidelity);
         if fidelity != Some(DamFidelityScene::Intact) {
-            for (crack, CrackScene { elevation, .. }) in cracks.iter().enumerate() {
-                let at = if cracks.len() > 1 { format!(", {elevation} m") } else { String::new() };
+            for (crack, parameters) in cracks.iter().enumerate() {
+                let at = if cracks.len() > 1 { format!(", {}", parameters.label()) } else { String::new() };
                 let column = format!("dam.crack_shear_utilisation.{crack}");
                 table.peak(&format!("largest share of the shear strength in use{at}"), &column, 1.0, "1");
             }

@@ -45,7 +45,7 @@ pub struct DamScene {
     pub material: MaterialScene,
     /// Damping. It is always named, because sliding depends on it more than on anything else.
     pub damping: DampingScene,
-    /// Horizontal cracks through the whole section. Results come in the order of elevations. No water enters a crack.
+    /// Cracks. Results come in the order of mean elevations. No water enters a crack.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cracks: Vec<CrackScene>,
     /// An FMU that computes the dam; with `fidelity = "fmu"`.
@@ -201,13 +201,23 @@ pub enum DampingModelScene {
     Local,
 }
 
-/// A horizontal crack through the whole section.
+/// A crack from face to face, or to a gallery or another crack.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CrackScene {
-    /// Elevation above the heel, inside the section.
-    #[schemars(extend("unit" = "m"))]
-    pub elevation: f64,
+    /// Its name in reports.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("otherwise" = "its elevation"))]
+    pub name: Option<String>,
+    /// Elevation of a horizontal crack through the whole section above the heel; 0 for the joint between dam and ground.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "m", "otherwise" = "`polyline`"))]
+    pub elevation: Option<f64>,
+    /// The points of any other crack, which may slope, step, end on a gallery or on another crack, or cross one. It must not end
+    /// inside the concrete; what reaches beyond the section is cut off.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "m", "otherwise" = "`elevation`"))]
+    pub polyline: Option<Vec<[f64; 2]>>,
     /// Coulomb friction coefficient, the tangent of the friction angle. Of a bonded crack, or one with another residual
     /// friction, it is the peak value.
     #[schemars(range(min = 0, max = 5))]
@@ -242,6 +252,25 @@ pub struct CrackScene {
     /// Shear stiffness.
     #[schemars(range(min = 1e3, max = 1e15), extend("unit" = "Pa/m"))]
     pub shear_stiffness: f64,
+}
+
+impl CrackScene {
+    /// Mean elevation over its length, m; NaN for a crack that is nowhere.
+    pub fn mean_elevation(&self) -> f64 {
+        match (&self.elevation, &self.polyline) {
+            (Some(elevation), _) => *elevation,
+            (None, Some(points)) => interface::mean_elevation(points),
+            (None, None) => f64::NAN,
+        }
+    }
+
+    /// What reports call it.
+    pub fn label(&self) -> String {
+        match &self.name {
+            Some(name) => name.clone(),
+            None => format!("{} m", (self.mean_elevation() * 1e3).round() / 1e3),
+        }
+    }
 }
 
 /// Where the contacts along a crack are.

@@ -165,7 +165,7 @@ fn resolve(scene: &mut Scene, ground_motion: &GroundMotion, folder: &Path) {
     if let Some(dam) = &mut scene.dam {
         foreign::resolve(folder, (&mut dam.fmu, &mut dam.command, &mut dam.log));
         // The order in which the dam's results come.
-        dam.cracks.sort_by(|a, b| a.elevation.total_cmp(&b.elevation));
+        dam.cracks.sort_by(|a, b| a.mean_elevation().total_cmp(&b.mean_elevation()));
     }
     for side in Side::BOTH {
         let (size, distance) = (scene.boundary_element_size(side), scene.far_end_distance(side));

@@ -374,6 +374,12 @@ impl Findings {
         if dam.modes.is_some() && !dam.fidelity.has_modes() && self.sound(&["dam.fidelity"]) {
             self.add("dam.modes", Invalid::NoModes);
         }
+        for (index, crack) in dam.cracks.iter().enumerate() {
+            let given = [crack.elevation.is_some(), crack.polyline.is_some()];
+            if given == [true, true] || self.sound(&[&format!("dam.cracks.{index}")]) {
+                self.exactly_one(&format!("dam.cracks.{index}"), "elevation", "polyline", given);
+            }
+        }
         self.damping(&dam.damping);
     }
 

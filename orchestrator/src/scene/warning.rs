@@ -1,7 +1,9 @@
 //! What may be run, but is doubtful.
 
 use super::shape::{Shape, word};
-use super::{DamFidelityScene, DamScene, FidelityScene, MethodScene, ReservoirScene, Scene, Side, Source};
+use super::{
+    CrackScene, DamFidelityScene, DamScene, FidelityScene, MethodScene, ReservoirScene, Scene, Side, Source,
+};
 use crate::ground_motion::{GroundMotion, STANDARD_GRAVITY};
 use crate::scheme::SchemeKind;
 use interface::number::plain;
@@ -303,7 +305,7 @@ pub fn doubts(scene: &Scene, motion: &GroundMotion) -> Vec<Doubt> {
 
 /// Cracks that water would enter.
 fn dry_cracks(scene: &Scene, dam: &DamScene) -> Option<Doubt> {
-    let lowest = dam.cracks.iter().map(|crack| crack.elevation).min_by(f64::total_cmp)?;
+    let lowest = dam.cracks.iter().map(CrackScene::mean_elevation).min_by(f64::total_cmp)?;
     let water = |side| scene.water(side).filter(|water| water.fidelity != FidelityScene::Empty);
     let pressure = |side| {
         let (water, below) = (water(side)?, scene.depth_of(side) - lowest);
