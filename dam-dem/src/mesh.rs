@@ -1,5 +1,15 @@
 //! Mapped mesh of a section: rows of quadrilateral cells with four triangles each.
 
+mod arrangement;
+mod geometry_error;
+mod plane_geometry;
+mod quadrilaterals;
+mod quality;
+mod size;
+mod triangulation;
+#[cfg(test)]
+mod unstructured_tests;
+
 use crate::block::Block;
 use crate::section::{ELEVATION_TOLERANCE, Section};
 
