@@ -319,7 +319,8 @@ impl<'a> Refinement<'a> {
             return Err(failed);
         }
         let count = self.cdt.num_vertices();
-        let middle = self.cdt.insert(Point2::new(point[0], point[1])).map_err(|_| failed.clone())?;
+        let position = Point2::new(point[0], point[1]);
+        let middle = self.cdt.insert_with_hint(position, from).map_err(|_| failed.clone())?;
         if middle.index() != count {
             return Err(failed);
         }
@@ -380,7 +381,7 @@ impl<'a> Refinement<'a> {
         if !(large || thin && !spans_corner()) || !self.in_concrete(centroid) {
             return Ok(());
         }
-        let blocking = self.blocking(centroid, centre);
+        let blocking = self.blocking(corners[0], centroid, centre);
         let mut split = false;
         for segment in blocking.iter().copied() {
             let [a, b] = segment.map(|i| self.point(i));
@@ -395,7 +396,8 @@ impl<'a> Refinement<'a> {
         if blocking.is_empty() {
             let count = self.cdt.num_vertices();
             let failed = GeometryError::NotTriangulated { point: centre };
-            let vertex = self.cdt.insert(Point2::new(centre[0], centre[1])).map_err(|_| failed)?;
+            let (position, hint) = (Point2::new(centre[0], centre[1]), FixedVertexHandle::from_index(corners[0]));
+            let vertex = self.cdt.insert_with_hint(position, hint).map_err(|_| failed)?;
             if vertex.index() == count {
                 self.edge_of.push(None);
                 self.look_around(vertex);
@@ -414,14 +416,14 @@ impl<'a> Refinement<'a> {
     }
 
     /// Segments between a face and a new point, or else those that the point encroaches upon.
-    fn blocking(&self, from: Point, point: Point) -> Vec<[usize; 2]> {
+    fn blocking(&self, hint: usize, from: Point, point: Point) -> Vec<[usize; 2]> {
         let [start, target] = [from, point].map(|p| Point2::new(p[0], p[1]));
         let key = |[a, b]: [usize; 2]| [a.min(b), a.max(b)];
         let mut crossed = self.cdt.get_conflicting_edges_between_points(start, target);
         if let Some(edge) = crossed.next() {
             return vec![key(edge.vertices().map(|v| v.fix().index()))];
         }
-        let mut pending: Vec<Face> = match self.cdt.locate(target) {
+        let mut pending: Vec<Face> = match self.cdt.locate_with_hint(target, FixedVertexHandle::from_index(hint)) {
             PositionInTriangulation::OnFace(face) => vec![face],
             PositionInTriangulation::OnEdge(edge) => {
                 let edge = self.cdt.directed_edge(edge);

@@ -257,6 +257,19 @@ fn blocks_and_seams_of_known_sections() -> Result<(), GeometryError> {
     Ok(())
 }
 
+/// 50 000 cells; prints the time.
+#[test]
+fn many_cells() -> Result<(), GeometryError> {
+    let mut dam = Dam::koyna().crack(&[[-9.0, 30.0], [60.0, 50.0]]).crack(&[[-1.0, 66.5], [50.0, 66.5]]);
+    dam.element_size = 0.27;
+    let start = std::time::Instant::now();
+    let meshed = dam.meshed()?;
+    println!("{:?}", start.elapsed());
+    report("many cells", &dam, &meshed);
+    dam.check(&meshed.0, &meshed.1);
+    Ok(())
+}
+
 /// A crack that is led to a side, cut off at it, and one that overshoots another a little.
 #[test]
 fn ends_of_cracks_are_led_or_cut() -> Result<(), GeometryError> {
