@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::geometry_error::{Feature, GeometryError};
 use super::plane_geometry::{
-    Point, area, between, cross_properly, distance, dot, meeting, minus, nearest, nearest_share, orientation,
+    Point, area, between, cross, cross_properly, distance, dot, meeting, minus, nearest, nearest_share, orientation,
 };
 
 /// Points closer than this share of the height are one.
@@ -101,6 +101,18 @@ impl Arrangement {
     /// The two ends of an edge.
     pub fn segment(&self, edge: &Edge) -> [Point; 2] {
         edge.ends.map(|i| self.points[i])
+    }
+
+    /// Whether a point lies in the concrete.
+    pub fn in_concrete(&self, point: Point) -> bool {
+        let boundary = self.edges.iter().filter(|edge| edge.on_boundary());
+        encloses(boundary.map(|edge| self.segment(edge)), point)
+    }
+
+    /// Area of the concrete, m².
+    pub fn area(&self) -> f64 {
+        let boundary = self.edges.iter().filter(|edge| edge.on_boundary());
+        boundary.map(|edge| self.segment(edge)).map(|[a, b]| 0.5 * cross(a, b)).sum()
     }
 
     /// Removes ends of cracks that overshoot by less than `longest`, and points without edges.
@@ -333,6 +345,17 @@ fn height(geometry: &Geometry) -> f64 {
     geometry.upstream.iter().chain(geometry.downstream).map(|p| p[1]).fold(0.0, f64::max)
 }
 
+/// Whether `p` is within an odd number of rings of segments.
+fn encloses(segments: impl Iterator<Item = [Point; 2]>, p: Point) -> bool {
+    let mut inside = false;
+    for [a, b] in segments {
+        if (a[1] > p[1]) != (b[1] > p[1]) {
+            inside ^= (orientation(a, b, p) > 0.0) == (b[1] > a[1]);
+        }
+    }
+    inside
+}
+
 /// Lines as given, by the points at their ends, and the points that were found to lie on them.
 struct Lines {
     points: Vec<Point>,
@@ -423,7 +446,7 @@ impl Lines {
         for (gallery, points) in geometry.galleries.iter().enumerate() {
             let point = points[0];
             let others = self.lines.iter().filter(|line| line.feature != Feature::Gallery(gallery));
-            if !self.encloses(others, point) {
+            if !encloses(others.map(|line| self.segment(line)), point) {
                 return Err(GeometryError::GalleryOutside { gallery, point });
             }
         }
@@ -439,25 +462,12 @@ impl Lines {
         one.into_iter().find(|&p| near(two, p)).or_else(|| two.into_iter().find(|&p| near(one, p)))
     }
 
-    /// Whether `p` is within an odd number of rings.
-    fn encloses<'b>(&self, lines: impl Iterator<Item = &'b Line>, p: Point) -> bool {
-        let mut inside = false;
-        for line in lines {
-            let [a, b] = self.segment(line);
-            if (a[1] > p[1]) != (b[1] > p[1]) {
-                let left = orientation(a, b, p) > 0.0;
-                inside ^= left == (b[1] > a[1]);
-            }
-        }
-        inside
-    }
-
     fn boundary(&self) -> impl Iterator<Item = &Line> {
         self.lines.iter().filter(|line| !matches!(line.feature, Feature::Crack(_)))
     }
 
     fn in_concrete(&self, p: Point) -> bool {
-        self.encloses(self.boundary(), p)
+        encloses(self.boundary().map(|line| self.segment(line)), p)
     }
 
     /// The point as an index: an existing one, one on an existing line, or a new one.

@@ -77,6 +77,11 @@ pub fn smallest_angle(corners: [Point; 3]) -> f64 {
     if twice_area > 0.0 { least } else { -least }
 }
 
+/// Smallest altitude of a triangle; negative if it is clockwise.
+pub fn smallest_altitude([a, b, c]: [Point; 3]) -> f64 {
+    orientation(a, b, c) / distance(a, b).max(distance(b, c)).max(distance(c, a))
+}
+
 /// Area of a polygon, m², positive if counter-clockwise.
 pub fn area(polygon: &[Point]) -> f64 {
     (1..polygon.len().max(2) - 1).map(|i| 0.5 * orientation(polygon[0], polygon[i], polygon[i + 1])).sum()

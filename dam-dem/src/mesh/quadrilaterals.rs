@@ -70,6 +70,10 @@ pub struct Meshed {
 /// **Errors**: all of [`GeometryError`].
 pub fn mesh(geometry: &Geometry) -> Result<(Meshed, Quality), GeometryError> {
     let arrangement = Arrangement::new(geometry)?;
+    let cells = arrangement.area() / geometry.element_size.powi(2);
+    if cells > MOST_CELLS {
+        return Err(GeometryError::TooManyCells { cells, most: MOST_CELLS });
+    }
     let size = SizeField::new(&arrangement, geometry);
     let triangulation = Triangulation::new(&arrangement, &size)?;
     let meshed = Meshed::new(&arrangement, &triangulation, geometry.element_size)?;

@@ -42,6 +42,11 @@ impl SizeField {
         field
     }
 
+    /// Wanted length away from finer places, m.
+    pub fn general(&self) -> f64 {
+        self.general
+    }
+
     /// Wanted length at `point`, m.
     pub fn at(&self, point: Point) -> f64 {
         let finer = |(segment, size): &([Point; 2], f64)| {

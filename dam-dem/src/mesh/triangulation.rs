@@ -3,11 +3,11 @@
 use std::collections::{HashMap, VecDeque};
 
 use spade::handles::{FixedFaceHandle, FixedVertexHandle, InnerTag};
-use spade::{ConstrainedDelaunayTriangulation, Point2, PositionInTriangulation, Triangulation as _};
+use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation as _};
 
-use super::arrangement::Arrangement;
+use super::arrangement::{Arrangement, Edge};
 use super::geometry_error::{Feature, GeometryError};
-use super::plane_geometry::{Point, between, distance, dot, minus, orientation, smallest_angle};
+use super::plane_geometry::{Point, between, distance, dot, minus, nearest, orientation, smallest_altitude};
 use super::size::SizeField;
 
 /// Smallest angle aimed at, degrees; the theory of refinement promises 20.7° to 26°, practice gives 30°.
@@ -18,6 +18,10 @@ const LARGEST_RADIUS: f64 = 0.74;
 const ACUTE: f64 = 75.0;
 /// Segments shorter than this share of the wanted length are not split.
 const SHORTEST: f64 = 1.0 / 8.0;
+/// Least distance of the first inner points from edges, in wanted lengths.
+const FREE_MARGIN: f64 = 0.6;
+/// Faces passed on the way to a new point.
+const LONGEST_WALK: usize = 1000;
 /// Largest number of cells.
 pub const MOST_CELLS: f64 = 1e6;
 /// Sweeps of smoothing, each followed by a new triangulation of the moved points.
@@ -44,7 +48,8 @@ impl Triangulation {
     ///
     /// **Errors**: [`GeometryError::NotTriangulated`], [`GeometryError::TooManyCells`].
     pub fn new(arrangement: &Arrangement, size: &SizeField) -> Result<Self, GeometryError> {
-        let (points, chains) = subdivided(arrangement, size)?;
+        let (mut points, chains) = subdivided(arrangement, size)?;
+        points.extend(lattice(arrangement, size));
         let mut refinement = Refinement::new(arrangement, size, points, chains)?;
         refinement.refine()?;
         let Refinement { cdt, chains, .. } = refinement;
@@ -52,7 +57,7 @@ impl Triangulation {
         let mut this = Self { points, triangles: Vec::new(), chains };
         this.triangulate(arrangement)?;
         for _ in 0..SWEEPS {
-            if !this.smooth() {
+            if !this.smooth(arrangement) {
                 break;
             }
             this.triangulate(arrangement)?;
@@ -98,39 +103,50 @@ impl Triangulation {
         Ok(())
     }
 
-    /// Moves inner points towards the mean of the circumcentres around them, weighted by area (optimal Delaunay
-    /// triangulation, Chen and Xu 2004), where this raises the smallest angle around the point. Whether any point moved.
-    fn smooth(&mut self) -> bool {
-        let mut fixed = vec![false; self.points.len()];
-        self.chains.iter().flatten().for_each(|&i| fixed[i] = true);
+    /// Moves inner points freely, and points on edges along them, where this raises the least altitude around the point:
+    /// towards the mean of the circumcentres around it, weighted by area (optimal Delaunay triangulation, Chen and Xu 2004),
+    /// or of its neighbours. Whether any point moved.
+    fn smooth(&mut self, arrangement: &Arrangement) -> bool {
+        let mut edge_of = vec![None; self.points.len()];
+        for (edge, chain) in arrangement.edges.iter().zip(&self.chains) {
+            chain.iter().for_each(|&i| edge_of[i] = Some(arrangement.segment(edge)));
+        }
         let mut star = vec![Vec::new(); self.points.len()];
         for (index, triangle) in self.triangles.iter().enumerate() {
             triangle.iter().for_each(|&i| star[i].push(index));
         }
         let mut moved = false;
-        for i in (0..self.points.len()).filter(|&i| !fixed[i]) {
+        for i in arrangement.points.len()..self.points.len() {
             let mut sum = [0.0; 3];
+            let mut neighbours = [0.0; 3];
             for &triangle in &star[i] {
                 let corners = self.triangles[triangle].map(|j| self.points[j]);
                 let weight = orientation(corners[0], corners[1], corners[2]);
                 let centre = circumcentre(corners);
                 sum = [sum[0] + weight * centre[0], sum[1] + weight * centre[1], sum[2] + weight];
-            }
-            let (old, target) = (self.points[i], [sum[0] / sum[2], sum[1] / sum[2]]);
-            let least = |points: &[Point]| {
-                let angles = star[i].iter().map(|&t| smallest_angle(self.triangles[t].map(|j| points[j])));
-                angles.fold(f64::INFINITY, f64::min)
-            };
-            let before = least(&self.points);
-            for share in [1.0, 0.5, 0.25] {
-                self.points[i] = between([old, target], share);
-                // Written so that not-a-number is no improvement.
-                if least(&self.points) > before {
-                    moved = true;
-                    break;
+                for (&j, p) in self.triangles[triangle].iter().zip(corners).filter(|(j, _)| **j != i) {
+                    let _ = j;
+                    neighbours = [neighbours[0] + p[0], neighbours[1] + p[1], neighbours[2] + 1.0];
                 }
-                self.points[i] = old;
             }
+            let least = |points: &[Point]| {
+                let altitudes = star[i].iter().map(|&t| smallest_altitude(self.triangles[t].map(|j| points[j])));
+                altitudes.fold(f64::INFINITY, f64::min)
+            };
+            let (start, mut best) = (self.points[i], least(&self.points));
+            let mut best_point = start;
+            for [x, y, weight] in [sum, neighbours] {
+                let target = [x / weight, y / weight];
+                let target = edge_of[i].map_or(target, |segment| nearest(segment, target));
+                for share in [1.0, 0.5, 0.25] {
+                    self.points[i] = between([start, target], share);
+                    let altitude = least(&self.points);
+                    if altitude > best {
+                        (best, best_point, moved) = (altitude, self.points[i], true);
+                    }
+                }
+            }
+            self.points[i] = best_point;
         }
         moved
     }
@@ -172,6 +188,31 @@ fn subdivided(
         chains.push(chain);
     }
     Ok((points, chains))
+}
+
+/// Corners of equilateral triangles of the general size that lie away from all edges and finer places.
+fn lattice(arrangement: &Arrangement, size: &SizeField) -> Vec<Point> {
+    let edge = size.general();
+    let extreme = |axis: usize, pick: fn(f64, f64) -> f64, start: f64| {
+        arrangement.points.iter().map(|p| p[axis]).fold(start, pick)
+    };
+    let (left, right) = (extreme(0, f64::min, f64::INFINITY), extreme(0, f64::max, f64::NEG_INFINITY));
+    let rise = 0.75f64.sqrt() * edge;
+    let rows = (extreme(1, f64::max, 0.0) / rise) as usize;
+    let columns = ((right - left) / edge) as usize + 1;
+    let mut points = Vec::new();
+    for row in 1..=rows {
+        for column in 0..=columns {
+            let point = [left + edge * (column as f64 + 0.5 * (row % 2) as f64), rise * row as f64];
+            let away = |edge_: &Edge| {
+                distance(nearest(arrangement.segment(edge_), point), point) > FREE_MARGIN * edge
+            };
+            if size.at(point) > 0.95 * edge && arrangement.edges.iter().all(away) && arrangement.in_concrete(point) {
+                points.push(point);
+            }
+        }
+    }
+    points
 }
 
 fn constrained(points: &[Point], chains: &[Vec<usize>]) -> Result<Cdt, GeometryError> {
@@ -249,18 +290,6 @@ impl<'a> Refinement<'a> {
         self.cdt.face(face).vertices().map(|v| v.fix().index())
     }
 
-    /// Whether a point lies in the concrete, by the outline and galleries as given.
-    fn in_concrete(&self, p: Point) -> bool {
-        let mut inside = false;
-        for edge in self.arrangement.edges.iter().filter(|edge| !matches!(edge.feature, Feature::Crack(_))) {
-            let [a, b] = self.arrangement.segment(edge);
-            if (a[1] > p[1]) != (b[1] > p[1]) {
-                inside ^= (orientation(a, b, p) > 0.0) == (b[1] > a[1]);
-            }
-        }
-        inside
-    }
-
     fn refine(&mut self) -> Result<(), GeometryError> {
         loop {
             // A triangulation has twice as many triangles as points, and there are three cells to a triangle.
@@ -293,7 +322,7 @@ impl<'a> Refinement<'a> {
 
     fn is_concrete(&self, face: Face) -> bool {
         let [a, b, c] = self.corners(face).map(|i| self.point(i));
-        self.in_concrete([(a[0] + b[0] + c[0]) / 3.0, (a[1] + b[1] + c[1]) / 3.0])
+        self.arrangement.in_concrete([(a[0] + b[0] + c[0]) / 3.0, (a[1] + b[1] + c[1]) / 3.0])
     }
 
     /// Splits a segment in the middle or, next to a small angle, at a power of two from there. Whether it was.
@@ -378,10 +407,10 @@ impl<'a> Refinement<'a> {
         let large = radius > LARGEST_RADIUS * wanted;
         let thin = sides[shortest] < 2.0 * LEAST_ANGLE.to_radians().sin() * radius;
         let spans_corner = || self.spans_small_angle([corners[shortest], corners[(shortest + 1) % 3]]);
-        if !(large || thin && !spans_corner()) || !self.in_concrete(centroid) {
+        if !(large || thin && !spans_corner()) || !self.arrangement.in_concrete(centroid) {
             return Ok(());
         }
-        let blocking = self.blocking(corners[0], centroid, centre);
+        let blocking = self.blocking(face, centre);
         let mut split = false;
         for segment in blocking.iter().copied() {
             let [a, b] = segment.map(|i| self.point(i));
@@ -415,25 +444,27 @@ impl<'a> Refinement<'a> {
         one != two && one.iter().any(|end| two.contains(end) && self.acute[*end])
     }
 
-    /// Segments between a face and a new point, or else those that the point encroaches upon.
-    fn blocking(&self, hint: usize, from: Point, point: Point) -> Vec<[usize; 2]> {
-        let [start, target] = [from, point].map(|p| Point2::new(p[0], p[1]));
+    /// The segment between a face and a new point, or else those that the point encroaches upon.
+    fn blocking(&self, face: Face, point: Point) -> Vec<[usize; 2]> {
         let key = |[a, b]: [usize; 2]| [a.min(b), a.max(b)];
-        let mut crossed = self.cdt.get_conflicting_edges_between_points(start, target);
-        if let Some(edge) = crossed.next() {
-            return vec![key(edge.vertices().map(|v| v.fix().index()))];
-        }
-        let mut pending: Vec<Face> = match self.cdt.locate_with_hint(target, FixedVertexHandle::from_index(hint)) {
-            PositionInTriangulation::OnFace(face) => vec![face],
-            PositionInTriangulation::OnEdge(edge) => {
-                let edge = self.cdt.directed_edge(edge);
-                if edge.is_constraint_edge() {
-                    return vec![key(edge.vertices().map(|v| v.fix().index()))];
-                }
-                [edge, edge.rev()].iter().filter_map(|e| e.face().fix().as_inner()).collect()
+        let (mut at, mut entered) = (self.cdt.face(face), None);
+        // Walks through the edges that the point lies beyond; among Delaunay triangles this ends.
+        for _ in 0..LONGEST_WALK {
+            let beyond = at.adjacent_edges().into_iter().find(|edge| {
+                let [a, b] = edge.positions().map(|p| [p.x, p.y]);
+                Some(edge.fix()) != entered && orientation(a, b, point) < 0.0
+            });
+            let Some(edge) = beyond else { break };
+            if edge.is_constraint_edge() {
+                return vec![key(edge.vertices().map(|v| v.fix().index()))];
             }
-            _ => Vec::new(),
-        };
+            entered = Some(edge.rev().fix());
+            match edge.rev().face().as_inner() {
+                Some(next) => at = next,
+                None => return Vec::new(),
+            }
+        }
+        let mut pending: Vec<Face> = vec![at.fix()];
         let mut seen = pending.clone();
         let mut found = Vec::new();
         while let Some(face) = pending.pop() {
