@@ -1,11 +1,18 @@
 //! Mapped mesh of a section: rows of quadrilateral cells with four triangles each.
 
+#[allow(dead_code)]
 mod arrangement;
+#[allow(dead_code)]
 mod geometry_error;
+#[allow(dead_code)]
 mod plane_geometry;
+#[allow(dead_code)]
 mod quadrilaterals;
+#[allow(dead_code)]
 mod quality;
+#[allow(dead_code)]
 mod size;
+#[allow(dead_code)]
 mod triangulation;
 #[cfg(test)]
 mod unstructured_tests;

@@ -4,7 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::geometry_error::{Feature, GeometryError};
 use super::plane_geometry::{
-    Point, area, between, cross, cross_properly, distance, dot, meeting, minus, nearest, nearest_share, orientation,
+    Point, area, between, cross, cross_properly, distance, dot, meeting, minus, nearest, nearest_share,
+    orientation,
 };
 
 /// Points closer than this share of the height are one.

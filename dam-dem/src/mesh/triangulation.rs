@@ -130,7 +130,8 @@ impl Triangulation {
                 }
             }
             let least = |points: &[Point]| {
-                let altitudes = star[i].iter().map(|&t| smallest_altitude(self.triangles[t].map(|j| points[j])));
+                let altitudes =
+                    star[i].iter().map(|&t| smallest_altitude(self.triangles[t].map(|j| points[j])));
                 altitudes.fold(f64::INFINITY, f64::min)
             };
             let (start, mut best) = (self.points[i], least(&self.points));
@@ -207,7 +208,10 @@ fn lattice(arrangement: &Arrangement, size: &SizeField) -> Vec<Point> {
             let away = |edge_: &Edge| {
                 distance(nearest(arrangement.segment(edge_), point), point) > FREE_MARGIN * edge
             };
-            if size.at(point) > 0.95 * edge && arrangement.edges.iter().all(away) && arrangement.in_concrete(point) {
+            if size.at(point) > 0.95 * edge
+                && arrangement.edges.iter().all(away)
+                && arrangement.in_concrete(point)
+            {
                 points.push(point);
             }
         }
@@ -425,7 +429,8 @@ impl<'a> Refinement<'a> {
         if blocking.is_empty() {
             let count = self.cdt.num_vertices();
             let failed = GeometryError::NotTriangulated { point: centre };
-            let (position, hint) = (Point2::new(centre[0], centre[1]), FixedVertexHandle::from_index(corners[0]));
+            let (position, hint) =
+                (Point2::new(centre[0], centre[1]), FixedVertexHandle::from_index(corners[0]));
             let vertex = self.cdt.insert_with_hint(position, hint).map_err(|_| failed)?;
             if vertex.index() == count {
                 self.edge_of.push(None);

@@ -265,6 +265,14 @@ fn many_cells() -> Result<(), GeometryError> {
     let start = std::time::Instant::now();
     let meshed = dam.meshed()?;
     println!("{:?}", start.elapsed());
+    if std::env::var("MESH_TINY").is_ok() {
+        for size in [1e-2, 1e-3, 1e-4, 1e-5, 1e-6] {
+            let tiny = Dam { crack_sizes: vec![Some(size)], element_size: 3.0, ..dam.clone() };
+            let start = std::time::Instant::now();
+            let outcome = tiny.meshed().map(|(mesh, quality)| (mesh.cells.len(), quality));
+            println!("{size}: {outcome:?} {:?}", start.elapsed());
+        }
+    }
     report("many cells", &dam, &meshed);
     dam.check(&meshed.0, &meshed.1);
     Ok(())
@@ -461,16 +469,25 @@ fn dam() -> impl Strategy<Value = Dam> {
         proptest::collection::vec(0.0f64..100.0, 0..3),
         1.5f64..12.0,
         proptest::collection::vec(proptest::option::of(0.5f64..5.0), 0..3),
+        prop_oneof![2 => Just(None), 1 => Just(Some(1.0)), 1 => Just(Some(5.0))],
+        prop_oneof![4 => Just(1.0), 1 => Just(1e-3), 1 => Just(977.0)],
     )
-        .prop_map(|((upstream, downstream), galleries, cracks, levels, element_size, crack_sizes)| Dam {
-            upstream,
-            downstream,
-            galleries,
-            cracks,
-            levels,
-            element_size,
-            crack_sizes,
-        })
+        .prop_map(
+            |((upstream, downstream), galleries, cracks, levels, element_size, crack_sizes, grid, scale)| {
+                // Points on a grid coincide and lie on lines of others.
+                let moved = |x: f64| scale * grid.map_or(x, |step: f64| (x / step).round() * step);
+                let chain = |points: Vec<Point>| points.into_iter().map(|p| p.map(moved)).collect::<Vec<_>>();
+                Dam {
+                    upstream: chain(upstream),
+                    downstream: chain(downstream),
+                    galleries: galleries.into_iter().map(chain).collect(),
+                    cracks: cracks.into_iter().map(chain).collect(),
+                    levels: levels.into_iter().map(moved).collect(),
+                    element_size: scale * element_size,
+                    crack_sizes: crack_sizes.into_iter().map(|size| size.map(|size| scale * size)).collect(),
+                }
+            },
+        )
 }
 
 /// Random sections either mesh, with all that holds for a mesh, or are refused.
