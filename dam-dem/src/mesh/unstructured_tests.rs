@@ -106,7 +106,7 @@ impl Dam {
         assert_eq!(mesh.ground.end, mesh.nodes.len());
         assert!(used[..node].iter().all(|&used| used));
         assert!((total / self.area() - 1.0).abs() < 1e-12, "area {total} for {}", self.area());
-        assert!(quality.smallest_angle.0 >= 4.0);
+        assert!(quality.smallest_angle.0 >= 5.0);
 
         // Sides of cells within a block are shared by two; those that are not lie on the outline, a gallery or a seam.
         let mut single: HashMap<[usize; 2], usize> = HashMap::new();
@@ -448,7 +448,7 @@ fn side(width: f64) -> impl Strategy<Value = Vec<Point>> {
 fn dam() -> impl Strategy<Value = Dam> {
     let gallery = (5.0f64..60.0, 5.0f64..80.0, 1.0f64..6.0, 3usize..8).prop_map(|(x, y, r, count)| {
         let corner = |k: usize| (TAU * k as f64 / count as f64).sin_cos();
-        (0..count).map(|k| corner(k)).map(|(s, c)| [x + r * c, y + r * s]).collect::<Vec<_>>()
+        (0..count).map(corner).map(|(s, c)| [x + r * c, y + r * s]).collect::<Vec<_>>()
     });
     let anywhere = proptest::collection::vec((-20.0f64..100.0, -5.0f64..110.0), 2..5)
         .prop_map(|points| points.into_iter().map(|(x, y)| [x, y]).collect::<Vec<_>>());
