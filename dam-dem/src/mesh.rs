@@ -1,11 +1,18 @@
 //! Mesh of a section: quadrilateral cells with four triangles each, in rows where blocks are stacked, from a triangulation otherwise.
 
+#[allow(dead_code)]
 mod arrangement;
+#[allow(dead_code)]
 mod geometry_error;
+#[allow(dead_code)]
 mod plane_geometry;
+#[allow(dead_code)]
 mod quadrilaterals;
+#[allow(dead_code)]
 mod quality;
+#[allow(dead_code)]
 mod size;
+#[allow(dead_code)]
 mod triangulation;
 #[cfg(test)]
 mod unstructured_tests;

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use interface::number::exact;
+use interface::number::{exact, plain};
 
 /// What an edge or a point belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -39,13 +39,9 @@ fn place(point: &[f64; 2]) -> String {
     format!("({}, {})", exact(point[0]), exact(point[1]))
 }
 
-/// A computed point or length in a message, to a thousandth.
-fn rounded(value: f64) -> String {
-    exact((value * 1e3).round() / 1e3 + 0.0)
-}
-
+/// A computed point in a message.
 fn near(point: &[f64; 2]) -> String {
-    format!("({}, {})", rounded(point[0]), rounded(point[1]))
+    format!("({}, {})", plain(point[0]), plain(point[1]))
 }
 
 /// Why a cracked section cannot be meshed. Indices count from 0, coordinates are in m.
@@ -159,7 +155,7 @@ pub enum GeometryError {
     #[error(
         "crack {crack} ends inside the concrete at {end}; lead it to {nearest} at {target}, {distance} m away, or to another \
          side or crack; fracture is not modelled",
-        end = near(end), target = near(target), distance = rounded(*distance)
+        end = near(end), target = near(target), distance = plain(*distance)
     )]
     CrackEndsInside {
         /// Index of the crack.
@@ -189,7 +185,7 @@ pub enum GeometryError {
     #[error(
         "{first} at {place} and {second} at {other} are {distance} m apart, {least} m (0.05 `element_size`) is the least; \
          move them apart or together, or take a smaller `element_size`",
-        place = near(point), other = near(other), distance = exact(*distance), least = exact(*least)
+        place = near(point), other = near(other), distance = plain(*distance), least = plain(*least)
     )]
     TooClose {
         /// One feature.
@@ -247,9 +243,9 @@ pub enum GeometryError {
     },
     /// A block that is too small for a cell.
     #[error(
-        "the block at {place} has an area of {area:e} m², {least:e} m² (a tenth of `element_size`, squared) is the least; \
+        "the block at {place} has an area of {area} m², {least} m² (a tenth of `element_size`, squared) is the least; \
          move the cracks around it, or take a smaller `element_size`",
-        place = near(point)
+        place = near(point), area = plain(*area), least = plain(*least)
     )]
     TinyBlock {
         /// Its centroid.

@@ -8,7 +8,7 @@ use super::arrangement::{Arrangement, Geometry};
 use super::geometry_error::{Feature, GeometryError};
 use super::plane_geometry::{Point, between, distance, orientation};
 use super::quality::{LEAST_ANGLE, Quality};
-use super::size::SizeField;
+use super::size::{COARSENING, SizeField};
 use super::triangulation::{MOST_CELLS, Triangulation};
 
 /// Blocks smaller than the square of this many element sizes are refused.
@@ -263,13 +263,13 @@ struct Numbering<'a> {
 }
 
 impl<'a> Numbering<'a> {
-    /// Numbers blocks, within them triangles in rows of the element size, and nodes in the order of their first use.
+    /// Numbers blocks, within them triangles in rows as high as their edges are long, and nodes in the order of their first use.
     fn new(topology: &'a Topology, element_size: f64) -> Self {
         let count = topology.block_of.len();
         let shared = topology.shared_corners();
         let row = |triangle: usize| {
             let [a, b, c] = topology.corners(triangle);
-            let y = (a[1] + b[1] + c[1]) / (3.0 * 2.6 * element_size);
+            let y = (a[1] + b[1] + c[1]) / (3.0 * COARSENING * element_size);
             (topology.block_of[triangle], y.floor() as i64, a[0] + b[0] + c[0])
         };
         let mut order: Vec<_> = (0..count).map(|triangle| (row(triangle), triangle)).collect();

@@ -3,7 +3,7 @@
 use super::plane_geometry::{Point, distance, orientation, smallest_angle};
 
 /// Least angle of a triangle, degrees.
-pub const LEAST_ANGLE: f64 = 4.0;
+pub const LEAST_ANGLE: f64 = 5.0;
 
 /// Extremes over the triangles of all cells, each with the centroid of the triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,14 +33,13 @@ impl Quality {
                 let longest = distance(a, b).max(distance(b, c)).max(distance(c, a));
                 let altitude = orientation(a, b, c) / longest;
                 let angle = smallest_angle(corners).to_degrees();
-                // Written so that not-a-number counts as worst.
-                if !(angle >= quality.smallest_angle.0) {
+                if angle < quality.smallest_angle.0 || angle.is_nan() {
                     quality.smallest_angle = (angle, place);
                 }
-                if !(altitude >= quality.smallest_altitude.0) {
+                if altitude < quality.smallest_altitude.0 || altitude.is_nan() {
                     quality.smallest_altitude = (altitude, place);
                 }
-                if !(longest / altitude <= quality.largest_ratio.0) {
+                if longest / altitude > quality.largest_ratio.0 {
                     quality.largest_ratio = (longest / altitude, place);
                 }
             }

@@ -13,19 +13,19 @@ use super::size::SizeField;
 /// Smallest angle aimed at, degrees; the theory of refinement promises 20.7° to 26°, practice gives 30°.
 const LEAST_ANGLE: f64 = 28.0;
 /// Largest circumradius of a triangle in wanted edge lengths (1/√3 in an equilateral one; refinement halves what is above).
-const LARGEST_RADIUS: f64 = 0.74;
+const LARGEST_RADIUS: f64 = 0.85;
 /// Edges of the arrangement that meet at less than this angle are split at equal distances from where they meet, degrees.
 const ACUTE: f64 = 75.0;
 /// Segments shorter than this share of the wanted length are not split.
 const SHORTEST: f64 = 1.0 / 8.0;
 /// Least distance of the first inner points from edges, in wanted lengths.
-const FREE_MARGIN: f64 = 0.6;
+const FREE_MARGIN: f64 = 0.7;
 /// Faces passed on the way to a new point.
 const LONGEST_WALK: usize = 1000;
 /// Largest number of cells.
 pub const MOST_CELLS: f64 = 1e6;
 /// Sweeps of smoothing, each followed by a new triangulation of the moved points.
-const SWEEPS: usize = 4;
+const SWEEPS: usize = 6;
 
 type Cdt = ConstrainedDelaunayTriangulation<Point2<f64>>;
 type Face = FixedFaceHandle<InnerTag>;
@@ -124,8 +124,8 @@ impl Triangulation {
                 let weight = orientation(corners[0], corners[1], corners[2]);
                 let centre = circumcentre(corners);
                 sum = [sum[0] + weight * centre[0], sum[1] + weight * centre[1], sum[2] + weight];
-                for (&j, p) in self.triangles[triangle].iter().zip(corners).filter(|(j, _)| **j != i) {
-                    let _ = j;
+                for j in self.triangles[triangle].into_iter().filter(|&j| j != i) {
+                    let p = self.points[j];
                     neighbours = [neighbours[0] + p[0], neighbours[1] + p[1], neighbours[2] + 1.0];
                 }
             }
@@ -205,8 +205,8 @@ fn lattice(arrangement: &Arrangement, size: &SizeField) -> Vec<Point> {
     for row in 1..=rows {
         for column in 0..=columns {
             let point = [left + edge * (column as f64 + 0.5 * (row % 2) as f64), rise * row as f64];
-            let away = |edge_: &Edge| {
-                distance(nearest(arrangement.segment(edge_), point), point) > FREE_MARGIN * edge
+            let away = |other: &Edge| {
+                distance(nearest(arrangement.segment(other), point), point) > FREE_MARGIN * edge
             };
             if size.at(point) > 0.95 * edge
                 && arrangement.edges.iter().all(away)
