@@ -14,8 +14,6 @@ mod quality;
 mod size;
 #[allow(dead_code)]
 mod triangulation;
-#[cfg(test)]
-mod unstructured_tests;
 
 use crate::block::Block;
 use crate::section::{ELEVATION_TOLERANCE, Section};
