@@ -14,8 +14,6 @@ mod quality;
 mod size;
 #[allow(dead_code)]
 mod triangulation;
-#[cfg(test)]
-mod unstructured_tests;
 
 use std::ops::Range;
 
