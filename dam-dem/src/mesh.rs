@@ -1,18 +1,11 @@
 //! Mesh of a section: quadrilateral cells with four triangles each, in rows where blocks are stacked, from a triangulation otherwise.
 
-#[allow(dead_code)]
 mod arrangement;
-#[allow(dead_code)]
 mod geometry_error;
-#[allow(dead_code)]
 mod plane_geometry;
-#[allow(dead_code)]
 mod quadrilaterals;
-#[allow(dead_code)]
 mod quality;
-#[allow(dead_code)]
 mod size;
-#[allow(dead_code)]
 mod triangulation;
 
 use std::ops::Range;
@@ -128,20 +121,9 @@ impl Mesh {
     ///
     /// **Errors**: [`GeometryError`].
     pub fn of_section(geometry: &Geometry) -> Result<Self, GeometryError> {
-        let (meshed, _) = quadrilaterals::mesh(geometry)?;
-        let block = |block: quadrilaterals::BlockRange| Block { nodes: block.nodes, cells: block.cells };
-        let mut mesh = Self {
-            nodes: meshed.nodes,
-            cells: meshed.cells,
-            blocks: meshed.blocks.into_iter().map(block).collect(),
-            seams: Vec::new(),
-            upstream: meshed.upstream,
-            downstream: meshed.downstream,
-            base: meshed.base,
-            ground: meshed.ground,
-        };
-        for quadrilaterals::Seam { crack, below, above, lower, upper } in meshed.seams {
-            mesh.add_without_kinks(Seam { crack, below, above, lower, upper });
+        let (mut mesh, _) = quadrilaterals::mesh(geometry)?;
+        for seam in std::mem::take(&mut mesh.seams) {
+            mesh.add_without_kinks(seam);
         }
         Ok(mesh)
     }

@@ -2,7 +2,6 @@
 
 use std::cmp::Ordering;
 use std::collections::HashMap;
-use std::ops::Range;
 
 use super::arrangement::{Arrangement, Geometry};
 use super::geometry_error::{Feature, GeometryError};
@@ -10,57 +9,11 @@ use super::plane_geometry::{Point, between, distance, orientation};
 use super::quality::{LEAST_ANGLE, Quality};
 use super::size::{COARSENING, SizeField};
 use super::triangulation::{MOST_CELLS, Triangulation};
+use super::{Mesh, Seam};
+use crate::block::Block;
 
 /// Blocks smaller than the square of this many element sizes are refused.
 const LEAST_BLOCK: f64 = 0.1;
-
-/// Nodes and cells of a block.
-#[derive(Clone, Debug, PartialEq)]
-pub struct BlockRange {
-    /// Its nodes.
-    pub nodes: Range<usize>,
-    /// Its cells.
-    pub cells: Range<usize>,
-}
-
-/// Part of a crack between two bodies: chains of nodes that lie opposite each other.
-///
-/// Both run from upstream to downstream or, on a vertical crack, from bottom to top. On a crack that covers the whole base
-/// the chain of the ground is longer: it goes on for one element size beyond heel and toe.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Seam {
-    /// Index of the crack.
-    pub crack: usize,
-    /// The body to the right of the chains' direction: a block or, as number `blocks.len()`, the ground.
-    pub below: usize,
-    /// The body to the left.
-    pub above: usize,
-    /// Nodes of the body below.
-    pub lower: Vec<usize>,
-    /// Nodes of the body above.
-    pub upper: Vec<usize>,
-}
-
-/// A meshed section. Blocks are in the order of their lowest points, of the leftmost ones among these, of their centroids.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Meshed {
-    /// Unloaded positions, m.
-    pub nodes: Vec<Point>,
-    /// Four corners, counter-clockwise, and the centre of each cell.
-    pub cells: Vec<[usize; 5]>,
-    /// The blocks; those of nodes and cells follow one another.
-    pub blocks: Vec<BlockRange>,
-    /// What lies between blocks, by crack and along it.
-    pub seams: Vec<Seam>,
-    /// Nodes of the upstream side from base to crest; doubled where a crack ends.
-    pub upstream: Vec<usize>,
-    /// The same of the downstream side.
-    pub downstream: Vec<usize>,
-    /// Nodes that the ground holds, from heel to toe.
-    pub base: Vec<usize>,
-    /// Nodes of the ground under cracks along the base.
-    pub ground: Range<usize>,
-}
 
 /// Meshes a cracked section: arrangement, triangulation, quadrilaterals.
 ///
@@ -68,7 +21,7 @@ pub struct Meshed {
 /// and each triangle into three quadrilateral cells. Near narrow places, and cracks with a size of their own, cells are smaller.
 ///
 /// **Errors**: all of [`GeometryError`].
-pub fn mesh(geometry: &Geometry) -> Result<(Meshed, Quality), GeometryError> {
+pub fn mesh(geometry: &Geometry) -> Result<(Mesh, Quality), GeometryError> {
     let arrangement = Arrangement::new(geometry)?;
     let cells = arrangement.area() / geometry.element_size.powi(2);
     if cells > MOST_CELLS {
@@ -76,7 +29,7 @@ pub fn mesh(geometry: &Geometry) -> Result<(Meshed, Quality), GeometryError> {
     }
     let size = SizeField::new(&arrangement, geometry);
     let triangulation = Triangulation::new(&arrangement, &size)?;
-    let meshed = Meshed::new(&arrangement, &triangulation, geometry.element_size)?;
+    let meshed = Mesh::of_triangles(&arrangement, &triangulation, geometry.element_size)?;
     if meshed.cells.len() as f64 > MOST_CELLS {
         return Err(GeometryError::TooManyCells { cells: meshed.cells.len() as f64, most: MOST_CELLS });
     }
@@ -222,8 +175,8 @@ fn by_height(a: &Point, b: &Point) -> Ordering {
     a[1].total_cmp(&b[1]).then(a[0].total_cmp(&b[0]))
 }
 
-impl Meshed {
-    fn new(
+impl Mesh {
+    fn of_triangles(
         arrangement: &Arrangement,
         triangulation: &Triangulation,
         element_size: f64,
@@ -254,7 +207,7 @@ struct Numbering<'a> {
     topology: &'a Topology<'a>,
     nodes: Vec<Point>,
     cells: Vec<[usize; 5]>,
-    blocks: Vec<BlockRange>,
+    blocks: Vec<Block>,
     /// Nodes at the corners and in the middle of the sides of each triangle.
     corner_nodes: Vec<[usize; 3]>,
     middle_nodes: Vec<[usize; 3]>,
@@ -289,7 +242,7 @@ impl<'a> Numbering<'a> {
         for ((block, _, _), triangle) in order {
             if block == this.blocks.len() {
                 let (node, cell) = (this.nodes.len(), this.cells.len());
-                this.blocks.push(BlockRange { nodes: node..node, cells: cell..cell });
+                this.blocks.push(Block { nodes: node..node, cells: cell..cell });
             }
             this.add_triangle(triangle, &shared, &mut node_of_root);
             this.blocks[block].nodes.end = this.nodes.len();
@@ -459,7 +412,7 @@ mod tests {
     use super::super::arrangement::Geometry;
     use super::super::geometry_error::{Feature, GeometryError};
     use super::super::plane_geometry::{Point, area, distance, orientation};
-    use super::super::quadrilaterals::{Meshed, mesh};
+    use super::super::quadrilaterals::{Mesh, mesh};
     use super::super::quality::Quality;
 
     /// A section that owns its points.
@@ -507,7 +460,7 @@ mod tests {
             self
         }
 
-        fn meshed(&self) -> Result<(Meshed, Quality), GeometryError> {
+        fn meshed(&self) -> Result<(Mesh, Quality), GeometryError> {
             mesh(&Geometry {
                 upstream: &self.upstream,
                 downstream: &self.downstream,
@@ -527,13 +480,13 @@ mod tests {
         }
 
         /// The mesh after a check of everything that holds for any mesh.
-        fn checked(&self) -> Result<(Meshed, Quality), GeometryError> {
+        fn checked(&self) -> Result<(Mesh, Quality), GeometryError> {
             let (meshed, quality) = self.meshed()?;
             self.check(&meshed, &quality);
             Ok((meshed, quality))
         }
 
-        fn check(&self, mesh: &Meshed, quality: &Quality) {
+        fn check(&self, mesh: &Mesh, quality: &Quality) {
             let (mut node, mut cell, mut total) = (0, 0, 0.0);
             let mut used = vec![false; mesh.nodes.len()];
             let mut sides: HashMap<[usize; 2], usize> = HashMap::new();
@@ -615,11 +568,11 @@ mod tests {
         }
     }
 
-    fn bodies(mesh: &Meshed) -> Vec<(usize, usize, usize)> {
+    fn bodies(mesh: &Mesh) -> Vec<(usize, usize, usize)> {
         mesh.seams.iter().map(|seam| (seam.crack, seam.below, seam.above)).collect()
     }
 
-    fn report(name: &str, dam: &Dam, (mesh, quality): &(Meshed, Quality)) {
+    fn report(name: &str, dam: &Dam, (mesh, quality): &(Mesh, Quality)) {
         println!(
             "{name}: {} cells ({:.2} × area / size²), {} blocks, least angle {:.1}°, least altitude {:.3} sizes, ratio {:.1}",
             mesh.cells.len(),
