@@ -133,7 +133,7 @@ fn blocks_that_collide_keep_their_momentum() {
         let sum = below + first + second;
         assert!((sum - whole).abs() < 1e-12 * whole, "{below} + {first} + {second} of {whole}");
         assert!(first > 0.8 * whole && second < 0.2 * whole, "{first}, {second} of {whole}");
-        assert!(motion.meetings.is_empty(), "they have parted");
+        assert_eq!(structure.meeting_place(&motion), None, "they have parted");
         ((before - energy(&structure, &motion) - work.friction - work.damping) / before).abs()
     });
     println!("balance errors {balances:?}");

@@ -69,8 +69,13 @@ impl DynamicRelaxation {
         let mut before = residual.clone();
         let mut damping = 0.0;
         let (mut iterations, mut relative) = (0, norm(&residual) / scale);
-        // not a number is no state of rest either
-        while iterations < self.max_iterations && relative <= RUNAWAY {
+        let extent = structure.mesh.nodes.as_flattened().iter().fold(0.0f64, |far, x| far.max(x.abs()));
+        let is_away = |motion: &Motion| motion.displacement.as_flattened().iter().any(|u| u.abs() > extent);
+        // not a number is no state of rest either, nor is a block that has slid away
+        while iterations < self.max_iterations
+            && relative <= RUNAWAY
+            && !(iterations % 100 == 99 && is_away(motion))
+        {
             if relative <= self.tolerance {
                 motion.velocity.fill([0.0; 2]);
                 return Ok(Relaxed { iterations, residual: relative });
