@@ -509,7 +509,7 @@ fn a_byte_order_mark_and_quoted_keys_are_no_mistakes() -> Result<(), orchestrato
     let text = text.replace("material]", "material\"]");
     let loaded = desk.read(text, &["dam.\"element_size\"=4", "'dam' . cracks.0.elevation = 60"])?;
     let dam = loaded.scene.dam.expect("a dam");
-    assert_eq!((dam.element_size, dam.cracks[0].elevation, dam.material.density), (4.0, 60.0, 2640.0));
+    assert_eq!((dam.element_size, dam.cracks[0].elevation, dam.material.density), (4.0, Some(60.0), 2640.0));
     Ok(())
 }
 
