@@ -19,7 +19,9 @@ use crate::{CrackParameters, DamError, DamParameters, Damping, Fidelity};
 /// `tests/flutter.rs`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Flutter {
-    /// Elevation of the crack, m.
+    /// Index of the crack, from the base up.
+    pub crack: usize,
+    /// Mean elevation of the crack, m.
     pub elevation: f64,
     /// Whether the blocks slide downstream; otherwise upstream.
     pub downstream: bool,
@@ -71,7 +73,8 @@ impl DamParameters {
                     eigenvalues.iter().filter(|z| z.im > STEADY * largest && z.im < HIGHEST_REPRESENTED);
                 if let Some(fastest) = vibrations.max_by(|a, b| a.re.total_cmp(&b.re)) {
                     let (frequency, growth) = (fastest.im, fastest.re);
-                    found.push(Flutter { elevation: crack.line.elevation(), downstream, frequency, growth });
+                    let elevation = crack.line.elevation();
+                    found.push(Flutter { crack: index, elevation, downstream, frequency, growth });
                 }
             }
         }

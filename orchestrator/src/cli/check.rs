@@ -10,7 +10,7 @@ use orchestrator::participant::{
     self_test,
 };
 use orchestrator::registry::{self, Flutter, LimitEquilibrium, RegistryError};
-use orchestrator::scene::{Scene, SceneError, SceneWarning, Side, Source};
+use orchestrator::scene::{CrackScene, Scene, SceneError, SceneWarning, Side, Source};
 use orchestrator::scheme::{CouplingError, UnitId, check_points};
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -138,17 +138,18 @@ fn examine(path: &Path, overrides: &[String]) -> Result<(), CheckError> {
         say(format!("  natural frequencies of the dam, intact and empty: {} rad/s", frequencies.join(", ")));
     }
     say(format!("  {}", estimate::of(&loaded, &mut *dam, &inputs, threads(None))?));
-    for LimitEquilibrium { elevation, sliding, overturning, .. } in registry::limit_equilibria(&loaded.scene)?
-    {
+    let cracks = scene.dam.as_ref().map_or(&[][..], |dam| &dam.cracks);
+    for LimitEquilibrium { crack, sliding, overturning, .. } in registry::limit_equilibria(scene)? {
         say(format!(
-            "  factor of safety of the crack at {elevation} m before the ground moves: sliding {sliding:.2}, overturning \
-             {overturning:.2}"
+            "  factor of safety of {} before the ground moves: sliding {sliding:.2}, overturning {overturning:.2}",
+            cracks[crack].phrase()
         ));
     }
-    for (vibration, cures) in registry::flutter(&loaded.scene)? {
-        say(format!("  {}", describe(&vibration)));
+    for (vibration, cures) in registry::flutter(scene)? {
+        let described = describe(&vibration, &cracks[vibration.crack]);
+        say(format!("  {described}"));
         if vibration.growth > 0.0 {
-            complain(format!("WARNING: {}{}", describe(&vibration), advise(&cures)));
+            complain(format!("WARNING: {described}{}", advise(&cures)));
         }
     }
     Ok(())
@@ -261,10 +262,11 @@ fn strength(motion: &GroundMotion) -> String {
     )
 }
 
-fn describe(vibration: &Flutter) -> String {
-    let Flutter { elevation, downstream, frequency, growth } = *vibration;
+fn describe(vibration: &Flutter, crack: &CrackScene) -> String {
+    let Flutter { downstream, frequency, growth, .. } = *vibration;
+    let above = if crack.name.is_some() { crack.phrase() } else { crack.label() };
     format!(
-        "while the block above {elevation} m slides {}: vibration at {:.1} Hz {} by {:.3} 1/s",
+        "while the block above {above} slides {}: vibration at {:.1} Hz {} by {:.3} 1/s",
         if downstream { "downstream" } else { "upstream" },
         frequency / TAU,
         if growth > 0.0 { "grows" } else { "decays" },

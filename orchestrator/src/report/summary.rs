@@ -1,6 +1,6 @@
 use crate::ground_motion::STANDARD_GRAVITY;
 use crate::observer::{AVERAGED, Ending, Histories, LastSecond, STILL_MOVES, STILL_SLIDES, Status, WallTime};
-use crate::scene::{DamFidelityScene, LoadedScene, REST, Side, Warning};
+use crate::scene::{CrackScene, DamFidelityScene, LoadedScene, REST, Side, Warning};
 use serde::Serialize;
 use std::fmt;
 
@@ -75,10 +75,7 @@ impl Summary {
         table.extremes("dam.crest_displacement.x");
         let cracks = loaded.scene.dam.as_ref().map_or(&[][..], |d| &d.cracks);
         for (crack, parameters) in cracks.iter().enumerate() {
-            let several = cracks.len() > 1;
-            let of = |what: &str| {
-                if several { format!("{what}, {}", parameters.label()) } else { what.to_owned() }
-            };
+            let of = |what: &str| of_crack(what, parameters, cracks);
             let column = |name: &str| format!("dam.crack_{name}.{crack}");
             table.peak(&of("peak sliding"), &column("sliding"), 1e3, "mm");
             table.residual(&of("residual sliding"), &column("sliding"), loaded);
@@ -92,9 +89,8 @@ impl Summary {
         let fidelity = loaded.scene.dam.as_ref().map(|dam| dam.fidelity);
         if fidelity != Some(DamFidelityScene::Intact) {
             for (crack, parameters) in cracks.iter().enumerate() {
-                let at = if cracks.len() > 1 { format!(", {}", parameters.label()) } else { String::new() };
-                let column = format!("dam.crack_shear_utilisation.{crack}");
-                table.peak(&format!("largest share of the shear strength in use{at}"), &column, 1.0, "1");
+                let name = of_crack("largest share of the shear strength in use", parameters, cracks);
+                table.peak(&name, &format!("dam.crack_shear_utilisation.{crack}"), 1.0, "1");
             }
         }
         table.base();
@@ -192,6 +188,15 @@ impl Summary {
     /// The value of the quantity `name`.
     pub fn value(&self, name: &str) -> Option<f64> {
         self.quantities.iter().find(|q| q.name == name).map(|q| q.value)
+    }
+}
+
+/// The name of a quantity of one of the `cracks`: with the crack's where it has one, or where there are others.
+fn of_crack(what: &str, crack: &CrackScene, cracks: &[CrackScene]) -> String {
+    if cracks.len() > 1 || crack.name.is_some() {
+        format!("{what}, {}", crack.label())
+    } else {
+        what.to_owned()
     }
 }
 
@@ -383,11 +388,12 @@ impl fmt::Display for Summary {
         for note in &self.notes {
             writeln!(f, "{note}")?;
         }
+        let width = self.quantities.iter().map(|q| q.name.chars().count()).fold(52, usize::max);
         for Quantity { name, value, unit, time, place } in &self.quantities {
             let unit = if *unit == "1" { "" } else { unit };
             let time = time.map_or_else(String::new, |t| format!("  at {t:.3} s"));
             let place = place.map_or_else(String::new, |[x, y]| format!(", x = {x} m, y = {y} m"));
-            writeln!(f, "{name:<52} {:>10} {unit:<4}{time}{place}", significant(*value))?;
+            writeln!(f, "{name:<width$} {:>10} {unit:<4}{time}{place}", significant(*value))?;
         }
         Ok(())
     }

@@ -280,6 +280,14 @@ impl CrackScene {
             None => format!("{} m", (self.mean_elevation() * 1e3).round() / 1e3),
         }
     }
+
+    /// What a sentence calls it: `the crack at 66.5 m`, or `the crack "neck"`.
+    pub fn phrase(&self) -> String {
+        match &self.name {
+            Some(name) => format!("the crack \"{name}\""),
+            None => format!("the crack at {}", self.label()),
+        }
+    }
 }
 
 /// Where the contacts along a crack are.

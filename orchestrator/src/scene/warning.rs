@@ -149,16 +149,16 @@ pub enum Warning {
     UndampedCrack,
     /// Water that enters no crack.
     #[error(
-        "the crack at {elevation} m lies {below} m under water, which enters no crack here: its uplift, {uplift:.2} MN/m if the \
+        "{crack} lies {below} m under water, which enters no crack here: its uplift, {uplift:.2} MN/m if the \
          pressure falls evenly to {} downstream, is not modelled, and the block would slide further with it; a smaller \
          `friction_coefficient` can stand for it",
         if *downstream > 0.0 { "that of the tailwater" } else { "none" },
         below = plain(*below), uplift = 1e-6 * uplift
     )]
     NoUplift {
-        /// Elevation of the lowest crack, m.
-        elevation: f64,
-        /// Its depth there, m.
+        /// What the lowest crack is called.
+        crack: String,
+        /// Depth of its mean elevation, m.
         below: f64,
         /// Mean of the pressures at both ends × length of the crack, N/m.
         uplift: f64,
@@ -305,7 +305,9 @@ pub fn doubts(scene: &Scene, motion: &GroundMotion) -> Vec<Doubt> {
 
 /// Cracks that water would enter.
 fn dry_cracks(scene: &Scene, dam: &DamScene) -> Option<Doubt> {
-    let lowest = dam.cracks.iter().map(CrackScene::mean_elevation).min_by(f64::total_cmp)?;
+    let by_elevation = |a: &&CrackScene, b: &&CrackScene| a.mean_elevation().total_cmp(&b.mean_elevation());
+    let crack = dam.cracks.iter().min_by(by_elevation)?;
+    let lowest = crack.mean_elevation();
     let water = |side| scene.water(side).filter(|water| water.fidelity != FidelityScene::Empty);
     let pressure = |side| {
         let (water, below) = (water(side)?, scene.depth_of(side) - lowest);
@@ -316,7 +318,7 @@ fn dry_cracks(scene: &Scene, dam: &DamScene) -> Option<Doubt> {
     let (upstream, downstream) = (upstream?, downstream.unwrap_or(0.0));
     let length = x_at(&dam.section.downstream, lowest)? - x_at(&dam.section.upstream, lowest)?;
     let uplift = 0.5 * (upstream + downstream) * length;
-    Some(("dam.cracks".to_owned(), Warning::NoUplift { elevation: lowest, below, uplift, downstream }))
+    Some(("dam.cracks".to_owned(), Warning::NoUplift { crack: crack.phrase(), below, uplift, downstream }))
 }
 
 /// Where a side of the section, from the base up, has the elevation `y`.
