@@ -17,6 +17,7 @@ mod frames;
 mod joint_laws;
 mod limit_equilibrium;
 mod linear_reference;
+mod natural_modes;
 mod newmark_1965;
 mod outputs;
 mod parameters;
