@@ -148,7 +148,7 @@ fn the_mesh_is_the_one_that_is_computed() {
     let folder = folder();
     let mut fmu = pack(folder.path(), "dam", &[]);
     let parameters = contents::<Dam>(&mut fmu, folder.path()).parameters;
-    let Mesh { nodes, cells, .. } = parameters.mesh();
+    let Mesh { nodes, cells, .. } = parameters.mesh().expect("a mesh");
     let table = |text: String| -> Vec<Vec<f64>> {
         let row = |line: &str| line.split(',').map(|value| value.parse().expect("a number")).collect();
         text.lines().skip(1).map(row).collect()

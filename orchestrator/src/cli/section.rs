@@ -26,8 +26,9 @@ const TOP: f64 = 46.0;
 const BELOW: f64 = 52.0;
 /// Width of the legend, and height of its lines.
 const LEGEND: [f64; 2] = [300.0, 20.0];
-/// Longest text in the legend, characters.
+/// Longest text in the legend, characters, and about the width of one.
 const LONGEST: usize = 44;
+const LETTER: f64 = 7.0;
 /// Most elements whose edges are drawn; more would be black.
 const MOST_EDGED: usize = 40_000;
 
@@ -66,7 +67,7 @@ pub fn picture(scene: &Scene) -> Result<String, RegistryError> {
     let section = Section::of(scene)?;
     let [[x0, y0], [x1, y1]] = section.bounds;
     let scale = (SIZE[0] / (x1 - x0)).min(SIZE[1] / (y1 - y0));
-    let canvas = Canvas { origin: [x0, y1], scale };
+    let canvas = Canvas { origin: [x0, y1], right: x1, scale };
     let [width, height] = [x1 - x0, y1 - y0].map(|length| scale * length);
     let mut legend = Vec::new();
     let drawn = section.draw(scene, &canvas, &mut legend);
@@ -193,7 +194,11 @@ impl Section {
                     px(1.5),
                     points(&self.outline)
                 );
-                legend.push(Explained { sample: block(fill), text: text.to_owned() });
+                let sample = match &scene.dam {
+                    Some(_) => block(fill),
+                    None => format!("<path d=\"M0 6h26\" stroke=\"{INK}\" stroke-width=\"1.5\"/>"),
+                };
+                legend.push(Explained { sample, text: text.to_owned() });
             }
         }
         for (own, fill) in [(false, POINTS), (true, "none")] {
@@ -214,10 +219,10 @@ impl Section {
                 );
             }
             if !wet.is_empty() {
-                let whose = if own { "of the water's own" } else { "of the dam" };
+                let whose = if own { "water" } else { "dam" };
                 legend.push(Explained {
                     sample: format!("<circle {} cx=\"13\" cy=\"6\" r=\"{radius}\"/>", style(0.8)),
-                    text: format!("{} wet points {whose}", wet.len()),
+                    text: format!("{} wet points of the {whose}", wet.len()),
                 });
             }
         }
@@ -310,20 +315,21 @@ fn cracks(
             end = chain.into_iter().chain(end).max_by(|a, b| a[0].total_cmp(&b[0]));
         }
         shapes.push_str("</g>\n");
-        ends.extend(end.map(|end| (canvas.place(end), colour, label.clone())));
+        ends.extend(end.map(|end| (canvas.place(end), label.clone())));
         let sample = format!("<line x1=\"0\" y1=\"6\" x2=\"26\" y2=\"6\" {}/>", dash(2.6));
-        legend.push(Explained { sample, text: format!("crack {label}") });
+        legend.push(Explained { sample, text: format!("crack: {label}") });
     }
+    let [right, _] = canvas.place([canvas.right, 0.0]);
     // From below upwards, apart by a line.
-    ends.sort_by(|a, b| b.0[1].total_cmp(&a.0[1]));
+    ends.sort_by(|(a, _), (b, _)| b[1].total_cmp(&a[1]));
     let mut free = f64::INFINITY;
-    for ([x, y], colour, label) in ends {
+    for ([x, y], label) in ends {
+        let x = (x + 6.0).min(right - LETTER * label.chars().count() as f64).max(LEFT);
         let y = (y - 4.0).min(free);
         free = y - 14.0;
         let _ = writeln!(
             labels,
-            "<text class=\"name\" x=\"{:.2}\" y=\"{y:.2}\" fill=\"{colour}\" font-weight=\"bold\">{}</text>",
-            x + 6.0,
+            "<text class=\"name\" x=\"{x:.2}\" y=\"{y:.2}\" stroke=\"#ffffff\" stroke-width=\"3\" paint-order=\"stroke\">{}</text>",
             escape(&label)
         );
     }
@@ -366,6 +372,8 @@ fn points(of: &[Point]) -> String {
 struct Canvas {
     /// What lies in the upper left corner of the frame, m.
     origin: Point,
+    /// Its right edge, m.
+    right: f64,
     /// Pixels a metre.
     scale: f64,
 }
