@@ -1,6 +1,8 @@
 use interface::number::exact;
 use interface::{CallError, StateError, WetFaceError};
 
+use crate::GeometryError;
+
 /// What can go wrong in the dam.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DamError {
@@ -16,51 +18,9 @@ pub enum DamError {
         /// What the parameter must be.
         requirement: &'static str,
     },
-    /// A side of the section has fewer than two points.
-    #[error("the {side} side of the section has {found} points; give two or more, from base to crest")]
-    SideTooShort {
-        /// `upstream` or `downstream`.
-        side: &'static str,
-        /// Number of points.
-        found: usize,
-    },
-    /// A point of a side is not finite, or not above the one before it.
-    #[error(
-        "point {index} of the {side} side, ({x}, {y}), is out of order: each point must lie above the one before it, the first \
-         at y = 0, and be finite; list the points from base to crest",
-        x = exact(*x), y = exact(*y)
-    )]
-    SideNotAscending {
-        /// `upstream` or `downstream`.
-        side: &'static str,
-        /// Index of the point, from 0.
-        index: usize,
-        /// x, m.
-        x: f64,
-        /// y, m.
-        y: f64,
-    },
-    /// The upstream side does not start at the origin.
-    #[error("the upstream side starts at ({x}, {y}); the heel must be the origin, so shift the section",
-        x = exact(*x), y = exact(*y)
-    )]
-    HeelNotAtOrigin {
-        /// x, m.
-        x: f64,
-        /// y, m.
-        y: f64,
-    },
-    /// The two sides do not end at the same elevation.
-    #[error(
-        "the upstream side ends at y = {upstream} m and the downstream side at {downstream} m; the crest must be level",
-        upstream = exact(*upstream), downstream = exact(*downstream)
-    )]
-    SidesNotLevel {
-        /// Elevation of the upstream end, m.
-        upstream: f64,
-        /// Elevation of the downstream end, m.
-        downstream: f64,
-    },
+    /// A section, or cracks in it, that cannot be meshed.
+    #[error(transparent)]
+    Geometry(#[from] GeometryError),
     /// Elements larger than the dam.
     #[error(
         "`element_size` is {size} m, more than the dam's height of {crest} m; take a twentieth of that or less",
@@ -93,16 +53,6 @@ pub enum DamError {
         upper: f64,
         /// Least distance, m.
         least: f64,
-    },
-    /// The upstream side is not left of the downstream side.
-    #[error("the sides of the section meet or cross at y = {elevation} m, where its width is {width} m",
-        elevation = exact(*elevation), width = exact(*width)
-    )]
-    SidesCross {
-        /// Elevation, m.
-        elevation: f64,
-        /// Width of the section there, m.
-        width: f64,
     },
     /// A crack at or beyond the base or the crest.
     #[error(

@@ -86,7 +86,7 @@ pub use fidelity::Fidelity;
 pub use flutter::Flutter;
 pub use limit_equilibrium::LimitEquilibrium;
 pub use material::{Material, Plane};
-pub use mesh::{Mesh, Seam};
+pub use mesh::{Feature, Geometry, GeometryError, Mesh, Seam};
 pub use natural_modes::NaturalModes;
 pub use parameters::{CrackLine, CrackParameters, DamParameters, Kinematics};
 pub use recovery::StressRecovery;

@@ -166,6 +166,7 @@ mod tests {
         let section = crate::Section {
             upstream: vec![[0.0, 0.0], [4.0, 40.0], [4.0, 100.0]],
             downstream: vec![[70.0, 0.0], [20.0, 100.0]],
+            galleries: Vec::new(),
         };
         for (cracks, points) in [(vec![], 12), (vec![40.0], 12), (vec![70.0], 13)] {
             let mesh = Mesh::new(&section, &cracks, &[100.0], 10.0);

@@ -1,9 +1,20 @@
-//! Mapped mesh of a section: rows of quadrilateral cells with four triangles each.
+//! Mesh of a section: quadrilateral cells with four triangles each, in rows where blocks are stacked, from a triangulation otherwise.
+
+mod arrangement;
+mod geometry_error;
+mod plane_geometry;
+mod quadrilaterals;
+mod quality;
+mod size;
+mod triangulation;
 
 use std::ops::Range;
 
 use crate::block::Block;
 use crate::section::{ELEVATION_TOLERANCE, Section};
+
+pub use arrangement::Geometry;
+pub use geometry_error::{Feature, GeometryError};
 
 /// Nodes, cells and blocks.
 ///
@@ -57,6 +68,9 @@ pub struct Seam {
     pub upper: Vec<usize>,
 }
 
+/// Change of direction, rad, from which a seam ends and another begins.
+const KINK: f64 = 0.25;
+
 impl Mesh {
     /// Meshes `section`, cut at the elevations `cracks` (m, ascending). The sides of cells have a length of about
     /// `element_size` (m). There are row boundaries at all vertices, at the cracks, and at `levels` (m, any order).
@@ -101,6 +115,43 @@ impl Mesh {
             mesh = mesh.on_joint(0);
         }
         mesh
+    }
+
+    /// Meshes a section that is no stack of blocks.
+    ///
+    /// **Errors**: [`GeometryError`].
+    pub fn of_section(geometry: &Geometry) -> Result<Self, GeometryError> {
+        let (mut mesh, _) = quadrilaterals::mesh(geometry)?;
+        for seam in std::mem::take(&mut mesh.seams) {
+            mesh.add_without_kinks(seam);
+        }
+        Ok(mesh)
+    }
+
+    /// Adds a seam in parts that end at its kinks, so that each side of a corner has its own normal.
+    fn add_without_kinks(&mut self, seam: Seam) {
+        let place = |node: usize| self.nodes[node];
+        let is_kink = |chain: &[usize]| {
+            let [a, b, c] = [0, 1, 2].map(|i| place(chain[i]));
+            let (first, second) = ([b[0] - a[0], b[1] - a[1]], [c[0] - b[0], c[1] - b[1]]);
+            let cross = first[0] * second[1] - first[1] * second[0];
+            let dot = first[0] * second[0] + first[1] * second[1];
+            cross.atan2(dot).abs() > KINK
+        };
+        let mut ends = vec![0];
+        ends.extend(seam.upper.windows(3).zip(1..).filter(|(chain, _)| is_kink(chain)).map(|(_, at)| at));
+        ends.push(seam.upper.len() - 1);
+        // the ground goes on beyond the dam, on a straight line
+        let parts = ends.windows(2).map(|ends| match ends.len() {
+            _ if seam.lower.len() != seam.upper.len() => seam.clone(),
+            _ => Seam {
+                lower: seam.lower[ends[0]..=ends[1]].to_vec(),
+                upper: seam.upper[ends[0]..=ends[1]].to_vec(),
+                ..seam
+            },
+        });
+        let parts: Vec<Seam> = parts.collect();
+        self.seams.extend(parts);
     }
 
     /// Meshes `section` with `columns` columns. `rows` gives the elevations of the row boundaries of each
@@ -262,6 +313,7 @@ mod tests {
         let section = Section {
             upstream: vec![[0.0, 0.0], [0.0, 103.0]],
             downstream: vec![[70.0, 0.0], [19.25, 66.5], [14.8, 103.0]],
+            galleries: Vec::new(),
         };
         let mesh = Mesh::new(&section, &[40.0, 66.5], &[91.75], 5.0);
         assert_eq!(mesh.blocks.len(), 3);

@@ -6,7 +6,7 @@ use crate::contact::Integration;
 use crate::error::{DamError, Problem, require};
 use crate::loads::Wet;
 use crate::section::{ELEVATION_TOLERANCE, Section};
-use crate::{Damping, Fidelity, Material, Mesh, Seam};
+use crate::{Damping, Feature, Fidelity, Geometry, GeometryError, Material, Mesh, Seam};
 
 /// Everything a dam is made from. SI units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -95,6 +95,9 @@ pub struct CrackParameters {
     /// Slip, to and fro, after which nothing rises any more, m; `None` for never.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dilation_slip: Option<f64>,
+    /// Length of an element's side along it, m; `None` for that of the dam. Not for cracks between layers.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub element_size: Option<f64>,
     /// Where its contacts are.
     #[serde(default, skip_serializing_if = "is_default")]
     pub integration: Integration,
@@ -139,6 +142,7 @@ impl CrackParameters {
             tensile_strength: 0.0,
             dilation: 0.0,
             dilation_slip: None,
+            element_size: None,
             integration: Integration::Nodal,
             normal_stiffness,
             shear_stiffness,
@@ -198,8 +202,7 @@ impl DamParameters {
 
     /// Everything that is wrong and can be found without a mesh.
     pub fn problems(&self) -> Vec<Problem> {
-        let mut found = self.section.problems();
-        let section = found.is_empty();
+        let mut found = Vec::new();
         for (name, value, holds, requirement) in [
             ("element_size", self.element_size, self.element_size > 0.0, "positive"),
             ("gravity", self.gravity, self.gravity >= 0.0, "zero or positive"),
@@ -226,22 +229,79 @@ impl DamParameters {
         if self.fidelity != Fidelity::Dem && self.damping.local() > 0.0 {
             found.push(Problem::of(["damping.model", "fidelity"], DamError::LocalDampingOfModes));
         }
-        if section {
+        let sound = |found: &[Problem]| {
+            !found.iter().flat_map(|problem| &problem.keys).any(|key| key == "element_size")
+        };
+        if self.has_layers() {
             found.extend(self.levels());
+        } else if sound(&found) {
+            let of_mesh = self.of_mesh();
+            let meshed = of_mesh.is_empty();
+            found.extend(of_mesh);
+            if meshed {
+                found.extend(self.depths());
+            }
         }
         found
+    }
+
+    /// Whether blocks are stacked between horizontal cracks in a section that rows of cells can fill.
+    fn has_layers(&self) -> bool {
+        self.section.has_rows() && self.cracks.iter().all(|crack| matches!(crack.line, CrackLine::Level(_)))
+    }
+
+    /// What is wrong with the depths of the water.
+    fn depths(&self) -> Vec<Problem> {
+        let depths = [
+            ("water_depth", self.water_depth, "section.upstream", &self.section.upstream),
+            ("tailwater_depth", self.tailwater_depth, "section.downstream", &self.section.downstream),
+        ];
+        let problem = |(key, depth, section, side): (&str, f64, &str, &Vec<[f64; 2]>)| {
+            let crest = side.last().map_or(0.0, |point| point[1]);
+            let error = DamError::WaterDepth { depth, crest };
+            (!(depth >= 0.0 && depth <= crest)).then(|| Problem::of([key, section], error))
+        };
+        depths.into_iter().filter_map(problem).collect()
+    }
+
+    /// What the mesh of a section without layers shows.
+    fn of_mesh(&self) -> Vec<Problem> {
+        let wet = |mesh: Mesh| Ok(Wet::below(&mesh, self.water_levels()).map(|_| ())?);
+        match self.mesh().and_then(wet) {
+            Ok(()) => Vec::new(),
+            Err(DamError::Geometry(error)) => {
+                let mut keys: Vec<String> =
+                    error.features().into_iter().map(|feature| self.key_of(feature)).collect();
+                if keys.is_empty() || matches!(error, GeometryError::TooManyCells { .. }) {
+                    keys.push("element_size".to_owned());
+                }
+                vec![Problem { keys, error: error.into() }]
+            }
+            Err(error) => vec![Problem::of(["section", "water_depth"], error)],
+        }
+    }
+
+    /// The parameter of a part of the section.
+    fn key_of(&self, feature: Feature) -> String {
+        match feature {
+            Feature::Base | Feature::Crest => "section".to_owned(),
+            Feature::Upstream => "section.upstream".to_owned(),
+            Feature::Downstream => "section.downstream".to_owned(),
+            Feature::Gallery(index) => format!("section.galleries.{index}"),
+            Feature::Crack(index) => {
+                format!(
+                    "cracks.{index}.{}",
+                    self.cracks.get(index).map_or("polyline", |crack| crack.line.key())
+                )
+            }
+        }
     }
 
     /// What is wrong with elevations and sizes within a section that is right.
     fn levels(&self) -> Vec<Problem> {
         const SECTION: &str = "section.upstream";
-        let mut found = Vec::new();
+        let mut found = self.depths();
         let (crest, size) = (self.section.height(), self.element_size);
-        for (key, depth) in [("water_depth", self.water_depth), ("tailwater_depth", self.tailwater_depth)] {
-            if !(depth >= 0.0 && depth <= crest) {
-                found.push(Problem::of([key, SECTION], DamError::WaterDepth { depth, crest }));
-            }
-        }
         let margin = ELEVATION_TOLERANCE * crest;
         for (index, crack) in self.cracks.iter().enumerate() {
             let CrackLine::Level(elevation) = crack.line else { continue };
@@ -294,23 +354,76 @@ impl DamParameters {
     ///
     /// **Errors**: those of [`problems`](Self::problems) that only the mesh shows.
     pub fn mesh(&self) -> Result<Mesh, DamError> {
-        let mut elevations: Vec<f64> = self.cracks.iter().map(|crack| crack.line.elevation()).collect();
-        elevations.sort_by(f64::total_cmp);
-        let on_joint = elevations.first() == Some(&0.0);
-        let inside = &elevations[usize::from(on_joint)..];
-        Ok(Mesh::layered(&self.section, on_joint, inside, &self.water_levels(), self.element_size))
+        if self.has_layers() {
+            let mut elevations: Vec<f64> = self.cracks.iter().map(|crack| crack.line.elevation()).collect();
+            elevations.sort_by(f64::total_cmp);
+            let on_joint = elevations.first() == Some(&0.0);
+            let inside = &elevations[usize::from(on_joint)..];
+            return Ok(Mesh::layered(
+                &self.section,
+                on_joint,
+                inside,
+                &self.water_levels(),
+                self.element_size,
+            ));
+        }
+        let Section { upstream, downstream, galleries } = &self.section;
+        let lines: Vec<Vec<[f64; 2]>> = self.cracks.iter().map(|crack| self.points_of(&crack.line)).collect();
+        let sizes: Vec<Option<f64>> = self.cracks.iter().map(|crack| crack.element_size).collect();
+        let level = |depth: f64| if depth > 0.0 { vec![depth] } else { Vec::new() };
+        let mut mesh = Mesh::of_section(&Geometry {
+            upstream,
+            downstream,
+            galleries,
+            cracks: &lines,
+            upstream_levels: &level(self.water_depth),
+            downstream_levels: &level(self.tailwater_depth),
+            element_size: self.element_size,
+            crack_sizes: &sizes,
+        })?;
+        // cracks by their elevation
+        let order = self.cracks_from_the_base_up();
+        let mut places = vec![0; order.len()];
+        order.into_iter().enumerate().for_each(|(place, crack)| places[crack] = place);
+        mesh.seams.iter_mut().for_each(|seam| seam.crack = places[seam.crack]);
+        mesh.seams.sort_by_key(|seam| seam.crack);
+        Ok(mesh)
+    }
+
+    /// Indices of the cracks by their elevation.
+    pub fn cracks_from_the_base_up(&self) -> Vec<usize> {
+        let mut order: Vec<usize> = (0..self.cracks.len()).collect();
+        order.sort_by(|&a, &b| CrackParameters::from_the_base_up(&self.cracks[a], &self.cracks[b]));
+        order
+    }
+
+    /// Points of a crack, which may lie beyond the section.
+    fn points_of(&self, line: &CrackLine) -> Vec<[f64; 2]> {
+        match line {
+            CrackLine::Polyline(points) => points.clone(),
+            // along the base from heel to toe, and otherwise as far as there can be concrete
+            CrackLine::Level(0.0) => {
+                let ends = [&self.section.upstream, &self.section.downstream];
+                ends.into_iter().filter_map(|side| side.first().copied()).collect()
+            }
+            CrackLine::Level(elevation) => {
+                let x = self.section.upstream.iter().chain(&self.section.downstream).map(|point| point[0]);
+                let (first, last) =
+                    x.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+                vec![[first - 1.0, *elevation], [last + 1.0, *elevation]]
+            }
+        }
     }
 
     /// Number of contacts in all cracks on `mesh`.
     pub(crate) fn contact_count(&self, mesh: &Mesh) -> usize {
-        let mut cracks: Vec<&CrackParameters> = self.cracks.iter().collect();
-        cracks.sort_by(|a, b| CrackParameters::from_the_base_up(a, b));
+        let order = self.cracks_from_the_base_up();
         let of_side = |side: &[usize], integration| match integration {
             Integration::Nodal => side.len(),
             Integration::Gauss => 2 * (side.len() - 1),
         };
         let of_seam = |seam: &Seam| {
-            let integration = cracks[seam.crack].integration;
+            let integration = self.cracks[order[seam.crack]].integration;
             let below = if mesh.is_ground(seam.below) { 0 } else { of_side(&seam.lower, integration) };
             below + of_side(&seam.upper, integration)
         };

@@ -2,12 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{DamError, Problem};
-
 /// Elevations closer than this share of the height count as one.
 pub(crate) const ELEVATION_TOLERANCE: f64 = 1e-6;
 
-/// Outline of a cross-section by its two sides, each from base to crest.
+/// Outline of a cross-section by its two sides, each from base to crest. Base and crest are the straight lines between their ends.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Section {
@@ -15,17 +13,24 @@ pub struct Section {
     pub upstream: Vec<[f64; 2]>,
     /// Vertices of the downstream side, m.
     pub downstream: Vec<[f64; 2]>,
+    /// Outlines of holes, m.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub galleries: Vec<Vec<[f64; 2]>>,
 }
 
 impl Section {
     /// A rectangle with its heel at the origin.
     pub fn rectangle(width: f64, height: f64) -> Self {
-        Self { upstream: vec![[0.0, 0.0], [0.0, height]], downstream: vec![[width, 0.0], [width, height]] }
+        Self {
+            upstream: vec![[0.0, 0.0], [0.0, height]],
+            downstream: vec![[width, 0.0], [width, height]],
+            galleries: Vec::new(),
+        }
     }
 
-    /// Elevation of the crest, m.
+    /// Elevation of the highest point, m.
     pub fn height(&self) -> f64 {
-        self.upstream.last().map_or(0.0, |p| p[1])
+        self.vertex_elevations().fold(0.0, f64::max)
     }
 
     /// Area of the section, m².
@@ -33,7 +38,16 @@ impl Section {
         let below = |side: &[[f64; 2]]| -> f64 {
             side.windows(2).map(|s| (s[0][0] + s[1][0]) / 2.0 * (s[1][1] - s[0][1])).sum()
         };
-        below(&self.downstream) - below(&self.upstream)
+        let crest = match (self.downstream.last(), self.upstream.last()) {
+            (Some(&right), Some(&left)) => below(&[right, left]),
+            _ => 0.0,
+        };
+        let gallery = |gallery: &Vec<[f64; 2]>| {
+            let closing = [gallery[gallery.len() - 1], gallery[0]];
+            (below(gallery) + below(&closing)).abs()
+        };
+        let galleries: f64 = self.galleries.iter().filter(|gallery| !gallery.is_empty()).map(gallery).sum();
+        below(&self.downstream) - below(&self.upstream) + crest - galleries
     }
 
     /// x of both sides at elevation `y`, m.
@@ -46,43 +60,25 @@ impl Section {
         self.upstream.iter().chain(&self.downstream).map(|p| p[1])
     }
 
-    /// What is wrong: the sides must ascend from a level base to a level crest, begin at the heel and not cross.
-    pub(crate) fn problems(&self) -> Vec<Problem> {
-        let mut found = Vec::new();
-        for (side, points) in [("upstream", &self.upstream), ("downstream", &self.downstream)] {
-            let key = format!("section.{side}");
-            if points.len() < 2 {
-                found.push(Problem::of([&key], DamError::SideTooShort { side, found: points.len() }));
-            }
-            for (index, &[x, y]) in points.iter().enumerate() {
-                let follows = if index == 0 { y == 0.0 } else { y > points[index - 1][1] };
-                if !(x.is_finite() && y.is_finite() && follows) {
-                    found.push(Problem::of([&key], DamError::SideNotAscending { side, index, x, y }));
-                    break;
-                }
-            }
-        }
-        if !found.is_empty() {
-            return found;
-        }
-        let [x, y] = self.upstream[0];
-        if [x, y] != [0.0, 0.0] {
-            found.push(Problem::of(["section.upstream"], DamError::HeelNotAtOrigin { x, y }));
-        }
-        let (upstream, downstream) = (self.height(), self.downstream[self.downstream.len() - 1][1]);
-        if upstream != downstream {
-            found.push(Problem::of(["section"], DamError::SidesNotLevel { upstream, downstream }));
-        }
-        let width = |y: f64| {
-            let [left, right] = self.sides_at(y);
-            right - left
+    /// Whether rows of cells can fill it: both sides ascend from a level base to a level crest, begin at the heel and do not
+    /// cross, and there is no gallery.
+    pub(crate) fn has_rows(&self) -> bool {
+        let ascends = |side: &[[f64; 2]]| {
+            side.len() > 1
+                && side[0][1] == 0.0
+                && side.iter().flatten().all(|x| x.is_finite())
+                && side.windows(2).all(|pair| pair[0][1] < pair[1][1])
         };
-        let lowest = self.vertex_elevations().filter(|y| width(*y) <= 0.0).reduce(f64::min);
-        if let Some(elevation) = lowest {
-            let width = width(elevation);
-            found.push(Problem::of(["section"], DamError::SidesCross { elevation, width }));
-        }
-        found
+        let crest = |side: &[[f64; 2]]| side.last().map(|point| point[1]);
+        ascends(&self.upstream)
+            && ascends(&self.downstream)
+            && self.upstream[0] == [0.0, 0.0]
+            && crest(&self.upstream) == crest(&self.downstream)
+            && self.galleries.is_empty()
+            && self.vertex_elevations().all(|y| {
+                let [left, right] = self.sides_at(y);
+                right > left
+            })
     }
 }
 

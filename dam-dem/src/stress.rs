@@ -136,6 +136,7 @@ mod tests {
         let section = Section {
             upstream: vec![[0.0, 0.0], [0.0, 103.0]],
             downstream: vec![[70.0, 0.0], [19.25, 66.5], [14.8, 103.0]],
+            galleries: Vec::new(),
         };
         let mesh = Mesh::new(&section, &[66.5], &[], 10.0);
         let points = stress_points(&section, &mesh);

@@ -15,6 +15,7 @@ fn lift_joint() -> DamParameters {
     let section = Section {
         upstream: vec![[0.0, 0.0], [0.0, 40.0]],
         downstream: vec![[32.0, 0.0], [5.0, 34.0], [5.0, 40.0]],
+        galleries: Vec::new(),
     };
     let mut crack = support::crack_at(1.0);
     crack.friction_coefficient = 0.507;

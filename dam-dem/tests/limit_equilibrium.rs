@@ -12,6 +12,7 @@ fn triangle(friction: f64) -> DamParameters {
     let section = Section {
         upstream: vec![[0.0, 0.0], [0.0, 40.0]],
         downstream: vec![[28.0, 0.0], [0.28, 39.6], [0.28, 40.0]],
+        galleries: Vec::new(),
     };
     let mut crack = support::crack_at(10.0);
     crack.friction_coefficient = friction;

@@ -2,7 +2,10 @@
 
 use crate::support;
 
-use dam_dem::{CrackLine, CrackParameters, Dam, DamError, DamParameters, Damping, DampingFrequencies};
+use dam_dem::{
+    CrackLine, CrackParameters, Dam, DamError, DamParameters, Damping, DampingFrequencies, Feature,
+    GeometryError,
+};
 
 fn error(change: impl Fn(&mut DamParameters)) -> DamError {
     let mut parameters = support::koyna(10.0);
@@ -18,14 +21,24 @@ fn rayleigh(ratio: f64, frequencies: [f64; 2]) -> Damping {
 
 #[test]
 fn bad_sections_are_refused() {
-    assert!(matches!(error(|p| p.section.upstream.truncate(1)), DamError::SideTooShort { found: 1, .. }));
-    assert!(matches!(
-        error(|p| p.section.downstream[1][1] = 110.0),
-        DamError::SideNotAscending { side: "downstream", index: 2, .. }
-    ));
-    assert!(matches!(error(|p| p.section.upstream[0] = [1.0, 0.0]), DamError::HeelNotAtOrigin { .. }));
-    assert!(matches!(error(|p| p.section.upstream[1][1] = 99.0), DamError::SidesNotLevel { .. }));
-    assert!(matches!(error(|p| p.section.downstream[1][0] = -3.0), DamError::SidesCross { .. }));
+    let geometry = |change: &dyn Fn(&mut DamParameters)| match error(change) {
+        DamError::Geometry(error) => error,
+        error => panic!("{error}"),
+    };
+    let few = geometry(&|p| p.section.upstream.truncate(1));
+    assert!(matches!(few, GeometryError::TooFewPoints { feature: Feature::Upstream, found: 1, .. }));
+    let low = geometry(&|p| p.section.downstream[2][1] = -1.0);
+    assert!(matches!(low, GeometryError::BelowBase { feature: Feature::Downstream, index: 2, .. }), "{low}");
+    let shifted = geometry(&|p| p.section.upstream[0] = [1.0, 0.0]);
+    assert!(matches!(shifted, GeometryError::HeelNotAtOrigin { .. }));
+    let crossing = geometry(&|p| p.section.downstream[1][0] = -3.0);
+    assert!(matches!(crossing, GeometryError::OutlineCrosses { .. }), "{crossing}");
+    let dangling = geometry(&|p| p.cracks[0].line = CrackLine::Polyline(vec![[-1.0, 50.0], [9.0, 50.0]]));
+    assert!(matches!(dangling, GeometryError::CrackEndsInside { crack: 0, .. }), "{dangling}");
+    let mut cut = support::koyna(10.0);
+    cut.section.galleries = vec![vec![[4.0, 10.0], [8.0, 10.0], [80.0, 14.0]]];
+    let keys = cut.problems().remove(0).keys;
+    assert_eq!(keys[0], "section.galleries.0");
 }
 
 #[test]

@@ -49,8 +49,11 @@ fn stress([[xx, xy], [yx, yy]]: [[f64; 2]; 2]) -> [f64; 3] {
 /// row along the row. What the nodes in the centres do has no part in it.
 #[test]
 fn a_linear_stress_is_exact_and_jumps_at_a_crack() {
-    let section =
-        Section { upstream: vec![[0.0, 0.0], [2.0, 8.0]], downstream: vec![[6.0, 0.0], [8.0, 8.0]] };
+    let section = Section {
+        upstream: vec![[0.0, 0.0], [2.0, 8.0]],
+        downstream: vec![[6.0, 0.0], [8.0, 8.0]],
+        galleries: Vec::new(),
+    };
     let rows = [vec![0.0, 1.0, 3.0, 4.0], vec![4.0, 6.0, 7.0], vec![7.0, 8.0]];
     let mesh = Mesh::mapped(&section, &rows, 4);
     let coefficients =

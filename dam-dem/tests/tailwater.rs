@@ -72,7 +72,11 @@ fn equal_levels_on_vertical_faces_cancel() -> Result<(), DamError> {
 fn mirrored(section: &Section) -> Section {
     let width = section.downstream[0][0];
     let side = |points: &[[f64; 2]]| points.iter().map(|[x, y]| [width - x, *y]).collect();
-    Section { upstream: side(&section.downstream), downstream: side(&section.upstream) }
+    Section {
+        upstream: side(&section.downstream),
+        downstream: side(&section.upstream),
+        galleries: Vec::new(),
+    }
 }
 
 /// The variable of the face on the other side.
@@ -92,6 +96,7 @@ fn a_dam_in_the_mirror_moves_as_its_image() -> Result<(), DamError> {
     let symmetric = Section {
         upstream: vec![[0.0, 0.0], [10.0, 40.0], [12.0, 103.0]],
         downstream: vec![[70.0, 0.0], [60.0, 40.0], [58.0, 103.0]],
+        galleries: Vec::new(),
     };
     for (section, levels) in [(symmetric, [80.0, 80.0]), (support::koyna_section(), [91.75, 30.0])] {
         let parameters = with_levels(section, levels);
@@ -147,6 +152,7 @@ fn tailwater_holds_what_stands_on_a_crack() -> Result<(), DamError> {
     let section = Section {
         upstream: vec![[0.0, 0.0], [0.0, 40.0]],
         downstream: vec![[28.0, 0.0], [0.28, 39.6], [0.28, 40.0]],
+        galleries: Vec::new(),
     };
     let dam = DamParameters {
         cracks: vec![support::crack_at(10.0)],

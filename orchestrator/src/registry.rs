@@ -9,7 +9,7 @@ use crate::scene::{
     ProfileScene, Refusal, ReservoirScene, Scene, SceneError, Side, Source, UnitChecks,
 };
 use crate::scheme::{CouplingError, Graph, Interface, Port, SchemeKind, UnitId};
-use dam_dem::{CrackParameters, Dam, DamError, DamParameters, Damping, DampingFrequencies};
+use dam_dem::{Dam, DamError, DamParameters, Damping, DampingFrequencies};
 pub use dam_dem::{Flutter, LimitEquilibrium, Mesh, NaturalModes};
 use interface::{WetFace, WetFaceError};
 use nalgebra::{Complex, DMatrix};
@@ -129,11 +129,7 @@ fn refused_by_dam(scene: &Scene) -> Vec<Refusal> {
     if refusals.is_empty() {
         let falls = limit_equilibria(scene).unwrap_or_default().into_iter().filter_map(|equilibrium| {
             let error = equilibrium.check().err()?;
-            let mut order: Vec<usize> = (0..parameters.cracks.len()).collect();
-            order.sort_by(|&a, &b| {
-                CrackParameters::from_the_base_up(&parameters.cracks[a], &parameters.cracks[b])
-            });
-            let index = order[equilibrium.crack];
+            let index = parameters.cracks_from_the_base_up()[equilibrium.crack];
             let keys = vec![format!("dam.cracks.{index}.friction_coefficient"), "reservoir.depth".to_owned()];
             Some(Refusal { keys, message: error.to_string() })
         });

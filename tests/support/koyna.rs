@@ -35,6 +35,7 @@ pub fn dam(element_size: f64, cracked: bool) -> DamParameters {
         section: Section {
             upstream: vec![[0.0, 0.0], [0.0, CREST]],
             downstream: vec![[70.0, 0.0], [19.25, NECK], [14.8, CREST]],
+            galleries: Vec::new(),
         },
         water_depth: DEPTH,
         tailwater_depth: 0.0,

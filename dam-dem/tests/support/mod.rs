@@ -15,6 +15,7 @@ pub fn koyna_section() -> Section {
     Section {
         upstream: vec![[0.0, 0.0], [0.0, 103.0]],
         downstream: vec![[70.0, 0.0], [19.25, 66.5], [14.8, 103.0]],
+        galleries: Vec::new(),
     }
 }
 

@@ -194,6 +194,14 @@ impl Section {
                     px(1.5),
                     points(&self.outline)
                 );
+                for gallery in scene.dam.iter().flat_map(|dam| &dam.section.galleries) {
+                    let _ = writeln!(
+                        shapes,
+                        "<polygon class=\"gallery\" fill=\"#ffffff\" stroke=\"{INK}\" stroke-width=\"{}\" points=\"{}\"/>",
+                        px(1.5),
+                        points(gallery)
+                    );
+                }
                 let sample = match &scene.dam {
                     Some(_) => block(fill),
                     None => format!("<path d=\"M0 6h26\" stroke=\"{INK}\" stroke-width=\"1.5\"/>"),

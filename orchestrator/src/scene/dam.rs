@@ -126,9 +126,14 @@ pub struct SectionScene {
     /// Upstream side, (x, y) from the heel (0, 0) up to the crest.
     #[schemars(extend("unit" = "m"))]
     pub upstream: Vec<[f64; 2]>,
-    /// Downstream side, (x, y) from the toe up to the crest.
+    /// Downstream side, (x, y) from the toe up to the crest. Base and crest are the straight lines between the ends of both
+    /// sides. Sides may overhang, but not below water.
     #[schemars(extend("unit" = "m"))]
     pub downstream: Vec<[f64; 2]>,
+    /// Outlines of galleries, each a closed list of points.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(extend("unit" = "m"))]
+    pub galleries: Vec<Vec<[f64; 2]>>,
 }
 
 /// The concrete.
@@ -242,6 +247,10 @@ pub struct CrackScene {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0, max = 1e3), extend("unit" = "m", "otherwise" = "no end"))]
     pub dilation_slip: Option<f64>,
+    /// Length of an element's side along the crack, where the mesh is not one of rows.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1e-3, max = 1e4), extend("unit" = "m", "otherwise" = "`dam.element_size`"))]
+    pub element_size: Option<f64>,
     /// Where the contacts along the crack are.
     #[serde(default)]
     pub integration: IntegrationScene,

@@ -1,0 +1,305 @@
+//! What a section, its galleries and its cracks can be refused for.
+
+use std::fmt;
+
+use interface::number::{exact, plain};
+
+/// What an edge or a point belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Feature {
+    /// The straight line from heel to toe.
+    Base,
+    /// The downstream side.
+    Downstream,
+    /// The straight line between the upper ends of the two sides.
+    Crest,
+    /// The upstream side.
+    Upstream,
+    /// A gallery, by its index.
+    Gallery(usize),
+    /// A crack, by its index.
+    Crack(usize),
+}
+
+impl fmt::Display for Feature {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Base => f.write_str("the base"),
+            Self::Downstream => f.write_str("the downstream side"),
+            Self::Crest => f.write_str("the crest"),
+            Self::Upstream => f.write_str("the upstream side"),
+            Self::Gallery(index) => write!(f, "gallery {index}"),
+            Self::Crack(index) => write!(f, "crack {index}"),
+        }
+    }
+}
+
+/// A point in a message.
+fn place(point: &[f64; 2]) -> String {
+    format!("({}, {})", exact(point[0]), exact(point[1]))
+}
+
+/// A computed point in a message.
+fn near(point: &[f64; 2]) -> String {
+    format!("({}, {})", plain(point[0]), plain(point[1]))
+}
+
+/// Why a cracked section cannot be meshed. Indices count from 0, coordinates are in m.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum GeometryError {
+    /// Too few points.
+    #[error("{feature} has {found} points; give {needed} or more")]
+    TooFewPoints {
+        /// Where.
+        feature: Feature,
+        /// Number of points.
+        found: usize,
+        /// Number needed.
+        needed: usize,
+    },
+    /// A coordinate that is not finite, or farther than 10⁶ m from the heel.
+    #[error(
+        "point {index} of {feature} is {place}; coordinates must be finite and within 1e6 m of the heel",
+        place = place(point)
+    )]
+    NotFinite {
+        /// Where.
+        feature: Feature,
+        /// Index of the point.
+        index: usize,
+        /// The point.
+        point: [f64; 2],
+    },
+    /// The upstream side does not start at the origin.
+    #[error("the upstream side starts at {place}; the heel must be the origin, so shift the section",
+        place = place(point)
+    )]
+    HeelNotAtOrigin {
+        /// First point of the upstream side.
+        point: [f64; 2],
+    },
+    /// The downstream side does not start at y = 0 to the right of the heel.
+    #[error("the downstream side starts at {place}; the toe must lie at y = 0 and x > 0", place = place(point))]
+    ToeNotOnBase {
+        /// First point of the downstream side.
+        point: [f64; 2],
+    },
+    /// A point of the outline or of a gallery at or below the base.
+    #[error("point {index} of {feature}, {place}, is not above the base; raise it above y = 0",
+        place = place(point)
+    )]
+    BelowBase {
+        /// Where.
+        feature: Feature,
+        /// Index of the point.
+        index: usize,
+        /// The point.
+        point: [f64; 2],
+    },
+    /// An outline or gallery that crosses or touches itself or turns back on itself.
+    #[error("{first} meets {second} at {place}; an outline must not cross or touch itself: move its points apart",
+        place = near(point)
+    )]
+    OutlineCrosses {
+        /// One part.
+        first: Feature,
+        /// The other.
+        second: Feature,
+        /// Where they meet.
+        point: [f64; 2],
+    },
+    /// A gallery that is not within the section, or within another gallery.
+    #[error("gallery {gallery} lies outside the concrete, as at {place}; move it inside, or leave it out",
+        place = near(point)
+    )]
+    GalleryOutside {
+        /// Index of the gallery.
+        gallery: usize,
+        /// One of its points.
+        point: [f64; 2],
+    },
+    /// A gallery that touches a side or another gallery.
+    #[error("gallery {gallery} meets {other} at {place}; leave concrete between them, or make it part of the outline",
+        place = near(point)
+    )]
+    GalleryTouches {
+        /// Index of the gallery.
+        gallery: usize,
+        /// What it meets.
+        other: Feature,
+        /// Where.
+        point: [f64; 2],
+    },
+    /// A crack of which nothing lies within the concrete or on the base.
+    #[error("crack {crack} lies outside the concrete; move it inside or onto the base, or leave it out")]
+    CrackOutside {
+        /// Index of the crack.
+        crack: usize,
+    },
+    /// Two cracks on the same line.
+    #[error(
+        "cracks {first} and {second} share the line from {from} to {to}; let one of them end there, or make them one",
+        from = near(from), to = near(to)
+    )]
+    SharedStretch {
+        /// Index of one.
+        first: usize,
+        /// Index of the other.
+        second: usize,
+        /// Start of a shared line.
+        from: [f64; 2],
+        /// Its end.
+        to: [f64; 2],
+    },
+    /// A crack that ends within a block.
+    #[error(
+        "crack {crack} ends inside the concrete at {end}; lead it to {nearest} at {target}, {distance} m away, or to another \
+         side or crack; fracture is not modelled",
+        end = near(end), target = near(target), distance = plain(*distance)
+    )]
+    CrackEndsInside {
+        /// Index of the crack.
+        crack: usize,
+        /// Its end.
+        end: [f64; 2],
+        /// What is nearest.
+        nearest: Feature,
+        /// The nearest point.
+        target: [f64; 2],
+        /// Its distance, m.
+        distance: f64,
+    },
+    /// A crack with the same block on both sides, such as one that ends in a gallery.
+    #[error(
+        "crack {crack} does not separate the concrete: one block lies on both sides of it at {place}; continue it, or the \
+         crack it leads to, to another side (beyond a gallery, if it ends in one); fracture is not modelled",
+        place = near(point)
+    )]
+    NotSeparating {
+        /// Index of the crack.
+        crack: usize,
+        /// An end of the stretch that does not separate.
+        point: [f64; 2],
+    },
+    /// Features that would lead to tiny elements.
+    #[error(
+        "{first} at {place} and {second} at {other} are {distance} m apart, {least} m (0.05 `element_size`) is the least; \
+         move them apart or together, or take a smaller `element_size`",
+        place = near(point), other = near(other), distance = plain(*distance), least = plain(*least)
+    )]
+    TooClose {
+        /// One feature.
+        first: Feature,
+        /// The other.
+        second: Feature,
+        /// Place on the first.
+        point: [f64; 2],
+        /// Place on the other.
+        other: [f64; 2],
+        /// Distance, m.
+        distance: f64,
+        /// Least distance, m.
+        least: f64,
+    },
+    /// Edges that meet at a small angle.
+    #[error(
+        "{first} and {second} meet at {place} at {angle:.1}°, {least}° is the least; let them meet at a larger angle",
+        place = near(point)
+    )]
+    SmallAngle {
+        /// One feature.
+        first: Feature,
+        /// The other.
+        second: Feature,
+        /// Where they meet.
+        point: [f64; 2],
+        /// Angle of the concrete between them, degrees.
+        angle: f64,
+        /// Least angle, degrees.
+        least: f64,
+    },
+    /// An element size that is not positive, or larger than the section.
+    #[error("{name} is {size} m; it must be above 0 and at most the section's height of {height} m",
+        size = exact(*size), height = exact(*height)
+    )]
+    ElementSize {
+        /// What is sized: `element_size` or that of a crack.
+        name: String,
+        /// Size, m.
+        size: f64,
+        /// Height of the section, m.
+        height: f64,
+    },
+    /// Too many cells.
+    #[error(
+        "the element sizes lead to more than {most:.0e} cells (about {cells:.1e}); take a larger `element_size`, \
+        or larger ones at the cracks"
+    )]
+    TooManyCells {
+        /// Number of cells expected, or reached so far.
+        cells: f64,
+        /// Largest number.
+        most: f64,
+    },
+    /// A block that is too small for a cell.
+    #[error(
+        "the block at {place} has an area of {area} m², {least} m² (a tenth of `element_size`, squared) is the least; \
+         move the cracks around it, or take a smaller `element_size`",
+        place = near(point), area = plain(*area), least = plain(*least)
+    )]
+    TinyBlock {
+        /// Its centroid.
+        point: [f64; 2],
+        /// Its area, m².
+        area: f64,
+        /// Least area, m².
+        least: f64,
+    },
+    /// A thin or inverted triangle.
+    #[error(
+        "the mesh has a triangle with an angle of {angle:.2}° at {place}, {least}° is the least; move cracks and corners \
+         near it apart, or take another `element_size`",
+        place = near(point)
+    )]
+    Sliver {
+        /// Where.
+        point: [f64; 2],
+        /// Its smallest angle, degrees; negative if inverted.
+        angle: f64,
+        /// Least angle, degrees.
+        least: f64,
+    },
+    /// A triangulation that does not contain all edges.
+    #[error("the section cannot be triangulated near {place}; move cracks and corners there apart", place = near(point))]
+    NotTriangulated {
+        /// Where.
+        point: [f64; 2],
+    },
+}
+
+impl GeometryError {
+    /// The parts of the section that it names.
+    pub fn features(&self) -> Vec<Feature> {
+        match *self {
+            Self::TooFewPoints { feature, .. }
+            | Self::NotFinite { feature, .. }
+            | Self::BelowBase { feature, .. } => vec![feature],
+            Self::HeelNotAtOrigin { .. } => vec![Feature::Upstream],
+            Self::ToeNotOnBase { .. } => vec![Feature::Downstream],
+            Self::OutlineCrosses { first, second, .. }
+            | Self::TooClose { first, second, .. }
+            | Self::SmallAngle { first, second, .. } => vec![first, second],
+            Self::GalleryOutside { gallery, .. } => vec![Feature::Gallery(gallery)],
+            Self::GalleryTouches { gallery, other, .. } => vec![Feature::Gallery(gallery), other],
+            Self::CrackOutside { crack }
+            | Self::CrackEndsInside { crack, .. }
+            | Self::NotSeparating { crack, .. } => vec![Feature::Crack(crack)],
+            Self::SharedStretch { first, second, .. } => vec![Feature::Crack(first), Feature::Crack(second)],
+            Self::ElementSize { .. }
+            | Self::TooManyCells { .. }
+            | Self::TinyBlock { .. }
+            | Self::Sliver { .. }
+            | Self::NotTriangulated { .. } => Vec::new(),
+        }
+    }
+}
