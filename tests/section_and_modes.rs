@@ -112,6 +112,17 @@ impl Picture {
         self.texts.iter().any(|own| own == text)
     }
 
+    /// Of the elements, m².
+    fn areas(&self) -> Vec<f64> {
+        let corners = |triangle: &str| {
+            let numbers = triangle.split(['L', ' ', 'Z']).filter_map(|number| number.parse().ok());
+            let [x0, y0, x1, y1, x2, y2] = numbers.collect::<Vec<f64>>()[..] else { panic!("{triangle}") };
+            ((x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)) / 2.0
+        };
+        let mesh = self.of_class("mesh")[0].get("d");
+        mesh.split('M').filter(|text| !text.is_empty()).map(corners).collect()
+    }
+
     /// Pixels a metre, x and y, and the pixel of the heel.
     fn scale(&self) -> [[f64; 2]; 2] {
         let section = self.shapes.iter().find(|shape| shape.get("id") == "section").expect("a section");
@@ -119,6 +130,11 @@ impl Picture {
         let [x, y, a, b] = numbers.collect::<Vec<f64>>()[..] else { panic!("no transform") };
         [[a, -b], [x, y]]
     }
+}
+
+/// Area of the section, m².
+fn area() -> f64 {
+    (70.0 + width(NECK)) / 2.0 * NECK + (width(NECK) + 14.8) / 2.0 * (CREST - NECK)
 }
 
 /// The main scene: what is drawn lies where the scene says, at one scale, within the picture.
@@ -165,16 +181,9 @@ fn the_section_is_drawn_to_scale() {
         assert!((dot[0] - point[0]).abs() < 1e-4 && (dot[1] - point[1]).abs() < 1e-4, "{dot:?} {point:?}");
     }
     // every element, and their area is that of the section
-    let mesh = picture.of_class("mesh")[0].get("d");
-    let corners = |triangle: &str| {
-        let numbers = triangle.split(['L', ' ', 'Z']).filter_map(|number| number.parse().ok());
-        let [x0, y0, x1, y1, x2, y2] = numbers.collect::<Vec<f64>>()[..] else { panic!("{triangle}") };
-        ((x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)) / 2.0
-    };
-    let areas: Vec<f64> = mesh.split('M').filter(|text| !text.is_empty()).map(corners).collect();
-    let section = (70.0 + width(NECK)) / 2.0 * NECK + (width(NECK) + 14.8) / 2.0 * (CREST - NECK);
+    let areas = picture.areas();
     assert_eq!(areas.len(), 560);
-    assert!((areas.iter().sum::<f64>() / section - 1.0).abs() < 1e-4);
+    assert!((areas.iter().sum::<f64>() / area() - 1.0).abs() < 1e-4);
 }
 
 /// Several cracks with names that XML must escape, points of the water's own, a bed that rises, a tailwater.
@@ -211,6 +220,31 @@ fn everything_of_a_section_is_drawn() {
     assert!(!picture.of_class("own-point").is_empty());
 }
 
+/// Elements leave a gallery out, and a crack that it cuts is drawn in two parts of one colour.
+#[test]
+fn a_gallery_stays_empty() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("gallery.svg");
+    let gallery = "dam.section.galleries=[[[6.0, 62.0], [10.0, 62.0], [10.0, 70.0], [6.0, 70.0]]]";
+    let (status, _, complaint) =
+        check(&[CRACKED, "--set", gallery, "--picture", path.to_str().expect("UTF-8")]);
+    assert_eq!(status, Some(0), "{complaint}");
+    let picture = Picture::read(&path);
+    assert!((picture.areas().iter().sum::<f64>() / (area() - 32.0) - 1.0).abs() < 1e-4);
+    let parts: Vec<[f64; 2]> = picture
+        .lines_of_cracks()
+        .iter()
+        .map(|line| {
+            let points = line.points();
+            [points[0][0], points[points.len() - 1][0]]
+        })
+        .collect();
+    assert_eq!(
+        (parts.as_slice(), picture.of_class("crack").len()),
+        ([[0.0, 6.0], [10.0, width(NECK)]].as_slice(), 1)
+    );
+}
+
 #[test]
 fn a_dam_without_a_mesh_is_drawn_without_one() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -223,7 +257,7 @@ fn a_dam_without_a_mesh_is_drawn_without_one() {
     assert_eq!(picture.of_class("wet-point").len(), 17);
 
     let mut scenario = Scenario::quick(0.05);
-    scenario.run();
+    scenario.set("reservoir.fidelity", "compressible").run();
     let recorded: toml::Table = "file = \"run\"".parse().expect("TOML");
     scenario.set("dam.fidelity", "log").set("dam.log", recorded);
     let scene = scenario.write();
@@ -260,14 +294,14 @@ fn files_that_cannot_be_are_refused_with_a_remedy() {
     assert_eq!(left.len(), 1, "nothing is left behind: {left:?}");
 }
 
-/// Pressure of incompressible water before a vertical face by its modes, `−ρ Σ 2/(h λ) cos λy ∫ cos(λy′) N_j dy′`, Pa per m/s²;
-/// 200 modes leave out 1e-5 of the mass.
+/// Mass of incompressible water before a vertical face by its modes, for motions N_i of the points that are linear along the panels:
+/// `ρ Σ 2/(h λ) ∫ cos(λy) N_i dy ∫ cos(λy) N_j dy`, kg/m; 200 modes leave out 1e-5 of it.
 fn still_water(heights: &[f64]) -> DMatrix<f64> {
     let points = heights.len();
-    let mut rows = DMatrix::zeros(points, points);
+    let mut mass = DMatrix::zeros(points, points);
     for m in 0..200 {
         let lambda = f64::from(2 * m + 1) * PI / (2.0 * DEPTH);
-        let mut integrals = vec![0.0; points];
+        let mut integrals = DVector::zeros(points);
         for (start, pair) in heights.windows(2).enumerate() {
             let length = pair[1] - pair[0];
             for k in 0..200 {
@@ -277,12 +311,9 @@ fn still_water(heights: &[f64]) -> DMatrix<f64> {
                 integrals[start + 1] += along * part;
             }
         }
-        for (i, y) in heights.iter().enumerate() {
-            let factor = 1000.0 * 2.0 / (DEPTH * lambda) * (lambda * y).cos();
-            integrals.iter().enumerate().for_each(|(j, integral)| rows[(i, j)] += factor * integral);
-        }
+        mass += &integrals * integrals.transpose() * (1000.0 * 2.0 / (DEPTH * lambda));
     }
-    rows
+    mass
 }
 
 /// The lowest natural frequencies, rad/s, from the dense matrices of the dam and the water's series.
@@ -292,13 +323,12 @@ fn independent() -> Result<Vec<f64>, Box<dyn std::error::Error>> {
     let heights: Vec<f64> = face.points().iter().map(|point| point[1]).collect();
     let matrices = dam.system_matrices();
     let (size, points) = (matrices.mass.len(), heights.len());
-    let [mut force, mut stiffness] = [points, size].map(|columns| DMatrix::<f64>::zeros(size, columns));
+    let mut stiffness = DMatrix::<f64>::zeros(size, size);
     let mut motion = DMatrix::<f64>::zeros(points, size);
-    matrices.pressure_forces.iter().for_each(|&(dof, point, value)| force[(dof, point)] += value);
     matrices.interface_motion.iter().for_each(|&(point, dof, value)| motion[(point, dof)] += value);
     matrices.stiffness.iter().for_each(|&(row, column, value)| stiffness[(row, column)] += value);
-    let water = force * still_water(&heights) * motion;
-    let mass = DMatrix::from_diagonal(&DVector::from_vec(matrices.mass)) + (&water + water.transpose()) / 2.0;
+    let water = motion.transpose() * still_water(&heights) * motion;
+    let mass = DMatrix::from_diagonal(&DVector::from_vec(matrices.mass)) + water;
     // 1/ω² of K⁻¹ (M + X)
     let lower = stiffness.cholesky().ok_or("a stiffness is positive")?.unpack();
     let half = lower.solve_lower_triangular(&mass).ok_or("it is regular")?;
@@ -335,7 +365,7 @@ fn arrays(path: &Path) -> BTreeMap<String, Vec<f64>> {
 }
 
 /// Frequencies with the water agree with an independent water before the same dam, where those without it differ by a tenth;
-/// those that are printed are those of the shapes. The elements of the water are off by 1e-3 of the mass.
+/// those that are printed are those of the shapes. The elements of the water are off by up to 1e-3 of the mass, a fifth of the whole.
 #[test]
 fn frequencies_and_shapes_in_the_water() -> Result<(), Box<dyn std::error::Error>> {
     let folder = tempfile::tempdir()?;
@@ -351,11 +381,13 @@ fn frequencies_and_shapes_in_the_water() -> Result<(), Box<dyn std::error::Error
     let full = printed("  full, water incompressible: ");
     let independent = independent()?;
     println!("empty {empty:?}, full {full:?}, independent {:.3?}", &independent[..4]);
-    for ((full, independent), empty) in full.iter().zip(&independent).zip(&empty) {
-        assert!((full / independent - 1.0).abs() < 1e-3 && full < empty);
-    }
+    assert!(full.iter().zip(&empty).all(|(full, empty)| full < empty));
     assert!(full[0] < 0.95 * empty[0]);
     let arrays = arrays(&folder.path().join("a/b/modes.vtu"));
+    for (full, independent) in arrays["natural_frequency_full [rad/s]"].iter().zip(&independent) {
+        println!("  off by {:+.1e}", full / independent - 1.0);
+        assert!((full / independent - 1.0).abs() < 3e-4);
+    }
     let points = &arrays["points"];
     for (water, printed) in [("empty", &empty), ("full", &full)] {
         let frequencies = &arrays[&format!("natural_frequency_{water} [rad/s]")];
