@@ -256,10 +256,10 @@ fn a_dam_without_a_mesh_is_drawn_without_one() {
     assert!(picture.of_class("mesh").is_empty() && picture.says("prescribed dam: its wet face alone"));
     assert_eq!(picture.of_class("wet-point").len(), 17);
 
-    let mut scenario = Scenario::quick(0.05);
+    let mut scenario = Scenario::quick(0.3);
     scenario.set("reservoir.fidelity", "compressible").run();
     let recorded: toml::Table = "file = \"run\"".parse().expect("TOML");
-    scenario.set("dam.fidelity", "log").set("dam.log", recorded).set("time.duration", 0.04);
+    scenario.set("dam.fidelity", "log").set("dam.log", recorded);
     let scene = scenario.write();
     let [scene, path] = [scene.to_str(), path.to_str()].map(|path| path.expect("UTF-8"));
     let (status, said, complaint) = check(&[scene, "--picture", path]);
