@@ -86,6 +86,7 @@ impl Picture {
                         "amp" => "&",
                         "lt" => "<",
                         "gt" => ">",
+                        "apos" => "'",
                         other => panic!("entity {other}"),
                     }
                 }
