@@ -586,18 +586,18 @@ fn check_says_what_a_run_would_be() {
         check(&["scenes/koyna-northridge-1994", "scenes/rigid-dam-ramp/scene.toml"]);
     // 19.98 s of record, 0.01 s in which it falls to zero, 5 s of rest.
     let lines: Vec<&str> = said.lines().collect();
-    assert_eq!(lines.len(), 9, "{said}");
+    assert_eq!(lines.len(), 10, "{said}");
     // Area of the section above 66.5 m, and 25.25 m of water there.
     let (weight, thrust) = (36.5 * (19.25 + 14.8) / 2.0 * 2640.0, 1000.0 * 25.25f64.powi(2) / 2.0);
-    for estimate in [lines[4], lines[8]] {
+    for estimate in [lines[5], lines[9]] {
         assert!(estimate.starts_with("  a run takes about ") && estimate.ends_with(" MB of disk"), "{said}");
     }
     let safety =
-        lines[5].strip_prefix("  factor of safety of the crack at 66.5 m before the ground moves: sliding ");
+        lines[6].strip_prefix("  factor of safety of the crack at 66.5 m before the ground moves: sliding ");
     let sliding: f64 = safety.and_then(|text| text.split(',').next()?.parse().ok()).expect("a number");
     assert!((sliding - weight / thrust).abs() < 0.01, "{said}");
     assert_eq!(
-        [lines[0], lines[2], lines[6]],
+        [lines[0], lines[2], lines[7]],
         [
             "scenes/koyna-northridge-1994/scene.toml can be run: 9996 communication steps of 0.0025 s, 24.99 s; 1 warning",
             "  ground: northridge-1994-canyon-country-270.csv, 19.98 s: at most 0.482 g, 0.449 m/s, 0.125 m; Arias intensity 1.974 m/s, 5 to 95 % of it within 5.56 s",

@@ -36,6 +36,7 @@ mod run_state;
 mod scene_mistakes;
 mod scene_reference;
 mod schemes;
+mod section_and_modes;
 mod sections;
 mod states;
 mod studies;

@@ -70,6 +70,8 @@ fn a_run_leaves_log_histories_and_manifest() {
     let wanted = [
         "natural frequency 1 (intact, empty)",
         "natural frequency 4 (intact, empty)",
+        "natural frequency 1 (intact, full)",
+        "natural frequency 4 (intact, full)",
         "peak crest displacement downstream",
         "peak crest displacement upstream",
         "peak sliding",
@@ -112,9 +114,16 @@ fn a_run_leaves_log_histories_and_manifest() {
     assert_eq!(time.len(), 605);
     assert_eq!(time[604], 1.51);
     let quantities = manifest["result"]["quantities"].as_array().expect("quantities");
-    let reported =
-        quantities.iter().find(|q| q["name"].as_str() == Some("peak crest displacement downstream"));
-    let reported = reported.and_then(|q| q["value"].as_float()).expect("a peak");
+    let value = |name: &str| {
+        let quantity = quantities.iter().find(|q| q["name"].as_str() == Some(name));
+        quantity.and_then(|q| q["value"].as_float()).expect("a quantity")
+    };
+    for mode in 1..=4 {
+        let [empty, full] =
+            ["empty", "full"].map(|water| format!("natural frequency {mode} (intact, {water})"));
+        assert!(value(&full) < value(&empty), "water lowers the frequency of mode {mode}");
+    }
+    let reported = value("peak crest displacement downstream");
     let largest = histories.column("dam.crest_displacement.x").iter().copied().fold(f64::MIN, f64::max);
     assert_eq!(reported, 1e3 * largest);
     assert!(std::fs::metadata(folder.join("log.mcap")).expect("a log").len() > 100_000);

@@ -5,10 +5,11 @@ use faer::linalg::solvers::Solve;
 use faer::sparse::linalg::solvers::Llt;
 use faer::sparse::{SparseColMat, Triplet};
 use nalgebra::{DMatrix, SymmetricEigen};
+use std::collections::BTreeMap;
 
-use crate::DamError;
 use crate::contact::{ContactLaw, Stencil};
 use crate::structure::Structure;
+use crate::{AddedMass, DamError};
 
 /// Numbering of the free degrees of freedom: x, then y of each node.
 #[derive(Clone, Debug, PartialEq)]
@@ -100,6 +101,17 @@ impl DegreesOfFreedom {
         }
         masses
     }
+
+    /// Entries (row, column, kg/m) of the water's [`AddedMass`](crate::AddedMass), each once; none without it.
+    pub fn added_mass(&self, structure: &Structure<impl ContactLaw>) -> Vec<(usize, usize, f64)> {
+        let mut entries = BTreeMap::new();
+        for ([a, p], [b, q], value) in structure.added_mass.iter().flat_map(AddedMass::entries) {
+            if let (Some(i), Some(j)) = (self.of(a), self.of(b)) {
+                *entries.entry((i + p, j + q)).or_insert(0.0) += value;
+            }
+        }
+        entries.into_iter().map(|((i, j), value)| (i, j, value)).collect()
+    }
 }
 
 /// Entries (row, column, N/m per metre) of the unstrained structure's stiffness matrix, each once.
@@ -171,7 +183,7 @@ pub fn factor(entries: &[(usize, usize, f64)], size: usize) -> Result<Llt<usize,
 }
 
 /// Relative change of the eigenvalues at which the subspace iteration has converged.
-const TOLERANCE: f64 = 1e-11;
+pub(crate) const TOLERANCE: f64 = 1e-11;
 /// Largest number of subspace iterations.
 const MAX_ITERATIONS: usize = 200;
 
@@ -203,7 +215,28 @@ pub fn natural_modes(
     count: usize,
     tolerance: f64,
 ) -> Result<(Vec<f64>, DMatrix<f64>), DamError> {
+    natural_modes_in_water(factors, masses, &[], count, tolerance)
+}
+
+/// The same with the water's inertia: `K φ = ω² (M + X) φ` and `φᵀ (M + X) φ = 1`, for the entries (row, column, kg/m) of X, which is
+/// symmetric.
+///
+/// **Errors**: as [`natural_modes`], and [`DamError::Singular`] if M + X is not positive definite.
+pub fn natural_modes_in_water(
+    factors: &Llt<usize, f64>,
+    masses: &[f64],
+    added_mass: &[(usize, usize, f64)],
+    count: usize,
+    tolerance: f64,
+) -> Result<(Vec<f64>, DMatrix<f64>), DamError> {
     let n = masses.len();
+    let momenta_of = |vectors: &DMatrix<f64>| {
+        let mut momenta = DMatrix::from_fn(n, vectors.ncols(), |i, j| masses[i] * vectors[(i, j)]);
+        for &(row, column, value) in added_mass {
+            (0..vectors.ncols()).for_each(|j| momenta[(row, j)] += value * vectors[(column, j)]);
+        }
+        momenta
+    };
     if count > n {
         return Err(DamError::TooManyFrequencies { asked: count, available: n });
     }
@@ -215,10 +248,10 @@ pub fn natural_modes(
     });
     let (mut eigenvalues, mut change) = (vec![0.0; count], f64::INFINITY);
     for _ in 0..MAX_ITERATIONS {
-        let momenta = DMatrix::from_fn(n, size, |i, j| masses[i] * vectors[(i, j)]);
+        let momenta = momenta_of(&vectors);
         let moved = solve(factors, &momenta);
         let projected = moved.tr_mul(&momenta);
-        let mass = moved.tr_mul(&DMatrix::from_fn(n, size, |i, j| masses[i] * moved[(i, j)]));
+        let mass = moved.tr_mul(&momenta_of(&moved));
         let (values, modes) = generalised_eigen(&projected, &mass)?;
         vectors = moved * modes;
         change = 0.0f64;

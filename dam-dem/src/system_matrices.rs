@@ -1,5 +1,3 @@
-use std::collections::BTreeMap;
-
 use crate::RayleighCoefficients;
 use crate::modal::{self, DegreesOfFreedom};
 use crate::model::Model;
@@ -37,7 +35,7 @@ impl SystemMatrices {
         let dofs = DegreesOfFreedom::intact(structure);
         let mut matrices = Self {
             mass: dofs.masses(structure),
-            added_mass: Vec::new(),
+            added_mass: dofs.added_mass(structure),
             added_ground_inertia: [0, 1].map(|_| vec![0.0; dofs.count]),
             stiffness: modal::stiffness(structure, &dofs),
             damping: model.damping().rayleigh,
@@ -47,13 +45,6 @@ impl SystemMatrices {
             ground_influence: [0, 1].map(|d| (0..dofs.count).map(|i| f64::from(i % 2 == d)).collect()),
         };
         if let Some(water) = &structure.added_mass {
-            let mut entries = BTreeMap::new();
-            for ([a, p], [b, q], value) in water.entries() {
-                if let (Some(i), Some(j)) = (dofs.of(a), dofs.of(b)) {
-                    *entries.entry((i + p, j + q)).or_insert(0.0) += value;
-                }
-            }
-            matrices.added_mass = entries.into_iter().map(|((i, j), value)| (i, j, value)).collect();
             for (axis, inertia) in matrices.added_ground_inertia.iter_mut().enumerate() {
                 for (node, values) in water.ground_inertia(axis) {
                     if let Some(dof) = dofs.of(node) {

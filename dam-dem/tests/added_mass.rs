@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 const WATER: f64 = 1000.0;
 
 /// Westergaard's added mass `⅞ ρ √(h(h − y))` at the points.
-fn westergaard(face: &WetFace) -> Vec<Vec<f64>> {
+pub fn westergaard(face: &WetFace) -> Vec<Vec<f64>> {
     let h = face.depth();
     let mass = |i: usize| 0.875 * WATER * (h * (h - face.points()[i][1])).sqrt();
     let row = |i: usize| (0..face.len()).map(|j| if i == j { mass(i) } else { 0.0 }).collect();
@@ -19,7 +19,7 @@ fn westergaard(face: &WetFace) -> Vec<Vec<f64>> {
 
 /// Incompressible water before a vertical face by its modes, which gives a full matrix: for the motion N_j
 /// `p(y) = −ρ Σ_m 2/(h λ_m) cos λ_m y ∫ cos(λ_m y′) N_j dy′`.
-fn incompressible(face: &WetFace) -> Vec<Vec<f64>> {
+pub fn incompressible(face: &WetFace) -> Vec<Vec<f64>> {
     let (h, points) = (face.depth(), face.points());
     let mut rows = vec![vec![0.0; points.len()]; points.len()];
     for m in 0..60 {
@@ -42,23 +42,23 @@ fn incompressible(face: &WetFace) -> Vec<Vec<f64>> {
     rows
 }
 
-fn with_water(parameters: &DamParameters, water: fn(&WetFace) -> Vec<Vec<f64>>) -> DamParameters {
+pub fn with_water(parameters: &DamParameters, water: fn(&WetFace) -> Vec<Vec<f64>>) -> DamParameters {
     let face = parameters.wet_face().unwrap().unwrap();
     DamParameters { added_mass: Some(water(&face)), ..parameters.clone() }
 }
 
-fn intact(element_size: f64) -> DamParameters {
+pub fn intact(element_size: f64) -> DamParameters {
     DamParameters { cracks: Vec::new(), ..support::koyna(element_size) }
 }
 
-fn dense(size: usize, entries: &[(usize, usize, f64)]) -> DMatrix<f64> {
+pub fn dense(size: usize, entries: &[(usize, usize, f64)]) -> DMatrix<f64> {
     let mut matrix = DMatrix::zeros(size, size);
     entries.iter().for_each(|&(i, j, value)| matrix[(i, j)] += value);
     matrix
 }
 
 /// `½ (B A N + (B A N)ᵀ)` from the matrices of the dam without water.
-fn water_mass(dam: &Dam, rows: &[Vec<f64>]) -> DMatrix<f64> {
+pub fn water_mass(dam: &Dam, rows: &[Vec<f64>]) -> DMatrix<f64> {
     let m = dam.system_matrices();
     let (size, points) = (m.mass.len(), rows.len());
     let (mut b, mut n) = (DMatrix::<f64>::zeros(size, points), DMatrix::<f64>::zeros(points, size));
@@ -69,7 +69,7 @@ fn water_mass(dam: &Dam, rows: &[Vec<f64>]) -> DMatrix<f64> {
 }
 
 /// Natural frequencies, rad/s, and the first mode of `K φ = ω² M φ`.
-fn modes(stiffness: &DMatrix<f64>, mass: &DMatrix<f64>) -> (Vec<f64>, DVector<f64>) {
+pub fn modes(stiffness: &DMatrix<f64>, mass: &DMatrix<f64>) -> (Vec<f64>, DVector<f64>) {
     let lower = mass.clone().cholesky().expect("mass is positive definite").l();
     let half = lower.solve_lower_triangular(stiffness).unwrap();
     let reduced = lower.solve_lower_triangular(&half.transpose()).unwrap();

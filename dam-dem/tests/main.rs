@@ -18,6 +18,7 @@ mod joint_laws;
 mod limit_equilibrium;
 mod linear_reference;
 mod meetings;
+mod natural_modes;
 mod newmark_1965;
 mod outputs;
 mod parameters;

@@ -10,7 +10,7 @@ use crate::scene::{
 };
 use crate::scheme::{CouplingError, Graph, Interface, Port, SchemeKind, UnitId};
 use dam_dem::{Dam, DamError, DamParameters, Damping, DampingFrequencies};
-pub use dam_dem::{Flutter, LimitEquilibrium};
+pub use dam_dem::{Flutter, LimitEquilibrium, Mesh, NaturalModes};
 use interface::{WetFace, WetFaceError};
 use nalgebra::{Complex, DMatrix};
 pub use reservoir::paper::{FarEndCondition, ShortWindows};
@@ -146,6 +146,39 @@ pub fn limit_equilibria(scene: &Scene) -> Result<Vec<LimitEquilibrium>, Registry
         return Ok(Vec::new());
     };
     Ok(dry_dam(dam, scene)?.limit_equilibria(specific_weights(scene))?)
+}
+
+/// The dam that this program computes.
+fn own_dam(scene: &Scene) -> Option<&DamScene> {
+    scene.dam.as_ref().filter(|dam| !dam.fidelity.is_foreign())
+}
+
+/// Whether this program computes the dam: it is neither prescribed nor another program's.
+pub fn computes_dam(scene: &Scene) -> bool {
+    own_dam(scene).is_some()
+}
+
+/// The mesh of the dam, if this program computes it.
+///
+/// **Errors**: those of the dam.
+pub fn dam_mesh(scene: &Scene) -> Result<Option<Mesh>, RegistryError> {
+    own_dam(scene).map(|dam| Ok(dry_dam(dam, scene)?.mesh()?)).transpose()
+}
+
+/// The `count` lowest natural modes of the dam on an empty reservoir, if this program computes it.
+///
+/// **Errors**: those of the dam.
+pub fn natural_modes(scene: &Scene, count: usize) -> Result<Option<NaturalModes>, RegistryError> {
+    own_dam(scene).map(|dam| Ok(dry_dam(dam, scene)?.natural_modes(count)?)).transpose()
+}
+
+/// The same with the mass of the waters of the scene, those with a memory as if they were incompressible; none without water, or
+/// beside water that is another program's.
+///
+/// **Errors**: those of the dam, and of the reservoir that the mass is taken from.
+pub fn natural_modes_in_water(scene: &Scene, count: usize) -> Result<Option<NaturalModes>, RegistryError> {
+    let dam = own_dam(scene).filter(|_| scene.has_water() && !scene.has_foreign_water());
+    dam.map(|dam| Ok(dam_parameters(dam, scene, WaterMass::Still)?.natural_modes(count)?)).transpose()
 }
 
 /// ρ g of the water upstream and downstream, N/m³; 0 where there is none.
@@ -502,7 +535,9 @@ pub fn face_of_water(scene: &Scene, side: Side) -> Result<WetFace, RegistryError
 }
 
 /// The dam's wet face on a side.
-fn face_of_dam(scene: &Scene, side: Side) -> Result<WetFace, RegistryError> {
+///
+/// **Errors**: [`RegistryError::Empty`] for a side without water, and the wet face.
+pub fn face_of_dam(scene: &Scene, side: Side) -> Result<WetFace, RegistryError> {
     match (side, &scene.dam) {
         (Side::Upstream, _) => wet_face(scene),
         (Side::Downstream, Some(dam)) => dry_dam(dam, scene)?.tailwater_face()?.ok_or(RegistryError::Empty),

@@ -38,6 +38,8 @@ pub struct Grid {
     pub point_data: Vec<Field>,
     /// Fields on the cells.
     pub cell_data: Vec<Field>,
+    /// Numbers that belong to the grid as a whole, by name.
+    pub field_data: Vec<(String, Vec<f64>)>,
 }
 
 const HEAD: &str = "<?xml version=\"1.0\"?>\n";
@@ -48,28 +50,37 @@ impl Grid {
         let mut text = String::from(HEAD);
         text += "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n";
         text += "<UnstructuredGrid>\n";
+        if !self.field_data.is_empty() {
+            text += "<FieldData>\n";
+            for (name, values) in &self.field_data {
+                array(&mut text, "Float64", name, ("NumberOfTuples", values.len()), values.iter());
+            }
+            text += "</FieldData>\n";
+        }
         // Writing to a string cannot fail.
         let (points, cells) = (self.points.len(), self.cells.len());
         let _ = writeln!(text, "<Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{cells}\">");
         for (part, fields) in [("PointData", &self.point_data), ("CellData", &self.cell_data)] {
             let _ = writeln!(text, "<{part}>");
             for Field { name, components, values } in fields {
-                array(&mut text, "Float64", name, *components, values.iter());
+                let size = ("NumberOfComponents", *components);
+                array(&mut text, "Float64", name, size, values.iter());
             }
             let _ = writeln!(text, "</{part}>");
         }
         text += "<Points>\n";
-        array(&mut text, "Float64", "points", 3, self.points.iter().flat_map(|[x, y]| [*x, *y, 0.0]));
+        let size = |components| ("NumberOfComponents", components);
+        array(&mut text, "Float64", "points", size(3), self.points.iter().flat_map(|[x, y]| [*x, *y, 0.0]));
         text += "</Points>\n<Cells>\n";
-        array(&mut text, "Int64", "connectivity", 1, self.cells.iter().flatten());
+        array(&mut text, "Int64", "connectivity", size(1), self.cells.iter().flatten());
         let ends = self.cells.iter().scan(0, |end, cell| {
             *end += cell.len();
             Some(*end)
         });
-        array(&mut text, "Int64", "offsets", 1, ends);
+        array(&mut text, "Int64", "offsets", size(1), ends);
         // VTK's numbers of vertex, line, triangle, quadrilateral
         let kinds = self.cells.iter().map(|cell| [1, 3, 5, 9][cell.len().clamp(1, 4) - 1]);
-        array(&mut text, "UInt8", "types", 1, kinds);
+        array(&mut text, "UInt8", "types", size(1), kinds);
         text + "</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n"
     }
 }
@@ -78,13 +89,11 @@ fn array(
     text: &mut String,
     kind: &str,
     name: &str,
-    components: usize,
+    (size, number): (&str, usize),
     values: impl Iterator<Item = impl std::fmt::Display>,
 ) {
-    let _ = writeln!(
-        text,
-        "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"ascii\">"
-    );
+    let _ =
+        writeln!(text, "<DataArray type=\"{kind}\" Name=\"{name}\" {size}=\"{number}\" format=\"ascii\">");
     for value in values {
         let _ = writeln!(text, "{value}");
     }
@@ -152,6 +161,7 @@ mod tests {
                 Field::vector("displacement", values.iter().map(|v| [*v, -1e-12 * v])),
             ],
             cell_data: vec![Field::scalar("stress", values[..4].to_vec())],
+            field_data: vec![("frequency [rad/s]".to_owned(), vec![0.1, 1.0 / 3.0])],
             points,
         };
         let (arrays, sizes) = read(&grid.vtu());
@@ -161,6 +171,7 @@ mod tests {
         for field in grid.point_data.iter().chain(&grid.cell_data) {
             assert_eq!(arrays[&field.name], field.values, "{}", field.name);
         }
+        assert_eq!(arrays["frequency [rad/s]"], grid.field_data[0].1);
         assert_eq!(arrays["connectivity"], [0.0, 1.0, 4.0, 3.0, 1.0, 2.0, 5.0, 2.0, 5.0, 0.0]);
         assert_eq!(arrays["offsets"], [4.0, 7.0, 9.0, 10.0]);
         assert_eq!(arrays["types"], [9.0, 5.0, 3.0, 1.0]);

@@ -1,7 +1,7 @@
 //! `cofferdam check`.
 
 use super::start::{Start, StartError, deadlines};
-use super::{Check, Transport, complain, estimate, known, say, threads};
+use super::{Check, Transport, complain, estimate, known, modes, say, section, threads};
 use interface::Capabilities;
 use miette::Diagnostic;
 use orchestrator::ground_motion::{GroundMotion, STANDARD_GRAVITY};
@@ -10,10 +10,11 @@ use orchestrator::participant::{
     self_test,
 };
 use orchestrator::registry::{self, Flutter, LimitEquilibrium, RegistryError};
-use orchestrator::scene::{CrackScene, Scene, SceneError, SceneWarning, Side, Source};
+use orchestrator::scene::{CrackScene, FidelityScene, Scene, SceneError, SceneWarning, Side, Source};
 use orchestrator::scheme::{CouplingError, UnitId, check_points};
 use std::f64::consts::TAU;
-use std::path::Path;
+use std::io::{Error, ErrorKind};
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::AtomicBool;
 
@@ -35,6 +36,35 @@ enum CheckError {
     Coupling(#[from] CouplingError),
     #[error("the scene cannot be written: {0}; this is a mistake of the program")]
     Text(#[from] toml::ser::Error),
+    #[error("{option} {}: there are {scenes} scenes; check one scene with it at a time", path.display())]
+    Several { option: &'static str, path: PathBuf, scenes: usize },
+    #[error("--picture {}: the picture is an SVG; give it a name that ends in .svg", path.display())]
+    NoSvg { path: PathBuf },
+    #[error(
+        "--modes {}: the scene's dam is prescribed or another program's and has no modes here; leave the option out", path.display()
+    )]
+    NoModes { path: PathBuf },
+    #[error("{option} {} cannot be written: {cause}; {}", path.display(), remedy(cause))]
+    Write { option: &'static str, path: PathBuf, cause: Error },
+}
+
+impl CheckError {
+    /// The program's exit status.
+    fn status(&self) -> u8 {
+        if matches!(self, Self::Write { .. }) { 1 } else { 2 }
+    }
+}
+
+/// What to do about a file that cannot be written.
+fn remedy(cause: &Error) -> &'static str {
+    match cause.kind() {
+        ErrorKind::NotFound => "make the folder first, or choose another",
+        ErrorKind::NotADirectory | ErrorKind::AlreadyExists | ErrorKind::IsADirectory => {
+            "it, or a part of its path, is there and of another kind; choose another name"
+        }
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => "free some space or choose another place",
+        _ => "choose a place where you may write",
+    }
 }
 
 /// The pressure of a test, as a share of the hydrostatic pressure at the base.
@@ -46,19 +76,75 @@ const DEADLINE: f64 = 60.0;
 
 /// Says of each scene what is wrong with it, or what a run of it would be.
 pub fn check(arguments: &Check) -> ExitCode {
-    let mut status = ExitCode::SUCCESS;
+    let mut status = 0;
+    let mut failed = |error: CheckError| {
+        status = error.status().max(status);
+        complain(format!("{:?}", miette::Report::new(error)));
+    };
+    if let Err(error) = fits(arguments) {
+        failed(error);
+        return ExitCode::from(status);
+    }
     for path in &arguments.scenes {
-        if let Err(error) = examine(path, &arguments.set) {
-            complain(format!("{:?}", miette::Report::new(error)));
-            status = ExitCode::from(2);
+        if let Err(error) = examine(path, arguments) {
+            failed(error);
         }
     }
-    status
+    ExitCode::from(status)
 }
 
-fn examine(path: &Path, overrides: &[String]) -> Result<(), CheckError> {
-    let loaded = registry::read(path, overrides)?;
+/// Whether the files that are asked for fit the scenes.
+fn fits(arguments: &Check) -> Result<(), CheckError> {
+    let Check { scenes, picture, modes, .. } = arguments;
+    let asked = [("--picture", picture), ("--modes", modes)];
+    let asked = asked.into_iter().find_map(|(option, path)| Some((option, path.clone()?)));
+    if let Some((option, path)) = asked.filter(|_| scenes.len() > 1) {
+        return Err(CheckError::Several { option, path, scenes: scenes.len() });
+    }
+    match picture {
+        Some(path) if path.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("svg")) => {
+            Err(CheckError::NoSvg { path: path.clone() })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Writes the files that are asked for.
+fn write_files(scene: &Scene, arguments: &Check) -> Result<(), CheckError> {
+    if let Some(path) = &arguments.picture {
+        write("--picture", path, &section::picture(scene)?)?;
+    }
+    if let Some(folder) = &arguments.modes {
+        let text = modes::vtu(scene)?;
+        std::fs::create_dir_all(folder).map_err(|cause| CheckError::Write {
+            option: "--modes",
+            path: folder.clone(),
+            cause,
+        })?;
+        write("--modes", &folder.join("modes.vtu"), &text)?;
+    }
+    Ok(())
+}
+
+/// Writes a file, completely or not at all, and says so.
+fn write(option: &'static str, path: &Path, text: &str) -> Result<(), CheckError> {
+    let mut draft = path.as_os_str().to_owned();
+    draft.push(".part");
+    std::fs::write(&draft, text).and_then(|()| std::fs::rename(&draft, path)).map_err(|cause| {
+        // The error of writing is reported, not one of removing.
+        let _ = std::fs::remove_file(&draft);
+        CheckError::Write { option, path: path.to_owned(), cause }
+    })?;
+    say(format!("  wrote {}", path.display()));
+    Ok(())
+}
+
+fn examine(path: &Path, arguments: &Check) -> Result<(), CheckError> {
+    let loaded = registry::read(path, &arguments.set)?;
     warn(&loaded.warnings);
+    if let Some(path) = arguments.modes.as_ref().filter(|_| !registry::computes_dam(&loaded.scene)) {
+        return Err(CheckError::NoModes { path: path.clone() });
+    }
     let time = &loaded.scene.time;
     let (steps, step, duration) = (loaded.steps(), time.communication_step, time.duration.unwrap_or(0.0));
     let warnings = match loaded.warnings.len() {
@@ -134,8 +220,15 @@ fn examine(path: &Path, overrides: &[String]) -> Result<(), CheckError> {
         say(format!("  {}", strength(&loaded.ground_motion)));
     }
     if !frequencies.is_empty() {
-        let frequencies: Vec<String> = frequencies.iter().map(|f| format!("{f:.2}")).collect();
-        say(format!("  natural frequencies of the dam, intact and empty: {} rad/s", frequencies.join(", ")));
+        say(format!("  natural frequencies of the dam, intact and empty: {} rad/s", list(&frequencies)));
+        if let Some(full) = registry::natural_modes_in_water(scene, frequencies.len())? {
+            let formula = |water: FidelityScene| water == FidelityScene::Westergaard;
+            let water = match scene.waters().any(|(_, water)| formula(water.fidelity)) {
+                true => "with Westergaard's added mass",
+                false => "water incompressible",
+            };
+            say(format!("  full, {water}: {} rad/s", list(&full.frequencies)));
+        }
     }
     say(format!("  {}", estimate::of(&loaded, &mut *dam, &inputs, threads(None))?));
     let cracks = scene.dam.as_ref().map_or(&[][..], |dam| &dam.cracks);
@@ -152,7 +245,13 @@ fn examine(path: &Path, overrides: &[String]) -> Result<(), CheckError> {
             complain(format!("WARNING: {described}{}", advise(&cures)));
         }
     }
-    Ok(())
+    write_files(scene, arguments)
+}
+
+/// Frequencies in a line.
+fn list(frequencies: &[f64]) -> String {
+    let frequencies: Vec<String> = frequencies.iter().map(|f| format!("{f:.2}")).collect();
+    frequencies.join(", ")
 }
 
 /// A unit of a scene; that of another program in a process of its own, where it does no harm.

@@ -4,12 +4,14 @@ pub mod check;
 mod estimate;
 pub mod export_fmu;
 pub mod log;
+mod modes;
 mod parallel;
 mod picture;
 pub mod points;
 pub mod replay;
 pub mod reservoir;
 pub mod run;
+mod section;
 mod spectra;
 mod start;
 pub mod study;
@@ -277,6 +279,14 @@ pub struct Check {
     /// As in `cofferdam run`; an error in a changed value is shown in the KEY=VALUE itself.
     #[arg(short, long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
+
+    /// Draw the section to scale into this .svg: mesh, cracks, water, wet points; of one scene
+    #[arg(short, long, value_name = "FILE")]
+    pub picture: Option<PathBuf>,
+
+    /// Write the dam's mode shapes to modes.vtu in this folder, for ParaView; of one scene
+    #[arg(short, long, value_name = "FOLDER")]
+    pub modes: Option<PathBuf>,
 }
 
 const CHECK_HELP: &str = "\
@@ -287,15 +297,21 @@ Warnings, which `cofferdam run` shows too: elements or communication steps too c
 record's frequencies, a record that drifts, no rest after it for the residual sliding, values that
 seem to be in another unit. scenes/README.md lists the thresholds.
 
+Natural frequencies are those of the intact dam: empty, and full, with the mass of the water as if it were
+incompressible. modes.vtu holds the shapes as point data mode_1_empty, mode_1_full and so on, each with a
+modal mass of 1, and the frequencies as field data. Files that exist are replaced.
+
 Examples:
   cofferdam check scenes/koyna-northridge-1994
       Prints the number of steps of a run, or the errors that prevent it.
   cofferdam check scenes/koyna-northridge-1994 --set dam.element_size=25
       Would that mesh be fine enough?
+  cofferdam check scenes/koyna-northridge-1994 --picture koyna.svg --modes modes
+      Is the section drawn as it was meant?
   cofferdam check scenes/*/scene.toml
       All scenes.
 
-Exit status: 0 every scene can be run, 2 one of them is wrong.";
+Exit status: 0 every scene can be run, 1 a file cannot be written, 2 a scene or an option is wrong.";
 
 const RUN_HELP: &str = "\
 Results, in the output folder:

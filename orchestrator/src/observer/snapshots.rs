@@ -98,6 +98,7 @@ impl Snapshots {
             cells: still.triangles.clone(),
             point_data: vec![Field::vector("displacement", displacement.into_iter())],
             cell_data,
+            field_data: Vec::new(),
         };
         let mut point_data = Vec::new();
         if !still.contacts.is_empty() {
@@ -110,6 +111,7 @@ impl Snapshots {
             points: still.contacts.clone(),
             point_data,
             cell_data: Vec::new(),
+            field_data: Vec::new(),
         };
         let mut parts = vec![(PARTS[0], concrete), (PARTS[1], contacts)];
         let (_, fields) = &self.last;
@@ -125,6 +127,7 @@ impl Snapshots {
                     Field::scalar("hydrostatic_pressure", hydrostatic.clone()),
                 ],
                 cell_data: Vec::new(),
+                field_data: Vec::new(),
             };
             parts.push((name, grid));
         }

@@ -47,14 +47,14 @@ impl Summary {
     /// Sums up the histories of a run; what the run did not record, or did not reach, is left out.
     ///
     /// `static_crest` is the displacement (x, y) of the crest at rest, m, and `stress_points` (x, y), m, are where stress is
-    /// watched, of a dam that is computed; `recursion` are error and loss of the recursion of each water that has one.
+    /// watched, of a dam that is computed; its `natural_frequencies` are those without and with the mass of the water; `recursion` are error and loss of the recursion of each water that has one.
     pub fn of(
         loaded: &LoadedScene,
         histories: &Histories,
         ending: &Ending,
         static_crest: Option<[f64; 2]>,
         stress_points: &[[f64; 2]],
-        natural_frequencies: &[f64],
+        natural_frequencies: [&[f64]; 2],
         recursion: &[(Side, [f64; 2])],
     ) -> Self {
         let time = histories.column("time").unwrap_or(&[]);
@@ -64,8 +64,11 @@ impl Summary {
             let loads = if empty { "weight" } else { "weight, water" };
             table.add(&format!("static crest displacement ({loads})"), 1e3 * x, "mm", None);
         }
-        for (mode, frequency) in natural_frequencies.iter().enumerate() {
-            table.add(&format!("natural frequency {} (intact, empty)", mode + 1), *frequency, "rad/s", None);
+        for (water, frequencies) in ["empty", "full"].into_iter().zip(natural_frequencies) {
+            for (mode, frequency) in frequencies.iter().enumerate() {
+                let name = format!("natural frequency {} (intact, {water})", mode + 1);
+                table.add(&name, *frequency, "rad/s", None);
+            }
         }
         for (side, [error, loss]) in recursion {
             let water = if *side == Side::Upstream { "water" } else { "tailwater" };

@@ -85,6 +85,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         point_data: vec![part("modulus", |z| z.norm()), part("real", |z| z.re), part("imaginary", |z| z.im)],
         points: grid.points,
         cell_data: Vec::new(),
+        field_data: Vec::new(),
     };
     common.write(&[("field.vtu", field.vtu())])
 }

@@ -1,7 +1,7 @@
 //! What runs, resumed runs and branches share: results, units, observers, report.
 
 use super::super::start::{Start, StartError, deadlines};
-use super::super::{Options, known, say, spectra};
+use super::super::{Options, complain, known, say, spectra};
 use super::RunError;
 use super::place::{Fork, hand_over, place, same_units, same_variables, until};
 use crate::registry::{self, RegistryError};
@@ -134,6 +134,7 @@ impl Job<'_> {
         let dam = dam_lines(loaded, &mut graph)?;
         let stress_points = stress_points(&mut graph)?;
         let natural_frequencies = known(graph[UnitId::DAM].read("natural_frequency"))?;
+        let in_water = frequencies_in_water(scene, natural_frequencies.len());
         let recursion = recursion(scene, &mut graph)?;
         say(ground_line(&loaded.ground_motion));
         say(format!(
@@ -166,7 +167,7 @@ impl Job<'_> {
             &ending,
             simulation.static_crest_displacement,
             &stress_points,
-            &natural_frequencies,
+            [&natural_frequencies, &in_water],
             &recursion,
         );
         summary.notes.extend(watch.limits.flags().into_iter().map(|flag| format!("WARNING: {flag}")));
@@ -323,6 +324,20 @@ fn stress_points(graph: &mut Graph) -> Result<Vec<[f64; 2]>, ParticipantError> {
         known(graph[UnitId::DAM].read("stress_point_y"))?,
     );
     Ok(x.into_iter().zip(y).map(|(x, y)| [x, y]).collect())
+}
+
+/// The natural frequencies with the mass of the water; none where they are not known, which stops no run.
+fn frequencies_in_water(scene: &Scene, count: usize) -> Vec<f64> {
+    if count == 0 {
+        return Vec::new();
+    }
+    match registry::natural_modes_in_water(scene, count) {
+        Ok(modes) => modes.map_or_else(Vec::new, |modes| modes.frequencies),
+        Err(error) => {
+            complain(format!("WARNING: no natural frequencies with the water: {error}"));
+            Vec::new()
+        }
+    }
 }
 
 /// Error and loss of the recursion of each water that has one and tells them.
