@@ -102,7 +102,7 @@ impl DegreesOfFreedom {
         masses
     }
 
-    /// Entries (row, column, kg/m) of the water's [`AddedMass`](crate::AddedMass), each once; none without it.
+    /// Entries (row, column, kg/m) of the water's [`AddedMass`], each once; none without it.
     pub fn added_mass(&self, structure: &Structure<impl ContactLaw>) -> Vec<(usize, usize, f64)> {
         let mut entries = BTreeMap::new();
         for ([a, p], [b, q], value) in structure.added_mass.iter().flat_map(AddedMass::entries) {
