@@ -2,6 +2,7 @@
 
 mod added_mass;
 mod allocations;
+mod arch;
 mod bonds;
 mod cantilever;
 mod compliance;
@@ -26,6 +27,7 @@ mod reduction;
 mod rigid_blocks;
 mod sliding_damping;
 mod sloping_joint;
+mod stack;
 mod state;
 mod static_start;
 mod stress;
