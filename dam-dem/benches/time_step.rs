@@ -61,7 +61,7 @@ fn static_start(bencher: Bencher, element_size: f64) {
 #[divan::bench(args = [5.0, 2.5, 1.25, 0.6, 0.38], consts = [1, 2], sample_count = 20)]
 fn mesh<const THREADS: usize>(bencher: Bencher, element_size: f64) {
     let parameters = dam_dem::DamParameters { cracks: Vec::new(), ..support::koyna(element_size) };
-    let (mesh, laws) = (parameters.mesh(), Vec::<(dam_dem::contact::Coulomb, _)>::new());
+    let (mesh, laws) = (parameters.mesh().expect("a mesh"), Vec::<(dam_dem::contact::Coulomb, _)>::new());
     let base = mesh.base.clone();
     let structure = dam_dem::Structure::new(mesh, &parameters.material, parameters.kinematics, laws, &base);
     let structure = structure.on_threads(THREADS.try_into().unwrap()).unwrap();

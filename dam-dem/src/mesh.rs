@@ -8,6 +8,7 @@ mod quality;
 mod size;
 mod triangulation;
 
+use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
 use crate::block::Block;
@@ -276,6 +277,16 @@ impl Mesh {
     /// Index of the body to which `node` belongs.
     pub fn block_of(&self, node: usize) -> usize {
         self.blocks.partition_point(|block| block.nodes.end <= node)
+    }
+
+    /// Edges of the outline of `block`, galleries included, with the block on their left: from each node to the next one.
+    pub fn outline(&self, block: &Block) -> HashMap<usize, usize> {
+        let mut edges = HashSet::new();
+        for cell in &self.cells[block.cells.clone()] {
+            edges.extend((0..4).map(|k| [cell[k], cell[(k + 1) % 4]]));
+        }
+        let outer = edges.iter().filter(|[a, b]| !edges.contains(&[*b, *a]));
+        outer.map(|&[a, b]| (a, b)).collect()
     }
 
     /// Length of a chain of nodes, m.

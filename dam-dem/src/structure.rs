@@ -2,7 +2,9 @@ use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroUsize;
 
-use crate::contact::{ContactLaw, Coulomb, Crack, Integration, JointState, Parting, Stencil};
+use crate::contact::{
+    ContactLaw, Coulomb, Crack, Integration, JointState, Meeting, Outlines, Parting, Stencil,
+};
 use crate::damping::{DampingCoefficients, StiffnessDamping};
 use crate::element::{CrossedCells, ViscousStress};
 use crate::energy::{Losses, StoredEnergy};
@@ -30,6 +32,8 @@ pub struct Structure<L: ContactLaw = Coulomb> {
     pub added_mass: Option<AddedMass>,
     /// How blocks move with the jumps of cracks.
     pub(crate) carried: Carried,
+    /// What may meet where no crack is; none without cracks.
+    outlines: Option<Outlines<L>>,
 }
 
 /// Motion of all nodes, relative to the ground.
@@ -45,6 +49,8 @@ pub struct Motion {
     pub viscous: Vec<ViscousStress>,
     /// States of the contacts of each crack, one list for each seam.
     pub joints: Vec<Vec<JointState>>,
+    /// Contacts where no crack was.
+    pub meetings: Vec<Meeting>,
 }
 
 impl<L: ContactLaw> Structure<L> {
@@ -69,9 +75,13 @@ impl<L: ContactLaw> Structure<L> {
             let (law, contacts) = laws.get(seam.crack)?.clone();
             Some(Crack::new(&mesh, seam, law, contacts))
         };
-        let cracks = mesh.seams.iter().filter_map(of_seam).collect();
-        let carried = Carried::of(&mesh, |node| inverse_mass[node] == 0.0);
-        Self { mesh, cells, cracks, mass, inverse_mass, added_mass: None, carried }
+        let cracks: Vec<Crack<L>> = mesh.seams.iter().filter_map(of_seam).collect();
+        let is_held = |node: usize| inverse_mass[node] == 0.0;
+        let carried = Carried::of(&mesh, is_held);
+        let integrations: Vec<Integration> =
+            mesh.seams.iter().filter_map(|seam| Some(laws.get(seam.crack)?.1)).collect();
+        let outlines = Outlines::of(&mesh, &cracks, &integrations, is_held);
+        Self { mesh, cells, cracks, mass, inverse_mass, added_mass: None, carried, outlines }
     }
 
     /// The same structure with the added mass of `rows` (points × points, Pa per m/s²) on its `wet` face.
@@ -97,6 +107,7 @@ impl<L: ContactLaw> Structure<L> {
             acceleration: zero,
             viscous: self.cells.viscous_at_rest(),
             joints: self.cracks.iter().map(|crack| crack.joints_at_rest()).collect(),
+            meetings: Vec::new(),
         }
     }
 
@@ -138,7 +149,25 @@ impl<L: ContactLaw> Structure<L> {
             losses.friction += lost.friction;
             losses.damping_power += lost.damping_power;
         }
+        if let Some(outlines) = self.outlines.as_ref().filter(|_| !motion.meetings.is_empty()) {
+            let met = outlines.add_forces(u, v, damping, &motion.joints, &mut motion.meetings, forces);
+            losses.friction += met.friction;
+            losses.damping_power += met.damping_power;
+        }
         losses
+    }
+
+    /// Finds where blocks may meet within the next `duration` (s) without a crack there.
+    pub(crate) fn find_meetings(&self, motion: &mut Motion, duration: f64) {
+        if let Some(outlines) = &self.outlines {
+            let Motion { displacement: u, velocity: v, joints, meetings, .. } = motion;
+            outlines.search(u, v, joints, duration, meetings);
+        }
+    }
+
+    /// Where blocks meet without a crack there: unloaded place of one such point (m), and whether it is on the ground.
+    pub fn meeting_place(&self, motion: &Motion) -> Option<([f64; 2], bool)> {
+        self.outlines.as_ref()?.first_closed(&motion.meetings)
     }
 
     /// What releases blocks from mass damping, for evaluations that are a `time_step` (s) apart.
@@ -243,7 +272,12 @@ impl<L: ContactLaw> Structure<L> {
 
     /// Energy in the contact springs, J/m.
     pub fn contact_energy(&self, motion: &Motion) -> f64 {
-        self.cracks.iter().zip(&motion.joints).map(|(crack, joints)| crack.energy(joints)).sum()
+        let of_cracks: f64 =
+            self.cracks.iter().zip(&motion.joints).map(|(crack, joints)| crack.energy(joints)).sum();
+        match &self.outlines {
+            Some(outlines) if !motion.meetings.is_empty() => of_cracks + outlines.energy(&motion.meetings),
+            _ => of_cracks,
+        }
     }
 
     /// Kinetic energy relative to the ground, including that of the added mass, J/m.

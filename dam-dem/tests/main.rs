@@ -18,6 +18,7 @@ mod frames;
 mod joint_laws;
 mod limit_equilibrium;
 mod linear_reference;
+mod meetings;
 mod newmark_1965;
 mod outputs;
 mod parameters;

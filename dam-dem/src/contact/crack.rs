@@ -278,6 +278,12 @@ impl<L: ContactLaw> Crack<L> {
         self.near_an_end(contact, place, u)
     }
 
+    /// Whether both sides run the same way at a contact: not so if a block that has slid off has turned over.
+    fn faces(&self, contact: &Contact, place: &Place, u: &[[f64; 2]]) -> bool {
+        let own = self.sides[contact.side].edge(contact.after, |node| u[node]);
+        own[0] * place.tangent[0] + own[1] * place.tangent[1] > 0.0
+    }
+
     /// The same for a contact at the place `opposite` that may be near an end of the other side.
     fn near_an_end(&self, contact: &Contact, opposite: Place, u: impl Fn(usize) -> [f64; 2]) -> Place {
         let [own, other] = [contact.side, 1 - contact.side].map(|side| &self.sides[side]);
@@ -402,7 +408,9 @@ impl<L: ContactLaw> Crack<L> {
             let [before, weight] = [joint.coverage, place.coverage].map(|share| contact.weight * share);
             let risen = self.law.dilation(joint.slipped);
             let penetration = risen - place.gap;
-            if place.coverage == 0.0 {
+            let fell = joint.status == ContactStatus::Lost
+                && (penetration > SHALLOW * contact.weight || !self.faces(contact, &place, displacement));
+            if place.coverage == 0.0 || fell {
                 losses.friction += before
                     * self.mean_energy(joint, joint.penetration * penetration, place.slip - joint.anchor);
                 *joint = JointState {
@@ -425,7 +433,7 @@ impl<L: ContactLaw> Crack<L> {
             let mut earlier = joint.penetration;
             if joint.status == ContactStatus::Lost {
                 joint.anchor = place.slip;
-                earlier = risen - joint.gap;
+                earlier = (risen - joint.gap).max(0.0);
             }
             let Point { nodes: own, share, .. } = place.point;
             let (nodes, shares) = (place.nodes_of_both(), place.shares());
@@ -655,6 +663,9 @@ fn share_below_zero(first: f64, last: f64) -> f64 {
 /// Largest error with which the slip gives the position of the other side's end, as a share of a contact's part:
 /// 1 − cos θ for θ = 25°.
 const TILT: f64 = 0.1;
+
+/// Depth, as a share of its length, below which a lost contact is found again; deeper, its block has fallen beside the other one.
+const SHALLOW: f64 = 0.01;
 
 /// Normal to a direction downstream, out of the other side towards `side`.
 fn normal(side: usize, [x, y]: [f64; 2]) -> [f64; 2] {

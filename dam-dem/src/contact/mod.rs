@@ -8,8 +8,8 @@
 //! **Along the crack.** A contact represents a part of its side, and only the share of this part that lies
 //! opposite the other side counts. Sides that end at different places are in contact over their common
 //! length. Where a block slides out, the contact at its corner decreases until nothing of its part is left.
-//! Then the contact is lost; it is found again when the block comes back. The energy of springs that are lost
-//! in this way counts as lost to friction.
+//! Then the contact is lost; it is found again when the block comes back on the same level. The energy of springs that are lost
+//! in this way counts as lost to friction. What has slid off may meet another side or the ground ([`Meeting`]).
 //!
 //! **Known effects.** The points are the nodes, or two Gauss points in each segment ([`Integration`]). Nodes
 //! lie at the corners: a rocking block turns about its true corner, where one spring with a quarter of a
@@ -20,6 +20,7 @@
 
 mod coulomb;
 mod crack;
+mod meeting;
 mod mohr_coulomb;
 mod parting;
 mod search;
@@ -29,6 +30,8 @@ use serde::{Deserialize, Serialize};
 
 pub use coulomb::Coulomb;
 pub use crack::{ContactStatus, Crack, CrackForces, JointState, Stencil};
+pub use meeting::Meeting;
+pub(crate) use meeting::Outlines;
 pub use mohr_coulomb::MohrCoulomb;
 pub(crate) use parting::Parting;
 pub(crate) use trials::Trials;

@@ -252,9 +252,10 @@ fn polar<S: Simd, const COROTATIONAL: bool>([[h11, h12], [h21, h22]]: Tensor<S>)
     }
     let (a, b) = (one + h11 + (one + h22), h21 - h12);
     let stretch = (a * a + b * b).sqrt();
-    let sum = stretch + a;
+    // 1 − cos θ = b²/r(r + a) up to a quarter turn and (r − a)²/r(r − a) beyond: no digits are lost at 0, no sum vanishes at 180°
+    let sum = stretch + a.abs();
     let inverse = one / (stretch * sum);
-    let versine = b * b * inverse;
+    let versine = a.where_negative(sum * sum, b * b) * inverse;
     let (cos, sin) = (one - versine, b * sum * inverse);
     let e11 = cos * h11 + sin * h21 - versine;
     let e22 = cos * h22 - sin * h12 - versine;

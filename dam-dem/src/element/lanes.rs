@@ -70,6 +70,18 @@ impl<S: Simd> Register<S> {
     }
 
     #[inline(always)]
+    pub fn abs(self) -> Self {
+        Self { value: self.simd.abs_f64s(self.value), ..self }
+    }
+
+    /// `yes` where this value is negative, `no` elsewhere.
+    #[inline(always)]
+    pub fn where_negative(self, yes: Self, no: Self) -> Self {
+        let negative = self.simd.less_than_f64s(self.value, self.simd.splat_f64s(0.0));
+        Self { value: self.simd.select_f64s(negative, yes.value, no.value), ..self }
+    }
+
+    #[inline(always)]
     pub fn sqrt(self) -> Self {
         Self { value: self.simd.sqrt_f64s(self.value), ..self }
     }

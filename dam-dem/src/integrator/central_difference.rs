@@ -63,6 +63,7 @@ impl CentralDifference {
         let mut release = structure.release(damping, dt);
         let mut released = if release.partings.is_empty() { Vec::new() } else { forces.clone() };
         let mut impulse = [0.0; 2];
+        structure.find_meetings(motion, dt * self.steps as f64);
         kick(motion, dt / 2.0);
         for step in 0..self.steps {
             let share = |n: f64| n / self.steps as f64;
