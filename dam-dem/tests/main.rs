@@ -36,6 +36,7 @@ mod support;
 mod tailwater;
 mod threads;
 mod time_step;
+mod toppling;
 mod vibration;
 mod waves;
 mod wedge;

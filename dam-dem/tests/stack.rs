@@ -7,7 +7,7 @@ use dam_dem::loads::LoadPath;
 use dam_dem::{DamError, DampingCoefficients, Kinematics, Motion, RayleighCoefficients, Section, Structure};
 
 use crate::support::assembly::{
-    Assembly, Meshing, Placed, Position, cases, rectangle, two_blocks, unstructured,
+    Assembly, LIFT, Meshing, Placed, Position, cases, rectangle, two_blocks, unstructured,
 };
 use crate::support::{self, GRAVITY};
 
@@ -87,11 +87,17 @@ fn ten_blocks_keep_their_weight() -> Result<(), DamError> {
     Ok(())
 }
 
-/// Momentum and moment of momentum about the origin, and the sums of the sizes of their terms.
+/// Relative to the origin of the turned mesh, m.
+fn above_origin([x, y]: [f64; 2]) -> [f64; 2] {
+    [x, y - LIFT]
+}
+
+/// Momentum and moment of momentum about the origin of the mesh, and the sums of the sizes of their terms.
 fn momenta(structure: &Structure, motion: &Motion) -> ([f64; 3], [f64; 3]) {
     let (mut sum, mut size) = ([0.0; 3], [0.0; 3]);
     for (node, mass) in structure.mass.iter().enumerate() {
-        let place = [0, 1].map(|d| structure.mesh.nodes[node][d] + motion.displacement[node][d]);
+        let rest = above_origin(structure.mesh.nodes[node]);
+        let place = [0, 1].map(|d| rest[d] + motion.displacement[node][d]);
         let [p, q] = motion.velocity[node].map(|v| mass * v);
         let terms = [p, q, place[0] * q - place[1] * p];
         let sizes = [p.abs(), q.abs(), (place[0] * q).abs() + (place[1] * p).abs()];
@@ -119,7 +125,7 @@ fn free_blocks_keep_their_momenta() {
             let mut motion = structure.at_rest();
             for (block, [v, w, spin]) in [(0, [0.1, 0.3, 0.05]), (1, [0.4, -0.5, -0.3])] {
                 for node in structure.mesh.blocks[block].nodes.clone() {
-                    let [x, y] = structure.mesh.nodes[node];
+                    let [x, y] = above_origin(structure.mesh.nodes[node]);
                     let drift = position.of([v, w]);
                     motion.velocity[node] = [drift[0] - spin * y, drift[1] + spin * x];
                 }

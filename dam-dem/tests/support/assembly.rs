@@ -75,6 +75,9 @@ pub fn unstructured(section: &Section, cracks: &[Vec<[f64; 2]>], element_size: f
     .expect("the section is meshed")
 }
 
+/// Height of the origin of a turned mesh, m: the ground at y = 0 is far below its blocks.
+pub const LIFT: f64 = 20.0;
+
 /// A turned, perhaps mirrored position.
 #[derive(Clone, Copy, Debug)]
 pub struct Position {
@@ -92,9 +95,12 @@ impl Position {
         [cos * x - sin * y, sin * x + cos * y]
     }
 
-    /// The mesh in this position. A mirrored cell and a mirrored chain are written the other way round.
+    /// The mesh in this position, with its origin at [`LIFT`]. A mirrored cell and a mirrored chain are written the other way round.
     pub fn of_mesh(self, mut mesh: Mesh) -> Mesh {
-        mesh.nodes.iter_mut().for_each(|node| *node = self.of(*node));
+        for node in &mut mesh.nodes {
+            let [x, y] = self.of(*node);
+            *node = [x, y + LIFT];
+        }
         if self.mirrored {
             mesh.cells.iter_mut().for_each(|cell| *cell = [cell[1], cell[0], cell[3], cell[2], cell[4]]);
             for seam in &mut mesh.seams {
