@@ -1,5 +1,7 @@
 //! Dams and helper functions that the tests share.
 
+pub mod assembly;
+
 use dam_dem::contact::{ContactLaw, Integration};
 use dam_dem::energy::Work;
 use dam_dem::integrator::CentralDifference;
