@@ -198,7 +198,7 @@ impl Conformed {
             .iter()
             .filter(|home| !Shape::is_like_another(home) && !is_of_another_program(home))
             .collect();
-        let at_home = matches!(homes.len(), 1 | 2);
+        let at_home = matches!(homes.len(), 1..=3);
         let meant = similar(name, &free).or_else(|| if at_home { None } else { alike(name, &free) });
         let (key, table) = (name.to_owned(), Shape::header(path));
         let invalid = match meant {

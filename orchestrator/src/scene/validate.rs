@@ -375,9 +375,10 @@ impl Findings {
             self.add("dam.modes", Invalid::NoModes);
         }
         for (index, crack) in dam.cracks.iter().enumerate() {
+            let table = format!("dam.cracks.{index}");
             let given = [crack.elevation.is_some(), crack.polyline.is_some()];
-            if given == [true, true] || self.sound(&[&format!("dam.cracks.{index}")]) {
-                self.exactly_one(&format!("dam.cracks.{index}"), "elevation", "polyline", given);
+            if given == [true, true] || self.sound(&[&table, "dam.cracks.elevation", "dam.cracks.polyline"]) {
+                self.exactly_one(&table, "elevation", "polyline", given);
             }
         }
         self.damping(&dam.damping);
