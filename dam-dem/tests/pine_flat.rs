@@ -38,11 +38,10 @@ fn frequencies(mesh: Mesh, plane: Plane) -> Result<(f64, Vec<f64>), DamError> {
 
 /// `ω∞` of the least-squares fit `ω = ω∞ + c h²`.
 fn extrapolated(found: &[(f64, Vec<f64>)], mode: usize) -> f64 {
-    let count = found.len() as f64;
-    let mean = |of: &dyn Fn(&(f64, Vec<f64>)) -> f64| found.iter().map(of).sum::<f64>() / count;
-    let (x, y) = (mean(&|(h, _)| h * h), mean(&|(_, omega)| omega[mode]));
-    let covariance = mean(&|(h, omega)| (h * h - x) * (omega[mode] - y));
-    y - x * covariance / mean(&|(h, _)| (h * h - x).powi(2))
+    let points: Vec<[f64; 2]> = found.iter().map(|(h, omega)| [h * h, omega[mode]]).collect();
+    let [x, y] = [0, 1].map(|d| points.iter().map(|point| point[d]).sum::<f64>() / points.len() as f64);
+    let covariance: f64 = points.iter().map(|point| (point[0] - x) * (point[1] - y)).sum();
+    y - x * covariance / points.iter().map(|point| (point[0] - x).powi(2)).sum::<f64>()
 }
 
 /// Tolerance: 1 % after extrapolation from three meshes; the finest of them is within 2 %.
