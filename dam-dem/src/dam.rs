@@ -9,7 +9,7 @@ use std::ops::Range;
 use std::sync::OnceLock;
 
 use crate::base::BaseBalance;
-use crate::contact::{Crack, MohrCoulomb, Trials};
+use crate::contact::{ContactStatus, Crack, JointState, MohrCoulomb, Trials};
 use crate::energy::{EnergyLedger, EnergyWatch};
 use crate::integrator::CentralDifference;
 use crate::loads::Wet;
@@ -17,7 +17,7 @@ use crate::model::{Loads, Model};
 use crate::reduction::Superposition;
 use crate::state::{DamMotion, DamState, Inputs};
 use crate::stress::{NodalStresses, PrincipalStresses, stress_points};
-use crate::structure::Structure;
+use crate::structure::{Motion, Structure};
 use crate::{
     CrackParameters, CriticalTimeStep, DamError, DamParameters, DampingCoefficients, Fidelity,
     LimitEquilibrium, SystemMatrices, modal,
@@ -54,6 +54,8 @@ pub struct Dam {
     fingerprint: Fingerprint,
     state: DamState,
     energy_watch: EnergyWatch,
+    /// Whether it was told that a block has left its crack. It is not part of the state.
+    told_of_departure: bool,
     /// Attempts at the current steps in which bonds broke. They are not part of the state.
     trials: Vec<Trials>,
 }
@@ -118,6 +120,7 @@ impl Dam {
             damping_frequencies,
             state,
             energy_watch: EnergyWatch::default(),
+            told_of_departure: false,
             trials: Vec::new(),
         };
         tracing::info!(
@@ -316,6 +319,35 @@ impl Dam {
         Err(DamError::NonFinite { part, time })
     }
 
+    /// Tells, once, of a block in the current state that has left its crack.
+    fn tell_of_departure(&mut self) {
+        if self.told_of_departure {
+            return;
+        }
+        let time = self.state.time;
+        let lost = |joints: &Vec<JointState>| {
+            !joints.is_empty() && joints.iter().all(|joint| joint.status == ContactStatus::Lost)
+        };
+        match &self.state.motion {
+            DamMotion::Nodes(motion) => {
+                let Some(([x, y], on_ground)) = self.structure().meeting_place(motion) else { return };
+                let what = if on_ground { "the ground" } else { "another one" };
+                tracing::warn!(
+                    "at t = {time} s a block meets {what} where no crack was; the point that does so lay at ({x}, {y}) m"
+                );
+            }
+            DamMotion::Modes(motion) => {
+                let Some(seam) = motion.joints.iter().position(lost) else { return };
+                let elevation = self.cracks[self.structure().mesh.seams[seam].crack].line.elevation();
+                tracing::warn!(
+                    "at t = {time} s a block has left the crack at {elevation} m; modes know no contacts but those along cracks, so that \
+                     it meets nothing any more: compute it with the fidelity \"dem\""
+                );
+            }
+        }
+        self.told_of_departure = true;
+    }
+
     fn check_state(&self, state: &DamState) -> Result<(), StateError> {
         let (found, expected) = (state.fingerprint, self.fingerprint);
         if found == expected { Ok(()) } else { Err(StateError::Fingerprint { found, expected }) }
@@ -457,6 +489,7 @@ impl CoSimulation for Dam {
             );
         }
         self.state.energy_watch = self.energy_watch;
+        self.tell_of_departure();
         let mut motion = self.state.motion.clone();
         let mut trials = self.take_trials(time, step);
         trials.set_fuses(motion.joints_mut());
@@ -529,7 +562,8 @@ impl CoSimulation for Dam {
     fn deserialise_state(&self, bytes: &[u8]) -> Result<DamState, DamError> {
         let state: DamState = open(self.fingerprint, bytes)?;
         self.check_state(&state)?;
-        if !state.has_shape_of(&self.state) {
+        let known = |motion: &Motion| self.structure().knows(&motion.meetings);
+        if !state.has_shape_of(&self.state) || !state.motion.of_nodes().is_none_or(known) {
             return Err(StateError::NotAState { length: bytes.len() }.into());
         }
         Ok(state)
@@ -588,7 +622,48 @@ const TIME_TOLERANCE: f64 = 1e-6;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::Meeting;
     use crate::energy::StoredEnergy;
+    use crate::{Damping, Kinematics, Material, Plane, Section};
+
+    /// A state of another mesh, or a damaged one.
+    #[test]
+    fn a_state_with_a_meeting_that_cannot_be_is_refused() -> Result<(), DamError> {
+        let parameters = DamParameters {
+            section: Section::rectangle(2.0, 4.0),
+            water_depth: 0.0,
+            tailwater_depth: 0.0,
+            cracks: vec![CrackParameters::sliding(3.0, 0.1, 1e9, 0.5e9)],
+            material: Material {
+                young_modulus: 1e9,
+                poisson_ratio: 0.2,
+                density: 2400.0,
+                plane: Plane::Stress,
+            },
+            damping: Damping::None,
+            fidelity: Fidelity::Dem,
+            kinematics: Kinematics::Corotational,
+            element_size: 1.0,
+            gravity: 9.81,
+            time_step_safety: 0.9,
+            drags_blocks: false,
+            added_mass: None,
+        };
+        let dam = Dam::new(parameters)?;
+        for (meeting, fits) in [
+            (Meeting::open(0, Some(1)), true),
+            (Meeting::open(u32::MAX, None), false),
+            (Meeting::open(0, Some(u32::MAX)), false),
+        ] {
+            let mut state = dam.save_state();
+            if let DamMotion::Nodes(motion) = &mut state.motion {
+                motion.meetings.push(meeting);
+            }
+            let read = dam.deserialise_state(&dam.serialise_state(&state)?);
+            assert_eq!(read.is_ok(), fits, "{read:?}");
+        }
+        Ok(())
+    }
 
     #[test]
     fn a_doubtful_balance_is_noticed_and_rounding_is_not() {

@@ -1,4 +1,4 @@
-//! Motion over time of a concrete gravity dam that horizontal cracks divide into deformable blocks.
+//! Motion over time of a concrete gravity dam that cracks divide into deformable blocks.
 //!
 //! ```text
 //!        y ↑        crest
@@ -6,7 +6,7 @@
 //!  water   │ block 1│         u: displacement relative to the ground
 //!  level ▽ │        │         n: unit normal of the wet face, into the dam
 //!  ~~~~~~~~│→ n     │
-//!          ╞════════╡  crack  contacts: nodes of either side against the other's segments
+//!          ╞════════╡  crack  contacts: points of either side against the other's segments
 //!          │ block 0 \
 //!          │          \
 //!  ────────┴───────────┴──→ x downstream
@@ -21,7 +21,9 @@
 //!
 //! - *Elements*: constant-strain triangles, four to a quadrilateral cell, lumped masses, plane
 //!   stress or strain, small-strain or corotational ([`element`]).
-//! - *Contacts*: springs and dashpots without tension, with Coulomb friction ([`contact`]).
+//! - *Blocks* follow from the cracks, which run in any direction, along the base too ([`Mesh`]).
+//! - *Contacts*: springs and dashpots without tension, with Coulomb friction, along the cracks and, at full
+//!   fidelity, wherever blocks meet ([`contact`]).
 //! - *Damping*: proportional to mass, to stiffness, or to both (Rayleigh, `α M + β K`), or local; β acts in
 //!   elements and contacts ([`Damping`]).
 //! - *Fidelity*: the full model, or modes of blocks between contacts, rigid blocks, or modes of the intact dam
@@ -36,8 +38,8 @@
 //! - *Energy*: every kind of work and energy is computed separately ([`energy`]).
 //!
 //! **Conventions.** SI units; pressure and contact stress are positive in compression, rotations positive
-//! counter-clockwise; sliding is positive when the upper side moves downstream. Cracks and blocks
-//! are numbered from the base up.
+//! counter-clockwise; sliding is positive when the upper side moves downstream. Cracks are numbered from the base up, by their
+//! mean elevations.
 //!
 //! **Assumptions.** The concrete between the given cracks is linear elastic and does not crack. There is no
 //! water in the cracks. Pressure acts on the unloaded geometry of the wet face. The ground is rigid and does

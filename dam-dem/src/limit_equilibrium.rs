@@ -54,7 +54,9 @@ impl LimitEquilibrium {
             let normal = [-tangent[1], tangent[0]];
             let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
             let from = |end: usize, node: usize| [0, 1].map(|d| mesh.nodes[node][d] - mesh.nodes[end][d]);
-            let length = mesh.length(&[first, last]);
+            // a gallery in between is no part of it
+            let length: f64 =
+                seams().map(|seam| mesh.length(&[seam.upper[0], seam.upper[seam.upper.len() - 1]])).sum();
             let off = |&node: &usize| dot(from(first, node), normal).abs() > STRAIGHT * length;
             // all of the upper side must be of the body that would move
             let carries = seams().all(|seam| above.contains(&seam.above));

@@ -6,6 +6,7 @@ mod plane_geometry;
 mod quadrilaterals;
 mod quality;
 mod size;
+mod topology;
 mod triangulation;
 
 use std::collections::{HashMap, HashSet};
@@ -139,20 +140,19 @@ impl Mesh {
             let dot = first[0] * second[0] + first[1] * second[1];
             cross.atan2(dot).abs() > KINK
         };
-        let mut ends = vec![0];
-        ends.extend(seam.upper.windows(3).zip(1..).filter(|(chain, _)| is_kink(chain)).map(|(_, at)| at));
-        ends.push(seam.upper.len() - 1);
-        // the ground goes on beyond the dam, on a straight line
-        let parts = ends.windows(2).map(|ends| match ends.len() {
-            _ if seam.lower.len() != seam.upper.len() => seam.clone(),
-            _ => Seam {
-                lower: seam.lower[ends[0]..=ends[1]].to_vec(),
-                upper: seam.upper[ends[0]..=ends[1]].to_vec(),
-                ..seam
-            },
-        });
-        let parts: Vec<Seam> = parts.collect();
-        self.seams.extend(parts);
+        let kinks = seam.upper.windows(3).zip(1..).filter(|(chain, _)| is_kink(chain)).map(|(_, at)| at);
+        let kinks: Vec<usize> = kinks.collect();
+        let mut rest = seam;
+        // from the far end, so that the places of the others stay; the base, where the ground goes on beyond the dam, has none
+        let mut parts: Vec<Seam> = Vec::new();
+        for &at in kinks.iter().rev() {
+            let [lower, upper] = [&mut rest.lower, &mut rest.upper].map(|chain| chain.split_off(at));
+            rest.lower.push(lower[0]);
+            rest.upper.push(upper[0]);
+            parts.push(Seam { lower, upper, ..rest });
+        }
+        parts.push(rest);
+        self.seams.extend(parts.into_iter().rev());
     }
 
     /// Meshes `section` with `columns` columns. `rows` gives the elevations of the row boundaries of each

@@ -95,7 +95,7 @@ pub struct CrackParameters {
     /// Slip, to and fro, after which nothing rises any more, m; `None` for never.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dilation_slip: Option<f64>,
-    /// Length of an element's side along it, m; `None` for that of the dam. Not for cracks between layers.
+    /// Length of an element's side along it, m; `None` for that of the dam. With it the mesh is not one of rows.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub element_size: Option<f64>,
     /// Where its contacts are.
@@ -193,14 +193,14 @@ impl CrackParameters {
 }
 
 impl DamParameters {
-    /// Checks everything that can be checked without a mesh.
+    /// Checks the parameters, and that the section can be meshed.
     ///
     /// **Errors**: the first of [`problems`](Self::problems).
     pub fn check(&self) -> Result<(), DamError> {
         self.problems().into_iter().next().map_or(Ok(()), |problem| Err(problem.error))
     }
 
-    /// Everything that is wrong and can be found without a mesh.
+    /// Everything that is wrong with the parameters; of a section that rows of cells cannot fill, what meshing it shows too.
     pub fn problems(&self) -> Vec<Problem> {
         let mut found = Vec::new();
         for (name, value, holds, requirement) in [
@@ -245,9 +245,12 @@ impl DamParameters {
         found
     }
 
-    /// Whether blocks are stacked between horizontal cracks in a section that rows of cells can fill.
+    /// Whether blocks are stacked between horizontal cracks in a section that rows of cells can fill, all of one size.
     fn has_layers(&self) -> bool {
-        self.section.has_rows() && self.cracks.iter().all(|crack| matches!(crack.line, CrackLine::Level(_)))
+        let in_rows = |crack: &CrackParameters| {
+            matches!(crack.line, CrackLine::Level(_)) && crack.element_size.is_none()
+        };
+        self.section.has_rows() && self.cracks.iter().all(in_rows)
     }
 
     /// What is wrong with the depths of the water.

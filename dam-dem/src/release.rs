@@ -44,11 +44,11 @@ pub(crate) struct Link {
 }
 
 impl Carried {
-    /// What carries the blocks of `mesh`, of whose nodes the ground holds some. Blocks that hang together without ground are
-    /// carried by the first of them.
-    pub fn of(mesh: &Mesh, is_held: impl Fn(usize) -> bool) -> Self {
+    /// What carries the blocks of `mesh` across its first `seams`; the ground holds some of its nodes. Blocks that hang
+    /// together without ground are carried by the first of them.
+    pub fn of(mesh: &Mesh, seams: usize, is_held: impl Fn(usize) -> bool) -> Self {
         let length = |seam: usize| mesh.length(&mesh.seams[seam].upper);
-        let mut longest: Vec<usize> = (0..mesh.seams.len()).collect();
+        let mut longest: Vec<usize> = (0..seams).collect();
         longest.sort_by(|&a, &b| length(b).total_cmp(&length(a)));
         let held = |block: usize| mesh.blocks[block].nodes.clone().any(&is_held);
         // of each body that is in the tree, its link; none for its roots

@@ -55,7 +55,7 @@ pub struct Motion {
 
 impl<L: ContactLaw> Structure<L> {
     /// The blocks of `mesh`, without water, with the nodes `fixed` held by the ground. `cracks` gives the
-    /// contact law of each crack and where its contacts are.
+    /// contact law of each crack and where its contacts are; the last cracks may have none, and then no contacts.
     pub fn new(
         mesh: Mesh,
         material: &Material,
@@ -77,7 +77,7 @@ impl<L: ContactLaw> Structure<L> {
         };
         let cracks: Vec<Crack<L>> = mesh.seams.iter().filter_map(of_seam).collect();
         let is_held = |node: usize| inverse_mass[node] == 0.0;
-        let carried = Carried::of(&mesh, is_held);
+        let carried = Carried::of(&mesh, cracks.len(), is_held);
         let integrations: Vec<Integration> =
             mesh.seams.iter().filter_map(|seam| Some(laws.get(seam.crack)?.1)).collect();
         let outlines = Outlines::of(&mesh, &cracks, &integrations, is_held);
@@ -163,6 +163,11 @@ impl<L: ContactLaw> Structure<L> {
             let Motion { displacement: u, velocity: v, joints, meetings, .. } = motion;
             outlines.search(u, v, joints, duration, meetings);
         }
+    }
+
+    /// Whether the meetings of a motion can be those of this structure.
+    pub(crate) fn knows(&self, meetings: &[Meeting]) -> bool {
+        meetings.is_empty() || self.outlines.as_ref().is_some_and(|outlines| outlines.know(meetings))
     }
 
     /// Where blocks meet without a crack there: unloaded place of one such point (m), and whether it is on the ground.

@@ -4,7 +4,11 @@ use dam_dem::contact::{Coulomb, Integration};
 use dam_dem::energy::Work;
 use dam_dem::integrator::CentralDifference;
 use dam_dem::loads::LoadPath;
-use dam_dem::{Block, CriticalTimeStep, Kinematics, Mesh, Motion, Seam, Section, Structure};
+use dam_dem::{
+    Block, CrackParameters, CriticalTimeStep, Dam, DamError, DamParameters, Damping, Fidelity, Kinematics,
+    Mesh, Motion, Seam, Section, Structure,
+};
+use interface::{CoSimulation, Messages, variables::dam as variable};
 
 use crate::support;
 
@@ -153,4 +157,69 @@ fn corners_that_pass_do_not_lock() {
         let slowest = nodes.map(|node| motion.velocity[node][1]).fold(f64::NEG_INFINITY, f64::max);
         assert_eq!((slowest - fall).abs() < 1e-9, passes, "{offset} m: {slowest} m/s");
     }
+}
+
+/// A dam whose upper block is thrown off downstream.
+fn thrown(fidelity: Fidelity) -> DamParameters {
+    DamParameters {
+        section: Section::rectangle(2.0, 4.0),
+        water_depth: 0.0,
+        cracks: vec![CrackParameters::sliding(3.0, 0.1, 1e9, 0.5e9)],
+        damping: Damping::None,
+        element_size: 0.5,
+        fidelity,
+        ..support::koyna(1.0)
+    }
+}
+
+/// Steps of 5 ms up to `until` (s) with the ground going upstream at 30 m/s² for half a second.
+fn throw(dam: &mut Dam, until: f64) -> Result<(), DamError> {
+    while dam.state().time() < until - 1e-6 {
+        let time = dam.state().time();
+        let a = if time < 0.5 { -30.0 } else { 0.0 };
+        dam.set(variable::GROUND_ACCELERATION.value_reference, &[a, 0.0])?;
+        dam.step(time, 5e-3)?;
+    }
+    Ok(())
+}
+
+/// A state with meetings goes on from bytes with the same bits.
+#[test]
+fn a_state_with_meetings_goes_on_from_bytes() -> Result<(), DamError> {
+    let mut dam = support::at_rest(thrown(Fidelity::Dem))?;
+    let closed = |dam: &Dam| {
+        let motion = dam.state().motion().of_nodes().expect("nodes");
+        dam.structure().meeting_place(motion).is_some()
+    };
+    while !closed(&dam) {
+        let next = dam.state().time() + 5e-3;
+        throw(&mut dam, next)?;
+        assert!(dam.state().time() < 3.0, "the block never lands");
+    }
+    let time = dam.state().time();
+    let bytes = dam.serialise_state(&dam.save_state())?;
+    throw(&mut dam, time + 0.3)?;
+    let mut other = Dam::new(thrown(Fidelity::Dem))?;
+    other.restore_state(&other.deserialise_state(&bytes)?)?;
+    throw(&mut other, time + 0.3)?;
+    assert_eq!(dam.state().motion(), other.state().motion());
+    Ok(())
+}
+
+/// What lands in the full model leaves the modes for ever, and is told of once.
+#[test]
+fn a_block_that_leaves_its_crack_is_told_of() -> Result<(), DamError> {
+    for (fidelity, text) in [
+        (Fidelity::Dem, "meets the ground"),
+        (Fidelity::Reduced { modes: Some(4) }, "has left the crack at 3 m"),
+    ] {
+        let messages = Messages::default();
+        messages.listen(|| -> Result<(), DamError> {
+            let mut dam = support::at_rest(thrown(fidelity))?;
+            throw(&mut dam, 2.0)
+        })?;
+        let told = messages.take().into_iter().filter(|message| message.2.contains(text)).count();
+        assert_eq!(told, 1, "{fidelity:?}");
+    }
+    Ok(())
 }

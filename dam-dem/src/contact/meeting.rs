@@ -245,6 +245,15 @@ impl<L: ContactLaw> Outlines<L> {
         losses
     }
 
+    /// Whether points and edges of all meetings exist.
+    pub fn know(&self, meetings: &[Meeting]) -> bool {
+        let exists = |index: u32, count: usize| (index as usize) < count;
+        meetings.iter().all(|meeting| {
+            exists(meeting.point, self.points.len())
+                && meeting.edge.is_none_or(|edge| exists(edge, self.edges.len()))
+        })
+    }
+
     /// Energy of the springs, J/m.
     pub fn energy(&self, meetings: &[Meeting]) -> f64 {
         let energy =
@@ -416,7 +425,7 @@ impl<L: ContactLaw> Search<'_, L> {
 
 impl Meeting {
     /// Without force.
-    fn open(point: u32, edge: Option<u32>) -> Self {
+    pub(crate) fn open(point: u32, edge: Option<u32>) -> Self {
         Self { point, edge, anchor: 0.0, stretch: 0.0, penetration: 0.0, dashpots: [0.0; 2], rates: [0.0; 2] }
     }
 }

@@ -3,7 +3,9 @@
 ///
 /// `project(segment)` returns the scalar product of the point's offset from the first node of a segment with
 /// the segment vector, the squared length of the segment, and any other values. The walk never changes its
-/// direction, so that it always ends. For a point beyond an end of the chain the end segment is returned.
+/// direction, so that it always ends. It leaves a segment only by more than a [`MARGIN`]: a point opposite a node, as on
+/// the axis of a symmetric stack, would otherwise change its segment, and the direction of its force, by rounding errors, and
+/// find no rest. For a point beyond an end of the chain the end segment is returned.
 #[inline(always)]
 pub(super) fn find_segment<T>(
     start: usize,
@@ -12,13 +14,22 @@ pub(super) fn find_segment<T>(
 ) -> (usize, [f64; 2], T) {
     let mut segment = start.min(count - 1);
     let ([mut along, mut whole], mut found) = project(segment);
-    let backwards = along < 0.0;
-    while if backwards { along < 0.0 && segment > 0 } else { along > whole && segment + 1 < count } {
+    let is_before = |along: f64, whole: f64| along < -MARGIN * whole;
+    let is_behind = |along: f64, whole: f64| along > (1.0 + MARGIN) * whole;
+    let backwards = is_before(along, whole);
+    while if backwards {
+        is_before(along, whole) && segment > 0
+    } else {
+        is_behind(along, whole) && segment + 1 < count
+    } {
         segment = if backwards { segment - 1 } else { segment + 1 };
         ([along, whole], found) = project(segment);
     }
     (segment, [along, whole], found)
 }
+
+/// Distance beyond an end of a segment, as a share of its length, up to which a point still belongs to it.
+const MARGIN: f64 = 1e-9;
 
 #[cfg(test)]
 mod tests {

@@ -21,7 +21,8 @@ use crate::{DamError, Kinematics, Material, Mesh};
 ///
 /// *Small strain*: `ε = sym h`. *Corotational*: `F = R U` in closed form, with `a = F₁₁+F₂₂`, `b = F₂₁−F₁₂`,
 /// `r = √(a² + b²)`, `cos θ = a/r`, `sin θ = b/r`, and the Biot strain `ε = U − I`, computed from h and
-/// `1 − cos θ = b²/r(r+a)` to avoid the loss of digits in `U − I`, beyond a quarter turn `(r−a)/r`. The energy is `W = A/2 ε : D : ε`. Because D is isotropic, the stress `σ = D : ε` and U
+/// `1 − cos θ = b²/r(r+a)` to avoid the loss of digits in `U − I`, beyond a quarter turn `(r−a)/r`.
+/// The energy is `W = A/2 ε : D : ε`. Because D is isotropic, the stress `σ = D : ε` and U
 /// have the same principal axes, so that `P = ∂W/∂F / A = R σ`, and `f_i = −A P ∇N_i` is the exact gradient
 /// of the energy.
 ///

@@ -1,13 +1,13 @@
 //! Cells, blocks and the seams between them from a triangulation.
 
-use std::cmp::Ordering;
 use std::collections::HashMap;
 
 use super::arrangement::{Arrangement, Geometry};
 use super::geometry_error::{Feature, GeometryError};
-use super::plane_geometry::{Point, between, distance, orientation};
+use super::plane_geometry::{Point, between, distance};
 use super::quality::{LEAST_ANGLE, Quality};
 use super::size::{COARSENING, SizeField};
+use super::topology::{Side, Topology, by_height};
 use super::triangulation::{MOST_CELLS, Triangulation};
 use super::{Mesh, Seam};
 use crate::block::Block;
@@ -42,139 +42,6 @@ pub fn mesh(geometry: &Geometry) -> Result<(Mesh, Quality), GeometryError> {
     Err(GeometryError::Sliver { point, angle, least: LEAST_ANGLE })
 }
 
-/// A side of a triangle: index of the triangle and of the corner where the side starts.
-type Side = (usize, usize);
-
-/// The triangulation with the blocks of its triangles.
-struct Topology<'a> {
-    arrangement: &'a Arrangement,
-    triangulation: &'a Triangulation,
-    /// The triangle side that runs from one point to another.
-    sides: HashMap<[usize; 2], Side>,
-    /// The crack of each pair of points, in both directions.
-    cracks: HashMap<[usize; 2], usize>,
-    /// Block of each triangle.
-    block_of: Vec<usize>,
-    blocks: usize,
-}
-
-impl<'a> Topology<'a> {
-    fn new(arrangement: &'a Arrangement, triangulation: &'a Triangulation) -> Self {
-        let mut sides = HashMap::new();
-        for (index, triangle) in triangulation.triangles.iter().enumerate() {
-            for k in 0..3 {
-                sides.insert([triangle[k], triangle[(k + 1) % 3]], (index, k));
-            }
-        }
-        let mut cracks = HashMap::new();
-        for (edge, chain) in arrangement.edges.iter().zip(&triangulation.chains) {
-            if let Some(crack) = edge.crack {
-                for pair in chain.windows(2) {
-                    cracks.insert([pair[0], pair[1]], crack);
-                    cracks.insert([pair[1], pair[0]], crack);
-                }
-            }
-        }
-        let block_of = vec![usize::MAX; triangulation.triangles.len()];
-        let mut this = Self { arrangement, triangulation, sides, cracks, block_of, blocks: 0 };
-        this.fill();
-        this.order();
-        this
-    }
-
-    /// The triangle on the other side, if there is one and no crack in between.
-    fn across(&self, (triangle, k): Side) -> Option<Side> {
-        let corners = self.triangulation.triangles[triangle];
-        let reverse = [corners[(k + 1) % 3], corners[k]];
-        if self.cracks.contains_key(&reverse) { None } else { self.sides.get(&reverse).copied() }
-    }
-
-    fn fill(&mut self) {
-        for start in 0..self.block_of.len() {
-            if self.block_of[start] != usize::MAX {
-                continue;
-            }
-            let mut pending = vec![start];
-            self.block_of[start] = self.blocks;
-            while let Some(triangle) = pending.pop() {
-                for k in 0..3 {
-                    let Some((next, _)) = self.across((triangle, k)) else { continue };
-                    if self.block_of[next] == usize::MAX {
-                        self.block_of[next] = self.blocks;
-                        pending.push(next);
-                    }
-                }
-            }
-            self.blocks += 1;
-        }
-    }
-
-    fn corners(&self, triangle: usize) -> [Point; 3] {
-        self.triangulation.triangles[triangle].map(|i| self.triangulation.points[i])
-    }
-
-    /// Area and centroid of each block.
-    fn areas(&self) -> Vec<(f64, Point)> {
-        let mut sums = vec![[0.0; 3]; self.blocks];
-        for (triangle, &block) in self.block_of.iter().enumerate() {
-            let [a, b, c] = self.corners(triangle);
-            let area = 0.5 * orientation(a, b, c);
-            let sum = &mut sums[block];
-            sum[0] += area;
-            sum[1] += area * (a[0] + b[0] + c[0]) / 3.0;
-            sum[2] += area * (a[1] + b[1] + c[1]) / 3.0;
-        }
-        sums.into_iter().map(|[area, x, y]| (area, [x / area, y / area])).collect()
-    }
-
-    /// Numbers the blocks by (y, x) of their lowest point, the leftmost of several, then by (y, x) of their centroid.
-    fn order(&mut self) {
-        let mut lowest = vec![[f64::INFINITY; 2]; self.blocks];
-        for (triangle, &block) in self.block_of.iter().enumerate() {
-            for p in self.corners(triangle) {
-                if by_height(&p, &lowest[block]).is_lt() {
-                    lowest[block] = p;
-                }
-            }
-        }
-        let areas = self.areas();
-        let mut order: Vec<usize> = (0..self.blocks).collect();
-        order.sort_by(|&a, &b| {
-            by_height(&lowest[a], &lowest[b]).then_with(|| by_height(&areas[a].1, &areas[b].1))
-        });
-        let mut number = vec![0; self.blocks];
-        order.iter().enumerate().for_each(|(new, &old)| number[old] = new);
-        self.block_of.iter_mut().for_each(|block| *block = number[*block]);
-    }
-
-    /// For each corner of each triangle the first corner (three times the triangle + k) of the same node: around a point,
-    /// triangles that no crack separates share a node.
-    fn shared_corners(&self) -> Vec<usize> {
-        let mut root: Vec<usize> = (0..3 * self.block_of.len()).collect();
-        let find = |root: &mut Vec<usize>, mut i: usize| {
-            while root[i] != i {
-                root[i] = root[root[i]];
-                i = root[i];
-            }
-            i
-        };
-        for triangle in 0..self.block_of.len() {
-            for k in 0..3 {
-                let Some((other, m)) = self.across((triangle, k)) else { continue };
-                for (one, two) in [(k, (m + 1) % 3), ((k + 1) % 3, m)] {
-                    let (a, b) = (find(&mut root, 3 * triangle + one), find(&mut root, 3 * other + two));
-                    root[a.max(b)] = a.min(b);
-                }
-            }
-        }
-        (0..root.len()).map(|i| find(&mut root, i)).collect()
-    }
-}
-
-fn by_height(a: &Point, b: &Point) -> Ordering {
-    a[1].total_cmp(&b[1]).then(a[0].total_cmp(&b[0]))
-}
-
 impl Mesh {
     fn of_triangles(
         arrangement: &Arrangement,
@@ -187,7 +54,7 @@ impl Mesh {
             return Err(GeometryError::TinyBlock { point, area, least });
         }
         let mut numbering = Numbering::new(&topology, element_size);
-        let seams = numbering.seams(element_size)?;
+        let seams = numbering.seams()?;
         let side = |feature: Feature| {
             let edges = arrangement.edges.iter().zip(&triangulation.chains);
             let pairs = edges.filter(|(edge, _)| edge.feature == feature && edge.crack.is_none());
@@ -308,7 +175,7 @@ impl<'a> Numbering<'a> {
     }
 
     /// The seams of all cracks, and nodes of the ground under cracks along the base.
-    fn seams(&mut self, element_size: f64) -> Result<Vec<Seam>, GeometryError> {
+    fn seams(&mut self) -> Result<Vec<Seam>, GeometryError> {
         let topology = self.topology;
         let ground_body = topology.blocks;
         let mut seams: Vec<Seam> = Vec::new();
@@ -365,13 +232,13 @@ impl<'a> Numbering<'a> {
                     end = to;
                 }
             }
-            self.extend_ground(&mut seams[first_seam..], element_size);
+            self.extend_ground(&mut seams[first_seam..]);
         }
         Ok(seams)
     }
 
-    /// Under a crack that covers the whole base the ground goes on by an element size at heel and toe.
-    fn extend_ground(&mut self, seams: &mut [Seam], element_size: f64) {
+    /// Under a crack that covers the whole base the ground goes on by the width of the base at heel and toe.
+    fn extend_ground(&mut self, seams: &mut [Seam]) {
         let base = self.topology.arrangement.edges.iter().filter(|edge| edge.feature == Feature::Base);
         let ends: Vec<Point> = base.flat_map(|edge| self.topology.arrangement.segment(edge)).collect();
         let Some(toe) = ends.iter().copied().max_by(|a, b| a[0].total_cmp(&b[0])) else { return };
@@ -386,11 +253,11 @@ impl<'a> Numbering<'a> {
             return;
         }
         if let Some(seam) = seams.iter_mut().find(covers) {
-            let node = self.push([-element_size, 0.0]);
+            let node = self.push([-toe[0], 0.0]);
             seam.lower.insert(0, node);
         }
         if let Some(seam) = seams.iter_mut().rev().find(covers) {
-            let node = self.push([toe[0] + element_size, 0.0]);
+            let node = self.push([2.0 * toe[0], 0.0]);
             seam.lower.push(node);
         }
     }
@@ -717,14 +584,14 @@ mod tests {
         Ok(())
     }
 
-    /// The ground goes on by an element size on both sides of a dam that can slide.
+    /// The ground goes on by the width of the base on both sides of a dam that can slide, as in rows.
     #[test]
     fn ground_is_longer_than_a_free_base() -> Result<(), GeometryError> {
         let dam = Dam::koyna().crack(&[[0.0, 0.0], [70.0, 0.0]]);
         let (mesh, _) = dam.checked()?;
         let seam = &mesh.seams[0];
         let ends = [seam.lower[0], seam.lower[seam.lower.len() - 1]].map(|i| mesh.nodes[i]);
-        assert_eq!(ends, [[-3.0, 0.0], [73.0, 0.0]]);
+        assert_eq!(ends, [[-70.0, 0.0], [140.0, 0.0]]);
         assert!(mesh.base.is_empty() && mesh.ground.len() == seam.lower.len());
         let held = Dam::koyna().crack(&[[0.0, 0.0], [20.0, 0.0]]).checked()?.0;
         assert_eq!(held.nodes[held.base[0]], [20.0, 0.0]);

@@ -247,7 +247,7 @@ pub struct CrackScene {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0, max = 1e3), extend("unit" = "m", "otherwise" = "no end"))]
     pub dilation_slip: Option<f64>,
-    /// Length of an element's side along the crack, where the mesh is not one of rows.
+    /// Length of an element's side along the crack. With it the mesh is not one of rows, even if all cracks are horizontal.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1e-3, max = 1e4), extend("unit" = "m", "otherwise" = "`dam.element_size`"))]
     pub element_size: Option<f64>,
