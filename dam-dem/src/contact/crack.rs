@@ -278,13 +278,18 @@ impl<L: ContactLaw> Crack<L> {
         self.near_an_end(contact, place, u)
     }
 
-    /// Whether both sides run the same way at a contact: not so if a block that has slid off has turned over.
-    fn faces(&self, contact: &Contact, place: &Place, u: &[[f64; 2]]) -> bool {
+    /// Whether a lost contact is not to be found again: it lies deep beside the other side, or its block has turned over, so
+    /// that both sides no longer run the same way.
+    #[cold]
+    #[inline(never)]
+    fn has_fallen(&self, contact: &Contact, place: &Place, penetration: f64, u: &[[f64; 2]]) -> bool {
         let own = self.sides[contact.side].edge(contact.after, |node| u[node]);
-        own[0] * place.tangent[0] + own[1] * place.tangent[1] > 0.0
+        let along = own[0] * place.tangent[0] + own[1] * place.tangent[1];
+        penetration > SHALLOW * contact.weight || along <= 0.0
     }
 
     /// The same for a contact at the place `opposite` that may be near an end of the other side.
+    #[inline(always)]
     fn near_an_end(&self, contact: &Contact, opposite: Place, u: impl Fn(usize) -> [f64; 2]) -> Place {
         let [own, other] = [contact.side, 1 - contact.side].map(|side| &self.sides[side]);
         let [from, to] = contact.part;
@@ -409,7 +414,7 @@ impl<L: ContactLaw> Crack<L> {
             let risen = self.law.dilation(joint.slipped);
             let penetration = risen - place.gap;
             let fell = joint.status == ContactStatus::Lost
-                && (penetration > SHALLOW * contact.weight || !self.faces(contact, &place, displacement));
+                && self.has_fallen(contact, &place, penetration, displacement);
             if place.coverage == 0.0 || fell {
                 losses.friction += before
                     * self.mean_energy(joint, joint.penetration * penetration, place.slip - joint.anchor);

@@ -14,8 +14,9 @@ pub(super) fn find_segment<T>(
 ) -> (usize, [f64; 2], T) {
     let mut segment = start.min(count - 1);
     let ([mut along, mut whole], mut found) = project(segment);
-    let is_before = |along: f64, whole: f64| along < -MARGIN * whole;
-    let is_behind = |along: f64, whole: f64| along > (1.0 + MARGIN) * whole;
+    // the first comparison is true of hardly any point, and spares the product
+    let is_before = |along: f64, whole: f64| along < 0.0 && along < -MARGIN * whole;
+    let is_behind = |along: f64, whole: f64| along > whole && along > (1.0 + MARGIN) * whole;
     let backwards = is_before(along, whole);
     while if backwards {
         is_before(along, whole) && segment > 0
