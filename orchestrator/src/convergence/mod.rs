@@ -65,14 +65,14 @@ impl Residuals {
 impl ConvergenceMeasure {
     /// `measures` and ε with the scales for a dam of `height` (m) in water of hydrostatic base pressure `ρgh` (Pa):
     /// u_ref = 1e-9 × height, p_ref = ε ρgh/100, so that ε is relative as long as pressures exceed a hundredth of the
-    /// hydrostatic; no pressure may exceed 10⁶ ρgh.
+    /// hydrostatic; no pressure may exceed 10⁴ ρgh.
     pub fn new(measures: &[Measure], tolerance: f64, height: f64, hydrostatic_base_pressure: f64) -> Self {
         Self {
             measures: measures.to_vec(),
             tolerance,
             displacement_scale: 1e-9 * height,
             pressure_floor: 0.01 * tolerance * hydrostatic_base_pressure,
-            pressure_bound: 1e6 * hydrostatic_base_pressure,
+            pressure_bound: 1e4 * hydrostatic_base_pressure,
         }
     }
 
