@@ -647,6 +647,7 @@ mod tests {
             gravity: 9.81,
             time_step_safety: 0.9,
             drags_blocks: false,
+            zones: Vec::new(),
             added_mass: None,
         };
         let dam = Dam::new(parameters)?;

@@ -144,7 +144,7 @@ impl DamParameters {
         let wet = Wet::below(&mesh, self.water_levels())?;
         let laws = cracks.iter().map(|crack| (MohrCoulomb::from(crack), crack.integration));
         let base = mesh.base.clone();
-        let structure = Structure::new(mesh, &self.material, self.kinematics, laws, &base);
+        let structure = Structure::new(mesh, self.materials(), self.kinematics, laws, &base);
         let pressure = wet.as_ref().map_or_else(Vec::new, |wet| wet.hydrostatic(specific_weights));
         Ok(LimitEquilibrium::of(&structure, &cracks, wet.as_ref(), &pressure, self.gravity))
     }

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::Mesh;
 use crate::error::{Problem, require};
 
 /// Which out-of-plane component vanishes.
@@ -30,20 +31,28 @@ pub struct Material {
 
 impl Material {
     /// What is wrong: E and ρ must be positive, ν in (−1, 0.5).
-    pub(crate) fn problems(&self) -> impl Iterator<Item = Problem> {
+    pub(crate) fn problems(&self) -> impl Iterator<Item = Problem> + use<> {
+        self.problems_of("material")
+    }
+
+    /// The same of the material at the key `table`.
+    pub(crate) fn problems_of(&self, table: &str) -> impl Iterator<Item = Problem> + use<> {
+        let table = table.to_owned();
         let nu = self.poisson_ratio;
         let checks = [
             (
-                "material.young_modulus",
+                "young_modulus",
                 require(self.young_modulus > 0.0, "young_modulus", self.young_modulus, "positive"),
             ),
             (
-                "material.poisson_ratio",
+                "poisson_ratio",
                 require(nu > -1.0 && nu < 0.5, "poisson_ratio", nu, "between -1 and 0.5, both excluded"),
             ),
-            ("material.density", require(self.density > 0.0, "density", self.density, "positive")),
+            ("density", require(self.density > 0.0, "density", self.density, "positive")),
         ];
-        checks.into_iter().filter_map(|(key, check)| Some(Problem::of([key], check.err()?)))
+        checks
+            .into_iter()
+            .filter_map(move |(key, check)| Some(Problem::of([&format!("{table}.{key}")], check.err()?)))
     }
 
     /// Shear modulus `G = E / 2(1+ν)`, Pa.
@@ -59,6 +68,28 @@ impl Material {
             Plane::Stress => e * nu / (1.0 - nu * nu),
             Plane::Strain => e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)),
         }
+    }
+}
+
+/// The materials of a dam.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Materials {
+    /// Where no zone is.
+    pub general: Material,
+    /// One for each zone.
+    pub of_zones: Vec<Material>,
+}
+
+impl From<&Material> for Materials {
+    fn from(material: &Material) -> Self {
+        Self { general: *material, of_zones: Vec::new() }
+    }
+}
+
+impl Materials {
+    /// The material of a cell.
+    pub fn of_cell(&self, mesh: &Mesh, cell: usize) -> &Material {
+        mesh.zone_of(cell).and_then(|zone| self.of_zones.get(zone)).unwrap_or(&self.general)
     }
 }
 

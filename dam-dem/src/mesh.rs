@@ -51,6 +51,8 @@ pub struct Mesh {
     pub base: Vec<usize>,
     /// Nodes of the ground under a joint along the base, which belong to no cell.
     pub ground: Range<usize>,
+    /// Zone of each cell, if it lies in one; empty where the whole dam is of one material.
+    pub zones: Vec<Option<usize>>,
 }
 
 /// Part of a crack between two bodies: two chains of nodes that lie opposite each other.
@@ -169,6 +171,7 @@ impl Mesh {
             downstream: Vec::new(),
             base: Vec::new(),
             ground: 0..0,
+            zones: Vec::new(),
         };
         let mut top = Vec::new();
         for (block, elevations) in rows.iter().enumerate() {
@@ -235,6 +238,11 @@ impl Mesh {
             Seam { crack, below: self.blocks.len(), above: 0, lower: self.ground.clone().collect(), upper };
         self.seams.insert(0, seam);
         self
+    }
+
+    /// The zone in which `cell` lies.
+    pub fn zone_of(&self, cell: usize) -> Option<usize> {
+        self.zones.get(cell).copied().flatten()
     }
 
     /// Whether a body is the ground.

@@ -146,10 +146,10 @@ fn assemble(
             }
         }
     };
-    for (nodes, area, gradients) in structure.cells.triangles() {
+    for (triangle, (nodes, area, gradients)) in structure.cells.triangles().enumerate() {
         for (a, &u) in gradients.iter().zip(&nodes) {
             for (b, &v) in gradients.iter().zip(&nodes) {
-                add(u, v, structure.cells.stiffness_block(*a, *b), area);
+                add(u, v, structure.cells.stiffness_block(triangle, *a, *b), area);
             }
         }
     }

@@ -91,7 +91,7 @@ impl Body {
         let wet = Wet::below(&mesh, parameters.water_levels())?;
         let base = mesh.base.clone();
         let cracks = cracks.iter().map(|crack| (MohrCoulomb::from(crack), crack.integration));
-        let dry = Structure::new(mesh, &parameters.material, parameters.kinematics, cracks, &base);
+        let dry = Structure::new(mesh, parameters.materials(), parameters.kinematics, cracks, &base);
         let damping_frequencies =
             parameters.damping.frequencies(|| Ok(modal::natural_frequencies(&dry, 1)?[0]))?;
         let structure = match &parameters.added_mass {

@@ -6,7 +6,7 @@ use crate::contact::Integration;
 use crate::error::{DamError, Problem, require};
 use crate::loads::Wet;
 use crate::section::{ELEVATION_TOLERANCE, Section};
-use crate::{Damping, Feature, Fidelity, Geometry, GeometryError, Material, Mesh, Seam};
+use crate::{Damping, Feature, Fidelity, Geometry, GeometryError, Material, Materials, Mesh, Seam};
 
 /// Everything a dam is made from. SI units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -20,8 +20,11 @@ pub struct DamParameters {
     pub tailwater_depth: f64,
     /// Cracks, in any order. Results come from the base up.
     pub cracks: Vec<CrackParameters>,
-    /// The concrete.
+    /// The concrete, where no zone is.
     pub material: Material,
+    /// Where the concrete is another. Of zones that overlap the last one counts.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub zones: Vec<ZoneParameters>,
     /// Damping of concrete and contacts.
     pub damping: Damping,
     /// Whether mass damping also drags blocks that slide or rock (`C = α M`).
@@ -41,6 +44,51 @@ pub struct DamParameters {
     /// matrix ([`AddedMass`](crate::AddedMass)), and `interface_pressure` what acts beside it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub added_mass: Option<Vec<Vec<f64>>>,
+}
+
+/// Part of the section with a concrete of its own.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ZoneParameters {
+    /// Its name.
+    pub name: String,
+    /// Its outline in either direction, m. What lies outside the section or in a gallery is no part of it.
+    pub polygon: Vec<[f64; 2]>,
+    /// Young's modulus E, Pa; `None` for that of the dam.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub young_modulus: Option<f64>,
+    /// Poisson's ratio ν; `None` for that of the dam.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub poisson_ratio: Option<f64>,
+    /// Density ρ, kg/m³; `None` for that of the dam.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub density: Option<f64>,
+}
+
+impl ZoneParameters {
+    /// Its material in a dam of the material `general`.
+    pub fn material(&self, general: &Material) -> Material {
+        Material {
+            young_modulus: self.young_modulus.unwrap_or(general.young_modulus),
+            poisson_ratio: self.poisson_ratio.unwrap_or(general.poisson_ratio),
+            density: self.density.unwrap_or(general.density),
+            plane: general.plane,
+        }
+    }
+
+    /// What is wrong with what the zone of that `index` has of its own.
+    fn problems(&self, index: usize, general: &Material) -> impl Iterator<Item = Problem> + use<> {
+        let own = [
+            ("young_modulus", self.young_modulus.is_some()),
+            ("poisson_ratio", self.poisson_ratio.is_some()),
+            ("density", self.density.is_some()),
+        ];
+        let problems = self.material(general).problems_of(&format!("zones.{index}"));
+        problems.filter(move |problem| {
+            let has = |key: &String| own.iter().any(|(name, given)| *given && key.ends_with(name));
+            problem.keys.iter().all(has)
+        })
+    }
 }
 
 /// Where a crack runs.
@@ -221,6 +269,9 @@ impl DamParameters {
             found.extend(crack.problems(index));
         }
         found.extend(self.material.problems());
+        for (index, zone) in self.zones.iter().enumerate() {
+            found.extend(zone.problems(index, &self.material));
+        }
         found.extend(self.damping.problems());
         found.extend(self.fidelity.check(self.cracks.len()).err().map(|error| match error {
             DamError::RigidWithoutCrack => Problem::of(["fidelity", "cracks"], error),
@@ -245,12 +296,13 @@ impl DamParameters {
         found
     }
 
-    /// Whether blocks are stacked between horizontal cracks in a section that rows of cells can fill, all of one size.
+    /// Whether blocks of one material are stacked between horizontal cracks in a section that rows of cells can fill, all of one
+    /// size.
     fn has_layers(&self) -> bool {
         let in_rows = |crack: &CrackParameters| {
             matches!(crack.line, CrackLine::Level(_)) && crack.element_size.is_none()
         };
-        self.section.has_rows() && self.cracks.iter().all(in_rows)
+        self.section.has_rows() && self.zones.is_empty() && self.cracks.iter().all(in_rows)
     }
 
     /// What is wrong with the depths of the water.
@@ -291,6 +343,7 @@ impl DamParameters {
             Feature::Upstream => "section.upstream".to_owned(),
             Feature::Downstream => "section.downstream".to_owned(),
             Feature::Gallery(index) => format!("section.galleries.{index}"),
+            Feature::Zone(index) => format!("zones.{index}.polygon"),
             Feature::Crack(index) => {
                 format!(
                     "cracks.{index}.{}",
@@ -373,12 +426,14 @@ impl DamParameters {
         let Section { upstream, downstream, galleries } = &self.section;
         let lines: Vec<Vec<[f64; 2]>> = self.cracks.iter().map(|crack| self.points_of(&crack.line)).collect();
         let sizes: Vec<Option<f64>> = self.cracks.iter().map(|crack| crack.element_size).collect();
+        let zones: Vec<Vec<[f64; 2]>> = self.zones.iter().map(|zone| zone.polygon.clone()).collect();
         let level = |depth: f64| if depth > 0.0 { vec![depth] } else { Vec::new() };
         let mut mesh = Mesh::of_section(&Geometry {
             upstream,
             downstream,
             galleries,
             cracks: &lines,
+            zones: &zones,
             upstream_levels: &level(self.water_depth),
             downstream_levels: &level(self.tailwater_depth),
             element_size: self.element_size,
@@ -391,6 +446,12 @@ impl DamParameters {
         mesh.seams.iter_mut().for_each(|seam| seam.crack = places[seam.crack]);
         mesh.seams.sort_by_key(|seam| seam.crack);
         Ok(mesh)
+    }
+
+    /// The materials of dam and zones.
+    pub fn materials(&self) -> Materials {
+        let of_zones = self.zones.iter().map(|zone| zone.material(&self.material)).collect();
+        Materials { general: self.material, of_zones }
     }
 
     /// Indices of the cracks by their elevation.

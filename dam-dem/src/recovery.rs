@@ -17,7 +17,8 @@ use crate::{Block, Kinematics, Mesh};
 /// where the errors of opposite edges cancel. So the mean is the stress at the cell's centroid with an error of second
 /// order, while that of each triangle has an error of first order. In every block, a linear field is fitted to the
 /// cells around an inner corner by least squares (superconvergent patch recovery) and taken at this corner. A corner on
-/// the outline belongs to the patch of the next inner one. Patches end at cracks, where the mesh does. A linear stress
+/// the outline belongs to the patch of the next inner one. Patches end at cracks, where the mesh does, and at the outlines of zones of another
+/// material, where stresses jump: a corner there has stresses in each of the zones. A linear stress
 /// on cells that are parallelograms is reproduced exactly; a smooth one with second order, on the outline too. In
 /// corners where the stress of an elastic body is unbounded, the result grows as the mesh is refined.
 ///
@@ -28,7 +29,7 @@ pub struct StressRecovery {
     /// Corners of each cell, and the mean over the cell of their ∇N, 1/m.
     cells: Vec<([usize; 4], [[f64; 2]; 4])>,
     nodes: Vec<usize>,
-    /// Places in `nodes` of those on the outline of a block.
+    /// Places in `nodes` of those on the outline of a block, or of a zone in it.
     outline: Vec<usize>,
     /// The cells of the patch of each of `nodes`, and their weights.
     patches: Vec<Vec<(usize, f64)>>,
@@ -38,8 +39,8 @@ impl StressRecovery {
     /// The recovery on `mesh`.
     pub fn new(mesh: &Mesh) -> Self {
         let (mut nodes, mut outline, mut patches) = (Vec::new(), Vec::new(), Vec::new());
-        for block in &mesh.blocks {
-            let corners = Corners::of(mesh, block);
+        for cells in mesh.blocks.iter().flat_map(|block| of_one_zone(mesh, block)) {
+            let corners = Corners::of(mesh, &cells);
             for (&node, corner) in &corners.0 {
                 let patch = corners.patch(mesh, node);
                 let centroids: Vec<[f64; 2]> = patch.iter().map(|&cell| centroid(mesh, cell)).collect();
@@ -56,12 +57,14 @@ impl StressRecovery {
         Self { cells: cells.collect(), nodes, outline, patches }
     }
 
-    /// The nodes at which stresses are recovered: the corners of all cells, block after block.
+    /// The nodes at which stresses are recovered: the corners of all cells, block after block, within a block zone after zone, so
+    /// that a node between zones is there once for each of them.
     pub fn nodes(&self) -> &[usize] {
         &self.nodes
     }
 
-    /// Places in [`nodes`](Self::nodes) of those on the outline of a block: faces, base, crest and sides of cracks.
+    /// Places in [`nodes`](Self::nodes) of those on the outline of a block (faces, base, crest and sides of cracks)
+    /// or of a zone.
     pub fn outline(&self) -> &[usize] {
         &self.outline
     }
@@ -76,15 +79,15 @@ impl StressRecovery {
         displacement: &[[f64; 2]],
         kinematics: Kinematics,
     ) -> Vec<[f64; 3]> {
-        let of_cell = |(corners, gradients): &([usize; 4], [[f64; 2]; 4])| {
+        let of_cell = |(cell, (corners, gradients)): (usize, &([usize; 4], [[f64; 2]; 4]))| {
             let mut h = [[0.0; 2]; 2];
             for (&node, gradient) in corners.iter().zip(gradients) {
                 let u = displacement[node];
                 (0..2).for_each(|i| (0..2).for_each(|j| h[i][j] += u[i] * gradient[j]));
             }
-            elements.stress_of(h, kinematics)
+            elements.stress_of(cell, h, kinematics)
         };
-        let of_cells: Vec<[f64; 3]> = self.cells.iter().map(of_cell).collect();
+        let of_cells: Vec<[f64; 3]> = self.cells.iter().enumerate().map(of_cell).collect();
         let at_node = |patch: &Vec<(usize, f64)>| {
             let mut sum = [0.0; 3];
             for &(cell, weight) in patch {
@@ -96,7 +99,14 @@ impl StressRecovery {
     }
 }
 
-/// The corners of the cells of a block.
+/// The cells of a block that are of the same zone: those of no zone first.
+fn of_one_zone(mesh: &Mesh, block: &Block) -> Vec<Vec<usize>> {
+    let mut of_zones: BTreeMap<Option<usize>, Vec<usize>> = BTreeMap::new();
+    block.cells.clone().for_each(|cell| of_zones.entry(mesh.zone_of(cell)).or_default().push(cell));
+    of_zones.into_values().collect()
+}
+
+/// The corners of cells.
 struct Corners(BTreeMap<usize, Corner>);
 
 /// A corner of cells.
@@ -118,9 +128,9 @@ impl Corner {
 }
 
 impl Corners {
-    fn of(mesh: &Mesh, block: &Block) -> Self {
+    fn of(mesh: &Mesh, cells: &[usize]) -> Self {
         let mut corners: BTreeMap<usize, Corner> = BTreeMap::new();
-        for cell in block.cells.clone() {
+        for &cell in cells {
             for k in 0..4 {
                 let corner = corners.entry(mesh.cells[cell][k]).or_default();
                 corner.cells.push(cell);

@@ -10,7 +10,7 @@ use crate::element::{CrossedCells, ViscousStress};
 use crate::energy::{Losses, StoredEnergy};
 use crate::loads::Wet;
 use crate::release::{Carried, Release, plus};
-use crate::{AddedMass, Block, DamError, Kinematics, Material, Mesh, Seam};
+use crate::{AddedMass, Block, DamError, Kinematics, Materials, Mesh, Seam};
 
 /// Blocks, their masses, and the cracks between them.
 ///
@@ -55,18 +55,21 @@ pub struct Motion {
 
 impl<L: ContactLaw> Structure<L> {
     /// The blocks of `mesh`, without water, with the nodes `fixed` held by the ground. `cracks` gives the
-    /// contact law of each crack and where its contacts are; the last cracks may have none, and then no contacts.
+    /// contact law of each crack and where its contacts are; the last cracks may have none, and then no contacts. `materials` are
+    /// those of the whole dam ([`Material`](crate::Material)) or of its zones ([`Materials`]).
     pub fn new(
         mesh: Mesh,
-        material: &Material,
+        materials: impl Into<Materials>,
         kinematics: Kinematics,
         cracks: impl IntoIterator<Item = (L, Integration)>,
         fixed: &[usize],
     ) -> Self {
-        let cells = CrossedCells::new(&mesh, material, kinematics);
+        let materials = materials.into();
+        let cells = CrossedCells::new(&mesh, &materials, kinematics);
         let mut mass = vec![0.0; mesh.nodes.len()];
-        for (nodes, area, _) in cells.triangles() {
-            nodes.iter().for_each(|&n| mass[n] += material.density * area / 3.0);
+        for (triangle, (nodes, area, _)) in cells.triangles().enumerate() {
+            let density = materials.of_cell(&mesh, triangle / 4).density;
+            nodes.iter().for_each(|&n| mass[n] += density * area / 3.0);
         }
         let mut inverse_mass: Vec<f64> = mass.iter().map(|m| 1.0 / m).collect();
         fixed.iter().copied().chain(mesh.ground.clone()).for_each(|n| inverse_mass[n] = 0.0);
@@ -304,7 +307,7 @@ impl<L: ContactLaw> Structure<L> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Plane, Section};
+    use crate::{Material, Plane, Section};
 
     /// Three blocks, of which the upper two have slid, with cracks that are closed in places.
     fn slid() -> (Structure, Motion) {

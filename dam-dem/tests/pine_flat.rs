@@ -79,6 +79,7 @@ fn an_unstructured_mesh_has_its_frequencies() -> Result<(), DamError> {
             downstream: &section.downstream,
             galleries: &[],
             cracks: &[],
+            zones: &[],
             upstream_levels: &[],
             downstream_levels: &[],
             element_size,

@@ -686,6 +686,7 @@ fn dry_dam(dam: &DamScene, scene: &Scene) -> Result<DamParameters, RegistryError
         gravity: scene.gravity,
         time_step_safety: dam.time_step_safety,
         drags_blocks: damping.drags_blocks,
+        zones: dam.zones.iter().map(same).collect::<Result<_, _>>()?,
         added_mass: None,
     })
 }

@@ -1,15 +1,16 @@
 use std::num::NonZeroUsize;
+use std::ops::Range;
 use std::sync::Arc;
 
 use pulp::Arch;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::batch::{Batch, ViscousStress};
-use super::evaluation::{Deformation, Energy, Evaluation, Moduli};
-use super::lanes::LANES;
+use super::evaluation::{Deformation, Energy, Evaluation, Moduli, ModuliOf};
+use super::lanes::{LANES, Lanes};
 use super::parts::{Part, Parts};
 use crate::damping::StiffnessDamping;
-use crate::{DamError, Kinematics, Material, Mesh};
+use crate::{DamError, Kinematics, Material, Materials, Mesh};
 
 /// Cells of four constant-strain triangles each (crossed diagonals).
 ///
@@ -36,7 +37,36 @@ pub struct CrossedCells {
     /// Threads that evaluate the parts; without them the caller does.
     pool: Option<Arc<ThreadPool>>,
     kinematics: Kinematics,
-    moduli: Moduli,
+    /// One of the whole dam, or those of each batch.
+    moduli: CellModuli,
+}
+
+/// Moduli as the cells hold them.
+#[derive(Clone, Debug)]
+enum CellModuli {
+    All(Moduli),
+    Batches(Vec<Moduli<Lanes>>),
+}
+
+impl CellModuli {
+    /// Those of some batches.
+    fn of(&self, batches: Range<usize>) -> ModuliOf<'_> {
+        match self {
+            Self::All(moduli) => ModuliOf::All(*moduli),
+            Self::Batches(all) => ModuliOf::Batches(&all[batches]),
+        }
+    }
+
+    /// Those of a cell.
+    fn of_cell(&self, cell: usize) -> Moduli {
+        match self {
+            Self::All(moduli) => *moduli,
+            Self::Batches(all) => {
+                let (Moduli { lambda, twice_shear }, lane) = (&all[cell / LANES], cell % LANES);
+                Moduli { lambda: lambda[lane], twice_shear: twice_shear[lane] }
+            }
+        }
+    }
 }
 
 /// Consecutive parts, with the damping stresses from the first batch of the first part on, and the forces
@@ -49,14 +79,30 @@ struct Share<'a> {
 
 impl CrossedCells {
     /// The cells of `mesh`.
-    pub fn new(mesh: &Mesh, material: &Material, kinematics: Kinematics) -> Self {
+    pub fn new(mesh: &Mesh, materials: &Materials, kinematics: Kinematics) -> Self {
         let batches: Vec<Batch> = mesh.cells.chunks(LANES).map(|cells| Batch::new(mesh, cells)).collect();
+        let of = |material: &Material| Moduli {
+            lambda: material.plane_lambda(),
+            twice_shear: 2.0 * material.shear_modulus(),
+        };
+        let of_batch = |batch: usize| {
+            let mut moduli = Moduli::<Lanes>::default();
+            for lane in 0..batches[batch].cells.len() {
+                let Moduli { lambda, twice_shear } = of(materials.of_cell(mesh, LANES * batch + lane));
+                (moduli.lambda[lane], moduli.twice_shear[lane]) = (lambda, twice_shear);
+            }
+            moduli
+        };
+        let moduli = match materials.of_zones.is_empty() {
+            true => CellModuli::All(of(&materials.general)),
+            false => CellModuli::Batches((0..batches.len()).map(of_batch).collect()),
+        };
         Self {
             parts: Parts::of(&batches),
             batches,
             pool: None,
             kinematics,
-            moduli: Moduli { lambda: material.plane_lambda(), twice_shear: 2.0 * material.shear_modulus() },
+            moduli,
         }
     }
 
@@ -146,7 +192,7 @@ impl CrossedCells {
         let mut power = self.among_threads(|| self.evaluate_parts::<COROTATIONAL, DAMPED>(of, share));
         for seam in seams {
             power += Arch::new().dispatch(Evaluation::<COROTATIONAL, DAMPED> {
-                moduli: self.moduli,
+                moduli: self.moduli.of(seam.clone()),
                 of,
                 batches: &self.batches[seam.clone()],
                 viscous: if DAMPED { &mut viscous[seam.clone()] } else { &mut [] },
@@ -178,7 +224,7 @@ impl CrossedCells {
         }
         let [part] = right else { return 0.0 };
         Arch::new().dispatch(Evaluation::<COROTATIONAL, DAMPED> {
-            moduli: self.moduli,
+            moduli: self.moduli.of(part.batches.clone()),
             of,
             batches: &self.batches[part.batches.clone()],
             viscous,
@@ -196,7 +242,7 @@ impl CrossedCells {
 
     /// Strain energy, J/m, without the work of damping.
     pub fn strain_energy(&self, displacement: &[[f64; 2]]) -> f64 {
-        let (moduli, batches) = (self.moduli, &self.batches[..]);
+        let (moduli, batches) = (self.moduli.of(0..self.batches.len()), &self.batches[..]);
         match self.kinematics {
             Kinematics::Corotational => {
                 Arch::new().dispatch(Energy::<true> { moduli, batches, displacement })
@@ -213,11 +259,11 @@ impl CrossedCells {
         let apart = |corner: usize| [u[corner][0] - u[2][0], u[corner][1] - u[2][1]];
         let (p, q) = (apart(0), apart(1));
         let h = |i: usize, j: usize| p[i] * a[j] + q[i] * b[j];
-        self.stress_of([[h(0, 0), h(0, 1)], [h(1, 0), h(1, 1)]], kinematics)
+        self.stress_of(cell, [[h(0, 0), h(0, 1)], [h(1, 0), h(1, 1)]], kinematics)
     }
 
-    /// Stress (xx, yy, xy; tension positive, Pa) of the displacement gradient `h[i][j] = ∂u_i/∂x_j`.
-    pub fn stress_of(&self, h: [[f64; 2]; 2], kinematics: Kinematics) -> [f64; 3] {
+    /// Stress (xx, yy, xy; tension positive, Pa) of the displacement gradient `h[i][j] = ∂u_i/∂x_j` in a `cell`.
+    pub fn stress_of(&self, cell: usize, h: [[f64; 2]; 2], kinematics: Kinematics) -> [f64; 3] {
         let (cos, sin) = match kinematics {
             Kinematics::Small => (1.0, 0.0),
             Kinematics::Corotational => {
@@ -230,7 +276,7 @@ impl CrossedCells {
         let xx = cos * (1.0 + h[0][0]) + sin * h[1][0] - 1.0;
         let yy = cos * (1.0 + h[1][1]) - sin * h[0][1] - 1.0;
         let xy = (cos * (h[0][1] + h[1][0]) + sin * (h[1][1] - h[0][0])) / 2.0;
-        let Moduli { lambda, twice_shear } = self.moduli;
+        let Moduli { lambda, twice_shear } = self.moduli.of_cell(cell);
         let volumetric = lambda * (xx + yy);
         let [s, t, r] = [volumetric + twice_shear * xx, volumetric + twice_shear * yy, twice_shear * xy];
         [
@@ -254,9 +300,10 @@ impl CrossedCells {
         })
     }
 
-    /// Stiffness block `K_ij = A ∫ B_iᵀ D B_j` of two gradients `a` = ∇N_i, `b` = ∇N_j over area 1, Pa/m².
-    pub fn stiffness_block(&self, a: [f64; 2], b: [f64; 2]) -> [[f64; 2]; 2] {
-        let Moduli { lambda, twice_shear } = self.moduli;
+    /// Stiffness block `K_ij = A ∫ B_iᵀ D B_j` of two gradients `a` = ∇N_i, `b` = ∇N_j over area 1 of a
+    /// `triangle`, Pa/m².
+    pub fn stiffness_block(&self, triangle: usize, a: [f64; 2], b: [f64; 2]) -> [[f64; 2]; 2] {
+        let Moduli { lambda, twice_shear } = self.moduli.of_cell(triangle / 4);
         let shear = twice_shear / 2.0;
         let dot = a[0] * b[0] + a[1] * b[1];
         let entry = |p: usize, q: usize| {
@@ -279,7 +326,7 @@ mod tests {
         mesh.nodes[4] = [0.9, 0.6];
         let material =
             Material { young_modulus: 3.0, poisson_ratio: 0.2, density: 1.0, plane: Plane::Stress };
-        let cells = CrossedCells::new(&mesh, &material, kinematics);
+        let cells = CrossedCells::new(&mesh, &Materials::from(&material), kinematics);
         (mesh, cells)
     }
 
@@ -312,7 +359,7 @@ mod tests {
         }
         let material =
             Material { young_modulus: 3.0, poisson_ratio: 0.2, density: 1.0, plane: Plane::Stress };
-        let cells = CrossedCells::new(&mesh, &material, kinematics);
+        let cells = CrossedCells::new(&mesh, &Materials::from(&material), kinematics);
         let field = |scale: f64, shift: f64| {
             let of =
                 |i: usize| [scale * (3.0 * i as f64 + shift).sin(), scale * (2.0 * i as f64 + shift).cos()];
@@ -351,7 +398,7 @@ mod tests {
                 };
                 let [s11, s22, s12] = turned([[1.0 + a, b], [c, 1.0 + d]]);
                 let (strain, rate) = ([s11 - 1.0, s22 - 1.0, s12], turned(rate));
-                let (lambda, shear) = (cells.moduli.lambda, cells.moduli.twice_shear);
+                let Moduli { lambda, twice_shear: shear } = cells.moduli.of_cell(0);
                 let stress = |e: [f64; 3]| {
                     [
                         lambda * (e[0] + e[1]) + shear * e[0],
@@ -395,14 +442,14 @@ mod tests {
         for _ in 0..2 {
             let damping = StiffnessDamping { coefficient: 0.3, memory: 0.6 };
             let evaluation = Evaluation::<COROTATIONAL, DAMPED> {
-                moduli: cells.moduli,
+                moduli: cells.moduli.of(0..cells.batches.len()),
                 of: Deformation { displacement: &u, velocity: &v, damping },
                 batches: &cells.batches,
                 viscous: &mut viscous,
                 forces: &mut forces,
                 first_node: 0,
             };
-            let (moduli, batches) = (cells.moduli, &cells.batches[..]);
+            let (moduli, batches) = (cells.moduli.of(0..cells.batches.len()), &cells.batches[..]);
             let energy = Energy::<COROTATIONAL> { moduli, batches, displacement: &u };
             let sums = match scalar {
                 true => [evaluation.with_simd(pulp::Scalar::new()), energy.with_simd(pulp::Scalar::new())],
@@ -481,7 +528,7 @@ mod tests {
         let mut results = Vec::new();
         for threads in [1, 2, 3] {
             let threads = NonZeroUsize::new(threads).unwrap_or(NonZeroUsize::MIN);
-            let cells = CrossedCells::new(&mesh, &material, Kinematics::Corotational).on_threads(threads)?;
+            let cells = CrossedCells::new(&mesh, &Materials::from(&material), Kinematics::Corotational).on_threads(threads)?;
             assert!(cells.triangle_count() > 100_000 && cells.parts.parts.len() > 8);
             let mut viscous = cells.viscous_at_rest();
             let mut forces = vec![[0.0; 2]; mesh.nodes.len()];
@@ -492,7 +539,7 @@ mod tests {
             cells.add_forces(&u, &v, 0.0, &mut [], &mut plain);
             let mut serial = vec![[0.0; 2]; mesh.nodes.len()];
             Arch::new().dispatch(Evaluation::<true, false> {
-                moduli: cells.moduli,
+                moduli: cells.moduli.of(0..cells.batches.len()),
                 of: Deformation { displacement: &u, velocity: &v, damping: 0.0.into() },
                 batches: &cells.batches,
                 viscous: &mut [],
@@ -529,9 +576,9 @@ mod tests {
         let u: Vec<[f64; 2]> = mesh.nodes.iter().map(|&[x, y]| [x * y, y - x * x]).collect();
         let mut forces = vec![[0.0; 2]; 5];
         cells.add_linear_forces(&u, &mut forces);
-        for (nodes, area, gradients) in cells.triangles() {
+        for (triangle, (nodes, area, gradients)) in cells.triangles().enumerate() {
             for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
-                let block = cells.stiffness_block(gradients[i], gradients[j]);
+                let block = cells.stiffness_block(triangle, gradients[i], gradients[j]);
                 for p in 0..2 {
                     forces[nodes[i]][p] +=
                         area * (block[p][0] * u[nodes[j]][0] + block[p][1] * u[nodes[j]][1]);

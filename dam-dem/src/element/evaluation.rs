@@ -13,12 +13,46 @@ type Tensor<S> = [[Register<S>; 2]; 2];
 type Symmetric<S> = [Register<S>; 3];
 
 /// Elastic moduli of plane stress or plane strain: `σ = λ tr(ε) I + 2G ε`.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Moduli {
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Moduli<T = f64> {
     /// λ in the plane, Pa.
-    pub lambda: f64,
+    pub lambda: T,
     /// 2G, Pa.
-    pub twice_shear: f64,
+    pub twice_shear: T,
+}
+
+/// [`Moduli`] of all cells.
+#[derive(Clone, Copy)]
+pub(super) enum ModuliOf<'a> {
+    /// The same everywhere.
+    All(Moduli),
+    /// For each of the batches, those of its cells; 0 in lanes without a cell.
+    Batches(&'a [Moduli<Lanes>]),
+}
+
+impl ModuliOf<'_> {
+    /// Those of one `register` of a batch. `all` are those that are the same everywhere.
+    #[inline(always)]
+    fn elastic<S: Simd>(&self, simd: S, all: Elastic<S>, batch: usize, register: usize) -> Elastic<S> {
+        match self {
+            Self::All(_) => all,
+            Self::Batches(batches) => {
+                let Moduli { lambda, twice_shear } = &batches[batch];
+                Elastic {
+                    lambda: lambda.load(simd, register),
+                    twice_shear: twice_shear.load(simd, register),
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn all(&self) -> Moduli {
+        match self {
+            Self::All(moduli) => *moduli,
+            Self::Batches(_) => Moduli::default(),
+        }
+    }
 }
 
 /// Motion of all nodes, and stiffness damping.
@@ -31,7 +65,7 @@ pub(super) struct Deformation<'a> {
 
 /// Forces of stress and damping; the result is the power of damping, W/m.
 pub(super) struct Evaluation<'a, const COROTATIONAL: bool, const DAMPED: bool> {
-    pub moduli: Moduli,
+    pub moduli: ModuliOf<'a>,
     pub of: Deformation<'a>,
     /// The batches to evaluate, and their damping stresses.
     pub batches: &'a [Batch],
@@ -59,7 +93,7 @@ impl<const COROTATIONAL: bool, const DAMPED: bool> WithSimd for Evaluation<'_, C
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
-        let elastic = Elastic::new(simd, self.moduli);
+        let all = Elastic::new(simd, self.moduli.all());
         let StiffnessDamping { coefficient, memory } = self.of.damping;
         let fresh = Register::splat(simd, (1.0 - memory) * coefficient);
         let memory = Register::splat(simd, memory);
@@ -87,6 +121,7 @@ impl<const COROTATIONAL: bool, const DAMPED: bool> WithSimd for Evaluation<'_, C
             for register in 0..Lanes::registers::<S>() {
                 let v = from_centre(simd, v, register);
                 let mut sum = [[zero; 2]; 4];
+                let elastic = self.moduli.elastic(simd, all, index, register);
                 let mut lost = power.load(simd, register);
                 for (k, [cos, sin, e11, e22, e12]) in stretched.iter().enumerate() {
                     let (cos, sin) = (cos.load(simd, register), sin.load(simd, register));
@@ -141,7 +176,7 @@ impl<const COROTATIONAL: bool, const DAMPED: bool> WithSimd for Evaluation<'_, C
 
 /// Strain energy, J/m.
 pub(super) struct Energy<'a, const COROTATIONAL: bool> {
-    pub moduli: Moduli,
+    pub moduli: ModuliOf<'a>,
     pub batches: &'a [Batch],
     pub displacement: &'a [[f64; 2]],
 }
@@ -151,13 +186,14 @@ impl<const COROTATIONAL: bool> WithSimd for Energy<'_, COROTATIONAL> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
-        let elastic = Elastic::new(simd, self.moduli);
+        let all = Elastic::new(simd, self.moduli.all());
         let mut twice = Lanes::default();
-        for batch in self.batches {
+        for (index, batch) in self.batches.iter().enumerate() {
             let mut u = Nodal::default();
             batch.gather(self.displacement, &mut u);
             for register in 0..Lanes::registers::<S>() {
                 let u = from_centre(simd, &u, register);
+                let elastic = self.moduli.elastic(simd, all, index, register);
                 for k in 0..4 {
                     let shape = Shape::load(simd, batch, k, register);
                     let strain = polar::<S, COROTATIONAL>(shape.gradient(u[k], u[(k + 1) % 4])).strain;
@@ -215,6 +251,7 @@ impl<S: Simd> Shape<S> {
 }
 
 /// [`Moduli`] in registers.
+#[derive(Clone, Copy)]
 struct Elastic<S: Simd> {
     lambda: Register<S>,
     twice_shear: Register<S>,

@@ -1,4 +1,4 @@
-//! The section's outline, galleries and cracks as edges that meet only in their ends.
+//! The section's outline, galleries, cracks and outlines of zones as edges that meet only in their ends.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -30,6 +30,8 @@ pub struct Geometry<'a> {
     pub galleries: &'a [Vec<Point>],
     /// Cracks, each a chain of points.
     pub cracks: &'a [Vec<Point>],
+    /// Outlines of zones of another material, in either direction; of those that overlap the last one counts.
+    pub zones: &'a [Vec<Point>],
     /// Elevations where a point of the upstream side is wanted, m.
     pub upstream_levels: &'a [f64],
     /// Elevations where a point of the downstream side is wanted, m.
@@ -45,7 +47,8 @@ pub struct Geometry<'a> {
 pub struct Arrangement {
     /// Its points, each an end of an edge.
     pub points: Vec<Point>,
-    /// Its edges: in order from the heel around the outline, then around each gallery, then the cracks.
+    /// Its edges: in order from the heel around the outline, then around each gallery, then the cracks, then
+    /// what of the outlines of zones is none of these.
     pub edges: Vec<Edge>,
     /// The edges of each crack, in order along it: from upstream to downstream or, if it is vertical, from bottom to top.
     pub cracks: Vec<Vec<CrackEdge>>,
@@ -72,8 +75,14 @@ pub struct CrackEdge {
 }
 
 impl Edge {
-    fn on_boundary(&self) -> bool {
-        !matches!(self.feature, Feature::Crack(_))
+    /// Whether the edge is part of the outline or of a gallery.
+    pub fn on_boundary(&self) -> bool {
+        self.feature.is_boundary()
+    }
+
+    /// Whether the edge lies between zones alone.
+    fn is_of_zone(&self) -> bool {
+        matches!(self.feature, Feature::Zone(_))
     }
 }
 
@@ -90,6 +99,9 @@ impl Arrangement {
         lines.check_outline(geometry)?;
         for (index, chain) in geometry.cracks.iter().enumerate() {
             lines.add_crack(index, chain)?;
+        }
+        for (index, outline) in geometry.zones.iter().enumerate() {
+            lines.add_zone(index, outline)?;
         }
         let mut arrangement = lines.split()?.pruned(LED * geometry.element_size)?;
         arrangement.check_distances(APART * geometry.element_size)?;
@@ -116,19 +128,21 @@ impl Arrangement {
         boundary.map(|edge| self.segment(edge)).map(|[a, b]| 0.5 * cross(a, b)).sum()
     }
 
-    /// Removes ends of cracks that overshoot by less than `longest`, and points without edges.
+    /// Removes ends of cracks that overshoot by less than `longest`, and points without edges. A crack that ends on the outline
+    /// of a zone ends inside the concrete.
     fn pruned(mut self, longest: f64) -> Result<Self, GeometryError> {
+        let of_zones = |index: usize| self.edges[index].is_of_zone();
         let mut removed = BTreeSet::new();
         loop {
             let mut degree = vec![0; self.points.len()];
             for (index, edge) in self.edges.iter().enumerate() {
-                if !removed.contains(&index) {
+                if !removed.contains(&index) && !of_zones(index) {
                     edge.ends.iter().for_each(|&end| degree[end] += 1);
                 }
             }
             let Some((index, end)) = self.edges.iter().enumerate().find_map(|(index, edge)| {
                 let end = *edge.ends.iter().find(|&&end| degree[end] == 1)?;
-                (!removed.contains(&index)).then_some((index, end))
+                (!removed.contains(&index) && !of_zones(index)).then_some((index, end))
             }) else {
                 break;
             };
@@ -139,8 +153,12 @@ impl Arrangement {
                 let [from, to] = self.segment(edge);
                 length += distance(from, to);
                 at = if edge.ends[0] == at { edge.ends[1] } else { edge.ends[0] };
-                let next = (0..self.edges.len())
-                    .find(|i| !removed.contains(i) && !stub.contains(i) && self.edges[*i].ends.contains(&at));
+                let next = (0..self.edges.len()).find(|i| {
+                    !removed.contains(i)
+                        && !of_zones(*i)
+                        && !stub.contains(i)
+                        && self.edges[*i].ends.contains(&at)
+                });
                 match next {
                     Some(next) if degree[at] == 2 && length < longest => stub.push(next),
                     _ => break,
@@ -181,7 +199,8 @@ impl Arrangement {
         let others = self.edges.iter().enumerate().filter(|(index, _)| !stub.contains(index));
         let crack = edge.crack.unwrap_or_default();
         let mut found = (f64::INFINITY, Feature::Base, end);
-        for (_, other) in others.filter(|(_, other)| other.on_boundary() || other.crack != edge.crack) {
+        for (_, other) in others
+            .filter(|(_, other)| other.on_boundary() || other.crack.is_some() && other.crack != edge.crack) {
             let target = nearest(self.segment(other), end);
             if distance(target, end) < found.0 {
                 found = (distance(target, end), other.feature, target);
@@ -315,6 +334,9 @@ fn check_numbers(geometry: &Geometry) -> Result<(), GeometryError> {
     for (index, crack) in geometry.cracks.iter().enumerate() {
         chain(Feature::Crack(index), crack, 2)?;
     }
+    for (index, zone) in geometry.zones.iter().enumerate() {
+        chain(Feature::Zone(index), zone, 3)?;
+    }
     let (heel, toe) = (geometry.upstream[0], geometry.downstream[0]);
     if heel != [0.0, 0.0] {
         return Err(GeometryError::HeelNotAtOrigin { point: heel });
@@ -344,6 +366,12 @@ fn check_numbers(geometry: &Geometry) -> Result<(), GeometryError> {
 /// Elevation of the highest point, m.
 fn height(geometry: &Geometry) -> f64 {
     geometry.upstream.iter().chain(geometry.downstream).map(|p| p[1]).fold(0.0, f64::max)
+}
+
+/// Whether `p` lies within a polygon.
+pub fn within(polygon: &[Point], p: Point) -> bool {
+    let next = polygon.iter().cycle().skip(1);
+    encloses(polygon.iter().zip(next).map(|(&a, &b)| [a, b]), p)
 }
 
 /// Whether `p` is within an odd number of rings of segments.
@@ -415,23 +443,8 @@ impl Lines {
     /// Refuses outlines that touch each other or themselves; called before there are cracks.
     fn check_outline(&self, geometry: &Geometry) -> Result<(), GeometryError> {
         for (index, first) in self.lines.iter().enumerate() {
-            let one = self.segment(first);
             for second in &self.lines[..index] {
-                let two = self.segment(second);
-                let shared = first.ends.iter().find(|end| second.ends.contains(end));
-                let met = match shared {
-                    Some(&at) => {
-                        let far = |line: &Line| self.points[line.ends[usize::from(line.ends[0] == at)]];
-                        let (p, a, b) = (self.points[at], far(first), far(second));
-                        let (to_a, to_b) = (minus(a, p), minus(b, p));
-                        let folded = dot(to_a, to_b) > 0.0
-                            && (distance(nearest([p, b], a), a) <= self.snap
-                                || distance(nearest([p, a], b), b) <= self.snap);
-                        (folded || distance(a, p) <= self.snap || distance(b, p) <= self.snap).then_some(p)
-                    }
-                    None => self.touch(one, two),
-                };
-                let Some(point) = met else { continue };
+                let Some(point) = self.meet(first, second) else { continue };
                 return Err(match (first.feature, second.feature) {
                     (Feature::Gallery(a), Feature::Gallery(b)) if a == b => {
                         GeometryError::OutlineCrosses { first: first.feature, second: second.feature, point }
@@ -454,6 +467,19 @@ impl Lines {
         Ok(())
     }
 
+    /// Where two lines of outlines meet beyond the end that they share, or turn back on one another there.
+    fn meet(&self, first: &Line, second: &Line) -> Option<Point> {
+        let Some(&at) = first.ends.iter().find(|end| second.ends.contains(end)) else {
+            return self.touch(self.segment(first), self.segment(second));
+        };
+        let far = |line: &Line| self.points[line.ends[usize::from(line.ends[0] == at)]];
+        let (p, a, b) = (self.points[at], far(first), far(second));
+        let (to_a, to_b) = (minus(a, p), minus(b, p));
+        let folded = dot(to_a, to_b) > 0.0
+            && (distance(nearest([p, b], a), a) <= self.snap || distance(nearest([p, a], b), b) <= self.snap);
+        (folded || distance(a, p) <= self.snap || distance(b, p) <= self.snap).then_some(p)
+    }
+
     /// Where two segments come as close as points that are one.
     fn touch(&self, one: [Point; 2], two: [Point; 2]) -> Option<Point> {
         if cross_properly(one, two) {
@@ -464,7 +490,7 @@ impl Lines {
     }
 
     fn boundary(&self) -> impl Iterator<Item = &Line> {
-        self.lines.iter().filter(|line| !matches!(line.feature, Feature::Crack(_)))
+        self.lines.iter().filter(|line| line.feature.is_boundary())
     }
 
     fn in_concrete(&self, p: Point) -> bool {
@@ -518,6 +544,25 @@ impl Lines {
         for pair in ends.windows(2) {
             let line = Line { ends: [pair[0], pair[1]], feature: Feature::Crack(index), on: Vec::new() };
             self.lines.push(line);
+        }
+        Ok(())
+    }
+
+    /// Adds the outline of a zone, which must not cross or touch itself.
+    fn add_zone(&mut self, index: usize, outline: &[Point]) -> Result<(), GeometryError> {
+        let feature = Feature::Zone(index);
+        let mut alone = Self { points: Vec::new(), lines: Vec::new(), ..*self };
+        alone.add_ring(&outline.iter().map(|&point| (point, feature)).collect::<Vec<_>>());
+        for (at, first) in alone.lines.iter().enumerate() {
+            if let Some(point) = alone.lines[..at].iter().find_map(|second| alone.meet(first, second)) {
+                return Err(GeometryError::OutlineCrosses { first: feature, second: feature, point });
+            }
+        }
+        let corners: Vec<usize> = outline.iter().map(|&point| self.snapped(point, self.snap)).collect();
+        for (&from, &to) in corners.iter().zip(corners.iter().cycle().skip(1)) {
+            if from != to {
+                self.lines.push(Line { ends: [from, to], feature, on: Vec::new() });
+            }
         }
         Ok(())
     }
@@ -588,12 +633,17 @@ impl Lines {
             for pair in chain.windows(2) {
                 let ends = [pair[0], pair[1]];
                 let key = [ends[0].min(ends[1]), ends[0].max(ends[1])];
+                let [from, to] = ends.map(|i| self.points[i]);
                 let Feature::Crack(crack) = line.feature else {
-                    known.insert(key, edges.len());
-                    edges.push(Edge { ends, feature: line.feature, crack: None });
+                    // an outline of a zone counts where nothing else is
+                    let counts = line.feature.is_boundary()
+                        || !known.contains_key(&key) && self.in_concrete(between([from, to], 0.5));
+                    if counts {
+                        known.insert(key, edges.len());
+                        edges.push(Edge { ends, feature: line.feature, crack: None });
+                    }
                     continue;
                 };
-                let [from, to] = ends.map(|i| self.points[i]);
                 let edge = match known.get(&key) {
                     Some(&index) => {
                         let edge = &mut edges[index];
@@ -622,11 +672,11 @@ impl Lines {
         Ok(Arrangement { points: self.points, edges, cracks })
     }
 
-    /// Finds the points where cracks meet other lines within both.
+    /// Finds the points where cracks and outlines of zones meet other lines within both.
     fn cross(&mut self) {
         let wide = 10.0 * self.snap;
         for second in 0..self.lines.len() {
-            if !matches!(self.lines[second].feature, Feature::Crack(_)) {
+            if self.lines[second].feature.is_boundary() {
                 continue;
             }
             for first in 0..second {

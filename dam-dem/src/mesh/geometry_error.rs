@@ -15,10 +15,19 @@ pub enum Feature {
     Crest,
     /// The upstream side.
     Upstream,
+    /// A zone's outline, by its index.
+    Zone(usize),
     /// A gallery, by its index.
     Gallery(usize),
     /// A crack, by its index.
     Crack(usize),
+}
+
+impl Feature {
+    /// Whether the concrete ends there.
+    pub(super) fn is_boundary(self) -> bool {
+        !matches!(self, Self::Crack(_) | Self::Zone(_))
+    }
 }
 
 impl fmt::Display for Feature {
@@ -28,6 +37,7 @@ impl fmt::Display for Feature {
             Self::Downstream => f.write_str("the downstream side"),
             Self::Crest => f.write_str("the crest"),
             Self::Upstream => f.write_str("the upstream side"),
+            Self::Zone(index) => write!(f, "zone {index}"),
             Self::Gallery(index) => write!(f, "gallery {index}"),
             Self::Crack(index) => write!(f, "crack {index}"),
         }
@@ -129,6 +139,12 @@ pub enum GeometryError {
         other: Feature,
         /// Where.
         point: [f64; 2],
+    },
+    /// A zone without any concrete of its own.
+    #[error("zone {zone} holds no concrete: it lies outside the section, or later zones cover it; move it, or leave it out")]
+    EmptyZone {
+        /// Index of the zone.
+        zone: usize,
     },
     /// A crack of which nothing lies within the concrete or on the base.
     #[error("crack {crack} lies outside the concrete; move it inside or onto the base, or leave it out")]
@@ -291,6 +307,7 @@ impl GeometryError {
             | Self::SmallAngle { first, second, .. } => vec![first, second],
             Self::GalleryOutside { gallery, .. } => vec![Feature::Gallery(gallery)],
             Self::GalleryTouches { gallery, other, .. } => vec![Feature::Gallery(gallery), other],
+            Self::EmptyZone { zone } => vec![Feature::Zone(zone)],
             Self::CrackOutside { crack }
             | Self::CrackEndsInside { crack, .. }
             | Self::NotSeparating { crack, .. } => vec![Feature::Crack(crack)],

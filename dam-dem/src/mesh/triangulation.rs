@@ -6,7 +6,7 @@ use spade::handles::{FixedFaceHandle, FixedVertexHandle, InnerTag};
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation as _};
 
 use super::arrangement::{Arrangement, Edge};
-use super::geometry_error::{Feature, GeometryError};
+use super::geometry_error::GeometryError;
 use super::plane_geometry::{Point, between, distance, dot, minus, nearest, orientation, smallest_altitude};
 use super::size::SizeField;
 
@@ -74,7 +74,7 @@ impl Triangulation {
         let mut pending = Vec::new();
         let corner = FixedVertexHandle::from_index;
         for (edge, chain) in arrangement.edges.iter().zip(&self.chains) {
-            if matches!(edge.feature, Feature::Crack(_)) {
+            if !edge.on_boundary() {
                 continue;
             }
             for pair in chain.windows(2) {

@@ -24,7 +24,7 @@ impl Assembly {
     pub fn new() -> Self {
         let (nodes, cells, blocks, seams) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let (upstream, downstream, base) = (Vec::new(), Vec::new(), Vec::new());
-        Self { mesh: Mesh { nodes, cells, blocks, seams, upstream, downstream, base, ground: 0..0 } }
+        Self { mesh: Mesh { nodes, cells, blocks, seams, upstream, downstream, base, ground: 0..0, zones: Vec::new() } }
     }
 
     /// Adds the nodes of `part`, a mesh of one block, at their `place`. The place keeps the sense of rotation.
@@ -67,6 +67,7 @@ pub fn unstructured(section: &Section, cracks: &[Vec<[f64; 2]>], element_size: f
         downstream: &section.downstream,
         galleries: &[],
         cracks,
+        zones: &[],
         upstream_levels: &[],
         downstream_levels: &[],
         element_size,
