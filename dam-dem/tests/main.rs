@@ -41,3 +41,4 @@ mod toppling;
 mod vibration;
 mod waves;
 mod wedge;
+mod zones;

@@ -135,6 +135,7 @@ pub mod dam {
         83 CONTACT_SLIP "contact_slip" Local Continuous Contacts "m" "slip of the block above at the contacts, positive downstream, measured from the unloaded state";
         84 CONTACT_NORMAL_STRESS "contact_normal_stress" Local Continuous Contacts "Pa" "normal stress of the contacts, positive in compression";
         85 CONTACT_SHEAR_STRESS "contact_shear_stress" Local Continuous Contacts "Pa" "shear stress of the contacts on the block below, positive downstream";
+        86 TRIANGLE_ZONE "triangle_zone" CalculatedParameter Fixed Triangles "1" "zone of the triangles, counted from 1 in the order of the zones of the dam; 0 in its general material";
         90 TAILWATER_INTERFACE_PRESSURE "tailwater_interface_pressure" Input Continuous TailwaterPoints "Pa" "hydrodynamic pressure on the wet face of the tailwater at the end of the step, positive in compression";
         91 TAILWATER_HYDROSTATIC_PRESSURE "tailwater_hydrostatic_pressure" Input Discrete TailwaterPoints "Pa" "hydrostatic pressure on the wet face of the tailwater, positive in compression; fixed when initialisation ends";
         92 TAILWATER_INTERFACE_DISPLACEMENT "tailwater_interface_displacement" Output Continuous TailwaterPoints "m" "displacement of the wet face of the tailwater relative to the ground along n, the unit normal from the water into the dam; since time 0" <- 1 3 90;

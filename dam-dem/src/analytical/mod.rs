@@ -2,5 +2,6 @@
 
 pub mod cantilever;
 pub mod joint_waves;
+pub mod layered_column;
 pub mod newmark_1965;
 pub mod vibration;

@@ -200,6 +200,10 @@ impl Dam {
             variable::TRIANGLE_NODE_1 => fill(values, &mut corner(0)),
             variable::TRIANGLE_NODE_2 => fill(values, &mut corner(1)),
             variable::TRIANGLE_NODE_3 => fill(values, &mut corner(2)),
+            variable::TRIANGLE_ZONE => {
+                let zone = |cell: usize| mesh.zone_of(cell).map_or(0.0, |zone| (zone + 1) as f64);
+                fill(values, &mut (0..4 * mesh.cells.len()).map(|triangle| zone(triangle / 4)));
+            }
             variable::CONTACT_X => fill(values, &mut place(0)),
             variable::CONTACT_Y => fill(values, &mut place(1)),
             variable::NODE_DISPLACEMENT_X => fill(values, &mut displacement(0)),

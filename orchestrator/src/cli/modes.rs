@@ -8,7 +8,7 @@ use orchestrator::vtk::{Field, Grid};
 pub const COUNT: usize = 4;
 
 /// The text of a `.vtu` file with the lowest modes of the intact dam, empty and, if this program computes its water, full: point
-/// data `mode_1_empty` and so on, (kg/m)^(−½); field data, whose names end in the unit. Empty for a dam that this program does not
+/// data `mode_1_empty` and so on, (kg/m)^(−½); cell data `zone` of a dam with zones; field data, whose names end in the unit. Empty for a dam that this program does not
 /// compute.
 ///
 /// **Errors**: those of dam and water.
@@ -16,6 +16,11 @@ pub fn vtu(scene: &Scene) -> Result<String, RegistryError> {
     let mut grid = Grid::default();
     if let Some(mesh) = registry::dam_mesh(scene)? {
         grid.cells = mesh.triangles().map(|triangle| triangle.to_vec()).collect();
+        if !mesh.zones.is_empty() {
+            let zone = |cell: usize| mesh.zone_of(cell).map_or(0.0, |zone| (zone + 1) as f64);
+            let zones = (0..4 * mesh.cells.len()).map(|triangle| zone(triangle / 4)).collect();
+            grid.cell_data.push(Field::scalar("zone", zones));
+        }
         grid.points = mesh.nodes;
     }
     grid.field_data.push(("unit of the modes [(kg/m)^(-1/2)]".to_owned(), vec![1.0]));

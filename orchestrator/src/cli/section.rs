@@ -1,4 +1,4 @@
-//! Picture of a scene's section to scale, as SVG: dam, mesh, cracks, water, wet points, ground.
+//! Picture of a scene's section to scale, as SVG: dam, mesh, zones, cracks, water, wet points, ground.
 
 use orchestrator::registry::{self, Mesh, RegistryError};
 use orchestrator::scene::{FidelityScene, Scene, Side};
@@ -16,6 +16,8 @@ const WATER: &str = "#cfe4f5";
 const INK: &str = "#222222";
 const POINTS: &str = "#1f4e79";
 const CONCRETE: &str = "#eeece6";
+/// Tints of zones, one after the other.
+const TINTS: [&str; 6] = ["#e3c9a8", "#c5d3b4", "#d9c0d0", "#b9cdd6", "#ead7d0", "#cfcaa0"];
 const GROUND: &str = "#d8cdbd";
 
 /// Largest width and height of the section, pixels.
@@ -180,6 +182,7 @@ impl Section {
         match &self.mesh {
             Some(mesh) => {
                 self.concrete(mesh, scene, canvas, &mut shapes, legend);
+                zones(mesh, scene, canvas, [&mut shapes, &mut labels], legend);
                 cracks(mesh, scene, canvas, [&mut shapes, &mut labels], legend);
             }
             None => {
@@ -287,6 +290,46 @@ impl Section {
         let size = scene.dam.as_ref().map_or(0.0, |dam| dam.element_size);
         let text = format!("concrete: {count} elements of about {size} m{edged}");
         legend.push(Explained { sample: block(CONCRETE), text });
+    }
+}
+
+/// The zones, each with its name at its centroid.
+fn zones(
+    mesh: &Mesh,
+    scene: &Scene,
+    canvas: &Canvas,
+    [shapes, labels]: [&mut String; 2],
+    legend: &mut Vec<Explained>,
+) {
+    let zones = scene.dam.as_ref().map_or(&[][..], |dam| &dam.zones);
+    for (index, zone) in zones.iter().enumerate() {
+        let (tint, name) = (TINTS[index % TINTS.len()], escape(&zone.name));
+        let (mut path, mut sum) = (String::new(), [0.0; 3]);
+        for (cell, corners) in mesh.cells.iter().enumerate().filter(|(cell, _)| mesh.zone_of(*cell) == Some(index)) {
+            let [a, b, c, d, centre] = corners.map(|node| mesh.nodes[node]);
+            let area = 0.5 * ((c[0] - a[0]) * (d[1] - b[1]) - (d[0] - b[0]) * (c[1] - a[1]));
+            sum = [sum[0] + area * centre[0], sum[1] + area * centre[1], sum[2] + area];
+            for (k, point) in [a, b, c, d].into_iter().enumerate() {
+                let [x, y] = point.map(number);
+                let _ = write!(path, "{}{x} {y}", if k == 0 { 'M' } else { 'L' });
+            }
+            path.push('Z');
+        }
+        let _ = writeln!(
+            shapes,
+            "<path class=\"zone\" fill=\"{tint}\" fill-opacity=\"0.6\" d=\"{path}\"><title>{name}</title></path>"
+        );
+        let [x, y] = canvas.place([sum[0] / sum[2], sum[1] / sum[2]]);
+        let _ = writeln!(
+            labels,
+            "<text class=\"zone-name\" x=\"{x:.2}\" y=\"{y:.2}\" text-anchor=\"middle\" stroke=\"#ffffff\" \
+             stroke-width=\"3\" paint-order=\"stroke\">{name}</text>"
+        );
+        let dam = scene.dam.as_ref().map(|dam| zone.material(&dam.material));
+        let of = dam.map_or(String::new(), |material| {
+            format!(": {} GPa, {} kg/m³", number(material.young_modulus / 1e9), number(material.density))
+        });
+        legend.push(Explained { sample: block(tint), text: format!("zone: {}{of}", zone.name) });
     }
 }
 

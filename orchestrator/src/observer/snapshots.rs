@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 /// One is taken at every multiple of the interval between `from` and `until`, or else at the first end of a
 /// communication step (of a window, where several steps are iterated together) after it. Parts: the *dam* (points:
 /// `displacement` in m since time 0; triangles: `stress_xx`, `stress_yy`, `stress_xy`, tension positive, and the
-/// principal stresses in Pa, including those at rest), its *contacts* (`opening` and `slip` in m, normal and shear
+/// principal stresses in Pa, including those at rest; in a dam with zones `zone`, counted from 1), its *contacts* (`opening` and `slip` in m, normal and shear
 /// stress in Pa) and each *wet face* (`displacement` along its normals; hydrodynamic and hydrostatic pressure in Pa).
 /// Points lie in the unloaded position.
 pub struct Snapshots {
@@ -33,6 +33,8 @@ pub struct Snapshots {
 struct Still {
     nodes: Vec<[f64; 2]>,
     triangles: Vec<Vec<usize>>,
+    /// Zone of each triangle; empty without zones.
+    zones: Vec<f64>,
     contacts: Vec<[f64; 2]>,
     faces: [Face; 2],
 }
@@ -91,6 +93,9 @@ impl Snapshots {
             .collect();
         for (k, name) in ["major_principal_stress", "minor_principal_stress"].into_iter().enumerate() {
             cell_data.push(Field::scalar(name, principal.iter().map(|both| both[k]).collect()));
+        }
+        if !still.zones.is_empty() {
+            cell_data.push(Field::scalar("zone", still.zones.clone()));
         }
         let displacement = pairs(dam, "node_displacement_x", "node_displacement_y")?;
         let concrete = Grid {
@@ -161,7 +166,9 @@ impl Still {
             Ok::<_, ParticipantError>(Face { points: of(dam, &x, &y)?, normals: of(dam, &n_x, &n_y)? })
         };
         let [upstream, downstream] = FACES.map(|(_, prefix)| face(dam, prefix));
+        let zones = if has(dam, "triangle_zone") { dam.read("triangle_zone")? } else { Vec::new() };
         Ok(Self {
+            zones: if zones.iter().any(|zone| *zone != 0.0) { zones } else { Vec::new() },
             nodes: pairs(dam, "node_x", "node_y")?,
             triangles,
             contacts: of(dam, "contact_x", "contact_y")?,

@@ -43,6 +43,10 @@ pub struct DamScene {
     pub section: SectionScene,
     /// The concrete.
     pub material: MaterialScene,
+    /// Parts of the section with a concrete of their own, such as a core, a facing or older lifts. With zones the mesh is not one of
+    /// rows: it follows their outlines. Of zones that overlap the last one counts.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub zones: Vec<ZoneScene>,
     /// Damping. It is always named, because sliding depends on it more than on anything else.
     pub damping: DampingScene,
     /// Cracks. Results come in the order of mean elevations. No water enters a crack.
@@ -83,7 +87,7 @@ pub enum DamFidelityScene {
     /// The dam without its cracks, linear, by modes.
     Intact,
     /// Another program's, as an FMU: `[dam.fmu]`. Section and `element_size` still say where the wet face and its points are;
-    /// material, damping and cracks are the other program's own.
+    /// material, zones, damping and cracks are the other program's own.
     Fmu,
     /// Another program's, as a process: `[dam.command]`.
     Command,
@@ -152,6 +156,41 @@ pub struct MaterialScene {
     /// Plane condition.
     #[serde(default)]
     pub plane: PlaneScene,
+}
+
+/// A part of the section with a concrete of its own.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ZoneScene {
+    /// Its name.
+    pub name: String,
+    /// Its outline, a closed list of points. What lies outside the section or in a gallery is cut off.
+    #[schemars(extend("unit" = "m"))]
+    pub polygon: Vec<[f64; 2]>,
+    /// Elastic modulus E.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1e6, max = 1e13), extend("unit" = "Pa", "otherwise" = "that of `dam.material`"))]
+    pub young_modulus: Option<f64>,
+    /// Poisson's ratio ν.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 0.499), extend("otherwise" = "that of `dam.material`"))]
+    pub poisson_ratio: Option<f64>,
+    /// Density.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 100, max = 1e5), extend("unit" = "kg/m³", "otherwise" = "that of `dam.material`"))]
+    pub density: Option<f64>,
+}
+
+impl ZoneScene {
+    /// Its material in a dam of the material `general`.
+    pub fn material(&self, general: &MaterialScene) -> MaterialScene {
+        MaterialScene {
+            young_modulus: self.young_modulus.unwrap_or(general.young_modulus),
+            poisson_ratio: self.poisson_ratio.unwrap_or(general.poisson_ratio),
+            density: self.density.unwrap_or(general.density),
+            plane: general.plane,
+        }
+    }
 }
 
 /// Plane condition.

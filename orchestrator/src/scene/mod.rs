@@ -30,7 +30,7 @@ mod water;
 pub use coupling::{CouplingScene, OnFailure};
 pub use dam::{
     CrackScene, DamFidelityScene, DamScene, DampingModelScene, DampingScene, IntegrationScene,
-    KinematicsScene, MaterialScene, PlaneScene, PrescribedScene, SectionScene,
+    KinematicsScene, MaterialScene, PlaneScene, PrescribedScene, SectionScene, ZoneScene,
 };
 pub use error::{Invalid, SceneError, SceneProblem};
 pub use foreign::{CommandScene, FmuScene, LogScene, Source};

@@ -2,7 +2,7 @@
 
 use super::shape::{Shape, word};
 use super::{
-    CrackScene, DamFidelityScene, DamScene, FidelityScene, MethodScene, ReservoirScene, Scene, Side, Source,
+    CrackScene, DamFidelityScene, DamScene, FidelityScene, MaterialScene, MethodScene, ReservoirScene, Scene, Side, Source,
 };
 use crate::ground_motion::{GroundMotion, STANDARD_GRAVITY};
 use crate::scheme::SchemeKind;
@@ -387,10 +387,13 @@ fn coarse_face(scene: &Scene, side: Side, water: &ReservoirScene) -> Option<Doub
     coarse.then(|| (side.key("element_size"), Warning::CoarseFace { table, size, depth }))
 }
 
-/// c_s = √(G/ρ), G = E/(2(1 + ν)), m/s.
+/// c_s = √(G/ρ), G = E/(2(1 + ν)), m/s; the least of dam and zones.
 fn shear_wave_velocity(dam: &DamScene) -> f64 {
-    let material = &dam.material;
-    (material.young_modulus / (2.0 * (1.0 + material.poisson_ratio)) / material.density).sqrt()
+    let velocity = |material: &MaterialScene| {
+        (material.young_modulus / (2.0 * (1.0 + material.poisson_ratio)) / material.density).sqrt()
+    };
+    let of_zones = dam.zones.iter().map(|zone| velocity(&zone.material(&dam.material)));
+    of_zones.fold(velocity(&dam.material), f64::min)
 }
 
 /// Values that smell of another unit.
@@ -400,9 +403,14 @@ fn unusual(scene: &Scene) -> Vec<Doubt> {
         values.push((side.key("density"), water.density, "water", 950.0, 1200.0));
         values.push((side.key("sound_speed"), water.sound_speed, "water", 1300.0, 1600.0));
     }
-    if let Some(DamScene { material, .. }) = &scene.dam {
+    if let Some(DamScene { material, zones, .. }) = &scene.dam {
         values.push(("dam.material.young_modulus".to_owned(), material.young_modulus, "concrete", 5e9, 8e10));
         values.push(("dam.material.density".to_owned(), material.density, "concrete", 1800.0, 3200.0));
+        for (index, zone) in zones.iter().enumerate() {
+            let key = |name: &str| format!("dam.zones.{index}.{name}");
+            values.extend(zone.young_modulus.map(|e| (key("young_modulus"), e, "concrete", 5e9, 8e10)));
+            values.extend(zone.density.map(|rho| (key("density"), rho, "concrete", 1800.0, 3200.0)));
+        }
     }
     let odd = |&(_, value, _, least, most): &(_, f64, _, f64, f64)| !(least..=most).contains(&value);
     let warn = |(key, value, what, least, most): (String, _, _, _, _)| {
