@@ -10,7 +10,7 @@ use dam_dem::{
     Dam, DamError, DamParameters, Fidelity, Geometry, GeometryError, Kinematics, Material, Materials, Mesh, Plane,
     Section, StressRecovery, Structure, ZoneParameters,
 };
-use interface::{CoSimulation, variables::dam as variable};
+use interface::{Packable, variables::dam as variable};
 use support::GRAVITY;
 
 const STIFF: Material = Material { young_modulus: 31e9, poisson_ratio: 0.2, density: 2640.0, plane: Plane::Stress };
@@ -128,7 +128,7 @@ fn a_zone_around_the_dam_is_its_material() -> Result<(), DamError> {
 /// The vector kernel and the assembled stiffness agree, on any number of threads.
 #[test]
 fn forces_are_those_of_the_assembled_stiffness() -> Result<(), DamError> {
-    let parameters = zoned(0.9);
+    let parameters = zoned(0.7);
     let mesh = parameters.mesh()?;
     let one = structure(mesh.clone(), parameters.materials(), Kinematics::Small);
     let two = one.clone().on_threads(2.try_into().expect("not 0"))?;
@@ -214,7 +214,7 @@ fn a_column_of_two_layers_settles_under_its_weight() -> Result<(), DamError> {
         .collect::<Result<_, _>>()?;
     let order = (errors[0] / errors[2]).log2() / 2.0;
     println!("settlement: {errors:?}, order {order:.2}");
-    assert!(order > 1.7 && errors[2] < 1e-3);
+    assert!(order > 1.7 && errors[2] < 2e-3);
     Ok(())
 }
 
@@ -299,7 +299,7 @@ fn masses_are_those_of_polygons() -> Result<(), DamError> {
     outline.reverse();
     let outline: Vec<[f64; 2]> = [&section.downstream[..], &outline].concat();
     let mut errors = Vec::new();
-    for size in [8.0, 4.0, 2.0] {
+    for size in [8.0, 4.0, 2.0, 1.0] {
         let dam = DamParameters { cracks: Vec::new(), ..zoned(size) };
         let mut exact = moments(&outline).map(|moment| 2640.0 * moment);
         for (zone, density) in dam.zones.iter().zip([2300.0, 3000.0]) {
@@ -317,9 +317,9 @@ fn masses_are_those_of_polygons() -> Result<(), DamError> {
         }
         errors.push((found[3] / exact[3] - 1.0).abs());
     }
-    let order = (errors[0] / errors[2]).log2() / 2.0;
+    let order = (errors[0] / errors[3]).log2() / 3.0;
     println!("moment of inertia: {errors:?}, order {order:.2}");
-    assert!(order > 1.5 && errors[2] < 1e-3);
+    assert!(order > 1.5 && errors[3] < 2e-4);
     Ok(())
 }
 
@@ -351,21 +351,29 @@ fn a_block_weighs_what_its_zones_do() -> Result<(), DamError> {
     Ok(())
 }
 
-/// Bursts of 0.5 g on the dam with zones: the ledger closes as well as without (`energy.rs`), at every level.
+/// Largest error of the energy balance over the peak kinetic energy, and the slip, after bursts of 0.5 g.
+fn ledger(parameters: DamParameters) -> Result<[f64; 2], DamError> {
+    let mut dam = support::at_rest(parameters)?;
+    let (mut peak, mut worst) = (0.0f64, 0.0f64);
+    while dam.state().time() < 2.0 {
+        let until = dam.state().time() + 2.5e-3;
+        support::shake(&mut dam, 2.5e-3, until, support::bursts)?;
+        peak = peak.max(support::get(&dam, &variable::KINETIC_ENERGY)[0]);
+        worst = worst.max(support::get(&dam, &variable::ENERGY_BALANCE_ERROR)[0].abs());
+    }
+    Ok([worst / peak, support::get(&dam, &variable::CRACK_SLIDING)[0]])
+}
+
+/// With zones the ledger closes as well as without, on the kind of mesh that zones have.
 #[test]
 fn the_ledger_closes_with_zones() -> Result<(), DamError> {
     for fidelity in [Fidelity::Dem, Fidelity::Reduced { modes: None }, Fidelity::RigidBlocks] {
-        let mut dam = support::at_rest(DamParameters { fidelity, ..zoned(8.0) })?;
-        let (mut peak, mut worst) = (0.0f64, 0.0f64);
-        while dam.state().time() < 2.0 {
-            let until = dam.state().time() + 2.5e-3;
-            support::shake(&mut dam, 2.5e-3, until, support::bursts)?;
-            peak = peak.max(support::get(&dam, &variable::KINETIC_ENERGY)[0]);
-            worst = worst.max(support::get(&dam, &variable::ENERGY_BALANCE_ERROR)[0].abs());
-        }
-        let sliding = support::get(&dam, &variable::CRACK_SLIDING)[0];
-        println!("{fidelity:?}: slip {sliding:.4} m, balance error {:.2e} of the peak kinetic energy", worst / peak);
-        assert!(sliding.abs() > 1e-3 && worst < 3e-3 * peak);
+        let mut plain = DamParameters { fidelity, ..support::koyna(8.0) };
+        plain.cracks[0].element_size = Some(8.0);
+        let [error, slip] = ledger(DamParameters { fidelity, ..zoned(8.0) })?;
+        let [without, _] = ledger(plain)?;
+        println!("{fidelity:?}: slip {slip:.4} m, balance error {error:.2e}, without zones {without:.2e}");
+        assert!(slip.abs() > 1e-3 && error < without.max(3e-3));
     }
     Ok(())
 }
@@ -400,9 +408,9 @@ fn wrong_zones_are_named() {
 fn a_zone_takes_what_it_does_not_have_from_the_dam() -> Result<(), DamError> {
     let mut parameters = zoned(10.0);
     parameters.zones[0].density = None;
-    let mut dam = Dam::new(parameters.clone())?;
-    dam.set(variable::DENSITY.value_reference, &[2500.0])?;
-    dam.initialise(0.0)?;
+    let numbers = Dam::numbers(&mut parameters, &variable::DENSITY);
+    numbers.into_iter().for_each(|density| *density = 2500.0);
+    let dam = support::at_rest(parameters)?;
     let densities: Vec<f64> = dam.parameters().materials().of_zones.iter().map(|zone| zone.density).collect();
     assert_eq!(densities, [2500.0, 3000.0]);
     let weight = support::get(&dam, &variable::BASE_NORMAL_FORCE)[0];

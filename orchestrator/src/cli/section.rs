@@ -305,7 +305,8 @@ fn zones(
     for (index, zone) in zones.iter().enumerate() {
         let (tint, name) = (TINTS[index % TINTS.len()], escape(&zone.name));
         let (mut path, mut sum) = (String::new(), [0.0; 3]);
-        for (cell, corners) in mesh.cells.iter().enumerate().filter(|(cell, _)| mesh.zone_of(*cell) == Some(index)) {
+        let own = mesh.cells.iter().enumerate().filter(|(cell, _)| mesh.zone_of(*cell) == Some(index));
+        for (_, corners) in own {
             let [a, b, c, d, centre] = corners.map(|node| mesh.nodes[node]);
             let area = 0.5 * ((c[0] - a[0]) * (d[1] - b[1]) - (d[0] - b[0]) * (c[1] - a[1]));
             sum = [sum[0] + area * centre[0], sum[1] + area * centre[1], sum[2] + area];
