@@ -130,6 +130,15 @@ const GEOMETRY: &[Case] = &[
     edit(&[("elevation = 66.5", "polyline = [[0.0, 60.0], [15.0, 58.5]]")]),
     set(&["dam.cracks.0.polyline=[[0, 60], [30, 57]]"]),
     set(&["dam.section.galleries=[[[-1, 10], [12, 10], [12, 13]]]"]),
+    edit(&[(
+        "[coupling]",
+        "[[dam.zones]]\nname = \"core\"\npolygon = [[90, 0], [99, 0], [99, 9]]\n\n[coupling]",
+    )]),
+    edit(&[(
+        "[coupling]",
+        "[[dam.zones]]\nname = \"core\"\npolygon = [[0, 0], [9, 9], [9, 0], [0, 9]]\n\n[coupling]",
+    )]),
+    edit(&[("[coupling]", "[[dam.zones]]\nname = \"core\"\npolygon = [[0, 0], [9, 9]]\n\n[coupling]")]),
     edit(&[("[[0.0, 0.0], [0.0, 103.0]]", "[[1.0, 0.0], [1.0, 103.0]]")]),
     edit(&[("[[0.0, 0.0], [0.0, 103.0]]", "[[0.0, 0.0]]")]),
     edit(&[("depth = 91.75", "depth = 66.52")]),

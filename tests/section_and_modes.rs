@@ -246,6 +246,64 @@ fn a_gallery_stays_empty() {
     );
 }
 
+/// Zones are drawn with their areas and names, and are a field of the modes and of snapshots, of the same areas.
+#[test]
+fn zones_are_drawn_and_written() {
+    const FACING: f64 = 5.0;
+    const CORE: f64 = 400.0;
+    let zones = format!(
+        "dam.zones=[{{name=\"facing\", polygon=[[-1, -1], [{FACING}, -1], [{FACING}, 104], [-1, 104]], young_modulus=18e9}}, \
+         {{name=\"core\", polygon=[[15, 10], [35, 10], [35, 30], [15, 30]], density=2900}}]"
+    );
+    let folder = tempfile::tempdir().expect("a folder");
+    let (picture, modes) = (folder.path().join("zones.svg"), folder.path().join("modes"));
+    let paths = [&picture, &modes].map(|path| path.to_str().expect("UTF-8"));
+    let (status, _, complaint) =
+        check(&[CRACKED, "--set", &zones, "--picture", paths[0], "--modes", paths[1]]);
+    assert_eq!(status, Some(0), "{complaint}");
+    let picture = Picture::read(&picture);
+    let drawn: Vec<f64> = picture.of_class("zone").iter().map(|zone| area_of(zone.get("d"))).collect();
+    let exact = [FACING * CREST, CORE];
+    assert!(drawn.iter().zip(exact).all(|(drawn, exact)| (drawn / exact - 1.0).abs() < 1e-4), "{drawn:?}");
+    assert!(["facing", "core"].iter().all(|name| picture.says(name)));
+
+    let mut scenario = Scenario::shipped("koyna-northridge-1994");
+    scenario.set("time.duration", 0.01).set("snapshots.interval", 0.01);
+    let done = scenario.command("run").args(["--set", &zones]).output().expect("cofferdam runs");
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let snapshot = scenario.folder().join("run/snapshots/dam-000000.vtu");
+    for file in [modes.join("modes.vtu"), snapshot] {
+        let found = arrays(&file);
+        let place = |node: f64| {
+            let at = 3 * node as usize;
+            [found["points"][at], found["points"][at + 1]]
+        };
+        let mut areas = [0.0; 3];
+        for (corners, zone) in found["connectivity"].as_chunks::<3>().0.iter().zip(&found["zone"]) {
+            let [a, b, c] = corners.map(place);
+            areas[*zone as usize] += ((b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1])) / 2.0;
+        }
+        let whole = area();
+        for (found, exact) in areas.into_iter().zip([whole - exact[0] - exact[1], exact[0], exact[1]]) {
+            assert!((found / exact - 1.0).abs() < 1e-9, "{areas:?}");
+        }
+    }
+}
+
+/// The area of the closed polygons of a path, `M` and `L`, m².
+fn area_of(path: &str) -> f64 {
+    let polygons = path.split('Z').filter(|polygon| !polygon.is_empty()).map(|polygon| {
+        let points = polygon.trim_start_matches('M').split('L').map(|point| {
+            let (x, y) = point.split_once(' ').expect("x y");
+            [x, y].map(|number| number.parse::<f64>().expect("a number"))
+        });
+        let points: Vec<[f64; 2]> = points.collect();
+        let next = points.iter().cycle().skip(1);
+        points.iter().zip(next).map(|(a, b)| (a[0] * b[1] - b[0] * a[1]) / 2.0).sum::<f64>()
+    });
+    polygons.sum()
+}
+
 #[test]
 fn a_dam_without_a_mesh_is_drawn_without_one() {
     let folder = tempfile::tempdir().expect("a folder");

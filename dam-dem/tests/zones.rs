@@ -7,15 +7,22 @@ use dam_dem::contact::{Coulomb, Integration};
 use dam_dem::integrator::SparseNewton;
 use dam_dem::modal::{self, DegreesOfFreedom};
 use dam_dem::{
-    Dam, DamError, DamParameters, Fidelity, Geometry, GeometryError, Kinematics, Material, Materials, Mesh, Plane,
-    Section, StressRecovery, Structure, ZoneParameters,
+    Dam, DamError, DamParameters, Fidelity, Geometry, GeometryError, Kinematics, Material, Materials, Mesh,
+    Plane, Section, StressRecovery, Structure, ZoneParameters,
 };
 use interface::{Packable, variables::dam as variable};
 use support::GRAVITY;
 
-const STIFF: Material = Material { young_modulus: 31e9, poisson_ratio: 0.2, density: 2640.0, plane: Plane::Stress };
+const STIFF: Material =
+    Material { young_modulus: 31e9, poisson_ratio: 0.2, density: 2640.0, plane: Plane::Stress };
 
-fn zone(name: &str, polygon: &[[f64; 2]], young_modulus: f64, poisson_ratio: f64, density: f64) -> ZoneParameters {
+fn zone(
+    name: &str,
+    polygon: &[[f64; 2]],
+    young_modulus: f64,
+    poisson_ratio: f64,
+    density: f64,
+) -> ZoneParameters {
     ZoneParameters {
         name: name.to_owned(),
         polygon: polygon.to_vec(),
@@ -87,7 +94,8 @@ fn zones_of_the_same_material_are_no_zones() -> Result<(), DamError> {
 /// safety, at every level of fidelity.
 #[test]
 fn a_zone_around_the_dam_is_its_material() -> Result<(), DamError> {
-    let material = Material { young_modulus: 22e9, poisson_ratio: 0.25, density: 2450.0, plane: Plane::Strain };
+    let material =
+        Material { young_modulus: 22e9, poisson_ratio: 0.25, density: 2450.0, plane: Plane::Strain };
     let mut whole = DamParameters { material, ..support::koyna(10.0) };
     // not in rows
     whole.cracks[0].element_size = Some(6.0);
@@ -269,7 +277,13 @@ fn recovered_stresses_jump_between_zones() {
         let x = structure.mesh.nodes[node][0];
         let here = recovery.nodes().iter().filter(|other| **other == node).count();
         assert_eq!(here, if x == 3.0 { 2 } else { 1 });
-        let expected: &[f64] = if x == 3.0 { &[-8e5, -32e5] } else if x < 3.0 { &[-8e5] } else { &[-32e5] };
+        let expected: &[f64] = if x == 3.0 {
+            &[-8e5, -32e5]
+        } else if x < 3.0 {
+            &[-8e5]
+        } else {
+            &[-32e5]
+        };
         assert!(expected.iter().any(|e| (yy / e - 1.0).abs() < 1e-10) && xx.abs().max(xy.abs()) < 1e-3);
         between += usize::from(x == 3.0 && (yy / -8e5 - 1.0).abs() < 1e-10);
     }

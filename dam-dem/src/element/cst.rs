@@ -97,13 +97,7 @@ impl CrossedCells {
             true => CellModuli::All(of(&materials.general)),
             false => CellModuli::Batches((0..batches.len()).map(of_batch).collect()),
         };
-        Self {
-            parts: Parts::of(&batches),
-            batches,
-            pool: None,
-            kinematics,
-            moduli,
-        }
+        Self { parts: Parts::of(&batches), batches, pool: None, kinematics, moduli }
     }
 
     /// The same cells, evaluated on `threads` threads if there are enough cells for this to be faster (from about
@@ -528,7 +522,8 @@ mod tests {
         let mut results = Vec::new();
         for threads in [1, 2, 3] {
             let threads = NonZeroUsize::new(threads).unwrap_or(NonZeroUsize::MIN);
-            let cells = CrossedCells::new(&mesh, &Materials::from(&material), Kinematics::Corotational).on_threads(threads)?;
+            let cells = CrossedCells::new(&mesh, &Materials::from(&material), Kinematics::Corotational)
+                .on_threads(threads)?;
             assert!(cells.triangle_count() > 100_000 && cells.parts.parts.len() > 8);
             let mut viscous = cells.viscous_at_rest();
             let mut forces = vec![[0.0; 2]; mesh.nodes.len()];

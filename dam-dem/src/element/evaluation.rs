@@ -38,10 +38,7 @@ impl ModuliOf<'_> {
             Self::All(_) => all,
             Self::Batches(batches) => {
                 let Moduli { lambda, twice_shear } = &batches[batch];
-                Elastic {
-                    lambda: lambda.load(simd, register),
-                    twice_shear: twice_shear.load(simd, register),
-                }
+                Elastic { lambda: lambda.load(simd, register), twice_shear: twice_shear.load(simd, register) }
             }
         }
     }

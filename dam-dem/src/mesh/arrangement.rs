@@ -200,7 +200,8 @@ impl Arrangement {
         let crack = edge.crack.unwrap_or_default();
         let mut found = (f64::INFINITY, Feature::Base, end);
         for (_, other) in others
-            .filter(|(_, other)| other.on_boundary() || other.crack.is_some() && other.crack != edge.crack) {
+            .filter(|(_, other)| other.on_boundary() || other.crack.is_some() && other.crack != edge.crack)
+        {
             let target = nearest(self.segment(other), end);
             if distance(target, end) < found.0 {
                 found = (distance(target, end), other.feature, target);

@@ -141,7 +141,9 @@ pub enum GeometryError {
         point: [f64; 2],
     },
     /// A zone without any concrete of its own.
-    #[error("zone {zone} holds no concrete: it lies outside the section, or later zones cover it; move it, or leave it out")]
+    #[error(
+        "zone {zone} holds no concrete: it lies outside the section, or later zones cover it; move it, or leave it out"
+    )]
     EmptyZone {
         /// Index of the zone.
         zone: usize,

@@ -733,10 +733,9 @@ mod tests {
                 matches!(e, GeometryError::EmptyZone { zone: 0 })
             }),
             (koyna().zone(&hole).gallery(&hole), |e| matches!(e, GeometryError::EmptyZone { zone: 0 })),
-            (
-                koyna().zone(&hole).zone(&[[-1.0, -1.0], [80.0, -1.0], [80.0, 110.0], [-1.0, 110.0]]),
-                |e| matches!(e, GeometryError::EmptyZone { zone: 0 }),
-            ),
+            (koyna().zone(&hole).zone(&[[-1.0, -1.0], [80.0, -1.0], [80.0, 110.0], [-1.0, 110.0]]), |e| {
+                matches!(e, GeometryError::EmptyZone { zone: 0 })
+            }),
             (koyna().zone(&[[0.0, 0.0], [10.0, 0.0], [10.0, f64::INFINITY]]), |e| {
                 matches!(e, GeometryError::NotFinite { feature: Feature::Zone(0), index: 2, .. })
             }),
@@ -745,14 +744,18 @@ mod tests {
             }),
             // a crack that ends on a zone's outline ends inside the concrete
             (
-                koyna().zone(&[[-1.0, -1.0], [10.0, -1.0], [10.0, 110.0], [-1.0, 110.0]]).crack(&[
-                    [0.0, 40.0],
-                    [10.0, 40.0],
-                ]),
+                koyna()
+                    .zone(&[[-1.0, -1.0], [10.0, -1.0], [10.0, 110.0], [-1.0, 110.0]])
+                    .crack(&[[0.0, 40.0], [10.0, 40.0]]),
                 |e| {
                     matches!(
                         e,
-                        GeometryError::CrackEndsInside { crack: 0, end: [10.0, 40.0], nearest: Feature::Upstream, .. }
+                        GeometryError::CrackEndsInside {
+                            crack: 0,
+                            end: [10.0, 40.0],
+                            nearest: Feature::Upstream,
+                            ..
+                        }
                     )
                 },
             ),
@@ -886,15 +889,15 @@ mod tests {
         );
         let anywhere = proptest::collection::vec((-20.0f64..100.0, -5.0f64..110.0), 3..6)
             .prop_map(|points| points.into_iter().map(|(x, y)| [x, y]).collect::<Vec<_>>());
-        let band = (0.0f64..90.0, 2.0f64..40.0).prop_map(|(y, height)| {
-            vec![[-60.0, y], [160.0, y], [160.0, y + height], [-60.0, y + height]]
-        });
+        let band = (0.0f64..90.0, 2.0f64..40.0)
+            .prop_map(|(y, height)| vec![[-60.0, y], [160.0, y], [160.0, y + height], [-60.0, y + height]]);
         let zone = prop_oneof![4 => round, 1 => anywhere, 3 => band];
         let facing = proptest::option::weighted(0.3, 2.0f64..30.0);
         (dam(), proptest::collection::vec(zone, 1..4), facing).prop_map(|(mut dam, zones, facing)| {
             let height = dam.upstream.iter().map(|p| p[1]).fold(0.0, f64::max);
             let scale = height / 100.0;
-            dam.zones = zones.into_iter().map(|zone| zone.iter().map(|p| p.map(|x| scale * x)).collect()).collect();
+            dam.zones =
+                zones.into_iter().map(|zone| zone.iter().map(|p| p.map(|x| scale * x)).collect()).collect();
             dam.zones.extend(facing.map(|width| {
                 let inner = dam.upstream.iter().rev().map(|[x, y]| [x + scale * width, *y]);
                 dam.upstream.iter().copied().chain(inner).collect()

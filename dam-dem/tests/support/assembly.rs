@@ -24,7 +24,19 @@ impl Assembly {
     pub fn new() -> Self {
         let (nodes, cells, blocks, seams) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let (upstream, downstream, base) = (Vec::new(), Vec::new(), Vec::new());
-        Self { mesh: Mesh { nodes, cells, blocks, seams, upstream, downstream, base, ground: 0..0, zones: Vec::new() } }
+        Self {
+            mesh: Mesh {
+                nodes,
+                cells,
+                blocks,
+                seams,
+                upstream,
+                downstream,
+                base,
+                ground: 0..0,
+                zones: Vec::new(),
+            },
+        }
     }
 
     /// Adds the nodes of `part`, a mesh of one block, at their `place`. The place keeps the sense of rotation.

@@ -2,7 +2,8 @@
 
 use super::shape::{Shape, word};
 use super::{
-    CrackScene, DamFidelityScene, DamScene, FidelityScene, MaterialScene, MethodScene, ReservoirScene, Scene, Side, Source,
+    CrackScene, DamFidelityScene, DamScene, FidelityScene, MaterialScene, MethodScene, ReservoirScene, Scene,
+    Side, Source,
 };
 use crate::ground_motion::{GroundMotion, STANDARD_GRAVITY};
 use crate::scheme::SchemeKind;
