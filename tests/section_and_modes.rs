@@ -268,8 +268,10 @@ fn zones_are_drawn_and_written() {
     assert!(["facing", "core"].iter().all(|name| picture.says(name)));
 
     let mut scenario = Scenario::shipped("koyna-northridge-1994");
-    scenario.set("time.duration", 0.01).set("snapshots.interval", 0.01);
-    let done = scenario.command("run").args(["--set", &zones]).output().expect("cofferdam runs");
+    scenario.set("time.duration", 0.01);
+    let mut run = scenario.command("run");
+    run.args(["--set", &zones, "--set", "snapshots.interval=0.01"]);
+    let done = run.output().expect("cofferdam runs");
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
     let snapshot = scenario.folder().join("run/snapshots/dam-000000.vtu");
     for file in [modes.join("modes.vtu"), snapshot] {
