@@ -17,6 +17,7 @@ mod flutter;
 mod frames;
 mod joint_laws;
 mod limit_equilibrium;
+mod limiting_part;
 mod linear_reference;
 mod meetings;
 mod natural_modes;
