@@ -586,26 +586,30 @@ fn check_says_what_a_run_would_be() {
         check(&["scenes/koyna-northridge-1994", "scenes/rigid-dam-ramp/scene.toml"]);
     // 19.98 s of record, 0.01 s in which it falls to zero, 5 s of rest.
     let lines: Vec<&str> = said.lines().collect();
-    assert_eq!(lines.len(), 10, "{said}");
+    assert_eq!(lines.len(), 12, "{said}");
     // Area of the section above 66.5 m, and 25.25 m of water there.
     let (weight, thrust) = (36.5 * (19.25 + 14.8) / 2.0 * 2640.0, 1000.0 * 25.25f64.powi(2) / 2.0);
-    for estimate in [lines[5], lines[9]] {
+    for estimate in [lines[7], lines[11]] {
         assert!(estimate.starts_with("  a run takes about ") && estimate.ends_with(" MB of disk"), "{said}");
     }
     let safety =
-        lines[6].strip_prefix("  factor of safety of the crack at 66.5 m before the ground moves: sliding ");
+        lines[8].strip_prefix("  factor of safety of the crack at 66.5 m before the ground moves: sliding ");
     let sliding: f64 = safety.and_then(|text| text.split(',').next()?.parse().ok()).expect("a number");
     assert!((sliding - weight / thrust).abs() < 0.01, "{said}");
     assert_eq!(
-        [lines[0], lines[2], lines[7]],
+        [lines[0], lines[4], lines[9]],
         [
             "scenes/koyna-northridge-1994/scene.toml can be run: 9996 communication steps of 0.0025 s, 24.99 s; 1 warning",
             "  ground: northridge-1994-canyon-country-270.csv, 19.98 s: at most 0.482 g, 0.449 m/s, 0.125 m; Arias intensity 1.974 m/s, 5 to 95 % of it within 5.56 s",
             "scenes/rigid-dam-ramp/scene.toml can be run: 800 communication steps of 0.0025 s, 2 s; 0 warnings",
         ]
     );
+    // Columns: area/height/5 m, 7; rows: 13 below the crack, 5 to the water level, 2 above.
+    let (mesh, limit) = (lines[2], lines[3]);
+    assert!(mesh.starts_with("  mesh: 140 cells, 560 elements, 316 nodes, 2 blocks; smallest angle "), "{mesh}");
+    assert!(limit.starts_with("  time step of the dam: at most ") && limit.contains(" m; 1."), "{limit}");
     let frequencies =
-        lines[3].strip_prefix("  natural frequencies of the dam, intact and empty: ").expect("a line");
+        lines[5].strip_prefix("  natural frequencies of the dam, intact and empty: ").expect("a line");
     let frequencies = frequencies.strip_suffix(" rad/s").expect("a unit").split(", ");
     let frequencies: Vec<f64> = frequencies.map(|value| value.parse().expect("a number")).collect();
     // Chopra and Chakrabarti (1973), as in Abaqus' example manual: E = 31.027 GPa, ν = 0.15, 2643 kg/m³; the mesh of

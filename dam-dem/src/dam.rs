@@ -665,6 +665,7 @@ mod tests {
             gravity: 9.81,
             time_step_safety: 0.9,
             drags_blocks: false,
+            given_mesh: None,
             added_mass: None,
         };
         let dam = Dam::new(parameters)?;

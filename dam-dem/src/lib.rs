@@ -90,7 +90,7 @@ pub use flutter::Flutter;
 pub use limit_equilibrium::LimitEquilibrium;
 pub use limiting_part::{LimitingPart, PartKind};
 pub use material::{Material, Plane};
-pub use mesh::{Feature, Geometry, GeometryError, Mesh, Seam};
+pub use mesh::{Feature, Geometry, GeometryError, GivenMesh, GivenMeshError, Mesh, Quality, Seam};
 pub use natural_modes::NaturalModes;
 pub use parameters::{CrackLine, CrackParameters, DamParameters, Kinematics};
 pub use recovery::StressRecovery;

@@ -15,6 +15,7 @@ mod energy;
 mod extremes;
 mod flutter;
 mod frames;
+mod given_mesh;
 mod joint_laws;
 mod limit_equilibrium;
 mod limiting_part;

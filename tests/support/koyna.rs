@@ -55,6 +55,7 @@ pub fn dam(element_size: f64, cracked: bool) -> DamParameters {
         element_size,
         gravity: 9.81,
         drags_blocks: false,
+        given_mesh: None,
         added_mass: None,
         time_step_safety: 0.9,
     }

@@ -377,6 +377,7 @@ mod tests {
             gravity: 0.0,
             time_step_safety: 0.9,
             drags_blocks: false,
+            given_mesh: None,
             added_mass: None,
         }
     }

@@ -47,7 +47,7 @@ impl Mesh {
     /// quadrilateral four: they meet in the middle of their sides.
     ///
     /// **Errors**: [`GeometryError::TinyBlock`], [`GeometryError::NotSeparating`].
-    pub fn of_tiling(
+    pub(super) fn of_tiling(
         arrangement: &Arrangement,
         tiling: &Tiling,
         element_size: f64,

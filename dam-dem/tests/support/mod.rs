@@ -39,6 +39,7 @@ pub fn koyna(element_size: f64) -> DamParameters {
         gravity: 9.81,
         time_step_safety: 0.9,
         drags_blocks: false,
+        given_mesh: None,
         added_mass: None,
     }
 }
