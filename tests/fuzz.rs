@@ -240,7 +240,8 @@ fn records() {
 
 #[test]
 fn meshes() {
-    let read = |path: &str| std::fs::read_to_string(root().join("scenes/koyna-gmsh").join(path)).expect("a file");
+    let read =
+        |path: &str| std::fs::read_to_string(root().join("scenes/koyna-gmsh").join(path)).expect("a file");
     let text = read("koyna.msh");
     let (path, names) = (Path::new("koyna.msh"), [Some("neck".to_owned())]);
     let (mut fine, mut refused) = (0, 0);
@@ -249,7 +250,12 @@ fn meshes() {
         let file = MeshFile::parse(path, &changed).and_then(|file| DamMesh::new(path, file, &names));
         let given = match file {
             Ok(mesh) => {
-                drop((mesh.galleries(), mesh.polyline(0), mesh.element_size(), mesh.vertices(&mesh.upstream)));
+                drop((
+                    mesh.galleries(),
+                    mesh.polyline(0),
+                    mesh.element_size(),
+                    mesh.vertices(&mesh.upstream),
+                ));
                 let DamMesh { points, triangles, quadrilaterals, upstream, downstream, base, cracks } = mesh;
                 GivenMesh { points, triangles, quadrilaterals, upstream, downstream, base, cracks }
             }

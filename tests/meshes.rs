@@ -87,7 +87,8 @@ fn dam_on(text: &str) -> DamParameters {
     let mut parameters = koyna::dam(mesh.element_size(), true);
     parameters.cracks[0].line = CrackLine::Polyline(mesh.polyline(0));
     let DamMesh { points, triangles, quadrilaterals, upstream, downstream, base, cracks } = mesh;
-    parameters.given_mesh = Some(GivenMesh { points, triangles, quadrilaterals, upstream, downstream, base, cracks });
+    parameters.given_mesh =
+        Some(GivenMesh { points, triangles, quadrilaterals, upstream, downstream, base, cracks });
     parameters
 }
 
@@ -181,14 +182,18 @@ fn a_run_keeps_its_mesh() {
     };
     std::fs::remove_file(&file).expect("removed");
     said(&["run", "run/manifest.toml", "--quiet", "--output", "again"]);
-    let histories = |run: &str| std::fs::read(scenario.folder().join(run).join("histories.csv")).expect("histories");
+    let histories =
+        |run: &str| std::fs::read(scenario.folder().join(run).join("histories.csv")).expect("histories");
     assert_eq!(histories("run"), histories("again"));
     let replayed = said(&["replay", "run", "--quiet"]);
     assert!(replayed.contains("dam: ") && replayed.contains("identical"), "{replayed}");
     let manifest = std::fs::read_to_string(scenario.folder().join("run/manifest.toml")).expect("a manifest");
     let table: toml::Table = manifest.parse().expect("TOML");
     let text = table["scene"]["dam"]["mesh"]["text"].as_str().expect("a text");
-    assert_eq!(text, std::fs::read_to_string(root().join("scenes").join(CASE).join("koyna.msh")).expect("a file"));
+    assert_eq!(
+        text,
+        std::fs::read_to_string(root().join("scenes").join(CASE).join("koyna.msh")).expect("a file")
+    );
     // another text is refused
     let other = manifest.replacen("19.25 66.5 0", "19.26 66.5 0", 1);
     std::fs::write(scenario.folder().join("other.toml"), other).expect("written");
@@ -208,7 +213,13 @@ fn scenes_and_meshes_that_do_not_fit_are_refused() {
         ["scene.toml", "koyna.msh"].map(|name| std::fs::read_to_string(folder.join(name)).expect("a file"));
     let second = "[[dam.cracks]]\nname = \"neck\"";
     let cases: &[(&str, &str, &str, &str, &str)] = &[
-        ("[dam.mesh]", "[dam]\nelement_size = 4.0\n\n[dam.mesh]", "", "", "`dam.element_size` follows from the file"),
+        (
+            "[dam.mesh]",
+            "[dam]\nelement_size = 4.0\n\n[dam.mesh]",
+            "",
+            "",
+            "`dam.element_size` follows from the file",
+        ),
         (
             "[dam.material]",
             "[dam.section]\nupstream = [[0.0, 0.0], [0.0, 90.0]]\ndownstream = [[70.0, 0.0], [14.8, 90.0]]\n\n[dam.material]",
@@ -216,13 +227,25 @@ fn scenes_and_meshes_that_do_not_fit_are_refused() {
             "",
             "`dam.section` follows from the file",
         ),
-        (second, "[[dam.cracks]]\nelevation = 60.0\nname = \"neck\"", "", "", "`dam.cracks.0.elevation` follows"),
+        (
+            second,
+            "[[dam.cracks]]\nelevation = 60.0\nname = \"neck\"",
+            "",
+            "",
+            "`dam.cracks.0.elevation` follows",
+        ),
         (second, "[[dam.cracks]]", "", "", "\"neck\" is neither a side"),
         ("\"neck\"", "\"nick\"", "", "", "the physical curve \"neck\" is neither a side"),
         ("koyna.msh", "nowhere.msh", "", "", "nowhere.msh: No such file"),
         ("depth = 91.75", "depth = 90.0", "", "", "put a point at the water level"),
         ("", "", "1 3 \"upstream\"", "1 3 \"left\"", "the physical curve \"left\" is neither"),
-        ("", "", "1 2 \"downstream\"", "2 2 \"downstream\"", "it has no physical curve \"downstream\", but \"base\""),
+        (
+            "",
+            "",
+            "1 2 \"downstream\"",
+            "2 2 \"downstream\"",
+            "it has no physical curve \"downstream\", but \"base\"",
+        ),
         ("", "", "4.1 0 8", "4.1 1 8", "it is binary; MSH 4.1 and 2.2 in ASCII are read"),
         ("", "", "4.1 0 8", "3.0 0 8", "its version is 3.0"),
         ("", "", "$MeshFormat", "$Format", "$MeshFormat"),
@@ -257,22 +280,31 @@ fn files_that_are_damaged_are_refused_at_their_line() {
     assert_eq!((mesh.upstream, mesh.downstream, mesh.base), (vec![0, 3], vec![1, 2], vec![0, 1]));
     type Expected = fn(&MeshFileError) -> bool;
     let cases: &[(&str, &str, Expected)] = &[
-        ("5 1 1 0", "5 1 1 0.5", |e| matches!(e, MeshFileError::OutOfPlane { line: 14, node: 5, z: 0.5, .. })),
+        ("5 1 1 0", "5 1 1 0.5", |e| {
+            matches!(e, MeshFileError::OutOfPlane { line: 14, node: 5, z: 0.5, .. })
+        }),
         ("5 1 1 0", "5 1 1 nan", |e| matches!(e, MeshFileError::OutOfPlane { line: 14, node: 5, .. })),
         ("5 1 1 0", "5 1 one 0", |e| matches!(e, MeshFileError::Line { line: 14, .. })),
         ("5 1 1 0", "4 1 1 0", |e| matches!(e, MeshFileError::TwoNodes { line: 15, node: 4, .. })),
-        ("5 2 2 9 1 1 2 5", "5 2 2 9 1 1 2 7", |e| matches!(e, MeshFileError::NoNode { line: 23, node: 7, .. })),
+        ("5 2 2 9 1 1 2 5", "5 2 2 9 1 1 2 7", |e| {
+            matches!(e, MeshFileError::NoNode { line: 23, node: 7, .. })
+        }),
         ("5 2 2 9 1 1 2 5", "5 9 2 9 1 1 2 5 1 2 5", |e| {
-            matches!(e, MeshFileError::Element { line: 23, element: 5, kind: 9, .. }) && e.to_string().contains("ElementOrder")
+            matches!(e, MeshFileError::Element { line: 23, element: 5, kind: 9, .. })
+                && e.to_string().contains("ElementOrder")
         }),
         ("5 2 2 9 1 1 2 5", "5 4 2 9 1 1 2 5 4", |e| {
             matches!(e, MeshFileError::Element { kind: 4, .. }) && e.to_string().contains("plane")
         }),
         ("5 2 2 9 1 1 2 5", "5 2 2 9 1 1 2", |e| matches!(e, MeshFileError::Line { line: 23, .. })),
-        ("5 2 2 9 1 1 2 5", "5 2 18446744073709551615 9 1 1 2", |e| matches!(e, MeshFileError::Line { line: 23, .. })),
+        ("5 2 2 9 1 1 2 5", "5 2 18446744073709551615 9 1 1 2", |e| {
+            matches!(e, MeshFileError::Line { line: 23, .. })
+        }),
         ("$Nodes\n4", "$Nodes\n18446744073709551615", |e| matches!(e, MeshFileError::Line { .. })),
         ("$Elements\n6", "$Elements\n999999999999", |e| matches!(e, MeshFileError::Line { .. })),
-        ("5 2 2 9 1 1 2 5\n6 2 2 9 1 1 5 4\n", "5 15 2 0 1 1\n6 15 2 0 1 1\n", |e| matches!(e, MeshFileError::Missing { .. })),
+        ("5 2 2 9 1 1 2 5\n6 2 2 9 1 1 5 4\n", "5 15 2 0 1 1\n6 15 2 0 1 1\n", |e| {
+            matches!(e, MeshFileError::Missing { .. })
+        }),
     ];
     for (number, (old, new, expected)) in cases.iter().enumerate() {
         let changed = text.replacen(old, new, 1);

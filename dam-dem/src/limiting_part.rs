@@ -93,7 +93,8 @@ impl LimitingPart {
                     // the first two nodes are those of its point, and all weights but theirs those of the other side
                     let own: f64 = weights[0] + weights[1];
                     let place = [0, 1].map(|axis| {
-                        (weights[0] * mesh.nodes[nodes[0]][axis] + weights[1] * mesh.nodes[nodes[1]][axis]) / own
+                        (weights[0] * mesh.nodes[nodes[0]][axis] + weights[1] * mesh.nodes[nodes[1]][axis])
+                            / own
                     });
                     (PartKind::Contact { crack: seam.crack }, place)
                 });

@@ -14,7 +14,8 @@ use crate::state::DamMotion;
 use crate::structure::{Motion, Structure};
 use crate::time_step::{SHARE_WITH_DASHPOTS, SHARE_WITHOUT_DASHPOTS, highest_mode};
 use crate::{
-    CrackParameters, CriticalTimeStep, DamError, DamParameters, DampingCoefficients, Fidelity, LimitingPart, modal,
+    CrackParameters, CriticalTimeStep, DamError, DamParameters, DampingCoefficients, Fidelity, LimitingPart,
+    modal,
 };
 
 /// The structure, and what acts on it.

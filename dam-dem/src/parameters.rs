@@ -276,7 +276,9 @@ impl DamParameters {
         match self.mesh().and_then(wet) {
             Ok(()) => Vec::new(),
             Err(DamError::GivenMesh(error)) => {
-                let key = error.crack().map_or_else(|| "mesh.file".to_owned(), |crack| format!("cracks.{crack}.name"));
+                let key = error
+                    .crack()
+                    .map_or_else(|| "mesh.file".to_owned(), |crack| format!("cracks.{crack}.name"));
                 vec![Problem { keys: vec![key], error: error.into() }]
             }
             Err(DamError::Geometry(error)) => {

@@ -133,7 +133,10 @@ fn what_makes_no_dam_is_refused() {
             },
             |e| matches!(e, GivenMeshError::DuplicatePoints { point: [2.3, 1.8] }),
         ),
-        (|m| drop(m.triangles.drain(..2)), |e| matches!(e, GivenMeshError::Apart { .. } | GivenMeshError::Outline { .. })),
+        (
+            |m| drop(m.triangles.drain(..2)),
+            |e| matches!(e, GivenMeshError::Apart { .. } | GivenMeshError::Outline { .. }),
+        ),
         (
             |m| {
                 m.points.extend([[9.0, 1.0], [10.0, 1.0], [9.0, 2.0]]);
@@ -151,7 +154,12 @@ fn what_makes_no_dam_is_refused() {
         (|m| m.downstream.truncate(1), |e| matches!(e, GivenMeshError::Outline { .. })),
         (
             |m| m.cracks[0][0] = vec![3, 8, 5],
-            |e| matches!(e, GivenMeshError::NoSide { feature: Feature::Crack(0), from: [0.0, 2.0], to: [4.0, 4.0] }),
+            |e| {
+                matches!(
+                    e,
+                    GivenMeshError::NoSide { feature: Feature::Crack(0), from: [0.0, 2.0], to: [4.0, 4.0] }
+                )
+            },
         ),
         (
             |m| m.cracks.push(vec![vec![1, 4, 5]]),

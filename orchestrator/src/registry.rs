@@ -3,13 +3,13 @@
 //! A table of a scene whose keys are those of a solver's parameters is handed over as it is (`same`): a new key stands in
 //! two types and nowhere between.
 
+use crate::mesh_file::{DamMesh, MeshFileError};
 use crate::participant::{EmptyReservoir, InProcess, Messages, Participant, Prescribed};
 use crate::scene::{
     CommandScene, DamFidelityScene, DamScene, DampingModelScene, DampingScene, FidelityScene, LoadedScene,
     ProfileScene, Refusal, ReservoirScene, Scene, SceneError, Side, Source, UnitChecks,
 };
 use crate::scheme::{CouplingError, Graph, Interface, Port, SchemeKind, UnitId};
-use crate::mesh_file::{DamMesh, MeshFileError};
 use dam_dem::{Dam, DamError, DamParameters, Damping, DampingFrequencies, GivenMesh};
 pub use dam_dem::{Flutter, LimitEquilibrium, LimitingPart, Mesh, NaturalModes, PartKind, Quality};
 use interface::{WetFace, WetFaceError};
@@ -174,7 +174,9 @@ pub fn dam_mesh(scene: &Scene) -> Result<Option<Mesh>, RegistryError> {
 ///
 /// **Errors**: those of the dam.
 pub fn limiting_part(scene: &Scene) -> Result<Option<(LimitingPart, f64)>, RegistryError> {
-    let Some(dam) = own_dam(scene).filter(|dam| dam.fidelity == DamFidelityScene::Dem) else { return Ok(None) };
+    let Some(dam) = own_dam(scene).filter(|dam| dam.fidelity == DamFidelityScene::Dem) else {
+        return Ok(None);
+    };
     let dam = Dam::new(dam_parameters(dam, scene, WaterMass::of(scene))?)?;
     Ok(dam.limiting_part().map(|part| (*part, dam.time_step_limit())))
 }
@@ -709,7 +711,8 @@ fn dry_dam(dam: &DamScene, scene: &Scene) -> Result<DamParameters, RegistryError
 fn given_mesh(dam: &DamScene) -> Result<Option<GivenMesh>, RegistryError> {
     let Some(mesh) = &dam.mesh else { return Ok(None) };
     let names: Vec<Option<String>> = dam.cracks.iter().map(|crack| crack.name.clone()).collect();
-    let DamMesh { points, triangles, quadrilaterals, upstream, downstream, base, cracks } = mesh.mesh(&names)?;
+    let DamMesh { points, triangles, quadrilaterals, upstream, downstream, base, cracks } =
+        mesh.mesh(&names)?;
     Ok(Some(GivenMesh { points, triangles, quadrilaterals, upstream, downstream, base, cracks }))
 }
 

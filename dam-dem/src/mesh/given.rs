@@ -74,7 +74,10 @@ pub enum GivenMeshError {
         point: [f64; 2],
     },
     /// A thin triangle.
-    #[error("the mesh has an element with an angle of {angle:.2}° at {}, {LEAST_ANGLE}° is the least; improve the mesh there", near(point))]
+    #[error(
+        "the mesh has an element with an angle of {angle:.2}° at {}, {LEAST_ANGLE}° is the least; improve the mesh there",
+        near(point)
+    )]
     Sliver {
         /// Centroid.
         point: [f64; 2],
@@ -84,7 +87,8 @@ pub enum GivenMeshError {
     /// Two points at the same place.
     #[error(
         "two points of the mesh lie at {}; parts of the section must share their points, also along cracks, where the mesh is parted \
-         afterwards: join coincident points and curves before meshing", near(point)
+         afterwards: join coincident points and curves before meshing",
+        near(point)
     )]
     DuplicatePoints {
         /// Where.
@@ -97,7 +101,10 @@ pub enum GivenMeshError {
         point: [f64; 2],
     },
     /// Parts of the mesh that meet in a point, or not at all.
-    #[error("the mesh falls apart at {}: all parts of the section must meet along sides of cells", near(point))]
+    #[error(
+        "the mesh falls apart at {}: all parts of the section must meet along sides of cells",
+        near(point)
+    )]
     Apart {
         /// Where.
         point: [f64; 2],
@@ -109,7 +116,10 @@ pub enum GivenMeshError {
         point: [f64; 2],
     },
     /// A base that is not level, or runs upstream.
-    #[error("the base of the mesh passes {}; it must run downstream from the heel at y = 0, below all else", near(point))]
+    #[error(
+        "the base of the mesh passes {}; it must run downstream from the heel at y = 0, below all else",
+        near(point)
+    )]
     Base {
         /// Where.
         point: [f64; 2],
@@ -117,14 +127,19 @@ pub enum GivenMeshError {
     /// A line that is not where it should be on the outline.
     #[error(
         "the outline at {} is not what the curves say: from the heel around the section come base, downstream side, crest (the rest) \
-         and upstream side; extend or shorten the curves", near(point)
+         and upstream side; extend or shorten the curves",
+        near(point)
     )]
     Outline {
         /// Where.
         point: [f64; 2],
     },
     /// A line that is no side of cells.
-    #[error("{feature} runs from {} to {}, which is no side of a cell; embed its curve in the surface before meshing", near(from), near(to))]
+    #[error(
+        "{feature} runs from {} to {}, which is no side of a cell; embed its curve in the surface before meshing",
+        near(from),
+        near(to)
+    )]
     NoSide {
         /// The line.
         feature: Feature,
@@ -231,7 +246,8 @@ impl GivenMesh {
             return Err(GivenMeshError::TooManyCells { cells });
         }
         let points = self.points.len();
-        let chains = [&self.upstream, &self.downstream, &self.base].into_iter().chain(self.cracks.iter().flatten());
+        let chains =
+            [&self.upstream, &self.downstream, &self.base].into_iter().chain(self.cracks.iter().flatten());
         let corners = self.triangles.iter().flatten().chain(self.quadrilaterals.iter().flatten());
         if let Some(&index) = chains.flatten().chain(corners).find(|index| **index >= points) {
             return Err(GivenMeshError::NoSuchPoint { index, points });
@@ -261,8 +277,10 @@ impl GivenMesh {
             return Err(GivenMeshError::HeelNotAtOrigin { point: points[heel] });
         }
         points[heel] = [0.0; 2];
-        for ((side, level), feature) in
-            [&self.upstream, &self.downstream].into_iter().zip(levels).zip([Feature::Upstream, Feature::Downstream])
+        for ((side, level), feature) in [&self.upstream, &self.downstream]
+            .into_iter()
+            .zip(levels)
+            .zip([Feature::Upstream, Feature::Downstream])
         {
             if level == 0.0 {
                 continue;
@@ -319,7 +337,8 @@ impl GivenMesh {
 
 /// Points of polygons that lie at the same place as another.
 fn check_duplicates(points: &[Point], polygons: &[Polygon], snap: f64) -> Result<(), GivenMeshError> {
-    let used: HashSet<usize> = polygons.iter().flat_map(|polygon| polygon.corners().iter().copied()).collect();
+    let used: HashSet<usize> =
+        polygons.iter().flat_map(|polygon| polygon.corners().iter().copied()).collect();
     let mut used: Vec<usize> = used.into_iter().collect();
     used.sort_unstable();
     let square = |x: f64| (x / snap).floor() as i64;
@@ -341,7 +360,11 @@ fn check_duplicates(points: &[Point], polygons: &[Polygon], snap: f64) -> Result
 }
 
 /// The sides of polygons that have a polygon on their left only, as chains that close.
-fn loops(points: &[Point], sides: &HashSet<[usize; 2]>, heel: usize) -> Result<Vec<Vec<usize>>, GivenMeshError> {
+fn loops(
+    points: &[Point],
+    sides: &HashSet<[usize; 2]>,
+    heel: usize,
+) -> Result<Vec<Vec<usize>>, GivenMeshError> {
     let mut next: HashMap<usize, usize> = HashMap::new();
     for &[from, to] in sides.iter().filter(|[from, to]| !sides.contains(&[*to, *from])) {
         if next.insert(from, to).is_some() {
@@ -402,7 +425,11 @@ fn edges(
 }
 
 /// The edges of the outline, which is a closed chain from the heel.
-fn outline_edges(given: &GivenMesh, points: &[Point], outline: &[usize]) -> Result<Vec<Edge>, GivenMeshError> {
+fn outline_edges(
+    given: &GivenMesh,
+    points: &[Point],
+    outline: &[usize],
+) -> Result<Vec<Edge>, GivenMeshError> {
     let wrong = |at: usize| GivenMeshError::Outline { point: points[at] };
     let (count, base, downstream) = (outline.len(), given.base.len(), given.downstream.len());
     let upstream = given.upstream.len();
@@ -422,7 +449,9 @@ fn outline_edges(given: &GivenMesh, points: &[Point], outline: &[usize]) -> Resu
     }
     // from the heel backwards
     let backwards = |k: usize| outline[(count - k) % count];
-    if let Some((_, &at)) = given.upstream.iter().enumerate().find(|(k, at)| *k >= count || backwards(*k) != **at) {
+    if let Some((_, &at)) =
+        given.upstream.iter().enumerate().find(|(k, at)| *k >= count || backwards(*k) != **at)
+    {
         return Err(wrong(at));
     }
     let (crest, top) = (base + downstream - 2, (count + 1 - upstream) % count);
@@ -492,9 +521,13 @@ fn add_cracks(
         }
         cracks.push(parts);
     }
-    for (crack, chain) in given.cracks.iter().enumerate().flat_map(|(i, chains)| chains.iter().map(move |c| (i, c))) {
+    for (crack, chain) in
+        given.cracks.iter().enumerate().flat_map(|(i, chains)| chains.iter().map(move |c| (i, c)))
+    {
         let ends = [chain.first(), chain.last()].into_iter().flatten();
-        if let Some(&end) = ends.into_iter().find(|end| degree.get(end) == Some(&1) && !boundary.contains(end)) {
+        if let Some(&end) =
+            ends.into_iter().find(|end| degree.get(end) == Some(&1) && !boundary.contains(end))
+        {
             return Err(GivenMeshError::EndsInside { crack, end: points[end] });
         }
     }

@@ -93,7 +93,8 @@ impl<'a> Numbering<'a> {
     fn new(topology: &'a Topology, element_size: f64) -> Self {
         let count = topology.block_of.len();
         let shared = topology.shared_corners();
-        let whole = topology.tiling.polygons.iter().all(|polygon| matches!(polygon, Polygon::Quadrilateral(_)));
+        let whole =
+            topology.tiling.polygons.iter().all(|polygon| matches!(polygon, Polygon::Quadrilateral(_)));
         let coarsening = if whole { 1.0 } else { COARSENING };
         let row = |polygon: usize| {
             let corners = topology.indices(polygon).len() as f64;
@@ -190,7 +191,11 @@ impl<'a> Numbering<'a> {
     fn along(&self, (polygon, k): Side) -> Vec<usize> {
         let corners = self.corner_nodes[polygon];
         let next = corners[(k + 1) % self.topology.indices(polygon).len()];
-        if self.whole { vec![corners[k], next] } else { vec![corners[k], self.middle_nodes[polygon][k], next] }
+        if self.whole {
+            vec![corners[k], next]
+        } else {
+            vec![corners[k], self.middle_nodes[polygon][k], next]
+        }
     }
 
     /// The seams of all cracks, and nodes of the ground under cracks along the base.

@@ -3,13 +3,13 @@
 use super::start::{Start, StartError, deadlines};
 use super::{Check, Transport, complain, estimate, known, modes, say, section, threads};
 use interface::Capabilities;
+use interface::number::plain;
 use miette::Diagnostic;
 use orchestrator::ground_motion::{GroundMotion, STANDARD_GRAVITY};
 use orchestrator::participant::{
     AccelerationMeaning, Description, Level, Occasion, Participant, ParticipantError, Role, check_sign,
     self_test,
 };
-use interface::number::plain;
 use orchestrator::registry::{self, Flutter, LimitEquilibrium, LimitingPart, Mesh, PartKind, RegistryError};
 use orchestrator::scene::{CrackScene, FidelityScene, Scene, SceneError, SceneWarning, Side, Source};
 use orchestrator::scheme::{CouplingError, UnitId, check_points};
@@ -292,7 +292,7 @@ fn limit(part: &LimitingPart, cracks: &[CrackScene]) -> String {
     };
     let [x, y] = part.place;
     format!(
-        "{what} at ({}, {}) m; {:.2} times that if all were as the median element",
+        "{what} at ({}, {}) m; {:.2} times as long if all were as the median element",
         plain(x),
         plain(y),
         part.slowdown()

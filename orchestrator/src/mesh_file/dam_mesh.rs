@@ -60,8 +60,10 @@ impl DamMesh {
         let mut kept: Vec<[f64; 2]> = points.first().copied().into_iter().collect();
         for pair in points.windows(2).skip(1) {
             let last = kept[kept.len() - 1];
-            let [[ax, ay], [bx, by]] =
-                [[pair[0][0] - last[0], pair[0][1] - last[1]], [pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]]];
+            let [[ax, ay], [bx, by]] = [
+                [pair[0][0] - last[0], pair[0][1] - last[1]],
+                [pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]],
+            ];
             let (sine, cosine) = (ax * by - ay * bx, ax * bx + ay * by);
             if sine.atan2(cosine).abs() > STRAIGHT {
                 kept.push(pair[0]);
@@ -91,9 +93,10 @@ impl DamMesh {
         let mut found = Vec::new();
         while let Some((&start, _)) = neighbours.first_key_value() {
             let (mut ring, mut at) = (vec![start], start);
-            while let Some(next) = neighbours.remove(&at).and_then(|next| {
-                next.into_iter().find(|point| neighbours.contains_key(point))
-            }) {
+            while let Some(next) = neighbours
+                .remove(&at)
+                .and_then(|next| next.into_iter().find(|point| neighbours.contains_key(point)))
+            {
                 ring.push(next);
                 at = next;
             }
@@ -126,7 +129,11 @@ fn rounded(x: f64) -> f64 {
 
 fn listed<'a>(names: impl Iterator<Item = &'a String>) -> String {
     let names: Vec<String> = names.map(|name| format!("\"{name}\"")).collect();
-    if names.is_empty() { "which has none with a name".to_owned() } else { format!("which are {}", names.join(", ")) }
+    if names.is_empty() {
+        "which has none with a name".to_owned()
+    } else {
+        format!("which are {}", names.join(", "))
+    }
 }
 
 /// The points beside each point.
@@ -158,17 +165,25 @@ impl Named<'_> {
                 true => "no physical curve with a name at all".to_owned(),
                 false => listed(self.curves.keys()).replacen("which are ", "", 1),
             };
-            return Err(MeshFileError::NoCurve { path: self.path.to_owned(), name: name.to_owned(), what, found });
+            return Err(MeshFileError::NoCurve {
+                path: self.path.to_owned(),
+                name: name.to_owned(),
+                what,
+                found,
+            });
         };
         let mut beside = neighbours(segments.iter().copied());
         if let Some((&fork, _)) = beside.iter().find(|(_, points)| points.len() > 2) {
             return Err(self.wrong(name, "forks", fork, "give its branches names of their own"));
         }
-        let ends: Vec<usize> = beside.iter().filter(|(_, points)| points.len() == 1).map(|(at, _)| *at).collect();
+        let ends: Vec<usize> =
+            beside.iter().filter(|(_, points)| points.len() == 1).map(|(at, _)| *at).collect();
         let mut chains = Vec::new();
         for end in ends {
             let (mut chain, mut at) = (vec![end], end);
-            while let Some(next) = beside.remove(&at).and_then(|points| points.into_iter().find(|p| beside.contains_key(p))) {
+            while let Some(next) =
+                beside.remove(&at).and_then(|points| points.into_iter().find(|p| beside.contains_key(p)))
+            {
                 chain.push(next);
                 at = next;
             }
@@ -177,7 +192,12 @@ impl Named<'_> {
             }
         }
         match beside.keys().next() {
-            Some(&at) => Err(self.wrong(name, "closes", at, "leave a part of it out, or give parts names of their own")),
+            Some(&at) => Err(self.wrong(
+                name,
+                "closes",
+                at,
+                "leave a part of it out, or give parts names of their own",
+            )),
             None => Ok(chains),
         }
     }

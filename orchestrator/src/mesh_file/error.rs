@@ -5,7 +5,7 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 pub enum MeshFileError {
     /// The file cannot be read.
-    #[error("{}: {cause}; a mesh is a text file of Gmsh, named relative to the scene's folder", path.display())]
+    #[error("{}: {cause}; a mesh is a text file of Gmsh (`Mesh.Binary = 0`), named relative to the scene's folder", path.display())]
     Read {
         /// The file.
         path: PathBuf,

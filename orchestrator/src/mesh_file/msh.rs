@@ -61,7 +61,10 @@ impl MeshFile {
             }
         }
         match version {
-            None => Err(MeshFileError::Format { path: path.to_owned(), found: "it has no $MeshFormat".to_owned() }),
+            None => Err(MeshFileError::Format {
+                path: path.to_owned(),
+                found: "it has no $MeshFormat".to_owned(),
+            }),
             Some(_) => draft.finish(&reader),
         }
     }
@@ -106,7 +109,10 @@ impl<'a> Reader<'a> {
     }
 
     /// The next line of at least `N` whole numbers: the first ones, and all.
-    fn whole<const N: usize>(&mut self, expected: &'static str) -> Result<([u64; N], Vec<u64>), MeshFileError> {
+    fn whole<const N: usize>(
+        &mut self,
+        expected: &'static str,
+    ) -> Result<([u64; N], Vec<u64>), MeshFileError> {
         self.expect(expected)?;
         let all: Vec<u64> = self.numbers(expected)?;
         let first = all.first_chunk::<N>().copied().ok_or_else(|| self.wrong(expected))?;
@@ -162,7 +168,8 @@ impl Draft {
             let line = reader.expect("all its physical names")?;
             let (numbers, name) = line.split_once('"').ok_or_else(|| reader.wrong(EXPECTED))?;
             let name = name.trim_end().strip_suffix('"').ok_or_else(|| reader.wrong(EXPECTED))?;
-            let numbers: Option<Vec<u64>> = numbers.split_whitespace().map(|word| word.parse().ok()).collect();
+            let numbers: Option<Vec<u64>> =
+                numbers.split_whitespace().map(|word| word.parse().ok()).collect();
             match numbers.as_deref() {
                 Some([1, tag]) => drop(self.names.insert(*tag, name.to_owned())),
                 Some([_, _]) => (),
@@ -182,9 +189,12 @@ impl Draft {
             reader.expect("all its curves")?;
             let numbers: Vec<f64> = reader.numbers(EXPECTED)?;
             let count = numbers.get(7).copied().unwrap_or(-1.0);
-            let (Some(&tag), true) = (numbers.first(), count >= 0.0) else { return Err(reader.wrong(EXPECTED)) };
+            let (Some(&tag), true) = (numbers.first(), count >= 0.0) else {
+                return Err(reader.wrong(EXPECTED));
+            };
             let physical = numbers.get(8..8 + (count as usize).min(numbers.len()));
-            let physical = physical.filter(|tags| tags.len() <= MOST_GROUPS).ok_or_else(|| reader.wrong(EXPECTED))?;
+            let physical =
+                physical.filter(|tags| tags.len() <= MOST_GROUPS).ok_or_else(|| reader.wrong(EXPECTED))?;
             // a negative tag is one of a reversed curve
             self.physical.insert(tag as u64, physical.iter().map(|tag| tag.abs() as u64).collect());
         }
@@ -214,7 +224,8 @@ impl Draft {
                 reader.expect("the coordinates of all nodes")?;
                 // behind them may be places on the curve
                 let numbers: Vec<f64> = reader.numbers("three coordinates")?;
-                let at = numbers.first_chunk::<3>().copied().ok_or_else(|| reader.wrong("three coordinates"))?;
+                let at =
+                    numbers.first_chunk::<3>().copied().ok_or_else(|| reader.wrong("three coordinates"))?;
                 self.add_node(reader, tag, at)?;
             }
         }
@@ -236,7 +247,8 @@ impl Draft {
     fn elements(&mut self, reader: &mut Reader<'_>) -> Result<(), MeshFileError> {
         let ([blocks], _) = reader.whole("numbers of blocks and of elements, and two tags")?;
         for _ in 0..blocks {
-            let ([_, entity, kind, count], _) = reader.whole("dimension, tag, type and a number of elements")?;
+            let ([_, entity, kind, count], _) =
+                reader.whole("dimension, tag, type and a number of elements")?;
             let physical = self.physical.get(&entity).cloned().unwrap_or_default();
             for _ in 0..count {
                 let ([element], all) = reader.whole("an element's tag and its nodes")?;
@@ -281,7 +293,9 @@ impl Draft {
             (8 | 9 | 10 | 16 | 20..=28, _) => {
                 "of second or higher order; the dam has elements of first order: set `Mesh.ElementOrder = 1`"
             }
-            (4..=7 | 11..=14 | 17..=19, _) => "of a volume; a section is plane: mesh surfaces alone, with `gmsh -2`",
+            (4..=7 | 11..=14 | 17..=19, _) => {
+                "of a volume; a section is plane: mesh surfaces alone, with `gmsh -2`"
+            }
             _ => "which is not read; triangles (2), quadrilaterals (3) and lines (1) are",
         };
         Err(MeshFileError::Element { path: reader.path.to_owned(), line, element, kind, what })
@@ -290,14 +304,22 @@ impl Draft {
     fn finish(self, reader: &Reader<'_>) -> Result<MeshFile, MeshFileError> {
         let path = || reader.path.to_owned();
         if self.polygons.is_empty() {
-            return Err(reader.missing("triangles or quadrilaterals; mesh its surfaces, which must be physical ones if any curve is"));
+            return Err(reader.missing(
+                "triangles or quadrilaterals; mesh its surfaces, which must be physical ones if any curve is",
+            ));
         }
         let far = self.nodes.iter().flat_map(|node| node.2).fold(0.0, |far: f64, x| far.max(x.abs()));
-        if let Some(&(node, line, [_, _, z])) = self.nodes.iter().find(|(_, _, [_, _, z])| z.abs() > FLAT * far) {
+        if let Some(&(node, line, [_, _, z])) =
+            self.nodes.iter().find(|(_, _, [_, _, z])| z.abs() > FLAT * far)
+        {
             return Err(MeshFileError::OutOfPlane { path: path(), line, node, z });
         }
         let index = |node: &u64, line: usize| {
-            self.tags.get(node).copied().ok_or_else(|| MeshFileError::NoNode { path: path(), line, node: *node })
+            self.tags.get(node).copied().ok_or_else(|| MeshFileError::NoNode {
+                path: path(),
+                line,
+                node: *node,
+            })
         };
         let points = self.nodes.iter().map(|(_, _, [x, y, _])| [*x, *y]).collect();
         let mut mesh = MeshFile { points, ..MeshFile::default() };

@@ -393,7 +393,9 @@ pub enum Invalid {
     #[error(transparent)]
     Mesh(#[from] MeshFileError),
     /// A key that the mesh stands for.
-    #[error("`{key}` follows from the file of `[dam.mesh]` and is not given beside it; leave it out, or leave the mesh out")]
+    #[error(
+        "`{key}` follows from the file of `[dam.mesh]` and is not given beside it; leave it out, or leave the mesh out"
+    )]
     ReplacedByMesh {
         /// The key.
         key: String,

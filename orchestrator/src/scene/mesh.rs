@@ -82,7 +82,9 @@ fn read(
 
 /// The names of the cracks.
 fn names(tree: &Node) -> Vec<Option<String>> {
-    let Some(Content::Array(cracks)) = at(tree, &["dam", "cracks"]).map(|node| &node.content) else { return Vec::new() };
+    let Some(Content::Array(cracks)) = at(tree, &["dam", "cracks"]).map(|node| &node.content) else {
+        return Vec::new();
+    };
     let name = |crack: &Node| match at(crack, &["name"]).map(|node| &node.content) {
         Some(Content::Scalar(Value::String(name))) => Some(name.clone()),
         _ => None,
@@ -181,7 +183,8 @@ fn entries<'a>(node: &'a mut Node, name: &str) -> Option<&'a mut Entries> {
 fn node(value: &Value, place: &Place) -> Node {
     let content = match value {
         Value::Table(table) => {
-            let entry = |(name, value): (&String, &Value)| (name.clone(), (place.clone(), node(value, place)));
+            let entry =
+                |(name, value): (&String, &Value)| (name.clone(), (place.clone(), node(value, place)));
             Content::Table(table.iter().map(entry).collect())
         }
         Value::Array(values) => Content::Array(values.iter().map(|value| node(value, place)).collect()),
@@ -195,7 +198,9 @@ fn same(node: &Node, value: &Value) -> bool {
     match (&node.content, value) {
         (Content::Table(entries), Value::Table(table)) => {
             entries.len() == table.len()
-                && table.iter().all(|(name, value)| entries.get(name).is_some_and(|(_, node)| same(node, value)))
+                && table
+                    .iter()
+                    .all(|(name, value)| entries.get(name).is_some_and(|(_, node)| same(node, value)))
         }
         (Content::Array(nodes), Value::Array(values)) => {
             nodes.len() == values.len() && nodes.iter().zip(values).all(|(node, value)| same(node, value))
