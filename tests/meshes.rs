@@ -171,7 +171,11 @@ fn a_run_keeps_its_mesh() {
     let mut scenario = Scenario::shipped(CASE);
     scenario.set("time.duration", 0.1).set("reservoir.fidelity", "westergaard");
     let file = scenario.folder().join("koyna.msh");
-    std::fs::copy(root().join("scenes").join(CASE).join("koyna.msh"), &file).expect("a copy");
+    // with the ends of lines of another system
+    let original =
+        std::fs::read_to_string(root().join("scenes").join(CASE).join("koyna.msh")).expect("a file");
+    let original = original.replace('\n', "\r\n");
+    std::fs::write(&file, &original).expect("written");
     scenario.run();
     let said = |arguments: &[&str]| {
         let output = Command::new(binary()).args(arguments).current_dir(scenario.folder()).output();
@@ -190,15 +194,15 @@ fn a_run_keeps_its_mesh() {
     let manifest = std::fs::read_to_string(scenario.folder().join("run/manifest.toml")).expect("a manifest");
     let table: toml::Table = manifest.parse().expect("TOML");
     let text = table["scene"]["dam"]["mesh"]["text"].as_str().expect("a text");
-    assert_eq!(
-        text,
-        std::fs::read_to_string(root().join("scenes").join(CASE).join("koyna.msh")).expect("a file")
-    );
+    assert_eq!(text, original);
     // another text is refused
     let other = manifest.replacen("19.25 66.5 0", "19.26 66.5 0", 1);
     std::fs::write(scenario.folder().join("other.toml"), other).expect("written");
     let error = registry::read(&scenario.folder().join("other.toml"), &[]).expect_err("another mesh");
     assert!(error.problems.iter().any(|p| p.to_string().contains("SHA-256")), "{error:?}");
+    // a file on the command line takes its place
+    let error = registry::read(&scenario.folder().join("run"), &["dam.mesh.file=no.msh".to_owned()]);
+    assert!(error.expect_err("there is none").problems[0].to_string().contains("no.msh"));
     let packed =
         export(scenario.folder(), &scenario.folder().join("run/manifest.toml"), "dam", &["-o", "x.fmu"]);
     assert!(packed.status.success(), "{}", String::from_utf8_lossy(&packed.stderr));

@@ -51,7 +51,10 @@ pub fn complete(tree: &mut Node, folder: &Path) -> Vec<(Place, Invalid)> {
         return Vec::new();
     };
     let place = at(mesh, &["file"]).map_or(place, |node| node.place.clone());
-    let found = read(folder, &file, text_at("text"), text_at("sha256"));
+    // a file that is named on the command line takes the place of what a manifest holds of another
+    let kept = |key: &str| at(mesh, &[key]).is_none_or(|node| node.place.text >= place.text);
+    let [text, wanted] = ["text", "sha256"].map(|key| text_at(key).filter(|_| kept(key)));
+    let found = read(folder, &file, text, wanted);
     let found = found.and_then(|scene| Ok((scene.mesh(&names(tree))?, scene)));
     match found {
         Ok((mesh, scene)) => fill(tree, &mesh, &scene, &place),
