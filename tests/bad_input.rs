@@ -320,8 +320,34 @@ const FIVE: &[Case] = &[edit(&[
     ("poisson_ratio = 0.2\n", ""),
 ])];
 
+/// A triangle of 70 m on 100 m of one element, with a point at the water level.
+const MSH: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n4\n1 1 \"upstream\"\n1 2 \"downstream\"\n1 3 \"base\"\n1 4 \"neck\"\n\
+    $EndPhysicalNames\n$Nodes\n4\n1 0 0 0\n2 70 0 0\n3 0 100 0\n4 0 91.75 0\n$EndNodes\n$Elements\n7\n1 1 2 1 1 1 4\n2 1 2 1 1 4 3\n\
+    3 1 2 2 2 2 3\n4 1 2 3 3 1 2\n5 1 2 4 4 4 2\n6 2 2 0 1 1 2 4\n7 2 2 0 1 2 3 4\n$EndElements\n";
+
+const fn msh(content: &'static str, edits: &'static [(&'static str, &'static str)]) -> Case {
+    Case { scene: "koyna-gmsh", file: Some(("koyna.msh", content)), ..edit(edits) }
+}
+
+const MESHES: &[Case] = &[
+    msh("", &[]),
+    msh("$MeshFormat\n4.1 1 8\n", &[]),
+    msh("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 1 1 1\n2 1 0 1\n1\n0 zero 0\n$EndNodes\n", &[]),
+    msh(MSH, &[("name = \"neck\"", "name = \"throat\"")]),
+    msh(
+        MSH,
+        &[
+            ("name = \"neck\"", "name = \"neck\"\nelevation = 66.5"),
+            ("[dam.mesh]", "[dam]\nelement_size = 5.0\n\n[dam.mesh]"),
+        ],
+    ),
+    msh(MSH, &[("depth = 91.75", "depth = 90.0")]),
+    msh(MSH, &[("file = \"koyna.msh\"", "file = \"absent.msh\"")]),
+    msh(MSH, &[("file = \"koyna.msh\"", "file = \"koyna.msh\"\nsha256 = \"00\"")]),
+];
+
 const ALL: &[&[Case]] =
-    &[WRITING, KEYS, VALUES, GEOMETRY, AMOUNT, CHOICES, COUPLING, RECORDS, OVERRIDES, WARNINGS, FIVE];
+    &[WRITING, KEYS, VALUES, GEOMETRY, AMOUNT, CHOICES, COUPLING, RECORDS, MESHES, OVERRIDES, WARNINGS, FIVE];
 
 impl Case {
     fn text(&self) -> String {
@@ -411,6 +437,11 @@ fn records_that_cannot_be_used() {
 }
 
 #[test]
+fn meshes_that_cannot_be_used() {
+    compare("meshes", MESHES);
+}
+
+#[test]
 fn overrides_that_are_wrong() {
     compare("overrides", OVERRIDES);
 }
@@ -451,7 +482,7 @@ variants!(INVALID, invalid, Invalid:
     WaterTooShallow WavesWithoutMemory EmptyTailwater NoDownstreamFace NothingToWatch NothingToShow NoModes NothingToCompute NothingButLogs NoFile NoProgram PanelTooLong TooMany NoStep NoMeasure FixedStep Window AddedMassScheme AdaptiveScheme ExplicitAtOnce NothingToHalve AdaptiveBounds
     LongestQuiet
     Title Undersampled
-    ExactlyOne Polarity Count Unit DurationMissing Record);
+    ExactlyOne Polarity Count Unit DurationMissing Record Mesh ReplacedByMesh);
 variants!(RECORD_ERRORS, record_error, RecordError:
     Read Format Line NoAcceleration OtherUnits NonFinite NonUniform Empty Truncated Another Crop TooStrong);
 variants!(DOUBTS, doubt, Warning:
