@@ -329,8 +329,34 @@ const FIVE: &[Case] = &[edit(&[
     ("poisson_ratio = 0.2\n", ""),
 ])];
 
+/// A triangle of 70 m on 100 m of one element, with a point at the water level.
+const MSH: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n4\n1 1 \"upstream\"\n1 2 \"downstream\"\n1 3 \"base\"\n1 4 \"neck\"\n\
+    $EndPhysicalNames\n$Nodes\n4\n1 0 0 0\n2 70 0 0\n3 0 100 0\n4 0 91.75 0\n$EndNodes\n$Elements\n7\n1 1 2 1 1 1 4\n2 1 2 1 1 4 3\n\
+    3 1 2 2 2 2 3\n4 1 2 3 3 1 2\n5 1 2 4 4 4 2\n6 2 2 0 1 1 2 4\n7 2 2 0 1 2 3 4\n$EndElements\n";
+
+const fn msh(content: &'static str, edits: &'static [(&'static str, &'static str)]) -> Case {
+    Case { scene: "koyna-gmsh", file: Some(("koyna.msh", content)), ..edit(edits) }
+}
+
+const MESHES: &[Case] = &[
+    msh("", &[]),
+    msh("$MeshFormat\n4.1 1 8\n", &[]),
+    msh("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 1 1 1\n2 1 0 1\n1\n0 zero 0\n$EndNodes\n", &[]),
+    msh(MSH, &[("name = \"neck\"", "name = \"throat\"")]),
+    msh(
+        MSH,
+        &[
+            ("name = \"neck\"", "name = \"neck\"\nelevation = 66.5"),
+            ("[dam.mesh]", "[dam]\nelement_size = 5.0\n\n[dam.mesh]"),
+        ],
+    ),
+    msh(MSH, &[("depth = 91.75", "depth = 90.0")]),
+    msh(MSH, &[("file = \"koyna.msh\"", "file = \"absent.msh\"")]),
+    msh(MSH, &[("file = \"koyna.msh\"", "file = \"koyna.msh\"\nsha256 = \"00\"")]),
+];
+
 const ALL: &[&[Case]] =
-    &[WRITING, KEYS, VALUES, GEOMETRY, AMOUNT, CHOICES, COUPLING, RECORDS, OVERRIDES, WARNINGS, FIVE];
+    &[WRITING, KEYS, VALUES, GEOMETRY, AMOUNT, CHOICES, COUPLING, RECORDS, MESHES, OVERRIDES, WARNINGS, FIVE];
 
 impl Case {
     fn text(&self) -> String {
@@ -420,6 +446,11 @@ fn records_that_cannot_be_used() {
 }
 
 #[test]
+fn meshes_that_cannot_be_used() {
+    compare("meshes", MESHES);
+}
+
+#[test]
 fn overrides_that_are_wrong() {
     compare("overrides", OVERRIDES);
 }
@@ -460,7 +491,7 @@ variants!(INVALID, invalid, Invalid:
     WaterTooShallow WavesWithoutMemory EmptyTailwater NoDownstreamFace NothingToWatch NothingToShow NoModes NothingToCompute NothingButLogs NoFile NoProgram PanelTooLong TooMany NoStep NoMeasure FixedStep Window AddedMassScheme AdaptiveScheme ExplicitAtOnce NothingToHalve AdaptiveBounds
     LongestQuiet
     Title Undersampled
-    ExactlyOne Polarity Count Unit DurationMissing Record);
+    ExactlyOne Polarity Count Unit DurationMissing Record Mesh ReplacedByMesh);
 variants!(RECORD_ERRORS, record_error, RecordError:
     Read Format Line NoAcceleration OtherUnits NonFinite NonUniform Empty Truncated Another Crop TooStrong);
 variants!(DOUBTS, doubt, Warning:
@@ -595,26 +626,37 @@ fn check_says_what_a_run_would_be() {
         check(&["scenes/koyna-northridge-1994", "scenes/rigid-dam-ramp/scene.toml"]);
     // 19.98 s of record, 0.01 s in which it falls to zero, 5 s of rest.
     let lines: Vec<&str> = said.lines().collect();
-    assert_eq!(lines.len(), 10, "{said}");
+    assert_eq!(lines.len(), 12, "{said}");
     // Area of the section above 66.5 m, and 25.25 m of water there.
     let (weight, thrust) = (36.5 * (19.25 + 14.8) / 2.0 * 2640.0, 1000.0 * 25.25f64.powi(2) / 2.0);
-    for estimate in [lines[5], lines[9]] {
+    for estimate in [lines[7], lines[11]] {
         assert!(estimate.starts_with("  a run takes about ") && estimate.ends_with(" MB of disk"), "{said}");
     }
     let safety =
-        lines[6].strip_prefix("  factor of safety of the crack at 66.5 m before the ground moves: sliding ");
+        lines[8].strip_prefix("  factor of safety of the crack at 66.5 m before the ground moves: sliding ");
     let sliding: f64 = safety.and_then(|text| text.split(',').next()?.parse().ok()).expect("a number");
     assert!((sliding - weight / thrust).abs() < 0.01, "{said}");
     assert_eq!(
-        [lines[0], lines[2], lines[7]],
+        [lines[0], lines[4], lines[9]],
         [
             "scenes/koyna-northridge-1994/scene.toml can be run: 9996 communication steps of 0.0025 s, 24.99 s; 1 warning",
             "  ground: northridge-1994-canyon-country-270.csv, 19.98 s: at most 0.482 g, 0.449 m/s, 0.125 m; Arias intensity 1.974 m/s, 5 to 95 % of it within 5.56 s",
             "scenes/rigid-dam-ramp/scene.toml can be run: 800 communication steps of 0.0025 s, 2 s; 0 warnings",
         ]
     );
+    // Columns: area/height/5 m, 7; rows: 13 below the crack, 5 to the water level, 2 above.
+    let (mesh, limit) = (lines[2], lines[3]);
+    assert!(
+        mesh.starts_with("  mesh: 140 cells, 560 elements, 316 nodes, 2 blocks; smallest angle "),
+        "{mesh}"
+    );
+    assert!(
+        limit.starts_with("  time step of the dam: at most ")
+            && limit.contains("set by a contact of the crack at 66.5 m at ("),
+        "{limit}"
+    );
     let frequencies =
-        lines[3].strip_prefix("  natural frequencies of the dam, intact and empty: ").expect("a line");
+        lines[5].strip_prefix("  natural frequencies of the dam, intact and empty: ").expect("a line");
     let frequencies = frequencies.strip_suffix(" rad/s").expect("a unit").split(", ");
     let frequencies: Vec<f64> = frequencies.map(|value| value.parse().expect("a number")).collect();
     // Chopra and Chakrabarti (1973), as in Abaqus' example manual: E = 31.027 GPa, ν = 0.15, 2643 kg/m³; the mesh of

@@ -4,10 +4,11 @@
 //! `COFFERDAM_FUZZ` gives the number of cases of each fuzzer (docs/reliability.md); a failure prints the number of its case,
 //! and `COFFERDAM_FUZZ_FIRST` begins there.
 
-use dam_dem::Dam;
+use dam_dem::{Dam, GivenMesh, Mesh};
 use interface::Packable;
 use interface::export::Contents;
 use orchestrator::log::{Log, LogReadError, Overview, compare, recover};
+use orchestrator::mesh_file::{DamMesh, MeshFile};
 use orchestrator::participant::{self, FmuUnitError, Import, Role};
 use reservoir::Reservoir;
 use std::collections::BTreeMap;
@@ -234,6 +235,47 @@ fn records() {
         }
     });
     println!("{fine} records are read, {refused} are refused");
+    assert!(fine > 0 && refused > 0);
+}
+
+#[test]
+fn meshes() {
+    let read =
+        |path: &str| std::fs::read_to_string(root().join("scenes/koyna-gmsh").join(path)).expect("a file");
+    let text = read("koyna.msh");
+    let (path, names) = (Path::new("koyna.msh"), [Some("neck".to_owned())]);
+    let (mut fine, mut refused) = (0, 0);
+    cases(3000, |dice| {
+        let changed = String::from_utf8_lossy(&changed(text.as_bytes(), dice)).into_owned();
+        let file = MeshFile::parse(path, &changed).and_then(|file| DamMesh::new(path, file, &names));
+        let given = match file {
+            Ok(mesh) => {
+                drop((
+                    mesh.galleries(),
+                    mesh.polyline(0),
+                    mesh.element_size(),
+                    mesh.vertices(&mesh.upstream),
+                ));
+                let DamMesh { points, triangles, quadrilaterals, upstream, downstream, base, cracks } = mesh;
+                GivenMesh { points, triangles, quadrilaterals, upstream, downstream, base, cracks }
+            }
+            Err(error) => {
+                refused += 1;
+                return assert!(error.to_string().contains("koyna.msh"), "{error}");
+            }
+        };
+        match Mesh::of_given(&given, [91.75, 0.0], 5.0) {
+            Ok(mesh) => {
+                fine += 1;
+                assert!(mesh.quality().smallest_angle.0 > 0.0);
+            }
+            Err(error) => {
+                refused += 1;
+                assert!(!error.to_string().is_empty());
+            }
+        }
+    });
+    println!("{fine} meshes are taken, {refused} are refused");
     assert!(fine > 0 && refused > 0);
 }
 

@@ -19,6 +19,7 @@ mod iterations;
 mod log;
 mod log_files;
 mod log_tools;
+mod meshes;
 mod order_in_communication_step;
 mod participants;
 mod partitioned_monolithic;

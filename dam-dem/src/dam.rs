@@ -3,6 +3,7 @@ use interface::{
     Variable, WetFace, open, seal, variables::dam as variable,
 };
 
+use interface::number::plain;
 use nalgebra::DMatrix;
 use std::num::NonZeroUsize;
 use std::ops::Range;
@@ -20,7 +21,7 @@ use crate::stress::{NodalStresses, PrincipalStresses, stress_points};
 use crate::structure::{Motion, Structure};
 use crate::{
     CrackParameters, CriticalTimeStep, DamError, DamParameters, DampingCoefficients, Fidelity,
-    LimitEquilibrium, SystemMatrices, modal,
+    LimitEquilibrium, LimitingPart, PartKind, SystemMatrices, modal,
 };
 
 mod output;
@@ -124,12 +125,13 @@ impl Dam {
             trials: Vec::new(),
         };
         tracing::info!(
-            "{} elements, {} nodes, {} cracks; highest frequency {:.4e} rad/s, largest time step {:.4e} s",
+            "{} elements, {} nodes, {} cracks; highest frequency {:.4e} rad/s, largest time step {:.4e} s{}",
             dam.element_count(),
             dam.node_count(),
             dam.cracks.len(),
             dam.critical_time_step().highest_frequency,
-            dam.time_step_limit()
+            dam.time_step_limit(),
+            dam.limiting_part().map_or_else(String::new, |part| dam.phrase_of(part))
         );
         if let Some(modes) = dam.modes() {
             tracing::info!(
@@ -198,6 +200,22 @@ impl Dam {
     /// Highest frequency and longest stable time step, without the safety factor.
     pub fn critical_time_step(&self) -> CriticalTimeStep {
         self.model.critical_time_step()
+    }
+
+    /// Where the highest frequency lies; `None` below the full model.
+    pub fn limiting_part(&self) -> Option<&LimitingPart> {
+        self.model.limiting_part()
+    }
+
+    fn phrase_of(&self, part: &LimitingPart) -> String {
+        let LimitingPart { place: [x, y], kind, .. } = *part;
+        let what = match kind {
+            PartKind::Element { block } => format!("an element of block {block}"),
+            PartKind::Contact { crack } => {
+                format!("a contact of the crack at {} m", plain(self.cracks[crack].line.elevation()))
+            }
+        };
+        format!(", set by {what} at ({}, {}) m", plain(x), plain(y))
     }
 
     /// Longest time step that the dam uses, with the safety factor, s.
@@ -648,6 +666,7 @@ mod tests {
             time_step_safety: 0.9,
             drags_blocks: false,
             zones: Vec::new(),
+            given_mesh: None,
             added_mass: None,
         };
         let dam = Dam::new(parameters)?;

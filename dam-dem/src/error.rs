@@ -1,7 +1,7 @@
 use interface::number::exact;
 use interface::{CallError, StateError, WetFaceError};
 
-use crate::GeometryError;
+use crate::{GeometryError, GivenMeshError};
 
 /// What can go wrong in the dam.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -21,6 +21,9 @@ pub enum DamError {
     /// A section, or cracks in it, that cannot be meshed.
     #[error(transparent)]
     Geometry(#[from] GeometryError),
+    /// A mesh from elsewhere that cannot be taken.
+    #[error(transparent)]
+    GivenMesh(#[from] GivenMeshError),
     /// Elements larger than the dam.
     #[error(
         "`element_size` is {size} m, more than the dam's height of {crest} m; take a twentieth of that or less",

@@ -2,6 +2,7 @@
 
 mod arrangement;
 mod geometry_error;
+mod given;
 mod plane_geometry;
 mod quadrilaterals;
 mod quality;
@@ -17,6 +18,8 @@ use crate::section::{ELEVATION_TOLERANCE, Section};
 
 pub use arrangement::Geometry;
 pub use geometry_error::{Feature, GeometryError};
+pub use given::{GivenMesh, GivenMeshError};
+pub use quality::Quality;
 
 /// Nodes, cells and blocks.
 ///
@@ -215,6 +218,11 @@ impl Mesh {
         let first = self.nodes.len();
         self.nodes.extend((0..=columns).map(|j| [left + (right - left) * j as f64 / columns as f64, y]));
         (first..self.nodes.len()).collect()
+    }
+
+    /// The shapes of its elements.
+    pub fn quality(&self) -> Quality {
+        Quality::of(&self.nodes, &self.cells)
     }
 
     /// Nodes of the triangles, four for each cell: corner k, corner k + 1, centre.

@@ -12,9 +12,10 @@ use crate::loads::{LoadPath, Wet, add_ground_inertia};
 use crate::reduction::{ModalLoadPath, ModalMotion, Superposition};
 use crate::state::DamMotion;
 use crate::structure::{Motion, Structure};
-use crate::time_step::{SHARE_WITH_DASHPOTS, SHARE_WITHOUT_DASHPOTS, highest_frequency};
+use crate::time_step::{SHARE_WITH_DASHPOTS, SHARE_WITHOUT_DASHPOTS, highest_mode};
 use crate::{
-    CrackParameters, CriticalTimeStep, DamError, DamParameters, DampingCoefficients, Fidelity, modal,
+    CrackParameters, CriticalTimeStep, DamError, DamParameters, DampingCoefficients, Fidelity, LimitingPart,
+    modal,
 };
 
 /// The structure, and what acts on it.
@@ -49,6 +50,7 @@ pub(crate) struct Elements {
     body: Body,
     damping: DampingCoefficients,
     critical_time_step: CriticalTimeStep,
+    limiting_part: LimitingPart,
 }
 
 /// Modes of the structure, and contacts between its blocks.
@@ -127,7 +129,8 @@ impl Model {
         let (structure, drags_blocks) = (&body.structure, parameters.drags_blocks);
         let model = match parameters.fidelity {
             Fidelity::Dem => {
-                let frequency = highest_frequency(structure)?;
+                let mode = highest_mode(structure)?;
+                let (frequency, limiting_part) = (mode.frequency, LimitingPart::of(structure, &mode));
                 let damping = DampingCoefficients {
                     rayleigh,
                     memory: 0.0,
@@ -138,7 +141,7 @@ impl Model {
                 let memory = rayleigh.memory_reaching(DAMPED_SHARE, bound);
                 let damping = DampingCoefficients { memory, ..damping };
                 let critical_time_step = CriticalTimeStep::of_frequency(structure, damping, frequency);
-                Self::Elements(Elements { body, damping, critical_time_step })
+                Self::Elements(Elements { body, damping, critical_time_step, limiting_part })
             }
             fidelity => {
                 let (kinematics, wet) = (parameters.kinematics, body.wet.as_ref());
@@ -162,9 +165,10 @@ impl Model {
                 body: Body { structure, wet, gravity },
                 damping,
                 critical_time_step,
+                limiting_part,
             }) => {
                 let body = Body { structure: structure.on_threads(threads)?, wet, gravity };
-                Ok(Self::Elements(Elements { body, damping, critical_time_step }))
+                Ok(Self::Elements(Elements { body, damping, critical_time_step, limiting_part }))
             }
             modes @ Self::Modes(_) => Ok(modes),
         }
@@ -197,6 +201,14 @@ impl Model {
         match self {
             Self::Elements(elements) => elements.critical_time_step,
             Self::Modes(modes) => modes.superposition.critical_time_step(),
+        }
+    }
+
+    /// What limits the time step of all elements; modes are nowhere.
+    pub fn limiting_part(&self) -> Option<&LimitingPart> {
+        match self {
+            Self::Elements(elements) => Some(&elements.limiting_part),
+            Self::Modes(_) => None,
         }
     }
 

@@ -6,7 +6,9 @@ use crate::contact::Integration;
 use crate::error::{DamError, Problem, require};
 use crate::loads::Wet;
 use crate::section::{ELEVATION_TOLERANCE, Section};
-use crate::{Damping, Feature, Fidelity, Geometry, GeometryError, Material, Materials, Mesh, Seam};
+use crate::{
+    Damping, Feature, Fidelity, Geometry, GeometryError, GivenMesh, Material, Materials, Mesh, Seam,
+};
 
 /// Everything a dam is made from. SI units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -36,6 +38,9 @@ pub struct DamParameters {
     pub kinematics: Kinematics,
     /// Nominal length of an element's side, m.
     pub element_size: f64,
+    /// A mesh that was made elsewhere, of the same section and with the same cracks.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub given_mesh: Option<GivenMesh>,
     /// Gravitational acceleration g, m/s².
     pub gravity: f64,
     /// Time step over the longest stable one, in (0, 1].
@@ -302,7 +307,8 @@ impl DamParameters {
         let in_rows = |crack: &CrackParameters| {
             matches!(crack.line, CrackLine::Level(_)) && crack.element_size.is_none()
         };
-        self.section.has_rows() && self.zones.is_empty() && self.cracks.iter().all(in_rows)
+        let rows = self.given_mesh.is_none() && self.zones.is_empty() && self.section.has_rows();
+        rows && self.cracks.iter().all(in_rows)
     }
 
     /// What is wrong with the depths of the water.
@@ -324,6 +330,12 @@ impl DamParameters {
         let wet = |mesh: Mesh| Ok(Wet::below(&mesh, self.water_levels()).map(|_| ())?);
         match self.mesh().and_then(wet) {
             Ok(()) => Vec::new(),
+            Err(DamError::GivenMesh(error)) => {
+                let key = error
+                    .crack()
+                    .map_or_else(|| "mesh.file".to_owned(), |crack| format!("cracks.{crack}.name"));
+                vec![Problem { keys: vec![key], error: error.into() }]
+            }
             Err(DamError::Geometry(error)) => {
                 let mut keys: Vec<String> =
                     error.features().into_iter().map(|feature| self.key_of(feature)).collect();
@@ -423,12 +435,27 @@ impl DamParameters {
                 self.element_size,
             ));
         }
+        let mut mesh = self.unordered()?;
+        // cracks by their elevation
+        let order = self.cracks_from_the_base_up();
+        let mut places = vec![0; order.len()];
+        order.into_iter().enumerate().for_each(|(place, crack)| places[crack] = place);
+        mesh.seams.iter_mut().for_each(|seam| seam.crack = places[seam.crack]);
+        mesh.seams.sort_by_key(|seam| seam.crack);
+        Ok(mesh)
+    }
+
+    /// The mesh of what is no stack of blocks, with the cracks in their order here.
+    fn unordered(&self) -> Result<Mesh, DamError> {
+        let zones: Vec<Vec<[f64; 2]>> = self.zones.iter().map(|zone| zone.polygon.clone()).collect();
+        if let Some(given) = &self.given_mesh {
+            return Ok(Mesh::of_given(given, &zones, self.water_levels(), self.element_size)?);
+        }
         let Section { upstream, downstream, galleries } = &self.section;
         let lines: Vec<Vec<[f64; 2]>> = self.cracks.iter().map(|crack| self.points_of(&crack.line)).collect();
         let sizes: Vec<Option<f64>> = self.cracks.iter().map(|crack| crack.element_size).collect();
-        let zones: Vec<Vec<[f64; 2]>> = self.zones.iter().map(|zone| zone.polygon.clone()).collect();
         let level = |depth: f64| if depth > 0.0 { vec![depth] } else { Vec::new() };
-        let mut mesh = Mesh::of_section(&Geometry {
+        Ok(Mesh::of_section(&Geometry {
             upstream,
             downstream,
             galleries,
@@ -438,14 +465,7 @@ impl DamParameters {
             downstream_levels: &level(self.tailwater_depth),
             element_size: self.element_size,
             crack_sizes: &sizes,
-        })?;
-        // cracks by their elevation
-        let order = self.cracks_from_the_base_up();
-        let mut places = vec![0; order.len()];
-        order.into_iter().enumerate().for_each(|(place, crack)| places[crack] = place);
-        mesh.seams.iter_mut().for_each(|seam| seam.crack = places[seam.crack]);
-        mesh.seams.sort_by_key(|seam| seam.crack);
-        Ok(mesh)
+        })?)
     }
 
     /// The materials of dam and zones.

@@ -1,4 +1,4 @@
-use nalgebra::{DMatrix, SymmetricEigen};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use crate::contact::{ContactLaw, Stencil};
 use crate::structure::Structure;
@@ -90,10 +90,23 @@ impl CriticalTimeStep {
 /// **Errors**: [`DamError::FrequenciesNotConverged`]: a Ritz value that still grows is below the highest frequency, and
 /// a time step from it too long.
 pub(crate) fn highest_frequency(structure: &Structure<impl ContactLaw>) -> Result<f64, DamError> {
-    highest_frequency_in(structure, MAX_ITERATIONS)
+    Ok(highest_mode(structure)?.frequency)
 }
 
-fn highest_frequency_in(structure: &Structure<impl ContactLaw>, most: usize) -> Result<f64, DamError> {
+/// The mode of the highest frequency without added mass.
+pub(crate) struct HighestMode {
+    /// ω, rad/s.
+    pub frequency: f64,
+    /// φ at every node, with φᵀ M φ = 1.
+    pub shape: Vec<[f64; 2]>,
+}
+
+/// As [`highest_frequency`], with the mode: the Ritz vector, which errs by less than 10⁻⁴ where the frequency is a single one.
+pub(crate) fn highest_mode(structure: &Structure<impl ContactLaw>) -> Result<HighestMode, DamError> {
+    highest_mode_in(structure, MAX_ITERATIONS)
+}
+
+fn highest_mode_in(structure: &Structure<impl ContactLaw>, most: usize) -> Result<HighestMode, DamError> {
     let stencils = structure.stencils();
     let root: Vec<f64> = structure.inverse_mass.iter().map(|m| m.sqrt()).collect();
     let scale = |x: &[[f64; 2]]| -> Vec<[f64; 2]> {
@@ -131,10 +144,15 @@ fn highest_frequency_in(structure: &Structure<impl ContactLaw>, most: usize) -> 
         norm = dot(&image, &image).sqrt();
         let exhausted = norm <= 1e-12 * diagonal[0].abs() || iteration == free;
         if iteration % 10 == 0 || exhausted {
-            let value = largest_eigenvalue(&diagonal, &off_diagonal);
+            let (value, shares) = largest_eigenpair(&diagonal, &off_diagonal);
             change = (value - largest).abs() / value;
             if exhausted || change <= TOLERANCE {
-                return Ok(value.sqrt());
+                let mut vector = vec![[0.0; 2]; root.len()];
+                for (share, of_basis) in shares.iter().zip(&basis) {
+                    let flat = vector.as_flattened_mut().iter_mut().zip(of_basis.as_flattened());
+                    flat.for_each(|(x, b)| *x += share * b);
+                }
+                return Ok(HighestMode { frequency: value.sqrt(), shape: scale(&vector) });
             }
             largest = value;
         }
@@ -168,14 +186,17 @@ fn apply_stiffness(
     forces
 }
 
-fn largest_eigenvalue(diagonal: &[f64], off_diagonal: &[f64]) -> f64 {
+/// Largest eigenvalue of the tridiagonal matrix, and its vector.
+fn largest_eigenpair(diagonal: &[f64], off_diagonal: &[f64]) -> (f64, DVector<f64>) {
     let n = diagonal.len();
     let tridiagonal = DMatrix::from_fn(n, n, |i, j| match i.abs_diff(j) {
         0 => diagonal[i],
         1 => off_diagonal[i.min(j)],
         _ => 0.0,
     });
-    SymmetricEigen::new(tridiagonal).eigenvalues.max()
+    let SymmetricEigen { eigenvalues, eigenvectors } = SymmetricEigen::new(tridiagonal);
+    let (index, value) = eigenvalues.argmax();
+    (value, eigenvectors.column(index).into_owned())
 }
 
 #[cfg(test)]
@@ -192,7 +213,7 @@ mod tests {
         let none: [(Coulomb, Integration); 0] = [];
         let structure = Structure::new(mesh, &material, Kinematics::Small, none, &[]);
         let found = highest_frequency(&structure).expect("the iteration converges");
-        let early = highest_frequency_in(&structure, 10);
+        let early = highest_mode_in(&structure, 10).map(|mode| mode.frequency);
         assert!(
             matches!(early, Err(DamError::FrequenciesNotConverged { iterations: 10, .. })),
             "{early:?} of {found}"

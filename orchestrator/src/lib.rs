@@ -15,6 +15,7 @@ pub mod fmu;
 pub mod ground_motion;
 pub mod log;
 pub mod mapping;
+pub mod mesh_file;
 pub mod observer;
 pub mod participant;
 pub mod registry;

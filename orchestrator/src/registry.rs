@@ -3,14 +3,15 @@
 //! A table of a scene whose keys are those of a solver's parameters is handed over as it is (`same`): a new key stands in
 //! two types and nowhere between.
 
+use crate::mesh_file::{DamMesh, MeshFileError};
 use crate::participant::{EmptyReservoir, InProcess, Messages, Participant, Prescribed};
 use crate::scene::{
     CommandScene, DamFidelityScene, DamScene, DampingModelScene, DampingScene, FidelityScene, LoadedScene,
     ProfileScene, Refusal, ReservoirScene, Scene, SceneError, Side, Source, UnitChecks,
 };
 use crate::scheme::{CouplingError, Graph, Interface, Port, SchemeKind, UnitId};
-use dam_dem::{Dam, DamError, DamParameters, Damping, DampingFrequencies};
-pub use dam_dem::{Flutter, LimitEquilibrium, Mesh, NaturalModes};
+use dam_dem::{Dam, DamError, DamParameters, Damping, DampingFrequencies, GivenMesh};
+pub use dam_dem::{Flutter, LimitEquilibrium, LimitingPart, Mesh, NaturalModes, PartKind, Quality};
 use interface::{WetFace, WetFaceError};
 use nalgebra::{Complex, DMatrix};
 pub use reservoir::paper::{FarEndCondition, ShortWindows};
@@ -90,6 +91,9 @@ pub enum RegistryError {
     /// A unit of another program.
     #[error(transparent)]
     Participant(#[from] crate::participant::ParticipantError),
+    /// The mesh of the dam.
+    #[error(transparent)]
+    Mesh(#[from] MeshFileError),
     /// The wet face.
     #[error(transparent)]
     WetFace(#[from] WetFaceError),
@@ -163,6 +167,18 @@ pub fn computes_dam(scene: &Scene) -> bool {
 /// **Errors**: those of the dam.
 pub fn dam_mesh(scene: &Scene) -> Result<Option<Mesh>, RegistryError> {
     own_dam(scene).map(|dam| Ok(dry_dam(dam, scene)?.mesh()?)).transpose()
+}
+
+/// What limits the time step of the dam (s), and its largest time step; `None` below the full model, and for a dam that this program
+/// does not compute.
+///
+/// **Errors**: those of the dam.
+pub fn limiting_part(scene: &Scene) -> Result<Option<(LimitingPart, f64)>, RegistryError> {
+    let Some(dam) = own_dam(scene).filter(|dam| dam.fidelity == DamFidelityScene::Dem) else {
+        return Ok(None);
+    };
+    let dam = Dam::new(dam_parameters(dam, scene, WaterMass::of(scene))?)?;
+    Ok(dam.limiting_part().map(|part| (*part, dam.time_step_limit())))
 }
 
 /// The `count` lowest natural modes of the dam on an empty reservoir, if this program computes it.
@@ -687,8 +703,18 @@ fn dry_dam(dam: &DamScene, scene: &Scene) -> Result<DamParameters, RegistryError
         time_step_safety: dam.time_step_safety,
         drags_blocks: damping.drags_blocks,
         zones: dam.zones.iter().map(same).collect::<Result<_, _>>()?,
+        given_mesh: given_mesh(dam)?,
         added_mass: None,
     })
+}
+
+/// The mesh from the dam's file, if it has one.
+fn given_mesh(dam: &DamScene) -> Result<Option<GivenMesh>, RegistryError> {
+    let Some(mesh) = &dam.mesh else { return Ok(None) };
+    let names: Vec<Option<String>> = dam.cracks.iter().map(|crack| crack.name.clone()).collect();
+    let DamMesh { points, triangles, quadrilaterals, upstream, downstream, base, cracks } =
+        mesh.mesh(&names)?;
+    Ok(Some(GivenMesh { points, triangles, quadrilaterals, upstream, downstream, base, cracks }))
 }
 
 /// The parameters of the water of a scene before `wet_face`: of the tailwater, if that is downstream.

@@ -56,6 +56,7 @@ pub fn dam(element_size: f64, cracked: bool) -> DamParameters {
         gravity: 9.81,
         drags_blocks: false,
         zones: Vec::new(),
+        given_mesh: None,
         added_mass: None,
         time_step_safety: 0.9,
     }

@@ -382,6 +382,7 @@ mod tests {
             time_step_safety: 0.9,
             drags_blocks: false,
             zones: Vec::new(),
+            given_mesh: None,
             added_mass: None,
         }
     }

@@ -1,4 +1,4 @@
-//! Cells, blocks and the seams between them from a triangulation.
+//! Cells, blocks and the seams between them from a tiling.
 
 use std::collections::HashMap;
 
@@ -7,7 +7,7 @@ use super::geometry_error::{Feature, GeometryError};
 use super::plane_geometry::{Point, between, distance};
 use super::quality::{LEAST_ANGLE, Quality};
 use super::size::{COARSENING, SizeField};
-use super::topology::{Side, Topology, by_height};
+use super::topology::{CORNERS, Polygon, Side, Tiling, Topology, by_height};
 use super::triangulation::{MOST_CELLS, Triangulation};
 use super::{Mesh, Seam};
 use crate::block::Block;
@@ -28,8 +28,8 @@ pub fn mesh(geometry: &Geometry) -> Result<(Mesh, Quality), GeometryError> {
         return Err(GeometryError::TooManyCells { cells, most: MOST_CELLS });
     }
     let size = SizeField::new(&arrangement, geometry);
-    let triangulation = Triangulation::new(&arrangement, &size)?;
-    let meshed = Mesh::of_triangles(&arrangement, &triangulation, geometry)?;
+    let tiling = Triangulation::new(&arrangement, &size)?.into();
+    let meshed = Mesh::of_tiling(&arrangement, &tiling, geometry.element_size, geometry.zones)?;
     if meshed.cells.len() as f64 > MOST_CELLS {
         return Err(GeometryError::TooManyCells { cells: meshed.cells.len() as f64, most: MOST_CELLS });
     }
@@ -43,22 +43,26 @@ pub fn mesh(geometry: &Geometry) -> Result<(Mesh, Quality), GeometryError> {
 }
 
 impl Mesh {
-    fn of_triangles(
+    /// Quadrilaterals become cells as they are. Where there are triangles, each of them becomes three cells, and each
+    /// quadrilateral four: they meet in the middle of their sides.
+    ///
+    /// **Errors**: [`GeometryError::TinyBlock`], [`GeometryError::NotSeparating`].
+    pub(super) fn of_tiling(
         arrangement: &Arrangement,
-        triangulation: &Triangulation,
-        geometry: &Geometry,
+        tiling: &Tiling,
+        element_size: f64,
+        zones: &[Vec<[f64; 2]>],
     ) -> Result<Self, GeometryError> {
-        let element_size = geometry.element_size;
-        let topology = Topology::new(arrangement, triangulation);
+        let topology = Topology::new(arrangement, tiling);
         let least = (LEAST_BLOCK * element_size).powi(2);
         if let Some(&(area, point)) = topology.areas().iter().find(|(area, _)| *area < least) {
             return Err(GeometryError::TinyBlock { point, area, least });
         }
         let mut numbering = Numbering::new(&topology, element_size);
-        let zones = numbering.zones(geometry.zones)?;
+        let zones = numbering.zones(zones)?;
         let seams = numbering.seams()?;
         let side = |feature: Feature| {
-            let edges = arrangement.edges.iter().zip(&triangulation.chains);
+            let edges = arrangement.edges.iter().zip(&tiling.chains);
             let pairs = edges.filter(|(edge, _)| edge.feature == feature && edge.crack.is_none());
             pairs.flat_map(|(_, chain)| chain.windows(2).map(|pair| [pair[0], pair[1]])).collect::<Vec<_>>()
         };
@@ -77,29 +81,36 @@ struct Numbering<'a> {
     nodes: Vec<Point>,
     cells: Vec<[usize; 5]>,
     blocks: Vec<Block>,
-    /// Nodes at the corners and in the middle of the sides of each triangle.
-    corner_nodes: Vec<[usize; 3]>,
-    middle_nodes: Vec<[usize; 3]>,
+    /// Whether polygons are cells as they are.
+    whole: bool,
+    /// Nodes at the corners and in the middle of the sides of each polygon.
+    corner_nodes: Vec<[usize; CORNERS]>,
+    middle_nodes: Vec<[usize; CORNERS]>,
     /// First node of the ground.
     ground: usize,
 }
 
 impl<'a> Numbering<'a> {
-    /// Numbers blocks, within them triangles in rows as high as their edges are long, and nodes in the order of their first use.
+    /// Numbers blocks, within them polygons in rows as high as their edges are long, and nodes in the order of their first use.
     fn new(topology: &'a Topology, element_size: f64) -> Self {
         let count = topology.block_of.len();
         let shared = topology.shared_corners();
-        let row = |triangle: usize| {
-            let [a, b, c] = topology.corners(triangle);
-            let y = (a[1] + b[1] + c[1]) / (3.0 * COARSENING * element_size);
-            (topology.block_of[triangle], y.floor() as i64, a[0] + b[0] + c[0])
+        let whole =
+            topology.tiling.polygons.iter().all(|polygon| matches!(polygon, Polygon::Quadrilateral(_)));
+        let coarsening = if whole { 1.0 } else { COARSENING };
+        let row = |polygon: usize| {
+            let corners = topology.indices(polygon).len() as f64;
+            let sum = |axis: usize| topology.corners(polygon).map(|p| p[axis]).sum::<f64>();
+            let y = sum(1) / (corners * coarsening * element_size);
+            (topology.block_of[polygon], y.floor() as i64, sum(0) * (3.0 / corners))
         };
-        let mut order: Vec<_> = (0..count).map(|triangle| (row(triangle), triangle)).collect();
+        let mut order: Vec<_> = (0..count).map(|polygon| (row(polygon), polygon)).collect();
         order.sort_by(|((b0, y0, x0), _), ((b1, y1, x1), _)| (b0, y0).cmp(&(b1, y1)).then(x0.total_cmp(x1)));
 
-        let unset = [usize::MAX; 3];
+        let unset = [usize::MAX; CORNERS];
         let mut this = Self {
             topology,
+            whole,
             nodes: Vec::new(),
             cells: Vec::with_capacity(3 * count),
             blocks: Vec::with_capacity(topology.blocks),
@@ -107,13 +118,13 @@ impl<'a> Numbering<'a> {
             middle_nodes: vec![unset; count],
             ground: 0,
         };
-        let mut node_of_root = vec![usize::MAX; 3 * count];
-        for ((block, _, _), triangle) in order {
+        let mut node_of_root = vec![usize::MAX; CORNERS * count];
+        for ((block, _, _), polygon) in order {
             if block == this.blocks.len() {
                 let (node, cell) = (this.nodes.len(), this.cells.len());
                 this.blocks.push(Block { nodes: node..node, cells: cell..cell });
             }
-            this.add_triangle(triangle, &shared, &mut node_of_root);
+            this.add_polygon(polygon, &shared, &mut node_of_root);
             this.blocks[block].nodes.end = this.nodes.len();
             this.blocks[block].cells.end = this.cells.len();
         }
@@ -121,19 +132,20 @@ impl<'a> Numbering<'a> {
         this
     }
 
-    fn add_triangle(&mut self, triangle: usize, shared: &[usize], node_of_root: &mut [usize]) {
+    fn add_polygon(&mut self, polygon: usize, shared: &[usize], node_of_root: &mut [usize]) {
         let topology = self.topology;
-        let points = topology.corners(triangle);
-        for k in 0..3 {
-            let node = &mut node_of_root[shared[3 * triangle + k]];
+        let points: Vec<Point> = topology.corners(polygon).collect();
+        let count = points.len();
+        for k in 0..count {
+            let node = &mut node_of_root[shared[CORNERS * polygon + k]];
             if *node == usize::MAX {
                 *node = self.push(points[k]);
             }
-            self.corner_nodes[triangle][k] = *node;
-            if self.middle_nodes[triangle][k] == usize::MAX {
-                let middle = self.push(middle(points[k], points[(k + 1) % 3]));
-                self.middle_nodes[triangle][k] = middle;
-                if let Some((other, m)) = topology.across((triangle, k)) {
+            self.corner_nodes[polygon][k] = *node;
+            if !self.whole && self.middle_nodes[polygon][k] == usize::MAX {
+                let middle = self.push(middle(points[k], points[(k + 1) % count]));
+                self.middle_nodes[polygon][k] = middle;
+                if let Some((other, m)) = topology.across((polygon, k)) {
                     self.middle_nodes[other][m] = middle;
                 }
             }
@@ -141,10 +153,17 @@ impl<'a> Numbering<'a> {
         let mean = |points: &[Point]| {
             [0, 1].map(|axis| points.iter().map(|p| p[axis]).sum::<f64>() / points.len() as f64)
         };
+        let corners = self.corner_nodes[polygon];
+        if self.whole {
+            let centre = self.push(mean(&points));
+            let [a, b, c, d] = corners;
+            self.cells.push([a, b, c, d, centre]);
+            return;
+        }
         let centroid = self.push(mean(&points));
-        let (corners, middles) = (self.corner_nodes[triangle], self.middle_nodes[triangle]);
-        for k in 0..3 {
-            let quadrilateral = [corners[k], middles[k], centroid, middles[(k + 2) % 3]];
+        let middles = self.middle_nodes[polygon];
+        for k in 0..count {
+            let quadrilateral = [corners[k], middles[k], centroid, middles[(k + count - 1) % count]];
             let centre = self.push(mean(&quadrilateral.map(|i| self.nodes[i])));
             let [a, b, c, d] = quadrilateral;
             self.cells.push([a, b, c, d, centre]);
@@ -171,7 +190,7 @@ impl<'a> Numbering<'a> {
         self.nodes.len() - 1
     }
 
-    /// Nodes along triangle sides that follow one another with the concrete to their left; where they change, both.
+    /// Nodes along sides that follow one another with the concrete to their left; where they change, both.
     fn chain(&self, pairs: Vec<[usize; 2]>) -> Vec<usize> {
         let mut chain: Vec<usize> = Vec::new();
         for pair in pairs {
@@ -185,10 +204,15 @@ impl<'a> Numbering<'a> {
         chain
     }
 
-    /// The three nodes of a triangle's side, in the direction that has the triangle to its left.
-    fn along(&self, (triangle, k): Side) -> [usize; 3] {
-        let corners = self.corner_nodes[triangle];
-        [corners[k], self.middle_nodes[triangle][k], corners[(k + 1) % 3]]
+    /// The nodes of a polygon's side, in the direction that has the polygon to its left.
+    fn along(&self, (polygon, k): Side) -> Vec<usize> {
+        let corners = self.corner_nodes[polygon];
+        let next = corners[(k + 1) % self.topology.indices(polygon).len()];
+        if self.whole {
+            vec![corners[k], next]
+        } else {
+            vec![corners[k], self.middle_nodes[polygon][k], next]
+        }
     }
 
     /// The seams of all cracks, and nodes of the ground under cracks along the base.
@@ -201,7 +225,7 @@ impl<'a> Numbering<'a> {
             let first_seam = seams.len();
             let mut end = usize::MAX;
             for part in parts {
-                let mut chain = topology.triangulation.chains[part.edge].clone();
+                let mut chain = topology.tiling.chains[part.edge].clone();
                 if !part.forward {
                     chain.reverse();
                 }
@@ -212,12 +236,12 @@ impl<'a> Numbering<'a> {
                     let body = |side: Option<Side>| side.map_or(ground_body, |(t, _)| topology.block_of[t]);
                     let (below, above) = (body(right), body(left));
                     if below == above {
-                        let point = topology.triangulation.points[from];
+                        let point = topology.tiling.points[from];
                         return Err(GeometryError::NotSeparating { crack, point });
                     }
                     let [mut lower, mut upper] = [right, left].map(|side| side.map(|side| self.along(side)));
                     lower.iter_mut().for_each(|nodes| nodes.reverse());
-                    let positions = [from, to].map(|i| topology.triangulation.points[i]);
+                    let positions = [from, to].map(|i| topology.tiling.points[i]);
                     let mut of_ground = || {
                         let [a, b] = [0, 1].map(|k| {
                             *ground_nodes.entry(pair[k]).or_insert_with(|| {
@@ -225,8 +249,11 @@ impl<'a> Numbering<'a> {
                                 self.nodes.len() - 1
                             })
                         });
+                        if self.whole {
+                            return vec![a, b];
+                        }
                         self.nodes.push(middle(positions[0], positions[1]));
-                        [a, self.nodes.len() - 1, b]
+                        vec![a, self.nodes.len() - 1, b]
                     };
                     let lower = lower.take().unwrap_or_else(&mut of_ground);
                     let upper = upper.take().unwrap_or_else(&mut of_ground);
@@ -242,7 +269,6 @@ impl<'a> Numbering<'a> {
                             seam.upper.extend(&upper[1..]);
                         }
                         _ => {
-                            let (lower, upper) = (lower.to_vec(), upper.to_vec());
                             seams.push(Seam { crack, below, above, lower, upper });
                         }
                     }

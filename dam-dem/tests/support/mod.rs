@@ -40,6 +40,7 @@ pub fn koyna(element_size: f64) -> DamParameters {
         time_step_safety: 0.9,
         drags_blocks: false,
         zones: Vec::new(),
+        given_mesh: None,
         added_mass: None,
     }
 }

@@ -3,13 +3,14 @@
 use super::start::{Start, StartError, deadlines};
 use super::{Check, Transport, complain, estimate, known, modes, say, section, threads};
 use interface::Capabilities;
+use interface::number::plain;
 use miette::Diagnostic;
 use orchestrator::ground_motion::{GroundMotion, STANDARD_GRAVITY};
 use orchestrator::participant::{
     AccelerationMeaning, Description, Level, Occasion, Participant, ParticipantError, Role, check_sign,
     self_test,
 };
-use orchestrator::registry::{self, Flutter, LimitEquilibrium, RegistryError};
+use orchestrator::registry::{self, Flutter, LimitEquilibrium, LimitingPart, Mesh, PartKind, RegistryError};
 use orchestrator::scene::{CrackScene, FidelityScene, Scene, SceneError, SceneWarning, Side, Source};
 use orchestrator::scheme::{CouplingError, UnitId, check_points};
 use std::f64::consts::TAU;
@@ -200,6 +201,17 @@ fn examine(path: &Path, arguments: &Check) -> Result<(), CheckError> {
     let frequencies = known(dam.read("natural_frequency"))?;
     say(format!("{} can be run: {steps}, {duration} s; {warnings}", loaded.path.display()));
     say(format!("  dam: {}", told(&*dam, sources[0], changes[0], None)));
+    let cracks = scene.dam.as_ref().map_or(&[][..], |dam| &dam.cracks);
+    if let Some(mesh) = registry::dam_mesh(scene)? {
+        say(format!("  mesh: {}", shapes(&mesh)));
+    }
+    if let Some((part, longest)) = registry::limiting_part(scene)? {
+        let described = limit(&part, cracks);
+        say(format!("  time step of the dam: at most {longest:.3e} s, set by {described}"));
+        if part.slowdown() >= SLOW {
+            complain(format!("WARNING: {}", slow(&part, &described)));
+        }
+    }
     for (id, other) in &mut others {
         for message in other.messages() {
             if message.level >= Level::Warning {
@@ -231,7 +243,6 @@ fn examine(path: &Path, arguments: &Check) -> Result<(), CheckError> {
         }
     }
     say(format!("  {}", estimate::of(&loaded, &mut *dam, &inputs, threads(None))?));
-    let cracks = scene.dam.as_ref().map_or(&[][..], |dam| &dam.cracks);
     for LimitEquilibrium { crack, sliding, overturning, .. } in registry::limit_equilibria(scene)? {
         say(format!(
             "  factor of safety of {} before the ground moves: sliding {sliding:.2}, overturning {overturning:.2}",
@@ -246,6 +257,60 @@ fn examine(path: &Path, arguments: &Check) -> Result<(), CheckError> {
         }
     }
     write_files(scene, arguments)
+}
+
+/// Ratio of the time step that the median element would allow to the one taken, from which a warning is given.
+const SLOW: f64 = 3.0;
+
+/// Numbers and shapes of the dam's elements.
+fn shapes(mesh: &Mesh) -> String {
+    let quality = mesh.quality();
+    let at = |(value, [x, y]): (f64, [f64; 2])| format!("{value:.2} at ({x:.2}, {y:.2})");
+    let with = |unit: &str, (value, [x, y]): (f64, [f64; 2])| format!("{value:.2}{unit} at ({x:.2}, {y:.2})");
+    format!(
+        "{} cells, {} elements, {} nodes, {}; smallest angle {}, largest ratio of side to altitude {}, smallest altitude {}",
+        mesh.cells.len(),
+        4 * mesh.cells.len(),
+        mesh.nodes.len(),
+        match mesh.blocks.len() {
+            1 => "1 block".to_owned(),
+            blocks => format!("{blocks} blocks"),
+        },
+        with("°", quality.smallest_angle),
+        at(quality.largest_ratio),
+        with(" m", quality.smallest_altitude),
+    )
+}
+
+/// What sets the time step, and where.
+fn limit(part: &LimitingPart, cracks: &[CrackScene]) -> String {
+    let what = match part.kind {
+        PartKind::Element { block } => format!("an element of block {block}"),
+        PartKind::Contact { crack } => {
+            format!("a contact of {}", cracks.get(crack).map_or_else(String::new, CrackScene::phrase))
+        }
+    };
+    let [x, y] = part.place;
+    format!(
+        "{what} at ({}, {}) m; {:.2} times as long if all were as the median element",
+        plain(x),
+        plain(y),
+        part.slowdown()
+    )
+}
+
+/// What a short time step costs, and how it becomes longer.
+fn slow(part: &LimitingPart, described: &str) -> String {
+    let remedy = match part.kind {
+        PartKind::Element { .. } => {
+            "move what is close together there (cracks, corners, water level) apart, give cracks there no smaller `element_size`, or \
+             improve the mesh"
+        }
+        PartKind::Contact { .. } => {
+            "lower its `normal_stiffness` and `shear_stiffness`, take larger elements along it, or move what is close to it away"
+        }
+    };
+    format!("one small or stiff part slows the dam down: the time step is set by {described}; {remedy}")
 }
 
 /// Frequencies in a line.

@@ -142,13 +142,18 @@ fn written<U: Packable>(
     })
 }
 
-/// The scene as TOML, with the record's file name but not its path, which is of no use on another machine.
+/// The scene as TOML, with the names of the files of record and mesh but not their paths, which are of no use on another machine.
 pub fn portable(scene: &Scene) -> Result<String, toml::ser::Error> {
     let mut scene = scene.clone();
     if let Some(record) = &mut scene.ground_motion.record
         && let Some(name) = record.file.file_name()
     {
         record.file = name.into();
+    }
+    if let Some(mesh) = scene.dam.as_mut().and_then(|dam| dam.mesh.as_mut())
+        && let Some(name) = mesh.file.file_name()
+    {
+        mesh.file = name.into();
     }
     toml::to_string(&scene)
 }

@@ -1,6 +1,7 @@
 //! `[dam]`: the dam that is computed, and `[prescribed]`: one that moves as told.
 
 use super::foreign::{CommandScene, FmuScene, LogScene, Source};
+use super::mesh::MeshScene;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -28,7 +29,7 @@ pub struct DamScene {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1, max = 1000), extend("otherwise" = "by an error estimate"))]
     pub modes: Option<usize>,
-    /// Nominal length of an element's side.
+    /// Nominal length of an element's side. With `[dam.mesh]` it is not given: √(area / number of cells).
     #[schemars(range(min = 1e-3, max = 1e4), extend("unit" = "m"))]
     pub element_size: f64,
     /// Kinematics of the elements, and of reduced blocks.
@@ -39,8 +40,11 @@ pub struct DamScene {
     #[serde(default = "time_step_safety")]
     #[schemars(range(min = 1e-3, max = 1))]
     pub time_step_safety: f64,
-    /// Outline of the section.
+    /// Outline of the section. With `[dam.mesh]` it is not given.
     pub section: SectionScene,
+    /// A mesh from a file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mesh: Option<MeshScene>,
     /// The concrete.
     pub material: MaterialScene,
     /// Parts of the section with a concrete of their own, such as a core, a facing or older lifts. With zones the mesh is not one of
@@ -249,7 +253,7 @@ pub enum DampingModelScene {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CrackScene {
-    /// Its name in reports.
+    /// Its name in reports, and that of its physical curve in `[dam.mesh]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("otherwise" = "its elevation"))]
     pub name: Option<String>,

@@ -1,5 +1,6 @@
 use super::shape::Range;
 use crate::ground_motion::RecordError;
+use crate::mesh_file::MeshFileError;
 use interface::number::{exact, plain};
 use miette::{Diagnostic, NamedSource, SourceSpan};
 use std::path::{Path, PathBuf};
@@ -388,6 +389,17 @@ pub enum Invalid {
     /// The record cannot be used.
     #[error(transparent)]
     Record(#[from] RecordError),
+    /// The mesh cannot be used.
+    #[error(transparent)]
+    Mesh(#[from] MeshFileError),
+    /// A key that the mesh stands for.
+    #[error(
+        "`{key}` follows from the file of `[dam.mesh]` and is not given beside it; leave it out, or leave the mesh out"
+    )]
+    ReplacedByMesh {
+        /// The key.
+        key: String,
+    },
 }
 
 impl Invalid {

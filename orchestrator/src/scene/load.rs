@@ -129,6 +129,8 @@ impl<'a> Draft<'a> {
                     problems.push((place, Invalid::Override { text: text.clone() }));
                 }
             }
+            let folder = file.parent().unwrap_or(Path::new(""));
+            problems.append(&mut super::mesh::complete(&mut tree, folder));
             (scene, conformed) = Conformed::read(&tree);
             problems.append(&mut conformed.problems);
         }
@@ -164,6 +166,10 @@ fn resolve(scene: &mut Scene, ground_motion: &GroundMotion, folder: &Path) {
     }
     if let Some(dam) = &mut scene.dam {
         foreign::resolve(folder, (&mut dam.fmu, &mut dam.command, &mut dam.log));
+        if let Some(mesh) = &mut dam.mesh {
+            let file = folder.join(&mesh.file);
+            mesh.file = file.canonicalize().unwrap_or(file);
+        }
         // The order in which the dam's results come.
         dam.cracks.sort_by(|a, b| a.mean_elevation().total_cmp(&b.mean_elevation()));
     }

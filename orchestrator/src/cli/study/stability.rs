@@ -182,7 +182,7 @@ fn judge(scene: &Scene, case: &Case, steps: u32) -> Result<Verdict, StudyError> 
     let Some(dam) = &mut scene.dam else {
         return Err(unfit("the study needs a dam that is computed"));
     };
-    dam.element_size = mesh;
+    (dam.element_size, dam.mesh) = (mesh, None);
     dam.cracks.clear();
     scene.reservoir.density = density_ratio * dam.material.density;
     scene.reservoir.fidelity = water;
