@@ -22,6 +22,7 @@ mod log_tools;
 mod order_in_communication_step;
 mod participants;
 mod partitioned_monolithic;
+mod pine_flat;
 mod platform;
 mod processes;
 mod protocol;

@@ -66,7 +66,7 @@ fn five_meshes_slide_alike() -> Result<(), DamError> {
     let mut means = Vec::new();
     for integration in [Integration::Nodal, Integration::Gauss] {
         let mut found = Vec::new();
-        for size in [7.0, 3.5] {
+        for size in [10.0, 5.0] {
             let mut slips = Vec::new();
             for (name, parameters) in meshes(size, integration) {
                 let cells = parameters.mesh()?.cells.len();
