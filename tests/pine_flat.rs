@@ -79,16 +79,31 @@ fn its_full_reservoir_lengthens_its_period_as_by_fenves_and_chopra() {
     let rows: Vec<Vec<f64>> = (0..pressure.nrows())
         .map(|i| (0..pressure.ncols()).map(|j| -(pressure[(i, j)] / s).re).collect())
         .collect();
-    let full = DamParameters { added_mass: Some(rows), ..dam() }.natural_modes(1).expect("modes").frequencies[0];
+    let full =
+        DamParameters { added_mass: Some(rows), ..dam() }.natural_modes(1).expect("modes").frequencies[0];
     let incompressible = resonance(&modes, &heavy);
-    println!("rad/s: empty {empty:.3}, in the added mass {full:.3}, resonance in water of c = 1e6 m/s {incompressible:.2}");
+    println!(
+        "rad/s: empty {empty:.3}, in the added mass {full:.3}, resonance in water of c = 1e6 m/s {incompressible:.2}"
+    );
     assert!((incompressible / full - 1.0).abs() < 5e-3);
 
-    println!("Fenves and Chopra: T1 {simplified:.4} s, Rr {lengthening:.3}, full {:.4} s", lengthening * simplified);
-    println!("here: empty {:.4} s, incompressible {:.4} s, ratio {:.3}", TAU / empty, TAU / full, empty / full);
+    println!(
+        "Fenves and Chopra: T1 {simplified:.4} s, Rr {lengthening:.3}, full {:.4} s",
+        lengthening * simplified
+    );
+    println!(
+        "here: empty {:.4} s, incompressible {:.4} s, ratio {:.3}",
+        TAU / empty,
+        TAU / full,
+        empty / full
+    );
     let ratios = [1.0, 0.9, 0.5].map(|alpha| {
         let found = resonance(&modes, &water(&reservoir(alpha, 1440.0)));
-        println!("compressible, alpha = {alpha}: {found:.2} rad/s, {:.4} s, ratio {:.3}", TAU / found, empty / found);
+        println!(
+            "compressible, alpha = {alpha}: {found:.2} rad/s, {:.4} s, ratio {:.3}",
+            TAU / found,
+            empty / found
+        );
         empty / found
     });
     assert!(ratios[0] > empty / full && (ratios[0] / lengthening - 1.0).abs() < 0.03);

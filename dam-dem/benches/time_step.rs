@@ -81,13 +81,11 @@ fn mesh<const THREADS: usize>(bencher: Bencher, element_size: f64) {
 #[divan::bench(args = [[5, 2], [10, 5], [20, 10]], sample_count = 20)]
 fn wall(bencher: Bencher, [columns, rows]: [usize; 2]) {
     let mesh = support::assembly::wall(columns, rows, 0.6);
-    let law =
-        dam_dem::contact::Coulomb { friction: 0.5, normal_stiffness: 1e9, shear_stiffness: 0.5e9 };
+    let law = dam_dem::contact::Coulomb { friction: 0.5, normal_stiffness: 1e9, shear_stiffness: 0.5e9 };
     let laws = vec![(law, dam_dem::contact::Integration::Nodal); columns + rows - 2];
     let base = mesh.base.clone();
     let material = support::stiff(1e9);
-    let structure =
-        dam_dem::Structure::new(mesh, &material, dam_dem::Kinematics::Corotational, laws, &base);
+    let structure = dam_dem::Structure::new(mesh, &material, dam_dem::Kinematics::Corotational, laws, &base);
     let rayleigh = dam_dem::RayleighCoefficients { mass: 1.0, stiffness: 1e-5 };
     let limit = 0.9 * support::critical(&structure, rayleigh).limit;
     let steps = CentralDifference { time_step: limit, steps: 20 };

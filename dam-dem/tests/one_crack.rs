@@ -45,7 +45,11 @@ fn meshes(size: f64, integration: Integration) -> [(&'static str, DamParameters)
 /// Ground acceleration along x, m/s²: 1 g upstream, as sin² over half a second.
 fn pulse(time: f64) -> f64 {
     let share = time / 0.5;
-    if (0.0..1.0).contains(&share) { -support::GRAVITY * (std::f64::consts::PI * share).sin().powi(2) } else { 0.0 }
+    if (0.0..1.0).contains(&share) {
+        -support::GRAVITY * (std::f64::consts::PI * share).sin().powi(2)
+    } else {
+        0.0
+    }
 }
 
 /// Slip of the block and its crest's displacement after the pulse, m.
@@ -71,7 +75,9 @@ fn five_meshes_slide_alike() -> Result<(), DamError> {
             for (name, parameters) in meshes(size, integration) {
                 let cells = parameters.mesh()?.cells.len();
                 let [slip, crest] = pushed(parameters)?;
-                println!("{integration:?}, {size} m, {name}, {cells} cells: slip {slip:.5} m, crest {crest:.5} m");
+                println!(
+                    "{integration:?}, {size} m, {name}, {cells} cells: slip {slip:.5} m, crest {crest:.5} m"
+                );
                 slips.push(slip);
             }
             let mean = slips.iter().sum::<f64>() / 5.0;
@@ -81,7 +87,10 @@ fn five_meshes_slide_alike() -> Result<(), DamError> {
         }
         let [[coarse, wide], [fine, narrow]] = found[..] else { panic!("two sizes") };
         let order = (wide / narrow).log2();
-        println!("{integration:?}: {:.1e} between the sizes, order of the spread {order:.1}", coarse / fine - 1.0);
+        println!(
+            "{integration:?}: {:.1e} between the sizes, order of the spread {order:.1}",
+            coarse / fine - 1.0
+        );
         assert!(wide < 1e-3 && order > 1.0 && (coarse / fine - 1.0).abs() < 2e-3);
         means.push(fine);
     }
@@ -174,17 +183,26 @@ fn a_crack_that_never_opens_is_no_crack() -> Result<(), DamError> {
                 dilation_slip: 1.0,
             };
             let base = mesh.base.clone();
-            let bonded =
-                Structure::new(mesh.clone(), &material, Kinematics::Corotational, [(law, integration)], &base);
+            let bonded = Structure::new(
+                mesh.clone(),
+                &material,
+                Kinematics::Corotational,
+                [(law, integration)],
+                &base,
+            );
             let (damping, limit) = damped(&bonded, first);
             let [found, exact] = [&bonded, &whole].map(|structure| crest(structure, damping, limit));
             let apart: f64 = found.iter().zip(&exact).map(|(a, b)| (a - b).powi(2)).sum();
             (apart / exact.iter().map(|u| u * u).sum::<f64>()).sqrt()
         });
         let listed = errors.map(|error| format!("{error:.1e}")).join(", ");
-        println!("{name}, {integration:?}: crest history, relative L2, k_n = 1e11, 1e12, 1e13 Pa/m: {listed}");
+        println!(
+            "{name}, {integration:?}: crest history, relative L2, k_n = 1e11, 1e12, 1e13 Pa/m: {listed}"
+        );
         assert!(errors[1] < 5e-3);
-        assert!((5.0..15.0).contains(&(errors[0] / errors[1])) && (5.0..15.0).contains(&(errors[1] / errors[2])));
+        assert!(
+            (5.0..15.0).contains(&(errors[0] / errors[1])) && (5.0..15.0).contains(&(errors[1] / errors[2]))
+        );
     }
     Ok(())
 }

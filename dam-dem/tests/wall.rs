@@ -25,7 +25,9 @@ fn random(block: usize, what: usize) -> f64 {
 /// stay to rounding, and so does the sum of all contact forces.
 #[test]
 fn two_hundred_free_blocks_keep_their_momenta() {
-    for (friction, integration) in [(0.0, Integration::Nodal), (0.0, Integration::Gauss), (0.5, Integration::Nodal)] {
+    for (friction, integration) in
+        [(0.0, Integration::Nodal), (0.0, Integration::Gauss), (0.5, Integration::Nodal)]
+    {
         let structure = structure(20, 10, friction, integration);
         assert_eq!(structure.mesh.blocks.len(), 200);
         let mut motion = structure.at_rest();

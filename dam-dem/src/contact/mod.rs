@@ -21,7 +21,7 @@
 mod coulomb;
 mod crack;
 #[cfg(test)]
-mod effort;
+pub(crate) mod effort;
 mod meeting;
 mod mohr_coulomb;
 mod parting;

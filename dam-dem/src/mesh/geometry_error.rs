@@ -335,7 +335,8 @@ mod tests {
 
     #[test]
     fn cracks_are_called_by_their_names() {
-        let error = GeometryError::SharedStretch { first: 1, second: 10, from: [5.0, 40.0], to: [15.0, 40.0] };
+        let error =
+            GeometryError::SharedStretch { first: 1, second: 10, from: [5.0, 40.0], to: [15.0, 40.0] };
         let mut names = vec![None; 11];
         assert_eq!(error.with_names(&names), error.to_string());
         names[1] = Some("the crack \"crack 10\"".to_owned());

@@ -48,7 +48,8 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
         scenes.push((name, registry::read(&arguments.scene, &sets)?));
     }
     let (names, scenes): (Vec<String>, Vec<LoadedScene>) = scenes.into_iter().unzip();
-    let cells = scenes.iter().map(|loaded| Ok(registry::dam_mesh(&loaded.scene)?.map_or(0, |mesh| mesh.cells.len())));
+    let cells =
+        scenes.iter().map(|loaded| Ok(registry::dam_mesh(&loaded.scene)?.map_or(0, |mesh| mesh.cells.len())));
     let cells = cells.collect::<Result<Vec<usize>, StudyError>>()?;
     let outcomes: Vec<Outcome> = run_all(&scenes)?
         .into_iter()
@@ -89,7 +90,8 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
 fn variants(loaded: &LoadedScene) -> Result<[Variant; 5], StudyError> {
     let scene = &loaded.scene;
     let dam = scene.dam.as_ref().filter(|dam| !dam.cracks.is_empty() && dam.cracks[0].elevation.is_some());
-    let (Some(dam), Some(mesh), true) = (dam, registry::dam_mesh(scene)?, scene.ground_motion.record.is_some())
+    let (Some(dam), Some(mesh), true) =
+        (dam, registry::dam_mesh(scene)?, scene.ground_motion.record.is_some())
     else {
         return Err(unfit("the study needs a record, and a dam whose first crack has an `elevation`"));
     };
