@@ -1,7 +1,6 @@
 //! The intact dam with compressible water against solutions in the frequency domain.
 
 use dam_dem::Dam;
-use faer::Mat;
 use interface::WetFace;
 use std::num::NonZeroUsize;
 use std::sync::LazyLock;
@@ -28,27 +27,7 @@ fn scenario(element_size: f64) -> Scenario {
 /// The dam's own matrices, and the Rayleigh coefficients it uses.
 fn own_matrices(element_size: f64) -> (LinearDam, WetFace) {
     let dam = Dam::new(koyna::dam(element_size, false)).expect("the dam is valid");
-    let wet_face = dam.wet_face().expect("there is water").clone();
-    let matrices = dam.system_matrices();
-    let (count, points) = (matrices.mass.len(), wet_face.len());
-    let mut stiffness = Mat::zeros(count, count);
-    let mut pressure_force = Mat::zeros(count, points);
-    let mut normal = Mat::zeros(count, points);
-    matrices.stiffness.iter().for_each(|&(i, j, v)| stiffness[(i, j)] += v);
-    matrices.pressure_forces.iter().for_each(|&(i, j, v)| pressure_force[(i, j)] += v);
-    matrices.interface_motion.iter().for_each(|&(point, dof, v)| normal[(dof, point)] += v);
-    let inertia = matrices.mass.iter().zip(&matrices.ground_influence[0]).map(|(m, r)| m * r).collect();
-    let linear = LinearDam {
-        stiffness,
-        mass: Mat::from_fn(count, count, |i, j| if i == j { matrices.mass[i] } else { 0.0 }),
-        rayleigh: [matrices.damping.mass, matrices.damping.stiffness],
-        pressure_force,
-        normal,
-        normal_x: wet_face.normals().iter().map(|n| n[0]).collect(),
-        ground_inertia: inertia,
-        crest: matrices.crest[0],
-    };
-    (linear, wet_face)
+    (LinearDam::of(&dam), dam.wet_face().expect("there is water").clone())
 }
 
 /// The crest's history in the frequency domain, at every communication point.

@@ -264,7 +264,7 @@ fn meshes() {
                 return assert!(error.to_string().contains("koyna.msh"), "{error}");
             }
         };
-        match Mesh::of_given(&given, [91.75, 0.0], 5.0) {
+        match Mesh::of_given(&given, &[], [91.75, 0.0], 5.0) {
             Ok(mesh) => {
                 fine += 1;
                 assert!(mesh.quality().smallest_angle.0 > 0.0);

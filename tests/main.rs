@@ -23,6 +23,7 @@ mod meshes;
 mod order_in_communication_step;
 mod participants;
 mod partitioned_monolithic;
+mod pine_flat;
 mod platform;
 mod processes;
 mod protocol;

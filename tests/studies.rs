@@ -14,7 +14,7 @@ fn study(name: &str, scene: &str, settings: &[&str], output: &Path) -> Vec<Vec<S
     let done = command.output().expect("cofferdam runs");
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
     println!("{}", String::from_utf8_lossy(&done.stdout));
-    if ["rest", "ledger", "seek"].contains(&name) {
+    if ["rest", "ledger", "meshes", "seek"].contains(&name) {
         return table(name, output);
     }
     let picture = std::fs::read_to_string(output.join(format!("{name}.svg"))).expect("a picture");
@@ -310,6 +310,25 @@ fn the_ledger_closes_with_the_time_step() {
         let number = |column: usize| row[column].parse::<f64>().expect("a number");
         assert!(number(1) > number(3) && number(4) >= 1.0, "{rows:?}");
     }
+}
+
+/// Two meshes of the crack in half a second with a slip: a row for each with either kind of contacts, two for the shaking, and
+/// three sums of them; meshes without rows are other meshes, and the crest moves alike.
+#[test]
+fn one_crack_in_other_meshes_moves_alike() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let settings = [
+        "dam.element_size=10",
+        "reservoir.method=\"recursive\"",
+        "ground_motion.record.start=4",
+        "ground_motion.record.end=5",
+        "time.quiet=0",
+    ];
+    let rows = study("meshes", "koyna-northridge-1994", &settings, &folder.path().join("s"));
+    assert_eq!(rows.len(), 4 + 2 + 3);
+    let number = |row: usize, column: usize| rows[row][column].parse::<f64>().expect("a number");
+    assert_ne!(number(0, 1), number(1, 1));
+    assert!((0..6).all(|row| (number(row, 2) / number(0, 2) - 1.0).abs() < 0.2), "{rows:?}");
 }
 
 #[test]

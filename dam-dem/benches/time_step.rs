@@ -76,6 +76,26 @@ fn mesh<const THREADS: usize>(bencher: Bencher, element_size: f64) {
     });
 }
 
+/// Walls of 10, 50 and 200 blocks between crossing cracks; items are contacts times time steps, elements and the search for
+/// meetings included.
+#[divan::bench(args = [[5, 2], [10, 5], [20, 10]], sample_count = 20)]
+fn wall(bencher: Bencher, [columns, rows]: [usize; 2]) {
+    let mesh = support::assembly::wall(columns, rows, 0.6);
+    let law = dam_dem::contact::Coulomb { friction: 0.5, normal_stiffness: 1e9, shear_stiffness: 0.5e9 };
+    let laws = vec![(law, dam_dem::contact::Integration::Nodal); columns + rows - 2];
+    let base = mesh.base.clone();
+    let material = support::stiff(1e9);
+    let structure = dam_dem::Structure::new(mesh, &material, dam_dem::Kinematics::Corotational, laws, &base);
+    let rayleigh = dam_dem::RayleighCoefficients { mass: 1.0, stiffness: 1e-5 };
+    let limit = 0.9 * support::critical(&structure, rayleigh).limit;
+    let steps = CentralDifference { time_step: limit, steps: 20 };
+    let (mut motion, loads) = (structure.at_rest(), LoadPath::constant(structure.weight([3.0, -9.81])));
+    let items = motion.joints.iter().map(Vec::len).sum::<usize>() * steps.steps;
+    bencher.counter(ItemsCount::new(items)).bench_local(|| {
+        steps.advance(&structure, rayleigh, &mut motion, &loads, &mut Work::default());
+    });
+}
+
 fn run(bencher: Bencher, dam: Dam) {
     let items = dam.element_count() * dam.time_steps_per(STEP);
     measure(bencher, dam, items);

@@ -92,23 +92,6 @@ fn above_origin([x, y]: [f64; 2]) -> [f64; 2] {
     [x, y - LIFT]
 }
 
-/// Momentum and moment of momentum about the origin of the mesh, and the sums of the sizes of their terms.
-fn momenta(structure: &Structure, motion: &Motion) -> ([f64; 3], [f64; 3]) {
-    let (mut sum, mut size) = ([0.0; 3], [0.0; 3]);
-    for (node, mass) in structure.mass.iter().enumerate() {
-        let rest = above_origin(structure.mesh.nodes[node]);
-        let place = [0, 1].map(|d| rest[d] + motion.displacement[node][d]);
-        let [p, q] = motion.velocity[node].map(|v| mass * v);
-        let terms = [p, q, place[0] * q - place[1] * p];
-        let sizes = [p.abs(), q.abs(), (place[0] * q).abs() + (place[1] * p).abs()];
-        for i in 0..3 {
-            sum[i] += terms[i];
-            size[i] += sizes[i];
-        }
-    }
-    (sum, size)
-}
-
 /// Two blocks without any support fly towards each other, spin, collide again and again under no load. Momentum stays to
 /// rounding. So does angular momentum without friction, as normal forces act on one line. Forces of friction act on two
 /// surfaces that overlap, and change it by less than friction × overlap. Viscous stresses are not coaxial with the strain,
@@ -130,7 +113,7 @@ fn free_blocks_keep_their_momenta() {
                     motion.velocity[node] = [drift[0] - spin * y, drift[1] + spin * x];
                 }
             }
-            let (start, size) = momenta(&structure, &motion);
+            let (start, size) = support::momenta(&structure, &motion, [0.0, LIFT]);
             let damping = DampingCoefficients::from(RayleighCoefficients { mass: 0.0, stiffness: viscous });
             let none = structure.weight([0.0; 2]);
             structure.accelerate(damping, &mut motion, &none);
@@ -148,7 +131,7 @@ fn free_blocks_keep_their_momenta() {
                 hits += usize::from(deepest > 0.0 && !closed);
                 closed = deepest > 0.0;
             }
-            let (end, _) = momenta(&structure, &motion);
+            let (end, _) = support::momenta(&structure, &motion, [0.0, LIFT]);
             let changes = [0, 1, 2].map(|i| (end[i] - start[i]).abs() / size[i]);
             let parted = [0, 1].map(|block| support::mean(&structure, &motion.velocity, block));
             println!(

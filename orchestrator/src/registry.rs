@@ -124,10 +124,17 @@ fn refused_by_dam(scene: &Scene) -> Vec<Refusal> {
         _ => format!("dam.{path}"),
     };
     let problems = parameters.problems().into_iter();
+    let cracks = scene.dam.iter().flat_map(|dam| &dam.cracks);
+    let names: Vec<Option<String>> =
+        cracks.map(|crack| crack.name.as_ref().map(|_| crack.phrase())).collect();
+    let message = |error: DamError| match error {
+        DamError::Geometry(error) => error.with_names(&names),
+        error => error.to_string(),
+    };
     let mut refusals: Vec<Refusal> = problems
         .map(|problem| Refusal {
             keys: problem.keys.iter().map(key).collect(),
-            message: problem.error.to_string(),
+            message: message(problem.error),
         })
         .collect();
     if refusals.is_empty() {

@@ -5,7 +5,9 @@
 //! `p = Z(s) (s Nᵀu + n_x a_g/s)`, solved for p on the wet face. σ > 0 is the exponential
 //! window that makes the inverse transform free of wrap-around and of resonance.
 
+use dam_dem::Dam;
 use faer::Mat;
+use interface::WetFace;
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
 use orchestrator::ground_motion::GroundMotion;
@@ -46,6 +48,30 @@ pub struct ModalDam {
 }
 
 impl LinearDam {
+    /// The dam's own matrices, and the Rayleigh coefficients it uses.
+    pub fn of(dam: &Dam) -> Self {
+        let matrices = dam.system_matrices();
+        let normals = dam.wet_face().map_or(Vec::new(), WetFace::normals);
+        let (count, points) = (matrices.mass.len(), normals.len());
+        let mut stiffness = Mat::zeros(count, count);
+        let mut pressure_force = Mat::zeros(count, points);
+        let mut normal = Mat::zeros(count, points);
+        matrices.stiffness.iter().for_each(|&(i, j, v)| stiffness[(i, j)] += v);
+        matrices.pressure_forces.iter().for_each(|&(i, j, v)| pressure_force[(i, j)] += v);
+        matrices.interface_motion.iter().for_each(|&(point, dof, v)| normal[(dof, point)] += v);
+        let inertia = matrices.mass.iter().zip(&matrices.ground_influence[0]).map(|(m, r)| m * r).collect();
+        Self {
+            stiffness,
+            mass: Mat::from_fn(count, count, |i, j| if i == j { matrices.mass[i] } else { 0.0 }),
+            rayleigh: [matrices.damping.mass, matrices.damping.stiffness],
+            pressure_force,
+            normal,
+            normal_x: normals.iter().map(|n| n[0]).collect(),
+            ground_inertia: inertia,
+            crest: matrices.crest[0],
+        }
+    }
+
     /// All modes of the dam.
     pub fn modes(&self) -> ModalDam {
         let n = self.mass.nrows();
@@ -88,7 +114,7 @@ impl ModalDam {
     }
 
     /// Crest displacement per ground acceleration at `s`, given the water's pressure per velocity.
-    fn response(&self, s: Complex64, water: &DMatrix<Complex64>) -> Complex64 {
+    pub fn response(&self, s: Complex64, water: &DMatrix<Complex64>) -> Complex64 {
         let [alpha, beta] = self.rayleigh;
         let modal: Vec<Complex64> =
             self.squared_frequencies.iter().map(|w2| 1.0 / (w2 + s * (alpha + beta * w2) + s * s)).collect();

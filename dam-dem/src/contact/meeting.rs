@@ -4,7 +4,7 @@
 //! dam, the line y = 0. Points of both blocks meet edges of the other, each with half of its tributary length; the ground, which
 //! is rigid, has no points, so that the others have their whole length.
 //!
-//! **Search**, once a communication step: sweep over the boxes of the bodies, then nodes in the overlap of two boxes against the
+//! **Search**, once a communication step: sweep over the boxes of the bodies along their longer extent, then nodes in the overlap of two boxes against the
 //! edges there. What cannot come together within the step is left out, so that the cost is that of the blocks that are near each
 //! other. A node that a crack holds against a body ([`Guard`]) does not meet another side of this body; once it has slid
 //! off its crack, it does.
@@ -290,6 +290,8 @@ impl<L: ContactLaw> Outlines<L> {
 
     /// Where a meeting is.
     fn place(&self, meeting: &Meeting, u: &[[f64; 2]]) -> Place {
+        #[cfg(test)]
+        super::effort::spend(|effort| effort.edges += 1);
         let point = &self.points[meeting.point as usize];
         let Some(edge) = meeting.edge.map(|edge| &self.edges[edge as usize]) else {
             let [x, y] = [0, 1].map(|d| point.rest[d] + u[point.node][d]);
@@ -359,10 +361,21 @@ impl<L: ContactLaw> Search<'_, L> {
                 self.meet_ground(*body, &mut found);
             }
         }
-        boxes.sort_by(|a, b| a.1[0][0].total_cmp(&b.1[0][0]));
+        // along the longer side of all boxes, and then across it
+        let side = |d: usize| {
+            let ends = |end: usize| boxes.iter().map(move |(_, extent)| extent[end][d]);
+            ends(1).fold(f64::NEG_INFINITY, f64::max) - ends(0).fold(f64::INFINITY, f64::min)
+        };
+        let [along, across] = if side(1) > side(0) { [1, 0] } else { [0, 1] };
+        boxes.sort_by(|a, b| a.1[0][along].total_cmp(&b.1[0][along]));
         for (index, (first, [low, high])) in boxes.iter().enumerate() {
-            let near = boxes[index + 1..].iter().take_while(|(_, other)| other[0][0] <= high[0]);
-            for (second, other) in near.filter(|(_, other)| other[0][1] <= high[1] && other[1][1] >= low[1]) {
+            let near = boxes[index + 1..].iter().take_while(|(_, other)| other[0][along] <= high[along]);
+            let meets = |other: &Extent| {
+                #[cfg(test)]
+                super::effort::spend(|effort| effort.boxes += 1);
+                other[0][across] <= high[across] && other[1][across] >= low[across]
+            };
+            for (second, other) in near.filter(|(_, other)| meets(other)) {
                 let overlap =
                     [[0, 1].map(|d| low[d].max(other[0][d])), [0, 1].map(|d| high[d].min(other[1][d]))];
                 for [points, edges] in [[*first, *second], [*second, *first]] {

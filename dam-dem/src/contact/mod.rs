@@ -20,6 +20,8 @@
 
 mod coulomb;
 mod crack;
+#[cfg(test)]
+pub(crate) mod effort;
 mod meeting;
 mod mohr_coulomb;
 mod parting;

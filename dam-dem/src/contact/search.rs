@@ -12,6 +12,11 @@ pub(super) fn find_segment<T>(
     count: usize,
     project: impl Fn(usize) -> ([f64; 2], T),
 ) -> (usize, [f64; 2], T) {
+    let project = |segment: usize| {
+        #[cfg(test)]
+        super::effort::spend(|effort| effort.segments += 1);
+        project(segment)
+    };
     let mut segment = start.min(count - 1);
     let ([mut along, mut whole], mut found) = project(segment);
     // the first comparison is true of hardly any point, and spares the product

@@ -156,7 +156,7 @@ pub enum GeometryError {
     },
     /// Two cracks on the same line.
     #[error(
-        "cracks {first} and {second} share the line from {from} to {to}; let one of them end there, or make them one",
+        "crack {first} and crack {second} share the line from {from} to {to}; let one of them end there, or make them one",
         from = near(from), to = near(to)
     )]
     SharedStretch {
@@ -296,6 +296,31 @@ pub enum GeometryError {
 }
 
 impl GeometryError {
+    /// The message with `names` of cracks, such as `the crack "neck"`, in the place of their indices.
+    pub fn with_names(&self, names: &[Option<String>]) -> String {
+        let message = self.to_string();
+        let indices = |(index, name)| Some((Feature::Crack(index).to_string(), Option::as_ref(name)?));
+        let known: Vec<(String, &String)> = names.iter().enumerate().filter_map(indices).collect();
+        let (mut named, mut rest) = (String::new(), message.as_str());
+        while let Some(first) = rest.chars().next() {
+            let found = known.iter().find_map(|(index, name)| {
+                let after = rest.strip_prefix(index.as_str())?;
+                (!after.starts_with(|next: char| next.is_ascii_digit())).then_some((name, after))
+            });
+            match found {
+                Some((name, after)) => {
+                    named.push_str(name);
+                    rest = after;
+                }
+                None => {
+                    named.push(first);
+                    rest = &rest[first.len_utf8()..];
+                }
+            }
+        }
+        named
+    }
+
     /// The parts of the section that it names.
     pub fn features(&self) -> Vec<Feature> {
         match *self {
@@ -320,5 +345,24 @@ impl GeometryError {
             | Self::Sliver { .. }
             | Self::NotTriangulated { .. } => Vec::new(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cracks_are_called_by_their_names() {
+        let error =
+            GeometryError::SharedStretch { first: 1, second: 10, from: [5.0, 40.0], to: [15.0, 40.0] };
+        let mut names = vec![None; 11];
+        assert_eq!(error.with_names(&names), error.to_string());
+        names[1] = Some("the crack \"crack 10\"".to_owned());
+        let named = error.with_names(&names);
+        assert!(named.starts_with("the crack \"crack 10\" and crack 10 share the line"), "{named}");
+        names[10] = Some("the crack \"neck\"".to_owned());
+        let named = error.with_names(&names);
+        assert!(named.starts_with("the crack \"crack 10\" and the crack \"neck\" share the line"), "{named}");
     }
 }

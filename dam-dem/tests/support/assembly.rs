@@ -88,6 +88,14 @@ pub fn unstructured(section: &Section, cracks: &[Vec<[f64; 2]>], element_size: f
     .expect("the section is meshed")
 }
 
+/// A wall of blocks of 1 m, cut by vertical and horizontal cracks through all of it.
+pub fn wall(columns: usize, rows: usize, element_size: f64) -> Mesh {
+    let [width, height] = [columns, rows].map(|count| count as f64);
+    let upright = (1..columns).map(|i| vec![[i as f64, -1.0], [i as f64, height + 1.0]]);
+    let level = (1..rows).map(|i| vec![[-1.0, i as f64], [width + 1.0, i as f64]]);
+    unstructured(&Section::rectangle(width, height), &upright.chain(level).collect::<Vec<_>>(), element_size)
+}
+
 /// Height of the origin of a turned mesh, m: the ground at y = 0 is far below its blocks.
 pub const LIFT: f64 = 20.0;
 

@@ -154,6 +154,27 @@ pub fn mean(structure: &Structure<impl ContactLaw>, field: &[[f64; 2]], block: u
     [0, 1].map(|d| nodes.clone().map(|n| structure.mass[n] * field[n][d]).sum::<f64>() / mass)
 }
 
+/// Momentum and moment of momentum about `origin`, and the sums of the sizes of their terms.
+pub fn momenta(
+    structure: &Structure<impl ContactLaw>,
+    motion: &Motion,
+    origin: [f64; 2],
+) -> ([f64; 3], [f64; 3]) {
+    let (mut sum, mut size) = ([0.0; 3], [0.0; 3]);
+    for (node, mass) in structure.mass.iter().enumerate() {
+        let (rest, u) = (structure.mesh.nodes[node], motion.displacement[node]);
+        let place = [0, 1].map(|d| rest[d] - origin[d] + u[d]);
+        let [p, q] = motion.velocity[node].map(|v| mass * v);
+        let terms = [p, q, place[0] * q - place[1] * p];
+        let sizes = [p.abs(), q.abs(), (place[0] * q).abs() + (place[1] * p).abs()];
+        for i in 0..3 {
+            sum[i] += terms[i];
+            size[i] += sizes[i];
+        }
+    }
+    (sum, size)
+}
+
 /// Mean of `field` over `nodes`, unweighted.
 pub fn mean_at(field: &[[f64; 2]], nodes: &[usize]) -> [f64; 2] {
     [0, 1].map(|d| nodes.iter().map(|&n| field[n][d]).sum::<f64>() / nodes.len() as f64)

@@ -5,6 +5,7 @@ mod convergence;
 mod fidelity;
 mod figure;
 mod ledger;
+mod meshes;
 mod resolution;
 mod rest;
 mod seek;
@@ -55,6 +56,9 @@ pub enum Command {
     /// How the error of the energy balance falls with the time step
     #[command(after_long_help = ledger::HELP)]
     Ledger(Arguments),
+    /// One crack in five meshes, beside what a little more or less shaking does
+    #[command(after_long_help = meshes::HELP)]
+    Meshes(Arguments),
     /// What the block does after the ground has stopped, beside what eigenvalues say
     #[command(after_long_help = rest::HELP)]
     Rest(Arguments),
@@ -143,6 +147,7 @@ pub fn run(command: &Command) -> ExitCode {
         Command::Sensitivity(arguments) => sensitivity::run(arguments),
         Command::Convergence(arguments) => convergence::run(arguments),
         Command::Ledger(arguments) => ledger::run(arguments),
+        Command::Meshes(arguments) => meshes::run(arguments),
         Command::Rest(arguments) => rest::run(arguments),
         Command::Seek(arguments) => seek::run(arguments),
         Command::Shaking(arguments) => shaking::run(arguments),
