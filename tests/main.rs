@@ -4,6 +4,7 @@
 mod added_mass;
 mod bad_input;
 mod branch;
+mod cache;
 mod contract;
 mod debugging;
 mod dependencies;

@@ -1,7 +1,7 @@
 //! `cofferdam log bisect`.
 
 use super::Failure;
-use crate::cli::{other_build, parallel, say, threads};
+use crate::cli::{making, other_build, parallel, say, threads};
 use crate::registry;
 use orchestrator::log::{Entry, LastCheckpoint, Log};
 use orchestrator::observer::{Ending, Observer, ObserverError, Start, Status};
@@ -236,7 +236,7 @@ fn try_share(
     let scene = &log.head().scene;
     let motion = log.head().ground_motion();
     let peak = motion.acceleration().iter().fold(0.0, |peak: f64, a| peak.max(a.abs()));
-    let graph = registry::graph(scene, NonZeroUsize::MIN)?;
+    let graph = registry::graph(scene, making(NonZeroUsize::MIN))?;
     let mut simulation = Simulation::of_scene(scene, &motion, graph)?;
     let fingerprint = simulation.fingerprint()?;
     let mut tried = Vec::new();
