@@ -18,6 +18,7 @@ mod fuzz;
 mod hostile_units;
 mod iterations;
 mod log;
+mod log_content;
 mod log_files;
 mod log_tools;
 mod order_in_communication_step;

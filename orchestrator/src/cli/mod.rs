@@ -174,8 +174,34 @@ pub struct Run {
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
 
+    /// Which exchanges are logged: short for --set log.exchanges=…
+    #[arg(long, value_enum, value_name = "WHICH")]
+    pub log: Option<Logged>,
+
     #[command(flatten)]
     pub options: Options,
+}
+
+/// Which exchanges are logged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Logged {
+    /// Those of every iteration
+    Every,
+    /// Those that the run goes on with; half of the size
+    Accepted,
+    /// None, for series of runs: such a run can only be run again
+    None,
+}
+
+impl Logged {
+    /// The word for it in a scene.
+    fn word(self) -> &'static str {
+        match self {
+            Self::Every => "every",
+            Self::Accepted => "accepted",
+            Self::None => "none",
+        }
+    }
 }
 
 /// What `run`, `resume` and `branch` share.

@@ -36,7 +36,9 @@ pub use error::{Invalid, SceneError, SceneProblem};
 pub use foreign::{CommandScene, FmuScene, LogScene, Source};
 pub use ground::{GroundMotionScene, RampScene, RecordScene};
 pub use load::LoadedScene;
-pub use observation::{LogContentScene, SnapshotsScene, StopAction, StopQuantity, StopScene};
+pub use observation::{
+    LogContentScene, LoggedExchangesScene, SnapshotsScene, StopAction, StopQuantity, StopScene,
+};
 pub use parameter::bounds;
 pub use reference::reference;
 pub use time::{AdaptiveScene, Time};

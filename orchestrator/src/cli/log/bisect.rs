@@ -145,7 +145,7 @@ struct Tried {
 
 /// Prints the share of branches that end like the run.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let log = Log::open(&arguments.log)?;
+    let log = Log::of_exchanges(&arguments.log)?;
     let again = |cause: Box<dyn Error + Send + Sync>| Failure::Again { path: log.path().to_owned(), cause };
     if !(0.0..=1.0).contains(&arguments.amount) {
         let cause = format!("--amount {} is no share; give one from 0 to 1", arguments.amount);
