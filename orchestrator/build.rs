@@ -1,6 +1,23 @@
-//! Tells the program which commit it was built from.
+//! Tells the program which commit it was built from, and the hash of the sources that what it keeps on disk is made by.
 
+use std::hash::{DefaultHasher, Hasher};
+use std::path::Path;
 use std::process::Command;
+
+/// What prepared operators are made by.
+const SOLVERS: [&str; 3] = ["../reservoir-fmu/src", "../interface/src", "../Cargo.lock"];
+
+/// Hashes all files of a folder, or a file, with their names; what cannot be read counts as empty.
+fn hash(path: &Path, hasher: &mut DefaultHasher) {
+    hasher.write(path.as_os_str().as_encoded_bytes());
+    let mut inside: Vec<_> =
+        std::fs::read_dir(path).into_iter().flatten().flatten().map(|e| e.path()).collect();
+    inside.sort();
+    match inside.is_empty() {
+        true => hasher.write(&std::fs::read(path).unwrap_or_default()),
+        false => inside.iter().for_each(|path| hash(path, hasher)),
+    }
+}
 
 fn main() {
     // Whatever makes the program or the state of the work tree another one.
@@ -12,6 +29,11 @@ fn main() {
             println!("cargo:rerun-if-changed={path}");
         }
     }
+    let mut hasher = DefaultHasher::new();
+    for path in SOLVERS {
+        hash(Path::new(path), &mut hasher);
+    }
+    println!("cargo:rustc-env=COFFERDAM_SOLVERS={:016x}", hasher.finish());
     // Without optional locks: git would write the index anew, and the next build would begin from there.
     let describe = ["--no-optional-locks", "describe", "--always", "--dirty", "--abbrev=12"];
     let output = Command::new("git").args(describe).output();

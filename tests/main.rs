@@ -4,6 +4,7 @@
 mod added_mass;
 mod bad_input;
 mod branch;
+mod cache;
 mod contract;
 mod debugging;
 mod dependencies;
@@ -17,6 +18,7 @@ mod fuzz;
 mod hostile_units;
 mod iterations;
 mod log;
+mod log_content;
 mod log_files;
 mod log_tools;
 mod meshes;

@@ -430,6 +430,7 @@ mod tests {
                     downstream_levels: &[],
                     element_size: 0.6,
                     crack_sizes: &[],
+                    zones: &[],
                 })
                 .expect("a mesh");
                 let blocks = mesh.blocks.len();

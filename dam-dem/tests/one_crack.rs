@@ -113,6 +113,7 @@ fn welded(mesh: &Mesh) -> Mesh {
     let number = |node: usize| numbers[kept[node]];
     let cells: Vec<[usize; 5]> = mesh.cells.iter().map(|cell| cell.map(number)).collect();
     Mesh {
+        zones: Vec::new(),
         blocks: vec![Block { nodes: 0..nodes.len(), cells: 0..cells.len() }],
         seams: Vec::new(),
         upstream: mesh.upstream.iter().map(|&node| number(node)).collect(),

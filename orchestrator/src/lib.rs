@@ -9,6 +9,7 @@
 //! progress) → [`report`]. [`replay`] reads a [`log`] and repeats its requests. [`fmu`] packs units as FMUs.
 
 pub mod acceleration;
+pub mod cache;
 pub mod convergence;
 pub mod difference;
 pub mod fmu;

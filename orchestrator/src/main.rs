@@ -23,7 +23,8 @@ fn main() -> ExitCode {
     // So that writing beyond the limit of file sizes is an error like that of a full disk, and not the end of the process. If
     // it fails, it ends the process as before.
     let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
-    let cli::Arguments { command } = cli::Arguments::parse();
+    let cli::Arguments { command, cache, no_cache } = cli::Arguments::parse();
+    cli::use_cache(cache, !no_cache);
     cli::exit_status(match command {
         cli::Command::Run(arguments) => cli::run::run(&arguments),
         cli::Command::Resume(arguments) => cli::run::resume::run(&arguments),
@@ -36,6 +37,7 @@ fn main() -> ExitCode {
         cli::Command::Replay(arguments) => cli::replay::run(&arguments),
         cli::Command::Log(command) => cli::log::run(&command),
         cli::Command::Reservoir(command) => cli::reservoir::run(&command),
+        cli::Command::Cache(arguments) => cli::cache::run(&arguments),
         cli::Command::Study(command) => cli::study::run(&command),
     })
 }

@@ -3,6 +3,7 @@
 //! A table of a scene whose keys are those of a solver's parameters is handed over as it is (`same`): a new key stands in
 //! two types and nowhere between.
 
+use crate::cache::Cache;
 use crate::mesh_file::{DamMesh, MeshFileError};
 use crate::participant::{EmptyReservoir, InProcess, Messages, Participant, Prescribed};
 use crate::scene::{
@@ -12,7 +13,7 @@ use crate::scene::{
 use crate::scheme::{CouplingError, Graph, Interface, Port, SchemeKind, UnitId};
 use dam_dem::{Dam, DamError, DamParameters, Damping, DampingFrequencies, GivenMesh};
 pub use dam_dem::{Flutter, LimitEquilibrium, LimitingPart, Mesh, NaturalModes, PartKind, Quality};
-use interface::{WetFace, WetFaceError};
+use interface::{Fingerprint, Packable, WetFace, WetFaceError};
 use nalgebra::{Complex, DMatrix};
 pub use reservoir::paper::{FarEndCondition, ShortWindows};
 use reservoir::{Fidelity, Method, Reservoir, ReservoirError, ReservoirParameters, added_mass, paper};
@@ -393,18 +394,39 @@ pub fn home(id: UnitId, scene: &Scene) -> Home<'_> {
     }
 }
 
+/// With what units are made; from a number of threads, without a cache.
+#[derive(Clone, Copy, Debug)]
+pub struct Making<'a> {
+    /// Threads for what is prepared, and for large meshes of the dam; results do not depend on their number, bit for bit.
+    pub threads: NonZeroUsize,
+    /// Where operators of the water are kept for the next time.
+    pub cache: Option<&'a Cache>,
+}
+
+impl From<NonZeroUsize> for Making<'_> {
+    fn from(threads: NonZeroUsize) -> Self {
+        Self { threads, cache: None }
+    }
+}
+
 /// The units of a scene in this process, connected.
 ///
 /// **Errors**: a unit that cannot be made.
-pub fn graph(scene: &Scene, threads: NonZeroUsize) -> Result<Graph, RegistryError> {
-    let units = units(scene).into_iter().map(|id| unit(id, scene, threads)).collect::<Result<_, _>>()?;
+pub fn graph<'a>(scene: &Scene, making: impl Into<Making<'a>>) -> Result<Graph, RegistryError> {
+    let making = making.into();
+    let units = units(scene).into_iter().map(|id| unit(id, scene, making)).collect::<Result<_, _>>()?;
     Ok(Graph::new(units, interfaces(scene))?)
 }
 
 /// Makes unit number `id` of a scene that has been loaded, in this process.
 ///
 /// **Errors**: those of the unit; [`RegistryError::Process`] for one that is a process of another program.
-pub fn unit(id: UnitId, scene: &Scene, threads: NonZeroUsize) -> Result<Box<dyn Participant>, RegistryError> {
+pub fn unit<'a>(
+    id: UnitId,
+    scene: &Scene,
+    making: impl Into<Making<'a>>,
+) -> Result<Box<dyn Participant>, RegistryError> {
+    let making = making.into();
     match source(id, scene) {
         Source::BuiltIn => (),
         Source::Fmu(fmu) => return foreign::fmu(id, scene, fmu),
@@ -412,12 +434,12 @@ pub fn unit(id: UnitId, scene: &Scene, threads: NonZeroUsize) -> Result<Box<dyn 
         Source::Command(_) | Source::Untold(_) => return Err(RegistryError::Process { unit: name(id) }),
     }
     match (id, &scene.dam) {
-        (UnitId::DAM, Some(dam)) => computed_dam(dam, scene, threads),
+        (UnitId::DAM, Some(dam)) => computed_dam(dam, scene, making.threads),
         (UnitId::DAM, None) => Ok(Box::new(Prescribed::new(wet_face(scene)?)?)),
         (UnitId::RESERVOIR, _) if is_empty(scene) => Ok(Box::new(EmptyReservoir::new(wet_face(scene)?)?)),
-        (UnitId::RESERVOIR, _) => computed_water(scene, Side::Upstream, threads),
+        (UnitId::RESERVOIR, _) => computed_water(scene, Side::Upstream, making),
         (UnitId::TAILWATER, _) if scene.tailwater.is_some() => {
-            computed_water(scene, Side::Downstream, threads)
+            computed_water(scene, Side::Downstream, making)
         }
         (UnitId(number), _) => Err(RegistryError::NoUnit { number }),
     }
@@ -474,7 +496,7 @@ pub fn safety_of_part(dam: &DamScene, scene: &Scene, part: f64) -> Result<f64, R
 fn computed_water(
     scene: &Scene,
     side: Side,
-    threads: NonZeroUsize,
+    making: Making<'_>,
 ) -> Result<Box<dyn Participant>, RegistryError> {
     let messages = Messages::default();
     let parameters = parameters_of_water(scene, side)?;
@@ -491,7 +513,7 @@ fn computed_water(
         Side::Upstream => RegistryError::Reservoir(error),
         Side::Downstream => RegistryError::Tailwater(error),
     };
-    let reservoir = messages.listen(|| Reservoir::new(parameters, threads)).map_err(named)?;
+    let reservoir = messages.listen(|| made_reservoir(parameters, making)).map_err(named)?;
     let solver = format!("{model} {}: {points} interface points", env!("CARGO_PKG_VERSION"));
     Ok(Box::new(InProcess::new(reservoir, &solver, messages)))
 }
@@ -499,23 +521,51 @@ fn computed_water(
 /// Makes the reservoir of a scene.
 ///
 /// **Errors**: [`RegistryError::Empty`], and those of the reservoir.
-pub fn water(scene: &Scene, threads: NonZeroUsize) -> Result<Reservoir, RegistryError> {
-    Ok(Reservoir::new(water_parameters(scene)?, threads)?)
+pub fn water<'a>(scene: &Scene, making: impl Into<Making<'a>>) -> Result<Reservoir, RegistryError> {
+    Ok(made_reservoir(water_parameters(scene)?, making.into())?)
 }
 
-/// Estimated time of making the waters of a scene on `threads` of this machine, s: that of one frequency, times the number
-/// of frequencies that are usually needed. 0 for water whose making is a matter of a second.
+/// The name of an operator in the cache.
+fn cache_key(parameters: &ReservoirParameters) -> Result<String, ReservoirError> {
+    Ok(Fingerprint::of(Reservoir::NAME, parameters)?.to_string())
+}
+
+/// A reservoir whose operator is taken from the cache, or kept there.
+fn made_reservoir(
+    parameters: ReservoirParameters,
+    Making { threads, cache }: Making<'_>,
+) -> Result<Reservoir, ReservoirError> {
+    let Some(cache) = cache.filter(|_| Reservoir::is_prepared(&parameters)) else {
+        return Reservoir::new(parameters, threads);
+    };
+    let key = cache_key(&parameters)?;
+    let read = |bytes: &[u8]| Reservoir::from_prepared(parameters.clone(), bytes, threads);
+    let make = || Ok(Reservoir::prepare(&parameters, threads)?.unwrap_or_default());
+    cache.prepared(&key, read, make)
+}
+
+/// Estimated time of making the convolutions of a scene's waters on this machine, s: that of one frequency, times the number
+/// of frequencies that are usually needed; 0 of what is in the cache. None if no water is made that way: then it is a matter of
+/// a second.
 ///
 /// **Errors**: those of the reservoir.
-pub fn preparation_time(scene: &Scene, threads: NonZeroUsize) -> Result<f64, RegistryError> {
-    let mut sum = 0.0;
+pub fn preparation_time(
+    scene: &Scene,
+    Making { threads, cache }: Making<'_>,
+) -> Result<Option<f64>, RegistryError> {
+    let mut sum = None;
     for side in Side::BOTH.into_iter().filter(|&side| computed(scene, side)) {
         let parameters = parameters_of_water(scene, side)?;
         let Some(frequencies) = reservoir::usual_frequencies(&parameters) else { continue };
+        let sum = sum.get_or_insert(0.0);
+        let key = cache_key(&parameters)?;
+        if cache.is_some_and(|cache| cache.holds(&key)) {
+            continue;
+        }
         let system = reservoir::boundary_system(&parameters)?;
         let began = Instant::now();
         system.symbol(Complex::new(1.0, 1.0) / parameters.communication_step)?;
-        sum += began.elapsed().as_secs_f64() * frequencies as f64 / threads.get() as f64;
+        *sum += began.elapsed().as_secs_f64() * frequencies as f64 / threads.get() as f64;
     }
     Ok(sum)
 }

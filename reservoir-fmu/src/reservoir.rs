@@ -2,7 +2,7 @@ use crate::added_mass::whole_added_mass;
 use crate::convolution::{Convolution, Weights};
 use crate::finite_elements::FiniteElements;
 use crate::frequency_response::{convolution_weights, quadrature};
-use crate::rational::{Quality, recursion};
+use crate::rational::{Quality, Recursion, recursion};
 use crate::time_domain::{Memory, TimeDomain};
 use crate::{Fidelity, Method, ReservoirError, ReservoirParameters};
 use interface::variables::reservoir as variables;
@@ -84,6 +84,20 @@ struct Motion {
     pressure: Vec<f64>,
 }
 
+/// What compressible water is stepped with, and takes long to make.
+#[derive(Serialize, Deserialize)]
+enum Operator {
+    Convolution(Weights),
+    Recursion(Recursion, Quality),
+}
+
+/// An operator, and a description of it for the log.
+#[derive(Serialize, Deserialize)]
+struct Prepared {
+    operator: Operator,
+    said: String,
+}
+
 /// The serialised form of a state.
 #[derive(Serialize, Deserialize)]
 struct SerialisedState {
@@ -102,12 +116,12 @@ impl Reservoir {
     /// [`ReservoirError::NotFitted`], [`ReservoirError::Recursion`], [`ReservoirError::Mesh`],
     /// [`ReservoirError::FiniteElementSystem`], [`ReservoirError::GravityWaves`], [`ReservoirError::Threads`].
     pub fn new(parameters: ReservoirParameters, threads: NonZeroUsize) -> Result<Self, ReservoirError> {
-        Self::with_weights(parameters, None, threads)
+        Self::with_prepared(parameters, None, threads)
     }
 
-    fn with_weights(
+    fn with_prepared(
         parameters: ReservoirParameters,
-        weights: Option<Weights>,
+        prepared: Option<Prepared>,
         threads: NonZeroUsize,
     ) -> Result<Self, ReservoirError> {
         parameters.validate()?;
@@ -116,7 +130,7 @@ impl Reservoir {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build()?;
         let (points, depth) = (face.len(), face.depth());
         // Messages are caught on this thread only, so nothing is logged on the threads of the pool.
-        let (model, said, quality) = pool.install(|| made(&parameters, weights))?;
+        let (model, said, quality) = pool.install(|| made(&parameters, prepared))?;
         tracing::info!("{points} interface points, {depth} m of {said}");
         if let Some(Quality { error, loss, .. }) = quality.filter(|q| q.error.max(q.loss) > DOUBTFUL) {
             tracing::warn!(
@@ -145,6 +159,11 @@ impl Reservoir {
         let face_of_dam = parameters.face_of_dam();
         let resultants = resultants(&face_of_dam);
         Ok(Self { resultants, face_of_dam, parameters, fingerprint, model, state, quality })
+    }
+
+    /// Whether making a unit of these parameters takes long, and [`Packable::prepare`] gives something.
+    pub fn is_prepared(parameters: &ReservoirParameters) -> bool {
+        parameters.fidelity == Fidelity::Compressible && parameters.method != Method::FiniteElements
     }
 
     /// The parameters from which the unit was made.
@@ -484,18 +503,15 @@ impl Packable for Reservoir {
         Self::new(parameters, threads)
     }
 
-    /// The weights of a convolution.
+    /// The weights of a convolution, or a recursion.
     fn prepare(
         parameters: &ReservoirParameters,
         threads: NonZeroUsize,
     ) -> Result<Option<Vec<u8>>, ReservoirError> {
         parameters.validate()?;
-        if parameters.fidelity != Fidelity::Compressible || !parameters.method.has_horizon() {
-            return Ok(None);
-        }
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build()?;
-        let (weights, _) = pool.install(|| convolution_weights(parameters))?;
-        Ok(Some(seal(Fingerprint::of(UNIT, parameters)?, &weights)?))
+        let prepared = pool.install(|| prepared(parameters))?;
+        Ok(prepared.map(|prepared| seal(Fingerprint::of(UNIT, parameters)?, &prepared)).transpose()?)
     }
 
     fn from_prepared(
@@ -503,12 +519,17 @@ impl Packable for Reservoir {
         prepared: &[u8],
         threads: NonZeroUsize,
     ) -> Result<Self, ReservoirError> {
-        let weights: Weights = open(Fingerprint::of(UNIT, &parameters)?, prepared)?;
+        let length = prepared.len();
+        let prepared: Prepared = open(Fingerprint::of(UNIT, &parameters)?, prepared)?;
         let points = parameters.wet_face.len();
-        if !weights.are_of(points, points + 2, parameters.steps()) {
-            return Err(StateError::NotAState { length: prepared.len() }.into());
+        let fits = match &prepared.operator {
+            Operator::Convolution(weights) => weights.are_of(points, points + 2, parameters.steps()),
+            Operator::Recursion(recursion, _) => recursion.is_of(points, points + 2),
+        };
+        if !fits {
+            return Err(StateError::NotAState { length }.into());
         }
-        Self::with_weights(parameters, Some(weights), threads)
+        Self::with_prepared(parameters, Some(prepared), threads)
     }
 
     fn size_for(parameters: &ReservoirParameters, variable: &Variable) -> usize {
@@ -533,43 +554,51 @@ fn takes_any_step(parameters: &ReservoirParameters) -> bool {
     !parameters.fidelity.has_memory() || parameters.method == Method::Recursive
 }
 
-/// The water's model, a description for the log, and the quality of a recursion. A convolution has these `weights`, if there are
-/// any.
+/// The operator of compressible water, on the current rayon pool; none of water that is quickly made.
+fn prepared(parameters: &ReservoirParameters) -> Result<Option<Prepared>, ReservoirError> {
+    if !Reservoir::is_prepared(parameters) {
+        return Ok(None);
+    }
+    let (operator, said) = if parameters.method == Method::Recursive {
+        let (recursion, quality) = recursion(parameters)?;
+        (Operator::Recursion(recursion, quality), quality.to_string())
+    } else {
+        let (weights, solved) = convolution_weights(parameters)?;
+        let all = quadrature(parameters).frequencies();
+        (Operator::Convolution(weights), format!("solved at {solved} frequencies instead of {all}"))
+    };
+    Ok(Some(Prepared { operator, said }))
+}
+
+/// The water's model, a description for the log, and the quality of a recursion; with what was prepared, if it was.
 fn made(
     parameters: &ReservoirParameters,
-    weights: Option<Weights>,
+    given: Option<Prepared>,
 ) -> Result<(Model, String, Option<Quality>), ReservoirError> {
-    match parameters.fidelity {
-        Fidelity::Compressible => {}
-        fidelity => {
+    let given = match given {
+        Some(given) => Some(given),
+        None => prepared(parameters)?,
+    };
+    let (water, said, quality): (Box<dyn TimeDomain>, _, _) = match (given, parameters.fidelity) {
+        (Some(Prepared { operator: Operator::Convolution(weights), said }), _) => {
+            (Box::new(Convolution::new(weights)), said, None)
+        }
+        (Some(Prepared { operator: Operator::Recursion(recursion, quality), said }), _) => {
+            (Box::new(recursion), said, Some(quality))
+        }
+        (None, Fidelity::Compressible) => {
+            let elements = FiniteElements::new(parameters)?;
+            let said = format!("{} finite elements", elements.triangles().len());
+            (Box::new(elements), said, None)
+        }
+        (None, fidelity) => {
             let mass = whole_added_mass(parameters)?;
             let incompressible = fidelity == Fidelity::Incompressible;
             let said = if incompressible { "incompressible water" } else { "added mass" };
             return Ok((Model::AddedMass(mass), said.to_owned(), None));
         }
-    }
-    Ok(match parameters.method {
-        Method::Bdf2 | Method::Trapezoid | Method::Radau2 | Method::Radau3 => {
-            let (weights, said) = match weights {
-                Some(weights) => (weights, "compressible water; weights as packed".to_owned()),
-                None => {
-                    let (weights, solved) = convolution_weights(parameters)?;
-                    let all = quadrature(parameters).frequencies();
-                    (weights, format!("compressible water; solved at {solved} frequencies instead of {all}"))
-                }
-            };
-            (Model::Memory(Box::new(Convolution::new(weights))), said, None)
-        }
-        Method::Recursive => {
-            let (recursion, quality) = recursion(parameters)?;
-            (Model::Memory(Box::new(recursion)), format!("compressible water; {quality}"), Some(quality))
-        }
-        Method::FiniteElements => {
-            let elements = FiniteElements::new(parameters)?;
-            let said = format!("compressible water; {} finite elements", elements.triangles().len());
-            (Model::Memory(Box::new(elements)), said, None)
-        }
-    })
+    };
+    Ok((Model::Memory(water), format!("compressible water; {said}"), quality))
 }
 
 /// The negated values; zero stays +0.

@@ -1,5 +1,6 @@
 //! What a run will take, before it is begun.
 
+use super::making;
 use orchestrator::participant::{Occasion, Participant, ParticipantError};
 use orchestrator::registry::{self, RegistryError};
 use orchestrator::scene::LoadedScene;
@@ -64,12 +65,12 @@ pub fn of(
     }
     let (points, pairs) =
         (faces.iter().sum::<f64>(), faces.iter().map(|points| points * points).sum::<f64>());
-    let preparation = registry::preparation_time(scene, threads)?;
+    let preparation = registry::preparation_time(scene, making(threads))?;
     let iterations = if scene.coupling.scheme.unwrap_or_default().is_implicit() { ITERATIONS } else { 1.0 };
-    let water_step = if preparation > 0.0 { CONVOLUTION * pairs } else { 0.0 };
+    let water_step = if preparation.is_some() { CONVOLUTION * pairs } else { 0.0 };
     let numbers = (inputs.len() + outputs.len()) as f64 + 3.0 * points;
     Ok(Estimate {
-        preparation,
+        preparation: preparation.unwrap_or(0.0),
         run: steps * (iterations * (dam_step + (1 + faces.len()) as f64 * EXCHANGE) + water_step),
         disk: steps * (iterations * numbers * LOGGED + (outputs.len() as f64 + points) * WRITTEN),
     })

@@ -1,5 +1,6 @@
 //! The command line.
 
+pub mod cache;
 pub mod check;
 mod estimate;
 pub mod export_fmu;
@@ -21,9 +22,10 @@ pub mod unit;
 
 use clap::{Parser, Subcommand, ValueEnum};
 use interface::WetFace;
+use orchestrator::cache::Cache;
 use orchestrator::log::Head;
 use orchestrator::participant::ParticipantError;
-use orchestrator::registry::{self, RegistryError};
+use orchestrator::registry::{self, Making, RegistryError};
 use orchestrator::report::Build;
 use orchestrator::scene::{ReservoirScene, Scene};
 use orchestrator::scheme::UnitId;
@@ -31,6 +33,7 @@ use std::io::{ErrorKind, Write};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Seismic analysis of cracked concrete gravity dams with their reservoirs.
@@ -45,6 +48,35 @@ pub struct Arguments {
     /// What to do.
     #[command(subcommand)]
     pub command: Command,
+
+    /// Folder for prepared operators of the water; by default `cofferdam` in the user's folder for caches
+    ///
+    /// What was prepared once is read from there, and the bits are the same. `cofferdam cache` says what it holds.
+    #[arg(long, global = true, hide_short_help = true, value_name = "DIR", env = "COFFERDAM_CACHE")]
+    pub cache: Option<PathBuf>,
+
+    /// Prepare anew, and keep nothing
+    #[arg(long, global = true, hide_short_help = true)]
+    pub no_cache: bool,
+}
+
+/// The cache of this process; none without [`use_cache`].
+static CACHE: OnceLock<Option<Cache>> = OnceLock::new();
+
+/// Uses the cache that was asked for: in this `folder`, or the user's; none if it is not `wanted`.
+pub fn use_cache(folder: Option<PathBuf>, wanted: bool) {
+    let folder = folder.map(|folder| std::path::absolute(&folder).unwrap_or(folder));
+    CACHE.get_or_init(|| folder.map(Cache::at).or_else(Cache::of_user).filter(|_| wanted));
+}
+
+/// The cache in use.
+fn used_cache() -> Option<&'static Cache> {
+    CACHE.get().and_then(Option::as_ref)
+}
+
+/// Making units on these threads, with the cache in use.
+fn making(threads: NonZeroUsize) -> Making<'static> {
+    Making { threads, cache: used_cache() }
 }
 
 /// The subcommands.
@@ -83,6 +115,9 @@ pub enum Command {
     /// Series of runs: convergence of the coupling, accuracy and cost of models and tolerances
     #[command(subcommand)]
     Study(study::Command),
+    /// The cache of prepared operators of the water: where it is, what it holds; clear it
+    #[command(after_long_help = cache::HELP)]
+    Cache(cache::Arguments),
     /// Serve one of the units of a run; started by `run`
     #[command(hide = true, long_about = UNIT_HELP)]
     Unit(Unit),
@@ -139,8 +174,34 @@ pub struct Run {
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
 
+    /// Which exchanges are logged: short for --set log.exchanges=…
+    #[arg(long, value_enum, value_name = "WHICH")]
+    pub log: Option<Logged>,
+
     #[command(flatten)]
     pub options: Options,
+}
+
+/// Which exchanges are logged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Logged {
+    /// Those of every iteration
+    Every,
+    /// Those that the run goes on with; half of the size
+    Accepted,
+    /// None, for series of runs: such a run can only be run again
+    None,
+}
+
+impl Logged {
+    /// The word for it in a scene.
+    fn word(self) -> &'static str {
+        match self {
+            Self::Every => "every",
+            Self::Accepted => "accepted",
+            Self::None => "none",
+        }
+    }
 }
 
 /// What `run`, `resume` and `branch` share.

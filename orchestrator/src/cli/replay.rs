@@ -146,7 +146,7 @@ fn told(failure: Failure) -> u8 {
 
 /// Replays and prints the result of every unit; returns the exit status.
 fn execute(arguments: &Arguments) -> Result<u8, Failure> {
-    let log = Log::open(&arguments.log)?;
+    let log = Log::of_exchanges(&arguments.log)?;
     let head = log.head();
     let part = part(arguments, head)?;
     let (path, overrides) = (log.path().display(), &arguments.set);

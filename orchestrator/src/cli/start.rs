@@ -1,6 +1,6 @@
 //! Makes the units of a scene, those of other programs too, in this process or in processes of their own.
 
-use super::{Transport, say};
+use super::{Transport, making, say, used_cache};
 use crate::registry::{self, Home, RegistryError};
 use orchestrator::participant::{Deadlines, Participant, ParticipantError, Starting, UnitCommand};
 use orchestrator::scene::Scene;
@@ -54,6 +54,10 @@ impl Start<'_> {
                 Home::Process if self.transport == Transport::SharedMemory => {
                     let mut command = Command::new(&program);
                     command.args(["unit", &name]);
+                    match used_cache() {
+                        Some(cache) => command.arg("--cache").arg(cache.folder()),
+                        None => command.arg("--no-cache"),
+                    };
                     commands.push((id, UnitCommand { name, command, brief: None }));
                 }
                 Home::Command(scene) => {
@@ -87,7 +91,7 @@ impl Start<'_> {
             units.push(match (process, registry::home(id, self.scene)) {
                 (Some(process), Home::Command(_)) => registry::adapted(id, self.scene, process)?,
                 (Some(process), _) => process,
-                (None, _) => registry::unit(id, self.scene, self.threads)?,
+                (None, _) => registry::unit(id, self.scene, making(self.threads))?,
             });
         }
         Ok(units)

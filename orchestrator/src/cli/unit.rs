@@ -1,6 +1,6 @@
 //! `cofferdam unit`.
 
-use super::Unit;
+use super::{Unit, making};
 use crate::registry::{self, RegistryError};
 use orchestrator::participant::{Participant, Task, host};
 use orchestrator::scene::Scene;
@@ -26,5 +26,5 @@ pub fn unit(arguments: &Unit) -> ExitCode {
 fn make(id: UnitId, task: &Task) -> Result<Box<dyn Participant>, UnitError> {
     let scene: Scene = toml::from_str(&task.scene)?;
     let threads = NonZeroUsize::new(task.threads).unwrap_or(NonZeroUsize::MIN);
-    Ok(registry::unit(id, &scene, threads)?)
+    Ok(registry::unit(id, &scene, making(threads))?)
 }

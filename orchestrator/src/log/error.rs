@@ -129,6 +129,15 @@ pub enum LogReadError {
         /// Commit that wrote the log.
         commit: String,
     },
+    /// Its run logged no exchanges.
+    #[error(
+        "{}: the log holds no exchanges, because it was run with log.exchanges = \"none\"; run the scene again with \"every\" or \
+         \"accepted\"", path.display()
+    )]
+    NoExchanges {
+        /// The file.
+        path: PathBuf,
+    },
     /// Bytes were changed after they were written.
     #[error(
         "{}: byte {position}: the log is damaged here: {cause}; fetch it again from where it was written, or save the rest by \

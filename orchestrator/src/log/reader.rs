@@ -6,6 +6,7 @@ use super::entry::{Entry, LoggedDamage, LoggedExchange};
 use super::head::Head;
 use super::stream::{Declared, Next, Raw, Stream};
 use super::topic::{Part, Topic};
+use crate::scene::LoggedExchangesScene;
 use std::collections::{BTreeMap, HashMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -58,6 +59,17 @@ impl Log {
         let head = Arc::new(Head::read(&mut stream, &path)?);
         let (declared, running) = (Arc::new(stream.declared().clone()), stream.source().running());
         Ok(Self { path, head, declared, running, read })
+    }
+
+    /// The same, of a log that exchanges are to be read of.
+    ///
+    /// **Errors**: its run logged none.
+    pub fn of_exchanges(path: &Path) -> Result<Self, LogReadError> {
+        let log = Self::open(path)?;
+        match log.head.scene.log.exchanges {
+            LoggedExchangesScene::None => Err(LogReadError::NoExchanges { path: log.path }),
+            LoggedExchangesScene::Every | LoggedExchangesScene::Accepted => Ok(log),
+        }
     }
 
     /// The log that `path` is, or that is in the folder `path`.

@@ -10,6 +10,7 @@ use crate::convergence::{Residuals, norm};
 use crate::observer::{Checkpoint, Ending, Observer, ObserverError, Start};
 use crate::participant::{Channel, Description, Layout, Message, Occasion};
 use crate::results_file::ResultsFile;
+use crate::scene::{LogContentScene, LoggedExchangesScene};
 use crate::scheme::{Exchange, InterfaceReport, Interval, IterationReport, UnitId, WindowReport};
 use mcap::records::MessageHeader;
 use std::collections::BTreeMap;
@@ -42,8 +43,8 @@ pub struct Preamble {
     pub started: String,
     /// The run that this one branched off from.
     pub parent: Option<Parent>,
-    /// Largest share of the log that checkpoints take; 0 for none.
-    pub checkpoint_share: f64,
+    /// What is logged of the run.
+    pub content: LogContentScene,
 }
 
 /// The run that a branch shares its beginning with.
@@ -85,8 +86,7 @@ pub struct LogWriter {
     topics: Option<Topics>,
     sequence: u32,
     next_log_time: u64,
-    /// Largest share of the log that checkpoints take.
-    share: f64,
+    content: LogContentScene,
     budget: Budget,
 }
 
@@ -173,7 +173,7 @@ impl LogWriter {
             topics: None,
             sequence: 0,
             next_log_time: 0,
-            share: preamble.checkpoint_share,
+            content: preamble.content,
             budget: Budget::new(0.0, 0),
         };
         log.open(file, preamble).map_err(|error| LogError::of_writer(path, error))?;
@@ -227,7 +227,7 @@ impl LogWriter {
     }
 
     fn start(&mut self, mut writer: Writer, start: &Start<'_>) -> Result<(), mcap::McapError> {
-        self.budget = Budget::new(self.share, start.units.len());
+        self.budget = Budget::new(self.content.checkpoint_share, start.units.len());
         let unit = self.declare(&mut writer, "/unit", unit_type())?;
         let ground = self.declare(&mut writer, "/ground_motion", ground_motion_type())?;
         for description in &start.units {
@@ -472,11 +472,19 @@ impl Observer for LogWriter {
     fn window(&mut self, report: &WindowReport) -> Result<(), ObserverError> {
         let Some(topics) = self.topics else { return Ok(()) };
         self.next_log_time = self.next_log_time.max(nanoseconds(report.end()));
+        let logged = self.content.exchanges;
         for exchange in &report.exchanges {
-            self.send_exchange(exchange);
+            match logged {
+                LoggedExchangesScene::Every => self.send_exchange(exchange),
+                LoggedExchangesScene::Accepted if exchange.accepted => self.send_exchange(exchange),
+                LoggedExchangesScene::Accepted | LoggedExchangesScene::None => {}
+            }
         }
         for message in &report.messages {
             self.send_message(topics.message, message);
+        }
+        if logged == LoggedExchangesScene::None {
+            return self.check(false);
         }
         for iterate in &report.iterates {
             self.send_iteration(topics.iteration, report, iterate);
@@ -505,7 +513,8 @@ impl Observer for LogWriter {
     }
 
     fn wants_checkpoint(&self) -> Option<Vec<bool>> {
-        self.topics.and_then(|_| self.budget.wishes())
+        let begun = self.topics.filter(|_| self.content.exchanges != LoggedExchangesScene::None);
+        begun.and_then(|_| self.budget.wishes())
     }
 
     fn checkpoint(&mut self, checkpoint: &Checkpoint) -> Result<(), ObserverError> {

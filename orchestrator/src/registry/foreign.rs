@@ -94,7 +94,7 @@ pub(super) fn recorded(
         participant: name.to_owned(),
         cause: Box::new(cause),
     };
-    let log = Log::open(&log.file).map_err(|cause| of_log(cause.into()))?;
+    let log = Log::of_exchanges(&log.file).map_err(|cause| of_log(cause.into()))?;
     let side = side_of(id).unwrap_or(Side::Upstream);
     let face = face_of_dam(&log.head().scene, side)?;
     let recording = Recording { unit: id, name, role: role(id), prefix: prefix(side), face };

@@ -38,7 +38,9 @@ pub use foreign::{CommandScene, FmuScene, LogScene, Source};
 pub use ground::{GroundMotionScene, RampScene, RecordScene};
 pub use load::LoadedScene;
 pub use mesh::MeshScene;
-pub use observation::{LogContentScene, SnapshotsScene, StopAction, StopQuantity, StopScene};
+pub use observation::{
+    LogContentScene, LoggedExchangesScene, SnapshotsScene, StopAction, StopQuantity, StopScene,
+};
 pub use parameter::bounds;
 pub use reference::reference;
 pub use time::{AdaptiveScene, Time};

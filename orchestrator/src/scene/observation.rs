@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the log holds besides the exchanges.
+/// What the log holds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LogContentScene {
@@ -11,12 +11,28 @@ pub struct LogContentScene {
     /// run can only begin anew.
     #[schemars(range(min = 0, max = 1))]
     pub checkpoint_share: f64,
+    /// Which exchanges are logged.
+    pub exchanges: LoggedExchangesScene,
 }
 
 impl Default for LogContentScene {
     fn default() -> Self {
-        Self { checkpoint_share: 0.05 }
+        Self { checkpoint_share: 0.05, exchanges: LoggedExchangesScene::Every }
     }
+}
+
+/// Which exchanges are logged.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum LoggedExchangesScene {
+    /// Those of every iteration.
+    #[default]
+    Every,
+    /// Those that the run went on with: half of the size, and all that replays, branches and resumed runs need.
+    Accepted,
+    /// None, nor the steps and iterations: the log says what was run and how it ended. For series of runs, whose results are in the
+    /// histories and the manifest; such a run can only be run again.
+    None,
 }
 
 /// Pictures of the dam's fields during the run: `snapshots.pvd`, for ParaView.

@@ -29,6 +29,7 @@ use fit::{Fit, Target};
 use num_complex::Complex64;
 use range::Range;
 pub(crate) use recursion::Recursion;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 /// Relative error that the fit aims at, and the largest that is accepted.
@@ -56,7 +57,7 @@ const BESIDE: usize = 6;
 const PER_WAVE: f64 = 4.0;
 
 /// Size and quality of a recursion.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct Quality {
     /// Number of states.
     pub states: usize,

@@ -1,5 +1,6 @@
 use nalgebra::DMatrix;
 use pulp::{Arch, Simd, WithSimd};
+use serde::{Deserialize, Serialize};
 
 /// Rows that are summed together.
 const ROWS: usize = 16;
@@ -8,12 +9,14 @@ const ROWS: usize = 16;
 /// nonzero one.
 ///
 /// The order of the sums does not depend on the width of the processor's registers.
+#[derive(Serialize, Deserialize)]
 pub(crate) struct Panels {
     rows: usize,
     columns: usize,
     panels: Vec<Panel>,
 }
 
+#[derive(Serialize, Deserialize)]
 struct Panel {
     first: usize,
     columns: Vec<[f64; ROWS]>,

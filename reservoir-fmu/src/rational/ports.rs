@@ -4,11 +4,13 @@ use super::partial_fractions::PartialFractions;
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};
+use serde::{Deserialize, Serialize};
 
 /// Real and imaginary parts of one number per pole.
 pub(crate) type Parts = [Vec<f64>; 2];
 
 /// Inputs of the poles from velocities, and pressures from their states.
+#[derive(Serialize, Deserialize)]
 pub(crate) struct Ports {
     /// All poles, in groups.
     pub groups: Vec<Group>,
@@ -19,6 +21,7 @@ pub(crate) struct Ports {
 }
 
 /// Consecutive poles with consecutive inputs.
+#[derive(Serialize, Deserialize)]
 pub(crate) struct Group {
     /// Index of the first pole, a multiple of [`LANES`].
     pub first: usize,
@@ -29,6 +32,7 @@ pub(crate) struct Group {
 }
 
 /// Pressure from states.
+#[derive(Serialize, Deserialize)]
 pub(crate) enum Outputs {
     /// From Re x, then Im x: points × (2 × order).
     Dense(Panels),

@@ -5,6 +5,7 @@ use super::ports::{Parts, Ports, parts};
 use crate::time_domain::{Memory, TimeDomain};
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::sync::{Arc, OnceLock};
 
 /// Time stepping of an impedance given by its poles: `p = D v + Σ_k c_k x_k`, `ẋ_k = λ_k x_k + b_kᵀ v`.
@@ -90,6 +91,11 @@ impl Recursion {
         }
     }
 
+    /// Whether it is one of `points` points and `inputs` velocities.
+    pub fn is_of(&self, points: usize, inputs: usize) -> bool {
+        self.direct.shape() == (points, inputs) && self.ports.inputs.columns() == inputs
+    }
+
     fn ahead<'a>(&self, state: &'a State) -> &'a Ahead {
         state.ahead.get_or_init(|| {
             let Step { factors: Factors { decay, .. }, both, .. } = &self.usual;
@@ -118,6 +124,20 @@ impl Recursion {
 
     fn memory(states: Arc<Vec<f64>>, velocity: &[f64], driven: Vec<f64>) -> Memory {
         Memory::of(State { states, velocity: velocity.to_vec(), driven, ahead: OnceLock::new() })
+    }
+}
+
+/// Poles, ports, D and the usual length, from which the rest follows.
+impl Serialize for Recursion {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        (&self.poles, &self.ports, &self.direct, self.usual.length).serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Recursion {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let (poles, ports, direct, length) = Deserialize::deserialize(deserializer)?;
+        Ok(Self::new(poles, ports, direct, length))
     }
 }
 

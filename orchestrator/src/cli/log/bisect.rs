@@ -1,7 +1,7 @@
 //! `cofferdam log bisect`.
 
 use super::Failure;
-use crate::cli::{other_build, parallel, say, threads};
+use crate::cli::{making, other_build, parallel, say, threads};
 use crate::registry;
 use orchestrator::log::{Entry, LastCheckpoint, Log};
 use orchestrator::observer::{Ending, Observer, ObserverError, Start, Status};
@@ -145,7 +145,7 @@ struct Tried {
 
 /// Prints the share of branches that end like the run.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let log = Log::open(&arguments.log)?;
+    let log = Log::of_exchanges(&arguments.log)?;
     let again = |cause: Box<dyn Error + Send + Sync>| Failure::Again { path: log.path().to_owned(), cause };
     if !(0.0..=1.0).contains(&arguments.amount) {
         let cause = format!("--amount {} is no share; give one from 0 to 1", arguments.amount);
@@ -236,7 +236,7 @@ fn try_share(
     let scene = &log.head().scene;
     let motion = log.head().ground_motion();
     let peak = motion.acceleration().iter().fold(0.0, |peak: f64, a| peak.max(a.abs()));
-    let graph = registry::graph(scene, NonZeroUsize::MIN)?;
+    let graph = registry::graph(scene, making(NonZeroUsize::MIN))?;
     let mut simulation = Simulation::of_scene(scene, &motion, graph)?;
     let fingerprint = simulation.fingerprint()?;
     let mut tried = Vec::new();

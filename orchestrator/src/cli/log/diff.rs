@@ -50,7 +50,7 @@ difference, with --tolerance to its end; 5 they differ, or there is nothing in c
 
 /// Compares; true if the logs are equal in what is compared.
 pub fn run(arguments: &Arguments) -> Result<bool, Failure> {
-    let logs = [Log::open(&arguments.a)?, Log::open(&arguments.b)?];
+    let logs = [Log::of_exchanges(&arguments.a)?, Log::of_exchanges(&arguments.b)?];
     for (name, log) in ["a", "b"].into_iter().zip(&logs) {
         say(format!("{name}: {}", log.path().display()));
     }

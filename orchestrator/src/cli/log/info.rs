@@ -3,6 +3,7 @@
 use super::Failure;
 use crate::cli::say;
 use orchestrator::log::{Log, Overview, Parent};
+use orchestrator::scene::LoggedExchangesScene;
 use std::path::PathBuf;
 
 /// Arguments of `cofferdam log info`.
@@ -47,6 +48,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let motion = &head.ground_motion;
     let samples = motion.acceleration.len();
     say(format!("{:<12} {}: {samples} samples, {} s apart", "ground", motion.source, motion.interval));
+    match head.scene.log.exchanges {
+        LoggedExchangesScene::Every => {}
+        LoggedExchangesScene::Accepted => say(format!("{:<12} accepted exchanges only", "left out")),
+        LoggedExchangesScene::None => say(format!("{:<12} no exchanges, steps and iterations", "left out")),
+    }
     let overview = Overview::of(&log)?;
     say(overview.to_string().trim_end());
     overview.error.map_or(Ok(()), |error| Err(error.into()))

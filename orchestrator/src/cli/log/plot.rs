@@ -53,7 +53,7 @@ type Points = Vec<(f64, f64)>;
 
 /// Draws histories.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let log = Log::open(&arguments.log)?;
+    let log = Log::of_exchanges(&arguments.log)?;
     let unknown = |cause| Failure::Variable { path: log.path().to_owned(), cause };
     let named = |name: &String| Quantity::named(log.head(), name).map_err(unknown);
     let quantities = arguments.variables.iter().map(named).collect::<Result<Vec<_>, _>>()?;

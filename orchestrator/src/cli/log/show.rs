@@ -98,7 +98,7 @@ impl Story {
 
 /// Prints what happened in a step.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let log = Log::open(&arguments.log)?;
+    let log = Log::of_exchanges(&arguments.log)?;
     let story = Story::read(&log, arguments.step)?;
     let (path, step) = (log.path().to_owned(), arguments.step);
     if story.exchanges.is_empty() {

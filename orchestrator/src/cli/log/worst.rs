@@ -28,7 +28,7 @@ Exit status: 0, also for a log that was cut short; 1 if it cannot be read or is 
 
 /// Prints the steps with the most iterations.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let log = Log::open(&arguments.log)?;
+    let log = Log::of_exchanges(&arguments.log)?;
     say(format!(
         "{:>8} {:>12} {:>10} {:>7} {:>10} {:>12}  ",
         "step", "t, s", "H, s", "attempt", "iterations", "residual, Pa"

@@ -63,7 +63,7 @@ pub fn run(arguments: &Arguments) -> ExitCode {
 }
 
 fn execute(arguments: &Arguments) -> Result<Status, RunError> {
-    let log = Log::open(&arguments.run)?;
+    let log = Log::of_exchanges(&arguments.run)?;
     let path = log.path().to_owned();
     if let Some(why) = other_build(log.head()) {
         complain(format!(

@@ -209,7 +209,7 @@ impl Job<'_> {
             system: build.system.clone(),
             started: self.started.clone(),
             parent,
-            checkpoint_share: self.loaded.scene.log.checkpoint_share,
+            content: self.loaded.scene.log,
         })
     }
 

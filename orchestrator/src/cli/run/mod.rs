@@ -109,7 +109,11 @@ fn told(ended: Result<Status, RunError>) -> ExitCode {
 }
 
 fn execute(arguments: &Run) -> Result<Status, RunError> {
-    let loaded = registry::read(&arguments.scene, &arguments.set)?;
+    let mut settings = arguments.set.clone();
+    if let Some(logged) = arguments.log {
+        settings.push(format!("log.exchanges=\"{}\"", logged.word()));
+    }
+    let loaded = registry::read(&arguments.scene, &settings)?;
     let started = jiff::Timestamp::now();
     let interrupted = prepared(arguments.options.transport)?;
     let folder = match &arguments.output {
@@ -122,7 +126,7 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
         options: &arguments.options,
         folder: &folder,
         started: started.to_string(),
-        settings: &arguments.set,
+        settings: &settings,
         interrupted: &interrupted,
     };
     job.carry_out(Beginning::Initialisation)

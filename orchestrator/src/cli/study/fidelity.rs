@@ -6,7 +6,7 @@ use super::{Arguments, CREST, Outcome, SLIDING, StudyError, quoted, relative, ru
 use crate::cli::reservoir::Exact;
 use crate::cli::reservoir::Motion;
 use crate::cli::table::Table;
-use crate::cli::{say, threads};
+use crate::cli::{making, say, threads};
 use crate::registry;
 use interface::CoSimulation;
 use interface::variables::reservoir as variables;
@@ -184,10 +184,10 @@ fn measured(
         |cost: String| Row { name: name.to_owned(), level, cost: Err(cost), outcome: None, rigid: None };
     let (mut cost, mut rigid) = (Cost::default(), None);
     let reservoir: Box<dyn Participant> = if registry::is_empty(scene) {
-        registry::unit(UnitId::RESERVOIR, scene, threads(None))?
+        registry::unit(UnitId::RESERVOIR, scene, making(threads(None)))?
     } else {
         let began = Instant::now();
-        let mut unit = match registry::water(scene, threads(None)) {
+        let mut unit = match registry::water(scene, making(threads(None))) {
             Ok(unit) => unit,
             Err(error) => return Ok(refused(error.to_string())),
         };
@@ -209,9 +209,9 @@ fn measured(
         unit.restore_state(&start).map_err(failed)?;
         Box::new(InProcess::new(unit, name, Messages::default()))
     };
-    let mut units = vec![registry::unit(UnitId::DAM, scene, threads(None))?, reservoir];
+    let mut units = vec![registry::unit(UnitId::DAM, scene, making(threads(None)))?, reservoir];
     for id in registry::units(scene).into_iter().skip(units.len()) {
-        units.push(registry::unit(id, scene, threads(None))?);
+        units.push(registry::unit(id, scene, making(threads(None)))?);
     }
     let graph = Graph::new(units, registry::interfaces(scene)).map_err(registry::RegistryError::from)?;
     let outcome = run_units(scene, motion, graph)?.completed(name)?;

@@ -16,7 +16,7 @@ mod tolerance;
 mod windows;
 
 use super::table::Table;
-use super::{complain, parallel, say, threads};
+use super::{complain, making, parallel, say, threads};
 use crate::registry::{self, RegistryError};
 use miette::Diagnostic;
 use orchestrator::ground_motion::GroundMotion;
@@ -212,7 +212,7 @@ struct Outcome {
 ///
 /// **Errors**: a unit cannot be made; a failure of the coupling comes with the outcome.
 fn run_scene(scene: &Scene, motion: &GroundMotion, threads: NonZeroUsize) -> Result<Outcome, StudyError> {
-    run_units(scene, motion, registry::graph(scene, threads)?)
+    run_units(scene, motion, registry::graph(scene, making(threads))?)
 }
 
 /// Runs all scenes, as many at once as there are cores.

@@ -3,7 +3,7 @@
 use super::{Arguments, StudyError, quoted, registry};
 use crate::cli::say;
 use crate::cli::table::Table;
-use crate::cli::threads;
+use crate::cli::{making, threads};
 use orchestrator::log::{Entry, Log, LogReadError, LogWriter, Preamble};
 use orchestrator::observer::{Ending, Observer, ObserverError, Start};
 use orchestrator::participant::Description;
@@ -82,7 +82,7 @@ impl Observer for Kept {
 pub fn run(SeekArguments { arguments, size }: &SeekArguments) -> Result<(), StudyError> {
     let loaded = arguments.load()?;
     let failed = |what: &str, cause| StudyError::Run { what: what.to_owned(), cause: Box::new(cause) };
-    let graph = registry::graph(&loaded.scene, threads(None))?;
+    let graph = registry::graph(&loaded.scene, making(threads(None)))?;
     let title = &loaded.scene.title;
     let mut simulation = Simulation::of_scene(&loaded.scene, &loaded.ground_motion, graph)
         .map_err(|cause| failed(title, cause))?;

@@ -57,7 +57,7 @@ written.";
 
 /// Writes the tables of a log.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let log = Log::open(&arguments.log)?;
+    let log = Log::of_exchanges(&arguments.log)?;
     let folder = &arguments.output;
     if folder.exists() {
         return Err(Failure::Exists { path: folder.clone() });
