@@ -88,7 +88,7 @@ struct Motion {
 #[derive(Serialize, Deserialize)]
 enum Operator {
     Convolution(Weights),
-    Recursion(Recursion, Quality),
+    Recursion(Box<Recursion>, Quality),
 }
 
 /// An operator, and a description of it for the log.
@@ -561,7 +561,7 @@ fn prepared(parameters: &ReservoirParameters) -> Result<Option<Prepared>, Reserv
     }
     let (operator, said) = if parameters.method == Method::Recursive {
         let (recursion, quality) = recursion(parameters)?;
-        (Operator::Recursion(recursion, quality), quality.to_string())
+        (Operator::Recursion(Box::new(recursion), quality), quality.to_string())
     } else {
         let (weights, solved) = convolution_weights(parameters)?;
         let all = quadrature(parameters).frequencies();
@@ -584,7 +584,7 @@ fn made(
             (Box::new(Convolution::new(weights)), said, None)
         }
         (Some(Prepared { operator: Operator::Recursion(recursion, quality), said }), _) => {
-            (Box::new(recursion), said, Some(quality))
+            (recursion, said, Some(quality))
         }
         (None, Fidelity::Compressible) => {
             let elements = FiniteElements::new(parameters)?;
