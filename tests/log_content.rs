@@ -34,9 +34,13 @@ fn what_is_left_out_is_said_and_missed_nowhere_else() {
     assert!(accepted < every * 2 / 3 && none < accepted / 3);
     let info = |name: &str| said(&cofferdam(&["log", "info", &at(name)]));
     assert!(!info("every").contains("left out"));
-    assert!(info("accepted").contains("left out accepted exchanges only"), "{}", info("accepted"));
+    assert!(
+        info("accepted").contains("left out the exchanges that were not accepted"),
+        "{}",
+        info("accepted")
+    );
     let left_out = info("none");
-    assert!(left_out.contains("left out no exchanges, steps and iterations"), "{left_out}");
+    assert!(left_out.contains("left out all exchanges, steps and iterations"), "{left_out}");
     assert!(left_out.contains("ended completed"), "{left_out}");
 
     // Accepted exchanges are enough for a replay, and for the tables of the run.

@@ -1,5 +1,6 @@
 //! What takes long to prepare, kept on disk for the next run.
 
+use crate::report::features;
 use sha2::{Digest, Sha256};
 use std::fs::File;
 use std::io::{self, Write};
@@ -18,8 +19,8 @@ const VERSION: u32 = 1;
 const ENDING: &str = "prepared";
 const UNFINISHED: &str = ".unfinished";
 
-/// A folder of prepared operators. Each entry is a file named by the hash of what it was made from, the sources of the
-/// solvers included. Entries are written beside and renamed, so that a reader sees whole ones only; they carry digests of their
+/// A folder of prepared operators. Each entry is a file named by the hash of what it was made from and by, the sources of the
+/// solvers and the features of the processor included. Entries are written beside and renamed, so that a reader sees whole ones only; they carry digests of their
 /// own, by which whoever reads one knows damage. A cache that cannot be read or written is an empty one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Cache {
@@ -105,7 +106,11 @@ impl Cache {
     pub fn clear(&self) -> io::Result<Content> {
         let mut removed = Content::default();
         for Entry { path, bytes, .. } in self.entries()? {
-            std::fs::remove_file(path)?;
+            match std::fs::remove_file(path) {
+                // Another process was quicker.
+                Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
+                done => done?,
+            }
             removed = Content { entries: removed.entries + 1, bytes: removed.bytes + bytes };
         }
         Ok(removed)
@@ -192,10 +197,14 @@ impl Drop for Lock {
     }
 }
 
-/// The file of an entry: the hash of its key, of the layout, and the sources of the solvers.
+/// The file of an entry: the hash of the layout, of what has a say in the bits (sources of the solvers, features of the
+/// processor) and of its key. So machines that share a folder do not share entries that they would make otherwise.
 fn file_name(key: &str) -> String {
-    let hash =
-        Sha256::new().chain_update(VERSION.to_le_bytes()).chain_update(SOLVERS).chain_update(key).finalize();
+    let mut hasher = Sha256::new().chain_update(VERSION.to_le_bytes());
+    for part in [SOLVERS, &features(), key] {
+        hasher = hasher.chain_update(part).chain_update([0]);
+    }
+    let hash = hasher.finalize();
     let digits: String = hash.iter().map(|byte| format!("{byte:02x}")).collect();
     format!("{digits}.{ENDING}")
 }

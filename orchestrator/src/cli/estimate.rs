@@ -3,7 +3,7 @@
 use super::making;
 use orchestrator::participant::{Occasion, Participant, ParticipantError};
 use orchestrator::registry::{self, RegistryError};
-use orchestrator::scene::LoadedScene;
+use orchestrator::scene::{LoadedScene, LoggedExchangesScene};
 use std::num::NonZeroUsize;
 use std::time::{Duration, Instant};
 
@@ -68,11 +68,16 @@ pub fn of(
     let preparation = registry::preparation_time(scene, making(threads))?;
     let iterations = if scene.coupling.scheme.unwrap_or_default().is_implicit() { ITERATIONS } else { 1.0 };
     let water_step = if preparation.is_some() { CONVOLUTION * pairs } else { 0.0 };
+    let logged = match scene.log.exchanges {
+        LoggedExchangesScene::Every => iterations,
+        LoggedExchangesScene::Accepted => 1.0,
+        LoggedExchangesScene::None => 0.0,
+    };
     let numbers = (inputs.len() + outputs.len()) as f64 + 3.0 * points;
     Ok(Estimate {
         preparation: preparation.unwrap_or(0.0),
         run: steps * (iterations * (dam_step + (1 + faces.len()) as f64 * EXCHANGE) + water_step),
-        disk: steps * (iterations * numbers * LOGGED + (outputs.len() as f64 + points) * WRITTEN),
+        disk: steps * (logged * numbers * LOGGED + (outputs.len() as f64 + points) * WRITTEN),
     })
 }
 

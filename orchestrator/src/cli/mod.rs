@@ -65,6 +65,7 @@ static CACHE: OnceLock<Option<Cache>> = OnceLock::new();
 
 /// Uses the cache that was asked for: in this `folder`, or the user's; none if it is not `wanted`.
 pub fn use_cache(folder: Option<PathBuf>, wanted: bool) {
+    let folder = folder.filter(|folder| !folder.as_os_str().is_empty());
     let folder = folder.map(|folder| std::path::absolute(&folder).unwrap_or(folder));
     CACHE.get_or_init(|| folder.map(Cache::at).or_else(Cache::of_user).filter(|_| wanted));
 }
@@ -174,34 +175,15 @@ pub struct Run {
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
 
-    /// Which exchanges are logged: short for --set log.exchanges=…
-    #[arg(long, value_enum, value_name = "WHICH")]
-    pub log: Option<Logged>,
+    /// Which exchanges are logged, of every iteration, accepted ones or none: short for --set log.exchanges=…
+    ///
+    /// Accepted ones take half of the disk, and are all that replays, branches and resumed runs need. Without any, for series
+    /// of runs, a run can only be run again.
+    #[arg(long, value_name = "WHICH", value_parser = ["every", "accepted", "none"])]
+    pub log: Option<String>,
 
     #[command(flatten)]
     pub options: Options,
-}
-
-/// Which exchanges are logged.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Logged {
-    /// Those of every iteration
-    Every,
-    /// Those that the run goes on with; half of the size
-    Accepted,
-    /// None, for series of runs: such a run can only be run again
-    None,
-}
-
-impl Logged {
-    /// The word for it in a scene.
-    fn word(self) -> &'static str {
-        match self {
-            Self::Every => "every",
-            Self::Accepted => "accepted",
-            Self::None => "none",
-        }
-    }
 }
 
 /// What `run`, `resume` and `branch` share.

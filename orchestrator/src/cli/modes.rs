@@ -8,8 +8,8 @@ use orchestrator::vtk::{Field, Grid};
 pub const COUNT: usize = 4;
 
 /// The text of a `.vtu` file with the lowest modes of the intact dam, empty and, if this program computes its water, full: point
-/// data `mode_1_empty` and so on, (kg/m)^(−½); cell data `zone` of a dam with zones; field data, whose names end in the unit. Empty for a dam that this program does not
-/// compute.
+/// data `mode_1_empty` and so on, (kg/m)^(−½); cell data `zone` of a dam with zones; field data, whose names end in the unit. Empty
+/// for a dam that this program does not compute.
 ///
 /// **Errors**: those of dam and water.
 pub fn vtu(scene: &Scene) -> Result<String, RegistryError> {

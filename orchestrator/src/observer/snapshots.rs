@@ -12,9 +12,9 @@ use std::path::{Path, PathBuf};
 /// One is taken at every multiple of the interval between `from` and `until`, or else at the first end of a
 /// communication step (of a window, where several steps are iterated together) after it. Parts: the *dam* (points:
 /// `displacement` in m since time 0; triangles: `stress_xx`, `stress_yy`, `stress_xy`, tension positive, and the
-/// principal stresses in Pa, including those at rest; in a dam with zones `zone`, counted from 1), its *contacts* (`opening` and `slip` in m, normal and shear
-/// stress in Pa) and each *wet face* (`displacement` along its normals; hydrodynamic and hydrostatic pressure in Pa).
-/// Points lie in the unloaded position.
+/// principal stresses in Pa, including those at rest; in a dam with zones `zone`, counted from 1), its *contacts* (`opening` and
+/// `slip` in m, normal and shear stress in Pa) and each *wet face* (`displacement` along its normals; hydrodynamic and hydrostatic
+/// pressure in Pa). Points lie in the unloaded position.
 pub struct Snapshots {
     folder: PathBuf,
     plan: SnapshotsScene,

@@ -92,7 +92,7 @@ impl Build {
 }
 
 /// The features of the processor that numerical libraries choose their code by.
-fn features() -> String {
+pub(crate) fn features() -> String {
     #[cfg(target_arch = "x86_64")]
     {
         let found = [

@@ -50,8 +50,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     say(format!("{:<12} {}: {samples} samples, {} s apart", "ground", motion.source, motion.interval));
     match head.scene.log.exchanges {
         LoggedExchangesScene::Every => {}
-        LoggedExchangesScene::Accepted => say(format!("{:<12} accepted exchanges only", "left out")),
-        LoggedExchangesScene::None => say(format!("{:<12} no exchanges, steps and iterations", "left out")),
+        LoggedExchangesScene::Accepted => {
+            say(format!("{:<12} the exchanges that were not accepted", "left out"))
+        }
+        LoggedExchangesScene::None => say(format!("{:<12} all exchanges, steps and iterations", "left out")),
     }
     let overview = Overview::of(&log)?;
     say(overview.to_string().trim_end());

@@ -110,9 +110,7 @@ fn told(ended: Result<Status, RunError>) -> ExitCode {
 
 fn execute(arguments: &Run) -> Result<Status, RunError> {
     let mut settings = arguments.set.clone();
-    if let Some(logged) = arguments.log {
-        settings.push(format!("log.exchanges=\"{}\"", logged.word()));
-    }
+    settings.extend(arguments.log.iter().map(|which| format!("log.exchanges=\"{which}\"")));
     let loaded = registry::read(&arguments.scene, &settings)?;
     let started = jiff::Timestamp::now();
     let interrupted = prepared(arguments.options.transport)?;
