@@ -35,7 +35,7 @@ fn what_is_left_out_is_said_and_missed_nowhere_else() {
     let info = |name: &str| said(&cofferdam(&["log", "info", &at(name)]));
     assert!(!info("every").contains("left out"));
     assert!(
-        info("accepted").contains("left out the exchanges that were not accepted"),
+        info("accepted").contains("left out what accepted steps did not go on with"),
         "{}",
         info("accepted")
     );
@@ -103,4 +103,37 @@ fn runs_with_less_in_their_logs_are_resumed() {
         let of = |folder: &std::path::Path| std::fs::read(folder.join("histories.csv")).expect("histories");
         assert!(of(&part) == of(&whole), "{which}");
     }
+}
+
+/// A step that ends a run is there whole, to be looked into; of those before, what the run went on with.
+#[test]
+fn a_step_that_fails_is_logged_whole() {
+    let mut scenario = Scenario::shipped("koyna-northridge-1994");
+    scenario.set("dam.element_size", 10.0).set("reservoir.method", "recursive");
+    scenario.set("coupling.acceleration", "constant").set("coupling.relaxation", 1.0);
+    scenario.set("coupling.iteration_limit", 4);
+    let at = |name: &str| scenario.folder().join(name).to_string_lossy().into_owned();
+    let [every, accepted] = ["every", "accepted"].map(|which| {
+        let output = scenario.command(which).args(["--log", which]).output().expect("it runs");
+        assert_eq!(output.status.code(), Some(3), "{}", said(&output));
+        let tables = format!("tables-{which}");
+        let done = cofferdam(&["log", "export", &at(which), "--iterations", "--output", &at(&tables)]);
+        assert!(done.status.success(), "{}", said(&done));
+        let rows = std::fs::read_to_string(scenario.folder().join(tables).join("dam-exchanges.csv"));
+        let rows = rows.expect("a table");
+        rows.lines()
+            .skip(1)
+            .map(|row| row.split(',').take(2).map(str::to_owned).collect())
+            .collect::<Vec<Vec<_>>>()
+    });
+    let last = every.last().expect("exchanges")[0].clone();
+    let of = |rows: &[Vec<String>], step: &str| {
+        rows.iter().filter(|row| row[0] == step).cloned().collect::<Vec<_>>()
+    };
+    assert!(of(&every, &last).len() >= 4 && of(&every, &last) == of(&accepted, &last), "step {last}");
+    assert!(of(&every, "100").len() > 1 && of(&accepted, "100").len() == 1);
+    let shown = said(&cofferdam(&["log", "show", &at("accepted"), "--step", &last]));
+    assert!(shown.contains("not accepted, iteration 4") && shown.contains("iteration 4 guess"), "{shown}");
+    let replayed = cofferdam(&["replay", &at("accepted"), "--quiet"]);
+    assert!(replayed.status.success(), "{}", said(&replayed));
 }

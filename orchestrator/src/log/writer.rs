@@ -473,11 +473,10 @@ impl Observer for LogWriter {
         let Some(topics) = self.topics else { return Ok(()) };
         self.next_log_time = self.next_log_time.max(nanoseconds(report.end()));
         let logged = self.content.exchanges;
+        let every = logged == LoggedExchangesScene::Every || !report.is_accepted();
         for exchange in &report.exchanges {
-            match logged {
-                LoggedExchangesScene::Every => self.send_exchange(exchange),
-                LoggedExchangesScene::Accepted if exchange.accepted => self.send_exchange(exchange),
-                LoggedExchangesScene::Accepted | LoggedExchangesScene::None => {}
+            if logged != LoggedExchangesScene::None && (every || exchange.accepted) {
+                self.send_exchange(exchange);
             }
         }
         for message in &report.messages {

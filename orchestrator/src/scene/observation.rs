@@ -28,7 +28,8 @@ pub enum LoggedExchangesScene {
     /// Those of every iteration.
     #[default]
     Every,
-    /// Those that the run went on with: half of the size, and all that replays, branches and resumed runs need.
+    /// Those that the run went on with, and all of steps that it did not accept: half of the size, and all that replays, branches
+    /// and resumed runs need.
     Accepted,
     /// None, nor the steps and iterations: the log says what was run and how it ended. For series of runs, whose results are in the
     /// histories and the manifest; such a run can only be run again.

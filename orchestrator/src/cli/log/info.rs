@@ -51,7 +51,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     match head.scene.log.exchanges {
         LoggedExchangesScene::Every => {}
         LoggedExchangesScene::Accepted => {
-            say(format!("{:<12} the exchanges that were not accepted", "left out"))
+            say(format!("{:<12} what accepted steps did not go on with", "left out"))
         }
         LoggedExchangesScene::None => say(format!("{:<12} all exchanges, steps and iterations", "left out")),
     }
