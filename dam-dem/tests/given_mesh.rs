@@ -204,3 +204,18 @@ fn points_are_put_where_they_nearly_are() -> Result<(), GivenMeshError> {
     assert_eq!(found.nodes[wet[wet.len() - 1]], [0.0, 2.0]);
     Ok(())
 }
+
+/// A given mesh keeps its cells: each is in the zone that its centre lies in, and a zone without any is refused.
+#[test]
+fn zones_go_by_the_centres_of_cells() -> Result<(), GivenMeshError> {
+    let zone = |[x0, x1]: [f64; 2]| vec![[x0, -1.0], [x1, -1.0], [x1, 5.0], [x0, 5.0]];
+    let found = Mesh::of_given(&square(), &[zone([-1.0, 2.1])], [0.0; 2], 0.8)?;
+    assert_eq!(found.cells, mesh(&square())?.cells);
+    let inside = |cell: usize| found.nodes[found.cells[cell][4]][0] < 2.1;
+    let zones: Vec<Option<usize>> = (0..found.cells.len()).map(|cell| inside(cell).then_some(0)).collect();
+    assert_eq!(found.zones, zones);
+    assert!(zones.contains(&None) && zones.contains(&Some(0)));
+    let error = Mesh::of_given(&square(), &[zone([4.5, 6.0])], [0.0; 2], 0.8).map(|_| ());
+    assert!(matches!(error, Err(GivenMeshError::Blocks(GeometryError::EmptyZone { zone: 0 }))), "{error:?}");
+    Ok(())
+}
