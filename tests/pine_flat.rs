@@ -13,7 +13,7 @@ use whole_chain::koyna;
 const HEIGHT: f64 = 121.92;
 const DEPTH: f64 = 116.19;
 
-/// As in the scene `pine-flat-taft`, with this damping ratio.
+/// As in the scene `pine-flat-taft`.
 fn dam() -> DamParameters {
     let bare = koyna::dam(5.0, false);
     DamParameters {
