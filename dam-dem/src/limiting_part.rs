@@ -18,7 +18,8 @@ use crate::{DamError, Kinematics};
 /// ω_e² = (3/ρ) λ_max(D B Bᵀ)
 /// ```
 ///
-/// with its strain matrix B, the moduli D and the density ρ. No mesh without contacts has a higher frequency than its highest ω_e.
+/// with its strain matrix B, the moduli D and the density ρ (of a dam with zones the mean one, which makes ω_e an estimate). No mesh of
+/// one material without contacts has a higher frequency than its highest ω_e.
 ///
 /// **Source**: B. Irons, G. Treharne, *A bound theorem in eigenvalues and its practical applications*, 1971; tested in
 /// `tests/limiting_part.rs`.
