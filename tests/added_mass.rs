@@ -5,7 +5,7 @@
 //! `p = −ratio (a + coupling of neighbours)`. Gauss–Seidel multiplies an error by some 1.5 ratio in every iteration.
 
 use orchestrator::acceleration::{Acceleration, AccelerationKind};
-use orchestrator::convergence::{ConvergenceMeasure, Hopeless, Measure};
+use orchestrator::convergence::{ConvergenceMeasure, Hopeless, Measure, Tolerance};
 use orchestrator::participant::ParticipantError;
 use orchestrator::scheme::{CouplingError, Graph, Predictor, Scheme, Settings, StepFailure};
 use whole_chain::small_unit::SmallUnit;
@@ -53,7 +53,8 @@ fn run(kind: AccelerationKind, relaxation: f64, fluid: SmallUnit<()>) -> Result<
     let mut graph = Graph::pair(Box::new(bodies()), Box::new(fluid));
     let measure = ConvergenceMeasure {
         measures: vec![Measure::Pressure],
-        tolerance: 1e-9,
+        tolerance: Tolerance::Relative(1e-9),
+        pressure_scale: 0.0,
         displacement_scale: 0.0,
         pressure_floor: 1e-12,
         pressure_bound: 1e12,
@@ -95,7 +96,8 @@ fn a_probe_never_counts_as_converged() -> Result<(), StepFailure> {
     let mut graph = Graph::pair(Box::new(bodies()), Box::new(fluid(5.0, |_, _, _| {})));
     let measure = ConvergenceMeasure {
         measures: vec![Measure::Displacement],
-        tolerance: 1.0,
+        tolerance: Tolerance::Relative(1.0),
+        pressure_scale: 0.0,
         displacement_scale: 1e9,
         pressure_floor: 0.0,
         pressure_bound: 1e12,

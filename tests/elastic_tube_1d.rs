@@ -12,7 +12,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use orchestrator::acceleration::{Acceleration, AccelerationKind};
-use orchestrator::convergence::{ConvergenceMeasure, Measure};
+use orchestrator::convergence::{ConvergenceMeasure, Measure, Tolerance};
 use orchestrator::scheme::{CouplingError, Graph, Predictor, Scheme, Settings, StepFailure};
 use std::f64::consts::PI;
 use whole_chain::small_unit::{SmallUnit, interval};
@@ -127,7 +127,8 @@ fn iterations(acceleration: Acceleration) -> Result<Vec<u32>, StepFailure> {
     let mut graph = Graph::pair(Box::new(solid), Box::new(fluid));
     let measure = ConvergenceMeasure {
         measures: vec![Measure::Pressure, Measure::Displacement],
-        tolerance: 1e-5,
+        tolerance: Tolerance::Relative(1e-5),
+        pressure_scale: 0.0,
         displacement_scale: 0.0,
         pressure_floor: 1e-9,
         pressure_bound: 1e12,

@@ -2,7 +2,7 @@
 //! stopped, bit for bit.
 
 use orchestrator::acceleration::{Acceleration, AccelerationKind};
-use orchestrator::convergence::{ConvergenceMeasure, Measure};
+use orchestrator::convergence::{ConvergenceMeasure, Measure, Tolerance};
 use orchestrator::ground_motion::GroundMotion;
 use orchestrator::log::{Log, LogWriter, Preamble, compare};
 use orchestrator::observer::{
@@ -131,7 +131,8 @@ impl Case {
         };
         let measure = ConvergenceMeasure {
             measures: vec![Measure::Pressure, Measure::Displacement],
-            tolerance: 1e-8,
+            tolerance: Tolerance::Relative(1e-8),
+            pressure_scale: 0.0,
             displacement_scale: 1e-3,
             pressure_floor: 1e-12,
             pressure_bound: 1e9,

@@ -1,7 +1,7 @@
 //! Features of the schemes: units at once, repeated steps, accepted failures, frozen units.
 
 use orchestrator::acceleration::{Acceleration, AccelerationKind};
-use orchestrator::convergence::{ConvergenceMeasure, Hopeless, Measure};
+use orchestrator::convergence::{ConvergenceMeasure, Hopeless, Measure, Tolerance};
 use orchestrator::ground_motion::GroundMotion;
 use orchestrator::log::{Entry, Log, LogWriter, LoggedExchange, Preamble};
 use orchestrator::observer::{Ending, Observer, ObserverError, Start, Status};
@@ -42,7 +42,8 @@ fn water(added: f64, mut spoil: impl FnMut(&Occasion, &mut f64) + Send + 'static
 fn measure(tolerance: f64) -> ConvergenceMeasure {
     ConvergenceMeasure {
         measures: vec![Measure::Pressure],
-        tolerance,
+        tolerance: Tolerance::Relative(tolerance),
+        pressure_scale: 0.0,
         displacement_scale: 0.0,
         pressure_floor: 1e-14,
         pressure_bound: 1e9,

@@ -10,7 +10,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use orchestrator::acceleration::{Acceleration, AccelerationKind};
-use orchestrator::convergence::{ConvergenceMeasure, Measure};
+use orchestrator::convergence::{ConvergenceMeasure, Measure, Tolerance};
 use orchestrator::log::{Entry, Log, LogWriter, Preamble, compare};
 use orchestrator::replay::replay;
 use orchestrator::scheme::{
@@ -124,7 +124,8 @@ fn run(kind: SchemeKind, path: &Path) -> Result<u32, Box<dyn std::error::Error>>
     let mut graph = Graph::new(vec![Box::new(structure()), Box::new(fluid(0)), Box::new(fluid(1))], ports())?;
     let measure = ConvergenceMeasure {
         measures: vec![Measure::Pressure],
-        tolerance: 1e-13,
+        tolerance: Tolerance::Relative(1e-13),
+        pressure_scale: 0.0,
         displacement_scale: 0.0,
         pressure_floor: 1e-11,
         pressure_bound: 1e9,

@@ -9,7 +9,7 @@
 //! both masses together, ω₁² = k/m, and against each other, ω₂² = (k + 2κ)/m.
 
 use orchestrator::acceleration::{Acceleration, AccelerationKind};
-use orchestrator::convergence::{ConvergenceMeasure, Measure};
+use orchestrator::convergence::{ConvergenceMeasure, Measure, Tolerance};
 use orchestrator::scheme::{Graph, Predictor, Scheme, SchemeKind, Settings, StepFailure, UnitId};
 use whole_chain::small_unit::{SmallUnit, interval};
 
@@ -84,7 +84,8 @@ fn error(
     let mut graph = Graph::pair(Box::new(left(inputs)), Box::new(right(inputs)));
     let measure = ConvergenceMeasure {
         measures: vec![Measure::Pressure],
-        tolerance: 1e-12,
+        tolerance: Tolerance::Relative(1e-12),
+        pressure_scale: 0.0,
         displacement_scale: 0.0,
         pressure_floor: 1e-11,
         pressure_bound: 1e9,

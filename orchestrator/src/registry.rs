@@ -501,19 +501,19 @@ fn computed_water(
     let messages = Messages::default();
     let parameters = parameters_of_water(scene, side)?;
     let points = parameters.wet_face.len();
-    let model = match (parameters.fidelity, parameters.method) {
-        (Fidelity::Compressible, Method::FiniteElements) => "compressible water, finite elements",
-        (Fidelity::Compressible, Method::Recursive) => "compressible water, recursion",
-        (Fidelity::Compressible, _) => "compressible water, boundary elements",
-        (Fidelity::Incompressible, _) => "incompressible water, boundary elements",
-        (Fidelity::Westergaard, _) => "Westergaard's added mass",
-        (Fidelity::WestergaardExact, _) => "Westergaard's added mass, exact profile",
-    };
     let named = |error| match side {
         Side::Upstream => RegistryError::Reservoir(error),
         Side::Downstream => RegistryError::Tailwater(error),
     };
     let reservoir = messages.listen(|| made_reservoir(parameters, making)).map_err(named)?;
+    let model = match (reservoir.parameters().fidelity, reservoir.parameters().method) {
+        (Fidelity::Compressible, Method::FiniteElements) => "compressible water, finite elements",
+        (Fidelity::Compressible, _) if reservoir.is_recursion() => "compressible water, recursion",
+        (Fidelity::Compressible, _) => "compressible water, boundary elements",
+        (Fidelity::Incompressible, _) => "incompressible water, boundary elements",
+        (Fidelity::Westergaard, _) => "Westergaard's added mass",
+        (Fidelity::WestergaardExact, _) => "Westergaard's added mass, exact profile",
+    };
     let solver = format!("{model} {}: {points} interface points", env!("CARGO_PKG_VERSION"));
     Ok(Box::new(InProcess::new(reservoir, &solver, messages)))
 }
@@ -806,7 +806,10 @@ pub fn reservoir_parameters(scene: &Scene, wet_face: WetFace) -> Result<Reservoi
         far_end_distance: scene.far_end_distance(side),
         communication_step,
         horizon: scene.steps() as f64 * communication_step,
-        method: same(&water.method)?,
+        method: match same(&water.method)? {
+            Method::Automatic if scene.has_varying_steps() => Method::Recursive,
+            method => method,
+        },
         ..ReservoirParameters::before(wet_face)
     })
 }

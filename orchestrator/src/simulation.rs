@@ -85,8 +85,10 @@ impl Simulation {
         let acceleration =
             Acceleration::new(coupling.acceleration, coupling.relaxation, PROBE * base_pressure);
         let predictor = Predictor::new(coupling.predictor_order);
-        let measure =
+        let mut measure =
             ConvergenceMeasure::new(&coupling.measures, coupling.tolerance, scene.height(), base_pressure);
+        // Half the inertia of the water column.
+        measure.pressure_scale = 0.5 * base_pressure * ground_motion.peak().0.abs() / scene.gravity;
         let scheme = Scheme::new(&mut graph, settings, acceleration, predictor, measure)?;
         let sources = scene.sources().into_iter().enumerate();
         let tested = |(number, _)| (UnitId(number), PROBE * base_pressure);

@@ -76,7 +76,8 @@ pub fn usual_frequencies(parameters: &ReservoirParameters) -> Option<usize> {
     }
     let all = quadrature(parameters).frequencies();
     match parameters.method {
-        Method::Bdf2 | Method::Radau2 | Method::Radau3 => Some(all * 3 / 10),
+        Method::Automatic if parameters.may_be_fitted() => None,
+        Method::Automatic | Method::Bdf2 | Method::Radau2 | Method::Radau3 => Some(all * 3 / 10),
         Method::Trapezoid => Some(all),
         Method::Recursive | Method::FiniteElements => None,
     }

@@ -1,5 +1,6 @@
 use crate::boundary::BoundaryMesh;
 use crate::outline::Outline;
+use crate::rational::Channel;
 use crate::{Fidelity, ReservoirError};
 use interface::variables::reservoir as variables;
 use interface::{Variable, WetFace};
@@ -22,12 +23,14 @@ pub enum ElementOrder {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
+    /// The recursion where its fit has an error and a loss below 1e-3, else Radau IIA of two stages.
+    #[default]
+    Automatic,
     /// Convolution quadrature by BDF2.
     Bdf2,
     /// Convolution quadrature by the trapezoidal rule.
     Trapezoid,
     /// Convolution quadrature by Radau IIA of two stages.
-    #[default]
     Radau2,
     /// Convolution quadrature by Radau IIA of three stages.
     Radau3,
@@ -38,7 +41,12 @@ pub enum Method {
 }
 
 impl Method {
-    /// Whether it is made for a run of limited length.
+    /// What an automatic choice comes to where no recursion fits.
+    pub(crate) fn of_convolution(self) -> Self {
+        if self == Self::Automatic { Self::Radau2 } else { self }
+    }
+
+    /// Whether it is made for a run of limited length, or may be.
     pub fn has_horizon(self) -> bool {
         !matches!(self, Self::Recursive | Self::FiniteElements)
     }
@@ -87,6 +95,9 @@ pub struct ReservoirParameters {
     pub method: Method,
 }
 
+/// Wave reflection coefficient from which on no recursion was found passive but over a level, rigid bed.
+const ALMOST_RIGID: f64 = 0.995;
+
 /// Samples of the frequency response that a recursion takes, at most, a cut-off frequency.
 const SAMPLES: f64 = 45.0;
 
@@ -131,6 +142,13 @@ impl ReservoirParameters {
     /// **Errors**: that of [`problem`](Self::problem).
     pub fn validate(&self) -> Result<(), ReservoirError> {
         self.problem().map_or(Ok(()), |(_, error)| Err(error))
+    }
+
+    /// Whether a recursion is worth a try: not with gravity waves, nor over an almost rigid bed, unless it is level and rigid.
+    pub(crate) fn may_be_fitted(&self) -> bool {
+        let alpha = self.wave_reflection_coefficient;
+        let rigid = alpha == 1.0 && Channel::describes(self);
+        !self.surface_waves && (alpha < ALMOST_RIGID || rigid)
     }
 
     /// The first value that is wrong: the parameter to change, and why.
@@ -188,10 +206,11 @@ impl ReservoirParameters {
         let elements = BoundaryMesh::count(outline, self);
         let cut_offs = 8.0 * depth / (PI * self.sound_speed * self.communication_step);
         let (solved, memory) = (self.fidelity.is_solved(), self.fidelity.has_memory());
-        let convolved = memory && self.method.has_horizon();
+        let fitted = self.method == Method::Automatic && self.may_be_fitted();
+        let convolved = memory && self.method.has_horizon() && !fitted;
         let weights = steps * points * points;
         let sampled = SAMPLES * f64::max(8.0, 60.0 * depth / self.sound_speed) * points * points;
-        let recursive = memory && self.method == Method::Recursive;
+        let recursive = memory && (fitted || self.method == Method::Recursive);
         let finer_bed = self.bed_element_size.is_some_and(|size| size < self.element_size);
         let size = if finer_bed { "bed_element_size" } else { "element_size" };
         let limits = [

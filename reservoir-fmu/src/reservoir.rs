@@ -2,7 +2,7 @@ use crate::added_mass::whole_added_mass;
 use crate::convolution::{Convolution, Weights};
 use crate::finite_elements::FiniteElements;
 use crate::frequency_response::{convolution_weights, quadrature};
-use crate::rational::{Quality, Recursion, recursion};
+use crate::rational::{DOUBTFUL, Quality, Recursion, recursion};
 use crate::time_domain::{Memory, TimeDomain};
 use crate::{Fidelity, Method, ReservoirError, ReservoirParameters};
 use interface::variables::reservoir as variables;
@@ -18,9 +18,6 @@ use std::num::NonZeroUsize;
 const UNIT: &str = "reservoir";
 /// Its name downstream of the dam.
 const TAILWATER: &str = "tailwater";
-
-/// Error of a recursion's fit, and loss over ρc, above which the unit warns.
-const DOUBTFUL: f64 = 1e-3;
 
 /// Fraction of a communication step by which times of the caller and the unit may differ.
 const TIME_TOLERANCE: f64 = 1e-6;
@@ -132,7 +129,7 @@ impl Reservoir {
         // Messages are caught on this thread only, so nothing is logged on the threads of the pool.
         let (model, said, quality) = pool.install(|| made(&parameters, prepared))?;
         tracing::info!("{points} interface points, {depth} m of {said}");
-        if let Some(Quality { error, loss, .. }) = quality.filter(|q| q.error.max(q.loss) > DOUBTFUL) {
+        if let Some(Quality { error, loss, .. }) = quality.filter(Quality::is_doubtful) {
             tracing::warn!(
                 "the recursion is {error:.1e} off the water's frequency response, with a loss of {loss:.1e} ρc, more than \
                  {DOUBTFUL:.0e}; choose another method, or a coarser wet face"
@@ -171,6 +168,11 @@ impl Reservoir {
         &self.parameters
     }
 
+    /// Whether the water is stepped by a recursion, asked for or chosen.
+    pub fn is_recursion(&self) -> bool {
+        self.quality.is_some()
+    }
+
     /// How many steps of its own the unit takes for a communication step.
     fn own_steps(&self, time: f64, communication_step: f64) -> Result<usize, ReservoirError> {
         let ReservoirParameters { communication_step: own, horizon, .. } = self.parameters;
@@ -201,7 +203,8 @@ impl Reservoir {
         let start = self.state.motion.start_time;
         let elapsed = now + communication_step - start;
         let reached = self.state.motion.steps as f64 + steps;
-        if self.parameters.method.has_horizon() && reached > self.parameters.steps() as f64 {
+        let ends = self.parameters.method.has_horizon() && !self.is_recursion();
+        if ends && reached > self.parameters.steps() as f64 {
             return Err(ReservoirError::BeyondHorizon { end: start + elapsed, elapsed, horizon });
         }
         Ok(steps as usize)
@@ -559,10 +562,21 @@ fn prepared(parameters: &ReservoirParameters) -> Result<Option<Prepared>, Reserv
     if !Reservoir::is_prepared(parameters) {
         return Ok(None);
     }
-    let (operator, said) = if parameters.method == Method::Recursive {
-        let (recursion, quality) = recursion(parameters)?;
+    let fitted = match parameters.method {
+        Method::Recursive => Some(recursion(parameters)?),
+        Method::Automatic if parameters.may_be_fitted() => match recursion(parameters) {
+            Ok(fitted) => Some(fitted).filter(|(_, quality)| !quality.is_doubtful()),
+            Err(ReservoirError::NotFitted | ReservoirError::Recursion { .. }) => None,
+            Err(error) => return Err(error),
+        },
+        _ => None,
+    };
+    let (operator, said) = if let Some((recursion, quality)) = fitted {
         (Operator::Recursion(Box::new(recursion), quality), quality.to_string())
     } else {
+        // What a recursion would not have minded.
+        ReservoirParameters { method: parameters.method.of_convolution(), ..parameters.clone() }
+            .validate()?;
         let (weights, solved) = convolution_weights(parameters)?;
         let all = quadrature(parameters).frequencies();
         (Operator::Convolution(weights), format!("solved at {solved} frequencies instead of {all}"))

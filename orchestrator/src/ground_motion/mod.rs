@@ -112,6 +112,13 @@ impl GroundMotion {
         &self.acceleration
     }
 
+    /// The sample that is farthest from zero, m/s², and its time, s.
+    pub fn peak(&self) -> (f64, f64) {
+        let samples = self.acceleration.iter().enumerate();
+        let peak = samples.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+        peak.map_or((0.0, 0.0), |(index, peak)| (*peak, index as f64 * self.interval))
+    }
+
     /// Time of the last sample, s.
     pub fn duration(&self) -> f64 {
         self.interval * (self.acceleration.len() - 1) as f64

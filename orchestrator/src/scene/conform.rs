@@ -99,7 +99,7 @@ impl Conformed {
                 return Value::Array(values.map(value).collect());
             }
             (
-                Shape::Number(range),
+                Shape::Number(range) | Shape::NumberOr(range, _),
                 Content::Scalar(Value::Float(_) | Value::Integer(_)) | Content::Large(..),
             ) => {
                 let number = match &node.content {
@@ -123,7 +123,7 @@ impl Conformed {
             }
             (Shape::Text, Content::Scalar(Value::String(text))) => return text.clone().into(),
             (Shape::Flag, Content::Scalar(Value::Boolean(flag))) => return (*flag).into(),
-            (Shape::Word(words), Content::Scalar(Value::String(word))) => {
+            (Shape::Word(words) | Shape::NumberOr(_, words), Content::Scalar(Value::String(word))) => {
                 let words: Vec<&str> = words.iter().map(|word| word.word.as_str()).collect();
                 if words.contains(&word.as_str()) {
                     return word.clone().into();
@@ -254,7 +254,7 @@ fn stand_in(shape: &Shape) -> Value {
         }
         Shape::Map(_) => Table::new().into(),
         Shape::Array(of, count) => vec![stand_in(of); count.unwrap_or(0)].into(),
-        Shape::Number(_) => f64::NAN.into(),
+        Shape::Number(_) | Shape::NumberOr(..) => f64::NAN.into(),
         Shape::Whole([least, most]) => 0.clamp(*least, *most).into(),
         Shape::Word(words) => words.first().map(|word| word.word.clone()).unwrap_or_default().into(),
         Shape::Flag => false.into(),

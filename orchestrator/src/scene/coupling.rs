@@ -1,7 +1,7 @@
 //! `[coupling]`: how the units are coupled.
 
 use crate::acceleration::AccelerationKind;
-use crate::convergence::Measure;
+use crate::convergence::{Measure, Tolerance};
 use crate::scheme::SchemeKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -19,9 +19,8 @@ pub struct CouplingScene {
     /// Number of communication steps that are iterated together, as one; implicit schemes only.
     #[schemars(range(min = 1, max = 10_000))]
     pub window: usize,
-    /// Tolerance ε of the iteration.
-    #[schemars(range(min = 1e-14, max = 0.1))]
-    pub tolerance: f64,
+    /// Tolerance ε of the iteration: a number, a share of the pressure of the moment, or a word.
+    pub tolerance: Tolerance,
     /// Measures that must all be below ε.
     pub measures: Vec<Measure>,
     /// Most iterations a step by one acceleration. Those that measure and check the units (a Jacobian, the rounding floor,
@@ -46,7 +45,7 @@ impl Default for CouplingScene {
         Self {
             scheme: None,
             window: 1,
-            tolerance: 1e-6,
+            tolerance: Tolerance::Balanced,
             measures: vec![Measure::Pressure],
             iteration_limit: 100,
             on_failure: OnFailure::Stop,

@@ -132,6 +132,11 @@ impl Scene {
         }
     }
 
+    /// Whether a run may take communication steps of other lengths.
+    pub fn has_varying_steps(&self) -> bool {
+        self.time.adaptive.is_some() || self.coupling.on_failure == OnFailure::Halve
+    }
+
     /// The coupling scheme.
     pub fn scheme(&self) -> SchemeKind {
         if !self.has_water() || self.is_open_loop() {

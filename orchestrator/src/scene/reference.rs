@@ -47,7 +47,9 @@ fn range(shape: &Shape) -> String {
     match shape {
         Shape::Number(range) if range.is_free() => String::new(),
         Shape::Number(Range { least, most: f64::MAX, .. }) => format!("> {}", plain(*least)),
-        Shape::Number(Range { least, most, .. }) => format!("{} to {}", plain(*least), plain(*most)),
+        Shape::Number(Range { least, most, .. }) | Shape::NumberOr(Range { least, most, .. }, _) => {
+            format!("{} to {}", plain(*least), plain(*most))
+        }
         Shape::Whole([i64::MIN, _] | [_, i64::MAX]) => String::new(),
         Shape::Whole([least, most]) => format!("{least} to {most}"),
         _ => String::new(),
@@ -77,7 +79,7 @@ fn shown(value: &Value) -> String {
 /// The meaning of a key, and of each word that it may have.
 fn meaning_of(field: &Field) -> String {
     let words = match &field.shape {
-        Shape::Word(words) => words,
+        Shape::Word(words) | Shape::NumberOr(_, words) => words,
         Shape::Array(of, None) => match &**of {
             Shape::Word(words) => words,
             _ => return escaped(&field.meaning),

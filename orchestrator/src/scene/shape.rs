@@ -15,6 +15,8 @@ pub enum Shape {
     /// Of so many values, or of any number.
     Array(Box<Shape>, Option<usize>),
     Number(Range),
+    /// A number or a word.
+    NumberOr(Range, Vec<Word>),
     /// A whole number from the first to the last.
     Whole([i64; 2]),
     Text,
@@ -103,8 +105,15 @@ impl Shape {
     fn of(schema: &Schema) -> Self {
         let list = |key: &str| schema[key].as_array().map_or(&[][..], Vec::as_slice);
         let is_null = |s: &&Schema| s["type"] == "null";
-        if let Some(given) = list("anyOf").iter().find(|s| !is_null(s)) {
-            return Self::of(given);
+        let given: Vec<Self> = list("anyOf").iter().filter(|s| !is_null(s)).map(Self::of).collect();
+        match <[Self; 2]>::try_from(given) {
+            Ok([Self::Number(range), Self::Word(words)]) => return Self::NumberOr(range, words),
+            Ok([first, _]) => return first,
+            Err(given) => {
+                if let Some(first) = given.into_iter().next() {
+                    return first;
+                }
+            }
         }
         let word = |s: &Schema| {
             let word = s["const"].as_str().or(s.as_str())?.to_owned();
@@ -209,6 +218,7 @@ impl Shape {
             Self::Array(of, Some(count)) => format!("an array of {count} {}", of.plural()),
             Self::Array(of, None) => format!("an array of {}", of.plural()),
             Self::Number(_) => "a number".to_owned(),
+            Self::NumberOr(_, words) => format!("a number or {}", one_of(words)),
             Self::Whole(_) => "a whole number".to_owned(),
             Self::Text => "text in quotes".to_owned(),
             Self::Flag => "true or false".to_owned(),

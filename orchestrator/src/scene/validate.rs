@@ -314,7 +314,8 @@ impl Findings {
         }
         // Other programs say themselves what they can.
         let equal_steps = any(|water| {
-            water.fidelity == FidelityScene::Compressible && water.method != MethodScene::Recursive
+            water.fidelity == FidelityScene::Compressible
+                && !matches!(water.method, MethodScene::Automatic | MethodScene::Recursive)
         });
         for (key, varies) in
             [("time.adaptive", scene.time.adaptive.is_some()), ("coupling.on_failure", halves)]

@@ -3,7 +3,7 @@
 use super::shape::Shape;
 
 /// The version of today.
-pub const VERSION: u32 = 3;
+pub const VERSION: u32 = 4;
 
 /// A default that is another one since some version.
 struct Moved {
@@ -18,11 +18,18 @@ const MOVED: &[Moved] = &[
     Moved { since: 2, key: "coupling.acceleration", before: "\"aitken\"" },
     Moved { since: 2, key: "coupling.measures", before: "[\"pressure\", \"displacement\"]" },
     Moved { since: 3, key: "dam.damping.drags_blocks", before: "true" },
+    Moved { since: 4, key: "coupling.tolerance", before: "1e-6" },
+    Moved { since: 4, key: "reservoir.method", before: "\"radau2\"" },
+    Moved { since: 4, key: "tailwater.method", before: "\"radau2\"" },
 ];
 
 /// A sentence for each default that has moved since `version` and that a scene takes: its key is not `given`.
 pub fn moved(version: u32, given: impl Fn(&str) -> bool) -> Vec<String> {
-    let moved = MOVED.iter().filter(|moved| moved.since > version && !given(moved.key));
+    let there = |key: &str| {
+        let table = key.rsplit_once('.').map_or("", |(table, _)| table);
+        given(table) || !Shape::is_like_another(table)
+    };
+    let moved = MOVED.iter().filter(|moved| moved.since > version && !given(moved.key) && there(moved.key));
     let sentence = |Moved { since, key, before }: &Moved| {
         let now = Shape::field(key).and_then(|field| field.default.as_ref());
         let now = now.map_or_else(|| "other".to_owned(), ToString::to_string);

@@ -5,6 +5,7 @@ use super::{
     CrackScene, DamFidelityScene, DamScene, FidelityScene, MaterialScene, MethodScene, ReservoirScene, Scene,
     Side, Source,
 };
+use crate::convergence::Tolerance;
 use crate::ground_motion::{GroundMotion, STANDARD_GRAVITY};
 use crate::scheme::SchemeKind;
 use interface::number::plain;
@@ -267,8 +268,9 @@ pub fn doubts(scene: &Scene, motion: &GroundMotion) -> Vec<Doubt> {
             doubts.push((side.key("interface_size"), warning));
         }
     }
-    if scene.coupling.tolerance > LOOSEST_TOLERANCE {
-        let tolerance = scene.coupling.tolerance;
+    if let Tolerance::Relative(tolerance) = scene.coupling.tolerance
+        && tolerance > LOOSEST_TOLERANCE
+    {
         doubts.push(at("coupling.tolerance", Warning::LooseTolerance { tolerance }));
     }
     let dam = scene.dam.iter().map(|dam| ("dam", dam.source()));

@@ -185,12 +185,14 @@ pub enum ElementOrderScene {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum MethodScene {
+    /// `"recursive"` where its fit has an error and a loss below 1e-3, or where steps vary; else `"radau2"`.
+    #[default]
+    Automatic,
     /// Convolution quadrature by BDF2.
     Bdf2,
     /// Convolution quadrature by the trapezoidal rule.
     Trapezoid,
     /// Convolution quadrature by Radau IIA of two stages.
-    #[default]
     Radau2,
     /// Convolution quadrature by Radau IIA of three stages.
     Radau3,

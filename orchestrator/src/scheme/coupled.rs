@@ -8,7 +8,7 @@ use super::{
     SchemeKind, StepFailure, UnitId, WindowReport, WorstPoint,
 };
 use crate::acceleration::Acceleration;
-use crate::convergence::{ConvergenceMeasure, Guard, Hopeless, Residuals, norm};
+use crate::convergence::{ConvergenceMeasure, Guard, Hopeless, Known, Residuals, norm};
 use crate::participant::{Occasion, Participant, ParticipantError};
 use interface::{Fingerprint, StateError};
 use serde::{Deserialize, Serialize};
@@ -383,7 +383,7 @@ impl Scheme {
                 self.evaluate(graph, &unknowns, iteration, purpose, report)?;
             if !self.settings.kind.is_implicit() {
                 if self.settings.kind != SchemeKind::AddedMass && !self.open_loop {
-                    let residuals = self.residuals(&displacement, None, [&unknowns, &answered], None);
+                    let residuals = self.residuals(report, &displacement, None, [&unknowns, &answered], None);
                     self.compared(report, residuals, [&unknowns, &answered]);
                 }
                 return self.finish(graph, report, true, "not repeated: the scheme is explicit");
@@ -391,8 +391,8 @@ impl Scheme {
             let mut residual: Vec<f64> = answered.iter().zip(&unknowns).map(|(q, p)| q - p).collect();
             if !probe {
                 left -= 1;
-                let residuals =
-                    self.residuals(&displacement, previous.as_deref(), [&unknowns, &answered], first);
+                let (before, both) = (previous.as_deref(), [&unknowns[..], &answered]);
+                let residuals = self.residuals(report, &displacement, before, both, first);
                 first.get_or_insert(residuals.pressure);
                 self.compared(report, residuals, [&unknowns, &answered]);
                 if self.measure.converged(&residuals) {
@@ -476,21 +476,25 @@ impl Scheme {
         report.converged = converged;
         outcome.clone_into(&mut report.outcome);
         report.largest_pressure = self.memory.largest_pressure;
-        if self.settings.kind != SchemeKind::AddedMass
-            && let [interval] = report.steps[..]
-        {
+        if self.settings.kind != SchemeKind::AddedMass && report.steps.len() == 1 {
             let last = report.iterations();
             let of =
                 |id| report.exchanges.iter().rfind(|e| e.unit == UnitId(id) && e.occasion.iteration == last);
             if let Some(answers) = (0..self.blanks.len()).map(of).collect::<Option<Vec<_>>>() {
                 let pressure = self.pressure(&answers);
                 report.largest_pressure = self.memory.largest_pressure.max(norm(pressure.iter().copied()));
-                // The unknowns in the history begin with the pressures, which alone are compared.
-                report.interpolation_error =
-                    self.memory.predictor.interpolation_error(interval.communication_step, &pressure);
+                report.interpolation_error = self.interpolation_error(report, &pressure);
             }
         }
         Ok(())
+    }
+
+    /// Error of the pressure that is linear within the step, of a window of one step that ends with `unknowns`.
+    fn interpolation_error(&self, report: &WindowReport, unknowns: &[f64]) -> Option<f64> {
+        let [interval] = report.steps[..] else { return None };
+        // The unknowns begin with the pressures, which alone are compared.
+        let pressure = &unknowns[..self.pressures()];
+        self.memory.predictor.interpolation_error(interval.communication_step, pressure)
     }
 
     fn restore(&self, graph: &mut Graph) -> Result<(), ParticipantError> {
@@ -609,6 +613,7 @@ impl Scheme {
     /// The residuals of an iteration, the larger of those of pressure and of acceleration where both are unknown.
     fn residuals(
         &self,
+        report: &WindowReport,
         displacement: &[f64],
         previous: Option<&[f64]>,
         [given, answered]: [&[f64]; 2],
@@ -619,9 +624,11 @@ impl Scheme {
             let steps = values.chunks(self.unknowns()).map(|step| step.split_at(points));
             steps.flat_map(|(p, a)| if of_pressure { p } else { a }).copied().collect()
         };
+        let step_error = self.interpolation_error(report, answered);
+        let known = Known { first, step_error, largest: self.memory.largest_pressure };
         let of = |pressure| {
             let (given, answered) = (part(given, pressure), part(answered, pressure));
-            self.measure.residuals(displacement, previous, [&given, &answered], first)
+            self.measure.residuals(displacement, previous, [&given, &answered], known)
         };
         let pressure = of(true);
         if self.settings.kind.is_parallel() { pressure.or_larger(&of(false)) } else { pressure }

@@ -1,5 +1,5 @@
 use super::WindowReport;
-use crate::convergence::Hopeless;
+use crate::convergence::{Hopeless, Tolerance};
 use crate::mapping::MappingError;
 use crate::participant::ParticipantError;
 use interface::StateError;
@@ -37,7 +37,7 @@ pub enum CouplingError {
     /// The iteration limit was reached.
     #[error(
         "step {step} at t = {time} s did not converge in {iterations} iterations: pressure residual {pressure:e} Pa \
-         ({pressure_ratio:.3e} of what is allowed), displacement {displacement:.3e}, tolerance {tolerance:e}; \
+         ({pressure_ratio:.3e} of what is allowed), displacement {displacement:.3e}, tolerance {tolerance}; \
          raise [coupling] iteration_limit, choose another acceleration, or shorten communication_step for compressible \
          water (lengthen it for added mass)"
     )]
@@ -55,7 +55,7 @@ pub enum CouplingError {
         /// Displacement residual.
         displacement: f64,
         /// Tolerance ε.
-        tolerance: f64,
+        tolerance: Tolerance,
     },
     /// Further iterations would be useless.
     #[error(

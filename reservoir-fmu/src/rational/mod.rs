@@ -23,7 +23,7 @@ mod residues;
 
 use crate::system::boundary_system;
 use crate::{ReservoirError, ReservoirParameters};
-use channel::Channel;
+pub(crate) use channel::Channel;
 use coordinates::Coordinates;
 use fit::{Fit, Target};
 use num_complex::Complex64;
@@ -56,6 +56,9 @@ const BESIDE: usize = 6;
 /// Panels per wavelength at the highest frequency of the fit.
 const PER_WAVE: f64 = 4.0;
 
+/// Error of a recursion's fit, and loss over ρc, above which it is doubtful.
+pub(crate) const DOUBTFUL: f64 = 1e-3;
+
 /// Size and quality of a recursion.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct Quality {
@@ -67,6 +70,13 @@ pub(crate) struct Quality {
     pub solved: usize,
     /// Loss added for passivity: δ of `δ s/(s + ω₀)`, divided by ρc.
     pub loss: f64,
+}
+
+impl Quality {
+    /// Whether the water is better stepped in another way.
+    pub fn is_doubtful(&self) -> bool {
+        self.error.max(self.loss) > DOUBTFUL
+    }
 }
 
 impl std::fmt::Display for Quality {

@@ -123,7 +123,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if exchanges.is_empty() {
         return Err(missing(path, &story, arguments));
     }
-    let limit = log.head().scene.coupling.tolerance;
+    let limit = log.head().scene.coupling.tolerance.relative();
     let mut at = None;
     for exchange in &exchanges {
         let occasion = exchange.occasion;

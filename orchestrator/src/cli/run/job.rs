@@ -344,11 +344,15 @@ fn frequencies_in_water(scene: &Scene, count: usize) -> Vec<f64> {
 fn recursion(scene: &Scene, graph: &mut Graph) -> Result<Vec<(Side, [f64; 2])>, ParticipantError> {
     let mut found = Vec::new();
     for (id, (side, water)) in graph.ids().skip(1).zip(scene.waters()) {
-        if (water.fidelity, water.method) != (FidelityScene::Compressible, MethodScene::Recursive) {
+        let fitted = matches!(water.method, MethodScene::Automatic | MethodScene::Recursive);
+        if water.fidelity != FidelityScene::Compressible || !fitted {
             continue;
         }
         let [error, loss] = ["recursion_error", "recursion_loss"].map(|name| known(graph[id].read(name)));
-        if let ([error], [loss]) = (&error?[..], &loss?[..]) {
+        // An automatic method that came to a convolution has neither.
+        if let ([error], [loss]) = (&error?[..], &loss?[..])
+            && *error > 0.0
+        {
             found.push((side, [*error, *loss]));
         }
     }
@@ -357,9 +361,7 @@ fn recursion(scene: &Scene, graph: &mut Graph) -> Result<Vec<(Side, [f64; 2])>, 
 
 /// Source and peak of the ground motion.
 fn ground_line(motion: &GroundMotion) -> String {
-    let samples = motion.acceleration().iter().enumerate();
-    let (index, peak) = samples.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).unwrap_or((0, &0.0));
-    let (source, time) = (motion.source(), index as f64 * motion.interval());
+    let (source, (peak, time)) = (motion.source(), motion.peak());
     format!("{:<10} {source}: peak {:.3} g at {time:.2} s", "ground", peak / STANDARD_GRAVITY)
 }
 

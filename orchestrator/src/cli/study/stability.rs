@@ -129,7 +129,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     let judged = judge_all(&loaded.scene, &cases, grid.steps)?;
     let tolerance = loaded.scene.coupling.tolerance;
     let mut text = format!(
-        "`cofferdam study stability {}{}`, ε = {tolerance:e}\n",
+        "`cofferdam study stability {}{}`, ε = {tolerance}\n",
         quoted(&arguments.scene),
         if arguments.coarse { " --coarse" } else { "" }
     );

@@ -5,10 +5,11 @@ mod figure;
 use super::{Arguments, CREST, Outcome, SLIDING, StudyError, quoted, run_scene, unfit};
 use crate::cli::table::Table;
 use crate::cli::{say, threads};
+use orchestrator::convergence::Tolerance;
 use orchestrator::scene::OnFailure;
 
 pub const HELP: &str = "\
-Runs the scene with tolerances from 1e-2 to 1e-12 and compares crest displacement and sliding with those of the tightest one.
+Runs the scene with tolerances from 1e-2 to 1e-12 and the balanced one, and compares crest displacement and sliding with those of the tightest one.
 A run with half the communication step shows the error that does not depend on the tolerance.
 
 Writes tolerance.md, tolerance.csv and tolerance.svg.
@@ -22,7 +23,7 @@ made.";
 /// The tightest tolerance: the others are compared with it.
 const TIGHTEST: f64 = 1e-13;
 
-/// One tolerance.
+/// A tolerance that is a number.
 pub struct Point {
     pub tolerance: f64,
     /// Largest differences from the tightest over the largest value.
@@ -46,13 +47,13 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
         return Err(unfit("a tolerance matters to implicit schemes, and is compared at equal steps"));
     }
     let motion = &loaded.ground_motion;
-    let solve = |tolerance: f64, halvings: i32| -> Result<Outcome, StudyError> {
+    let solve = |tolerance: Tolerance, halvings: i32| -> Result<Outcome, StudyError> {
         let mut scene = loaded.scene.clone();
         scene.coupling.tolerance = tolerance;
         // The run continues where only rounding is left; the table gives the number of these steps.
         scene.coupling.on_failure = OnFailure::Continue;
         scene.time.communication_step /= 2f64.powi(halvings);
-        let what = format!("ε = {tolerance:e}, H = {} s", scene.time.communication_step);
+        let what = format!("ε = {tolerance}, H = {} s", scene.time.communication_step);
         let outcome = run_scene(&scene, motion, threads(None))?.completed(&what)?;
         say(format!(
             "{what}: {:.2} iterations, {:.1} s",
@@ -61,8 +62,8 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
         ));
         Ok(outcome)
     };
-    let reference = solve(TIGHTEST, 0)?;
-    let halved = solve(TIGHTEST, 1)?;
+    let reference = solve(TIGHTEST.into(), 0)?;
+    let halved = solve(TIGHTEST.into(), 1)?;
     // Second order: half the step has a quarter of the error, so that the difference is three quarters of it.
     let of_step = [CREST, SLIDING].map(|name| {
         let every_second: Vec<f64> = halved.column(name).iter().copied().step_by(2).collect();
@@ -72,21 +73,23 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     let mut points = Vec::new();
     let mut table =
         Table::new(["ε", "dam steps a step", "steps that rest above ε", "wall time, s", "crest", "sliding"]);
-    for exponent in exponents {
-        let tolerance = 10f64.powi(-exponent);
+    let numbers = exponents.into_iter().map(|exponent| Tolerance::Relative(10f64.powi(-exponent)));
+    for tolerance in std::iter::once(Tolerance::Balanced).chain(numbers) {
         let outcome = solve(tolerance, 0)?;
         let [crest, sliding] =
             [CREST, SLIDING].map(|name| difference(outcome.column(name), reference.column(name)));
         let iterations = outcome.iterations(1);
         table.row([
-            format!("{tolerance:e}"),
+            tolerance.to_string(),
             format!("{iterations:.2}"),
             outcome.ending.statistics.unconverged.to_string(),
             format!("{:.1}", outcome.ending.wall.total.as_secs_f64()),
             format!("{crest:.1e}"),
             format!("{sliding:.1e}"),
         ]);
-        points.push(Point { tolerance, crest, sliding, iterations });
+        if let Tolerance::Relative(tolerance) = tolerance {
+            points.push(Point { tolerance, crest, sliding, iterations });
+        }
     }
     let step = loaded.scene.time.communication_step;
     let text = format!(

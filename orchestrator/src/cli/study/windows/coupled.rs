@@ -119,7 +119,7 @@ pub fn run(scene: &Scene, motion: &GroundMotion, water: &ShortWindows) -> Result
             };
             let residual = &answer - &guess;
             let size = residual.norm();
-            if size <= scene.coupling.tolerance * (answer.norm() + floor) {
+            if size <= scene.coupling.tolerance.relative() * (answer.norm() + floor) {
                 break moved;
             }
             if size.is_nan() || size > GROWTH * *began.get_or_insert(size) {
