@@ -18,8 +18,9 @@ pub struct Losses {
 /// Forces F at time step n and velocities v at the half steps give
 /// `Σ Fⁿ·(vⁿ⁻½ + vⁿ⁺½) Δt/2 = Σ ½(Fⁿ + Fⁿ⁺¹)·vⁿ⁺½ Δt`, the work for which central differences conserve energy. This
 /// formula is used for the input, for stiffness damping (in the elements, stress times strain rate) and for dashpots.
-/// The work of mass damping is `Σ α m vⁿ⁻½·vⁿ Δt`, that of friction the mean shear force times the slip, less the mean
-/// normal force times the rise by dilation. No term is computed from the balance of the others.
+/// The work of mass damping is `Σ α m vⁿ⁻½·vⁿ Δt`, that of friction the mean shear force times the slip along the current
+/// length of the other side, less the mean normal force times the rise by dilation. No term is computed from the balance of
+/// the others.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Work {
     /// Work of weight, water and ground inertia, including the inertia of the added mass.

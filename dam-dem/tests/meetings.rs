@@ -123,6 +123,23 @@ fn a_block_that_slides_off_a_step_lands_beside_it() {
     }
 }
 
+/// A block slides to rest where no crack is, on a side that is stretched by 2 %: what friction took is what the block had.
+#[test]
+fn friction_on_a_stretched_side_takes_what_the_block_had() {
+    let structure = on_a_step(&[([0.2, 2.0], [0.5, 0.5], [1, 1])], 0.3, true);
+    let mut motion = structure.at_rest();
+    for node in structure.mesh.blocks[0].nodes.clone() {
+        motion.displacement[node][0] = 0.02 * structure.mesh.nodes[node][0];
+    }
+    launch(&structure, &mut motion, 2, [1.5, 0.0]);
+    let before = energy(&structure, &motion);
+    let work = advance(&structure, &mut motion, [1e-3, 0.1], GRAVITY, 0.8);
+    let slid = motion.displacement[structure.mesh.blocks[2].nodes.start][0];
+    let balance = before + work.input - energy(&structure, &motion) - work.friction - work.damping;
+    println!("slid {slid:.3} m, {work:.1?}, balance {balance:.2} J/m");
+    assert!(slid > 0.3 && balance.abs() < 2e-3 * work.friction);
+}
+
 /// Face against face without friction: what one loses the other gains, to rounding.
 #[test]
 fn blocks_that_collide_keep_their_momentum() {

@@ -174,6 +174,8 @@ struct Place {
     normal: [f64; 2],
     gap: f64,
     slip: f64,
+    /// Unloaded length over current length of the segment along which it slides. `slip` is in unloaded lengths.
+    shortening: f64,
     /// Share of the part of the contact that lies opposite the other side.
     coverage: f64,
 }
@@ -330,6 +332,7 @@ impl<L: ContactLaw> Crack<L> {
             normal,
             gap: x * normal[0] + y * normal[1],
             slip: other.abscissas[corner] - abscissa,
+            shortening: (own.abscissas[segment + 1] - own.abscissas[segment]) / length,
             coverage,
         }
     }
@@ -356,6 +359,7 @@ impl<L: ContactLaw> Crack<L> {
         let tangent = [edge[0] * scale, edge[1] * scale];
         let normal = normal(side, tangent);
         let at_rest = other.abscissas[segment + 1] - other.abscissas[segment];
+        let shortening = at_rest * scale;
         // relative to the nearer end, so that the result is exact for matching nodes
         let nearest = if position > 0.5 { segment + 1 } else { segment };
         let offset = from(nearest);
@@ -369,6 +373,7 @@ impl<L: ContactLaw> Crack<L> {
             normal,
             gap: product(offset, normal),
             slip: other.abscissas[nearest] - point.abscissa + along * at_rest,
+            shortening,
             coverage: 1.0,
         }
     }
@@ -459,7 +464,8 @@ impl<L: ContactLaw> Crack<L> {
             let anchor = if slips { place.slip - response.stretch } else { joint.anchor };
             let slip = anchor - joint.anchor;
             let mean_shear = shear_stiffness * (before * joint.stretch + weight * response.stretch) / 2.0;
-            losses.friction += mean_shear * slip;
+            // the shear force does its work along the current length
+            losses.friction += mean_shear * slip / place.shortening;
             if weight != before {
                 // springs appear and disappear with the part of the contact that they represent
                 losses.friction +=

@@ -221,7 +221,8 @@ impl<L: ContactLaw> Outlines<L> {
             let slips = response.slipping || !closed;
             let anchor = if slips { place.along - response.stretch } else { meeting.anchor };
             let mean_shear = shear_stiffness * (meeting.stretch + response.stretch) / 2.0;
-            losses.friction += weight * mean_shear * (anchor - meeting.anchor);
+            // the anchor is in unloaded lengths; the shear force does its work along the current one
+            losses.friction += weight * mean_shear * (anchor - meeting.anchor) / place.shortening;
             let mean = |i: usize| (meeting.dashpots[i] + response.dashpots[i]) / 2.0;
             losses.damping_power += weight * (mean(0) * rates[0] + mean(1) * rates[1]);
             *meeting = Meeting {
@@ -300,6 +301,7 @@ impl<L: ContactLaw> Outlines<L> {
                 position: 0.0,
                 length: 1.0,
                 along: x,
+                shortening: 1.0,
                 gap: y,
                 tangent: [1.0, 0.0],
                 normal: [0.0, 1.0],
@@ -319,6 +321,7 @@ impl<L: ContactLaw> Outlines<L> {
             position,
             length,
             along: edge.abscissa + position * edge.length,
+            shortening: edge.length / length,
             gap: dot(from, normal),
             tangent,
             normal,
@@ -463,7 +466,10 @@ struct Place {
     /// Along the edge, from 0 to 1.
     position: f64,
     length: f64,
+    /// Position along the outline, in unloaded lengths, m.
     along: f64,
+    /// Unloaded length of the edge over its current one.
+    shortening: f64,
     gap: f64,
     tangent: [f64; 2],
     normal: [f64; 2],
