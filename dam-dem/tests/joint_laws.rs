@@ -127,6 +127,69 @@ fn a_dilating_joint_lifts_its_block() -> Result<(), DamError> {
     Ok(())
 }
 
+/// Where sides that have dilated by 20 mm turn while a block slides over an end and back, the forces do the work that springs
+/// and friction take. Their moment is that of the overlap, not that of the rise.
+#[test]
+fn sides_that_turn_while_dilated_do_no_other_work() {
+    let mut dilating = law(0.0, 0.0);
+    (dilating.friction, dilating.dilation, dilating.dilation_slip) = (0.5, 0.1, 0.2);
+    for integration in [Integration::Nodal, Integration::Gauss] {
+        let mesh = Mesh::mapped(&Section::rectangle(WIDTH, 2.0), &[vec![0.0, 1.0], vec![1.0, 2.0]], 3);
+        let structure = Structure::new(
+            mesh,
+            &support::stiff(1e10),
+            Kinematics::Corotational,
+            [(dilating, integration)],
+            &[],
+        );
+        let (rest, crack) = (&structure.mesh.nodes, &structure.cracks[0]);
+        let mut motion = structure.at_rest();
+        let mut forces = vec![[0.0; 2]; rest.len()];
+        let (mut work, mut friction, mut worst, mut allowed) = (0.0, 0.0, 0.0f64, 0.0f64);
+        let steps = 8000;
+        for step in 0..=steps {
+            // slides to 0.25 m with the rise, then both sides turn while it slides a little to and fro
+            let t = f64::from(step) / f64::from(steps);
+            let slid = 0.25 * (4.0 * t).min(1.0);
+            let phase = 12.0 * std::f64::consts::PI * (t - 0.25).max(0.0);
+            let (slide, turn) = (slid + 2e-3 * phase.sin(), 2e-3 * (phase.cos() - 1.0));
+            let (sin, cos) = f64::sin_cos(turn);
+            let earlier = forces.clone();
+            let before = motion.displacement.clone();
+            for (node, &[x, y]) in rest.iter().enumerate() {
+                let above = structure.mesh.blocks[1].nodes.contains(&node);
+                let (x_now, y_now) = if above { (x + slide, y + 0.1 * slid.min(0.2) - 1e-4) } else { (x, y) };
+                let (a, b) = (x_now - 1.5, y_now - 1.0);
+                motion.displacement[node] = [1.5 + cos * a - sin * b - x, 1.0 + sin * a + cos * b - y];
+            }
+            forces.fill([0.0; 2]);
+            let (u, v, joints) = (&motion.displacement, &motion.velocity, &mut motion.joints[0]);
+            let losses = crack.add_forces(u, v, 0.0, joints, &mut forces);
+            let [mut moment, mut size] = [0.0; 2];
+            for (node, &[x, y]) in rest.iter().enumerate() {
+                let [fx, fy] = forces[node];
+                moment += (x + u[node][0]) * fy - (y + u[node][1]) * fx;
+                size += fx.abs();
+                for d in 0..2 {
+                    work -= (earlier[node][d] + forces[node][d]) / 2.0 * (u[node][d] - before[node][d]);
+                }
+            }
+            let overlap = joints.iter().map(|joint| joint.penetration).fold(0.0, f64::max);
+            if step == 0 {
+                work = crack.energy(joints);
+                continue;
+            }
+            (worst, allowed) = (worst.max(moment.abs()), allowed.max(size * overlap));
+            friction += losses.friction;
+        }
+        let gap = (work - crack.energy(&motion.joints[0]) - friction) / friction;
+        println!(
+            "{integration:?}: gap {gap:.1e} of {friction:.3e} J/m, moment {worst:.0} N, shear × overlap {allowed:.0} N"
+        );
+        assert!(gap.abs() < 2e-5 && worst < allowed);
+    }
+}
+
 /// A dam with a crack that is too strong to fail moves like the intact dam, with both kinds of integration.
 #[test]
 fn a_bond_that_never_fails_makes_an_intact_dam() -> Result<(), DamError> {

@@ -174,7 +174,10 @@ struct Place {
     normal: [f64; 2],
     gap: f64,
     slip: f64,
-    /// Unloaded length over current length of the segment along which it slides. `slip` is in unloaded lengths.
+    /// The segment along which it slides: its nodes, its unloaded length (m), and this over the current one.
+    /// `slip` is in unloaded lengths.
+    slides_on: [usize; 2],
+    at_rest: f64,
     shortening: f64,
     /// Share of the part of the contact that lies opposite the other side.
     coverage: f64,
@@ -317,6 +320,7 @@ impl<L: ContactLaw> Crack<L> {
         let point = own.point(segment, abscissa);
         let edge = own.edge(segment, &u);
         let length = edge[0].hypot(edge[1]);
+        let at_rest = own.abscissas[segment + 1] - own.abscissas[segment];
         let tangent = edge.map(|component| component / length);
         let normal = normal(contact.side, tangent);
         let ([rest, moved], [first, second]) =
@@ -332,7 +336,9 @@ impl<L: ContactLaw> Crack<L> {
             normal,
             gap: x * normal[0] + y * normal[1],
             slip: other.abscissas[corner] - abscissa,
-            shortening: (own.abscissas[segment + 1] - own.abscissas[segment]) / length,
+            slides_on: point.nodes,
+            at_rest,
+            shortening: at_rest / length,
             coverage,
         }
     }
@@ -373,6 +379,8 @@ impl<L: ContactLaw> Crack<L> {
             normal,
             gap: product(offset, normal),
             slip: other.abscissas[nearest] - point.abscissa + along * at_rest,
+            slides_on: [other.nodes[segment], other.nodes[segment + 1]],
+            at_rest,
             shortening,
             coverage: 1.0,
         }
@@ -534,6 +542,15 @@ impl<L: ContactLaw> Crack<L> {
             for (&node, share) in nodes.iter().zip(shares) {
                 forces[node][0] += share * force[0];
                 forces[node][1] += share * force[1];
+            }
+            if risen > 0.0 {
+                // the rise separates the two shear forces; a couple on the segment balances their moment
+                let force = weight * response.shear * risen * place.shortening / place.at_rest;
+                let [first, last] = place.slides_on;
+                for d in 0..2 {
+                    forces[first][d] += force * n[d];
+                    forces[last][d] -= force * n[d];
+                }
             }
         }
         losses

@@ -16,7 +16,8 @@
 //! segment as weight carries the whole force. The outermost Gauss points lie a fifth of a segment inside:
 //! pressure along the crack is smoother, but a rocking block is less stable because its lever arm is shorter.
 //! A pair of contact forces has a resulting moment of (force × penetration), because action and reaction act
-//! on two surfaces and not at one point.
+//! on two surfaces and not at one point. Where dilation separates the sides, a couple on the segment takes the
+//! moment (shear force × rise).
 
 mod coulomb;
 mod crack;
