@@ -98,6 +98,7 @@ fn a_branch_with_nothing_changed_is_its_run() -> Result<(), LogReadError> {
     halved.extend([
         ("coupling.on_failure", "halve".into()),
         ("coupling.iteration_limit", 12.into()),
+        ("coupling.tolerance", 1e-6.into()),
         ("coupling.acceleration", "aitken".into()),
         ("time.communication_step", 0.005.into()),
     ]);
@@ -166,7 +167,7 @@ fn runs_that_failed_or_were_cut_are_branched() -> Result<(), LogReadError> {
 
 #[test]
 fn what_is_set_otherwise_counts_from_the_step_on() -> Result<(), LogReadError> {
-    let scenario = coarse(&[]);
+    let scenario = coarse(&[("coupling.tolerance", 1e-6.into())]);
     let (parent, _) = run(&scenario, HERE);
     let fmu = scenario.folder().join("water.fmu");
     let mut export = Command::new(binary());

@@ -606,7 +606,7 @@ fn what_units_say_is_in_the_log() -> Result<(), LogReadError> {
         ("reservoir", "reservoir::reservoir", information),
     ];
     assert_eq!(said, expected);
-    for (message, word) in messages.iter().zip(["132 elements", "state of rest", "frequencies instead of"]) {
+    for (message, word) in messages.iter().zip(["132 elements", "state of rest", "states fitted to"]) {
         assert!(message.text.contains(word), "{message:?}");
         assert_eq!((message.step, message.time), (0, 0.0));
     }

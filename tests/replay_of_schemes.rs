@@ -90,7 +90,7 @@ fn steps_vary(scenario: &mut Scenario) {
 fn steps_gone_on_with_and_steps_halved_are_flagged_everywhere() {
     let mut scenario = short_scene();
     scenario.set("coupling.acceleration", "constant").set("coupling.iteration_limit", 4);
-    scenario.set("coupling.on_failure", "continue");
+    scenario.set("coupling.on_failure", "continue").set("coupling.tolerance", 1e-6);
     let log = replayed(&scenario);
     let logged = steps(&log);
     let unconverged = logged.iter().filter(|s| !s.converged).count();

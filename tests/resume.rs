@@ -161,6 +161,7 @@ fn every_way_of_stepping_and_every_fidelity_goes_on() {
                 ("reservoir.method", "recursive".into()),
                 ("coupling.acceleration", "constant".into()),
                 ("coupling.on_failure", "halve".into()),
+                ("coupling.tolerance", 1e-6.into()),
                 ("coupling.iteration_limit", 6.into()),
                 ("time.communication_step", 0.01.into()),
             ],
@@ -169,7 +170,10 @@ fn every_way_of_stepping_and_every_fidelity_goes_on() {
         ("added mass", vec![("coupling.scheme", "added-mass".into())]),
         ("Aitken", vec![("coupling.acceleration", "aitken".into())]),
         ("incompressible", vec![("reservoir.fidelity", "incompressible".into())]),
-        ("convolution", vec![("reservoir.fidelity", "compressible".into())]),
+        (
+            "convolution",
+            vec![("reservoir.fidelity", "compressible".into()), ("reservoir.method", "radau2".into())],
+        ),
         (
             "recursion",
             vec![("reservoir.fidelity", "compressible".into()), ("reservoir.method", "recursive".into())],
@@ -245,7 +249,8 @@ fn grown(path: &Path, size: u64) {
 #[test]
 fn killed_runs_go_on_whoever_was_killed() {
     let _alone = alone();
-    let scenario = scene(2.0);
+    let mut scenario = scene(2.0);
+    scenario.set("coupling.tolerance", 1e-6);
     let whole = run(&scenario, "whole", &IN_PROCESS);
     let size = fs::metadata(whole.join("log.mcap")).expect("a log").len() as f64;
     let mut random = Random(20_261);

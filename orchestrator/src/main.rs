@@ -37,6 +37,7 @@ fn main() -> ExitCode {
         cli::Command::Replay(arguments) => cli::replay::run(&arguments),
         cli::Command::Log(command) => cli::log::run(&command),
         cli::Command::Reservoir(command) => cli::reservoir::run(&command),
+        cli::Command::Bench(arguments) => cli::bench::run(&arguments),
         cli::Command::Cache(arguments) => cli::cache::run(&arguments),
         cli::Command::Study(command) => cli::study::run(&command),
     })

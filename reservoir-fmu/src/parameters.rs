@@ -1,6 +1,5 @@
 use crate::boundary::BoundaryMesh;
 use crate::outline::Outline;
-use crate::rational::Channel;
 use crate::{Fidelity, ReservoirError};
 use interface::variables::reservoir as variables;
 use interface::{Variable, WetFace};
@@ -24,13 +23,13 @@ pub enum ElementOrder {
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
     /// The recursion where its fit has an error and a loss below 1e-3, else Radau IIA of two stages.
-    #[default]
     Automatic,
     /// Convolution quadrature by BDF2.
     Bdf2,
     /// Convolution quadrature by the trapezoidal rule.
     Trapezoid,
     /// Convolution quadrature by Radau IIA of two stages.
+    #[default]
     Radau2,
     /// Convolution quadrature by Radau IIA of three stages.
     Radau3,
@@ -144,10 +143,17 @@ impl ReservoirParameters {
         self.problem().map_or(Ok(()), |(_, error)| Err(error))
     }
 
+    /// Whether it is a channel of constant depth before a vertical face, without gravity waves.
+    pub(crate) fn is_channel(&self) -> bool {
+        self.wet_face.points().iter().all(|point| point[0] == 0.0)
+            && self.bed.iter().all(|corner| corner[1] == 0.0)
+            && !self.surface_waves
+    }
+
     /// Whether a recursion is worth a try: not with gravity waves, nor over an almost rigid bed, unless it is level and rigid.
     pub(crate) fn may_be_fitted(&self) -> bool {
         let alpha = self.wave_reflection_coefficient;
-        let rigid = alpha == 1.0 && Channel::describes(self);
+        let rigid = alpha == 1.0 && self.is_channel();
         !self.surface_waves && (alpha < ALMOST_RIGID || rigid)
     }
 

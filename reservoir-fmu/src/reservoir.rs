@@ -173,6 +173,11 @@ impl Reservoir {
         self.quality.is_some()
     }
 
+    /// Whether a step may have any length.
+    fn takes_any_step(&self) -> bool {
+        !self.parameters.fidelity.has_memory() || self.is_recursion()
+    }
+
     /// How many steps of its own the unit takes for a communication step.
     fn own_steps(&self, time: f64, communication_step: f64) -> Result<usize, ReservoirError> {
         let ReservoirParameters { communication_step: own, horizon, .. } = self.parameters;
@@ -181,7 +186,7 @@ impl Reservoir {
                 CallError::Order { unit: self.name(), call: "step", stage: Stage::Instantiated }.into()
             );
         }
-        let any = takes_any_step(&self.parameters);
+        let any = self.takes_any_step();
         if any && !(communication_step > 0.0 && communication_step.is_finite()) {
             let (parameter, value) = ("communication_step", communication_step);
             return Err(ReservoirError::NotPositive { parameter, value, unit: "s" });
@@ -203,8 +208,7 @@ impl Reservoir {
         let start = self.state.motion.start_time;
         let elapsed = now + communication_step - start;
         let reached = self.state.motion.steps as f64 + steps;
-        let ends = self.parameters.method.has_horizon() && !self.is_recursion();
-        if ends && reached > self.parameters.steps() as f64 {
+        if self.parameters.method.has_horizon() && reached > self.parameters.steps() as f64 {
             return Err(ReservoirError::BeyondHorizon { end: start + elapsed, elapsed, horizon });
         }
         Ok(steps as usize)
@@ -358,7 +362,7 @@ impl CoSimulation for Reservoir {
         let ReservoirState { mut motion, mut memory, .. } = self.state.clone();
         motion.steps += own_steps;
         // The time of equal steps follows from their number, because a sum would accumulate rounding errors.
-        let length = if takes_any_step(&self.parameters) {
+        let length = if self.takes_any_step() {
             motion.time = time + communication_step;
             communication_step
         } else {
@@ -453,7 +457,7 @@ impl CoSimulation for Reservoir {
         let EndAcceleration { length, share, .. } = self.state.motion.last_step;
         let own = self.parameters.communication_step;
         let length = if length > 0.0 { length } else { own };
-        let own_steps = if takes_any_step(&self.parameters) { 1 } else { (length / own).round() as usize };
+        let own_steps = if self.takes_any_step() { 1 } else { (length / own).round() as usize };
         let mut seed = seed.to_vec();
         let (first, of_memory, of_mass) = match *by {
             variables::INTERFACE_ACCELERATION => (0, length, 1.0 + share),
@@ -543,18 +547,14 @@ impl Packable for Reservoir {
     }
 
     fn capabilities_for(parameters: &ReservoirParameters) -> Capabilities {
-        let variable_communication_step = takes_any_step(parameters);
+        let variable_communication_step =
+            !parameters.fidelity.has_memory() || parameters.method == Method::Recursive;
         Capabilities { variable_communication_step, directional_derivative: true, saved_state: true }
     }
 
     fn numbers<'a>(parameters: &'a mut ReservoirParameters, variable: &Variable) -> Vec<&'a mut f64> {
         parameters.numbers(variable)
     }
-}
-
-/// Whether a step may have any length.
-fn takes_any_step(parameters: &ReservoirParameters) -> bool {
-    !parameters.fidelity.has_memory() || parameters.method == Method::Recursive
 }
 
 /// The operator of compressible water, on the current rayon pool; none of water that is quickly made.

@@ -305,3 +305,33 @@ fn a_recursion_tells_how_good_it_is() -> Result<(), ReservoirError> {
     assert!(said[0].contains(&error), "{error} {said:?}");
     Ok(())
 }
+
+/// The automatic method is the recursion where its fit is good, and then has no horizon; otherwise it is the convolution: where
+/// the fit is doubtful (α = 0.99), where there is none (gravity waves, an almost rigid bed).
+#[test]
+fn the_automatic_method_is_the_recursion_where_that_fits() -> Result<(), ReservoirError> {
+    let steps = |parameters: ReservoirParameters, count: usize| {
+        let mut unit = stepping(parameters)?;
+        let bits = (0..count).map(|step| advance(&mut unit, step)).collect::<Result<Vec<_>, _>>();
+        Ok::<_, ReservoirError>((unit.is_recursion(), bits))
+    };
+    let with =
+        |method, parameters: &ReservoirParameters| ReservoirParameters { method, ..parameters.clone() };
+    let over = |alpha: f64| ReservoirParameters { wave_reflection_coefficient: alpha, ..made() };
+    let waves = ReservoirParameters { surface_waves: true, ..made() };
+    for (parameters, fits) in [(over(0.5), true), (over(0.99), false), (over(0.999), false), (waves, false)] {
+        let (recursion, bits) = steps(with(Method::Automatic, &parameters), 30)?;
+        let method = if fits { Method::Recursive } else { Method::Radau2 };
+        assert_eq!((recursion, bits?), (fits, steps(with(method, &parameters), 30)?.1?));
+        // 2 s are 400 steps.
+        let beyond = steps(with(Method::Automatic, &parameters), 402)?.1;
+        assert_eq!(beyond.is_ok(), fits, "{:?}", beyond.err());
+    }
+    // A run that no convolution could be made for.
+    let long = ReservoirParameters { horizon: 1e5, ..over(0.5) };
+    assert!(long.validate().is_err() && steps(with(Method::Automatic, &long), 3)?.0);
+    let refused =
+        Reservoir::new(ReservoirParameters { horizon: 1e5, ..with(Method::Automatic, &over(0.99)) }, THREADS);
+    assert!(matches!(refused.err(), Some(ReservoirError::TooMuch { .. })));
+    Ok(())
+}

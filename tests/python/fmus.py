@@ -14,7 +14,7 @@ SCENES = ROOT / "scenes"
 RECORD = SCENES / "records" / "northridge-1994-canyon-country-270.csv"
 STRONG_SECOND = ["ground_motion.record.start=5", "ground_motion.record.end=6", "time.quiet=0"]
 HALF_SECOND = ["ground_motion.record.start=5", "ground_motion.record.end=5.5", "time.quiet=0"]
-COARSE_HALF_SECOND = ["dam.element_size=10", "reservoir.element_size=20", *HALF_SECOND]
+COARSE_HALF_SECOND = ["dam.element_size=10", "reservoir.element_size=20", "reservoir.method=radau2", *HALF_SECOND]
 H = 0.0025
 
 

@@ -1,5 +1,6 @@
 //! The command line.
 
+pub mod bench;
 pub mod cache;
 pub mod check;
 mod estimate;
@@ -116,6 +117,9 @@ pub enum Command {
     /// Series of runs: convergence of the coupling, accuracy and cost of models and tolerances
     #[command(subcommand)]
     Study(study::Command),
+    /// Where the time of runs goes, beside another build of this program
+    #[command(after_long_help = bench::HELP)]
+    Bench(bench::Arguments),
     /// The cache of prepared operators of the water: where it is, what it holds; clear it
     #[command(after_long_help = cache::HELP)]
     Cache(cache::Arguments),

@@ -58,6 +58,8 @@ mod tests {
     fn a_scene_that_names_an_old_version_is_told_what_it_does_not_set() {
         assert!(moved(VERSION, |_| false).is_empty());
         let said = moved(1, |key| key == "coupling.measures");
-        assert!(said.len() == 2 && said[0].contains("\"aitken\" before version 2"), "{said:?}");
+        assert!(said.len() == 4 && said[0].contains("\"aitken\" before version 2"), "{said:?}");
+        // What is said of a tailwater needs one.
+        assert_eq!(moved(3, |key| key == "tailwater").len(), 3);
     }
 }

@@ -1,9 +1,7 @@
 use std::time::{Duration, Instant};
 
-/// Waiting time up to which a process spins; an idle unit answers within it. A longer time is costly if the system
-/// has put both processes on one core (45 µs an exchange with 20 µs, 17 µs with 6 µs).
-const SPIN: Duration = Duration::from_micros(6);
-/// Waiting time up to which it then yields to other processes between two checks.
+/// Waiting time up to which a process yields to others between two checks. It never spins: of three processes on two cores, two
+/// share one, and each waits out the spin of the other.
 const YIELD: Duration = Duration::from_micros(100);
 /// Shortest sleep between two checks after that: pure spinning or yielding fails when there are more processes than
 /// cores.
@@ -15,7 +13,7 @@ const LONGEST_NAP: Duration = Duration::from_millis(1);
 /// and a sleep on an idle core lasts 40 µs longer than asked for.
 const AROUND: Duration = Duration::from_micros(150);
 
-/// Waits for the other process: spins, then yields, then sleeps until the answer is expected.
+/// Waits for the other process: yields, then sleeps until the answer is expected.
 pub(super) struct Wait {
     began: Instant,
     /// Length of the last wait.
@@ -41,9 +39,7 @@ impl Wait {
     pub fn pause(&self) -> Duration {
         let waited = self.began.elapsed();
         let soon = self.last.saturating_sub(AROUND);
-        if waited < SPIN {
-            std::hint::spin_loop();
-        } else if waited < YIELD || (soon..self.last + AROUND).contains(&waited) {
+        if waited < YIELD || (soon..self.last + AROUND).contains(&waited) {
             std::thread::yield_now();
         } else {
             let nap = (waited / NAP_SHARE).clamp(SHORTEST_NAP, LONGEST_NAP);

@@ -43,13 +43,6 @@ pub(crate) struct Channel {
 }
 
 impl Channel {
-    /// Whether `parameters` describe such water, without gravity waves.
-    pub fn describes(parameters: &ReservoirParameters) -> bool {
-        parameters.wet_face.points().iter().all(|point| point[0] == 0.0)
-            && parameters.bed.iter().all(|corner| corner[1] == 0.0)
-            && !parameters.surface_waves
-    }
-
     /// The channel of `parameters`; `of_integrals` are the face's coordinates of integrals with its hat functions.
     pub fn new(
         parameters: &ReservoirParameters,

@@ -23,7 +23,7 @@ mod residues;
 
 use crate::system::boundary_system;
 use crate::{ReservoirError, ReservoirParameters};
-pub(crate) use channel::Channel;
+use channel::Channel;
 use coordinates::Coordinates;
 use fit::{Fit, Target};
 use num_complex::Complex64;
@@ -95,7 +95,7 @@ impl std::fmt::Display for Quality {
 pub(crate) fn recursion(parameters: &ReservoirParameters) -> Result<(Recursion, Quality), ReservoirError> {
     let impedance = parameters.density * parameters.sound_speed;
     let coordinates = Coordinates::new(&parameters.wet_face, impedance).ok_or(ReservoirError::NotFitted)?;
-    let level = Channel::describes(parameters);
+    let level = parameters.is_channel();
     if level && parameters.wave_reflection_coefficient == 1.0 {
         return modal::recursion(parameters, &coordinates).ok_or(ReservoirError::NotFitted);
     }
