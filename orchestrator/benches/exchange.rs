@@ -6,7 +6,7 @@
 
 use interface::{Capabilities, Fingerprint};
 use orchestrator::acceleration::{Acceleration, AccelerationKind};
-use orchestrator::convergence::{ConvergenceMeasure, Measure};
+use orchestrator::convergence::{ConvergenceMeasure, Known, Measure};
 use orchestrator::ground_motion::GroundMotion;
 use orchestrator::log::{LogWriter, Preamble};
 use orchestrator::observer::{Observer, Start};
@@ -257,7 +257,8 @@ impl Coupling {
     }
 
     fn step(&mut self, step: u64, inputs: &mut [f64], outputs: &[f64]) -> Result<(), Box<dyn Error>> {
-        let residuals = self.measure.residuals(outputs, Some(inputs), [&self.guess, outputs], None);
+        let residuals =
+            self.measure.residuals(outputs, Some(inputs), [&self.guess, outputs], Known::default());
         let residual: Vec<f64> = outputs.iter().zip(&self.guess).map(|(q, p)| q - p).collect();
         self.acceleration.begin_step();
         self.acceleration.accelerate(&mut self.guess, &residual);
