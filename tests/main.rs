@@ -3,6 +3,7 @@
 
 mod added_mass;
 mod bad_input;
+mod bench;
 mod branch;
 mod cache;
 mod contract;
