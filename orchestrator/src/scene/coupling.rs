@@ -65,6 +65,6 @@ pub enum OnFailure {
     /// The run goes on from the last iteration, and summary, histories and log say so; never from a divergence.
     Continue,
     /// The step is begun anew with half its length, up to ten times or down to `time.adaptive.shortest`: for water without
-    /// memory or `reservoir.method = "recursive"`, and implicit schemes.
+    /// memory or water by recursion, and implicit schemes.
     Halve,
 }

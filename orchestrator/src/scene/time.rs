@@ -26,7 +26,7 @@ pub struct Time {
     )]
     pub duration: Option<f64>,
     /// Communication steps whose length follows the estimate of the coupling error, from `communication_step` on: for
-    /// water without memory or `reservoir.method = "recursive"`, in a scheme that exchanges pressure.
+    /// water without memory or water by recursion, in a scheme that exchanges pressure.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub adaptive: Option<AdaptiveScene>,
 }
