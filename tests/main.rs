@@ -11,6 +11,7 @@ mod debugging;
 mod dependencies;
 mod elastic_tube_1d;
 mod empty_reservoir;
+mod ensemble;
 mod export_fmu;
 mod faults;
 mod foreign_units;

@@ -27,6 +27,7 @@ pub mod run_state;
 pub mod scene;
 pub mod scheme;
 pub mod simulation;
+pub mod statistics;
 pub mod stepping;
 mod text_file;
 pub mod transport;

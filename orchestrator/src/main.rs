@@ -39,6 +39,7 @@ fn main() -> ExitCode {
         cli::Command::Reservoir(command) => cli::reservoir::run(&command),
         cli::Command::Bench(arguments) => cli::bench::run(&arguments),
         cli::Command::Cache(arguments) => cli::cache::run(&arguments),
+        cli::Command::Ensemble(arguments) => cli::ensemble::run(&arguments),
         cli::Command::Study(command) => cli::study::run(&command),
     })
 }

@@ -3,11 +3,13 @@
 pub mod bench;
 pub mod cache;
 pub mod check;
+pub mod ensemble;
 mod estimate;
 pub mod export_fmu;
 pub mod log;
 mod modes;
 mod parallel;
+mod parquet;
 mod picture;
 pub mod points;
 pub mod replay;
@@ -117,6 +119,9 @@ pub enum Command {
     /// Series of runs: convergence of the coupling, accuracy and cost of models and tolerances
     #[command(subcommand)]
     Study(study::Command),
+    /// Many runs of a scene: records, levels of shaking, parameters; medians, fragility, what the variance comes from
+    #[command(after_long_help = ensemble::HELP)]
+    Ensemble(ensemble::Arguments),
     /// Where the time of runs goes, beside another build of this program
     #[command(after_long_help = bench::HELP)]
     Bench(bench::Arguments),

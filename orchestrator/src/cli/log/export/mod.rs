@@ -2,10 +2,9 @@
 
 mod exchanges;
 mod histories;
-mod parquet;
 
 use super::Failure;
-use crate::cli::say;
+use crate::cli::{parquet, say};
 use clap::ValueEnum;
 use orchestrator::log::Log;
 use std::path::{Path, PathBuf};
@@ -69,11 +68,19 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     for table in &tables {
         let table = match arguments.format {
             Format::Csv => table.clone(),
-            Format::Parquet => parquet::convert(table)?,
+            Format::Parquet => as_parquet(table)?,
         };
         say(table.display());
     }
     damage.map_or(Ok(()), |error| Err(error.into()))
+}
+
+/// Writes the table `path` as Parquet beside it, and removes it.
+fn as_parquet(path: &Path) -> Result<PathBuf, Failure> {
+    let target = path.with_extension("parquet");
+    parquet::write(path, &target, &[]).map_err(|cause| Failure::Write { path: target.clone(), cause })?;
+    std::fs::remove_file(path).map_err(|cause| Failure::write(path, cause))?;
+    Ok(target)
 }
 
 /// The tables in the folder.

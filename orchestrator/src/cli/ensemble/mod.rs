@@ -1,0 +1,323 @@
+//! `cofferdam ensemble`: many runs of a scene, and what they say together.
+
+mod figure;
+mod plan;
+mod sample;
+mod tables;
+
+use super::{check, complain, parallel, say, threads};
+use crate::registry::{self, RegistryError};
+use miette::Diagnostic;
+use orchestrator::ground_motion::{GroundMotion, RecordError};
+use orchestrator::scene::{Scene, SceneError};
+use orchestrator::simulation::SimulationError;
+use plan::{Intensity, Measure, Plan, Sample};
+use sample::Kept;
+use std::error::Error;
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+/// Arguments of `cofferdam ensemble`.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// File that says what is varied; docs/ensembles.md explains its keys
+    plan: PathBuf,
+
+    /// Folder for samples, tables and pictures
+    ///
+    /// Samples that lie in it already are not run again, so that the same command goes on after an interruption, on this
+    /// machine or another one.
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+
+    /// Run only this share of the samples, such as 3/16: number 3, 19, 35, … of all; no tables
+    ///
+    /// For several machines with a common folder. The command without this option runs what is missing, and writes the tables.
+    #[arg(long, value_name = "PART/PARTS", value_parser = part)]
+    part: Option<Part>,
+
+    /// Runs at the same time; by default one per core
+    #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    threads: Option<u16>,
+}
+
+/// A share of the samples, counted from 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Part {
+    number: usize,
+    of: usize,
+}
+
+fn part(text: &str) -> Result<Part, String> {
+    let parsed = text.split_once('/').and_then(|(number, of)| {
+        let (number, of) = (number.parse::<usize>().ok()?, of.parse::<usize>().ok()?);
+        Some(Part { number: number.checked_sub(1)?, of })
+    });
+    let sound = parsed.filter(|part| part.number < part.of);
+    sound
+        .ok_or_else(|| "two whole numbers are wanted, the first from 1 up to the second, such as 3/16".into())
+}
+
+pub const HELP: &str = "\
+Runs a scene with every record, level of shaking, polarity and variation of a plan, as many at once as there are cores, each in
+this process and without log. Results do not depend on the number of threads, nor on interruptions, bit for bit.
+
+Writes into the output folder:
+  samples/         a file for each run, named by the SHA-256 of what it was computed from
+  results.csv, .parquet
+                   a row for each run
+  ensemble.md      median, 16 and 84 % of each quantity, fragility of each limit, what the variance comes from
+  statistics.csv, fragility.csv, variance.csv
+                   the same with all quantities and digits
+  ida.svg          incremental dynamic analysis: the first limit's quantity over intensity, for each record
+  fragility.svg    probability of exceeding each limit, with its 95 % band
+
+Examples:
+  cofferdam ensemble scenes/koyna-northridge-1994/fragility.toml --output ensembles/koyna
+  cofferdam ensemble plan.toml --output /shared/study --part 3/16
+      The third of sixteen shares, as a job of an array.
+
+Exit status: 0, 1 results could not be written, 2 the plan or its scene is wrong, 4 a unit cannot be made. Runs that fail are
+listed, and left out of the statistics.";
+
+/// Why an ensemble ended early.
+#[derive(Debug, thiserror::Error, Diagnostic)]
+pub enum EnsembleError {
+    /// The plan.
+    #[error("{}: {cause}", path.display())]
+    Plan { path: PathBuf, cause: String },
+    /// A value of the plan.
+    #[error("{}: `{key}` is {value}; {remedy}", path.display())]
+    Value { path: PathBuf, key: String, value: String, remedy: String },
+    /// A record.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// The scene, with one of the samples' values.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Scene(#[from] SceneError),
+    /// A unit.
+    #[error(transparent)]
+    Unit(#[from] RegistryError),
+    /// A run that could not go on for a reason that is not its own.
+    #[error("{title}: {cause}")]
+    Run { title: String, cause: Box<SimulationError> },
+    /// A folder with something else in it.
+    #[error(
+        "{} holds no ensemble or one of another plan; choose another --output, nothing is overwritten", path.display()
+    )]
+    OutputTaken { path: PathBuf },
+    /// A file.
+    #[error("{}: {cause}; choose another --output", path.display())]
+    File { path: PathBuf, cause: Box<dyn Error + Send + Sync> },
+    /// Numbers that cannot be written as text, or a picture that cannot be drawn.
+    #[error("{0}; this is a mistake of the program")]
+    Format(Box<dyn Error + Send + Sync>),
+}
+
+/// Runs an ensemble and reports the result.
+pub fn run(arguments: &Arguments) -> ExitCode {
+    match carry_out(arguments) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            let status = match error {
+                EnsembleError::Plan { .. }
+                | EnsembleError::Value { .. }
+                | EnsembleError::Record(_)
+                | EnsembleError::Scene(_) => 2,
+                EnsembleError::Unit(_) => 4,
+                EnsembleError::Run { .. }
+                | EnsembleError::OutputTaken { .. }
+                | EnsembleError::File { .. }
+                | EnsembleError::Format(_) => 1,
+            };
+            complain(format!("{:?}", miette::Report::new(error)));
+            ExitCode::from(status)
+        }
+    }
+}
+
+/// An ensemble that is ready to be run.
+struct Ensemble {
+    plan: Plan,
+    /// The file's folder.
+    folder: PathBuf,
+    /// Name of the intensity measure.
+    measure: String,
+    samples: Vec<Sample>,
+    /// SHA-256 of each.
+    hashes: Vec<String>,
+}
+
+fn carry_out(arguments: &Arguments) -> Result<(), EnsembleError> {
+    let (plan, text) = Plan::read(&arguments.plan)?;
+    let folder = arguments.plan.parent().unwrap_or(Path::new("")).to_owned();
+    let workers = threads(arguments.threads);
+    let ensemble = Ensemble::of(plan, folder, workers)?;
+    ensemble.check_limits(&arguments.plan, workers)?;
+    take_folder(&arguments.output, &text)?;
+    check::warn(&ensemble.scene(0)?.warnings);
+    let mine = |index: &usize| arguments.part.is_none_or(|part| index % part.of == part.number);
+    let mut wanted: Vec<usize> = (0..ensemble.samples.len()).filter(mine).collect();
+    let all = wanted.len();
+    // Equal samples are run once.
+    let mut seen = std::collections::BTreeSet::new();
+    wanted.retain(|index| {
+        let hash = &ensemble.hashes[*index];
+        seen.insert(hash.clone()) && sample::kept(&arguments.output, hash).is_none()
+    });
+    say(format!("{} samples, {} of them to be run", all, wanted.len()));
+    let watch = Watch::new(wanted.len());
+    parallel::try_map(&wanted, workers, |index| {
+        let loaded = ensemble.scene(*index)?;
+        let kept = sample::run(&loaded, NonZeroUsize::MIN, None)?;
+        sample::keep(&arguments.output, &ensemble.hashes[*index], &kept)?;
+        watch.tell(&kept);
+        Ok::<_, EnsembleError>(())
+    })?;
+    watch.end();
+    if arguments.part.is_some() {
+        say("the command without --part writes the tables when all parts are done");
+        return Ok(());
+    }
+    let lost = |hash: &String| EnsembleError::File {
+        path: sample::path(&arguments.output, hash),
+        cause: "it was removed while the ensemble ran".into(),
+    };
+    let kept =
+        ensemble.hashes.iter().map(|hash| sample::kept(&arguments.output, hash).ok_or_else(|| lost(hash)));
+    tables::write(&ensemble, &kept.collect::<Result<Vec<_>, _>>()?, &arguments.output)
+}
+
+impl Ensemble {
+    /// Checks every sample's scene.
+    fn of(plan: Plan, folder: PathBuf, workers: NonZeroUsize) -> Result<Self, EnsembleError> {
+        let mut ensemble =
+            Self { plan, folder, measure: String::new(), samples: Vec::new(), hashes: Vec::new() };
+        let Plan { records, intensity, .. } = &ensemble.plan;
+        let motions = records.iter().map(|record| {
+            let (start, end) = (record.start.unwrap_or(0.0), record.end.unwrap_or(f64::INFINITY));
+            GroundMotion::from_record(&ensemble.folder.join(&record.file), record.units, start, end, 1.0)
+        });
+        let motions = motions.collect::<Result<Vec<_>, _>>()?;
+        let period = match intensity {
+            Intensity { measure: Measure::Sa, period: None, .. } => ensemble.first_period()?,
+            Intensity { period, .. } => period.unwrap_or(f64::NAN),
+        };
+        let measures: Vec<f64> = motions.iter().map(|motion| intensity.of(motion, period)).collect();
+        ensemble.measure = intensity.name(period);
+        ensemble.samples = ensemble.plan.samples(&measures);
+        let numbers: Vec<usize> = (0..ensemble.samples.len()).collect();
+        ensemble.hashes =
+            parallel::try_map(&numbers, workers, |index| sample::hash(&ensemble.scene(*index)?))?;
+        Ok(ensemble)
+    }
+
+    /// The scene of sample number `index`.
+    fn scene(&self, index: usize) -> Result<orchestrator::scene::LoadedScene, SceneError> {
+        registry::read(
+            &self.folder.join(&self.plan.scene),
+            &self.plan.sets(&self.samples[index], &self.folder),
+        )
+    }
+
+    /// Period of the intact dam's first mode with the water, or without where there is none, s.
+    fn first_period(&self) -> Result<f64, EnsembleError> {
+        let scene: Scene = registry::read(&self.folder.join(&self.plan.scene), &self.plan.set)?.scene;
+        let modes = match registry::natural_modes_in_water(&scene, 1)? {
+            Some(modes) => Some(modes),
+            None => registry::natural_modes(&scene, 1)?,
+        };
+        let frequency = modes.and_then(|modes| modes.frequencies.first().copied());
+        frequency.map(|frequency| std::f64::consts::TAU / frequency).ok_or_else(|| EnsembleError::Value {
+            path: self.folder.join(&self.plan.scene),
+            key: "intensity.period".into(),
+            value: "not given, and the scene's dam has no natural frequency".into(),
+            remedy: "give the period in the plan".into(),
+        })
+    }
+
+    /// Whether every limit's quantity is one of a run: the first sample's first step says which there are.
+    fn check_limits(&self, path: &Path, workers: NonZeroUsize) -> Result<(), EnsembleError> {
+        let loaded = self.scene(0)?;
+        let first = sample::run(&loaded, workers, Some(loaded.scene.time.communication_step))?;
+        let mut names: Vec<&str> = first.quantities.iter().map(|number| &*number.name).collect();
+        // What there is only at rest has the names of the peaks.
+        let residual: Vec<String> = names
+            .iter()
+            .filter_map(|name| name.strip_prefix("peak sliding"))
+            .map(|of_crack| format!("residual sliding{of_crack}"))
+            .collect();
+        names.extend(residual.iter().map(String::as_str));
+        let unknown = self.plan.limits.iter().find(|limit| !names.contains(&&*limit.quantity));
+        let Some(limit) = unknown else { return Ok(()) };
+        let like = |name: &&&str| strsim::jaro_winkler(name, &limit.quantity);
+        let meant = names.iter().max_by(|a, b| like(a).total_cmp(&like(b))).copied().unwrap_or_default();
+        Err(EnsembleError::Value {
+            path: path.to_owned(),
+            key: "limits.quantity".into(),
+            value: format!("{:?}", limit.quantity),
+            remedy: format!("did you mean {meant:?}? The runs have {}", names.join("; ")),
+        })
+    }
+}
+
+/// Makes the folder, or finds in it what is left of the same plan.
+fn take_folder(folder: &Path, text: &str) -> Result<(), EnsembleError> {
+    let failed = |cause: std::io::Error| EnsembleError::File { path: folder.to_owned(), cause: cause.into() };
+    let plan = folder.join("plan.toml");
+    std::fs::create_dir_all(folder).map_err(failed)?;
+    match std::fs::read_to_string(&plan) {
+        Ok(before) if before == text => {}
+        Err(_) if std::fs::read_dir(folder).map_err(failed)?.next().is_none() => {
+            std::fs::write(&plan, text).map_err(failed)?;
+        }
+        _ => return Err(EnsembleError::OutputTaken { path: folder.to_owned() }),
+    }
+    std::fs::create_dir_all(folder.join("samples")).map_err(failed)
+}
+
+/// Tells how far the ensemble is, every few seconds.
+struct Watch {
+    began: Instant,
+    wanted: usize,
+    done: Mutex<Done>,
+}
+
+#[derive(Default)]
+struct Done {
+    runs: usize,
+    failed: usize,
+    told: Duration,
+}
+
+/// Time between two lines.
+const BETWEEN: Duration = Duration::from_secs(5);
+
+impl Watch {
+    fn new(wanted: usize) -> Self {
+        Self { began: Instant::now(), wanted, done: Mutex::default() }
+    }
+
+    fn tell(&self, kept: &Kept) {
+        let Ok(mut done) = self.done.lock() else { return };
+        done.runs += 1;
+        done.failed += usize::from(!kept.is_complete());
+        let elapsed = self.began.elapsed();
+        if elapsed >= done.told + BETWEEN {
+            done.told = elapsed;
+            let left = elapsed.as_secs_f64() * (self.wanted - done.runs) as f64 / done.runs as f64;
+            say(format!("{} of {}, {} failed, {left:.0} s left", done.runs, self.wanted, done.failed));
+        }
+    }
+
+    fn end(&self) {
+        let elapsed = self.began.elapsed().as_secs_f64();
+        if self.wanted > 0 {
+            say(format!("{} runs in {elapsed:.1} s", self.wanted));
+        }
+    }
+}

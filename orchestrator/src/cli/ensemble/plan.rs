@@ -1,0 +1,481 @@
+//! The file of an ensemble: what is varied, and the samples that follow.
+
+use super::EnsembleError;
+use orchestrator::ground_motion::{GroundMotion, STANDARD_GRAVITY, Units};
+use orchestrator::report::response_spectrum;
+use orchestrator::statistics::latin_hypercube;
+use serde::Deserialize;
+use statrs::distribution::{ContinuousCDF, Normal};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use toml::Value;
+
+/// Damping ratio of the oscillator whose spectral acceleration measures intensity.
+const DAMPING: f64 = 0.05;
+/// Most samples of an ensemble.
+const MOST: usize = 1_000_000;
+
+/// What the file says.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Plan {
+    /// One line for tables and pictures.
+    #[serde(default)]
+    pub title: String,
+    /// The scene that is varied, from the file's folder.
+    pub scene: PathBuf,
+    /// Values of the scene that are changed in all samples, `key=value`.
+    #[serde(default)]
+    pub set: Vec<String>,
+    /// The records.
+    pub records: Vec<RecordEntry>,
+    /// How strong they are made.
+    #[serde(default)]
+    pub intensity: Intensity,
+    /// Directions of the records.
+    #[serde(default = "downstream")]
+    pub polarities: Vec<i64>,
+    /// Points of the Latin hypercube a record and polarity.
+    #[serde(default = "one")]
+    pub samples: usize,
+    /// Of the Latin hypercube and of the bootstrap.
+    #[serde(default)]
+    pub seed: u64,
+    /// Keys of the scene that are not known exactly.
+    #[serde(default)]
+    pub parameters: BTreeMap<String, Variation>,
+    /// Keys of the scene that belong to the method: mesh, time step, tolerance.
+    #[serde(default)]
+    pub numerics: BTreeMap<String, Variation>,
+    /// What must not be exceeded.
+    #[serde(default)]
+    pub limits: Vec<Limit>,
+}
+
+fn downstream() -> Vec<i64> {
+    vec![1]
+}
+
+fn one() -> usize {
+    1
+}
+
+fn unchanged() -> f64 {
+    1.0
+}
+
+/// A record, and what it belongs to.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RecordEntry {
+    /// File, from the file's folder.
+    pub file: PathBuf,
+    /// Its name in tables; by default that of the file.
+    #[serde(default)]
+    pub name: String,
+    /// Records with the same word are drawn together: the two components of a station. By default each is alone.
+    #[serde(default)]
+    pub pair: String,
+    /// Factor on it beside those of `scales`, such as a normalisation by peak velocity; without effect on levels.
+    #[serde(default = "unchanged")]
+    pub factor: f64,
+    /// Unit of its accelerations, as in a scene.
+    pub units: Option<Units>,
+    /// Where it begins and ends, s, as in a scene.
+    pub start: Option<f64>,
+    pub end: Option<f64>,
+}
+
+/// How strong records are made.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Intensity {
+    /// The measure.
+    pub measure: Measure,
+    /// Period of the oscillator, s; by default that of the dam's first mode with the water.
+    pub period: Option<f64>,
+    /// Values of the measure to which every record is scaled, g.
+    pub levels: Vec<f64>,
+    /// Factors on the records, in place of levels.
+    pub scales: Vec<f64>,
+}
+
+/// Intensity measure.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Measure {
+    /// Peak ground acceleration.
+    #[default]
+    Pga,
+    /// Spectral acceleration with 5 % damping.
+    Sa,
+}
+
+/// The values that a key takes.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub enum Variation {
+    /// Each of them with all else.
+    Values(Vec<Value>),
+    /// Any between both, equally likely.
+    Uniform { from: f64, to: f64 },
+    /// Normally distributed.
+    Normal { mean: f64, deviation: f64 },
+    /// Its logarithm is normally distributed.
+    Lognormal { median: f64, dispersion: f64 },
+}
+
+impl Variation {
+    /// The value below which a random one lies with this probability; none for a list.
+    fn at(&self, probability: f64) -> Option<f64> {
+        let z = || Normal::standard().inverse_cdf(probability);
+        match self {
+            Self::Values(_) => None,
+            Self::Uniform { from, to } => Some(from + probability * (to - from)),
+            Self::Normal { mean, deviation } => Some(mean + deviation * z()),
+            Self::Lognormal { median, dispersion } => Some(median * (dispersion * z()).exp()),
+        }
+    }
+
+    /// Whether there is no value, or a spread that is none.
+    fn problem(&self) -> Option<&'static str> {
+        match self {
+            Self::Values(values) => values.is_empty().then_some("give at least one value"),
+            Self::Uniform { from, to } => {
+                (!(from < to && (to - from).is_finite())).then_some("`from` must be below `to`")
+            }
+            Self::Normal { mean, deviation } => {
+                (!(mean.is_finite() && *deviation > 0.0 && deviation.is_finite()))
+                    .then_some("`deviation` must be greater than 0")
+            }
+            Self::Lognormal { median, dispersion } => {
+                let positive = |x: f64| x > 0.0 && x.is_finite();
+                (!(positive(*median) && positive(*dispersion)))
+                    .then_some("`median` and `dispersion` must be greater than 0")
+            }
+        }
+    }
+}
+
+/// What must not be exceeded.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Limit {
+    /// Name of a quantity in the table of a run.
+    pub quantity: String,
+    /// Its magnitude, in the unit of that table.
+    pub above: f64,
+}
+
+/// One sample: a run of the scene.
+#[derive(Clone, Debug)]
+pub struct Sample {
+    /// Number of its record in the plan.
+    pub record: usize,
+    pub polarity: i64,
+    /// Factor on the record.
+    pub scale: f64,
+    /// Intensity measure, g.
+    pub intensity: f64,
+    /// Number of its level or scale.
+    pub level: usize,
+    /// The keys that vary, in the order of [`Plan::keys`], with their values.
+    pub values: Vec<String>,
+}
+
+impl Plan {
+    /// Reads the file.
+    ///
+    /// **Errors**: [`EnsembleError::Plan`], [`EnsembleError::Value`].
+    pub fn read(path: &Path) -> Result<(Self, String), EnsembleError> {
+        let failed = |cause: String| EnsembleError::Plan { path: path.to_owned(), cause };
+        let text = std::fs::read_to_string(path).map_err(|cause| failed(cause.to_string()))?;
+        let mut plan: Self = toml::from_str(&text).map_err(|cause| failed(cause.to_string()))?;
+        for record in &mut plan.records {
+            if record.name.is_empty() {
+                record.name = record.file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+            }
+        }
+        plan.check(path)?;
+        Ok((plan, text))
+    }
+
+    fn check(&self, path: &Path) -> Result<(), EnsembleError> {
+        let wrong = |key: &str, value: String, remedy: &str| {
+            let (path, key, remedy) = (path.to_owned(), key.to_owned(), remedy.to_owned());
+            Err(EnsembleError::Value { path, key, value, remedy })
+        };
+        if self.records.is_empty() {
+            return wrong("records", "an empty list".into(), "give at least one record");
+        }
+        let names: Vec<&str> = self.records.iter().map(|record| &*record.name).collect();
+        if let Some(twice) = (1..names.len()).find(|i| names[..*i].contains(&names[*i])) {
+            return wrong("records", format!("{:?} twice", names[twice]), "give them different names");
+        }
+        if let Some(record) =
+            self.records.iter().find(|record| !(record.factor > 0.0 && record.factor.is_finite()))
+        {
+            return wrong("records.factor", record.factor.to_string(), "it must be greater than 0");
+        }
+        let Intensity { measure, period, levels, scales } = &self.intensity;
+        if !levels.is_empty() && !scales.is_empty() {
+            return wrong("intensity.scales", format!("{scales:?}"), "give either `levels` or `scales`");
+        }
+        for (key, values) in [("intensity.levels", levels), ("intensity.scales", scales)] {
+            let ascend = values.windows(2).all(|pair| pair[0] < pair[1]);
+            if !ascend || values.iter().any(|x| !(*x > 0.0 && x.is_finite())) {
+                return wrong(key, format!("{values:?}"), "they must be positive and ascend");
+            }
+        }
+        if let Some(period) = period
+            && !(*period > 0.0 && period.is_finite() && *measure == Measure::Sa)
+        {
+            let remedy = "a positive period belongs to `measure = \"sa\"`";
+            return wrong("intensity.period", period.to_string(), remedy);
+        }
+        let polarities = &self.polarities;
+        if !matches!(polarities[..], [1 | -1] | [1, -1] | [-1, 1]) {
+            return wrong("polarities", format!("{polarities:?}"), "give [1], [-1] or [1, -1]");
+        }
+        for (table, variations) in [("parameters", &self.parameters), ("numerics", &self.numerics)] {
+            for (key, variation) in variations {
+                if let Some(remedy) = variation.problem() {
+                    return wrong(&format!("{table}.\"{key}\""), format!("{variation:?}"), remedy);
+                }
+                if key.starts_with("ground_motion") {
+                    let remedy = "`records`, `intensity` and `polarities` vary the ground motion";
+                    return wrong(&format!("{table}.\"{key}\""), "a key of it".into(), remedy);
+                }
+            }
+        }
+        if let Some(key) = self.parameters.keys().find(|key| self.numerics.contains_key(*key)) {
+            return wrong(
+                &format!("numerics.\"{key}\""),
+                "also in [parameters]".into(),
+                "leave one of them out",
+            );
+        }
+        if self.samples == 0 || (self.samples > 1 && self.distributed().next().is_none()) {
+            let remedy =
+                "1, or more where a key of [parameters] has a distribution: without, they would all be equal";
+            return wrong("samples", self.samples.to_string(), remedy);
+        }
+        for limit in &self.limits {
+            if !(limit.above > 0.0 && limit.above.is_finite()) {
+                return wrong("limits.above", limit.above.to_string(), "it must be greater than 0");
+            }
+        }
+        match self.count() {
+            Some(count) if count <= MOST => Ok(()),
+            _ => wrong("samples", format!("more than {MOST} in all"), "vary less"),
+        }
+    }
+
+    /// Number of samples, unless it is beyond all bounds.
+    fn count(&self) -> Option<usize> {
+        let Intensity { levels, scales, .. } = &self.intensity;
+        let factors =
+            [self.records.len(), self.polarities.len(), levels.len().max(scales.len()).max(1), self.samples];
+        let lists = self.lists().map(|(_, values)| values.len());
+        factors.into_iter().chain(lists).try_fold(1usize, usize::checked_mul)
+    }
+
+    /// The keys that vary, those of the method last, with their variations.
+    pub fn variations(&self) -> impl Iterator<Item = (&String, &Variation)> {
+        self.parameters.iter().chain(&self.numerics)
+    }
+
+    fn lists(&self) -> impl Iterator<Item = (usize, &Vec<Value>)> {
+        self.variations().enumerate().filter_map(|(index, (_, variation))| match variation {
+            Variation::Values(values) => Some((index, values)),
+            _ => None,
+        })
+    }
+
+    fn distributed(&self) -> impl Iterator<Item = (usize, &Variation)> {
+        let all = self.variations().enumerate().map(|(index, (_, variation))| (index, variation));
+        all.filter(|(_, variation)| !matches!(variation, Variation::Values(_)))
+    }
+
+    /// Cluster of each record: those of one pair have the same number.
+    pub fn clusters(&self) -> Vec<usize> {
+        let of_pair = |index: usize| {
+            let pair = &self.records[index].pair;
+            self.records.iter().position(|other| !pair.is_empty() && other.pair == *pair).unwrap_or(index)
+        };
+        (0..self.records.len()).map(of_pair).collect()
+    }
+
+    /// All samples: for each record, polarity, point of the hypercube and combination of listed values every level.
+    /// `measures` holds the intensity measure of each record as it is, g.
+    pub fn samples(&self, measures: &[f64]) -> Vec<Sample> {
+        let motions = self.records.len() * self.polarities.len() * self.samples;
+        let distributed: Vec<(usize, &Variation)> = self.distributed().collect();
+        let points = latin_hypercube(motions, distributed.len(), self.seed);
+        let lists: Vec<(usize, &Vec<Value>)> = self.lists().collect();
+        let combinations: usize = lists.iter().map(|(_, values)| values.len()).product();
+        let Intensity { levels, scales, .. } = &self.intensity;
+        let mut samples = Vec::new();
+        for (motion, point) in points.iter().enumerate() {
+            let polarity = self.polarities[motion / self.samples % self.polarities.len()];
+            let record = motion / (self.samples * self.polarities.len());
+            let measure = measures[record];
+            let factor = self.records[record].factor;
+            let scaled: Vec<f64> = match (&levels[..], &scales[..]) {
+                ([], []) => vec![factor],
+                ([], scales) => scales.iter().map(|scale| factor * scale).collect(),
+                (levels, _) => levels.iter().map(|level| level / measure).collect(),
+            };
+            for mut combination in 0..combinations {
+                let mut values = vec![String::new(); self.parameters.len() + self.numerics.len()];
+                for ((index, variation), share) in distributed.iter().zip(point) {
+                    values[*index] = variation.at(*share).map_or_else(String::new, |value| value.to_string());
+                }
+                for (index, list) in lists.iter().rev() {
+                    values[*index] = list[combination % list.len()].to_string();
+                    combination /= list.len();
+                }
+                samples.extend(scaled.iter().enumerate().map(|(level, &scale)| Sample {
+                    record,
+                    polarity,
+                    scale,
+                    intensity: levels.get(level).copied().unwrap_or(scale * measure),
+                    level,
+                    values: values.clone(),
+                }));
+            }
+        }
+        samples
+    }
+
+    /// What `sample` changes in the scene. `folder` is the file's.
+    pub fn sets(&self, sample: &Sample, folder: &Path) -> Vec<String> {
+        let record = &self.records[sample.record];
+        let file = folder.join(&record.file);
+        let file = file.canonicalize().unwrap_or(file);
+        let mut sets = self.set.clone();
+        let mut of_record =
+            |key: &str, value: String| sets.push(format!("ground_motion.record.{key}={value}"));
+        of_record("file", Value::from(&*file.to_string_lossy()).to_string());
+        of_record("scale", sample.scale.to_string());
+        of_record("polarity", sample.polarity.to_string());
+        if let Some(Ok(units)) = record.units.map(Value::try_from) {
+            of_record("units", units.to_string());
+        }
+        for (key, value) in [("start", record.start), ("end", record.end)] {
+            if let Some(value) = value {
+                of_record(key, value.to_string());
+            }
+        }
+        sets.extend(self.variations().zip(&sample.values).map(|((key, _), value)| format!("{key}={value}")));
+        sets
+    }
+}
+
+impl Intensity {
+    /// The name of the measure; `period` in s.
+    pub fn name(&self, period: f64) -> String {
+        match self.measure {
+            Measure::Pga => "PGA".to_owned(),
+            Measure::Sa => format!("Sa({period:.3} s)"),
+        }
+    }
+
+    /// The measure of a motion, g; `period` in s.
+    pub fn of(&self, motion: &GroundMotion, period: f64) -> f64 {
+        let acceleration = match self.measure {
+            Measure::Pga => motion.peak().0.abs(),
+            Measure::Sa => {
+                // Linear between samples: means over the intervals, and rest for two periods.
+                let means = motion.acceleration().windows(2).map(|pair| (pair[0] + pair[1]) / 2.0);
+                let rest = (2.0 * period / motion.interval()).ceil() as usize;
+                let means: Vec<f64> = means.chain(std::iter::repeat_n(0.0, rest)).collect();
+                response_spectrum(&vec![motion.interval(); means.len()], &means, &[period], DAMPING)[0]
+            }
+        };
+        acceleration / STANDARD_GRAVITY
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plan(text: &str) -> Result<Plan, String> {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("plan.toml");
+        std::fs::write(&path, text).expect("a file");
+        Plan::read(&path).map(|(plan, _)| plan).map_err(|error| error.to_string())
+    }
+
+    const START: &str = "scene = \"s\"\nrecords = [{ file = \"a.csv\", pair = \"p\" }, { file = \"b.csv\" }, { file = \"c.csv\", pair = \"p\" }]\n";
+
+    #[test]
+    fn every_combination_has_every_level_and_a_motion_keeps_its_dam() {
+        let text = format!(
+            "{START}polarities = [1, -1]\nsamples = 2\n[intensity]\nlevels = [0.1, 0.4]\n[parameters]\n\
+             \"dam.a\" = {{ lognormal = {{ median = 2.0, dispersion = 0.5 }} }}\n\"dam.b\" = {{ values = [1, 2, 3] }}\n\
+             [numerics]\n\"dam.c\" = {{ values = [\"x\", \"y\"] }}\n"
+        );
+        let plan = plan(&text).expect("a plan");
+        let samples = plan.samples(&[0.2, 0.1, 0.4]);
+        assert_eq!(samples.len(), 3 * 2 * 2 * (3 * 2) * 2);
+        assert_eq!(plan.count(), Some(samples.len()));
+        assert_eq!(plan.clusters(), [0, 1, 0]);
+        // Both levels of one motion are of the same dam.
+        for pair in samples.chunks(2) {
+            assert_eq!(pair[0].values, pair[1].values);
+            assert_eq!([pair[0].intensity, pair[1].intensity], [0.1, 0.4]);
+        }
+        assert_eq!((samples[0].scale, samples[1].scale), (0.5, 2.0));
+        let combinations: std::collections::BTreeSet<_> =
+            samples.iter().map(|s| (s.record, s.polarity, s.values.clone(), s.level)).collect();
+        assert_eq!(combinations.len(), samples.len());
+        // Half of the drawn values lie below the median: the hypercube has a point in each twelfth.
+        let mut drawn: Vec<f64> = samples.iter().map(|s| s.values[0].parse().expect("a number")).collect();
+        drawn.sort_by(f64::total_cmp);
+        drawn.dedup();
+        assert_eq!((drawn.len(), drawn.iter().filter(|x| **x < 2.0).count()), (12, 6));
+        let sets = plan.sets(&samples[3], Path::new("/study"));
+        assert!(sets.contains(&"dam.c=\"y\"".to_owned()) && sets.contains(&"dam.b=1".to_owned()), "{sets:?}");
+        assert!(sets.contains(&"ground_motion.record.file=\"/study/a.csv\"".to_owned()), "{sets:?}");
+    }
+
+    #[test]
+    fn a_plan_that_cannot_be_carried_out_says_where() {
+        for (text, wanted) in [
+            ("scene = \"s\"\nrecords = []\n".to_owned(), "`records` is an empty list"),
+            (format!("{START}polarity = [1]\n"), "unknown field `polarity`"),
+            (format!("{START}polarities = [2]\n"), "`polarities` is [2]"),
+            (format!("{START}samples = 4\n"), "`samples` is 4"),
+            (format!("{START}[intensity]\nlevels = [0.4, 0.1]\n"), "`intensity.levels` is [0.4, 0.1]"),
+            (format!("{START}[intensity]\nlevels = [0.1]\nscales = [1.0]\n"), "either `levels` or `scales`"),
+            (format!("{START}[intensity]\nperiod = 0.3\n"), "`intensity.period` is 0.3"),
+            (format!("{START}[parameters]\n\"a\" = {{ values = [] }}\n"), "at least one value"),
+            (
+                format!("{START}[parameters]\n\"a\" = {{ uniform = {{ from = 2.0, to = 1.0 }} }}\n"),
+                "below `to`",
+            ),
+            (
+                format!("{START}[parameters]\n\"ground_motion.record.scale\" = {{ values = [1] }}\n"),
+                "vary the ground motion",
+            ),
+            (format!("{START}[[limits]]\nquantity = \"x\"\nabove = -1.0\n"), "`limits.above` is -1"),
+        ] {
+            let error = plan(&text).expect_err(wanted);
+            assert!(error.contains(wanted), "{error}\nwanted: {wanted}");
+        }
+    }
+
+    #[test]
+    fn spectral_acceleration_of_a_resonant_sine() {
+        // 40 periods of a sine of 1 m/s² at 2 Hz: 1/(2ξ) = 10 times, up to what is still missing of the steady state.
+        let samples =
+            (0..=4000).map(|i| (std::f64::consts::TAU * 2.0 * f64::from(i) * 0.005).sin()).collect();
+        let motion = GroundMotion::of_samples("sine", 0.005, samples);
+        let sa = Intensity { measure: Measure::Sa, ..Intensity::default() };
+        let found = sa.of(&motion, 0.5) * STANDARD_GRAVITY;
+        assert!((found / 10.0 - 1.0).abs() < 0.01, "{found}");
+        assert!((Intensity::default().of(&motion, 0.5) * STANDARD_GRAVITY - 1.0).abs() < 1e-4);
+    }
+}

@@ -1,0 +1,242 @@
+//! `cofferdam ensemble`: the same numbers as single runs, the same bytes after interruptions, errors before any work.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+use whole_chain::scenario::{Scenario, binary, root};
+
+/// A plan of a coarse dam for half a second: two records, two polarities, three levels, two dams drawn, two meshes.
+const PLAN: &str = r#"
+set = ["time.quiet=0"]
+polarities = [1, -1]
+samples = 2
+seed = 4
+[intensity]
+levels = [0.05, 0.4, 1.5]
+[parameters]
+"dam.material.young_modulus" = { lognormal = { median = 31e9, dispersion = 0.1 } }
+[numerics]
+"dam.element_size" = { values = [20.0, 15.0] }
+[[limits]]
+quantity = "peak sliding"
+above = 0.3
+[[limits]]
+quantity = "peak sliding"
+above = 1e6
+"#;
+/// Number of its samples.
+const SAMPLES: usize = 2 * 2 * 2 * 2 * 3;
+
+struct Study {
+    folder: TempDir,
+    scene: Scenario,
+    plan: PathBuf,
+}
+
+impl Study {
+    fn new(plan: &str) -> Self {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut scene = Scenario::quick(0.5);
+        scene.remove("time.duration").write();
+        let record = |name: &str| root().join("scenes/records").join(name);
+        let records =
+            ["northridge-1994-canyon-country-270.csv", "loma-prieta-1989-corralitos-038.csv"].map(record);
+        let text = format!(
+            "scene = {:?}\nrecords = [{{ file = {:?}, start = 4.5, end = 5.0 }}, {{ file = {:?}, start = 3.0, end = 3.5 }}]\n{plan}",
+            scene.folder(),
+            records[0],
+            records[1]
+        );
+        let plan = folder.path().join("plan.toml");
+        std::fs::write(&plan, text).expect("a plan");
+        Self { folder, scene, plan }
+    }
+
+    fn command(&self, output: &Path) -> Command {
+        let mut command = Command::new(binary());
+        command.arg("ensemble").arg(&self.plan).arg("--output").arg(output);
+        command
+    }
+
+    fn run(&self, output: &Path, more: &[&str]) -> Output {
+        let done = self.command(output).args(more).output().expect("cofferdam runs");
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        done
+    }
+}
+
+/// Names and bytes of what an ensemble leaves, samples included.
+fn content(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let mut files: Vec<(String, Vec<u8>)> = Vec::new();
+    for part in [folder.to_owned(), folder.join("samples")] {
+        for entry in std::fs::read_dir(part).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.is_file() {
+                let name = path.strip_prefix(folder).expect("in it").display().to_string();
+                files.push((name, std::fs::read(path).expect("a file")));
+            }
+        }
+    }
+    files.sort();
+    files
+}
+
+fn rows(path: &Path) -> (Vec<String>, Vec<Vec<String>>) {
+    let mut table = csv::Reader::from_path(path).expect("a table");
+    let headings = table.headers().expect("headings").iter().map(str::to_owned).collect();
+    let rows = table.records().map(|row| row.expect("a row").iter().map(str::to_owned).collect());
+    (headings, rows.collect())
+}
+
+#[test]
+fn an_ensemble_has_the_numbers_of_single_runs_and_its_tables_say_what_they_show() {
+    let study = Study::new(PLAN);
+    let output = study.folder.path().join("out");
+    study.run(&output, &[]);
+    let (headings, results) = rows(&output.join("results.csv"));
+    assert_eq!(results.len(), SAMPLES);
+    let column =
+        |name: &str| headings.iter().position(|heading| heading == name).unwrap_or_else(|| panic!("{name}"));
+    let number = |row: &[String], name: &str| -> f64 { row[column(name)].parse().expect("a number") };
+    assert!(results.iter().all(|row| row[column("status")] == "completed"));
+    // One of them as a run of its own.
+    let row = &results[SAMPLES - 2];
+    assert_eq!(row[column("polarity")], "-1");
+    let single = study.folder.path().join("single");
+    let set = |key: &str, value: &str| format!("--set={key}={value}");
+    let done = Command::new(binary())
+        .arg("run")
+        .arg(study.scene.folder())
+        .args(["--quiet", "--transport", "in-process", "--set", "time.quiet=0"])
+        .arg(set(
+            "ground_motion.record.file",
+            &format!("{:?}", root().join("scenes/records/loma-prieta-1989-corralitos-038.csv")),
+        ))
+        .args([set("ground_motion.record.start", "3"), set("ground_motion.record.end", "3.5")])
+        .arg(set("ground_motion.record.polarity", "-1"))
+        .arg(set("ground_motion.record.scale", &row[column("scale")]))
+        .arg(set("dam.material.young_modulus", &row[column("dam.material.young_modulus")]))
+        .arg(set("dam.element_size", &row[column("dam.element_size")]))
+        .arg("--output")
+        .arg(&single)
+        .output()
+        .expect("cofferdam runs");
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let manifest: toml::Table =
+        std::fs::read_to_string(single.join("manifest.toml")).expect("a manifest").parse().expect("TOML");
+    let mut compared = 0;
+    for quantity in manifest["result"]["quantities"].as_array().expect("quantities") {
+        let [name, unit] = ["name", "unit"].map(|key| quantity[key].as_str().expect("a word"));
+        if name.starts_with("natural frequency") {
+            continue;
+        }
+        let value = quantity["value"].as_float().expect("a number");
+        assert_eq!(number(row, &format!("{name} [{unit}]")).to_bits(), value.to_bits(), "{name}");
+        compared += 1;
+    }
+    assert!(compared > 20, "{compared}");
+    // Level and scale belong together.
+    let (first, strongest) = (&results[0], &results[2]);
+    assert_eq!((&*first[column("PGA [g]")], &*strongest[column("PGA [g]")]), ("0.05", "1.5"));
+    let ratio = number(strongest, "scale") / number(first, "scale");
+    assert!((ratio / 30.0 - 1.0).abs() < 1e-12, "{ratio}");
+    // The median of the table is that of the rows.
+    let (_, statistics) = rows(&output.join("statistics.csv"));
+    let of = |level: &str| {
+        let row =
+            statistics.iter().find(|row| row[0] == "peak sliding [mm]" && row[1] == level).expect("a row");
+        (row[2].clone(), row[3].parse::<f64>().expect("a number"))
+    };
+    let mut at_level: Vec<f64> = results
+        .iter()
+        .filter(|row| row[column("PGA [g]")] == "1.5")
+        .map(|row| number(row, "peak sliding [mm]"))
+        .collect();
+    at_level.sort_by(f64::total_cmp);
+    let middle = (at_level[7] + at_level[8]) / 2.0;
+    assert_eq!(at_level.len(), 16);
+    let (count, median) = of("1.5 g");
+    assert!(count == "16" && (median - middle).abs() < 1e-12 * middle.abs().max(1.0), "{median} {middle}");
+    // One limit has a curve or says why not; the other one is never exceeded.
+    let text = std::fs::read_to_string(output.join("ensemble.md")).expect("a text");
+    let exceeding = results.iter().filter(|row| number(row, "peak sliding [mm]").abs() > 0.3).count();
+    assert!(exceeding > 0 && exceeding < SAMPLES, "{exceeding}");
+    assert!(text.contains(&format!("| peak sliding > 0.3 mm | {exceeding} of {SAMPLES} |")), "{text}");
+    assert!(text.contains("no fit: no run exceeds the limit; add stronger shaking"), "{text}");
+    assert!(
+        text.contains("| polarity | dam.material.young_modulus | dam.element_size (numerics) | rest |"),
+        "{text}"
+    );
+    for picture in ["ida.svg", "fragility.svg"] {
+        let text = std::fs::read_to_string(output.join(picture)).expect("a picture");
+        assert!(text.starts_with("<svg") && text.trim_end().ends_with("</svg>"), "{picture}");
+    }
+}
+
+/// Killed at several moments and gone on with, in two parts, or by one thread: the same bytes everywhere.
+#[test]
+fn interrupted_or_divided_ensembles_end_with_the_same_bytes() {
+    let study = Study::new(PLAN);
+    let [whole, killed, parts] = ["whole", "killed", "parts"].map(|name| study.folder.path().join(name));
+    study.run(&whole, &["--threads", "1"]);
+    let expected = content(&whole);
+    assert_eq!(expected.iter().filter(|(name, _)| name.starts_with("samples/")).count(), SAMPLES);
+    let kept = |folder: &Path| std::fs::read_dir(folder.join("samples")).map_or(0, Iterator::count);
+    let kills = std::env::var("COFFERDAM_KILLS").ok().and_then(|n| n.parse().ok()).unwrap_or(3);
+    for kill in 0..kills {
+        let mut child = study.command(&killed).stdout(Stdio::null()).spawn().expect("cofferdam starts");
+        let (target, began) = (1 + (SAMPLES - 2) * kill / kills, Instant::now());
+        while kept(&killed) < target && child.try_wait().expect("a child").is_none() {
+            assert!(began.elapsed() < Duration::from_secs(120), "no sample is written");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        child.kill().expect("it can be killed");
+        child.wait().expect("it ends");
+    }
+    assert!(kept(&killed) >= 1, "the last kill came before the first sample");
+    // What a kill left of a file that was being written does no harm; a torn sample is run again.
+    let torn =
+        std::fs::read_dir(killed.join("samples")).expect("samples").next().expect("one").expect("one").path();
+    let half = std::fs::read(&torn).expect("a sample");
+    std::fs::write(&torn, &half[..half.len() / 2]).expect("a torn sample");
+    study.run(&killed, &[]);
+    let whole_samples = |content: Vec<(String, Vec<u8>)>| -> Vec<(String, Vec<u8>)> {
+        content.into_iter().filter(|(name, _)| !name.contains("/.tmp")).collect()
+    };
+    assert_eq!(whole_samples(content(&killed)), expected);
+    let told = String::from_utf8(study.run(&parts, &["--part", "2/2"]).stdout).expect("text");
+    assert!(told.contains(&format!("{} samples, {} of them to be run", SAMPLES / 2, SAMPLES / 2)), "{told}");
+    assert!(!parts.join("results.csv").exists());
+    study.run(&parts, &["--part", "1/2"]);
+    let told = String::from_utf8(study.run(&parts, &[]).stdout).expect("text");
+    assert!(told.contains(&format!("{SAMPLES} samples, 0 of them to be run")), "{told}");
+    assert_eq!(content(&parts), expected);
+}
+
+#[test]
+fn a_plan_that_is_wrong_is_refused_before_any_run() {
+    let taken = tempfile::tempdir().expect("a folder");
+    std::fs::write(taken.path().join("other"), "x").expect("a file");
+    let refused = |plan: &str, output: &Path, status: i32, wanted: &str| {
+        let study = Study::new(plan);
+        let done = study.command(output).output().expect("cofferdam runs");
+        let message = String::from_utf8_lossy(&done.stderr).split_whitespace().collect::<Vec<_>>().join(" ");
+        assert_eq!(done.status.code(), Some(status), "{message}");
+        assert!(message.contains(wanted), "{message}\nwanted: {wanted}");
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let new = folder.path().join("new");
+    refused("polarity = 1", &new, 2, "unknown field `polarity`");
+    refused("[parameters]\n\"dam.no_key\" = { values = [1] }", &new, 2, "`no_key` is no key");
+    refused("[parameters]\n\"dam.element_size\" = { values = [-1.0] }", &new, 2, "dam.element_size");
+    refused(
+        "[[limits]]\nquantity = \"peak slidign\"\nabove = 1.0",
+        &new,
+        2,
+        "did you mean \"peak sliding\"?",
+    );
+    refused("[intensity]\nlevels = [1e9]", &new, 2, "ground_motion.record.scale");
+    assert!(!new.exists(), "nothing is written for a plan that is wrong");
+    refused("", taken.path(), 1, "choose another --output");
+}
