@@ -174,6 +174,49 @@ fn an_ensemble_has_the_numbers_of_single_runs_and_its_tables_say_what_they_show(
     }
 }
 
+/// Motions that differ a little: every method has the same ones, and the table of methods holds the ratio of their medians.
+#[test]
+fn methods_are_compared_on_the_same_perturbed_motions() {
+    let study = Study::new(
+        "set = [\"time.quiet=0\"]\nperturbation = { count = 3, noise = 0.05 }\n[intensity]\nlevels = [0.6]\n[numerics]\n\
+         \"dam.element_size\" = { values = [20.0, 15.0] }\n",
+    );
+    let output = study.folder.path().join("out");
+    study.run(&output, &[]);
+    let (headings, results) = rows(&output.join("results.csv"));
+    assert_eq!(results.len(), 2 * 3 * 2);
+    let column =
+        |name: &str| headings.iter().position(|heading| heading == name).unwrap_or_else(|| panic!("{name}"));
+    let peak = |row: &Vec<String>| -> f64 {
+        row[column("peak crest displacement downstream [mm]")].parse().expect("a number")
+    };
+    let of_size = |size: &str| -> Vec<f64> {
+        let rows = results.iter().filter(|row| row[column("dam.element_size")] == size);
+        rows.map(peak).collect()
+    };
+    let [coarse, fine] = ["20.0", "15.0"].map(of_size);
+    for values in [&coarse, &fine] {
+        let mut different = values.clone();
+        different.sort_by(f64::total_cmp);
+        different.dedup();
+        assert_eq!(different.len(), 6, "{values:?}");
+        // Noise of 5 % moves the crest by some per cent, not by its whole.
+        for of_record in values.chunks(3) {
+            let mean = of_record.iter().sum::<f64>() / 3.0;
+            assert!(of_record.iter().all(|peak| (peak / mean - 1.0).abs() < 0.3), "{values:?}");
+        }
+    }
+    let median = |mut values: Vec<f64>| {
+        values.sort_by(f64::total_cmp);
+        (values[2] + values[3]) / 2.0
+    };
+    let (_, methods) = rows(&output.join("methods.csv"));
+    let row = methods.iter().find(|row| row[0] == "peak crest displacement downstream [mm]").expect("a row");
+    assert_eq!(row[2..5], ["element_size 20.0", "element_size 15.0", "6"]);
+    let ratio: f64 = row[5].split(' ').next().expect("a ratio").parse().expect("a number");
+    assert!((ratio / (median(coarse) / median(fine)) - 1.0).abs() < 0.01, "{row:?}");
+}
+
 /// Killed at several moments and gone on with, in two parts, or by one thread: the same bytes everywhere.
 #[test]
 fn interrupted_or_divided_ensembles_end_with_the_same_bytes() {
@@ -234,7 +277,7 @@ fn a_plan_that_is_wrong_is_refused_before_any_run() {
         "[[limits]]\nquantity = \"peak slidign\"\nabove = 1.0",
         &new,
         2,
-        "did you mean \"peak sliding\"?",
+        "\"peak sliding\"? The runs have",
     );
     refused("[intensity]\nlevels = [1e9]", &new, 2, "ground_motion.record.scale");
     assert!(!new.exists(), "nothing is written for a plan that is wrong");

@@ -3,6 +3,7 @@
 mod baseline;
 mod header;
 mod intensity;
+mod noise;
 mod record;
 mod spectrum;
 mod units;

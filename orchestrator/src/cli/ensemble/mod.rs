@@ -1,6 +1,7 @@
 //! `cofferdam ensemble`: many runs of a scene, and what they say together.
 
 mod figure;
+mod methods;
 mod plan;
 mod sample;
 mod tables;
@@ -9,7 +10,7 @@ use super::{check, complain, parallel, say, threads};
 use crate::registry::{self, RegistryError};
 use miette::Diagnostic;
 use orchestrator::ground_motion::{GroundMotion, RecordError};
-use orchestrator::scene::{Scene, SceneError};
+use orchestrator::scene::{LoadedScene, Scene, SceneError};
 use orchestrator::simulation::SimulationError;
 use plan::{Intensity, Measure, Plan, Sample};
 use sample::Kept;
@@ -69,8 +70,9 @@ Writes into the output folder:
   samples/         a file for each run, named by the SHA-256 of what it was computed from
   results.csv, .parquet
                    a row for each run
-  ensemble.md      median, 16 and 84 % of each quantity, fragility of each limit, what the variance comes from
-  statistics.csv, fragility.csv, variance.csv
+  ensemble.md      median, 16 and 84 % of each quantity, fragility of each limit, what the variance comes from, whether
+                   methods agree
+  statistics.csv, fragility.csv, variance.csv, methods.csv
                    the same with all quantities and digits
   ida.svg          incremental dynamic analysis: the first limit's quantity over intensity, for each record
   fragility.svg    probability of exceeding each limit, with its 95 % band
@@ -216,12 +218,13 @@ impl Ensemble {
         Ok(ensemble)
     }
 
-    /// The scene of sample number `index`.
-    fn scene(&self, index: usize) -> Result<orchestrator::scene::LoadedScene, SceneError> {
-        registry::read(
-            &self.folder.join(&self.plan.scene),
-            &self.plan.sets(&self.samples[index], &self.folder),
-        )
+    /// The scene of sample number `index`, with its motion.
+    fn scene(&self, index: usize) -> Result<LoadedScene, SceneError> {
+        let sample = &self.samples[index];
+        let sets = self.plan.sets(sample, &self.folder);
+        let mut loaded = registry::read(&self.folder.join(&self.plan.scene), &sets)?;
+        loaded.ground_motion = self.plan.motion(sample, loaded.ground_motion);
+        Ok(loaded)
     }
 
     /// Period of the intact dam's first mode with the water, or without where there is none, s.

@@ -38,6 +38,9 @@ pub struct Plan {
     /// Points of the Latin hypercube a record and polarity.
     #[serde(default = "one")]
     pub samples: usize,
+    /// Motions that differ a little from each record, in its place.
+    #[serde(default)]
+    pub perturbation: Option<Perturbation>,
     /// Of the Latin hypercube and of the bootstrap.
     #[serde(default)]
     pub seed: u64,
@@ -84,6 +87,21 @@ pub struct RecordEntry {
     /// Where it begins and ends, s, as in a scene.
     pub start: Option<f64>,
     pub end: Option<f64>,
+}
+
+/// Motions that differ a little.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Perturbation {
+    /// How many of each record.
+    pub count: usize,
+    /// Root mean square of what is added, as a share of the record's.
+    #[serde(default = "one_percent")]
+    pub noise: f64,
+}
+
+fn one_percent() -> f64 {
+    0.01
 }
 
 /// How strong records are made.
@@ -179,7 +197,11 @@ pub struct Sample {
     pub intensity: f64,
     /// Number of its level or scale.
     pub level: usize,
-    /// The keys that vary, in the order of [`Plan::keys`], with their values.
+    /// Number of the noise that is added to it, counted from 0.
+    pub perturbation: Option<usize>,
+    /// Number of its draw: equal for samples that differ in level or in listed values only.
+    pub draw: usize,
+    /// The keys that vary, in the order of [`Plan::variations`], with their values.
     pub values: Vec<String>,
 }
 
@@ -255,6 +277,12 @@ impl Plan {
                 "leave one of them out",
             );
         }
+        if let Some(Perturbation { count, noise }) = self.perturbation
+            && !(count > 0 && noise > 0.0 && noise <= 1.0)
+        {
+            let remedy = "`count` must be at least 1, `noise` between 0 and 1";
+            return wrong("perturbation", format!("{{ count = {count}, noise = {noise} }}"), remedy);
+        }
         if self.samples == 0 || (self.samples > 1 && self.distributed().next().is_none()) {
             let remedy =
                 "1, or more where a key of [parameters] has a distribution: without, they would all be equal";
@@ -274,10 +302,15 @@ impl Plan {
     /// Number of samples, unless it is beyond all bounds.
     fn count(&self) -> Option<usize> {
         let Intensity { levels, scales, .. } = &self.intensity;
-        let factors =
-            [self.records.len(), self.polarities.len(), levels.len().max(scales.len()).max(1), self.samples];
+        let levels = levels.len().max(scales.len()).max(1);
+        let factors = [self.records.len(), self.polarities.len(), levels, self.samples, self.perturbations()];
         let lists = self.lists().map(|(_, values)| values.len());
         factors.into_iter().chain(lists).try_fold(1usize, usize::checked_mul)
+    }
+
+    /// Motions of a record.
+    fn perturbations(&self) -> usize {
+        self.perturbation.map_or(1, |perturbation| perturbation.count)
     }
 
     /// The keys that vary, those of the method last, with their variations.
@@ -309,16 +342,17 @@ impl Plan {
     /// All samples: for each record, polarity, point of the hypercube and combination of listed values every level.
     /// `measures` holds the intensity measure of each record as it is, g.
     pub fn samples(&self, measures: &[f64]) -> Vec<Sample> {
-        let motions = self.records.len() * self.polarities.len() * self.samples;
+        let of_record = self.polarities.len() * self.samples * self.perturbations();
         let distributed: Vec<(usize, &Variation)> = self.distributed().collect();
-        let points = latin_hypercube(motions, distributed.len(), self.seed);
+        let points = latin_hypercube(self.records.len() * of_record, distributed.len(), self.seed);
         let lists: Vec<(usize, &Vec<Value>)> = self.lists().collect();
         let combinations: usize = lists.iter().map(|(_, values)| values.len()).product();
         let Intensity { levels, scales, .. } = &self.intensity;
         let mut samples = Vec::new();
-        for (motion, point) in points.iter().enumerate() {
-            let polarity = self.polarities[motion / self.samples % self.polarities.len()];
-            let record = motion / (self.samples * self.polarities.len());
+        for (draw, point) in points.iter().enumerate() {
+            let record = draw / of_record;
+            let polarity = self.polarities[draw % of_record / (self.samples * self.perturbations())];
+            let perturbation = self.perturbation.map(|perturbation| draw % perturbation.count);
             let measure = measures[record];
             let factor = self.records[record].factor;
             let scaled: Vec<f64> = match (&levels[..], &scales[..]) {
@@ -341,11 +375,29 @@ impl Plan {
                     scale,
                     intensity: levels.get(level).copied().unwrap_or(scale * measure),
                     level,
+                    perturbation,
+                    draw,
                     values: values.clone(),
                 }));
             }
         }
         samples
+    }
+
+    /// The motion of a sample, of the `record` of its scene.
+    pub fn motion(&self, sample: &Sample, record: GroundMotion) -> GroundMotion {
+        match self.perturbation.zip(sample.perturbation) {
+            None => record,
+            Some((Perturbation { noise, .. }, number)) => {
+                record.with_noise(noise, self.noise_seed(sample, number))
+            }
+        }
+    }
+
+    /// The noise of a record and direction is the same at every level and for every dam and method.
+    fn noise_seed(&self, sample: &Sample, number: usize) -> u64 {
+        let motion = 2 * sample.record + usize::from(sample.polarity < 0);
+        (self.seed << 40) ^ ((motion as u64) << 20) ^ number as u64
     }
 
     /// What `sample` changes in the scene. `folder` is the file's.

@@ -47,8 +47,8 @@ impl Kept {
     }
 }
 
-/// What a sample is computed from: SHA-256 of this program's version, the scene with all its defaults, and the record, whose hash
-/// stands in it; not of where the files lie.
+/// What a sample is computed from: SHA-256 of this program's version, the scene with all its defaults, and the motion; not of where
+/// the files lie.
 pub fn hash(loaded: &LoadedScene) -> Result<String, EnsembleError> {
     let mut scene = loaded.scene.clone();
     if let Some(record) = &mut scene.ground_motion.record {
@@ -56,8 +56,12 @@ pub fn hash(loaded: &LoadedScene) -> Result<String, EnsembleError> {
     }
     let build = Build::here();
     let scene = toml::to_string(&scene).map_err(|cause| EnsembleError::Format(cause.into()))?;
-    let text = format!("{}\n{}\n{scene}", build.version, build.commit);
-    Ok(Sha256::digest(text).iter().map(|byte| format!("{byte:02x}")).collect())
+    let mut hash = Sha256::new();
+    hash.update(format!("{}\n{}\n{scene}", build.version, build.commit));
+    for sample in loaded.ground_motion.acceleration() {
+        hash.update(sample.to_le_bytes());
+    }
+    Ok(hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
 }
 
 /// Runs a scene in this process, up to `until` (s) if that is given, and keeps its table.

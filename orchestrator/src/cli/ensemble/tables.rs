@@ -1,7 +1,7 @@
 //! Tables and pictures of an ensemble that has been run.
 
 use super::sample::Kept;
-use super::{Ensemble, EnsembleError, figure};
+use super::{Ensemble, EnsembleError, figure, methods};
 use crate::cli::table::Table;
 use crate::cli::{parquet, say};
 use orchestrator::statistics::{Band, Fragility, Outcome, band, fit, main_effect, median_interval, quantile};
@@ -31,11 +31,11 @@ pub struct LimitCurve {
 }
 
 /// The runs of an ensemble, by sample.
-struct Runs<'a> {
-    ensemble: &'a Ensemble,
-    kept: &'a [Kept],
+pub struct Runs<'a> {
+    pub ensemble: &'a Ensemble,
+    pub kept: &'a [Kept],
     /// Cluster of each sample.
-    clusters: Vec<usize>,
+    pub clusters: Vec<usize>,
     /// Names and units of all quantities, in the order in which runs have them.
     quantities: Vec<(String, String)>,
 }
@@ -85,6 +85,13 @@ pub fn write(ensemble: &Ensemble, kept: &[Kept], folder: &Path) -> Result<(), En
             shares.markdown()
         ));
     }
+    if let Some(table) = methods::compare(&runs) {
+        text.push_str(&format!(
+            "\nWhether methods agree: medians on the same motions, 90 % intervals by a bootstrap; p by Holm over all pairs of a quantity.\n\n{}",
+            table.markdown()
+        ));
+        save_table("methods.csv", &table)?;
+    }
     say(&text);
     save("ensemble.md", &text)?;
     if let Some(picture) = runs.analysis()? {
@@ -99,8 +106,18 @@ pub fn write(ensemble: &Ensemble, kept: &[Kept], folder: &Path) -> Result<(), En
 
 impl Runs<'_> {
     /// The samples that reached their end.
-    fn complete(&self) -> impl Iterator<Item = usize> + '_ {
+    pub fn complete(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.kept.len()).filter(|index| self.kept[*index].is_complete())
+    }
+
+    /// The quantities of the short tables: name and unit.
+    pub fn shown(&self) -> impl Iterator<Item = (String, String)> + '_ {
+        self.quantities.iter().filter(|(name, _)| self.is_shown(name)).cloned()
+    }
+
+    fn is_shown(&self, name: &str) -> bool {
+        let limits = &self.ensemble.plan.limits;
+        SHOWN.iter().any(|shown| name.starts_with(shown)) || limits.iter().any(|limit| limit.quantity == name)
     }
 
     fn opening(&self) -> String {
@@ -128,8 +145,8 @@ impl Runs<'_> {
     fn results(&self) -> (Table, Vec<String>) {
         let Ensemble { plan, samples, hashes, measure, .. } = self.ensemble;
         let keys: Vec<&String> = plan.variations().map(|(key, _)| key).collect();
-        let of_sample =
-            ["sample", "hash", "status", "record", "pair", "polarity", "scale"].map(str::to_owned);
+        let of_sample = ["sample", "hash", "status", "record", "pair", "polarity", "perturbation", "scale"]
+            .map(str::to_owned);
         let mut headings = of_sample.to_vec();
         headings.push(format!("{measure} [g]"));
         headings.extend(keys.iter().map(|key| (*key).clone()));
@@ -146,6 +163,7 @@ impl Runs<'_> {
                 record.name.clone(),
                 record.pair.clone(),
                 sample.polarity.to_string(),
+                sample.perturbation.map_or_else(String::new, |number| number.to_string()),
                 sample.scale.to_string(),
                 sample.intensity.to_string(),
             ];
@@ -164,7 +182,7 @@ impl Runs<'_> {
     }
 
     /// The runs of each level; one for all, where none is asked for or they are factors.
-    fn levels(&self) -> Vec<(String, Vec<usize>)> {
+    pub fn levels(&self) -> Vec<(String, Vec<usize>)> {
         let intensity = &self.ensemble.plan.intensity;
         let names: Vec<String> = match (&intensity.levels[..], &intensity.scales[..]) {
             ([], []) => vec!["as recorded".to_owned()],
@@ -183,8 +201,6 @@ impl Runs<'_> {
         let mut short =
             Table::new(["quantity", "level", "runs", "median (95 %)", "16 to 84 %", "mean ± deviation"]);
         for (name, unit) in &self.quantities {
-            let is_shown = SHOWN.iter().any(|shown| name.starts_with(shown))
-                || self.ensemble.plan.limits.iter().any(|limit| limit.quantity == *name);
             for (level, runs) in self.levels() {
                 let with_value: Vec<usize> =
                     runs.into_iter().filter(|index| !self.kept[*index].value(name).is_nan()).collect();
@@ -205,7 +221,7 @@ impl Runs<'_> {
                 let number = |value: f64| if value.is_finite() { value.to_string() } else { String::new() };
                 let start = [label.clone(), level.clone(), values.len().to_string()];
                 table.row(start.iter().cloned().chain(numbers.map(number)));
-                if is_shown {
+                if self.is_shown(name) {
                     let interval = interval.map_or_else(
                         || "too few runs".to_owned(),
                         |[low, high]| format!("{} to {}", digits(low), digits(high)),
@@ -290,7 +306,7 @@ impl Runs<'_> {
             let label = format!("{name} [{unit}]");
             let exact = all().map(|share| share.map_or_else(String::new, |share| share.to_string()));
             table.row(std::iter::once(label.clone()).chain(exact));
-            if SHOWN.iter().any(|shown| name.starts_with(shown)) {
+            if self.is_shown(name) {
                 let percent = |share: Option<f64>| share.map_or("?".into(), |s| format!("{:.0}", 100.0 * s));
                 short.row(std::iter::once(label).chain(all().map(percent)));
             }
@@ -403,7 +419,7 @@ fn limit_table(limits: &[LimitCurve]) -> Table {
 }
 
 /// Three significant digits.
-fn digits(value: f64) -> String {
+pub fn digits(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return value.to_string();
     }

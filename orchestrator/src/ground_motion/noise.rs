@@ -1,0 +1,82 @@
+//! Motions that differ a little.
+
+use super::GroundMotion;
+use rustfft::FftPlanner;
+use rustfft::num_complex::Complex;
+use std::f64::consts::TAU;
+
+impl GroundMotion {
+    /// The same with noise: of the frequencies of this motion, with random phases, its root mean square the `share` of this
+    /// motion's. The same `seed` gives the same noise.
+    ///
+    /// ```text
+    /// a + share · F⁻¹(|F(a)| e^{iφ}),   φ uniform
+    /// ```
+    ///
+    /// A factor on a motion is one direction in which it can change, along which results move smoothly; noise is a sample of all that
+    /// the motion could have been as well.
+    #[must_use]
+    pub fn with_noise(&self, share: f64, seed: u64) -> Self {
+        let count = self.acceleration.len();
+        let mut planner = FftPlanner::new();
+        let mut spectrum: Vec<Complex<f64>> = self.acceleration.iter().map(|a| Complex::from(*a)).collect();
+        planner.plan_fft_forward(count).process(&mut spectrum);
+        let mut random = fastrand::Rng::with_seed(seed);
+        let amplitudes: Vec<f64> = spectrum.iter().map(|value| value.norm()).collect();
+        spectrum.fill(Complex::default());
+        // no mean; a real sum, so that a frequency and its mirror image have conjugate values
+        for k in 1..count.div_ceil(2) {
+            let value = Complex::from_polar(amplitudes[k], TAU * random.f64());
+            (spectrum[k], spectrum[count - k]) = (value, value.conj());
+        }
+        planner.plan_fft_inverse(count).process(&mut spectrum);
+        let mut moved = self.clone();
+        for (sample, noise) in moved.acceleration.iter_mut().zip(&spectrum) {
+            *sample += share * noise.re / count as f64;
+        }
+        moved
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn noise_has_the_frequencies_of_the_motion_and_the_share_of_its_strength() {
+        // Between 2 and 5 Hz, 20 s.
+        let at = |i: i32| {
+            let t = 0.01 * f64::from(i);
+            (2..=5).map(|f| (TAU * f64::from(f) * t + f64::from(f * f)).sin()).sum::<f64>()
+        };
+        for count in [2000, 2001] {
+            let motion = GroundMotion::of_samples("sines", 0.01, (0..count).map(at).collect());
+            let noise = |seed: u64| -> Vec<f64> {
+                let moved = motion.with_noise(0.01, seed);
+                moved.acceleration().iter().zip(motion.acceleration()).map(|(a, b)| a - b).collect()
+            };
+            let (first, second) = (noise(1), noise(2));
+            let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+            let strength = product(motion.acceleration(), motion.acceleration());
+            let ratio = (product(&first, &first) / strength).sqrt();
+            assert!((ratio / 0.01 - 1.0).abs() < 1e-3, "{ratio}");
+            assert!(product(&first, &second).abs() < 0.9 * product(&first, &first), "two seeds, one noise");
+            assert_eq!(first, noise(1));
+            // What lies at 1 Hz, where the motion has nothing, is far below what lies at 2 Hz.
+            let at_frequency = |f: f64| {
+                let sum = |of: fn(f64) -> f64| -> f64 {
+                    first.iter().enumerate().map(|(i, a)| a * of(TAU * f * 0.01 * i as f64)).sum()
+                };
+                sum(f64::sin).hypot(sum(f64::cos))
+            };
+            assert!(
+                at_frequency(1.0) < 0.05 * at_frequency(2.0),
+                "{} {}",
+                at_frequency(1.0),
+                at_frequency(2.0)
+            );
+        }
+        let still = GroundMotion::of_samples("none", 0.1, vec![0.0; 9]);
+        assert_eq!(still.with_noise(0.01, 1), still);
+    }
+}
