@@ -217,6 +217,44 @@ fn methods_are_compared_on_the_same_perturbed_motions() {
     assert!((ratio / (median(coarse) / median(fine)) - 1.0).abs() < 0.01, "{row:?}");
 }
 
+#[test]
+fn a_run_with_twins_tells_the_band_of_each_number() {
+    let mut scene = Scenario::quick(1.5);
+    scene.set("ground_motion.record.start", 4.0).set("dam.element_size", 20.0);
+    let run = |output: &str, more: &[&str]| {
+        let mut command = scene.command(output);
+        let done =
+            command.args(["--band", "4", "--transport", "in-process"]).args(more).output().expect("it runs");
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        let text =
+            std::fs::read_to_string(scene.folder().join(output).join("manifest.toml")).expect("a manifest");
+        (String::from_utf8(done.stdout).expect("text"), text.parse::<toml::Table>().expect("TOML"))
+    };
+    let (told, manifest) = run("band", &[]);
+    assert!(
+        told.contains(
+            "16 %, median and 84 % of 4 twins whose motion differs by noise of 1 %, with the reduced model"
+        ),
+        "{told}"
+    );
+    let quantities = manifest["result"]["quantities"].as_array().expect("quantities");
+    let crest = quantities.iter().find(|q| q["name"].as_str() == Some("peak crest displacement downstream"));
+    let crest = crest.expect("the crest");
+    let band: Vec<f64> = crest["band"]
+        .as_array()
+        .expect("a band")
+        .iter()
+        .map(|value| value.as_float().expect("a number"))
+        .collect();
+    assert!(band[0] < band[1] && band[1] < band[2], "{band:?}");
+    let value = crest["value"].as_float().expect("a number");
+    assert!((band[1] / value - 1.0).abs() < 0.2, "{band:?} {value}");
+    assert!(told.contains("["), "{told}");
+    // Modes know no local damping: the run is whole, and says that it has no band.
+    let (told, _) = run("none", &["--set", "dam.damping.model=\"local\""]);
+    assert!(told.contains("WARNING: no band: "), "{told}");
+}
+
 /// Killed at several moments and gone on with, in two parts, or by one thread: the same bytes everywhere.
 #[test]
 fn interrupted_or_divided_ensembles_end_with_the_same_bytes() {
@@ -281,5 +319,5 @@ fn a_plan_that_is_wrong_is_refused_before_any_run() {
     );
     refused("[intensity]\nlevels = [1e9]", &new, 2, "ground_motion.record.scale");
     assert!(!new.exists(), "nothing is written for a plan that is wrong");
-    refused("", taken.path(), 1, "choose another --output");
+    refused("", taken.path(), 1, "holds no ensemble or one of another plan");
 }

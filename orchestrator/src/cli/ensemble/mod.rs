@@ -3,7 +3,7 @@
 mod figure;
 mod methods;
 mod plan;
-mod sample;
+pub mod sample;
 mod tables;
 
 use super::{check, complain, parallel, say, threads};

@@ -90,6 +90,7 @@ fn execute(arguments: &Arguments) -> Result<Status, RunError> {
     let job = Job {
         loaded: &loaded,
         options: &arguments.options,
+        band: None,
         folder: &folder,
         started: jiff::Timestamp::now().to_string(),
         settings: &arguments.set,

@@ -2,8 +2,8 @@
 
 use super::super::start::{Start, StartError, deadlines};
 use super::super::{Options, complain, known, say, spectra};
-use super::RunError;
 use super::place::{Fork, hand_over, place, same_units, same_variables, until};
+use super::{RunError, band};
 use crate::registry::{self, RegistryError};
 use orchestrator::ground_motion::{GroundMotion, STANDARD_GRAVITY};
 use orchestrator::log::{LastCheckpoint, Log, LogWriter, Parent, Preamble};
@@ -23,6 +23,8 @@ use std::time::Instant;
 pub struct Job<'a> {
     pub loaded: &'a LoadedScene,
     pub options: &'a Options,
+    /// Number of twins for a band.
+    pub band: Option<u16>,
     /// Where its results go.
     pub folder: &'a Path,
     /// When it began, in UTC.
@@ -171,6 +173,11 @@ impl Job<'_> {
             &recursion,
         );
         summary.notes.extend(watch.limits.flags().into_iter().map(|flag| format!("WARNING: {flag}")));
+        if let Some(twins) = self.band.filter(|_| ending.status == Status::Completed)
+            && let Err(error) = band::add(loaded, twins, &mut summary)
+        {
+            summary.notes.push(format!("WARNING: no band: {error}"));
+        }
         let table = summary.to_string();
         manifest.status.clone_from(&summary.status);
         manifest.result = Some(summary);

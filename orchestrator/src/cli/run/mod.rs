@@ -1,5 +1,6 @@
 //! `cofferdam run`, `resume` and `branch`.
 
+mod band;
 pub mod branch;
 mod folder;
 mod job;
@@ -122,6 +123,7 @@ fn execute(arguments: &Run) -> Result<Status, RunError> {
     let job = Job {
         loaded: &loaded,
         options: &arguments.options,
+        band: arguments.band,
         folder: &folder,
         started: started.to_string(),
         settings: &settings,

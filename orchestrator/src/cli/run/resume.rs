@@ -85,6 +85,7 @@ fn execute(arguments: &Arguments) -> Result<Status, RunError> {
     let job = Job {
         loaded: &loaded,
         options: &arguments.options,
+        band: None,
         folder: &arguments.run,
         started: log.head().started.clone(),
         settings: &[],

@@ -1,0 +1,51 @@
+//! The band of a run: what twins give that are shaken a little otherwise.
+
+use super::super::ensemble::{EnsembleError, sample};
+use super::super::{parallel, say, threads};
+use orchestrator::report::Summary;
+use orchestrator::scene::{DamFidelityScene, LoadedScene};
+use orchestrator::statistics::quantile;
+use std::num::NonZeroUsize;
+
+/// Root mean square of the noise, as a share of the motion's.
+const NOISE: f64 = 0.01;
+/// Fewest twins that give a band.
+const LEAST: usize = 3;
+
+/// Runs this number of twins of a run in this process, with the reduced dam where the run has the full one, and gives the quantities of its
+/// `summary` their band: 16 %, median, 84 %.
+pub fn add(loaded: &LoadedScene, count: u16, summary: &mut Summary) -> Result<(), EnsembleError> {
+    let mut twin = loaded.clone();
+    let mut model = "the same model";
+    if let Some(dam) = &mut twin.scene.dam
+        && dam.fidelity == DamFidelityScene::Dem
+        && !dam.cracks.is_empty()
+    {
+        (dam.fidelity, model) = (DamFidelityScene::Reduced, "the reduced model");
+    }
+    say(format!("\n{count} twins, whose motion differs by noise of {} %, with {model}", 100.0 * NOISE));
+    let seeds: Vec<u64> = (0..u64::from(count)).collect();
+    let runs = parallel::try_map(&seeds, threads(None), |seed| {
+        let mut own = twin.clone();
+        own.ground_motion = own.ground_motion.with_noise(NOISE, *seed);
+        sample::run(&own, NonZeroUsize::MIN, None)
+    })?;
+    let complete: Vec<_> = runs.iter().filter(|run| run.is_complete()).collect();
+    for quantity in &mut summary.quantities {
+        let values = complete.iter().map(|run| run.value(&quantity.name));
+        let mut values: Vec<f64> = values.filter(|value| !value.is_nan()).collect();
+        values.sort_by(f64::total_cmp);
+        if values.len() >= LEAST {
+            quantity.band = Some([0.16, 0.5, 0.84].map(|share| quantile(&values, share)));
+        }
+    }
+    summary.notes.push(format!(
+        "in brackets: 16 %, median and 84 % of {} twins whose motion differs by noise of {} %, with {model}",
+        complete.len(),
+        100.0 * NOISE
+    ));
+    if complete.len() < runs.len() {
+        summary.notes.push(format!("WARNING: {} of {count} twins failed", runs.len() - complete.len()));
+    }
+    Ok(())
+}
