@@ -7,6 +7,7 @@ pub(super) const LANES: usize = 8;
 
 /// One value for each cell of a batch.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[repr(align(64))]
 pub struct Lanes([f64; LANES]);
 
 impl Lanes {
