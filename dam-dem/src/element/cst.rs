@@ -7,7 +7,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::batch::{Batch, ViscousStress};
 use super::evaluation::{Deformation, Energy, Evaluation, Moduli, ModuliOf};
-use super::lanes::{LANES, Lanes};
+use super::lanes::Lanes;
 use super::parts::{Part, Parts};
 use crate::damping::StiffnessDamping;
 use crate::{DamError, Kinematics, Material, Materials, Mesh};
@@ -57,12 +57,12 @@ impl CellModuli {
         }
     }
 
-    /// Those of a cell.
-    fn of_cell(&self, cell: usize) -> Moduli {
+    /// Those of a cell, given its batch and lane.
+    fn of_cell(&self, (batch, lane): (usize, usize)) -> Moduli {
         match self {
             Self::All(moduli) => *moduli,
             Self::Batches(all) => {
-                let (Moduli { lambda, twice_shear }, lane) = (&all[cell / LANES], cell % LANES);
+                let Moduli { lambda, twice_shear } = &all[batch];
                 Moduli { lambda: lambda[lane], twice_shear: twice_shear[lane] }
             }
         }
@@ -80,15 +80,16 @@ struct Share<'a> {
 impl CrossedCells {
     /// The cells of `mesh`.
     pub fn new(mesh: &Mesh, materials: &Materials, kinematics: Kinematics) -> Self {
-        let batches: Vec<Batch> = mesh.cells.chunks(LANES).map(|cells| Batch::new(mesh, cells)).collect();
+        let batches = Batch::of(mesh);
         let of = |material: &Material| Moduli {
             lambda: material.plane_lambda(),
             twice_shear: 2.0 * material.shear_modulus(),
         };
         let of_batch = |batch: usize| {
             let mut moduli = Moduli::<Lanes>::default();
-            for lane in 0..batches[batch].cells.len() {
-                let Moduli { lambda, twice_shear } = of(materials.of_cell(mesh, LANES * batch + lane));
+            let Batch { first_cell, cells, .. } = &batches[batch];
+            for lane in 0..cells.len() {
+                let Moduli { lambda, twice_shear } = of(materials.of_cell(mesh, first_cell + lane));
                 (moduli.lambda[lane], moduli.twice_shear[lane]) = (lambda, twice_shear);
             }
             moduli
@@ -249,7 +250,8 @@ impl CrossedCells {
     /// (m). With corotational `kinematics` the stress rotates with the triangle.
     pub fn stress(&self, triangle: usize, u: [[f64; 2]; 3], kinematics: Kinematics) -> [f64; 3] {
         let (cell, k) = (triangle / 4, triangle % 4);
-        let [a, b] = self.batches[cell / LANES].gradients_of(k, cell % LANES);
+        let (batch, lane) = Batch::place_of(&self.batches, cell);
+        let [a, b] = self.batches[batch].gradients_of(k, lane);
         let apart = |corner: usize| [u[corner][0] - u[2][0], u[corner][1] - u[2][1]];
         let (p, q) = (apart(0), apart(1));
         let h = |i: usize, j: usize| p[i] * a[j] + q[i] * b[j];
@@ -270,7 +272,7 @@ impl CrossedCells {
         let xx = cos * (1.0 + h[0][0]) + sin * h[1][0] - 1.0;
         let yy = cos * (1.0 + h[1][1]) - sin * h[0][1] - 1.0;
         let xy = (cos * (h[0][1] + h[1][0]) + sin * (h[1][1] - h[0][0])) / 2.0;
-        let Moduli { lambda, twice_shear } = self.moduli.of_cell(cell);
+        let Moduli { lambda, twice_shear } = self.moduli.of_cell(Batch::place_of(&self.batches, cell));
         let volumetric = lambda * (xx + yy);
         let [s, t, r] = [volumetric + twice_shear * xx, volumetric + twice_shear * yy, twice_shear * xy];
         [
@@ -297,7 +299,8 @@ impl CrossedCells {
     /// Stiffness block `K_ij = A ∫ B_iᵀ D B_j` of two gradients `a` = ∇N_i, `b` = ∇N_j over area 1 of a
     /// `triangle`, Pa/m².
     pub fn stiffness_block(&self, triangle: usize, a: [f64; 2], b: [f64; 2]) -> [[f64; 2]; 2] {
-        let Moduli { lambda, twice_shear } = self.moduli.of_cell(triangle / 4);
+        let Moduli { lambda, twice_shear } =
+            self.moduli.of_cell(Batch::place_of(&self.batches, triangle / 4));
         let shear = twice_shear / 2.0;
         let dot = a[0] * b[0] + a[1] * b[1];
         let entry = |p: usize, q: usize| {
@@ -392,7 +395,7 @@ mod tests {
                 };
                 let [s11, s22, s12] = turned([[1.0 + a, b], [c, 1.0 + d]]);
                 let (strain, rate) = ([s11 - 1.0, s22 - 1.0, s12], turned(rate));
-                let Moduli { lambda, twice_shear: shear } = cells.moduli.of_cell(0);
+                let Moduli { lambda, twice_shear: shear } = cells.moduli.of_cell((0, 0));
                 let stress = |e: [f64; 3]| {
                     [
                         lambda * (e[0] + e[1]) + shear * e[0],

@@ -2,7 +2,7 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::batch::{Batch, Nodal, ViscousStress};
+use super::batch::{Batch, Corners, Nodal, Pairs, ViscousStress};
 use super::lanes::{Lanes, Register};
 use crate::damping::StiffnessDamping;
 
@@ -75,7 +75,7 @@ pub(super) struct Evaluation<'a, const COROTATIONAL: bool, const DAMPED: bool> {
 impl<const COROTATIONAL: bool, const DAMPED: bool> Evaluation<'_, COROTATIONAL, DAMPED> {
     /// Displacements and velocities of a batch.
     #[inline(always)]
-    fn gather(&self, batch: usize, [u, v]: &mut [Nodal; 2]) {
+    fn gather(&self, batch: usize, [u, v]: &mut [Pairs; 2]) {
         if let Some(batch) = self.batches.get(batch) {
             batch.gather(self.of.displacement, u);
             if DAMPED {
@@ -95,7 +95,7 @@ impl<const COROTATIONAL: bool, const DAMPED: bool> WithSimd for Evaluation<'_, C
         let fresh = Register::splat(simd, (1.0 - memory) * coefficient);
         let memory = Register::splat(simd, memory);
         let mut power = Lanes::default();
-        let mut fields = [[Nodal::default(); 2]; 2];
+        let mut fields = [[Pairs::default(); 2]; 2];
         self.gather(0, &mut fields[0]);
         let zero = Register::splat(simd, 0.0);
         let mut stretched = [[Lanes::default(); 5]; 4];
@@ -103,9 +103,11 @@ impl<const COROTATIONAL: bool, const DAMPED: bool> WithSimd for Evaluation<'_, C
         for (index, batch) in self.batches.iter().enumerate() {
             self.gather(index + 1, &mut fields[(index + 1) % 2]);
             let [u, v] = &fields[index % 2];
+            let u = batch.from_centre(simd, self.of.displacement, u);
+            let v = if DAMPED { batch.from_centre(simd, self.of.velocity, v) } else { u };
             // roots and quotients of all triangles first, so that the processor can overlap them
             for register in 0..Lanes::registers::<S>() {
-                let u = from_centre(simd, u, register);
+                let u = at(simd, &u, register);
                 for (k, stretched) in stretched.iter_mut().enumerate() {
                     let shape = Shape::load(simd, batch, k, register);
                     let Stretched { cos, sin, strain } =
@@ -116,7 +118,7 @@ impl<const COROTATIONAL: bool, const DAMPED: bool> WithSimd for Evaluation<'_, C
                 }
             }
             for register in 0..Lanes::registers::<S>() {
-                let v = from_centre(simd, v, register);
+                let v = at(simd, &v, register);
                 let mut sum = [[zero; 2]; 4];
                 let elastic = self.moduli.elastic(simd, all, index, register);
                 let mut lost = power.load(simd, register);
@@ -158,11 +160,14 @@ impl<const COROTATIONAL: bool, const DAMPED: bool> WithSimd for Evaluation<'_, C
                     }
                 }
                 power.store(register, lost);
+                // a lane without a cell has read nodes of other ones, which may not be numbers
+                let used = batch.used.load(simd, register);
                 for d in 0..2 {
                     for k in 0..4 {
-                        forces[k][d].store(register, zero - sum[k][d]);
+                        forces[k][d].store(register, used.where_negative(zero - sum[k][d], zero));
                     }
-                    forces[4][d].store(register, (sum[0][d] + sum[2][d]) + (sum[1][d] + sum[3][d]));
+                    let centre = (sum[0][d] + sum[2][d]) + (sum[1][d] + sum[3][d]);
+                    forces[4][d].store(register, used.where_negative(centre, zero));
                 }
             }
             batch.scatter(&forces, self.first_node, self.forces);
@@ -186,10 +191,11 @@ impl<const COROTATIONAL: bool> WithSimd for Energy<'_, COROTATIONAL> {
         let all = Elastic::new(simd, self.moduli.all());
         let mut twice = Lanes::default();
         for (index, batch) in self.batches.iter().enumerate() {
-            let mut u = Nodal::default();
+            let mut u = Pairs::default();
             batch.gather(self.displacement, &mut u);
+            let u = batch.from_centre(simd, self.displacement, &u);
             for register in 0..Lanes::registers::<S>() {
-                let u = from_centre(simd, &u, register);
+                let u = at(simd, &u, register);
                 let elastic = self.moduli.elastic(simd, all, index, register);
                 for k in 0..4 {
                     let shape = Shape::load(simd, batch, k, register);
@@ -204,17 +210,16 @@ impl<const COROTATIONAL: bool> WithSimd for Energy<'_, COROTATIONAL> {
     }
 }
 
-/// A field at the corners, relative to its value at the centre.
+/// Values at the corners of the cells of one register.
 #[inline(always)]
-fn from_centre<S: Simd>(simd: S, field: &Nodal, register: usize) -> [Vector<S>; 4] {
-    let mut relative = [[Register::splat(simd, 0.0); 2]; 4];
-    for d in 0..2 {
-        let centre = field[4][d].load(simd, register);
-        for k in 0..4 {
-            relative[k][d] = field[k][d].load(simd, register) - centre;
+fn at<S: Simd>(simd: S, field: &Corners, register: usize) -> [Vector<S>; 4] {
+    let mut corners = [[Register::splat(simd, 0.0); 2]; 4];
+    for k in 0..4 {
+        for d in 0..2 {
+            corners[k][d] = field[k][d].load(simd, register);
         }
     }
-    relative
+    corners
 }
 
 /// Shape functions of triangle k in the cells of one register.

@@ -61,14 +61,13 @@ impl Parts {
 
 #[cfg(test)]
 mod tests {
-    use super::super::lanes::LANES;
     use super::*;
     use crate::{Mesh, Section};
 
     #[test]
     fn parts_share_no_node_and_every_batch_is_in_one_place() {
         let mesh = Mesh::new(&Section::rectangle(60.0, 100.0), &[30.0, 77.0], &[], 0.5);
-        let batches: Vec<Batch> = mesh.cells.chunks(LANES).map(|cells| Batch::new(&mesh, cells)).collect();
+        let batches = Batch::of(&mesh);
         let Parts { parts, seams } = Parts::of(&batches);
         assert_eq!((parts.len(), seams.len()), (batches.len() / LEAST, batches.len() / LEAST - 1));
         let mut order = Vec::new();
