@@ -58,7 +58,7 @@ fn static_start(bencher: Bencher, element_size: f64) {
 
 /// Elements alone, with meshes that fit into the caches and meshes that do not, on one and two threads; items are
 /// element-steps.
-#[divan::bench(args = [5.0, 2.5, 1.25, 0.6, 0.38], consts = [1, 2], sample_count = 20)]
+#[divan::bench(args = [5.0, 2.5, 1.7, 1.25, 0.6, 0.38], consts = [1, 2], sample_count = 20)]
 fn mesh<const THREADS: usize>(bencher: Bencher, element_size: f64) {
     let parameters = dam_dem::DamParameters { cracks: Vec::new(), ..support::koyna(element_size) };
     let (mesh, laws) = (parameters.mesh().expect("a mesh"), Vec::<(dam_dem::contact::Coulomb, _)>::new());

@@ -90,6 +90,11 @@ impl Batch {
         [[a[0][lane], a[1][lane]], [b[0][lane], b[1][lane]]]
     }
 
+    #[cfg(test)]
+    pub fn is_row(&self) -> bool {
+        self.row.is_some()
+    }
+
     /// Copies the nodes of cells that are no row.
     #[inline(always)]
     pub fn gather(&self, field: &[[f64; 2]], gathered: &mut Pairs) {

@@ -346,10 +346,13 @@ mod tests {
         }
     }
 
-    /// 13 cells: one full batch and one that is partly filled.
-    fn bar(kinematics: Kinematics) -> (Mesh, CrossedCells, [Vec<[f64; 2]>; 2]) {
+    /// Numbers of columns of a wall in 13 rows: batches of cells above each other, the last one partly filled; of a row with a
+    /// lane left; of a row, and of two rows.
+    const COLUMNS: [usize; 3] = [1, 7, 19];
+
+    fn wall(kinematics: Kinematics, columns: usize) -> (Mesh, CrossedCells, [Vec<[f64; 2]>; 2]) {
         let rows: Vec<f64> = (0..=13).map(f64::from).collect();
-        let mut mesh = Mesh::mapped(&Section::rectangle(1.2, 13.0), &[rows], 1);
+        let mut mesh = Mesh::mapped(&Section::rectangle(1.2 * columns as f64, 13.0), &[rows], columns);
         for (i, [x, y]) in mesh.nodes.iter_mut().enumerate() {
             *x += 0.2 * (7.0 * i as f64).sin();
             *y += 0.2 * (5.0 * i as f64).cos();
@@ -369,8 +372,9 @@ mod tests {
     /// Reference: a loop over triangles, with the rotation from an angle and the strain from `RᵀF − I`.
     #[test]
     fn forces_are_those_of_a_loop_over_triangles() {
-        for kinematics in [Kinematics::Small, Kinematics::Corotational] {
-            let (mesh, cells, [u, v]) = bar(kinematics);
+        let both = [Kinematics::Small, Kinematics::Corotational];
+        for (kinematics, columns) in both.into_iter().flat_map(|one| COLUMNS.map(|columns| (one, columns))) {
+            let (mesh, cells, [u, v]) = wall(kinematics, columns);
             let damping = StiffnessDamping { coefficient: 0.3, memory: 0.6 };
             let mut forces = vec![[0.0; 2]; mesh.nodes.len()];
             let mut viscous = cells.viscous_at_rest();
@@ -423,7 +427,9 @@ mod tests {
                 }
             }
             let error = forces.iter().flatten().fold(0.0f64, |a, f| a.max(f.abs())) / size;
-            println!("{kinematics:?}: forces of the batches against triangles {error:.1e} of the largest");
+            println!(
+                "{kinematics:?}, {columns} columns: forces of the batches against triangles {error:.1e} of the largest"
+            );
             assert!(error < 1e-13);
             for (a, b) in power.iter().zip(powers) {
                 assert!((a / b - 1.0).abs() < 1e-13, "power {a}, of triangles {b}");
@@ -432,8 +438,8 @@ mod tests {
     }
 
     /// Forces, powers and energy of two evaluations, in bits.
-    fn bits<const COROTATIONAL: bool, const DAMPED: bool>(scalar: bool) -> Vec<u64> {
-        let (mesh, cells, [u, v]) = bar(Kinematics::Small);
+    fn bits<const COROTATIONAL: bool, const DAMPED: bool>(scalar: bool, columns: usize) -> Vec<u64> {
+        let (mesh, cells, [u, v]) = wall(Kinematics::Small, columns);
         let mut viscous = cells.viscous_at_rest();
         let mut forces = vec![[0.0; 2]; mesh.nodes.len()];
         for _ in 0..2 {
@@ -460,10 +466,63 @@ mod tests {
     /// The widest registers of this processor give the same bits as scalar arithmetic.
     #[test]
     fn the_bits_do_not_depend_on_the_processor() {
-        assert_eq!(bits::<true, true>(false), bits::<true, true>(true));
-        assert_eq!(bits::<true, false>(false), bits::<true, false>(true));
-        assert_eq!(bits::<false, true>(false), bits::<false, true>(true));
-        assert_eq!(bits::<false, false>(false), bits::<false, false>(true));
+        for columns in COLUMNS {
+            assert_eq!(bits::<true, true>(false, columns), bits::<true, true>(true, columns));
+            assert_eq!(bits::<true, false>(false, columns), bits::<true, false>(true, columns));
+            assert_eq!(bits::<false, true>(false, columns), bits::<false, true>(true, columns));
+            assert_eq!(bits::<false, false>(false, columns), bits::<false, false>(true, columns));
+        }
+    }
+
+    /// Twin: the same wall with its nodes in another order, so that no cells are a row.
+    #[test]
+    fn rows_have_the_forces_of_cells_in_any_order() {
+        for columns in COLUMNS {
+            let (mesh, cells, [u, v]) = wall(Kinematics::Corotational, columns);
+            let count = mesh.nodes.len();
+            let turned = |field: &[[f64; 2]]| field.iter().rev().copied().collect::<Vec<_>>();
+            let mut shuffled = mesh.clone();
+            shuffled.nodes = turned(&mesh.nodes);
+            shuffled.cells.iter_mut().flatten().for_each(|node| *node = count - 1 - *node);
+            let material =
+                Material { young_modulus: 3.0, poisson_ratio: 0.2, density: 1.0, plane: Plane::Stress };
+            let general = CrossedCells::new(&shuffled, &Materials::from(&material), Kinematics::Corotational);
+            let in_rows = |cells: &CrossedCells| cells.batches.iter().filter(|batch| batch.is_row()).count();
+            println!("{columns} columns: {} of {} batches are rows", in_rows(&cells), cells.batches.len());
+            assert!(in_rows(&general) == 0 && (columns == 1 || in_rows(&cells) >= 12));
+            let damping = StiffnessDamping { coefficient: 0.3, memory: 0.6 };
+            let of = |cells: &CrossedCells, u: &[[f64; 2]], v: &[[f64; 2]]| {
+                let (mut viscous, mut forces) = (cells.viscous_at_rest(), vec![[0.0; 2]; count]);
+                let power = [0, 1].map(|_| cells.add_forces(u, v, damping, &mut viscous, &mut forces));
+                (forces, power, cells.strain_energy(u))
+            };
+            let (forces, power, energy) = of(&cells, &u, &v);
+            let (others, other_power, other_energy) = of(&general, &turned(&u), &turned(&v));
+            let largest = forces.iter().flatten().fold(0.0f64, |most, f| most.max(f.abs()));
+            for (a, b) in forces.iter().flatten().zip(turned(&others).iter().flatten()) {
+                assert!((a - b).abs() < 1e-14 * largest);
+            }
+            assert!(power.iter().zip(other_power).all(|(a, b)| (a / b - 1.0).abs() < 1e-13));
+            assert!((energy / other_energy - 1.0).abs() < 1e-13);
+        }
+    }
+
+    /// What is not a number at one node stays with the triangles of this node, though lanes without a cell read others.
+    #[test]
+    fn lanes_without_a_cell_touch_no_node() {
+        let (mesh, cells, [u, v]) = wall(Kinematics::Corotational, 7);
+        for node in 0..mesh.nodes.len() {
+            let mut broken = u.clone();
+            broken[node] = [f64::NAN; 2];
+            let mut forces = vec![[0.0; 2]; mesh.nodes.len()];
+            cells.add_forces(&broken, &v, 0.0, &mut cells.viscous_at_rest(), &mut forces);
+            let mut near: Vec<usize> =
+                mesh.triangles().filter(|corners| corners.contains(&node)).flatten().collect();
+            near.sort_unstable();
+            near.dedup();
+            let touched = (0..forces.len()).filter(|&i| forces[i].iter().any(|f| f.is_nan()));
+            assert!(touched.eq(near), "node {node}");
+        }
     }
 
     /// `f_i = −A σ R ∇N_i`, and the stress of a strained triangle rotates with it.

@@ -1,3 +1,5 @@
+use pulp::{Arch, Simd, WithSimd};
+
 use crate::DampingCoefficients;
 use crate::contact::ContactLaw;
 use crate::element::CrossedCells;
@@ -68,9 +70,8 @@ impl CentralDifference {
         for step in 0..self.steps {
             let share = |n: f64| n / self.steps as f64;
             let (middle, end) = (share(step as f64 + 0.5), share(step as f64 + 1.0));
-            let input = Nodes::of(motion, &mut forces, loads, structure).sum(&structure.cells, &|n| {
-                drift(dt, [middle, end], n.displacement, n.velocity, n.forces, n.start, n.change)
-            });
+            let input = Nodes::of(motion, &mut forces, loads, structure)
+                .sum(&structure.cells, &|n| Arch::new().dispatch(Drift { nodes: n, step: dt, middle, end }));
             let losses = structure.add_internal_forces_and_part(
                 motion,
                 damping.stiffness(),
@@ -89,7 +90,7 @@ impl CentralDifference {
             let advance = if step + 1 < self.steps { dt } else { dt / 2.0 };
             work.damping += dt * damp_locally(structure, damping.local, dt, &motion.velocity, &mut forces);
             let damped = Nodes::of(motion, &mut forces, loads, structure).sum(&structure.cells, &|n| {
-                kick_under([advance, dt], alpha, n.acceleration, n.velocity, n.forces, n.mass, n.inverse_mass)
+                Arch::new().dispatch(KickUnder { nodes: n, advance, step: dt, mass_damping: alpha })
             });
             work.input += dt * input;
             work.friction += losses.friction;
@@ -106,9 +107,34 @@ impl CentralDifference {
     }
 }
 
-/// Moves nodes over a time `step` (s) and sets `forces` to the loads at `end`; returns the power of the loads
-/// in the `middle` of the step.
-fn drift(
+/// Number of nodes that are moved side by side.
+const LANES: usize = 4;
+
+/// [`drift`] with the widest registers.
+struct Drift<'a> {
+    nodes: Nodes<'a>,
+    step: f64,
+    middle: f64,
+    end: f64,
+}
+
+impl WithSimd for Drift<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> f64 {
+        let Self { nodes, step, middle, end } = self;
+        let [n, m] = nodes.in_lanes();
+        let at = [middle, end];
+        drift::<LANES>(step, at, n.displacement, n.velocity, n.forces, n.start, n.change)
+            + drift::<1>(step, at, m.displacement, m.velocity, m.forces, m.start, m.change)
+    }
+}
+
+/// Moves groups of N nodes over a time `step` (s) and sets `forces` to the loads at `end`; returns the power of the
+/// loads in the `middle` of the step.
+#[inline(always)]
+fn drift<const N: usize>(
     step: f64,
     [middle, end]: [f64; 2],
     displacement: &mut [[f64; 2]],
@@ -117,22 +143,55 @@ fn drift(
     start: &[[f64; 2]],
     change: &[[f64; 2]],
 ) -> f64 {
-    let mut power = [0.0; 2];
-    for ((((u, v), f), start), change) in
-        displacement.iter_mut().zip(velocity).zip(forces).zip(start).zip(change)
+    let mut power = [[0.0; 2]; N];
+    let (u, v) = (displacement.as_chunks_mut::<N>().0, velocity.as_chunks::<N>().0);
+    let (f, start) = (forces.as_chunks_mut::<N>().0, start.as_chunks::<N>().0);
+    for ((((u, v), f), start), change) in u.iter_mut().zip(v).zip(f).zip(start).zip(change.as_chunks::<N>().0)
     {
-        for d in 0..2 {
-            u[d] += step * v[d];
-            power[d] += v[d] * (start[d] + middle * change[d]);
-            f[d] = start[d] + end * change[d];
+        let (u, f, power) = (u.as_flattened_mut(), f.as_flattened_mut(), power.as_flattened_mut());
+        let (v, start, change) = (v.as_flattened(), start.as_flattened(), change.as_flattened());
+        for i in 0..2 * N {
+            u[i] += step * v[i];
+            power[i] += v[i] * (start[i] + middle * change[i]);
+            f[i] = start[i] + end * change[i];
         }
     }
-    power[0] + power[1]
+    power.as_flattened().iter().sum()
 }
 
-/// Accelerates nodes over the time `advance` (s) by `forces` and mass damping; returns `Σ m vⁿ⁻½·vⁿ`, with the
-/// velocity vⁿ after half of a `step` (s).
-fn kick_under(
+/// [`kick_under`] with the widest registers.
+struct KickUnder<'a> {
+    nodes: Nodes<'a>,
+    advance: f64,
+    step: f64,
+    mass_damping: f64,
+}
+
+impl WithSimd for KickUnder<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> f64 {
+        let Self { nodes, advance, step, mass_damping } = self;
+        let [n, m] = nodes.in_lanes();
+        let over = [advance, step];
+        kick_under::<LANES>(over, mass_damping, n.acceleration, n.velocity, n.forces, n.mass, n.inverse_mass)
+            + kick_under::<1>(
+                over,
+                mass_damping,
+                m.acceleration,
+                m.velocity,
+                m.forces,
+                m.mass,
+                m.inverse_mass,
+            )
+    }
+}
+
+/// Accelerates groups of N nodes over the time `advance` (s) by `forces` and mass damping; returns `Σ m vⁿ⁻½·vⁿ`, with
+/// the velocity vⁿ after half of a `step` (s).
+#[inline(always)]
+fn kick_under<const N: usize>(
     [advance, step]: [f64; 2],
     mass_damping: f64,
     acceleration: &mut [[f64; 2]],
@@ -141,17 +200,21 @@ fn kick_under(
     mass: &[f64],
     inverse_mass: &[f64],
 ) -> f64 {
-    let mut sum = [0.0; 2];
-    for ((((a, v), f), m), inverse) in
-        acceleration.iter_mut().zip(velocity).zip(forces).zip(mass).zip(inverse_mass)
+    let mut sum = [[0.0; 2]; N];
+    let (a, v) = (acceleration.as_chunks_mut::<N>().0, velocity.as_chunks_mut::<N>().0);
+    let (f, mass) = (forces.as_chunks::<N>().0, mass.as_chunks::<N>().0);
+    for ((((a, v), f), mass), inverse) in
+        a.iter_mut().zip(v).zip(f).zip(mass).zip(inverse_mass.as_chunks::<N>().0)
     {
-        for d in 0..2 {
-            a[d] = f[d] * inverse - mass_damping * v[d];
-            sum[d] += m * v[d] * (v[d] + step / 2.0 * a[d]);
-            v[d] += advance * a[d];
+        let (a, v) = (a.as_flattened_mut(), v.as_flattened_mut());
+        let (f, sum) = (f.as_flattened(), sum.as_flattened_mut());
+        for i in 0..2 * N {
+            a[i] = f[i] * inverse[i / 2] - mass_damping * v[i];
+            sum[i] += mass[i / 2] * v[i] * (v[i] + step / 2.0 * a[i]);
+            v[i] += advance * a[i];
         }
     }
-    sum[0] + sum[1]
+    sum.as_flattened().iter().sum()
 }
 
 /// Data of consecutive nodes.
@@ -185,26 +248,40 @@ impl<'a> Nodes<'a> {
         }
     }
 
-    fn split(self) -> [Self; 2] {
-        let middle = self.mass.len() / 2;
-        let [u, v, a, f] = [self.displacement, self.velocity, self.acceleration, self.forces]
-            .map(|values| values.split_at_mut(middle));
-        let [start, change] = [self.start, self.change].map(|values| values.split_at(middle));
-        let [mass, inverse] = [self.mass, self.inverse_mass].map(|values| values.split_at(middle));
-        let half = |u, v, a, f, start, change, mass, inverse_mass| Nodes {
-            displacement: u,
-            velocity: v,
-            acceleration: a,
-            forces: f,
-            start,
-            change,
-            mass,
-            inverse_mass,
+    /// Whole groups of [`LANES`] nodes, and the rest.
+    #[inline(always)]
+    fn in_lanes(self) -> [Self; 2] {
+        let whole = self.mass.len() / LANES * LANES;
+        self.split_at(whole)
+    }
+
+    #[inline(always)]
+    fn split_at(self, middle: usize) -> [Self; 2] {
+        let (u, v) = (self.displacement.split_at_mut(middle), self.velocity.split_at_mut(middle));
+        let (a, f) = (self.acceleration.split_at_mut(middle), self.forces.split_at_mut(middle));
+        let (start, change) = (self.start.split_at(middle), self.change.split_at(middle));
+        let (mass, inverse) = (self.mass.split_at(middle), self.inverse_mass.split_at(middle));
+        let first = Nodes {
+            displacement: u.0,
+            velocity: v.0,
+            acceleration: a.0,
+            forces: f.0,
+            start: start.0,
+            change: change.0,
+            mass: mass.0,
+            inverse_mass: inverse.0,
         };
-        [
-            half(u.0, v.0, a.0, f.0, start.0, change.0, mass.0, inverse.0),
-            half(u.1, v.1, a.1, f.1, start.1, change.1, mass.1, inverse.1),
-        ]
+        let second = Nodes {
+            displacement: u.1,
+            velocity: v.1,
+            acceleration: a.1,
+            forces: f.1,
+            start: start.1,
+            change: change.1,
+            mass: mass.1,
+            inverse_mass: inverse.1,
+        };
+        [first, second]
     }
 
     /// The sum of `of` over parts of the nodes, computed on the threads of `cells`.
@@ -218,7 +295,8 @@ impl<'a> Nodes<'a> {
             if parts < 2 {
                 return of(nodes);
             }
-            let [first, second] = nodes.split();
+            let middle = nodes.mass.len() / 2;
+            let [first, second] = nodes.split_at(middle);
             let half = |nodes| move || over(nodes, parts / 2, cells, of);
             let [first, second] = cells.both(half(first), half(second));
             first + second
