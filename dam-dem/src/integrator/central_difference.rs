@@ -90,7 +90,7 @@ impl CentralDifference {
             let advance = if step + 1 < self.steps { dt } else { dt / 2.0 };
             work.damping += dt * damp_locally(structure, damping.local, dt, &motion.velocity, &mut forces);
             let damped = Nodes::of(motion, &mut forces, loads, structure).sum(&structure.cells, &|n| {
-                Arch::new().dispatch(KickUnder { nodes: n, advance, step: dt, mass_damping: alpha })
+                Arch::new().dispatch(Kick { nodes: n, advance, step: dt, mass_damping: alpha })
             });
             work.input += dt * input;
             work.friction += losses.friction;
@@ -107,10 +107,12 @@ impl CentralDifference {
     }
 }
 
-/// Number of nodes that are moved side by side.
+/// Number of nodes that are moved side by side. Of these, all numbers are read before any is written: the compiler need not
+/// know then that the fields are disjoint.
 const LANES: usize = 4;
 
-/// [`drift`] with the widest registers.
+/// Moves nodes over a time `step` (s) and sets their forces to the loads at `end`; the result is the power of the loads in
+/// the `middle` of the step.
 struct Drift<'a> {
     nodes: Nodes<'a>,
     step: f64,
@@ -123,98 +125,80 @@ impl WithSimd for Drift<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> f64 {
+        let [many, rest] = self.nodes.in_lanes();
+        Drift { nodes: many, ..self }.move_by::<LANES>() + Drift { nodes: rest, ..self }.move_by::<1>()
+    }
+}
+
+impl Drift<'_> {
+    /// Moves groups of N nodes.
+    #[inline(always)]
+    fn move_by<const N: usize>(self) -> f64 {
         let Self { nodes, step, middle, end } = self;
-        let [n, m] = nodes.in_lanes();
-        let at = [middle, end];
-        drift::<LANES>(step, at, n.displacement, n.velocity, n.forces, n.start, n.change)
-            + drift::<1>(step, at, m.displacement, m.velocity, m.forces, m.start, m.change)
-    }
-}
-
-/// Moves groups of N nodes over a time `step` (s) and sets `forces` to the loads at `end`; returns the power of the
-/// loads in the `middle` of the step.
-#[inline(always)]
-fn drift<const N: usize>(
-    step: f64,
-    [middle, end]: [f64; 2],
-    displacement: &mut [[f64; 2]],
-    velocity: &[[f64; 2]],
-    forces: &mut [[f64; 2]],
-    start: &[[f64; 2]],
-    change: &[[f64; 2]],
-) -> f64 {
-    let mut power = [[0.0; 2]; N];
-    let (u, v) = (displacement.as_chunks_mut::<N>().0, velocity.as_chunks::<N>().0);
-    let (f, start) = (forces.as_chunks_mut::<N>().0, start.as_chunks::<N>().0);
-    for ((((u, v), f), start), change) in u.iter_mut().zip(v).zip(f).zip(start).zip(change.as_chunks::<N>().0)
-    {
-        let (u, f, power) = (u.as_flattened_mut(), f.as_flattened_mut(), power.as_flattened_mut());
-        let (v, start, change) = (v.as_flattened(), start.as_flattened(), change.as_flattened());
-        for i in 0..2 * N {
-            u[i] += step * v[i];
-            power[i] += v[i] * (start[i] + middle * change[i]);
-            f[i] = start[i] + end * change[i];
+        let mut power = [[0.0; 2]; N];
+        let (u, v) = (nodes.displacement.as_chunks_mut::<N>().0, nodes.velocity.as_chunks::<N>().0);
+        let (start, change) = (nodes.start.as_chunks::<N>().0, nodes.change.as_chunks::<N>().0);
+        let f = nodes.forces.as_chunks_mut::<N>().0;
+        for ((((u, v), f), start), change) in u.iter_mut().zip(v).zip(f).zip(start).zip(change) {
+            let (mut place, v, start, change) = (*u, *v, *start, *change);
+            let mut load = [[0.0; 2]; N];
+            for i in 0..N {
+                for d in 0..2 {
+                    place[i][d] += step * v[i][d];
+                    power[i][d] += v[i][d] * (start[i][d] + middle * change[i][d]);
+                    load[i][d] = start[i][d] + end * change[i][d];
+                }
+            }
+            (*u, *f) = (place, load);
         }
+        power.as_flattened().iter().sum()
     }
-    power.as_flattened().iter().sum()
 }
 
-/// [`kick_under`] with the widest registers.
-struct KickUnder<'a> {
+/// Accelerates nodes over the time `advance` (s) by their forces and mass damping; the result is `Σ m vⁿ⁻½·vⁿ`, with the
+/// velocity vⁿ after half of a `step` (s).
+struct Kick<'a> {
     nodes: Nodes<'a>,
     advance: f64,
     step: f64,
     mass_damping: f64,
 }
 
-impl WithSimd for KickUnder<'_> {
+impl WithSimd for Kick<'_> {
     type Output = f64;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> f64 {
-        let Self { nodes, advance, step, mass_damping } = self;
-        let [n, m] = nodes.in_lanes();
-        let over = [advance, step];
-        kick_under::<LANES>(over, mass_damping, n.acceleration, n.velocity, n.forces, n.mass, n.inverse_mass)
-            + kick_under::<1>(
-                over,
-                mass_damping,
-                m.acceleration,
-                m.velocity,
-                m.forces,
-                m.mass,
-                m.inverse_mass,
-            )
+        let [many, rest] = self.nodes.in_lanes();
+        Kick { nodes: many, ..self }.move_by::<LANES>() + Kick { nodes: rest, ..self }.move_by::<1>()
     }
 }
 
-/// Accelerates groups of N nodes over the time `advance` (s) by `forces` and mass damping; returns `Σ m vⁿ⁻½·vⁿ`, with
-/// the velocity vⁿ after half of a `step` (s).
-#[inline(always)]
-fn kick_under<const N: usize>(
-    [advance, step]: [f64; 2],
-    mass_damping: f64,
-    acceleration: &mut [[f64; 2]],
-    velocity: &mut [[f64; 2]],
-    forces: &[[f64; 2]],
-    mass: &[f64],
-    inverse_mass: &[f64],
-) -> f64 {
-    let mut sum = [[0.0; 2]; N];
-    let (a, v) = (acceleration.as_chunks_mut::<N>().0, velocity.as_chunks_mut::<N>().0);
-    let (f, mass) = (forces.as_chunks::<N>().0, mass.as_chunks::<N>().0);
-    for ((((a, v), f), mass), inverse) in
-        a.iter_mut().zip(v).zip(f).zip(mass).zip(inverse_mass.as_chunks::<N>().0)
-    {
-        let (a, v) = (a.as_flattened_mut(), v.as_flattened_mut());
-        let (f, sum) = (f.as_flattened(), sum.as_flattened_mut());
-        for i in 0..2 * N {
-            a[i] = f[i] * inverse[i / 2] - mass_damping * v[i];
-            sum[i] += mass[i / 2] * v[i] * (v[i] + step / 2.0 * a[i]);
-            v[i] += advance * a[i];
+impl Kick<'_> {
+    /// Accelerates groups of N nodes.
+    #[inline(always)]
+    fn move_by<const N: usize>(self) -> f64 {
+        let Self { nodes, advance, step, mass_damping } = self;
+        let half = step / 2.0;
+        let mut sum = [[0.0; 2]; N];
+        let (a, v) = (nodes.acceleration.as_chunks_mut::<N>().0, nodes.velocity.as_chunks_mut::<N>().0);
+        let (mass, inverse) = (nodes.mass.as_chunks::<N>().0, nodes.inverse_mass.as_chunks::<N>().0);
+        let f = nodes.forces.as_chunks::<N>().0;
+        for ((((a, v), f), mass), inverse) in a.iter_mut().zip(v).zip(f).zip(mass).zip(inverse) {
+            let (mut velocity, f, mass, inverse) = (*v, *f, *mass, *inverse);
+            let mut acceleration = [[0.0; 2]; N];
+            for i in 0..N {
+                for d in 0..2 {
+                    let v = velocity[i][d];
+                    acceleration[i][d] = f[i][d] * inverse[i] - mass_damping * v;
+                    sum[i][d] += mass[i] * v * (v + half * acceleration[i][d]);
+                    velocity[i][d] = v + advance * acceleration[i][d];
+                }
+            }
+            (*a, *v) = (acceleration, velocity);
         }
+        sum.as_flattened().iter().sum()
     }
-    sum.as_flattened().iter().sum()
 }
 
 /// Data of consecutive nodes.
