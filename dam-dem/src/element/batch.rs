@@ -110,7 +110,7 @@ impl Batch {
     /// The field at the corners, relative to the centres. `gathered` is that of [`gather`](Self::gather); the nodes of a row
     /// are read where they are, in lanes without a cell those that follow.
     #[inline(always)]
-    pub fn from_centre<S: Simd>(&self, simd: S, field: &[[f64; 2]], gathered: &Pairs) -> Corners {
+    pub fn relative_to_centre<S: Simd>(&self, simd: S, field: &[[f64; 2]], gathered: &Pairs) -> Corners {
         let mut nodes = gathered.each_ref();
         if let Some(Row { lower, upper, centre }) = self.row {
             for (nodes, first) in nodes.iter_mut().zip([lower, lower + 1, upper + 1, upper, centre]) {

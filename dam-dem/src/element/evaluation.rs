@@ -103,8 +103,8 @@ impl<const COROTATIONAL: bool, const DAMPED: bool> WithSimd for Evaluation<'_, C
         for (index, batch) in self.batches.iter().enumerate() {
             self.gather(index + 1, &mut fields[(index + 1) % 2]);
             let [u, v] = &fields[index % 2];
-            let u = batch.from_centre(simd, self.of.displacement, u);
-            let v = if DAMPED { batch.from_centre(simd, self.of.velocity, v) } else { u };
+            let u = batch.relative_to_centre(simd, self.of.displacement, u);
+            let v = if DAMPED { batch.relative_to_centre(simd, self.of.velocity, v) } else { u };
             // roots and quotients of all triangles first, so that the processor can overlap them
             for register in 0..Lanes::registers::<S>() {
                 let u = at(simd, &u, register);
@@ -193,7 +193,7 @@ impl<const COROTATIONAL: bool> WithSimd for Energy<'_, COROTATIONAL> {
         for (index, batch) in self.batches.iter().enumerate() {
             let mut u = Pairs::default();
             batch.gather(self.displacement, &mut u);
-            let u = batch.from_centre(simd, self.displacement, &u);
+            let u = batch.relative_to_centre(simd, self.displacement, &u);
             for register in 0..Lanes::registers::<S>() {
                 let u = at(simd, &u, register);
                 let elastic = self.moduli.elastic(simd, all, index, register);
