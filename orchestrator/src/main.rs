@@ -34,6 +34,7 @@ fn main() -> ExitCode {
         cli::Command::ExportFmu(arguments) => cli::export_fmu::run(&arguments),
         cli::Command::Points(arguments) => cli::points::run(&arguments),
         cli::Command::Template(command) => cli::template::run(&command),
+        cli::Command::Report(arguments) => cli::report::run(&arguments),
         cli::Command::Replay(arguments) => cli::replay::run(&arguments),
         cli::Command::Log(command) => cli::log::run(&command),
         cli::Command::Reservoir(command) => cli::reservoir::run(&command),

@@ -13,6 +13,7 @@ mod parquet;
 mod picture;
 pub mod points;
 pub mod replay;
+pub mod report;
 pub mod reservoir;
 pub mod run;
 mod section;
@@ -95,6 +96,9 @@ pub enum Command {
     /// Try a run otherwise from one of its steps on
     #[command(after_long_help = run::branch::HELP)]
     Branch(run::branch::Arguments),
+    /// Write the report of a run: one HTML page
+    #[command(after_long_help = report::HELP)]
+    Report(report::Arguments),
     /// Check scenes without running them: every mistake at its line, and warnings about doubtful choices
     #[command(after_long_help = CHECK_HELP)]
     Check(Check),
@@ -229,6 +233,10 @@ pub struct Options {
     /// No progress line
     #[arg(short, long)]
     pub quiet: bool,
+
+    /// Do not write report.html; `cofferdam report` makes it later
+    #[arg(long)]
+    pub no_report: bool,
 }
 
 /// How the units exchange.
@@ -301,9 +309,9 @@ fn known(read: Result<Vec<f64>, ParticipantError>) -> Result<Vec<f64>, Participa
 fn other_build(head: &Head) -> Option<String> {
     let here = Build::here();
     let pairs = [
-        ("version", here.version, &head.version),
-        ("commit", here.commit, &head.commit),
-        ("profile", here.profile, &head.profile),
+        ("version", &*here.version, &head.version),
+        ("commit", &here.commit, &head.commit),
+        ("profile", &here.profile, &head.profile),
         ("processor's features", &here.features, &head.features),
         ("system", &here.system, &head.system),
     ];
@@ -373,6 +381,7 @@ Exit status: 0 every scene can be run, 1 a file cannot be written, 2 a scene or 
 
 const RUN_HELP: &str = "\
 Results, in the output folder:
+  report.html     all that follows on one page, for screen and paper
   log.mcap        every request and answer of every iteration (MCAP, protobuf);
                   open it with Foxglove, PlotJuggler, Rerun or Python's mcap package
   histories.csv   time histories of all scalar results

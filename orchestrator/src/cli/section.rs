@@ -26,6 +26,8 @@ const SIZE: [f64; 2] = [640.0, 560.0];
 const LEFT: f64 = 64.0;
 const TOP: f64 = 46.0;
 const BELOW: f64 = 52.0;
+/// What lies right of it without a legend there: half of the last number.
+const RIGHT: f64 = 16.0;
 /// Width of the legend, and height of its lines.
 const LEGEND: [f64; 2] = [300.0, 20.0];
 /// Longest text in the legend, characters, and about the width of one.
@@ -62,33 +64,66 @@ struct Section {
     bounds: [Point; 2],
 }
 
-/// The picture of a scene.
+/// The picture of a scene, with its title and a legend on the right.
 ///
 /// **Errors**: the dam's mesh or a wet face cannot be made.
 pub fn picture(scene: &Scene) -> Result<String, RegistryError> {
+    drawn(scene, false)
+}
+
+/// The same without the title and with the legend below, for a page.
+///
+/// **Errors**: as of [`picture`].
+pub fn figure(scene: &Scene) -> Result<String, RegistryError> {
+    drawn(scene, true)
+}
+
+fn drawn(scene: &Scene, narrow: bool) -> Result<String, RegistryError> {
     let section = Section::of(scene)?;
     let [[x0, y0], [x1, y1]] = section.bounds;
     let scale = (SIZE[0] / (x1 - x0)).min(SIZE[1] / (y1 - y0));
     let canvas = Canvas { origin: [x0, y1], right: x1, scale };
     let [width, height] = [x1 - x0, y1 - y0].map(|length| scale * length);
     let mut legend = Vec::new();
-    let drawn = section.draw(scene, &canvas, &mut legend);
-    let below = height.max(LEGEND[1] * legend.len() as f64);
-    let [whole, tall] = [LEFT + width + 24.0 + LEGEND[0], TOP + below + BELOW].map(f64::ceil);
+    let shapes = section.draw(scene, &canvas, &mut legend);
+    let lines = legend.len() as f64;
+    // Beside the section, or in two columns below its axis.
+    let [whole, tall] = if narrow {
+        [LEFT + width + RIGHT, TOP + height + BELOW + LEGEND[1] * (lines / 2.0).ceil()]
+    } else {
+        [LEFT + width + 24.0 + LEGEND[0], TOP + height.max(LEGEND[1] * lines) + BELOW]
+    };
+    let [whole, tall] = [whole, tall].map(f64::ceil);
+    let place = |line: usize| match narrow {
+        true => {
+            [LEFT + width / 2.0 * (line % 2) as f64, TOP + height + BELOW + LEGEND[1] * (line / 2) as f64]
+        }
+        false => [LEFT + width + 24.0, TOP + LEGEND[1] * line as f64],
+    };
+    let cut = if narrow { (width / 2.0 / LETTER) as usize - 5 } else { LONGEST };
     let title = escape(&scene.title);
+    // A page has a title of its own.
+    let top = if narrow { TOP - 10.0 } else { 0.0 };
     // Writing to a string cannot fail.
     let mut text = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {whole} {tall}\" width=\"{whole}\" height=\"{tall}\" \
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 {top} {whole} {}\" width=\"{whole}\" height=\"{}\" \
          font-family=\"sans-serif\" font-size=\"12\" fill=\"{INK}\">\n<title>{title}</title>\n\
-         <rect width=\"{whole}\" height=\"{tall}\" fill=\"#ffffff\"/>\n\
-         <text x=\"{LEFT}\" y=\"26\" font-size=\"16\">{title}</text>\n\
-         <clipPath id=\"frame\"><rect x=\"{LEFT}\" y=\"{TOP}\" width=\"{width:.3}\" height=\"{height:.3}\"/></clipPath>\n"
+         <rect width=\"{whole}\" height=\"{tall}\" fill=\"#ffffff\"/>\n",
+        tall - top,
+        tall - top
     );
-    text += &drawn;
+    if !narrow {
+        let _ = writeln!(text, "<text x=\"{LEFT}\" y=\"26\" font-size=\"16\">{title}</text>");
+    }
+    let _ = writeln!(
+        text,
+        "<clipPath id=\"frame\"><rect x=\"{LEFT}\" y=\"{TOP}\" width=\"{width:.3}\" height=\"{height:.3}\"/></clipPath>"
+    );
+    text += &shapes;
     text += &canvas.axes(section.bounds);
     for (line, Explained { sample, text: name }) in legend.iter().enumerate() {
-        let (x, y) = (LEFT + width + 24.0, TOP + LEGEND[1] * line as f64);
-        let name: String = match name.char_indices().nth(LONGEST) {
+        let [x, y] = place(line);
+        let name: String = match name.char_indices().nth(cut) {
             Some((end, _)) => format!("{}…", &name[..end]),
             None => name.clone(),
         };

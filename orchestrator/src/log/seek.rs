@@ -7,7 +7,7 @@ use super::reader::{Entries, Log};
 use super::source::Source;
 use super::stream::{Next, Stream};
 use super::topic::{Part, Topic};
-use crate::participant::Occasion;
+use crate::participant::{Message, Occasion};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry::{Occupied, Vacant};
 use std::sync::Arc;
@@ -77,6 +77,24 @@ impl Log {
             }
         }
         Ok(None)
+    }
+
+    /// What the units said, in its order, without reading chunks that hold none of it.
+    ///
+    /// **Errors**: those of reading; a log that is cut short gives what it holds whole.
+    pub fn messages(&self) -> Result<Vec<Message>, LogReadError> {
+        let finder = Finder::new(self)?;
+        let channels = finder.stream()?.declared().of_topic("/log");
+        let mut found = Vec::new();
+        for chunk in finder.index.chunks.iter().filter(|chunk| chunk.may_have(&channels)) {
+            finder.each(chunk, &channels, |part| {
+                if let Part::Entry(Entry::Message(message)) = part {
+                    found.push(message);
+                }
+                true
+            })?;
+        }
+        Ok(found)
     }
 
     /// First step of the window of `step`, 0 for initialisation; windows are whole multiples of their length.

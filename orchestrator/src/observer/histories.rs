@@ -19,7 +19,65 @@ pub struct Histories {
     names: Vec<String>,
 }
 
+/// Histories that cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum HistoriesError {
+    /// The file cannot be read.
+    #[error("{}: {cause}; `cofferdam log export` makes it from the log", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        cause: std::io::Error,
+    },
+    /// A field that is no number, or a row of another length.
+    #[error("{}:{line}: {what}; `cofferdam log export` makes the file anew from the log", path.display())]
+    Row {
+        /// The file.
+        path: PathBuf,
+        /// Line number, from 1.
+        line: usize,
+        /// What is wrong.
+        what: String,
+    },
+}
+
 impl Histories {
+    /// Reads `histories.csv`, the numbers bit for bit. A last row that a killed run did not finish is left out.
+    ///
+    /// **Errors**: [`HistoriesError`].
+    pub fn read(path: &Path) -> Result<Self, HistoriesError> {
+        let failed = |cause| HistoriesError::Read { path: path.to_owned(), cause };
+        let text = std::fs::read_to_string(path).map_err(failed)?;
+        let whole = &text[..text.rfind('\n').map_or(0, |end| end + 1)];
+        let wrong = |line: usize, what: String| HistoriesError::Row { path: path.to_owned(), line, what };
+        let mut reader =
+            csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(whole.as_bytes());
+        let mut row = csv::StringRecord::new();
+        let mut found = Self::default();
+        for line in 1.. {
+            if !reader.read_record(&mut row).map_err(|cause| failed(cause.into()))? {
+                break;
+            }
+            if line == 1 {
+                found.names = row.iter().map(str::to_owned).collect();
+                found.columns = vec![Vec::new(); row.len()];
+                continue;
+            }
+            if row.len() != found.columns.len() {
+                let what = format!("{} values stand under {} names", row.len(), found.columns.len());
+                return Err(wrong(line, what));
+            }
+            for (column, field) in found.columns.iter_mut().zip(&row) {
+                column.push(field.parse().map_err(|_| wrong(line, format!("`{field}` is no number")))?);
+            }
+        }
+        match found.names.first().map(String::as_str) {
+            Some("time [s]") => Ok(found),
+            _ => Err(wrong(1, "the first column is not `time [s]`".to_owned())),
+        }
+    }
+
     /// The column whose name without unit is `name`, such as `dam.crest_displacement.x`.
     pub fn column(&self, name: &str) -> Option<&[f64]> {
         let position = self.names.iter().position(|n| n.split(" [").next() == Some(name))?;
@@ -235,5 +293,38 @@ impl Observer for HistoriesWriter {
 
     fn end(&mut self, _ending: &Ending) -> Result<(), ObserverError> {
         self.flush()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn histories_are_read_as_they_were_written_and_a_cut_row_is_left_out() -> std::io::Result<()> {
+        let folder = tempfile::tempdir()?;
+        let path = folder.path().join("histories.csv");
+        let read = |text: &str| {
+            std::fs::write(&path, text)?;
+            Ok::<_, std::io::Error>(Histories::read(&path).map_err(|error| error.to_string()))
+        };
+        let third = 1.0 / 3.0;
+        let whole = format!("time [s],a.b [Pa]\n0.0,{third}\n0.5,NaN\n");
+        let histories = read(&whole)?.expect("histories");
+        assert_eq!((histories.rows(), histories.column("time")), (2, Some(&[0.0, 0.5][..])));
+        let values = histories.column("a.b").expect("a column");
+        assert!(values[0] == third && values[1].is_nan());
+        // Of `1.25`, whose row a killed run did not finish.
+        assert_eq!(read(&(whole.clone() + "1.0,1.2"))?.expect("histories").rows(), 2);
+        for (text, what) in [
+            (whole.clone() + "1.0\n", ":4: 1 values stand under 2 names"),
+            (whole.clone() + "1.0,x\n", ":4: `x` is no number"),
+            ("a,b\n".to_owned(), ":1: the first column is not"),
+            (String::new(), ":1: the first column is not"),
+        ] {
+            let error = read(&text)?.expect_err(what);
+            assert!(error.contains(what) && error.contains("log export"), "{error}");
+        }
+        Ok(())
     }
 }

@@ -7,7 +7,7 @@ mod rest;
 mod snapshots;
 mod until;
 
-pub use histories::{Histories, HistoriesWriter};
+pub use histories::{Histories, HistoriesError, HistoriesWriter};
 pub use limits::Limits;
 pub use progress::Progress;
 pub use rest::{AVERAGED, LastSecond, Rest, STILL_MOVES, STILL_SLIDES};

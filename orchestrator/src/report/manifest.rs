@@ -1,11 +1,13 @@
 use super::Summary;
 use crate::results_file::remedy;
 use crate::scene::Scene;
-use serde::Serialize;
-use std::path::Path;
+use crate::text_file;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
 
 /// What a run was made from and what came of it: `manifest.toml` in the run's folder.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Manifest {
     /// Name of the case.
     pub name: String,
@@ -21,9 +23,10 @@ pub struct Manifest {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reservoir_wet_face: Option<Vec<[f64; 2]>>,
     /// The other wet faces of the dam.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub further_wet_faces: Vec<WaterFace>,
     /// The participants: name and solver.
+    #[serde(default)]
     pub units: Vec<Unit>,
     /// The result; absent while the run goes on.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -33,7 +36,7 @@ pub struct Manifest {
 }
 
 /// A wet face of the dam beside that of the reservoir.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct WaterFace {
     /// Name of its water.
     pub water: String,
@@ -45,14 +48,14 @@ pub struct WaterFace {
 }
 
 /// The program and the machine it runs on.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Build {
     /// Version of the program.
-    pub version: &'static str,
+    pub version: Cow<'static, str>,
     /// Git commit of the program.
-    pub commit: &'static str,
+    pub commit: Cow<'static, str>,
     /// Optimised or not.
-    pub profile: &'static str,
+    pub profile: Cow<'static, str>,
     /// Processor.
     pub processor: String,
     /// What the processor offers beyond its architecture of what numerical libraries choose their code by.
@@ -64,7 +67,7 @@ pub struct Build {
 }
 
 /// A participant and numbers of its own.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Unit {
     /// Name.
     pub name: String,
@@ -80,9 +83,9 @@ impl Build {
         let cpu_info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
         let model = cpu_info.lines().find_map(|l| l.strip_prefix("model name")?.split_once(": "));
         Self {
-            version: env!("CARGO_PKG_VERSION"),
-            commit: env!("COFFERDAM_COMMIT"),
-            profile: if cfg!(debug_assertions) { "debug" } else { "release" },
+            version: env!("CARGO_PKG_VERSION").into(),
+            commit: env!("COFFERDAM_COMMIT").into(),
+            profile: if cfg!(debug_assertions) { "debug" } else { "release" }.into(),
             processor: model.map_or_else(|| "unknown".to_owned(), |(_, name)| name.to_owned()),
             features: features(),
             cores: std::thread::available_parallelism().map_or(1, usize::from),
@@ -109,23 +112,51 @@ pub(crate) fn features() -> String {
     String::new()
 }
 
-/// A manifest that cannot be written.
+/// A manifest that cannot be written or read.
 #[derive(Debug, thiserror::Error)]
 pub enum ManifestError {
     /// The file cannot be written.
     #[error("{}: {cause}; {}", path.display(), remedy(cause))]
     Write {
         /// The file.
-        path: std::path::PathBuf,
+        path: PathBuf,
         /// What the system said.
         cause: std::io::Error,
     },
     /// The content is no TOML.
     #[error("the manifest cannot be written as TOML: {0}")]
     Encode(#[from] toml::ser::Error),
+    /// The file cannot be read.
+    #[error("{}: {cause}; give the folder of a run", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        cause: std::io::Error,
+    },
+    /// The content is no manifest, or one of another version.
+    #[error("{}: {cause}; take the build that made the run, or run its scene again", path.display())]
+    Decode {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        cause: String,
+    },
 }
 
 impl Manifest {
+    /// Reads the manifest `path`.
+    ///
+    /// **Errors**: [`ManifestError::Read`], [`ManifestError::Decode`].
+    pub fn read(path: &Path) -> Result<Self, ManifestError> {
+        let text =
+            text_file::read(path).map_err(|cause| ManifestError::Read { path: path.to_owned(), cause })?;
+        toml::from_str(&text).map_err(|error| ManifestError::Decode {
+            path: path.to_owned(),
+            cause: error.message().to_owned(),
+        })
+    }
+
     /// Writes the manifest to `path`, in the place of one written before, which stays whole if that fails.
     pub fn write(&self, path: &Path) -> Result<(), ManifestError> {
         let text = toml::to_string(self)?;

@@ -1,6 +1,7 @@
 //! What a run says at its end.
 
 mod manifest;
+pub mod page;
 mod response_spectrum;
 mod summary;
 

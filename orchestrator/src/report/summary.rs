@@ -1,26 +1,27 @@
 use crate::ground_motion::STANDARD_GRAVITY;
 use crate::observer::{AVERAGED, Ending, Histories, LastSecond, STILL_MOVES, STILL_SLIDES, Status, WallTime};
 use crate::scene::{CrackScene, DamFidelityScene, LoadedScene, REST, Side, Warning};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::fmt;
 
-const ENERGY_BALANCE: &str = "energy balance error over peak kinetic energy";
+pub(super) const ENERGY_BALANCE: &str = "energy balance error over peak kinetic energy";
 /// Energy balance error, %, above which a summary says loudly that it cannot be trusted.
-const ENERGY_ALARM: f64 = 1.0;
+pub(super) const ENERGY_ALARM: f64 = 1.0;
 
-const LOWEST_PRESSURE: &str = "lowest pressure on the wet face, hydrostatic included";
+pub(super) const LOWEST_PRESSURE: &str = "lowest pressure on the wet face, hydrostatic included";
 /// Pressure against the atmosphere's at which water boils, kPa.
-const CAVITATION: f64 = -99.0;
+pub(super) const CAVITATION: f64 = -99.0;
 
 /// One number of a summary.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Quantity {
     /// What it is.
     pub name: String,
     /// Its value, in `unit`.
     pub value: f64,
     /// Unit.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
     /// When it occurred, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time: Option<f64>,
@@ -33,14 +34,14 @@ pub struct Quantity {
 }
 
 /// The results of a run in a table.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
     /// How the run ended.
     pub status: String,
     /// Simulated time reached, s.
     pub simulated_time: f64,
     /// What must be known to read them.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
     /// The numbers.
     pub quantities: Vec<Quantity>,
@@ -216,7 +217,8 @@ struct Table<'a> {
 
 impl Table<'_> {
     fn add(&mut self, name: &str, value: f64, unit: &'static str, time: Option<f64>) {
-        self.quantities.push(Quantity { name: name.to_owned(), value, unit, time, place: None, band: None });
+        let (name, unit) = (name.to_owned(), unit.into());
+        self.quantities.push(Quantity { name, value, unit, time, place: None, band: None });
     }
 
     /// Adds the value of a column whose `key` is largest; returns its row.
@@ -396,7 +398,7 @@ impl fmt::Display for Summary {
         }
         let width = self.quantities.iter().map(|q| q.name.chars().count()).fold(52, usize::max);
         for Quantity { name, value, unit, time, place, band } in &self.quantities {
-            let unit = if *unit == "1" { "" } else { unit };
+            let unit = if unit == "1" { "" } else { unit };
             let time = time.map_or_else(String::new, |t| format!("  at {t:.3} s"));
             let place = place.map_or_else(String::new, |[x, y]| format!(", x = {x} m, y = {y} m"));
             let band = band.map_or_else(String::new, |band| {

@@ -1,7 +1,7 @@
 //! What runs, resumed runs and branches share: results, units, observers, report.
 
 use super::super::start::{Start, StartError, deadlines};
-use super::super::{Options, complain, known, say, spectra};
+use super::super::{Options, complain, known, report, say, spectra};
 use super::place::{Fork, hand_over, place, same_units, same_variables, until};
 use super::{RunError, band};
 use crate::registry::{self, RegistryError};
@@ -184,13 +184,16 @@ impl Job<'_> {
         let written = manifest.write(&manifest_path);
         say(format!("\n{table}{dam}"));
         say(ending.wall);
-        say(format!("log, histories and manifest are in {}", folder.display()));
         let spectra = spectra::write(folder, histories);
+        let page = if options.no_report { Ok(()) } else { report::of_run(folder, &manifest, histories) };
+        let report = if options.no_report || page.is_err() { "" } else { "report, " };
+        say(format!("{report}log, histories and manifest are in {}", folder.display()));
         if let Some(error) = failure {
             return Err(error.into());
         }
         written?;
         spectra.map_err(RunError::Spectra)?;
+        page?;
         Ok(ending.status)
     }
 
@@ -208,9 +211,9 @@ impl Job<'_> {
         };
         Ok(Preamble {
             scene,
-            version: build.version.to_owned(),
-            commit: build.commit.to_owned(),
-            profile: build.profile.to_owned(),
+            version: build.version.clone().into_owned(),
+            commit: build.commit.clone().into_owned(),
+            profile: build.profile.clone().into_owned(),
             processor: build.processor.clone(),
             features: build.features.clone(),
             system: build.system.clone(),

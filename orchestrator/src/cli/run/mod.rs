@@ -8,7 +8,7 @@ mod place;
 pub mod resume;
 
 use super::start::StartError;
-use super::{Run, Transport, check, complain};
+use super::{Run, Transport, check, complain, report};
 use crate::registry::{self, RegistryError};
 use job::{Beginning, Job};
 use miette::Diagnostic;
@@ -51,6 +51,8 @@ enum RunError {
     Start(#[from] StartError),
     #[error("the response spectra: {0}; free some space or choose another --output")]
     Spectra(Box<dyn std::error::Error + Send + Sync>),
+    #[error("the report: {0}")]
+    Report(#[from] report::Failure),
     #[error("Ctrl-C cannot be caught: {0}; it takes a thread: allow more (`ulimit -u`)")]
     Signal(#[from] ctrlc::Error),
     #[error("{}: {why}", log.display())]

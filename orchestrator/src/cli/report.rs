@@ -1,0 +1,97 @@
+//! `cofferdam report`, and the report at the end of a run.
+
+use super::{complain, say, section};
+use orchestrator::log::LogReadError;
+use orchestrator::observer::Histories;
+use orchestrator::report::Manifest;
+use orchestrator::report::page::{ReportData, ReportError, RunFolder, html};
+use std::io::{Error, ErrorKind};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Arguments of `cofferdam report`.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// The run's folder
+    run: PathBuf,
+
+    /// The page; by default report.html in the run's folder
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+}
+
+pub const HELP: &str = "\
+One HTML page that needs nothing else: what matters first, warnings, what is not modelled, the section, inputs with
+provenance, ground motion, histories, response spectra, pressure over height, checks, the whole table. It prints on A4.
+`run` writes it too. Of a run that failed, was killed or goes on it shows what there is. A page that exists is replaced.
+
+It is made of manifest.toml, histories.csv and log.mcap.
+
+Examples:
+  cofferdam report runs/koyna
+      Writes runs/koyna/report.html.
+  cofferdam report runs/koyna --output koyna.html
+
+Exit status: 0 written, 1 the page cannot be written, 2 RUN is not the folder of a run, or lacks a file.";
+
+/// Name of the page in the folder of a run.
+const NAME: &str = "report.html";
+
+/// Why there is no page.
+#[derive(Debug, thiserror::Error)]
+pub enum Failure {
+    #[error(transparent)]
+    Run(#[from] ReportError),
+    #[error(transparent)]
+    Log(#[from] LogReadError),
+    #[error("{}: {cause}; {}", path.display(), remedy(cause))]
+    Write { path: PathBuf, cause: Error },
+}
+
+fn remedy(cause: &Error) -> &'static str {
+    match cause.kind() {
+        ErrorKind::NotFound => "make the folder first, or choose another --output",
+        ErrorKind::FileTooLarge => "raise the limit of file sizes (`ulimit -f`)",
+        _ => "free some space or choose another --output",
+    }
+}
+
+/// Writes the page of a run; reports what is wrong by the exit status.
+pub fn run(arguments: &Arguments) -> ExitCode {
+    let path = arguments.output.clone().unwrap_or_else(|| arguments.run.join(NAME));
+    let written = RunFolder::read(&arguments.run).map_err(Failure::from).and_then(|run| write(run, &path));
+    match written {
+        Ok(()) => {
+            say(format!("wrote {}", path.display()));
+            ExitCode::SUCCESS
+        }
+        Err(failure) => {
+            let status = if matches!(failure, Failure::Write { .. }) { 1 } else { 2 };
+            complain(format!("{:?}", miette::Report::msg(failure)));
+            ExitCode::from(status)
+        }
+    }
+}
+
+/// Writes the page of a run that has just ended in `folder`.
+///
+/// **Errors**: [`Failure`]; there is nothing to show of a run without a step, which is none.
+pub fn of_run(folder: &Path, manifest: &Manifest, histories: &Histories) -> Result<(), Failure> {
+    match RunFolder::of(manifest.clone(), histories.clone(), &folder.join("log.mcap")) {
+        Err(ReportError::NoStep { .. }) => Ok(()),
+        run => write(run?, &folder.join(NAME)),
+    }
+}
+
+fn write(run: RunFolder, path: &Path) -> Result<(), Failure> {
+    // A mesh that can no longer be made leaves the picture out, not the page.
+    let picture = section::figure(&run.loaded.scene).ok();
+    let text = html(&ReportData::of(&run, picture)?);
+    let mut draft = path.as_os_str().to_owned();
+    draft.push(".part");
+    std::fs::write(&draft, text).and_then(|()| std::fs::rename(&draft, path)).map_err(|cause| {
+        // The error of writing is reported, not one of removing.
+        let _ = std::fs::remove_file(&draft);
+        Failure::Write { path: path.to_owned(), cause }
+    })
+}

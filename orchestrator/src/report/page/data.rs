@@ -1,0 +1,210 @@
+//! What a report shows, without a word of how it is shown.
+
+use super::super::Quantity;
+use serde::{Serialize, Serializer};
+
+/// Everything that a report of a run shows, in its order. What the run does not have is empty.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ReportData {
+    /// Title of the scene.
+    pub title: String,
+    /// Name of the case.
+    pub name: String,
+    /// How the run ended.
+    pub status: String,
+    /// Whether it came to its planned end.
+    pub complete: bool,
+    /// When it began, in UTC.
+    pub started: String,
+    /// Simulated time that was reached, s.
+    pub simulated_time: f64,
+    /// The numbers that matter first.
+    pub key_figures: Vec<Quantity>,
+    /// What may make the results wrong or doubtful.
+    pub warnings: Vec<String>,
+    /// What else must be known to read them.
+    pub notes: Vec<String>,
+    /// What is not modelled, each in a sentence.
+    pub not_modelled: Vec<String>,
+    /// The section as SVG.
+    pub section: Option<String>,
+    /// What the run was given, by subject.
+    pub inputs: Vec<Group>,
+    /// Where it comes from: program, machine, hashes.
+    pub provenance: Group,
+    /// The scene with all defaults, TOML.
+    pub scene: String,
+    /// How strong the ground motion is.
+    pub ground: Vec<Row>,
+    /// Times of all rows of the histories, s.
+    pub time: Vec<f64>,
+    /// The ground motion: history and response spectrum.
+    pub ground_charts: Vec<Chart>,
+    /// Histories of the results.
+    pub histories: Vec<Chart>,
+    /// How long each joint slid.
+    pub sliding_times: Vec<Row>,
+    /// Response spectra of ground and crest.
+    pub spectra: Vec<Chart>,
+    /// Pressure over height at chosen instants.
+    pub profiles: Vec<Profile>,
+    /// What the run says about itself.
+    pub checks: Vec<Check>,
+    /// The whole table of the summary.
+    pub quantities: Vec<Quantity>,
+}
+
+/// Rows under a heading.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Group {
+    /// The heading.
+    pub name: String,
+    /// The rows.
+    pub rows: Vec<Row>,
+}
+
+/// A line of a table.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Row {
+    /// What it is.
+    pub name: String,
+    /// Its value.
+    pub value: Value,
+    /// What belongs to it; may be empty.
+    pub remark: String,
+}
+
+/// A value in a table.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub enum Value {
+    /// A number with its unit, `1` for none.
+    Number(f64, &'static str),
+    /// Words.
+    Text(String),
+    /// A hash or a path.
+    Code(String),
+}
+
+impl Row {
+    /// A number in `unit`.
+    pub fn number(name: impl Into<String>, value: f64, unit: &'static str) -> Self {
+        Self { name: name.into(), value: Value::Number(value, unit), remark: String::new() }
+    }
+
+    /// Words.
+    pub fn text(name: impl Into<String>, text: impl Into<String>) -> Self {
+        Self { name: name.into(), value: Value::Text(text.into()), remark: String::new() }
+    }
+
+    /// A hash or a path.
+    pub fn code(name: impl Into<String>, text: impl Into<String>) -> Self {
+        Self { name: name.into(), value: Value::Code(text.into()), remark: String::new() }
+    }
+
+    /// The same with a remark.
+    pub fn with(self, remark: impl Into<String>) -> Self {
+        Self { remark: remark.into(), ..self }
+    }
+}
+
+/// Lines over one abscissa.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Chart {
+    /// What it shows, with its unit.
+    pub title: String,
+    /// What must be known to read it; may be empty.
+    pub about: String,
+    /// What lies across.
+    pub abscissa: Abscissa,
+    /// Whether the ordinate is logarithmic.
+    pub logarithmic: bool,
+    /// Least and largest ordinate, where they do not follow from the values.
+    pub range: Option<[f64; 2]>,
+    /// The lines.
+    pub series: Vec<Series>,
+    /// Abscissae and ordinates with a name.
+    pub marks: Vec<Mark>,
+}
+
+/// What lies across in a chart.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub enum Abscissa {
+    /// Rows of the histories: the first, then the differences from one to the next.
+    Rows(Vec<usize>),
+    /// Times, s.
+    Times(Vec<Rounded>),
+    /// Periods, s, at equal ratios.
+    Periods(Vec<Rounded>),
+}
+
+/// A line of a chart.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Series {
+    /// Its name.
+    pub name: String,
+    /// One value for each abscissa.
+    pub values: Vec<Rounded>,
+}
+
+/// A line across a chart that has a name.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Mark {
+    /// Whether it lies at an ordinate; otherwise at an abscissa.
+    pub horizontal: bool,
+    /// Where.
+    pub at: f64,
+    /// Its name.
+    pub name: String,
+}
+
+/// A number that is written with few digits; what is not finite is written as `null`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rounded(pub f64);
+
+impl Serialize for Rounded {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let Self(value) = *self;
+        // Whole numbers without `.0`.
+        if value.fract() == 0.0 && value.abs() < 1e9 {
+            serializer.serialize_i64(value as i64)
+        } else {
+            serializer.serialize_f64(value)
+        }
+    }
+}
+
+/// The hydrodynamic pressure on a wet face at an instant.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Profile {
+    /// What the instant is.
+    pub instant: String,
+    /// Whose pressure it is: `reservoir` or `tailwater`.
+    pub water: String,
+    /// The instant, s.
+    pub time: f64,
+    /// Acceleration of the ground, m/s².
+    pub ground_acceleration: f64,
+    /// Heights above the base of the face, m, and pressures, Pa.
+    pub computed: Vec<[f64; 2]>,
+    /// The same of Westergaard's parabola.
+    pub westergaard: Vec<[f64; 2]>,
+}
+
+/// Something that a run can be checked by.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Check {
+    /// What is checked.
+    pub name: String,
+    /// What was found.
+    pub found: f64,
+    /// What it is compared with; a number with the same unit, or none.
+    pub expected: Option<f64>,
+    /// Unit of both.
+    pub unit: &'static str,
+    /// The limit, in words.
+    pub limit: String,
+    /// Whether it is kept; none where the run does not allow to judge.
+    pub kept: Option<bool>,
+    /// What the verdict rests on, or why there is none.
+    pub remark: String,
+}

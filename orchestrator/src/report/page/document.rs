@@ -1,0 +1,230 @@
+//! The page.
+
+use super::super::Quantity;
+use super::data::{Chart, Profile, ReportData};
+use super::number::shown;
+use super::profile_picture::{bounds, picture};
+use super::tables;
+use quick_xml::escape::escape;
+use serde::Serialize;
+use std::fmt::Write;
+
+const CHARTS: &str = include_str!("uplot/uPlot.iife.min.js");
+const CHARTS_STYLE: &str = include_str!("uplot/uPlot.min.css");
+const CHARTS_LICENCE: &str = include_str!("uplot/LICENSE");
+const STYLE: &str = include_str!("page.css");
+const SCRIPT: &str = include_str!("page.js");
+
+/// Nothing but what is in the page is ever loaded.
+const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
+
+/// What the script draws.
+#[derive(Serialize)]
+struct Drawn<'a> {
+    time: &'a [f64],
+    charts: Vec<&'a Chart>,
+}
+
+/// A section of the page.
+struct Part {
+    id: &'static str,
+    title: &'static str,
+    body: String,
+}
+
+/// The report as an HTML page, which is well-formed XML but for its scripts and styles, and loads nothing.
+pub fn html(data: &ReportData) -> String {
+    let mut charts = Vec::new();
+    let parts = parts(data, &mut charts);
+    let mut text = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\"/>\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>{}</title>\n\
+         <style>{CHARTS_STYLE}\n{STYLE}</style>\n</head>\n<body>\n<main>\n",
+        escape(&data.title)
+    );
+    text += &head(data);
+    text += "<nav>";
+    for (number, part) in parts.iter().enumerate() {
+        // Writing to a string cannot fail.
+        let _ = write!(text, "<a href=\"#{}\">{} {}</a>", part.id, number + 1, part.title);
+    }
+    text += "</nav>\n";
+    for (number, part) in parts.iter().enumerate() {
+        let _ = writeln!(
+            text,
+            "<section id=\"{}\" class=\"part\">\n<h2><span>{}</span> {}</h2>\n{}</section>",
+            part.id,
+            number + 1,
+            part.title,
+            part.body
+        );
+    }
+    let drawn = Drawn { time: &data.time, charts };
+    // Plain values in plain structures can be written.
+    let json = serde_json::to_string(&drawn).unwrap_or_default();
+    let json = json.replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026");
+    let _ = write!(
+        text,
+        "<footer>Made by cofferdam {} from the files of the run. Charts: uPlot.</footer>\n</main>\n\
+         <script type=\"application/json\" id=\"data\">{json}</script>\n\
+         <script>{CHARTS}\n/*\n{CHARTS_LICENCE}\n*/</script>\n<script>{SCRIPT}</script>\n</body>\n</html>\n",
+        env!("CARGO_PKG_VERSION")
+    );
+    text
+}
+
+/// Title, status and what matters first.
+fn head(data: &ReportData) -> String {
+    let state = if data.complete { "complete" } else { "partial" };
+    let mut text = format!(
+        "<header>\n<p class=\"kind\">Earthquake analysis of a gravity dam</p>\n<h1>{}</h1>\n\
+         <p class=\"state\"><span class=\"{state}\">{}</span> <span>{} s simulated</span> <span>{}</span> <span>run of {} UTC</span></p>\n",
+        escape(&data.title),
+        escape(&data.status),
+        tables::number(data.simulated_time),
+        escape(&data.name),
+        escape(data.started.split('.').next().unwrap_or(&data.started).replace('T', " ").as_str()),
+    );
+    if !data.complete {
+        text += "<p class=\"alarm\">Partial result: the run did not come to its planned end.</p>\n";
+    }
+    text += "<div class=\"figures\">\n";
+    data.key_figures.iter().for_each(|quantity| text += &figure(quantity));
+    text += "</div>\n";
+    for (class, title, sentences) in [
+        ("warnings", "Warnings", &data.warnings),
+        ("limits", "What is not modelled", &data.not_modelled),
+        ("notes", "Notes", &data.notes),
+    ] {
+        if !sentences.is_empty() {
+            let _ = write!(
+                text,
+                "<div class=\"box {class}\"><h2>{title}</h2>\n{}</div>\n",
+                tables::list(sentences)
+            );
+        }
+    }
+    text += "<noscript><p class=\"alarm\">The charts of this page need JavaScript. All tables and numbers are shown without it.</p></noscript>\n";
+    text + "</header>\n"
+}
+
+/// A number that matters first.
+fn figure(quantity: &Quantity) -> String {
+    format!(
+        "<div class=\"figure\"><p class=\"name\">{}</p><p class=\"value\"><data value=\"{}\">{}</data> <span>{}</span></p>\
+         <p class=\"when\">{}</p></div>\n",
+        escape(&quantity.name),
+        quantity.value,
+        shown(quantity.value),
+        tables::unit(&quantity.unit),
+        tables::occasion(quantity)
+    )
+}
+
+/// The sections that have content; their charts are added to `charts`.
+fn parts<'a>(data: &'a ReportData, charts: &mut Vec<&'a Chart>) -> Vec<Part> {
+    let mut parts = Vec::new();
+    let mut add = |id: &'static str, title: &'static str, body: String| {
+        if !body.is_empty() {
+            parts.push(Part { id, title, body });
+        }
+    };
+    let section = data.section.as_ref().map(|svg| {
+        // Inside a page a picture needs no namespace.
+        let svg = svg.replacen(" xmlns=\"http://www.w3.org/2000/svg\"", "", 1);
+        format!("<figure class=\"section\">{svg}</figure>\n")
+    });
+    add("section", "Section of the dam", section.unwrap_or_default());
+    add("inputs", "Inputs and provenance", inputs(data));
+    add(
+        "ground",
+        "Ground motion",
+        tables::rows("short", &data.ground, tables::number) + &figures(&data.ground_charts, charts),
+    );
+    add("histories", "Histories", histories(data, charts));
+    add("spectra", "Response spectra", figures(&data.spectra, charts));
+    add("pressure", "Pressure over height", profiles(&data.profiles));
+    add(
+        "checks",
+        "Checks",
+        if data.checks.is_empty() { String::new() } else { tables::checks(&data.checks) },
+    );
+    add("table", "All results", tables::quantities(&data.quantities));
+    parts
+}
+
+fn inputs(data: &ReportData) -> String {
+    let mut text = String::from("<div class=\"groups\">\n");
+    data.inputs.iter().for_each(|group| text += &tables::group(group));
+    text += "</div>\n";
+    text += &tables::group(&data.provenance).replace("class=\"group\"", "class=\"group wide\"");
+    let _ = write!(
+        text,
+        "<details><summary>The scene with all defaults, as it was run</summary><pre>{}</pre></details>\n",
+        escape(&data.scene)
+    );
+    text
+}
+
+fn histories<'a>(data: &'a ReportData, charts: &mut Vec<&'a Chart>) -> String {
+    if data.histories.is_empty() {
+        return String::new();
+    }
+    let mut text = String::from(
+        "<p class=\"hint\">Drag across a chart to zoom in; all charts follow. A double click shows the whole run again.</p>\n",
+    );
+    text += &figures(&data.histories, charts);
+    if !data.sliding_times.is_empty() {
+        text += "<h3>Time at a safety of 1 or below: the joint slides</h3>\n";
+        text += &tables::rows("short", &data.sliding_times, tables::number);
+    }
+    text
+}
+
+/// Places for charts, which the script fills.
+fn figures<'a>(of: &'a [Chart], charts: &mut Vec<&'a Chart>) -> String {
+    let mut text = String::new();
+    for chart in of {
+        let about = if chart.about.is_empty() {
+            String::new()
+        } else {
+            format!(" <span>{}</span>", escape(&chart.about))
+        };
+        let _ = writeln!(
+            text,
+            "<figure class=\"chart\"><figcaption><b>{}</b>{about}</figcaption><div data-chart=\"{}\"></div></figure>",
+            escape(&chart.title),
+            charts.len()
+        );
+        charts.push(chart);
+    }
+    text
+}
+
+fn profiles(profiles: &[Profile]) -> String {
+    if profiles.is_empty() {
+        return String::new();
+    }
+    let [largest, height] = bounds(profiles);
+    let mut text = String::from(
+        "<p class=\"hint\">Hydrodynamic pressure from the log (<svg class=\"key\" viewBox=\"0 0 28 8\"><path class=\"computed\" d=\"M0 4H28\"/></svg> \
+         computed), beside Westergaard's parabola ⅞ ρ a √(h (h − y)) for the acceleration a of the ground at that instant \
+         (<svg class=\"key\" viewBox=\"0 0 28 8\"><path class=\"westergaard\" d=\"M0 4H28\"/></svg>). The parabola belongs to a rigid dam in \
+         incompressible water: a dam that amplifies the ground motion presses harder, and at another time.</p>\n<div class=\"profiles\">\n",
+    );
+    let several = profiles.iter().any(|profile| profile.water != profiles[0].water);
+    for profile in profiles {
+        let whose = if several { format!("{}: ", profile.water) } else { String::new() };
+        let _ = writeln!(
+            text,
+            "<figure><figcaption><b>{whose}{}</b> t = <data value=\"{}\">{:.4}</data> s, ground {} m/s²</figcaption>{}</figure>",
+            escape(&profile.instant),
+            profile.time,
+            profile.time,
+            tables::number(profile.ground_acceleration),
+            picture(profile, height, largest)
+        );
+    }
+    text + "</div>\n"
+}

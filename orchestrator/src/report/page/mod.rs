@@ -1,0 +1,60 @@
+//! The report of a run: one HTML page that needs nothing else.
+//!
+//! Data flow one way: [`RunFolder`] (what the files of a run say) → [`ReportData`] (what is shown) → [`html`] (the text).
+
+mod charts;
+mod checks;
+mod data;
+mod document;
+mod folder;
+mod ground;
+mod inputs;
+mod key_figures;
+mod limits;
+mod number;
+mod profile;
+mod profile_picture;
+mod tables;
+mod thinning;
+mod westergaard;
+
+pub use data::{Abscissa, Chart, Check, Group, Mark, Profile, ReportData, Rounded, Row, Series, Value};
+pub use document::html;
+pub use folder::{ReportError, RunFolder};
+
+use crate::log::LogReadError;
+
+impl ReportData {
+    /// What the files of a run say; `section` is a picture of its section as SVG.
+    ///
+    /// **Errors**: its log cannot be read.
+    pub fn of(run: &RunFolder, section: Option<String>) -> Result<Self, LogReadError> {
+        let (scene, summary) = (&run.loaded.scene, &run.summary);
+        let (warnings, notes) = key_figures::remarks(run)?;
+        Ok(Self {
+            title: scene.title.clone(),
+            name: run.manifest.name.clone(),
+            status: summary.status.clone(),
+            complete: summary.status == crate::observer::Status::Completed.to_string(),
+            started: run.manifest.started.clone(),
+            simulated_time: summary.simulated_time,
+            key_figures: key_figures::of(summary),
+            warnings,
+            notes,
+            not_modelled: limits::not_modelled(scene),
+            section,
+            inputs: inputs::of(scene, &run.manifest),
+            provenance: inputs::provenance(run),
+            scene: inputs::scene_text(scene),
+            ground: ground::strength(run),
+            time: run.histories.column("time").unwrap_or(&[]).to_vec(),
+            ground_charts: ground::charts(&run.loaded),
+            histories: charts::of(run),
+            sliding_times: charts::sliding_times(run),
+            spectra: ground::spectra(run),
+            profiles: profile::of(run)?,
+            checks: checks::of(run),
+            quantities: summary.quantities.clone(),
+        })
+    }
+}

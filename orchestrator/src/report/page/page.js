@@ -1,0 +1,130 @@
+"use strict";
+// Draws the charts of the page from its data. Charts over time share cursor and zoom.
+(() => {
+  const data = JSON.parse(document.getElementById("data").textContent);
+  // As in the picture of the section (Okabe and Ito), told apart by their dashes too, in grey.
+  const COLOURS = ["#d55e00", "#0072b2", "#009e73", "#cc79a7", "#e69f00", "#000000", "#56b4e9"];
+  const DASHES = [[], [7, 3], [2, 2], [10, 3, 2, 3], [], [5, 5], [1, 3]];
+  const BORDERS = ["solid", "dashed", "dotted", "dashed", "solid", "dashed", "dotted"];
+  const INK = "#59636e";
+  const GRID = { stroke: "#e6eaee", width: 1 };
+  const FONT = "12px system-ui, -apple-system, 'Segoe UI', Roboto, Arial, sans-serif";
+  const PRINTED = 660;
+  const ofTime = [];
+  let moving = false;
+
+  const minus = text => text.replace("-", "−");
+  const shown = value => value == null ? "" : minus(Math.abs(value) >= 1e5 || (value !== 0 && Math.abs(value) < 1e-3)
+    ? value.toExponential(2) : String(+value.toPrecision(4)));
+
+  function abscissa(chart) {
+    const kind = Object.keys(chart.abscissa)[0];
+    const values = chart.abscissa[kind];
+    if (kind !== "Rows") return { kind, values };
+    let row = 0;
+    return { kind: "Times", values: values.map(step => data.time[row += step]) };
+  }
+
+  // A zoom of one chart over time is one of all.
+  function follow(chart) {
+    if (moving) return;
+    moving = true;
+    const { min, max } = chart.scales.x;
+    for (const other of ofTime) {
+      const { x } = other.scales;
+      if (x.min !== min || x.max !== max) other.setScale("x", { min, max });
+    }
+    moving = false;
+  }
+
+  function marks(chart) {
+    return u => {
+      const ctx = u.ctx;
+      ctx.save();
+      ctx.strokeStyle = ctx.fillStyle = INK;
+      ctx.lineWidth = uPlot.pxRatio;
+      ctx.font = `${12 * uPlot.pxRatio}px system-ui, Arial, sans-serif`;
+      ctx.setLineDash([3 * uPlot.pxRatio, 3 * uPlot.pxRatio]);
+      const { left, top, width, height } = u.bbox;
+      chart.marks.forEach((mark, index) => {
+        ctx.beginPath();
+        if (mark.horizontal) {
+          const y = u.valToPos(mark.at, "y", true);
+          ctx.moveTo(left, y); ctx.lineTo(left + width, y); ctx.stroke();
+          ctx.textAlign = "right";
+          ctx.fillText(mark.name, left + width - 4, y - 4 * uPlot.pxRatio);
+        } else {
+          const x = u.valToPos(mark.at, "x", true);
+          ctx.moveTo(x, top); ctx.lineTo(x, top + height); ctx.stroke();
+          ctx.textAlign = index % 2 ? "left" : "right";
+          ctx.fillText(mark.name, x + (index % 2 ? 5 : -5) * uPlot.pxRatio, top + (14) * uPlot.pxRatio);
+        }
+      });
+      ctx.restore();
+    };
+  }
+
+  // The whole run, in place of all that a chart has.
+  const whole = values => (u, min, max) =>
+    min === values[0] && max === values[values.length - 1] ? [data.time[0], data.time[data.time.length - 1]] : [min, max];
+
+  function ranges(chart) {
+    if (chart.range) return () => chart.range;
+    if (chart.logarithmic) return undefined;
+    return (u, min, max) => {
+      if (min == null) return [0, 1];
+      const margin = (max - min || Math.abs(max) || 1) * 0.06;
+      return [min >= 0 && min < 0.3 * max ? 0 : min - margin, max + margin];
+    };
+  }
+
+  function draw(place) {
+    const chart = data.charts[+place.dataset.chart];
+    const { kind, values } = abscissa(chart);
+    const overTime = kind === "Times";
+    const series = chart.series.map((line, index) => ({
+      label: line.name,
+      stroke: COLOURS[index % COLOURS.length],
+      width: overTime ? 1.2 : 1.8,
+      dash: DASHES[index % DASHES.length],
+      points: { show: false },
+      spanGaps: false,
+      value: (u, value) => shown(value),
+    }));
+    const axis = { stroke: INK, grid: GRID, ticks: { ...GRID, size: 4 }, font: FONT };
+    const options = {
+      width: place.clientWidth,
+      height: overTime ? 190 : 330,
+      padding: [8, 12, 0, 0],
+      legend: { markers: { width: 2, stroke: (u, i) => u.series[i].stroke(u, i), dash: (u, i) => BORDERS[(i - 1) % BORDERS.length] } },
+      cursor: overTime
+        ? { sync: { key: "time", scales: ["x", null], setSeries: false, filters: { pub: type => type === "mousemove" || type === "mouseleave" } }, drag: { x: true, y: false }, points: { size: 6 } }
+        : { drag: { x: false, y: false }, points: { size: 6 } },
+      scales: {
+        x: overTime ? { time: false, range: whole(values) } : { time: false, distr: 3 },
+        y: chart.logarithmic ? { distr: 3 } : { range: ranges(chart) },
+      },
+      series: [{ label: overTime ? "t" : "T", value: (u, value) => value == null ? "" : value.toFixed(overTime ? 4 : 3) + " s" }, ...series],
+      axes: [
+        { ...axis, size: 30, values: (u, ticks) => ticks.map(t => t == null ? null : +t.toPrecision(10) + " s") },
+        { ...axis, size: 62, values: (u, ticks) => ticks.map(t => t == null ? null : Math.abs(t) >= 1e5 || (t !== 0 && Math.abs(t) < 1e-4)
+            ? "10" + String(Math.round(Math.log10(Math.abs(t)))).replace(/./g, c => "⁰¹²³⁴⁵⁶⁷⁸⁹"[c] ?? "⁻") : minus(String(+t.toPrecision(6)))) },
+      ],
+      hooks: { draw: [marks(chart)] },
+    };
+    if (overTime) options.hooks.setScale = [(u, key) => { if (key === "x") follow(u); }];
+    place.textContent = "";
+    const drawn = new uPlot(options, [values, ...chart.series.map(line => line.values)], place);
+    if (overTime) ofTime.push(drawn);
+    return { place, drawn };
+  }
+
+  const all = [...document.querySelectorAll("[data-chart]")].map(draw);
+  const fit = width => {
+    for (const { place, drawn } of all) drawn.setSize({ width: width ?? place.clientWidth, height: drawn.height });
+  };
+  let waiting = 0;
+  addEventListener("resize", () => { clearTimeout(waiting); waiting = setTimeout(fit, 100); });
+  addEventListener("beforeprint", () => fit(PRINTED));
+  addEventListener("afterprint", () => fit());
+})();
