@@ -34,6 +34,7 @@ mod protocol;
 mod python;
 mod replay_of_parts;
 mod replay_of_schemes;
+mod report;
 mod reservoir_command;
 mod resume;
 mod rigid_dam_ramp;

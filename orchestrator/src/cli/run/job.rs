@@ -189,6 +189,9 @@ impl Job<'_> {
         let report = if options.no_report || page.is_err() { "" } else { "report, " };
         say(format!("{report}log, histories and manifest are in {}", folder.display()));
         if let Some(error) = failure {
+            if let Err(cause) = page {
+                complain(format!("no report: {cause}"));
+            }
             return Err(error.into());
         }
         written?;

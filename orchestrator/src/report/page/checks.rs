@@ -3,6 +3,7 @@
 use super::super::summary::{CAVITATION, ENERGY_ALARM, ENERGY_BALANCE, LOWEST_PRESSURE};
 use super::data::Check;
 use super::folder::RunFolder;
+use super::number::plain;
 use super::westergaard::static_force;
 use crate::observer::{AVERAGED, LastSecond, STILL_MOVES, STILL_SLIDES};
 use crate::scene::{DamScene, REST, Scene, Side};
@@ -179,7 +180,7 @@ fn cavitation(run: &RunFolder) -> Option<Check> {
         found,
         expected: None,
         unit: "kPa",
-        limit: format!("at least {CAVITATION} kPa"),
+        limit: format!("at least {} kPa", plain(CAVITATION)),
         kept: Some(found >= CAVITATION),
         remark: "below, real water cavitates; this linear water does not".to_owned(),
     })

@@ -15,6 +15,9 @@ const CHARTS_LICENCE: &str = include_str!("uplot/LICENSE");
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
+/// Charts are pixels: they are drawn with twice those of the screen, so that they are sharp on paper.
+const SHARP: &str = "if (devicePixelRatio < 2) Object.defineProperty(window, \"devicePixelRatio\", { value: 2, configurable: true });";
+
 /// Nothing but what is in the page is ever loaded.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
 
@@ -68,7 +71,7 @@ pub fn html(data: &ReportData) -> String {
         text,
         "<footer>Made by cofferdam {} from the files of the run. Charts: uPlot.</footer>\n</main>\n\
          <script type=\"application/json\" id=\"data\">{json}</script>\n\
-         <script>{CHARTS}\n/*\n{CHARTS_LICENCE}\n*/</script>\n<script>{SCRIPT}</script>\n</body>\n</html>\n",
+         <script>{SHARP}\n{CHARTS}\n/*\n{CHARTS_LICENCE}\n*/</script>\n<script>{SCRIPT}</script>\n</body>\n</html>\n",
         env!("CARGO_PKG_VERSION")
     );
     text
@@ -136,12 +139,8 @@ fn parts<'a>(data: &'a ReportData, charts: &mut Vec<&'a Chart>) -> Vec<Part> {
         format!("<figure class=\"section\">{svg}</figure>\n")
     });
     add("section", "Section of the dam", section.unwrap_or_default());
-    add("inputs", "Inputs and provenance", inputs(data));
-    add(
-        "ground",
-        "Ground motion",
-        tables::rows("short", &data.ground, tables::number) + &figures(&data.ground_charts, charts),
-    );
+    add("inputs", "Inputs", inputs(data));
+    add("ground", "Ground motion", tables::results(&data.ground) + &figures(&data.ground_charts, charts));
     add("histories", "Histories", histories(data, charts));
     add("spectra", "Response spectra", figures(&data.spectra, charts));
     add("pressure", "Pressure over height", profiles(&data.profiles));
@@ -177,7 +176,7 @@ fn histories<'a>(data: &'a ReportData, charts: &mut Vec<&'a Chart>) -> String {
     text += &figures(&data.histories, charts);
     if !data.sliding_times.is_empty() {
         text += "<h3>Time at a safety of 1 or below: the joint slides</h3>\n";
-        text += &tables::rows("short", &data.sliding_times, tables::number);
+        text += &tables::results(&data.sliding_times);
     }
     text
 }
@@ -208,7 +207,7 @@ fn profiles(profiles: &[Profile]) -> String {
     }
     let [largest, height] = bounds(profiles);
     let mut text = String::from(
-        "<p class=\"hint\">Hydrodynamic pressure from the log (<svg class=\"key\" viewBox=\"0 0 28 8\"><path class=\"computed\" d=\"M0 4H28\"/></svg> \
+        "<p class=\"about\">Hydrodynamic pressure from the log (<svg class=\"key\" viewBox=\"0 0 28 8\"><path class=\"computed\" d=\"M0 4H28\"/></svg> \
          computed), beside Westergaard's parabola ⅞ ρ a √(h (h − y)) for the acceleration a of the ground at that instant \
          (<svg class=\"key\" viewBox=\"0 0 28 8\"><path class=\"westergaard\" d=\"M0 4H28\"/></svg>). The parabola belongs to a rigid dam in \
          incompressible water: a dam that amplifies the ground motion presses harder, and at another time.</p>\n<div class=\"profiles\">\n",

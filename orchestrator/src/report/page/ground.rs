@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 /// Damping ratio of the oscillators.
 const DAMPING: f64 = 0.05;
 /// Shortest and longest period, s, and number of periods, at equal ratios.
-const PERIODS: (f64, f64, i32) = (0.03, 3.0, 81);
+const PERIODS: (f64, f64, i32) = (0.03, 3.0, 161);
 
 /// Peaks, intensity and duration of a record; of a ramp its peak.
 pub fn strength(run: &RunFolder) -> Vec<Row> {

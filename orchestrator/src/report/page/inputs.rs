@@ -198,7 +198,7 @@ fn coupling(scene: &Scene) -> Group {
 pub fn provenance(run: &RunFolder) -> Group {
     let (manifest, build) = (&run.manifest, &run.manifest.build);
     let mut rows = vec![
-        Row::text("run began", manifest.started.clone()).with("UTC"),
+        Row::text("run began", manifest.started.clone()),
         Row::text("program", format!("cofferdam {}, {}", build.version, build.profile)),
         Row::code("commit", build.commit.clone()),
         Row::text("machine", format!("{}, {} cores", build.processor, build.cores)),

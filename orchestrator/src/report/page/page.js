@@ -9,7 +9,11 @@
   const INK = "#59636e";
   const GRID = { stroke: "#e6eaee", width: 1 };
   const FONT = "12px system-ui, -apple-system, 'Segoe UI', Roboto, Arial, sans-serif";
-  const PRINTED = 660;
+  // Pixels, of a chart over time: four fit on a page.
+  const HEIGHT = 190;
+  const PRINTED = { width: 660, height: 150 };
+  // Least part of the largest value that a logarithmic scale shows.
+  const LEAST = 1e-9;
   const ofTime = [];
   let moving = false;
 
@@ -70,12 +74,22 @@
 
   function ranges(chart) {
     if (chart.range) return () => chart.range;
-    if (chart.logarithmic) return undefined;
+    if (chart.logarithmic) {
+      return (u, min, max) => min == null ? [1, 10]
+        : [10 ** Math.floor(Math.log10(Math.max(min, max * LEAST))), 10 ** Math.ceil(Math.log10(max))];
+    }
     return (u, min, max) => {
       if (min == null) return [0, 1];
       const margin = (max - min || Math.abs(max) || 1) * 0.06;
       return [min >= 0 && min < 0.3 * max ? 0 : min - margin, max + margin];
     };
+  }
+
+  // Whole powers of ten, six at most.
+  function decades(u, axis, min, max) {
+    const [first, last] = [min, max].map(value => Math.round(Math.log10(value)));
+    const step = Math.max(1, Math.ceil((last - first) / 6));
+    return Array.from({ length: Math.floor((last - first) / step) + 1 }, (_, i) => 10 ** (first + i * step));
   }
 
   function draw(place) {
@@ -94,20 +108,20 @@
     const axis = { stroke: INK, grid: GRID, ticks: { ...GRID, size: 4 }, font: FONT };
     const options = {
       width: place.clientWidth,
-      height: overTime ? 190 : 330,
+      height: overTime ? HEIGHT : 330,
       padding: [8, 12, 0, 0],
       legend: { markers: { width: 2, stroke: (u, i) => u.series[i].stroke(u, i), dash: (u, i) => BORDERS[(i - 1) % BORDERS.length] } },
       cursor: overTime
         ? { sync: { key: "time", scales: ["x", null], setSeries: false, filters: { pub: type => type === "mousemove" || type === "mouseleave" } }, drag: { x: true, y: false }, points: { size: 6 } }
         : { drag: { x: false, y: false }, points: { size: 6 } },
       scales: {
-        x: overTime ? { time: false, range: whole(values) } : { time: false, distr: 3 },
-        y: chart.logarithmic ? { distr: 3 } : { range: ranges(chart) },
+        x: overTime ? { time: false, range: whole(values) } : { time: false, distr: 3, range: () => [values[0], values[values.length - 1]] },
+        y: { distr: chart.logarithmic ? 3 : 1, range: ranges(chart) },
       },
       series: [{ label: overTime ? "t" : "T", value: (u, value) => value == null ? "" : value.toFixed(overTime ? 4 : 3) + " s" }, ...series],
       axes: [
-        { ...axis, size: 30, values: (u, ticks) => ticks.map(t => t == null ? null : +t.toPrecision(10) + " s") },
-        { ...axis, size: 62, values: (u, ticks) => ticks.map(t => t == null ? null : Math.abs(t) >= 1e5 || (t !== 0 && Math.abs(t) < 1e-4)
+        { ...axis, size: 30, filter: overTime ? undefined : (u, ticks) => ticks.map(t => /^[125]/.test(t.toExponential(0)) ? t : null), values: (u, ticks) => ticks.map(t => t == null ? null : +t.toPrecision(10) + " s") },
+        { ...axis, size: 62, ...(chart.logarithmic ? { splits: decades, filter: (u, ticks) => ticks } : {}), values: (u, ticks) => ticks.map(t => t == null ? null : Math.abs(t) >= 1e5 || (t !== 0 && Math.abs(t) < 1e-4)
             ? "10" + String(Math.round(Math.log10(Math.abs(t)))).replace(/./g, c => "⁰¹²³⁴⁵⁶⁷⁸⁹"[c] ?? "⁻") : minus(String(+t.toPrecision(6)))) },
       ],
       hooks: { draw: [marks(chart)] },
@@ -116,15 +130,18 @@
     place.textContent = "";
     const drawn = new uPlot(options, [values, ...chart.series.map(line => line.values)], place);
     if (overTime) ofTime.push(drawn);
-    return { place, drawn };
+    return { place, drawn, overTime };
   }
 
   const all = [...document.querySelectorAll("[data-chart]")].map(draw);
-  const fit = width => {
-    for (const { place, drawn } of all) drawn.setSize({ width: width ?? place.clientWidth, height: drawn.height });
+  const fit = printed => {
+    for (const { place, drawn, overTime } of all) {
+      const height = !overTime ? drawn.height : printed ? PRINTED.height : HEIGHT;
+      drawn.setSize({ width: printed ? PRINTED.width : place.clientWidth, height });
+    }
   };
   let waiting = 0;
   addEventListener("resize", () => { clearTimeout(waiting); waiting = setTimeout(fit, 100); });
-  addEventListener("beforeprint", () => fit(PRINTED));
+  addEventListener("beforeprint", () => fit(true));
   addEventListener("afterprint", () => fit());
 })();

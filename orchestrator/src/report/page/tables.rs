@@ -28,28 +28,36 @@ pub fn occasion(quantity: &Quantity) -> String {
     time.into_iter().chain(place).collect::<Vec<_>>().join(", ")
 }
 
-/// Rows under a heading.
+/// Rows under a heading: given values, remarks below them.
 pub fn group(group: &Group) -> String {
-    let mut text = format!(
-        "<section class=\"group\"><h3>{}</h3>{}",
-        escape(&group.name),
-        rows("inputs", &group.rows, given)
-    );
-    text.push_str("</section>\n");
-    text
+    // Writing to a string cannot fail.
+    let mut text =
+        format!("<section class=\"group\"><h3>{}</h3><table class=\"inputs\"><tbody>\n", escape(&group.name));
+    for Row { name, value, remark } in &group.rows {
+        let value = match value {
+            Value::Number(value, of) => format!("<b>{}</b> {}", given(*value), unit(of)),
+            Value::Text(words) => format!("<b>{}</b>", escape(words)),
+            Value::Code(code) => format!("<code>{}</code>", escape(code)),
+        };
+        let remark =
+            if remark.is_empty() { String::new() } else { format!("<small>{}</small>", escape(remark)) };
+        let _ = writeln!(text, "<tr><th scope=\"row\">{}</th><td>{value}{remark}</td></tr>", escape(name));
+    }
+    text + "</tbody></table></section>\n"
 }
 
-/// A table of rows, whose numbers are written by `write`.
-pub fn rows(class: &str, rows: &[Row], write: fn(f64) -> String) -> String {
-    // Writing to a string cannot fail.
-    let mut text = format!("<table class=\"{class}\"><tbody>\n");
+/// A table of results, remarks beside them.
+pub fn results(rows: &[Row]) -> String {
+    if rows.is_empty() {
+        return String::new();
+    }
+    let mut text = String::from("<table class=\"short\"><tbody>\n");
     for Row { name, value, remark } in rows {
         let value = match value {
             Value::Number(value, of) => {
-                format!("<td class=\"number\">{}</td><td class=\"unit\">{}</td>", write(*value), unit(of))
+                format!("<td class=\"number\">{}</td><td class=\"unit\">{}</td>", number(*value), unit(of))
             }
-            Value::Text(words) => format!("<td class=\"words\" colspan=\"2\">{}</td>", escape(words)),
-            Value::Code(code) => format!("<td class=\"code\" colspan=\"2\">{}</td>", escape(code)),
+            Value::Text(words) | Value::Code(words) => format!("<td colspan=\"2\">{}</td>", escape(words)),
         };
         let _ = writeln!(
             text,
@@ -84,7 +92,7 @@ pub fn quantities(quantities: &[Quantity]) -> String {
 pub fn checks(checks: &[Check]) -> String {
     let mut text = String::from(
         "<table class=\"checks\"><thead><tr><th scope=\"col\">check</th><th scope=\"col\" class=\"number\">found</th>\
-         <th scope=\"col\" class=\"number\">beside</th><th scope=\"col\">unit</th><th scope=\"col\">limit</th>\
+         <th scope=\"col\" class=\"number\">compared with</th><th scope=\"col\">unit</th><th scope=\"col\">limit</th>\
          <th scope=\"col\">verdict</th><th scope=\"col\">basis</th></tr></thead><tbody>\n",
     );
     for check in checks {
@@ -108,8 +116,32 @@ pub fn checks(checks: &[Check]) -> String {
     text + "</tbody></table>\n"
 }
 
-/// A list of sentences.
+/// A list of sentences; what stands between backquotes is a key or a command.
 pub fn list(sentences: &[String]) -> String {
-    let items: String = sentences.iter().map(|sentence| format!("<li>{}</li>\n", escape(sentence))).collect();
+    let items: String =
+        sentences.iter().map(|sentence| format!("<li>{}</li>\n", with_code(sentence))).collect();
     format!("<ul>\n{items}</ul>\n")
+}
+
+fn with_code(sentence: &str) -> String {
+    let parts: Vec<&str> = sentence.split('`').collect();
+    if parts.len() % 2 == 0 {
+        return escape(sentence).into_owned();
+    }
+    let part = |(index, part): (usize, &&str)| match index % 2 {
+        0 => escape(*part).into_owned(),
+        _ => format!("<code>{}</code>", escape(*part)),
+    };
+    parts.iter().enumerate().map(part).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_are_marked_and_nothing_is_taken_as_markup() {
+        assert_eq!(with_code("a smaller `mu<1` & more"), "a smaller <code>mu&lt;1</code> &amp; more");
+        assert_eq!(with_code("one ` alone <b>"), "one ` alone &lt;b&gt;");
+    }
 }
