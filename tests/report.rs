@@ -94,9 +94,9 @@ impl Page {
             match reader.read_event().unwrap_or_else(|e| panic!("at {}: {e}", reader.error_position())) {
                 Event::Eof => break,
                 Event::DocType(_) | Event::Comment(_) => {}
-                Event::Empty(tag) => page.see(&tag),
+                Event::Empty(tag) => drop(page.see(&tag)),
                 Event::Start(tag) => {
-                    let name = String::from_utf8_lossy(tag.name().as_ref()).into_owned();
+                    let name = tag.name().as_ref().to_owned();
                     let class = page.see(&tag);
                     match name.as_str() {
                         "table" => table = class,
@@ -107,7 +107,7 @@ impl Page {
                         }
                         "data" => {
                             let value = tag.try_get_attribute("value").expect("attributes").expect("a value");
-                            let value = String::from_utf8_lossy(&value.value).parse();
+                            let value = value.value.parse();
                             row.numbers.push(value.expect("a number"));
                         }
                         _ => {}
@@ -122,11 +122,11 @@ impl Page {
                     }
                     _ => {}
                 },
-                Event::Text(text) => page.say(&text.decode().expect("UTF-8"), &mut row),
+                Event::Text(text) => page.say(&text, &mut row),
                 Event::GeneralRef(entity) => {
-                    let name = entity.decode().expect("UTF-8");
-                    let text =
-                        quick_xml::escape::unescape(&format!("&{name};")).expect("an entity").into_owned();
+                    let text = quick_xml::escape::unescape(&format!("&{};", &*entity))
+                        .expect("an entity")
+                        .into_owned();
                     page.say(&text, &mut row);
                 }
                 other => panic!("{other:?}"),
@@ -147,7 +147,7 @@ impl Page {
     fn see(&mut self, tag: &quick_xml::events::BytesStart<'_>) -> String {
         let of = |name: &str| {
             let attribute = tag.try_get_attribute(name).expect("attributes")?;
-            Some(String::from_utf8_lossy(&attribute.value).into_owned())
+            Some(attribute.value.into_owned())
         };
         self.ids.extend(of("id"));
         self.links.extend(of("href"));
@@ -234,7 +234,9 @@ fn every_number_is_that_of_the_run() {
         [column("converged").iter().filter(|c| **c == 0.0).count() as f64]
     );
     let verdict = |name: &str| page.row("checks", name).cells[5].clone();
-    assert!(["static thrust", "weight", "ω₁", "energy"].iter().all(|name| verdict(name) == "✓ kept"));
+    assert!(["weight", "ω₁", "energy"].iter().all(|name| verdict(name) == "✓ kept"));
+    // The ground of this crop already accelerates at time 0.
+    assert_eq!(verdict("static thrust"), "not judged");
     assert_eq!(verdict("rest at the end"), "not judged");
     let cavitates = value("lowest pressure on the wet face, hydrostatic included") < -99.0;
     assert_eq!(verdict("lowest pressure") == "✗ not kept", cavitates);

@@ -138,7 +138,7 @@ fn parts<'a>(data: &'a ReportData, charts: &mut Vec<&'a Chart>) -> Vec<Part> {
         let svg = svg.replacen(" xmlns=\"http://www.w3.org/2000/svg\"", "", 1);
         format!("<figure class=\"section\">{svg}</figure>\n")
     });
-    add("section", "Section of the dam", section.unwrap_or_default());
+    add("picture", "Section of the dam", section.unwrap_or_default());
     add("inputs", "Inputs", inputs(data));
     add("ground", "Ground motion", tables::results(&data.ground) + &figures(&data.ground_charts, charts));
     add("histories", "Histories", histories(data, charts));
@@ -158,9 +158,9 @@ fn inputs(data: &ReportData) -> String {
     data.inputs.iter().for_each(|group| text += &tables::group(group));
     text += "</div>\n";
     text += &tables::group(&data.provenance).replace("class=\"group\"", "class=\"group wide\"");
-    let _ = write!(
+    let _ = writeln!(
         text,
-        "<details><summary>The scene with all defaults, as it was run</summary><pre>{}</pre></details>\n",
+        "<details><summary>The scene with all defaults, as it was run</summary><pre>{}</pre></details>",
         escape(&data.scene)
     );
     text

@@ -125,7 +125,7 @@ pub fn list(sentences: &[String]) -> String {
 
 fn with_code(sentence: &str) -> String {
     let parts: Vec<&str> = sentence.split('`').collect();
-    if parts.len() % 2 == 0 {
+    if parts.len().is_multiple_of(2) {
         return escape(sentence).into_owned();
     }
     let part = |(index, part): (usize, &&str)| match index % 2 {
