@@ -4,7 +4,7 @@ use super::EnsembleError;
 use crate::cli::{known, making};
 use crate::registry;
 use orchestrator::observer::{HistoriesWriter, Limits, Observer, Rest, Status, Until};
-use orchestrator::report::{Build, Summary};
+use orchestrator::report::{Build, Quantity, Summary};
 use orchestrator::scene::LoadedScene;
 use orchestrator::scheme::UnitId;
 use orchestrator::simulation::{Simulation, SimulationError};
@@ -23,16 +23,7 @@ pub struct Kept {
     /// Simulated time that it reached, s.
     pub simulated_time: f64,
     /// The quantities of its table.
-    pub quantities: Vec<Number>,
-}
-
-/// A quantity.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Number {
-    pub name: String,
-    pub value: f64,
-    pub unit: String,
+    pub quantities: Vec<Quantity>,
 }
 
 impl Kept {
@@ -87,12 +78,10 @@ pub fn run(loaded: &LoadedScene, threads: NonZeroUsize, until: Option<f64>) -> R
     }
     let crest = simulation.static_crest_displacement;
     let summary = Summary::of(loaded, &histories.histories, &ending, crest, &stress_points, [&[], &[]], &[]);
-    let number =
-        |q: orchestrator::report::Quantity| Number { name: q.name, value: q.value, unit: q.unit.to_owned() };
     Ok(Kept {
         status: summary.status,
         simulated_time: summary.simulated_time,
-        quantities: summary.quantities.into_iter().map(number).collect(),
+        quantities: summary.quantities,
     })
 }
 
@@ -125,7 +114,14 @@ mod tests {
     fn a_sample_comes_back_bit_for_bit_and_a_torn_one_not_at_all() {
         let folder = tempfile::tempdir().expect("a folder");
         std::fs::create_dir(folder.path().join("samples")).expect("a folder");
-        let number = |value| Number { name: "peak, \"x\"".into(), value, unit: "mm".into() };
+        let number = |value| Quantity {
+            name: "peak, \"x\"".into(),
+            value,
+            unit: "mm".into(),
+            time: Some(0.7),
+            place: None,
+            band: None,
+        };
         let sample = Kept {
             status: "completed".into(),
             simulated_time: 0.1 + 0.2,

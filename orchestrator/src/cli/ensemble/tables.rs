@@ -46,7 +46,7 @@ pub fn write(ensemble: &Ensemble, kept: &[Kept], folder: &Path) -> Result<(), En
     let mut quantities: Vec<(String, String)> = Vec::new();
     for number in kept.iter().flat_map(|kept| &kept.quantities) {
         if !quantities.iter().any(|(name, _)| *name == number.name) {
-            quantities.push((number.name.clone(), number.unit.clone()));
+            quantities.push((number.name.clone(), number.unit.to_string()));
         }
     }
     let clusters = ensemble.samples.iter().map(|sample| of_record[sample.record]).collect();

@@ -69,6 +69,7 @@ mod tests {
             unit: "mm".into(),
             time: None,
             place: None,
+            band: None,
         };
         Summary {
             status: "completed".to_owned(),
