@@ -18,6 +18,7 @@ fn short_scene() -> Scenario {
     scenario.set("title", TITLE).set("dam.cracks.0.name", CRACK);
     scenario.set("dam.element_size", 15.0).set("reservoir.element_size", 15.0);
     scenario
+        .set("dam.cracks.0.friction_coefficient", 0.5)
         .set("ground_motion.record.start", 4.4)
         .set("ground_motion.record.end", 5.0)
         .set("time.quiet", 0.0);
@@ -361,7 +362,8 @@ fn links_lead_somewhere_and_nothing_is_loaded() {
     let library = std::fs::read_to_string(vendored.join("uPlot.iife.min.js")).expect("the library");
     // Its banner names its home.
     assert_eq!(library.matches("://").count(), 1);
-    let own = page.text.replacen(&library, "", 1);
+    // Clips of the section are in the page.
+    let own = page.text.replacen(&library, "", 1).replace("url(#", "");
     for word in ["://", "src=", "url(", "@import", "<link", "<img", "<iframe", "<object", "<form"] {
         assert!(!own.contains(word), "{word}");
     }

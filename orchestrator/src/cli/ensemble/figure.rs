@@ -1,5 +1,5 @@
 use super::EnsembleError;
-use super::tables::LimitCurve;
+use super::runs::LimitCurve;
 use crate::cli::picture::{BLUE, FONT, GREEN, ORANGE, svg};
 use plotters::prelude::*;
 

@@ -1,7 +1,7 @@
 //! Whether methods that the plan lists under [numerics] give the same distribution.
 
 use super::plan::Plan;
-use super::tables::{Runs, digits};
+use super::runs::{Runs, digits};
 use crate::cli::table::Table;
 use orchestrator::statistics::{Ratio, holm, ratio_of_medians};
 use std::collections::BTreeMap;

@@ -3,6 +3,7 @@
 mod figure;
 mod methods;
 mod plan;
+mod runs;
 pub mod sample;
 mod tables;
 

@@ -1,10 +1,11 @@
 //! Tables and pictures of an ensemble that has been run.
 
+use super::runs::{LimitCurve, Runs, SHOWN, digits};
 use super::sample::Kept;
 use super::{Ensemble, EnsembleError, figure, methods};
 use crate::cli::table::Table;
 use crate::cli::{parquet, say};
-use orchestrator::statistics::{Band, Fragility, Outcome, band, fit, main_effect, median_interval, quantile};
+use orchestrator::statistics::{Fragility, Outcome, band, fit, main_effect, median_interval, quantile};
 use std::path::Path;
 
 /// Confidence of all intervals.
@@ -16,41 +17,9 @@ const POINTS: usize = 101;
 const BEYOND: f64 = 1.25;
 /// Groups into which the values of a distribution are sorted to find its effect.
 const GROUPS: usize = 5;
-/// What the short table shows besides the limits' quantities.
-const SHOWN: [&str; 4] = ["peak crest displacement", "residual sliding", "peak sliding", "peak opening"];
-
-/// A limit and what the runs say of it.
-pub struct LimitCurve {
-    pub quantity: String,
-    pub above: f64,
-    pub unit: String,
-    pub curve: Fragility,
-    pub band: Option<Band>,
-    pub exceeding: usize,
-    pub runs: usize,
-}
-
-/// The runs of an ensemble, by sample.
-pub struct Runs<'a> {
-    pub ensemble: &'a Ensemble,
-    pub kept: &'a [Kept],
-    /// Cluster of each sample.
-    pub clusters: Vec<usize>,
-    /// Names and units of all quantities, in the order in which runs have them.
-    quantities: Vec<(String, String)>,
-}
-
 /// Writes everything.
 pub fn write(ensemble: &Ensemble, kept: &[Kept], folder: &Path) -> Result<(), EnsembleError> {
-    let of_record = ensemble.plan.clusters();
-    let mut quantities: Vec<(String, String)> = Vec::new();
-    for number in kept.iter().flat_map(|kept| &kept.quantities) {
-        if !quantities.iter().any(|(name, _)| *name == number.name) {
-            quantities.push((number.name.clone(), number.unit.to_string()));
-        }
-    }
-    let clusters = ensemble.samples.iter().map(|sample| of_record[sample.record]).collect();
-    let runs = Runs { ensemble, kept, clusters, quantities };
+    let runs = Runs::of(ensemble, kept);
     let save = |name: &str, text: &str| {
         let path = folder.join(name);
         std::fs::write(&path, text).map_err(|cause| EnsembleError::File { path, cause: cause.into() })
@@ -105,21 +74,6 @@ pub fn write(ensemble: &Ensemble, kept: &[Kept], folder: &Path) -> Result<(), En
 }
 
 impl Runs<'_> {
-    /// The samples that reached their end.
-    pub fn complete(&self) -> impl Iterator<Item = usize> + '_ {
-        (0..self.kept.len()).filter(|index| self.kept[*index].is_complete())
-    }
-
-    /// The quantities of the short tables: name and unit.
-    pub fn shown(&self) -> impl Iterator<Item = (String, String)> + '_ {
-        self.quantities.iter().filter(|(name, _)| self.is_shown(name)).cloned()
-    }
-
-    fn is_shown(&self, name: &str) -> bool {
-        let limits = &self.ensemble.plan.limits;
-        SHOWN.iter().any(|shown| name.starts_with(shown)) || limits.iter().any(|limit| limit.quantity == name)
-    }
-
     fn opening(&self) -> String {
         let plan = &self.ensemble.plan;
         let title = if plan.title.is_empty() { "Ensemble" } else { &plan.title };
@@ -179,18 +133,6 @@ impl Runs<'_> {
             keys.iter().enumerate().filter(|(column, _)| words(*column)).map(|(_, key)| (*key).clone()),
         );
         (table, text)
-    }
-
-    /// The runs of each level; one for all, where none is asked for or they are factors.
-    pub fn levels(&self) -> Vec<(String, Vec<usize>)> {
-        let intensity = &self.ensemble.plan.intensity;
-        let names: Vec<String> = match (&intensity.levels[..], &intensity.scales[..]) {
-            ([], []) => vec!["as recorded".to_owned()],
-            ([], scales) => scales.iter().map(|scale| format!("× {scale}")).collect(),
-            (levels, _) => levels.iter().map(|level| format!("{level} g")).collect(),
-        };
-        let of_level = |level| self.complete().filter(|i| self.ensemble.samples[*i].level == level).collect();
-        names.into_iter().enumerate().map(|(level, name)| (name, of_level(level))).collect()
     }
 
     /// Statistics of every quantity at every level, and those that are shown.
@@ -418,19 +360,6 @@ fn limit_table(limits: &[LimitCurve]) -> Table {
     table
 }
 
-/// Three significant digits.
-pub fn digits(value: f64) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return value.to_string();
-    }
-    let places = 2 - value.abs().log10().floor() as i32;
-    match places {
-        0..=6 => format!("{value:.*}", places as usize),
-        -3..0 => format!("{value:.0}"),
-        _ => format!("{value:.2e}"),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -442,11 +371,5 @@ mod tests {
         let many: Vec<String> = (0..20).rev().map(|i| i.to_string()).collect();
         let many: Vec<&str> = many.iter().map(String::as_str).collect();
         assert_eq!(groups(&many), (0..20).rev().map(|i| i / 4).collect::<Vec<_>>());
-    }
-
-    #[test]
-    fn three_digits() {
-        let found = [0.0, 1234.5, 12.345, 0.012345, 1e-9, f64::INFINITY].map(digits);
-        assert_eq!(found, ["0", "1234", "12.3", "0.0123", "1.00e-9", "inf"]);
     }
 }

@@ -200,7 +200,9 @@ pub fn sliding_times(run: &RunFolder) -> Vec<Row> {
         let shares = run.histories.column(&format!("dam.crack_shear_utilisation.{crack}"))?;
         // The value at the end of a step stands for the step.
         let steps = time.windows(2).zip(shares.get(1..)?);
-        let slid: f64 = steps.filter(|(_, share)| **share >= SLIDES).map(|(pair, _)| pair[1] - pair[0]).sum();
+        let slid = steps
+            .filter(|(_, share)| **share >= SLIDES)
+            .fold(0.0, |sum, (pair, _)| sum + (pair[1] - pair[0]));
         let end = time.last().copied().unwrap_or(0.0);
         Some(Row::number(name, slid, "s").with(format!("of {end:.3} s")))
     };

@@ -69,16 +69,24 @@ pub fn results(rows: &[Row]) -> String {
     text + "</tbody></table>\n"
 }
 
-/// The table of the summary.
+/// The table of the summary; with a column of bands if there are any.
 pub fn quantities(quantities: &[Quantity]) -> String {
-    let mut text = String::from(
+    let banded = quantities.iter().any(|quantity| quantity.band.is_some());
+    let heading =
+        if banded { "<th scope=\"col\" class=\"number\">16 %, median, 84 % of twins</th>" } else { "" };
+    let mut text = format!(
         "<table class=\"quantities\"><thead><tr><th scope=\"col\">quantity</th><th scope=\"col\" class=\"number\">value</th>\
-         <th scope=\"col\">unit</th><th scope=\"col\">when and where</th></tr></thead><tbody>\n",
+         <th scope=\"col\">unit</th>{heading}<th scope=\"col\">when and where</th></tr></thead><tbody>\n",
     );
     for quantity in quantities {
+        let band = match quantity.band {
+            _ if !banded => String::new(),
+            None => "<td></td>".to_owned(),
+            Some(band) => format!("<td class=\"number\">{}</td>", band.map(number).join(", ")),
+        };
         let _ = writeln!(
             text,
-            "<tr><th scope=\"row\">{}</th><td class=\"number\">{}</td><td class=\"unit\">{}</td><td class=\"remark\">{}</td></tr>",
+            "<tr><th scope=\"row\">{}</th><td class=\"number\">{}</td><td class=\"unit\">{}</td>{band}<td class=\"remark\">{}</td></tr>",
             escape(&quantity.name),
             number(quantity.value),
             unit(&quantity.unit),

@@ -1,0 +1,95 @@
+//! The runs of an ensemble, for its tables and pictures.
+
+use super::Ensemble;
+use super::sample::Kept;
+use orchestrator::statistics::{Band, Fragility};
+
+/// What the short table shows besides the limits' quantities.
+pub const SHOWN: [&str; 4] = ["peak crest displacement", "residual sliding", "peak sliding", "peak opening"];
+
+/// The runs of an ensemble, by sample.
+pub struct Runs<'a> {
+    pub ensemble: &'a Ensemble,
+    pub kept: &'a [Kept],
+    /// Cluster of each sample.
+    pub clusters: Vec<usize>,
+    /// Names and units of all quantities, in the order in which runs have them.
+    pub quantities: Vec<(String, String)>,
+}
+
+impl<'a> Runs<'a> {
+    /// Those of `kept`, one for each sample.
+    pub fn of(ensemble: &'a Ensemble, kept: &'a [Kept]) -> Self {
+        let of_record = ensemble.plan.clusters();
+        let mut quantities: Vec<(String, String)> = Vec::new();
+        for number in kept.iter().flat_map(|kept| &kept.quantities) {
+            if !quantities.iter().any(|(name, _)| *name == number.name) {
+                quantities.push((number.name.clone(), number.unit.to_string()));
+            }
+        }
+        let clusters = ensemble.samples.iter().map(|sample| of_record[sample.record]).collect();
+        Self { ensemble, kept, clusters, quantities }
+    }
+
+    /// The samples that reached their end.
+    pub fn complete(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.kept.len()).filter(|index| self.kept[*index].is_complete())
+    }
+
+    /// The quantities of the short tables: name and unit.
+    pub fn shown(&self) -> impl Iterator<Item = (String, String)> + '_ {
+        self.quantities.iter().filter(|(name, _)| self.is_shown(name)).cloned()
+    }
+
+    pub fn is_shown(&self, name: &str) -> bool {
+        let limits = &self.ensemble.plan.limits;
+        SHOWN.iter().any(|shown| name.starts_with(shown)) || limits.iter().any(|limit| limit.quantity == name)
+    }
+
+    /// The runs of each level; one for all, where none is asked for or they are factors.
+    pub fn levels(&self) -> Vec<(String, Vec<usize>)> {
+        let intensity = &self.ensemble.plan.intensity;
+        let names: Vec<String> = match (&intensity.levels[..], &intensity.scales[..]) {
+            ([], []) => vec!["as recorded".to_owned()],
+            ([], scales) => scales.iter().map(|scale| format!("× {scale}")).collect(),
+            (levels, _) => levels.iter().map(|level| format!("{level} g")).collect(),
+        };
+        let of_level = |level| self.complete().filter(|i| self.ensemble.samples[*i].level == level).collect();
+        names.into_iter().enumerate().map(|(level, name)| (name, of_level(level))).collect()
+    }
+}
+
+/// A limit and what the runs say of it.
+pub struct LimitCurve {
+    pub quantity: String,
+    pub above: f64,
+    pub unit: String,
+    pub curve: Fragility,
+    pub band: Option<Band>,
+    pub exceeding: usize,
+    pub runs: usize,
+}
+
+/// Three significant digits.
+pub fn digits(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
+    let places = 2 - value.abs().log10().floor() as i32;
+    match places {
+        0..=6 => format!("{value:.*}", places as usize),
+        -3..0 => format!("{value:.0}"),
+        _ => format!("{value:.2e}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn three_digits() {
+        let found = [0.0, 1234.5, 12.345, 0.012345, 1e-9, f64::INFINITY].map(digits);
+        assert_eq!(found, ["0", "1234", "12.3", "0.0123", "1.00e-9", "inf"]);
+    }
+}
