@@ -1,4 +1,4 @@
-//! Whether methods that the plan lists under [numerics] give the same distribution.
+//! Whether methods that the plan lists under `[numerics]` give the same distribution.
 
 use super::plan::Plan;
 use super::runs::{Runs, digits};
@@ -76,7 +76,7 @@ pub fn compare(runs: &Runs<'_>) -> Option<Table> {
     Some(table)
 }
 
-/// The completed runs of each method, which is called by its values of [numerics].
+/// The completed runs of each method, which is called by its values of `[numerics]`.
 fn methods<'a>(runs: &Runs<'a>) -> BTreeMap<String, OfMethod<'a>> {
     let Plan { parameters, numerics, .. } = &runs.ensemble.plan;
     let mut methods: BTreeMap<String, OfMethod<'a>> = BTreeMap::new();
