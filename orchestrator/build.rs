@@ -1,8 +1,12 @@
-//! Tells the program which commit it was built from, and the hash of the sources that what it keeps on disk is made by.
+//! Tells the program which commit it was built from, and the hashes of the sources that what it keeps on disk is made by.
 
 use std::hash::{DefaultHasher, Hasher};
 use std::path::Path;
 use std::process::Command;
+
+/// What results are made by.
+const SOURCES: [&str; 5] =
+    ["src", "../reservoir-fmu/src", "../dam-dem/src", "../interface/src", "../Cargo.lock"];
 
 /// What prepared operators are made by.
 const SOLVERS: [&str; 3] = ["../reservoir-fmu/src", "../interface/src", "../Cargo.lock"];
@@ -29,11 +33,11 @@ fn main() {
             println!("cargo:rerun-if-changed={path}");
         }
     }
-    let mut hasher = DefaultHasher::new();
-    for path in SOLVERS {
-        hash(Path::new(path), &mut hasher);
+    for (name, paths) in [("SOLVERS", &SOLVERS[..]), ("SOURCES", &SOURCES)] {
+        let mut hasher = DefaultHasher::new();
+        paths.iter().for_each(|path| hash(Path::new(path), &mut hasher));
+        println!("cargo:rustc-env=COFFERDAM_{name}={:016x}", hasher.finish());
     }
-    println!("cargo:rustc-env=COFFERDAM_SOLVERS={:016x}", hasher.finish());
     // Without optional locks: git would write the index anew, and the next build would begin from there.
     let describe = ["--no-optional-locks", "describe", "--always", "--dirty", "--abbrev=12"];
     let output = Command::new("git").args(describe).output();

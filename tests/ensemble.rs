@@ -24,6 +24,9 @@ above = 0.3
 [[limits]]
 quantity = "peak sliding"
 above = 1e6
+[[limits]]
+quantity = "residual sliding"
+above = 1.0
 "#;
 /// Number of its samples.
 const SAMPLES: usize = 2 * 2 * 2 * 2 * 3;
@@ -164,6 +167,13 @@ fn an_ensemble_has_the_numbers_of_single_runs_and_its_tables_say_what_they_show(
     assert!(exceeding > 0 && exceeding < SAMPLES, "{exceeding}");
     assert!(text.contains(&format!("| peak sliding > 0.3 mm | {exceeding} of {SAMPLES} |")), "{text}");
     assert!(text.contains("no fit: no run exceeds the limit; add stronger shaking"), "{text}");
+    // Without rest there is no residual sliding.
+    assert!(
+        text.contains(&format!(
+            "{SAMPLES} runs have no such value, because they failed or their blocks still move"
+        )),
+        "{text}"
+    );
     assert!(
         text.contains("| polarity | dam.material.young_modulus | dam.element_size (numerics) | rest |"),
         "{text}"

@@ -3,35 +3,18 @@
 use super::picture::{BLUE, Drawing, FONT, ORANGE, svg};
 use orchestrator::ground_motion::STANDARD_GRAVITY;
 use orchestrator::observer::Histories;
-use orchestrator::report::response_spectrum;
+use orchestrator::report::RunSpectra;
 use plotters::prelude::*;
 use std::error::Error;
 use std::fmt::Write;
 use std::path::Path;
-
-/// Damping ratio of the oscillators.
-const DAMPING: f64 = 0.05;
-/// Shortest and longest period, s, and number of periods, at equal ratios.
-const PERIODS: (f64, f64, i32) = (0.03, 3.0, 81);
 
 /// Writes `response_spectra.csv` and `.svg` of the ground and of the crest (horizontal, total acceleration) into
 /// `folder`; writes nothing for a run without a dam or without a step.
 ///
 /// **Errors**: of the system or the drawing.
 pub fn write(folder: &Path, histories: &Histories) -> Result<(), Box<dyn Error + Send + Sync>> {
-    let column = |name: &str| histories.column(name).unwrap_or(&[]);
-    let [time, ground, crest] = ["time", "ground_acceleration.x", "dam.crest_acceleration.x"].map(column);
-    if crest.len() < 2 {
-        return Ok(());
-    }
-    let intervals: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    // The ground acceleration is linear over a step, as in the units; that of the crest is a mean.
-    let ground: Vec<f64> = ground.windows(2).map(|pair| (pair[0] + pair[1]) / 2.0).collect();
-    let (shortest, longest, count) = PERIODS;
-    let ratio = (longest / shortest).powf(1.0 / f64::from(count - 1));
-    let periods: Vec<f64> = (0..count).map(|i| shortest * ratio.powi(i)).collect();
-    let [ground, crest] =
-        [&ground[..], &crest[1..]].map(|motion| response_spectrum(&intervals, motion, &periods, DAMPING));
+    let Some(RunSpectra { periods, ground, crest }) = RunSpectra::of(histories) else { return Ok(()) };
     let mut text = String::from("period [s],ground [m/s2],crest [m/s2]\n");
     for ((period, ground), crest) in periods.iter().zip(&ground).zip(&crest) {
         // Writing to a string cannot fail.
@@ -50,7 +33,7 @@ fn draw(
 ) -> Drawing {
     let most = spectra.iter().flat_map(|(_, _, values)| values.iter()).fold(0.0f64, |most, a| most.max(*a));
     let most = (1.05 * most / STANDARD_GRAVITY).max(1e-6);
-    let (shortest, longest, _) = PERIODS;
+    let (shortest, longest) = (periods[0], periods[periods.len() - 1]);
     let mut chart = ChartBuilder::on(area)
         .caption("Pseudo-acceleration, 5 % damping", (FONT, 16))
         .margin(12)

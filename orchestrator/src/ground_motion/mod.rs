@@ -5,10 +5,12 @@ mod header;
 mod intensity;
 mod noise;
 mod record;
+mod response_spectrum;
 mod spectrum;
 mod units;
 
 pub use record::{Record, RecordError, STRONGEST};
+pub use response_spectrum::response_spectrum;
 pub use units::{STANDARD_GRAVITY, Units};
 
 use std::path::Path;

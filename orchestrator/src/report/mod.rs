@@ -2,10 +2,10 @@
 
 mod manifest;
 pub mod page;
-mod response_spectrum;
+mod spectra;
 mod summary;
 
 pub(crate) use manifest::features;
 pub use manifest::{Build, Manifest, ManifestError, Unit, WaterFace};
-pub use response_spectrum::response_spectrum;
+pub use spectra::{RunSpectra, SPECTRAL_DAMPING, periods};
 pub use summary::{Quantity, Summary};

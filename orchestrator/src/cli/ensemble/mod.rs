@@ -79,7 +79,7 @@ Writes into the output folder:
   fragility.svg    probability of exceeding each limit, with its 95 % band
 
 Examples:
-  cofferdam ensemble scenes/koyna-northridge-1994/fragility.toml --output ensembles/koyna
+  cofferdam ensemble scenes/koyna-northridge-1994/ensemble.toml --output ensembles/koyna
   cofferdam ensemble plan.toml --output /shared/study --part 3/16
       The third of sixteen shares, as a job of an array.
 

@@ -2,7 +2,7 @@
 
 use super::EnsembleError;
 use orchestrator::ground_motion::{GroundMotion, STANDARD_GRAVITY, Units};
-use orchestrator::report::response_spectrum;
+use orchestrator::report::SPECTRAL_DAMPING;
 use orchestrator::statistics::latin_hypercube;
 use serde::Deserialize;
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -10,8 +10,6 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use toml::Value;
 
-/// Damping ratio of the oscillator whose spectral acceleration measures intensity.
-const DAMPING: f64 = 0.05;
 /// Most samples of an ensemble.
 const MOST: usize = 1_000_000;
 
@@ -437,13 +435,7 @@ impl Intensity {
     pub fn of(&self, motion: &GroundMotion, period: f64) -> f64 {
         let acceleration = match self.measure {
             Measure::Pga => motion.peak().0.abs(),
-            Measure::Sa => {
-                // Linear between samples: means over the intervals, and rest for two periods.
-                let means = motion.acceleration().windows(2).map(|pair| (pair[0] + pair[1]) / 2.0);
-                let rest = (2.0 * period / motion.interval()).ceil() as usize;
-                let means: Vec<f64> = means.chain(std::iter::repeat_n(0.0, rest)).collect();
-                response_spectrum(&vec![motion.interval(); means.len()], &means, &[period], DAMPING)[0]
-            }
+            Measure::Sa => motion.response_spectrum(&[period], SPECTRAL_DAMPING)[0],
         };
         acceleration / STANDARD_GRAVITY
     }

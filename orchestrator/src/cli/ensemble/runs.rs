@@ -68,6 +68,8 @@ pub struct LimitCurve {
     pub band: Option<Band>,
     pub exceeding: usize,
     pub runs: usize,
+    /// Runs without this quantity.
+    pub left_out: usize,
 }
 
 /// Three significant digits.

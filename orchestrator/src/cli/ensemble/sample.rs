@@ -4,7 +4,7 @@ use super::EnsembleError;
 use crate::cli::{known, making};
 use crate::registry;
 use orchestrator::observer::{HistoriesWriter, Limits, Observer, Rest, Status, Until};
-use orchestrator::report::{Build, Quantity, Summary};
+use orchestrator::report::{Quantity, Summary};
 use orchestrator::scene::LoadedScene;
 use orchestrator::scheme::UnitId;
 use orchestrator::simulation::{Simulation, SimulationError};
@@ -38,17 +38,16 @@ impl Kept {
     }
 }
 
-/// What a sample is computed from: SHA-256 of this program's version, the scene with all its defaults, and the motion; not of where
+/// What a sample is computed from: SHA-256 of this program's sources, the scene with all its defaults, and the motion; not of where
 /// the files lie.
 pub fn hash(loaded: &LoadedScene) -> Result<String, EnsembleError> {
     let mut scene = loaded.scene.clone();
     if let Some(record) = &mut scene.ground_motion.record {
         record.file = record.file.file_name().map_or_else(PathBuf::new, PathBuf::from);
     }
-    let build = Build::here();
     let scene = toml::to_string(&scene).map_err(|cause| EnsembleError::Format(cause.into()))?;
     let mut hash = Sha256::new();
-    hash.update(format!("{}\n{}\n{scene}", build.version, build.commit));
+    hash.update(format!("{}\n{scene}", env!("COFFERDAM_SOURCES")));
     for sample in loaded.ground_motion.acceleration() {
         hash.update(sample.to_le_bytes());
     }

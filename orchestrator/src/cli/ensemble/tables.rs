@@ -197,6 +197,7 @@ impl Runs<'_> {
                 .collect();
             let unit = self.quantities.iter().find(|(name, _)| *name == limit.quantity);
             LimitCurve {
+                left_out: self.kept.len() - outcomes.len(),
                 quantity: limit.quantity.clone(),
                 above: limit.above,
                 unit: unit.map_or_else(String::new, |(_, unit)| unit.clone()),
@@ -331,7 +332,7 @@ fn curves(limits: &[LimitCurve], intensities: &[f64], measure: &str) -> Table {
 
 fn limit_table(limits: &[LimitCurve]) -> Table {
     let mut table = Table::new(["limit", "exceeded by", "median, g (95 %)", "dispersion (95 %)", ""]);
-    for LimitCurve { quantity, above, unit, curve, band, exceeding, runs } in limits {
+    for LimitCurve { quantity, above, unit, curve, band, exceeding, runs, left_out } in limits {
         let interval = |value: f64, [low, high]: [f64; 2]| {
             format!("{} ({} to {})", digits(value), digits(low), digits(high))
         };
@@ -349,6 +350,13 @@ fn limit_table(limits: &[LimitCurve]) -> Table {
             (Fragility::Fit(curve), None) => (digits(curve.median), digits(curve.dispersion), String::new()),
             (Fragility::None(why), _) => (String::new(), String::new(), why.to_string()),
         };
+        let without = match left_out {
+            0 => String::new(),
+            count => format!(
+                "{count} runs have no such value, because they failed or their blocks still move, and are left out: stronger shaking is likelier among them; "
+            ),
+        };
+        let remark = (without + &remark).trim_end_matches("; ").to_owned();
         table.row([
             format!("{quantity} > {above} {unit}"),
             format!("{exceeding} of {runs}"),
