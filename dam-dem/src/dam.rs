@@ -14,11 +14,12 @@ use crate::contact::{ContactStatus, Crack, JointState, MohrCoulomb, Trials};
 use crate::energy::{EnergyLedger, EnergyWatch};
 use crate::integrator::CentralDifference;
 use crate::loads::Wet;
-use crate::model::{Loads, Model};
+use crate::model::{Advanced, Loads, Model, TimeSteps};
 use crate::reduction::Superposition;
 use crate::state::{DamMotion, DamState, Inputs};
 use crate::stress::{NodalStresses, PrincipalStresses, stress_points};
 use crate::structure::{Motion, Structure};
+use crate::time_step::CALM;
 use crate::{
     CrackParameters, CriticalTimeStep, DamError, DamParameters, DampingCoefficients, Fidelity,
     LimitEquilibrium, LimitingPart, PartKind, SystemMatrices, modal,
@@ -49,16 +50,23 @@ pub struct Dam {
     /// Nodes.
     stress_points: Vec<usize>,
     nodal_stresses: NodalStresses,
-    /// Of the current state, once they were asked for.
-    stresses: OnceLock<PrincipalStresses>,
+    derived: Derived,
     damping_frequencies: [f64; 2],
     fingerprint: Fingerprint,
     state: DamState,
     energy_watch: EnergyWatch,
     /// Whether it was told that a block has left its crack. It is not part of the state.
     told_of_departure: bool,
-    /// Attempts at the current steps in which bonds broke. They are not part of the state.
+    /// Attempts at the current steps in which bonds broke or contacts did not stick. They are not part of the state.
     trials: Vec<Trials>,
+}
+
+/// What follows from the current state, once it was asked for.
+#[derive(Clone, Debug, Default)]
+struct Derived {
+    stresses: OnceLock<PrincipalStresses>,
+    /// Displacement since time 0, in the coordinates of the model.
+    since_rest: OnceLock<Vec<f64>>,
 }
 
 /// Response of the upstream wet face of a dam to the pressure on it within one communication step.
@@ -72,6 +80,8 @@ pub struct InterfaceCompliance {
     pub acceleration: DMatrix<f64>,
 }
 
+/// Most communication steps whose attempts are remembered; no window has as many.
+const MOST_TRIALS: usize = 256;
 /// Largest number of time steps in one communication step; more would take too long to compute.
 const MOST_TIME_STEPS: f64 = 1e7;
 
@@ -112,7 +122,7 @@ impl Dam {
             base: BaseBalance::new(&model),
             stress_points: stress_points(&parameters.section, mesh),
             nodal_stresses: NodalStresses::new(&model),
-            stresses: OnceLock::new(),
+            derived: Derived::default(),
             fingerprint,
             parameters,
             cracks,
@@ -271,6 +281,12 @@ impl Dam {
         self.time_steps(communication_step).steps
     }
 
+    /// The same of a calm communication step, in which every contact sticks; `None` if that makes no difference: it does for
+    /// modes with contacts.
+    pub fn calm_time_steps_per(&self, communication_step: f64) -> Option<usize> {
+        self.calm_time_steps(communication_step).map(|steps| steps.steps)
+    }
+
     /// Matrices of the intact, linear dam.
     pub fn system_matrices(&self) -> SystemMatrices {
         SystemMatrices::of(&self.model, self.crest)
@@ -314,6 +330,11 @@ impl Dam {
 
     fn time_steps(&self, communication_step: f64) -> CentralDifference {
         CentralDifference::covering(communication_step, self.time_step_limit())
+    }
+
+    fn calm_time_steps(&self, communication_step: f64) -> Option<CentralDifference> {
+        let has = self.modes().is_some_and(|modes| modes.has_calm_steps());
+        has.then(|| CentralDifference::covering(communication_step, CALM * self.time_step_limit()))
     }
 
     /// The loads of `inputs`, with the hydrostatic pressure added.
@@ -377,6 +398,16 @@ impl Dam {
             Some(index) => self.trials.swap_remove(index),
             None => Trials::new(time, length),
         }
+    }
+
+    fn keep_trials(&mut self, trials: Trials) {
+        if trials.are_uneventful() {
+            return;
+        }
+        if self.trials.len() == MOST_TRIALS {
+            self.trials.remove(0);
+        }
+        self.trials.push(trials);
     }
 
     fn stage(&self) -> Stage {
@@ -460,7 +491,7 @@ impl CoSimulation for Dam {
         state.rest = motion.displacement().to_vec();
         state.energy = EnergyLedger::starting(at_rest);
         state.motion = motion;
-        self.stresses = OnceLock::new();
+        self.derived = Derived::default();
         Ok(())
     }
 
@@ -514,13 +545,13 @@ impl CoSimulation for Dam {
         let mut energy = self.state.energy;
         let [start, target] = [&self.state.accepted, &self.state.next].map(|inputs| self.loads(inputs));
         let mut moving = self.model.with(&mut motion)?;
-        let spared = moving.advance(self.time_steps(step), [&start, &target], &mut energy.work);
+        let calm = self.calm_time_steps(step).filter(|_| trials.may_be_calm());
+        let steps = TimeSteps { calm, others: self.time_steps(step) };
+        let Advanced { calm, spared } = moving.advance(steps, [&start, &target], &mut energy.work);
         energy.now = moving.stored_energy();
         let end = time + step;
-        trials.observe(self.state.motion.joints(), motion.joints_mut());
-        if !trials.are_without_breaks() {
-            self.trials.push(trials);
-        }
+        trials.observe(self.state.motion.joints(), motion.joints_mut(), calm);
+        self.keep_trials(trials);
         self.check_motion(&motion, end)?;
         let state = &mut self.state;
         let velocities = motion.velocity().iter().zip(state.motion.velocity());
@@ -545,7 +576,7 @@ impl CoSimulation for Dam {
         state.time = end;
         let mean = self.mean_interface_acceleration();
         self.state.interface_acceleration.step(&mean, step);
-        self.stresses = OnceLock::new();
+        self.derived = Derived::default();
         Ok(())
     }
 
@@ -564,7 +595,7 @@ impl CoSimulation for Dam {
         self.check_state(state)?;
         self.state.clone_from(state);
         self.trials.retain(|trials| trials.time() >= state.time);
-        self.stresses = OnceLock::new();
+        self.derived = Derived::default();
         match state.initialised {
             true => self.energy_watch.restore(state.energy_watch),
             false => self.energy_watch = EnergyWatch::default(),

@@ -61,6 +61,23 @@ pub(crate) struct Modes {
     superposition: Box<Superposition>,
 }
 
+/// The time steps of a communication step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TimeSteps {
+    /// If every contact sticks; none if that is not tried.
+    pub calm: Option<CentralDifference>,
+    /// Otherwise.
+    pub others: CentralDifference,
+}
+
+/// What became of a communication step.
+pub(crate) struct Advanced {
+    /// Whether every contact stuck, where this decides on the time steps; otherwise true.
+    pub calm: bool,
+    /// Impulse that mass damping did not take from blocks because they slid or rocked, N s/m.
+    pub spared: [f64; 2],
+}
+
 /// A model with a motion in its own coordinates.
 pub(crate) enum Moving<'a> {
     Elements(&'a Elements, &'a mut Motion),
@@ -291,26 +308,37 @@ impl Moving<'_> {
         }
     }
 
-    /// Takes `steps` under loads that vary linearly from `start` to `end`; adds what was done to `work`. Returns the
-    /// impulse (N s/m) that mass damping did not take from blocks because they slid or rocked.
+    /// Takes time steps under loads that vary linearly from `start` to `end`; adds what was done to `work`.
     pub fn advance(
         &mut self,
-        steps: CentralDifference,
+        TimeSteps { calm, others }: TimeSteps,
         [start, end]: [&Loads; 2],
         work: &mut Work,
-    ) -> [f64; 2] {
+    ) -> Advanced {
         match self {
             Self::Elements(Elements { body, damping, .. }, motion) => {
                 let [start, mut change] =
                     [start, end].map(|loads| body.forces(&loads.pressure, loads.ground_acceleration));
                 let flat = change.as_flattened_mut().iter_mut().zip(start.as_flattened());
                 flat.for_each(|(end, start)| *end -= start);
-                steps.advance(&body.structure, *damping, motion, &LoadPath { start, change }, work)
+                let loads = LoadPath { start, change };
+                Advanced {
+                    calm: true,
+                    spared: others.advance(&body.structure, *damping, motion, &loads, work),
+                }
             }
             Self::Modes(Modes { superposition, .. }, motion) => {
                 let [start, end] = [start, end]
                     .map(|loads| superposition.forces(&loads.pressure, loads.ground_acceleration));
-                superposition.advance(steps, motion, &ModalLoadPath { start, end }, work)
+                let loads = ModalLoadPath { start, end };
+                let calm = calm.and_then(|steps| superposition.advance_calmly(steps, motion, &loads, work));
+                match calm {
+                    Some(spared) => Advanced { calm: true, spared },
+                    None => Advanced {
+                        calm: !superposition.has_calm_steps(),
+                        spared: superposition.advance(others, motion, &loads, work),
+                    },
+                }
             }
         }
     }

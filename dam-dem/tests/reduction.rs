@@ -240,6 +240,52 @@ fn states_of_modes_give_the_same_bits_again() -> Result<(), DamError> {
     Ok(())
 }
 
+/// While every contact sticks, the error of the long time steps falls with their length.
+#[test]
+fn long_time_steps_do_while_every_contact_sticks() -> Result<(), DamError> {
+    let with_safety = |time_step_safety| {
+        let parameters = DamParameters { time_step_safety, ..level(REDUCED, support::koyna(10.0)) };
+        Histories::of(parameters, |time| 0.02 * support::bursts(time), 1.0)
+    };
+    let dam = Dam::new(level(REDUCED, support::koyna(10.0)))?;
+    let [calm, others] = [dam.calm_time_steps_per(STEP), Some(dam.time_steps_per(STEP))];
+    assert_eq!(calm, others.map(|steps| steps.div_ceil(4)));
+    assert_eq!(Dam::new(support::koyna(10.0))?.calm_time_steps_per(STEP), None);
+
+    let exact = with_safety(0.9 / 64.0)?;
+    let error = |safety| Ok::<_, DamError>(apart(&with_safety(safety)?.crest, &exact.crest));
+    let (usual, first, second, third) = (error(0.9)?, error(0.3)?, error(0.15)?, error(0.075)?);
+    assert!(usual < 1e-3 && usual > first, "{usual:e}, {first:e}");
+    assert!(first > 1.7 * second && second > 1.7 * third, "{first:e}, {second:e}, {third:e}");
+    Ok(())
+}
+
+/// An attempt with long time steps leaves no trace if a contact does not stick in it; a step that goes to and fro between both is
+/// settled, so that an iteration ends.
+#[test]
+fn whether_every_contact_sticks_gets_a_definite_answer() -> Result<(), DamError> {
+    let mut dam = support::at_rest(level(REDUCED, support::koyna(10.0)))?;
+    support::shake(&mut dam, STEP, 0.4, |time| 0.02 * support::bursts(time))?;
+    let start = dam.save_state();
+    let mut step = |ground: f64| -> Result<(f64, f64), DamError> {
+        dam.restore_state(&start)?;
+        dam.set(variable::GROUND_ACCELERATION.value_reference, &[ground, 0.0])?;
+        dam.step(start.time(), STEP)?;
+        let slipping = support::get(&dam, &variable::CRACK_SLIPPING)[0];
+        Ok((support::get(&dam, &variable::CREST_DISPLACEMENT)[0], slipping))
+    };
+    let (calm, slipping) = step(0.1)?;
+    assert_eq!(slipping, 0.0);
+    let (restless, slipping) = step(1e4)?;
+    assert!(slipping > 0.0);
+    assert_eq!(step(0.1)?.0, calm);
+    assert_eq!(step(1e4)?.0, restless);
+    let (settled, _) = step(0.1)?;
+    assert!(settled != calm && (settled / calm - 1.0).abs() < 1e-2, "{settled:e}, {calm:e}");
+    assert_eq!((step(1e4)?.0, step(0.1)?.0), (restless, settled));
+    Ok(())
+}
+
 #[test]
 fn what_modes_cannot_do_is_refused() {
     let local = DamParameters { damping: Damping::Local { coefficient: 0.2 }, ..support::koyna(10.0) };

@@ -467,8 +467,11 @@ fn computed_dam(
         dam_dem::Fidelity::RigidBlocks => format!("rigid blocks (unsafe) {version}, {modes} modes"),
         dam_dem::Fidelity::Intact { .. } => format!("intact dam {version}, {modes} modes"),
     };
-    let solver =
-        format!("{model}: {elements} elements, {nodes} nodes, {time_steps} time steps a communication step");
+    let calm =
+        dam.calm_time_steps_per(longest_step(scene)).map_or_else(String::new, |calm| format!("{calm} to "));
+    let solver = format!(
+        "{model}: {elements} elements, {nodes} nodes, {calm}{time_steps} time steps a communication step"
+    );
     Ok(Box::new(InProcess::new(dam, &solver, messages)))
 }
 
@@ -477,12 +480,16 @@ fn computed_dam(
 /// **Errors**: those of the dam, and [`RegistryError::TimeSteps`].
 pub fn made_dam(parameters: DamParameters, scene: &Scene) -> Result<(Dam, usize), RegistryError> {
     let dam = Dam::new(parameters)?;
-    let longest = scene.time.adaptive.map_or(scene.time.communication_step, |adaptive| adaptive.longest);
-    let time_steps = dam.time_steps_per(longest);
+    let time_steps = dam.time_steps_per(longest_step(scene));
     if time_steps > MOST_TIME_STEPS {
         return Err(RegistryError::TimeSteps { time_steps, limit: dam.time_step_limit() });
     }
     Ok((dam, time_steps))
+}
+
+/// The longest communication step of `scene`, s.
+fn longest_step(scene: &Scene) -> f64 {
+    scene.time.adaptive.map_or(scene.time.communication_step, |adaptive| adaptive.longest)
 }
 
 /// The value of `dam.time_step_safety` with which the scene's dam takes time steps of this `part` of their length: 2 for half.

@@ -11,15 +11,17 @@ SHORTEST_NAP = 20e-6
 LONGEST_NAP = 1e-3
 NAP_SHARE = 50
 AROUND = 150e-6
+CROWDED = 300e-6
+SHY = 1.0
 
 _PR_SET_TIMERSLACK = 29
 
 
 class Wait:
-    """Spins, then yields, then sleeps until the request is expected."""
+    """Spins, then yields, then sleeps until the request is expected; sleeps at once where others keep the cores busy."""
 
     def __init__(self):
-        self._began, self._last = time.perf_counter(), 0.0
+        self._began, self._last, self._shy_until = time.perf_counter(), 0.0, 0.0
 
     def begin(self):
         self._began = time.perf_counter()
@@ -33,10 +35,18 @@ class Wait:
             return
         soon = max(self._last - AROUND, 0.0)
         if waited < YIELD or soon <= waited < self._last + AROUND:
-            os.sched_yield()
+            self._give_way(self._began + waited)
         else:
             nap = min(max(waited / NAP_SHARE, SHORTEST_NAP), LONGEST_NAP)
             time.sleep(min(nap, soon - waited) if waited < soon else nap)
+
+    def _give_way(self, now):
+        if now < self._shy_until:
+            time.sleep(SHORTEST_NAP)
+            return
+        os.sched_yield()
+        if time.perf_counter() - now > CROWDED:
+            self._shy_until = now + SHY
 
 
 def shorten_naps():

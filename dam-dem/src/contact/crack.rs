@@ -319,7 +319,7 @@ impl<L: ContactLaw> Crack<L> {
         // the other side's corner against this side, whose direction it slides along
         let point = own.point(segment, abscissa);
         let edge = own.edge(segment, &u);
-        let length = edge[0].hypot(edge[1]);
+        let length = (edge[0] * edge[0] + edge[1] * edge[1]).sqrt();
         let at_rest = own.abscissas[segment + 1] - own.abscissas[segment];
         let tangent = edge.map(|component| component / length);
         let normal = normal(contact.side, tangent);
@@ -471,9 +471,11 @@ impl<L: ContactLaw> Crack<L> {
             let slips = response.slipping || !closed;
             let anchor = if slips { place.slip - response.stretch } else { joint.anchor };
             let slip = anchor - joint.anchor;
-            let mean_shear = shear_stiffness * (before * joint.stretch + weight * response.stretch) / 2.0;
-            // the shear force does its work along the current length
-            losses.friction += mean_shear * slip / place.shortening;
+            if slip != 0.0 {
+                let mean_shear = shear_stiffness * (before * joint.stretch + weight * response.stretch) / 2.0;
+                // the shear force does its work along the current length
+                losses.friction += mean_shear * slip / place.shortening;
+            }
             if weight != before {
                 // springs appear and disappear with the part of the contact that they represent
                 losses.friction +=

@@ -1,16 +1,20 @@
 use super::JointState;
 
-/// What became of the bonds in the attempts at a communication step, so that each gets a definite answer.
+/// What became of the bonds in the attempts at a communication step, and whether it was calm, so that each gets a definite
+/// answer.
 ///
 /// An iteration that repeats a step with other pressures may break a bond with one pressure and, with the pressure that follows
 /// from this, not break it: then the step has no solution, and the iteration does not end. A bond that breaks in a time step,
 /// then later or not at all, and then again in this time step and no later, therefore breaks there in all further attempts.
 /// One that breaks once, as with a first guess or a probe, is left to the next attempts.
+/// A step that is not calm, then calm, and then again not, is not for the same reason.
 #[derive(Clone, Debug)]
 pub(crate) struct Trials {
     /// Time and length of the communication step, s.
     step: [f64; 2],
     bonds: Vec<Trial>,
+    /// That a contact does not stick.
+    unrest: Trial,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -26,7 +30,7 @@ struct Trial {
 impl Trials {
     /// Before the first attempt at the communication step of this `length` (s) from `time` (s) on.
     pub fn new(time: f64, length: f64) -> Self {
-        Self { step: [time, length], bonds: Vec::new() }
+        Self { step: [time, length], bonds: Vec::new(), unrest: Trial::default() }
     }
 
     /// Whether they are about the communication step of this `length` (s) from `time` (s) on.
@@ -39,9 +43,14 @@ impl Trials {
         self.step[0]
     }
 
-    /// Whether no bond broke in them.
-    pub fn are_without_breaks(&self) -> bool {
-        self.bonds.is_empty()
+    /// Whether no bond broke in them, and all were calm.
+    pub fn are_uneventful(&self) -> bool {
+        self.bonds.is_empty() && self.unrest.earlier.is_empty()
+    }
+
+    /// Whether the step may be calm.
+    pub fn may_be_calm(&self) -> bool {
+        self.unrest.settled.is_none()
     }
 
     /// Sets the fuses of the bonds of `joints`, which are at the start of the step.
@@ -51,8 +60,9 @@ impl Trials {
         }
     }
 
-    /// Learns from an attempt that led from the joints `before` to those `after`, and takes out their fuses.
-    pub fn observe(&mut self, before: &[Vec<JointState>], after: &mut [Vec<JointState>]) {
+    /// Learns from an attempt that led from the joints `before` to those `after`, `calm` or not, and takes out their fuses.
+    pub fn observe(&mut self, before: &[Vec<JointState>], after: &mut [Vec<JointState>], calm: bool) {
+        self.unrest.observe((!calm).then_some(0));
         let bonded = before.iter().flatten().map(|joint| joint.bonded);
         if self.bonds.is_empty() && !bonded.clone().eq(after.iter().flatten().map(|joint| joint.bonded)) {
             self.bonds = vec![Trial::default(); bonded.clone().count()];

@@ -160,7 +160,7 @@ impl Dam {
         let (coordinates, kinematics) = (self.state().motion.displacement(), self.parameters().kinematics);
         let stresses =
             || self.nodal_stresses.principal(&self.model, coordinates, kinematics, &self.stress_points);
-        self.stresses.get_or_init(stresses)
+        self.derived.stresses.get_or_init(stresses)
     }
 
     fn at_stress_points(&self, variable: &Variable, values: &mut [f64]) -> Result<(), DamError> {
@@ -231,9 +231,16 @@ impl Dam {
 
     /// Displacement of a node since time 0, m.
     fn displacement(&self, node: usize) -> [f64; 2] {
-        let [u, rest] =
-            [self.state().motion.displacement(), &self.state().rest].map(|u| self.at_node(node, u));
-        [u[0] - rest[0], u[1] - rest[1]]
+        self.at_node(node, self.since_rest())
+    }
+
+    /// Displacement since time 0, in the coordinates of the model.
+    fn since_rest(&self) -> &[f64] {
+        let difference = || {
+            let motion = self.state().motion.displacement().iter().zip(&self.state().rest);
+            motion.map(|(u, rest)| u - rest).collect()
+        };
+        self.derived.since_rest.get_or_init(difference)
     }
 
     /// Total acceleration of a node, mean over the last communication step, m/s².
@@ -250,20 +257,22 @@ impl Dam {
     }
 
     /// Mean along one side of a part of a crack, weighted by tributary lengths.
-    fn side_mean(&self, part: usize, side: usize, value: impl Fn(usize) -> f64) -> f64 {
+    fn side_mean(&self, part: usize, side: usize, value: impl Fn(usize) -> [f64; 2]) -> [f64; 2] {
         let crack = &self.structure().cracks[part];
         let (nodes, lengths) = (crack.sides()[side], crack.weights()[side]);
-        let sum: f64 = nodes.iter().zip(lengths).map(|(&node, length)| length * value(node)).sum();
-        sum / lengths.iter().sum::<f64>()
+        let mut sum = [0.0; 2];
+        for (&node, length) in nodes.iter().zip(lengths) {
+            let value = value(node);
+            (0..2).for_each(|d| sum[d] += length * value[d]);
+        }
+        sum.map(|sum| sum / lengths.iter().sum::<f64>())
     }
 
     /// Mean displacement of the upper side minus that of the lower side since time 0, along the current
     /// direction of the lower side, m.
     fn sliding(&self, part: usize) -> f64 {
-        let [x, y] = [0, 1].map(|d| {
-            self.side_mean(part, 1, |node| self.displacement(node)[d])
-                - self.side_mean(part, 0, |node| self.displacement(node)[d])
-        });
+        let [below, above] = [0, 1].map(|side| self.side_mean(part, side, |node| self.displacement(node)));
+        let [x, y] = [above[0] - below[0], above[1] - below[1]];
         let (sin, cos) = self.lower_side_rotation(part).sin_cos();
         let [p, q] = self.structure().mesh.direction(&self.structure().mesh.seams[part].upper);
         x * (p * cos - q * sin) + y * (p * sin + q * cos)
@@ -274,9 +283,7 @@ impl Dam {
     fn rotation(&self, part: usize) -> f64 {
         let above = self.structure().mesh.seams[part].above;
         if let Some(modes) = self.modes() {
-            let motion = self.state().motion.displacement().iter().zip(&self.state().rest);
-            let since: Vec<f64> = motion.map(|(q, rest)| q - rest).collect();
-            return modes.rotation(above, &since) - self.lower_side_rotation(part);
+            return modes.rotation(above, self.since_rest()) - self.lower_side_rotation(part);
         }
         let structure = self.structure();
         let block = structure.mesh.blocks[above].nodes.clone();
@@ -287,11 +294,12 @@ impl Dam {
     fn lower_side_rotation(&self, part: usize) -> f64 {
         let crack = &self.structure().cracks[part];
         let points = crack.sides()[0].iter().zip(crack.weights()[0]);
-        best_fit_rotation(points.map(|(&n, &length)| (length, self.place_at_rest(n), self.displacement(n))))
+        let points = points.map(|(&n, &length)| (length, self.place_at_rest(n), self.displacement(n)));
+        best_fit_rotation(points.collect::<Vec<_>>().into_iter())
     }
 
     fn side_acceleration(&self, part: usize, side: usize) -> f64 {
-        self.side_mean(part, side, |node| self.acceleration(node)[0])
+        self.side_mean(part, side, |node| self.acceleration(node))[0]
     }
 
     /// Total acceleration of the wet face along its normals, mean over the last communication step, m/s².

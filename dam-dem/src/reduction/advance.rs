@@ -4,6 +4,7 @@ use super::motion::ModalMotion;
 use super::sides::Pressing;
 use super::superposition::{Superposition, dot};
 use crate::DamError;
+use crate::contact::{ContactStatus, JointState};
 use crate::damping::StiffnessDamping;
 use crate::energy::Work;
 use crate::integrator::{CentralDifference, Relaxed};
@@ -76,24 +77,54 @@ impl Superposition {
         loads: &ModalLoadPath,
         work: &mut Work,
     ) -> [f64; 2] {
-        pulp::Arch::new().dispatch(Advance { model: self, steps, motion, loads, work })
+        let (model, dashpots) = (self, self.dashpots);
+        let advance = Advance { model, steps, dashpots, calm: false, motion, loads, work };
+        pulp::Arch::new().dispatch(advance).expect("nothing ends it early")
+    }
+
+    /// The same with the few long `steps` of a calm communication step; none, and `motion` and `work` unchanged, if a contact
+    /// does not stick in it, or if there are no contacts.
+    pub(crate) fn advance_calmly(
+        &self,
+        steps: CentralDifference,
+        motion: &mut ModalMotion,
+        loads: &ModalLoadPath,
+        work: &mut Work,
+    ) -> Option<[f64; 2]> {
+        let dashpots = self.calm.filter(|_| are_calm(&motion.joints))?;
+        let (mut attempt, mut done) = (motion.clone(), *work);
+        let impulse = pulp::Arch::new().dispatch(Advance {
+            model: self,
+            steps,
+            dashpots,
+            calm: true,
+            motion: &mut attempt,
+            loads,
+            work: &mut done,
+        })?;
+        (*motion, *work) = (attempt, done);
+        Some(impulse)
     }
 }
 
 struct Advance<'a> {
     model: &'a Superposition,
     steps: CentralDifference,
+    dashpots: StiffnessDamping,
+    /// Whether it ends once a contact does not stick.
+    calm: bool,
     motion: &'a mut ModalMotion,
     loads: &'a ModalLoadPath,
     work: &'a mut Work,
 }
 
 impl pulp::NullaryFnOnce for Advance<'_> {
-    type Output = [f64; 2];
+    type Output = Option<[f64; 2]>;
 
     #[inline(always)]
-    fn call(self) -> [f64; 2] {
-        let Self { model, steps: CentralDifference { time_step: dt, steps }, motion, loads, work } = self;
+    fn call(self) -> Option<[f64; 2]> {
+        let Self { model, steps, dashpots, calm, motion, loads, work } = self;
+        let CentralDifference { time_step: dt, steps } = steps;
         let (start, end) = (&loads.start[..], &loads.end[..]);
         let mut pressing = Pressing::at(&model.sides, &motion.coordinates);
         let mut between = vec![0.0; model.mode_count()];
@@ -113,7 +144,10 @@ impl pulp::NullaryFnOnce for Advance<'_> {
             }
             model.damping_between.combine(&motion.rates, &mut between);
             pressing.follow(&model.sides, &motion.coordinates, Some(dt));
-            let losses = pressing.press(&model.sides, motion, model.dashpots, &mut release.partings);
+            let losses = pressing.press(&model.sides, motion, dashpots, &mut release.partings);
+            if calm && !are_calm(&motion.joints) {
+                return None;
+            }
             let spared =
                 pressing.release(&model.sides, &model.release, &motion.rates, &mut release, &mut released);
             if let Some(sum) = spared {
@@ -138,8 +172,13 @@ impl pulp::NullaryFnOnce for Advance<'_> {
             work.friction += losses.friction;
             work.damping += dt * losses.damping_power;
         }
-        impulse
+        Some(impulse)
     }
+}
+
+/// Whether every contact sticks, except those that are lost.
+fn are_calm(joints: &[Vec<JointState>]) -> bool {
+    joints.iter().flatten().all(|joint| matches!(joint.status, ContactStatus::Sticking | ContactStatus::Lost))
 }
 
 /// `(1 + c after) q̇ ← (1 − c before) q̇ + force (f − f_between)`.

@@ -1,6 +1,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::mode::SLOWED_TO;
+use super::superposition::dot;
 use crate::contact::ContactLaw;
 use crate::release::{Carried, Release, plus};
 use crate::structure::Structure;
@@ -86,17 +87,20 @@ impl ModalRelease {
     }
 
     /// Adds `α Jᵀ Rᵀ M P v` to the `forces` on the sides.
+    #[inline(always)]
     pub fn add_dual(&self, release: &mut Release, rates: &[f64], forces: &mut [[f64; 2]]) {
         let Release { partings, rates: rigid, momenta } = release;
         for ((link, rigid), block) in self.carried.links.iter().zip(&*rigid).zip(&self.blocks).rev() {
-            let own = [0, 1, 2].map(|i| {
-                let whole = block.of_rates[i].iter().zip(rates).map(|(m, rate)| m * rate).sum::<f64>();
-                whole - block.of_rigid[i].iter().zip(rigid).map(|(m, rate)| m * rate).sum::<f64>()
-            });
-            let momentum = plus(momenta[link.block], own);
+            let mut momentum = momenta[link.block];
+            for (i, momentum) in momentum.iter_mut().enumerate() {
+                let ([a, b, c], [x, y, z]) = (block.of_rigid[i], *rigid);
+                *momentum += dot(&block.of_rates[i], rates) - (a * x + b * y + c * z);
+            }
             let parting = &partings[link.seam];
             if !parting.is_closed() {
-                parting.add_dual(momentum.map(|momentum| link.sign * self.alpha * momentum), forces);
+                let [x, y, turning] = momentum;
+                let share = link.sign * self.alpha;
+                parting.add_dual([share * x, share * y, share * turning], forces);
             }
             if let Some(carrier) = link.carrier {
                 momenta[carrier] = plus(momenta[carrier], momentum);
@@ -105,11 +109,15 @@ impl ModalRelease {
     }
 
     /// Adds `α Φᵀ M R j` to the `modal` forces; returns the sum of the nodal forces, N/m.
+    #[inline(always)]
     pub fn add_rigid(&self, rigid: &[[f64; 3]], modal: &mut [f64]) -> [f64; 2] {
         let mut sum = [0.0; 2];
         for (block, rate) in self.blocks.iter().zip(rigid) {
             for (momentum, rate) in block.of_rates.iter().zip(rate) {
-                modal.iter_mut().zip(momentum).for_each(|(force, m)| *force += self.alpha * m * rate);
+                let rate = self.alpha * rate;
+                for (force, m) in modal.iter_mut().zip(momentum) {
+                    *force += m * rate;
+                }
             }
             for (sum, row) in sum.iter_mut().zip(&block.of_rigid) {
                 *sum += self.alpha * row.iter().zip(rate).map(|(m, rate)| m * rate).sum::<f64>();

@@ -89,8 +89,29 @@ pub(super) struct Pressing {
     velocity: Vec<[f64; 2]>,
     forces: Vec<[f64; 2]>,
     values: Vec<f64>,
-    /// Mean displacement (m) and rotation (rad) of each frame.
-    means: Vec<[f64; 3]>,
+    /// Mean displacement (m) of each frame, rotation θ (rad), sin θ and 1 − cos θ.
+    means: Vec<Turn>,
+}
+
+#[derive(Clone, Copy, Default)]
+struct Turn {
+    displacement: [f64; 2],
+    angle: f64,
+    sin: f64,
+    versine: f64,
+}
+
+impl Turn {
+    #[inline(always)]
+    fn of(&[x, y, angle]: &[f64; 3]) -> Self {
+        let (half_sin, half_cos) = (angle / 2.0).sin_cos();
+        Self {
+            displacement: [x, y],
+            angle,
+            sin: 2.0 * half_sin * half_cos,
+            versine: 2.0 * half_sin * half_sin,
+        }
+    }
 }
 
 impl CrackSides {
@@ -191,7 +212,7 @@ impl Pressing {
     pub fn at(sides: &CrackSides, coordinates: &[f64]) -> Self {
         let zero = vec![[0.0; 2]; sides.rest.len()];
         let values = vec![0.0; sides.by_mode.width];
-        let means = vec![[0.0; 3]; sides.frames.len()];
+        let means = vec![Turn::default(); sides.frames.len()];
         let mut pressing =
             Self { displacement: zero.clone(), velocity: zero.clone(), forces: zero, values, means };
         pressing.follow(sides, coordinates, None);
@@ -204,20 +225,23 @@ impl Pressing {
         std::mem::swap(&mut self.velocity, &mut self.displacement);
         sides.by_mode.combine(coordinates, &mut self.values);
         let (nodes, means) = self.values.split_at(2 * sides.rest.len());
-        self.means.copy_from_slice(&means.as_chunks().0[..sides.frames.len()]);
+        for (turn, mean) in self.means.iter_mut().zip(means.as_chunks().0) {
+            *turn = Turn::of(mean);
+        }
         for (u, linear) in self.displacement.iter_mut().zip(nodes.as_chunks().0) {
             *u = *linear;
         }
-        for (frame, &[tx, ty, angle]) in sides.frames.iter().zip(&self.means) {
-            let (sin, versine) = (angle.sin(), 2.0 * (angle / 2.0).sin().powi(2));
+        for (frame, turn) in sides.frames.iter().zip(&self.means) {
+            let Turn { displacement: [tx, ty], angle, sin, versine } = *turn;
             for (u, [x, y]) in self.displacement[frame.nodes.clone()].iter_mut().zip(&frame.places) {
                 let (p, q) = (u[0] - tx + angle * y, u[1] - ty - angle * x);
                 let (x, y) = (x + p, y + q);
                 *u = [tx + p - versine * x - sin * y, ty + q + sin * x - versine * y];
             }
         }
-        for (v, u) in self.velocity.iter_mut().zip(&self.displacement) {
-            *v = time_step.map_or([0.0; 2], |dt| [(u[0] - v[0]) / dt, (u[1] - v[1]) / dt]);
+        let Some(dt) = time_step else { return self.velocity.fill([0.0; 2]) };
+        for (v, u) in self.velocity.as_flattened_mut().iter_mut().zip(self.displacement.as_flattened()) {
+            *v = (u - *v) / dt;
         }
     }
 
@@ -246,6 +270,7 @@ impl Pressing {
 
     /// Sets `mapped` to the modal forces that release blocks from mass damping, if a crack parts; returns the sum of the
     /// nodal forces, N/m.
+    #[inline(always)]
     pub fn release(
         &mut self,
         sides: &CrackSides,
@@ -268,8 +293,8 @@ impl Pressing {
     fn map_forces(&mut self, sides: &CrackSides, mapped: &mut [f64]) {
         let (nodes, means) = self.values.split_at_mut(2 * sides.rest.len());
         let means = means.as_chunks_mut::<3>().0.iter_mut();
-        for ((frame, mean), [tx, ty, angle]) in sides.frames.iter().zip(means).zip(&self.means) {
-            let (sin, versine) = (angle.sin(), 2.0 * (angle / 2.0).sin().powi(2));
+        for ((frame, mean), turn) in sides.frames.iter().zip(means).zip(&self.means) {
+            let Turn { displacement: [tx, ty], sin, versine, .. } = *turn;
             *mean = [0.0; 3];
             let places =
                 self.forces[frame.nodes.clone()].iter_mut().zip(&self.displacement[frame.nodes.clone()]);

@@ -10,7 +10,7 @@ use crate::damping::{DAMPED_SHARE, StiffnessDamping};
 use crate::energy::StoredEnergy;
 use crate::loads::Wet;
 use crate::structure::Structure;
-use crate::time_step::CriticalTimeStep;
+use crate::time_step::{CALM_DAMPED_SHARE, CriticalTimeStep};
 use crate::{DamError, DampingCoefficients, Fidelity, Kinematics, RayleighCoefficients};
 
 /// Modes between contacts: the model at all levels except [`Fidelity::Dem`].
@@ -33,6 +33,8 @@ pub struct Superposition {
     /// Mean rotation of each block, with one value for each mode.
     rotations: Vec<DVector<f64>>,
     critical: CriticalTimeStep,
+    /// Stiffness damping of the dashpots in a calm step; none without contacts.
+    pub(super) calm: Option<StiffnessDamping>,
     truncation: f64,
 }
 
@@ -81,6 +83,10 @@ impl Superposition {
             RayleighCoefficients { mass: 0.0, stiffness: if cracked { rayleigh.stiffness } else { 0.0 } };
         let memory = felt.memory_reaching(DAMPED_SHARE, highest);
         let ratio = felt.limiting_ratio(highest, memory);
+        let calm = (!sides.cracks.is_empty()).then(|| StiffnessDamping {
+            coefficient: rayleigh.stiffness,
+            memory: felt.memory_reaching(CALM_DAMPED_SHARE, highest),
+        });
         let blocks = structure.mesh.blocks.iter();
         let release = match cracked && rayleigh.mass > 0.0 && !damping.drags_blocks {
             true => ModalRelease::new(structure, rayleigh.mass, &shapes, &stiffness),
@@ -103,6 +109,7 @@ impl Superposition {
                 highest_frequency: highest,
                 limit: 2.0 / highest * ((1.0 + ratio * ratio).sqrt() - ratio),
             },
+            calm,
             truncation: basis.truncation,
             stiffness,
             sides,
@@ -128,6 +135,11 @@ impl Superposition {
 
     pub(crate) fn critical_time_step(&self) -> CriticalTimeStep {
         self.critical
+    }
+
+    /// Whether there are contacts, so that calm communication steps take fewer time steps.
+    pub(crate) fn has_calm_steps(&self) -> bool {
+        self.calm.is_some()
     }
 
     /// Motion without displacement and velocity; all contacts are closed without force.
@@ -243,6 +255,7 @@ fn damping_between(
 }
 
 /// Scalar product, with eight partial sums.
+#[inline(always)]
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
     let ((a, rest_a), (b, rest_b)) = (a.as_chunks::<8>(), b.as_chunks::<8>());

@@ -12,17 +12,25 @@ const LONGEST_NAP: Duration = Duration::from_millis(1);
 /// Time before and after the length of the last wait in which it does not sleep: solves take nearly the same time,
 /// and a sleep on an idle core lasts 40 µs longer than asked for.
 const AROUND: Duration = Duration::from_micros(150);
+/// A yield that takes longer has given the core to a program that computes for its whole slice, some milliseconds. Who sleeps is let in
+/// before such a program, who yields is not.
+const CROWDED: Duration = Duration::from_micros(300);
+/// Time after such a yield in which naps take its place.
+const SHY: Duration = Duration::from_secs(1);
 
-/// Waits for the other process: yields, then sleeps until the answer is expected.
+/// Waits for the other process: yields, then sleeps until the answer is expected; sleeps at once where other programs keep the
+/// cores busy.
 pub(super) struct Wait {
     began: Instant,
     /// Length of the last wait.
     last: Duration,
+    /// Until when it does not yield.
+    shy_until: Option<Instant>,
 }
 
 impl Wait {
     pub fn new() -> Self {
-        Self { began: Instant::now(), last: Duration::ZERO }
+        Self { began: Instant::now(), last: Duration::ZERO, shy_until: None }
     }
 
     /// Begins to wait.
@@ -36,16 +44,25 @@ impl Wait {
     }
 
     /// Pauses between two checks; returns the time waited so far.
-    pub fn pause(&self) -> Duration {
+    pub fn pause(&mut self) -> Duration {
         let waited = self.began.elapsed();
         let soon = self.last.saturating_sub(AROUND);
         if waited < YIELD || (soon..self.last + AROUND).contains(&waited) {
-            std::thread::yield_now();
+            self.give_way(self.began + waited);
         } else {
             let nap = (waited / NAP_SHARE).clamp(SHORTEST_NAP, LONGEST_NAP);
             std::thread::sleep(if waited < soon { nap.min(soon - waited) } else { nap });
         }
         waited
+    }
+
+    /// Lets others run for a moment, from `now` on.
+    fn give_way(&mut self, now: Instant) {
+        if self.shy_until.is_some_and(|end| now < end) {
+            return std::thread::sleep(SHORTEST_NAP);
+        }
+        std::thread::yield_now();
+        self.shy_until = (now.elapsed() > CROWDED).then(|| now + SHY);
     }
 }
 
