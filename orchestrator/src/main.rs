@@ -32,6 +32,7 @@ fn main() -> ExitCode {
         cli::Command::Unit(arguments) => cli::unit::unit(&arguments),
         cli::Command::Check(arguments) => cli::check::check(&arguments),
         cli::Command::ExportFmu(arguments) => cli::export_fmu::run(&arguments),
+        cli::Command::Plan(arguments) => cli::plan::run(&arguments),
         cli::Command::Points(arguments) => cli::points::run(&arguments),
         cli::Command::Template(command) => cli::template::run(&command),
         cli::Command::Report(arguments) => cli::report::run(&arguments),

@@ -1,5 +1,6 @@
 //! The command line.
 
+pub mod accuracy;
 pub mod bench;
 pub mod cache;
 pub mod check;
@@ -11,6 +12,7 @@ mod modes;
 mod parallel;
 mod parquet;
 mod picture;
+pub mod plan;
 pub mod points;
 pub mod replay;
 pub mod report;
@@ -102,6 +104,9 @@ pub enum Command {
     /// Check scenes without running them: every mistake at its line, and warnings about doubtful choices
     #[command(after_long_help = CHECK_HELP)]
     Check(Check),
+    /// Say what a run of a scene will model and what it leaves out, each by its number; expected errors, time and disk
+    #[command(after_long_help = plan::HELP)]
+    Plan(plan::Arguments),
     /// Repeat the requests in the log of a run with new units: are the answers equal, bit for bit?
     #[command(after_long_help = replay::HELP)]
     Replay(replay::Arguments),
@@ -200,6 +205,15 @@ pub struct Run {
     /// One run of a cracked dam is one draw. Twins run with the reduced dam where the run has the full one.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(3..=10_000))]
     pub band: Option<u16>,
+
+    /// Choose the numerics for this accuracy: 5%, or crest=2%,history=5%,sliding=20%
+    ///
+    /// A pilot of cheap twins finds the cheapest level whose error against the reference is expected to be small enough; the run then
+    /// says what it chose, and whether the accuracy is kept, not kept, or cannot be kept because 1 % of shaking changes the answer by
+    /// more. Elements, communication step, fidelity of the dam and method of the water are chosen; nothing physical is changed.
+    /// docs/accuracy.md says what each quantity means.
+    #[arg(long, value_name = "SHARE", value_parser = accuracy::asked)]
+    pub accuracy: Option<accuracy::Asked>,
 
     #[command(flatten)]
     pub options: Options,
@@ -401,9 +415,12 @@ Examples:
       The same dam on a finer mesh.
   cofferdam run scenes/koyna-northridge-1994 --band 16
       How far the numbers scatter if the motion differs by 1 %.
+  cofferdam run scenes/koyna-intact --accuracy 5%
+      The cheapest run whose crest is within 5 %.
 
 Ctrl-C ends a run after the current step; log and histories stay readable, and the summary is
 marked as partial. Press it twice to exit immediately.
 
 Exit status: 0 completed, 1 results could not be written, 2 the scene is wrong,
-3 a step did not converge, 4 a unit failed, 130 interrupted.";
+3 a step did not converge, 4 a unit failed, 130 interrupted; with --accuracy, completed:
+0 it is kept, 6 it is not kept, 7 it cannot be kept.";

@@ -1,4 +1,4 @@
-use super::Summary;
+use super::{Accuracy, PlanRow, Summary};
 use crate::results_file::remedy;
 use crate::scene::Scene;
 use crate::text_file;
@@ -31,6 +31,12 @@ pub struct Manifest {
     /// The result; absent while the run goes on.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub result: Option<Summary>,
+    /// What the run was asked to be accurate to.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<Accuracy>,
+    /// What is modelled and left out, and why; with an accuracy that was asked for.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub plan: Vec<PlanRow>,
     /// The scene with all defaults: a manifest can be run again as a scene.
     pub scene: Scene,
 }

@@ -249,6 +249,13 @@ pub enum DampingModelScene {
     Local,
 }
 
+impl DampingModelScene {
+    /// The word in a scene.
+    pub fn word(self) -> String {
+        super::shape::word(&self)
+    }
+}
+
 /// A crack from face to face, or to a gallery or another crack.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

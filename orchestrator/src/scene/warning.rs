@@ -390,8 +390,8 @@ fn coarse_face(scene: &Scene, side: Side, water: &ReservoirScene) -> Option<Doub
     coarse.then(|| (side.key("element_size"), Warning::CoarseFace { table, size, depth }))
 }
 
-/// c_s = √(G/ρ), G = E/(2(1 + ν)), m/s; the least of dam and zones.
-fn shear_wave_velocity(dam: &DamScene) -> f64 {
+/// Velocity of shear waves, c_s = √(G/ρ) with G = E/(2(1 + ν)), m/s; the least of dam and zones.
+pub fn shear_wave_velocity(dam: &DamScene) -> f64 {
     let velocity = |material: &MaterialScene| {
         (material.young_modulus / (2.0 * (1.0 + material.poisson_ratio)) / material.density).sqrt()
     };

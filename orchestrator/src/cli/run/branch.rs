@@ -91,6 +91,7 @@ fn execute(arguments: &Arguments) -> Result<Status, RunError> {
         loaded: &loaded,
         options: &arguments.options,
         band: None,
+        accuracy: None,
         folder: &folder,
         started: jiff::Timestamp::now().to_string(),
         settings: &arguments.set,

@@ -1,5 +1,6 @@
 //! What runs, resumed runs and branches share: results, units, observers, report.
 
+use super::super::accuracy::Promise;
 use super::super::start::{Start, StartError, deadlines};
 use super::super::{Options, complain, known, report, say, spectra};
 use super::place::{Fork, hand_over, place, same_units, same_variables, until};
@@ -25,6 +26,8 @@ pub struct Job<'a> {
     pub options: &'a Options,
     /// Number of twins for a band.
     pub band: Option<u16>,
+    /// What it was asked to be accurate to.
+    pub accuracy: Option<&'a Promise>,
     /// Where its results go.
     pub folder: &'a Path,
     /// When it began, in UTC.
@@ -80,6 +83,8 @@ impl Job<'_> {
             further_wet_faces: Vec::new(),
             units: Vec::new(),
             result: None,
+            accuracy: self.accuracy.map(|promise| promise.record.clone()),
+            plan: self.accuracy.map_or_else(Vec::new, |promise| promise.plan.clone()),
             scene: scene.clone(),
         };
         manifest.write(&manifest_path)?;
@@ -177,6 +182,9 @@ impl Job<'_> {
             && let Err(error) = band::add(loaded, twins, &mut summary)
         {
             summary.notes.push(format!("WARNING: no band: {error}"));
+        }
+        if let Some(promise) = self.accuracy {
+            promise.note(&mut summary);
         }
         let table = summary.to_string();
         manifest.status.clone_from(&summary.status);

@@ -7,6 +7,7 @@ mod job;
 mod place;
 pub mod resume;
 
+use super::accuracy::{self, AccuracyError};
 use super::start::StartError;
 use super::{Run, Transport, check, complain, report};
 use crate::registry::{self, RegistryError};
@@ -53,6 +54,9 @@ enum RunError {
     Spectra(Box<dyn std::error::Error + Send + Sync>),
     #[error("the report: {0}")]
     Report(#[from] report::Failure),
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Accuracy(#[from] AccuracyError),
     #[error("Ctrl-C cannot be caught: {0}; it takes a thread: allow more (`ulimit -u`)")]
     Signal(#[from] ctrlc::Error),
     #[error("{}: {why}", log.display())]
@@ -81,6 +85,7 @@ impl RunError {
                 | CouplingError::BlewUp { .. },
             )) => 3,
             Self::Start(StartError::Program(_)) => 1,
+            Self::Accuracy(error) => error.exit_status(),
             Self::Unit(_)
             | Self::Start(_)
             | Self::Participant(_)
@@ -95,7 +100,10 @@ const INTERRUPTED: u8 = 130;
 
 /// Runs a scene; reports the result on the terminal and by the exit status.
 pub fn run(arguments: &Run) -> ExitCode {
-    told(execute(arguments))
+    match execute(arguments) {
+        Ok((Status::Completed, promised)) => ExitCode::from(promised),
+        other => told(other.map(|(status, _)| status)),
+    }
 }
 
 /// Reports how a run ended.
@@ -111,27 +119,38 @@ fn told(ended: Result<Status, RunError>) -> ExitCode {
     }
 }
 
-fn execute(arguments: &Run) -> Result<Status, RunError> {
+/// Also returns the exit status that a completed run has by the accuracy that was asked for.
+fn execute(arguments: &Run) -> Result<(Status, u8), RunError> {
     let mut settings = arguments.set.clone();
     settings.extend(arguments.log.iter().map(|which| format!("log.exchanges=\"{which}\"")));
-    let loaded = registry::read(&arguments.scene, &settings)?;
+    let mut loaded = registry::read(&arguments.scene, &settings)?;
     let started = jiff::Timestamp::now();
     let interrupted = prepared(arguments.options.transport)?;
     let folder = match &arguments.output {
         Some(folder) => folder::claim(folder.clone())?,
         None => folder::claim_new(&format!("runs/{}-{}", loaded.name, started.strftime("%Y%m%dT%H%M%SZ")))?,
     };
+    let mut promise = None;
+    if let Some(asked) = &arguments.accuracy {
+        let promised = accuracy::promise(&arguments.scene, &settings, &loaded, asked)?;
+        accuracy::announce(&promised);
+        settings.extend(promised.record.chosen.iter().cloned());
+        loaded = registry::read(&arguments.scene, &settings)?;
+        promise = Some(promised);
+    }
     check::warn(&loaded.warnings);
     let job = Job {
         loaded: &loaded,
         options: &arguments.options,
         band: arguments.band,
+        accuracy: promise.as_ref(),
         folder: &folder,
         started: started.to_string(),
         settings: &settings,
         interrupted: &interrupted,
     };
-    job.carry_out(Beginning::Initialisation)
+    let status = job.carry_out(Beginning::Initialisation)?;
+    Ok((status, promise.as_ref().map_or(0, accuracy::Promise::exit_status)))
 }
 
 /// Checks whether units can be connected and catches Ctrl-C: the flag is true once the user asked for the end.

@@ -86,6 +86,7 @@ fn execute(arguments: &Arguments) -> Result<Status, RunError> {
         loaded: &loaded,
         options: &arguments.options,
         band: None,
+        accuracy: None,
         folder: &arguments.run,
         started: log.head().started.clone(),
         settings: &[],

@@ -1,0 +1,505 @@
+//! The numerics of a run from the accuracy that is asked for: a pilot of cheap twins, then the cheapest level whose error is expected
+//! to be small enough.
+//!
+//! Levels form a ladder: five lengths of elements, the dam by modes where nothing slides and by reduced blocks where it may, the
+//! recursion, and the communication step. Errors are meant against the *reference*: every element and contact, the finest elements of
+//! the ladder, half the communication step, Radau IIA and a tolerance of 1e-8.
+
+pub mod pilot;
+pub mod table;
+
+use super::plan::{self, PlanError};
+use super::say;
+use crate::registry::RegistryError;
+use miette::Diagnostic;
+use orchestrator::convergence::Tolerance;
+use orchestrator::report::{Accuracy, PlanRow, Summary};
+use orchestrator::scene::{
+    DamFidelityScene, DampingModelScene, FidelityScene, LoadedScene, Scene, SceneError, Warning,
+};
+use orchestrator::simulation::SimulationError;
+use orchestrator::statistics::quantile;
+use pilot::{LEAST_SLIDING, Outcome};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::time::Instant;
+
+/// The quantities that can be promised.
+pub const CREST: &str = "crest";
+pub const HISTORY: &str = "history";
+pub const SLIDING: &str = "sliding";
+
+pub const KEPT: &str = "kept";
+pub const NOT_KEPT: &str = "not kept";
+pub const CANNOT: &str = "cannot be kept";
+
+/// Factor on errors that are extrapolated from two lengths of elements.
+const SAFETY: f64 = 1.5;
+/// Share of the change with 1 % of shaking that the numerics of the finest level may bring about: they act like a thousandth of the
+/// shaking.
+const LIKE_SHAKING: f64 = 0.1;
+/// Least share of the history's error that the error of a peak is taken to have: that of two meshes vanishes by chance.
+const PEAK_OF_HISTORY: f64 = 0.3;
+/// Error of a level that the table does not have.
+const UNMEASURED: f64 = 0.02;
+/// Changes of the shaking.
+const MORE_OR_LESS: f64 = 0.01;
+
+/// Why no accuracy can be promised.
+#[derive(Debug, thiserror::Error, Diagnostic)]
+pub enum AccuracyError {
+    /// The scene, with a level's keys.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Scene(#[from] SceneError),
+    /// A unit.
+    #[error(transparent)]
+    Unit(#[from] RegistryError),
+    /// The plan.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Plan(#[from] PlanError),
+    /// A run of the pilot.
+    #[error("the pilot failed: {what}: {cause}; run without an accuracy, and look at its log")]
+    Run { what: String, cause: Box<SimulationError> },
+    /// A scene for which there is no ladder.
+    #[error("no accuracy can be asked for here: {why}")]
+    Unfit { why: String },
+}
+
+impl AccuracyError {
+    /// The program's exit status.
+    pub fn exit_status(&self) -> u8 {
+        match self {
+            Self::Scene(_) | Self::Unfit { .. } | Self::Plan(PlanError::Scene(_)) => 2,
+            Self::Run { .. } => 3,
+            Self::Unit(_) | Self::Plan(_) => 4,
+        }
+    }
+}
+
+/// What is asked for: the largest error of each quantity, as a share.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Asked(pub BTreeMap<String, f64>);
+
+/// Reads `5%`, `0.05` or `crest=2%,sliding=20%`.
+pub fn asked(text: &str) -> Result<Asked, String> {
+    let share = |text: &str| {
+        let (number, unit) =
+            text.trim().strip_suffix('%').map_or((text.trim(), 1.0), |number| (number.trim(), 0.01));
+        let value =
+            number.parse::<f64>().map_err(|_| format!("`{text}` is no number; write 5% or 0.05"))? * unit;
+        let sound = (1e-4..=1.0).contains(&value);
+        sound
+            .then_some(value)
+            .ok_or_else(|| format!("`{text}` must lie from 0.01 % to 100 %; 5 means 500 %, so write 5%"))
+    };
+    let mut found = BTreeMap::new();
+    for part in text.split(',') {
+        match part.split_once('=') {
+            Some((name, value)) => {
+                let name = name.trim();
+                if ![CREST, HISTORY, SLIDING].contains(&name) {
+                    return Err(format!(
+                        "there is no quantity `{name}`; {CREST}, {HISTORY} and {SLIDING} are known"
+                    ));
+                }
+                found.insert(name.to_owned(), share(value)?);
+            }
+            None => {
+                let value = share(part)?;
+                found.extend([CREST, HISTORY, SLIDING].map(|name| (name.to_owned(), value)));
+                // The history of a block that slides has no limit; it is asked for by name.
+                found.insert(UNNAMED.to_owned(), value);
+            }
+        }
+    }
+    Ok(Asked(found))
+}
+
+/// Mark that quantities were not named one by one.
+const UNNAMED: &str = "all";
+
+/// The lengths of elements, m, from the coarsest.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ladder {
+    pub sizes: [f64; Ladder::RUNGS],
+}
+
+impl Ladder {
+    pub const RUNGS: usize = 5;
+
+    /// 5 to 1.25 m, and in proportion for dams that are lower than 103 m.
+    pub fn of(scene: &Scene) -> Self {
+        let part = (scene.height() / 103.0).min(1.0);
+        Self { sizes: [5.0, 3.3, 2.5, 1.8, 1.25].map(|size| size * part) }
+    }
+
+    /// The settings of a rung: elements, the water's points, `fidelity` of the dam.
+    pub fn settings(&self, scene: &Scene, rung: usize, fidelity: DamFidelityScene) -> Vec<String> {
+        let size = self.sizes[rung];
+        let mut settings =
+            vec![format!("dam.element_size={size}"), format!("dam.fidelity=\"{}\"", fidelity.word())];
+        // Points of the water closer than those cost its preparation and change nothing (docs/accuracy.md).
+        let points = if fidelity == DamFidelityScene::Intact { self.sizes[0] } else { self.sizes[2] };
+        for (side, water) in scene.waters().filter(|(_, water)| water.fidelity != FidelityScene::Empty) {
+            let depth = scene.depth_of(side);
+            if water.interface_size.is_none()
+                && size < points
+                && points < depth
+                && water.fidelity.has_memory()
+            {
+                settings.push(format!("{}={points}", side.key("interface_size")));
+            }
+            if water.fidelity == FidelityScene::Compressible {
+                settings.push(format!("{}=\"automatic\"", side.key("method")));
+            }
+        }
+        if matches!(scene.coupling.tolerance, Tolerance::Relative(tolerance) if tolerance > 1e-3) {
+            settings.push("coupling.tolerance=\"balanced\"".to_owned());
+        }
+        settings
+    }
+
+    /// The settings of the reference.
+    pub fn reference(&self, scene: &Scene) -> Vec<String> {
+        let mut settings = vec![
+            format!("dam.element_size={}", self.sizes[Self::RUNGS - 1]),
+            "dam.fidelity=\"dem\"".to_owned(),
+            "coupling.tolerance=1e-8".to_owned(),
+            format!("time.communication_step={}", scene.time.communication_step / 2.0),
+        ];
+        for (side, water) in scene.waters().filter(|(_, water)| water.fidelity == FidelityScene::Compressible)
+        {
+            settings.push(format!("{}=\"radau2\"", side.key("method")));
+            if water.interface_size.is_none() && self.sizes[2] < scene.depth_of(side) {
+                settings.push(format!("{}={}", side.key("interface_size"), self.sizes[2]));
+            }
+        }
+        settings
+    }
+}
+
+/// What a run promises.
+#[derive(Clone, Debug)]
+pub struct Promise {
+    pub record: Accuracy,
+    pub plan: Vec<PlanRow>,
+}
+
+impl Promise {
+    /// The program's exit status of a completed run.
+    pub fn exit_status(&self) -> u8 {
+        match &*self.record.verdict {
+            KEPT => 0,
+            NOT_KEPT => 6,
+            _ => 7,
+        }
+    }
+
+    /// Adds what is promised to the notes of a summary.
+    pub fn note(&self, summary: &mut Summary) {
+        summary.notes.push(self.sentence());
+        for (quantity, [low, median, high]) in &self.record.band {
+            summary.notes.push(format!(
+                "{quantity}: {low:.3}, {median:.3}, {high:.3} mm are 16 %, median and 84 % of twins within 1 % of shaking: quote this band"
+            ));
+        }
+    }
+
+    /// The promise in a sentence.
+    pub fn sentence(&self) -> String {
+        let Accuracy { verdict, asked, expected, sensitivity, .. } = &self.record;
+        let each = asked.iter().map(|(quantity, asked)| {
+            let of = |values: &BTreeMap<String, f64>| values.get(quantity).copied();
+            let moved = of(sensitivity)
+                .map_or_else(String::new, |s| format!(", 1 % of shaking changes it by {:.1} %", 100.0 * s));
+            format!(
+                "{quantity} {:.2} % of {:.1} % asked{moved}",
+                100.0 * of(expected).unwrap_or(f64::NAN),
+                100.0 * asked
+            )
+        });
+        format!(
+            "accuracy: {verdict}; expected error against the reference: {}",
+            each.collect::<Vec<_>>().join("; ")
+        )
+    }
+}
+
+/// Why there is no ladder for a scene.
+fn unfit(scene: &Scene) -> Option<&'static str> {
+    let Some(dam) = &scene.dam else {
+        return Some("the dam is prescribed and has no error of its own; leave --accuracy out");
+    };
+    let foreign = dam.fidelity.is_foreign() || scene.has_foreign_water();
+    match dam {
+        _ if foreign => Some("a unit is another program's, whose numerics are its own; leave --accuracy out"),
+        _ if dam.mesh.is_some() => Some(
+            "the mesh is that of a file and cannot be refined; take the section and `dam.element_size`, or leave --accuracy out",
+        ),
+        _ if dam.fidelity == DamFidelityScene::RigidBlocks => {
+            Some("blocks that do not deform are another model; choose \"dem\" or \"reduced\"")
+        }
+        _ if scene.ground_motion.record.is_none() => {
+            Some("the ground moves by a ramp; give a record, or leave --accuracy out")
+        }
+        _ if scene.time.adaptive.is_some() => {
+            Some("communication steps are adaptive; leave out [time.adaptive] or --accuracy")
+        }
+        _ => None,
+    }
+}
+
+/// Pilot runs so far.
+struct Pilot<'a> {
+    scene: &'a Path,
+    /// Settings of the user and of the communication step.
+    base: Vec<String>,
+    ladder: Ladder,
+    loaded: &'a LoadedScene,
+    fidelity: DamFidelityScene,
+    runs: usize,
+}
+
+impl Pilot<'_> {
+    fn settings(&self, rung: usize) -> Vec<String> {
+        self.ladder.settings(&self.loaded.scene, rung, self.fidelity)
+    }
+
+    /// Runs rungs, each with a factor on the shaking and further settings.
+    fn run(&mut self, runs: &[(usize, f64, Vec<String>)]) -> Result<Vec<Outcome>, AccuracyError> {
+        let scale = self.loaded.scene.ground_motion.record.as_ref().map_or(1.0, |record| record.scale);
+        let settings: Vec<Vec<String>> = runs
+            .iter()
+            .map(|(rung, factor, further)| {
+                let mut settings = self.base.clone();
+                settings.extend(self.settings(*rung));
+                settings.push(format!("ground_motion.record.scale={}", factor * scale));
+                settings.extend(further.iter().cloned());
+                settings
+            })
+            .collect();
+        self.runs += runs.len();
+        pilot::run(self.scene, &settings)
+    }
+}
+
+/// The communication step that the record needs, s: the scene's, or a shorter one where that is too long.
+fn communication_step(loaded: &LoadedScene) -> f64 {
+    let better = loaded.warnings.iter().filter_map(|warning| match &warning.warning {
+        Warning::CoarseStep { better, .. } | Warning::ClippedSamples { better, .. } => Some(*better),
+        _ => None,
+    });
+    better.fold(loaded.scene.time.communication_step, f64::min)
+}
+
+/// Runs the pilot of a scene that was read from `path` with `settings`, and chooses.
+///
+/// **Errors**: a scene without a ladder; units that cannot be made; a run of the pilot that fails.
+pub fn promise(
+    path: &Path,
+    settings: &[String],
+    loaded: &LoadedScene,
+    asked: &Asked,
+) -> Result<Promise, AccuracyError> {
+    if let Some(why) = unfit(&loaded.scene) {
+        return Err(AccuracyError::Unfit { why: why.to_owned() });
+    }
+    let plan = plan::rows(loaded)?;
+    let began = Instant::now();
+    let Some(dam) = &loaded.scene.dam else {
+        return Err(AccuracyError::Unfit { why: "there is no dam".to_owned() });
+    };
+    let cracked = !dam.cracks.is_empty() && dam.fidelity != DamFidelityScene::Intact;
+    let fidelity = match cracked {
+        false => DamFidelityScene::Intact,
+        // Reduced blocks have no local damping.
+        true if dam.damping.model == DampingModelScene::Local => DamFidelityScene::Dem,
+        true => DamFidelityScene::Reduced,
+    };
+    let step = communication_step(loaded);
+    let mut base = settings.to_vec();
+    base.push(format!("time.communication_step={step}"));
+    let mut pilot = Pilot { scene: path, base, ladder: Ladder::of(&loaded.scene), loaded, fidelity, runs: 0 };
+    let halved = vec![format!("time.communication_step={}", step / 2.0)];
+    let mut first = vec![(1, 1.0, Vec::new()), (0, 1.0, Vec::new()), (0, 1.0, halved)];
+    if cracked {
+        first.extend([(0, 1.0 - MORE_OR_LESS, Vec::new()), (0, 1.0 + MORE_OR_LESS, Vec::new())]);
+    }
+    let outcomes = pilot.run(&first)?;
+    let moves = cracked && outcomes.iter().any(|outcome| outcome.moved > LEAST_SLIDING);
+    let mut wanted = asked.0.clone();
+    let unnamed = wanted.remove(UNNAMED).is_some();
+    if !cracked {
+        wanted.remove(SLIDING);
+    }
+    if moves && unnamed {
+        wanted.remove(HISTORY);
+    }
+    let decided = if moves {
+        moving(&mut pilot, &wanted, &outcomes)?
+    } else {
+        still(&pilot, cracked, &wanted, &outcomes)
+    };
+    let Decision { rung, halve, expected, sensitivity, left_by_reference, band } = decided;
+    let worst = wanted.iter().map(|(quantity, asked)| {
+        let (error, change) = (expected.get(quantity), sensitivity.get(quantity));
+        match (error, change) {
+            (_, Some(change)) if moves && change > asked => CANNOT,
+            (Some(error), _) if error <= asked => KEPT,
+            _ => NOT_KEPT,
+        }
+    });
+    let rank = |verdict: &&str| [KEPT, NOT_KEPT, CANNOT].iter().position(|own| own == verdict);
+    let verdict = worst.max_by_key(rank).unwrap_or(KEPT);
+    let mut chosen = pilot.settings(rung);
+    let own = if halve { step / 2.0 } else { step };
+    chosen.push(format!("time.communication_step={own}"));
+    let record = Accuracy {
+        verdict: verdict.to_owned(),
+        asked: wanted,
+        expected,
+        sensitivity,
+        left_by_reference,
+        chosen,
+        pilot_runs: pilot.runs,
+        pilot_time: began.elapsed().as_secs_f64(),
+        band,
+        table_version: table::TABLE.version,
+    };
+    Ok(Promise { record, plan })
+}
+
+/// What a pilot comes to.
+struct Decision {
+    rung: usize,
+    halve: bool,
+    expected: BTreeMap<String, f64>,
+    sensitivity: BTreeMap<String, f64>,
+    left_by_reference: BTreeMap<String, f64>,
+    band: BTreeMap<String, [f64; 3]>,
+}
+
+/// An error of a quantity between two runs.
+fn apart(quantity: &str, run: &Outcome, exact: &Outcome) -> f64 {
+    match quantity {
+        CREST => run.crest_error(exact),
+        SLIDING => run.sliding_error(exact),
+        _ => run.history_error(exact),
+    }
+}
+
+/// Error of the finest level by the table.
+fn of_table(cracked: bool, fidelity: DamFidelityScene, quantity: &str) -> f64 {
+    let row = table::largest(cracked, fidelity, Ladder::RUNGS - 1, quantity);
+    row.map_or(UNMEASURED, table::LevelError::largest)
+}
+
+/// Where nothing slides or opens: the error of the elements falls as h², extrapolated from the two coarsest; the first rung that is
+/// good enough.
+fn still(pilot: &Pilot<'_>, cracked: bool, wanted: &BTreeMap<String, f64>, outcomes: &[Outcome]) -> Decision {
+    let [fine, coarse, halved] = [&outcomes[0], &outcomes[1], &outcomes[2]];
+    let squares = pilot.ladder.sizes.map(|size| size * size);
+    let last = Ladder::RUNGS - 1;
+    let per_square = |quantity: &str| {
+        let change = apart(quantity, coarse, fine);
+        let least = if quantity == CREST { PEAK_OF_HISTORY * apart(HISTORY, coarse, fine) } else { 0.0 };
+        change.max(least) / (squares[0] - squares[1])
+    };
+    let of_step = |quantity: &str| 4.0 / 3.0 * apart(quantity, coarse, halved);
+    let halve = wanted.iter().any(|(quantity, asked)| of_step(quantity) > asked / 4.0);
+    let step = |quantity: &str| if halve { of_step(quantity) / 4.0 } else { of_step(quantity) };
+    let error = |quantity: &str, rung: usize| {
+        SAFETY * per_square(quantity) * (squares[rung] - squares[last])
+            + step(quantity)
+            + of_table(cracked, pilot.fidelity, quantity)
+    };
+    let good = |rung: &usize| wanted.iter().all(|(quantity, asked)| error(quantity, *rung) <= *asked);
+    let rung = (0..Ladder::RUNGS).find(good).unwrap_or(last);
+    let of_all =
+        |of: &dyn Fn(&str) -> f64| wanted.keys().map(|quantity| (quantity.clone(), of(quantity))).collect();
+    let sensitivity = match outcomes.get(3..5) {
+        Some(twins) => {
+            of_all(&|quantity| twins.iter().map(|twin| apart(quantity, twin, coarse)).fold(0.0, f64::max))
+        }
+        None => BTreeMap::new(),
+    };
+    Decision {
+        rung,
+        halve,
+        expected: of_all(&|quantity| error(quantity, rung)),
+        sensitivity,
+        left_by_reference: of_all(&|quantity| per_square(quantity) * squares[last]),
+        band: BTreeMap::new(),
+    }
+}
+
+/// Where a block slides or opens its crack: the elements' error has no order, so that the finest rung is taken; what 1 % of shaking
+/// changes there decides whether the answer is defined.
+fn moving(
+    pilot: &mut Pilot<'_>,
+    wanted: &BTreeMap<String, f64>,
+    outcomes: &[Outcome],
+) -> Result<Decision, AccuracyError> {
+    let last = Ladder::RUNGS - 1;
+    let (coarse, halved) = (&outcomes[1], &outcomes[2]);
+    let halve = wanted
+        .iter()
+        .any(|(quantity, asked)| 4.0 / 3.0 * apart(quantity, coarse, halved) > asked.max(LIKE_SHAKING));
+    let twin = |factor: f64| (last, factor, Vec::new());
+    let mut runs = pilot.run(&[1.0, 1.0 - MORE_OR_LESS, 1.0 + MORE_OR_LESS].map(twin))?;
+    let of_all =
+        |of: &dyn Fn(&str) -> f64| wanted.keys().map(|quantity| (quantity.clone(), of(quantity))).collect();
+    let change =
+        |quantity: &str| runs[1..].iter().map(|twin| apart(quantity, twin, &runs[0])).fold(0.0, f64::max);
+    let sensitivity: BTreeMap<String, f64> = of_all(&change);
+    let expected = of_all(&|quantity| {
+        of_table(true, pilot.fidelity, quantity)
+            + LIKE_SHAKING * sensitivity.get(quantity).copied().unwrap_or(0.0)
+    });
+    let mut band = BTreeMap::new();
+    let undefined: Vec<&String> =
+        wanted.iter().filter(|(quantity, asked)| sensitivity[*quantity] > **asked).map(|(q, _)| q).collect();
+    if !undefined.is_empty() {
+        runs.extend(pilot.run(&[1.0 - MORE_OR_LESS / 2.0, 1.0 + MORE_OR_LESS / 2.0].map(twin))?);
+        for quantity in undefined {
+            let value = |run: &Outcome| 1e3 * if quantity == SLIDING { run.slid() } else { run.peak() };
+            let mut values: Vec<f64> = runs.iter().map(value).collect();
+            values.sort_by(f64::total_cmp);
+            band.insert(quantity.clone(), [0.16, 0.5, 0.84].map(|share| quantile(&values, share)));
+        }
+    }
+    Ok(Decision { rung: last, halve, expected, sensitivity, left_by_reference: BTreeMap::new(), band })
+}
+
+/// Says what was chosen.
+pub fn announce(promise: &Promise) {
+    for row in &promise.plan {
+        plan::print_row(row);
+    }
+    let Accuracy { chosen, pilot_runs, pilot_time, left_by_reference, .. } = &promise.record;
+    say(format!("pilot: {pilot_runs} runs in {pilot_time:.1} s; chosen: {}", chosen.join(", ")));
+    say(promise.sentence());
+    for (quantity, error) in left_by_reference {
+        say(format!("the reference's own elements leave about {:.2} % of the {quantity}", 100.0 * error));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_accuracy_is_a_share_or_one_for_each_quantity() {
+        let all = asked("5%").expect("a share").0;
+        assert_eq!((all[CREST], all[SLIDING]), (0.05, 0.05));
+        let named = asked("crest=2%, sliding=0.2").expect("shares").0;
+        assert_eq!(
+            named.into_iter().collect::<Vec<_>>(),
+            [(CREST.to_owned(), 0.02), (SLIDING.to_owned(), 0.2)]
+        );
+        assert!(asked("5").is_err_and(|why| why.contains("write 5%")));
+        assert!(asked("drift=5%").is_err_and(|why| why.contains("no quantity `drift`")));
+    }
+}
