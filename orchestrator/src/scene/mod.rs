@@ -39,7 +39,7 @@ pub use ground::{GroundMotionScene, RampScene, RecordScene};
 pub use load::LoadedScene;
 pub use mesh::MeshScene;
 pub use observation::{
-    LogContentScene, LoggedExchangesScene, SnapshotsScene, StopAction, StopQuantity, StopScene,
+    AccuracyScene, LogContentScene, LoggedExchangesScene, SnapshotsScene, StopAction, StopQuantity, StopScene,
 };
 pub use parameter::bounds;
 pub use reference::reference;
@@ -91,6 +91,9 @@ pub struct Scene {
     /// How the units are coupled.
     #[serde(default)]
     pub coupling: CouplingScene,
+    /// The accuracy for which `run` chooses the numerics, as with `--accuracy`; other commands take the scene as it is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<AccuracyScene>,
     /// Limits that end a run before its time, or mark it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub stop: Vec<StopScene>,

@@ -1,7 +1,25 @@
-//! `[[stop]]`, `[snapshots]` and `[log]`: what is watched and kept of a run.
+//! `[accuracy]`, `[[stop]]`, `[snapshots]` and `[log]`: what is watched and kept of a run.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+/// The accuracy that a run chooses its numerics for, as shares: `accuracy = { crest = 0.02, sliding = 0.2 }`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct AccuracyScene {
+    /// Largest error of the crest's two peaks, over the larger one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1e-4, max = 1), extend("otherwise" = "not asked for"))]
+    pub crest: Option<f64>,
+    /// Largest error of the crest's displacement at any instant, over its peak.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1e-4, max = 1), extend("otherwise" = "not asked for"))]
+    pub history: Option<f64>,
+    /// Largest error of any crack's residual sliding, over the largest of all cracks, 1 mm at least.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1e-4, max = 1), extend("otherwise" = "not asked for"))]
+    pub sliding: Option<f64>,
+}
 
 /// What the log holds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

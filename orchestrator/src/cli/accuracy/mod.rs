@@ -15,12 +15,14 @@ use miette::Diagnostic;
 use orchestrator::convergence::Tolerance;
 use orchestrator::report::{Accuracy, PlanRow, Summary};
 use orchestrator::scene::{
-    DamFidelityScene, DampingModelScene, FidelityScene, LoadedScene, Scene, SceneError, Warning,
+    AccuracyScene, DamFidelityScene, DampingModelScene, FidelityScene, LoadedScene, Scene, SceneError,
+    Warning,
 };
 use orchestrator::simulation::SimulationError;
 use orchestrator::statistics::quantile;
 use pilot::{LEAST_SLIDING, Outcome};
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 use std::path::Path;
 use std::time::Instant;
 
@@ -42,6 +44,12 @@ const LIKE_SHAKING: f64 = 0.1;
 const PEAK_OF_HISTORY: f64 = 0.3;
 /// Error of a level that the table does not have.
 const UNMEASURED: f64 = 0.02;
+/// Share of the strictest accuracy that the communication step may use up, and how often it is halved for that. Its error is that of
+/// linear inputs at the highest frequency of the record, (ωH)²/12.
+const OF_STEP: f64 = 0.25;
+const MOST_HALVINGS: i32 = 3;
+/// Share of the record's Fourier energy below its highest frequency.
+const ENERGY: f64 = 0.99;
 /// Changes of the shaking.
 const MORE_OR_LESS: f64 = 0.01;
 
@@ -115,6 +123,14 @@ pub fn asked(text: &str) -> Result<Asked, String> {
         }
     }
     Ok(Asked(found))
+}
+
+impl From<AccuracyScene> for Asked {
+    fn from(scene: AccuracyScene) -> Self {
+        let AccuracyScene { crest, history, sliding } = scene;
+        let each = [(CREST, crest), (HISTORY, history), (SLIDING, sliding)];
+        Self(each.into_iter().filter_map(|(name, share)| Some((name.to_owned(), share?))).collect())
+    }
 }
 
 /// Mark that quantities were not named one by one.
@@ -267,16 +283,15 @@ impl Pilot<'_> {
         self.ladder.settings(&self.loaded.scene, rung, self.fidelity)
     }
 
-    /// Runs rungs, each with a factor on the shaking and further settings.
-    fn run(&mut self, runs: &[(usize, f64, Vec<String>)]) -> Result<Vec<Outcome>, AccuracyError> {
+    /// Runs rungs, each with a factor on the shaking.
+    fn run(&mut self, runs: &[(usize, f64)]) -> Result<Vec<Outcome>, AccuracyError> {
         let scale = self.loaded.scene.ground_motion.record.as_ref().map_or(1.0, |record| record.scale);
         let settings: Vec<Vec<String>> = runs
             .iter()
-            .map(|(rung, factor, further)| {
+            .map(|(rung, factor)| {
                 let mut settings = self.base.clone();
                 settings.extend(self.settings(*rung));
                 settings.push(format!("ground_motion.record.scale={}", factor * scale));
-                settings.extend(further.iter().cloned());
                 settings
             })
             .collect();
@@ -322,10 +337,9 @@ pub fn promise(
     let mut base = settings.to_vec();
     base.push(format!("time.communication_step={step}"));
     let mut pilot = Pilot { scene: path, base, ladder: Ladder::of(&loaded.scene), loaded, fidelity, runs: 0 };
-    let halved = vec![format!("time.communication_step={}", step / 2.0)];
-    let mut first = vec![(1, 1.0, Vec::new()), (0, 1.0, Vec::new()), (0, 1.0, halved)];
+    let mut first = vec![(1, 1.0), (0, 1.0)];
     if cracked {
-        first.extend([(0, 1.0 - MORE_OR_LESS, Vec::new()), (0, 1.0 + MORE_OR_LESS, Vec::new())]);
+        first.extend([1.0 - MORE_OR_LESS, 1.0 + MORE_OR_LESS].map(|factor| (0, factor)));
     }
     let outcomes = pilot.run(&first)?;
     let moves = cracked && outcomes.iter().any(|outcome| outcome.moved > LEAST_SLIDING);
@@ -337,12 +351,18 @@ pub fn promise(
     if moves && unnamed {
         wanted.remove(HISTORY);
     }
+    let strictest = wanted.values().copied().fold(1.0, f64::min);
+    let highest = TAU * loaded.ground_motion.frequency_below_which(ENERGY);
+    let of_step = |halvings: i32| (highest * step * 0.5_f64.powi(halvings)).powi(2) / 12.0;
+    let enough = |halvings: &i32| of_step(*halvings) <= OF_STEP * strictest;
+    let halvings = (0..MOST_HALVINGS).find(enough).unwrap_or(MOST_HALVINGS);
+    let of_step = of_step(halvings);
     let decided = if moves {
-        moving(&mut pilot, &wanted, &outcomes)?
+        moving(&mut pilot, &wanted, of_step)?
     } else {
-        still(&pilot, cracked, &wanted, &outcomes)
+        still(&pilot, cracked, &wanted, &outcomes, of_step)
     };
-    let Decision { rung, halve, expected, sensitivity, left_by_reference, band } = decided;
+    let Decision { rung, expected, sensitivity, left_by_reference, band } = decided;
     let worst = wanted.iter().map(|(quantity, asked)| {
         let (error, change) = (expected.get(quantity), sensitivity.get(quantity));
         match (error, change) {
@@ -354,7 +374,7 @@ pub fn promise(
     let rank = |verdict: &&str| [KEPT, NOT_KEPT, CANNOT].iter().position(|own| own == verdict);
     let verdict = worst.max_by_key(rank).unwrap_or(KEPT);
     let mut chosen = pilot.settings(rung);
-    let own = if halve { step / 2.0 } else { step };
+    let own = step * 0.5_f64.powi(halvings);
     chosen.push(format!("time.communication_step={own}"));
     let record = Accuracy {
         verdict: verdict.to_owned(),
@@ -374,7 +394,6 @@ pub fn promise(
 /// What a pilot comes to.
 struct Decision {
     rung: usize,
-    halve: bool,
     expected: BTreeMap<String, f64>,
     sensitivity: BTreeMap<String, f64>,
     left_by_reference: BTreeMap<String, f64>,
@@ -382,7 +401,7 @@ struct Decision {
 }
 
 /// An error of a quantity between two runs.
-fn apart(quantity: &str, run: &Outcome, exact: &Outcome) -> f64 {
+pub fn apart(quantity: &str, run: &Outcome, exact: &Outcome) -> f64 {
     match quantity {
         CREST => run.crest_error(exact),
         SLIDING => run.sliding_error(exact),
@@ -398,8 +417,14 @@ fn of_table(cracked: bool, fidelity: DamFidelityScene, quantity: &str) -> f64 {
 
 /// Where nothing slides or opens: the error of the elements falls as h², extrapolated from the two coarsest; the first rung that is
 /// good enough.
-fn still(pilot: &Pilot<'_>, cracked: bool, wanted: &BTreeMap<String, f64>, outcomes: &[Outcome]) -> Decision {
-    let [fine, coarse, halved] = [&outcomes[0], &outcomes[1], &outcomes[2]];
+fn still(
+    pilot: &Pilot<'_>,
+    cracked: bool,
+    wanted: &BTreeMap<String, f64>,
+    outcomes: &[Outcome],
+    of_step: f64,
+) -> Decision {
+    let [fine, coarse] = [&outcomes[0], &outcomes[1]];
     let squares = pilot.ladder.sizes.map(|size| size * size);
     let last = Ladder::RUNGS - 1;
     let per_square = |quantity: &str| {
@@ -407,19 +432,16 @@ fn still(pilot: &Pilot<'_>, cracked: bool, wanted: &BTreeMap<String, f64>, outco
         let least = if quantity == CREST { PEAK_OF_HISTORY * apart(HISTORY, coarse, fine) } else { 0.0 };
         change.max(least) / (squares[0] - squares[1])
     };
-    let of_step = |quantity: &str| 4.0 / 3.0 * apart(quantity, coarse, halved);
-    let halve = wanted.iter().any(|(quantity, asked)| of_step(quantity) > asked / 4.0);
-    let step = |quantity: &str| if halve { of_step(quantity) / 4.0 } else { of_step(quantity) };
     let error = |quantity: &str, rung: usize| {
         SAFETY * per_square(quantity) * (squares[rung] - squares[last])
-            + step(quantity)
+            + of_step
             + of_table(cracked, pilot.fidelity, quantity)
     };
     let good = |rung: &usize| wanted.iter().all(|(quantity, asked)| error(quantity, *rung) <= *asked);
     let rung = (0..Ladder::RUNGS).find(good).unwrap_or(last);
     let of_all =
         |of: &dyn Fn(&str) -> f64| wanted.keys().map(|quantity| (quantity.clone(), of(quantity))).collect();
-    let sensitivity = match outcomes.get(3..5) {
+    let sensitivity = match outcomes.get(2..4) {
         Some(twins) => {
             of_all(&|quantity| twins.iter().map(|twin| apart(quantity, twin, coarse)).fold(0.0, f64::max))
         }
@@ -427,7 +449,6 @@ fn still(pilot: &Pilot<'_>, cracked: bool, wanted: &BTreeMap<String, f64>, outco
     };
     Decision {
         rung,
-        halve,
         expected: of_all(&|quantity| error(quantity, rung)),
         sensitivity,
         left_by_reference: of_all(&|quantity| per_square(quantity) * squares[last]),
@@ -440,14 +461,10 @@ fn still(pilot: &Pilot<'_>, cracked: bool, wanted: &BTreeMap<String, f64>, outco
 fn moving(
     pilot: &mut Pilot<'_>,
     wanted: &BTreeMap<String, f64>,
-    outcomes: &[Outcome],
+    of_step: f64,
 ) -> Result<Decision, AccuracyError> {
     let last = Ladder::RUNGS - 1;
-    let (coarse, halved) = (&outcomes[1], &outcomes[2]);
-    let halve = wanted
-        .iter()
-        .any(|(quantity, asked)| 4.0 / 3.0 * apart(quantity, coarse, halved) > asked.max(LIKE_SHAKING));
-    let twin = |factor: f64| (last, factor, Vec::new());
+    let twin = |factor: f64| (last, factor);
     let mut runs = pilot.run(&[1.0, 1.0 - MORE_OR_LESS, 1.0 + MORE_OR_LESS].map(twin))?;
     let of_all =
         |of: &dyn Fn(&str) -> f64| wanted.keys().map(|quantity| (quantity.clone(), of(quantity))).collect();
@@ -456,6 +473,7 @@ fn moving(
     let sensitivity: BTreeMap<String, f64> = of_all(&change);
     let expected = of_all(&|quantity| {
         of_table(true, pilot.fidelity, quantity)
+            + of_step
             + LIKE_SHAKING * sensitivity.get(quantity).copied().unwrap_or(0.0)
     });
     let mut band = BTreeMap::new();
@@ -470,7 +488,7 @@ fn moving(
             band.insert(quantity.clone(), [0.16, 0.5, 0.84].map(|share| quantile(&values, share)));
         }
     }
-    Ok(Decision { rung: last, halve, expected, sensitivity, left_by_reference: BTreeMap::new(), band })
+    Ok(Decision { rung: last, expected, sensitivity, left_by_reference: BTreeMap::new(), band })
 }
 
 /// Says what was chosen.

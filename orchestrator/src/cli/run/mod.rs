@@ -131,11 +131,14 @@ fn execute(arguments: &Run) -> Result<(Status, u8), RunError> {
         None => folder::claim_new(&format!("runs/{}-{}", loaded.name, started.strftime("%Y%m%dT%H%M%SZ")))?,
     };
     let mut promise = None;
-    if let Some(asked) = &arguments.accuracy {
+    let asked = arguments.accuracy.clone().or(loaded.scene.accuracy.map(Into::into));
+    if let Some(asked) = &asked {
         let promised = accuracy::promise(&arguments.scene, &settings, &loaded, asked)?;
         accuracy::announce(&promised);
         settings.extend(promised.record.chosen.iter().cloned());
         loaded = registry::read(&arguments.scene, &settings)?;
+        // A run of the manifest is this run again, not another choice.
+        loaded.scene.accuracy = None;
         promise = Some(promised);
     }
     check::warn(&loaded.warnings);

@@ -1,5 +1,6 @@
 //! `cofferdam study`: series of runs, their tables and pictures.
 
+mod accuracy;
 mod ambient;
 mod convergence;
 mod fidelity;
@@ -15,6 +16,7 @@ mod stability;
 mod tolerance;
 mod windows;
 
+use super::accuracy::AccuracyError;
 use super::table::Table;
 use super::{complain, making, parallel, say, threads};
 use crate::registry::{self, RegistryError};
@@ -35,6 +37,9 @@ pub enum Command {
     /// Where each acceleration converges: densities, steps, meshes, water
     #[command(after_long_help = stability::HELP)]
     Stability(Arguments),
+    /// Errors of all levels of numerics, and whether `run --accuracy` keeps what it promises
+    #[command(after_long_help = accuracy::HELP)]
+    Accuracy(accuracy::AccuracyArguments),
     /// Accuracy and cost of the tolerance
     #[command(after_long_help = tolerance::HELP)]
     Tolerance(Arguments),
@@ -99,6 +104,10 @@ pub enum StudyError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Scene(#[from] SceneError),
+    /// A choice of numerics.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Accuracy(#[from] AccuracyError),
     /// A unit.
     #[error(transparent)]
     Unit(#[from] RegistryError),
@@ -140,6 +149,7 @@ fn unfit(what: impl Into<String>) -> StudyError {
 pub fn run(command: &Command) -> ExitCode {
     let done = match command {
         Command::Stability(arguments) => stability::run(arguments),
+        Command::Accuracy(arguments) => accuracy::run(arguments),
         Command::Tolerance(arguments) => tolerance::run(arguments),
         Command::Ambient(arguments) => ambient::run(arguments),
         Command::Fidelity(arguments) => fidelity::run(arguments),
@@ -156,9 +166,10 @@ pub fn run(command: &Command) -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            let status = match error {
+            let status = match &error {
                 StudyError::Scene(_) | StudyError::Unfit { .. } => 2,
                 StudyError::Run { .. } => 3,
+                StudyError::Accuracy(error) => error.exit_status(),
                 StudyError::Unit(_) => 4,
                 StudyError::File { .. } | StudyError::OutputTaken { .. } => 1,
             };
