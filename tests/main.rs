@@ -1,6 +1,7 @@
 //! Tests that need more than one crate, in one program: each file is a module, `cargo test --release -p whole-chain log::`
 //! runs one.
 
+mod accuracy;
 mod added_mass;
 mod bad_input;
 mod bench;

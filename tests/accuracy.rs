@@ -1,0 +1,133 @@
+//! `cofferdam plan` and `run --accuracy`: what is said before a run, what is chosen, and how the promise ends.
+
+use std::process::{Command, Output};
+use whole_chain::scenario::{Scenario, binary, root};
+
+/// A second of strong motion of a shipped scene.
+fn strong(case: &str) -> Scenario {
+    let mut scenario = Scenario::shipped(case);
+    scenario.set("ground_motion.record.start", 4.5).set("ground_motion.record.end", 5.3);
+    scenario.set("time.quiet", 0.0);
+    scenario
+}
+
+fn run(scenario: &Scenario, accuracy: &str) -> (Output, String) {
+    let mut command = scenario.command("run");
+    command.args(["--accuracy", accuracy, "--log", "none", "--transport", "in-process", "--no-report"]);
+    let output = command.output().expect("cofferdam runs");
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    (output, said)
+}
+
+fn manifest(scenario: &Scenario) -> toml::Table {
+    let text = std::fs::read_to_string(scenario.folder().join("run/manifest.toml")).expect("a manifest");
+    text.parse().expect("TOML")
+}
+
+#[test]
+fn a_plan_has_each_criterion_with_its_number_on_narrow_lines() {
+    let mut command = Command::new(binary());
+    let output = command
+        .arg("plan")
+        .arg(root().join("scenes/koyna-northridge-1994"))
+        .output()
+        .expect("cofferdam runs");
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    // πc/2h = 3.1416 · 1440 / 183.5 = 24.65; an echo takes 2h/c = 0.1274 s, and 0.9ⁿ = 1 % after 43.7 of them.
+    let numbers =
+        ["24.7 rad/s", "0.127 s an echo", "1 % in 5.6 s", "sliding 5.15", "2.38 MN/m", "error of sliding"];
+    for number in numbers {
+        assert!(said.contains(number), "`{number}` is missing in:\n{said}");
+    }
+    assert!(said.lines().all(|line| line.chars().count() <= 100), "{said}");
+}
+
+#[test]
+fn an_intact_dam_keeps_what_is_asked_with_coarser_elements_the_less_is_asked() {
+    let scenario = strong("koyna-intact");
+    let (output, said) = run(&scenario, "10%");
+    assert_eq!(output.status.code(), Some(0), "{said}{}", String::from_utf8_lossy(&output.stderr));
+    let manifest = manifest(&scenario);
+    let accuracy = manifest["accuracy"].as_table().expect("a table");
+    assert_eq!(accuracy["verdict"].as_str(), Some("kept"), "{accuracy:?}");
+    let share = |table: &str, quantity: &str| accuracy[table][quantity].as_float().expect("a share");
+    for quantity in ["crest", "history"] {
+        assert_eq!(share("asked", quantity), 0.1);
+        assert!(share("expected", quantity) > 1e-4 && share("expected", quantity) <= 0.1);
+    }
+    assert!(manifest["plan"].as_array().is_some_and(|rows| rows.len() > 6), "{manifest:?}");
+    // What was chosen is what ran, and nothing physical was changed.
+    let dam = &manifest["scene"]["dam"];
+    let size = dam["element_size"].as_float().expect("a length");
+    assert!((2.0..=5.0).contains(&size) && dam["fidelity"].as_str() == Some("intact"), "{dam:?}");
+    assert_eq!(dam["damping"]["ratio"].as_float(), Some(0.05));
+}
+
+#[test]
+fn a_sliding_block_has_no_answer_to_a_thousandth_and_gets_a_band() {
+    let scenario = strong("koyna-northridge-1994");
+    let (output, said) = run(&scenario, "sliding=0.1%");
+    assert_eq!(output.status.code(), Some(7), "{said}{}", String::from_utf8_lossy(&output.stderr));
+    let manifest = manifest(&scenario);
+    let accuracy = &manifest["accuracy"];
+    assert_eq!(accuracy["verdict"].as_str(), Some("cannot be kept"), "{accuracy:?}");
+    assert!(
+        accuracy["sensitivity"]["sliding"].as_float().is_some_and(|change| change > 1e-3),
+        "{accuracy:?}"
+    );
+    let band = accuracy["band"]["sliding"].as_array().expect("a band");
+    let band: Vec<f64> = band.iter().filter_map(toml::Value::as_float).collect();
+    assert!(band.len() == 3 && band[0] < band[1] && band[1] < band[2], "{band:?}");
+    assert!(said.contains("quote this band"), "{said}");
+}
+
+#[test]
+fn an_accuracy_that_cannot_be_meant_is_refused_before_anything_is_computed() {
+    for (case, accuracy, wanted) in [
+        ("koyna-intact", "5", "write 5%"),
+        ("koyna-intact", "drift=5%", "no quantity `drift`"),
+        ("rigid-dam-ramp", "5%", "the dam is prescribed"),
+        ("koyna-gmsh", "5%", "the mesh is that of a file"),
+    ] {
+        let scenario = Scenario::shipped(case);
+        let (output, _) = run(&scenario, accuracy);
+        let complaint =
+            String::from_utf8_lossy(&output.stderr).split_whitespace().collect::<Vec<_>>().join(" ");
+        assert_eq!(output.status.code(), Some(2), "{complaint}");
+        assert!(complaint.contains(wanted), "{complaint}");
+    }
+}
+
+/// The study runs and finds the knob's error within what was promised.
+#[test]
+fn the_study_of_accuracy_measures_levels_and_the_knob() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let output = folder.path().join("study");
+    let mut command = Command::new(binary());
+    command
+        .args(["study", "accuracy", "--coarse", "--output"])
+        .arg(&output)
+        .arg(root().join("scenes/koyna-intact"));
+    for setting in ["ground_motion.record.start=4.5", "ground_motion.record.end=5.3", "time.quiet=0"] {
+        command.args(["--set", setting]);
+    }
+    let done = command.output().expect("cofferdam runs");
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let mut table = csv::Reader::from_path(output.join("accuracy.csv")).expect("a table");
+    let rows: Vec<_> = table.records().map(|row| row.expect("a row")).collect();
+    assert_eq!(rows.len(), 2);
+    assert!(rows.iter().all(|row| &row[2] == "kept" && &row[6] == "yes"), "{rows:?}");
+    let measured = std::fs::read_to_string(output.join("table.toml")).expect("a table");
+    let measured: toml::Table = measured.parse().expect("TOML");
+    let levels = measured["level"].as_array().expect("levels");
+    // Both polarities of a linear dam have the same errors: one row a quantity, of two cases without spread.
+    assert_eq!(levels.len(), 2, "{levels:?}");
+    for level in levels {
+        assert_eq!(level["cases"].as_integer(), Some(2));
+        assert!(
+            level["bias"].as_float().is_some_and(|bias| bias.abs() > 1e-4 && bias.abs() < 0.3),
+            "{level:?}"
+        );
+    }
+}
