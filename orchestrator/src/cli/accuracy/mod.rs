@@ -8,7 +8,6 @@
 pub mod pilot;
 pub mod table;
 
-use super::plan::{self, PlanError};
 use super::say;
 use crate::registry::RegistryError;
 use miette::Diagnostic;
@@ -61,10 +60,6 @@ pub enum AccuracyError {
     /// A unit.
     #[error(transparent)]
     Unit(#[from] RegistryError),
-    /// The plan.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Plan(#[from] PlanError),
     /// A run of the pilot.
     #[error("the pilot failed: {what}: {cause}; run without an accuracy, and look at its log")]
     Run { what: String, cause: Box<SimulationError> },
@@ -77,9 +72,9 @@ impl AccuracyError {
     /// The program's exit status.
     pub fn exit_status(&self) -> u8 {
         match self {
-            Self::Scene(_) | Self::Unfit { .. } | Self::Plan(PlanError::Scene(_)) => 2,
+            Self::Scene(_) | Self::Unfit { .. } => 2,
             Self::Run { .. } => 3,
-            Self::Unit(_) | Self::Plan(_) => 4,
+            Self::Unit(_) => 4,
         }
     }
 }
@@ -198,6 +193,7 @@ impl Ladder {
 #[derive(Clone, Debug)]
 pub struct Promise {
     pub record: Accuracy,
+    /// The plan that stands beside it in the manifest; empty in a study.
     pub plan: Vec<PlanRow>,
 }
 
@@ -319,7 +315,6 @@ pub fn promise(
     if let Some(why) = unfit(&loaded.scene) {
         return Err(AccuracyError::Unfit { why: why.to_owned() });
     }
-    let plan = plan::rows(loaded)?;
     let began = Instant::now();
     let Some(dam) = &loaded.scene.dam else {
         return Err(AccuracyError::Unfit { why: "there is no dam".to_owned() });
@@ -382,7 +377,7 @@ pub fn promise(
         band,
         table_version: table::TABLE.version,
     };
-    Ok(Promise { record, plan })
+    Ok(Promise { record, plan: Vec::new() })
 }
 
 /// What a pilot comes to.
@@ -476,9 +471,6 @@ fn moving(
 
 /// Says what was chosen.
 pub fn announce(promise: &Promise) {
-    for row in &promise.plan {
-        plan::print_row(row);
-    }
     let Accuracy { chosen, pilot_runs, pilot_time, left_by_reference, .. } = &promise.record;
     say(format!("pilot: {pilot_runs} runs in {pilot_time:.1} s; chosen: {}", chosen.join(", ")));
     say(promise.sentence());

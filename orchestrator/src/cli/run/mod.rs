@@ -8,6 +8,7 @@ mod place;
 pub mod resume;
 
 use super::accuracy::{self, AccuracyError};
+use super::plan::{self, PlanError};
 use super::start::StartError;
 use super::{Run, Transport, check, complain, report};
 use crate::registry::{self, RegistryError};
@@ -57,6 +58,9 @@ enum RunError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Accuracy(#[from] AccuracyError),
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Plan(#[from] PlanError),
     #[error("Ctrl-C cannot be caught: {0}; it takes a thread: allow more (`ulimit -u`)")]
     Signal(#[from] ctrlc::Error),
     #[error("{}: {why}", log.display())]
@@ -86,6 +90,7 @@ impl RunError {
             )) => 3,
             Self::Start(StartError::Program(_)) => 1,
             Self::Accuracy(error) => error.exit_status(),
+            Self::Plan(_) => 4,
             Self::Unit(_)
             | Self::Start(_)
             | Self::Participant(_)
@@ -133,7 +138,9 @@ fn execute(arguments: &Run) -> Result<(Status, u8), RunError> {
     let mut promise = None;
     let asked = arguments.accuracy.clone().or(loaded.scene.accuracy.map(Into::into));
     if let Some(asked) = &asked {
-        let promised = accuracy::promise(&arguments.scene, &settings, &loaded, asked)?;
+        let mut promised = accuracy::promise(&arguments.scene, &settings, &loaded, asked)?;
+        promised.plan = plan::rows(&loaded)?;
+        promised.plan.iter().for_each(plan::print_row);
         accuracy::announce(&promised);
         settings.extend(promised.record.chosen.iter().cloned());
         loaded = registry::read(&arguments.scene, &settings)?;
