@@ -3,7 +3,7 @@
 use super::{Arguments, StudyError};
 use crate::cli::accuracy::pilot::{self, Outcome};
 use crate::cli::accuracy::table::{ErrorTable, LevelError, TABLE};
-use crate::cli::accuracy::{self, Asked, CREST, HISTORY, Ladder, SLIDING, apart};
+use crate::cli::accuracy::{self, CREST, HISTORY, Ladder, SLIDING, apart};
 use crate::cli::say;
 use crate::cli::table::Table;
 use orchestrator::ground_motion::STANDARD_GRAVITY;
@@ -186,7 +186,7 @@ fn signed(quantity: &str, run: &Outcome, exact: &Outcome) -> f64 {
 /// Runs a case as `run --accuracy` does, and adds what came of it.
 fn row(case: &Case, share: f64, reference: &Outcome, table: &mut Table) -> Result<(), StudyError> {
     let began = Instant::now();
-    let all = accuracy::asked(&share.to_string()).unwrap_or(Asked::default());
+    let all = accuracy::asked(&share.to_string()).unwrap_or_default();
     let promise = accuracy::promise(&case.path, &case.settings, &case.loaded, &all)?;
     let settings: Vec<String> = case.settings.iter().chain(&promise.record.chosen).cloned().collect();
     let run = pilot::run(&case.path, &[settings])?.remove(0);
