@@ -31,7 +31,13 @@ impl ContactLaw for Oil {
 }
 
 fn main() -> Result<(), DamError> {
-    let concrete = Material { young_modulus: 1e8, poisson_ratio: 0.2, density: 2400.0, plane: Plane::Stress };
+    let concrete = Material {
+        young_modulus: 1e8,
+        poisson_ratio: 0.2,
+        density: 2400.0,
+        plane: Plane::Stress,
+        tensile_strength: None,
+    };
     let mesh = Mesh::mapped(&Section::rectangle(3.0, 2.0), &[vec![0.0, 1.0], vec![1.0, 2.0]], 3);
     let ground: Vec<usize> = mesh.blocks[0].nodes.clone().collect();
     let block = mesh.blocks[1].nodes.clone();

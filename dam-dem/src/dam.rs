@@ -22,10 +22,13 @@ use crate::structure::{Motion, Structure};
 use crate::time_step::CALM;
 use crate::{
     CrackParameters, CriticalTimeStep, DamError, DamParameters, DampingCoefficients, Fidelity,
-    LimitEquilibrium, LimitingPart, PartKind, SystemMatrices, modal,
+    LimitEquilibrium, LimitingPart, PartKind, StressRecovery, SystemMatrices, modal,
 };
 
 mod output;
+mod sampling;
+
+use sampling::Sampling;
 
 /// A cracked concrete gravity dam as a co-simulation unit.
 ///
@@ -50,6 +53,8 @@ pub struct Dam {
     /// Nodes.
     stress_points: Vec<usize>,
     nodal_stresses: NodalStresses,
+    /// Where envelopes are kept, if they are.
+    sampling: Option<Sampling>,
     derived: Derived,
     damping_frequencies: [f64; 2],
     fingerprint: Fingerprint,
@@ -101,6 +106,9 @@ impl Dam {
         let points = model.body().wet.as_ref().map_or(0, Wet::len);
         let inputs = Inputs { pressure: vec![0.0; points], ground_acceleration: [0.0; 2] };
         let motion = model.at_rest();
+        let recovery = StressRecovery::new(mesh);
+        let sampling =
+            parameters.envelopes.then(|| Sampling::new(&parameters.materials(), &model, &recovery));
         let fingerprint = Fingerprint::of(Self::NAME, &parameters)?;
         let state = DamState {
             fingerprint,
@@ -117,11 +125,13 @@ impl Dam {
             accepted: inputs.clone(),
             next: inputs,
             energy_watch: EnergyWatch::default(),
+            envelope: sampling.as_ref().map(|sampling| sampling.nothing(&model)),
         };
         let dam = Self {
             base: BaseBalance::new(&model),
             stress_points: stress_points(&parameters.section, mesh),
-            nodal_stresses: NodalStresses::new(&model),
+            nodal_stresses: NodalStresses::new(&model, &recovery, sampling.is_some()),
+            sampling,
             derived: Derived::default(),
             fingerprint,
             parameters,
@@ -432,6 +442,9 @@ impl CoSimulation for Dam {
     }
 
     fn size(&self, variable: &Variable) -> usize {
+        if !self.parameters.has(variable) {
+            return 0;
+        }
         match variable.shape {
             Shape::InterfacePoints | Shape::TailwaterPoints => self.points(variable).len(),
             Shape::StressPoints => self.stress_points.len(),
@@ -492,6 +505,7 @@ impl CoSimulation for Dam {
         state.energy = EnergyLedger::starting(at_rest);
         state.motion = motion;
         self.derived = Derived::default();
+        self.sample(0.0);
         Ok(())
     }
 
@@ -577,6 +591,7 @@ impl CoSimulation for Dam {
         let mean = self.mean_interface_acceleration();
         self.state.interface_acceleration.step(&mean, step);
         self.derived = Derived::default();
+        self.sample(step);
         Ok(())
     }
 
@@ -643,6 +658,9 @@ impl Packable for Dam {
     /// 0 for sizes that depend on the mesh, if the parameters are invalid and give no mesh.
     fn size_for(parameters: &DamParameters, variable: &Variable) -> usize {
         let mesh = || parameters.check().and_then(|()| parameters.mesh()).ok();
+        if !parameters.has(variable) {
+            return 0;
+        }
         match variable.shape {
             Shape::Scalar | Shape::Plane | Shape::Modes => variable.shape.least_size(),
             Shape::InterfacePoints => parameters.wet_face().ok().flatten().map_or(0, |face| face.len()),
@@ -688,6 +706,7 @@ mod tests {
                 poisson_ratio: 0.2,
                 density: 2400.0,
                 plane: Plane::Stress,
+                tensile_strength: None,
             },
             damping: Damping::None,
             fidelity: Fidelity::Dem,
@@ -699,6 +718,7 @@ mod tests {
             zones: Vec::new(),
             given_mesh: None,
             added_mass: None,
+            envelopes: false,
         };
         let dam = Dam::new(parameters)?;
         for (meeting, fits) in [

@@ -27,10 +27,13 @@ pub struct Material {
     pub density: f64,
     /// Plane stress or plane strain.
     pub plane: Plane,
+    /// Tensile strength, Pa, with which stresses are compared; `None` for no comparison. The concrete does not crack.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tensile_strength: Option<f64>,
 }
 
 impl Material {
-    /// What is wrong: E and ρ must be positive, ν in (−1, 0.5).
+    /// What is wrong: E, ρ and the tensile strength must be positive, ν in (−1, 0.5).
     pub(crate) fn problems(&self) -> impl Iterator<Item = Problem> + use<> {
         self.problems_of("material")
     }
@@ -39,6 +42,7 @@ impl Material {
     pub(crate) fn problems_of(&self, table: &str) -> impl Iterator<Item = Problem> + use<> {
         let table = table.to_owned();
         let nu = self.poisson_ratio;
+        let strength = self.tensile_strength.unwrap_or(f64::INFINITY);
         let checks = [
             (
                 "young_modulus",
@@ -49,6 +53,7 @@ impl Material {
                 require(nu > -1.0 && nu < 0.5, "poisson_ratio", nu, "between -1 and 0.5, both excluded"),
             ),
             ("density", require(self.density > 0.0, "density", self.density, "positive")),
+            ("tensile_strength", require(strength > 0.0, "tensile_strength", strength, "positive")),
         ];
         checks
             .into_iter()
@@ -87,6 +92,11 @@ impl From<&Material> for Materials {
 }
 
 impl Materials {
+    /// Tensile strength in a zone, Pa.
+    pub(crate) fn tensile_strength(&self, zone: Option<usize>) -> Option<f64> {
+        zone.and_then(|zone| self.of_zones.get(zone)).unwrap_or(&self.general).tensile_strength
+    }
+
     /// The material of a cell.
     pub fn of_cell(&self, mesh: &Mesh, cell: usize) -> &Material {
         mesh.zone_of(cell).and_then(|zone| self.of_zones.get(zone)).unwrap_or(&self.general)
@@ -99,8 +109,13 @@ mod tests {
 
     #[test]
     fn uniaxial_stress_gives_youngs_modulus() {
-        let material =
-            Material { young_modulus: 31e9, poisson_ratio: 0.2, density: 2640.0, plane: Plane::Stress };
+        let material = Material {
+            young_modulus: 31e9,
+            poisson_ratio: 0.2,
+            density: 2640.0,
+            plane: Plane::Stress,
+            tensile_strength: None,
+        };
         let (lambda, g) = (material.plane_lambda(), material.shear_modulus());
         let (e11, e22) = (1e-4, -0.2e-4);
         assert!((lambda * (e11 + e22) + 2.0 * g * e22).abs() < 1e-9 * 31e5);

@@ -49,6 +49,9 @@ pub struct DamParameters {
     /// matrix ([`AddedMass`](crate::AddedMass)), and `interface_pressure` what acts beside it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub added_mass: Option<Vec<Vec<f64>>>,
+    /// Whether the dam keeps the envelopes of its stresses and its motion: the variables that begin with `envelope_`.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub envelopes: bool,
 }
 
 /// Part of the section with a concrete of its own.
@@ -68,6 +71,9 @@ pub struct ZoneParameters {
     /// Density ρ, kg/m³; `None` for that of the dam.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub density: Option<f64>,
+    /// Tensile strength, Pa; `None` for that of the dam.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tensile_strength: Option<f64>,
 }
 
 impl ZoneParameters {
@@ -78,6 +84,7 @@ impl ZoneParameters {
             poisson_ratio: self.poisson_ratio.unwrap_or(general.poisson_ratio),
             density: self.density.unwrap_or(general.density),
             plane: general.plane,
+            tensile_strength: self.tensile_strength.or(general.tensile_strength),
         }
     }
 
@@ -87,6 +94,7 @@ impl ZoneParameters {
             ("young_modulus", self.young_modulus.is_some()),
             ("poisson_ratio", self.poisson_ratio.is_some()),
             ("density", self.density.is_some()),
+            ("tensile_strength", self.tensile_strength.is_some()),
         ];
         let problems = self.material(general).problems_of(&format!("zones.{index}"));
         problems.filter(move |problem| {
@@ -466,6 +474,31 @@ impl DamParameters {
             element_size: self.element_size,
             crack_sizes: &sizes,
         })?)
+    }
+
+    /// Whether a dam of these parameters has `variable`: envelopes are there if they are kept, and what needs a tensile strength
+    /// if there is one.
+    pub(crate) fn has(&self, variable: &Variable) -> bool {
+        match *variable {
+            variables::ENVELOPE_OVERSTRESS_DURATION | variables::ENVELOPE_DEMAND_CAPACITY_RATIO => {
+                let strengths = self.zones.iter().map(|zone| zone.tensile_strength);
+                self.envelopes && strengths.chain([self.material.tensile_strength]).flatten().next().is_some()
+            }
+            variables::ENVELOPE_END
+            | variables::ENVELOPE_MAJOR_PRINCIPAL_STRESS
+            | variables::ENVELOPE_MAJOR_PRINCIPAL_STRESS_TIME
+            | variables::ENVELOPE_MINOR_PRINCIPAL_STRESS
+            | variables::ENVELOPE_MINOR_PRINCIPAL_STRESS_TIME
+            | variables::ENVELOPE_DISPLACEMENT_X_LEAST
+            | variables::ENVELOPE_DISPLACEMENT_X_MOST
+            | variables::ENVELOPE_DISPLACEMENT_Y_LEAST
+            | variables::ENVELOPE_DISPLACEMENT_Y_MOST
+            | variables::ENVELOPE_DISPLACEMENT_MAGNITUDE
+            | variables::ENVELOPE_CONTACT_OPENING
+            | variables::ENVELOPE_CONTACT_SLIP_LEAST
+            | variables::ENVELOPE_CONTACT_SLIP_MOST => self.envelopes,
+            _ => true,
+        }
     }
 
     /// The materials of dam and zones.

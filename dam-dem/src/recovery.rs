@@ -29,6 +29,8 @@ pub struct StressRecovery {
     /// Corners of each cell, and the mean over the cell of their ∇N, 1/m.
     cells: Vec<([usize; 4], [[f64; 2]; 4])>,
     nodes: Vec<usize>,
+    /// Zone of each of `nodes`.
+    zones: Vec<Option<usize>>,
     /// Places in `nodes` of those on the outline of a block, or of a zone in it.
     outline: Vec<usize>,
     /// The cells of the patch of each of `nodes`, and their weights.
@@ -38,8 +40,9 @@ pub struct StressRecovery {
 impl StressRecovery {
     /// The recovery on `mesh`.
     pub fn new(mesh: &Mesh) -> Self {
-        let (mut nodes, mut outline, mut patches) = (Vec::new(), Vec::new(), Vec::new());
-        for cells in mesh.blocks.iter().flat_map(|block| of_one_zone(mesh, block)) {
+        let (mut nodes, mut zones) = (Vec::new(), Vec::new());
+        let (mut outline, mut patches) = (Vec::new(), Vec::new());
+        for (zone, cells) in mesh.blocks.iter().flat_map(|block| of_one_zone(mesh, block)) {
             let corners = Corners::of(mesh, &cells);
             for (&node, corner) in &corners.0 {
                 let patch = corners.patch(mesh, node);
@@ -49,18 +52,24 @@ impl StressRecovery {
                     outline.push(nodes.len());
                 }
                 nodes.push(node);
+                zones.push(zone);
                 patches.push(patch.into_iter().zip(weights).collect());
             }
         }
         let cells =
             mesh.cells.iter().map(|&[a, b, c, d, _]| ([a, b, c, d], mean_gradients(mesh, [a, b, c, d])));
-        Self { cells: cells.collect(), nodes, outline, patches }
+        Self { cells: cells.collect(), nodes, zones, outline, patches }
     }
 
     /// The nodes at which stresses are recovered: the corners of all cells, block after block, within a block zone after zone, so
     /// that a node between zones is there once for each of them.
     pub fn nodes(&self) -> &[usize] {
         &self.nodes
+    }
+
+    /// The zone to which the stresses at each of [`nodes`](Self::nodes) belong; `None` in the general material.
+    pub fn zones(&self) -> &[Option<usize>] {
+        &self.zones
     }
 
     /// Places in [`nodes`](Self::nodes) of those on the outline of a block (faces, base, crest and sides of cracks)
@@ -100,10 +109,10 @@ impl StressRecovery {
 }
 
 /// The cells of a block that are of the same zone: those of no zone first.
-fn of_one_zone(mesh: &Mesh, block: &Block) -> Vec<Vec<usize>> {
+fn of_one_zone(mesh: &Mesh, block: &Block) -> BTreeMap<Option<usize>, Vec<usize>> {
     let mut of_zones: BTreeMap<Option<usize>, Vec<usize>> = BTreeMap::new();
     block.cells.clone().for_each(|cell| of_zones.entry(mesh.zone_of(cell)).or_default().push(cell));
-    of_zones.into_values().collect()
+    of_zones
 }
 
 /// The corners of cells.
@@ -213,3 +222,24 @@ fn weights_of_linear_fit(points: &[[f64; 2]], place: [f64; 2]) -> Vec<f64> {
 
 /// Width over length of a row of points that counts as a line.
 const ON_A_LINE: f64 = 1e-6;
+
+/// Larger and smaller principal stress of (xx, yy, xy), Pa.
+pub(crate) fn principal([xx, yy, xy]: [f64; 3]) -> [f64; 2] {
+    let (mean, half) = ((xx + yy) / 2.0, (xx - yy) / 2.0);
+    let radius = (half * half + xy * xy).sqrt();
+    [mean + radius, mean - radius]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn principal_stresses_are_those_of_a_turned_state() {
+        let (s, c) = 0.7f64.sin_cos();
+        let (major, minor) = (3.0, -5.0);
+        let turned = [c * c * major + s * s * minor, s * s * major + c * c * minor, s * c * (major - minor)];
+        let found = principal(turned);
+        assert!((found[0] - major).abs() < 1e-14 && (found[1] - minor).abs() < 1e-14, "{found:?}");
+    }
+}

@@ -3,6 +3,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::contact::JointState;
 use crate::energy::{EnergyLedger, EnergyWatch};
+use crate::envelope::Envelope;
 use crate::reduction::ModalMotion;
 use crate::structure::Motion;
 
@@ -32,6 +33,8 @@ pub struct DamState {
     pub(crate) next: Inputs,
     /// What was seen of the energy balance up to the last step.
     pub(crate) energy_watch: EnergyWatch,
+    /// What is kept of stresses and motion up to now, if it is.
+    pub(crate) envelope: Option<Envelope>,
 }
 
 /// Motion relative to the ground, in the coordinates of the dam's level of fidelity.
@@ -111,7 +114,8 @@ impl DamState {
             let contacts: Vec<usize> = state.motion.joints().iter().map(Vec::len).collect();
             let face = &state.interface_acceleration;
             let points = points.map(Vec::len);
-            (coordinates, others, means, points, [face.mean.len(), face.at_end.len()], contacts)
+            let envelope = state.envelope.as_ref().map(Envelope::shape);
+            (coordinates, others, means, points, [face.mean.len(), face.at_end.len()], contacts, envelope)
         };
         shape(self) == shape(other)
     }

@@ -1,8 +1,8 @@
 //! Principal stresses at selected points of the section, and the largest of all.
 
-use nalgebra::{DMatrix, DVectorView};
-
+use crate::modal_field::ModalField;
 use crate::model::Model;
+use crate::recovery::principal;
 use crate::section::ELEVATION_TOLERANCE;
 use crate::{Kinematics, Mesh, Section, StressRecovery};
 
@@ -29,51 +29,55 @@ pub(crate) fn stress_points(section: &Section, mesh: &Mesh) -> Vec<usize> {
 pub(crate) enum NodalStresses {
     /// By recovery at all corners of cells.
     OfElements(StressRecovery),
-    /// Modes describe rotations to first order only, so that their stress, of small strains, is linear in their coordinates:
-    /// three rows (xx, yy, xy) for each of the nodes, which are those on the outlines of the blocks, as a product with all
-    /// would take longer than a step.
-    OfModes { nodes: Vec<usize>, operator: DMatrix<f64> },
+    /// Modes describe rotations to first order only, so that their stress, of small strains, is linear in their coordinates.
+    OfModes {
+        /// The nodes: all corners, or those on the outlines of the blocks.
+        nodes: Vec<usize>,
+        /// Places in `nodes` of those on the outlines.
+        outline: Vec<usize>,
+        /// xx, yy, xy at each of `nodes`, Pa.
+        stresses: ModalField<3>,
+    },
 }
 
 impl NodalStresses {
-    /// The stresses of `model`.
-    pub fn new(model: &Model) -> Self {
+    /// The stresses of `model`: with `all`, at all corners of cells; otherwise with modes only where `principal` needs them, as a
+    /// product with all takes as long as the step at some meshes.
+    pub fn new(model: &Model, recovery: &StressRecovery, all: bool) -> Self {
         let structure = &model.body().structure;
-        let recovery = StressRecovery::new(&structure.mesh);
-        let Some(modes) = model.superposition() else { return Self::OfElements(recovery) };
-        let outline = recovery.outline();
-        let mut operator = DMatrix::zeros(3 * outline.len(), modes.mode_count());
-        for (mode, mut column) in operator.column_iter_mut().enumerate() {
-            let mut coordinates = vec![0.0; modes.mode_count()];
-            coordinates[mode] = 1.0;
-            let shape: Vec<[f64; 2]> =
-                (0..structure.mesh.nodes.len()).map(|node| modes.at_node(node, &coordinates)).collect();
-            let stresses = recovery.stresses(&structure.cells, &shape, Kinematics::Small);
-            for (i, &at) in outline.iter().enumerate() {
-                (0..3).for_each(|k| column[3 * i + k] = stresses[at][k]);
-            }
-        }
-        Self::OfModes { nodes: outline.iter().map(|&at| recovery.nodes()[at]).collect(), operator }
+        let Some(modes) = model.superposition() else { return Self::OfElements(recovery.clone()) };
+        let places: Vec<usize> = match all {
+            true => (0..recovery.nodes().len()).collect(),
+            false => recovery.outline().to_vec(),
+        };
+        let nodes: Vec<usize> = places.iter().map(|&at| recovery.nodes()[at]).collect();
+        let stresses = ModalField::new(&structure.mesh, modes, &nodes, |shape| {
+            let of_all = recovery.stresses(&structure.cells, shape, Kinematics::Small);
+            places.iter().map(|&at| of_all[at]).collect()
+        });
+        let outline = if all { recovery.outline().to_vec() } else { (0..nodes.len()).collect() };
+        Self::OfModes { nodes, outline, stresses }
     }
 
-    /// Principal stresses for the displacements (m, x then y of each node) or modal `coordinates`, with stress points at the
-    /// nodes `points`.
-    pub fn principal(
-        &self,
-        model: &Model,
-        coordinates: &[f64],
-        kinematics: Kinematics,
-        points: &[usize],
-    ) -> PrincipalStresses {
+    /// Stresses (xx, yy, xy, Pa) for the displacements (m, x then y of each node) or modal `coordinates`.
+    pub fn stresses(&self, model: &Model, coordinates: &[f64], kinematics: Kinematics) -> Vec<[f64; 3]> {
         match self {
             Self::OfElements(recovery) => {
                 let cells = &model.body().structure.cells;
-                let stresses = recovery.stresses(cells, coordinates.as_chunks().0, kinematics);
-                PrincipalStresses::of(recovery.nodes(), &stresses, points)
+                recovery.stresses(cells, coordinates.as_chunks().0, kinematics)
             }
-            Self::OfModes { nodes, operator } => {
-                let stresses = operator * DVectorView::from_slice(coordinates, coordinates.len());
-                PrincipalStresses::of(nodes, stresses.as_slice().as_chunks().0, points)
+            Self::OfModes { stresses, .. } => stresses.at(coordinates),
+        }
+    }
+
+    /// Principal stresses of `stresses`, with stress points at the nodes `points`; with modes those on the outlines of the blocks.
+    pub fn principal(&self, stresses: &[[f64; 3]], points: &[usize]) -> PrincipalStresses {
+        match self {
+            Self::OfElements(recovery) => {
+                PrincipalStresses::of(recovery.nodes().iter().copied().zip(stresses.iter().copied()), points)
+            }
+            Self::OfModes { nodes, outline, .. } => {
+                PrincipalStresses::of(outline.iter().map(|&at| (nodes[at], stresses[at])), points)
             }
         }
     }
@@ -91,12 +95,13 @@ pub(crate) struct PrincipalStresses {
 }
 
 impl PrincipalStresses {
-    /// Those of `stresses` (xx, yy, xy, Pa) at `nodes`, with stress points at the nodes `points`.
-    pub fn of(nodes: &[usize], stresses: &[[f64; 3]], points: &[usize]) -> Self {
-        let first = nodes.first().copied().unwrap_or_default();
+    /// Those of the stresses (xx, yy, xy, Pa) at nodes, with stress points at the nodes `points`.
+    fn of(stresses: impl Iterator<Item = (usize, [f64; 3])>, points: &[usize]) -> Self {
+        let mut stresses = stresses.peekable();
+        let first = stresses.peek().map_or(0, |(node, _)| *node);
         let (mut largest, mut smallest) = ((f64::NEG_INFINITY, first), (f64::INFINITY, first));
         let mut at_points = vec![[0.0; 2]; points.len()];
-        for (&node, &stress) in nodes.iter().zip(stresses) {
+        for (node, stress) in stresses {
             let [major, minor] = principal(stress);
             if major > largest.0 {
                 largest = (major, node);
@@ -111,25 +116,9 @@ impl PrincipalStresses {
     }
 }
 
-/// Larger and smaller principal stress of (xx, yy, xy), Pa.
-pub(crate) fn principal([xx, yy, xy]: [f64; 3]) -> [f64; 2] {
-    let (mean, half) = ((xx + yy) / 2.0, (xx - yy) / 2.0);
-    let radius = (half * half + xy * xy).sqrt();
-    [mean + radius, mean - radius]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn principal_stresses_are_those_of_a_turned_state() {
-        let (s, c) = 0.7f64.sin_cos();
-        let (major, minor) = (3.0, -5.0);
-        let turned = [c * c * major + s * s * minor, s * s * major + c * c * minor, s * c * (major - minor)];
-        let found = principal(turned);
-        assert!((found[0] - major).abs() < 1e-14 && (found[1] - minor).abs() < 1e-14, "{found:?}");
-    }
 
     #[test]
     fn heel_toe_and_both_faces_at_a_bend_are_watched_below_a_crack() {

@@ -215,8 +215,13 @@ mod tests {
     #[test]
     fn a_frequency_that_still_grows_is_an_error() {
         let mesh = Mesh::mapped(&Section::rectangle(8.0, 20.0), &[vec![0.0, 5.0, 10.0, 15.0, 20.0]], 6);
-        let material =
-            Material { young_modulus: 1e9, poisson_ratio: 0.2, density: 2400.0, plane: Plane::Stress };
+        let material = Material {
+            young_modulus: 1e9,
+            poisson_ratio: 0.2,
+            density: 2400.0,
+            plane: Plane::Stress,
+            tensile_strength: None,
+        };
         let none: [(Coulomb, Integration); 0] = [];
         let structure = Structure::new(mesh, &material, Kinematics::Small, none, &[]);
         let found = highest_frequency(&structure).expect("the iteration converges");

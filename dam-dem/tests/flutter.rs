@@ -19,8 +19,13 @@ fn lift_joint() -> DamParameters {
     };
     let mut crack = support::crack_at(1.0);
     crack.friction_coefficient = 0.507;
-    let material =
-        Material { young_modulus: 25e9, poisson_ratio: 0.2, density: 2400.0, plane: Plane::Stress };
+    let material = Material {
+        young_modulus: 25e9,
+        poisson_ratio: 0.2,
+        density: 2400.0,
+        plane: Plane::Stress,
+        tensile_strength: None,
+    };
     DamParameters { section, water_depth: 37.0, cracks: vec![crack], material, ..support::koyna(2.5) }
 }
 

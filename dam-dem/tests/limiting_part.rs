@@ -53,8 +53,13 @@ fn a_stiff_crack_limits_the_time_step() -> Result<(), DamError> {
 /// B Bᵀ = diag(½, 3/2, ·) but for shear, whose own value is 2; so λ_max(D B Bᵀ) = 3E/2 and ω_e² = 9E/2ρ.
 #[test]
 fn the_frequency_of_an_element_is_exact() {
-    let material =
-        Material { young_modulus: 2e10, poisson_ratio: 0.0, density: 2500.0, plane: Plane::Stress };
+    let material = Material {
+        young_modulus: 2e10,
+        poisson_ratio: 0.0,
+        density: 2500.0,
+        plane: Plane::Stress,
+        tensile_strength: None,
+    };
     let mesh = Mesh::mapped(&Section::rectangle(2.0, 2.0), &[vec![0.0, 2.0]], 1);
     let none: [(Coulomb, Integration); 0] = [];
     let structure = Structure::new(mesh, &material, Kinematics::Small, none, &[]);

@@ -28,7 +28,13 @@ fn section() -> Section {
 
 /// The size of a cell, m, and the frequencies, rad/s.
 fn frequencies(mesh: Mesh, plane: Plane) -> Result<(f64, Vec<f64>), DamError> {
-    let material = Material { young_modulus: 22.75e9, poisson_ratio: 0.2, density: 2528.0, plane };
+    let material = Material {
+        young_modulus: 22.75e9,
+        poisson_ratio: 0.2,
+        density: 2528.0,
+        plane,
+        tensile_strength: None,
+    };
     let base = mesh.base.clone();
     let size = (section().area() / mesh.cells.len() as f64).sqrt();
     let none: [(Coulomb, Integration); 0] = [];

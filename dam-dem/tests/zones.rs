@@ -13,8 +13,13 @@ use dam_dem::{
 use interface::{Packable, variables::dam as variable};
 use support::GRAVITY;
 
-const STIFF: Material =
-    Material { young_modulus: 31e9, poisson_ratio: 0.2, density: 2640.0, plane: Plane::Stress };
+const STIFF: Material = Material {
+    young_modulus: 31e9,
+    poisson_ratio: 0.2,
+    density: 2640.0,
+    plane: Plane::Stress,
+    tensile_strength: None,
+};
 
 fn zone(
     name: &str,
@@ -29,6 +34,7 @@ fn zone(
         young_modulus: Some(young_modulus),
         poisson_ratio: Some(poisson_ratio),
         density: Some(density),
+        tensile_strength: None,
     }
 }
 
@@ -94,8 +100,13 @@ fn zones_of_the_same_material_are_no_zones() -> Result<(), DamError> {
 /// safety, at every level of fidelity.
 #[test]
 fn a_zone_around_the_dam_is_its_material() -> Result<(), DamError> {
-    let material =
-        Material { young_modulus: 22e9, poisson_ratio: 0.25, density: 2450.0, plane: Plane::Strain };
+    let material = Material {
+        young_modulus: 22e9,
+        poisson_ratio: 0.25,
+        density: 2450.0,
+        plane: Plane::Strain,
+        tensile_strength: None,
+    };
     let mut whole = DamParameters { material, ..support::koyna(10.0) };
     // not in rows
     whole.cracks[0].element_size = Some(6.0);
@@ -172,6 +183,7 @@ fn column(element_size: f64, plane: Plane) -> Structure {
         poisson_ratio: 0.0,
         density: layer.density,
         plane,
+        tensile_strength: None,
     };
     let [lower, upper] = LAYERS;
     let height = lower.height + upper.height;

@@ -769,6 +769,7 @@ fn dry_dam(dam: &DamScene, scene: &Scene) -> Result<DamParameters, RegistryError
         zones: dam.zones.iter().map(same).collect::<Result<_, _>>()?,
         given_mesh: given_mesh(dam)?,
         added_mass: None,
+        envelopes: dam.envelopes,
     })
 }
 

@@ -45,6 +45,7 @@ pub fn dam(element_size: f64, cracked: bool) -> DamParameters {
             poisson_ratio: POISSON_RATIO,
             density: DENSITY,
             plane: Plane::Stress,
+            tensile_strength: None,
         },
         damping: Damping::Rayleigh {
             ratio: 0.05,
@@ -58,6 +59,7 @@ pub fn dam(element_size: f64, cracked: bool) -> DamParameters {
         zones: Vec::new(),
         given_mesh: None,
         added_mass: None,
+        envelopes: false,
         time_step_safety: 0.9,
     }
 }

@@ -19,6 +19,12 @@ impl Dam {
         if from_motion && !state.initialised {
             return Err(self.order("get").into());
         }
+        if let Some(found) = self.envelope(variable) {
+            // An intact dam has places of contacts, but nothing happens there.
+            values.fill(0.0);
+            values.iter_mut().zip(found).for_each(|(value, found)| *value = found);
+            return Ok(());
+        }
         match variable.shape {
             Shape::InterfacePoints | Shape::TailwaterPoints => {
                 return copy(&self.at_points(variable)?[self.points(variable)], values);
@@ -158,9 +164,10 @@ impl Dam {
     /// Principal stresses of the current state.
     fn principal_stresses(&self) -> &PrincipalStresses {
         let (coordinates, kinematics) = (self.state().motion.displacement(), self.parameters().kinematics);
-        let stresses =
-            || self.nodal_stresses.principal(&self.model, coordinates, kinematics, &self.stress_points);
-        self.derived.stresses.get_or_init(stresses)
+        self.derived.stresses.get_or_init(|| {
+            let stresses = self.nodal_stresses.stresses(&self.model, coordinates, kinematics);
+            self.nodal_stresses.principal(&stresses, &self.stress_points)
+        })
     }
 
     fn at_stress_points(&self, variable: &Variable, values: &mut [f64]) -> Result<(), DamError> {
@@ -381,6 +388,7 @@ mod tests {
                 poisson_ratio: 0.2,
                 density: 2400.0,
                 plane: Plane::Stress,
+                tensile_strength: None,
             },
             damping: Damping::None,
             fidelity: Fidelity::Dem,
@@ -392,6 +400,7 @@ mod tests {
             zones: Vec::new(),
             given_mesh: None,
             added_mass: None,
+            envelopes: false,
         }
     }
 

@@ -28,7 +28,13 @@ pub fn koyna(element_size: f64) -> DamParameters {
         water_depth: 91.75,
         tailwater_depth: 0.0,
         cracks: vec![crack_at(66.5)],
-        material: Material { young_modulus: 31e9, poisson_ratio: 0.2, density: 2640.0, plane: Plane::Stress },
+        material: Material {
+            young_modulus: 31e9,
+            poisson_ratio: 0.2,
+            density: 2640.0,
+            plane: Plane::Stress,
+            tensile_strength: None,
+        },
         damping: Damping::Rayleigh {
             ratio: 0.05,
             frequencies: DampingFrequencies::MultiplesOfFirst([1.0, 5.0]),
@@ -42,6 +48,7 @@ pub fn koyna(element_size: f64) -> DamParameters {
         zones: Vec::new(),
         given_mesh: None,
         added_mass: None,
+        envelopes: false,
     }
 }
 
@@ -97,7 +104,13 @@ pub fn top(mesh: &Mesh) -> Vec<usize> {
 pub const GRAVITY: f64 = 9.81;
 
 pub fn stiff(young_modulus: f64) -> Material {
-    Material { young_modulus, poisson_ratio: 0.0, density: 2500.0, plane: Plane::Stress }
+    Material {
+        young_modulus,
+        poisson_ratio: 0.0,
+        density: 2500.0,
+        plane: Plane::Stress,
+        tensile_strength: None,
+    }
 }
 
 /// A block of `size` (m) in the middle of a fixed block that is 4 m wider and 1 m high; the meshes do not match.

@@ -40,6 +40,9 @@ pub struct DamScene {
     #[serde(default = "time_step_safety")]
     #[schemars(range(min = 1e-3, max = 1))]
     pub time_step_safety: f64,
+    /// Whether the envelopes of stresses and motion over the run are kept, and written to `envelopes.vtu` at its end.
+    #[serde(default = "yes")]
+    pub envelopes: bool,
     /// Outline of the section. With `[dam.mesh]` it is not given.
     pub section: SectionScene,
     /// A mesh from a file.
@@ -160,6 +163,11 @@ pub struct MaterialScene {
     /// Plane condition.
     #[serde(default)]
     pub plane: PlaneScene,
+    /// Tensile strength with which the largest principal stress is compared: demand-capacity ratio, time above it and overstressed area
+    /// of the section. The concrete does not crack. Under earthquakes the dynamic strength is mostly taken, about 1.5 times the static one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1e3, max = 1e9), extend("unit" = "Pa", "otherwise" = "no comparison"))]
+    pub tensile_strength: Option<f64>,
 }
 
 /// A part of the section with a concrete of its own.
@@ -183,6 +191,10 @@ pub struct ZoneScene {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 100, max = 1e5), extend("unit" = "kg/m³", "otherwise" = "that of `dam.material`"))]
     pub density: Option<f64>,
+    /// Tensile strength with which stresses are compared.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1e3, max = 1e9), extend("unit" = "Pa", "otherwise" = "that of `dam.material`"))]
+    pub tensile_strength: Option<f64>,
 }
 
 impl ZoneScene {
@@ -193,6 +205,7 @@ impl ZoneScene {
             poisson_ratio: self.poisson_ratio.unwrap_or(general.poisson_ratio),
             density: self.density.unwrap_or(general.density),
             plane: general.plane,
+            tensile_strength: self.tensile_strength.or(general.tensile_strength),
         }
     }
 }
@@ -349,6 +362,10 @@ pub enum IntegrationScene {
     Nodal,
     /// At two Gauss points of each segment: the outermost lie a fifth of a segment inside, and a block rocks about them.
     Gauss,
+}
+
+fn yes() -> bool {
+    true
 }
 
 fn time_step_safety() -> f64 {

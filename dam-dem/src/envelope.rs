@@ -1,0 +1,158 @@
+//! What is kept of stresses, displacements and contacts over time.
+
+use serde::{Deserialize, Serialize};
+
+use crate::Mesh;
+use crate::contact::{ContactStatus, Crack, JointState, MohrCoulomb};
+use crate::recovery::principal;
+
+/// Extremes over time, at the corners of cells as [`StressRecovery`](crate::StressRecovery) counts them and at the contacts, one
+/// crack after another. It is a part of the state: what is sampled in a step that is repeated is forgotten.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Envelope {
+    corners: Vec<AtCorner>,
+    contacts: Vec<AtContact>,
+}
+
+/// Extremes at a corner of cells.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct AtCorner {
+    /// Largest of the larger principal stress, Pa, and when it was, s.
+    pub major: [f64; 2],
+    /// Smallest of the smaller principal stress, Pa, and when it was, s.
+    pub minor: [f64; 2],
+    /// Least and most displacement along x, then along y, m.
+    pub displacement: [[f64; 2]; 2],
+    /// Largest length of the displacement, m.
+    pub magnitude: f64,
+    /// For how long the larger principal stress was above the tensile strength, s.
+    pub overstressed: f64,
+}
+
+/// Extremes at a contact.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct AtContact {
+    /// Largest gap, m.
+    pub opening: f64,
+    /// Least and most slip, positive downstream, m.
+    pub slip: [f64; 2],
+}
+
+/// Stresses and displacements at the corners of cells at the end of a step.
+pub(crate) struct Sample<'a> {
+    /// The end of the step, s.
+    pub time: f64,
+    /// Its length, s.
+    pub step: f64,
+    /// xx, yy, xy at each corner, Pa.
+    pub stresses: &'a [[f64; 3]],
+    /// Since time 0, m.
+    pub displacements: &'a [[f64; 2]],
+}
+
+impl AtCorner {
+    const NOTHING: Self = Self {
+        major: [f64::NEG_INFINITY, 0.0],
+        minor: [f64::INFINITY, 0.0],
+        displacement: [[f64::INFINITY, f64::NEG_INFINITY]; 2],
+        magnitude: 0.0,
+        overstressed: 0.0,
+    };
+
+    /// The larger of the extremes of both.
+    fn with(self, other: Self) -> Self {
+        let axis = |d: usize| {
+            let [[least, most], [low, high]] = [self.displacement[d], other.displacement[d]];
+            [least.min(low), most.max(high)]
+        };
+        Self {
+            major: if other.major[0] > self.major[0] { other.major } else { self.major },
+            minor: if other.minor[0] < self.minor[0] { other.minor } else { self.minor },
+            displacement: [axis(0), axis(1)],
+            magnitude: self.magnitude.max(other.magnitude),
+            overstressed: self.overstressed.max(other.overstressed),
+        }
+    }
+
+    /// The mean of four, with the times of the first whose stress is the largest, or the smallest.
+    fn mean(four: [Self; 4]) -> Self {
+        let mean = |value: &dyn Fn(&Self) -> f64| four.iter().map(value).sum::<f64>() / 4.0;
+        let all = four.into_iter().fold(Self::NOTHING, Self::with);
+        Self {
+            major: [mean(&|at| at.major[0]), all.major[1]],
+            minor: [mean(&|at| at.minor[0]), all.minor[1]],
+            displacement: [0, 1].map(|d| [0, 1].map(|end| mean(&|at| at.displacement[d][end]))),
+            magnitude: mean(&|at| at.magnitude),
+            overstressed: mean(&|at| at.overstressed),
+        }
+    }
+}
+
+impl Envelope {
+    /// Before anything was sampled.
+    pub fn new(corners: usize, contacts: usize) -> Self {
+        let contact = AtContact { opening: 0.0, slip: [f64::INFINITY, f64::NEG_INFINITY] };
+        Self { corners: vec![AtCorner::NOTHING; corners], contacts: vec![contact; contacts] }
+    }
+
+    /// Numbers of corners and contacts.
+    pub fn shape(&self) -> [usize; 2] {
+        [self.corners.len(), self.contacts.len()]
+    }
+
+    /// Extremes at the contacts.
+    pub fn contacts(&self) -> &[AtContact] {
+        &self.contacts
+    }
+
+    /// Adds what was at the end of a step; `strengths` are the tensile strengths at the corners, Pa.
+    pub fn add(&mut self, sample: &Sample<'_>, strengths: &[f64]) {
+        let Sample { time, step, stresses, displacements } = *sample;
+        let now = stresses.iter().zip(displacements).zip(strengths);
+        for (at, ((&stress, u), strength)) in self.corners.iter_mut().zip(now) {
+            let [major, minor] = principal(stress);
+            if major > at.major[0] {
+                at.major = [major, time];
+            }
+            if minor < at.minor[0] {
+                at.minor = [minor, time];
+            }
+            for ([least, most], u) in at.displacement.iter_mut().zip(u) {
+                (*least, *most) = (least.min(*u), most.max(*u));
+            }
+            at.magnitude = at.magnitude.max((u[0] * u[0] + u[1] * u[1]).sqrt());
+            if major > *strength {
+                at.overstressed += step;
+            }
+        }
+    }
+
+    /// Adds what was at the contacts of `cracks`; one whose sides have left each other has neither gap nor slip.
+    pub fn add_contacts(&mut self, cracks: &[Crack<MohrCoulomb>], joints: &[Vec<JointState>]) {
+        let now =
+            cracks.iter().zip(joints).flat_map(|(crack, joints)| joints.iter().zip(crack.slips(joints)));
+        for (at, (joint, slip)) in self.contacts.iter_mut().zip(now) {
+            if joint.status != ContactStatus::Lost {
+                at.opening = at.opening.max(joint.gap);
+                at.slip = [at.slip[0].min(slip), at.slip[1].max(slip)];
+            }
+        }
+    }
+
+    /// Extremes at the nodes of `mesh`, and the largest of the larger principal stress over the tensile strength, 0 for compression;
+    /// `corners` are the nodes of the corners. A node between zones has the larger of its extremes in each; the centre of a cell has the
+    /// mean of its corners, for there no stress is recovered.
+    pub fn at_nodes(&self, mesh: &Mesh, corners: &[usize], strengths: &[f64]) -> Vec<(AtCorner, f64)> {
+        let mut found = vec![(AtCorner::NOTHING, 0.0f64); mesh.nodes.len()];
+        for ((&node, &at), strength) in corners.iter().zip(&self.corners).zip(strengths) {
+            let (all, ratio) = found[node];
+            found[node] = (all.with(at), ratio.max(at.major[0] / strength));
+        }
+        for &[a, b, c, d, centre] in &mesh.cells {
+            let four = [a, b, c, d].map(|node| found[node]);
+            let ratio = four.iter().map(|(_, ratio)| ratio).sum::<f64>() / 4.0;
+            found[centre] = (AtCorner::mean(four.map(|(at, _)| at)), ratio);
+        }
+        found
+    }
+}
