@@ -520,7 +520,7 @@ fn snapshots_show_what_the_histories_say_and_change_nothing() {
         let time = times[3 * picture];
         let row = histories.column("time").partition_point(|t| *t < time - 1e-9);
         let part = |name: &str| folder.join(format!("snapshots/{name}-{number:06}.vtu"));
-        let (points, moved) = (field(&part("dam"), "points"), field(&part("dam"), "displacement"));
+        let (points, moved) = (field(&part("dam"), "points"), field(&part("dam"), "displacement [m]"));
         let crest = (0..points.len() / 3)
             .max_by(|&a, &b| {
                 (points[3 * a + 1] - points[3 * a]).total_cmp(&(points[3 * b + 1] - points[3 * b]))
@@ -531,13 +531,13 @@ fn snapshots_show_what_the_histories_say_and_change_nothing() {
             let column = histories.column(&format!("dam.crest_displacement.{axis}"));
             assert_eq!(moved[3 * crest + d], column[row], "crest, {axis}");
         }
-        let opening = field(&part("contacts"), "opening").into_iter().fold(0.0, f64::max);
+        let opening = field(&part("contacts"), "opening [m]").into_iter().fold(0.0, f64::max);
         assert_eq!(opening, histories.column("dam.crack_opening.0")[row]);
-        let pressure = field(&part("wet_face"), "hydrodynamic_pressure");
+        let pressure = field(&part("wet_face"), "hydrodynamic_pressure [Pa]");
         let base = face.column("point 0")[row];
         // the dam was given the last iterate, the reservoir's answer is within the tolerance of it
         assert!((pressure[0] - base).abs() < 1e-3 * base.abs() + 100.0, "{} Pa, {base} Pa", pressure[0]);
-        assert_eq!(field(&part("dam"), "stress_yy").len(), field(&part("dam"), "types").len());
+        assert_eq!(field(&part("dam"), "stress_yy [Pa]").len(), field(&part("dam"), "types").len());
     }
 }
 

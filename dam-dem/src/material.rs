@@ -42,7 +42,8 @@ impl Material {
     pub(crate) fn problems_of(&self, table: &str) -> impl Iterator<Item = Problem> + use<> {
         let table = table.to_owned();
         let nu = self.poisson_ratio;
-        let strength = self.tensile_strength.unwrap_or(f64::INFINITY);
+        // No strength is nothing wrong.
+        let strength = self.tensile_strength.unwrap_or(1.0);
         let checks = [
             (
                 "young_modulus",

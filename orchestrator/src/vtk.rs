@@ -1,5 +1,7 @@
-//! Unstructured grids and time series of them in VTK's XML format, uncompressed, for ParaView.
+//! Unstructured grids, sets and time series of them in VTK's XML format, uncompressed, for ParaView.
 
+use quick_xml::Reader;
+use quick_xml::events::Event;
 use std::fmt::Write;
 
 /// A field on the points or on the cells of a grid.
@@ -42,9 +44,53 @@ pub struct Grid {
     pub field_data: Vec<(String, Vec<f64>)>,
 }
 
+/// An array of a file: its part, its name, its components, its numbers.
+type Array = (String, String, usize, Vec<f64>);
+
 const HEAD: &str = "<?xml version=\"1.0\"?>\n";
 
 impl Grid {
+    /// The values of a field on the points.
+    pub fn point_field(&self, name: &str) -> Option<&[f64]> {
+        self.point_data.iter().find(|field| field.name == name).map(|field| &field.values[..])
+    }
+
+    /// The grid in a `.vtu` file that [`vtu`](Self::vtu) wrote; none in any other text.
+    pub fn of_vtu(text: &str) -> Option<Self> {
+        let arrays = arrays(text)?;
+        let of = |part: &str| -> Vec<Field> {
+            let own = arrays.iter().filter(|(of, ..)| of == part);
+            own.map(|(_, name, components, values)| Field {
+                name: name.clone(),
+                components: *components,
+                values: values.clone(),
+            })
+            .collect()
+        };
+        let array =
+            |part: &str, name: &str| of(part).into_iter().find(|field| field.name == name).map(|field| field.values);
+        let points: Vec<[f64; 2]> =
+            array("Points", "points")?.as_chunks::<3>().0.iter().map(|[x, y, _]| [*x, *y]).collect();
+        let connectivity = array("Cells", "connectivity")?;
+        let mut cells: Vec<Vec<usize>> = Vec::new();
+        let mut first = 0;
+        for end in array("Cells", "offsets")? {
+            let cell: Vec<usize> =
+                connectivity.get(first..end as usize)?.iter().map(|node| *node as usize).collect();
+            if cell.iter().any(|node| *node >= points.len()) {
+                return None;
+            }
+            cells.push(cell);
+            first = end as usize;
+        }
+        let fits =
+            |fields: &[Field], count: usize| fields.iter().all(|f| f.values.len() == f.components * count);
+        let (point_data, cell_data) = (of("PointData"), of("CellData"));
+        let field_data = of("FieldData").into_iter().map(|field| (field.name, field.values)).collect();
+        let whole = fits(&point_data, points.len()) && fits(&cell_data, cells.len());
+        whole.then_some(Self { points, cells, point_data, cell_data, field_data })
+    }
+
     /// The text of its `.vtu` file.
     pub fn vtu(&self) -> String {
         let mut text = String::from(HEAD);
@@ -100,13 +146,57 @@ fn array(
     *text += "</DataArray>\n";
 }
 
-/// The text of a `.pvd` file: at each time (s) the files of its parts.
-pub fn series(files: &[(f64, Vec<String>)]) -> String {
+/// The arrays of a whole file; none if it is not well-formed, or something else than a number is in them.
+fn arrays(text: &str) -> Option<Vec<Array>> {
+    let mut reader = Reader::from_str(text);
+    let (mut open, mut arrays) = (Vec::<String>::new(), Vec::<Array>::new());
+    loop {
+        match reader.read_event().ok()? {
+            Event::Start(start) => {
+                let attribute = |key: &str| Some(start.try_get_attribute(key).ok()??.value.into_owned());
+                let name = start.name().as_ref().to_owned();
+                if name == "DataArray" {
+                    let components = attribute("NumberOfComponents").map_or(Some(1), |n| n.parse().ok())?;
+                    arrays.push((open.last()?.clone(), attribute("Name")?, components, Vec::new()));
+                }
+                open.push(name);
+            }
+            Event::Text(content) => {
+                if open.last().is_some_and(|name| name == "DataArray")
+                    && let Some((_, _, _, values)) = arrays.last_mut()
+                {
+                    for number in content.split_whitespace() {
+                        values.push(number.parse().ok()?);
+                    }
+                }
+            }
+            Event::End(_) => drop(open.pop()),
+            Event::Eof => return open.is_empty().then_some(arrays),
+            _ => {}
+        }
+    }
+}
+
+/// The text of a `.vtm` file: the files of parts by their names, as blocks.
+pub fn blocks(parts: &[(&str, &str)]) -> String {
+    let mut text = String::from(HEAD);
+    text += "<VTKFile type=\"vtkMultiBlockDataSet\" version=\"1.0\" byte_order=\"LittleEndian\">\n<vtkMultiBlockDataSet>\n";
+    for (index, (name, file)) in parts.iter().enumerate() {
+        let _ = writeln!(text, "<DataSet index=\"{index}\" name=\"{name}\" file=\"{file}\"/>");
+    }
+    text + "</vtkMultiBlockDataSet>\n</VTKFile>\n"
+}
+
+/// The text of a `.pvd` file: at each time (s) the names of its parts and their files.
+pub fn series(files: &[(f64, Vec<(String, String)>)]) -> String {
     let mut text = String::from(HEAD);
     text += "<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n<Collection>\n";
     for (time, parts) in files {
-        for (part, file) in parts.iter().enumerate() {
-            let _ = writeln!(text, "<DataSet timestep=\"{time}\" part=\"{part}\" file=\"{file}\"/>");
+        for (part, (name, file)) in parts.iter().enumerate() {
+            let _ = writeln!(
+                text,
+                "<DataSet timestep=\"{time}\" group=\"\" part=\"{part}\" name=\"{name}\" file=\"{file}\"/>"
+            );
         }
     }
     text + "</Collection>\n</VTKFile>\n"
@@ -115,39 +205,6 @@ pub fn series(files: &[(f64, Vec<String>)]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use quick_xml::Reader;
-    use quick_xml::events::Event;
-    use std::collections::BTreeMap;
-
-    /// The arrays of a file by name, and the numbers of points and cells that it announces.
-    fn read(text: &str) -> (BTreeMap<String, Vec<f64>>, [usize; 2]) {
-        let mut reader = Reader::from_str(text);
-        let (mut arrays, mut sizes, mut name) = (BTreeMap::new(), [0; 2], None::<String>);
-        loop {
-            match reader.read_event().expect("well-formed XML") {
-                Event::Start(start) => {
-                    let attribute = |key: &str| {
-                        let found = start.try_get_attribute(key).expect("attributes");
-                        found.map(|a| a.value.into_owned())
-                    };
-                    if let (Some(points), Some(cells)) =
-                        (attribute("NumberOfPoints"), attribute("NumberOfCells"))
-                    {
-                        sizes = [points, cells].map(|n| n.parse().expect("a number"));
-                    }
-                    name = attribute("Name");
-                }
-                Event::Text(content) => {
-                    if let Some(name) = name.take() {
-                        let numbers = content.split_whitespace().map(|n| n.parse().expect("a number"));
-                        arrays.insert(name, numbers.collect());
-                    }
-                }
-                Event::Eof => return (arrays, sizes),
-                _ => {}
-            }
-        }
-    }
 
     #[test]
     fn what_is_written_is_read_back_bit_for_bit() {
@@ -164,22 +221,28 @@ mod tests {
             field_data: vec![("frequency [rad/s]".to_owned(), vec![0.1, 1.0 / 3.0])],
             points,
         };
-        let (arrays, sizes) = read(&grid.vtu());
-        assert_eq!(sizes, [6, 4]);
-        let flat: Vec<f64> = grid.points.iter().flat_map(|[x, y]| [*x, *y, 0.0]).collect();
-        assert_eq!(arrays["points"], flat);
-        for field in grid.point_data.iter().chain(&grid.cell_data) {
-            assert_eq!(arrays[&field.name], field.values, "{}", field.name);
+        let text = grid.vtu();
+        assert_eq!(Grid::of_vtu(&text), Some(grid.clone()));
+        assert!(text.contains("<Piece NumberOfPoints=\"6\" NumberOfCells=\"4\">"), "{text}");
+        let (_, types) = text.split_once("Name=\"types\"").expect("types");
+        let types: Vec<&str> = types.split_whitespace().skip(2).take(4).collect();
+        assert_eq!(types, ["9", "5", "3", "1"], "VTK's quadrilateral, triangle, line, vertex");
+        for cut in [text.len() / 2, text.len() - 40] {
+            assert_eq!(Grid::of_vtu(&text[..cut]), None, "a file that ends early");
         }
-        assert_eq!(arrays["frequency [rad/s]"], grid.field_data[0].1);
-        assert_eq!(arrays["connectivity"], [0.0, 1.0, 4.0, 3.0, 1.0, 2.0, 5.0, 2.0, 5.0, 0.0]);
-        assert_eq!(arrays["offsets"], [4.0, 7.0, 9.0, 10.0]);
-        assert_eq!(arrays["types"], [9.0, 5.0, 3.0, 1.0]);
+        assert_eq!(Grid::of_vtu(&text.replacen("Name=\"offsets\"", "Name=\"ends\"", 1)), None);
+        assert_eq!(grid.point_field("pressure"), Some(&values[..]));
+        assert_eq!(grid.point_field("temperature"), None);
     }
 
     #[test]
-    fn a_series_names_every_part_at_its_time() {
-        let text = series(&[(0.25, vec!["a.vtu".to_owned(), "b.vtu".to_owned()])]);
-        assert!(text.contains("<DataSet timestep=\"0.25\" part=\"1\" file=\"b.vtu\"/>"), "{text}");
+    fn a_series_and_a_set_name_every_part() {
+        let parts = [("dam", "a.vtu"), ("cracks", "b.vtu")];
+        let at = parts.map(|(name, file)| (name.to_owned(), file.to_owned())).to_vec();
+        let text = series(&[(0.25, at)]);
+        let named = "part=\"1\" name=\"cracks\" file=\"b.vtu\"/>";
+        assert!(text.contains("timestep=\"0.25\"") && text.contains(named), "{text}");
+        let text = blocks(&parts);
+        assert!(text.contains("<DataSet index=\"1\" name=\"cracks\" file=\"b.vtu\"/>"), "{text}");
     }
 }

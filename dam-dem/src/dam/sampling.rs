@@ -66,7 +66,7 @@ impl Dam {
         envelope.add(&sample, &sampling.strengths);
         envelope.add_contacts(&self.structure().cracks, state.motion.joints());
         // The outputs need the same stresses.
-        self.stresses = OnceLock::from(self.nodal_stresses.principal(&stresses, &self.stress_points));
+        self.derived.stresses = OnceLock::from(self.nodal_stresses.principal(&stresses, &self.stress_points));
         self.state.envelope = Some(envelope);
     }
 

@@ -7,7 +7,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// Snapshots of the dam during a run: `snapshots.pvd` and a folder of `.vtu` files. The series is complete after each
-/// snapshot.
+/// snapshot. Names of fields end with their units, such as `displacement [m]`.
 ///
 /// One is taken at every multiple of the interval between `from` and `until`, or else at the first end of a
 /// communication step (of a window, where several steps are iterated together) after it. Parts: the *dam* (points:
@@ -20,7 +20,7 @@ pub struct Snapshots {
     plan: SnapshotsScene,
     /// Number of the next multiple of the interval.
     next: u64,
-    taken: Vec<(f64, Vec<String>)>,
+    taken: Vec<(f64, Vec<(String, String)>)>,
     /// Where the fields of each wet face are: hydrodynamic and hydrostatic pressure in the dam's inputs, its displacement
     /// in its outputs.
     ranges: [[Range<usize>; 3]; 2],
@@ -82,7 +82,7 @@ impl Snapshots {
         let stress = ["stress_xx", "stress_yy", "stress_xy"];
         let mut cell_data = Vec::new();
         for name in stress {
-            cell_data.push(Field::scalar(name, dam.read(name)?));
+            cell_data.push(Field::scalar(&format!("{name} [Pa]"), dam.read(name)?));
         }
         let principal: Vec<[f64; 2]> = (0..still.triangles.len())
             .map(|i| {
@@ -91,7 +91,9 @@ impl Snapshots {
                 [mean + radius, mean - radius]
             })
             .collect();
-        for (k, name) in ["major_principal_stress", "minor_principal_stress"].into_iter().enumerate() {
+        for (k, name) in
+            ["major_principal_stress [Pa]", "minor_principal_stress [Pa]"].into_iter().enumerate()
+        {
             cell_data.push(Field::scalar(name, principal.iter().map(|both| both[k]).collect()));
         }
         if !still.zones.is_empty() {
@@ -101,14 +103,17 @@ impl Snapshots {
         let concrete = Grid {
             points: still.nodes.clone(),
             cells: still.triangles.clone(),
-            point_data: vec![Field::vector("displacement", displacement.into_iter())],
+            point_data: vec![Field::vector("displacement [m]", displacement.into_iter())],
             cell_data,
             field_data: Vec::new(),
         };
         let mut point_data = Vec::new();
         if !still.contacts.is_empty() {
-            for name in ["opening", "slip", "normal_stress", "shear_stress"] {
-                point_data.push(Field::scalar(name, dam.read(&format!("contact_{name}"))?));
+            for (name, unit) in
+                [("opening", "m"), ("slip", "m"), ("normal_stress", "Pa"), ("shear_stress", "Pa")]
+            {
+                let values = dam.read(&format!("contact_{name}"))?;
+                point_data.push(Field::scalar(&format!("{name} [{unit}]"), values));
             }
         }
         let contacts = Grid {
@@ -127,9 +132,9 @@ impl Snapshots {
                 points: face.points.clone(),
                 cells: (1..face.points.len()).map(|i| vec![i - 1, i]).collect(),
                 point_data: vec![
-                    Field::vector("displacement", along),
-                    Field::scalar("hydrodynamic_pressure", hydrodynamic.clone()),
-                    Field::scalar("hydrostatic_pressure", hydrostatic.clone()),
+                    Field::vector("displacement [m]", along),
+                    Field::scalar("hydrodynamic_pressure [Pa]", hydrodynamic.clone()),
+                    Field::scalar("hydrostatic_pressure [Pa]", hydrostatic.clone()),
                 ],
                 cell_data: Vec::new(),
                 field_data: Vec::new(),
@@ -225,8 +230,9 @@ impl Observer for Snapshots {
         self.window(report)?;
         if let Some(number) = self.due().filter(|_| report.is_accepted()) {
             self.next = number + 1;
-            let names = PARTS.iter().map(|part| file_name(part, number));
-            let names: Vec<String> = names.filter(|name| self.folder.join(name).is_file()).collect();
+            let names = PARTS.iter().map(|part| ((*part).to_owned(), file_name(part, number)));
+            let names: Vec<(String, String)> =
+                names.filter(|(_, name)| self.folder.join(name).is_file()).collect();
             if !names.is_empty() {
                 self.taken.push((self.last.0, names));
             }
@@ -245,7 +251,7 @@ impl Observer for Snapshots {
             }
             let name = file_name(part, number);
             self.write(Path::new(&name), &grid.vtu())?;
-            names.push(name);
+            names.push(((*part).to_owned(), name));
         }
         self.taken.push((self.last.0, names));
         self.write(Path::new("snapshots.pvd"), &vtk::series(&self.taken))

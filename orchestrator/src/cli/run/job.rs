@@ -8,9 +8,11 @@ use super::{RunError, band};
 use crate::registry::{self, RegistryError};
 use orchestrator::ground_motion::{GroundMotion, STANDARD_GRAVITY};
 use orchestrator::log::{LastCheckpoint, Log, LogWriter, Parent, Preamble};
-use orchestrator::observer::{HistoriesWriter, Limits, Observer, Progress, Rest, Snapshots, Status, Until};
+use orchestrator::observer::{
+    Ending, HistoriesWriter, Limits, Observer, Progress, Rest, Snapshots, Status, Until,
+};
 use orchestrator::participant::ParticipantError;
-use orchestrator::report::{Build, Manifest, ManifestError, Summary, Unit, WaterFace};
+use orchestrator::report::{Build, Envelopes, Manifest, ManifestError, Quantity, Summary, Unit, WaterFace};
 use orchestrator::scene::{
     DamFidelityScene, DampingModelScene, FidelityScene, LoadedScene, MethodScene, Scene, Side,
 };
@@ -177,6 +179,10 @@ impl Job<'_> {
             [&natural_frequencies, &in_water],
             &recursion,
         );
+        match self.envelopes(&mut simulation, &ending) {
+            Ok(quantities) => summary.quantities.extend(quantities),
+            Err(why) => summary.notes.push(format!("WARNING: no envelopes: {why}")),
+        }
         summary.notes.extend(watch.limits.flags().into_iter().map(|flag| format!("WARNING: {flag}")));
         if let Some(twins) = self.band.filter(|_| ending.status == Status::Completed)
             && let Err(error) = band::add(loaded, twins, &mut summary)
@@ -206,6 +212,17 @@ impl Job<'_> {
         spectra.map_err(RunError::Spectra)?;
         page?;
         Ok(ending.status)
+    }
+
+    /// Writes the envelopes that the dam has kept; what they say of the section as a whole. Of a run that ends within a step there
+    /// are none, nor those of an earlier part of it.
+    fn envelopes(&self, simulation: &mut Simulation, ending: &Ending) -> Result<Vec<Quantity>, String> {
+        let failed = |error: std::io::Error| format!("{}: {error}; free some space", self.folder.display());
+        Envelopes::remove(self.folder).map_err(failed)?;
+        let read = Envelopes::read(&mut simulation.graph[UnitId::DAM], ending.time);
+        let Some(envelopes) = read.map_err(|error| error.to_string())? else { return Ok(Vec::new()) };
+        envelopes.write(self.folder).map_err(failed)?;
+        Ok(envelopes.quantities())
     }
 
     /// What the log says first.
