@@ -17,6 +17,7 @@ fn short_scene() -> Scenario {
     let mut scenario = Scenario::shipped("koyna-northridge-1994");
     scenario.set("title", TITLE).set("dam.cracks.0.name", CRACK);
     scenario.set("dam.element_size", 15.0).set("reservoir.element_size", 15.0);
+    scenario.set("dam.material.tensile_strength", 2e6);
     scenario
         .set("dam.cracks.0.friction_coefficient", 0.5)
         .set("ground_motion.record.start", 4.4)
@@ -210,6 +211,16 @@ fn every_number_is_that_of_the_run() {
         let quantity = quantities.iter().find(|q| q["name"].as_str() == Some(name));
         quantity.and_then(|q| q["value"].as_float()).unwrap_or_else(|| panic!("no {name}"))
     };
+    for name in [
+        "overstressed area of the section",
+        "overstressed share of the section",
+        "largest demand-capacity ratio",
+        "longest time above the tensile strength",
+    ] {
+        assert_eq!(page.row("short", name).numbers, [value(name)], "{name}");
+    }
+    assert_eq!(page.row("short", "tensile strength").numbers, [2.0]);
+    assert!(page.markup.contains("class=\"envelope\"") && page.markup.contains("class=\"strength\""));
     // No residual after so short a run: the peaks take its place.
     let sliding = format!("peak sliding, {CRACK}");
     let first = [

@@ -90,7 +90,10 @@ fn assert_equal(whole: &Path, resumed: &Path) {
     assert_eq!(files(whole), files(resumed), "{shown}");
     for name in files(whole) {
         let name = Path::new(&name);
-        if name.extension().is_some_and(|kind| ["csv", "svg"].iter().any(|wanted| kind == *wanted)) {
+        if name
+            .extension()
+            .is_some_and(|kind| ["csv", "svg", "vtm", "vtu"].iter().any(|wanted| kind == *wanted))
+        {
             let bytes = [whole, resumed].map(|run| fs::read(run.join(name)).expect("a table"));
             assert!(bytes[0] == bytes[1], "{shown}: {} differs", name.display());
         }

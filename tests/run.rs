@@ -541,6 +541,53 @@ fn snapshots_show_what_the_histories_say_and_change_nothing() {
     }
 }
 
+/// In the files of the envelopes stand the extremes of the histories, whatever the transport.
+#[test]
+fn envelopes_hold_the_extremes_of_the_histories() {
+    let mut scenario = shorter_scene();
+    scenario.set("dam.material.tensile_strength", 2e6);
+    let run = |scenario: &Scenario, name: &str, transport: &str| {
+        let done = scenario.command(name).args(["--transport", transport]).output().expect("cofferdam runs");
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        scenario.folder().join(name)
+    };
+    let [here, there] = [run(&scenario, "here", "in-process"), run(&scenario, "there", "shared-memory")];
+    for file in ["envelopes.vtm", "envelopes-dam.vtu", "envelopes-cracks.vtu"] {
+        let [one, other] = [&here, &there].map(|folder| std::fs::read(folder.join(file)).expect("envelopes"));
+        assert!(one == other, "{file} differs");
+    }
+    let histories = Histories::read(&here.join("histories.csv"));
+    let largest = |name: &str| histories.column(name).iter().copied().fold(f64::MIN, f64::max);
+    let (dam, cracks) = (here.join("envelopes-dam.vtu"), here.join("envelopes-cracks.vtu"));
+    let most = |file: &std::path::Path, name: &str| field(file, name).into_iter().fold(f64::MIN, f64::max);
+    assert_eq!(most(&dam, "major_principal_stress_max [Pa]"), largest("dam.largest_principal_stress"));
+    assert_eq!(most(&cracks, "opening_max [m]"), largest("dam.crack_opening.0"));
+    let points = field(&dam, "points");
+    let crest = points.chunks(3).position(|point| point == [0.0, 103.0, 0.0]).expect("the crest");
+    let moved = field(&dam, "displacement_x_max [m]")[crest];
+    assert!((moved - largest("dam.crest_displacement.x")).abs() < 1e-12, "{moved}");
+    // The summary says what the file does.
+    let manifest = std::fs::read_to_string(here.join("manifest.toml")).expect("a manifest");
+    let manifest: toml::Table = manifest.parse().expect("TOML");
+    let quantities = manifest["result"]["quantities"].as_array().expect("quantities");
+    let value = |name: &str| {
+        let quantity = quantities.iter().find(|q| q["name"].as_str() == Some(name));
+        quantity.and_then(|q| q["value"].as_float()).unwrap_or_else(|| panic!("no {name}"))
+    };
+    let ratio = value("largest demand-capacity ratio");
+    assert_eq!(ratio, most(&dam, "demand_capacity_ratio_max [1]"));
+    assert!((ratio - largest("dam.largest_principal_stress") / 2e6).abs() < 1e-12 * ratio);
+    assert_eq!(value("longest time above the tensile strength"), most(&dam, "overstress_duration [s]"));
+    let share = value("overstressed share of the section");
+    assert!(share > 0.0 && share < 100.0 && ratio > 1.0, "{share} %, {ratio}");
+    assert!((value("overstressed area of the section") / (0.01 * share) / 3588.975 - 1.0).abs() < 1e-9);
+
+    scenario.set("dam.envelopes", false);
+    let none = run(&scenario, "none", "in-process");
+    assert!(!none.join("envelopes.vtm").exists());
+    assert!(std::fs::read(none.join("histories.csv")).ok() == std::fs::read(here.join("histories.csv")).ok());
+}
+
 #[test]
 fn response_spectra_begin_at_the_peaks_of_the_motion() {
     let scenario = shorter_scene();

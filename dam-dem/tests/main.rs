@@ -12,6 +12,7 @@ mod damping;
 mod damping_memory;
 mod elements;
 mod energy;
+mod envelopes;
 mod extremes;
 mod flutter;
 mod frames;

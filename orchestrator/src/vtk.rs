@@ -67,8 +67,9 @@ impl Grid {
             })
             .collect()
         };
-        let array =
-            |part: &str, name: &str| of(part).into_iter().find(|field| field.name == name).map(|field| field.values);
+        let array = |part: &str, name: &str| {
+            of(part).into_iter().find(|field| field.name == name).map(|field| field.values)
+        };
         let points: Vec<[f64; 2]> =
             array("Points", "points")?.as_chunks::<3>().0.iter().map(|[x, y, _]| [*x, *y]).collect();
         let connectivity = array("Cells", "connectivity")?;

@@ -45,9 +45,8 @@ pub(crate) const END: &str = "time [s]";
 
 /// The file that names the others, and those, in the folder of a run.
 const INDEX: &str = "envelopes.vtm";
-const FOLDER: &str = "envelopes";
-const DAM: &str = "envelopes/dam.vtu";
-const CRACKS: &str = "envelopes/cracks.vtu";
+const DAM: &str = "envelopes-dam.vtu";
+const CRACKS: &str = "envelopes-cracks.vtu";
 
 impl Envelopes {
     /// Those of `dam` up to `time` (s), the end of the last accepted step; none if it keeps none, or stands elsewhere: within a step
@@ -106,7 +105,6 @@ impl Envelopes {
     ///
     /// **Errors**: a file cannot be written.
     pub fn write(&self, folder: &Path) -> Result<(), Error> {
-        std::fs::create_dir_all(folder.join(FOLDER))?;
         let mut parts = Vec::new();
         for (name, file, grid) in [("dam", DAM, &self.dam), ("cracks", CRACKS, &self.cracks)] {
             if !grid.points.is_empty() {

@@ -58,7 +58,12 @@ pub fn hash(loaded: &LoadedScene) -> Result<String, EnsembleError> {
 ///
 /// **Errors**: a unit cannot be made or an observer fails. A failure of the coupling is the run's status.
 pub fn run(loaded: &LoadedScene, threads: NonZeroUsize, until: Option<f64>) -> Result<Kept, EnsembleError> {
-    let scene = &loaded.scene;
+    let mut scene = loaded.scene.clone();
+    if let Some(dam) = &mut scene.dam {
+        // Nobody reads them.
+        dam.envelopes = false;
+    }
+    let scene = &scene;
     let mut graph = registry::graph(scene, making(threads))?;
     let mut stress_points = Vec::new();
     for name in ["stress_point_x", "stress_point_y"] {

@@ -28,6 +28,8 @@ pub struct ReportData {
     pub not_modelled: Vec<String>,
     /// The section as SVG.
     pub section: Option<String>,
+    /// The envelope of the largest principal stress.
+    pub envelope: Option<Envelope>,
     /// What the run was given, by subject.
     pub inputs: Vec<Group>,
     /// Where it comes from: program, machine, hashes.
@@ -52,6 +54,17 @@ pub struct ReportData {
     pub checks: Vec<Check>,
     /// The whole table of the summary.
     pub quantities: Vec<Quantity>,
+}
+
+/// The envelope of the largest principal stress over the section.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Envelope {
+    /// The time up to which it reaches, s.
+    pub end: f64,
+    /// The section coloured by it, SVG.
+    pub picture: String,
+    /// Strength and overstress; empty without a tensile strength.
+    pub rows: Vec<Row>,
 }
 
 /// Rows under a heading.

@@ -1,7 +1,7 @@
 //! The page.
 
 use super::super::Quantity;
-use super::data::{Chart, Profile, ReportData};
+use super::data::{Chart, Envelope, Profile, ReportData};
 use super::number::shown;
 use super::profile_picture::{bounds, picture};
 use super::tables;
@@ -142,6 +142,7 @@ fn parts<'a>(data: &'a ReportData, charts: &mut Vec<&'a Chart>) -> Vec<Part> {
     add("inputs", "Inputs", inputs(data));
     add("ground", "Ground motion", tables::results(&data.ground) + &figures(&data.ground_charts, charts));
     add("histories", "Histories", histories(data, charts));
+    add("envelope", "Largest principal stress", data.envelope.as_ref().map_or_else(String::new, envelope));
     add("spectra", "Response spectra", figures(&data.spectra, charts));
     add("pressure", "Pressure over height", profiles(&data.profiles));
     add(
@@ -151,6 +152,24 @@ fn parts<'a>(data: &'a ReportData, charts: &mut Vec<&'a Chart>) -> Vec<Part> {
     );
     add("table", "All results", tables::quantities(&data.quantities));
     parts
+}
+
+/// The section coloured by the largest principal stress, and by how much it is too much.
+fn envelope(envelope: &Envelope) -> String {
+    let compared = if envelope.rows.is_empty() {
+        "With <code>dam.material.tensile_strength</code> it is compared with a strength."
+    } else {
+        "The concrete does not crack here: where it is overstressed, real concrete may. Demand-capacity ratio, area and time are those by \
+         which linear analyses are judged (USACE EM 1110-2-6051, 6053)."
+    };
+    format!(
+        "<p class=\"about\">At each point the largest over time, tension positive, static stress included, from 0 to {} s, at the end of \
+         every communication step. {compared} In corners of an elastic body it grows without limit as the mesh is refined.</p>\n{}\
+         <figure class=\"section\">{}</figure>\n",
+        tables::number(envelope.end),
+        tables::results(&envelope.rows),
+        envelope.picture
+    )
 }
 
 fn inputs(data: &ReportData) -> String {

@@ -1,9 +1,10 @@
 //! The files of a run.
 
-use super::super::{Manifest, ManifestError, Summary};
+use super::super::{Envelopes, Manifest, ManifestError, Summary};
 use crate::log::{Log, LogReadError};
 use crate::observer::{Ending, Histories, HistoriesError, Statistics, Status, WallTime};
 use crate::scene::{LoadedScene, SceneError};
+use crate::vtk::Grid;
 use std::path::{Path, PathBuf};
 
 /// What a run has left in its folder.
@@ -19,6 +20,8 @@ pub struct RunFolder {
     pub loaded: LoadedScene,
     /// The result in the manifest; of a run without an end what its histories say.
     pub summary: Summary,
+    /// The dam's part of `envelopes.vtm`, if there is one.
+    pub envelope: Option<Grid>,
 }
 
 /// Why there is no report.
@@ -97,6 +100,7 @@ impl RunFolder {
         if histories.rows() == 0 {
             return Err(ReportError::NoStep { path: log.with_file_name("histories.csv") });
         }
+        let envelope = log.parent().and_then(Envelopes::of_folder);
         let log = Log::open(log)?;
         let head = log.head();
         let path = log.path().to_owned();
@@ -107,7 +111,7 @@ impl RunFolder {
             Some(result) => result.clone(),
             None => unended(&loaded, &histories),
         };
-        Ok(Self { manifest, histories, log, loaded, summary })
+        Ok(Self { manifest, histories, log, loaded, summary, envelope })
     }
 }
 

@@ -120,12 +120,16 @@ fn concrete(scene: &Scene, dam: &DamScene, manifest: &Manifest) -> Group {
 
 fn material(material: &MaterialScene) -> Vec<Row> {
     let plane = if material.plane == PlaneScene::Stress { "plane stress" } else { "plane strain" };
-    vec![
+    let mut rows = vec![
         Row::number("elastic modulus E", 1e-9 * material.young_modulus, "GPa"),
         Row::number("Poisson's ratio ν", material.poisson_ratio, "1"),
         Row::number("density ρ", material.density, "kg/m³"),
         Row::text("plane condition", plane),
-    ]
+    ];
+    let strength =
+        material.tensile_strength.map(|strength| Row::number("tensile strength", 1e-6 * strength, "MPa"));
+    rows.extend(strength.map(|row| row.with("compared with stresses")));
+    rows
 }
 
 fn crack(crack: &CrackScene) -> Group {

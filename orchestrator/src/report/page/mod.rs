@@ -6,6 +6,7 @@ mod charts;
 mod checks;
 mod data;
 mod document;
+mod envelope_picture;
 mod folder;
 mod ground;
 mod inputs;
@@ -18,11 +19,15 @@ mod tables;
 mod thinning;
 mod westergaard;
 
-pub use data::{Abscissa, Chart, Check, Group, Mark, Profile, ReportData, Rounded, Row, Series, Value};
+pub use data::{
+    Abscissa, Chart, Check, Envelope, Group, Mark, Profile, ReportData, Rounded, Row, Series, Value,
+};
 pub use document::html;
 pub use folder::{ReportError, RunFolder};
 
+use super::envelopes::{END, overstress};
 use crate::log::LogReadError;
+use crate::vtk::Grid;
 
 impl ReportData {
     /// What the files of a run say; `section` is a picture of its section as SVG.
@@ -43,6 +48,7 @@ impl ReportData {
             notes,
             not_modelled: limits::not_modelled(scene),
             section,
+            envelope: run.envelope.as_ref().and_then(|grid| envelope(run, grid)),
             inputs: inputs::of(scene, &run.manifest),
             provenance: inputs::provenance(run),
             scene: inputs::scene_text(scene),
@@ -57,4 +63,26 @@ impl ReportData {
             quantities: summary.quantities.clone(),
         })
     }
+}
+
+/// The envelope of the largest principal stress, and what follows from it.
+fn envelope(run: &RunFolder, grid: &Grid) -> Option<Envelope> {
+    let (_, end) = grid.field_data.iter().find(|(name, _)| name == END)?;
+    let rows = overstress(grid).into_iter().map(|quantity| Row {
+        value: Value::Number(quantity.value, unit(&quantity.unit)),
+        remark: quantity.place.map_or_else(String::new, |[x, y]| format!("x = {x} m, y = {y} m")),
+        name: quantity.name,
+    });
+    let strength = run.loaded.scene.dam.as_ref().and_then(|dam| dam.material.tensile_strength);
+    let given = strength.map(|strength| Row::number("tensile strength", 1e-6 * strength, "MPa"));
+    Some(Envelope {
+        end: *end.first()?,
+        picture: envelope_picture::picture(grid)?,
+        rows: given.into_iter().chain(rows).collect(),
+    })
+}
+
+/// The unit of an overstress.
+fn unit(of: &str) -> &'static str {
+    ["m²", "%", "s"].into_iter().find(|known| *known == of).unwrap_or("1")
 }

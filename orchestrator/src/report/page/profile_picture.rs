@@ -70,7 +70,7 @@ pub fn bounds(profiles: &[Profile]) -> [f64; 2] {
 }
 
 /// 1, 2 or 5 times a power of ten, of which at most `most` make the `length`.
-fn tick(length: f64, most: f64) -> f64 {
+pub fn tick(length: f64, most: f64) -> f64 {
     let power = 10f64.powf((length / most).log10().floor());
     let steps = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * power);
     steps.into_iter().find(|step| length / step <= most).unwrap_or(10.0 * power)
