@@ -34,8 +34,9 @@ fn envelopes(dam: &Dam) -> Vec<(&'static str, Vec<f64>)> {
     own.map(|variable| (variable.name, get(dam, variable))).collect()
 }
 
-/// Values from which an extreme over time is to be taken, and the envelope of it.
-const EXTREMES: [(Variable, Variable, fn(f64, f64) -> f64); 7] = [
+/// Values from which an extreme over time is to be taken, the envelope of it, and which of two values it takes.
+type Extreme = (Variable, Variable, fn(f64, f64) -> f64);
+const EXTREMES: [Extreme; 7] = [
     (variable::NODE_DISPLACEMENT_X, variable::ENVELOPE_DISPLACEMENT_X_LEAST, f64::min),
     (variable::NODE_DISPLACEMENT_X, variable::ENVELOPE_DISPLACEMENT_X_MOST, f64::max),
     (variable::NODE_DISPLACEMENT_Y, variable::ENVELOPE_DISPLACEMENT_Y_LEAST, f64::min),

@@ -59,7 +59,7 @@ pub fn dam(element_size: f64, cracked: bool) -> DamParameters {
         zones: Vec::new(),
         given_mesh: None,
         added_mass: None,
-        envelopes: false,
+        envelopes: true,
         time_step_safety: 0.9,
     }
 }

@@ -19,6 +19,10 @@ impl Dam {
         if from_motion && !state.initialised {
             return Err(self.order("get").into());
         }
+        if !self.parameters().has(variable) {
+            // It has no values.
+            return Ok(());
+        }
         if let Some(found) = self.envelope(variable) {
             // An intact dam has places of contacts, but nothing happens there.
             values.fill(0.0);

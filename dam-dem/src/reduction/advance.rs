@@ -1,8 +1,9 @@
 use nalgebra::{Cholesky, DVector};
 
 use super::motion::ModalMotion;
+use super::product::dot;
 use super::sides::Pressing;
-use super::superposition::{Superposition, dot};
+use super::superposition::Superposition;
 use crate::DamError;
 use crate::contact::{ContactStatus, JointState};
 use crate::damping::StiffnessDamping;

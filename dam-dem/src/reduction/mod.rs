@@ -38,6 +38,7 @@ mod basis;
 mod flutter;
 mod mode;
 mod motion;
+mod product;
 mod release;
 mod sides;
 mod superposition;

@@ -1,7 +1,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::mode::SLOWED_TO;
-use super::superposition::dot;
+use super::product::dot;
 use crate::contact::ContactLaw;
 use crate::release::{Carried, Release, plus};
 use crate::structure::Structure;

@@ -3,6 +3,7 @@ use nalgebra::{DMatrix, DVector};
 use super::basis::Basis;
 use super::mode::{Mode, SLOWED_TO, concrete_mass};
 use super::motion::ModalMotion;
+use super::product::dot;
 use super::release::ModalRelease;
 use super::sides::{CrackSides, Mean, Rows};
 use crate::contact::MohrCoulomb;
@@ -252,15 +253,4 @@ fn damping_between(
     let mut between = concrete_mass(structure, &shapes.columns(0, slow).into_owned()) * alpha;
     between.fill_diagonal(0.0);
     between
-}
-
-/// Scalar product, with eight partial sums.
-#[inline(always)]
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 8];
-    let ((a, rest_a), (b, rest_b)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
-    for (a, b) in a.iter().zip(b) {
-        (0..8).for_each(|i| sums[i] += a[i] * b[i]);
-    }
-    sums.iter().sum::<f64>() + rest_a.iter().zip(rest_b).map(|(a, b)| a * b).sum::<f64>()
 }

@@ -59,7 +59,8 @@ impl Envelopes {
             return Ok(None);
         }
         let end = dam.read("envelope_end")?.first().copied().unwrap_or(f64::NAN);
-        if !((end - time).abs() <= NEAR * time.abs().max(1.0)) {
+        let is_near = (end - time).abs() <= NEAR * time.abs().max(1.0);
+        if !is_near {
             return Ok(None);
         }
         let fields = |dam: &mut dyn Participant, of: &[(&str, &str, &str)]| {
