@@ -13,10 +13,11 @@ const LONGEST_NAP: Duration = Duration::from_millis(1);
 /// and a sleep on an idle core lasts 40 µs longer than asked for.
 const AROUND: Duration = Duration::from_micros(150);
 /// A yield that takes longer has given the core to a program that computes for its whole slice, some milliseconds. Who sleeps is let in
-/// before such a program, who yields is not.
-const CROWDED: Duration = Duration::from_micros(300);
-/// Time after such a yield in which naps take its place.
-const SHY: Duration = Duration::from_secs(1);
+/// before such a program, who yields is not. A yield to another unit is mostly shorter.
+const CROWDED: Duration = Duration::from_millis(1);
+/// Time after such a yield in which naps take its place: long beside the yield, so that little is lost, and short, so that a
+/// single long yield, as while a unit begins, does no harm.
+const SHY: Duration = Duration::from_millis(50);
 
 /// Waits for the other process: yields, then sleeps until the answer is expected; sleeps at once where other programs keep the
 /// cores busy.
