@@ -5,6 +5,7 @@ use interface::{
 
 use interface::number::plain;
 use nalgebra::DMatrix;
+use std::collections::VecDeque;
 use std::num::NonZeroUsize;
 use std::ops::Range;
 use std::sync::OnceLock;
@@ -63,7 +64,7 @@ pub struct Dam {
     /// Whether it was told that a block has left its crack. It is not part of the state.
     told_of_departure: bool,
     /// Attempts at the current steps in which bonds broke or contacts did not stick. They are not part of the state.
-    trials: Vec<Trials>,
+    trials: VecDeque<Trials>,
 }
 
 /// What follows from the current state, once it was asked for.
@@ -85,8 +86,8 @@ pub struct InterfaceCompliance {
     pub acceleration: DMatrix<f64>,
 }
 
-/// Most communication steps whose attempts are remembered; no window has as many.
-const MOST_TRIALS: usize = 256;
+/// Most communication steps whose attempts are remembered, of the longest window. Without repetitions the oldest are forgotten.
+const MOST_TRIALS: usize = 10_000;
 /// Largest number of time steps in one communication step; more would take too long to compute.
 const MOST_TIME_STEPS: f64 = 1e7;
 
@@ -142,7 +143,7 @@ impl Dam {
             state,
             energy_watch: EnergyWatch::default(),
             told_of_departure: false,
-            trials: Vec::new(),
+            trials: VecDeque::new(),
         };
         tracing::info!(
             "{} elements, {} nodes, {} cracks; highest frequency {:.4e} rad/s, largest time step {:.4e} s{}",
@@ -404,10 +405,9 @@ impl Dam {
 
     /// The earlier attempts at the communication step of this `length` (s) from `time` (s) on.
     fn take_trials(&mut self, time: f64, length: f64) -> Trials {
-        match self.trials.iter().position(|trials| trials.are_of(time, length)) {
-            Some(index) => self.trials.swap_remove(index),
-            None => Trials::new(time, length),
-        }
+        let found = self.trials.iter().position(|trials| trials.are_of(time, length));
+        let found = found.and_then(|index| self.trials.swap_remove_back(index));
+        found.unwrap_or_else(|| Trials::new(time, length))
     }
 
     fn keep_trials(&mut self, trials: Trials) {
@@ -415,9 +415,9 @@ impl Dam {
             return;
         }
         if self.trials.len() == MOST_TRIALS {
-            self.trials.remove(0);
+            self.trials.pop_front();
         }
-        self.trials.push(trials);
+        self.trials.push_back(trials);
     }
 
     fn stage(&self) -> Stage {
