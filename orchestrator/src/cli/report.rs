@@ -4,7 +4,7 @@ use super::{complain, say, section};
 use orchestrator::log::LogReadError;
 use orchestrator::observer::Histories;
 use orchestrator::report::Manifest;
-use orchestrator::report::page::{ReportData, ReportError, RunFolder, html};
+use orchestrator::report::page::{ReportData, ReportError, RunFolder, html, pair};
 use std::io::{Error, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -15,7 +15,10 @@ pub struct Arguments {
     /// The run's folder
     run: PathBuf,
 
-    /// The page; by default report.html in the run's folder
+    /// The folder of another run, to be laid beside it; the first is the reference
+    other: Option<PathBuf>,
+
+    /// The page; by default report.html in the run's folder, of two runs report-OTHER.html there
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
@@ -27,12 +30,17 @@ provenance, ground motion, histories, response spectra, pressure over height, ch
 
 It is made of manifest.toml, histories.csv and log.mcap.
 
+Of two runs, A and B, the page says what differs in their inputs, and shows their numbers with the differences B − A, their
+histories and spectra in the same charts, and their checks and warnings side by side. Steps, durations and dams may differ.
+
 Examples:
   cofferdam report runs/koyna
       Writes runs/koyna/report.html.
   cofferdam report runs/koyna --output koyna.html
+  cofferdam report runs/koyna runs/finer
+      Both side by side, with runs/koyna as the reference: writes runs/koyna/report-finer.html.
 
-Exit status: 0 written, 1 the page cannot be written, 2 RUN is not the folder of a run, or lacks a file.";
+Exit status: 0 written, 1 the page cannot be written, 2 RUN is not the folder of a run, lacks a file, or is given twice.";
 
 /// Name of the page in the folder of a run.
 const NAME: &str = "report.html";
@@ -44,6 +52,8 @@ pub enum Failure {
     Run(#[from] ReportError),
     #[error(transparent)]
     Log(#[from] LogReadError),
+    #[error("{} is given twice; give the folders of two runs", path.display())]
+    Twice { path: PathBuf },
     #[error("{}: {cause}; {}", path.display(), remedy(cause))]
     Write { path: PathBuf, cause: Error },
 }
@@ -58,10 +68,12 @@ fn remedy(cause: &Error) -> &'static str {
 
 /// Writes the page of a run; reports what is wrong by the exit status.
 pub fn run(arguments: &Arguments) -> ExitCode {
-    let path = arguments.output.clone().unwrap_or_else(|| arguments.run.join(NAME));
-    let written = RunFolder::read(&arguments.run).map_err(Failure::from).and_then(|run| write(run, &path));
+    let written = match &arguments.other {
+        None => of_one(arguments),
+        Some(other) => of_two(arguments, other),
+    };
     match written {
-        Ok(()) => {
+        Ok(path) => {
             say(format!("wrote {}", path.display()));
             ExitCode::SUCCESS
         }
@@ -71,6 +83,26 @@ pub fn run(arguments: &Arguments) -> ExitCode {
             ExitCode::from(status)
         }
     }
+}
+
+fn of_one(arguments: &Arguments) -> Result<PathBuf, Failure> {
+    let path = arguments.output.clone().unwrap_or_else(|| arguments.run.join(NAME));
+    write(RunFolder::read(&arguments.run)?, &path)?;
+    Ok(path)
+}
+
+fn of_two(arguments: &Arguments, other: &Path) -> Result<PathBuf, Failure> {
+    let runs = [RunFolder::read(&arguments.run)?, RunFolder::read(other)?];
+    let whole = [&*arguments.run, other].map(|path| path.canonicalize().unwrap_or_else(|_| path.to_owned()));
+    if whole[0] == whole[1] {
+        return Err(Failure::Twice { path: other.to_owned() });
+    }
+    let names = whole.map(|path| path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned());
+    let path =
+        arguments.output.clone().unwrap_or_else(|| arguments.run.join(format!("report-{}.html", names[1])));
+    let [a, b] = &runs;
+    save(&pair::html(&pair::PairData::of([a, b], names)?), &path)?;
+    Ok(path)
 }
 
 /// Writes the page of a run that has just ended in `folder`.
@@ -86,7 +118,11 @@ pub fn of_run(folder: &Path, manifest: &Manifest, histories: &Histories) -> Resu
 fn write(run: RunFolder, path: &Path) -> Result<(), Failure> {
     // A mesh that can no longer be made leaves the picture out, not the page.
     let picture = section::figure(&run.loaded.scene).ok();
-    let text = html(&ReportData::of(&run, picture)?);
+    save(&html(&ReportData::of(&run, picture)?), path)
+}
+
+/// Writes a page whole or not at all.
+fn save(text: &str, path: &Path) -> Result<(), Failure> {
     let mut draft = path.as_os_str().to_owned();
     draft.push(".part");
     std::fs::write(&draft, text).and_then(|()| std::fs::rename(&draft, path)).map_err(|cause| {

@@ -65,7 +65,7 @@ pub struct Event {
 const REMAINDERS: [(&str, &str); 1] = [("energy_balance_error", "input_work")];
 
 /// Times and lengths that differ by less than this share of a step are the same.
-const ROUNDING: f64 = 1e-6;
+pub(crate) const ROUNDING: f64 = 1e-6;
 
 impl Measured {
     /// The difference at a compared end, over the scale.

@@ -118,26 +118,35 @@ fn difference(
     })
 }
 
-/// All differences of the settings: the scenes key by key, the units, the ground motion.
-pub(super) fn settings(logs: [&Log; 2]) -> Vec<KeyDifference> {
-    let all = logs.map(|log| {
-        let head = log.head();
-        let mut values = BTreeMap::new();
-        flatten("", &Value::Table(head.scene_text.parse::<Table>().unwrap_or_default()), &mut values);
-        for unit in &head.units {
-            values.insert(format!("[{}] solver", unit.name), unit.solver.clone());
-            values.insert(format!("[{}] fingerprint", unit.name), unit.fingerprint.clone());
-            for (half, layout) in [("request", &unit.inputs), ("answer", &unit.outputs)] {
-                for (channel, _) in layout.channels() {
-                    let key = format!("[{}] {half} {}", unit.name, channel.name);
-                    values.insert(key, format!("{} values in {}", channel.size, channel.unit));
-                }
+/// The settings of a run by their keys: the scene, the units, the interval of the ground motion.
+fn values(log: &Log) -> BTreeMap<String, String> {
+    let head = log.head();
+    let mut values = BTreeMap::new();
+    flatten("", &Value::Table(head.scene_text.parse::<Table>().unwrap_or_default()), &mut values);
+    for unit in &head.units {
+        values.insert(format!("[{}] solver", unit.name), unit.solver.clone());
+        values.insert(format!("[{}] fingerprint", unit.name), unit.fingerprint.clone());
+        for (half, layout) in [("request", &unit.inputs), ("answer", &unit.outputs)] {
+            for (channel, _) in layout.channels() {
+                let key = format!("[{}] {half} {}", unit.name, channel.name);
+                values.insert(key, format!("{} values in {}", channel.size, channel.unit));
             }
         }
-        let interval = format!("{:?} s", head.ground_motion.interval);
-        values.insert("[ground motion] interval".to_owned(), interval);
-        values
-    });
+    }
+    let interval = format!("{:?} s", head.ground_motion.interval);
+    values.insert("[ground motion] interval".to_owned(), interval);
+    values
+}
+
+/// Number of keys that both scenes have with the same value.
+pub fn equal_keys(logs: [&Log; 2]) -> usize {
+    let [a, b] = logs.map(values);
+    a.iter().filter(|(key, value)| !key.starts_with('[') && b.get(*key) == Some(value)).count()
+}
+
+/// All differences of the settings: the scenes key by key, the units, the ground motion.
+pub fn settings(logs: [&Log; 2]) -> Vec<KeyDifference> {
+    let all = logs.map(values);
     let keys: std::collections::BTreeSet<&String> = all.iter().flat_map(BTreeMap::keys).collect();
     let values = |key: &String| all.each_ref().map(|values| values.get(key).cloned());
     let differing = keys.into_iter().map(|key| KeyDifference { key: key.clone(), values: values(key) });

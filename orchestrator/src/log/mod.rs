@@ -29,10 +29,10 @@ mod worst;
 mod writer;
 
 pub use accepted::{AcceptedStep, AcceptedSteps};
+pub(crate) use agreement::ROUNDING;
 pub use agreement::{Agreement, End, Event, Events, Measured};
 pub use common_variable::{CommonVariable, Kind as VariableKind};
-use comparison::settings;
-pub use comparison::{Comparison, KeyDifference, compare};
+pub use comparison::{Comparison, KeyDifference, compare, equal_keys, settings};
 pub use decode::{Mismatch, Wanted};
 pub use entry::{Entry, LoggedDamage, LoggedEnd, LoggedExchange, LoggedIteration, LoggedStep};
 pub use error::{LogError, LogReadError};

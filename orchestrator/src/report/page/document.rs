@@ -3,7 +3,7 @@
 use super::super::Quantity;
 use super::data::{Chart, Envelope, Profile, ReportData};
 use super::number::shown;
-use super::profile_picture::{bounds, picture};
+use super::profile_picture::{bounds, lines, picture};
 use super::tables;
 use quick_xml::escape::escape;
 use serde::Serialize;
@@ -29,24 +29,48 @@ struct Drawn<'a> {
 }
 
 /// A section of the page.
-struct Part {
-    id: &'static str,
-    title: &'static str,
-    body: String,
+pub(super) struct Part {
+    pub id: &'static str,
+    pub title: &'static str,
+    pub body: String,
+}
+
+/// A page around its sections.
+pub(super) struct Page<'a> {
+    /// What the browser's tab says.
+    pub title: &'a str,
+    /// Rules beside those of all pages.
+    pub style: &'static str,
+    /// What stands above the sections.
+    pub head: String,
+    /// The sections.
+    pub parts: Vec<Part>,
+    /// From what it is made.
+    pub source: &'static str,
+    /// The scripts, with their tags.
+    pub scripts: String,
 }
 
 /// The report as an HTML page, which is well-formed XML but for its scripts and styles, and loads nothing.
 pub fn html(data: &ReportData) -> String {
     let mut charts = Vec::new();
     let parts = parts(data, &mut charts);
+    let scripts = scripts(&Drawn { time: &data.time, charts });
+    let (title, head) = (&*data.title, head(data));
+    page(&Page { title, style: "", head, parts, source: "the files of the run. Charts: uPlot", scripts })
+}
+
+/// The page as HTML.
+pub(super) fn page(page: &Page<'_>) -> String {
+    let Page { title, style, head, parts, source, scripts } = page;
     let mut text = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
          <meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\"/>\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>{}</title>\n\
-         <style>{CHARTS_STYLE}\n{STYLE}</style>\n</head>\n<body>\n<main>\n",
-        escape(&data.title)
+         <style>{CHARTS_STYLE}\n{STYLE}{style}</style>\n</head>\n<body>\n<main>\n",
+        escape(*title)
     );
-    text += &head(data);
+    text += head;
     text += "<nav>";
     for (number, part) in parts.iter().enumerate() {
         // Writing to a string cannot fail.
@@ -63,18 +87,23 @@ pub fn html(data: &ReportData) -> String {
             part.body
         );
     }
-    let drawn = Drawn { time: &data.time, charts };
-    // Plain values in plain structures can be written.
-    let json = serde_json::to_string(&drawn).unwrap_or_default();
-    let json = json.replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026");
     let _ = write!(
         text,
-        "<footer>Made by cofferdam {} from the files of the run. Charts: uPlot.</footer>\n</main>\n\
-         <script type=\"application/json\" id=\"data\">{json}</script>\n\
-         <script>{SHARP}\n{CHARTS}\n/*\n{CHARTS_LICENCE}\n*/</script>\n<script>{SCRIPT}</script>\n</body>\n</html>\n",
+        "<footer>Made by cofferdam {} from {source}.</footer>\n</main>\n{scripts}</body>\n</html>\n",
         env!("CARGO_PKG_VERSION")
     );
     text
+}
+
+/// The scripts that draw charts, with their data.
+pub(super) fn scripts(drawn: &impl Serialize) -> String {
+    // Plain values in plain structures can be written.
+    let json = serde_json::to_string(drawn).unwrap_or_default();
+    let json = json.replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026");
+    format!(
+        "<script type=\"application/json\" id=\"data\">{json}</script>\n\
+         <script>{SHARP}\n{CHARTS}\n/*\n{CHARTS_LICENCE}\n*/</script>\n<script>{SCRIPT}</script>\n"
+    )
 }
 
 /// Title, status and what matters first.
@@ -224,7 +253,8 @@ fn profiles(profiles: &[Profile]) -> String {
     if profiles.is_empty() {
         return String::new();
     }
-    let [largest, height] = bounds(profiles);
+    let [largest, height] =
+        bounds(profiles.iter().flat_map(|profile| [&*profile.computed, &profile.westergaard]));
     let mut text = String::from(
         "<p class=\"about\">Hydrodynamic pressure from the log (<svg class=\"key\" viewBox=\"0 0 28 8\"><path class=\"computed\" d=\"M0 4H28\"/></svg> \
          computed), beside Westergaard's parabola ⅞ ρ a √(h (h − y)) for the acceleration a of the ground at that instant \
@@ -241,7 +271,7 @@ fn profiles(profiles: &[Profile]) -> String {
             profile.time,
             profile.time,
             tables::number(profile.ground_acceleration),
-            picture(profile, height, largest)
+            picture(&lines(profile), height, largest)
         );
     }
     text + "</div>\n"

@@ -1,6 +1,7 @@
 //! The report of a run: one HTML page that needs nothing else.
 //!
-//! Data flow one way: [`RunFolder`] (what the files of a run say) → [`ReportData`] (what is shown) → [`html`] (the text).
+//! Data flow one way: [`RunFolder`] (what the files of a run say) → [`ReportData`] (what is shown) → [`html`] (the text). In [`pair`] the
+//! same of two runs.
 
 mod charts;
 mod checks;
@@ -13,6 +14,7 @@ mod inputs;
 mod key_figures;
 mod limits;
 mod number;
+pub mod pair;
 mod profile;
 mod profile_picture;
 mod tables;

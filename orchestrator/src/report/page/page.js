@@ -21,12 +21,34 @@
   const shown = value => value == null ? "" : minus(Math.abs(value) >= 1e5 || (value !== 0 && Math.abs(value) < 1e-3)
     ? value.toExponential(2) : String(+value.toPrecision(4)));
 
-  function abscissa(chart) {
+  function abscissa(chart, time) {
     const kind = Object.keys(chart.abscissa)[0];
     const values = chart.abscissa[kind];
     if (kind !== "Rows") return { kind, values };
     let row = 0;
-    return { kind: "Times", values: values.map(step => data.time[row += step]) };
+    return { kind: "Times", values: values.map(step => time[row += step]) };
+  }
+
+  // What a chart draws. The line of another run has instants of its own: where a line has no value, `undefined`, it goes on.
+  function content(chart) {
+    const { kind, values } = abscissa(chart, data.time);
+    const lines = chart.series.map((line, index) => ({ ...line, index }));
+    if (!chart.beside) return { kind, lines, table: [values, ...lines.map(line => line.values)] };
+    const other = abscissa(chart.beside, data.beside);
+    const beside = chart.beside.series.map(line => ({ ...line, index: 1 }));
+    const tables = [[values, ...lines.map(line => line.values)], [other.values, ...beside.map(line => line.values)]];
+    const drawn = lines.length ? kind : other.kind;
+    return { kind: drawn, lines: [...lines, ...beside], table: uPlot.join(tables.filter(table => table.length > 1)) };
+  }
+
+  // Of a line without a value at the cursor the nearest one.
+  function nearest(u, line, index) {
+    const values = u.data[line];
+    for (let away = 0; line > 0 && away < 50; away++) {
+      if (values[index - away] !== undefined) return index - away;
+      if (values[index + away] !== undefined) return index + away;
+    }
+    return index;
   }
 
   // A zoom of one chart over time is one of all.
@@ -68,9 +90,10 @@
     };
   }
 
-  // The whole run, in place of all that a chart has.
-  const whole = values => (u, min, max) =>
-    min === values[0] && max === values[values.length - 1] ? [data.time[0], data.time[data.time.length - 1]] : [min, max];
+  // The whole run, or both, in place of all that a chart has.
+  const times = [data.time, data.beside ?? []].filter(time => time.length);
+  const ends = [Math.min(...times.map(time => time[0])), Math.max(...times.map(time => time[time.length - 1]))];
+  const whole = values => (u, min, max) => min === values[0] && max === values[values.length - 1] ? ends : [min, max];
 
   function ranges(chart) {
     if (chart.range) return () => chart.range;
@@ -94,9 +117,10 @@
 
   function draw(place) {
     const chart = data.charts[+place.dataset.chart];
-    const { kind, values } = abscissa(chart);
+    const { kind, lines, table } = content(chart);
+    const values = table[0];
     const overTime = kind === "Times";
-    const series = chart.series.map((line, index) => ({
+    const series = lines.map(({ index, ...line }) => ({
       label: line.name,
       stroke: COLOURS[index % COLOURS.length],
       width: overTime ? 1.2 : 1.8,
@@ -110,7 +134,7 @@
       width: place.clientWidth,
       height: overTime ? HEIGHT : 330,
       padding: [8, 12, 0, 0],
-      legend: { markers: { width: 2, stroke: (u, i) => u.series[i].stroke(u, i), dash: (u, i) => BORDERS[(i - 1) % BORDERS.length] } },
+      legend: { markers: { width: 2, stroke: (u, i) => u.series[i].stroke(u, i), dash: (u, i) => BORDERS[(lines[i - 1]?.index ?? 0) % BORDERS.length] } },
       cursor: overTime
         ? { sync: { key: "time", scales: ["x", null], setSeries: false, filters: { pub: type => type === "mousemove" || type === "mouseleave" } }, drag: { x: true, y: false }, points: { size: 6 } }
         : { drag: { x: false, y: false }, points: { size: 6 } },
@@ -126,9 +150,10 @@
       ],
       hooks: { draw: [marks(chart)] },
     };
+    if (chart.beside) options.cursor.dataIdx = nearest;
     if (overTime) options.hooks.setScale = [(u, key) => { if (key === "x") follow(u); }];
     place.textContent = "";
-    const drawn = new uPlot(options, [values, ...chart.series.map(line => line.values)], place);
+    const drawn = new uPlot(options, table, place);
     if (overTime) ofTime.push(drawn);
     return { place, drawn, overTime };
   }

@@ -52,6 +52,36 @@ pub fn of(run: &RunFolder) -> Result<Vec<Profile>, LogReadError> {
     Ok(profiles)
 }
 
+/// The instant of `run` that is nearest to `time` (s), and the pressure on the face of `water` then: heights above its foot, m, and
+/// pressures, Pa. None where the run has no such water or pressure, or no step there.
+///
+/// **Errors**: the log cannot be read.
+pub fn nearest(
+    run: &RunFolder,
+    water: &str,
+    time: f64,
+) -> Result<Option<(f64, Vec<[f64; 2]>)>, LogReadError> {
+    let scene = &run.loaded.scene;
+    let of = scene.waters().enumerate().find(|(_, (side, _))| side.table() == water);
+    let Some((index, (side, _))) = of.filter(|_| scene.log.exchanges != LoggedExchangesScene::None) else {
+        return Ok(None);
+    };
+    let times = run.histories.column("time").unwrap_or(&[]);
+    let away = |row: &usize| (times[*row] - time).abs();
+    let Some(row) = (0..times.len()).min_by(|a, b| away(a).total_cmp(&away(b))) else { return Ok(None) };
+    let before = row.saturating_sub(1);
+    let step = times.get(before + 1).map_or(0.0, |end| end - times[before]);
+    if away(&row) > step {
+        return Ok(None);
+    }
+    let points = points(run, side);
+    let first = points.first().map_or(0.0, |point| point[1]);
+    let found = pressure(&run.log, UnitId(index + 1), row as u64)?;
+    Ok(found.filter(|(_, pressure)| pressure.len() == points.len()).map(|(end, pressure)| {
+        (end, points.iter().zip(&pressure).map(|(point, pressure)| [point[1] - first, *pressure]).collect())
+    }))
+}
+
 /// The points of a water, m.
 fn points(run: &RunFolder, side: Side) -> &[[f64; 2]] {
     let manifest = &run.manifest;

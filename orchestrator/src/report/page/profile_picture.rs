@@ -8,8 +8,16 @@ use std::fmt::Write;
 const SIZE: [f64; 2] = [320.0, 340.0];
 const AROUND: [f64; 4] = [44.0, 10.0, 12.0, 42.0];
 
-/// The picture of `profile`, from 0 to `height` (m), and to `largest` (kPa) in both directions.
-pub fn picture(profile: &Profile, height: f64, largest: f64) -> String {
+/// Heights (m) and pressures (Pa).
+pub type Line = [[f64; 2]];
+
+/// The lines of a profile by their classes.
+pub fn lines(profile: &Profile) -> [(&'static str, &Line); 2] {
+    [("westergaard", &profile.westergaard), ("computed", &profile.computed)]
+}
+
+/// The picture of lines by their classes, from 0 to `height` (m), and to `largest` (kPa) in both directions.
+pub fn picture(lines: &[(&str, &Line)], height: f64, largest: f64) -> String {
     let [width, tall] = SIZE;
     let [left, top, right, bottom] = AROUND;
     let x = |pressure: f64| left + (width - left - right) * (pressure + largest) / (2.0 * largest);
@@ -41,19 +49,18 @@ pub fn picture(profile: &Profile, height: f64, largest: f64) -> String {
             plain(above)
         );
     }
-    let line = |class: &str, points: &[[f64; 2]]| {
+    let line = |class: &str, points: &Line| {
         let points: Vec<String> =
             points.iter().map(|[above, p]| format!("{:.1},{:.1}", x(1e-3 * p), y(*above))).collect();
         format!("<polyline class=\"{class}\" points=\"{}\"/>", points.join(" "))
     };
     let _ = write!(
         text,
-        "<path class=\"zero\" d=\"M{zero:.1} {top}V{:.1}\"/></g>{}{}\
+        "<path class=\"zero\" d=\"M{zero:.1} {top}V{:.1}\"/></g>{}\
          <text x=\"{zero:.1}\" y=\"{:.1}\" text-anchor=\"middle\">pressure, kPa</text>\
          <text transform=\"translate(12 {:.1}) rotate(-90)\" text-anchor=\"middle\">height above the foot, m</text></svg>",
         tall - bottom,
-        line("westergaard", &profile.westergaard),
-        line("computed", &profile.computed),
+        lines.iter().map(|(class, points)| line(class, points)).collect::<String>(),
         tall - 6.0,
         (top + tall - bottom) / 2.0,
         zero = x(0.0)
@@ -61,9 +68,9 @@ pub fn picture(profile: &Profile, height: f64, largest: f64) -> String {
     text
 }
 
-/// The largest pressure of profiles in either direction, rounded up, kPa, and the largest height, m.
-pub fn bounds(profiles: &[Profile]) -> [f64; 2] {
-    let points = || profiles.iter().flat_map(|profile| profile.computed.iter().chain(&profile.westergaard));
+/// The largest pressure of lines in either direction, rounded up, kPa, and the largest height, m.
+pub fn bounds<'a>(lines: impl Iterator<Item = &'a Line> + Clone) -> [f64; 2] {
+    let points = || lines.clone().flatten();
     let largest = points().fold(0.0f64, |most, [_, p]| most.max(1e-3 * p.abs())).max(1e-9);
     let step = tick(2.0 * largest, 6.0) / 2.0;
     [(largest / step).ceil() * step, points().fold(1e-9f64, |most, [above, _]| most.max(*above))]
@@ -90,9 +97,9 @@ mod tests {
             computed: vec![[0.0, -6.1e5], [50.0, 2.0e5], [91.75, 0.0]],
             westergaard: vec![[0.0, -1.0e5], [91.75, 0.0]],
         };
-        let [largest, height] = bounds(std::slice::from_ref(&profile));
+        let [largest, height] = bounds(lines(&profile).iter().map(|(_, line)| *line));
         assert!((610.0..=750.0).contains(&largest) && height == 91.75, "{largest}, {height}");
-        let text = picture(&profile, height, largest);
+        let text = picture(&lines(&profile), height, largest);
         let points =
             text.split("class=\"computed\" points=\"").nth(1).and_then(|rest| rest.split('"').next());
         let points: Vec<[f64; 2]> = points
