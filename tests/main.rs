@@ -36,6 +36,7 @@ mod python;
 mod replay_of_parts;
 mod replay_of_schemes;
 mod report;
+mod report_of_two;
 mod reservoir_command;
 mod resume;
 mod rigid_dam_ramp;

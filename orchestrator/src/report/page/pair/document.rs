@@ -104,12 +104,12 @@ fn crest(data: &PairData) -> String {
     let Some(crest) = &data.crest else {
         let reason = "no dam, or no instant that both runs have";
         return format!(
-            "<div class=\"figure\"><p class=\"name\">largest difference of the crest’s histories</p><p class=\"when\">not measured: {reason}</p></div>\n"
+            "<div class=\"figure crest\"><p class=\"name\">largest difference of the crest’s histories</p><p class=\"when\">not measured: {reason}</p></div>\n"
         );
     };
     let percent = 100.0 * crest.relative();
     format!(
-        "<div class=\"figure\"><p class=\"name\">largest difference of the crest’s histories, over the largest displacement</p>\
+        "<div class=\"figure crest\"><p class=\"name\">largest difference of the crest’s histories at the same instants, over the largest displacement of either</p>\
          <p class=\"value\"><data value=\"{percent}\">{}</data> <span>%</span></p>\
          <p class=\"when\">{} mm at {} s, of {} common instants</p></div>\n",
         shown(percent),

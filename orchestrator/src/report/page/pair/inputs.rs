@@ -9,7 +9,10 @@ const LONG: &str = "mesh.text";
 
 /// The keys of the scenes that differ; then what else does: units, ground motion, program, machine.
 pub fn differing(runs: [&RunFolder; 2]) -> (Vec<KeyDifference>, Vec<KeyDifference>) {
-    let all = settings(runs.map(|run| &run.log)).into_iter().filter(|setting| !setting.key.ends_with(LONG));
+    let of_channel =
+        |key: &str| key.starts_with('[') && (key.contains(" request ") || key.contains(" answer "));
+    let shown = |setting: &KeyDifference| !setting.key.ends_with(LONG) && !of_channel(&setting.key);
+    let all = settings(runs.map(|run| &run.log)).into_iter().filter(shown);
     let (mut origin, scene): (Vec<_>, Vec<_>) = all.partition(|setting| setting.key.starts_with('['));
     for setting in &mut origin {
         // As in sentences: `reservoir: solver`.
