@@ -98,7 +98,7 @@ pub enum Command {
     /// Try a run otherwise from one of its steps on
     #[command(after_long_help = run::branch::HELP)]
     Branch(run::branch::Arguments),
-    /// Write the report of a run, or of two side by side: one HTML page
+    /// Write the report of a run, of two side by side, or of an ensemble: one HTML page
     #[command(after_long_help = report::HELP)]
     Report(report::Arguments),
     /// Check scenes without running them: every mistake at its line, and warnings about doubtful choices

@@ -1,9 +1,10 @@
-//! `cofferdam report`, and the report at the end of a run.
+//! `cofferdam report`, and the report at the end of a run or an ensemble.
 
 use super::{complain, say, section};
 use orchestrator::log::LogReadError;
 use orchestrator::observer::Histories;
 use orchestrator::report::Manifest;
+use orchestrator::report::page::ensemble::{self, EnsembleData, EnsembleFolder};
 use orchestrator::report::page::{ReportData, ReportError, RunFolder, html, pair};
 use std::io::{Error, ErrorKind};
 use std::path::{Path, PathBuf};
@@ -12,13 +13,13 @@ use std::process::ExitCode;
 /// Arguments of `cofferdam report`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// The run's folder
+    /// The folder of a run, or of an ensemble
     run: PathBuf,
 
     /// The folder of another run, to be laid beside it; the first is the reference
     other: Option<PathBuf>,
 
-    /// The page; by default report.html in the run's folder, of two runs report-OTHER.html there
+    /// The page; by default report.html in the folder, of two runs report-OTHER.html there
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
@@ -33,14 +34,21 @@ It is made of manifest.toml, histories.csv and log.mcap.
 Of two runs, A and B, the page says what differs in their inputs, and shows their numbers with the differences B − A, their
 histories and spectra in the same charts, and their checks and warnings side by side. Steps, durations and dams may differ.
 
+Of the folder of `cofferdam ensemble` the page shows the plan, how the runs ended, probabilities of exceeding the limits,
+medians with their intervals, what the variance comes from, and all runs in a table. It is made of ensemble.toml and the
+tables and pictures there.
+
 Examples:
   cofferdam report runs/koyna
       Writes runs/koyna/report.html.
   cofferdam report runs/koyna --output koyna.html
   cofferdam report runs/koyna runs/finer
       Both side by side, with runs/koyna as the reference: writes runs/koyna/report-finer.html.
+  cofferdam report ensembles/koyna
+      Writes ensembles/koyna/report.html.
 
-Exit status: 0 written, 1 the page cannot be written, 2 RUN is not the folder of a run, lacks a file, or is given twice.";
+Exit status: 0 written, 1 the page cannot be written, 2 RUN is not the folder of a run or an ensemble, lacks a file, or is
+given twice.";
 
 /// Name of the page in the folder of a run.
 const NAME: &str = "report.html";
@@ -87,7 +95,11 @@ pub fn run(arguments: &Arguments) -> ExitCode {
 
 fn of_one(arguments: &Arguments) -> Result<PathBuf, Failure> {
     let path = arguments.output.clone().unwrap_or_else(|| arguments.run.join(NAME));
-    write(RunFolder::read(&arguments.run)?, &path)?;
+    if EnsembleFolder::is(&arguments.run) {
+        save(&ensemble::html(&EnsembleData::of(&EnsembleFolder::read(&arguments.run)?)), &path)?;
+    } else {
+        write(RunFolder::read(&arguments.run)?, &path)?;
+    }
     Ok(path)
 }
 
@@ -103,6 +115,13 @@ fn of_two(arguments: &Arguments, other: &Path) -> Result<PathBuf, Failure> {
     let [a, b] = &runs;
     save(&pair::html(&pair::PairData::of([a, b], names)?), &path)?;
     Ok(path)
+}
+
+/// Writes the page of an ensemble into its `folder`.
+///
+/// **Errors**: [`Failure`].
+pub fn of_ensemble(folder: &Path) -> Result<(), Failure> {
+    save(&ensemble::html(&EnsembleData::of(&EnsembleFolder::read(folder)?)), &folder.join(NAME))
 }
 
 /// Writes the page of a run that has just ended in `folder`.

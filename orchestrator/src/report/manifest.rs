@@ -54,7 +54,7 @@ pub struct WaterFace {
 }
 
 /// The program and the machine it runs on.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Build {
     /// Version of the program.
     pub version: Cow<'static, str>,

@@ -9,6 +9,9 @@ pub(super) const ENERGY_BALANCE: &str = "energy balance error over peak kinetic 
 /// Energy balance error, %, above which a summary says loudly that it cannot be trusted.
 pub(super) const ENERGY_ALARM: f64 = 1.0;
 
+/// What the warning of a block that still moves says.
+pub(super) const NOT_AT_REST: &str = "the dam is not at rest at the end";
+
 pub(super) const LOWEST_PRESSURE: &str = "lowest pressure on the wet face, hydrostatic included";
 /// Pressure against the atmosphere's at which water boils, kPa.
 pub(super) const CAVITATION: f64 = -99.0;
@@ -282,7 +285,7 @@ impl Table<'_> {
                 Some(_) => "raise `time.longest_quiet`",
             };
             self.moving.push(format!(
-                "WARNING: no {name}: the dam is not at rest at the end. In the last {AVERAGED} s the block slides by {:.2} mm/s \
+                "WARNING: no {name}: {NOT_AT_REST}. In the last {AVERAGED} s the block slides by {:.2} mm/s \
                  ({} mm/s counts as rest), and the kinetic energy is {:.1e} of its peak ({STILL_MOVES:e} counts as rest); \
                  {remedy}, and look whether the motion decays; `cofferdam check` says whether the block shakes itself",
                 1e3 * last.speed,

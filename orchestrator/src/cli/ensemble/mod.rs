@@ -1,13 +1,15 @@
 //! `cofferdam ensemble`: many runs of a scene, and what they say together.
 
 mod figure;
+mod limits;
+mod manifest;
 mod methods;
 mod plan;
 mod runs;
 pub mod sample;
 mod tables;
 
-use super::{check, complain, parallel, say, threads};
+use super::{check, complain, parallel, report, say, threads};
 use crate::registry::{self, RegistryError};
 use miette::Diagnostic;
 use orchestrator::ground_motion::{GroundMotion, RecordError};
@@ -44,6 +46,10 @@ pub struct Arguments {
     /// Runs at the same time; by default one per core
     #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: Option<u16>,
+
+    /// Do not write report.html; `cofferdam report` makes it later
+    #[arg(long)]
+    no_report: bool,
 }
 
 /// A share of the samples, counted from 0.
@@ -73,10 +79,12 @@ Writes into the output folder:
                    a row for each run
   ensemble.md      median, 16 and 84 % of each quantity, fragility of each limit, what the variance comes from, whether
                    methods agree
-  statistics.csv, fragility.csv, variance.csv, methods.csv
+  statistics.csv, fragility.csv, limits.csv, exceedance.csv, variance.csv, methods.csv
                    the same with all quantities and digits
   ida.svg          incremental dynamic analysis: the first limit's quantity over intensity, for each record
   fragility.svg    probability of exceeding each limit, with its 95 % band
+  ensemble.toml    what it was made from: records, levels, what varies, hashes, program, machine
+  report.html      all of this on one page; `cofferdam report` writes it anew
 
 Examples:
   cofferdam ensemble scenes/koyna-northridge-1994/ensemble.toml --output ensembles/koyna
@@ -116,6 +124,9 @@ pub enum EnsembleError {
     /// A file.
     #[error("{}: {cause}; choose another --output", path.display())]
     File { path: PathBuf, cause: Box<dyn Error + Send + Sync> },
+    /// The page.
+    #[error("the report: {0}")]
+    Report(#[from] report::Failure),
     /// Numbers that cannot be written as text, or a picture that cannot be drawn.
     #[error("{0}; this is a mistake of the program")]
     Format(Box<dyn Error + Send + Sync>),
@@ -135,6 +146,7 @@ pub fn run(arguments: &Arguments) -> ExitCode {
                 EnsembleError::Run { .. }
                 | EnsembleError::OutputTaken { .. }
                 | EnsembleError::File { .. }
+                | EnsembleError::Report(_)
                 | EnsembleError::Format(_) => 1,
             };
             complain(format!("{:?}", miette::Report::new(error)));
@@ -192,7 +204,11 @@ fn carry_out(arguments: &Arguments) -> Result<(), EnsembleError> {
     };
     let kept =
         ensemble.hashes.iter().map(|hash| sample::kept(&arguments.output, hash).ok_or_else(|| lost(hash)));
-    tables::write(&ensemble, &kept.collect::<Result<Vec<_>, _>>()?, &arguments.output)
+    tables::write(&ensemble, &kept.collect::<Result<Vec<_>, _>>()?, &text, &arguments.output)?;
+    let page = if arguments.no_report { None } else { Some(report::of_ensemble(&arguments.output)?) };
+    let report = page.map_or("", |_| ", report.html");
+    say(format!("tables, pictures{report} are in {}", arguments.output.display()));
+    Ok(())
 }
 
 impl Ensemble {

@@ -141,6 +141,23 @@ pub enum Variation {
     Lognormal { median: f64, dispersion: f64 },
 }
 
+impl std::fmt::Display for Variation {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Values(values) => {
+                f.write_str(&values.iter().map(ToString::to_string).collect::<Vec<_>>().join(", "))
+            }
+            Self::Uniform { from, to } => write!(f, "uniform from {from} to {to}"),
+            Self::Normal { mean, deviation } => {
+                write!(f, "normal, mean {mean}, standard deviation {deviation}")
+            }
+            Self::Lognormal { median, dispersion } => {
+                write!(f, "lognormal, median {median}, dispersion {dispersion}")
+            }
+        }
+    }
+}
+
 impl Variation {
     /// The value below which a random one lies with this probability; none for a list.
     fn at(&self, probability: f64) -> Option<f64> {
@@ -423,6 +440,15 @@ impl Plan {
 }
 
 impl Intensity {
+    /// The levels as tables call them.
+    pub fn level_names(&self) -> Vec<String> {
+        match (&self.levels[..], &self.scales[..]) {
+            ([], []) => vec!["as recorded".to_owned()],
+            ([], scales) => scales.iter().map(|scale| format!("× {scale}")).collect(),
+            (levels, _) => levels.iter().map(|level| format!("{level} g")).collect(),
+        }
+    }
+
     /// The name of the measure; `period` in s.
     pub fn name(&self, period: f64) -> String {
         match self.measure {

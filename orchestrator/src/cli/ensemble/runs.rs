@@ -48,12 +48,7 @@ impl<'a> Runs<'a> {
 
     /// The runs of each level; one for all, where none is asked for or they are factors.
     pub fn levels(&self) -> Vec<(String, Vec<usize>)> {
-        let intensity = &self.ensemble.plan.intensity;
-        let names: Vec<String> = match (&intensity.levels[..], &intensity.scales[..]) {
-            ([], []) => vec!["as recorded".to_owned()],
-            ([], scales) => scales.iter().map(|scale| format!("× {scale}")).collect(),
-            (levels, _) => levels.iter().map(|level| format!("{level} g")).collect(),
-        };
+        let names = self.ensemble.plan.intensity.level_names();
         let of_level = |level| self.complete().filter(|i| self.ensemble.samples[*i].level == level).collect();
         names.into_iter().enumerate().map(|(level, name)| (name, of_level(level))).collect()
     }

@@ -22,6 +22,9 @@ pub struct Kept {
     pub status: String,
     /// Simulated time that it reached, s.
     pub simulated_time: f64,
+    /// What it warned of; not what its scene warns of.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
     /// The quantities of its table.
     pub quantities: Vec<Quantity>,
 }
@@ -82,7 +85,10 @@ pub fn run(loaded: &LoadedScene, threads: NonZeroUsize, until: Option<f64>) -> R
     }
     let crest = simulation.static_crest_displacement;
     let summary = Summary::of(loaded, &histories.histories, &ending, crest, &stress_points, [&[], &[]], &[]);
+    let of_scene: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();
+    let warnings = summary.notes.iter().filter_map(|note| note.strip_prefix("WARNING: "));
     Ok(Kept {
+        warnings: warnings.filter(|said| !of_scene.iter().any(|of| of == said)).map(str::to_owned).collect(),
         status: summary.status,
         simulated_time: summary.simulated_time,
         quantities: summary.quantities,
@@ -129,6 +135,7 @@ mod tests {
         let sample = Kept {
             status: "completed".into(),
             simulated_time: 0.1 + 0.2,
+            warnings: vec!["the pressure falls".into()],
             quantities: vec![number(1.0 / 3.0), number(-5e-324), number(1e300)],
         };
         keep(folder.path(), "a", &sample).expect("a file");

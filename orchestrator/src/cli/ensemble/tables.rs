@@ -2,10 +2,10 @@
 
 use super::runs::{LimitCurve, Runs, SHOWN, digits};
 use super::sample::Kept;
-use super::{Ensemble, EnsembleError, figure, methods};
+use super::{Ensemble, EnsembleError, figure, limits, manifest, methods};
 use crate::cli::table::Table;
 use crate::cli::{parquet, say};
-use orchestrator::statistics::{Fragility, Outcome, band, fit, main_effect, median_interval, quantile};
+use orchestrator::statistics::{Outcome, band, fit, main_effect, median_interval, quantile};
 use std::path::Path;
 
 /// Confidence of all intervals.
@@ -17,8 +17,8 @@ const POINTS: usize = 101;
 const BEYOND: f64 = 1.25;
 /// Groups into which the values of a distribution are sorted to find its effect.
 const GROUPS: usize = 5;
-/// Writes everything.
-pub fn write(ensemble: &Ensemble, kept: &[Kept], folder: &Path) -> Result<(), EnsembleError> {
+/// Writes everything of an ensemble whose plan has this text.
+pub fn write(ensemble: &Ensemble, kept: &[Kept], plan: &str, folder: &Path) -> Result<(), EnsembleError> {
     let runs = Runs::of(ensemble, kept);
     let save = |name: &str, text: &str| {
         let path = folder.join(name);
@@ -34,8 +34,13 @@ pub fn write(ensemble: &Ensemble, kept: &[Kept], folder: &Path) -> Result<(), En
     let (statistics, short) = runs.statistics();
     save_table("statistics.csv", &statistics)?;
     let intensities = runs.intensities();
-    let limits = runs.limits(&intensities);
+    let levels = &ensemble.plan.intensity.levels;
+    let limits = runs.limits(&[&intensities[..], levels].concat());
     save_table("fragility.csv", &curves(&limits, &intensities, &ensemble.measure))?;
+    save_table("limits.csv", &limits::fits(&limits))?;
+    save_table("exceedance.csv", &limits::exceedance(&runs, &limits, levels, intensities.len()))?;
+    let manifest = toml::to_string(&manifest::of(&runs, plan)?);
+    save("ensemble.toml", &manifest.map_err(|cause| EnsembleError::Format(cause.into()))?)?;
     let (variance, shares) = runs.variance();
     save_table("variance.csv", &variance)?;
     let mut text = runs.opening();
@@ -45,7 +50,7 @@ pub fn write(ensemble: &Ensemble, kept: &[Kept], folder: &Path) -> Result<(), En
             "\nProbability of exceeding a limit over {}: lognormal, maximum likelihood; 95 % intervals by a bootstrap of whole \
              records or pairs.\n\n{}",
             ensemble.measure,
-            limit_table(&limits).markdown()
+            limits::table(&limits).markdown()
         ));
     }
     if let Some(shares) = shares {
@@ -69,7 +74,6 @@ pub fn write(ensemble: &Ensemble, kept: &[Kept], folder: &Path) -> Result<(), En
     if !limits.is_empty() {
         save("fragility.svg", &figure::fragility(&ensemble.measure, &intensities, &limits)?)?;
     }
-    say(format!("tables and pictures are in {}", folder.display()));
     Ok(())
 }
 
@@ -106,6 +110,7 @@ impl Runs<'_> {
         headings.extend(keys.iter().map(|key| (*key).clone()));
         headings.push("simulated time [s]".to_owned());
         headings.extend(self.quantities.iter().map(|(name, unit)| format!("{name} [{unit}]")));
+        headings.push("warnings".to_owned());
         let mut table = Table::new(headings);
         for (index, ((sample, hash), kept)) in samples.iter().zip(hashes).zip(self.kept).enumerate() {
             let record = &plan.records[sample.record];
@@ -124,11 +129,13 @@ impl Runs<'_> {
             row.extend(sample.values.iter().map(|value| value.trim_matches('"').to_owned()));
             row.push(kept.simulated_time.to_string());
             row.extend(self.quantities.iter().map(|(name, _)| number(kept.value(name))));
+            row.push(kept.warnings.join(" | "));
             table.row(row);
         }
         let words =
             |column: usize| samples.iter().any(|sample| sample.values[column].parse::<f64>().is_err());
-        let mut text: Vec<String> = ["hash", "status", "record", "pair"].map(str::to_owned).to_vec();
+        let mut text: Vec<String> =
+            ["hash", "status", "record", "pair", "warnings"].map(str::to_owned).to_vec();
         text.extend(
             keys.iter().enumerate().filter(|(column, _)| words(*column)).map(|(_, key)| (*key).clone()),
         );
@@ -326,44 +333,6 @@ fn curves(limits: &[LimitCurve], intensities: &[f64], measure: &str) -> Table {
             row.extend([curve.probability(*intensity), low, high].map(number));
         }
         table.row(row);
-    }
-    table
-}
-
-fn limit_table(limits: &[LimitCurve]) -> Table {
-    let mut table = Table::new(["limit", "exceeded by", "median, g (95 %)", "dispersion (95 %)", ""]);
-    for LimitCurve { quantity, above, unit, curve, band, exceeding, runs, left_out } in limits {
-        let interval = |value: f64, [low, high]: [f64; 2]| {
-            format!("{} ({} to {})", digits(value), digits(low), digits(high))
-        };
-        let (median, dispersion, remark) = match (curve, band) {
-            (Fragility::Fit(curve), Some(band)) => (
-                interval(curve.median, band.median),
-                interval(curve.dispersion, band.dispersion),
-                match band.fitted {
-                    share if share < 0.95 => {
-                        format!("only {:.0} % of the draws gave a curve: too few runs", 100.0 * share)
-                    }
-                    _ => String::new(),
-                },
-            ),
-            (Fragility::Fit(curve), None) => (digits(curve.median), digits(curve.dispersion), String::new()),
-            (Fragility::None(why), _) => (String::new(), String::new(), why.to_string()),
-        };
-        let without = match left_out {
-            0 => String::new(),
-            count => format!(
-                "{count} runs have no such value, because they failed or their blocks still move, and are left out: stronger shaking is likelier among them; "
-            ),
-        };
-        let remark = (without + &remark).trim_end_matches("; ").to_owned();
-        table.row([
-            format!("{quantity} > {above} {unit}"),
-            format!("{exceeding} of {runs}"),
-            median,
-            dispersion,
-            remark,
-        ]);
     }
     table
 }

@@ -47,6 +47,14 @@ pub enum ReportError {
         /// The file.
         path: PathBuf,
     },
+    /// A file cannot be read, or is no table.
+    #[error("{}: {cause}; let the command that made it write it again", path.display())]
+    Table {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        cause: String,
+    },
     /// The manifest cannot be read.
     #[error(transparent)]
     Manifest(#[from] ManifestError),

@@ -1,12 +1,13 @@
 //! The report of a run: one HTML page that needs nothing else.
 //!
 //! Data flow one way: [`RunFolder`] (what the files of a run say) → [`ReportData`] (what is shown) → [`html`] (the text). In [`pair`] the
-//! same of two runs.
+//! same of two runs, in [`ensemble`] of an ensemble.
 
 mod charts;
 mod checks;
 mod data;
 mod document;
+pub mod ensemble;
 mod envelope_picture;
 mod folder;
 mod ground;
@@ -26,6 +27,7 @@ pub use data::{
 };
 pub use document::html;
 pub use folder::{ReportError, RunFolder};
+pub use limits::not_modelled;
 
 use super::envelopes::{END, overstress};
 use crate::log::LogReadError;

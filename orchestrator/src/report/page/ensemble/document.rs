@@ -1,0 +1,164 @@
+//! The page of an ensemble.
+
+use super::super::document::{Page, Part, page};
+use super::super::number::shown;
+use super::super::tables;
+use super::data::EnsembleData;
+use quick_xml::escape::escape;
+use std::fmt::Write;
+
+const STYLE: &str = include_str!("ensemble.css");
+const SORTING: &str = include_str!("sorting.js");
+
+/// The report of an ensemble as an HTML page, which is well-formed XML but for its scripts and styles, and loads nothing.
+pub fn html(data: &EnsembleData) -> String {
+    let source = "the files of the ensemble";
+    let scripts = format!("<script>{SORTING}</script>\n");
+    page(&Page { title: &data.title, style: STYLE, head: head(data), parts: parts(data), source, scripts })
+}
+
+fn head(data: &EnsembleData) -> String {
+    let failed = data.runs - data.completed;
+    let (state, status) = match failed {
+        0 => ("complete", "all runs completed".to_owned()),
+        failed => ("partial", format!("{failed} of {} runs failed", data.runs)),
+    };
+    let mut text = format!(
+        "<header>\n<p class=\"kind\">Earthquake analyses of a gravity dam: an ensemble</p>\n<h1>{}</h1>\n\
+         <p class=\"state\"><span class=\"{state}\">{status}</span> <span>{}</span> <span>{} records</span></p>\n",
+        escape(&data.title),
+        escape(&data.scene),
+        data.records.rows.len(),
+    );
+    text += "<div class=\"figures\">\n";
+    let share = |count: usize, of: usize| {
+        format!("{} <span>of</span> {}", tables::number(count as f64), tables::number(of as f64))
+    };
+    text += &card("runs completed", &share(data.completed, data.runs), "");
+    text += &card("runs failed", &share(failed, data.runs), "left out of the statistics");
+    let still = "of those completed; they have no residual sliding";
+    text += &card("runs whose blocks still move at the end", &share(data.moving, data.completed), still);
+    for (limit, [median, dispersion]) in &data.curves {
+        let name = format!("median {} at which {limit}", data.measure);
+        let value =
+            median[0].map_or_else(String::new, |median| format!("{} <span>g</span>", tables::number(median)));
+        let said = [interval("", median), interval("dispersion ", dispersion)];
+        text += &card(&name, &value, &said.concat());
+    }
+    text += "</div>\n";
+    for (class, title, sentences) in
+        [("warnings", "Warnings", &data.warnings), ("limits", "What is not modelled", &data.not_modelled)]
+    {
+        if !sentences.is_empty() {
+            let _ = write!(
+                text,
+                "<div class=\"box {class}\"><h2>{title}</h2>\n{}</div>\n",
+                tables::list(sentences)
+            );
+        }
+    }
+    text + "</header>\n"
+}
+
+/// A number that matters first; `value` and `remark` are markup.
+fn card(name: &str, value: &str, remark: &str) -> String {
+    format!(
+        "<div class=\"figure\"><p class=\"name\">{}</p><p class=\"value\">{value}</p><p class=\"when\">{remark}</p></div>\n",
+        escape(name)
+    )
+}
+
+/// A value's interval; of what has a `name` the value too.
+fn interval(name: &str, [value, low, high]: &[Option<f64>; 3]) -> String {
+    let value = value.filter(|_| !name.is_empty());
+    let own = value.map_or_else(String::new, |value| format!(", {name}{}", tables::number(value)));
+    match (low, high) {
+        (Some(low), Some(high)) if name.is_empty() => {
+            format!("95 %: {} to {}", tables::number(*low), tables::number(*high))
+        }
+        (Some(low), Some(high)) => format!("{own} ({} to {})", shown(*low), shown(*high)),
+        _ => own.trim_start_matches(", ").to_owned(),
+    }
+}
+
+/// The sections that have content.
+fn parts(data: &EnsembleData) -> Vec<Part> {
+    let mut parts = Vec::new();
+    let mut add = |id: &'static str, title: &'static str, body: String| {
+        if !body.is_empty() {
+            parts.push(Part { id, title, body });
+        }
+    };
+    let wide = |group| tables::group(group).replace("class=\"group\"", "class=\"group wide\"");
+    let below = |title: &str, table: String| {
+        if table.is_empty() { table } else { format!("<h3>{title}</h3>\n{table}") }
+    };
+    let plan = wide(&data.plan)
+        + &below("Records", data.records.html("records"))
+        + &below("Keys that vary", data.varied.html("varied"));
+    add("plan", "What was varied", plan);
+    let about = "<p class=\"about\">Probability of exceeding a limit: lognormal, maximum likelihood; 95 % bands by a bootstrap of whole records or \
+                 pairs.</p>\n";
+    let limits = data.limits.html("limits");
+    let fragility = if limits.is_empty() { String::new() } else { about.to_owned() + &limits };
+    let exceeding = below("Runs beyond each limit, by level of shaking", data.exceedance.html("exceedance"));
+    add(
+        "fragility",
+        "Probability of exceeding a limit",
+        fragility + &picture(data.fragility.as_deref()) + &exceeding,
+    );
+    let about = "<p class=\"about\">A thin line for each motion and dam; thick ones for 16, 50 and 84 % of the runs of a level.</p>\n";
+    let analysis = picture(data.analysis.as_deref());
+    add(
+        "analysis",
+        "Incremental dynamic analysis",
+        if analysis.is_empty() { analysis } else { about.to_owned() + &analysis },
+    );
+    add("statistics", "Medians and spread", statistics(data));
+    let about = "<p class=\"about\">Main effects at one level of shaking (Kelley’s ε²); the rest is what they do together, and what nothing \
+                 explains.</p>\n";
+    let variance = data.variance.html("variance");
+    add(
+        "variance",
+        "What the variance comes from",
+        if variance.is_empty() { variance } else { about.to_owned() + &variance },
+    );
+    let about = "<p class=\"about\">Ratios of medians on the same motions, with 90 % intervals; p by Holm over all pairs of a quantity.</p>\n";
+    let methods = data.methods.html("methods");
+    add(
+        "methods",
+        "Whether methods agree",
+        if methods.is_empty() { methods } else { about.to_owned() + &methods },
+    );
+    let about = "<p class=\"about\">Each file holds the table of its run; it lies beside this page.<span class=\"hint\"> A click on a heading \
+                 sorts.</span></p>\n";
+    let results = data.results.html("results sortable");
+    add("runs", "All runs", if results.is_empty() { results } else { about.to_owned() + &results });
+    let plan = format!(
+        "<details><summary>The plan as it was given</summary><pre>{}</pre></details>\n",
+        escape(&data.plan_text)
+    );
+    add("provenance", "Provenance", wide(&data.provenance) + &plan);
+    parts
+}
+
+fn statistics(data: &EnsembleData) -> String {
+    let short = data.statistics.html("statistics");
+    if short.is_empty() {
+        return short;
+    }
+    format!(
+        "<p class=\"about\">Of the runs that completed and have the quantity. Low and high bound the median with 95 % confidence (order \
+         statistics), with the number of records or pairs as the number of independent values.</p>\n{short}\
+         <details><summary>All quantities</summary>\n{}</details>\n",
+        data.all_statistics.html("statistics all")
+    )
+}
+
+/// A picture of the folder.
+fn picture(svg: Option<&str>) -> String {
+    let Some(svg) = svg else { return String::new() };
+    // Inside a page a picture needs no namespace.
+    let svg = svg.replacen(" xmlns=\"http://www.w3.org/2000/svg\"", "", 1);
+    format!("<figure class=\"curves\">{svg}</figure>\n")
+}
