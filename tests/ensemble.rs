@@ -1,5 +1,6 @@
 //! `cofferdam ensemble`: the same numbers as single runs, the same bytes after interruptions, errors before any work.
 
+use crate::report::{Page, loads_nothing, report, said};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -182,6 +183,120 @@ fn an_ensemble_has_the_numbers_of_single_runs_and_its_tables_say_what_they_show(
         let text = std::fs::read_to_string(output.join(picture)).expect("a picture");
         assert!(text.starts_with("<svg") && text.trim_end().ends_with("</svg>"), "{picture}");
     }
+    the_page_has_the_numbers_of_the_tables(&output);
+}
+
+/// The page of an ensemble of [`PLAN`].
+fn the_page_has_the_numbers_of_the_tables(output: &Path) {
+    let page = Page::read(&output.join("report.html"));
+    let outside = loads_nothing(&page);
+    // Below their headings, tables of the folder and of the page have the same rows: numbers with all digits, and words.
+    let same = |class: &str, file: &str, columns: &[&str], rows_of: &dyn Fn(&[String]) -> bool| {
+        let (headings, table) = rows(&output.join(file));
+        let columns: Vec<usize> = columns
+            .iter()
+            .map(|name| {
+                headings.iter().position(|heading| heading == name).unwrap_or_else(|| panic!("{name}"))
+            })
+            .collect();
+        let shown = &page.rows[class][1..];
+        let table: Vec<_> = table.into_iter().filter(|row| rows_of(row)).collect();
+        assert_eq!(shown.len(), table.len(), "{class}");
+        for (shown, row) in shown.iter().zip(&table) {
+            let cells = columns.iter().map(|column| &row[*column]);
+            let numbers = cells.clone().filter_map(|cell| cell.parse().ok());
+            assert_eq!(shown.numbers, numbers.collect::<Vec<f64>>(), "{class}: {shown:?}");
+            let words = cells.filter(|cell| cell.parse::<f64>().is_err());
+            assert!(words.clone().all(|cell| shown.cells.contains(cell)), "{class}: {shown:?} {row:?}");
+        }
+        assert!(!table.is_empty(), "{class}");
+    };
+    let all = |_: &[String]| true;
+    let of_table =
+        ["quantity", "level", "runs", "median", "low", "high", "16 %", "84 %", "mean", "deviation"];
+    same("statistics all", "statistics.csv", &of_table, &all);
+    same("statistics", "statistics.csv", &of_table, &|row| {
+        ["peak crest displacement", "residual sliding", "peak sliding", "peak opening"]
+            .iter()
+            .any(|shown| row[0].starts_with(shown))
+    });
+    let of_limit =
+        ["limit", "exceeding", "runs", "left out", "median [g]", "low", "high", "dispersion", "remark"];
+    same(
+        "fits",
+        "limits.csv",
+        &[&of_limit[..8], &["dispersion low", "dispersion high", "remark"]].concat(),
+        &all,
+    );
+    same(
+        "exceedance",
+        "exceedance.csv",
+        &["limit", "level", "runs", "exceeding", "share", "curve", "low", "high"],
+        &all,
+    );
+    let (headings, results) = rows(&output.join("results.csv"));
+    let shown = &page.rows["results sortable"];
+    let at =
+        |name: &str| headings.iter().position(|heading| heading == name).unwrap_or_else(|| panic!("{name}"));
+    let quantities =
+        shown[0].cells.iter().filter(|heading| heading.ends_with(']') && !heading.starts_with("PGA"));
+    let quantities: Vec<_> = quantities.map(String::as_str).collect();
+    assert!(quantities.contains(&"peak sliding [mm]"), "{quantities:?}");
+    let numbers = [
+        &["sample", "polarity", "scale", "PGA [g]"][..],
+        &["dam.material.young_modulus", "dam.element_size"],
+        &quantities,
+    ];
+    for (shown, row) in shown[1..].iter().zip(&results) {
+        let numbers = numbers.concat().into_iter().filter_map(|name| row[at(name)].parse().ok());
+        assert_eq!(shown.numbers, numbers.collect::<Vec<f64>>(), "{shown:?}");
+        assert!(
+            shown.cells.contains(&row[at("status")]) && shown.cells.contains(&row[at("record")]),
+            "{shown:?}"
+        );
+        assert!(shown.cells.contains(&row[at("hash")][..8].to_owned()));
+        assert!(outside.contains(&format!("samples/{}.toml", row[at("hash")])));
+    }
+    assert_eq!((shown.len() - 1, outside.len()), (SAMPLES, SAMPLES));
+    assert!(outside.iter().all(|link| output.join(link).is_file()));
+    // What matters first: runs, failures, blocks that move; the limit with a curve.
+    assert_eq!(page.figures[0].numbers, [SAMPLES as f64; 2]);
+    assert_eq!(page.figures[1].numbers, [0.0, SAMPLES as f64]);
+    // An exceedance is a count of rows.
+    let exceeding = results.iter().filter(|row| {
+        row[at("PGA [g]")] == "0.4"
+            && row[at("peak sliding [mm]")].parse::<f64>().expect("a number").abs() > 0.3
+    });
+    let (_, exceedance) = rows(&output.join("exceedance.csv"));
+    assert_eq!(exceedance[1][..4], ["peak sliding > 0.3 mm", "0.4 g", "16", &exceeding.count().to_string()]);
+    // Origin: hashes of plan and records.
+    let hash = |path: &Path| {
+        let said = Command::new("sha256sum").arg(path).output().expect("sha256sum").stdout;
+        String::from_utf8_lossy(&said)[..64].to_owned()
+    };
+    let records = root().join("scenes/records");
+    for path in [output.join("plan.toml"), records.join("loma-prieta-1989-corralitos-038.csv")] {
+        assert!(page.words.contains(&hash(&path)), "{}", path.display());
+    }
+    for words in [
+        "lognormal, median 31000000000, dispersion 0.1",
+        "medians have no interval",
+        "no run exceeds the limit",
+    ] {
+        assert!(page.words.contains(words), "{words}");
+    }
+    assert_eq!(page.markup.matches("<figure class=\"curves\"><svg").count(), 2);
+    // The command writes the same page, and says what a folder lacks.
+    let place = output.join("again.html");
+    let done = report(&[output, Path::new("--output"), &place]);
+    assert!(done.status.success(), "{}", said(&done));
+    assert_eq!(std::fs::read(&place).expect("a page"), page.text.as_bytes());
+    std::fs::remove_file(output.join("limits.csv")).expect("removed");
+    let done = report(&[output]);
+    assert!(
+        done.status.code() == Some(2)
+            && said(&done).contains("samples that lie in the folder are not run again")
+    );
 }
 
 /// Motions that differ a little: every method has the same ones, and the table of methods holds the ratio of their medians.
@@ -192,7 +307,8 @@ fn methods_are_compared_on_the_same_perturbed_motions() {
          \"dam.element_size\" = { values = [20.0, 15.0] }\n",
     );
     let output = study.folder.path().join("out");
-    study.run(&output, &[]);
+    study.run(&output, &["--no-report"]);
+    assert!(!output.join("report.html").exists());
     let (headings, results) = rows(&output.join("results.csv"));
     assert_eq!(results.len(), 2 * 3 * 2);
     let column =
@@ -225,6 +341,11 @@ fn methods_are_compared_on_the_same_perturbed_motions() {
     assert_eq!(row[2..5], ["element_size 20.0", "element_size 15.0", "6"]);
     let ratio: f64 = row[5].split(' ').next().expect("a ratio").parse().expect("a number");
     assert!((ratio / (median(coarse) / median(fine)) - 1.0).abs() < 0.01, "{row:?}");
+    let done = report(&[&output]);
+    assert!(done.status.success(), "{}", said(&done));
+    let page = Page::read(&output.join("report.html"));
+    let of_page = page.rows["methods"].iter().find(|of_page| of_page.cells[..5] == row[..5]).expect("a row");
+    assert_eq!(of_page.cells[5..], row[5..]);
 }
 
 #[test]
@@ -298,7 +419,13 @@ fn interrupted_or_divided_ensembles_end_with_the_same_bytes() {
     assert_eq!(whole_samples(content(&killed)), expected);
     let told = String::from_utf8(study.run(&parts, &["--part", "2/2"]).stdout).expect("text");
     assert!(told.contains(&format!("{} samples, {} of them to be run", SAMPLES / 2, SAMPLES / 2)), "{told}");
-    assert!(!parts.join("results.csv").exists());
+    assert!(!parts.join("results.csv").exists() && !parts.join("report.html").exists());
+    let done = report(&[&parts]);
+    assert!(
+        done.status.code() == Some(2) && said(&done).contains("is missing: `cofferdam ensemble"),
+        "{}",
+        said(&done)
+    );
     study.run(&parts, &["--part", "1/2"]);
     let told = String::from_utf8(study.run(&parts, &[]).stdout).expect("text");
     assert!(told.contains(&format!("{SAMPLES} samples, 0 of them to be run")), "{told}");

@@ -31,12 +31,12 @@ pub struct EnsembleManifest {
     pub not_modelled: Vec<String>,
     /// Doubts about the scene.
     pub warnings: Vec<String>,
-    /// SHA-256 of the plan, of the first sample's scene with all defaults and without its record, and of the program's sources.
+    /// SHA-256 of the plan.
     pub plan_sha256: String,
-    /// As before.
+    /// SHA-256 of the first sample's scene with all defaults, without its record.
     pub scene_sha256: String,
-    /// As before.
-    pub sources_sha256: String,
+    /// Hash of the program's sources.
+    pub sources: String,
     /// Program, machine.
     pub build: Build,
     /// The records.

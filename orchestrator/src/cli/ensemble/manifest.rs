@@ -51,7 +51,7 @@ pub fn of(runs: &Runs<'_>, text: &str) -> Result<EnsembleManifest, EnsembleError
         warnings: loaded.warnings.iter().map(ToString::to_string).collect(),
         plan_sha256: sha256(text),
         scene_sha256: sha256(&scene_text),
-        sources_sha256: env!("COFFERDAM_SOURCES").to_owned(),
+        sources: env!("COFFERDAM_SOURCES").to_owned(),
         build: Build::here(),
         records,
         parameters: varied(&plan.parameters),

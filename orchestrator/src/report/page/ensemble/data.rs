@@ -205,7 +205,7 @@ fn plan(folder: &EnsembleFolder) -> Group {
         Row::text("scene", manifest.scene.clone()),
         Row::text("intensity measure", manifest.measure.clone()),
         Row::text("levels of shaking", manifest.levels.join(", ")),
-        Row::text("positive accelerations point", polarities.join(", then ")),
+        Row::text("positive accelerations point", polarities.join(" and ")),
         Row::text("draws for each record and direction", manifest.samples.to_string()),
         Row::text("seed", manifest.seed.to_string()),
     ];
@@ -301,7 +301,7 @@ fn provenance(folder: &EnsembleFolder) -> Group {
     let rows = vec![
         Row::text("program", format!("cofferdam {}, {}", build.version, build.profile)),
         Row::code("commit", build.commit.clone()),
-        Row::code("sources", &manifest.sources_sha256).with("SHA-256 of the program's sources"),
+        Row::code("sources", &manifest.sources).with("hash of the program's sources"),
         Row::text("machine", format!("{}, {} cores", build.processor, build.cores)),
         Row::text("system", build.system.clone()).with(build.features.clone()),
         Row::code("plan", &manifest.plan_sha256).with("SHA-256 of plan.toml"),

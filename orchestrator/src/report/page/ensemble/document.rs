@@ -99,7 +99,7 @@ fn parts(data: &EnsembleData) -> Vec<Part> {
     add("plan", "What was varied", plan);
     let about = "<p class=\"about\">Probability of exceeding a limit: lognormal, maximum likelihood; 95 % bands by a bootstrap of whole records or \
                  pairs.</p>\n";
-    let limits = data.limits.html("limits");
+    let limits = data.limits.html("fits");
     let fragility = if limits.is_empty() { String::new() } else { about.to_owned() + &limits };
     let exceeding = below("Runs beyond each limit, by level of shaking", data.exceedance.html("exceedance"));
     add(
