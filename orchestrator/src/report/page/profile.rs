@@ -52,15 +52,14 @@ pub fn of(run: &RunFolder) -> Result<Vec<Profile>, LogReadError> {
     Ok(profiles)
 }
 
+/// An instant, s, and the pressure then: heights above the foot of the face, m, and pressures, Pa.
+pub type Instant = (f64, Vec<[f64; 2]>);
+
 /// The instant of `run` that is nearest to `time` (s), and the pressure on the face of `water` then: heights above its foot, m, and
 /// pressures, Pa. None where the run has no such water or pressure, or no step there.
 ///
 /// **Errors**: the log cannot be read.
-pub fn nearest(
-    run: &RunFolder,
-    water: &str,
-    time: f64,
-) -> Result<Option<(f64, Vec<[f64; 2]>)>, LogReadError> {
+pub fn nearest(run: &RunFolder, water: &str, time: f64) -> Result<Option<Instant>, LogReadError> {
     let scene = &run.loaded.scene;
     let of = scene.waters().enumerate().find(|(_, (side, _))| side.table() == water);
     let Some((index, (side, _))) = of.filter(|_| scene.log.exchanges != LoggedExchangesScene::None) else {

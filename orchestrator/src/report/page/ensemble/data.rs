@@ -8,6 +8,8 @@ use crate::report::summary::NOT_AT_REST;
 
 /// Runs that failed that are listed by name.
 const LISTED: usize = 20;
+/// The column of the pairs in the table of records.
+const PAIR: usize = 2;
 /// Sentence of runs whose blocks still move.
 const MOVING: &str = "blocks still moved at the end: no residual sliding";
 
@@ -231,7 +233,15 @@ fn records(folder: &EnsembleFolder) -> Grid {
             Cell::Code(record.sha256.clone()),
         ]
     };
-    Grid { headings: headings.map(str::to_owned).to_vec(), rows: manifest.records.iter().map(row).collect() }
+    let mut grid = Grid {
+        headings: headings.map(str::to_owned).to_vec(),
+        rows: manifest.records.iter().map(row).collect(),
+    };
+    if manifest.records.iter().all(|record| record.pair.is_empty()) {
+        grid.headings.remove(PAIR);
+        grid.rows.iter_mut().for_each(|row| drop(row.remove(PAIR)));
+    }
+    grid
 }
 
 fn varied(folder: &EnsembleFolder) -> Grid {

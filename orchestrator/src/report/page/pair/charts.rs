@@ -116,7 +116,9 @@ fn thinned(abscissa: &Abscissa, values: &[Rounded]) -> (Abscissa, Vec<Rounded>) 
 mod tests {
     use super::*;
 
-    fn chart(title: &str, rows: usize, lines: &[(&str, fn(usize) -> f64)]) -> Chart {
+    type Named<'a> = (&'a str, fn(usize) -> f64);
+
+    fn chart(title: &str, rows: usize, lines: &[Named<'_>]) -> Chart {
         let series = lines.iter().map(|(name, of)| Series {
             name: (*name).to_owned(),
             values: (0..rows).map(|row| Rounded(of(row))).collect(),

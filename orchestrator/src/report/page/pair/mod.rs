@@ -26,13 +26,22 @@ impl PairData {
         let [a, b] = &data;
         let (scene, origin) = inputs::differing(runs);
         let equal = inputs::equal(runs, equal_keys(runs.map(|run| &run.log)));
-        let figures = data.each_ref().map(|data| &*data.key_figures);
+        let quantities = compared::of([&a.quantities, &b.quantities]);
+        // What matters first in one run is shown of both.
+        let first = a.key_figures.iter().chain(&b.key_figures);
+        let mut names: Vec<&str> = Vec::new();
+        first.map(|figure| &*figure.name).for_each(|name| {
+            if !names.contains(&name) {
+                names.push(name)
+            }
+        });
+        let figure = |name: &&str| quantities.iter().find(|quantity| quantity.name == **name).cloned();
         let same_motion = runs[0].loaded.ground_motion == runs[1].loaded.ground_motion;
         let [first, second] = folders;
         Ok(Self {
             runs: [head(a, first), head(b, second)],
             dams: inputs::dams(runs),
-            key_figures: compared::of(figures),
+            key_figures: names.iter().filter_map(figure).collect(),
             crest: compared::crest(runs.map(|run| &run.histories)),
             scene,
             origin,
@@ -51,7 +60,7 @@ impl PairData {
             spectra: charts::of([&a.spectra, &b.spectra]),
             profiles: profiles(a, runs[1])?,
             checks: compared::checks([&a.checks, &b.checks]),
-            quantities: compared::of([&a.quantities, &b.quantities]),
+            quantities,
         })
     }
 }
