@@ -197,10 +197,6 @@ def problems_of(browser, page, width, name, folder):
             problems.append(f"the cursor in a chart shows {legend}")
     shot = browser.ask("Page.captureScreenshot", format="png", captureBeyondViewport=True)
     (folder / f"{name}-{width}.png").write_bytes(base64.b64decode(shot["data"]))
-    if (sorts := browser.evaluate(SORT)) is not None:
-        said.append("the table sorts")
-        if not sorts:
-            problems.append("the table of all runs does not sort")
     if width == WIDTHS[0]:
         # A4.
         pdf = browser.ask("Page.printToPDF", printBackground=True, preferCSSPageSize=True, paperWidth=8.27, paperHeight=11.69)
@@ -210,6 +206,10 @@ def problems_of(browser, page, width, name, folder):
         said.append(f"PDF of {pages} pages, {len(pdf) / 1e6:.1f} MB")
         if not pdf.startswith(b"%PDF") or pages == 0:
             problems.append("it does not print")
+    if (sorts := browser.evaluate(SORT)) is not None:
+        said.append("the table sorts")
+        if not sorts:
+            problems.append("the table of all runs does not sort")
     browser.listen()
     errors, requests = told(browser.events, page)
     problems += [f"error: {error}" for error in errors] + [f"request: {request}" for request in requests]

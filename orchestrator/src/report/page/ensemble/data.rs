@@ -7,7 +7,7 @@ use crate::report::page::data::{Group, Row};
 use crate::report::summary::NOT_AT_REST;
 
 /// Runs that failed that are listed by name.
-const LISTED: usize = 20;
+const LISTED: usize = 8;
 /// The column of the pairs in the table of records.
 const PAIR: usize = 2;
 /// Sentence of runs whose blocks still move.
