@@ -229,7 +229,7 @@ fn every_number_is_that_of_the_run() {
         &sliding,
         "peak base shear",
         "largest tension in the dam",
-        "lowest pressure on the wet face, hydrostatic included",
+        "lowest pressure on a wet face, hydrostatic included",
     ];
     assert_eq!(page.figures.iter().map(|figure| figure.numbers[0]).collect::<Vec<_>>(), first.map(value));
 
@@ -250,7 +250,7 @@ fn every_number_is_that_of_the_run() {
     // The ground of this crop already accelerates at time 0.
     assert_eq!(verdict("static thrust"), "not judged");
     assert_eq!(verdict("rest at the end"), "not judged");
-    let cavitates = value("lowest pressure on the wet face, hydrostatic included") < -99.0;
+    let cavitates = value("lowest pressure on a wet face, hydrostatic included") < -99.0;
     assert_eq!(verdict("lowest pressure") == "✗ not kept", cavitates);
 
     // Samples of the record lie at communication points.
