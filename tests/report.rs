@@ -223,9 +223,10 @@ fn every_number_is_that_of_the_run() {
     assert!(page.markup.contains("class=\"envelope\"") && page.markup.contains("class=\"strength\""));
     // No residual after so short a run: the peaks take its place.
     let sliding = format!("peak sliding, {CRACK}");
+    let crest = ["downstream", "upstream"].map(|to| format!("peak crest displacement {to}"));
+    let larger = crest.iter().max_by(|a, b| value(a).abs().total_cmp(&value(b).abs())).expect("two");
     let first = [
-        "peak crest displacement downstream",
-        "peak crest displacement upstream",
+        larger.as_str(),
         &sliding,
         "peak base shear",
         "largest tension in the dam",

@@ -11,11 +11,9 @@ use orchestrator::participant::{
     self_test,
 };
 use orchestrator::registry::{self, Flutter, LimitEquilibrium, LimitingPart, Mesh, PartKind, RegistryError};
-use orchestrator::report::text::wrapped;
 use orchestrator::scene::{CrackScene, FidelityScene, Scene, SceneError, SceneWarning, Side, Source};
 use orchestrator::scheme::{CouplingError, UnitId, check_points};
 use std::f64::consts::TAU;
-use std::fmt::Display;
 use std::io::{Error, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -202,14 +200,14 @@ fn examine(path: &Path, arguments: &Check) -> Result<(), CheckError> {
     }
     let frequencies = known(dam.read("natural_frequency"))?;
     say(format!("{} can be run: {steps}, {duration} s; {warnings}", loaded.path.display()));
-    tell(format!("dam: {}", told(&*dam, sources[0], changes[0], None)));
+    say(format!("  dam: {}", told(&*dam, sources[0], changes[0], None)));
     let cracks = scene.dam.as_ref().map_or(&[][..], |dam| &dam.cracks);
     if let Some(mesh) = registry::dam_mesh(scene)? {
-        tell(format!("mesh: {}", shapes(&mesh)));
+        say(format!("  mesh: {}", shapes(&mesh)));
     }
     if let Some((part, longest)) = registry::limiting_part(scene)? {
         let described = limit(&part, cracks);
-        tell(format!("time step of the dam: at most {longest:.3e} s, set by {described}"));
+        say(format!("  time step of the dam: at most {longest:.3e} s, set by {described}"));
         if part.slowdown() >= SLOW {
             complain(format!("WARNING: {}", slow(&part, &described)));
         }
@@ -224,46 +222,41 @@ fn examine(path: &Path, arguments: &Check) -> Result<(), CheckError> {
         let (depth, density) = (scene.depth_of(side), scene.water(side).map_or(0.0, |water| water.density));
         // ∫ ⅞ ρ √(h (h − y)) dy
         let mass = 7.0 / 12.0 * density * depth * depth;
-        tell(format!(
-            "{}: {}",
+        say(format!(
+            "  {}: {}",
             registry::name(*id),
             told(&**other, sources[id.0], changes[id.0], Some(mass))
         ));
     }
     if loaded.ground_motion.file().is_some() {
-        tell(strength(&loaded.ground_motion));
+        say(format!("  {}", strength(&loaded.ground_motion)));
     }
     if !frequencies.is_empty() {
-        tell(format!("natural frequencies of the dam, intact and empty: {} rad/s", list(&frequencies)));
+        say(format!("  natural frequencies of the dam, intact and empty: {} rad/s", list(&frequencies)));
         if let Some(full) = registry::natural_modes_in_water(scene, frequencies.len())? {
             let formula = |water: FidelityScene| water == FidelityScene::Westergaard;
             let water = match scene.waters().any(|(_, water)| formula(water.fidelity)) {
                 true => "with Westergaard's added mass",
                 false => "water incompressible",
             };
-            tell(format!("full, {water}: {} rad/s", list(&full.frequencies)));
+            say(format!("  full, {water}: {} rad/s", list(&full.frequencies)));
         }
     }
-    tell(estimate::of(&loaded, &mut *dam, &inputs, threads(None))?);
+    say(format!("  {}", estimate::of(&loaded, &mut *dam, &inputs, threads(None))?));
     for LimitEquilibrium { crack, sliding, overturning, .. } in registry::limit_equilibria(scene)? {
-        tell(format!(
-            "factor of safety of {} before the ground moves: sliding {sliding:.2}, overturning {overturning:.2}",
+        say(format!(
+            "  factor of safety of {} before the ground moves: sliding {sliding:.2}, overturning {overturning:.2}",
             cracks[crack].phrase()
         ));
     }
     for (vibration, cures) in registry::flutter(scene)? {
         let described = describe(&vibration, &cracks[vibration.crack]);
-        tell(&described);
+        say(format!("  {described}"));
         if vibration.growth > 0.0 {
             complain(format!("WARNING: {described}{}", advise(&cures)));
         }
     }
     write_files(scene, arguments)
-}
-
-/// Prints what belongs to the scene above, in at most 80 columns.
-fn tell(text: impl Display) {
-    say(wrapped(&format!("  {text}"), "    "));
 }
 
 /// Ratio of the time step that the median element would allow to the one taken, from which a warning is given.
