@@ -52,6 +52,7 @@ mod studies;
 mod swapped_units;
 mod tailwater;
 mod template;
+mod terminal;
 mod three_units;
 mod two_masses;
 mod westergaard_in_the_dam;

@@ -227,13 +227,14 @@ fn every_number_is_that_of_the_run() {
     assert!(page.markup.contains("class=\"envelope\"") && page.markup.contains("class=\"strength\""));
     // No residual after so short a run: the peaks take its place.
     let sliding = format!("peak sliding, {CRACK}");
+    let crest = ["downstream", "upstream"].map(|to| format!("peak crest displacement {to}"));
+    let larger = crest.iter().max_by(|a, b| value(a).abs().total_cmp(&value(b).abs())).expect("two");
     let first = [
-        "peak crest displacement downstream",
-        "peak crest displacement upstream",
+        larger.as_str(),
         &sliding,
         "peak base shear",
         "largest tension in the dam",
-        "lowest pressure on the wet face, hydrostatic included",
+        "lowest pressure on a wet face, hydrostatic included",
     ];
     assert_eq!(page.figures.iter().map(|figure| figure.numbers[0]).collect::<Vec<_>>(), first.map(value));
 
@@ -254,7 +255,7 @@ fn every_number_is_that_of_the_run() {
     // The ground of this crop already accelerates at time 0.
     assert_eq!(verdict("static thrust"), "not judged");
     assert_eq!(verdict("rest at the end"), "not judged");
-    let cavitates = value("lowest pressure on the wet face, hydrostatic included") < -99.0;
+    let cavitates = value("lowest pressure on a wet face, hydrostatic included") < -99.0;
     assert_eq!(verdict("lowest pressure") == "✗ not kept", cavitates);
 
     // Samples of the record lie at communication points.

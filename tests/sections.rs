@@ -57,7 +57,8 @@ fn shaken(case: &str, start: f64, element_size: f64, labels: &[&str]) -> Histori
         peak(histories.column("dam.energy_balance_error")) / peak(histories.column("dam.kinetic_energy"));
     println!("{case}: crest {:.1} mm, energy balance error {:.3} %", 1e3 * peak(crest), 100.0 * error);
     assert!(error < 0.01, "{case}: {error}");
-    let lines: Vec<&str> = said.lines().filter(|line| line.starts_with("peak sliding")).collect();
+    let lines: Vec<&str> =
+        said.lines().map(str::trim).filter(|line| line.starts_with("peak sliding")).collect();
     assert_eq!(lines.len(), labels.len(), "{said}");
     for (index, (line, label)) in lines.iter().zip(labels).enumerate() {
         let value = line

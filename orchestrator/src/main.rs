@@ -42,6 +42,8 @@ fn main() -> ExitCode {
         cli::Command::Bench(arguments) => cli::bench::run(&arguments),
         cli::Command::Cache(arguments) => cli::cache::run(&arguments),
         cli::Command::Ensemble(arguments) => cli::ensemble::run(&arguments),
+        cli::Command::Completions(arguments) => cli::shell::completions(&arguments),
+        cli::Command::Man(arguments) => cli::shell::man(&arguments),
         cli::Command::Study(command) => cli::study::run(&command),
     })
 }

@@ -151,25 +151,35 @@ fn one_run(
     Ok(times)
 }
 
-/// The times that a run tells at its begin and its end: `prepared in 0.98 s; …` and
-/// `wall time  2.29 s  dam 1.99 s (87 %)  …`.
+/// The times that a run tells at its begin and its end: `prepared in 0.98 s; …`, `wall time  2.29 s` and in the lines below it,
+/// which are indented further, `dam  1.99 s  87 %`; earlier builds tell these on the same line, shares in parentheses.
 fn told(output: &str) -> Times {
     let mut times = Times::new();
+    let mut parts_below = None;
     for line in output.lines() {
-        let (line, name) = match (line.strip_prefix("prepared in "), line.strip_prefix("wall time ")) {
-            (Some(rest), _) => (rest, "preparing"),
-            (_, Some(rest)) => (rest, "run"),
-            _ => continue,
+        let text = line.trim_start();
+        let indent = line.len() - text.len();
+        let (text, name) = match (text.strip_prefix("prepared in "), text.strip_prefix("wall time ")) {
+            (Some(rest), _) => (rest, Some("preparing")),
+            (_, Some(rest)) => {
+                parts_below = Some(indent);
+                (rest, Some("run"))
+            }
+            _ if parts_below.is_some_and(|whole| indent > whole) => (text, None),
+            _ => {
+                parts_below = None;
+                continue;
+            }
         };
-        let mut words = vec![name];
-        for word in line.split_whitespace().take_while(|word| !word.ends_with(';')) {
+        let mut words = Vec::from_iter(name);
+        for word in text.split_whitespace().take_while(|word| !word.ends_with(';')) {
             match word.parse() {
                 Ok(seconds) if !words.is_empty() => {
                     times.push((words.join(" "), seconds));
                     words.clear();
                 }
                 // Units and shares.
-                Err(_) if word != "s" && word != "%)" => words.push(word),
+                Err(_) if !["s", "%)", "%"].contains(&word) => words.push(word),
                 _ => (),
             }
             words.retain(|word| !word.starts_with('('));
@@ -200,11 +210,16 @@ mod tests {
 
     #[test]
     fn the_times_of_a_run_are_read_from_what_it_says() {
-        let output = "dam  560 elements\nprepared in 0.98 s; results go to runs/x\npeak sliding  12 mm\n\
-                      wall time                  2.29 s  dam 1.99 s (87 %)  log and histories 0.10 s (5 %)\n";
-        let told = told(output);
+        let begin = "dam  560 elements\nprepared in 0.98 s; results go to runs/x\npeak sliding  12 mm\n";
+        let now = "Time\n  wall time   2.29 s\n    dam   1.99 s   87 %\n    log and histories  0.10 s  5 %\nlog and 3 s\n";
+        let earlier = "wall time                  2.29 s  dam 1.99 s (87 %)  log and histories 0.10 s (5 %)\nlog and 3 s\n";
         let expected = [("preparing", 0.98), ("run", 2.29), ("dam", 1.99), ("log and histories", 0.1)];
-        assert_eq!(told, expected.map(|(name, seconds)| (name.to_owned(), seconds)));
+        for end in [now, earlier] {
+            assert_eq!(
+                told(&format!("{begin}{end}")),
+                expected.map(|(name, seconds)| (name.to_owned(), seconds))
+            );
+        }
     }
 
     #[test]

@@ -9,6 +9,7 @@ mod estimate;
 pub mod export_fmu;
 pub mod log;
 mod modes;
+mod output;
 mod parallel;
 mod parquet;
 mod picture;
@@ -19,12 +20,15 @@ pub mod report;
 pub mod reservoir;
 pub mod run;
 mod section;
+pub mod shell;
 mod spectra;
 mod start;
 pub mod study;
 mod table;
 pub mod template;
 pub mod unit;
+
+pub use output::exit_status;
 
 use clap::{Parser, Subcommand, ValueEnum};
 use interface::WetFace;
@@ -35,12 +39,10 @@ use orchestrator::registry::{self, Making, RegistryError};
 use orchestrator::report::Build;
 use orchestrator::scene::{ReservoirScene, Scene};
 use orchestrator::scheme::UnitId;
-use std::io::{ErrorKind, Write};
+use output::{complain, say};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
-use std::process::ExitCode;
 use std::sync::OnceLock;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Seismic analysis of cracked concrete gravity dams with their reservoirs.
 ///
@@ -137,6 +139,12 @@ pub enum Command {
     /// The cache of prepared operators of the water: where it is, what it holds; clear it
     #[command(after_long_help = cache::HELP)]
     Cache(cache::Arguments),
+    /// Print the completions of this command for a shell
+    #[command(after_long_help = shell::COMPLETIONS_HELP)]
+    Completions(shell::Completions),
+    /// Write the manual pages, one for each command
+    #[command(after_long_help = shell::MAN_HELP)]
+    Man(shell::Man),
     /// Serve one of the units of a run; started by `run`
     #[command(hide = true, long_about = UNIT_HELP)]
     Unit(Unit),
@@ -144,32 +152,6 @@ pub enum Command {
 
 /// Exit status when answers or logs that should be identical are not.
 const DIFFERENT: u8 = 5;
-
-/// Whether standard output could not be written to though somebody reads it, such as a file on a full disk.
-static OUTPUT_LOST: AtomicBool = AtomicBool::new(false);
-
-/// Prints a line; a closed output does not end the program.
-fn say(line: impl std::fmt::Display) {
-    // If the output is closed, no reader is left.
-    if let Err(cause) = writeln!(std::io::stdout(), "{line}")
-        && cause.kind() != ErrorKind::BrokenPipe
-        && !OUTPUT_LOST.swap(true, Ordering::Relaxed)
-    {
-        complain(format!("standard output: {cause}; what is printed from here on is lost"));
-    }
-}
-
-/// The exit status of a command that ended with `status`: 1 in place of 0 if a part of what it printed is lost.
-pub fn exit_status(status: ExitCode) -> ExitCode {
-    let lost = OUTPUT_LOST.load(Ordering::Relaxed) && status == ExitCode::SUCCESS;
-    if lost { ExitCode::FAILURE } else { status }
-}
-
-/// Prints a line on standard error; a closed output does not end the program.
-fn complain(line: impl std::fmt::Display) {
-    // If the output is closed, no reader is left.
-    let _ = writeln!(std::io::stderr(), "{line}");
-}
 
 /// Arguments of `cofferdam run`.
 #[derive(clap::Args)]
@@ -251,6 +233,12 @@ pub struct Options {
     /// Do not write report.html; `cofferdam report` makes it later
     #[arg(long)]
     pub no_report: bool,
+
+    /// Print the results as one line of JSON on standard output; all words go to standard error
+    ///
+    /// docs/running.md has its members. A run that fails prints one too, with the exit status beside it.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// How the units exchange.
@@ -417,6 +405,9 @@ Examples:
       How far the numbers scatter if the motion differs by 1 %.
   cofferdam run scenes/koyna-intact --accuracy 5%
       The cheapest run whose crest is within 5 %.
+
+  cofferdam run scenes/koyna-northridge-1994 --json | jq .key_figures
+      The numbers that matter first, for a program.
 
 Ctrl-C ends a run after the current step; log and histories stay readable, and the summary is
 marked as partial. Press it twice to exit immediately.

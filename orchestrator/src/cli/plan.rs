@@ -7,6 +7,7 @@ use orchestrator::ground_motion::STANDARD_GRAVITY;
 use orchestrator::participant::ParticipantError;
 use orchestrator::registry::{self, RegistryError};
 use orchestrator::report::PlanRow;
+use orchestrator::report::text::wrapped;
 use orchestrator::scene::{
     DamFidelityScene, DampingModelScene, FidelityScene, LoadedScene, SceneError, Warning, shear_wave_velocity,
 };
@@ -77,12 +78,10 @@ pub fn run(arguments: &Arguments) -> ExitCode {
     }
 }
 
-/// Prints a row in at most 100 columns: subject and verdict, then the criterion.
+/// Prints a row in at most 80 columns: subject and verdict, then the criterion.
 pub fn print_row(PlanRow { what, verdict, criterion }: &PlanRow) {
     say(format!("{what:<34} {verdict}"));
-    for line in textwrap::wrap(criterion, 92) {
-        say(format!("        {line}"));
-    }
+    say(wrapped(&format!("        {criterion}"), "        "));
 }
 
 /// Shares of the record's Fourier energy between which its frequencies of interest lie.

@@ -1,6 +1,6 @@
 //! The envelopes of stresses and motion over a run, and their files.
 
-use super::Quantity;
+use super::{Quantity, Subject};
 use crate::participant::{Participant, ParticipantError};
 use crate::vtk::{self, Field, Grid};
 use std::io::Error;
@@ -160,11 +160,11 @@ pub(crate) fn overstress(dam: &Grid) -> Vec<Quantity> {
     let largest = |values: &[f64]| (0..values.len()).max_by(|&a, &b| values[a].total_cmp(&values[b]));
     let quantity = |name: &str, value: f64, unit: &'static str, node: Option<usize>| Quantity {
         name: name.to_owned(),
+        subject: Subject::Stresses,
         value,
         unit: unit.into(),
-        time: None,
         place: node.map(|node| dam.points[node]),
-        band: None,
+        ..Quantity::default()
     };
     let at = |values: &[f64], name: &str, unit: &'static str| {
         largest(values).map(|node| quantity(name, values[node], unit, Some(node)))

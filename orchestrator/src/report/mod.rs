@@ -5,13 +5,16 @@ mod ensemble;
 mod envelopes;
 mod manifest;
 pub mod page;
+mod quantity;
 mod spectra;
 mod summary;
+pub mod text;
 
 pub use accuracy::{Accuracy, PlanRow};
 pub use ensemble::{EnsembleManifest, EnsembleRecord, VariedKey};
 pub use envelopes::Envelopes;
 pub(crate) use manifest::features;
 pub use manifest::{Build, Manifest, ManifestError, Unit, WaterFace};
+pub use quantity::{Quantity, Subject};
 pub use spectra::{RunSpectra, SPECTRAL_DAMPING, periods};
-pub use summary::{Quantity, Summary};
+pub use summary::Summary;

@@ -1,9 +1,8 @@
+use super::quantity::{Quantity, Subject};
 use crate::ground_motion::STANDARD_GRAVITY;
-use crate::observer::{AVERAGED, Ending, Histories, LastSecond, STILL_MOVES, STILL_SLIDES, Status, WallTime};
+use crate::observer::{AVERAGED, Ending, Histories, LastSecond, STILL_MOVES, STILL_SLIDES, Status};
 use crate::scene::{CrackScene, DamFidelityScene, LoadedScene, REST, Side, Warning};
 use serde::{Deserialize, Serialize};
-use std::borrow::Cow;
-use std::fmt;
 
 pub(super) const ENERGY_BALANCE: &str = "energy balance error over peak kinetic energy";
 /// Energy balance error, %, above which a summary says loudly that it cannot be trusted.
@@ -12,29 +11,9 @@ pub(super) const ENERGY_ALARM: f64 = 1.0;
 /// What the warning of a block that still moves says.
 pub(super) const NOT_AT_REST: &str = "the dam is not at rest at the end";
 
-pub(super) const LOWEST_PRESSURE: &str = "lowest pressure on the wet face, hydrostatic included";
+pub(super) const LOWEST_PRESSURE: &str = "lowest pressure on a wet face, hydrostatic included";
 /// Pressure against the atmosphere's at which water boils, kPa.
 pub(super) const CAVITATION: f64 = -99.0;
-
-/// One number of a summary.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Quantity {
-    /// What it is.
-    pub name: String,
-    /// Its value, in `unit`.
-    pub value: f64,
-    /// Unit.
-    pub unit: Cow<'static, str>,
-    /// When it occurred, s.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub time: Option<f64>,
-    /// Where it occurred, x and y from the heel, m.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub place: Option<[f64; 2]>,
-    /// 16 %, median and 84 % of runs that differ a little, in `unit`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub band: Option<[f64; 3]>,
-}
 
 /// The results of a run in a table.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -65,7 +44,8 @@ impl Summary {
         recursion: &[(Side, [f64; 2])],
     ) -> Self {
         let time = histories.column("time").unwrap_or(&[]);
-        let mut table = Table { histories, time, quantities: Vec::new(), moving: Vec::new() };
+        let subject = Subject::AtRest;
+        let mut table = Table { histories, time, subject, quantities: Vec::new(), moving: Vec::new() };
         let empty = !loaded.scene.has_water();
         if let Some([x, _]) = static_crest {
             let loads = if empty { "weight" } else { "weight, water" };
@@ -77,12 +57,10 @@ impl Summary {
                 table.add(&name, *frequency, "rad/s", None);
             }
         }
-        for (side, [error, loss]) in recursion {
-            let water = if *side == Side::Upstream { "water" } else { "tailwater" };
-            table.add(&format!("error of the {water}'s recursion"), *error, "1", None);
-            table.add(&format!("loss of the {water}'s recursion over rho c"), *loss, "1", None);
-        }
+        table.subject = Subject::Crest;
         table.extremes("dam.crest_displacement.x");
+        table.peak("peak crest acceleration", "dam.crest_acceleration.x", 1.0 / STANDARD_GRAVITY, "g");
+        table.subject = Subject::Cracks;
         let cracks = loaded.scene.dam.as_ref().map_or(&[][..], |d| &d.cracks);
         for (crack, parameters) in cracks.iter().enumerate() {
             let of = |what: &str| of_crack(what, parameters, cracks);
@@ -103,7 +81,9 @@ impl Summary {
                 table.peak(&name, &format!("dam.crack_shear_utilisation.{crack}"), 1.0, "1");
             }
         }
+        table.subject = Subject::Base;
         table.base();
+        table.subject = Subject::Stresses;
         // rigid blocks have none
         let stressed = fidelity != Some(DamFidelityScene::RigidBlocks);
         for (point, [_, y]) in stress_points.iter().enumerate().filter(|_| stressed) {
@@ -130,7 +110,7 @@ impl Summary {
         if stressed {
             table.largest_stresses();
         }
-        table.peak("peak crest acceleration", "dam.crest_acceleration.x", 1.0 / STANDARD_GRAVITY, "g");
+        table.subject = Subject::Water;
         let upstream = loaded.scene.hydrostatic_base_pressure(Side::Upstream);
         if upstream > 0.0 {
             let name = "peak hydrodynamic base pressure over hydrostatic";
@@ -146,8 +126,14 @@ impl Summary {
             table.largest(LOWEST_PRESSURE, "lowest_pressure", 1e-3, "kPa", |p| -p);
         }
         table.pressure_coefficient(loaded);
+        table.subject = Subject::Numerics;
         table.energy_balance();
         table.coupling(ending);
+        for (side, [error, loss]) in recursion {
+            let water = if *side == Side::Upstream { "water" } else { "tailwater" };
+            table.add(&format!("error of the {water}'s recursion"), *error, "1", None);
+            table.add(&format!("loss of the {water}'s recursion over rho c"), *loss, "1", None);
+        }
         let mut summary = Self {
             status: ending.status.to_string(),
             simulated_time: ending.time,
@@ -195,6 +181,26 @@ impl Summary {
         notes
     }
 
+    /// The numbers that matter first: the larger peak of the crest, residual sliding (or else its peak) of each crack, base
+    /// shear, tension, the lowest pressure.
+    pub fn key_figures(&self) -> Vec<&Quantity> {
+        let crest = self.named("peak crest displacement downstream");
+        let crest = crest.chain(self.named("peak crest displacement upstream"));
+        let larger = crest.max_by(|a, b| a.value.abs().total_cmp(&b.value.abs()));
+        let residual = "residual sliding";
+        let sliding = if self.named(residual).count() > 0 { residual } else { "peak sliding" };
+        let further = [sliding, "peak base shear", "largest tension in the dam", LOWEST_PRESSURE];
+        larger.into_iter().chain(further.into_iter().flat_map(|name| self.named(name))).collect()
+    }
+
+    /// The quantities of this name, each of one crack if there are several.
+    fn named(&self, name: &'static str) -> impl Iterator<Item = &Quantity> {
+        self.quantities.iter().filter(move |quantity| {
+            let rest = quantity.name.strip_prefix(name);
+            rest.is_some_and(|rest| rest.is_empty() || rest.starts_with(", "))
+        })
+    }
+
     /// The value of the quantity `name`.
     pub fn value(&self, name: &str) -> Option<f64> {
         self.quantities.iter().find(|q| q.name == name).map(|q| q.value)
@@ -213,6 +219,8 @@ fn of_crack(what: &str, crack: &CrackScene, cracks: &[CrackScene]) -> String {
 struct Table<'a> {
     histories: &'a Histories,
     time: &'a [f64],
+    /// What is added now is about this.
+    subject: Subject,
     quantities: Vec<Quantity>,
     /// Why a sliding that was asked for is none, of each crack above which a block still moves.
     moving: Vec<String>,
@@ -220,8 +228,8 @@ struct Table<'a> {
 
 impl Table<'_> {
     fn add(&mut self, name: &str, value: f64, unit: &'static str, time: Option<f64>) {
-        let (name, unit) = (name.to_owned(), unit.into());
-        self.quantities.push(Quantity { name, value, unit, time, place: None, band: None });
+        let (name, subject, unit) = (name.to_owned(), self.subject, unit.into());
+        self.quantities.push(Quantity { name, subject, value, unit, time, place: None, band: None });
     }
 
     /// Adds the value of a column whose `key` is largest; returns its row.
@@ -391,51 +399,37 @@ impl Table<'_> {
     }
 }
 
-impl fmt::Display for Summary {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.status != Status::Completed.to_string() {
-            writeln!(f, "PARTIAL RESULT up to t = {:.4} s, run {}", self.simulated_time, self.status)?;
-        }
-        for note in &self.notes {
-            writeln!(f, "{note}")?;
-        }
-        let width = self.quantities.iter().map(|q| q.name.chars().count()).fold(52, usize::max);
-        for Quantity { name, value, unit, time, place, band } in &self.quantities {
-            let unit = if unit == "1" { "" } else { unit };
-            let time = time.map_or_else(String::new, |t| format!("  at {t:.3} s"));
-            let place = place.map_or_else(String::new, |[x, y]| format!(", x = {x} m, y = {y} m"));
-            let band = band.map_or_else(String::new, |band| {
-                let [low, median, high] = band.map(significant);
-                format!("  [{low}, {median}, {high}]")
-            });
-            writeln!(f, "{name:<width$} {:>10} {unit:<4}{band}{time}{place}", significant(*value))?;
-        }
-        Ok(())
-    }
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-/// Four significant digits.
-fn significant(value: f64) -> String {
-    let digits = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
-    match digits {
-        -5..4 => format!("{value:.*}", (3 - digits).max(0) as usize),
-        _ => format!("{value:.3e}"),
-    }
-}
-
-impl fmt::Display for WallTime {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let part = |name: &str, time: std::time::Duration| {
-            let share = 100.0 * time.as_secs_f64() / self.total.as_secs_f64().max(1e-9);
-            format!("  {name} {:.2} s ({share:.0} %)", time.as_secs_f64())
+    fn key_figures(of: &[(&str, f64)]) -> Vec<String> {
+        let quantity = |(name, value): &(&str, f64)| Quantity {
+            name: (*name).to_owned(),
+            value: *value,
+            ..Quantity::default()
         };
-        write!(f, "{:<52} {:>10.2} s", "wall time", self.total.as_secs_f64())?;
-        for (unit, time) in &self.inside {
-            f.write_str(&part(unit, *time))?;
-        }
-        f.write_str(&part("exchange", self.exchange()))?;
-        f.write_str(&part("log and histories", self.observers))?;
-        f.write_str(&part("checkpoints", self.checkpoints))?;
-        f.write_str(&part("initialisation", self.initialisation))
+        let quantities = of.iter().map(quantity).collect();
+        let summary = Summary { status: String::new(), simulated_time: 1.0, notes: Vec::new(), quantities };
+        summary.key_figures().into_iter().map(|quantity| quantity.name.clone()).collect()
+    }
+
+    #[test]
+    fn every_crack_has_its_sliding() {
+        let sliding = [("peak sliding, neck", 1.0), ("residual sliding, lift", 1.0)];
+        let further = [("peak base shear", 1.0), ("residual sliding, neck", 1.0)];
+        assert_eq!(
+            key_figures(&[sliding, further].concat()),
+            ["residual sliding, lift", "residual sliding, neck", "peak base shear"]
+        );
+        assert_eq!(key_figures(&[("peak opening", 1.0), ("peak sliding", 1.0)]), ["peak sliding"]);
+        assert!(key_figures(&[("peak crest displacement downstreamish", 1.0)]).is_empty());
+    }
+
+    #[test]
+    fn the_crest_has_its_larger_peak() {
+        let [down, up] = ["downstream", "upstream"].map(|to| format!("peak crest displacement {to}"));
+        assert_eq!(key_figures(&[(&down, 3.0), (&up, -2.0)]), [down.clone()]);
+        assert_eq!(key_figures(&[(&down, 3.0), (&up, -4.0)]), [up]);
     }
 }

@@ -129,8 +129,7 @@ mod tests {
             value,
             unit: "mm".into(),
             time: Some(0.7),
-            place: None,
-            band: None,
+            ..Quantity::default()
         };
         let sample = Kept {
             status: "completed".into(),

@@ -59,6 +59,7 @@ Exit status: as of `run`; 2 there is no way to branch there.";
 
 /// Leaves a run; reports the result on the terminal and by the exit status.
 pub fn run(arguments: &Arguments) -> ExitCode {
+    arguments.options.begin();
     told(execute(arguments))
 }
 

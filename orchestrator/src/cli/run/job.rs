@@ -1,8 +1,10 @@
 //! What runs, resumed runs and branches share: results, units, observers, report.
 
 use super::super::accuracy::Promise;
+use super::super::output::answer;
 use super::super::start::{Start, StartError, deadlines};
 use super::super::{Options, complain, known, report, say, spectra};
+use super::answer::Answer;
 use super::place::{Fork, hand_over, place, same_units, same_variables, until};
 use super::{RunError, band};
 use crate::registry::{self, RegistryError};
@@ -12,7 +14,9 @@ use orchestrator::observer::{
     Ending, HistoriesWriter, Limits, Observer, Progress, Rest, Snapshots, Status, Until,
 };
 use orchestrator::participant::ParticipantError;
-use orchestrator::report::{Build, Envelopes, Manifest, ManifestError, Quantity, Summary, Unit, WaterFace};
+use orchestrator::report::{
+    Build, Envelopes, Manifest, ManifestError, Quantity, Summary, Unit, WaterFace, text,
+};
 use orchestrator::scene::{
     DamFidelityScene, DampingModelScene, FidelityScene, LoadedScene, MethodScene, Scene, Side,
 };
@@ -21,6 +25,9 @@ use orchestrator::simulation::{Course, Simulation};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
+
+/// What stands under the name of a unit.
+const UNDER_NAME: &str = "           ";
 
 /// A run that is about to begin, or to go on.
 pub struct Job<'a> {
@@ -124,7 +131,7 @@ impl Job<'_> {
         for unit in graph.units() {
             let description = unit.description();
             let (name, solver) = (description.name.clone(), description.solver.clone());
-            say(format!("{name:<10} {solver}"));
+            say(text::wrapped(&format!("{name:<10} {solver}"), UNDER_NAME));
             let fingerprint = description.fingerprint.to_string();
             manifest.units.push(Unit { name, solver, fingerprint });
         }
@@ -140,12 +147,12 @@ impl Job<'_> {
         }
         "running".clone_into(&mut manifest.status);
         manifest.write(&manifest_path)?;
-        let dam = dam_lines(loaded, &mut graph)?;
+        let dam = dam_model(loaded, &mut graph)?;
         let stress_points = stress_points(&mut graph)?;
         let natural_frequencies = known(graph[UnitId::DAM].read("natural_frequency"))?;
         let in_water = frequencies_in_water(scene, natural_frequencies.len());
         let recursion = recursion(scene, &mut graph)?;
-        say(ground_line(&loaded.ground_motion));
+        say(text::wrapped(&ground_line(&loaded.ground_motion), UNDER_NAME));
         say(format!(
             "prepared in {:.2} s; results go to {}",
             began.elapsed().as_secs_f64(),
@@ -192,12 +199,12 @@ impl Job<'_> {
         if let Some(promise) = self.accuracy {
             promise.note(&mut summary);
         }
-        let table = summary.to_string();
+        let table = text::table(&summary);
+        answer(&Answer::of(folder, &summary, &dam, &ending.wall));
         manifest.status.clone_from(&summary.status);
         manifest.result = Some(summary);
         let written = manifest.write(&manifest_path);
-        say(format!("\n{table}{dam}"));
-        say(ending.wall);
+        say(format!("\n{table}{}{}", dam_lines(&dam), text::wall_time(&ending.wall)));
         let spectra = spectra::write(folder, histories);
         let page = if options.no_report { Ok(()) } else { report::of_run(folder, &manifest, histories) };
         let report = if options.no_report || page.is_err() { "" } else { "report, " };
@@ -403,10 +410,13 @@ fn ground_line(motion: &GroundMotion) -> String {
     format!("{:<10} {source}: peak {:.3} g at {time:.2} s", "ground", peak / STANDARD_GRAVITY)
 }
 
-/// Lines that name the damping model, which belongs to every value of sliding, and the fidelity if it is not the full one.
-fn dam_lines(loaded: &LoadedScene, graph: &mut Graph) -> Result<String, ParticipantError> {
+/// The damping model, which belongs to every value of sliding, and the fidelity if it is not the full one.
+fn dam_model(
+    loaded: &LoadedScene,
+    graph: &mut Graph,
+) -> Result<Vec<(&'static str, String)>, ParticipantError> {
     let Some(dam) = loaded.scene.dam.as_ref().filter(|dam| !dam.fidelity.is_foreign()) else {
-        return Ok(String::new());
+        return Ok(Vec::new());
     };
     let percent = 100.0 * dam.damping.ratio;
     let mut frequencies = graph[UnitId::DAM].read("damping_frequency_low")?;
@@ -422,10 +432,22 @@ fn dam_lines(loaded: &LoadedScene, graph: &mut Graph) -> Result<String, Particip
         DampingModelScene::Stiffness => format!("of stiffness, {percent} % at {frequency} rad/s"),
         DampingModelScene::Local => format!("local, {percent} %"),
     };
-    let fidelity_line = match dam.fidelity {
-        DamFidelityScene::RigidBlocks => format!("{:<52} rigid blocks: unsafe\n", "fidelity of the dam"),
-        DamFidelityScene::Dem => String::new(),
-        fidelity => format!("{:<52} {}\n", "fidelity of the dam", fidelity.word()),
-    };
-    Ok(format!("{:<52} {damping}\n{fidelity_line}", "damping model of the dam"))
+    let mut model = vec![("damping model of the dam", damping)];
+    match dam.fidelity {
+        DamFidelityScene::Dem => (),
+        DamFidelityScene::RigidBlocks => {
+            model.push(("fidelity of the dam", "rigid blocks: unsafe".to_owned()))
+        }
+        fidelity => model.push(("fidelity of the dam", fidelity.word().to_owned())),
+    }
+    Ok(model)
+}
+
+/// The lines of the table that name the model.
+fn dam_lines(model: &[(&str, String)]) -> String {
+    let lines: String = model
+        .iter()
+        .map(|(what, words)| text::wrapped(&format!("  {what}: {words}"), "    ") + "\n")
+        .collect();
+    if lines.is_empty() { lines } else { text::heading("Model") + &lines }
 }

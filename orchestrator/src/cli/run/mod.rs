@@ -1,5 +1,6 @@
 //! `cofferdam run`, `resume` and `branch`.
 
+mod answer;
 mod band;
 pub mod branch;
 mod folder;
@@ -8,10 +9,12 @@ mod place;
 pub mod resume;
 
 use super::accuracy::{self, AccuracyError};
+use super::output::{answer, speak_to_programs};
 use super::plan::{self, PlanError};
 use super::start::StartError;
-use super::{Run, Transport, check, complain, report};
+use super::{Options, Run, Transport, check, complain, report};
 use crate::registry::{self, RegistryError};
+use answer::NoAnswer;
 use job::{Beginning, Job};
 use miette::Diagnostic;
 use orchestrator::log::{LogError, LogReadError};
@@ -105,9 +108,19 @@ const INTERRUPTED: u8 = 130;
 
 /// Runs a scene; reports the result on the terminal and by the exit status.
 pub fn run(arguments: &Run) -> ExitCode {
+    arguments.options.begin();
     match execute(arguments) {
         Ok((Status::Completed, promised)) => ExitCode::from(promised),
         other => told(other.map(|(status, _)| status)),
+    }
+}
+
+impl Options {
+    /// Keeps standard output for the answer in JSON, if that was asked for.
+    fn begin(&self) {
+        if self.json {
+            speak_to_programs();
+        }
     }
 }
 
@@ -118,6 +131,7 @@ fn told(ended: Result<Status, RunError>) -> ExitCode {
         Ok(_) => ExitCode::SUCCESS,
         Err(error) => {
             let status = error.exit_status();
+            answer(&NoAnswer { status: format!("failed: {error}"), exit_status: status });
             complain(format!("{:?}", miette::Report::new(error)));
             ExitCode::from(status)
         }

@@ -1,7 +1,9 @@
 //! `cofferdam resume`.
 
+use super::answer::NoAnswer;
 use super::job::{Beginning, Job};
 use super::{RunError, prepared, told};
+use crate::cli::output::answer;
 use crate::cli::{Options, complain, other_build, say};
 use orchestrator::log::{Extent, Log, LogWriter};
 use orchestrator::observer::Status;
@@ -44,6 +46,7 @@ Exit status: as of `run`; 2 the run cannot be continued.";
 
 /// Goes on with a run; reports the result on the terminal and by the exit status.
 pub fn run(arguments: &Arguments) -> ExitCode {
+    arguments.options.begin();
     told(execute(arguments))
 }
 
@@ -60,7 +63,9 @@ fn execute(arguments: &Arguments) -> Result<Status, RunError> {
     if let Some(status) = status
         && (status == "completed" || status.starts_with("stopped") && !status.contains("--until"))
     {
-        say(format!("nothing to do: the run {status}"));
+        let said = format!("nothing to do: the run {status}");
+        answer(&NoAnswer { status: said.clone(), exit_status: 0 });
+        say(said);
         return Ok(Status::Completed);
     }
     if let Some(why) = other_build(log.head()) {

@@ -190,7 +190,7 @@ fn convergence(run: &RunFolder) -> Option<Check> {
 fn cavitation(run: &RunFolder) -> Option<Check> {
     let found = run.summary.value(LOWEST_PRESSURE)?;
     Some(Check {
-        name: "lowest pressure on the wet face".to_owned(),
+        name: "lowest pressure on a wet face".to_owned(),
         found,
         expected: None,
         unit: "kPa",

@@ -12,12 +12,12 @@ mod envelope_picture;
 mod folder;
 mod ground;
 mod inputs;
-mod key_figures;
 mod limits;
 mod number;
 pub mod pair;
 mod profile;
 mod profile_picture;
+mod remarks;
 mod tables;
 mod thinning;
 mod westergaard;
@@ -39,7 +39,7 @@ impl ReportData {
     /// **Errors**: its log cannot be read.
     pub fn of(run: &RunFolder, section: Option<String>) -> Result<Self, LogReadError> {
         let (scene, summary) = (&run.loaded.scene, &run.summary);
-        let (warnings, notes) = key_figures::remarks(run)?;
+        let (warnings, notes) = remarks::of(run)?;
         Ok(Self {
             title: scene.title.clone(),
             name: run.manifest.name.clone(),
@@ -47,7 +47,7 @@ impl ReportData {
             complete: summary.status == crate::observer::Status::Completed.to_string(),
             started: run.manifest.started.clone(),
             simulated_time: summary.simulated_time,
-            key_figures: key_figures::of(summary),
+            key_figures: summary.key_figures().into_iter().cloned().collect(),
             warnings,
             notes,
             not_modelled: limits::not_modelled(scene),

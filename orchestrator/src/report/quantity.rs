@@ -1,0 +1,76 @@
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+
+/// What a number of a summary is about: the headings of its table, in their order.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Subject {
+    /// The dam before time 0, and its modes.
+    AtRest,
+    /// Its crest.
+    Crest,
+    /// Its cracks.
+    Cracks,
+    /// The force on the ground.
+    Base,
+    /// The stresses in the concrete.
+    Stresses,
+    /// The waters.
+    Water,
+    /// Errors and work of the computation.
+    Numerics,
+    /// All else, and what earlier versions wrote.
+    #[default]
+    Other,
+}
+
+impl Subject {
+    /// All, in their order.
+    pub const ALL: [Self; 8] = [
+        Self::AtRest,
+        Self::Crest,
+        Self::Cracks,
+        Self::Base,
+        Self::Stresses,
+        Self::Water,
+        Self::Numerics,
+        Self::Other,
+    ];
+
+    /// Its heading.
+    pub const fn title(self) -> &'static str {
+        match self {
+            Self::AtRest => "At rest",
+            Self::Crest => "Crest",
+            Self::Cracks => "Cracks",
+            Self::Base => "Base",
+            Self::Stresses => "Stresses",
+            Self::Water => "Water",
+            Self::Numerics => "Numerics",
+            Self::Other => "Other",
+        }
+    }
+}
+
+/// One number of a summary.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Quantity {
+    /// What it is.
+    pub name: String,
+    /// What it is about.
+    #[serde(default)]
+    pub subject: Subject,
+    /// Its value, in `unit`.
+    pub value: f64,
+    /// Unit.
+    pub unit: Cow<'static, str>,
+    /// When it occurred, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time: Option<f64>,
+    /// Where it occurred, x and y from the heel, m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub place: Option<[f64; 2]>,
+    /// 16 %, median and 84 % of runs that differ a little, in `unit`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub band: Option<[f64; 3]>,
+}
