@@ -88,7 +88,7 @@ mod tests {
     use super::*;
 
     fn quantity(name: &str, value: f64, band: Option<[f64; 3]>) -> Quantity {
-        Quantity { name: name.into(), value, unit: "mm".into(), time: None, place: None, band }
+        Quantity { name: name.into(), value, unit: "mm".into(), band, ..Quantity::default() }
     }
 
     #[test]
