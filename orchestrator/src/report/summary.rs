@@ -429,7 +429,7 @@ mod tests {
     #[test]
     fn the_crest_has_its_larger_peak() {
         let [down, up] = ["downstream", "upstream"].map(|to| format!("peak crest displacement {to}"));
-        assert_eq!(key_figures(&[(&down, 3.0), (&up, -2.0)]), [down.clone()]);
+        assert_eq!(key_figures(&[(&down, 3.0), (&up, -2.0)]), std::slice::from_ref(&down));
         assert_eq!(key_figures(&[(&down, 3.0), (&up, -4.0)]), [up]);
     }
 }

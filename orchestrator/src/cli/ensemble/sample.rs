@@ -100,9 +100,13 @@ pub fn path(folder: &Path, hash: &str) -> PathBuf {
     folder.join("samples").join(format!("{hash}.toml"))
 }
 
+/// The last line of a sample's file: TOML that is cut short between two keys is TOML still.
+const END: &str = "# end\n";
+
 /// What was kept of a sample; none if it has not been run or its file is damaged.
 pub fn kept(folder: &Path, hash: &str) -> Option<Kept> {
-    toml::from_str(&std::fs::read_to_string(path(folder, hash)).ok()?).ok()
+    let text = std::fs::read_to_string(path(folder, hash)).ok()?;
+    toml::from_str(text.strip_suffix(END)?).ok()
 }
 
 /// Keeps what a sample gave: whole or not at all, whoever else writes it.
@@ -111,7 +115,7 @@ pub fn keep(folder: &Path, hash: &str, kept: &Kept) -> Result<(), EnsembleError>
     let failed = |cause: std::io::Error| EnsembleError::File { path: path.clone(), cause: cause.into() };
     let text = toml::to_string(kept).map_err(|cause| EnsembleError::Format(cause.into()))?;
     let beside = tempfile::NamedTempFile::new_in(path.parent().unwrap_or(folder)).map_err(failed)?;
-    std::fs::write(beside.path(), text).map_err(failed)?;
+    std::fs::write(beside.path(), text + END).map_err(failed)?;
     beside.persist(&path).map_err(|error| failed(error.error))?;
     Ok(())
 }
@@ -141,7 +145,9 @@ mod tests {
         assert_eq!(kept(folder.path(), "a"), Some(sample));
         assert_eq!(kept(folder.path(), "b"), None);
         let whole = std::fs::read(path(folder.path(), "a")).expect("a file");
-        std::fs::write(path(folder.path(), "b"), &whole[..whole.len() / 2]).expect("a file");
-        assert_eq!(kept(folder.path(), "b"), None);
+        for torn in 0..whole.len() {
+            std::fs::write(path(folder.path(), "b"), &whole[..torn]).expect("a file");
+            assert_eq!(kept(folder.path(), "b"), None, "{torn} bytes");
+        }
     }
 }

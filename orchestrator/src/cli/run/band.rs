@@ -40,7 +40,7 @@ pub fn add(loaded: &LoadedScene, count: u16, summary: &mut Summary) -> Result<()
         }
     }
     summary.notes.push(format!(
-        "in brackets: 16 %, median and 84 % of {} twins whose motion differs by noise of {} %, with {model}",
+        "twins: 16 %, median and 84 % of {} twins whose motion differs by noise of {} %, with {model}",
         complete.len(),
         100.0 * NOISE
     ));
