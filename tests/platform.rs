@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use whole_chain::scenario::{binary, root};
 
 /// Largest size of the command, bytes; 7 MB of it write Parquet.
-const MOST: usize = 35_000_000;
+const MOST: usize = 30_000_000;
 
 #[test]
 fn the_command_and_the_libraries_hold_no_path_of_the_machine() {
