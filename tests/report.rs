@@ -353,6 +353,94 @@ fn pressure_over_height_is_that_of_the_log_beside_the_parabola() {
     assert_eq!(data.profiles[0].computed.last().map(|point| point[0]), Some(91.75));
 }
 
+/// Rows of whole numbers, each but the first as its differences from the row before, as values.
+fn summed(counted: &serde_json::Value) -> (f64, Vec<Vec<f64>>) {
+    let unit = counted["unit"].as_f64().expect("a unit");
+    let mut counts = Vec::<i64>::new();
+    let rows = counted["rows"].as_array().expect("rows").iter().map(|row| {
+        let steps: Vec<i64> = serde_json::from_value(row.clone()).expect("whole numbers");
+        counts.resize(steps.len(), 0);
+        counts.iter_mut().zip(&steps).for_each(|(count, step)| *count += step);
+        counts.iter().map(|count| unit * *count as f64).collect()
+    });
+    (unit, rows.collect())
+}
+
+#[test]
+fn the_dam_in_motion_is_that_of_the_run() {
+    let (folder, data) = (shared(), Page::of(shared()).data());
+    let animation = &data["animation"];
+    let [motion, histories, pressure] = ["outline.csv", "histories.csv", "reservoir-interface_pressure.csv"]
+        .map(|name| Histories::read(&folder.join(name)));
+    let (times, all) = (motion.column("time"), histories.column("time"));
+    assert_eq!(animation["times"], serde_json::json!(times));
+    // 0.6 s in steps of 25 ms, both ends.
+    assert_eq!(times.len(), 25);
+    let outline: Vec<Vec<[f64; 2]>> = serde_json::from_value(animation["outline"].clone()).expect("points");
+    let area = |of: &Vec<[f64; 2]>| {
+        let next = of.iter().cycle().skip(1);
+        0.5 * of.iter().zip(next).map(|(p, q)| p[0] * q[1] - q[0] * p[1]).sum::<f64>()
+    };
+    // The section of Koyna above and below the crack, counter-clockwise.
+    let mut areas: Vec<f64> = outline.iter().map(area).collect();
+    areas.sort_by(f64::total_cmp);
+    let exact = [(14.8 + 19.25) / 2.0 * 36.5, (19.25 + 70.0) / 2.0 * 66.5];
+    assert!(areas.len() == 2 && areas.iter().zip(exact).all(|(a, b)| (a - b).abs() < 1e-6), "{areas:?}");
+
+    let points: Vec<[f64; 2]> = outline.concat();
+    let (unit, moved) = summed(&animation["motion"]);
+    assert!(moved.len() == times.len() && moved[0].iter().all(|u| u.abs() <= 0.5 * unit));
+    for (row, moved) in moved.iter().enumerate() {
+        for (number, moved) in moved.iter().enumerate() {
+            let axis = ["x", "y"][number % 2];
+            let written = motion.column(&format!("{}.{axis}", number / 2))[row];
+            assert!((moved - written).abs() <= 0.501 * unit, "point {} at {}", number / 2, times[row]);
+        }
+    }
+    // The histories have the crest; 0.1 µm is the last digit of the file.
+    let crest = points.iter().position(|point| *point == [0.0, 103.0]).expect("the upstream crest");
+    let at: Vec<usize> =
+        times.iter().map(|time| all.iter().position(|of| of == time).expect("a step")).collect();
+    for axis in ["x", "y"] {
+        let written = motion.column(&format!("{crest}.{axis}"));
+        let exact = histories.column(&format!("dam.crest_displacement.{axis}"));
+        assert!(written.iter().zip(&at).all(|(u, row)| (u - exact[*row]).abs() <= 0.5001e-7));
+    }
+    let exact = histories.column("dam.crest_displacement.x");
+    let first = animation["first"].as_u64().expect("a number") as usize;
+    assert!(at.iter().all(|row| exact[*row].abs() <= exact[at[first]].abs()) && exact[at[first]] != 0.0);
+
+    let water = &animation["waters"][0];
+    let (unit, drawn) = summed(&water["pressure"]);
+    assert!(water["name"] == "reservoir" && water["level"] == 91.75 && water["downstream"] == false);
+    let wet: Vec<[f64; 2]> = serde_json::from_value(water["points"].clone()).expect("points");
+    for (row, drawn) in at.iter().zip(&drawn) {
+        let exact = (0..wet.len()).map(|point| pressure.column(&format!("point {point}"))[*row]);
+        assert!(drawn.iter().zip(exact).all(|(p, exact)| (p - exact).abs() <= 0.501 * unit));
+    }
+    let face: Vec<usize> = serde_json::from_value(water["face"].clone()).expect("numbers");
+    let face: Vec<[f64; 2]> = face.iter().map(|number| points[*number]).collect();
+    assert!(face.iter().all(|[x, _]| *x == 0.0) && face.is_sorted_by(|a, b| a[1] <= b[1]));
+    // Both sides of the crack are on the face.
+    assert!(face[0][1] == 0.0 && face.iter().filter(|[_, y]| *y == 66.5).count() == 2, "{face:?}");
+
+    let readings = animation["readings"].as_array().expect("readings");
+    for (name, column, factor) in [
+        ("ground, g", "ground_acceleration.x", 1.0 / 9.80665),
+        ("crest, mm", "dam.crest_displacement.x", 1e3),
+        (&format!("{CRACK}: sliding, mm"), "dam.crack_sliding.0", 1e3),
+        (&format!("{CRACK}: opening, mm"), "dam.crack_opening.0", 1e3),
+        ("reservoir: base pressure, kPa", "reservoir.base_pressure", 1e-3),
+    ] {
+        let of = readings.iter().find(|of| of["name"] == name).unwrap_or_else(|| panic!("no {name}"));
+        let exact: Vec<f64> = at.iter().map(|row| factor * histories.column(column)[*row]).collect();
+        let digit = 0.501 * 10f64.powf(whole_chain::peak(&exact).log10().floor() - 4.0);
+        for (shown, exact) in of["values"].as_array().expect("values").iter().zip(exact) {
+            assert!((shown.as_f64().expect("a number") - exact).abs() <= digit, "{name}");
+        }
+    }
+}
+
 #[test]
 fn names_are_text_and_never_markup() {
     let page = Page::of(shared());
@@ -495,11 +583,17 @@ fn a_run_that_fails_or_is_killed_shows_what_there_is() {
         let end = (share * bytes.len() as f64) as usize;
         std::fs::write(killed.join(file), &bytes[..end]).expect("written");
     }
+    std::fs::copy(whole.join("outline.csv"), killed.join("outline.csv")).expect("a copy");
     let output = report(&[&killed]);
     assert!(output.status.success(), "{}", said(&output));
     let page = Page::of(&killed);
     assert!(page.words.contains("Partial result") && page.words.contains("without an end"), "{}", page.words);
     let histories = Histories::read(&whole.join("histories.csv"));
+    // The dam moves as long as there are histories; pressures are not there.
+    let animation = &page.data()["animation"];
+    let instants = animation["times"].as_array().expect("times").len();
+    assert!(instants > 25 / 2 && instants < 25 * 8 / 10, "{instants}");
+    assert_eq!(animation["waters"], serde_json::json!([]));
     let rows = page.data()["time"].as_array().expect("times").len();
     let whole = histories.column("time").len();
     assert!(rows > whole / 2 && rows < whole * 8 / 10, "{rows} of {whole}");
@@ -520,6 +614,8 @@ fn other_scenes_have_the_sections_that_concern_them() {
     assert!(
         page.words.contains("tailwater: peak base pressure") && page.ids.iter().any(|id| id == "pressure")
     );
+    let waters = page.data()["animation"]["waters"].clone();
+    assert!(waters[0]["downstream"] == false && waters[1]["downstream"] == true && waters[2].is_null());
     let kept = |page: &Page, name: &str| page.row("checks", name).cells[5] == "✓ kept";
     assert!(kept(&page, "static thrust") && kept(&page, "weight"), "{:?}", page.rows["checks"]);
 
@@ -532,6 +628,7 @@ fn other_scenes_have_the_sections_that_concern_them() {
         page.ids
     );
     assert!(kept(&page, "weight") && page.rows["checks"].iter().all(|row| !row.cells[0].contains("thrust")));
+    assert_eq!(page.data()["animation"]["waters"], serde_json::json!([]));
 
     let page = Page::of(&run(&Scenario::shipped("rigid-dam-ramp"), "ramp", &[]));
     assert!(
@@ -539,5 +636,7 @@ fn other_scenes_have_the_sections_that_concern_them() {
         "{:?}",
         page.ids
     );
+    // A motion that is prescribed has no dam to show.
+    assert!(page.data()["animation"].is_null() && !page.ids.iter().any(|id| id == "motion"));
     assert!(!page.ids.iter().any(|id| id == "spectra") && !page.words.contains("Sliding of each crack"));
 }

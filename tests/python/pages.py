@@ -65,6 +65,27 @@ PLACE = """(() => {
 # What the legend of the first chart says below the cursor.
 LEGEND = """[...document.querySelector("[data-chart]").querySelectorAll(".u-series .u-value")].map(value => value.textContent)"""
 
+# Whether the dam in motion is drawn, moves with the slide and while it plays; none without one.
+MOTION = """(async () => {
+  const place = document.getElementById("dam-in-motion");
+  if (!place) return null;
+  const canvas = place.querySelector("canvas"), slide = place.querySelector(".instant"), play = place.querySelector(".play");
+  const picture = () => canvas.toDataURL();
+  const ink = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data.filter((value, i) => i % 4 === 3 && value > 0).length;
+  const first = picture(), began = slide.value;
+  slide.value = slide.min;
+  slide.dispatchEvent(new Event("input"));
+  const still = picture();
+  slide.value = began;
+  slide.dispatchEvent(new Event("input"));
+  const again = picture();
+  play.click();
+  await new Promise(done => setTimeout(done, 300));
+  play.click();
+  const played = Number(slide.value) > Number(began) && picture() !== first;
+  return { drawn: ink > 0.2 * canvas.width * canvas.height, moves: still !== first && again === first, played };
+})()"""
+
 # Sorts the table by its last column of numbers in both ways; whether the rows follow, none without such a table.
 SORT = """(() => {
   const table = document.querySelector("table.sortable");
@@ -141,7 +162,7 @@ class Browser:
 
     def evaluate(self, expression):
         """The value of an expression in the page."""
-        result = self.ask("Runtime.evaluate", expression=expression, returnByValue=True)
+        result = self.ask("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
         if "exceptionDetails" in result:
             raise RuntimeError(result["exceptionDetails"]["exception"].get("description", "it failed"))
         return result["result"].get("value")
@@ -206,6 +227,9 @@ def problems_of(browser, page, width, name, folder):
         said.append(f"PDF of {pages} pages, {len(pdf) / 1e6:.1f} MB")
         if not pdf.startswith(b"%PDF") or pages == 0:
             problems.append("it does not print")
+    if (motion := browser.evaluate(MOTION)) is not None:
+        said.append("the dam moves")
+        problems += [f"the dam in motion: {what} is not true" for what, so in motion.items() if not so]
     if (sorts := browser.evaluate(SORT)) is not None:
         said.append("the table sorts")
         if not sorts:

@@ -25,11 +25,13 @@ pub struct Arguments {
 }
 
 pub const HELP: &str = "\
-One HTML page that needs nothing else: what matters first, warnings, what is not modelled, the section, inputs with
-provenance, ground motion, histories, response spectra, pressure over height, checks, the whole table. It prints on A4.
-`run` writes it too. Of a run that failed, was killed or goes on it shows what there is. A page that exists is replaced.
+One HTML page that needs nothing else: what matters first, warnings, what is not modelled, the section, the dam in motion,
+inputs with provenance, ground motion, histories, response spectra, pressure over height, checks, the whole table. It
+prints on A4. `run` writes it too. Of a run that failed, was killed or goes on it shows what there is. A page that exists
+is replaced.
 
-It is made of manifest.toml, histories.csv and log.mcap.
+It is made of manifest.toml, histories.csv and log.mcap; the dam in motion of outline.csv and the pressures on wet faces,
+where they are.
 
 Of two runs, A and B, the page says what differs in their inputs, and shows their numbers with the differences B − A, their
 histories and spectra in the same charts, and their checks and warnings side by side. Steps, durations and dams may differ.

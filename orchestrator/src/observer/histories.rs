@@ -89,6 +89,15 @@ impl Histories {
         &self.names
     }
 
+    /// A row, in the order of the names.
+    ///
+    /// # Panics
+    ///
+    /// There is no such row.
+    pub fn row(&self, row: usize) -> Vec<f64> {
+        self.columns.iter().map(|column| column[row]).collect()
+    }
+
     /// Number of rows.
     pub fn rows(&self) -> usize {
         self.columns.first().map_or(0, Vec::len)
@@ -113,23 +122,30 @@ pub struct HistoriesWriter {
     work: InterfaceWork,
 }
 
-struct Table {
+pub(super) struct Table {
     path: PathBuf,
     writer: csv::Writer<ResultsFile>,
     flushed: Duration,
 }
 
 impl Table {
-    fn create(path: PathBuf, header: &[String]) -> Result<Self, ObserverError> {
+    pub fn create(path: PathBuf, header: &[String]) -> Result<Self, ObserverError> {
         let failed = |cause| ObserverError::Write { path: path.clone(), cause };
         let file = ResultsFile::create(&path).map_err(failed)?;
+        Self::of(file, path, header)
+    }
+
+    /// Begins a table in `file`, which is named `path` in errors.
+    pub fn of(file: ResultsFile, path: PathBuf, header: &[String]) -> Result<Self, ObserverError> {
         let mut writer = csv::Writer::from_writer(file);
-        writer.write_record(header).map_err(|cause| failed(cause.into()))?;
+        writer
+            .write_record(header)
+            .map_err(|cause| ObserverError::Write { path: path.clone(), cause: cause.into() })?;
         Ok(Self { path, writer, flushed: Duration::ZERO })
     }
 
     /// Writes a row, and all rows to the disk once a second of wall time `now`.
-    fn write(&mut self, row: &[f64], now: Duration) -> Result<(), ObserverError> {
+    pub fn write(&mut self, row: &[f64], now: Duration) -> Result<(), ObserverError> {
         let result = self.writer.serialize(row);
         result.map_err(|cause| ObserverError::Write { path: self.path.clone(), cause: cause.into() })?;
         if now > self.flushed + Duration::from_secs(1) {
@@ -139,7 +155,7 @@ impl Table {
         Ok(())
     }
 
-    fn flush(&mut self) -> Result<(), ObserverError> {
+    pub fn flush(&mut self) -> Result<(), ObserverError> {
         self.writer.flush().map_err(|cause| ObserverError::Write { path: self.path.clone(), cause })
     }
 }

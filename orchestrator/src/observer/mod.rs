@@ -2,6 +2,7 @@
 
 mod histories;
 mod limits;
+mod outline;
 mod progress;
 mod rest;
 mod snapshots;
@@ -9,6 +10,7 @@ mod until;
 
 pub use histories::{Histories, HistoriesError, HistoriesWriter};
 pub use limits::Limits;
+pub use outline::OutlineWriter;
 pub use progress::Progress;
 pub use rest::{AVERAGED, LastSecond, Rest, STILL_MOVES, STILL_SLIDES};
 pub use snapshots::Snapshots;

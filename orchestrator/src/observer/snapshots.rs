@@ -182,17 +182,22 @@ impl Still {
     }
 }
 
-fn pairs(dam: &mut dyn Participant, x: &str, y: &str) -> Result<Vec<[f64; 2]>, ParticipantError> {
+pub(super) fn pairs(dam: &mut dyn Participant, x: &str, y: &str) -> Result<Vec<[f64; 2]>, ParticipantError> {
     Ok(dam.read(x)?.into_iter().zip(dam.read(y)?).map(|(x, y)| [x, y]).collect())
+}
+
+/// Number of the last multiple of `interval` up to `time`, both in s.
+pub(super) fn multiples(interval: f64, time: f64) -> u64 {
+    (time / interval + ROUNDING).floor() as u64
 }
 
 /// Number of the last multiple of the interval up to `time` (s), if a snapshot is due.
 fn due(plan: &SnapshotsScene, time: f64) -> Option<u64> {
-    let number = (time / plan.interval + ROUNDING).floor();
-    let (multiple, rounding) = (number * plan.interval, ROUNDING * plan.interval);
+    let number = multiples(plan.interval, time);
+    let (multiple, rounding) = (number as f64 * plan.interval, ROUNDING * plan.interval);
     let early = multiple < plan.from - rounding;
     let late = plan.until.is_some_and(|until| multiple > until + rounding);
-    (!early && !late).then_some(number as u64)
+    (!early && !late).then_some(number)
 }
 
 impl Observer for Snapshots {

@@ -25,6 +25,9 @@ pub struct Manifest {
     /// The other wet faces of the dam.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub further_wet_faces: Vec<WaterFace>,
+    /// Points around the dam's blocks and galleries in the unloaded position (x, y), m, polygon after polygon: the columns of `outline.csv`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub outline: Vec<Vec<[f64; 2]>>,
     /// The participants: name and solver.
     #[serde(default)]
     pub units: Vec<Unit>,

@@ -11,7 +11,7 @@ use crate::registry::{self, RegistryError};
 use orchestrator::ground_motion::{GroundMotion, STANDARD_GRAVITY};
 use orchestrator::log::{LastCheckpoint, Log, LogWriter, Parent, Preamble};
 use orchestrator::observer::{
-    Ending, HistoriesWriter, Limits, Observer, Progress, Rest, Snapshots, Status, Until,
+    Ending, HistoriesWriter, Limits, Observer, OutlineWriter, Progress, Rest, Snapshots, Status, Until,
 };
 use orchestrator::participant::ParticipantError;
 use orchestrator::report::{
@@ -64,13 +64,14 @@ struct Watch {
     limits: Limits,
     rest: Rest,
     until: Until,
+    outline: OutlineWriter,
     snapshots: Option<Snapshots>,
 }
 
 impl Watch {
     fn all(&mut self) -> Vec<&mut dyn Observer> {
-        let Self { log, histories, progress, limits, rest, until, snapshots } = self;
-        let mut all: Vec<&mut dyn Observer> = vec![log, histories, progress, limits, rest, until];
+        let Self { log, histories, progress, limits, rest, until, outline, snapshots } = self;
+        let mut all: Vec<&mut dyn Observer> = vec![log, histories, progress, limits, rest, until, outline];
         all.extend(snapshots.as_mut().map(|snapshots| snapshots as &mut dyn Observer));
         all
     }
@@ -90,6 +91,7 @@ impl Job<'_> {
             wet_face: Vec::new(),
             reservoir_wet_face: None,
             further_wet_faces: Vec::new(),
+            outline: Vec::new(),
             units: Vec::new(),
             result: None,
             accuracy: self.accuracy.map(|promise| promise.record.clone()),
@@ -109,6 +111,7 @@ impl Job<'_> {
             limits: Limits::new(&scene.stop),
             rest: Rest::new(&scene.time),
             until: Until::new(options.until),
+            outline: OutlineWriter::new(folder),
             snapshots: scene.snapshots.map(|plan| Snapshots::new(folder, plan)),
         };
 
@@ -145,6 +148,7 @@ impl Job<'_> {
                 manifest.further_wet_faces.push(WaterFace { water, points: dam, own_points: own });
             }
         }
+        manifest.outline = watch.outline.find(&mut graph[UnitId::DAM])?.to_vec();
         "running".clone_into(&mut manifest.status);
         manifest.write(&manifest_path)?;
         let dam = dam_model(loaded, &mut graph)?;

@@ -116,7 +116,7 @@ pub fn of(run: &RunFolder) -> Vec<Chart> {
 }
 
 /// What the cracks are called.
-fn crack_names(scene: &Scene) -> Vec<String> {
+pub fn crack_names(scene: &Scene) -> Vec<String> {
     let cracks = scene.dam.as_ref().map_or(&[][..], |dam| &dam.cracks);
     cracks
         .iter()

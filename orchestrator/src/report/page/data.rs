@@ -1,6 +1,7 @@
 //! What a report shows, without a word of how it is shown.
 
 use super::super::Quantity;
+use super::animation::Animation;
 use serde::{Serialize, Serializer};
 
 /// Everything that a report of a run shows, in its order. What the run does not have is empty.
@@ -30,6 +31,8 @@ pub struct ReportData {
     pub section: Option<String>,
     /// The envelope of the largest principal stress.
     pub envelope: Option<Envelope>,
+    /// The dam in motion.
+    pub animation: Option<Animation>,
     /// What the run was given, by subject.
     pub inputs: Vec<Group>,
     /// Where it comes from: program, machine, hashes.

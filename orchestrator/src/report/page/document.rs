@@ -1,6 +1,7 @@
 //! The page.
 
 use super::super::Quantity;
+use super::animation::Animation;
 use super::data::{Chart, Envelope, Profile, ReportData};
 use super::number::shown;
 use super::profile_picture::{bounds, lines, picture};
@@ -14,6 +15,7 @@ const CHARTS_STYLE: &str = include_str!("uplot/uPlot.min.css");
 const CHARTS_LICENCE: &str = include_str!("uplot/LICENSE");
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
+const ANIMATION: &str = include_str!("animation.js");
 
 /// Charts are pixels: they are drawn with twice those of the screen, so that they are sharp on paper.
 const SHARP: &str = "if (devicePixelRatio < 2) Object.defineProperty(window, \"devicePixelRatio\", { value: 2, configurable: true });";
@@ -26,6 +28,8 @@ const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 
 struct Drawn<'a> {
     time: &'a [f64],
     charts: Vec<&'a Chart>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    animation: Option<&'a Animation>,
 }
 
 /// A section of the page.
@@ -55,7 +59,12 @@ pub(super) struct Page<'a> {
 pub fn html(data: &ReportData) -> String {
     let mut charts = Vec::new();
     let parts = parts(data, &mut charts);
-    let scripts = scripts(&Drawn { time: &data.time, charts });
+    let animation = data.animation.as_ref();
+    let mut scripts = scripts(&Drawn { time: &data.time, charts, animation });
+    if animation.is_some() {
+        // Writing to a string cannot fail.
+        let _ = writeln!(scripts, "<script>{ANIMATION}</script>");
+    }
     let (title, head) = (&*data.title, head(data));
     page(&Page { title, style: "", head, parts, source: "the files of the run. Charts: uPlot", scripts })
 }
@@ -168,6 +177,7 @@ fn parts<'a>(data: &'a ReportData, charts: &mut Vec<&'a Chart>) -> Vec<Part> {
         format!("<figure class=\"section\">{svg}</figure>\n")
     });
     add("picture", "Section of the dam", section.unwrap_or_default());
+    add("motion", "The dam in motion", data.animation.as_ref().map_or_else(String::new, motion));
     add("inputs", "Inputs", inputs(data));
     add("ground", "Ground motion", tables::results(&data.ground) + &figures(&data.ground_charts, charts));
     add("histories", "Histories", histories(data, charts));
@@ -181,6 +191,28 @@ fn parts<'a>(data: &'a ReportData, charts: &mut Vec<&'a Chart>) -> Vec<Part> {
     );
     add("table", "All results", tables::quantities(&data.quantities));
     parts
+}
+
+/// The place of the dam in motion, which the script fills.
+fn motion(animation: &Animation) -> String {
+    let between = animation.times.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+    let pressure = if animation.waters.is_empty() {
+        ""
+    } else {
+        " Beside it the hydrodynamic pressure: blue presses on the dam, orange relieves it."
+    };
+    format!(
+        "<p class=\"about\">Displacement since the state of rest, magnified; dashed: unloaded.{pressure} Recorded every {} ms or less, in \
+         between interpolated; numbers are those of the nearest record. A click in a chart over time leads here.</p>\n\
+         <figure id=\"dam-in-motion\"><canvas role=\"img\" aria-label=\"The dam in motion\"></canvas>\
+         <figcaption class=\"controls\"><button type=\"button\" class=\"play\">Play</button>\
+         <input class=\"instant\" type=\"range\" aria-label=\"instant\"/>\
+         <label>speed <select class=\"speed\"><option value=\"1\">as it was</option><option value=\"0.5\">half</option>\
+         <option value=\"0.1\">a tenth</option></select></label>\
+         <label>motion <select class=\"magnification\"></select></label></figcaption>\
+         <p><time></time> <span class=\"readings\"></span></p></figure>\n",
+        tables::number((1e4 * between).round() / 10.0)
+    )
 }
 
 /// The section coloured by the largest principal stress, and by how much it is too much.

@@ -10,6 +10,8 @@ use std::path::{Path, PathBuf};
 /// What a run has left in its folder.
 #[derive(Clone, Debug)]
 pub struct RunFolder {
+    /// The folder.
+    pub path: PathBuf,
     /// `manifest.toml`.
     pub manifest: Manifest,
     /// `histories.csv`.
@@ -108,7 +110,8 @@ impl RunFolder {
         if histories.rows() == 0 {
             return Err(ReportError::NoStep { path: log.with_file_name("histories.csv") });
         }
-        let envelope = log.parent().and_then(Envelopes::of_folder);
+        let folder = log.parent().unwrap_or(Path::new("")).to_owned();
+        let envelope = Envelopes::of_folder(&folder);
         let log = Log::open(log)?;
         let head = log.head();
         let path = log.path().to_owned();
@@ -119,7 +122,7 @@ impl RunFolder {
             Some(result) => result.clone(),
             None => unended(&loaded, &histories),
         };
-        Ok(Self { manifest, histories, log, loaded, summary, envelope })
+        Ok(Self { path: folder, manifest, histories, log, loaded, summary, envelope })
     }
 }
 

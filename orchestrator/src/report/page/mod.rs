@@ -3,6 +3,7 @@
 //! Data flow one way: [`RunFolder`] (what the files of a run say) → [`ReportData`] (what is shown) → [`html`] (the text). In [`pair`] the
 //! same of two runs, in [`ensemble`] of an ensemble.
 
+mod animation;
 mod charts;
 mod checks;
 mod data;
@@ -22,6 +23,7 @@ mod tables;
 mod thinning;
 mod westergaard;
 
+pub use animation::{Animation, MovingWater};
 pub use data::{
     Abscissa, Chart, Check, Envelope, Group, Mark, Profile, ReportData, Rounded, Row, Series, Value,
 };
@@ -53,6 +55,7 @@ impl ReportData {
             not_modelled: limits::not_modelled(scene),
             section,
             envelope: run.envelope.as_ref().and_then(|grid| envelope(run, grid)),
+            animation: animation::of(run),
             inputs: inputs::of(scene, &run.manifest),
             provenance: inputs::provenance(run),
             scene: inputs::scene_text(scene),

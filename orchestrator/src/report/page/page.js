@@ -154,7 +154,10 @@
     if (overTime) options.hooks.setScale = [(u, key) => { if (key === "x") follow(u); }];
     place.textContent = "";
     const drawn = new uPlot(options, table, place);
-    if (overTime) ofTime.push(drawn);
+    if (overTime) {
+      ofTime.push(drawn);
+      drawn.over.addEventListener("click", () => document.dispatchEvent(new CustomEvent("instant", { detail: drawn.posToVal(drawn.cursor.left, "x") })));
+    }
     return { place, drawn, overTime };
   }
 

@@ -82,7 +82,7 @@ pub fn nearest(run: &RunFolder, water: &str, time: f64) -> Result<Option<Instant
 }
 
 /// The points of a water, m.
-fn points(run: &RunFolder, side: Side) -> &[[f64; 2]] {
+pub fn points(run: &RunFolder, side: Side) -> &[[f64; 2]] {
     let manifest = &run.manifest;
     match side {
         Side::Upstream => manifest.reservoir_wet_face.as_ref().unwrap_or(&manifest.wet_face),
