@@ -1,7 +1,7 @@
 //! The dam in motion: what the script of the page draws.
 
 use super::charts::crack_names;
-use super::data::{Rounded, Series};
+use super::data::{Animation, Counted, MovingWater, Rounded, Series};
 use super::folder::RunFolder;
 use super::profile::points;
 use super::profile_picture::tick;
@@ -9,7 +9,6 @@ use super::thinning::rounded;
 use crate::ground_motion::STANDARD_GRAVITY;
 use crate::observer::{Histories, OutlineWriter};
 use crate::scene::{FidelityScene, Side};
-use serde::Serialize;
 
 /// Steps of a drawn value up to the largest.
 const COUNTS: f64 = 4000.0;
@@ -17,49 +16,6 @@ const COUNTS: f64 = 4000.0;
 const POINTS: usize = 24;
 /// Farthest that a point of the outline lies from the face that it is on, m.
 const NEAR: f64 = 1e-6;
-
-/// Pictures of a run: the motion of the dam's outline, and the pressures on it, at instants a fortieth of a second apart or more.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Animation {
-    /// Points around each block and gallery in the unloaded position (x, y), m.
-    pub outline: Vec<Vec<[Rounded; 2]>>,
-    /// The instants, s.
-    pub times: Vec<f64>,
-    /// The instant that is shown first: the crest is farthest out.
-    pub first: usize,
-    /// Displacements of all points (x, y), m.
-    pub motion: Counted,
-    /// The waters that press on it.
-    pub waters: Vec<MovingWater>,
-    /// Histories at the instants, with units in the names.
-    pub readings: Vec<Series>,
-}
-
-/// Rows of numbers as multiples of a unit.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Counted {
-    /// What a count is worth.
-    pub unit: f64,
-    /// One row an instant: whole numbers, after the first row the differences from the row before.
-    pub rows: Vec<Vec<i32>>,
-}
-
-/// A water and its hydrodynamic pressure on the dam.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct MovingWater {
-    /// Whose it is: `reservoir` or `tailwater`.
-    pub name: String,
-    /// Whether it lies downstream.
-    pub downstream: bool,
-    /// Its level, m.
-    pub level: f64,
-    /// The points of the outline on the wet face from the bed up, by their numbers.
-    pub face: Vec<usize>,
-    /// Points of the face at which the pressure is drawn (x, y), m.
-    pub points: Vec<[Rounded; 2]>,
-    /// The pressure there, Pa.
-    pub pressure: Counted,
-}
 
 /// Pictures of `run`; none where its dam told no outline, or the file of its motion is missing, damaged or another one's.
 pub fn of(run: &RunFolder) -> Option<Animation> {

@@ -1,7 +1,6 @@
 //! What a report shows, without a word of how it is shown.
 
 use super::super::Quantity;
-use super::animation::Animation;
 use serde::{Serialize, Serializer};
 
 /// Everything that a report of a run shows, in its order. What the run does not have is empty.
@@ -223,4 +222,47 @@ pub struct Check {
     pub kept: Option<bool>,
     /// What the verdict rests on, or why there is none.
     pub remark: String,
+}
+
+/// Pictures of a run: the motion of the dam's outline, and the pressures on it, at instants a fortieth of a second apart or more.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Animation {
+    /// Points around each block and gallery in the unloaded position (x, y), m.
+    pub outline: Vec<Vec<[Rounded; 2]>>,
+    /// The instants, s.
+    pub times: Vec<f64>,
+    /// The instant that is shown first: the crest is farthest out.
+    pub first: usize,
+    /// Displacements of all points (x, y), m.
+    pub motion: Counted,
+    /// The waters that press on it.
+    pub waters: Vec<MovingWater>,
+    /// Histories at the instants, with units in the names.
+    pub readings: Vec<Series>,
+}
+
+/// Rows of numbers as multiples of a unit.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Counted {
+    /// What a count is worth.
+    pub unit: f64,
+    /// One row an instant: whole numbers, after the first row the differences from the row before.
+    pub rows: Vec<Vec<i32>>,
+}
+
+/// A water and its hydrodynamic pressure on the dam.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MovingWater {
+    /// Whose it is: `reservoir` or `tailwater`.
+    pub name: String,
+    /// Whether it lies downstream.
+    pub downstream: bool,
+    /// Its level, m.
+    pub level: f64,
+    /// The points of the outline on the wet face from the bed up, by their numbers.
+    pub face: Vec<usize>,
+    /// Points of the face at which the pressure is drawn (x, y), m.
+    pub points: Vec<[Rounded; 2]>,
+    /// The pressure there, Pa.
+    pub pressure: Counted,
 }

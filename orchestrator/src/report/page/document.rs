@@ -1,8 +1,7 @@
 //! The page.
 
 use super::super::Quantity;
-use super::animation::Animation;
-use super::data::{Chart, Envelope, Profile, ReportData};
+use super::data::{Animation, Chart, Envelope, Profile, ReportData};
 use super::number::shown;
 use super::profile_picture::{bounds, lines, picture};
 use super::tables;

@@ -23,9 +23,9 @@ mod tables;
 mod thinning;
 mod westergaard;
 
-pub use animation::{Animation, MovingWater};
 pub use data::{
-    Abscissa, Chart, Check, Envelope, Group, Mark, Profile, ReportData, Rounded, Row, Series, Value,
+    Abscissa, Animation, Chart, Check, Counted, Envelope, Group, Mark, MovingWater, Profile, ReportData,
+    Rounded, Row, Series, Value,
 };
 pub use document::html;
 pub use folder::{ReportError, RunFolder};
