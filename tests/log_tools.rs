@@ -52,6 +52,8 @@ fn an_export_has_the_bytes_that_the_run_wrote() {
         assert_eq!(status, Some(0), "{name}: {said}");
         let mut written = tables(log.parent().expect("a folder"));
         written.remove("response_spectra.csv");
+        // The log holds what is exchanged; the dam is asked for its outline beside.
+        assert_eq!(written.remove("outline.csv").is_some(), name != "prescribed", "{name}");
         let exported = tables(&folder);
         assert!(exported["histories.csv"].len() > 10_000, "{name}");
         assert_eq!(exported.keys().collect::<Vec<_>>(), written.keys().collect::<Vec<_>>(), "{name}");
