@@ -2,7 +2,8 @@
 
 use std::path::Path;
 use std::process::Command;
-use whole_chain::scenario::{binary, root};
+use whole_chain::peak;
+use whole_chain::scenario::{Scenario, binary, root};
 
 /// Rows of the table that the study leaves, by heading.
 fn study(name: &str, scene: &str, settings: &[&str], output: &Path) -> Vec<Vec<String>> {
@@ -25,7 +26,12 @@ fn study(name: &str, scene: &str, settings: &[&str], output: &Path) -> Vec<Vec<S
 /// Rows of the table in `output`.
 fn table(name: &str, output: &Path) -> Vec<Vec<String>> {
     assert!(output.join(format!("{name}.md")).is_file());
-    let mut table = csv::Reader::from_path(output.join(format!("{name}.csv"))).expect("a table");
+    table_of(&output.join(format!("{name}.csv")))
+}
+
+/// Rows of the table in a file.
+fn table_of(path: &Path) -> Vec<Vec<String>> {
+    let mut table = csv::Reader::from_path(path).expect("a table");
     table.records().map(|row| row.expect("a row").iter().map(str::to_owned).collect()).collect()
 }
 
@@ -364,4 +370,155 @@ fn a_step_of_a_long_log_is_found_by_reading_a_small_part() {
         assert!(most < 12.0, "{row:?}: MB of 60");
     }
     assert!(!output.join("log.mcap").exists(), "the log is removed");
+}
+
+/// The paper's figures, coarse, with a user's record in m/s² for one earthquake and the stand-in for the other.
+#[test]
+fn the_papers_figures_stand_beside_its_numbers() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (output, record) = (folder.path().join("p"), folder.path().join("own.csv"));
+    let shipped = root().join("scenes/records/loma-prieta-1989-corralitos-038.csv");
+    let text = std::fs::read_to_string(&shipped).expect("a record");
+    let samples = text.lines().filter_map(|line| line.split_once(',')?.0.parse::<f64>().ok().map(|_| line));
+    let metres: Vec<String> = samples
+        .map(|line| line.split_once(',').expect("two columns"))
+        .map(|(time, a)| format!("{time},{}", 9.806_65 * a.parse::<f64>().expect("a number")))
+        .collect();
+    std::fs::write(&record, format!("time_s,acceleration_m/s2\n{}\n", metres.join("\n"))).expect("a file");
+    let study = |record: &Path| {
+        let mut command = Command::new(binary());
+        command
+            .args(["study", "paper", "--coarse", "--koyna-record"])
+            .arg(record)
+            .arg("--output")
+            .arg(&output);
+        command.arg("--scenes").arg(root().join("scenes")).output().expect("cofferdam runs")
+    };
+    let refused = study(&folder.path().join("none.csv"));
+    let said = String::from_utf8_lossy(&refused.stderr).replace('│', " ");
+    let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert_eq!(refused.status.code(), Some(2), "{said}");
+    assert!(
+        said.contains("--koyna-record (a path from where") && said.contains("a record is a text file"),
+        "{said}"
+    );
+    let done = study(&record);
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    println!("{}", String::from_utf8_lossy(&done.stdout));
+
+    // Every figure is drawn, says whose record it is, and has what the paper states.
+    let user = "the user's own.csv, peak 0.484 g, where the paper's has 0.49 g";
+    let stand_in = "northridge-1994-canyon-country-270.csv with a peak of 0.678 g stands in";
+    for (figure, parts) in [
+        (3, vec!["closed form", "constant elements"]),
+        (4, vec!["beverly-hills-279.csv with a peak of 0.516 g stands in", "finite elements"]),
+        (7, vec![user, stand_in, "rigid dam"]),
+        (8, vec![user, "paper: 2.89 g", "paper: 2.41 g"]),
+        (9, vec![stand_in, "paper: 4.35 g", "paper: 3.62 g"]),
+        (10, vec![user, "26.5 mm at 4.02 s"]),
+        (11, vec![stand_in, "55.6 mm at 4.72 s"]),
+        (12, vec![user, stand_in, "13.1 mm", "20.3 mm", "Westergaard's added mass"]),
+        (13, vec![user, stand_in, "1.8 mrad", "2.6 mrad"]),
+    ] {
+        let picture =
+            std::fs::read_to_string(output.join(format!("figure-{figure}.svg"))).expect("a picture");
+        assert!(picture.starts_with("<svg") && picture.contains("<polyline"), "figure {figure}");
+        // Lines of text are wrapped, each an element of its own.
+        let words = picture.replace("</text>", " ");
+        let words = words.split('<').filter_map(|part| part.split_once('>')).map(|(_, text)| text.trim());
+        let words =
+            words.filter(|text| !text.is_empty()).collect::<Vec<_>>().join(" ").replace("&apos;", "'");
+        for part in parts {
+            assert!(words.contains(part), "figure {figure}: `{part}` is missing: {words}");
+        }
+    }
+    assert!(output.join("paper.svg").is_file());
+
+    // The numbers of the paper's text, and verdicts that follow from ours.
+    let rows = table("paper", &output);
+    let stated: Vec<&str> = rows.iter().map(|row| &*row[4]).collect();
+    let koyna = ["2.89", "2.41", "5.9", "26.5", "4.02", "13.1", "12", "1.8"];
+    let newhall = ["4.35", "3.62", "5.88", "55.6", "4.72", "20.3", "18.4", "2.6"];
+    let of = |name: &str| -> Vec<&Vec<String>> { rows.iter().filter(|row| row[1] == name).collect() };
+    assert_eq!(stated.len(), 16);
+    let number = |cell: &str| -> f64 { cell.parse().unwrap_or_else(|_| panic!("{cell} is no number")) };
+    for (name, stated) in [("Koyna 1967", koyna), ("Newhall 1994", newhall)] {
+        assert_eq!(of(name).iter().map(|row| &*row[4]).collect::<Vec<_>>(), stated);
+    }
+    for row in &rows {
+        let [paper, ours] = [4, 5].map(|column| number(&row[column]));
+        let difference: f64 = number(row[6].trim_end_matches(" %"));
+        assert!((difference - 100.0 * (ours / paper - 1.0)).abs() < 1.5, "{row:?}");
+        if row[7] == "–" {
+            assert_eq!(row[9], "not swept", "{row:?}");
+            continue;
+        }
+        let [least, most] = [7, 8].map(|column| number(&row[column]));
+        assert!(least <= ours && ours <= most, "{row:?}");
+        let verdict = match paper {
+            paper if paper < least => "below all of ours",
+            paper if paper > most => "above all of ours",
+            _ => "within ours",
+        };
+        assert_eq!(row[9], verdict, "{row:?}");
+    }
+
+    // The same numbers as a run of the same scene.
+    let mut scenario = Scenario::shipped("paper-newhall-1994");
+    // From 1 s before the record's peak to 0.75 s after it.
+    scenario.set("ground_motion.record.start", 4.03).set("ground_motion.record.end", 5.78);
+    scenario.set("time.quiet", 0.0).set("dam.element_size", 10.0).set("coupling.on_failure", "continue");
+    let histories = scenario.run();
+    let column = |name: &str| histories.column(name);
+    let time = column("time");
+    let sliding = column("dam.crack_sliding.0");
+    let last = time.iter().filter(|t| **t >= time[time.len() - 1] - 1.0).count();
+    let mean = sliding[sliding.len() - last..].iter().sum::<f64>() / last as f64;
+    let of_run = [
+        ("largest acceleration below the crack", peak(column("dam.crack_acceleration_below.0")) / 9.806_65),
+        ("largest acceleration above the crack", peak(column("dam.crack_acceleration_above.0")) / 9.806_65),
+        ("residual sliding", 1e3 * mean),
+        ("largest rotation", 1e3 * peak(column("dam.crack_rotation.0"))),
+    ];
+    for (quantity, value) in of_run {
+        let row = of("Newhall 1994").into_iter().find(|row| row[2] == quantity).expect("a row");
+        assert!((number(&row[5]) - value).abs() <= 5.1e-4, "{value}: {row:?}");
+    }
+
+    // Words: the verdict is that of the numbers.
+    let claims = table_of(&output.join("claims.csv"));
+    assert_eq!(claims.len(), 14);
+    for name in ["Koyna 1967", "Newhall 1994"] {
+        let [below, above] = [0, 1].map(|row| number(&of(name)[row][5]));
+        let claim =
+            claims.iter().find(|row| row[1] == name && row[2].contains("above the crack")).expect("a row");
+        let smaller = above < below && above >= 0.8 * below;
+        assert_eq!(claim[5], if smaller { "holds" } else { "does not hold" }, "{claim:?}");
+        let [boundary, finite] = [5, 6].map(|row| number(&of(name)[row][5]));
+        let claim = claims.iter().find(|row| row[1] == name && row[2].contains("finite")).expect("a row");
+        let close = (finite / boundary - 1.0).abs() <= 0.1;
+        assert_eq!(claim[5], if close { "holds" } else { "does not hold" }, "{claim:?}");
+    }
+    // Other choices of the user's record: another strength, and the same shaking from the other side.
+    let open = table_of(&output.join("open.csv"));
+    for run in [
+        "the paper",
+        "as it is",
+        "scaled to the paper's peak",
+        "polarity reversed*",
+        "damping of mass alone*",
+    ] {
+        assert!(open.iter().any(|row| row[0] == "Koyna 1967" && row[1] == run), "{run}: {open:?}");
+    }
+    // All choices together, where one of them slides less than the scene.
+    for name in ["Koyna 1967", "Newhall 1994"] {
+        let rows: Vec<_> = open.iter().filter(|row| row[0] == name).collect();
+        let slid = |run: &str| {
+            let row = rows.iter().find(|row| row[1].starts_with(run))?;
+            Some(number(&row[7]).abs())
+        };
+        let scene = slid("as it is").expect("a row");
+        let less = ["polarity", "damping"].iter().any(|run| slid(run).is_some_and(|slid| slid < scene));
+        assert_eq!(slid("those with the least sliding together").is_some(), less, "{rows:?}");
+    }
 }

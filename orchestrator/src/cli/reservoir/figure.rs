@@ -1,8 +1,6 @@
 //! Pictures of the response of the water, as SVG.
 
-use crate::cli::picture::{BLUE, Drawing, FONT, GREEN, ORANGE, svg};
-use plotters::coord::Shift;
-use plotters::prelude::*;
+use crate::cli::picture::{Axis, FONT, History, across, chart, over_time, svg};
 use reservoir::Complex64;
 use std::error::Error;
 
@@ -13,15 +11,6 @@ pub struct Curve {
     pub colour: usize,
     pub dashed: bool,
     pub points: Vec<(f64, Complex64)>,
-}
-
-/// A real value over time.
-pub struct History {
-    pub label: String,
-    /// Index of the colour.
-    pub colour: usize,
-    pub dashed: bool,
-    pub points: Vec<(f64, f64)>,
 }
 
 impl Curve {
@@ -35,16 +24,8 @@ impl Curve {
     }
 }
 
-const COLOURS: [RGBColor; 6] =
-    [BLUE, ORANGE, GREEN, RGBColor(0xd6, 0x27, 0x28), RGBColor(0x94, 0x67, 0xbd), RGBColor(0x8c, 0x56, 0x4b)];
 /// Share of the amplitudes that an axis covers; resonances exceed it.
 const SHOWN: f64 = 0.95;
-
-/// Label and range of an axis.
-struct Axis<'a> {
-    name: &'a str,
-    range: std::ops::Range<f64>,
-}
 
 type Picture = Result<String, Box<dyn Error + Send + Sync>>;
 
@@ -72,22 +53,10 @@ pub fn histories(title: &str, pressures: &[History], force: &[History], [p, f]: 
     svg((900, 700), |area| {
         let panels = area.titled(title, (FONT, 16))?.split_evenly((2, 1));
         for (panel, histories, name) in [(&panels[0], pressures, p), (&panels[1], force, f)] {
-            let values = || histories.iter().flat_map(|h| h.points.iter().map(|(_, v)| *v));
-            let (least, most) = values().fold((0.0f64, 0.0f64), |(a, b), v| (a.min(v), b.max(v)));
-            let room = 0.05 * (most - least).max(f64::MIN_POSITIVE);
-            let up = Axis { name, range: least - room..most + room };
-            chart(panel, Axis { name: "time, s", range: across(histories) }, up, histories, true)?;
+            over_time(panel, name, histories)?;
         }
         Ok(())
     })
-}
-
-/// From the first to the last abscissa.
-fn across(histories: &[History]) -> std::ops::Range<f64> {
-    let ends = histories.iter().flat_map(|h| h.points.iter().map(|(x, _)| *x));
-    let (least, most) = ends.fold((f64::MAX, f64::MIN), |(a, b), x| (a.min(x), b.max(x)));
-    // A single point has no width.
-    if most > least { least..most } else { least - 0.5..least + 0.5 }
 }
 
 /// Bound of most values.
@@ -96,40 +65,4 @@ fn typical(histories: &[History]) -> f64 {
     values.sort_by(f64::total_cmp);
     let index = (SHOWN * values.len() as f64) as usize;
     values.get(index.min(values.len().saturating_sub(1))).copied().unwrap_or(1.0).max(1e-300)
-}
-
-fn chart(
-    area: &DrawingArea<SVGBackend<'_>, Shift>,
-    across: Axis<'_>,
-    up: Axis<'_>,
-    histories: &[History],
-    legend: bool,
-) -> Drawing {
-    let (least, most) = (up.range.start, up.range.end);
-    let mut chart = ChartBuilder::on(area)
-        .margin(10)
-        .x_label_area_size(36)
-        .y_label_area_size(64)
-        .build_cartesian_2d(across.range, up.range)?;
-    chart.configure_mesh().x_desc(across.name).y_desc(up.name).light_line_style(TRANSPARENT).draw()?;
-    for History { label, colour, dashed, points } in histories {
-        let colour = COLOURS[colour % COLOURS.len()];
-        // Values beyond the axis are drawn at its end.
-        let shown: Vec<(f64, f64)> = points.iter().map(|(x, v)| (*x, v.clamp(least, most))).collect();
-        let series = if *dashed {
-            chart.draw_series(DashedLineSeries::new(shown, 5, 4, BLACK.stroke_width(1)))?
-        } else {
-            chart.draw_series(LineSeries::new(shown, colour.stroke_width(2)))?
-        };
-        let style = if *dashed { BLACK.stroke_width(1) } else { colour.stroke_width(2) };
-        if legend {
-            series.label(label).legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], style));
-        }
-    }
-    if legend {
-        let mut labels = chart.configure_series_labels();
-        labels.position(SeriesLabelPosition::UpperRight).background_style(WHITE.mix(0.8));
-        labels.border_style(BLACK).draw()?;
-    }
-    Ok(())
 }

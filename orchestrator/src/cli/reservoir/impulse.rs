@@ -1,9 +1,10 @@
 //! `cofferdam reservoir impulse`.
 
 use super::exact::Exact;
-use super::figure::{self, History};
+use super::figure;
 use super::points::{Points, Shown, force};
 use super::{Common, Failure, Motion, Water, undrawn, unfit};
+use crate::cli::picture::History;
 use crate::cli::table::Table;
 use crate::cli::{complain, say};
 use interface::variables::reservoir::{GROUND_ACCELERATION, INTERFACE_ACCELERATION, INTERFACE_PRESSURE};

@@ -1,8 +1,9 @@
 //! `cofferdam reservoir record`.
 
-use super::figure::{self, History};
+use super::figure;
 use super::points::{Points, Shown, force_and_moment};
 use super::{Common, Failure, undrawn};
+use crate::cli::picture::History;
 use crate::cli::say;
 use crate::cli::table::Table;
 use nalgebra::DMatrix;

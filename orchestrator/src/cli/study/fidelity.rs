@@ -244,7 +244,7 @@ fn rigid_dam<U: CoSimulation>(
 }
 
 /// The base pressure of compressible water on a rigid dam, if there is a closed form.
-fn closed_form(scene: &Scene, motion: &GroundMotion) -> Result<Option<Vec<f64>>, StudyError> {
+pub(super) fn closed_form(scene: &Scene, motion: &GroundMotion) -> Result<Option<Vec<f64>>, StudyError> {
     let mut compressible = scene.clone();
     compressible.reservoir.fidelity = FidelityScene::Compressible;
     let exact = Exact::of(&registry::water_parameters(&compressible)?, Motion::Horizontal);

@@ -7,6 +7,7 @@ mod fidelity;
 mod figure;
 mod ledger;
 mod meshes;
+mod paper;
 mod resolution;
 mod rest;
 mod seek;
@@ -21,7 +22,7 @@ use super::table::Table;
 use super::{complain, making, parallel, say, threads};
 use crate::registry::{self, RegistryError};
 use miette::Diagnostic;
-use orchestrator::ground_motion::GroundMotion;
+use orchestrator::ground_motion::{GroundMotion, RecordError};
 use orchestrator::observer::{Ending, Histories, HistoriesWriter, Rest, Status};
 use orchestrator::scene::{LoadedScene, Scene, SceneError};
 use orchestrator::scheme::{CouplingError, Graph};
@@ -73,6 +74,9 @@ pub enum Command {
     /// How fast a step is found in a long log
     #[command(after_long_help = seek::HELP)]
     Seek(seek::SeekArguments),
+    /// The paper's figures from our runs, beside what its text states
+    #[command(after_long_help = paper::HELP)]
+    Paper(paper::PaperArguments),
     /// Errors of the paper's short windows and of its missing condition at the far end
     #[command(after_long_help = windows::HELP)]
     Windows(Arguments),
@@ -119,6 +123,14 @@ pub enum StudyError {
         /// What was wrong.
         cause: Box<SimulationError>,
     },
+    /// A record that the user gave.
+    #[error("{option} (a path from where the command runs): {cause}")]
+    Record {
+        /// The option that names it.
+        option: &'static str,
+        /// What was wrong.
+        cause: Box<RecordError>,
+    },
     /// A scene that does not fit the study.
     #[error("{what}; choose another scene")]
     Unfit {
@@ -158,6 +170,7 @@ pub fn run(command: &Command) -> ExitCode {
         Command::Convergence(arguments) => convergence::run(arguments),
         Command::Ledger(arguments) => ledger::run(arguments),
         Command::Meshes(arguments) => meshes::run(arguments),
+        Command::Paper(arguments) => paper::run(arguments),
         Command::Rest(arguments) => rest::run(arguments),
         Command::Seek(arguments) => seek::run(arguments),
         Command::Shaking(arguments) => shaking::run(arguments),
@@ -167,7 +180,7 @@ pub fn run(command: &Command) -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             let status = match &error {
-                StudyError::Scene(_) | StudyError::Unfit { .. } => 2,
+                StudyError::Scene(_) | StudyError::Unfit { .. } | StudyError::Record { .. } => 2,
                 StudyError::Run { .. } => 3,
                 StudyError::Accuracy(error) => error.exit_status(),
                 StudyError::Unit(_) => 4,
@@ -228,12 +241,21 @@ fn run_scene(scene: &Scene, motion: &GroundMotion, threads: NonZeroUsize) -> Res
 
 /// Runs all scenes, as many at once as there are cores.
 fn run_all(scenes: &[LoadedScene]) -> Result<Vec<Outcome>, StudyError> {
+    run_each(&scenes.iter().collect::<Vec<_>>(), |_, outcome| Ok(outcome))
+}
+
+/// The same, keeping of each outcome what `keep` makes of it and the scene's index.
+fn run_each<T: Send>(
+    scenes: &[&LoadedScene],
+    keep: impl Fn(usize, Outcome) -> Result<T, StudyError> + Sync,
+) -> Result<Vec<T>, StudyError> {
     let begun = AtomicUsize::new(0);
-    parallel::try_map(scenes, threads(None), |loaded| {
+    let numbered: Vec<_> = scenes.iter().enumerate().collect();
+    parallel::try_map(&numbered, threads(None), |(index, loaded)| {
         let number = begun.fetch_add(1, Ordering::Relaxed) + 1;
         let outcome = run_scene(&loaded.scene, &loaded.ground_motion, NonZeroUsize::MIN)?;
         say(format!("{number} of {}: {}", scenes.len(), outcome.ending.status));
-        Ok(outcome)
+        keep(*index, outcome)
     })
 }
 

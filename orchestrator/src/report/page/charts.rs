@@ -2,7 +2,7 @@
 
 use super::data::{Abscissa, Chart, Mark, Row, Series};
 use super::folder::RunFolder;
-use super::thinning::{differences, kept, rounded, rounded_each};
+use super::thinning::{PARTS, differences, kept, rounded, rounded_each};
 use crate::ground_motion::STANDARD_GRAVITY;
 use crate::observer::Histories;
 use crate::scene::{DamFidelityScene, Scene};
@@ -154,7 +154,7 @@ fn chart(
 
 fn drawn(rows: usize, title: &str, about: &str, logarithmic: bool, lines: &[(String, Vec<f64>)]) -> Chart {
     let values: Vec<&[f64]> = lines.iter().map(|(_, values)| values.as_slice()).collect();
-    let rows = kept(rows, &values);
+    let rows = kept(rows, &values, PARTS);
     let line = |(name, values): &(String, Vec<f64>)| {
         let values: Vec<f64> = rows.iter().map(|row| values[*row]).collect();
         let values = if logarithmic { rounded_each(&values) } else { rounded(&values) };

@@ -3,7 +3,7 @@
 use super::super::{RunSpectra, SPECTRAL_DAMPING, periods};
 use super::data::{Abscissa, Chart, Mark, Row, Series};
 use super::folder::RunFolder;
-use super::thinning::{kept, rounded};
+use super::thinning::{PARTS, kept, rounded};
 use crate::ground_motion::STANDARD_GRAVITY;
 use crate::scene::LoadedScene;
 use std::f64::consts::TAU;
@@ -54,7 +54,7 @@ pub fn charts(loaded: &LoadedScene) -> Vec<Chart> {
         return Vec::new();
     }
     let values: Vec<f64> = motion.acceleration().iter().map(|a| a / STANDARD_GRAVITY).collect();
-    let rows = kept(values.len(), &[&values]);
+    let rows = kept(values.len(), &[&values], PARTS);
     let times: Vec<f64> = rows.iter().map(|row| *row as f64 * motion.interval()).collect();
     let values: Vec<f64> = rows.iter().map(|row| values[*row]).collect();
     let history = Chart {

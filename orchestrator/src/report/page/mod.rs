@@ -30,6 +30,7 @@ pub use data::{
 pub use document::html;
 pub use folder::{ReportError, RunFolder};
 pub use limits::not_modelled;
+pub use thinning::kept;
 
 use super::envelopes::{END, overstress};
 use crate::log::LogReadError;

@@ -2,15 +2,15 @@
 
 use super::data::Rounded;
 
-/// Parts of a history of each of which the least and the largest value are kept.
-const PARTS: usize = 2000;
+/// Parts of a history of a page of each of which the least and the largest value are kept.
+pub const PARTS: usize = 2000;
 /// Digits of the largest value of a line; a line on a logarithmic scale has three of each value.
 const DIGITS: i32 = 5;
 
-/// The rows to keep of lines over the same `rows`: the first and the last, and of each of [`PARTS`] parts those with the least and
+/// The rows to keep of lines over the same `rows`: the first and the last, and of each of `parts` (at least 1) parts those with the least and
 /// the largest finite value of any line.
-pub fn kept(rows: usize, lines: &[&[f64]]) -> Vec<usize> {
-    let length = rows.div_ceil(PARTS).max(1);
+pub fn kept(rows: usize, lines: &[&[f64]], parts: usize) -> Vec<usize> {
+    let length = rows.div_ceil(parts.max(1)).max(1);
     if length <= 2 {
         return (0..rows).collect();
     }
@@ -72,7 +72,7 @@ mod tests {
         let rows = 100_003;
         let [a, b]: [Vec<f64>; 2] =
             [7919, 104_729].map(|prime| (0..rows).map(|i| ((i * prime) % 10_007) as f64).collect());
-        let kept = kept(rows, &[&a, &b]);
+        let kept = kept(rows, &[&a, &b], PARTS);
         let length = rows.div_ceil(PARTS);
         assert!(kept.len() <= 4 * PARTS + 2 && kept.is_sorted_by(|a, b| a < b), "{} rows", kept.len());
         assert_eq!((kept[0], kept[kept.len() - 1]), (0, rows - 1));
@@ -90,10 +90,10 @@ mod tests {
 
     #[test]
     fn short_histories_stay_whole_and_gaps_are_no_extremes() {
-        assert_eq!(kept(4000, &[&[0.0; 4000]]), (0..4000).collect::<Vec<_>>());
-        assert!(kept(0, &[]).is_empty());
+        assert_eq!(kept(4000, &[&[0.0; 4000]], PARTS), (0..4000).collect::<Vec<_>>());
+        assert!(kept(0, &[], PARTS).is_empty());
         let gaps: Vec<f64> = (0..9000).map(|i| if i % 5 == 3 { 1.0 } else { f64::NAN }).collect();
-        let kept = kept(9000, &[&gaps]);
+        let kept = kept(9000, &[&gaps], PARTS);
         assert!(kept[1..kept.len() - 1].iter().all(|row| row % 5 == 3), "{:?}", &kept[..5]);
     }
 

@@ -1,7 +1,7 @@
 //! Charts of two runs: a line of each.
 
 use super::super::data::{Abscissa, Chart, Mark, Rounded, Series};
-use super::super::thinning::{differences, kept};
+use super::super::thinning::{PARTS, differences, kept};
 use super::data::{Beside, PairChart, PairGroup};
 
 /// What the lines are called.
@@ -92,7 +92,7 @@ fn marks(pair: [Option<&Chart>; 2]) -> Vec<Mark> {
 /// A line without the rows that were kept for other lines of its chart; its extremes stay.
 fn thinned(abscissa: &Abscissa, values: &[Rounded]) -> (Abscissa, Vec<Rounded>) {
     let plain: Vec<f64> = values.iter().map(|value| value.0).collect();
-    let keep = kept(values.len(), &[&plain]);
+    let keep = kept(values.len(), &[&plain], PARTS);
     let at = |of: &[Rounded]| keep.iter().filter_map(|row| of.get(*row).copied()).collect();
     let abscissa = match abscissa {
         Abscissa::Rows(steps) => {
