@@ -1,6 +1,7 @@
 //! Support for the tests that need more than one crate: scenes that vary a shipped one,
 //! the binary that runs them, the FMUs that it packs, and independent solutions to compare with.
 
+pub mod document;
 pub mod fmu;
 pub mod frequency_domain;
 pub mod generated;

@@ -202,7 +202,7 @@ impl Record {
                     units = of_header(path, line, content)?;
                     continue;
                 }
-                let expected = "`time,acceleration`, two numbers";
+                let expected = "`time,acceleration`, two numbers with decimal points, and between them a comma, a tab or blanks";
                 return Err(RecordError::Line {
                     path: path.to_owned(),
                     line,

@@ -294,11 +294,15 @@ fn similar<'a>(word: &str, candidates: &[&'a str]) -> Option<&'a str> {
     (distance(&nearest) <= word.chars().count().max(3) / 3).then_some(*nearest)
 }
 
-/// The only candidate that is part of `word`, or of which that is part.
+/// The only candidate that begins with `word`, or else that is part of it or of which it is part.
 fn alike<'a>(word: &str, candidates: &[&'a str]) -> Option<&'a str> {
+    let only = |fits: &dyn Fn(&str) -> bool| {
+        let mut fitting = candidates.iter().filter(|candidate| fits(candidate));
+        fitting.next().filter(|_| fitting.next().is_none()).copied()
+    };
     let part = |short: &str, long: &str| short.len() > 3 && long.contains(short);
-    let mut alike = candidates.iter().filter(|candidate| part(word, candidate) || part(candidate, word));
-    alike.next().filter(|_| alike.next().is_none()).copied()
+    only(&|candidate| word.len() > 3 && candidate.starts_with(word))
+        .or_else(|| only(&|candidate| part(word, candidate) || part(candidate, word)))
 }
 
 fn described(content: &Content) -> String {

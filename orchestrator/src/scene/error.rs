@@ -1,4 +1,4 @@
-use super::shape::Range;
+use super::shape::{Range, Shape};
 use crate::ground_motion::RecordError;
 use crate::mesh_file::MeshFileError;
 use interface::number::{exact, plain};
@@ -134,7 +134,7 @@ pub enum Invalid {
         meant: Option<String>,
     },
     /// Must be greater than zero.
-    #[error("`{key}` is {}; it must be greater than 0 and finite", exact(*value))]
+    #[error("`{key}` is {}; it must be greater than 0 and finite{}", exact(*value), meaning(key))]
     NotPositive {
         /// The key.
         key: String,
@@ -142,7 +142,9 @@ pub enum Invalid {
         value: f64,
     },
     /// Outside its range.
-    #[error("`{key}` is {}; it must lie from {} to {}", plain(*value), plain(*least), plain(*most))]
+    #[error(
+        "`{key}` is {}; it must lie from {} to {}{}", plain(*value), plain(*least), plain(*most), meaning(key)
+    )]
     OutOfRange {
         /// The key.
         key: String,
@@ -429,4 +431,9 @@ impl SceneError {
 /// A number of things, which may be more than there are numbers for.
 fn count(number: f64) -> String {
     if number.is_finite() { format!("{number:.3e}") } else { "more than 1e308".to_owned() }
+}
+
+/// What the key is, with its unit, in brackets behind a message; nothing of a key that no scene has.
+fn meaning(key: &str) -> String {
+    Shape::field(key).map_or_else(String::new, |field| format!(" ({})", field.summary()))
 }

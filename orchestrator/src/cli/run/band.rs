@@ -33,10 +33,9 @@ pub fn add(loaded: &LoadedScene, count: u16, summary: &mut Summary) -> Result<()
     let complete: Vec<_> = runs.iter().filter(|run| run.is_complete()).collect();
     for quantity in &mut summary.quantities {
         let values = complete.iter().map(|run| run.value(&quantity.name));
-        let mut values: Vec<f64> = values.filter(|value| !value.is_nan()).collect();
-        values.sort_by(f64::total_cmp);
+        let values: Vec<f64> = values.filter(|value| !value.is_nan()).collect();
         if values.len() >= LEAST {
-            quantity.band = Some([0.16, 0.5, 0.84].map(|share| quantile(&values, share)));
+            quantity.band = Some(band(&quantity.name, quantity.value, values));
         }
     }
     summary.notes.push(format!(
@@ -48,4 +47,30 @@ pub fn add(loaded: &LoadedScene, count: u16, summary: &mut Summary) -> Result<()
         summary.notes.push(format!("WARNING: {} of {count} twins failed", runs.len() - complete.len()));
     }
     Ok(())
+}
+
+/// 16 %, median and 84 % of the twins' `values`. A peak that some twins have in one direction and some in the other is one of
+/// magnitudes: they are taken in the direction of the run's `value`, for between both directions there is no peak.
+fn band(name: &str, value: f64, mut values: Vec<f64>) -> [f64; 3] {
+    let both = values.iter().any(|value| *value < 0.0) && values.iter().any(|value| *value > 0.0);
+    if both && name.starts_with("peak") {
+        values.iter_mut().for_each(|of_twin| *of_twin = of_twin.abs().copysign(value));
+    }
+    values.sort_by(f64::total_cmp);
+    [0.16, 0.5, 0.84].map(|share| quantile(&values, share))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn peaks_in_both_directions_are_magnitudes_in_that_of_the_run() {
+        let of = |name: &str, value| band(name, value, vec![-10.0, 9.0, -11.0, 12.0, 10.0]);
+        let [low, median, high] = of("peak crest acceleration", -9.5);
+        assert!(median == -10.0 && (-12.0..-10.0).contains(&low) && (-10.0..=-9.0).contains(&high));
+        assert_eq!(of("peak crest acceleration", 9.5), [-high, -median, -low]);
+        // What is no peak, such as where a block comes to rest, has a sign of its own.
+        assert_eq!(of("residual sliding", 1.0)[1], 9.0);
+    }
 }
