@@ -18,7 +18,7 @@ const ROWS: f64 = 1000.0;
 /// Points are left out on sides of the outline where they are closer than this part of its length.
 const PARTS: f64 = 80.0;
 /// Sine of the angle from which a point is a corner.
-const CORNER: f64 = 0.05;
+const CORNER: f64 = 1e-3;
 
 type Point = [f64; 2];
 
@@ -277,5 +277,10 @@ mod tests {
         // Corners 0, 4, 6, 7, 8, 10, 14; node 2, 2 m from a corner; 12; 16.
         assert_eq!(kept(2.0), [0, 2, 4, 6, 7, 8, 10, 12, 14, 16]);
         assert_eq!(kept(100.0), [0, 4, 6, 7, 8, 10, 14]);
+        // The faint kink of a batter of 1 to 20, that of Pine Flat's upstream face, at a third of the height.
+        nodes.truncate(4);
+        nodes.extend([[4.0, 0.0], [4.0, 4.0], [0.1, 4.0], [0.1, 3.0], [0.1, 2.0], [0.05, 1.0]]);
+        let polygon: Vec<usize> = (0..nodes.len()).collect();
+        assert_eq!(shown(&polygon, &nodes, 100.0), [0, 4, 5, 6, 8]);
     }
 }
