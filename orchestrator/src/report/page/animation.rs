@@ -125,9 +125,10 @@ fn counted(rows: &[Vec<f64>]) -> Counted {
     let values = rows.iter().flatten().filter(|value| value.is_finite());
     let largest = values.fold(0.0f64, |most, value| most.max(value.abs()));
     let unit = if largest > 0.0 { tick(largest, COUNTS) } else { 1.0 };
+    let count = |value: &f64| if value.is_finite() { (value / unit).round() as i32 } else { 0 };
     let mut before = vec![0; rows.first().map_or(0, Vec::len)];
     let differences = |row: &Vec<f64>| {
-        let counts: Vec<i32> = row.iter().map(|value| (value / unit).round() as i32).collect();
+        let counts: Vec<i32> = row.iter().map(count).collect();
         let steps = counts.iter().zip(&before).map(|(now, before)| now - before).collect();
         before = counts;
         steps
@@ -141,14 +142,14 @@ mod tests {
 
     #[test]
     fn counts_add_up_to_the_values() {
-        let rows = vec![vec![0.1234, -0.2, 0.0], vec![-0.3, f64::NAN, 1e-9], vec![0.3999, 0.1, 0.2]];
+        let rows = vec![vec![0.1234, -0.2, 0.0], vec![-0.3, f64::NAN, f64::INFINITY], vec![0.3999, 0.1, 0.2]];
         let counted = counted(&rows);
         assert_eq!(counted.unit, 1e-4, "0.4 in 4000 parts");
         let mut sum = [0; 3];
         for (row, steps) in rows.iter().zip(&counted.rows) {
             for ((value, sum), step) in row.iter().zip(&mut sum).zip(steps) {
                 *sum += step;
-                let value = if value.is_nan() { 0.0 } else { *value };
+                let value = if value.is_finite() { *value } else { 0.0 };
                 assert!((f64::from(*sum) * counted.unit - value).abs() <= 0.5 * counted.unit + 1e-12);
             }
         }
