@@ -86,6 +86,12 @@ MOTION = """(async () => {
   return { drawn: ink > 0.2 * canvas.width * canvas.height, moves: still !== first && again === first, played };
 })()"""
 
+# Where in the run, from 0 to 1, the dam is shown; none without one.
+INSTANT = """(() => {
+  const slide = document.querySelector("#dam-in-motion .instant");
+  return slide && (slide.value - slide.min) / (slide.max - slide.min);
+})()"""
+
 # Sorts the table by its last column of numbers in both ways; whether the rows follow, none without such a table.
 SORT = """(() => {
   const table = document.querySelector("table.sortable");
@@ -216,6 +222,11 @@ def problems_of(browser, page, width, name, folder):
         said.append("cursor: " + " | ".join(legend))
         if not legend or not all(legend):
             problems.append(f"the cursor in a chart shows {legend}")
+        for kind in ["mousePressed", "mouseReleased"]:
+            browser.ask("Input.dispatchMouseEvent", type=kind, button="left", clickCount=1, **at)
+        browser.listen()
+        if (instant := browser.evaluate(INSTANT)) is not None and abs(instant - 0.5) > 0.02:
+            problems.append(f"a click in the middle of a chart leads to {instant:.2f} of the run")
     shot = browser.ask("Page.captureScreenshot", format="png", captureBeyondViewport=True)
     (folder / f"{name}-{width}.png").write_bytes(base64.b64decode(shot["data"]))
     if width == WIDTHS[0]:
