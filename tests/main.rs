@@ -57,4 +57,5 @@ mod template;
 mod terminal;
 mod three_units;
 mod two_masses;
+mod water_field;
 mod westergaard_in_the_dam;

@@ -14,7 +14,7 @@ use orchestrator::participant::{
 };
 use orchestrator::registry::{self, Home};
 use orchestrator::run_state::{RunState, RunStateError};
-use orchestrator::scene::{LoadedScene, Scene};
+use orchestrator::scene::{LoadedScene, Scene, Side};
 use orchestrator::scheme::{
     Exchange, Graph, Interface, Port, Predictor, Scheme, SchemeKind, Settings, UnitId, WindowReport,
 };
@@ -675,7 +675,8 @@ fn a_run_told_from_its_log_goes_on_with_the_same_log_and_pictures() -> Result<()
         std::fs::create_dir_all(path)?;
         let mut simulation = make()?;
         let mut log = LogWriter::create(&path.join("log.mcap"), &preamble)?;
-        let mut snapshots = Snapshots::new(path, plan);
+        let water = registry::water_field(&loaded.scene, Side::Upstream)?;
+        let mut snapshots = Snapshots::new(path, plan, water.into_iter().collect());
         let mut observers: Vec<&mut dyn Observer> = vec![&mut log, &mut snapshots];
         let mut course = simulation.course();
         match from {
@@ -721,5 +722,13 @@ fn a_run_told_from_its_log_goes_on_with_the_same_log_and_pictures() -> Result<()
     assert!(compare(logs.each_ref())?.identical());
     let series = |path: &Path| std::fs::read_to_string(path.join("snapshots.pvd"));
     assert_eq!(series(&second)?, series(&whole)?);
+    let mut pictures = 0;
+    for picture in std::fs::read_dir(whole.join("snapshots"))? {
+        let picture = picture?;
+        let other = second.join("snapshots").join(picture.file_name());
+        assert!(std::fs::read(picture.path())? == std::fs::read(other)?, "{:?} differs", picture.file_name());
+        pictures += 1;
+    }
+    assert!(pictures > 20 && whole.join("snapshots/reservoir-000001.vtu").is_file(), "{pictures}");
     Ok(())
 }

@@ -1,7 +1,7 @@
-"""Opens what a run has written for ParaView, and saves two pictures: `pvpython open_run.py RUN`.
+"""Opens what a run has written for ParaView, and saves pictures: `pvpython open_run.py RUN`.
 
 RUN is the folder of a run. `envelopes.vtm` (parts: dam, cracks) is in every one whose dam keeps envelopes; `snapshots.pvd` (parts: dam,
-contacts, wet_face, tailwater_wet_face) with `--set snapshots.interval=0.05`. Names of fields end with their units.
+contacts, wet_face, reservoir, the last two of a tailwater too) with `--set snapshots.interval=0.05`. Names of fields end with their units.
 """
 
 import sys
@@ -46,12 +46,26 @@ def deformed(run, view):
     picture(view, run / "deformed.png")
 
 
+def water(run, view):
+    """The pressure in the water at the last picture of the run."""
+    source = pv.PVDReader(FileName=str(run / "snapshots.pvd"))
+    scene = pv.GetAnimationScene()
+    scene.UpdateAnimationUsingDataTimeSteps()
+    scene.GoToLast()
+    shown = pv.Show(source, view)
+    pv.ColorBy(shown, ("POINTS", "hydrodynamic_pressure [Pa]"))
+    shown.RescaleTransferFunctionToDataRange(True)
+    shown.SetScalarBarVisibility(view, True)
+    picture(view, run / "water.png")
+    pv.Hide(source, view)
+
+
 def main():
     if len(sys.argv) != 2:
         sys.exit(__doc__)
     run = Path(sys.argv[1])
     view = pv.GetActiveViewOrCreate("RenderView")
-    shows = [("envelopes.vtm", envelope), ("snapshots.pvd", deformed)]
+    shows = [("envelopes.vtm", envelope), ("snapshots.pvd", water), ("snapshots.pvd", deformed)]
     there = [show for name, show in shows if (run / name).is_file()]
     if not there:
         sys.exit(f"{run}: neither envelopes.vtm nor snapshots.pvd is there; give the folder of a run")

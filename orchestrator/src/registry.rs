@@ -25,9 +25,11 @@ use std::time::Instant;
 
 mod foreign;
 mod made_from;
+mod water_field;
 
 pub use foreign::{adapted, brief, place, role, source};
 pub use made_from::made_from;
+pub use water_field::water_field;
 
 /// Most time steps of the dam in a communication step: beyond, no run would end.
 const MOST_TIME_STEPS: usize = 20_000;

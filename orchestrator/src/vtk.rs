@@ -33,8 +33,8 @@ impl Field {
 pub struct Grid {
     /// Points, m.
     pub points: Vec<[f64; 2]>,
-    /// The points of each cell in order: one for a vertex, two for a line, three for a triangle, four for a
-    /// quadrilateral.
+    /// The points of each cell in order: one for a vertex, two for a line, three for a triangle, four for a quadrilateral, six for a
+    /// quadratic triangle (corners, then the middles of the sides, the first between the first two corners).
     pub cells: Vec<Vec<usize>>,
     /// Fields on the points.
     pub point_data: Vec<Field>,
@@ -125,8 +125,8 @@ impl Grid {
             Some(*end)
         });
         array(&mut text, "Int64", "offsets", size(1), ends);
-        // VTK's numbers of vertex, line, triangle, quadrilateral
-        let kinds = self.cells.iter().map(|cell| [1, 3, 5, 9][cell.len().clamp(1, 4) - 1]);
+        // VTK's numbers of vertex, line, triangle, quadrilateral and, for six, quadratic triangle
+        let kinds = self.cells.iter().map(|cell| [1, 3, 5, 9, 9, 22][cell.len().clamp(1, 6) - 1]);
         array(&mut text, "UInt8", "types", size(1), kinds);
         text + "</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n"
     }
@@ -213,21 +213,25 @@ mod tests {
             (0..6).map(|i| [f64::from(i % 3) / 3.0 - 1e-7, f64::from(i / 3) * 1e5]).collect();
         let values: Vec<f64> = (0..6).map(|i| f64::from(i).exp()).collect();
         let grid = Grid {
-            cells: vec![vec![0, 1, 4, 3], vec![1, 2, 5], vec![2, 5], vec![0]],
+            cells: vec![vec![0, 1, 4, 3], vec![1, 2, 5], vec![2, 5], vec![0], vec![0, 2, 3, 1, 5, 4]],
             point_data: vec![
                 Field::scalar("pressure", values.clone()),
                 Field::vector("displacement", values.iter().map(|v| [*v, -1e-12 * v])),
             ],
-            cell_data: vec![Field::scalar("stress", values[..4].to_vec())],
+            cell_data: vec![Field::scalar("stress", values[..5].to_vec())],
             field_data: vec![("frequency [rad/s]".to_owned(), vec![0.1, 1.0 / 3.0])],
             points,
         };
         let text = grid.vtu();
         assert_eq!(Grid::of_vtu(&text), Some(grid.clone()));
-        assert!(text.contains("<Piece NumberOfPoints=\"6\" NumberOfCells=\"4\">"), "{text}");
+        assert!(text.contains("<Piece NumberOfPoints=\"6\" NumberOfCells=\"5\">"), "{text}");
         let (_, types) = text.split_once("Name=\"types\"").expect("types");
-        let types: Vec<&str> = types.split_whitespace().skip(2).take(4).collect();
-        assert_eq!(types, ["9", "5", "3", "1"], "VTK's quadrilateral, triangle, line, vertex");
+        let types: Vec<&str> = types.split_whitespace().skip(2).take(5).collect();
+        assert_eq!(
+            types,
+            ["9", "5", "3", "1", "22"],
+            "quadrilateral, triangle, line, vertex, quadratic triangle"
+        );
         for cut in [text.len() / 2, text.len() - 40] {
             assert_eq!(Grid::of_vtu(&text[..cut]), None, "a file that ends early");
         }

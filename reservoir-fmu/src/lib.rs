@@ -37,7 +37,8 @@
 //! transform of the whole record.
 //!
 //! **Finite elements**, for comparison with the boundary elements: the near field in quadratic triangles, a Sommerfeld
-//! end, Newmark's method ([`FiniteElements`]).
+//! end, Newmark's method ([`FiniteElements`]). For pictures of a run the same elements, with the channel's recursion upstream, give the
+//! pressure inside the water in time ([`PressureField`]).
 //!
 //! **Without memory.** `p = −A a` ([`added_mass()`], [`ground_added_mass()`]), for communication steps of any length.
 //! Incompressible water, `∇²p = 0`, needs one solve of the same system, at s = 0; Westergaard's parabola is a formula.
@@ -77,7 +78,7 @@ pub use condition::BoundaryCondition;
 pub use error::ReservoirError;
 pub use fidelity::Fidelity;
 pub use field_response::field_response;
-pub use finite_elements::{FarEnd, FiniteElements, Prepared};
+pub use finite_elements::{FarEnd, FiniteElements, Prepared, PressureField};
 pub use frequency_response::{frequency_response, usual_frequencies};
 pub use num_complex::Complex64;
 pub use outline::{Outline, Piece};

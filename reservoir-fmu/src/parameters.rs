@@ -95,7 +95,7 @@ pub struct ReservoirParameters {
 }
 
 /// Wave reflection coefficient from which on no recursion was found passive but over a level, rigid bed.
-const ALMOST_RIGID: f64 = 0.995;
+pub(crate) const ALMOST_RIGID: f64 = 0.995;
 
 /// Samples of the frequency response that a recursion takes, at most, a cut-off frequency.
 const SAMPLES: f64 = 45.0;

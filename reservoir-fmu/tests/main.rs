@@ -15,6 +15,7 @@ mod ground_motion;
 mod incompressible;
 mod invariants;
 mod methods;
+mod pressure_field;
 mod rectangular;
 mod shipped;
 mod sommerfeld;

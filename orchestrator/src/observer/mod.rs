@@ -7,6 +7,7 @@ mod progress;
 mod rest;
 mod snapshots;
 mod until;
+mod water_field;
 
 pub use histories::{Histories, HistoriesError, HistoriesWriter};
 pub use limits::Limits;
@@ -15,6 +16,7 @@ pub use progress::Progress;
 pub use rest::{AVERAGED, LastSecond, Rest, STILL_MOVES, STILL_SLIDES};
 pub use snapshots::Snapshots;
 pub use until::Until;
+pub use water_field::WaterField;
 
 use crate::ground_motion::GroundMotion;
 use crate::participant::{Description, ParticipantError};

@@ -1,32 +1,36 @@
+use super::water_field::{self, Water, WaterField};
 use super::{Ending, Observer, ObserverError, Start};
-use crate::participant::{Description, Participant, ParticipantError};
+use crate::mapping::Mapping;
+use crate::participant::{Participant, ParticipantError};
 use crate::scene::SnapshotsScene;
-use crate::scheme::{Graph, UnitId, WindowReport};
+use crate::scheme::{Graph, UnitId, WindowReport, interface_points};
 use crate::vtk::{self, Field, Grid};
+use interface::WetFace;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// Snapshots of the dam during a run: `snapshots.pvd` and a folder of `.vtu` files. The series is complete after each
+/// Snapshots of the dam and its waters during a run: `snapshots.pvd` and a folder of `.vtu` files. The series is complete after each
 /// snapshot. Names of fields end with their units, such as `displacement [m]`.
 ///
 /// One is taken at every multiple of the interval between `from` and `until`, or else at the first end of a
 /// communication step (of a window, where several steps are iterated together) after it. Parts: the *dam* (points:
 /// `displacement` in m since time 0; triangles: `stress_xx`, `stress_yy`, `stress_xy`, tension positive, and the
 /// principal stresses in Pa, including those at rest; in a dam with zones `zone`, counted from 1), its *contacts* (`opening` and
-/// `slip` in m, normal and shear stress in Pa) and each *wet face* (`displacement` along its normals; hydrodynamic and hydrostatic
-/// pressure in Pa). Points lie in the unloaded position.
+/// `slip` in m, normal and shear stress in Pa), each *wet face* (`displacement` along its normals; hydrodynamic pressure, that
+/// the water answered, and hydrostatic pressure in Pa) and each *water* that is given ([`WaterField`]; both pressures). Points lie in the unloaded position.
 pub struct Snapshots {
     folder: PathBuf,
     plan: SnapshotsScene,
     /// Number of the next multiple of the interval.
     next: u64,
     taken: Vec<(f64, Vec<(String, String)>)>,
-    /// Where the fields of each wet face are: hydrodynamic and hydrostatic pressure in the dam's inputs, its displacement
-    /// in its outputs.
+    /// Where the fields of each wet face are: hydrodynamic pressure in the water's outputs, hydrostatic pressure in the dam's inputs,
+    /// its displacement in the dam's outputs.
     ranges: [[Range<usize>; 3]; 2],
     /// Time and fields of the last accepted step.
     last: (f64, [[Vec<f64>; 3]; 2]),
     still: Option<Still>,
+    waters: Vec<Water>,
 }
 
 /// The constant data.
@@ -39,18 +43,21 @@ struct Still {
     faces: [Face; 2],
 }
 
-/// Points and normals of a wet face.
+/// Points and normals of a wet face, and its pressure from that at the water's points.
 struct Face {
     points: Vec<[f64; 2]>,
     normals: Vec<[f64; 2]>,
+    mapping: Mapping,
 }
 
-/// The wet faces: name of the part, and what the names of the dam's variables begin with.
-const FACES: [(&str, &str); 2] = [("wet_face", ""), ("tailwater_wet_face", "tailwater_")];
+/// The wet faces: name of the part, what the names of the dam's variables begin with, and the water's unit.
+const FACES: [(&str, &str, UnitId); 2] =
+    [("wet_face", "", UnitId::RESERVOIR), ("tailwater_wet_face", "tailwater_", UnitId::TAILWATER)];
 
 const FOLDER: &str = "snapshots";
 /// The parts of a picture.
-const PARTS: [&str; 4] = ["dam", "contacts", FACES[0].0, FACES[1].0];
+const PARTS: [&str; 6] =
+    ["dam", "contacts", FACES[0].0, FACES[1].0, water_field::PARTS[0], water_field::PARTS[1]];
 
 /// The file of a part of a picture, in the run's folder.
 fn file_name(part: &str, number: u64) -> String {
@@ -60,8 +67,8 @@ fn file_name(part: &str, number: u64) -> String {
 const ROUNDING: f64 = 1e-9;
 
 impl Snapshots {
-    /// Writes the snapshots of a scene's `plan` into `folder`.
-    pub fn new(folder: &Path, plan: SnapshotsScene) -> Self {
+    /// Writes the snapshots of a scene's `plan` into `folder`, with the pressure inside `waters`.
+    pub fn new(folder: &Path, plan: SnapshotsScene, waters: Vec<Box<dyn WaterField>>) -> Self {
         Self {
             folder: folder.to_owned(),
             plan,
@@ -70,14 +77,16 @@ impl Snapshots {
             ranges: Default::default(),
             last: Default::default(),
             still: None,
+            waters: waters.into_iter().map(Water::new).collect(),
         }
     }
 
     /// The parts of a snapshot and their names.
-    fn parts(&mut self, dam: &mut dyn Participant) -> Result<Vec<(&'static str, Grid)>, ParticipantError> {
+    fn parts(&mut self, graph: &mut Graph) -> Result<Vec<(&'static str, Grid)>, ParticipantError> {
         if self.still.is_none() {
-            self.still = Some(Still::of(dam)?);
+            self.still = Some(Still::of(graph)?);
         }
+        let dam = &mut graph[UnitId::DAM];
         let Some(still) = &self.still else { return Ok(Vec::new()) };
         let stress = ["stress_xx", "stress_yy", "stress_xy"];
         let mut cell_data = Vec::new();
@@ -125,15 +134,19 @@ impl Snapshots {
         };
         let mut parts = vec![(PARTS[0], concrete), (PARTS[1], contacts)];
         let (_, fields) = &self.last;
-        for (((name, _), face), fields) in FACES.into_iter().zip(&still.faces).zip(fields) {
+        for (((name, ..), face), fields) in FACES.into_iter().zip(&still.faces).zip(fields) {
             let [hydrodynamic, hydrostatic, displacement] = fields;
+            let mut at_points = vec![0.0; face.points.len()];
+            if !hydrodynamic.is_empty() {
+                face.mapping.pressure_to_dam(hydrodynamic, &mut at_points);
+            }
             let along = face.normals.iter().zip(displacement).map(|(n, u)| [n[0] * u, n[1] * u]);
             let grid = Grid {
                 points: face.points.clone(),
                 cells: (1..face.points.len()).map(|i| vec![i - 1, i]).collect(),
                 point_data: vec![
                     Field::vector("displacement [m]", along),
-                    Field::scalar("hydrodynamic_pressure [Pa]", hydrodynamic.clone()),
+                    Field::scalar("hydrodynamic_pressure [Pa]", at_points),
                     Field::scalar("hydrostatic_pressure [Pa]", hydrostatic.clone()),
                 ],
                 cell_data: Vec::new(),
@@ -141,6 +154,7 @@ impl Snapshots {
             };
             parts.push((name, grid));
         }
+        parts.extend(self.waters.iter().map(|water| (water.part(), water.grid())));
         Ok(parts)
     }
 
@@ -156,7 +170,21 @@ impl Snapshots {
 }
 
 impl Still {
-    fn of(dam: &mut dyn Participant) -> Result<Self, ParticipantError> {
+    fn of(graph: &mut Graph) -> Result<Self, ParticipantError> {
+        let mut mappings = FACES.map(|_| Mapping::identity());
+        for (mapping, (_, prefix, _)) in mappings.iter_mut().zip(FACES) {
+            let own =
+                graph.interfaces().iter().find(|interface| interface.structure.prefix == prefix).cloned();
+            let Some(interface) = own else { continue };
+            let faces = interface_points(graph, &interface)?.map(WetFace::new);
+            // Units whose points match need no wet faces; others are refused before a run.
+            if let [Ok(dam), Ok(water)] = &faces
+                && let Ok(found) = Mapping::new(dam, water)
+            {
+                *mapping = found;
+            }
+        }
+        let dam = &mut graph[UnitId::DAM];
         let [first, second, third] = [1, 2, 3].map(|i| format!("triangle_node_{i}"));
         let corners = pairs(dam, &first, &second)?.into_iter().zip(dam.read(&third)?);
         let triangles = corners.map(|([a, b], c)| [a, b, c].map(|node| node as usize).to_vec()).collect();
@@ -165,19 +193,24 @@ impl Still {
         let of = |dam: &mut dyn Participant, x: &str, y: &str| {
             if has(dam, x) { pairs(dam, x, y) } else { Ok(Vec::new()) }
         };
-        let face = |dam: &mut dyn Participant, prefix: &str| {
+        let face = |dam: &mut dyn Participant, prefix: &str, mapping: Mapping| {
             let [x, y] = ["x", "y"].map(|axis| format!("{prefix}interface_{axis}"));
             let [n_x, n_y] = ["x", "y"].map(|axis| format!("{prefix}interface_normal_{axis}"));
-            Ok::<_, ParticipantError>(Face { points: of(dam, &x, &y)?, normals: of(dam, &n_x, &n_y)? })
+            Ok::<_, ParticipantError>(Face {
+                points: of(dam, &x, &y)?,
+                normals: of(dam, &n_x, &n_y)?,
+                mapping,
+            })
         };
-        let [upstream, downstream] = FACES.map(|(_, prefix)| face(dam, prefix));
+        let [of_reservoir, of_tailwater] = mappings;
+        let faces = [face(dam, FACES[0].1, of_reservoir)?, face(dam, FACES[1].1, of_tailwater)?];
         let zones = if has(dam, "triangle_zone") { dam.read("triangle_zone")? } else { Vec::new() };
         Ok(Self {
             zones: if zones.iter().any(|zone| *zone != 0.0) { zones } else { Vec::new() },
             nodes: pairs(dam, "node_x", "node_y")?,
             triangles,
             contacts: of(dam, "contact_x", "contact_y")?,
-            faces: [upstream?, downstream?],
+            faces,
         })
     }
 }
@@ -202,16 +235,18 @@ fn due(plan: &SnapshotsScene, time: f64) -> Option<u64> {
 
 impl Observer for Snapshots {
     fn begin(&mut self, start: &Start<'_>) -> Result<(), ObserverError> {
-        let Description { inputs, outputs, .. } = start.dam();
-        self.ranges = FACES.map(|(_, prefix)| {
+        let dam = start.dam();
+        self.ranges = FACES.map(|(_, prefix, water)| {
             let of = |name: &str| format!("{prefix}{name}");
+            let water = start.units.get(water.0);
             [
-                inputs.range(&of("interface_pressure")),
-                inputs.range(&of("hydrostatic_pressure")),
-                outputs.range(&of("interface_displacement")),
+                water.and_then(|water| water.outputs.range("interface_pressure")),
+                dam.inputs.range(&of("hydrostatic_pressure")),
+                dam.outputs.range(&of("interface_displacement")),
             ]
             .map(Option::unwrap_or_default)
         });
+        self.waters.iter_mut().for_each(|water| water.begin(&start.units));
         let path = self.folder.join(FOLDER);
         std::fs::create_dir_all(&path).map_err(|cause| ObserverError::Write { path, cause })
     }
@@ -220,14 +255,18 @@ impl Observer for Snapshots {
         if let Some(step) = report.steps.last()
             && let Some(dam) = report.accepted(UnitId::DAM, step.step)
         {
-            let fields = self.ranges.clone().map(|[hydrodynamic, hydrostatic, displacement]| {
-                [&dam.inputs[hydrodynamic], &dam.inputs[hydrostatic], &dam.outputs[displacement]]
-                    .map(<[f64]>::to_vec)
-            });
+            let mut fields = <[[Vec<f64>; 3]; 2]>::default();
+            for ((fields, ranges), (.., water)) in fields.iter_mut().zip(self.ranges.clone()).zip(FACES) {
+                let [hydrodynamic, hydrostatic, displacement] = ranges;
+                let answered = report.accepted(water, step.step).map(|water| &water.outputs[hydrodynamic]);
+                *fields =
+                    [answered.unwrap_or_default(), &dam.inputs[hydrostatic], &dam.outputs[displacement]]
+                        .map(<[f64]>::to_vec);
+            }
             // to the picosecond, as in the histories
             self.last = ((step.end() * 1e12).round() / 1e12, fields);
         }
-        Ok(())
+        self.waters.iter_mut().try_for_each(|water| water.follow(report))
     }
 
     /// What the folder holds of the pictures of that time.
@@ -248,7 +287,7 @@ impl Observer for Snapshots {
     fn inspect(&mut self, graph: &mut Graph) -> Result<(), ObserverError> {
         let Some(number) = self.due() else { return Ok(()) };
         self.next = number + 1;
-        let mut parts = self.parts(&mut graph[UnitId::DAM])?;
+        let mut parts = self.parts(graph)?;
         let mut names = Vec::new();
         for (part, grid) in &mut parts {
             if grid.points.is_empty() {
@@ -273,7 +312,7 @@ mod tests {
 
     /// Multiples taken at the ends of steps of 3 ms, whose sums round.
     fn taken(interval: f64, from: f64, until: Option<f64>) -> Vec<u64> {
-        let plan = SnapshotsScene { interval, from, until };
+        let plan = SnapshotsScene { interval, from, until, water: true };
         let mut found = Vec::new();
         for step in 0..=300 {
             let time = f64::from(step) * 3e-3;

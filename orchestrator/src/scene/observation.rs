@@ -54,7 +54,7 @@ pub enum LoggedExchangesScene {
     None,
 }
 
-/// Pictures of the dam's fields during the run: `snapshots.pvd`, for ParaView.
+/// Pictures of the dam's fields and of the pressure in the water during the run: `snapshots.pvd`, for ParaView.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SnapshotsScene {
@@ -70,6 +70,15 @@ pub struct SnapshotsScene {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0, max = 1e6), extend("unit" = "s", "otherwise" = "no end"))]
     pub until: Option<f64>,
+    /// Whether they show the pressure inside the water, up to two depths from the dam, where this program computes a water that has one.
+    #[serde(default = "SnapshotsScene::with_water")]
+    pub water: bool,
+}
+
+impl SnapshotsScene {
+    fn with_water() -> bool {
+        true
+    }
 }
 
 /// A limit that ends a run before its time, or marks it.

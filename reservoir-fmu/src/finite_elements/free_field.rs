@@ -1,6 +1,7 @@
+use super::domain::Domain;
 use super::element::{EDGE_MASS, EDGE_STIFFNESS};
 use super::matrices::Matrices;
-use super::mesh::{BoundaryEdge, TriangleMesh};
+use super::mesh::BoundaryEdge;
 use crate::ReservoirParameters;
 use crate::condition::BoundaryCondition;
 
@@ -23,8 +24,8 @@ pub struct FreeField {
 }
 
 impl FreeField {
-    /// The column on the far end's edges; `unknowns` has the unknown of every node of the water.
-    pub fn new(parameters: &ReservoirParameters, mesh: &TriangleMesh, unknowns: &[Option<usize>]) -> Self {
+    /// The column on the far end's edges.
+    pub fn new(parameters: &ReservoirParameters, Domain { mesh, unknowns, .. }: &Domain) -> Self {
         let ReservoirParameters { sound_speed, gravity, surface_waves, .. } = *parameters;
         let edges: Vec<&BoundaryEdge> = mesh.edges(BoundaryCondition::Radiation).collect();
         // From the water level down, each node once.

@@ -84,6 +84,11 @@ impl InterfaceLoad {
         self.diagonal.len()
     }
 
+    /// The unknowns that have a load, some of them several times.
+    pub fn unknowns(&self) -> impl Iterator<Item = usize> {
+        self.entries.iter().map(|(unknown, ..)| *unknown)
+    }
+
     /// Adds `f L v` to the load on the unknowns.
     pub fn add(&self, factor: f64, velocity: &[f64], load: &mut [f64]) {
         for &(unknown, point, value) in &self.entries {

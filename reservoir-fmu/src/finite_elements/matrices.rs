@@ -52,6 +52,21 @@ impl Matrices {
         matrices
     }
 
+    /// These matrices and further entries.
+    pub fn plus(&self, further: Vec<Entry>) -> Self {
+        let rows =
+            (0..self.size()).flat_map(|row| (self.starts[row]..self.starts[row + 1]).map(move |k| (row, k)));
+        let own =
+            rows.map(|(row, k)| (row, self.columns[k], [self.mass[k], self.damping[k], self.stiffness[k]]));
+        Self::new(self.size(), own.chain(further).collect())
+    }
+
+    /// With C + ηK in the place of C; η in s.
+    pub fn with_viscosity(mut self, viscosity: f64) -> Self {
+        self.damping.iter_mut().zip(&self.stiffness).for_each(|(c, k)| *c += viscosity * k);
+        self
+    }
+
     /// Number of unknowns.
     pub fn size(&self) -> usize {
         self.starts.len() - 1

@@ -50,7 +50,7 @@
 //! E₁ − E₀ + H p̄ᵀ C p̄/ρ = −H p̄ᵀ L v̄ = −H v̄ᵀ M_Γ p̄_Γ,   p_Γ = M_Γ⁻¹ Lᵀ p
 //! ```
 //!
-//! because pressure at the points is work-conjugate to the load ([`InterfaceLoad`]). E and C are not negative: from
+//! because pressure at the points is work-conjugate to the load ((`interface_load`)). E and C are not negative: from
 //! rest, the mid-step work `W_mid = −Σ H v̄ᵀ M_Γ p̄_Γ` is the energy stored and lost in the water, and never negative. The
 //! work of pressure and velocity that are both linear within a step is
 //!
@@ -66,25 +66,24 @@
 //! communication step is one step.
 
 mod assembly;
+mod domain;
 mod element;
+mod far_field;
 mod free_field;
 mod interface_load;
 mod matrices;
 mod mesh;
+mod pressure_field;
 mod stepped;
 mod time_step;
 
-use crate::condition::BoundaryCondition;
 use crate::{ReservoirError, ReservoirParameters};
-use assembly::assemble;
-use element::EDGE_MEAN;
+use domain::Domain;
 use faer::Mat;
 use free_field::FreeField;
-use interface_load::InterfaceLoad;
-use matrices::Matrices;
-use mesh::TriangleMesh;
 use nalgebra::DMatrix;
 use num_complex::Complex64;
+pub use pressure_field::PressureField;
 pub use time_step::Prepared;
 use time_step::TimeStep;
 
@@ -96,6 +95,8 @@ const MOST_ENTRIES: f64 = 1e8;
 pub enum FarEnd {
     /// `∂p/∂n = −ṗ/c`: plane waves leave, other waves are partly reflected.
     Sommerfeld,
+    /// `∂p/∂n = −(π/2d) (p − p_column)`: the first mode of incompressible water leaves no trace.
+    Decay,
     /// `∂p/∂n = 0`: a closed tank.
     Rigid,
 }
@@ -106,13 +107,7 @@ pub enum FarEnd {
 /// and y (m/s), points + 2; a state is ψ (Pa s) and p (Pa) at the unknown nodes, the same for the column at the far end, and
 /// the inputs at the end of the last step. The state of rest is all zeros.
 pub struct FiniteElements {
-    mesh: TriangleMesh,
-    /// The unknown of every node; none at a surface with p = 0.
-    unknowns: Vec<Option<usize>>,
-    matrices: Matrices,
-    load: InterfaceLoad,
-    /// `∫ N n ds` on the bed, x and y.
-    ground: [Vec<f64>; 2],
+    domain: Domain,
     free_field: Option<FreeField>,
     density: f64,
     time_step: TimeStep,
@@ -132,42 +127,18 @@ impl FiniteElements {
     /// **Errors**: as [`new`](Self::new).
     pub fn with_far_end(parameters: &ReservoirParameters, far_end: FarEnd) -> Result<Self, ReservoirError> {
         parameters.validate()?;
-        let mesh = TriangleMesh::new(parameters)?;
-        let mut unknowns = vec![Some(0); mesh.nodes.len()];
-        if !parameters.surface_waves {
-            mesh.edges(BoundaryCondition::SurfaceWaves)
-                .flat_map(|e| e.nodes)
-                .for_each(|node| unknowns[node] = None);
-        }
-        let mut count = 0;
-        for unknown in unknowns.iter_mut().flatten() {
-            *unknown = count;
-            count += 1;
-        }
+        let domain = Domain::new(parameters, far_end)?;
         let inputs = parameters.wet_face.len() + 2;
-        let entries = count as f64 * inputs as f64;
+        let entries = domain.matrices.size() as f64 * inputs as f64;
         if entries > MOST_ENTRIES {
             let what = "entries of the nodes' answer to the inputs";
             let remedy = "raise `element_size`, or take fewer points";
             return Err(ReservoirError::TooMuch { what, value: entries, most: MOST_ENTRIES, remedy });
         }
-        let matrices = assemble(parameters, &mesh, &unknowns, count, far_end);
-        let load =
-            InterfaceLoad::new(&parameters.wet_face, mesh.edges(BoundaryCondition::WetFace), &unknowns);
-        let mut ground = [vec![0.0; count], vec![0.0; count]];
-        for edge in mesh.edges(BoundaryCondition::AbsorbingBed) {
-            for (node, mean) in edge.nodes.into_iter().zip(EDGE_MEAN) {
-                for (load, n) in ground.iter_mut().zip(edge.normal) {
-                    unknowns[node].iter().for_each(|&unknown| load[unknown] += mean * edge.length * n);
-                }
-            }
-        }
-        let free_field =
-            (far_end == FarEnd::Sommerfeld).then(|| FreeField::new(parameters, &mesh, &unknowns));
+        let free_field = (far_end == FarEnd::Sommerfeld).then(|| FreeField::new(parameters, &domain));
         let density = parameters.density;
-        let parts = (&matrices, &load, &ground, free_field.as_ref());
-        let time_step = TimeStep::new(parameters.communication_step, density, parts)?;
-        Ok(Self { mesh, unknowns, matrices, load, ground, free_field, density, time_step })
+        let time_step = TimeStep::new(parameters.communication_step, density, &domain, free_field.as_ref())?;
+        Ok(Self { domain, free_field, density, time_step })
     }
 
     /// The same water with steps of another length (s): factors the matrix again and solves for the responses to unit
@@ -179,26 +150,24 @@ impl FiniteElements {
             let parameter = "communication_step";
             return Err(ReservoirError::NotPositive { parameter, value: step, unit: "s" });
         }
-        let parts = (&self.matrices, &self.load, &self.ground, self.free_field.as_ref());
-        self.time_step = TimeStep::new(step, self.density, parts)?;
+        self.time_step = TimeStep::new(step, self.density, &self.domain, self.free_field.as_ref())?;
         Ok(())
     }
 
     /// Number of inputs: interface points, then the ground along x and y.
     pub fn inputs(&self) -> usize {
-        self.load.points() + 2
+        self.domain.load.points() + 2
     }
 
     /// Length of a state.
     pub fn state_len(&self) -> usize {
-        2 * self.matrices.size() + 2 * self.column_size() + self.inputs()
+        2 * self.domain.matrices.size() + 2 * self.column_size() + self.inputs()
     }
 
     /// The part of the step from `state` (of length [`state_len`](Self::state_len)) that does not depend on the inputs at
     /// its end; it costs one solve. Repeating the step with other inputs then costs little.
     pub fn prepare(&self, state: &[f64]) -> Prepared {
-        let parts = (&self.matrices, &self.load, &self.ground, self.free_field.as_ref());
-        self.time_step.prepare(state, self.density, parts)
+        self.time_step.prepare(state, self.density, &self.domain, self.free_field.as_ref())
     }
 
     /// Pressure (Pa) at the interface points at the step's end: a product of points × inputs.
@@ -233,17 +202,17 @@ impl FiniteElements {
         if !(s.re >= 0.0 && s.is_finite() && s != Complex64::ZERO) {
             return Err(ReservoirError::Frequency { frequency: s });
         }
-        let (inputs, points) = (self.inputs(), self.load.points());
-        let mut right = Mat::<Complex64>::zeros(self.matrices.size(), inputs);
+        let (inputs, points) = (self.inputs(), self.domain.load.points());
+        let mut right = Mat::<Complex64>::zeros(self.domain.matrices.size(), inputs);
         for input in 0..inputs {
-            let load = time_step::unit_load(input, (&self.matrices, &self.load, &self.ground));
+            let load = self.domain.unit_load(input);
             load.iter().enumerate().for_each(|(i, l)| right[(i, input)] = -self.density * s * l);
         }
         if let Some(column) = &self.free_field {
             let mut foot = Mat::zeros(column.size(), 1);
             foot[(column.foot, 0)] = self.density * s;
             let pressure = column.matrices.solve_at(s, foot)?;
-            let mut passed = [vec![0.0; self.matrices.size()], vec![0.0; self.matrices.size()]];
+            let mut passed = [vec![0.0; self.domain.matrices.size()], vec![0.0; self.domain.matrices.size()]];
             for (passed, part) in passed.iter_mut().zip([|z: Complex64| z.re, |z: Complex64| z.im]) {
                 let pressure: Vec<f64> = (0..column.size()).map(|i| part(pressure[(i, 0)])).collect();
                 column.add(1.0, &pressure, passed);
@@ -252,12 +221,13 @@ impl FiniteElements {
                 right[(i, points + 1)] += s * Complex64::new(*re, *im);
             }
         }
-        let solution = self.matrices.solve_at(s, right)?;
+        let solution = self.domain.matrices.solve_at(s, right)?;
         let mut symbol = DMatrix::zeros(points, inputs);
         for input in 0..inputs {
             let [re, im] = [|z: Complex64| z.re, |z: Complex64| z.im].map(|part| {
-                let p: Vec<f64> = (0..self.matrices.size()).map(|i| part(solution[(i, input)])).collect();
-                self.load.pressure(&p)
+                let p: Vec<f64> =
+                    (0..self.domain.matrices.size()).map(|i| part(solution[(i, input)])).collect();
+                self.domain.load.pressure(&p)
             });
             (0..points).for_each(|i| symbol[(i, input)] = Complex64::new(re[i], im[i]));
         }
@@ -266,33 +236,31 @@ impl FiniteElements {
 
     /// `E = (pᵀ M p + ψᵀ K ψ)/2ρ`: energy of a state, J per metre of dam.
     pub fn energy(&self, state: &[f64]) -> f64 {
-        let (psi, p) = state[..2 * self.matrices.size()].split_at(self.matrices.size());
-        (self.matrices.forms(p)[0] + self.matrices.forms(psi)[2]) / (2.0 * self.density)
+        let (psi, p) = state[..2 * self.domain.matrices.size()].split_at(self.domain.matrices.size());
+        (self.domain.matrices.forms(p)[0] + self.domain.matrices.forms(psi)[2]) / (2.0 * self.density)
     }
 
     /// `H p̄ᵀ C p̄/ρ`: energy lost through bed and far end in the step between two states, J per metre of dam.
     pub fn loss(&self, before: &[f64], after: &[f64]) -> f64 {
-        let pressures = self.matrices.size()..2 * self.matrices.size();
+        let pressures = self.domain.matrices.size()..2 * self.domain.matrices.size();
         let mean: Vec<f64> = pressures.map(|i| 0.5 * (before[i] + after[i])).collect();
-        self.time_step.length() * self.matrices.forms(&mean)[1] / self.density
+        self.time_step.length() * self.domain.matrices.forms(&mean)[1] / self.density
     }
 
     /// Coordinates of the nodes, m.
     pub fn nodes(&self) -> &[[f64; 2]] {
-        &self.mesh.nodes
+        &self.domain.mesh.nodes
     }
 
     /// Nodes of each triangle: corners counterclockwise, then the middles of the sides from the first corner to
     /// the second, the second to the third, the third to the first.
     pub fn triangles(&self) -> &[[usize; 6]] {
-        &self.mesh.triangles
+        &self.domain.mesh.triangles
     }
 
     /// Pressure (Pa) at every node in a state.
     pub fn pressures(&self, state: &[f64]) -> Vec<f64> {
-        let at =
-            |unknown: &Option<usize>| unknown.map_or(0.0, |unknown| state[self.matrices.size() + unknown]);
-        self.unknowns.iter().map(at).collect()
+        self.domain.at_nodes(&state[self.domain.matrices.size()..])
     }
 
     fn column_size(&self) -> usize {
@@ -301,13 +269,15 @@ impl FiniteElements {
 
     /// Unknowns of water and column.
     fn sizes(&self) -> [usize; 2] {
-        [self.matrices.size(), self.column_size()]
+        [self.domain.matrices.size(), self.column_size()]
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::condition::BoundaryCondition;
+    use element::EDGE_MEAN;
     use mesh::rugged;
 
     /// The pressure is `p = ρ(h − y)` if ground and dam accelerate upwards by 1 m/s²: linear, so exact to rounding.
@@ -318,22 +288,24 @@ mod tests {
             let water = FiniteElements::with_far_end(&parameters, FarEnd::Rigid)?;
             let (face, density) = (&parameters.wet_face, parameters.density);
             // With waves p at the surface is unknown, and its load is the traction −∂p/∂n = ρ.
-            let mut residual = vec![0.0; water.matrices.size()];
-            let mut p = vec![0.0; water.matrices.size()];
-            for (node, unknown) in water.nodes().iter().zip(&water.unknowns) {
+            let mut residual = vec![0.0; water.domain.matrices.size()];
+            let mut p = vec![0.0; water.domain.matrices.size()];
+            for (node, unknown) in water.nodes().iter().zip(&water.domain.unknowns) {
                 unknown.iter().for_each(|&u| p[u] = density * (face.depth() - node[1]));
             }
             let zeros = vec![0.0; p.len()];
-            for (r, k) in residual.iter_mut().zip(water.matrices.mass_and_stiffness(&zeros, 1.0, &p)) {
+            for (r, k) in residual.iter_mut().zip(water.domain.matrices.mass_and_stiffness(&zeros, 1.0, &p)) {
                 *r += k;
             }
             let mut velocity = vec![0.0; face.len()];
             face.panels().for_each(|panel| velocity[panel.start..panel.start + 2].fill(panel.normal[1]));
-            water.load.add(density, &velocity, &mut residual);
-            residual.iter_mut().zip(&water.ground[1]).for_each(|(r, l)| *r += density * l);
-            for edge in water.mesh.edges(BoundaryCondition::SurfaceWaves) {
+            water.domain.load.add(density, &velocity, &mut residual);
+            residual.iter_mut().zip(&water.domain.ground[1]).for_each(|(r, l)| *r += density * l);
+            for edge in water.domain.mesh.edges(BoundaryCondition::SurfaceWaves) {
                 for (node, mean) in edge.nodes.into_iter().zip(EDGE_MEAN) {
-                    water.unknowns[node].iter().for_each(|&u| residual[u] += density * edge.length * mean);
+                    water.domain.unknowns[node]
+                        .iter()
+                        .for_each(|&u| residual[u] += density * edge.length * mean);
                 }
             }
             let largest = residual.iter().fold(0.0, |m: f64, r| m.max(r.abs()));
@@ -344,7 +316,7 @@ mod tests {
             // Rounding of some ten additions of numbers of ρh.
             assert!(largest < 1e-12 * density * face.depth());
             // A linear field is reproduced at the points.
-            let at_points = water.load.pressure(&p);
+            let at_points = water.domain.load.pressure(&p);
             let exact = face.points().iter().map(|q| density * (face.depth() - q[1]));
             let error = at_points.iter().zip(exact).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
             assert!(error < 1e-12 * density * face.depth(), "{error}");
@@ -360,7 +332,7 @@ mod tests {
         for threads in [1, 2, 5] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
             let again = pool.install(|| FiniteElements::new(&parameters))?;
-            assert!(first.mesh == again.mesh && first.matrices == again.matrices && first.load == again.load);
+            assert!(first.domain == again.domain);
             assert_eq!(first.instantaneous(), again.instantaneous());
         }
         Ok(())

@@ -1,12 +1,9 @@
+use super::domain::Domain;
 use super::free_field::FreeField;
-use super::interface_load::InterfaceLoad;
-use super::matrices::{Matrices, solve};
+use super::matrices::solve;
 use crate::ReservoirError;
 use faer::sparse::linalg::solvers::Llt;
 use nalgebra::DMatrix;
-
-/// Parts of a step: the water's matrices, the loads of face and bed, the column at the far end.
-type Parts<'a> = (&'a Matrices, &'a InterfaceLoad, &'a [Vec<f64>; 2], Option<&'a FreeField>);
 
 /// The part of a step that does not depend on the inputs at its end.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,28 +25,17 @@ pub struct TimeStep {
     instantaneous: DMatrix<f64>,
 }
 
-/// L or L_g for a unit value of one input.
-pub fn unit_load(
-    input: usize,
-    (matrices, load, ground): (&Matrices, &InterfaceLoad, &[Vec<f64>; 2]),
-) -> Vec<f64> {
-    let points = load.points();
-    if input >= points {
-        return ground[input - points].clone();
-    }
-    let mut unit = vec![0.0; points];
-    unit[input] = 1.0;
-    let mut result = vec![0.0; matrices.size()];
-    load.add(1.0, &unit, &mut result);
-    result
-}
-
 impl TimeStep {
     /// Factors for steps of `length` (s).
     ///
     /// **Errors**: [`ReservoirError::FiniteElementSystem`].
-    pub fn new(length: f64, density: f64, parts: Parts) -> Result<Self, ReservoirError> {
-        let (matrices, load, ground, column) = parts;
+    pub fn new(
+        length: f64,
+        density: f64,
+        domain: &Domain,
+        column: Option<&FreeField>,
+    ) -> Result<Self, ReservoirError> {
+        let Domain { matrices, load, .. } = domain;
         let (size, points) = (matrices.size(), load.points());
         let columns = column.map_or(0, FreeField::size);
         let mut step = Self {
@@ -60,7 +46,7 @@ impl TimeStep {
             instantaneous: DMatrix::zeros(points, points + 2),
         };
         for input in 0..points + 2 {
-            let mut right: Vec<f64> = unit_load(input, (matrices, load, ground));
+            let mut right: Vec<f64> = domain.unit_load(input);
             right.iter_mut().for_each(|l| *l *= -0.25 * length * density);
             let mut foot = vec![0.0; columns];
             if let (Some(column), true) = (column, input == points + 1) {
@@ -97,23 +83,26 @@ impl TimeStep {
     }
 
     /// The step from `state`, without motion at its end.
-    pub fn prepare(&self, state: &[f64], density: f64, (matrices, load, ground, column): Parts) -> Prepared {
+    pub fn prepare(
+        &self,
+        state: &[f64],
+        density: f64,
+        domain: &Domain,
+        column: Option<&FreeField>,
+    ) -> Prepared {
+        let Domain { matrices, load, .. } = domain;
         let (size, columns) = (matrices.size(), column.map_or(0, FreeField::size));
         let (psi, rest) = state.split_at(size);
         let (p, rest) = rest.split_at(size);
         let (column_psi, rest) = rest.split_at(columns);
         let (column_p, inputs) = rest.split_at(columns);
-        let (velocities, ground_velocity) = inputs.split_at(load.points());
 
         let (half, of_means) = (0.5 * self.length, -0.25 * self.length * density);
         let mut right = matrices.mass_and_stiffness(p, -half, psi);
-        load.add(of_means, velocities, &mut right);
-        for (load, velocity) in ground.iter().zip(ground_velocity).filter(|(_, velocity)| **velocity != 0.0) {
-            right.iter_mut().zip(load).for_each(|(r, l)| *r += of_means * velocity * l);
-        }
+        domain.add(of_means, inputs, &mut right);
         let foot = column.map_or_else(Vec::new, |column| {
             let mut foot = column.matrices.mass_and_stiffness(column_p, -half, column_psi);
-            foot[column.foot] -= of_means * ground_velocity[1];
+            foot[column.foot] -= of_means * inputs[load.points() + 1];
             foot
         });
         let means = self.means(right, foot, column);

@@ -12,6 +12,7 @@ use orchestrator::ground_motion::{GroundMotion, STANDARD_GRAVITY};
 use orchestrator::log::{LastCheckpoint, Log, LogWriter, Parent, Preamble};
 use orchestrator::observer::{
     Ending, HistoriesWriter, Limits, Observer, OutlineWriter, Progress, Rest, Snapshots, Status, Until,
+    WaterField,
 };
 use orchestrator::participant::ParticipantError;
 use orchestrator::report::{
@@ -112,7 +113,7 @@ impl Job<'_> {
             rest: Rest::new(&scene.time),
             until: Until::new(options.until),
             outline: OutlineWriter::new(folder),
-            snapshots: scene.snapshots.map(|plan| Snapshots::new(folder, plan)),
+            snapshots: scene.snapshots.map(|plan| Snapshots::new(folder, plan, waters(scene))),
         };
 
         say(&scene.title);
@@ -364,6 +365,22 @@ impl Job<'_> {
 /// The path from the root, if it can be found.
 fn absolute(path: &Path) -> String {
     path.canonicalize().unwrap_or_else(|_| path.to_owned()).display().to_string()
+}
+
+/// The waters whose pressure the pictures show; says which they do not, and why.
+fn waters(scene: &Scene) -> Vec<Box<dyn WaterField>> {
+    if !scene.snapshots.is_some_and(|plan| plan.water) {
+        return Vec::new();
+    }
+    let field = |side: Side| match registry::water_field(scene, side) {
+        Ok(field) => field,
+        Err(why) => {
+            let why = format!("no pressure inside the {} in pictures: {why}", side.table());
+            say(text::wrapped(&why, UNDER_NAME));
+            None
+        }
+    };
+    Side::BOTH.into_iter().filter_map(field).collect()
 }
 
 /// Points where the dam outputs stress, m; none if it does not.
