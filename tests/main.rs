@@ -49,6 +49,7 @@ mod scene_reference;
 mod schemes;
 mod section_and_modes;
 mod sections;
+mod sliding_as_published;
 mod states;
 mod studies;
 mod swapped_units;

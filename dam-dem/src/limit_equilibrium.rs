@@ -24,6 +24,10 @@ pub struct LimitEquilibrium {
     pub elevation: f64,
     /// Factor of safety against sliding.
     pub sliding: f64,
+    /// Force that presses the crack together, N/m.
+    pub normal_force: f64,
+    /// Force along the crack, N/m.
+    pub shear_force: f64,
     /// Factor of safety against overturning.
     pub overturning: f64,
 }
@@ -89,6 +93,8 @@ impl LimitEquilibrium {
                 crack: index,
                 elevation: parameters.line.elevation(),
                 sliding: over(holding, shear.abs()),
+                normal_force: pressing,
+                shear_force: shear.abs(),
                 overturning: moments
                     .map(|[holds, turns]| over(holds + bond, turns))
                     .into_iter()

@@ -6,9 +6,11 @@
 use crate::cache::Cache;
 use crate::mesh_file::{DamMesh, MeshFileError};
 use crate::participant::{EmptyReservoir, InProcess, Messages, Participant, Prescribed};
+use crate::report::Equilibrium;
 use crate::scene::{
     CommandScene, DamFidelityScene, DamScene, DampingModelScene, DampingScene, FidelityScene, LoadedScene,
-    ProfileScene, Refusal, ReservoirScene, Scene, SceneError, Side, Source, UnitChecks,
+    ProfileScene, Refusal, ReservoirScene, Scene, SceneError, SceneWarning, Side, Source, UnitChecks,
+    Warning,
 };
 use crate::scheme::{CouplingError, Graph, Interface, Port, SchemeKind, UnitId};
 use dam_dem::{Dam, DamError, DamParameters, Damping, DampingFrequencies, GivenMesh};
@@ -160,6 +162,34 @@ pub fn limit_equilibria(scene: &Scene) -> Result<Vec<LimitEquilibrium>, Registry
         return Ok(Vec::new());
     };
     Ok(dry_dam(dam, scene)?.limit_equilibria(specific_weights(scene))?)
+}
+
+/// What the uplift that a run leaves out does to the factor of safety against sliding of the crack of `equilibrium`, and the friction
+/// coefficient that stands for it; none where no water would enter, or nothing would press the crack together.
+pub fn with_uplift(loaded: &LoadedScene, equilibrium: &LimitEquilibrium) -> Option<[f64; 2]> {
+    let crack = loaded.scene.dam.as_ref()?.cracks.get(equilibrium.crack)?;
+    let of_crack = |warning: &SceneWarning| match &warning.warning {
+        Warning::NoUplift { crack: name, uplift, .. } if *name == crack.phrase() => Some(*uplift),
+        _ => None,
+    };
+    let uplift = loaded.warnings.iter().find_map(of_crack)?;
+    let LimitEquilibrium { sliding, normal_force, shear_force, .. } = *equilibrium;
+    let friction = crack.friction_coefficient;
+    let lost = friction * uplift.min(normal_force.max(0.0));
+    (normal_force > uplift && shear_force > 0.0)
+        .then_some([sliding - lost / shear_force, friction * (1.0 - uplift / normal_force)])
+}
+
+/// The factors of safety of the cracks of a scene before the ground moves, by their indices.
+///
+/// **Errors**: those of [`limit_equilibria`].
+pub fn equilibria(loaded: &LoadedScene) -> Result<Vec<(usize, Equilibrium)>, RegistryError> {
+    let equilibrium = |found: LimitEquilibrium| {
+        let with_uplift = with_uplift(loaded, &found).map(|[factor, _]| factor);
+        let LimitEquilibrium { crack, sliding, overturning, .. } = found;
+        (crack, Equilibrium { sliding, with_uplift, overturning })
+    };
+    Ok(limit_equilibria(&loaded.scene)?.into_iter().map(equilibrium).collect())
 }
 
 /// The dam that this program computes.

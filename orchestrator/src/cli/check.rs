@@ -8,7 +8,7 @@ use miette::Diagnostic;
 use orchestrator::ground_motion::{GroundMotion, STANDARD_GRAVITY};
 use orchestrator::participant::{
     AccelerationMeaning, Description, Level, Occasion, Participant, ParticipantError, Role, check_sign,
-    self_test,
+    held_answer, self_test,
 };
 use orchestrator::registry::{self, Flutter, LimitEquilibrium, LimitingPart, Mesh, PartKind, RegistryError};
 use orchestrator::scene::{CrackScene, FidelityScene, Scene, SceneError, SceneWarning, Side, Source};
@@ -148,10 +148,6 @@ fn examine(path: &Path, arguments: &Check) -> Result<(), CheckError> {
     }
     let time = &loaded.scene.time;
     let (steps, step, duration) = (loaded.steps(), time.communication_step, time.duration.unwrap_or(0.0));
-    let warnings = match loaded.warnings.len() {
-        1 => "1 warning".to_owned(),
-        number => format!("{number} warnings"),
-    };
     // The sum of decimal numbers, without what binary ones add to it.
     let duration = (duration * 1e9).round() / 1e9;
     let steps = match time.adaptive {
@@ -199,63 +195,80 @@ fn examine(path: &Path, arguments: &Check) -> Result<(), CheckError> {
         return Err(CouplingError::NoState { participant: unit.name.clone() }.into());
     }
     let frequencies = known(dam.read("natural_frequency"))?;
-    say(format!("{} can be run: {steps}, {duration} s; {warnings}", loaded.path.display()));
-    say(format!("  dam: {}", told(&*dam, sources[0], changes[0], None)));
+    let (mut lines, mut warnings) = (Vec::new(), loaded.warnings.len());
+    let mut doubt = |warning: String| {
+        complain(format!("WARNING: {warning}"));
+        warnings += 1;
+    };
+    lines.push(format!("  dam: {}", told(&*dam, sources[0], changes[0], None)));
     let cracks = scene.dam.as_ref().map_or(&[][..], |dam| &dam.cracks);
     if let Some(mesh) = registry::dam_mesh(scene)? {
-        say(format!("  mesh: {}", shapes(&mesh)));
+        lines.push(format!("  mesh: {}", shapes(&mesh)));
     }
     if let Some((part, longest)) = registry::limiting_part(scene)? {
         let described = limit(&part, cracks);
-        say(format!("  time step of the dam: at most {longest:.3e} s, set by {described}"));
+        lines.push(format!("  time step of the dam: at most {longest:.3e} s, set by {described}"));
         if part.slowdown() >= SLOW {
-            complain(format!("WARNING: {}", slow(&part, &described)));
+            doubt(slow(&part, &described));
         }
     }
     for (id, other) in &mut others {
         for message in other.messages() {
             if message.level >= Level::Warning {
-                complain(format!("WARNING: {}: {}", registry::name(*id), message.text));
+                doubt(format!("{}: {}", registry::name(*id), message.text));
             }
         }
         let side = if *id == UnitId::TAILWATER { Side::Downstream } else { Side::Upstream };
         let (depth, density) = (scene.depth_of(side), scene.water(side).map_or(0.0, |water| water.density));
         // ∫ ⅞ ρ √(h (h − y)) dy
         let mass = 7.0 / 12.0 * density * depth * depth;
-        say(format!(
+        lines.push(format!(
             "  {}: {}",
             registry::name(*id),
             told(&**other, sources[id.0], changes[id.0], Some(mass))
         ));
     }
     if loaded.ground_motion.file().is_some() {
-        say(format!("  {}", strength(&loaded.ground_motion)));
+        lines.push(format!("  {}", strength(&loaded.ground_motion)));
     }
     if !frequencies.is_empty() {
-        say(format!("  natural frequencies of the dam, intact and empty: {} rad/s", list(&frequencies)));
+        lines.push(format!(
+            "  natural frequencies of the dam, intact and empty: {} rad/s",
+            list(&frequencies)
+        ));
         if let Some(full) = registry::natural_modes_in_water(scene, frequencies.len())? {
             let formula = |water: FidelityScene| water == FidelityScene::Westergaard;
             let water = match scene.waters().any(|(_, water)| formula(water.fidelity)) {
                 true => "with Westergaard's added mass",
                 false => "water incompressible",
             };
-            say(format!("  full, {water}: {} rad/s", list(&full.frequencies)));
+            lines.push(format!("  full, {water}: {} rad/s", list(&full.frequencies)));
         }
     }
-    say(format!("  {}", estimate::of(&loaded, &mut *dam, &inputs, threads(None))?));
-    for LimitEquilibrium { crack, sliding, overturning, .. } in registry::limit_equilibria(scene)? {
-        say(format!(
-            "  factor of safety of {} before the ground moves: sliding {sliding:.2}, overturning {overturning:.2}",
+    lines.push(format!("  {}", estimate::of(&loaded, &mut *dam, &inputs, threads(None))?));
+    for equilibrium in registry::limit_equilibria(scene)? {
+        let uplift =
+            registry::with_uplift(&loaded, &equilibrium).map_or_else(String::new, |[factor, friction]| {
+                format!(
+                    " ({factor:.2} with its uplift, for which `friction_coefficient` = {friction:.2} stands)"
+                )
+            });
+        let LimitEquilibrium { crack, sliding, overturning, .. } = equilibrium;
+        lines.push(format!(
+            "  factor of safety of {} before the ground moves: sliding {sliding:.2}{uplift}, overturning {overturning:.2}",
             cracks[crack].phrase()
         ));
     }
     for (vibration, cures) in registry::flutter(scene)? {
         let described = describe(&vibration, &cracks[vibration.crack]);
-        say(format!("  {described}"));
+        lines.push(format!("  {described}"));
         if vibration.growth > 0.0 {
-            complain(format!("WARNING: {described}{}", advise(&cures)));
+            doubt(format!("{described}{}", advise(&cures)));
         }
     }
+    let warnings = if warnings == 1 { "1 warning".to_owned() } else { format!("{warnings} warnings") };
+    say(format!("{} can be run: {steps}, {duration} s; {warnings}", loaded.path.display()));
+    lines.into_iter().for_each(say);
     write_files(scene, arguments)
 }
 
@@ -360,7 +373,11 @@ fn test(
     unit.initialise(0.0, request, &mut outputs)?;
     let change = self_test(unit, role, request, pressure, &occasion(1))?;
     check_sign(unit, role, change)?;
+    let mut told = change;
     if saved_state {
+        unit.save_state()?;
+        told = held_answer(unit, role, request, pressure, [1, 2].map(occasion))?;
+        unit.restore_state()?;
         let name = if role == Role::Fluid { "interface_acceleration" } else { "interface_pressure" };
         let driven = unit.description().inputs.range(name).unwrap_or_default();
         let mut moved = request.to_vec();
@@ -375,7 +392,8 @@ fn test(
         }
         self_test(unit, role, &moved, pressure, &occasion(PAST + 1))?;
     }
-    Ok(change)
+    // What answers only after the step that it is asked for has a sign of 0.
+    Ok(if change == 0.0 { change } else { told })
 }
 
 /// What a unit is, and of one of another program what it can and lacks; `change` is its answer to a test, beside the `added_mass`
@@ -389,7 +407,7 @@ fn told(unit: &dyn Participant, source: Source<'_>, change: f64, added_mass: Opt
     let points = points.map_or(0, |range| range.len());
     let answer = match added_mass {
         Some(mass) => format!(
-            "1 m/s² into the water gives {:.3} MN/m (Westergaard's added mass {:.3})",
+            "1 m/s² into the water, held for two steps, gives {:.3} MN/m (Westergaard's added mass {:.3}; water with a memory takes longer)",
             change / 1e6,
             mass / 1e6
         ),
@@ -426,6 +444,17 @@ fn strength(motion: &GroundMotion) -> String {
     )
 }
 
+/// What is to be said of vibrations that grow while blocks of the scene slide.
+///
+/// **Errors**: those of the dam.
+pub fn flutter_warnings(scene: &Scene) -> Result<Vec<String>, RegistryError> {
+    let cracks = scene.dam.as_ref().map_or(&[][..], |dam| &dam.cracks);
+    let growing = registry::flutter(scene)?.into_iter().filter(|(vibration, _)| vibration.growth > 0.0);
+    Ok(growing
+        .map(|(vibration, cures)| describe(&vibration, &cracks[vibration.crack]) + &advise(&cures))
+        .collect())
+}
+
 fn describe(vibration: &Flutter, crack: &CrackScene) -> String {
     let Flutter { downstream, frequency, growth, .. } = *vibration;
     let above = if crack.name.is_some() { crack.phrase() } else { crack.label() };
@@ -442,7 +471,8 @@ fn describe(vibration: &Flutter, crack: &CrackScene) -> String {
 fn advise(cures: &[String]) -> String {
     let remedy = match cures {
         [] => {
-            "no other damping that was tried makes it decay; look at the shape of the block and its friction"
+            "no other damping that was tried makes it decay: it belongs to the shape of the block and its friction, and the sliding \
+             is an upper estimate (`docs/decisions/flutter.md`)"
                 .to_owned()
         }
         cures => format!("it would decay with {}", cures.join(", or with ")),

@@ -18,7 +18,7 @@ pub fn page<U: Packable>(package: &Package<U>, variables: &[SizedVariable]) -> S
         }
         false => {
             "A communication step may also be a whole multiple of this length, of which the unit then takes several steps of \
-             its own: the face's acceleration is constant over the step, the ground's linear. Other lengths are refused."
+             its own: the face's acceleration is constant over the step, the ground's linear. Other lengths are refused, unless the water turns out to be stepped by a recursion."
         }
     };
     let mesh: Vec<String> =

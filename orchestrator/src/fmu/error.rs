@@ -7,7 +7,8 @@ pub enum FmuError {
     /// The unit's library was not found beside the program.
     #[error(
         "the library {file} is not in {folders}; build it together with the program by \
-         `cargo build --release` and run target/release/cofferdam, or give its path with --library"
+         `cargo build --release` (of this library alone, in a clone whose program is built: add `-p reservoir-fmu -p dam-fmu`) and run \
+         target/release/cofferdam, or give its path with --library"
     )]
     NoLibrary {
         /// Name of the file.

@@ -9,6 +9,8 @@ use std::path::{Path, PathBuf};
 /// Strongest acceleration of the ground, m/s²; some twenty times that of any earthquake. Beyond it lies a slip of units.
 pub const STRONGEST: f64 = 1e3;
 
+/// Longest interval between two samples, s: an earthquake has periods of a tenth of it.
+const LONGEST_INTERVAL: f64 = 0.5;
 /// Share of an interval by which the interval between two printed times may differ from the usual one.
 const UNEVENNESS: f64 = 0.02;
 
@@ -103,6 +105,17 @@ pub enum RecordError {
         /// Usual interval (the median), s.
         expected: f64,
     },
+    /// Samples so far apart that they cannot be an earthquake's.
+    #[error(
+        "{}: the samples are {} s apart, {LONGEST_INTERVAL} s are the most; is the time in ms? It must be in s", path.display(),
+        plain(*interval)
+    )]
+    Interval {
+        /// The file.
+        path: PathBuf,
+        /// Interval, s.
+        interval: f64,
+    },
     /// Fewer than two samples.
     #[error("{}: the record has {samples} samples; give two or more", path.display())]
     Empty {
@@ -134,7 +147,7 @@ pub enum RecordError {
     },
     /// A crop that leaves nothing, or reaches beyond the record.
     #[error(
-        "{}: {}–{} s is asked for, the record has samples from 0 to {} s; two of them must remain",
+        "{}: {}–{} s is asked for, the record has samples from 0 to {} s; keep `start` and `end` within it, with two samples between",
         path.display(), exact(*start), exact(*end), plain(*duration)
     )]
     Crop {
@@ -178,6 +191,9 @@ impl Record {
         let record = parse(path, &text)?;
         match record.acceleration.len() {
             samples @ 0..2 => Err(RecordError::Empty { path: path.to_owned(), samples }),
+            _ if record.interval > LONGEST_INTERVAL => {
+                Err(RecordError::Interval { path: path.to_owned(), interval: record.interval })
+            }
             _ => Ok(record),
         }
     }

@@ -160,7 +160,7 @@ pub enum ParticipantError {
     /// The unit does not answer.
     #[error(
         "{participant}: no answer for {seconds} s {when}, so its process was killed; if it needs longer, raise \
-         --deadline (preparation and initialisation may take sixty times as long)"
+         --deadline of `run` (preparation and initialisation may take sixty times as long)"
     )]
     Hung {
         /// Name of the participant.

@@ -367,12 +367,7 @@ pub fn self_test(
     occasion: &Occasion,
 ) -> Result<f64, ParticipantError> {
     let description = unit.description().clone();
-    let range = |layout: &Layout, name: &str| layout.range(name).ok_or_else(|| description.missing(name));
-    let (driven, answered, load) = match role {
-        Role::Fluid => ("interface_acceleration", "interface_pressure", -1.0),
-        Role::Structure => ("interface_pressure", "interface_acceleration", pressure),
-    };
-    let (driven, answered) = (range(&description.inputs, driven)?, range(&description.outputs, answered)?);
+    let Driven { driven, answered, load } = Driven::of(&description, role, pressure)?;
     let repeats = description.capabilities.saved_state;
     if repeats {
         unit.save_state()?;
@@ -403,10 +398,58 @@ pub fn self_test(
             second: again[place],
         });
     }
+    let changes: Vec<f64> = answered.map(|place| loaded[place] - still[place]).collect();
+    along_face(unit, &changes)
+}
+
+/// What a unit at rest answers, integrated along the face, when the load of [`self_test`] is held over two steps: an acceleration that is
+/// extrapolated from means has then its value at the end, too.
+///
+/// **Errors**: those of the unit.
+pub fn held_answer(
+    unit: &mut dyn Participant,
+    role: Role,
+    request: &[f64],
+    pressure: f64,
+    steps: [Occasion; 2],
+) -> Result<f64, ParticipantError> {
+    let description = unit.description().clone();
+    let Driven { driven, answered, load } = Driven::of(&description, role, pressure)?;
+    let mut held = request.to_vec();
+    held[driven].iter_mut().for_each(|value| *value += load);
+    let mut answer = vec![0.0; description.outputs.size()];
+    for occasion in &steps {
+        unit.step(occasion, &held, &mut answer)?;
+    }
+    along_face(unit, &answer[answered])
+}
+
+/// How a unit is driven by a test, and where it answers.
+struct Driven {
+    driven: Range<usize>,
+    answered: Range<usize>,
+    load: f64,
+}
+
+impl Driven {
+    fn of(description: &Description, role: Role, pressure: f64) -> Result<Self, ParticipantError> {
+        let range = |layout: &Layout, name: &str| layout.range(name).ok_or_else(|| description.missing(name));
+        let (driven, answered, load) = match role {
+            Role::Fluid => ("interface_acceleration", "interface_pressure", -1.0),
+            Role::Structure => ("interface_pressure", "interface_acceleration", pressure),
+        };
+        let (driven, answered) =
+            (range(&description.inputs, driven)?, range(&description.outputs, answered)?);
+        Ok(Self { driven, answered, load })
+    }
+}
+
+/// Integral along the face of one value a point.
+fn along_face(unit: &mut dyn Participant, values: &[f64]) -> Result<f64, ParticipantError> {
     let [x, y] = [unit.read("interface_x")?, unit.read("interface_y")?];
     let face = WetFace::new(x.into_iter().zip(y).map(|(x, y)| [x, y]).collect());
-    let lengths = face.map_or_else(|_| vec![1.0; answered.len()], |face| face.tributary_lengths());
-    Ok(answered.zip(lengths).map(|(place, length)| length * (loaded[place] - still[place])).sum())
+    let lengths = face.map_or_else(|_| vec![1.0; values.len()], |face| face.tributary_lengths());
+    Ok(values.iter().zip(lengths).map(|(value, length)| length * value).sum())
 }
 
 /// Checks the sign of what [`self_test`] found of a unit at rest: a face that moves into the water must press, a pressure must push

@@ -17,7 +17,7 @@ pub use description::{Channel, ChannelShape, Description, Layout};
 pub use empty_reservoir::EmptyReservoir;
 pub use error::ParticipantError;
 pub use fmu::{Fmu, FmuUnitError, Import, UnpackError};
-pub use foreign::{Foreign, Place, check_sign, self_test};
+pub use foreign::{Foreign, Place, check_sign, held_answer, self_test};
 pub use in_process::InProcess;
 pub use interface::{Level, Messages};
 pub use messages::Message;

@@ -15,6 +15,6 @@ pub use ensemble::{EnsembleManifest, EnsembleRecord, VariedKey};
 pub use envelopes::Envelopes;
 pub(crate) use manifest::features;
 pub use manifest::{Build, Manifest, ManifestError, Unit, WaterFace};
-pub use quantity::{Quantity, Subject};
+pub use quantity::{Quantity, Subject, has_both_directions};
 pub use spectra::{RunSpectra, SPECTRAL_DAMPING, periods};
-pub use summary::Summary;
+pub use summary::{Equilibrium, Summary};

@@ -52,6 +52,14 @@ impl Subject {
     }
 }
 
+/// Whether the `values` that runs have of the quantity `name` are to be taken as magnitudes: it is a peak that some have in one direction and
+/// some in the other, and between both directions there is no peak.
+pub fn has_both_directions(name: &str, values: impl Iterator<Item = f64>) -> bool {
+    let [mut negative, mut positive] = [false; 2];
+    values.for_each(|value| (negative, positive) = (negative | (value < 0.0), positive | (value > 0.0)));
+    name.starts_with("peak") && negative && positive
+}
+
 /// One number of a summary.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Quantity {

@@ -1,7 +1,7 @@
 use super::quantity::{Quantity, Subject};
 use crate::ground_motion::STANDARD_GRAVITY;
 use crate::observer::{AVERAGED, Ending, Histories, LastSecond, STILL_MOVES, STILL_SLIDES, Status};
-use crate::scene::{CrackScene, DamFidelityScene, LoadedScene, REST, Side, Warning};
+use crate::scene::{CrackScene, DamFidelityScene, LoadedScene, REST, Scene, Side, Warning};
 use serde::{Deserialize, Serialize};
 
 pub(super) const ENERGY_BALANCE: &str = "energy balance error over peak kinetic energy";
@@ -14,6 +14,17 @@ pub(super) const NOT_AT_REST: &str = "the dam is not at rest at the end";
 pub(super) const LOWEST_PRESSURE: &str = "lowest pressure on a wet face, hydrostatic included";
 /// Pressure against the atmosphere's at which water boils, kPa.
 pub(super) const CAVITATION: f64 = -99.0;
+
+/// Factors of safety of what lies above a crack, under weight and water at rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Equilibrium {
+    /// Against sliding.
+    pub sliding: f64,
+    /// The same with the uplift of a crack under water.
+    pub with_uplift: Option<f64>,
+    /// Against overturning.
+    pub overturning: f64,
+}
 
 /// The results of a run in a table.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -159,6 +170,33 @@ impl Summary {
             );
         }
         summary
+    }
+
+    /// Puts the factors of safety of cracks, by their indices, before all else: against sliding, with the uplift that is not modelled where
+    /// water would enter, and against overturning.
+    pub fn add_equilibria(&mut self, scene: &Scene, found: &[(usize, Equilibrium)]) {
+        let cracks = scene.dam.as_ref().map_or(&[][..], |dam| &dam.cracks);
+        let mut first = Vec::new();
+        for (crack, Equilibrium { sliding, with_uplift, overturning }) in found {
+            let mut add = |what: &str, value: f64| {
+                let name = of_crack(what, &cracks[*crack], cracks);
+                if value.is_finite() {
+                    first.push(Quantity {
+                        name,
+                        subject: Subject::AtRest,
+                        value,
+                        unit: "1".into(),
+                        ..Quantity::default()
+                    });
+                }
+            };
+            add("factor of safety against sliding", *sliding);
+            if let Some(factor) = with_uplift {
+                add("factor of safety against sliding, with uplift", *factor);
+            }
+            add("factor of safety against overturning", *overturning);
+        }
+        self.quantities.splice(0..0, first);
     }
 
     fn remarks(&self, cracked: bool) -> Vec<String> {

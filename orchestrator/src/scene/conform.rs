@@ -15,6 +15,17 @@ const NOT_MODELLED: [(&[&str], &str); 5] = [
     (&["temperature", "thermal"], "strains of temperature are"),
 ];
 
+/// Other words of engineers for keys.
+const OTHER_WORDS: [(&str, &str); 7] = [
+    ("friction_angle", "friction_coefficient"),
+    ("phi", "friction_coefficient"),
+    ("level", "depth"),
+    ("water_level", "depth"),
+    ("e", "young_modulus"),
+    ("elastic_modulus", "young_modulus"),
+    ("nu", "poisson_ratio"),
+];
+
 fn not_modelled(key: &str) -> Option<&'static str> {
     let key = key.to_lowercase();
     let begins =
@@ -199,7 +210,11 @@ impl Conformed {
             .filter(|home| !Shape::is_like_another(home) && !is_of_another_program(home))
             .collect();
         let at_home = matches!(homes.len(), 1..=3);
-        let meant = similar(name, &free).or_else(|| if at_home { None } else { alike(name, &free) });
+        let other_word = OTHER_WORDS.iter().find(|(word, _)| *word == name.to_lowercase());
+        let other_word = other_word.and_then(|(_, key)| free.iter().copied().find(|free| free == key));
+        let meant = other_word
+            .or_else(|| similar(name, &free))
+            .or_else(|| if at_home { None } else { alike(name, &free) });
         let (key, table) = (name.to_owned(), Shape::header(path));
         let invalid = match meant {
             Some(meant) => Invalid::Misspelt { key, table, meant: meant.to_owned() },
@@ -309,6 +324,9 @@ fn described(content: &Content) -> String {
     match content {
         Content::Table(_) => "a table".to_owned(),
         Content::Array(values) => format!("an array of {}", values.len()),
+        Content::Scalar(Value::String(text)) if text.replacen(',', ".", 1).parse::<f64>().is_ok() => {
+            format!("the text {text:?}; numbers have a decimal point, no comma, and no quotes")
+        }
         Content::Scalar(Value::String(text)) => format!("the text {text:?}"),
         Content::Scalar(Value::Integer(number)) => format!("the number {number}"),
         // Not the three hundred digits of 1e300.

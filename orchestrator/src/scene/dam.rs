@@ -138,7 +138,7 @@ pub struct SectionScene {
     #[schemars(extend("unit" = "m"))]
     pub upstream: Vec<[f64; 2]>,
     /// Downstream side, (x, y) from the toe up to the crest. Base and crest are the straight lines between the ends of both
-    /// sides. Sides may overhang, but not below water.
+    /// sides. Sides may overhang.
     #[schemars(extend("unit" = "m"))]
     pub downstream: Vec<[f64; 2]>,
     /// Outlines of galleries, each a closed list of points.

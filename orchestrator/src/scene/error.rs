@@ -143,7 +143,8 @@ pub enum Invalid {
     },
     /// Outside its range.
     #[error(
-        "`{key}` is {}; it must lie from {} to {}{}", plain(*value), plain(*least), plain(*most), meaning(key)
+        "`{key}` is {}; it must lie from {} to {}{}{}", plain(*value), plain(*least), plain(*most), meaning(key),
+        other_unit(key, *value, [*least, *most])
     )]
     OutOfRange {
         /// The key.
@@ -434,6 +435,21 @@ fn count(number: f64) -> String {
 }
 
 /// What the key is, with its unit, in brackets behind a message; nothing of a key that no scene has.
+/// The value that was meant, where it seems to be in another unit.
+fn other_unit(key: &str, value: f64, [least, most]: [f64; 2]) -> String {
+    if key.ends_with("friction_coefficient") && value > most && value < 90.0 {
+        return format!("; tan {}° = {:.3}", plain(value), value.to_radians().tan());
+    }
+    let pascal = Shape::field(key).is_some_and(|field| field.unit == "Pa");
+    let prefixes = [("GPa", 1e9), ("MPa", 1e6)].into_iter().filter(|_| pascal && value > 0.0);
+    let fits = |(_, factor): &(&str, f64)| (least..=most).contains(&(value * factor));
+    prefixes
+        .filter(fits)
+        .map(|(unit, factor)| format!("; {} {unit} is {:e}", plain(value), value * factor))
+        .next()
+        .unwrap_or_default()
+}
+
 fn meaning(key: &str) -> String {
     Shape::field(key).map_or_else(String::new, |field| format!(" ({})", field.summary()))
 }

@@ -88,7 +88,7 @@ pub enum Warning {
         step: f64,
         /// Highest frequency of the record, Hz.
         frequency: f64,
-        /// The largest whole fraction of the record's interval that is short enough, s.
+        /// A whole fraction of the record's interval that is short enough, s.
         better: f64,
     },
     /// The communication step is no whole fraction of the record's interval.
@@ -101,7 +101,7 @@ pub enum Warning {
         step: f64,
         /// Interval of the record, s.
         interval: f64,
-        /// The next smaller whole fraction, s.
+        /// A smaller whole fraction, s.
         better: f64,
     },
     /// The record does not come to rest.
@@ -167,6 +167,19 @@ pub enum Warning {
         /// Pressure at its downstream end, Pa.
         downstream: f64,
     },
+    /// A crest that is not level.
+    #[error(
+        "the crest slopes from {} m upstream to {} m downstream; if it is level, the {lower} side lacks its last point",
+        plain(*upstream), plain(*downstream)
+    )]
+    SlopingCrest {
+        /// Elevation of its upstream end, m.
+        upstream: f64,
+        /// Elevation of its downstream end, m.
+        downstream: f64,
+        /// The side that ends lower.
+        lower: &'static str,
+    },
     /// Blocks that do not deform.
     #[error(
         "`dam.fidelity` = \"rigid-blocks\" is unsafe: the dam's amplification of the ground motion is missing, and sliding \
@@ -211,15 +224,15 @@ pub enum Warning {
     },
     /// A value that is allowed, but seldom true: mostly a slip of units.
     #[error(
-        "`{key}` is {} {unit}; {what} has {} to {} {unit}, so check the unit", plain(*value), plain(*least), plain(*most)
+        "`{key}` is {}{unit}; {what} has {} to {}{unit}, so check the unit", plain(*value), plain(*least), plain(*most)
     )]
     Unusual {
         /// The key.
         key: String,
         /// Its value.
         value: f64,
-        /// Its unit.
-        unit: &'static str,
+        /// Its unit, with a space before it.
+        unit: String,
         /// Whose value it is.
         what: &'static str,
         /// Least usual value.
@@ -243,6 +256,8 @@ const ELEMENTS_OF_THE_DEPTH: f64 = 8.0;
 const STEPS_A_PERIOD: f64 = 20.0;
 /// Part of a step by which samples and communication points may run apart: times in files are rounded.
 const UNEVEN: f64 = 1e-4;
+/// Slope of the crest up to which it drains.
+const LEVEL: f64 = 0.05;
 /// Velocity at the end over the peak. The shipped records, processed with care, end below 0.01 %.
 const VELOCITY_AT_END: f64 = 0.1;
 /// Displacement at the end over the peak. The shipped records end below 0.2 %; that of a drift is its peak, but ground
@@ -298,12 +313,23 @@ pub fn doubts(scene: &Scene, motion: &GroundMotion) -> Vec<Doubt> {
             doubts.push(at(key, Warning::NoResidual { key, rest: end - begin }));
         }
     }
+    doubts.extend(scene.dam.as_ref().and_then(sloping_crest));
     doubts.extend(scene.waters().filter_map(|(side, water)| coarse_face(scene, side, water)));
     if scene.ground_motion.record.is_some() {
         doubts.extend(of_record(motion));
         doubts.extend(resolution(scene, motion));
     }
     doubts
+}
+
+/// A crest that is not level: mostly a side without its last point.
+fn sloping_crest(dam: &DamScene) -> Option<Doubt> {
+    let [upstream, downstream] =
+        [&dam.section.upstream, &dam.section.downstream].map(|side| side.last().copied());
+    let ([x, upstream], [other, downstream]) = (upstream?, downstream?);
+    let lower = if upstream < downstream { "upstream" } else { "downstream" };
+    ((upstream - downstream).abs() > LEVEL * (x - other).abs())
+        .then(|| (format!("dam.section.{lower}"), Warning::SlopingCrest { upstream, downstream, lower }))
 }
 
 /// Cracks that water would enter.
@@ -356,12 +382,12 @@ fn resolution(scene: &Scene, motion: &GroundMotion) -> Vec<Doubt> {
         None => ("time.communication_step", step),
     };
     if longest * frequency * STEPS_A_PERIOD > 1.0 {
-        let better = interval / (interval * frequency * STEPS_A_PERIOD).ceil();
+        let better = whole_fraction(interval, interval * frequency * STEPS_A_PERIOD);
         doubts.push((key.to_owned(), Warning::CoarseStep { key, step: longest, frequency, better }));
     }
     let fraction = interval / step;
     if (fraction - fraction.round()).abs() > UNEVEN * fraction {
-        let better = interval / fraction.ceil();
+        let better = whole_fraction(interval, fraction);
         let warning = Warning::ClippedSamples { step, interval, better };
         doubts.push(("time.communication_step".to_owned(), warning));
     }
@@ -406,9 +432,20 @@ fn unusual(scene: &Scene) -> Vec<Doubt> {
         values.push((side.key("density"), water.density, "water", 950.0, 1200.0));
         values.push((side.key("sound_speed"), water.sound_speed, "water", 1300.0, 1600.0));
     }
-    if let Some(DamScene { material, zones, .. }) = &scene.dam {
+    if let Some(DamScene { material, zones, cracks, .. }) = &scene.dam {
         values.push(("dam.material.young_modulus".to_owned(), material.young_modulus, "concrete", 5e9, 8e10));
         values.push(("dam.material.density".to_owned(), material.density, "concrete", 1800.0, 3200.0));
+        let strength = material.tensile_strength;
+        values
+            .extend(strength.map(|f| ("dam.material.tensile_strength".to_owned(), f, "concrete", 2e5, 1e7)));
+        for (index, crack) in cracks.iter().enumerate() {
+            let key = |name: &str| format!("dam.cracks.{index}.{name}");
+            values.push((key("friction_coefficient"), crack.friction_coefficient, "a joint", 0.0, 2.0));
+            for (name, value) in [("cohesion", crack.cohesion), ("tensile_strength", crack.tensile_strength)]
+            {
+                values.extend((value > 0.0).then(|| (key(name), value, "a joint", 1e3, 1e7)));
+            }
+        }
         for (index, zone) in zones.iter().enumerate() {
             let key = |name: &str| format!("dam.zones.{index}.{name}");
             values.extend(zone.young_modulus.map(|e| (key("young_modulus"), e, "concrete", 5e9, 8e10)));
@@ -418,6 +455,7 @@ fn unusual(scene: &Scene) -> Vec<Doubt> {
     let odd = |&(_, value, _, least, most): &(_, f64, _, f64, f64)| !(least..=most).contains(&value);
     let warn = |(key, value, what, least, most): (String, _, _, _, _)| {
         let unit = Shape::field(&key).map_or("", |field| &field.unit);
+        let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
         (key.clone(), Warning::Unusual { key, value, unit, what, least, most })
     };
     values.into_iter().filter(odd).map(warn).collect()
@@ -473,9 +511,32 @@ fn at_end(rest: f64) -> String {
     format!("{:.2} s {side} the ground comes to rest", rest.abs())
 }
 
+/// A whole fraction of `interval`, at least `parts` of them: the largest that is a short number, if there is one not much smaller.
+fn whole_fraction(interval: f64, parts: f64) -> f64 {
+    let least = parts.ceil().max(1.0);
+    let fractions = (0..).map(|more| least + f64::from(more)).take_while(|parts| *parts <= 2.0 * least);
+    let mut short = fractions.filter_map(|parts| {
+        let rounded: f64 = format!("{:.3e}", interval / parts).parse().ok()?;
+        ((rounded * parts / interval - 1.0).abs() < 1e-9).then_some(rounded)
+    });
+    short.next().unwrap_or(interval / least)
+}
+
 /// `value` with two digits, rounded down.
 pub fn down(value: f64) -> String {
     let digits = 1 - value.log10().floor() as i32;
     let unit = 10.0_f64.powi(-digits);
     format!("{:.*}", digits.max(0) as usize, (value / unit).floor() * unit)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_that_are_advised_are_short_numbers() {
+        let found = [(0.01, 2.4), (0.02, 3.0), (0.005, 1.5), (0.01, 0.3), (1.0 / 3.0, 2.0)];
+        let found = found.map(|(interval, parts)| whole_fraction(interval, parts));
+        assert_eq!(found, [0.0025, 0.005, 0.0025, 0.01, 1.0 / 6.0]);
+    }
 }

@@ -18,8 +18,9 @@ pub enum CouplingError {
     },
     /// An implicit scheme with a unit whose steps cannot be repeated.
     #[error(
-        "{participant} cannot save its state, so its steps cannot be repeated; only explicit schemes fit it: set coupling.scheme to \
-         \"serial-explicit\" or \"parallel-explicit\""
+        "{participant} cannot save its state, so its steps cannot be repeated; let it save and restore its state (a class: `save` and \
+         `restore`), or set coupling.scheme to \"serial-explicit\" or \"parallel-explicit\", which diverge where the water is heavy beside \
+         the dam"
     )]
     NoState {
         /// Name of the participant.

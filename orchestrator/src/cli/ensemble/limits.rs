@@ -90,7 +90,8 @@ pub fn exceedance(runs: &Runs<'_>, limits: &[LimitCurve], levels: &[f64], before
                 of_level.iter().map(|run| runs.kept[*run].value(&limit.quantity).abs()).collect();
             let count = values.iter().filter(|value| !value.is_nan()).count();
             let exceeding = values.iter().filter(|value| **value > limit.above).count();
-            let curve = levels.get(index).map_or(f64::NAN, |intensity| limit.curve.probability(*intensity));
+            let fitted = levels.get(index).filter(|_| matches!(limit.curve, Fragility::Fit(_)));
+            let curve = fitted.map_or(f64::NAN, |intensity| limit.curve.probability(*intensity));
             let band = limit.band.as_ref().filter(|_| index < levels.len());
             let [low, high] =
                 band.and_then(|band| band.probability.get(before + index)).copied().unwrap_or([f64::NAN; 2]);

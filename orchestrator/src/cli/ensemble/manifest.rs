@@ -48,7 +48,7 @@ pub fn of(runs: &Runs<'_>, text: &str) -> Result<EnsembleManifest, EnsembleError
         set: plan.set.clone(),
         shown: runs.shown().map(|(name, _)| name).collect(),
         not_modelled: not_modelled(&scene),
-        warnings: loaded.warnings.iter().map(ToString::to_string).collect(),
+        warnings: runs.ensemble.warnings()?,
         plan_sha256: sha256(text),
         scene_sha256: sha256(&scene_text),
         sources: env!("COFFERDAM_SOURCES").to_owned(),

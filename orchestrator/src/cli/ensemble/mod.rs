@@ -9,7 +9,7 @@ mod runs;
 pub mod sample;
 mod tables;
 
-use super::{check, complain, parallel, report, say, threads};
+use super::{complain, parallel, report, say, threads};
 use crate::registry::{self, RegistryError};
 use miette::Diagnostic;
 use orchestrator::ground_motion::{GroundMotion, RecordError};
@@ -174,7 +174,7 @@ fn carry_out(arguments: &Arguments) -> Result<(), EnsembleError> {
     let ensemble = Ensemble::of(plan, folder, workers)?;
     ensemble.check_limits(&arguments.plan, workers)?;
     take_folder(&arguments.output, &text)?;
-    check::warn(&ensemble.scene(0)?.warnings);
+    ensemble.warnings()?.iter().for_each(|warning| complain(format!("WARNING: {warning}")));
     let mine = |index: &usize| arguments.part.is_none_or(|part| index % part.of == part.number);
     let mut wanted: Vec<usize> = (0..ensemble.samples.len()).filter(mine).collect();
     let all = wanted.len();
@@ -242,6 +242,31 @@ impl Ensemble {
         let mut loaded = registry::read(&self.folder.join(&self.plan.scene), &sets)?;
         loaded.ground_motion = self.plan.motion(sample, loaded.ground_motion);
         Ok(loaded)
+    }
+
+    /// What is doubtful about the scene with each record, once; what only some records have begins with the name of the first of them.
+    fn warnings(&self) -> Result<Vec<String>, SceneError> {
+        let records = &self.plan.records;
+        let mut of_records = Vec::new();
+        for (number, record) in records.iter().enumerate() {
+            // Every record has a sample.
+            let Some(index) = self.samples.iter().position(|sample| sample.record == number) else {
+                continue;
+            };
+            let texts: Vec<String> = self.scene(index)?.warnings.iter().map(ToString::to_string).collect();
+            of_records.push((&record.name, texts));
+        }
+        let mut warnings: Vec<String> = Vec::new();
+        for (name, texts) in &of_records {
+            for text in texts {
+                let everywhere = of_records.iter().all(|(_, others)| others.contains(text));
+                let said = if everywhere { text.clone() } else { format!("{name}: {text}") };
+                if !warnings.contains(&said) {
+                    warnings.push(said);
+                }
+            }
+        }
+        Ok(warnings)
     }
 
     /// Period of the intact dam's first mode with the water, or without where there is none, s.

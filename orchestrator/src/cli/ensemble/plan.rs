@@ -10,6 +10,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use toml::Value;
 
+/// Largest level of shaking, g: no record was stronger.
+const HIGHEST_LEVEL: f64 = 10.0;
 /// Most samples of an ensemble.
 const MOST: usize = 1_000_000;
 
@@ -226,6 +228,9 @@ impl Plan {
     /// **Errors**: [`EnsembleError::Plan`], [`EnsembleError::Value`].
     pub fn read(path: &Path) -> Result<(Self, String), EnsembleError> {
         let failed = |cause: String| EnsembleError::Plan { path: path.to_owned(), cause };
+        if path.is_dir() {
+            return Err(failed("this is a folder; give the plan, a TOML file (docs/ensembles.md)".into()));
+        }
         let text = std::fs::read_to_string(path).map_err(|cause| failed(cause.to_string()))?;
         let mut plan: Self = toml::from_str(&text).map_err(|cause| failed(cause.to_string()))?;
         for record in &mut plan.records {
@@ -263,6 +268,10 @@ impl Plan {
             if !ascend || values.iter().any(|x| !(*x > 0.0 && x.is_finite())) {
                 return wrong(key, format!("{values:?}"), "they must be positive and ascend");
             }
+        }
+        if levels.iter().any(|level| *level > HIGHEST_LEVEL) {
+            let remedy = "they are in g, not in % or m/s²; 20 % of g is 0.2";
+            return wrong("intensity.levels", format!("{levels:?}"), remedy);
         }
         if let Some(period) = period
             && !(*period > 0.0 && period.is_finite() && *measure == Measure::Sa)

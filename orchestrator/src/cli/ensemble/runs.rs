@@ -2,7 +2,9 @@
 
 use super::Ensemble;
 use super::sample::Kept;
+use orchestrator::report::has_both_directions;
 use orchestrator::statistics::{Band, Fragility};
+use std::collections::BTreeSet;
 
 /// What the short table shows besides the limits' quantities.
 pub const SHOWN: [&str; 4] = ["peak crest displacement", "residual sliding", "peak sliding", "peak opening"];
@@ -15,6 +17,8 @@ pub struct Runs<'a> {
     pub clusters: Vec<usize>,
     /// Names and units of all quantities, in the order in which runs have them.
     pub quantities: Vec<(String, String)>,
+    /// Names of the peaks that complete runs have in both directions.
+    magnitudes: BTreeSet<String>,
 }
 
 impl<'a> Runs<'a> {
@@ -28,7 +32,17 @@ impl<'a> Runs<'a> {
             }
         }
         let clusters = ensemble.samples.iter().map(|sample| of_record[sample.record]).collect();
-        Self { ensemble, kept, clusters, quantities }
+        let complete = || kept.iter().filter(|kept| kept.is_complete());
+        let names = quantities.iter().map(|(name, _)| name.clone());
+        let magnitudes =
+            names.filter(|name| has_both_directions(name, complete().map(|kept| kept.value(name)))).collect();
+        Self { ensemble, kept, clusters, quantities, magnitudes }
+    }
+
+    /// The value of a quantity for statistics, NaN where the run has none: of a peak that runs have in both directions its magnitude.
+    pub fn value(&self, index: usize, name: &str) -> f64 {
+        let value = self.kept[index].value(name);
+        if self.magnitudes.contains(name) { value.abs() } else { value }
     }
 
     /// The samples that reached their end.

@@ -84,7 +84,9 @@ pub fn run(loaded: &LoadedScene, threads: NonZeroUsize, until: Option<f64>) -> R
         return Err(wrong(error));
     }
     let crest = simulation.static_crest_displacement;
-    let summary = Summary::of(loaded, &histories.histories, &ending, crest, &stress_points, [&[], &[]], &[]);
+    let mut summary =
+        Summary::of(loaded, &histories.histories, &ending, crest, &stress_points, [&[], &[]], &[]);
+    summary.add_equilibria(&loaded.scene, &registry::equilibria(loaded)?);
     let of_scene: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();
     let warnings = summary.notes.iter().filter_map(|note| note.strip_prefix("WARNING: "));
     Ok(Kept {

@@ -153,7 +153,7 @@ impl Runs<'_> {
             for (level, runs) in self.levels() {
                 let with_value: Vec<usize> =
                     runs.into_iter().filter(|index| !self.kept[*index].value(name).is_nan()).collect();
-                let mut values: Vec<f64> = with_value.iter().map(|i| self.kept[*i].value(name)).collect();
+                let mut values: Vec<f64> = with_value.iter().map(|i| self.value(*i, name)).collect();
                 values.sort_by(f64::total_cmp);
                 let mut clusters: Vec<usize> = with_value.iter().map(|index| self.clusters[*index]).collect();
                 clusters.sort_unstable();
@@ -240,7 +240,7 @@ impl Runs<'_> {
         for (name, unit) in &self.quantities {
             let mut about_mean: Vec<(usize, f64)> = Vec::new();
             for (_, runs) in self.levels() {
-                let values = runs.into_iter().map(|index| (index, self.kept[index].value(name)));
+                let values = runs.into_iter().map(|index| (index, self.value(index, name)));
                 let values: Vec<(usize, f64)> = values.filter(|(_, value)| !value.is_nan()).collect();
                 let mean = values.iter().map(|(_, value)| value).sum::<f64>() / values.len() as f64;
                 about_mean.extend(values.into_iter().map(|(index, value)| (index, value - mean)));

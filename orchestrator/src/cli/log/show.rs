@@ -2,6 +2,7 @@
 
 use super::{Failure, contacts, messages};
 use crate::cli::say;
+use orchestrator::convergence::Measure;
 use orchestrator::log::{Entry, Log, LoggedExchange, LoggedIteration, LoggedStep, LoggedUnit};
 use orchestrator::participant::{Layout, Message};
 use orchestrator::scheme::{IterationReport, Purpose, UnitId};
@@ -123,7 +124,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if exchanges.is_empty() {
         return Err(missing(path, &story, arguments));
     }
-    let limit = log.head().scene.coupling.tolerance.relative();
+    let coupling = &log.head().scene.coupling;
+    let limit = DisplacementLimit {
+        tolerance: coupling.tolerance.relative(),
+        required: coupling.measures.contains(&Measure::Displacement),
+    };
     let mut at = None;
     for exchange in &exchanges {
         let occasion = exchange.occasion;
@@ -201,8 +206,15 @@ fn heading(story: &Story, exchange: &LoggedExchange) -> String {
     format!("step {}, attempt {}: {when}\n  {how}", at.step, at.attempt)
 }
 
-/// What an iteration did, in words; `limit` is that of displacements.
-fn did(report: &IterationReport, limit: f64) -> Vec<String> {
+/// The tolerance as a limit for changes of displacements, and whether the scene requires it.
+#[derive(Clone, Copy)]
+struct DisplacementLimit {
+    tolerance: f64,
+    required: bool,
+}
+
+/// What an iteration did, in words.
+fn did(report: &IterationReport, limit: DisplacementLimit) -> Vec<String> {
     let IterationReport { iteration, purpose, correction, residuals, worst } = report;
     let acceleration = correction.acceleration.word();
     let mut lines = vec![match purpose {
@@ -233,7 +245,11 @@ fn did(report: &IterationReport, limit: f64) -> Vec<String> {
         ));
         if residuals.displacement.is_finite() {
             let displacement = residuals.displacement;
-            lines.push(format!("displacement: changed by {displacement:.3e} of itself, limit {limit:e}"));
+            let DisplacementLimit { tolerance, required } = limit;
+            let required = if required { "" } else { " (not required)" };
+            lines.push(format!(
+                "displacement: changed by {displacement:.3e} of itself, limit {tolerance:e}{required}"
+            ));
         }
     }
     if let Some(worst) = worst {

@@ -2,7 +2,7 @@
 
 use super::super::ensemble::{EnsembleError, sample};
 use super::super::{parallel, say, threads};
-use orchestrator::report::Summary;
+use orchestrator::report::{Summary, has_both_directions};
 use orchestrator::scene::{DamFidelityScene, LoadedScene};
 use orchestrator::statistics::quantile;
 use std::num::NonZeroUsize;
@@ -39,7 +39,8 @@ pub fn add(loaded: &LoadedScene, count: u16, summary: &mut Summary) -> Result<()
         }
     }
     summary.notes.push(format!(
-        "twins: 16 %, median and 84 % of {} twins whose motion differs by noise of {} %, with {model}",
+        "twins: 16 %, median and 84 % of {} twins whose motion differs by noise of {} %, with {model}: what the shaking alone leaves \
+         open. Damping model, mesh and direction of the record are those of the run; `cofferdam study sensitivity` varies them",
         complete.len(),
         100.0 * NOISE
     ));
@@ -49,11 +50,10 @@ pub fn add(loaded: &LoadedScene, count: u16, summary: &mut Summary) -> Result<()
     Ok(())
 }
 
-/// 16 %, median and 84 % of the twins' `values`. A peak that some twins have in one direction and some in the other is one of
-/// magnitudes: they are taken in the direction of the run's `value`, for between both directions there is no peak.
+/// 16 %, median and 84 % of the twins' `values`; of a peak [in both directions](has_both_directions) those of its magnitude, in the direction of
+/// the run's `value`.
 fn band(name: &str, value: f64, mut values: Vec<f64>) -> [f64; 3] {
-    let both = values.iter().any(|value| *value < 0.0) && values.iter().any(|value| *value > 0.0);
-    if both && name.starts_with("peak") {
+    if has_both_directions(name, values.iter().copied()) {
         values.iter_mut().for_each(|of_twin| *of_twin = of_twin.abs().copysign(value));
     }
     values.sort_by(f64::total_cmp);

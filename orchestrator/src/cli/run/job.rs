@@ -3,7 +3,7 @@
 use super::super::accuracy::Promise;
 use super::super::output::answer;
 use super::super::start::{Start, StartError, deadlines};
-use super::super::{Options, complain, known, report, say, spectra};
+use super::super::{Options, check, complain, known, report, say, spectra};
 use super::answer::Answer;
 use super::place::{Fork, hand_over, place, same_units, same_variables, until};
 use super::{RunError, band};
@@ -191,6 +191,7 @@ impl Job<'_> {
             [&natural_frequencies, &in_water],
             &recursion,
         );
+        self.before_shaking(&mut summary)?;
         match self.envelopes(&mut simulation, &ending) {
             Ok(quantities) => summary.quantities.extend(quantities),
             Err(why) => summary.notes.push(format!("WARNING: no envelopes: {why}")),
@@ -224,6 +225,15 @@ impl Job<'_> {
         spectra.map_err(RunError::Spectra)?;
         page?;
         Ok(ending.status)
+    }
+
+    /// Adds what is known of the cracks without the run: factors of safety, and vibrations that would grow.
+    fn before_shaking(&self, summary: &mut Summary) -> Result<(), RunError> {
+        let scene = &self.loaded.scene;
+        summary.add_equilibria(scene, &registry::equilibria(self.loaded)?);
+        let growing = check::flutter_warnings(scene)?;
+        summary.notes.extend(growing.into_iter().map(|warning| format!("WARNING: {warning}")));
+        Ok(())
     }
 
     /// Writes the envelopes that the dam has kept; what they say of the section as a whole. Of a run that ends within a step there

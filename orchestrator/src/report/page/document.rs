@@ -1,6 +1,6 @@
 //! The page.
 
-use super::super::Quantity;
+use super::super::{Quantity, Subject};
 use super::data::{Animation, Chart, Envelope, Profile, ReportData};
 use super::number::shown;
 use super::profile_picture::{bounds, lines, picture};
@@ -153,13 +153,32 @@ fn head(data: &ReportData) -> String {
 fn figure(quantity: &Quantity) -> String {
     format!(
         "<div class=\"figure\"><p class=\"name\">{}</p><p class=\"value\"><data value=\"{}\">{}</data> <span>{}</span></p>\
-         <p class=\"when\">{}</p></div>\n",
+         <p class=\"when\">{}</p>{}</div>\n",
         escape(&quantity.name),
         quantity.value,
         shown(quantity.value),
         tables::unit(&quantity.unit),
-        tables::occasion(quantity)
+        tables::occasion(quantity),
+        range(quantity)
     )
+}
+
+/// How far a number that matters first can be trusted: its band, or that it is one draw.
+fn range(quantity: &Quantity) -> String {
+    let said = match quantity.band {
+        Some([low, median, high]) => format!(
+            "twins: 16 % <data value=\"{low}\">{}</data>, median <data value=\"{median}\">{}</data>, 84 % <data value=\"{high}\">{}</data>",
+            shown(low),
+            shown(median),
+            shown(high)
+        ),
+        None if quantity.subject == Subject::Cracks => "one draw: quote a range, with the damping".to_owned(),
+        None if quantity.name.starts_with("largest tension") => {
+            "in corners it grows with a finer mesh".to_owned()
+        }
+        None => return String::new(),
+    };
+    format!("<p class=\"when\">{said}</p>")
 }
 
 /// The sections that have content; their charts are added to `charts`.

@@ -4,15 +4,17 @@ use super::super::Manifest;
 use super::data::{Group, Row};
 use super::folder::RunFolder;
 use crate::convergence::Tolerance;
+use crate::ground_motion::GroundMotion;
 use crate::scene::{
     CrackScene, DamScene, DampingModelScene, FidelityScene, MaterialScene, PlaneScene, ReservoirScene, Scene,
     Side,
 };
 use crate::text_file::sha256;
+use interface::number::plain;
 
 /// The inputs by subject, in the units of the field.
-pub fn of(scene: &Scene, manifest: &Manifest) -> Vec<Group> {
-    let mut groups = vec![ground(scene), time(scene)];
+pub fn of(scene: &Scene, manifest: &Manifest, motion: &GroundMotion) -> Vec<Group> {
+    let mut groups = vec![ground(scene, motion), time(scene)];
     if let Some(dam) = &scene.dam {
         groups.push(concrete(scene, dam, manifest));
         for zone in &dam.zones {
@@ -31,7 +33,7 @@ pub fn of(scene: &Scene, manifest: &Manifest) -> Vec<Group> {
         ];
         groups.push(Group { name: "Dam".to_owned(), rows });
     }
-    groups.extend(scene.waters().map(|(side, own)| water(scene, side, own)));
+    groups.extend(scene.waters().map(|(side, own)| water(scene, side, own, manifest)));
     groups.push(coupling(scene));
     if !scene.stop.is_empty() {
         let limit = |stop: &crate::scene::StopScene| {
@@ -51,12 +53,16 @@ fn word(choice: &impl serde::Serialize) -> String {
     }
 }
 
-fn ground(scene: &Scene) -> Group {
+fn ground(scene: &Scene, motion: &GroundMotion) -> Group {
     let mut rows = Vec::new();
     if let Some(record) = &scene.ground_motion.record {
         let name =
             record.file.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
         rows.push(Row::code("record", name));
+        let samples = motion.acceleration().len();
+        rows.push(
+            Row::number("samples", samples as f64, "1").with(format!("every {} s", plain(motion.interval()))),
+        );
         rows.push(Row::number("factor on the acceleration", record.scale, "1"));
         let direction = if record.polarity < 0 { "upstream" } else { "downstream" };
         rows.push(Row::text("positive accelerations point", direction));
@@ -158,7 +164,7 @@ fn crack(crack: &CrackScene) -> Group {
     Group { name: format!("C{}", phrase.strip_prefix("the c").unwrap_or(&phrase)), rows }
 }
 
-fn water(scene: &Scene, side: Side, water: &ReservoirScene) -> Group {
+fn water(scene: &Scene, side: Side, water: &ReservoirScene, manifest: &Manifest) -> Group {
     let name = if side == Side::Upstream { "Reservoir" } else { "Tailwater" }.to_owned();
     if water.fidelity == FidelityScene::Empty {
         return Group { name, rows: vec![Row::text("model", "empty")] };
@@ -169,10 +175,13 @@ fn water(scene: &Scene, side: Side, water: &ReservoirScene) -> Group {
         Row::number("density", water.density, "kg/m³"),
         Row::number("hydrostatic pressure at the base", 1e-3 * scene.hydrostatic_base_pressure(side), "kPa"),
     ];
+    if let Some(unit) = manifest.units.iter().find(|unit| unit.name == side.table()) {
+        rows.push(Row::text("solver", unit.solver.clone()));
+    }
     if water.fidelity == FidelityScene::Compressible {
         rows.push(Row::number("speed of sound", water.sound_speed, "m/s"));
         rows.push(Row::number("wave reflection of the bed", water.wave_reflection_coefficient, "1"));
-        rows.push(Row::text("stepped in time by", word(&water.method)));
+        rows.push(Row::text("asked to be stepped in time by", word(&water.method)));
     }
     if water.fidelity.is_solved() {
         rows.push(Row::text("gravity waves", if water.surface_waves { "yes" } else { "no" }));

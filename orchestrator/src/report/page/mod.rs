@@ -57,7 +57,7 @@ impl ReportData {
             section,
             envelope: run.envelope.as_ref().and_then(|grid| envelope(run, grid)),
             animation: animation::of(run),
-            inputs: inputs::of(scene, &run.manifest),
+            inputs: inputs::of(scene, &run.manifest, &run.loaded.ground_motion),
             provenance: inputs::provenance(run),
             scene: inputs::scene_text(scene),
             ground: ground::strength(run),

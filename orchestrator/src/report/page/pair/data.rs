@@ -2,6 +2,7 @@
 
 use super::super::data::{Abscissa, Chart, Check, Row, Series};
 use crate::log::KeyDifference;
+use crate::report::has_both_directions;
 use serde::Serialize;
 
 /// Everything that a report of two runs shows. Of each pair the first is of A, the reference, the second of B.
@@ -89,10 +90,10 @@ pub struct Within {
 }
 
 impl Compared {
-    /// B less A.
+    /// B less A; of a peak that the two have in opposite directions, of its magnitudes.
     pub fn difference(&self) -> Option<f64> {
-        let [a, b] = self.values;
-        Some(b? - a?)
+        let [a, b] = [self.values[0]?, self.values[1]?];
+        Some(if has_both_directions(&self.name, [a, b].into_iter()) { b.abs() - a.abs() } else { b - a })
     }
 
     /// B less A over the magnitude of A; none where A is 0.
