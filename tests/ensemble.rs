@@ -459,7 +459,7 @@ fn a_plan_that_is_wrong_is_refused_before_any_run() {
         2,
         "\"peak sliding\"? The runs have",
     );
-    refused("[intensity]\nlevels = [20]", &new, 2, "they are in g, not in %");
+    refused("[intensity]\nlevels = [20]", &new, 2, "they are in g");
     assert!(!new.exists(), "nothing is written for a plan that is wrong");
     refused("", taken.path(), 1, "holds no ensemble or one of another plan");
 }

@@ -199,12 +199,19 @@ fn check_says_what_another_programs_unit_is_and_can() {
     assert!(done.status.success(), "{said}{}", String::from_utf8_lossy(&done.stderr));
     for part in [
         "reservoir: FMU water of FMI 3.0",
-        "repeated steps are right, and so is the sign: 1 m/s² into the water gives ",
+        "repeated steps are right, and so is the sign: 1 m/s² into the water, held for two steps, gives ",
         "of any length",
         "at the step's end",
     ] {
         assert!(said.contains(part), "{part}: {said}");
     }
+    // The template's water is Westergaard's, sampled at its points; extrapolated from rest it would be 1.5 times as heavy.
+    let number = |after: &str| -> f64 {
+        let (_, rest) = said.split_once(after).expect("its name");
+        rest.split([' ', ';']).next().and_then(|number| number.parse().ok()).expect("a number")
+    };
+    let [found, exact] = ["held for two steps, gives ", "Westergaard's added mass "].map(number);
+    assert!((found / exact - 1.0).abs() < 0.02, "{said}");
 }
 
 /// Of a(t) = 2 + 3 t over steps of unequal length, each taken twice: a dam's values at the ends give exact means, and water that is
