@@ -30,11 +30,11 @@ pub struct Arguments {
     ///
     /// The unit is put at the end of the step before. Windows of several steps (coupling.window) are
     /// replayed whole.
-    #[arg(long, value_name = "STEP")]
+    #[arg(long, value_name = "STEP", value_parser = step_number)]
     pub from: Option<u64>,
 
     /// Replay up to this step; by default to the end
-    #[arg(long, value_name = "STEP")]
+    #[arg(long, value_name = "STEP", value_parser = step_number)]
     pub until: Option<u64>,
 
     /// Replay this step only: the same as --from STEP --until STEP
@@ -65,6 +65,13 @@ pub struct Arguments {
     /// No progress line
     #[arg(short, long)]
     pub quiet: bool,
+}
+
+/// The number of a step.
+fn step_number(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| {
+        "a step is wanted, not a time: a whole number; `cofferdam log info` has how many there are".into()
+    })
 }
 
 pub const HELP: &str = "\

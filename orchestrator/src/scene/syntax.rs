@@ -39,6 +39,8 @@ pub fn readable(source: &str) -> (Option<String>, Vec<Damage>) {
         let statement = statement(&lines, at);
         let paths = paths(&lines, &statement);
         let header = lines[statement.start].header.is_some();
+        let decimal_comma = text.get(span.start..).is_some_and(|rest| rest.starts_with(','))
+            && text[..span.start].ends_with(|c: char| c.is_ascii_digit());
         // Where a bracket is left open, the parser stumbles over the next statement only.
         let (message, remedy, span) = match (statement.contains(&at), error.message()) {
             (false, _) => {
@@ -46,6 +48,7 @@ pub fn readable(source: &str) -> (Option<String>, Vec<Damage>) {
                 ("a bracket is left open", "close it", end..end)
             }
             (true, message @ "duplicate key") => (message, "leave one out", span),
+            (true, _) if decimal_comma => ("a comma in a number", "write a decimal point, as in 91.75", span),
             (true, message) if header => {
                 (message, "write `[table]`, or `[[table]]` for one of several", span)
             }

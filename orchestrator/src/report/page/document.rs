@@ -153,19 +153,22 @@ fn head(data: &ReportData) -> String {
 fn figure(quantity: &Quantity) -> String {
     format!(
         "<div class=\"figure\"><p class=\"name\">{}</p><p class=\"value\"><data value=\"{}\">{}</data> <span>{}</span></p>\
-         <p class=\"when\">{}</p>{}</div>\n",
+         {}</div>\n",
         escape(&quantity.name),
         quantity.value,
         shown(quantity.value),
         tables::unit(&quantity.unit),
-        tables::occasion(quantity),
-        range(quantity)
+        [tables::occasion(quantity), range(quantity)]
+            .iter()
+            .filter(|said| !said.is_empty())
+            .map(|said| format!("<p class=\"when\">{said}</p>"))
+            .collect::<String>()
     )
 }
 
 /// How far a number that matters first can be trusted: its band, or that it is one draw.
 fn range(quantity: &Quantity) -> String {
-    let said = match quantity.band {
+    match quantity.band {
         Some([low, median, high]) => format!(
             "twins: 16 % <data value=\"{low}\">{}</data>, median <data value=\"{median}\">{}</data>, 84 % <data value=\"{high}\">{}</data>",
             shown(low),
@@ -176,9 +179,8 @@ fn range(quantity: &Quantity) -> String {
         None if quantity.name.starts_with("largest tension") => {
             "in corners it grows with a finer mesh".to_owned()
         }
-        None => return String::new(),
-    };
-    format!("<p class=\"when\">{said}</p>")
+        None => String::new(),
+    }
 }
 
 /// The sections that have content; their charts are added to `charts`.
