@@ -207,7 +207,7 @@ fn the_check_knows_both_waters() {
     };
     let factor = |text: &str| -> f64 {
         let rest = text.split("before the ground moves: sliding ").nth(1).expect("a factor");
-        rest.split(',').next().expect("a number").parse().expect("a number")
+        rest.split([',', ' ']).next().expect("a number").parse().expect("a number")
     };
     let empty = registry::read(&coarse(1.0).set("reservoir.fidelity", "none").write(), &[]).expect("a scene");
     let thrust_of_tailwater_only = registry::limit_equilibria(&empty.scene).expect("a dam")[0];
