@@ -18,7 +18,7 @@ use answer::NoAnswer;
 use job::{Beginning, Job};
 use miette::Diagnostic;
 use orchestrator::log::{LogError, LogReadError};
-use orchestrator::observer::Status;
+use orchestrator::observer::{ObserverError, Status};
 use orchestrator::participant::{ParticipantError, Starting};
 use orchestrator::report::ManifestError;
 use orchestrator::run_state::RunStateError;
@@ -98,7 +98,10 @@ impl RunError {
             | Self::Start(_)
             | Self::Participant(_)
             | Self::NotThere { .. }
-            | Self::Simulation(SimulationError::Coupling(_)) => 4,
+            | Self::Simulation(
+                // A unit that fails while a picture is taken of it has failed all the same.
+                SimulationError::Coupling(_) | SimulationError::Observer(ObserverError::Unit(_)),
+            ) => 4,
             _ => 1,
         }
     }
@@ -195,4 +198,24 @@ fn catch_interrupt() -> Result<Arc<AtomicBool>, RunError> {
         }
     })?;
     Ok(interrupted)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whoever asked the unit last: the scheme, or an observer.
+    #[test]
+    fn a_unit_that_fails_has_one_exit_status() {
+        let failure = || ParticipantError::Ended {
+            participant: "dam".into(),
+            how: "was killed by signal 9".into(),
+            when: "in step 580".into(),
+        };
+        let asked_by_observer = SimulationError::Observer(ObserverError::Unit(failure()));
+        let asked_by_scheme = SimulationError::Coupling(CouplingError::Participant(failure()));
+        for error in [asked_by_observer, asked_by_scheme] {
+            assert_eq!(RunError::from(error).exit_status(), 4);
+        }
+    }
 }
