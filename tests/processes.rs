@@ -201,7 +201,17 @@ fn units_that_are_still_being_made_can_be_killed_too() {
 fn a_unit_that_hangs_is_ended_by_its_deadline() {
     let _alone = alone();
     let scenario = Scenario::quick(20.0);
-    let mut command = scenario.command("run");
+    // Where it stops while the outline is read from it, no request stands.
+    assert!(
+        (0..4).any(|attempt| a_request_stands(&scenario, &format!("run-{attempt}"))),
+        "its answer does not"
+    );
+    the_next_run_succeeds();
+}
+
+/// Stops the dam of a run, and tells whether the log ends with a request to it.
+fn a_request_stands(scenario: &Scenario, folder: &str) -> bool {
+    let mut command = scenario.command(folder);
     command.args(["--deadline", "0.5"]);
     let mut running = Running::start(command);
     running.prepared();
@@ -210,7 +220,7 @@ fn a_unit_that_hangs_is_ended_by_its_deadline() {
     let (status, said) = running.end();
     assert_eq!(status.code(), Some(4), "{said}");
     assert!(said.contains("dam: no answer for 0.5 s in step") && said.contains("--deadline"), "{said}");
-    let log = Log::open(&scenario.folder().join("run/log.mcap")).expect("a log");
+    let log = Log::open(&scenario.folder().join(folder).join("log.mcap")).expect("a log");
     let entries: Vec<Entry> =
         log.entries().expect("entries").collect::<Result<_, _>>().expect("an intact log");
     assert!(
@@ -219,11 +229,7 @@ fn a_unit_that_hangs_is_ended_by_its_deadline() {
         entries.last()
     );
     let last = entries.iter().rev().find_map(|e| if let Entry::Exchange(e) = e { Some(e) } else { None });
-    assert!(
-        last.is_some_and(|e| e.unit == UnitId::DAM && e.outputs.is_none()),
-        "the request stands, its answer does not"
-    );
-    the_next_run_succeeds();
+    last.is_some_and(|e| e.unit == UnitId::DAM && e.outputs.is_none())
 }
 
 #[test]
