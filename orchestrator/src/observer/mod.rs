@@ -70,6 +70,7 @@ impl std::fmt::Display for Status {
 
 /// Wall times of a run.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(from = "Seconds", into = "Seconds")]
 pub struct WallTime {
     /// From the first call to the last, initialisation included.
     pub total: Duration,
@@ -96,6 +97,32 @@ impl WallTime {
     /// Time of the coupling that was spent in no unit.
     pub fn exchange(&self) -> Duration {
         self.coupling.saturating_sub(self.units)
+    }
+}
+
+/// Wall times in s, which take equally many bytes whatever they are: the size of a run's state, which checkpoints wait for, must not
+/// depend on them.
+#[derive(Serialize, Deserialize)]
+struct Seconds {
+    times: [f64; 6],
+    inside: Vec<(String, f64)>,
+}
+
+impl From<WallTime> for Seconds {
+    fn from(wall: WallTime) -> Self {
+        let WallTime { total, initialisation, coupling, inside, units, observers, checkpoints } = wall;
+        let times = [total, initialisation, coupling, units, observers, checkpoints];
+        let inside = inside.into_iter().map(|(unit, time)| (unit, time.as_secs_f64()));
+        Self { times: times.map(|time| time.as_secs_f64()), inside: inside.collect() }
+    }
+}
+
+impl From<Seconds> for WallTime {
+    fn from(Seconds { times, inside }: Seconds) -> Self {
+        let time = |seconds| Duration::try_from_secs_f64(seconds).unwrap_or_default();
+        let [total, initialisation, coupling, units, observers, checkpoints] = times.map(time);
+        let inside = inside.into_iter().map(|(unit, seconds)| (unit, time(seconds))).collect();
+        Self { total, initialisation, coupling, inside, units, observers, checkpoints }
     }
 }
 
@@ -211,5 +238,31 @@ pub trait Observer {
     /// How the run ends after this window, if the observer ends it.
     fn ends(&self) -> Option<Status> {
         None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use interface::{Fingerprint, open, seal};
+
+    /// With times as they are, 127 s took a byte less than 128 s, and checkpoints lay elsewhere in a log of a slower machine.
+    #[test]
+    fn wall_times_take_equally_many_bytes() {
+        let wall = |seconds: f64| {
+            let time = Duration::from_secs_f64(seconds);
+            WallTime {
+                total: time,
+                units: time,
+                inside: vec![("dam".to_owned(), time)],
+                ..WallTime::default()
+            }
+        };
+        let here = Fingerprint::of("wall times", &()).expect("a hash");
+        let bytes = |seconds: f64| seal(here, &wall(seconds)).expect("bytes");
+        for seconds in [1e-6, 0.25, 127.0, 128.0, 3e5] {
+            assert_eq!(bytes(seconds).len(), bytes(0.0).len(), "{seconds} s");
+            assert_eq!(open::<WallTime>(here, &bytes(seconds)), Ok(wall(seconds)), "{seconds} s");
+        }
     }
 }
