@@ -279,3 +279,39 @@ fn noise_does_not_grow() -> Result<(), ReservoirError> {
     }
     Ok(())
 }
+
+/// Water of 5 m in short and in long steps, and of 300 m: the channel is fitted for steps that its elements ask for, where the
+/// communication step is too long for that.
+#[test]
+fn every_depth_bed_and_step_has_a_field() -> Result<(), ReservoirError> {
+    for alpha in [0.9975, 0.98, 0.0] {
+        for (depth, communication_step) in [(5.0, 0.001), (5.0, 0.01), (300.0, 0.01)] {
+            let face = WetFace::straight([0.1 * depth, depth], 12).map_err(|_| ReservoirError::Mesh)?;
+            let water = ReservoirParameters {
+                wave_reflection_coefficient: alpha,
+                communication_step,
+                ..ReservoirParameters::before(face)
+            };
+            let begun = std::time::Instant::now();
+            let field = PressureField::new(&PressureField::usual_mesh(&water));
+            println!(
+                "{alpha} {depth} {communication_step}: {} {:?}",
+                begun.elapsed().as_secs_f64(),
+                field.as_ref().err()
+            );
+            let Ok(mut field) = field else { continue };
+            for _ in 0..20 {
+                field.advance(&[-1.0; 13], [[0.0; 2]; 2], communication_step)?;
+            }
+            // A face that moves into the water presses, by no more than ρ c v.
+            let (highest, velocity) =
+                (field.pressure().into_iter().fold(0.0, f64::max), 20.0 * communication_step);
+            let most = 1000.0 * 1440.0 * velocity;
+            assert!(
+                highest > 100.0 && highest < 1.5 * most,
+                "{depth} m, α = {alpha}: {highest} Pa of {most}"
+            );
+        }
+    }
+    Ok(())
+}

@@ -46,7 +46,7 @@ pub struct Begun {
 pub struct Admittance(DMatrix<f64>);
 
 impl FarField {
-    /// The channel of the parameters' water, in steps that are usually of `step` (s).
+    /// The channel of the parameters' water, fitted for steps of `step` (s); others take more time.
     ///
     /// An almost rigid bed, which no recursion fits, counts as rigid; gravity waves are left out.
     ///

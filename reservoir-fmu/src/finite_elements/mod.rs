@@ -50,7 +50,7 @@
 //! E₁ − E₀ + H p̄ᵀ C p̄/ρ = −H p̄ᵀ L v̄ = −H v̄ᵀ M_Γ p̄_Γ,   p_Γ = M_Γ⁻¹ Lᵀ p
 //! ```
 //!
-//! because pressure at the points is work-conjugate to the load ((`interface_load`)). E and C are not negative: from
+//! because pressure at the points is work-conjugate to the load (`interface_load`). E and C are not negative: from
 //! rest, the mid-step work `W_mid = −Σ H v̄ᵀ M_Γ p̄_Γ` is the energy stored and lost in the water, and never negative. The
 //! work of pressure and velocity that are both linear within a step is
 //!

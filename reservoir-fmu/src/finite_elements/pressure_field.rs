@@ -6,8 +6,9 @@ use crate::{Fidelity, ReservoirError, ReservoirParameters};
 use faer::sparse::linalg::solvers::Llt;
 use interface::EndAcceleration;
 
-/// Steps that a wave takes through an element, at least.
+/// Steps that a wave takes through an element, and the most of them in a communication step: the motion is no finer than that.
 const STEPS_PER_ELEMENT: f64 = 6.0;
+const MOST_STEPS: f64 = 8.0;
 /// Elements of the depth, and the time in which a wave passes one, s, at most: a quarter of a wave of 25 Hz.
 const ELEMENTS: f64 = 8.0;
 const PASSED: f64 = 0.01;
@@ -52,7 +53,7 @@ enum Motion {
 struct Waves {
     far: FarField,
     state: State,
-    /// The longest step, s.
+    /// The longest step that resolves waves in the elements, s.
     longest: f64,
     steps: Vec<Step>,
 }
@@ -106,7 +107,8 @@ impl PressureField {
                 domain.matrices = domain.matrices.with_viscosity(VISCOSITY * share * passed);
                 let longest = passed / STEPS_PER_ELEMENT;
                 let (_, usual) = divided(parameters.communication_step, longest);
-                let far = FarField::new(parameters, &domain, usual)?;
+                // Fitted for waves that long steps, too, pass through elements.
+                let far = FarField::new(parameters, &domain, usual.min(longest))?;
                 let size = domain.matrices.size();
                 let state = State {
                     pressure: vec![0.0; size],
@@ -137,8 +139,7 @@ impl PressureField {
     /// Goes on by `length` (s): mean acceleration of the interface points along n, acceleration of the ground (x, y) at the begin and the
     /// end, linear in between, all in m/s² and in the dam's coordinates.
     ///
-    /// **Errors**: [`ReservoirError::NotPositive`], [`ReservoirError::FiniteElementSystem`],
-    /// [`ReservoirError::NonFinitePressure`].
+    /// **Errors**: [`ReservoirError::NotPositive`], [`ReservoirError::FiniteElementSystem`].
     pub fn advance(
         &mut self,
         face: &[f64],
@@ -209,9 +210,9 @@ impl PressureField {
     }
 }
 
-/// A length in equal steps of at most `longest`: their number and length.
+/// A length in equal steps, of at most `longest` if they are not too many: their number and length.
 fn divided(length: f64, longest: f64) -> (usize, f64) {
-    let count = (length / longest * (1.0 - 1e-9)).ceil().max(1.0);
+    let count = (length / longest * (1.0 - 1e-9)).ceil().clamp(1.0, MOST_STEPS);
     (count as usize, length / count)
 }
 
