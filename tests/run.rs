@@ -1,6 +1,8 @@
 //! The program on short scenes: files, messages, exit status.
 
 use orchestrator::observer::Status;
+use orchestrator::registry;
+use orchestrator::report::{Equilibrium, UpliftEffect};
 use std::process::Stdio;
 use std::time::Duration;
 use whole_chain::scenario::{Histories, Scenario, binary};
@@ -500,6 +502,44 @@ fn field(path: &std::path::Path, name: &str) -> Vec<f64> {
     let (numbers, _) = after.split_once("</DataArray>").expect("its end");
     let (_, numbers) = numbers.split_once('>').expect("its numbers");
     numbers.split_whitespace().map(|number| number.parse().expect("a number")).collect()
+}
+
+/// (c ℓ + μ (N − U))/V of every crack under water, by hand; where the uplift is more than what presses, only cohesion is left.
+#[test]
+fn factors_of_safety_know_the_uplift_that_no_run_models() {
+    let factors = |case: &str, sets: &[(&str, f64)]| {
+        let mut scenario = Scenario::shipped(case);
+        for (key, value) in sets {
+            scenario.set(key, *value);
+        }
+        let loaded = registry::read(&scenario.write(), &[]).expect("a scene");
+        let found = registry::equilibria(&loaded.scene).expect("factors");
+        let effect = |(_, found): &(usize, Equilibrium)| (found.sliding, found.with_uplift.expect("uplift"));
+        found.iter().map(effect).collect::<Vec<_>>()
+    };
+    // The neck: 19.25 m wide at 66.5 m, 36.5 m high.
+    let by_hand = |density: f64, depth: f64, cohesion: f64| {
+        let below = depth - 66.5;
+        let weight = 36.5 * (19.25 + 14.8) / 2.0 * density * 9.81;
+        let [thrust, uplift] = [below, 19.25].map(|length| 0.5 * 9810.0 * below * length);
+        let factor = |pressing: f64| (cohesion * 19.25 + pressing) / thrust;
+        let left = (weight - uplift).max(0.0);
+        [factor(weight), factor(left), left / weight]
+    };
+    let neck = |case: &str, crack: usize, sets: &[(&str, f64)], by_hand: [f64; 3]| {
+        let (sliding, UpliftEffect { sliding: with_uplift, friction_coefficient }) =
+            factors(case, sets)[crack];
+        println!("{case}: {sliding:.3}, {with_uplift:.3} with uplift, as with {friction_coefficient:.3}");
+        for (found, exact) in [sliding, with_uplift, friction_coefficient].into_iter().zip(by_hand) {
+            assert!((found - exact).abs() < 0.01, "{case}: {found}, {exact}");
+        }
+    };
+    neck("koyna-northridge-1994", 0, &[], by_hand(2640.0, 91.75, 0.0));
+    // Above another crack under water.
+    neck("koyna-two-cracks", 1, &[], by_hand(2640.0, 91.75, 0.0));
+    let bond = [("dam.cracks.0.cohesion", 1e6), ("dam.cracks.0.tensile_strength", 1e6)];
+    let light = [&bond[..], &[("dam.material.density", 500.0), ("reservoir.depth", 100.0)]].concat();
+    neck("koyna-northridge-1994", 0, &light, by_hand(500.0, 100.0, 1e6));
 }
 
 #[test]

@@ -6,11 +6,9 @@
 use crate::cache::Cache;
 use crate::mesh_file::{DamMesh, MeshFileError};
 use crate::participant::{EmptyReservoir, InProcess, Messages, Participant, Prescribed};
-use crate::report::Equilibrium;
 use crate::scene::{
-    CommandScene, DamFidelityScene, DamScene, DampingModelScene, DampingScene, FidelityScene, LoadedScene,
-    ProfileScene, Refusal, ReservoirScene, Scene, SceneError, SceneWarning, Side, Source, UnitChecks,
-    Warning,
+    CommandScene, DamFidelityScene, DamScene, DampingModelScene, FidelityScene, LoadedScene, ProfileScene,
+    Refusal, ReservoirScene, Scene, SceneError, Side, Source, UnitChecks,
 };
 use crate::scheme::{CouplingError, Graph, Interface, Port, SchemeKind, UnitId};
 use dam_dem::{Dam, DamError, DamParameters, Damping, DampingFrequencies, GivenMesh};
@@ -25,10 +23,12 @@ use std::num::NonZeroUsize;
 use std::path::Path;
 use std::time::Instant;
 
+mod cracks;
 mod foreign;
 mod made_from;
 mod water_field;
 
+pub use cracks::{equilibria, flutter, limit_equilibria};
 pub use foreign::{adapted, brief, place, role, source};
 pub use made_from::made_from;
 pub use water_field::water_field;
@@ -154,44 +154,6 @@ fn refused_by_dam(scene: &Scene) -> Vec<Refusal> {
     refusals
 }
 
-/// The limit equilibrium of each crack of the scene's dam, from the base up, under weight and hydrostatic pressure.
-///
-/// **Errors**: those of the dam.
-pub fn limit_equilibria(scene: &Scene) -> Result<Vec<LimitEquilibrium>, RegistryError> {
-    let Some(dam) = scene.dam.as_ref().filter(|dam| !dam.fidelity.is_foreign()) else {
-        return Ok(Vec::new());
-    };
-    Ok(dry_dam(dam, scene)?.limit_equilibria(specific_weights(scene))?)
-}
-
-/// What the uplift that a run leaves out does to the factor of safety against sliding of the crack of `equilibrium`, and the friction
-/// coefficient that stands for it; none where no water would enter, or nothing would press the crack together.
-pub fn with_uplift(loaded: &LoadedScene, equilibrium: &LimitEquilibrium) -> Option<[f64; 2]> {
-    let crack = loaded.scene.dam.as_ref()?.cracks.get(equilibrium.crack)?;
-    let of_crack = |warning: &SceneWarning| match &warning.warning {
-        Warning::NoUplift { crack: name, uplift, .. } if *name == crack.phrase() => Some(*uplift),
-        _ => None,
-    };
-    let uplift = loaded.warnings.iter().find_map(of_crack)?;
-    let LimitEquilibrium { sliding, normal_force, shear_force, .. } = *equilibrium;
-    let friction = crack.friction_coefficient;
-    let lost = friction * uplift.min(normal_force.max(0.0));
-    (normal_force > uplift && shear_force > 0.0)
-        .then_some([sliding - lost / shear_force, friction * (1.0 - uplift / normal_force)])
-}
-
-/// The factors of safety of the cracks of a scene before the ground moves, by their indices.
-///
-/// **Errors**: those of [`limit_equilibria`].
-pub fn equilibria(loaded: &LoadedScene) -> Result<Vec<(usize, Equilibrium)>, RegistryError> {
-    let equilibrium = |found: LimitEquilibrium| {
-        let with_uplift = with_uplift(loaded, &found).map(|[factor, _]| factor);
-        let LimitEquilibrium { crack, sliding, overturning, .. } = found;
-        (crack, Equilibrium { sliding, with_uplift, overturning })
-    };
-    Ok(limit_equilibria(&loaded.scene)?.into_iter().map(equilibrium).collect())
-}
-
 /// The dam that this program computes.
 fn own_dam(scene: &Scene) -> Option<&DamScene> {
     scene.dam.as_ref().filter(|dam| !dam.fidelity.is_foreign())
@@ -251,55 +213,6 @@ fn computed(scene: &Scene, side: Side) -> bool {
 fn filled(scene: &Scene, side: Side) -> Option<&ReservoirScene> {
     scene.water(side).filter(|water| water.fidelity != FidelityScene::Empty)
 }
-
-/// The fastest growing vibration of each crack's blocks while they slide, with the mass of the water, and of those that
-/// grow, what changes of the damping would make them decay, as keys and values.
-///
-/// **Errors**: those of the dam, and of the reservoir that the mass is taken from.
-pub fn flutter(scene: &Scene) -> Result<Vec<(Flutter, Vec<String>)>, RegistryError> {
-    let Some(dam) = &scene.dam else { return Ok(Vec::new()) };
-    if dam.fidelity.is_foreign() {
-        return Ok(Vec::new());
-    }
-    let specific_weights = specific_weights(scene);
-    let added_mass = if scene.has_water() && !scene.has_foreign_water() {
-        Some(mass_of_water(scene, true)?)
-    } else {
-        None
-    };
-    let of = |dam: &DamScene| -> Result<Vec<Flutter>, RegistryError> {
-        let parameters = DamParameters { added_mass: added_mass.clone(), ..dry_dam(dam, scene)? };
-        Ok(parameters.flutter(specific_weights)?)
-    };
-    let found = of(dam)?;
-    let mut cured = Vec::new();
-    if found.iter().any(|vibration| vibration.growth > 0.0) {
-        for (key, change) in CURES {
-            let mut other = dam.clone();
-            let value = change(&mut other.damping);
-            cured.push((format!("{key} = {value}"), of(&other)?));
-        }
-    }
-    let cures = |index: usize| {
-        let decays =
-            cured.iter().filter(|(_, vibrations)| vibrations.get(index).is_some_and(|v| v.growth <= 0.0));
-        decays.map(|(cure, _)| cure.clone()).collect()
-    };
-    Ok(found.into_iter().enumerate().map(|(index, vibration)| (vibration, cures(index))).collect())
-}
-
-/// Keys of the scene, and changes to them that damp a sliding block's vibration; they return the new value.
-type Cure = (&'static str, fn(&mut DampingScene) -> String);
-const CURES: [Cure; 2] = [
-    ("dam.damping.model", |damping| {
-        damping.model = DampingModelScene::Stiffness;
-        "\"stiffness\"".to_owned()
-    }),
-    ("dam.damping.ratio", |damping| {
-        damping.ratio *= 2.0;
-        damping.ratio.to_string()
-    }),
-];
 
 /// What the reservoir and the tailwater say against a scene, before its dam, which has nothing to say.
 fn refused_by_reservoir(scene: &Scene) -> Vec<Refusal> {

@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 /// Strongest acceleration of the ground, m/s²; some twenty times that of any earthquake. Beyond it lies a slip of units.
 pub const STRONGEST: f64 = 1e3;
 
-/// Longest interval between two samples, s: an earthquake has periods of a tenth of it.
-const LONGEST_INTERVAL: f64 = 0.5;
+/// Interval between two samples from which on they are no earthquake's, s; that of times in ms is at least as long.
+const LONGEST_INTERVAL: f64 = 1.0;
 /// Share of an interval by which the interval between two printed times may differ from the usual one.
 const UNEVENNESS: f64 = 0.02;
 
@@ -107,7 +107,7 @@ pub enum RecordError {
     },
     /// Samples so far apart that they cannot be an earthquake's.
     #[error(
-        "{}: the samples are {} s apart, {LONGEST_INTERVAL} s are the most; is the time in ms? It must be in s", path.display(),
+        "{}: the samples are {} s apart, they must be less than {LONGEST_INTERVAL} s; is the time in ms? It must be in s", path.display(),
         plain(*interval)
     )]
     Interval {
@@ -191,7 +191,7 @@ impl Record {
         let record = parse(path, &text)?;
         match record.acceleration.len() {
             samples @ 0..2 => Err(RecordError::Empty { path: path.to_owned(), samples }),
-            _ if record.interval > LONGEST_INTERVAL => {
+            _ if record.interval >= LONGEST_INTERVAL => {
                 Err(RecordError::Interval { path: path.to_owned(), interval: record.interval })
             }
             _ => Ok(record),

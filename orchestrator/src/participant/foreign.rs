@@ -402,8 +402,8 @@ pub fn self_test(
     along_face(unit, &changes)
 }
 
-/// What a unit at rest answers, integrated along the face, when the load of [`self_test`] is held over two steps: an acceleration that is
-/// extrapolated from means has then its value at the end, too.
+/// What a unit answers, integrated along the face, at the end of `steps` over which the load of [`self_test`] is held: from the second step on
+/// an acceleration that is extrapolated from means has its value at the end, too.
 ///
 /// **Errors**: those of the unit.
 pub fn held_answer(
@@ -411,14 +411,14 @@ pub fn held_answer(
     role: Role,
     request: &[f64],
     pressure: f64,
-    steps: [Occasion; 2],
+    steps: &[Occasion],
 ) -> Result<f64, ParticipantError> {
     let description = unit.description().clone();
     let Driven { driven, answered, load } = Driven::of(&description, role, pressure)?;
     let mut held = request.to_vec();
     held[driven].iter_mut().for_each(|value| *value += load);
     let mut answer = vec![0.0; description.outputs.size()];
-    for occasion in &steps {
+    for occasion in steps {
         unit.step(occasion, &held, &mut answer)?;
     }
     along_face(unit, &answer[answered])

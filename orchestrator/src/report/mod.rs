@@ -17,4 +17,4 @@ pub(crate) use manifest::features;
 pub use manifest::{Build, Manifest, ManifestError, Unit, WaterFace};
 pub use quantity::{Quantity, Subject, has_both_directions};
 pub use spectra::{RunSpectra, SPECTRAL_DAMPING, periods};
-pub use summary::{Equilibrium, Summary};
+pub use summary::{Equilibrium, Summary, UpliftEffect};

@@ -20,10 +20,19 @@ pub(super) const CAVITATION: f64 = -99.0;
 pub struct Equilibrium {
     /// Against sliding.
     pub sliding: f64,
-    /// The same with the uplift of a crack under water.
-    pub with_uplift: Option<f64>,
+    /// What the uplift of a crack under water would change.
+    pub with_uplift: Option<UpliftEffect>,
     /// Against overturning.
     pub overturning: f64,
+}
+
+/// What water in a crack would do to the safety of what lies above it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UpliftEffect {
+    /// Factor of safety against sliding.
+    pub sliding: f64,
+    /// The friction coefficient that stands for it without uplift.
+    pub friction_coefficient: f64,
 }
 
 /// The results of a run in a table.
@@ -191,8 +200,8 @@ impl Summary {
                 }
             };
             add("factor of safety against sliding", *sliding);
-            if let Some(factor) = with_uplift {
-                add("factor of safety against sliding, with uplift", *factor);
+            if let Some(UpliftEffect { sliding, .. }) = with_uplift {
+                add("factor of safety against sliding, with uplift", *sliding);
             }
             add("factor of safety against overturning", *overturning);
         }

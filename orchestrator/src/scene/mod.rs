@@ -46,7 +46,9 @@ pub use reference::reference;
 pub use time::{AdaptiveScene, Time};
 pub use validate::{Refusal, UnitChecks};
 pub use version::VERSION;
-pub use warning::{ELEMENTS_OF_THE_RESERVOIR, REST, SceneWarning, Warning, down, shear_wave_velocity};
+pub use warning::{
+    ELEMENTS_OF_THE_RESERVOIR, REST, SceneWarning, Uplift, Warning, down, shear_wave_velocity, uplift,
+};
 pub use water::{ElementOrderScene, FidelityScene, MethodScene, ProfileScene, ReservoirScene, Side};
 
 use crate::scheme::SchemeKind;

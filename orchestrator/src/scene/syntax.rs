@@ -39,8 +39,11 @@ pub fn readable(source: &str) -> (Option<String>, Vec<Damage>) {
         let statement = statement(&lines, at);
         let paths = paths(&lines, &statement);
         let header = lines[statement.start].header.is_some();
-        let decimal_comma = text.get(span.start..).is_some_and(|rest| rest.starts_with(','))
-            && text[..span.start].ends_with(|c: char| c.is_ascii_digit());
+        let digit = |c: char| c.is_ascii_digit();
+        let around = text.split_at_checked(span.start);
+        let decimal_comma = around.is_some_and(|(before, after)| {
+            before.ends_with(digit) && after.strip_prefix(',').is_some_and(|after| after.starts_with(digit))
+        });
         // Where a bracket is left open, the parser stumbles over the next statement only.
         let (message, remedy, span) = match (statement.contains(&at), error.message()) {
             (false, _) => {

@@ -332,21 +332,38 @@ fn sloping_crest(dam: &DamScene) -> Option<Doubt> {
         .then(|| (format!("dam.section.{lower}"), Warning::SlopingCrest { upstream, downstream, lower }))
 }
 
-/// Cracks that water would enter.
-fn dry_cracks(scene: &Scene, dam: &DamScene) -> Option<Doubt> {
-    let by_elevation = |a: &&CrackScene, b: &&CrackScene| a.mean_elevation().total_cmp(&b.mean_elevation());
-    let crack = dam.cracks.iter().min_by(by_elevation)?;
-    let lowest = crack.mean_elevation();
+/// The pressure of water in a crack, which no run models.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Uplift {
+    /// Depth of the crack's mean elevation below the reservoir's level, m.
+    pub below: f64,
+    /// Mean of the pressures at both ends × length, N/m.
+    pub force: f64,
+    /// Pressure at the downstream end, Pa.
+    pub downstream: f64,
+}
+
+/// The uplift of a crack, if the pressure falls evenly from end to end; none above the reservoir's level.
+pub fn uplift(scene: &Scene, crack: &CrackScene) -> Option<Uplift> {
+    let section = &scene.dam.as_ref()?.section;
+    let elevation = crack.mean_elevation();
     let water = |side| scene.water(side).filter(|water| water.fidelity != FidelityScene::Empty);
     let pressure = |side| {
-        let (water, below) = (water(side)?, scene.depth_of(side) - lowest);
+        let (water, below) = (water(side)?, scene.depth_of(side) - elevation);
         (below > 0.0).then_some(water.density * scene.gravity * below)
     };
     let [upstream, downstream] = Side::BOTH.map(pressure);
-    let below = scene.depth() - lowest;
     let (upstream, downstream) = (upstream?, downstream.unwrap_or(0.0));
-    let length = x_at(&dam.section.downstream, lowest)? - x_at(&dam.section.upstream, lowest)?;
-    let uplift = 0.5 * (upstream + downstream) * length;
+    let length = x_at(&section.downstream, elevation)? - x_at(&section.upstream, elevation)?;
+    let below = scene.depth() - elevation;
+    Some(Uplift { below, force: 0.5 * (upstream + downstream) * length, downstream })
+}
+
+/// The lowest crack, if water would enter it.
+fn dry_cracks(scene: &Scene, dam: &DamScene) -> Option<Doubt> {
+    let by_elevation = |a: &&CrackScene, b: &&CrackScene| a.mean_elevation().total_cmp(&b.mean_elevation());
+    let crack = dam.cracks.iter().min_by(by_elevation)?;
+    let Uplift { below, force: uplift, downstream } = uplift(scene, crack)?;
     Some(("dam.cracks".to_owned(), Warning::NoUplift { crack: crack.phrase(), below, uplift, downstream }))
 }
 

@@ -86,7 +86,7 @@ pub fn run(loaded: &LoadedScene, threads: NonZeroUsize, until: Option<f64>) -> R
     let crest = simulation.static_crest_displacement;
     let mut summary =
         Summary::of(loaded, &histories.histories, &ending, crest, &stress_points, [&[], &[]], &[]);
-    summary.add_equilibria(&loaded.scene, &registry::equilibria(loaded)?);
+    summary.add_equilibria(&loaded.scene, &registry::equilibria(&loaded.scene)?);
     let of_scene: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();
     let warnings = summary.notes.iter().filter_map(|note| note.strip_prefix("WARNING: "));
     Ok(Kept {

@@ -102,6 +102,7 @@ impl Job<'_> {
         manifest.write(&manifest_path)?;
         let preamble = self.preamble(&manifest.build, &beginning)?;
         let path = folder.join("log.mcap");
+        let (waters, not_shown) = waters(scene);
         let mut watch = Watch {
             log: match beginning {
                 Beginning::Resumed(..) => LogWriter::beside(&path, &preamble)?,
@@ -113,7 +114,7 @@ impl Job<'_> {
             rest: Rest::new(&scene.time),
             until: Until::new(options.until),
             outline: OutlineWriter::new(folder),
-            snapshots: scene.snapshots.map(|plan| Snapshots::new(folder, plan, waters(scene))),
+            snapshots: scene.snapshots.map(|plan| Snapshots::new(folder, plan, waters)),
         };
 
         say(&scene.title);
@@ -191,11 +192,12 @@ impl Job<'_> {
             [&natural_frequencies, &in_water],
             &recursion,
         );
-        self.before_shaking(&mut summary)?;
+        self.before_shaking(&mut summary);
         match self.envelopes(&mut simulation, &ending) {
             Ok(quantities) => summary.quantities.extend(quantities),
             Err(why) => summary.notes.push(format!("WARNING: no envelopes: {why}")),
         }
+        summary.notes.extend(not_shown);
         summary.notes.extend(watch.limits.flags().into_iter().map(|flag| format!("WARNING: {flag}")));
         if let Some(twins) = self.band.filter(|_| ending.status == Status::Completed)
             && let Err(error) = band::add(loaded, twins, &mut summary)
@@ -227,13 +229,19 @@ impl Job<'_> {
         Ok(ending.status)
     }
 
-    /// Adds what is known of the cracks without the run: factors of safety, and vibrations that would grow.
-    fn before_shaking(&self, summary: &mut Summary) -> Result<(), RunError> {
+    /// Adds what is known of the cracks without the run: factors of safety, and vibrations that would grow. What is not known stops no run.
+    fn before_shaking(&self, summary: &mut Summary) {
         let scene = &self.loaded.scene;
-        summary.add_equilibria(scene, &registry::equilibria(self.loaded)?);
-        let growing = check::flutter_warnings(scene)?;
-        summary.notes.extend(growing.into_iter().map(|warning| format!("WARNING: {warning}")));
-        Ok(())
+        match registry::equilibria(scene) {
+            Ok(found) => summary.add_equilibria(scene, &found),
+            Err(error) => summary.notes.push(format!("WARNING: no factors of safety: {error}")),
+        }
+        match check::flutter_warnings(scene) {
+            Ok(warnings) => summary.notes.extend(warnings.into_iter().map(|said| format!("WARNING: {said}"))),
+            Err(error) => {
+                summary.notes.push(format!("WARNING: not known whether blocks that slide shake: {error}"))
+            }
+        }
     }
 
     /// Writes the envelopes that the dam has kept; what they say of the section as a whole. Of a run that ends within a step there
@@ -377,20 +385,16 @@ fn absolute(path: &Path) -> String {
     path.canonicalize().unwrap_or_else(|_| path.to_owned()).display().to_string()
 }
 
-/// The waters whose pressure the pictures show; says which they do not, and why.
-fn waters(scene: &Scene) -> Vec<Box<dyn WaterField>> {
-    if !scene.snapshots.is_some_and(|plan| plan.water) {
-        return Vec::new();
-    }
-    let field = |side: Side| match registry::water_field(scene, side) {
-        Ok(field) => field,
-        Err(why) => {
-            let why = format!("no pressure inside the {} in pictures: {why}", side.table());
-            say(text::wrapped(&why, UNDER_NAME));
-            None
+/// The waters whose pressure the pictures show, and why others are not shown.
+fn waters(scene: &Scene) -> (Vec<Box<dyn WaterField>>, Vec<String>) {
+    let (mut fields, mut notes) = (Vec::new(), Vec::new());
+    for side in Side::BOTH.into_iter().filter(|_| scene.snapshots.is_some_and(|plan| plan.water)) {
+        match registry::water_field(scene, side) {
+            Ok(field) => fields.extend(field),
+            Err(why) => notes.push(format!("no pressure inside the {} in pictures: {why}", side.table())),
         }
-    };
-    Side::BOTH.into_iter().filter_map(field).collect()
+    }
+    (fields, notes)
 }
 
 /// Points where the dam outputs stress, m; none if it does not.
