@@ -49,7 +49,8 @@ def run_ensemble(plan, output, client, program="cofferdam", parts=None):
     # A task, not scattered data: that would be lost with the worker that holds it.
     held = client.submit(dict, kept, pure=False)
     told = (parts, plan, plan.read_bytes(), program, version, held)
-    tasks = {client.submit(run_part, number, *told, pure=False): number for number in range(1, parts + 1)}
+    sent = _sent()
+    tasks = {client.submit(sent, number, *told, pure=False): number for number in range(1, parts + 1)}
     killed = []
     try:
         for done, task in enumerate(as_completed(tasks), start=1):
@@ -58,6 +59,8 @@ def run_ensemble(plan, output, client, program="cofferdam", parts=None):
             except KilledWorker:
                 killed.append(tasks[task])
                 continue
+            except RuntimeError as error:
+                raise EnsembleError(str(error)) from None
             for name, content in returned.items():
                 _keep(samples / name, content)
             _LOG.info("%d of %d parts, %d new samples in this one", done, parts, len(returned))
@@ -72,6 +75,19 @@ def run_ensemble(plan, output, client, program="cofferdam", parts=None):
         )
     _write_tables(program, plan, output)
     return output
+
+
+def _sent():
+    """`run_part` as Dask sends it: by value. Of the function itself the module would be sent by name, and a worker without it dies."""
+
+    def part(*arguments):
+        try:
+            from cofferdam.ensemble import run_part
+        except ImportError as error:
+            raise RuntimeError(f"worker on {socket.gethostname()}: {error}; install the Python package cofferdam there") from None
+        return run_part(*arguments)
+
+    return part
 
 
 def run_part(number, parts, plan, text, program, version, held):

@@ -115,6 +115,27 @@ def test_a_worker_that_is_killed_loses_nothing(client, study, tmp_path):
     assert content(output) == content(alone)
 
 
+def test_a_client_that_is_killed_keeps_what_is_done(client, study, tmp_path):
+    plan, alone = study
+    output, process = tmp_path / "out", tmp_path / "process"
+    program = troubled(tmp_path, f'*"--part 3/"*) echo $$ >"{process}.new" && mv "{process}.new" "{process}" && exec sleep {PATIENCE} ;;')
+    script = (
+        "import cofferdam, distributed, sys; plan, output, address, program = sys.argv[1:];"
+        f" cofferdam.run_ensemble(plan, output, distributed.Client(address), program, {PARTS})"
+    )
+    killed = subprocess.Popen([sys.executable, "-c", script, plan, output, client.scheduler.address, program])
+    # All parts but the third, which has one sample.
+    done = lambda: len(list(output.glob("samples/*.toml"))) == SAMPLES - 1 and process.exists()
+    assert waited_for(done)
+    killed.kill()
+    killed.wait()
+    os.kill(int(process.read_text()), signal.SIGKILL)
+    kept = content(output / "samples")
+    assert kept.items() < content(alone / "samples").items()
+    cofferdam.run_ensemble(plan, output, client, program=COFFERDAM, parts=PARTS)
+    assert content(output) == content(alone)
+
+
 def test_a_part_that_kills_every_worker_is_named_and_the_rest_is_kept(client, study, tmp_path):
     plan, alone = study
     program = troubled(tmp_path, f'*"--part 2/"*) kill -9 $PPID && exec sleep {PATIENCE} ;;')
@@ -166,6 +187,23 @@ def test_workers_that_do_not_fit_are_refused(client, study, tmp_path, trouble, w
     assert not (tmp_path / "out" / "results.csv").exists()
 
 
+def test_a_worker_without_the_package_is_named(client, study, tmp_path):
+    plan, _ = study
+
+    def hide(hidden):
+        if hidden:
+            sys.modules["cofferdam.ensemble"] = None
+        else:
+            del sys.modules["cofferdam.ensemble"]
+
+    client.run(hide, True)
+    try:
+        with pytest.raises(cofferdam.EnsembleError, match="worker on .*; install the Python package cofferdam there"):
+            cofferdam.run_ensemble(plan, tmp_path / "out", client, program=COFFERDAM, parts=PARTS)
+    finally:
+        client.run(hide, False)
+
+
 def test_a_plan_that_is_not_the_same_everywhere_is_refused(client, study):
     plan, _ = study
     version = subprocess.check_output([COFFERDAM, "--version"], text=True).strip()
@@ -192,7 +230,8 @@ def test_what_is_wrong_here_is_said_before_any_task(study, tmp_path):
 def test_the_script_of_the_document_runs(study, tmp_path):
     plan, alone = study
     script = re.search(r"```python\n(.*?)```", (ROOT / "docs" / "ensembles.md").read_text(), re.DOTALL)[1]
-    (tmp_path / "script.py").write_text(script)
+    # On a machine with many cores, too.
+    (tmp_path / "script.py").write_text(script.replace("LocalCluster()", "LocalCluster(n_workers=1, threads_per_worker=2)"))
     shutil.copy(plan, tmp_path)
     where = {**os.environ, "PATH": f"{Path(COFFERDAM).parent}:{os.environ['PATH']}"}
     done = subprocess.run([sys.executable, "script.py"], cwd=tmp_path, env=where, check=True, capture_output=True, text=True)
