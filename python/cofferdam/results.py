@@ -65,7 +65,10 @@ class Run:
         if not variables:
             raise FileNotFoundError(_missing(self.folder / "reservoir-interface_pressure.csv", _EXPORT))
         # Of a run that was killed one file may have a row more than another.
-        return xarray.merge(variables, join="inner", compat="equals")
+        faces = xarray.merge(variables, join="inner", compat="equals")
+        # Those of the first variable.
+        faces.attrs.clear()
+        return faces
 
     @cached_property
     def envelopes(self):
@@ -191,7 +194,7 @@ def _grid(path):
     try:
         piece = ElementTree.parse(path).find("UnstructuredGrid/Piece")
     except FileNotFoundError:
-        remedy = "it is written when a run ends, not with `dam.envelopes = false` nor without cracks"
+        remedy = "a run writes it at its end, if its dam is computed and, for contacts, cracked; not with `dam.envelopes = false`"
         raise FileNotFoundError(_missing(path, remedy)) from None
     numbers = lambda array, kind=float: np.array((array.text or "").split(), dtype=kind)
     x, y, _ = numbers(piece.find("Points/DataArray")).reshape(-1, 3).T

@@ -56,7 +56,7 @@ def test_wet_faces_have_the_points_of_the_manifest_and_the_numbers_of_the_files(
         headings, rows = table(files[f"{name.replace('.', '-', 1)}.csv"])
         np.testing.assert_array_equal(np.column_stack([face.time, face]), np.array(rows, dtype=float))
         assert all(heading.endswith(f" [{face.units}]") for heading in headings[1:])
-    assert faces["reservoir.interface_pressure"].units == "Pa" and faces.y.units == "m"
+    assert faces["reservoir.interface_pressure"].units == "Pa" and faces.y.units == "m" and not faces.attrs
 
 
 def test_points_of_each_water_are_told_apart(tmp_path):
@@ -121,7 +121,7 @@ def test_what_is_missing_is_named(run, tmp_path):
     for member, what in [
         ("histories", r"histories\.csv is missing; `cofferdam log export`"),
         ("wet_faces", r"reservoir-interface_pressure\.csv is missing; `cofferdam log export`"),
-        ("envelopes", r"envelopes-dam\.vtu is missing; it is written when a run ends"),
+        ("envelopes", r"envelopes-dam\.vtu is missing; a run writes it at its end"),
     ]:
         with pytest.raises(FileNotFoundError, match=what):
             getattr(bare, member)
