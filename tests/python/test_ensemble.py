@@ -96,7 +96,7 @@ def test_a_worker_that_is_killed_loses_nothing(client, study, tmp_path):
     plan, alone = study
     hung, killed = tmp_path / "hung", []
     # Whoever is first at this part stays there.
-    stay = f'mkdir "{hung}" && echo $PPID $$ >"{hung}/new" && mv "{hung}/new" "{hung}/processes" && exec sleep {PATIENCE}'
+    stay = f'mkdir "{hung}" && echo $PPID $$ >"{hung}/new" && mv "{hung}/new" "{hung}/processes" && exec sleep {5 * PATIENCE}'
     program = troubled(tmp_path, f'*"--part 2/"*) {stay} ;;')
 
     def kill():
@@ -118,7 +118,7 @@ def test_a_worker_that_is_killed_loses_nothing(client, study, tmp_path):
 def test_a_client_that_is_killed_keeps_what_is_done(client, study, tmp_path):
     plan, alone = study
     output, process = tmp_path / "out", tmp_path / "process"
-    program = troubled(tmp_path, f'*"--part 3/"*) echo $$ >"{process}.new" && mv "{process}.new" "{process}" && exec sleep {PATIENCE} ;;')
+    program = troubled(tmp_path, f'*"--part 3/"*) echo $$ >"{process}.new" && mv "{process}.new" "{process}" && exec sleep {5 * PATIENCE} ;;')
     script = (
         "import cofferdam, distributed, sys; plan, output, address, program = sys.argv[1:];"
         f" cofferdam.run_ensemble(plan, output, distributed.Client(address), program, {PARTS})"
@@ -138,7 +138,7 @@ def test_a_client_that_is_killed_keeps_what_is_done(client, study, tmp_path):
 
 def test_a_part_that_kills_every_worker_is_named_and_the_rest_is_kept(client, study, tmp_path):
     plan, alone = study
-    program = troubled(tmp_path, f'*"--part 2/"*) kill -9 $PPID && exec sleep {PATIENCE} ;;')
+    program = troubled(tmp_path, f'*"--part 2/"*) kill -9 $PPID && exec sleep {5 * PATIENCE} ;;')
     scheduler = client.cluster.scheduler
     before, scheduler.allowed_failures = scheduler.allowed_failures, 1
     try:
