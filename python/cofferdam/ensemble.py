@@ -40,6 +40,8 @@ def run_ensemble(plan, output, client, program="cofferdam", parts=None):
 
     # Not resolved: a link may lead elsewhere on a worker.
     plan, output = Path(os.path.abspath(plan)), Path(output)
+    if os.sep in (program := str(program)):
+        program = os.path.abspath(program)
     version = _version(program, "this machine")
     _call([program, "ensemble", plan, "--output", output, "--part", _NO_SAMPLE], "this machine")
     samples = output / "samples"

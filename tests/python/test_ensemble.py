@@ -118,13 +118,13 @@ def test_a_worker_that_is_killed_loses_nothing(client, study, tmp_path):
 def test_a_client_that_is_killed_keeps_what_is_done(client, study, tmp_path):
     plan, alone = study
     output, process = tmp_path / "out", tmp_path / "process"
-    program = troubled(tmp_path, f'*"--part 3/"*) echo $$ >"{process}.new" && mv "{process}.new" "{process}" && exec sleep {5 * PATIENCE} ;;')
+    program = troubled(tmp_path, f'*"--part {PARTS}/"*) echo $$ >"{process}.new" && mv "{process}.new" "{process}" && exec sleep {5 * PATIENCE} ;;')
     script = (
         "import cofferdam, distributed, sys; plan, output, address, program = sys.argv[1:];"
         f" cofferdam.run_ensemble(plan, output, distributed.Client(address), program, {PARTS})"
     )
     killed = subprocess.Popen([sys.executable, "-c", script, plan, output, client.scheduler.address, program])
-    # All parts but the third, which has one sample.
+    # All parts but the last, which has one sample; one worker is enough.
     done = lambda: len(list(output.glob("samples/*.toml"))) == SAMPLES - 1 and process.exists()
     assert waited_for(done)
     killed.kill()
@@ -150,8 +150,10 @@ def test_a_part_that_kills_every_worker_is_named_and_the_rest_is_kept(client, st
     assert 0 < len(kept) < SAMPLES and kept.items() < content(alone / "samples").items()
 
 
-def test_samples_that_are_there_are_not_run_again(client, study, tmp_path):
+def test_samples_that_are_there_are_not_run_again(client, study, tmp_path, monkeypatch):
+    """Paths are those of the caller: the workers are in another folder."""
     plan, alone = study
+    monkeypatch.chdir(tmp_path)
     output = tmp_path / "out"
     shutil.copytree(alone / "samples", output / "samples")
     shutil.copy(plan, output / "plan.toml")
@@ -162,7 +164,7 @@ def test_samples_that_are_there_are_not_run_again(client, study, tmp_path):
     lines = marked.read_text().splitlines(keepends=True)
     marked.write_text("".join("simulated_time = 123.0\n" if "simulated_time" in line else line for line in lines))
     expected = {**content(alone / "samples"), marked.name: marked.read_bytes()}
-    cofferdam.run_ensemble(plan, output, client, program=COFFERDAM, parts=PARTS)
+    cofferdam.run_ensemble(*map(os.path.relpath, (plan, output)), client, program=os.path.relpath(COFFERDAM), parts=PARTS)
     assert content(output / "samples") == expected
     results = cofferdam.open_ensemble(output).results
     assert results["simulated time [s]"].eq(123.0).sum() == 1
