@@ -10,13 +10,27 @@
 
     cofferdam.serve(MyWater)
 
+`open_run` and `open_ensemble` open what runs have written (pandas, xarray); `run_ensemble` runs an ensemble on a Dask cluster.
+
 Conventions (docs/conventions.md): SI units, per metre of dam; x downstream, y up, origin at the heel; n is the unit normal
 from the water into the dam; pressure is the excess over hydrostatic, positive in compression; acceleration is total
 (relative plus ground) along n.
 """
 
+from .ensemble import EnsembleError, run_ensemble
 from .process import serve
+from .results import open_ensemble, open_run
 from .task import Points, Task
 from .unit import Dam, Reservoir
 
-__all__ = ["Dam", "Points", "Reservoir", "Task", "serve"]
+__all__ = [
+    "Dam",
+    "EnsembleError",
+    "Points",
+    "Reservoir",
+    "Task",
+    "open_ensemble",
+    "open_run",
+    "run_ensemble",
+    "serve",
+]
