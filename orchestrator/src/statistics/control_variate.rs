@@ -96,14 +96,15 @@ pub enum Declined {
 /// saving = 1/(√(1 − ρ²) + √(c ρ²))²,   N/n = √(ρ²/(c (1 − ρ²)))
 /// ```
 ///
-/// where that N is at least n; else 1, and 1: the control only costs.
+/// where that N is above n and the saving above 1; else 1, and 1: the control only costs.
 ///
 /// **Source**: B. Peherstorfer, K. Willcox, M. Gunzburger, Optimal model management for multifidelity Monte Carlo estimation, SIAM
-/// Journal on Scientific Computing 38 (2016), theorem 3.4 and corollary 3.5 with two models.
+/// Journal on Scientific Computing 38 (2016), section 3, with two models.
 pub fn predicted_saving(correlation: f64, cost: f64) -> (f64, f64) {
     let (square, c) = (correlation * correlation, 1.0 / cost);
     let ratio = (square / (c * (1.0 - square))).sqrt();
-    if ratio > 1.0 { (((1.0 - square).sqrt() + (c * square).sqrt()).powi(-2), ratio) } else { (1.0, 1.0) }
+    let saving = ((1.0 - square).sqrt() + (c * square).sqrt()).powi(-2);
+    if ratio > 1.0 && saving > 1.0 { (saving, ratio) } else { (1.0, 1.0) }
 }
 
 /// The same with `pairs`, n, and `motions`, N, as they are: `1/((n + c N) ((1 − ρ²)/n + ρ²/N))`.
@@ -451,6 +452,7 @@ mod tests {
         // Nothing is to be gained, and less than nothing is not predicted.
         assert_eq!(predicted_saving(0.0, 5.0), (1.0, 1.0));
         assert_eq!(predicted_saving(0.3, 5.0), (1.0, 1.0));
+        assert_eq!(predicted_saving(0.5, 5.0), (1.0, 1.0));
         assert!((predicted_saving(1.0, 5.0).0 - 5.0).abs() < 1e-12);
     }
 
@@ -467,6 +469,34 @@ mod tests {
             assert!(mean.abs() < 3.5 * error, "at {x}: {mean} ± {error}");
             println!("F at {share}: bias {mean:.5} ± {error:.5}");
         }
+    }
+
+    /// Both directions of a record, of which one is dear: not independent, and F is the truth on the mean still, with the standard error of a
+    /// bootstrap of records.
+    #[test]
+    fn dependent_motions_change_nothing() {
+        let mut random = fastrand::Rng::with_seed(10);
+        let (mut errors, mut squares) = (Vec::new(), Vec::new());
+        for study in 0..6000 {
+            let mut motions = Vec::new();
+            for cluster in 0..16 {
+                let of_record = 0.8 * gauss(&mut random);
+                for direction in 0..2 {
+                    let a = of_record + 0.6 * gauss(&mut random);
+                    let dear = 100.0 * (a + 0.3 * gauss(&mut random)).exp();
+                    motions.push(Motion { cluster, cheap: a, dear: (direction == 0).then_some(dear) });
+                }
+            }
+            errors.push(sample(&motions).distribution(100.0, true) - 0.5);
+            if study % 40 == 0 {
+                squares.push(standard_error(&clusters(&motions), 100.0, true, 50, study).powi(2));
+            }
+        }
+        let (mean_error, of_mean) = mean(&errors);
+        let (deviation, error) = (of_mean * (errors.len() as f64).sqrt(), mean(&squares).0.sqrt());
+        println!("bias {mean_error:.5} ± {of_mean:.5}; standard error {error:.4}, deviation {deviation:.4}");
+        assert!(mean_error.abs() < 3.5 * of_mean, "{mean_error} ± {of_mean}");
+        assert!((0.84..1.3).contains(&(error / deviation)), "{error} {deviation}");
     }
 
     /// n times the relative bias of the median is `π/4 (1 − ρ² (1 − n/N))` for a dispersion of 1: −F″ var F/(2 F′³), var F = ¼ (1 − ρ² (1 − n/N))/n.
@@ -628,8 +658,8 @@ mod tests {
             "{held} of {used}, {:.2} as wide as the plain ones; standard error {error:.4}, deviation {deviation:.4}",
             narrower / f64::from(used)
         );
-        // Three standard deviations of 300 studies below 95 %; four of a deviation from 300 studies are 16 %.
-        assert!(used_share > 0.9 && f64::from(held) > 0.912 * f64::from(used), "{held} of {used}");
+        // Three standard deviations of 300 studies below 97 %; four of a deviation from 300 studies are 16 %.
+        assert!(used_share > 0.9 && f64::from(held) > 0.94 * f64::from(used), "{held} of {used}");
         assert!(narrower < 0.8 * f64::from(used), "{narrower} {used}");
         assert!((0.84..1.3).contains(&(error / deviation)), "{error} {deviation}");
     }
