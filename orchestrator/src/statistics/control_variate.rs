@@ -499,7 +499,8 @@ mod tests {
         assert!((0.84..1.3).contains(&(error / deviation)), "{error} {deviation}");
     }
 
-    /// n times the relative bias of the median is `π/4 (1 − ρ² (1 − n/N))` for a dispersion of 1: −F″ var F/(2 F′³), var F = ¼ (1 − ρ² (1 − n/N))/n.
+    /// n times the relative bias of the median is `π/4 (1 − ρ² (1 − n/N))` for a dispersion of 1: −F″ var F/(2 F′³) with
+    /// var F = ¼ (1 − ρ² (1 − n/N))/n.
     /// What is linear in F, unbiased, is taken off each median, so that few studies show it.
     #[test]
     fn the_bias_of_the_median_falls_with_the_number_of_pairs() {

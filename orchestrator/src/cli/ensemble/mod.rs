@@ -73,7 +73,8 @@ fn part(text: &str) -> Result<Part, String> {
 
 pub const HELP: &str = "\
 Runs a scene with every record, level of shaking, polarity and variation of a plan, as many at once as there are cores, each in
-this process and without log; with [dear] some of them by a dearer model, too. Results do not depend on the number of threads, nor on interruptions, bit for bit.
+this process and without log; with [dear] some of them by a dearer model, too. Results do not depend on the number of threads, nor
+on interruptions, bit for bit.
 
 Writes into the output folder:
   samples/         a file for each run, named by the SHA-256 of what it was computed from
