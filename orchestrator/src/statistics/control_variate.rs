@@ -217,7 +217,7 @@ struct Half {
     pairs: Vec<[f64; 2]>,
     dear: Vec<f64>,
     cheap: Vec<f64>,
-    /// Cheap values of all its motions, ascending.
+    /// Cheap values of all its motions, in any order: a bootstrap asks each sample once.
     all: Vec<f64>,
 }
 
@@ -248,7 +248,7 @@ impl Half {
 #[derive(Debug)]
 struct Sample {
     halves: [Half; 2],
-    /// Cheap values of clusters without pairs, ascending.
+    /// Cheap values of clusters without pairs, in any order.
     rest: Vec<f64>,
     /// Dear values of the pairs, ascending.
     dear: Vec<f64>,
@@ -271,12 +271,10 @@ impl Sample {
         for half in &mut sample.halves {
             half.dear = half.pairs.iter().map(|pair| pair[0]).collect();
             half.cheap = half.pairs.iter().map(|pair| pair[1]).collect();
-            [&mut half.dear, &mut half.cheap, &mut half.all]
-                .into_iter()
-                .for_each(|values| values.sort_by(f64::total_cmp));
+            half.dear.sort_by(f64::total_cmp);
+            half.cheap.sort_by(f64::total_cmp);
             sample.dear.extend(&half.dear);
         }
-        sample.rest.sort_by(f64::total_cmp);
         sample.dear.sort_by(f64::total_cmp);
         sample
     }
@@ -289,7 +287,8 @@ impl Sample {
             let of_half = half.dear.len() as f64;
             let Some((bound, coefficient)) = other.control(x).filter(|_| of_half > 0.0) else { return 0.0 };
             let weight = n / of_half;
-            let count = weight * up_to(&half.all, bound) + up_to(&self.rest, bound);
+            let among = |values: &[f64]| values.iter().filter(|value| **value <= bound).count() as f64;
+            let count = weight * among(&half.all) + among(&self.rest);
             let mean = count / (weight * half.all.len() as f64 + self.rest.len() as f64);
             -coefficient / weight * (up_to(&half.cheap, bound) / of_half - mean)
         };
