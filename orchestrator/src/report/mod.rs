@@ -11,7 +11,7 @@ mod summary;
 pub mod text;
 
 pub use accuracy::{Accuracy, PlanRow};
-pub use ensemble::{EnsembleManifest, EnsembleRecord, VariedKey};
+pub use ensemble::{DearRuns, EnsembleManifest, EnsembleRecord, VariedKey};
 pub use envelopes::Envelopes;
 pub(crate) use manifest::features;
 pub use manifest::{Build, Manifest, ManifestError, Unit, WaterFace};

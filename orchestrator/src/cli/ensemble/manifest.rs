@@ -1,9 +1,10 @@
 //! What an ensemble is made from, for its folder.
 
+use super::plan::Model;
 use super::runs::Runs;
 use super::{Ensemble, EnsembleError};
 use orchestrator::report::page::not_modelled;
-use orchestrator::report::{Build, EnsembleManifest, EnsembleRecord, VariedKey};
+use orchestrator::report::{Build, DearRuns, EnsembleManifest, EnsembleRecord, VariedKey};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 
@@ -12,7 +13,7 @@ use std::collections::BTreeMap;
 /// **Errors**: a scene cannot be read any more.
 pub fn of(runs: &Runs<'_>, text: &str) -> Result<EnsembleManifest, EnsembleError> {
     let Ensemble { plan, samples, measure, .. } = runs.ensemble;
-    let loaded = runs.ensemble.scene(0)?;
+    let loaded = runs.ensemble.scene(0, Model::Cheap)?;
     let mut scene = loaded.scene.clone();
     scene.ground_motion.record = None;
     let scene_text = toml::to_string(&scene).map_err(|cause| EnsembleError::Format(cause.into()))?;
@@ -20,7 +21,7 @@ pub fn of(runs: &Runs<'_>, text: &str) -> Result<EnsembleManifest, EnsembleError
     for (number, record) in plan.records.iter().enumerate() {
         // Every record has a sample.
         let Some(index) = samples.iter().position(|sample| sample.record == number) else { continue };
-        let of_scene = runs.ensemble.scene(index)?.scene.ground_motion.record;
+        let of_scene = runs.ensemble.scene(index, Model::Cheap)?.scene.ground_motion.record;
         records.push(EnsembleRecord {
             name: record.name.clone(),
             file: record
@@ -56,6 +57,11 @@ pub fn of(runs: &Runs<'_>, text: &str) -> Result<EnsembleManifest, EnsembleError
         records,
         parameters: varied(&plan.parameters),
         numerics: varied(&plan.numerics),
+        dear: plan.dear.as_ref().map(|dear| DearRuns {
+            set: dear.set.clone(),
+            motions: runs.ensemble.dear.len() / plan.intensity.level_names().len(),
+            cost: dear.cost(),
+        }),
     })
 }
 

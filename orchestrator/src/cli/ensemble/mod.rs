@@ -1,5 +1,6 @@
 //! `cofferdam ensemble`: many runs of a scene, and what they say together.
 
+mod control;
 mod figure;
 mod limits;
 mod manifest;
@@ -15,7 +16,8 @@ use miette::Diagnostic;
 use orchestrator::ground_motion::{GroundMotion, RecordError};
 use orchestrator::scene::{LoadedScene, Scene, SceneError};
 use orchestrator::simulation::SimulationError;
-use plan::{Intensity, Measure, Plan, Sample};
+use orchestrator::statistics::{Declined, LEAST_CLUSTERS};
+use plan::{Intensity, Measure, Model, Plan, Sample};
 use sample::Kept;
 use std::error::Error;
 use std::num::NonZeroUsize;
@@ -71,7 +73,8 @@ fn part(text: &str) -> Result<Part, String> {
 
 pub const HELP: &str = "\
 Runs a scene with every record, level of shaking, polarity and variation of a plan, as many at once as there are cores, each in
-this process and without log. Results do not depend on the number of threads, nor on interruptions, bit for bit.
+this process and without log; with [dear] some of them by a dearer model, too. Results do not depend on the number of threads, nor
+on interruptions, bit for bit.
 
 Writes into the output folder:
   samples/         a file for each run, named by the SHA-256 of what it was computed from
@@ -79,6 +82,9 @@ Writes into the output folder:
                    a row for each run
   ensemble.md      median, 16 and 84 % of each quantity, fragility of each limit, what the variance comes from, whether
                    methods agree
+  control.csv, dear.csv
+                   with [dear]: distribution by the dear model from few dear runs and all cheap ones, with the saving that is
+                   predicted, or why it is not used; a row for each dear run
   statistics.csv, fragility.csv, limits.csv, exceedance.csv, variance.csv, methods.csv
                    the same with all quantities and digits
   ida.svg          incremental dynamic analysis: the first limit's quantity over intensity, for each record
@@ -165,6 +171,18 @@ struct Ensemble {
     samples: Vec<Sample>,
     /// SHA-256 of each.
     hashes: Vec<String>,
+    /// Numbers of the samples that run dear, too.
+    dear: Vec<usize>,
+    /// SHA-256 of these runs.
+    dear_hashes: Vec<String>,
+}
+
+/// A run: number of its sample, model, SHA-256.
+#[derive(Clone, Copy)]
+struct Job<'a> {
+    sample: usize,
+    model: Model,
+    hash: &'a str,
 }
 
 fn carry_out(arguments: &Arguments) -> Result<(), EnsembleError> {
@@ -172,39 +190,44 @@ fn carry_out(arguments: &Arguments) -> Result<(), EnsembleError> {
     let folder = arguments.plan.parent().unwrap_or(Path::new("")).to_owned();
     let workers = threads(arguments.threads);
     let ensemble = Ensemble::of(plan, folder, workers)?;
+    ensemble.check_dear(&arguments.plan)?;
     ensemble.check_limits(&arguments.plan, workers)?;
     take_folder(&arguments.output, &text)?;
     ensemble.warnings()?.iter().for_each(|warning| complain(format!("WARNING: {warning}")));
-    let mine = |index: &usize| arguments.part.is_none_or(|part| index % part.of == part.number);
-    let mut wanted: Vec<usize> = (0..ensemble.samples.len()).filter(mine).collect();
+    let mine = |index: usize| arguments.part.is_none_or(|part| index % part.of == part.number);
+    let jobs = ensemble.jobs().enumerate();
+    let mut wanted: Vec<Job> = jobs.filter(|(index, _)| mine(*index)).map(|(_, job)| job).collect();
     let all = wanted.len();
     // Equal samples are run once.
     let mut seen = std::collections::BTreeSet::new();
-    wanted.retain(|index| {
-        let hash = &ensemble.hashes[*index];
-        seen.insert(hash.clone()) && sample::kept(&arguments.output, hash).is_none()
-    });
+    wanted.retain(|job| seen.insert(job.hash) && sample::kept(&arguments.output, job.hash).is_none());
+    // Long ones first, so that no thread has one left when the others are done.
+    wanted.sort_by_key(|job| job.model == Model::Cheap);
     say(format!("{} samples, {} of them to be run", all, wanted.len()));
     let watch = Watch::new(wanted.len());
-    parallel::try_map(&wanted, workers, |index| {
-        let loaded = ensemble.scene(*index)?;
+    parallel::try_map(&wanted, workers, |job| {
+        let began = Instant::now();
+        let loaded = ensemble.scene(job.sample, job.model)?;
         let kept = sample::run(&loaded, NonZeroUsize::MIN, None)?;
-        sample::keep(&arguments.output, &ensemble.hashes[*index], &kept)?;
-        watch.tell(&kept);
+        sample::keep(&arguments.output, job.hash, &kept)?;
+        watch.tell(&kept, job.model, began.elapsed());
         Ok::<_, EnsembleError>(())
     })?;
-    watch.end();
+    watch.end(ensemble.plan.dear.as_ref().map(plan::Dear::cost));
     if arguments.part.is_some() {
         say("the command without --part writes the tables when all parts are done");
         return Ok(());
     }
-    let lost = |hash: &String| EnsembleError::File {
+    let lost = |hash: &str| EnsembleError::File {
         path: sample::path(&arguments.output, hash),
         cause: "it was removed while the ensemble ran".into(),
     };
-    let kept =
-        ensemble.hashes.iter().map(|hash| sample::kept(&arguments.output, hash).ok_or_else(|| lost(hash)));
-    tables::write(&ensemble, &kept.collect::<Result<Vec<_>, _>>()?, &text, &arguments.output)?;
+    let kept = ensemble
+        .jobs()
+        .map(|job| sample::kept(&arguments.output, job.hash).ok_or_else(|| lost(job.hash)))
+        .collect::<Result<Vec<_>, _>>()?;
+    let (cheap, dear) = kept.split_at(ensemble.samples.len());
+    tables::write(&ensemble, cheap, dear, &text, &arguments.output)?;
     let page = if arguments.no_report { None } else { Some(report::of_ensemble(&arguments.output)?) };
     let report = page.map_or("", |_| ", report.html");
     say(format!("tables, pictures{report} are in {}", arguments.output.display()));
@@ -214,8 +237,15 @@ fn carry_out(arguments: &Arguments) -> Result<(), EnsembleError> {
 impl Ensemble {
     /// Checks every sample's scene.
     fn of(plan: Plan, folder: PathBuf, workers: NonZeroUsize) -> Result<Self, EnsembleError> {
-        let mut ensemble =
-            Self { plan, folder, measure: String::new(), samples: Vec::new(), hashes: Vec::new() };
+        let mut ensemble = Self {
+            plan,
+            folder,
+            measure: String::new(),
+            samples: Vec::new(),
+            hashes: Vec::new(),
+            dear: Vec::new(),
+            dear_hashes: Vec::new(),
+        };
         let Plan { records, intensity, .. } = &ensemble.plan;
         let motions = records.iter().map(|record| {
             let (start, end) = (record.start.unwrap_or(0.0), record.end.unwrap_or(f64::INFINITY));
@@ -230,15 +260,26 @@ impl Ensemble {
         ensemble.measure = intensity.name(period);
         ensemble.samples = ensemble.plan.samples(&measures);
         let numbers: Vec<usize> = (0..ensemble.samples.len()).collect();
-        ensemble.hashes =
-            parallel::try_map(&numbers, workers, |index| sample::hash(&ensemble.scene(*index)?))?;
+        ensemble.dear = ensemble.plan.dear_samples(&ensemble.samples);
+        let hashes = |numbers: &[usize], model| {
+            parallel::try_map(numbers, workers, |index| sample::hash(&ensemble.scene(*index, model)?))
+        };
+        (ensemble.hashes, ensemble.dear_hashes) =
+            (hashes(&numbers, Model::Cheap)?, hashes(&ensemble.dear, Model::Dear)?);
         Ok(ensemble)
     }
 
+    /// All runs: the cheap ones of all samples, then the dear ones.
+    fn jobs(&self) -> impl Iterator<Item = Job<'_>> {
+        let cheap = self.hashes.iter().enumerate().map(|(sample, hash)| (sample, Model::Cheap, hash));
+        let dear = self.dear.iter().zip(&self.dear_hashes).map(|(sample, hash)| (*sample, Model::Dear, hash));
+        cheap.chain(dear).map(|(sample, model, hash)| Job { sample, model, hash })
+    }
+
     /// The scene of sample number `index`, with its motion.
-    fn scene(&self, index: usize) -> Result<LoadedScene, SceneError> {
+    fn scene(&self, index: usize, model: Model) -> Result<LoadedScene, SceneError> {
         let sample = &self.samples[index];
-        let sets = self.plan.sets(sample, &self.folder);
+        let sets = self.plan.sets(sample, model, &self.folder);
         let mut loaded = registry::read(&self.folder.join(&self.plan.scene), &sets)?;
         loaded.ground_motion = self.plan.motion(sample, loaded.ground_motion);
         Ok(loaded)
@@ -253,7 +294,8 @@ impl Ensemble {
             let Some(index) = self.samples.iter().position(|sample| sample.record == number) else {
                 continue;
             };
-            let texts: Vec<String> = self.scene(index)?.warnings.iter().map(ToString::to_string).collect();
+            let texts: Vec<String> =
+                self.scene(index, Model::Cheap)?.warnings.iter().map(ToString::to_string).collect();
             of_records.push((&record.name, texts));
         }
         let mut warnings: Vec<String> = Vec::new();
@@ -266,7 +308,35 @@ impl Ensemble {
                 }
             }
         }
+        warnings.extend(self.warnings_of_dear()?);
         Ok(warnings)
+    }
+
+    /// What is doubtful about the first dear run's scene and not about the same cheap one, and where there are too few dear runs.
+    fn warnings_of_dear(&self) -> Result<Vec<String>, SceneError> {
+        let Some(first) = self.dear.first() else { return Ok(Vec::new()) };
+        let of_model = |model| {
+            let warnings = self.scene(*first, model)?.warnings;
+            Ok(warnings.iter().map(ToString::to_string).collect::<Vec<String>>())
+        };
+        let (cheap, dear) = (of_model(Model::Cheap)?, of_model(Model::Dear)?);
+        let own = dear.into_iter().filter(|text| !cheap.contains(text));
+        let mut warnings: Vec<String> = own.map(|text| format!("dear runs: {text}")).collect();
+        let clusters = self.clusters();
+        let with_dear: std::collections::BTreeSet<usize> = self.dear.iter().map(|i| clusters[*i]).collect();
+        if with_dear.len() < LEAST_CLUSTERS {
+            let few = Declined::TooFew { clusters: with_dear.len() };
+            warnings.push(format!("the dear runs will be used alone: {few}"));
+        }
+        Ok(warnings)
+    }
+
+    /// What is drawn together with dear runs, by sample: records of a pair, or motions of a single record.
+    fn clusters(&self) -> Vec<usize> {
+        let of_record = self.plan.clusters();
+        let alone = of_record.len() == 1;
+        let of = |sample: &Sample| if alone { sample.draw } else { of_record[sample.record] };
+        self.samples.iter().map(of).collect()
     }
 
     /// Period of the intact dam's first mode with the water, or without where there is none, s.
@@ -285,9 +355,25 @@ impl Ensemble {
         })
     }
 
+    /// Whether dear runs are others than the cheap ones of the same motions.
+    fn check_dear(&self, path: &Path) -> Result<(), EnsembleError> {
+        let equal = self.dear.iter().zip(&self.dear_hashes).any(|(index, hash)| self.hashes[*index] == *hash);
+        match self.plan.dear.as_ref().filter(|_| equal) {
+            None => Ok(()),
+            Some(dear) => Err(EnsembleError::Value {
+                path: path.to_owned(),
+                key: "dear.set".into(),
+                value: format!("{:?}", dear.set),
+                remedy:
+                    "the scene has these values already, so that dear runs are the cheap ones; change others"
+                        .into(),
+            }),
+        }
+    }
+
     /// Whether every limit's quantity is one of a run: the first sample's first step says which there are.
     fn check_limits(&self, path: &Path, workers: NonZeroUsize) -> Result<(), EnsembleError> {
-        let loaded = self.scene(0)?;
+        let loaded = self.scene(0, Model::Cheap)?;
         let first = sample::run(&loaded, workers, Some(loaded.scene.time.communication_step))?;
         let mut names: Vec<&str> = first.quantities.iter().map(|number| &*number.name).collect();
         // What there is only at rest has the names of the peaks.
@@ -337,6 +423,8 @@ struct Done {
     runs: usize,
     failed: usize,
     told: Duration,
+    /// Number of cheap and of dear runs, and the time that each kind took, s.
+    kinds: [(usize, f64); 2],
 }
 
 /// Time between two lines.
@@ -347,8 +435,11 @@ impl Watch {
         Self { began: Instant::now(), wanted, done: Mutex::default() }
     }
 
-    fn tell(&self, kept: &Kept) {
+    fn tell(&self, kept: &Kept, model: Model, taken: Duration) {
         let Ok(mut done) = self.done.lock() else { return };
+        let (runs, time) = &mut done.kinds[usize::from(model == Model::Dear)];
+        *runs += 1;
+        *time += taken.as_secs_f64();
         done.runs += 1;
         done.failed += usize::from(!kept.is_complete());
         let elapsed = self.began.elapsed();
@@ -359,10 +450,17 @@ impl Watch {
         }
     }
 
-    fn end(&self) {
+    /// `cost` is what the plan says of a dear run.
+    fn end(&self, cost: Option<f64>) {
         let elapsed = self.began.elapsed().as_secs_f64();
         if self.wanted > 0 {
             say(format!("{} runs in {elapsed:.1} s", self.wanted));
+        }
+        let Ok(done) = self.done.lock() else { return };
+        let [cheap, dear] = done.kinds.map(|(runs, time)| time / runs as f64);
+        if let Some(cost) = cost.filter(|_| (dear / cheap).is_finite()) {
+            let ratio = dear / cheap;
+            say(format!("a dear run took {ratio:.1} times as long as a cheap one; `dear.cost` is {cost}"));
         }
     }
 }

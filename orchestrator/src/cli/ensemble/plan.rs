@@ -53,6 +53,9 @@ pub struct Plan {
     /// What must not be exceeded.
     #[serde(default)]
     pub limits: Vec<Limit>,
+    /// Dear runs of some motions beside the cheap ones of all.
+    #[serde(default)]
+    pub dear: Option<Dear>,
 }
 
 fn downstream() -> Vec<i64> {
@@ -102,6 +105,39 @@ pub struct Perturbation {
 
 fn one_percent() -> f64 {
     0.01
+}
+
+/// Runs of some motions by a dearer model.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Dear {
+    /// Values of the scene that make a run dear, `key=value`, beside those of all.
+    #[serde(default)]
+    pub set: Vec<String>,
+    /// How many of the motions of each level run dear, too, as a share of them.
+    pub share: Option<f64>,
+    /// The same as a number.
+    pub count: Option<usize>,
+    /// Cost of a dear run over that of a cheap one.
+    pub cost: Option<f64>,
+}
+
+impl Dear {
+    /// How many of this many motions run dear.
+    pub fn number(&self, motions: usize) -> usize {
+        let of_share = |share: f64| (share * motions as f64).round() as usize;
+        self.count.unwrap_or_else(|| of_share(self.share.unwrap_or_default())).clamp(1, motions.max(1))
+    }
+
+    /// Cost of a dear run over that of a cheap one.
+    pub fn cost(&self) -> f64 {
+        self.cost.unwrap_or(f64::NAN)
+    }
+
+    /// The keys that it changes.
+    fn keys(&self) -> impl Iterator<Item = &str> {
+        self.set.iter().map(|set| set.split('=').next().unwrap_or_default().trim())
+    }
 }
 
 /// How strong records are made.
@@ -200,6 +236,15 @@ pub struct Limit {
     pub quantity: String,
     /// Its magnitude, in the unit of that table.
     pub above: f64,
+}
+
+/// By which model a sample is run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Model {
+    /// That of the scene.
+    Cheap,
+    /// That of `[dear]`.
+    Dear,
 }
 
 /// One sample: a run of the scene.
@@ -318,9 +363,88 @@ impl Plan {
             }
         }
         match self.count() {
-            Some(count) if count <= MOST => Ok(()),
-            _ => wrong("samples", format!("more than {MOST} in all"), "vary less"),
+            Some(count) if count <= MOST => {}
+            _ => return wrong("samples", format!("more than {MOST} in all"), "vary less"),
         }
+        match self.dear.as_ref().and_then(|dear| self.problem_of(dear)) {
+            Some((key, value, remedy)) => wrong(key, value, remedy),
+            None => Ok(()),
+        }
+    }
+
+    /// What is wrong with `[dear]`: key, value, remedy.
+    fn problem_of(&self, dear: &Dear) -> Option<(&'static str, String, &'static str)> {
+        let motions = self.motions();
+        if !self.numerics.is_empty() {
+            let remedy = "leave one of them out: the cheap runs would be of several methods";
+            return Some(("dear", "beside [numerics]".into(), remedy));
+        }
+        if dear.set.is_empty() {
+            let remedy = "give what makes a run dear, such as [\"dam.element_size=2.5\"]";
+            return Some(("dear.set", "an empty list".into(), remedy));
+        }
+        if let Some(key) = dear.keys().find(|key| key.starts_with("ground_motion")) {
+            let remedy = "dear runs have the motions of the cheap ones; leave it out";
+            return Some(("dear.set", format!("{key:?}"), remedy));
+        }
+        if let Some(key) = dear.keys().find(|key| self.parameters.contains_key(*key)) {
+            let remedy = "dear runs have the dams of the cheap ones, and the key is in [parameters]; leave one of them out";
+            return Some(("dear.set", format!("{key:?}"), remedy));
+        }
+        match (dear.share, dear.count) {
+            (None, None) => {
+                let remedy =
+                    "give the share of the motions that run dear, such as 0.2, or `dear.count`, their number";
+                return Some(("dear.share", "not given".into(), remedy));
+            }
+            (Some(share), Some(_)) => {
+                return Some(("dear.share", share.to_string(), "give either `dear.share` or `dear.count`"));
+            }
+            (Some(share), None) if !(share > 0.0 && share <= 1.0) => {
+                let remedy = "it must be greater than 0 and at most 1; 20 % is 0.2";
+                return Some(("dear.share", share.to_string(), remedy));
+            }
+            (None, Some(count)) if count == 0 || count > motions => {
+                let remedy = "it must be at least 1 and at most the number of motions at a level: records times polarities times samples, \
+                              perturbations and listed values";
+                return Some(("dear.count", count.to_string(), remedy));
+            }
+            _ => {}
+        }
+        let remedy = "give how many cheap runs take as long as a dear one, more than 1; the command says at its end how many they were";
+        match dear.cost {
+            Some(cost) if cost > 1.0 && cost.is_finite() => None,
+            Some(cost) => Some(("dear.cost", cost.to_string(), remedy)),
+            None => Some(("dear.cost", "not given".into(), remedy)),
+        }
+    }
+
+    /// Number of samples at each level.
+    fn motions(&self) -> usize {
+        self.count().unwrap_or(0) / self.intensity.level_names().len()
+    }
+
+    /// Numbers of the samples that run dear, too, ascending: the same motions at every level. Records stand in a random order, those of a
+    /// pair and the motions of a record beside each other, and every so many-th motion is taken, from a random one on: each
+    /// is as likely as any other, and they are spread over the records.
+    pub fn dear_samples(&self, samples: &[Sample]) -> Vec<usize> {
+        let Some(dear) = &self.dear else { return Vec::new() };
+        let levels = self.intensity.level_names().len();
+        let motions = samples.len() / levels;
+        let clusters = self.clusters();
+        let mut random = fastrand::Rng::with_seed(self.seed);
+        let mut keys = |count: usize| (0..count).map(|_| random.u64(..)).collect::<Vec<_>>();
+        let (of_cluster, of_record, of_motion) = (keys(clusters.len()), keys(clusters.len()), keys(motions));
+        let start = random.usize(0..motions.max(1));
+        let mut order: Vec<usize> = (0..motions).collect();
+        order.sort_by_key(|motion| {
+            let record = samples[motion * levels].record;
+            (of_cluster[clusters[record]], of_record[record], of_motion[*motion])
+        });
+        let wanted = dear.number(motions);
+        let mut taken: Vec<usize> = (0..wanted).map(|i| order[(i * motions + start) / wanted]).collect();
+        taken.sort_unstable();
+        taken.into_iter().flat_map(|motion| motion * levels..(motion + 1) * levels).collect()
     }
 
     /// Number of samples, unless it is beyond all bounds.
@@ -424,8 +548,8 @@ impl Plan {
         (self.seed << 40) ^ ((motion as u64) << 20) ^ number as u64
     }
 
-    /// What `sample` changes in the scene. `folder` is the file's.
-    pub fn sets(&self, sample: &Sample, folder: &Path) -> Vec<String> {
+    /// What `sample` changes in the scene, as a dear run or as a cheap one. `folder` is the file's.
+    pub fn sets(&self, sample: &Sample, model: Model, folder: &Path) -> Vec<String> {
         let record = &self.records[sample.record];
         let file = folder.join(&record.file);
         let file = file.canonicalize().unwrap_or(file);
@@ -444,6 +568,9 @@ impl Plan {
             }
         }
         sets.extend(self.variations().zip(&sample.values).map(|((key, _), value)| format!("{key}={value}")));
+        sets.extend(
+            self.dear.iter().filter(|_| model == Model::Dear).flat_map(|dear| dear.set.iter().cloned()),
+        );
         sets
     }
 }
@@ -515,13 +642,14 @@ mod tests {
         drawn.sort_by(f64::total_cmp);
         drawn.dedup();
         assert_eq!((drawn.len(), drawn.iter().filter(|x| **x < 2.0).count()), (12, 6));
-        let sets = plan.sets(&samples[3], Path::new("/study"));
+        let sets = plan.sets(&samples[3], Model::Cheap, Path::new("/study"));
         assert!(sets.contains(&"dam.c=\"y\"".to_owned()) && sets.contains(&"dam.b=1".to_owned()), "{sets:?}");
         assert!(sets.contains(&"ground_motion.record.file=\"/study/a.csv\"".to_owned()), "{sets:?}");
     }
 
     #[test]
     fn a_plan_that_cannot_be_carried_out_says_where() {
+        let dear = |keys: &str| format!("{START}[dear]\n{keys}\n");
         for (text, wanted) in [
             ("scene = \"s\"\nrecords = []\n".to_owned(), "`records` is an empty list"),
             (format!("{START}polarity = [1]\n"), "unknown field `polarity`"),
@@ -540,10 +668,67 @@ mod tests {
                 "vary the ground motion",
             ),
             (format!("{START}[[limits]]\nquantity = \"x\"\nabove = -1.0\n"), "`limits.above` is -1"),
+            (dear("share = 0.5\ncost = 5"), "`dear.set` is an empty list"),
+            (
+                dear("set = [\"ground_motion.record.scale=2\"]\nshare = 0.5\ncost = 5"),
+                "have the motions of the cheap",
+            ),
+            (
+                dear(
+                    "set = [\"dam.a=2\"]\nshare = 0.5\ncost = 5\n[parameters]\n\"dam.a\" = { values = [1] }",
+                ),
+                "`dear.set` is \"dam.a\"",
+            ),
+            (
+                dear("set = [\"dam.a=2\"]\nshare = 0.5\ncost = 5\n[numerics]\n\"dam.b\" = { values = [1] }"),
+                "`dear` is beside [numerics]",
+            ),
+            (dear("set = [\"dam.a=2\"]\ncost = 5"), "`dear.share` is not given"),
+            (dear("set = [\"dam.a=2\"]\nshare = 20\ncost = 5"), "20 % is 0.2"),
+            (
+                dear("set = [\"dam.a=2\"]\nshare = 0.2\ncount = 2\ncost = 5"),
+                "either `dear.share` or `dear.count`",
+            ),
+            (dear("set = [\"dam.a=2\"]\ncount = 4\ncost = 5"), "`dear.count` is 4; it must be at least 1"),
+            (dear("set = [\"dam.a=2\"]\ncount = 3"), "`dear.cost` is not given"),
+            (dear("set = [\"dam.a=2\"]\ncount = 3\ncost = 1"), "`dear.cost` is 1; give how many cheap runs"),
+            (dear("set = [\"dam.a=2\"]\ncount = 3\ncosts = 2"), "unknown field `costs`"),
         ] {
             let error = plan(&text).expect_err(wanted);
             assert!(error.contains(wanted), "{error}\nwanted: {wanted}");
         }
+    }
+
+    #[test]
+    fn dear_runs_are_spread_over_records_and_each_motion_is_as_likely() {
+        let of_seed = |seed: u64| {
+            let text = format!(
+                "{START}seed = {seed}\npolarities = [1, -1]\nsamples = 2\n[intensity]\nlevels = [0.1, 0.4]\n[parameters]\n\
+                 \"dam.a\" = {{ uniform = {{ from = 1.0, to = 2.0 }} }}\n\
+                 [dear]\nset = [\"dam.b=1\"]\nshare = 0.5\ncost = 10\n"
+            );
+            let plan = plan(&text).expect("a plan");
+            let samples = plan.samples(&[0.2, 0.1, 0.4]);
+            (plan.dear_samples(&samples), samples)
+        };
+        let mut times = [0; 12];
+        for seed in 0..600 {
+            let (dear, samples) = of_seed(seed);
+            assert_eq!(dear.len(), 12);
+            // Two of four motions of each record, at both levels.
+            for record in 0..3 {
+                assert_eq!(dear.iter().filter(|index| samples[**index].record == record).count(), 4);
+            }
+            assert!(
+                dear.chunks(2).all(|levels| levels[0] % 2 == 0 && levels[1] == levels[0] + 1),
+                "{dear:?}"
+            );
+            dear.iter().step_by(2).for_each(|index| times[index / 2] += 1);
+        }
+        // 300 each; four standard deviations are 49.
+        assert!(times.iter().all(|times| (251..=349).contains(times)), "{times:?}");
+        assert_eq!(of_seed(3).0, of_seed(3).0);
+        assert_ne!(of_seed(3).0, of_seed(4).0);
     }
 
     #[test]

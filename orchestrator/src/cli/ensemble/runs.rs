@@ -13,6 +13,8 @@ pub const SHOWN: [&str; 4] = ["peak crest displacement", "residual sliding", "pe
 pub struct Runs<'a> {
     pub ensemble: &'a Ensemble,
     pub kept: &'a [Kept],
+    /// The dear runs; nothing but [`super::control`] knows them.
+    pub dear: &'a [Kept],
     /// Cluster of each sample.
     pub clusters: Vec<usize>,
     /// Names and units of all quantities, in the order in which runs have them.
@@ -22,8 +24,8 @@ pub struct Runs<'a> {
 }
 
 impl<'a> Runs<'a> {
-    /// Those of `kept`, one for each sample.
-    pub fn of(ensemble: &'a Ensemble, kept: &'a [Kept]) -> Self {
+    /// Those of `kept`, one for each sample, and of `dear`, one for each that runs dear, too.
+    pub fn of(ensemble: &'a Ensemble, kept: &'a [Kept], dear: &'a [Kept]) -> Self {
         let of_record = ensemble.plan.clusters();
         let mut quantities: Vec<(String, String)> = Vec::new();
         for number in kept.iter().flat_map(|kept| &kept.quantities) {
@@ -36,12 +38,17 @@ impl<'a> Runs<'a> {
         let names = quantities.iter().map(|(name, _)| name.clone());
         let magnitudes =
             names.filter(|name| has_both_directions(name, complete().map(|kept| kept.value(name)))).collect();
-        Self { ensemble, kept, clusters, quantities, magnitudes }
+        Self { ensemble, kept, dear, clusters, quantities, magnitudes }
     }
 
     /// The value of a quantity for statistics, NaN where the run has none: of a peak that runs have in both directions its magnitude.
     pub fn value(&self, index: usize, name: &str) -> f64 {
-        let value = self.kept[index].value(name);
+        self.value_of(&self.kept[index], name)
+    }
+
+    /// The same of a dear run.
+    pub fn value_of(&self, kept: &Kept, name: &str) -> f64 {
+        let value = kept.value(name);
         if self.magnitudes.contains(name) { value.abs() } else { value }
     }
 

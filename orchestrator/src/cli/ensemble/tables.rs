@@ -2,24 +2,30 @@
 
 use super::runs::{LimitCurve, Runs, SHOWN, digits};
 use super::sample::Kept;
-use super::{Ensemble, EnsembleError, figure, limits, manifest, methods};
+use super::{Ensemble, EnsembleError, control, figure, limits, manifest, methods};
 use crate::cli::table::Table;
 use crate::cli::{parquet, say};
 use orchestrator::statistics::{Outcome, band, fit, main_effect, median_interval, quantile};
 use std::path::Path;
 
 /// Confidence of all intervals.
-const CONFIDENCE: f64 = 0.95;
+pub const CONFIDENCE: f64 = 0.95;
 /// Draws of the bootstrap.
-const DRAWS: usize = 1000;
+pub const DRAWS: usize = 1000;
 /// Intensities at which curves are drawn, and their range beyond the runs'.
 const POINTS: usize = 101;
 const BEYOND: f64 = 1.25;
 /// Groups into which the values of a distribution are sorted to find its effect.
 const GROUPS: usize = 5;
 /// Writes everything of an ensemble whose plan has this text.
-pub fn write(ensemble: &Ensemble, kept: &[Kept], plan: &str, folder: &Path) -> Result<(), EnsembleError> {
-    let runs = Runs::of(ensemble, kept);
+pub fn write(
+    ensemble: &Ensemble,
+    kept: &[Kept],
+    dear: &[Kept],
+    plan: &str,
+    folder: &Path,
+) -> Result<(), EnsembleError> {
+    let runs = Runs::of(ensemble, kept, dear);
     let save = |name: &str, text: &str| {
         let path = folder.join(name);
         std::fs::write(&path, text).map_err(|cause| EnsembleError::File { path, cause: cause.into() })
@@ -66,6 +72,12 @@ pub fn write(ensemble: &Ensemble, kept: &[Kept], plan: &str, folder: &Path) -> R
         ));
         save_table("methods.csv", &table)?;
     }
+    if let Some((table, short)) = control::tables(&runs) {
+        text.push_str(&control::about(&runs));
+        text.push_str(&short.markdown());
+        save_table("control.csv", &table)?;
+        save_table("dear.csv", &runs.dear_results().0)?;
+    }
     say(&text);
     save("ensemble.md", &text)?;
     if let Some(picture) = runs.analysis()? {
@@ -93,6 +105,14 @@ impl Runs<'_> {
             failures
                 .push(format!("{name}, {:+}, scale {:.4}: {}", sample.polarity, sample.scale, kept.status));
         }
+        for (index, kept) in self.ensemble.dear.iter().zip(self.dear).filter(|(_, k)| !k.is_complete()) {
+            let sample = &self.ensemble.samples[*index];
+            let name = &plan.records[sample.record].name;
+            failures.push(format!(
+                "dear run of {name}, {:+}, scale {:.4}: {}",
+                sample.polarity, sample.scale, kept.status
+            ));
+        }
         if !failures.is_empty() {
             text.push_str(&format!("NOT COMPLETED, and left out below: {}\n\n", failures.join("; ")));
         }
@@ -101,7 +121,21 @@ impl Runs<'_> {
 
     /// A row for each run, and the names of the columns of text.
     fn results(&self) -> (Table, Vec<String>) {
-        let Ensemble { plan, samples, hashes, measure, .. } = self.ensemble;
+        self.results_of(self.ensemble.hashes.iter().zip(self.kept).enumerate())
+    }
+
+    /// The same of the dear runs.
+    fn dear_results(&self) -> (Table, Vec<String>) {
+        let Ensemble { dear, dear_hashes, .. } = self.ensemble;
+        self.results_of(dear.iter().copied().zip(dear_hashes.iter().zip(self.dear)))
+    }
+
+    /// The same of runs that are given by the numbers of their samples, their hashes and what is kept of them.
+    fn results_of<'b>(
+        &self,
+        runs: impl Iterator<Item = (usize, (&'b String, &'b Kept))>,
+    ) -> (Table, Vec<String>) {
+        let Ensemble { plan, samples, measure, .. } = self.ensemble;
         let keys: Vec<&String> = plan.variations().map(|(key, _)| key).collect();
         let of_sample = ["sample", "hash", "status", "record", "pair", "polarity", "perturbation", "scale"]
             .map(str::to_owned);
@@ -112,7 +146,8 @@ impl Runs<'_> {
         headings.extend(self.quantities.iter().map(|(name, unit)| format!("{name} [{unit}]")));
         headings.push("warnings".to_owned());
         let mut table = Table::new(headings);
-        for (index, ((sample, hash), kept)) in samples.iter().zip(hashes).zip(self.kept).enumerate() {
+        for (index, (hash, kept)) in runs {
+            let sample = &samples[index];
             let record = &plan.records[sample.record];
             let number = |value: f64| if value.is_nan() { String::new() } else { value.to_string() };
             let mut row = vec![

@@ -56,6 +56,8 @@ pub struct EnsembleData {
     pub variance: Grid,
     /// Whether methods agree.
     pub methods: Grid,
+    /// Few dear runs beside many cheap ones.
+    pub control: Grid,
     /// All runs.
     pub results: Grid,
     /// Program, machine, hashes.
@@ -67,7 +69,7 @@ pub struct EnsembleData {
 impl EnsembleData {
     /// What the files of an ensemble say.
     pub fn of(folder: &EnsembleFolder) -> Self {
-        let EnsembleFolder { manifest, results, limits, statistics, variance, methods, .. } = folder;
+        let EnsembleFolder { manifest, results, limits, statistics, variance, methods, control, .. } = folder;
         let status = results.column("status");
         let is_completed =
             |row: &&Vec<String>| status.is_some_and(|at| row[at] == Status::Completed.to_string());
@@ -105,6 +107,7 @@ impl EnsembleData {
             all_statistics: Grid::of(statistics, &all(statistics), |_| true),
             variance: share(Grid::of(variance, &all(variance), |row| is_shown(&row[0])), 1),
             methods: Grid::of(methods, &all(methods), |_| true),
+            control: Grid::of(control, &without(control, &["coefficient", "best motions a pair"]), |_| true),
             results: runs(folder, &is_shown),
             provenance: provenance(folder),
             plan_text: folder.plan.clone(),
@@ -216,6 +219,13 @@ fn plan(folder: &EnsembleFolder) -> Group {
             .with(format!("noise of {} %", 100.0 * noise))
     }));
     rows.extend(manifest.set.iter().map(|set| Row::code("changed in all runs", set.clone())));
+    if let Some(dear) = &manifest.dear {
+        rows.push(
+            Row::text("motions of each level that run dear, too", dear.motions.to_string())
+                .with(format!("a dear run costs {} cheap ones", dear.cost)),
+        );
+        rows.extend(dear.set.iter().map(|set| Row::code("changed in dear runs", set.clone())));
+    }
     Group { name: "Plan".to_owned(), rows }
 }
 

@@ -23,6 +23,8 @@ pub struct EnsembleFolder {
     pub variance: Table,
     /// Whether methods agree; empty without `[numerics]`.
     pub methods: Table,
+    /// Few dear runs beside many cheap ones; empty without `[dear]`.
+    pub control: Table,
     /// The incremental dynamic analysis, SVG.
     pub analysis: Option<String>,
     /// The fragility curves, SVG.
@@ -92,6 +94,7 @@ impl EnsembleFolder {
             exceedance: table("exceedance.csv")?,
             variance: table("variance.csv")?,
             methods: if there("methods.csv") { table("methods.csv")? } else { Table::default() },
+            control: if there("control.csv") { table("control.csv")? } else { Table::default() },
             analysis: picture("ida.svg")?,
             fragility: picture("fragility.svg")?,
         })
