@@ -1,6 +1,7 @@
 //! `cofferdam ensemble`: the same numbers as single runs, the same bytes after interruptions, errors before any work.
 
 use crate::report::{Page, loads_nothing, report, said};
+use orchestrator::ground_motion::GroundMotion;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -528,6 +529,65 @@ fn interrupted_or_divided_ensembles_end_with_the_same_bytes() {
     assert_eq!(content(&parts), expected);
 }
 
+/// The scaled spectra have the target in the geometric mean over 0.2 to 2 times the period, and the larger polarity governs.
+#[test]
+fn records_are_scaled_to_a_target_spectrum() {
+    let study = Study::new(
+        "set = [\"time.quiet=0\"]\npolarities = [1, -1]\n[intensity]\nperiod = 0.3\nscales = [0.5, 1.0]\n\
+         target = { spectrum = \"spectrum.csv\" }",
+    );
+    let spectrum = |period: f64| 0.4 * (period / 0.3).powf(-0.5);
+    let lines = [0.06, 0.6].map(|period| format!("{period},{}\n", spectrum(period)));
+    std::fs::write(study.folder.path().join("spectrum.csv"), format!("period_s,sa [g]\n{}", lines.concat()))
+        .expect("a spectrum");
+    let output = study.folder.path().join("out");
+    study.run(&output, &[]);
+    let (_, fits) = rows(&output.join("target.csv"));
+    let (headings, results) = rows(&output.join("results.csv"));
+    let column =
+        |name: &str| headings.iter().position(|heading| heading == name).unwrap_or_else(|| panic!("{name}"));
+    let number = |row: &[String], at: usize| -> f64 { row[at].parse().expect("a number") };
+    assert_eq!((fits.len(), results.len()), (2, 8));
+    let records =
+        [("northridge-1994-canyon-country-270", [4.5, 5.0]), ("loma-prieta-1989-corralitos-038", [3.0, 3.5])];
+    for (fit, (record, [start, end])) in fits.iter().zip(records) {
+        let factor = number(fit, 1);
+        for row in results.iter().filter(|row| row[column("record")] == record) {
+            let ratio = number(row, column("scale")) / factor;
+            assert!([0.5, 1.0].contains(&ratio), "{record}: {ratio}");
+        }
+        let file = root().join("scenes/records").join(record).with_extension("csv");
+        let motion = GroundMotion::from_record(&file, None, start, end, factor).expect("a record");
+        let periods: Vec<f64> = (0..61).map(|i| 0.06 * 10f64.powf(f64::from(i) / 60.0)).collect();
+        let scaled = motion.response_spectrum(&periods, 0.05);
+        let over = |(sa, period): (&f64, &f64)| (sa / 9.80665 / spectrum(*period)).ln();
+        let mean = scaled.iter().zip(&periods).map(over).sum::<f64>() / 61.0;
+        assert!(mean.abs() < 1e-9, "{record}: {mean}");
+    }
+    let (_, polarities) = rows(&output.join("polarities.csv"));
+    let crest = "peak crest displacement downstream";
+    let of_crest: Vec<_> = polarities.iter().filter(|row| row[0].starts_with(crest)).collect();
+    assert_eq!(of_crest.len(), 2 * 2);
+    for row in of_crest {
+        let larger = if number(row, 3) > number(row, 4) { "+1" } else { "-1" };
+        let of_run = |polarity: &str| {
+            let level = if row[1] == "target × 1" { 1.0 } else { 0.5 };
+            let factor =
+                fits.iter().find(|fit| fit[0] == row[2]).map(|fit| number(fit, 1)).expect("a factor");
+            let run = results.iter().find(|run| {
+                run[column("record")] == row[2]
+                    && run[column("polarity")] == polarity
+                    && number(run, column("scale")) == level * factor
+            });
+            number(run.expect("a run"), column(&row[0])).abs()
+        };
+        assert_eq!((number(row, 3), number(row, 4), &*row[5]), (of_run("1"), of_run("-1"), larger));
+    }
+    assert!(
+        std::fs::read_to_string(output.join("spectra.svg")).expect("a picture").contains("geometric mean")
+    );
+}
+
 #[test]
 fn a_plan_that_is_wrong_is_refused_before_any_run() {
     let taken = tempfile::tempdir().expect("a folder");
@@ -563,6 +623,8 @@ fn a_plan_that_is_wrong_is_refused_before_any_run() {
         2,
         "`dear.cost` is not given; give how many",
     );
+    let target = "[intensity]\nperiod = 0.3\ntarget = { spectrum = \"no.csv\" }";
+    refused(target, &new, 2, "no.csv: No such file");
     assert!(!new.exists(), "nothing is written for a plan that is wrong");
     refused("", taken.path(), 1, "holds no ensemble or one of another plan");
 }

@@ -231,10 +231,10 @@ impl Model {
 
     /// Largest time step as a share of 2/ω, which contacts that open and close require.
     pub fn largest_share(&self) -> f64 {
-        match self {
+        match self.damping().rayleigh.stiffness {
             _ if self.body().structure.cracks.is_empty() => 1.0,
-            Self::Elements(elements) if elements.damping.rayleigh.stiffness > 0.0 => SHARE_WITH_DASHPOTS,
-            _ => SHARE_WITHOUT_DASHPOTS,
+            0.0 => SHARE_WITHOUT_DASHPOTS,
+            _ => SHARE_WITH_DASHPOTS,
         }
     }
 

@@ -21,7 +21,7 @@ fn shaken(parameters: DamParameters, end: f64) -> Result<(Dam, f64, f64), DamErr
     Ok((dam, peak, worst))
 }
 
-/// The block slides by decimetres and lifts off. Tolerance: 0.3 % of the peak kinetic energy; the
+/// The block slides by decimetres and lifts off. Tolerance: 0.05 % of the peak kinetic energy; the
 /// error comes from contacts that open and close within a time step.
 #[test]
 fn the_ledger_closes_while_the_crack_slides() -> Result<(), DamError> {
@@ -31,12 +31,12 @@ fn the_ledger_closes_while_the_crack_slides() -> Result<(), DamError> {
     println!("Koyna, 0.5 g bursts: slip {sliding:.4} m; {work:.0?}; peak kinetic {peak:.0} J/m");
     println!("largest balance error {worst:.1} J/m = {:.2e} of peak kinetic energy", worst / peak);
     assert!(sliding > 0.01 && work.friction > 0.0 && work.damping > 0.0);
-    assert!(worst < 3e-3 * peak);
+    assert!(worst < 5e-4 * peak);
     Ok(())
 }
 
-/// Without damping contacts open and close all the time; the time step is limited for this reason. Tolerance
-/// as above.
+/// Without damping contacts open and close all the time; the time step is limited for this reason. Tolerance:
+/// 0.3 % of the peak kinetic energy.
 #[test]
 fn the_ledger_closes_without_damping_too() -> Result<(), DamError> {
     let undamped = DamParameters { damping: Damping::None, ..support::koyna(5.0) };

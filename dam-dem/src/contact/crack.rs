@@ -459,8 +459,15 @@ impl<L: ContactLaw> Crack<L> {
             let along = |axis: [f64; 2]| relative[0] * axis[0] + relative[1] * axis[1];
             let rates = [-along(place.normal), along(place.tangent)];
             let felt = [0, 1].map(|i| memory * joint.rates[i] + (1.0 - memory) * rates[i]);
+            let earlier_penetration =
+                if joint.status == ContactStatus::Lost { penetration } else { risen - joint.gap };
+            let acting = if joint.bonded || coefficient == 0.0 || rates[0] == 0.0 {
+                penetration
+            } else {
+                acting_penetration(penetration, penetration - earlier_penetration)
+            };
             let response = self.law.respond(&Touch {
-                penetration,
+                penetration: acting,
                 penetration_rate: felt[0],
                 stretch: place.slip - joint.anchor,
                 slip_rate: felt[1],
@@ -493,8 +500,6 @@ impl<L: ContactLaw> Crack<L> {
             let mean = |i: usize| (before * joint.dashpots[i] + weight * response.dashpots[i]) / 2.0;
             losses.damping_power += mean(0) * rates[0] + mean(1) * rates[1];
             let restretched = response.stretch - joint.stretch;
-            let earlier_penetration =
-                if joint.status == ContactStatus::Lost { penetration } else { risen - joint.gap };
             let bonded = response.bonded;
             let open = if bonded { 0.0 } else { share_below_zero(earlier_penetration, penetration) };
             let status = match (closed, response.slipping) {
@@ -678,6 +683,25 @@ fn weighted(nodes: [usize; 4], shares: [f64; 4], values: &[[f64; 2]]) -> [f64; 2
         (0..2).for_each(|d| sum[d] += share * values[node][d]);
     }
     sum
+}
+
+/// The penetration whose spring force does the work of the spring, if it changes by `change` (m) in every time step:
+///
+/// ```text
+/// g (1 + g/|Δg|)/2   where 0 < g < |Δg|, else g
+/// ```
+///
+/// In central differences the force of each instant acts over half of the step before and half of the step after it. A contact that
+/// closes in the step before, or opens in the step after, acts over a part of it only: with the whole force the step would do
+/// `k g (|Δg| − g)/2` more than the energy of its spring, taken from the motion where the contact closes and given to it where it opens.
+/// Without dashpots both are equal, and this force, which depends on a speed, would do harm.
+fn acting_penetration(penetration: f64, change: f64) -> f64 {
+    let change = change.abs();
+    if penetration > 0.0 && penetration < change {
+        penetration * (1.0 + penetration / change) / 2.0
+    } else {
+        penetration
+    }
 }
 
 /// Share of a step in which a value that goes from `first` to `last` linearly is negative.

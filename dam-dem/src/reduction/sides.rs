@@ -1,4 +1,5 @@
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use std::ops::Range;
 
 use super::motion::ModalMotion;
 use super::release::ModalRelease;
@@ -37,48 +38,58 @@ pub(super) struct CrackSides {
 /// The nodes of a block among those of the sides, and their positions relative to its centre of mass, m.
 #[derive(Clone, Debug)]
 struct Frame {
-    nodes: std::ops::Range<usize>,
+    nodes: Range<usize>,
     places: Vec<[f64; 2]>,
 }
 
-/// Rows of equal length, padded with zeros.
+/// Rows of equal length, of which four at a time are kept over the columns that are not zero in all of them.
 #[derive(Clone, Debug)]
 pub(super) struct Rows {
     values: Vec<f64>,
+    /// The columns of each four rows.
+    columns: Vec<Range<usize>>,
     count: usize,
     width: usize,
 }
 
-/// Rows are padded to a multiple of this length.
+/// Lengths of rows are multiples of this one.
 const LANES: usize = 8;
 
 impl Rows {
     /// The columns of `matrix` as rows.
     pub fn of_columns(matrix: &DMatrix<f64>) -> Self {
-        let width = matrix.nrows().next_multiple_of(LANES);
-        let mut values = vec![0.0; width * matrix.ncols()];
-        for (row, column) in values.chunks_exact_mut(width.max(1)).zip(matrix.column_iter()) {
-            row.iter_mut().zip(column.iter()).for_each(|(to, from)| *to = *from);
+        let (count, width) = (matrix.ncols(), matrix.nrows().next_multiple_of(LANES));
+        let (mut values, mut columns) = (Vec::new(), Vec::new());
+        for first in (0..count).step_by(4) {
+            let rows = first..count.min(first + 4);
+            let used = |i: &usize| rows.clone().any(|row| matrix[(*i, row)] != 0.0);
+            let from = (0..matrix.nrows()).find(used).unwrap_or(0) / LANES * LANES;
+            let to = (0..matrix.nrows()).rfind(used).map_or(from, |last| (last + 1).next_multiple_of(LANES));
+            let value = |i: usize, row: usize| if i < matrix.nrows() { matrix[(i, row)] } else { 0.0 };
+            values.extend(rows.flat_map(|row| (from..to).map(move |i| value(i, row))));
+            columns.push(from..to);
         }
-        Self { values, count: matrix.ncols(), width }
+        Self { values, columns, count, width }
     }
 
     /// Writes `Σ coefficient × row` to `sum`; coefficients beyond the last row are ignored.
     #[inline(always)]
     pub fn combine(&self, coefficients: &[f64], sum: &mut [f64]) {
         sum.fill(0.0);
-        let width = self.width;
+        let mut values = &self.values[..];
         let (fours, rest) = coefficients[..self.count].as_chunks::<4>();
-        let (values, last) = self.values.split_at(4 * fours.len() * width);
-        for (rows, &[a, b, c, d]) in values.chunks_exact(4 * width.max(1)).zip(fours) {
-            let (first, second) = rows.split_at(2 * width);
-            let ((p, q), (r, s)) = (first.split_at(width), second.split_at(width));
-            for ((((sum, p), q), r), s) in sum.iter_mut().zip(p).zip(q).zip(r).zip(s) {
+        for (columns, &[a, b, c, d]) in self.columns.iter().zip(fours) {
+            let (rows, others) = values.split_at(4 * columns.len());
+            values = others;
+            let (first, second) = rows.split_at(2 * columns.len());
+            let ((p, q), (r, s)) = (first.split_at(columns.len()), second.split_at(columns.len()));
+            for ((((sum, p), q), r), s) in sum[columns.start..].iter_mut().zip(p).zip(q).zip(r).zip(s) {
                 *sum += (a * p + b * q) + (c * r + d * s);
             }
         }
-        for (row, coefficient) in last.chunks_exact(width.max(1)).zip(rest) {
-            sum.iter_mut().zip(row).for_each(|(sum, value)| *sum += coefficient * value);
+        let Some(columns) = self.columns.last().filter(|columns| !columns.is_empty()) else { return };
+        for (row, coefficient) in values.chunks_exact(columns.len()).zip(rest) {
+            sum[columns.start..].iter_mut().zip(row).for_each(|(sum, value)| *sum += coefficient * value);
         }
     }
 }
@@ -166,12 +177,17 @@ impl CrackSides {
     /// Matrix of linearised contacts between this number of modes; displacements are linear in their coordinates.
     pub fn of_contacts(&self, modes: usize, stencils: impl Iterator<Item = Stencil>) -> DMatrix<f64> {
         let mut matrix = DMatrix::zeros(modes, modes);
-        let width = self.by_value.width;
-        let shape = |dof: usize| &self.by_value.values[dof * width..][..modes];
+        let shape = |dof: usize| {
+            let mut unit = vec![0.0; self.by_value.count];
+            unit[dof] = 1.0;
+            let mut row = DVector::zeros(self.by_value.width);
+            self.by_value.combine(&unit, row.as_mut_slice());
+            row.rows(0, modes).into_owned()
+        };
         for stencil in stencils {
             let relative = [0, 1].map(|d| {
                 let parts = stencil.nodes.iter().zip(stencil.weights);
-                let part = |(&node, weight)| DVector::from_row_slice(shape(2 * node + d)) * weight;
+                let part = |(&node, weight)| shape(2 * node + d) * weight;
                 parts.map(part).sum::<DVector<f64>>()
             });
             for (p, q) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
@@ -328,11 +344,7 @@ pub(super) struct Mean {
 }
 
 impl Mean {
-    pub fn of(
-        structure: &Structure<impl ContactLaw>,
-        nodes: std::ops::Range<usize>,
-        shapes: &DMatrix<f64>,
-    ) -> Self {
+    pub fn of(structure: &Structure<impl ContactLaw>, nodes: Range<usize>, shapes: &DMatrix<f64>) -> Self {
         let place = |node: usize| (structure.mass[node], structure.mesh.nodes[node]);
         let whole: f64 = structure.mass[nodes.clone()].iter().sum();
         let centre = [0, 1].map(|d| nodes.clone().map(place).map(|(m, x)| m * x[d]).sum::<f64>() / whole);

@@ -7,10 +7,12 @@ mod noise;
 mod record;
 mod response_spectrum;
 mod spectrum;
+mod target_spectrum;
 mod units;
 
 pub use record::{Record, RecordError, STRONGEST};
 pub use response_spectrum::response_spectrum;
+pub use target_spectrum::{SpectralFit, TargetError, TargetSpectrum, compared_periods};
 pub use units::{STANDARD_GRAVITY, Units};
 
 use std::path::Path;

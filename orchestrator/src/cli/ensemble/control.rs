@@ -1,7 +1,6 @@
 //! What few dear runs and many cheap ones say together.
 
-use super::runs::{Runs, digits};
-use super::tables::{CONFIDENCE, DRAWS};
+use super::runs::{CONFIDENCE, DRAWS, Runs, digits};
 use crate::cli::table::Table;
 use orchestrator::statistics::{Control, Motion, control};
 use std::collections::BTreeMap;

@@ -9,11 +9,12 @@ mod plan;
 mod runs;
 pub mod sample;
 mod tables;
+mod target;
 
 use super::{complain, parallel, report, say, threads};
 use crate::registry::{self, RegistryError};
 use miette::Diagnostic;
-use orchestrator::ground_motion::{GroundMotion, RecordError};
+use orchestrator::ground_motion::{GroundMotion, RecordError, TargetError};
 use orchestrator::scene::{LoadedScene, Scene, SceneError};
 use orchestrator::simulation::SimulationError;
 use orchestrator::statistics::{Declined, LEAST_CLUSTERS};
@@ -25,6 +26,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
+use target::Scaled;
 
 /// Arguments of `cofferdam ensemble`.
 #[derive(clap::Args)]
@@ -87,6 +89,9 @@ Writes into the output folder:
                    predicted, or why it is not used; a row for each dear run
   statistics.csv, fragility.csv, limits.csv, exceedance.csv, variance.csv, methods.csv
                    the same with all quantities and digits
+  target.csv, spectra.svg
+                   with intensity.target: factor and misfit of each record, its scaled spectrum
+  polarities.csv   with both polarities: which of them governs
   ida.svg          incremental dynamic analysis: the first limit's quantity over intensity, for each record
   fragility.svg    probability of exceeding each limit, with its 95 % band
   ensemble.toml    what it was made from: records, levels, what varies, hashes, program, machine
@@ -112,6 +117,9 @@ pub enum EnsembleError {
     /// A record.
     #[error(transparent)]
     Record(#[from] RecordError),
+    /// The target spectrum.
+    #[error(transparent)]
+    Target(#[from] TargetError),
     /// The scene, with one of the samples' values.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -147,6 +155,7 @@ pub fn run(arguments: &Arguments) -> ExitCode {
                 EnsembleError::Plan { .. }
                 | EnsembleError::Value { .. }
                 | EnsembleError::Record(_)
+                | EnsembleError::Target(_)
                 | EnsembleError::Scene(_) => 2,
                 EnsembleError::Unit(_) => 4,
                 EnsembleError::Run { .. }
@@ -168,6 +177,8 @@ struct Ensemble {
     folder: PathBuf,
     /// Name of the intensity measure.
     measure: String,
+    /// How the records were scaled to a target spectrum.
+    scaled: Option<Scaled>,
     samples: Vec<Sample>,
     /// SHA-256 of each.
     hashes: Vec<String>,
@@ -241,6 +252,7 @@ impl Ensemble {
             plan,
             folder,
             measure: String::new(),
+            scaled: None,
             samples: Vec::new(),
             hashes: Vec::new(),
             dear: Vec::new(),
@@ -253,11 +265,19 @@ impl Ensemble {
         });
         let motions = motions.collect::<Result<Vec<_>, _>>()?;
         let period = match intensity {
-            Intensity { measure: Measure::Sa, period: None, .. } => ensemble.first_period()?,
+            Intensity { measure: Measure::Sa, period: None, .. }
+            | Intensity { target: Some(_), period: None, .. } => ensemble.first_period()?,
             Intensity { period, .. } => period.unwrap_or(f64::NAN),
         };
         let measures: Vec<f64> = motions.iter().map(|motion| intensity.of(motion, period)).collect();
         ensemble.measure = intensity.name(period);
+        if let Some(target) = &intensity.target {
+            let scaled = Scaled::to(target, &ensemble.folder, period, &motions)?;
+            for (record, fit) in ensemble.plan.records.iter_mut().zip(&scaled.fits) {
+                record.factor = fit.factor;
+            }
+            ensemble.scaled = Some(scaled);
+        }
         ensemble.samples = ensemble.plan.samples(&measures);
         let numbers: Vec<usize> = (0..ensemble.samples.len()).collect();
         ensemble.dear = ensemble.plan.dear_samples(&ensemble.samples);
@@ -309,6 +329,7 @@ impl Ensemble {
             }
         }
         warnings.extend(self.warnings_of_dear()?);
+        warnings.extend(self.scaled.iter().flat_map(|scaled| scaled.warnings(records)));
         Ok(warnings)
     }
 

@@ -152,6 +152,23 @@ pub struct Intensity {
     pub levels: Vec<f64>,
     /// Factors on the records, in place of levels.
     pub scales: Vec<f64>,
+    /// A spectrum to which the records are scaled before.
+    pub target: Option<Target>,
+}
+
+/// A spectrum to which records are scaled.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Target {
+    /// Its file, from the plan's folder.
+    pub spectrum: PathBuf,
+    /// The periods that are compared, as multiples of the intensity's.
+    #[serde(default = "around_the_first_period")]
+    pub range: [f64; 2],
+}
+
+fn around_the_first_period() -> [f64; 2] {
+    [0.2, 2.0]
 }
 
 /// Intensity measure.
@@ -304,7 +321,21 @@ impl Plan {
         {
             return wrong("records.factor", record.factor.to_string(), "it must be greater than 0");
         }
-        let Intensity { measure, period, levels, scales } = &self.intensity;
+        let Intensity { measure, period, levels, scales, target } = &self.intensity;
+        if let Some(Target { range: range @ [from, to], .. }) = target {
+            if !(*from > 0.0 && from < to && to.is_finite()) {
+                let remedy = "two positive multiples of the period, the first the smaller one";
+                return wrong("intensity.target.range", format!("{range:?}"), remedy);
+            }
+            if !levels.is_empty() {
+                let remedy = "a target scales the records; `scales` are multiples of it";
+                return wrong("intensity.levels", format!("{levels:?}"), remedy);
+            }
+            if let Some(record) = self.records.iter().find(|record| record.factor != 1.0) {
+                let remedy = "a target has factors of its own; leave one of them out";
+                return wrong("records.factor", record.factor.to_string(), remedy);
+            }
+        }
         if !levels.is_empty() && !scales.is_empty() {
             return wrong("intensity.scales", format!("{scales:?}"), "give either `levels` or `scales`");
         }
@@ -319,9 +350,9 @@ impl Plan {
             return wrong("intensity.levels", format!("{levels:?}"), remedy);
         }
         if let Some(period) = period
-            && !(*period > 0.0 && period.is_finite() && *measure == Measure::Sa)
+            && !(*period > 0.0 && period.is_finite() && (*measure == Measure::Sa || target.is_some()))
         {
-            let remedy = "a positive period belongs to `measure = \"sa\"`";
+            let remedy = "a positive period belongs to `measure = \"sa\"` or to a target";
             return wrong("intensity.period", period.to_string(), remedy);
         }
         let polarities = &self.polarities;
@@ -579,8 +610,12 @@ impl Intensity {
     /// The levels as tables call them.
     pub fn level_names(&self) -> Vec<String> {
         match (&self.levels[..], &self.scales[..]) {
+            ([], []) if self.target.is_some() => vec!["target".to_owned()],
             ([], []) => vec!["as recorded".to_owned()],
-            ([], scales) => scales.iter().map(|scale| format!("× {scale}")).collect(),
+            ([], scales) => {
+                let of = if self.target.is_some() { "target × " } else { "× " };
+                scales.iter().map(|scale| format!("{of}{scale}")).collect()
+            }
             (levels, _) => levels.iter().map(|level| format!("{level} g")).collect(),
         }
     }
@@ -658,6 +693,14 @@ mod tests {
             (format!("{START}[intensity]\nlevels = [0.4, 0.1]\n"), "`intensity.levels` is [0.4, 0.1]"),
             (format!("{START}[intensity]\nlevels = [0.1]\nscales = [1.0]\n"), "either `levels` or `scales`"),
             (format!("{START}[intensity]\nperiod = 0.3\n"), "`intensity.period` is 0.3"),
+            (
+                format!("{START}[intensity]\ntarget = {{ spectrum = \"t.csv\", range = [2.0, 0.2] }}\n"),
+                "`intensity.target.range` is [2.0, 0.2]",
+            ),
+            (
+                format!("{START}[intensity]\nlevels = [0.1]\ntarget = {{ spectrum = \"t.csv\" }}\n"),
+                "`scales` are multiples of it",
+            ),
             (format!("{START}[parameters]\n\"a\" = {{ values = [] }}\n"), "at least one value"),
             (
                 format!("{START}[parameters]\n\"a\" = {{ uniform = {{ from = 2.0, to = 1.0 }} }}\n"),

@@ -9,6 +9,11 @@ use std::collections::BTreeSet;
 /// What the short table shows besides the limits' quantities.
 pub const SHOWN: [&str; 4] = ["peak crest displacement", "residual sliding", "peak sliding", "peak opening"];
 
+/// Confidence of all intervals.
+pub const CONFIDENCE: f64 = 0.95;
+/// Draws of the bootstrap.
+pub const DRAWS: usize = 1000;
+
 /// The runs of an ensemble, by sample.
 pub struct Runs<'a> {
     pub ensemble: &'a Ensemble,

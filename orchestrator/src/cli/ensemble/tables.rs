@@ -1,17 +1,13 @@
 //! Tables and pictures of an ensemble that has been run.
 
-use super::runs::{LimitCurve, Runs, SHOWN, digits};
+use super::runs::{CONFIDENCE, DRAWS, LimitCurve, Runs, SHOWN, digits};
 use super::sample::Kept;
-use super::{Ensemble, EnsembleError, control, figure, limits, manifest, methods};
+use super::{Ensemble, EnsembleError, control, figure, limits, manifest, methods, target};
 use crate::cli::table::Table;
 use crate::cli::{parquet, say};
 use orchestrator::statistics::{Outcome, band, fit, main_effect, median_interval, quantile};
 use std::path::Path;
 
-/// Confidence of all intervals.
-pub const CONFIDENCE: f64 = 0.95;
-/// Draws of the bootstrap.
-pub const DRAWS: usize = 1000;
 /// Intensities at which curves are drawn, and their range beyond the runs'.
 const POINTS: usize = 101;
 const BEYOND: f64 = 1.25;
@@ -50,7 +46,22 @@ pub fn write(
     let (variance, shares) = runs.variance();
     save_table("variance.csv", &variance)?;
     let mut text = runs.opening();
+    if let Some(scaled) = &ensemble.scaled {
+        let (table, short) = scaled.tables(&ensemble.plan.records);
+        text.push_str(&scaled.about());
+        text.push_str(&short.markdown());
+        text.push('\n');
+        save_table("target.csv", &table)?;
+        save("spectra.svg", &figure::spectra(scaled)?)?;
+    }
     text.push_str(&short.markdown());
+    if let Some((table, short)) = target::governing(&runs) {
+        text.push_str(
+            "\nWhich polarity governs: the larger magnitude, the median where it has several runs.\n\n",
+        );
+        text.push_str(&short.markdown());
+        save_table("polarities.csv", &table)?;
+    }
     if !limits.is_empty() {
         text.push_str(&format!(
             "\nProbability of exceeding a limit over {}: lognormal, maximum likelihood; 95 % intervals by a bootstrap of whole \
