@@ -42,7 +42,7 @@ struct Frame {
     places: Vec<[f64; 2]>,
 }
 
-/// Rows of equal length, of which four at a time are kept over the columns that are not zero in all of them.
+/// Rows of equal length. Of each four only the columns are kept in which one of them is not zero: modes of one block are zero on the others.
 #[derive(Clone, Debug)]
 pub(super) struct Rows {
     values: Vec<f64>,
@@ -361,5 +361,31 @@ impl Mean {
             moment += mass * (x * x + y * y);
         }
         Self { centre, displacement, rotation: rotation / moment }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rows of blocks, a row of zeros, and numbers that no group of four or width of eight divides: as the product with the whole matrix.
+    #[test]
+    fn combinations_are_products() {
+        let number = |i: usize, j: usize| ((1 + i * 7 + j * 13) as f64).sin();
+        for (rows, columns) in [(1, 1), (4, 8), (7, 19), (10, 40), (13, 33)] {
+            let matrix = DMatrix::from_fn(columns, rows, |i, j| {
+                let is_of_its_block = (i < columns / 2) == (j < rows / 2) && j != 5;
+                if is_of_its_block { number(i, j) } else { 0.0 }
+            });
+            let coefficients: Vec<f64> = (0..rows + 3).map(|i| number(i, 99)).collect();
+            let exact = &matrix * DVector::from_row_slice(&coefficients[..rows]);
+            for length in [columns, columns.next_multiple_of(LANES)] {
+                let mut sum = vec![7.0; length];
+                Rows::of_columns(&matrix).combine(&coefficients, &mut sum);
+                let expected = exact.iter().copied().chain(std::iter::repeat(0.0));
+                assert!(sum.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-14), "{rows}, {columns}");
+            }
+        }
+        Rows::of_columns(&DMatrix::zeros(0, 0)).combine(&[1.0], &mut []);
     }
 }

@@ -196,7 +196,7 @@ mod tests {
         }
     }
 
-    /// No other factor fits better, and a half of the spectrum that is twice as high costs what the formula says.
+    /// No other factor fits better.
     #[test]
     fn the_factor_is_the_best_one() {
         let range = [0.1, 1.0];
