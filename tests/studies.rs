@@ -234,31 +234,6 @@ fn sensitivity_tells_numbers_from_choices() {
     assert!(percent("polarity", 3).abs() > 5.0, "{rows:?}");
 }
 
-/// Either mesh with contacts of either kind has its row, and only the finest of a kind is its own measure.
-#[test]
-fn convergence_tells_bias_from_scatter() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let settings = [
-        "dam.element_size=14",
-        "reservoir.element_size=10",
-        "reservoir.method=\"recursive\"",
-        "ground_motion.record.start=4",
-        "ground_motion.record.end=5.5",
-        "time.quiet=0",
-    ];
-    let rows = study("convergence", "koyna-northridge-1994", &settings, &folder.path().join("s"));
-    assert_eq!(
-        rows.iter().map(|row| [&*row[0], &*row[1]]).collect::<Vec<_>>(),
-        [["nodal", "14.00"], ["nodal", "9.80"], ["gauss", "14.00"], ["gauss", "9.80"]]
-    );
-    for row in &rows {
-        let finest = row[1] == "9.80";
-        assert_eq!((row[4] == "+0.0 %", row[7] == "+0.0 %"), (finest, finest), "{rows:?}");
-        assert!(row[2].parse::<f64>().is_ok_and(|crest| crest > 10.0), "{rows:?}");
-        assert_ne!(row[3], "0.0 %", "{rows:?}");
-    }
-}
-
 /// Every factor on the shaking has a run that ends, and the table counts what had to be rescued.
 #[test]
 fn every_shaking_reaches_its_end() {

@@ -65,8 +65,8 @@ fn mean_at_last(history: &[(f64, Vec<f64>)]) -> DVector<f64> {
 }
 
 /// Before a vertical face over a level bed, from an absorbing bed to a rigid one: the mean of the last periods against
-/// Westergaard's series, in the largest norm over the face; over a rigid bed, which rings for ever, also every base
-/// pressure against Chopra's closed form.
+/// Westergaard's series, in the largest norm over the face; over a rigid bed, which rings for ever, also every seventh base
+/// pressure against Chopra's closed form, whose series takes longer than the step.
 #[test]
 fn a_held_ramp_comes_to_rest_over_any_level_bed() -> Result<(), ReservoirError> {
     for alpha in [0.0, 0.5, 0.9, 1.0] {
@@ -85,10 +85,10 @@ fn a_held_ramp_comes_to_rest_over_any_level_bed() -> Result<(), ReservoirError> 
         );
         assert!(off < 1e-3);
         if alpha == 1.0 {
-            let peak =
-                history.iter().fold(0.0, |most: f64, (t, _)| most.max(ramp_and_hold::base_pressure(*t)));
-            let error = |(t, p): &(f64, Vec<f64>)| (p[0] - ramp_and_hold::base_pressure(*t)).abs() / peak;
-            let worst = history.iter().map(error).fold(0.0, f64::max);
+            let pairs: Vec<[f64; 2]> =
+                history.iter().step_by(7).map(|(t, p)| [p[0], ramp_and_hold::base_pressure(*t)]).collect();
+            let peak = pairs.iter().fold(0.0, |most: f64, [_, exact]| most.max(*exact));
+            let worst = pairs.iter().fold(0.0, |most: f64, [p, exact]| most.max((p - exact).abs() / peak));
             println!("α = 1: base pressure never more than {worst:.1e} of its peak off the closed form");
             assert!(worst < 1e-3);
         }

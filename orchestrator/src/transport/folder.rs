@@ -22,6 +22,8 @@ pub struct Folder {
 }
 
 const LOCK: &str = "lock";
+/// How often a folder is made anew that another run removes.
+const ATTEMPTS: usize = 100;
 /// Age from which a folder without a lock is not one that is just being made.
 const OLD: Duration = Duration::from_secs(60);
 /// Time that the system may take to end a process that was killed.
@@ -102,16 +104,23 @@ impl Folder {
                 _ => (),
             }
         }
-        let number = random();
-        let path = run(&format!("{number:016x}"));
+        let mut attempts = (0..ATTEMPTS).map(|_| Self::make(parent, &mine));
+        // Another run may have found a lock before it was held, and removed all.
+        let lost = |made: &Result<Self>| made.as_ref().is_err_and(|e| e.kind() == ErrorKind::NotFound);
+        attempts
+            .find(|made| !lost(made))
+            .unwrap_or_else(|| Err(Error::other("other runs remove every folder")))
+    }
+
+    fn make(parent: &Path, mine: &str) -> Result<Self> {
+        let run = random();
+        let path = parent.join(format!("{mine}{run:016x}"));
         std::fs::DirBuilder::new().mode(0o700).create(&path)?;
         let lock = File::create_new(path.join(LOCK))?;
         lock.lock_shared()?;
-        // Another run may have found the lock before it was held, and removed all.
-        if File::open(path.join(LOCK))?.metadata()?.ino() != lock.metadata()?.ino() {
-            return Err(Error::new(ErrorKind::NotFound, "another run removed the folder"));
-        }
-        Ok(Self { path, run: number, lock })
+        // Removed before it was locked, it is not found.
+        std::fs::symlink_metadata(path.join(LOCK))?;
+        Ok(Self { path, run, lock })
     }
 }
 
@@ -190,6 +199,20 @@ mod tests {
         assert!(path.exists(), "the other process uses it");
         drop(joined);
         assert!(!path.exists() && next.path().exists());
+    }
+
+    /// Each creation looks for folders that nobody locks, and finds those of the others before they are locked.
+    #[test]
+    fn runs_that_begin_at_the_same_time_all_have_their_folders() {
+        let parent = tempfile::tempdir().expect("a folder");
+        let begin = || {
+            for _ in 0..300 {
+                let folder = Folder::try_to_create(parent.path()).expect("a folder");
+                assert!(folder.path().join(LOCK).exists());
+            }
+        };
+        std::thread::scope(|scope| (0..4).for_each(|_| drop(scope.spawn(begin))));
+        assert_eq!(std::fs::read_dir(parent.path()).expect("it exists").count(), 0);
     }
 
     #[test]

@@ -48,7 +48,7 @@ const MOST_HALVINGS: i32 = 3;
 /// Share of the record's Fourier energy below its highest frequency.
 const ENERGY: f64 = 0.99;
 /// Changes of the shaking.
-const MORE_OR_LESS: f64 = 0.01;
+pub const MORE_OR_LESS: f64 = 0.01;
 
 /// Why no accuracy can be promised.
 #[derive(Debug, thiserror::Error, Diagnostic)]
@@ -351,7 +351,7 @@ pub fn promise(
     } else {
         still(&pilot, &wanted, &outcomes, of_step)
     };
-    let Decision { rung, expected, sensitivity, left_by_reference, band } = decided;
+    let Decision { rung, fidelity, expected, sensitivity, left_by_reference, band } = decided;
     let worst = wanted.iter().map(|(quantity, asked)| {
         let (error, change) = (expected.get(quantity), sensitivity.get(quantity));
         match (error, change) {
@@ -362,7 +362,7 @@ pub fn promise(
     });
     let rank = |verdict: &&str| [KEPT, NOT_KEPT, CANNOT].iter().position(|own| own == verdict);
     let verdict = worst.max_by_key(rank).unwrap_or(KEPT);
-    let mut chosen = pilot.settings(rung);
+    let mut chosen = pilot.ladder.settings(&loaded.scene, rung, fidelity);
     let own = step * 0.5_f64.powi(halvings);
     chosen.push(format!("time.communication_step={own}"));
     let record = Accuracy {
@@ -383,6 +383,7 @@ pub fn promise(
 /// What a pilot comes to.
 struct Decision {
     rung: usize,
+    fidelity: DamFidelityScene,
     expected: BTreeMap<String, f64>,
     sensitivity: BTreeMap<String, f64>,
     left_by_reference: BTreeMap<String, f64>,
@@ -427,6 +428,7 @@ fn still(pilot: &Pilot<'_>, wanted: &BTreeMap<String, f64>, outcomes: &[Outcome]
         |of: &dyn Fn(&str) -> f64| wanted.keys().map(|quantity| (quantity.clone(), of(quantity))).collect();
     Decision {
         rung,
+        fidelity: pilot.fidelity,
         expected: of_all(&|quantity| error(quantity, rung)),
         sensitivity: BTreeMap::new(),
         left_by_reference: of_all(&|quantity| per_square(quantity) * squares[last]),
@@ -449,14 +451,19 @@ fn moving(
     let change =
         |quantity: &str| runs[1..].iter().map(|twin| apart(quantity, twin, &runs[0])).fold(0.0, f64::max);
     let sensitivity: BTreeMap<String, f64> = of_all(&change);
-    let expected = of_all(&|quantity| {
-        of_table(true, pilot.fidelity, quantity)
-            + of_step
-            + LIKE_SHAKING * sensitivity.get(quantity).copied().unwrap_or(0.0)
-    });
+    let expected = |fidelity| {
+        of_all(&|quantity| {
+            let like_shaking = LIKE_SHAKING * sensitivity.get(quantity).copied().unwrap_or(0.0);
+            of_table(true, fidelity, quantity) + of_step + like_shaking
+        })
+    };
     let mut band = BTreeMap::new();
     let undefined: Vec<&String> =
         wanted.iter().filter(|(quantity, asked)| sensitivity[*quantity] > **asked).map(|(q, _)| q).collect();
+    let (fidelity, expected) = match undefined.is_empty() {
+        true => cheapest(pilot.fidelity, wanted, expected),
+        false => (pilot.fidelity, expected(pilot.fidelity)),
+    };
     if !undefined.is_empty() {
         runs.extend(pilot.run(&[1.0 - MORE_OR_LESS / 2.0, 1.0 + MORE_OR_LESS / 2.0].map(twin))?);
         for quantity in undefined {
@@ -466,7 +473,19 @@ fn moving(
             band.insert(quantity.clone(), [0.16, 0.5, 0.84].map(|share| quantile(&values, share)));
         }
     }
-    Ok(Decision { rung: last, expected, sensitivity, left_by_reference: BTreeMap::new(), band })
+    Ok(Decision { rung: last, fidelity, expected, sensitivity, left_by_reference: BTreeMap::new(), band })
+}
+
+/// Every element and contact in the place of `cheap` blocks, where these alone would miss what is wanted.
+fn cheapest(
+    cheap: DamFidelityScene,
+    wanted: &BTreeMap<String, f64>,
+    expected: impl Fn(DamFidelityScene) -> BTreeMap<String, f64>,
+) -> (DamFidelityScene, BTreeMap<String, f64>) {
+    let [cheap, full] = [cheap, DamFidelityScene::Dem].map(|fidelity| (fidelity, expected(fidelity)));
+    let keeps =
+        |errors: &BTreeMap<String, f64>| wanted.iter().all(|(quantity, asked)| errors[quantity] <= *asked);
+    if !keeps(&cheap.1) && keeps(&full.1) { full } else { cheap }
 }
 
 /// Says what was chosen.
@@ -482,6 +501,18 @@ pub fn announce(promise: &Promise) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn elements_take_the_place_of_modes_only_where_they_keep_what_modes_miss() {
+        use DamFidelityScene::{Dem, Reduced};
+        let expected =
+            |fidelity| BTreeMap::from([(SLIDING.to_owned(), if fidelity == Dem { 0.01 } else { 0.03 })]);
+        for (asked, chosen, error) in [(0.05, Reduced, 0.03), (0.02, Dem, 0.01), (0.005, Reduced, 0.03)] {
+            let (fidelity, errors) =
+                cheapest(Reduced, &BTreeMap::from([(SLIDING.to_owned(), asked)]), expected);
+            assert_eq!((fidelity, errors[SLIDING]), (chosen, error), "{asked} was asked");
+        }
+    }
 
     #[test]
     fn an_accuracy_is_a_share_or_one_for_each_quantity() {

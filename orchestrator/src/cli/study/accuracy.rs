@@ -3,9 +3,9 @@
 use super::{Arguments, StudyError};
 use crate::cli::accuracy::pilot::{self, Outcome};
 use crate::cli::accuracy::table::{ErrorTable, LevelError, TABLE};
-use crate::cli::accuracy::{self, CREST, HISTORY, Ladder, SLIDING, apart};
-use crate::cli::say;
+use crate::cli::accuracy::{self, CREST, HISTORY, Ladder, MORE_OR_LESS, SLIDING, apart};
 use crate::cli::table::Table;
+use crate::cli::{say, seconds};
 use orchestrator::ground_motion::STANDARD_GRAVITY;
 use orchestrator::registry;
 use orchestrator::scene::{DamFidelityScene, LoadedScene};
@@ -16,13 +16,15 @@ pub const HELP: &str = "\
 Measures the errors of all levels of numerics against the reference (every element and contact, the finest elements, half the
 communication step, Radau IIA, a tolerance of 1e-8), for scenes with both polarities of their records; then runs each as
 `run --accuracy` would at 10, 5 and 1 %, and says what was promised, what was true, and what it cost beside the reference.
-A reference costs some minutes.
+What 1 % of shaking changes is measured with every element and contact in the finest mesh. A reference costs some minutes.
 
 Writes accuracy.md, accuracy.csv (the knob), levels.csv and table.toml: put the latter into orchestrator/src/cli/accuracy to have
 `run --accuracy` and `plan` read it. With --coarse the reference is a level of the ladder, only to try the study.
 
-Example:
+Examples:
   cofferdam study accuracy scenes/koyna-intact scenes/koyna-northridge-1994 scenes/pine-flat-taft --output studies/accuracy
+  cofferdam study accuracy scenes/koyna-northridge-1994 --record scenes/records/*.csv --strongest 10 --output studies/accuracy
+      Each of these records in the place of the scene's, the ten seconds with most of its energy
 
 Exit status: 0, 1 results could not be written, 2 a scene is wrong or does not fit, 3 a run failed, 4 a unit cannot be made.";
 
@@ -36,6 +38,14 @@ pub struct AccuracyArguments {
     /// Change a value of every scene; may be given several times
     #[arg(short, long, value_name = "KEY=VALUE")]
     set: Vec<String>,
+
+    /// Records in the place of the scenes' own, each with every scene
+    #[arg(short, long, value_name = "FILE", num_args = 1..)]
+    record: Vec<PathBuf>,
+
+    /// Only this long a part of every record, s: the one with the largest ∫ a² dt
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    strongest: Option<f64>,
 
     /// Folder for tables; created if necessary, and must be empty
     #[arg(short, long, value_name = "DIR")]
@@ -65,12 +75,20 @@ struct Case {
 }
 
 pub fn run(arguments: &AccuracyArguments) -> Result<(), StudyError> {
-    let AccuracyArguments { scenes, set, output, coarse } = arguments;
+    let AccuracyArguments { scenes, set, record, strongest, output, coarse } = arguments;
     let mut cases = Vec::new();
     for path in scenes {
-        let scale = registry::read(path, set)?.scene.ground_motion.record.map_or(1, |record| record.polarity);
-        for polarity in [scale, -scale] {
-            cases.push(case(path, set, polarity)?);
+        let own = if record.is_empty() { vec![Vec::new()] } else { named(record)? };
+        for record in own {
+            let mut settings: Vec<String> = set.iter().cloned().chain(record).collect();
+            let loaded = registry::read(path, &settings)?;
+            if let Some(length) = strongest {
+                settings.extend(strongest_part(&loaded, *length));
+            }
+            let polarity = loaded.scene.ground_motion.record.map_or(1, |record| record.polarity);
+            for polarity in [polarity, -polarity] {
+                cases.push(case(path, &settings, polarity)?);
+            }
         }
     }
     let rest =
@@ -84,6 +102,7 @@ pub fn run(arguments: &AccuracyArguments) -> Result<(), StudyError> {
         "expected: crest, history, sliding",
         "true: crest, history, sliding",
         "within",
+        "1 % of shaking changes: crest, sliding",
         "pilot and run, s",
         "reference, s",
         "cost over that of the reference",
@@ -92,11 +111,28 @@ pub fn run(arguments: &AccuracyArguments) -> Result<(), StudyError> {
     for (number, case) in cases.iter().enumerate() {
         let ladder = Ladder::of(&case.loaded.scene);
         let with = |further: Vec<String>| case.settings.iter().cloned().chain(further).collect::<Vec<_>>();
+        let last = if *coarse { 0 } else { Ladder::RUNGS - 1 };
         let own = match coarse {
             true => ladder.settings(&case.loaded.scene, 1, case.fidelity),
             false => ladder.reference(&case.loaded.scene),
         };
-        let reference = pilot::run(&case.path, &[with(own)])?.remove(0);
+        let mut levels_of_case: Vec<_> = (0..=last).map(|rung| (rung, case.fidelity)).collect();
+        if case.cracked {
+            levels_of_case.push((last, DamFidelityScene::Dem));
+        }
+        // The reference first, then the dearest level and what 1 % of shaking changes in it: the longest runs begin first.
+        let mut runs = vec![with(own)];
+        for (rung, fidelity) in levels_of_case.iter().rev() {
+            let level = with(ladder.settings(&case.loaded.scene, *rung, *fidelity));
+            if *fidelity == DamFidelityScene::Dem {
+                runs.extend(
+                    [1.0 - MORE_OR_LESS, 1.0 + MORE_OR_LESS].map(|factor| case.shaken(&level, factor)),
+                );
+            }
+            runs.push(level);
+        }
+        let mut outcomes = pilot::run(&case.path, &runs)?;
+        let reference = outcomes.remove(0);
         say(format!(
             "{}: reference in {:.1} s, crest {:.2} mm, sliding {:.2} mm",
             case.label,
@@ -104,33 +140,50 @@ pub fn run(arguments: &AccuracyArguments) -> Result<(), StudyError> {
             1e3 * reference.peak(),
             1e3 * reference.slid()
         ));
-        let rungs = if *coarse { 1 } else { Ladder::RUNGS };
-        let runs: Vec<_> =
-            (0..rungs).map(|rung| with(ladder.settings(&case.loaded.scene, rung, case.fidelity))).collect();
-        for (rung, outcome) in pilot::run(&case.path, &runs)?.iter().enumerate() {
+        let twins: Vec<_> = outcomes.drain(..if case.cracked { 2 } else { 0 }).collect();
+        for ((rung, fidelity), outcome) in levels_of_case.iter().rev().zip(&outcomes) {
             for quantity in quantities(case.cracked) {
-                let bias = signed(quantity, outcome, &reference);
-                let (cracked, fidelity) = (case.cracked, case.fidelity);
                 let row = LevelError {
-                    cracked,
-                    fidelity,
-                    rung,
+                    cracked: case.cracked,
+                    fidelity: *fidelity,
+                    rung: *rung,
                     quantity: (*quantity).to_owned(),
                     intensity: case.intensity,
-                    bias,
+                    bias: signed(quantity, outcome, &reference),
                     spread: 0.0,
                     cases: 1,
                 };
                 levels.push((number, row));
             }
         }
+        let finest = &outcomes[0];
+        let change = |quantity: &str| twins.iter().map(|twin| apart(quantity, twin, finest)).reduce(f64::max);
         for asked in if *coarse { &ASKED[1..2] } else { &ASKED[..] } {
-            row(case, *asked, &reference, &mut knob)?;
+            row(case, *asked, &reference, &change, &mut knob)?;
         }
+        // A study that is interrupted keeps the cases that it has done.
+        write(&rest, &cases, &levels, &knob)?;
     }
+    say(format!("{}\n{}", knob.markdown(), shown(&of_cases(&levels)).markdown()));
+    Ok(())
+}
+
+/// The next table, from all cases.
+fn of_cases(levels: &[(usize, LevelError)]) -> ErrorTable {
+    let levels = gathered(levels.iter().map(|(_, row)| row.clone()).collect());
+    ErrorTable { version: TABLE.version + 1, levels }
+}
+
+/// Writes what the cases so far say.
+fn write(
+    rest: &Arguments,
+    cases: &[Case],
+    levels: &[(usize, LevelError)],
+    knob: &Table,
+) -> Result<(), StudyError> {
     let mut of_levels =
         Table::new(["case", "cracked", "dam", "rung", "quantity", "peak acceleration, g", "error"]);
-    for (number, row) in &levels {
+    for (number, row) in levels {
         of_levels.row([
             cases[*number].label.clone(),
             row.cracked.to_string(),
@@ -141,18 +194,24 @@ pub fn run(arguments: &AccuracyArguments) -> Result<(), StudyError> {
             format!("{:.5}", row.bias),
         ]);
     }
-    let table = ErrorTable {
-        version: TABLE.version + 1,
-        levels: gathered(levels.into_iter().map(|(_, row)| row).collect()),
-    };
-    let text = format!("{}\n{}", knob.markdown(), shown(&table).markdown());
-    say(&text);
-    rest.write("accuracy.md", &text)?;
-    rest.write_table("accuracy.csv", &knob)?;
+    let table = of_cases(levels);
+    rest.write("accuracy.md", &format!("{}\n{}", knob.markdown(), shown(&table).markdown()))?;
+    rest.write_table("accuracy.csv", knob)?;
     rest.write_table("levels.csv", &of_levels)?;
-    let failed =
-        |cause: toml::ser::Error| StudyError::File { path: output.join("table.toml"), cause: cause.into() };
+    let failed = |cause: toml::ser::Error| StudyError::File {
+        path: rest.output.join("table.toml"),
+        cause: cause.into(),
+    };
     rest.write("table.toml", &toml::to_string(&table).map_err(failed)?)
+}
+
+impl Case {
+    /// These settings with `factor` times the shaking.
+    fn shaken(&self, settings: &[String], factor: f64) -> Vec<String> {
+        let scale = self.loaded.scene.ground_motion.record.as_ref().map_or(1.0, |record| record.scale);
+        let scale = format!("ground_motion.record.scale={}", factor * scale);
+        settings.iter().cloned().chain([scale]).collect()
+    }
 }
 
 fn case(path: &Path, set: &[String], polarity: i64) -> Result<Case, StudyError> {
@@ -165,6 +224,31 @@ fn case(path: &Path, set: &[String], polarity: i64) -> Result<Case, StudyError> 
     let intensity = loaded.ground_motion.peak().0.abs() / STANDARD_GRAVITY;
     let label = format!("{}, {}, {polarity:+}", loaded.name, loaded.ground_motion.source());
     Ok(Case { path: path.to_owned(), settings, loaded, cracked, fidelity, intensity, label })
+}
+
+/// The settings of records, each from where the command runs.
+fn named(records: &[PathBuf]) -> Result<Vec<Vec<String>>, StudyError> {
+    let each = records.iter().map(|record| {
+        let path = std::path::absolute(record)
+            .map_err(|cause| StudyError::File { path: record.clone(), cause: cause.into() })?;
+        Ok(vec![format!("ground_motion.record.file={:?}", path.display().to_string())])
+    });
+    each.collect()
+}
+
+/// The settings that leave `length` (s) of a record, where ∫ a² dt is largest.
+fn strongest_part(loaded: &LoadedScene, length: f64) -> Vec<String> {
+    let motion = &loaded.ground_motion;
+    let Some(record) = &loaded.scene.ground_motion.record else { return Vec::new() };
+    let samples = ((length / motion.interval()).round() as usize).max(1);
+    let energy = |window: &[f64]| window.iter().map(|a| a * a).sum::<f64>();
+    let windows = motion.acceleration().windows(samples).map(energy).enumerate();
+    let Some((first, _)) = windows.max_by(|a, b| a.1.total_cmp(&b.1)) else { return Vec::new() };
+    let start = record.start + first as f64 * motion.interval();
+    vec![
+        format!("ground_motion.record.start={start}"),
+        format!("ground_motion.record.end={}", start + (samples - 1) as f64 * motion.interval()),
+    ]
 }
 
 /// The quantities of a dam.
@@ -184,7 +268,13 @@ fn signed(quantity: &str, run: &Outcome, exact: &Outcome) -> f64 {
 }
 
 /// Runs a case as `run --accuracy` does, and adds what came of it.
-fn row(case: &Case, share: f64, reference: &Outcome, table: &mut Table) -> Result<(), StudyError> {
+fn row(
+    case: &Case,
+    share: f64,
+    reference: &Outcome,
+    change: &dyn Fn(&str) -> Option<f64>,
+    table: &mut Table,
+) -> Result<(), StudyError> {
     let began = Instant::now();
     let all = accuracy::asked(&share.to_string()).unwrap_or_default();
     let promise = accuracy::promise(&case.path, &case.settings, &case.loaded, &all)?;
@@ -192,12 +282,10 @@ fn row(case: &Case, share: f64, reference: &Outcome, table: &mut Table) -> Resul
     let run = pilot::run(&case.path, &[settings])?.remove(0);
     let taken = began.elapsed().as_secs_f64();
     let found = |quantity: &str| apart(quantity, &run, reference);
-    let list = |value: &dyn Fn(&str) -> Option<f64>| {
-        let each = [CREST, HISTORY, SLIDING].map(|quantity| {
-            value(quantity).map_or_else(|| "–".to_owned(), |v| format!("{:.2} %", 100.0 * v))
-        });
-        each.join(", ")
-    };
+    let percent =
+        |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |v| format!("{:.2} %", 100.0 * v));
+    let list =
+        |value: &dyn Fn(&str) -> Option<f64>| [CREST, HISTORY, SLIDING].map(|q| percent(value(q))).join(", ");
     let asked = &promise.record.asked;
     let within = asked.iter().all(|(quantity, asked)| found(quantity) <= *asked);
     let size =
@@ -210,6 +298,7 @@ fn row(case: &Case, share: f64, reference: &Outcome, table: &mut Table) -> Resul
         list(&|quantity| promise.record.expected.get(quantity).copied()),
         list(&|quantity| quantities(case.cracked).contains(&quantity).then(|| found(quantity))),
         if within { "yes" } else { "no" }.to_owned(),
+        [CREST, SLIDING].map(|quantity| percent(change(quantity))).join(", "),
         format!("{taken:.1}"),
         format!("{:.1}", reference.wall),
         format!("{:.3}", taken / reference.wall),

@@ -2,7 +2,6 @@
 
 mod accuracy;
 mod ambient;
-mod convergence;
 mod fidelity;
 mod figure;
 mod ledger;
@@ -53,9 +52,6 @@ pub enum Command {
     /// How much the results depend on mesh, time steps and modelling choices
     #[command(after_long_help = sensitivity::HELP)]
     Sensitivity(Arguments),
-    /// Bias of the mesh and of the contacts' places, beside scatter with the shaking
-    #[command(after_long_help = convergence::HELP)]
-    Convergence(Arguments),
     /// How far the results scatter with the shaking, and whether every run reaches its end
     #[command(after_long_help = shaking::HELP)]
     Shaking(Arguments),
@@ -167,7 +163,6 @@ pub fn run(command: &Command) -> ExitCode {
         Command::Fidelity(arguments) => fidelity::run(arguments),
         Command::Resolution(arguments) => resolution::run(arguments),
         Command::Sensitivity(arguments) => sensitivity::run(arguments),
-        Command::Convergence(arguments) => convergence::run(arguments),
         Command::Ledger(arguments) => ledger::run(arguments),
         Command::Meshes(arguments) => meshes::run(arguments),
         Command::Paper(arguments) => paper::run(arguments),
