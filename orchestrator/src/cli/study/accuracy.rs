@@ -98,7 +98,7 @@ pub fn run(arguments: &AccuracyArguments) -> Result<(), StudyError> {
         "case",
         "asked",
         "verdict",
-        "chosen elements, m",
+        "chosen dam and elements, m",
         "expected: crest, history, sliding",
         "true: crest, history, sliding",
         "within",
@@ -288,13 +288,15 @@ fn row(
         |value: &dyn Fn(&str) -> Option<f64>| [CREST, HISTORY, SLIDING].map(|q| percent(value(q))).join(", ");
     let asked = &promise.record.asked;
     let within = asked.iter().all(|(quantity, asked)| found(quantity) <= *asked);
-    let size =
-        promise.record.chosen.iter().find_map(|key| key.strip_prefix("dam.element_size=")).unwrap_or("");
+    let chosen = |key: &str| {
+        let mut values = promise.record.chosen.iter().filter_map(|chosen| chosen.strip_prefix(key));
+        values.next_back().unwrap_or("").trim_matches('"').to_owned()
+    };
     table.row([
         case.label.clone(),
         format!("{} %", 100.0 * share),
         promise.record.verdict.clone(),
-        size.to_owned(),
+        format!("{} {}", chosen("dam.fidelity="), chosen("dam.element_size=")),
         list(&|quantity| promise.record.expected.get(quantity).copied()),
         list(&|quantity| quantities(case.cracked).contains(&quantity).then(|| found(quantity))),
         if within { "yes" } else { "no" }.to_owned(),
