@@ -27,11 +27,8 @@ fn manifest(scenario: &Scenario) -> toml::Table {
 #[test]
 fn a_plan_has_each_criterion_with_its_number_on_narrow_lines() {
     let mut command = Command::new(binary());
-    let output = command
-        .arg("plan")
-        .arg(root().join("scenes/koyna-northridge-1994"))
-        .output()
-        .expect("cofferdam runs");
+    let output =
+        command.arg("plan").arg(root().join("scenes/koyna-coarse")).output().expect("cofferdam runs");
     let said = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     // πc/2h = 3.1416 · 1440 / 183.5 = 24.65; an echo takes 2h/c = 0.1274 s, and 0.9ⁿ = 1 % after 43.7 of them.
@@ -67,7 +64,7 @@ fn an_intact_dam_keeps_what_is_asked_with_coarser_elements_the_less_is_asked() {
 
 #[test]
 fn a_sliding_block_has_no_answer_to_a_thousandth_and_gets_a_band() {
-    let scenario = strong("koyna-northridge-1994");
+    let scenario = strong("koyna-coarse");
     let (output, said) = run(&scenario, "sliding=0.1%");
     assert_eq!(output.status.code(), Some(7), "{said}{}", String::from_utf8_lossy(&output.stderr));
     let manifest = manifest(&scenario);

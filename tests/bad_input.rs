@@ -17,7 +17,7 @@ struct Case {
     set: &'static [&'static str],
 }
 
-const CRACKED: &str = "koyna-northridge-1994";
+const CRACKED: &str = "koyna-coarse";
 const RAMP: &str = "rigid-dam-ramp";
 
 const fn edit(edits: &'static [(&'static str, &'static str)]) -> Case {
@@ -69,7 +69,7 @@ const KEYS: &[Case] = &[
     ]),
     set(&["dam.cracks.0.uplift=true", "ground_motion.vertical_scale=0.66", "reservoir.silt={depth=10}"]),
     edit(&[("depth = 91.75                          # m", "")]),
-    edit(&[("title = \"Cracked Koyna dam, Northridge 1994, Canyon Country 270\"", "")]),
+    edit(&[("title = \"Cracked Koyna dam, Northridge 1994, Canyon Country 270, coarse\"", "")]),
     ramp(&[(
         "[reservoir]\ndepth = 180.0                          # m\nsound_speed = 1440.0                   # m/s\nwave_reflection_coefficient = 1.0      # rigid bed",
         "",
@@ -636,8 +636,7 @@ fn check_says_what_a_run_would_be() {
             command.arg("check").args(arguments).current_dir(root()).output().expect("cofferdam runs");
         (output.status.code(), String::from_utf8_lossy(&output.stdout).into_owned(), flat(&output.stderr))
     };
-    let (status, said, complaint) =
-        check(&["scenes/koyna-northridge-1994", "scenes/rigid-dam-ramp/scene.toml"]);
+    let (status, said, complaint) = check(&["scenes/koyna-coarse", "scenes/rigid-dam-ramp/scene.toml"]);
     // 19.98 s of record, 0.01 s in which it falls to zero, 5 s of rest.
     let lines: Vec<&str> = said.lines().collect();
     assert_eq!(lines.len(), 12, "{said}");
@@ -653,7 +652,7 @@ fn check_says_what_a_run_would_be() {
     assert_eq!(
         [lines[0], lines[4], lines[9]],
         [
-            "scenes/koyna-northridge-1994/scene.toml can be run: 9996 communication steps of 0.0025 s, 24.99 s; 1 warning",
+            "scenes/koyna-coarse/scene.toml can be run: 9996 communication steps of 0.0025 s, 24.99 s; 1 warning",
             "  ground: northridge-1994-canyon-country-270.csv, 19.98 s: at most 0.482 g, 0.449 m/s, 0.125 m; Arias intensity 1.974 m/s, 5 to 95 % of it within 5.56 s",
             "scenes/rigid-dam-ramp/scene.toml can be run: 800 communication steps of 0.0025 s, 2 s; 0 warnings",
         ]
@@ -685,7 +684,7 @@ fn check_says_what_a_run_would_be() {
         status == Some(0) && complaint.matches('⚠').count() == 1 && complaint.contains("uplift"),
         "{complaint}"
     );
-    let (status, said, complaint) = check(&["scenes/koyna-northridge-1994", "--set", "time.quiet=1"]);
+    let (status, said, complaint) = check(&["scenes/koyna-coarse", "--set", "time.quiet=1"]);
     assert!(
         said.contains("20.99 s; 2 warnings\n") && complaint.contains("no residual sliding"),
         "{said}{complaint}"
@@ -710,7 +709,7 @@ fn check_warns_of_a_block_that_shakes_itself() {
     ];
     let check = |more: &[&str]| {
         let mut command = std::process::Command::new(binary());
-        command.args(["check", "scenes/koyna-northridge-1994"]).current_dir(root());
+        command.args(["check", "scenes/koyna-coarse"]).current_dir(root());
         joint.iter().chain(more).for_each(|set| _ = command.args(["--set", set]));
         let output = command.output().expect("cofferdam runs");
         assert_eq!(output.status.code(), Some(0), "{output:?}");

@@ -13,7 +13,7 @@ fn bench(scenario: &Scenario, further: &[&str]) -> Output {
 /// A build beside itself: every time of both runs is there, and the parts are no longer than the whole.
 #[test]
 fn two_builds_take_turns() {
-    let mut scenario = Scenario::shipped("koyna-northridge-1994");
+    let mut scenario = Scenario::shipped("koyna-coarse");
     scenario.set("dam.element_size", 10.0).set("time.duration", 0.2);
     let program = binary();
     let program = program.to_str().expect("a path");

@@ -9,7 +9,7 @@ use whole_chain::scenario::{Scenario, binary};
 
 /// A short, coarse scene with many checkpoints.
 fn coarse(settings: &[(&str, Value)]) -> Scenario {
-    let mut scenario = Scenario::shipped("koyna-northridge-1994");
+    let mut scenario = Scenario::shipped("koyna-coarse");
     scenario.set("dam.element_size", 20.0).set("reservoir.element_size", 20.0);
     scenario.set("ground_motion.record.start", 5.0).set("ground_motion.record.end", 5.2);
     scenario.set("time.quiet", 0.0).set("log", table(&[("checkpoint_share", 0.3.into())]));

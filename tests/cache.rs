@@ -20,7 +20,7 @@ fn said(arguments: &[&str], cache: &Path) -> String {
 #[test]
 fn what_was_kept_gives_the_same_bits() {
     for (method, transport) in [("recursive", "in-process"), ("radau2", "shared-memory")] {
-        let mut scenario = Scenario::shipped("koyna-northridge-1994");
+        let mut scenario = Scenario::shipped("koyna-coarse");
         scenario.set("dam.element_size", 10.0).set("reservoir.method", method);
         scenario.set("time.duration", if method == "radau2" { 2.0 } else { 0.1 });
         let cache = scenario.folder().join("cache");
@@ -64,7 +64,7 @@ fn what_was_kept_gives_the_same_bits() {
 /// `check` knows that there is nothing to prepare, and a folder that is none does no harm.
 #[test]
 fn a_cache_is_told_of_and_is_never_needed() {
-    let mut scenario = Scenario::shipped("koyna-northridge-1994");
+    let mut scenario = Scenario::shipped("koyna-coarse");
     scenario.set("dam.element_size", 10.0).set("time.duration", 20.0).set("reservoir.method", "radau2");
     let path = scenario.write();
     let path = path.to_str().expect("a path");

@@ -133,7 +133,7 @@ fn a_packed_dam_keeps_the_contract() {
 
 #[test]
 fn a_dam_without_tailwater_has_no_variables_of_it() {
-    let (found, terminals) = packed("koyna-northridge-1994", "dam");
+    let (found, terminals) = packed("koyna-coarse", "dam");
     let wanted = variables::dam::ALL.iter().filter(|v| v.shape != Shape::TailwaterPoints);
     let all = &found.child("ModelVariables").children;
     let names: Vec<_> = all[1..].iter().map(|variable| variable.get("name")).collect();

@@ -10,7 +10,7 @@ use tempfile::TempDir;
 use whole_chain::fmu::{Fmu, export};
 use whole_chain::scenario::{binary, root};
 
-const SCENE: &str = "koyna-northridge-1994";
+const SCENE: &str = "koyna-coarse";
 const COARSE: [&str; 2] = ["--set", "dam.element_size=10"];
 
 fn folder() -> TempDir {
@@ -218,12 +218,9 @@ fn it_says_what_was_packed() {
     let folder = folder();
     let output = export(folder.path(), &root().join("scenes").join(SCENE), "reservoir", &COARSE);
     let said = String::from_utf8_lossy(&output.stdout);
-    let size =
-        std::fs::metadata(folder.path().join("koyna-northridge-1994-reservoir.fmu")).expect("an FMU").len();
+    let size = std::fs::metadata(folder.path().join("koyna-coarse-reservoir.fmu")).expect("an FMU").len();
     let size = format!("{} kB", size.div_ceil(1000));
-    for word in
-        ["koyna-northridge-1994-reservoir.fmu: ", &size, "12 interface points", "0.0025 s", "index.html"]
-    {
+    for word in ["koyna-coarse-reservoir.fmu: ", &size, "12 interface points", "0.0025 s", "index.html"] {
         assert!(said.contains(word), "`{word}` is missing in:\n{said}");
     }
 }

@@ -175,7 +175,7 @@ fn damaged(bytes: &[u8], dice: &mut Dice) -> Vec<u8> {
 #[test]
 fn scenes() {
     let desk = Desk::default();
-    let texts = ["koyna-northridge-1994", "koyna-intact", "rigid-dam-ramp"].map(shipped);
+    let texts = ["koyna-coarse", "koyna-intact", "rigid-dam-ramp"].map(shipped);
     let (mut fine, mut refused) = (0, 0);
     cases(1500, |dice| {
         let text = changed(dice.of(&texts).as_bytes(), dice);
@@ -334,7 +334,7 @@ fn contents_of_fmus() {
             "x.fmu",
             "--force",
         ];
-        let output = export(folder.path(), &root().join("scenes/koyna-northridge-1994"), unit, &more);
+        let output = export(folder.path(), &root().join("scenes/koyna-coarse"), unit, &more);
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         Fmu::open(&folder.path().join("x.fmu")).bytes("resources/unit.toml")
     };

@@ -5,7 +5,7 @@ use whole_chain::scenario::Scenario;
 /// Mean number of dam steps per communication step, without the measurement of the Jacobian, in one second of strong
 /// motion of the cracked dam on a mesh of 10 m, to this tolerance.
 fn mean(acceleration: &str, measures: &[&str], tolerance: impl Into<toml::Value>) -> f64 {
-    let mut scenario = Scenario::shipped("koyna-northridge-1994");
+    let mut scenario = Scenario::shipped("koyna-coarse");
     scenario
         .set("ground_motion.record.start", 5.0)
         .set("ground_motion.record.end", 6.0)

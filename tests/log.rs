@@ -21,7 +21,7 @@ use whole_chain::scenario::{Scenario, binary, root};
 
 /// A second of strong motion on coarse meshes.
 fn short_scene() -> Scenario {
-    let mut scenario = Scenario::shipped("koyna-northridge-1994");
+    let mut scenario = Scenario::shipped("koyna-coarse");
     scenario.set("dam.element_size", 10.0).set("reservoir.element_size", 12.0);
     scenario.set("ground_motion.record.start", 4.0).set("ground_motion.record.end", 5.0);
     scenario.set("time.quiet", 0.0);

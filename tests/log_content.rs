@@ -108,7 +108,7 @@ fn runs_with_less_in_their_logs_are_resumed() {
 /// A step that ends a run is there whole, to be looked into; of those before, what the run went on with.
 #[test]
 fn a_step_that_fails_is_logged_whole() {
-    let mut scenario = Scenario::shipped("koyna-northridge-1994");
+    let mut scenario = Scenario::shipped("koyna-coarse");
     scenario.set("dam.element_size", 10.0).set("reservoir.method", "recursive");
     scenario.set("coupling.acceleration", "constant").set("coupling.relaxation", 1.0);
     scenario.set("coupling.iteration_limit", 4).set("coupling.tolerance", 1e-6);

@@ -23,7 +23,7 @@ type Stop = (u64, Vec<Vec<u8>>);
 
 /// A short, coarse scene in which cracks slide.
 fn coarse(settings: &[(&str, Value)]) -> Scenario {
-    let mut scenario = Scenario::shipped("koyna-northridge-1994");
+    let mut scenario = Scenario::shipped("koyna-coarse");
     scenario.set("dam.element_size", 20.0).set("reservoir.element_size", 20.0);
     scenario.set("ground_motion.record.start", 5.0).set("ground_motion.record.end", 5.1);
     scenario.set("time.quiet", 0.0);

@@ -7,7 +7,7 @@ use std::process::Command;
 use whole_chain::scenario::{Scenario, binary};
 
 fn short_scene() -> Scenario {
-    let mut scenario = Scenario::shipped("koyna-northridge-1994");
+    let mut scenario = Scenario::shipped("koyna-coarse");
     scenario.set("dam.element_size", 15.0).set("reservoir.element_size", 12.0);
     scenario.set("ground_motion.record.start", 5.0).set("ground_motion.record.end", 5.4);
     scenario.set("time.quiet", 0.0);

@@ -14,7 +14,7 @@ const CRACK: &str = "</script><b>neck & co";
 
 /// The strong part of the main scene, coarse and short.
 pub fn short_scene() -> Scenario {
-    let mut scenario = Scenario::shipped("koyna-northridge-1994");
+    let mut scenario = Scenario::shipped("koyna-coarse");
     scenario.set("title", TITLE).set("dam.cracks.0.name", CRACK);
     scenario.set("dam.element_size", 15.0).set("reservoir.element_size", 15.0);
     scenario.set("dam.material.tensile_strength", 2.5e5);

@@ -9,7 +9,7 @@ use whole_chain::scenario::{Histories, Scenario, binary};
 
 /// The strong part of the main scene on a coarse mesh.
 fn short_scene() -> Scenario {
-    let mut scenario = Scenario::shipped("koyna-northridge-1994");
+    let mut scenario = Scenario::shipped("koyna-coarse");
     scenario.set("dam.element_size", 10.0).set("ground_motion.record.start", 4.0);
     scenario.set("ground_motion.record.end", 5.0).set("time.quiet", 0.5);
     scenario
@@ -157,7 +157,7 @@ fn energy_is_balanced_in_a_short_run() {
 
 #[test]
 fn an_interrupted_run_says_so_and_stays_readable() {
-    let mut scenario = Scenario::shipped("koyna-northridge-1994");
+    let mut scenario = Scenario::shipped("koyna-coarse");
     scenario.set("dam.element_size", 10.0);
     let mut child =
         scenario.command("run").stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("a child");
@@ -534,12 +534,12 @@ fn factors_of_safety_know_the_uplift_that_no_run_models() {
             assert!((found - exact).abs() < 0.01, "{case}: {found}, {exact}");
         }
     };
-    neck("koyna-northridge-1994", 0, &[], by_hand(2640.0, 91.75, 0.0));
+    neck("koyna-coarse", 0, &[], by_hand(2640.0, 91.75, 0.0));
     // Above another crack under water.
     neck("koyna-two-cracks", 1, &[], by_hand(2640.0, 91.75, 0.0));
     let bond = [("dam.cracks.0.cohesion", 1e6), ("dam.cracks.0.tensile_strength", 1e6)];
     let light = [&bond[..], &[("dam.material.density", 500.0), ("reservoir.depth", 100.0)]].concat();
-    neck("koyna-northridge-1994", 0, &light, by_hand(500.0, 100.0, 1e6));
+    neck("koyna-coarse", 0, &light, by_hand(500.0, 100.0, 1e6));
 }
 
 #[test]

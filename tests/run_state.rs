@@ -371,19 +371,16 @@ fn cracked_dams_and_their_waters_go_on() -> Result<(), Failure> {
     let recursive = ("reservoir.method", "\"recursive\"");
     let acceleration = |name| ("coupling.acceleration", name);
     for (case, settings) in [
-        ("koyna-northridge-1994", &[acceleration("\"interface-jacobian\"")][..]),
-        ("koyna-northridge-1994", &[acceleration("\"iqn-ils\""), ("coupling.window", "3")]),
-        ("koyna-northridge-1994", &[acceleration("\"iqn-ils\""), recursive, adaptive]),
+        ("koyna-coarse", &[acceleration("\"interface-jacobian\"")][..]),
+        ("koyna-coarse", &[acceleration("\"iqn-ils\""), ("coupling.window", "3")]),
+        ("koyna-coarse", &[acceleration("\"iqn-ils\""), recursive, adaptive]),
+        ("koyna-coarse", &[("coupling.scheme", "\"parallel-implicit\""), acceleration("\"iqn-ils\"")]),
         (
-            "koyna-northridge-1994",
-            &[("coupling.scheme", "\"parallel-implicit\""), acceleration("\"iqn-ils\"")],
-        ),
-        (
-            "koyna-northridge-1994",
+            "koyna-coarse",
             &[("reservoir.fidelity", "\"incompressible\""), ("coupling.scheme", "\"added-mass\"")],
         ),
         (
-            "koyna-northridge-1994",
+            "koyna-coarse",
             &[
                 acceleration("\"aitken\""),
                 ("stop", "[{ quantity = \"iterations\", above = 2, action = \"flag\" }]"),
@@ -439,7 +436,7 @@ fn in_processes(scene: &Scene) -> Result<Vec<Box<dyn Participant>>, Failure> {
 /// The coarse main scene with what takes the place of its units, as pairs of keys and values.
 fn swapped(settings: &[(&str, String)]) -> Result<LoadedScene, Failure> {
     let settings: Vec<(&str, &str)> = settings.iter().map(|(key, value)| (*key, value.as_str())).collect();
-    coarse("koyna-northridge-1994", &settings)
+    coarse("koyna-coarse", &settings)
 }
 
 /// What takes a unit's place: its fidelity, and the table of that name.
@@ -454,7 +451,7 @@ fn of(unit: &str, fidelity: &str, table: &str) -> [(&'static str, String); 2] {
 
 /// The coarse main scene's unit as FMU.
 fn packed(folder: &Path, unit: &str) -> Result<PathBuf, Failure> {
-    let mut scenario = Scenario::shipped("koyna-northridge-1994");
+    let mut scenario = Scenario::shipped("koyna-coarse");
     scenario.set("dam.element_size", 20.0).set("reservoir.element_size", 20.0);
     let file = folder.join(format!("{unit}.fmu"));
     let mut export = Command::new(binary());
@@ -483,11 +480,7 @@ fn units_in_processes_fmus_and_logs_go_on() -> Result<(), Failure> {
     let argv = format!("{{ argv = [{:?}], acceleration = \"end\" }}", env!("CARGO_BIN_EXE_built_in_unit"));
     let iqn = ("coupling.acceleration", "\"iqn-ils\"".to_owned());
     let cases = [
-        (
-            "built-in units",
-            coarse("koyna-northridge-1994", &[("coupling.acceleration", "\"iqn-ils\"")])?,
-            true,
-        ),
+        ("built-in units", coarse("koyna-coarse", &[("coupling.acceleration", "\"iqn-ils\"")])?, true),
         ("built-in units, tailwater", coarse("koyna-tailwater", &[])?, true),
         ("FMUs", swapped(&[fmus[0].as_slice(), &fmus[1]].concat())?, false),
         ("FMUs", swapped(&[fmus[0].as_slice(), &fmus[1], &[iqn]].concat())?, true),
@@ -523,7 +516,7 @@ fn bytes_that_are_no_state_of_a_unit_are_refused_wherever_it_runs() -> Result<()
     let fmu = packed(place.path(), "dam")?;
     let built_in = swapped(&[])?;
     let packed = swapped(&of("dam", "fmu", &format!("{{ file = {fmu:?} }}")))?;
-    let other = coarse("koyna-northridge-1994", &[("dam.material.density", "2500.0")])?;
+    let other = coarse("koyna-coarse", &[("dam.material.density", "2500.0")])?;
     for (scene, processes) in
         [(&built_in.scene, false), (&built_in.scene, true), (&packed.scene, false), (&packed.scene, true)]
     {
@@ -662,7 +655,7 @@ fn messages(path: &Path) -> Result<Vec<(u64, u32)>, Failure> {
 
 #[test]
 fn a_run_told_from_its_log_goes_on_with_the_same_log_and_pictures() -> Result<(), Failure> {
-    let loaded = coarse("koyna-northridge-1994", &[("snapshots", "{ interval = 0.02 }")])?;
+    let loaded = coarse("koyna-coarse", &[("snapshots", "{ interval = 0.02 }")])?;
     let plan = loaded.scene.snapshots.ok_or("a plan")?;
     let make = || -> Result<Simulation, Failure> {
         let graph = registry::graph(&loaded.scene, NonZeroUsize::MIN)?;

@@ -10,7 +10,7 @@ use std::process::Command;
 use whole_chain::koyna::{CREST, DEPTH, NECK, dam, width};
 use whole_chain::scenario::{Scenario, binary, root};
 
-const CRACKED: &str = "scenes/koyna-northridge-1994";
+const CRACKED: &str = "scenes/koyna-coarse";
 
 /// Exit status, standard output and standard error on a line.
 fn check(arguments: &[&str]) -> (Option<i32>, String, String) {
@@ -267,7 +267,7 @@ fn zones_are_drawn_and_written() {
     assert!(drawn.iter().zip(exact).all(|(drawn, exact)| (drawn / exact - 1.0).abs() < 1e-4), "{drawn:?}");
     assert!(["facing", "core"].iter().all(|name| picture.says(name)));
 
-    let mut scenario = Scenario::shipped("koyna-northridge-1994");
+    let mut scenario = Scenario::shipped("koyna-coarse");
     scenario.set("time.duration", 0.01);
     let mut run = scenario.command("run");
     run.args(["--set", &zones, "--set", "snapshots.interval=0.01"]);

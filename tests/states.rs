@@ -81,7 +81,7 @@ fn outputs<U: CoSimulation>(unit: &U) -> Result<Vec<(&'static str, Vec<u64>)>, U
 /// The units that the tests build without a scene equal those of the scene.
 #[test]
 fn the_tests_dam_is_that_of_the_scene() -> Result<(), Box<dyn std::error::Error>> {
-    let scene = orchestrator::registry::read(&root().join("scenes/koyna-northridge-1994"), &[])?.scene;
+    let scene = orchestrator::registry::read(&root().join("scenes/koyna-coarse"), &[])?.scene;
     let dam = scene.dam.as_ref().ok_or("a dam is computed")?;
     assert_eq!(koyna::dam(5.0, true), dam_parameters(dam, &scene, WaterMass::None)?);
     let water = &scene.reservoir;
@@ -97,7 +97,7 @@ fn the_tests_dam_is_that_of_the_scene() -> Result<(), Box<dyn std::error::Error>
 
 #[test]
 fn states_in_the_middle_of_the_main_scene() -> Result<(), Box<dyn std::error::Error>> {
-    let loaded = orchestrator::registry::read(&root().join("scenes/koyna-northridge-1994"), &[])?;
+    let loaded = orchestrator::registry::read(&root().join("scenes/koyna-coarse"), &[])?;
     // The strong motion begins at 4 s.
     let ground = |time: f64| loaded.ground_motion.at(4.0 + time);
     let mut pair = Pair::new()?;

@@ -85,7 +85,7 @@ fn a_tighter_tolerance_brings_the_error_down_and_costs_iterations() {
 fn ambient_vibration_makes_no_energy() {
     let folder = tempfile::tempdir().expect("a folder");
     let settings = ["dam.element_size=10", "reservoir.element_size=10"];
-    let rows = study("ambient", "koyna-northridge-1994", &settings, &folder.path().join("a"));
+    let rows = study("ambient", "koyna-coarse", &settings, &folder.path().join("a"));
     assert_eq!(rows.len(), 4);
     for row in &rows {
         let values: Vec<f64> = row.iter().map(|cell| cell.parse().expect("a number")).collect();
@@ -109,7 +109,7 @@ fn each_level_of_the_water_is_closer_to_the_best_than_the_one_below() {
         "time.communication_step=0.005",
         "reservoir.wave_reflection_coefficient=0.5",
     ];
-    let rows = study("fidelity", "koyna-northridge-1994", &settings, &folder.path().join("f"));
+    let rows = study("fidelity", "koyna-coarse", &settings, &folder.path().join("f"));
     let of = |name: &str, column: usize| -> f64 {
         let row = rows.iter().find(|row| row[0] == name).unwrap_or_else(|| panic!("no row {name}"));
         row[column].parse().unwrap_or_else(|_| panic!("{name}: {row:?}"))
@@ -184,7 +184,7 @@ fn short_windows_forget_the_reservoir() {
         "time.quiet=0",
     ];
     let output = folder.path().join("w");
-    let rows = study("windows", "koyna-northridge-1994", &settings, &output);
+    let rows = study("windows", "koyna-coarse", &settings, &output);
     let share = |cell: &str| cell.trim_end_matches(" %").parse::<f64>().expect("a percentage") / 100.0;
     // 0.1 s, 128 steps, and all of it at once, where only the end of the record presses at its beginning.
     assert_eq!(rows.iter().map(|row| &*row[0]).collect::<Vec<_>>(), ["40", "128", "604"]);
@@ -222,7 +222,7 @@ fn sensitivity_tells_numbers_from_choices() {
         "ground_motion.record.end=6",
         "time.quiet=0",
     ];
-    let rows = study("sensitivity", "koyna-northridge-1994", &settings, &folder.path().join("s"));
+    let rows = study("sensitivity", "koyna-coarse", &settings, &folder.path().join("s"));
     assert_eq!(rows.len(), 7);
     let percent = |row: &str, column: usize| -> f64 {
         let row = rows.iter().find(|cells| cells[0].starts_with(row)).expect("the row");
@@ -246,7 +246,7 @@ fn every_shaking_reaches_its_end() {
         "ground_motion.record.end=5.5",
         "time.quiet=0",
     ];
-    let rows = study("shaking", "koyna-northridge-1994", &settings, &folder.path().join("s"));
+    let rows = study("shaking", "koyna-coarse", &settings, &folder.path().join("s"));
     assert_eq!(rows.len(), 10);
     for row in &rows {
         assert_eq!(row[5], "completed", "{rows:?}");
@@ -270,7 +270,7 @@ fn what_grows_walks_and_what_decays_comes_to_rest() {
         "ground_motion.record.end=7",
         "time.quiet=6",
     ];
-    let rows = study("rest", "koyna-northridge-1994", &settings, &folder.path().join("s"));
+    let rows = study("rest", "koyna-coarse", &settings, &folder.path().join("s"));
     let verdicts: Vec<&str> = rows.iter().map(|row| &*row[12]).collect();
     assert_eq!(verdicts, ["moves", "at rest", "cannot stand", "at rest"], "{rows:?}");
     let number = |row: usize, column: usize| rows[row][column].parse::<f64>().expect("a number");
@@ -290,7 +290,7 @@ fn the_ledger_closes_with_the_time_step() {
         "ground_motion.record.end=6",
         "time.quiet=0",
     ];
-    let rows = study("ledger", "koyna-northridge-1994", &settings, &folder.path().join("s"));
+    let rows = study("ledger", "koyna-coarse", &settings, &folder.path().join("s"));
     assert_eq!(rows.len(), 2);
     for row in &rows {
         let number = |column: usize| row[column].parse::<f64>().expect("a number");
@@ -310,7 +310,7 @@ fn one_crack_in_other_meshes_moves_alike() {
         "ground_motion.record.end=5",
         "time.quiet=0",
     ];
-    let rows = study("meshes", "koyna-northridge-1994", &settings, &folder.path().join("s"));
+    let rows = study("meshes", "koyna-coarse", &settings, &folder.path().join("s"));
     assert_eq!(rows.len(), 4 + 2 + 3);
     let number = |row: usize, column: usize| rows[row][column].parse::<f64>().expect("a number");
     assert_ne!(number(0, 1), number(1, 1));
@@ -330,7 +330,7 @@ fn a_step_of_a_long_log_is_found_by_reading_a_small_part() {
     ];
     let output = folder.path().join("s");
     // A size is an argument of this study alone; the default would take a minute.
-    let scene = root().join("scenes/koyna-northridge-1994");
+    let scene = root().join("scenes/koyna-coarse");
     let mut command = Command::new(binary());
     command.args(["study", "seek", "--coarse", "--size", "60MB", "--output"]).arg(&output).arg(scene);
     for setting in settings {

@@ -10,7 +10,7 @@ use std::process::{Command, Output};
 use tempfile::TempDir;
 use whole_chain::scenario::{binary, root};
 
-const CRACKED: &str = "koyna-northridge-1994";
+const CRACKED: &str = "koyna-coarse";
 const RAMP: &str = "rigid-dam-ramp";
 const OWN_POINTS: &str = "reservoir.interface_size=7.3";
 

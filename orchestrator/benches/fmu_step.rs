@@ -16,7 +16,7 @@ const TRIES: usize = 4;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().ok_or("no folder")?;
-    let scene = root.join("scenes/koyna-northridge-1994");
+    let scene = root.join("scenes/koyna-coarse");
     let folder = tempfile::tempdir()?;
     let file = folder.path().join("water.fmu");
     let mut export = Command::new(root.join("target/release/cofferdam"));

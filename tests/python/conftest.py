@@ -9,7 +9,7 @@ import fmus
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-CASE = ROOT / "scenes" / "koyna-northridge-1994"
+CASE = ROOT / "scenes" / "koyna-coarse"
 
 
 @pytest.fixture(scope="session")

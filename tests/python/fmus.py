@@ -22,7 +22,7 @@ def settings(overrides):
     return [argument for override in overrides for argument in ("--set", override)]
 
 
-def pack(folder, unit, overrides=(), scene="koyna-northridge-1994", options=()):
+def pack(folder, unit, overrides=(), scene="koyna-coarse", options=()):
     """The FMU of `unit` of a shipped scene with `overrides`."""
     path = folder / f"{unit}.fmu"
     command = [os.environ["COFFERDAM"], "export-fmu", SCENES / scene, "--unit", unit, "--output", path]

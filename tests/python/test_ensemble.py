@@ -20,7 +20,7 @@ from fmus import RECORD, ROOT, SCENES
 
 COFFERDAM = os.environ["COFFERDAM"]
 PLAN = f"""
-scene = "{SCENES / "koyna-northridge-1994"}"
+scene = "{SCENES / "koyna-coarse"}"
 set = ["time.quiet=0", "dam.element_size=20", "dam.fidelity=reduced", "reservoir.fidelity=westergaard",
        "coupling.scheme=serial-implicit"]
 records = [{{ name = "1e5", file = "{RECORD}", start = 4.5, end = 5.0 }}]

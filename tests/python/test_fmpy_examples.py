@@ -51,7 +51,7 @@ def test_the_fixed_point_is_the_orchestrators(tmp_path):
     fmus = [pack(tmp_path, unit, aitken) for unit in ("dam", "reservoir")]
     said = [example("fixed_point.py", *fmus, RECORD, tmp_path / f"{n}.csv") for n in (1, 2)]
     assert said[0] == said[1] and (tmp_path / "1.csv").read_bytes() == (tmp_path / "2.csv").read_bytes()
-    histories = run(tmp_path / "run", "koyna-northridge-1994", aitken)
+    histories = run(tmp_path / "run", "koyna-coarse", aitken)
     found, expected = table(tmp_path / "1.csv"), histories["dam.crest_displacement.x"][1:]
     assert len(found) == len(expected) >= 400
     difference = np.abs(found["crest_x"] - expected).max() / np.abs(expected).max()
@@ -65,7 +65,7 @@ def test_water_without_memory_counts_once(tmp_path):
     fmus = [pack(tmp_path, unit, westergaard) for unit in ("dam", "reservoir")]
     example("fixed_point.py", *fmus, RECORD, tmp_path / "results.csv")
     staggered = [*westergaard, "coupling.scheme=serial-implicit", "coupling.tolerance=1e-6"]
-    expected = run(tmp_path / "run", "koyna-northridge-1994", staggered)["dam.crest_displacement.x"][1:]
+    expected = run(tmp_path / "run", "koyna-coarse", staggered)["dam.crest_displacement.x"][1:]
     found = table(tmp_path / "results.csv")["crest_x"]
     # Both stop within a tolerance of 1e-6, though not at the same iterate.
     assert np.abs(found - expected).max() < 1e-6 * np.abs(expected).max()

@@ -551,7 +551,7 @@ def test_simulate_fmu_with_start_values(coarse):
     "scene, overrides",
     [
         ("koyna-intact", COARSE_HALF_SECOND[:1]),
-        ("koyna-northridge-1994", [*COARSE_HALF_SECOND, 'reservoir.fidelity="westergaard"', 'title="a < b & \'c\' 坝"']),
+        ("koyna-coarse", [*COARSE_HALF_SECOND, 'reservoir.fidelity="westergaard"', 'title="a < b & \'c\' 坝"']),
     ],
 )
 @pytest.mark.parametrize("unit", UNITS)

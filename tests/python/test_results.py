@@ -62,7 +62,7 @@ def test_wet_faces_have_the_points_of_the_manifest_and_the_numbers_of_the_files(
 def test_points_of_each_water_are_told_apart(tmp_path):
     """Of a run with a tailwater, and a reservoir that has points of its own."""
     sets = [*fmus.COARSE_HALF_SECOND, "ground_motion.record.end=5.05", "tailwater.depth=20", "reservoir.interface_size=8"]
-    command = [os.environ["COFFERDAM"], "run", fmus.SCENES / "koyna-northridge-1994", *fmus.settings(sets)]
+    command = [os.environ["COFFERDAM"], "run", fmus.SCENES / "koyna-coarse", *fmus.settings(sets)]
     options = ["--quiet", "--no-report", "--transport", "in-process", "--output", tmp_path / "run"]
     subprocess.run([*command, *options], check=True, capture_output=True)
     opened = cofferdam.open_run(tmp_path / "run")

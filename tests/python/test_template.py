@@ -21,7 +21,7 @@ HEADERS = Path(fmpy.__file__).parent / "c-code"
 COFFERDAM = os.environ["COFFERDAM"]
 # A face with a batter, and one with a crack and a kink.
 BATTERED = ("rigid-dam-ramp", ["prescribed.batter=30", "prescribed.panels=7"])
-CRACKED = ("koyna-northridge-1994", ["dam.element_size=10", "dam.section.upstream=[[0,0],[2,20],[2,103]]"])
+CRACKED = ("koyna-coarse", ["dam.element_size=10", "dam.section.upstream=[[0,0],[2,20],[2,103]]"])
 MEAN = ("#define ACCELERATION_IS_MEAN 0", "#define ACCELERATION_IS_MEAN 1")
 NAMES = {"reservoir": "water", "dam": "dam"}
 H = 0.0025
@@ -313,7 +313,7 @@ def test_refused_calls_say_why(fmus, tmp_path):
 def test_the_dam_takes_part_in_the_examples(tmp_path):
     """The written dam before the program's own water, by the example of the whole coupling."""
     overrides = [*STRONG_SECOND, "dam.element_size=10", "coupling.acceleration=aitken"]
-    case = ("koyna-northridge-1994", overrides)
+    case = ("koyna-coarse", overrides)
     dam = build(write(tmp_path / "own", "c", "dam", case))
     water = pack(tmp_path, "reservoir", [*overrides, "reservoir.element_size=20"])
     example = SCENES.parent / "examples" / "fmpy" / "fixed_point.py"

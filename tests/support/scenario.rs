@@ -61,7 +61,7 @@ impl Scenario {
 
     /// The main scene, coarse, with water that needs no preparation, for this long (s).
     pub fn quick(duration: f64) -> Self {
-        let mut scenario = Self::shipped("koyna-northridge-1994");
+        let mut scenario = Self::shipped("koyna-coarse");
         scenario.set("dam.element_size", 10.0).set("time.duration", duration);
         scenario.set("reservoir.fidelity", "westergaard").set("coupling.scheme", "serial-implicit");
         scenario

@@ -40,8 +40,8 @@ turns of its time over this build's: 2 where this one is twice as fast.
 Solvers and the exchange alone are timed by `cargo bench`.
 
 Examples:
-  cofferdam bench scenes/koyna-northridge-1994
-  cofferdam bench scenes/koyna-northridge-1994 --against old/cofferdam -- --set dam.fidelity=reduced
+  cofferdam bench scenes/koyna-coarse
+  cofferdam bench scenes/koyna-coarse --against old/cofferdam -- --set dam.fidelity=reduced
       Is the reduced dam faster than it was?
 
 Exit status: 0, 1 a run failed or could not be started, 2 the arguments do not fit.";

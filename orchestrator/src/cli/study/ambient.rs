@@ -17,7 +17,7 @@ coupling.
 Writes ambient.md, ambient.csv and ambient.svg. With --coarse twenty seconds instead of ten minutes.
 
 Example:
-  cofferdam study ambient scenes/koyna-northridge-1994 --output studies/ambient
+  cofferdam study ambient scenes/koyna-coarse --output studies/ambient
 
 Exit status: 0, 1 results could not be written, 2 the scene is wrong or does not fit, 3 a run failed, 4 a unit cannot be
 made.";

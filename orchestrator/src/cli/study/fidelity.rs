@@ -31,7 +31,7 @@ state at the run's end in a file.
 Writes fidelity.md, fidelity.csv and fidelity.svg. With --coarse without waves, rigid bed and the distant Sommerfeld end.
 
 Example:
-  cofferdam study fidelity scenes/koyna-northridge-1994 --output studies/fidelity
+  cofferdam study fidelity scenes/koyna-coarse --output studies/fidelity
 
 Exit status: 0, 1 results could not be written, 2 the scene is wrong or does not fit, 3 a run failed, 4 a unit cannot be
 made.";

@@ -13,7 +13,7 @@ over the peak kinetic energy at the time step of the scene, a half, a quarter an
 Writes ledger.md and ledger.csv.
 
 Example:
-  cofferdam study ledger scenes/koyna-northridge-1994 --output studies/ledger --set time.duration=7
+  cofferdam study ledger scenes/koyna-coarse --output studies/ledger --set time.duration=7
 
 Exit status: 0, 1 results could not be written, 2 the scene is wrong or does not fit, 3 a run failed, 4 a unit cannot be
 made.";

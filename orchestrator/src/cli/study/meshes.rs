@@ -14,7 +14,7 @@ five meshes differ by is to be compared with what the shaking does.
 Writes meshes.md and meshes.csv.
 
 Example:
-  cofferdam study meshes scenes/koyna-northridge-1994 --output studies/meshes
+  cofferdam study meshes scenes/koyna-coarse --output studies/meshes
 
 Exit status: 0, 1 results could not be written, 2 the scene is wrong or does not fit, 3 a run failed, 4 a unit cannot be
 made.";

@@ -16,7 +16,7 @@ depths, kinds of damping, and two meshes. Blocks are reduced, so that a row take
 Writes rest.md and rest.csv.
 
 Example:
-  cofferdam study rest scenes/koyna-northridge-1994 --output studies/rest \\
+  cofferdam study rest scenes/koyna-coarse --output studies/rest \\
     --set ground_motion.record.start=4 --set ground_motion.record.end=9 --set time.quiet=8
 
 Exit status: 0, 1 results could not be written, 2 the scene is wrong or does not fit, 4 a unit cannot be made.";

@@ -21,7 +21,7 @@ frames of its records, once the summary has been cut off. The log is removed aft
 Writes seek.md and seek.csv.
 
 Example:
-  cofferdam study seek scenes/koyna-northridge-1994 --output studies/seek --size 1GB \\
+  cofferdam study seek scenes/koyna-coarse --output studies/seek --size 1GB \\
     --set ground_motion.record.start=4 --set ground_motion.record.end=5 --set time.quiet=0
 
 Exit status: 0, 1 results could not be written, 2 the scene is wrong, 3 a run failed, 4 a unit cannot be made.";

@@ -15,7 +15,7 @@ A run with half the communication step shows the error that does not depend on t
 Writes tolerance.md, tolerance.csv and tolerance.svg.
 
 Example:
-  cofferdam study tolerance scenes/koyna-northridge-1994 --output studies/tolerance
+  cofferdam study tolerance scenes/koyna-coarse --output studies/tolerance
 
 Exit status: 0, 1 results could not be written, 2 the scene is wrong or does not fit, 3 a run failed, 4 a unit cannot be
 made.";

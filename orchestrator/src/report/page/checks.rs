@@ -214,7 +214,7 @@ mod tests {
 
     #[test]
     fn statics_of_the_main_scene() {
-        let of = scene("koyna-northridge-1994", &[]);
+        let of = scene("koyna-coarse", &[]);
         let dam = of.dam.as_ref().expect("a dam");
         // Trapezoids below and above the neck.
         let by_hand = (70.0 + 19.25) / 2.0 * 66.5 + (19.25 + 14.8) / 2.0 * 36.5;

@@ -69,16 +69,16 @@ mod tests {
     #[test]
     fn only_what_concerns_a_scene_is_said() {
         let [uplift, fixed, cavitates] = ["there is no uplift", "The base is fixed", "does not cavitate"];
-        let main = of("koyna-northridge-1994", &[]);
+        let main = of("koyna-coarse", &[]);
         assert!([uplift, fixed, cavitates].iter().all(|words| main.contains(words)), "{main}");
         assert!(!main.contains("incompressible") && !main.contains("prescribed"), "{main}");
         let joint = of("koyna-base-joint", &[]);
         assert!(joint.contains(uplift) && !joint.contains(fixed), "{joint}");
-        let empty = of("koyna-northridge-1994", &["reservoir.fidelity=none"]);
+        let empty = of("koyna-coarse", &["reservoir.fidelity=none"]);
         assert!(!empty.contains(uplift) && !empty.contains(cavitates) && !empty.contains("silt"), "{empty}");
         let rigid = of("rigid-dam-ramp", &[]);
         assert!(rigid.contains("prescribed") && !rigid.contains("Concrete"), "{rigid}");
-        let intact = of("koyna-northridge-1994", &["dam.fidelity=intact", "reservoir.fidelity=westergaard"]);
+        let intact = of("koyna-coarse", &["dam.fidelity=intact", "reservoir.fidelity=westergaard"]);
         assert!(intact.contains("left out") && intact.contains("incompressible"), "{intact}");
         assert!(!intact.contains("Cracks divide"), "{intact}");
     }

@@ -28,7 +28,7 @@ record, against waves that leave.
 Writes windows.md, windows.csv, windows.svg and far-end.csv. With --coarse two windows and one distance.
 
 Example:
-  cofferdam study windows scenes/koyna-northridge-1994 --output studies/windows
+  cofferdam study windows scenes/koyna-coarse --output studies/windows
 
 Exit status: 0, 1 results could not be written, 2 the scene is wrong or does not fit, 3 a run failed, 4 a unit cannot be
 made.";
