@@ -55,7 +55,7 @@ Examples:
       koyna-northridge-1994-dam.fmu: the cracked dam under its weight and the hydrostatic pressure.
   cofferdam export-fmu scenes/koyna-northridge-1994 --unit reservoir -o water.fmu --force
       Its reservoir; an existing file water.fmu is overwritten.
-  cofferdam export-fmu scenes/koyna-northridge-1994 --unit dam --set dam.element_size=2.5 -o fine.fmu
+  cofferdam export-fmu scenes/koyna-northridge-1994 --unit dam --set dam.element_size=1.25 -o fine.fmu
       The dam on a finer mesh.
 
 Exit status: 0 packed, 1 it cannot be packed or written, 2 the scene is wrong.";

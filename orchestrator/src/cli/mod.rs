@@ -399,7 +399,7 @@ Examples:
       The cracked Koyna dam under the Northridge earthquake of 1994.
   cofferdam run scenes/rigid-dam-ramp --output /tmp/ramp
       A rigid dam under a ramp of acceleration, which has a closed-form answer.
-  cofferdam run scenes/koyna-northridge-1994 --set dam.element_size=2.5
+  cofferdam run scenes/koyna-northridge-1994 --set dam.element_size=1.25
       The same dam on a finer mesh.
   cofferdam run scenes/koyna-northridge-1994 --band 16
       How far the numbers scatter if the motion differs by 1 %.

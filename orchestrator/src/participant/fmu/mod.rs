@@ -50,8 +50,7 @@ struct Parts {
     preview: Option<Box<dyn Instance>>,
 }
 
-// FMI asks that the functions of an instance can be called by any thread, one at a time; what they say goes through a lock.
-#[allow(unsafe_code)]
+#[allow(unsafe_code)] // FMI lets any thread call an instance, one at a time; what instances say goes through a lock
 unsafe impl Send for Parts {}
 
 /// What to import.
