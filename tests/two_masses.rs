@@ -5,7 +5,7 @@
 //! ```
 //!
 //! The left mass takes the force of the joining spring and answers with its motion; the right one takes the motion of
-//! the left, has the joining spring, and answers with the force. Either solves its own part to 1e-11 or better. Modes:
+//! the left, has the joining spring, and answers with the force. Either solves its own part exactly. Modes:
 //! both masses together, ω₁² = k/m, and against each other, ω₂² = (k + 2κ)/m.
 
 use orchestrator::acceleration::{Acceleration, AccelerationKind};
@@ -32,22 +32,17 @@ fn exact(time: f64) -> f64 {
     0.5 * ((together * time).sin() / together + (against * time).sin() / against)
 }
 
-/// `u″ = −stiffness u + force(s)` over `h` by Runge and Kutta's fourth-order steps; s from 0 to h.
-fn integrate(state: &mut [f64; 2], stiffness: f64, h: f64, force: impl Fn(f64) -> f64) {
-    let steps = (h * stiffness.sqrt() / 0.004).ceil().max(1.0);
-    let dt = h / steps;
-    for step in 0..steps as u32 {
-        let at = f64::from(step) * dt;
-        let rate = |[u, v]: [f64; 2], s: f64| [v, force(at + s) - stiffness * u];
-        let moved = |by: [f64; 2], dt: f64| [state[0] + dt * by[0], state[1] + dt * by[1]];
-        let first = rate(*state, 0.0);
-        let second = rate(moved(first, dt / 2.0), dt / 2.0);
-        let third = rate(moved(second, dt / 2.0), dt / 2.0);
-        let fourth = rate(moved(third, dt), dt);
-        for d in 0..2 {
-            state[d] += dt / 6.0 * (first[d] + 2.0 * (second[d] + third[d]) + fourth[d]);
-        }
-    }
+/// `u″ = −stiffness u + f₀ + f₁ s + f₂ s²` over `h`, in closed form: a free vibration, and the responses to the powers of s, whose sums
+/// lose no digits.
+fn integrate([u, v]: &mut [f64; 2], stiffness: f64, h: f64, [f0, f1, f2]: [f64; 3]) {
+    let omega = stiffness.sqrt();
+    let (sin, cos) = (omega * h).sin_cos();
+    let step = 2.0 * (omega * h / 2.0).sin().powi(2) / stiffness;
+    let ramp = (h - sin / omega) / stiffness;
+    let parabola = (h * h - 2.0 * step) / stiffness;
+    let (before, rate) = (*u, *v);
+    *u = before * cos + rate * sin / omega + f0 * step + f1 * ramp + f2 * parabola;
+    *v = rate * cos - before * omega * sin + f0 * sin / omega + f1 * step + f2 * 2.0 * ramp;
 }
 
 /// Force, displacement and velocity.
@@ -55,7 +50,8 @@ fn left(inputs: Inputs) -> SmallUnit<(f64, [f64; 2])> {
     SmallUnit::dam(1, (0.0, [0.0, 1.0]), vec![0.0; 2], move |(before, motion), at, given, answer| {
         let (h, from, to) = (at.communication_step, *before, given[0]);
         let velocity = motion[1];
-        integrate(motion, WALL, h, |s| if inputs == Inputs::Held { to } else { from + s / h * (to - from) });
+        let force = if inputs == Inputs::Held { [to, 0.0, 0.0] } else { [from, (to - from) / h, 0.0] };
+        integrate(motion, WALL, h, force);
         *before = to;
         (answer[0], answer[1]) = (motion[0], (motion[1] - velocity) / h);
     })
@@ -65,9 +61,9 @@ fn left(inputs: Inputs) -> SmallUnit<(f64, [f64; 2])> {
 fn right(inputs: Inputs) -> SmallUnit<([f64; 2], [f64; 2])> {
     SmallUnit::reservoir(1, ([0.0, 1.0], [0.0; 2]), vec![0.0], move |(told, own), at, given, answer| {
         let (h, [u, v], a) = (at.communication_step, *told, given[0]);
-        let place = |s: f64| u + v * s + a * s * s / 2.0;
-        let to = place(h);
-        integrate(own, WALL + JOINT, h, |s| JOINT * if inputs == Inputs::Held { to } else { place(s) });
+        let to = u + h * (v + h * a / 2.0);
+        let place = if inputs == Inputs::Held { [to, 0.0, 0.0] } else { [u, v, a / 2.0] };
+        integrate(own, WALL + JOINT, h, place.map(|of_power| JOINT * of_power));
         *told = [to, v + a * h];
         answer[0] = JOINT * (own[0] - to);
     })
