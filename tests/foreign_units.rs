@@ -48,7 +48,7 @@ fn face() -> WetFace {
 /// The unit that `program`, below the project's root, serves with `arguments`.
 fn unit(brief: Brief, program: &str, arguments: &[&str]) -> UnitCommand {
     let mut command = Command::new(interpreter());
-    command.arg(root().join(program)).args(arguments);
+    command.arg("-B").arg(root().join(program)).args(arguments);
     let name = if brief.role == Role::Fluid { "reservoir" } else { "dam" };
     UnitCommand { name: name.to_owned(), command, brief: Some(brief) }
 }

@@ -8,7 +8,7 @@ use whole_chain::scenario::{binary, root};
 fn python_tests() {
     let mut pytest = Command::new(interpreter());
     pytest
-        .args(["-m", "pytest", "-q", "-p", "no:cacheprovider"])
+        .args(["-B", "-m", "pytest", "-q", "-p", "no:cacheprovider"])
         .arg(root().join("tests/python"))
         .env("COFFERDAM", binary());
     succeed(pytest.current_dir(root()));

@@ -285,6 +285,7 @@ fn table(pairs: &[(&str, Value)]) -> Value {
 fn units_of_other_programs_are_replayed() {
     let python: Vec<Value> = vec![
         text(interpreter()).into(),
+        "-B".into(),
         text(&root().join("tests/python/units.py")).into(),
         "Sampled".into(),
     ];

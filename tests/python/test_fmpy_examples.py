@@ -15,7 +15,7 @@ EXAMPLES = ROOT / "examples" / "fmpy"
 
 
 def start(name, *arguments):
-    command = [sys.executable, EXAMPLES / name, *arguments]
+    command = [sys.executable, "-B", EXAMPLES / name, *arguments]
     return subprocess.run(command, capture_output=True, text=True)
 
 

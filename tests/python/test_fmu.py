@@ -168,7 +168,7 @@ def test_a_serialised_state_continues_in_another_process(path, tmp_path):
     (tmp_path / "state").write_bytes(unit.fmu.serializeFMUState(state))
     advance(unit, 100, 120)
     arguments = [Path(__file__).parent, path, tmp_path / "state", tmp_path / "outputs"]
-    subprocess.run([sys.executable, "-c", CONTINUE, *arguments], check=True)
+    subprocess.run([sys.executable, "-B", "-c", CONTINUE, *arguments], check=True)
     assert (tmp_path / "outputs").read_text() == repr(outputs(unit))
 
 

@@ -317,7 +317,7 @@ def test_the_dam_takes_part_in_the_examples(tmp_path):
     dam = build(write(tmp_path / "own", "c", "dam", case))
     water = pack(tmp_path, "reservoir", [*overrides, "reservoir.element_size=20"])
     example = SCENES.parent / "examples" / "fmpy" / "fixed_point.py"
-    done = subprocess.run([sys.executable, example, dam, water, RECORD], capture_output=True, text=True)
+    done = subprocess.run([sys.executable, "-B", example, dam, water, RECORD], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     print(done.stdout)
     low, high = map(float, re.search(r"crest (\S+) to (\S+) mm", done.stdout).groups())
@@ -410,7 +410,7 @@ def test_what_the_readme_says_works(unit, language, package, tmp_path):
         subprocess.run(["sh", "-e"], input=block, text=True, cwd=folder, env=environment, check=True, capture_output=True)
     (program,) = re.findall(r"^```python\n(.*?)^```", text, re.M | re.S)
     program = program.replace("SCENE", str(SCENES / "rigid-dam-ramp"))
-    command = [sys.executable, "-c", program]
+    command = [sys.executable, "-B", "-c", program]
     done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     values = [float(word) for word in re.findall(r"-?\d[\d.e+-]*", done.stdout)]

@@ -37,7 +37,7 @@ def task(role="fluid", **changes):
 
 def serve(program, line, *arguments):
     """Starts a unit with this line on its standard input."""
-    command = [sys.executable, ROOT / program, *arguments]
+    command = [sys.executable, "-B", ROOT / program, *arguments]
     return subprocess.run(command, input=line, capture_output=True, text=True, timeout=60)
 
 

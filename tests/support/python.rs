@@ -26,9 +26,8 @@ pub fn interpreter() -> &'static Path {
         if std::fs::read_to_string(&installed).ok().as_deref() != Some(&*needed) {
             succeed(Command::new("python3").args(["-m", "venv", "--clear"]).arg(&environment));
             let mut install = Command::new(&interpreter);
-            // Compiled when it is imported: most of it never is.
-            install.args(["-m", "pip", "install", "--no-compile", "--quiet", "--disable-pip-version-check"]);
-            succeed(install.arg("--requirement").arg(&requirements).current_dir(root()));
+            install.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--requirement"]);
+            succeed(install.arg(&requirements).current_dir(root()));
             std::fs::write(&installed, needed).expect("the list of what is installed");
         }
         interpreter
