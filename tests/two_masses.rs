@@ -32,8 +32,8 @@ fn exact(time: f64) -> f64 {
     0.5 * ((together * time).sin() / together + (against * time).sin() / against)
 }
 
-/// `u″ = −stiffness u + f₀ + f₁ s + f₂ s²` over `h`, in closed form: a free vibration, and the responses to the powers of s, whose sums
-/// lose no digits.
+/// `u″ = −stiffness u + f₀ + f₁ s + f₂ s²` over `h`, in closed form: a free vibration, and the responses to the powers of s. (A
+/// parabola and a vibration about it would lose digits of the velocity, and the iteration its floor.)
 fn integrate([u, v]: &mut [f64; 2], stiffness: f64, h: f64, [f0, f1, f2]: [f64; 3]) {
     let omega = stiffness.sqrt();
     let (sin, cos) = (omega * h).sin_cos();
