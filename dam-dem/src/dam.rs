@@ -131,7 +131,7 @@ impl Dam {
         let dam = Self {
             base: BaseBalance::new(&model),
             stress_points: stress_points(&parameters.section, mesh),
-            nodal_stresses: NodalStresses::new(&model, &recovery, sampling.is_some()),
+            nodal_stresses: NodalStresses::new(&model, &recovery),
             sampling,
             derived: Derived::default(),
             fingerprint,

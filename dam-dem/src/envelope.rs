@@ -1,6 +1,7 @@
 //! What is kept of stresses, displacements and contacts over time.
 
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 use crate::Mesh;
 use crate::contact::{ContactStatus, Crack, JointState, MohrCoulomb};
@@ -10,8 +11,26 @@ use crate::recovery::principal;
 /// crack after another. It is a part of the state: what is sampled in a step that is repeated is forgotten.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Envelope {
-    corners: Vec<AtCorner>,
+    corners: Arc<Vec<AtCorner>>,
     contacts: Vec<AtContact>,
+    /// Instants of which `corners` knows nothing yet.
+    waiting: Vec<Arc<Instant>>,
+}
+
+/// The motion at the end of a step.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Instant {
+    pub end: StepEnd,
+    /// In the coordinates of the motion.
+    pub coordinates: Vec<f64>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct StepEnd {
+    /// The end of the step, s.
+    pub time: f64,
+    /// Its length, s.
+    pub step: f64,
 }
 
 /// Extremes at a corner of cells.
@@ -38,16 +57,15 @@ pub(crate) struct AtContact {
     pub slip: [f64; 2],
 }
 
-/// Stresses and displacements at the corners of cells at the end of a step.
-pub(crate) struct Sample<'a> {
-    /// The end of the step, s.
-    pub time: f64,
-    /// Its length, s.
-    pub step: f64,
-    /// xx, yy, xy at each corner, Pa.
-    pub stresses: &'a [[f64; 3]],
+/// Stresses and displacements at the corners of cells at the ends of at most `N` steps.
+pub(crate) struct Sample<'a, const N: usize> {
+    pub ends: &'a [StepEnd],
+    /// xx, yy, xy at each corner, Pa, at each of the ends.
+    pub stresses: &'a [[[f64; N]; 3]],
     /// Since time 0, m.
-    pub displacements: &'a [[f64; 2]],
+    pub displacements: &'a [[[f64; N]; 2]],
+    /// Tensile strengths at the corners, Pa.
+    pub strengths: &'a [f64],
 }
 
 impl AtCorner {
@@ -92,7 +110,11 @@ impl Envelope {
     /// Before anything was sampled.
     pub fn new(corners: usize, contacts: usize) -> Self {
         let contact = AtContact { opening: 0.0, slip: [f64::INFINITY, f64::NEG_INFINITY] };
-        Self { corners: vec![AtCorner::NOTHING; corners], contacts: vec![contact; contacts] }
+        Self {
+            corners: Arc::new(vec![AtCorner::NOTHING; corners]),
+            contacts: vec![contact; contacts],
+            waiting: Vec::new(),
+        }
     }
 
     /// Numbers of corners and contacts.
@@ -105,26 +127,26 @@ impl Envelope {
         &self.contacts
     }
 
-    /// Adds what was at the end of a step; `strengths` are the tensile strengths at the corners, Pa.
-    pub fn add(&mut self, sample: &Sample<'_>, strengths: &[f64]) {
-        let Sample { time, step, stresses, displacements } = *sample;
-        let now = stresses.iter().zip(displacements).zip(strengths);
-        for (at, ((&stress, u), strength)) in self.corners.iter_mut().zip(now) {
-            let [major, minor] = principal(stress);
-            if major > at.major[0] {
-                at.major = [major, time];
-            }
-            if minor < at.minor[0] {
-                at.minor = [minor, time];
-            }
-            for ([least, most], u) in at.displacement.iter_mut().zip(u) {
-                (*least, *most) = (least.min(*u), most.max(*u));
-            }
-            at.magnitude = at.magnitude.max((u[0] * u[0] + u[1] * u[1]).sqrt());
-            if major > *strength {
-                at.overstressed += step;
-            }
-        }
+    /// Instants that wait to be added.
+    pub fn waiting(&self) -> impl ExactSizeIterator<Item = &Instant> {
+        self.waiting.iter().map(Arc::as_ref)
+    }
+
+    /// Lets an instant wait.
+    pub fn wait(&mut self, instant: Instant) {
+        self.waiting.push(Arc::new(instant));
+    }
+
+    /// Adds a `sample` of the instants that wait.
+    pub fn settle<const N: usize>(&mut self, sample: &Sample<'_, N>) {
+        self.waiting.clear();
+        self.add(sample);
+    }
+
+    /// Adds a `sample`.
+    pub fn add<const N: usize>(&mut self, sample: &Sample<'_, N>) {
+        let corners = Arc::make_mut(&mut self.corners);
+        pulp::Arch::new().dispatch(Addition { corners, sample });
     }
 
     /// Adds what was at the contacts of `cracks`; one whose sides have left each other has neither gap nor slip.
@@ -144,7 +166,7 @@ impl Envelope {
     /// mean of its corners, for there no stress is recovered.
     pub fn at_nodes(&self, mesh: &Mesh, corners: &[usize], strengths: &[f64]) -> Vec<(AtCorner, f64)> {
         let mut found = vec![(AtCorner::NOTHING, 0.0f64); mesh.nodes.len()];
-        for ((&node, &at), strength) in corners.iter().zip(&self.corners).zip(strengths) {
+        for ((&node, &at), strength) in corners.iter().zip(self.corners.iter()).zip(strengths) {
             let (all, ratio) = found[node];
             found[node] = (all.with(at), ratio.max(at.major[0] / strength));
         }
@@ -154,5 +176,42 @@ impl Envelope {
             found[centre] = (AtCorner::mean(four.map(|(at, _)| at)), ratio);
         }
         found
+    }
+}
+
+struct Addition<'a, const N: usize> {
+    corners: &'a mut [AtCorner],
+    sample: &'a Sample<'a, N>,
+}
+
+impl<const N: usize> pulp::NullaryFnOnce for Addition<'_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Sample { ends, stresses, displacements, strengths } = *self.sample;
+        let now = stresses.iter().zip(displacements).zip(strengths);
+        for (at, (([xx, yy, xy], [x, y]), strength)) in self.corners.iter_mut().zip(now) {
+            let (mut major, mut minor, mut magnitude) = ([0.0; N], [0.0; N], [0.0; N]);
+            for i in 0..N {
+                [major[i], minor[i]] = principal([xx[i], yy[i], xy[i]]);
+                magnitude[i] = (x[i] * x[i] + y[i] * y[i]).sqrt();
+            }
+            for (i, &StepEnd { time, step }) in ends.iter().enumerate().take(N) {
+                if major[i] > at.major[0] {
+                    at.major = [major[i], time];
+                }
+                if minor[i] < at.minor[0] {
+                    at.minor = [minor[i], time];
+                }
+                for ([least, most], u) in at.displacement.iter_mut().zip([x[i], y[i]]) {
+                    (*least, *most) = (least.min(u), most.max(u));
+                }
+                at.magnitude = at.magnitude.max(magnitude[i]);
+                if major[i] > *strength {
+                    at.overstressed += step;
+                }
+            }
+        }
     }
 }

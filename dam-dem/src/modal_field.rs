@@ -1,10 +1,15 @@
 //! Fields at nodes that are linear in the coordinates of modes.
 
-use nalgebra::{DMatrix, DVector, DVectorViewMut};
+use pulp::{Arch, Simd, WithSimd};
 use std::ops::Range;
 
 use crate::Mesh;
 use crate::reduction::Superposition;
+
+/// Number of instants at which [`ModalField::at_instants`] gives a field.
+pub(crate) const INSTANTS: usize = 16;
+/// One value for each instant.
+pub(crate) type Instants = [f64; INSTANTS];
 
 /// A field with `N` values at each of a number of nodes, as one matrix a block: most modes move one block alone.
 #[derive(Clone, Debug)]
@@ -20,9 +25,12 @@ struct OfBlock {
     rows: Range<usize>,
     /// The modes that give any.
     modes: Vec<usize>,
-    /// One column for each of `modes`.
-    operator: DMatrix<f64>,
+    /// Of each [`TILE`] rows, one tile for each of `modes`; 0 beyond the last row.
+    tiles: Vec<[f64; TILE]>,
 }
+
+/// Rows of a tile: the numbers of a cache line, and sums that registers hold.
+const TILE: usize = 8;
 
 impl<const N: usize> ModalField<N> {
     /// The field at `nodes` of `mesh`, block after block, that `of_shape` gives for the displacement of all nodes in a mode.
@@ -32,25 +40,21 @@ impl<const N: usize> ModalField<N> {
         nodes: &[usize],
         of_shape: impl Fn(&[[f64; 2]]) -> Vec<[f64; N]>,
     ) -> Self {
-        let column = |mode: usize| {
-            let mut coordinates = vec![0.0; modes.mode_count()];
-            coordinates[mode] = 1.0;
-            let shape: Vec<[f64; 2]> =
-                (0..mesh.nodes.len()).map(|node| modes.at_node(node, &coordinates)).collect();
-            DVector::from_row_slice(of_shape(&shape).as_flattened())
-        };
-        let columns: Vec<DVector<f64>> = (0..modes.mode_count()).map(column).collect();
+        let columns: Vec<Vec<[f64; N]>> =
+            (0..modes.mode_count()).map(|mode| of_shape(&modes.shape(mode))).collect();
         let mut first = 0;
         let chunks = nodes.chunk_by(|a, b| mesh.block_of(*a) == mesh.block_of(*b));
         let blocks = chunks.map(|chunk| {
             let rows = first..first + N * chunk.len();
             first = rows.end;
-            let moves =
-                |mode: &usize| columns[*mode].rows_range(rows.clone()).iter().any(|value| *value != 0.0);
-            let modes: Vec<usize> = (0..columns.len()).filter(moves).collect();
-            let operator =
-                DMatrix::from_fn(rows.len(), modes.len(), |i, k| columns[modes[k]][rows.start + i]);
-            OfBlock { rows, modes, operator }
+            let column = |mode: usize| &columns[mode].as_flattened()[rows.clone()];
+            let modes: Vec<usize> =
+                (0..columns.len()).filter(|&mode| column(mode).iter().any(|value| *value != 0.0)).collect();
+            let value = |mode: usize, row: usize| column(mode).get(row).copied().unwrap_or(0.0);
+            let tile = |first: usize, mode: usize| std::array::from_fn(|row| value(mode, first + row));
+            let firsts = (0..rows.len()).step_by(TILE);
+            let tiles = firsts.flat_map(|first| modes.iter().map(move |&mode| tile(first, mode))).collect();
+            OfBlock { rows, modes, tiles }
         });
         Self { blocks: blocks.collect(), nodes: nodes.len() }
     }
@@ -59,10 +63,57 @@ impl<const N: usize> ModalField<N> {
     pub fn at(&self, coordinates: &[f64]) -> Vec<[f64; N]> {
         let mut values = vec![[0.0; N]; self.nodes];
         let flat = values.as_flattened_mut();
-        for OfBlock { rows, modes, operator } in &self.blocks {
-            let own = DVector::from_iterator(modes.len(), modes.iter().map(|&mode| coordinates[mode]));
-            DVectorViewMut::from_slice(&mut flat[rows.clone()], rows.len()).gemv(1.0, operator, &own, 0.0);
+        for OfBlock { rows, modes, tiles } in &self.blocks {
+            let values = flat[rows.clone()].chunks_mut(TILE);
+            for (values, tiles) in values.zip(tiles.chunks_exact(modes.len().max(1))) {
+                let mut sums = [0.0; TILE];
+                for (tile, &mode) in tiles.iter().zip(modes) {
+                    (0..TILE).for_each(|row| sums[row] += tile[row] * coordinates[mode]);
+                }
+                values.copy_from_slice(&sums[..values.len()]);
+            }
         }
         values
+    }
+
+    /// The same at a number of instants at once, with the same bits: each tile is read once for all of them.
+    pub fn at_instants(&self, coordinates: &[Instants]) -> Vec<[Instants; N]> {
+        let mut values = vec![[[0.0; INSTANTS]; N]; self.nodes];
+        let flat = values.as_flattened_mut();
+        for OfBlock { rows, modes, tiles } in &self.blocks {
+            let own: Vec<Instants> = modes.iter().map(|&mode| coordinates[mode]).collect();
+            Arch::new().dispatch(Product { tiles, coordinates: &own, values: &mut flat[rows.clone()] });
+        }
+        values
+    }
+}
+
+/// The product of the `tiles` of a block with the `coordinates` of its modes.
+struct Product<'a> {
+    tiles: &'a [[f64; TILE]],
+    coordinates: &'a [Instants],
+    values: &'a mut [Instants],
+}
+
+impl WithSimd for Product<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let tiles = self.tiles.chunks_exact(self.coordinates.len().max(1));
+        for (values, tiles) in self.values.chunks_mut(TILE).zip(tiles) {
+            for register in 0..INSTANTS / S::F64_LANES {
+                let mut sums = [simd.splat_f64s(0.0); TILE];
+                for (tile, coordinates) in tiles.iter().zip(self.coordinates) {
+                    let coordinates = S::as_simd_f64s(coordinates).0[register];
+                    for (sum, value) in sums.iter_mut().zip(tile) {
+                        *sum = simd.add_f64s(*sum, simd.mul_f64s(simd.splat_f64s(*value), coordinates));
+                    }
+                }
+                for (values, sum) in values.iter_mut().zip(sums) {
+                    S::as_mut_simd_f64s(values).0[register] = sum;
+                }
+            }
+        }
     }
 }

@@ -224,6 +224,7 @@ fn weights_of_linear_fit(points: &[[f64; 2]], place: [f64; 2]) -> Vec<f64> {
 const ON_A_LINE: f64 = 1e-6;
 
 /// Larger and smaller principal stress of (xx, yy, xy), Pa.
+#[inline(always)]
 pub(crate) fn principal([xx, yy, xy]: [f64; 3]) -> [f64; 2] {
     let (mean, half) = ((xx + yy) / 2.0, (xx - yy) / 2.0);
     let radius = (half * half + xy * xy).sqrt();

@@ -117,7 +117,8 @@ impl DamState {
             let envelope = state.envelope.as_ref().map(Envelope::shape);
             (coordinates, others, means, points, [face.mean.len(), face.at_end.len()], contacts, envelope)
         };
-        shape(self) == shape(other)
+        let mut waiting = self.envelope.iter().flat_map(Envelope::waiting);
+        shape(self) == shape(other) && waiting.all(|instant| instant.coordinates.len() == self.rest.len())
     }
 
     /// Time, s.

@@ -3,6 +3,7 @@
 use crate::modal_field::ModalField;
 use crate::model::Model;
 use crate::recovery::principal;
+use crate::reduction::Superposition;
 use crate::section::ELEVATION_TOLERANCE;
 use crate::{Kinematics, Mesh, Section, StressRecovery};
 
@@ -31,32 +32,19 @@ pub(crate) enum NodalStresses {
     OfElements(StressRecovery),
     /// Modes describe rotations to first order only, so that their stress, of small strains, is linear in their coordinates.
     OfModes {
-        /// The nodes: all corners, or those on the outlines of the blocks.
+        /// The nodes: those on the outlines of the blocks, as a product with all corners takes as long as the step at some meshes.
         nodes: Vec<usize>,
-        /// Places in `nodes` of those on the outlines.
-        outline: Vec<usize>,
         /// xx, yy, xy at each of `nodes`, Pa.
         stresses: ModalField<3>,
     },
 }
 
 impl NodalStresses {
-    /// The stresses of `model`: with `all`, at all corners of cells; otherwise with modes only where `principal` needs them, as a
-    /// product with all takes as long as the step at some meshes.
-    pub fn new(model: &Model, recovery: &StressRecovery, all: bool) -> Self {
-        let structure = &model.body().structure;
+    /// The stresses of `model`.
+    pub fn new(model: &Model, recovery: &StressRecovery) -> Self {
         let Some(modes) = model.superposition() else { return Self::OfElements(recovery.clone()) };
-        let places: Vec<usize> = match all {
-            true => (0..recovery.nodes().len()).collect(),
-            false => recovery.outline().to_vec(),
-        };
-        let nodes: Vec<usize> = places.iter().map(|&at| recovery.nodes()[at]).collect();
-        let stresses = ModalField::new(&structure.mesh, modes, &nodes, |shape| {
-            let of_all = recovery.stresses(&structure.cells, shape, Kinematics::Small);
-            places.iter().map(|&at| of_all[at]).collect()
-        });
-        let outline = if all { recovery.outline().to_vec() } else { (0..nodes.len()).collect() };
-        Self::OfModes { nodes, outline, stresses }
+        let (nodes, stresses) = modal_stresses(model, modes, recovery, recovery.outline());
+        Self::OfModes { nodes, stresses }
     }
 
     /// Stresses (xx, yy, xy, Pa) for the displacements (m, x then y of each node) or modal `coordinates`.
@@ -76,11 +64,27 @@ impl NodalStresses {
             Self::OfElements(recovery) => {
                 PrincipalStresses::of(recovery.nodes().iter().copied().zip(stresses.iter().copied()), points)
             }
-            Self::OfModes { nodes, outline, .. } => {
-                PrincipalStresses::of(outline.iter().map(|&at| (nodes[at], stresses[at])), points)
+            Self::OfModes { nodes, .. } => {
+                PrincipalStresses::of(nodes.iter().copied().zip(stresses.iter().copied()), points)
             }
         }
     }
+}
+
+/// The nodes at these `places` among the corners of cells, and the stresses (xx, yy, xy, Pa) at them.
+pub(crate) fn modal_stresses(
+    model: &Model,
+    modes: &Superposition,
+    recovery: &StressRecovery,
+    places: &[usize],
+) -> (Vec<usize>, ModalField<3>) {
+    let structure = &model.body().structure;
+    let nodes: Vec<usize> = places.iter().map(|&at| recovery.nodes()[at]).collect();
+    let stresses = ModalField::new(&structure.mesh, modes, &nodes, |shape| {
+        let of_all = recovery.stresses(&structure.cells, shape, Kinematics::Small);
+        places.iter().map(|&at| of_all[at]).collect()
+    });
+    (nodes, stresses)
 }
 
 /// Principal stresses of one instant, Pa, tension positive.

@@ -4,7 +4,7 @@ use sha2::{Digest, Sha256};
 /// First bytes of every serialised state.
 const MAGIC: &[u8; 8] = b"cofferst";
 /// Version of the layout below: magic, version, fingerprint, digest of the payload, payload.
-const VERSION: u32 = 6;
+const VERSION: u32 = 7;
 const HEADER: usize = 8 + 4 + 32 + 32;
 
 /// Hash of everything from which a unit was made; only units with the same hash exchange states.

@@ -200,7 +200,10 @@ impl Dam {
         let joints = || cracks().zip(self.state().motion.joints());
         let corner = |i: usize| mesh.triangles().map(move |nodes| nodes[i] as f64);
         let stress = |i: usize| mesh.triangles().enumerate().map(move |(t, nodes)| self.stress(t, nodes)[i]);
-        let displacement = |d: usize| (0..mesh.nodes.len()).map(move |node| self.displacement(node)[d]);
+        let displacement = |axis: usize| {
+            let since = self.since_rest();
+            (0..mesh.nodes.len()).map(move |node| self.model.component_at(node, axis, since))
+        };
         let place = |d: usize| cracks().flat_map(move |crack| crack.places().map(move |place| place[d]));
         let contact = |i: usize| {
             joints().flat_map(move |(crack, joints)| crack.stresses(joints).map(move |stress| stress[i]))

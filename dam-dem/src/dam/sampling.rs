@@ -6,10 +6,11 @@ use std::sync::OnceLock;
 use super::Dam;
 use crate::StressRecovery;
 use crate::contact::Crack;
-use crate::envelope::{AtContact, AtCorner, Envelope, Sample};
+use crate::envelope::{AtContact, AtCorner, Envelope, Instant, Sample, StepEnd};
 use crate::material::Materials;
-use crate::modal_field::ModalField;
+use crate::modal_field::{INSTANTS, ModalField};
 use crate::model::Model;
+use crate::stress::modal_stresses;
 
 /// Where stresses and displacements are sampled: at the corners of cells.
 #[derive(Clone, Debug)]
@@ -18,8 +19,8 @@ pub(super) struct Sampling {
     corners: Vec<usize>,
     /// Tensile strength at each, Pa; infinite without one.
     strengths: Vec<f64>,
-    /// Their displacements, of modes.
-    displacements: Option<ModalField<2>>,
+    /// Displacements and stresses at them, of modes.
+    fields: Option<(ModalField<2>, ModalField<3>)>,
 }
 
 impl Sampling {
@@ -28,10 +29,14 @@ impl Sampling {
         let mesh = &model.body().structure.mesh;
         let corners = recovery.nodes().to_vec();
         let strength = |zone: &Option<usize>| materials.tensile_strength(*zone).unwrap_or(f64::INFINITY);
-        let displacements = model.superposition().map(|modes| {
-            ModalField::new(mesh, modes, &corners, |shape| corners.iter().map(|&node| shape[node]).collect())
+        let fields = model.superposition().map(|modes| {
+            let all: Vec<usize> = (0..corners.len()).collect();
+            let displacements = ModalField::new(mesh, modes, &corners, |shape| {
+                corners.iter().map(|&node| shape[node]).collect()
+            });
+            (displacements, modal_stresses(model, modes, recovery, &all).1)
         });
-        Self { strengths: recovery.zones().iter().map(strength).collect(), displacements, corners }
+        Self { strengths: recovery.zones().iter().map(strength).collect(), fields, corners }
     }
 
     /// Envelopes before the first sample.
@@ -43,30 +48,55 @@ impl Sampling {
         Envelope::new(self.corners.len(), contacts)
     }
 
-    /// Displacements since the state of `rest`, m.
-    fn since(&self, rest: &[f64], now: &[f64]) -> Vec<[f64; 2]> {
-        let since: Vec<f64> = now.iter().zip(rest).map(|(now, rest)| now - rest).collect();
-        match &self.displacements {
-            Some(field) => field.at(&since),
-            None => self.corners.iter().map(|&node| since.as_chunks().0[node]).collect(),
+    /// Adds what waits in `envelope` to it. All instants are computed at once, which takes a fraction of the time.
+    fn settle(&self, envelope: &mut Envelope, rest: &[f64]) {
+        let Some((displacements, stresses)) = &self.fields else { return };
+        let mut ends = Vec::with_capacity(INSTANTS);
+        let (mut now, mut since) = (vec![[0.0; INSTANTS]; rest.len()], vec![[0.0; INSTANTS]; rest.len()]);
+        for (i, Instant { end, coordinates }) in envelope.waiting().enumerate().take(INSTANTS) {
+            ends.push(*end);
+            for (mode, (q, rest)) in coordinates.iter().zip(rest).enumerate() {
+                (now[mode][i], since[mode][i]) = (*q, q - rest);
+            }
         }
+        envelope.settle(&Sample {
+            ends: &ends,
+            stresses: &stresses.at_instants(&now),
+            displacements: &displacements.at_instants(&since),
+            strengths: &self.strengths,
+        });
     }
 }
 
 impl Dam {
-    /// Takes the current state, at the end of a `step` (s), into the envelopes, if they are kept.
+    /// Takes the current state, at the end of a `step` (s), into the envelopes, if they are kept. Modes wait until there are
+    /// [`INSTANTS`] states.
     pub(super) fn sample(&mut self, step: f64) {
         let Some(sampling) = &self.sampling else { return };
         let Some(mut envelope) = self.state.envelope.take() else { return };
-        let (state, kinematics) = (&self.state, self.parameters.kinematics);
-        let coordinates = state.motion.displacement();
-        let stresses = self.nodal_stresses.stresses(&self.model, coordinates, kinematics);
-        let displacements = sampling.since(&state.rest, coordinates);
-        let sample = Sample { time: state.time, step, stresses: &stresses, displacements: &displacements };
-        envelope.add(&sample, &sampling.strengths);
+        let state = &self.state;
+        let end = StepEnd { time: state.time, step };
         envelope.add_contacts(&self.structure().cracks, state.motion.joints());
-        // The outputs need the same stresses.
-        self.derived.stresses = OnceLock::from(self.nodal_stresses.principal(&stresses, &self.stress_points));
+        let coordinates = state.motion.displacement();
+        if sampling.fields.is_some() {
+            envelope.wait(Instant { end, coordinates: coordinates.to_vec() });
+            if envelope.waiting().len() >= INSTANTS {
+                sampling.settle(&mut envelope, &state.rest);
+            }
+        } else {
+            let stresses = self.nodal_stresses.stresses(&self.model, coordinates, self.parameters.kinematics);
+            let since =
+                |&node: &usize| [0, 1].map(|d| [coordinates[2 * node + d] - state.rest[2 * node + d]]);
+            envelope.add(&Sample {
+                ends: &[end],
+                stresses: &stresses.iter().map(|stress| stress.map(|value| [value])).collect::<Vec<_>>(),
+                displacements: &sampling.corners.iter().map(since).collect::<Vec<_>>(),
+                strengths: &sampling.strengths,
+            });
+            // The outputs need the same stresses.
+            self.derived.stresses =
+                OnceLock::from(self.nodal_stresses.principal(&stresses, &self.stress_points));
+        }
         self.state.envelope = Some(envelope);
     }
 
@@ -74,6 +104,8 @@ impl Dam {
     pub(super) fn envelope(&self, variable: &Variable) -> Option<Vec<f64>> {
         let (sampling, envelope) = (self.sampling.as_ref()?, self.state.envelope.as_ref()?);
         let nodes = |value: fn(&AtCorner, f64) -> f64| {
+            let mut envelope = envelope.clone();
+            sampling.settle(&mut envelope, &self.state.rest);
             let all = envelope.at_nodes(&self.structure().mesh, &sampling.corners, &sampling.strengths);
             Some(all.iter().map(|(at, ratio)| value(at, *ratio)).collect())
         };

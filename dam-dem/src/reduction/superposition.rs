@@ -175,7 +175,18 @@ impl Superposition {
 
     /// Displacement or velocity of `node` from modal coordinates or their rates.
     pub(crate) fn at_node(&self, node: usize, coordinates: &[f64]) -> [f64; 2] {
-        [0, 1].map(|d| dot(self.shapes.column(2 * node + d).as_slice(), coordinates))
+        [0, 1].map(|axis| self.component_at(node, axis, coordinates))
+    }
+
+    /// Its component along `axis`.
+    pub(crate) fn component_at(&self, node: usize, axis: usize, coordinates: &[f64]) -> f64 {
+        dot(self.shapes.column(2 * node + axis).as_slice(), coordinates)
+    }
+
+    /// The displacement of all nodes in a mode.
+    pub(crate) fn shape(&self, mode: usize) -> Vec<[f64; 2]> {
+        let values: Vec<f64> = self.shapes.row(mode).iter().copied().collect();
+        values.as_chunks().0.to_vec()
     }
 
     /// Mean rotation of `block` for the given coordinates, rad.
