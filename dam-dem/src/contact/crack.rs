@@ -405,7 +405,7 @@ impl<L: ContactLaw> Crack<L> {
     }
 
     /// The same; also finds how the sides part.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn add_forces_and_part(
         &self,
         displacement: &[[f64; 2]],
