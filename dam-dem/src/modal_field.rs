@@ -6,8 +6,9 @@ use std::ops::Range;
 use crate::Mesh;
 use crate::reduction::Superposition;
 
-/// Number of instants at which [`ModalField::at_instants`] gives a field.
-pub(crate) const INSTANTS: usize = 16;
+/// Number of instants at which [`ModalField::at_instants`] gives a field: few, so that no step takes much longer than others.
+/// Those who wait for a step prepare for one like the last.
+pub(crate) const INSTANTS: usize = 8;
 /// One value for each instant.
 pub(crate) type Instants = [f64; INSTANTS];
 
