@@ -128,7 +128,7 @@ impl Envelope {
     }
 
     /// Instants that wait to be added.
-    pub fn waiting(&self) -> impl ExactSizeIterator<Item = &Instant> {
+    pub fn waiting(&self) -> impl ExactSizeIterator<Item = &Instant> + Clone {
         self.waiting.iter().map(Arc::as_ref)
     }
 

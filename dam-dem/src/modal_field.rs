@@ -118,3 +118,39 @@ impl WithSimd for Product<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A block of eleven rows, which no tile divides, that two of four modes move, and one that none does: the same bits for each
+    /// instant as alone, whatever the registers.
+    #[test]
+    fn many_instants_have_the_bits_of_each() {
+        let number = |i: usize, j: usize| ((1 + i * 7 + j * 13) as f64).sin();
+        let tiles = (0..4)
+            .map(|tile| std::array::from_fn(|row| if tile < 2 || row < 3 { number(tile, row) } else { 0.0 }));
+        let field = ModalField::<1> {
+            blocks: vec![
+                OfBlock { rows: 0..11, modes: vec![1, 3], tiles: tiles.collect() },
+                OfBlock { rows: 11..13, modes: Vec::new(), tiles: Vec::new() },
+            ],
+            nodes: 13,
+        };
+        let coordinates: Vec<Instants> =
+            (0..4).map(|mode| std::array::from_fn(|i| number(mode + 5, i))).collect();
+        let all = field.at_instants(&coordinates);
+        let OfBlock { tiles, modes, .. } = &field.blocks[0];
+        let own: Vec<Instants> = modes.iter().map(|&mode| coordinates[mode]).collect();
+        let mut narrow = [[0.0; INSTANTS]; 11];
+        Product { tiles, coordinates: &own, values: &mut narrow }.with_simd(pulp::Scalar::new());
+        for i in 0..INSTANTS {
+            let one: Vec<f64> = coordinates.iter().map(|values| values[i]).collect();
+            let alone = field.at(&one);
+            assert_eq!(alone, all.iter().map(|[values]| [values[i]]).collect::<Vec<_>>());
+            assert_eq!(alone[..11], narrow.map(|values| [values[i]]));
+            assert_eq!(alone[2][0], tiles[0][2] * one[1] + tiles[1][2] * one[3]);
+            assert_eq!([alone[10][0], alone[12][0]], [tiles[2][2] * one[1] + tiles[3][2] * one[3], 0.0]);
+        }
+    }
+}
