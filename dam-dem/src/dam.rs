@@ -73,6 +73,8 @@ struct Derived {
     stresses: OnceLock<PrincipalStresses>,
     /// Displacement since time 0, in the coordinates of the model.
     since_rest: OnceLock<Vec<f64>>,
+    /// The same of all nodes, m: both components at once, as the shapes of modes are more than caches hold.
+    displacements: OnceLock<Vec<[f64; 2]>>,
 }
 
 /// Response of the upstream wet face of a dam to the pressure on it within one communication step.

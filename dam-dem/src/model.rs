@@ -254,14 +254,6 @@ impl Model {
         }
     }
 
-    /// Its component along `axis`.
-    pub fn component_at(&self, node: usize, axis: usize, field: &[f64]) -> f64 {
-        match self {
-            Self::Elements(_) => field[2 * node + axis],
-            Self::Modes(modes) => modes.superposition.component_at(node, axis, field),
-        }
-    }
-
     /// Nodal forces (x, then y of each node) as forces on the coordinates of this model.
     pub fn on_coordinates(&self, nodal: DVector<f64>) -> Vec<f64> {
         match self {

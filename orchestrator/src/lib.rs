@@ -9,6 +9,7 @@
 //! progress) → [`report`]. [`replay`] reads a [`log`] and repeats its requests. [`fmu`] packs units as FMUs.
 
 pub mod acceleration;
+mod background;
 pub mod cache;
 pub mod convergence;
 pub mod difference;

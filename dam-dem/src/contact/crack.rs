@@ -748,11 +748,12 @@ impl Side {
     }
 
     /// Abscissa of the point on the line of a segment that is closest to node `end` of the `other` side, m.
+    #[inline(always)]
     fn foot(&self, segment: usize, other: &Self, end: usize, u: impl Fn(usize) -> [f64; 2]) -> f64 {
         let edge = self.edge(segment, &u);
         let ([from, p], [to, q]) =
             ([self.rest[segment], u(self.nodes[segment])], [other.rest[end], u(other.nodes[end])]);
-        let offset = [0, 1].map(|d| to[d] - from[d] + (q[d] - p[d]));
+        let offset = [to[0] - from[0] + (q[0] - p[0]), to[1] - from[1] + (q[1] - p[1])];
         let along = (offset[0] * edge[0] + offset[1] * edge[1]) / (edge[0] * edge[0] + edge[1] * edge[1]);
         self.abscissas[segment] + along * (self.abscissas[segment + 1] - self.abscissas[segment])
     }

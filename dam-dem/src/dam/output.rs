@@ -200,10 +200,8 @@ impl Dam {
         let joints = || cracks().zip(self.state().motion.joints());
         let corner = |i: usize| mesh.triangles().map(move |nodes| nodes[i] as f64);
         let stress = |i: usize| mesh.triangles().enumerate().map(move |(t, nodes)| self.stress(t, nodes)[i]);
-        let displacement = |axis: usize| {
-            let since = self.since_rest();
-            (0..mesh.nodes.len()).map(move |node| self.model.component_at(node, axis, since))
-        };
+        let all = || (0..mesh.nodes.len()).map(|node| self.displacement(node)).collect();
+        let displacements = || self.derived.displacements.get_or_init(all).iter();
         let place = |d: usize| cracks().flat_map(move |crack| crack.places().map(move |place| place[d]));
         let contact = |i: usize| {
             joints().flat_map(move |(crack, joints)| crack.stresses(joints).map(move |stress| stress[i]))
@@ -220,8 +218,8 @@ impl Dam {
             }
             variable::CONTACT_X => fill(values, &mut place(0)),
             variable::CONTACT_Y => fill(values, &mut place(1)),
-            variable::NODE_DISPLACEMENT_X => fill(values, &mut displacement(0)),
-            variable::NODE_DISPLACEMENT_Y => fill(values, &mut displacement(1)),
+            variable::NODE_DISPLACEMENT_X => fill(values, &mut displacements().map(|u| u[0])),
+            variable::NODE_DISPLACEMENT_Y => fill(values, &mut displacements().map(|u| u[1])),
             variable::STRESS_XX => fill(values, &mut stress(0)),
             variable::STRESS_YY => fill(values, &mut stress(1)),
             variable::STRESS_XY => fill(values, &mut stress(2)),

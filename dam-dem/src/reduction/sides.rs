@@ -2,6 +2,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use std::ops::Range;
 
 use super::motion::ModalMotion;
+use super::product::{LANES, used};
 use super::release::ModalRelease;
 use crate::Kinematics;
 use crate::contact::{ContactLaw, Crack, MohrCoulomb, Parting, Stencil};
@@ -42,7 +43,7 @@ struct Frame {
     places: Vec<[f64; 2]>,
 }
 
-/// Rows of equal length. Of each four only the columns are kept in which one of them is not zero: modes of one block are zero on the others.
+/// Rows of equal length, a multiple of [`LANES`]. Of each four only the columns are kept in which one of them is not zero: modes of one block are zero on the others.
 #[derive(Clone, Debug)]
 pub(super) struct Rows {
     values: Vec<f64>,
@@ -52,9 +53,6 @@ pub(super) struct Rows {
     width: usize,
 }
 
-/// Lengths of rows are multiples of this one.
-const LANES: usize = 8;
-
 impl Rows {
     /// The columns of `matrix` as rows.
     pub fn of_columns(matrix: &DMatrix<f64>) -> Self {
@@ -62,12 +60,10 @@ impl Rows {
         let (mut values, mut columns) = (Vec::new(), Vec::new());
         for first in (0..count).step_by(4) {
             let rows = first..count.min(first + 4);
-            let used = |i: &usize| rows.clone().any(|row| matrix[(*i, row)] != 0.0);
-            let from = (0..matrix.nrows()).find(used).unwrap_or(0) / LANES * LANES;
-            let to = (0..matrix.nrows()).rfind(used).map_or(from, |last| (last + 1).next_multiple_of(LANES));
+            let own = used(matrix.nrows(), |i| rows.clone().any(|row| matrix[(i, row)] != 0.0));
             let value = |i: usize, row: usize| if i < matrix.nrows() { matrix[(i, row)] } else { 0.0 };
-            values.extend(rows.flat_map(|row| (from..to).map(move |i| value(i, row))));
-            columns.push(from..to);
+            values.extend(rows.flat_map(|row| own.clone().map(move |i| value(i, row))));
+            columns.push(own);
         }
         Self { values, columns, count, width }
     }

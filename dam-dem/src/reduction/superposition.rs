@@ -1,9 +1,11 @@
 use nalgebra::{DMatrix, DVector};
+use pulp::Arch;
+use std::ops::Range;
 
 use super::basis::Basis;
 use super::mode::{Mode, SLOWED_TO, concrete_mass};
 use super::motion::ModalMotion;
-use super::product::dot;
+use super::product::{Dots, dot, used};
 use super::release::ModalRelease;
 use super::sides::{CrackSides, Mean, Rows};
 use crate::contact::MohrCoulomb;
@@ -30,6 +32,10 @@ pub struct Superposition {
     pub(super) sides: CrackSides,
     /// One row for each mode; columns: x, then y of each node.
     shapes: DMatrix<f64>,
+    /// The modes that move each node, as [`used`] has them.
+    moving: Vec<Range<usize>>,
+    /// The widest registers.
+    arch: Arch,
     loads: ModalLoads,
     /// Mean rotation of each block, with one value for each mode.
     rotations: Vec<DVector<f64>>,
@@ -112,6 +118,8 @@ impl Superposition {
             },
             calm,
             truncation: basis.truncation,
+            moving: moving(&shapes),
+            arch: Arch::new(),
             stiffness,
             sides,
             shapes,
@@ -175,12 +183,10 @@ impl Superposition {
 
     /// Displacement or velocity of `node` from modal coordinates or their rates.
     pub(crate) fn at_node(&self, node: usize, coordinates: &[f64]) -> [f64; 2] {
-        [0, 1].map(|axis| self.component_at(node, axis, coordinates))
-    }
-
-    /// Its component along `axis`.
-    pub(crate) fn component_at(&self, node: usize, axis: usize, coordinates: &[f64]) -> f64 {
-        dot(self.shapes.column(2 * node + axis).as_slice(), coordinates)
+        let (count, moving) = (self.shapes.nrows(), &self.moving[node]);
+        let row = |i: usize| &self.shapes.as_slice()[i * count..][moving.clone()];
+        let rows = [row(2 * node), row(2 * node + 1)];
+        self.arch.dispatch(Dots { rows, with: &coordinates[moving.clone()] })
     }
 
     /// The displacement of all nodes in a mode.
@@ -203,6 +209,16 @@ impl Superposition {
             contact: joints.map(|(crack, joints)| crack.energy(joints)).sum(),
         }
     }
+}
+
+/// The modes that move each node: those of one block are zero on the others.
+fn moving(shapes: &DMatrix<f64>) -> Vec<Range<usize>> {
+    let moves = |node: usize, mode: usize| [0, 1].iter().any(|axis| shapes[(mode, 2 * node + axis)] != 0.0);
+    let of_node = |node| {
+        let Range { start, end } = used(shapes.nrows(), |mode| moves(node, mode));
+        start..end.min(shapes.nrows())
+    };
+    (0..shapes.ncols() / 2).map(of_node).collect()
 }
 
 /// Nodal forces of the loads on the dam: x, then y of each node.

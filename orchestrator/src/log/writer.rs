@@ -6,6 +6,7 @@ use super::types::{
     scene_type, step_type, unit_type, variable_type,
 };
 use super::{LogError, foxglove};
+use crate::background::{Background, Queue, Stopped};
 use crate::convergence::{Residuals, norm};
 use crate::observer::{Checkpoint, Ending, Observer, ObserverError, Start};
 use crate::participant::{Channel, Description, Layout, Message, Occasion};
@@ -18,8 +19,7 @@ use std::io::BufWriter;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
-use std::thread::JoinHandle;
+use std::sync::mpsc::{SyncSender, sync_channel};
 use std::time::{Duration, Instant};
 
 /// The first entries of a log besides the units and the ground motion.
@@ -58,11 +58,6 @@ pub struct Parent {
     pub settings: String,
 }
 
-/// Largest number of steps whose messages wait for the disk; when the queue is full, the run waits.
-const QUEUE: usize = 1024;
-/// Interval at which the writing thread checks for messages: waking it for each one would cost the run more than the
-/// exchange of a step.
-const LOOK: Duration = Duration::from_millis(1);
 const FLUSH_INTERVAL: Duration = Duration::from_secs(1);
 const CHUNK_SIZE: u64 = 1 << 20;
 
@@ -77,9 +72,8 @@ pub struct LogWriter {
     path: PathBuf,
     /// Until the thread has it.
     writer: Option<Writer>,
-    queue: Option<SyncSender<Work>>,
+    writing: Option<Background<Work, mcap::McapError>>,
     pending: Vec<Record>,
-    thread: Option<JoinHandle<Result<(), mcap::McapError>>>,
     types: Vec<MessageType>,
     /// Requests and answers of each unit.
     units: Vec<[Half; 2]>,
@@ -149,11 +143,10 @@ impl LogWriter {
     pub fn replace(&mut self, path: &Path) -> Result<(), LogError> {
         let (tell, written) = sync_channel(1);
         self.flush();
-        if let Some(queue) = &self.queue
-            && (queue.send(Work::Flush(tell)).is_err() || written.recv().is_err())
+        if let Some(writing) = &mut self.writing
+            && (!writing.send(Work::Flush(tell)) || written.recv().is_err())
         {
-            self.queue = None;
-            return self.joined();
+            return self.ended();
         }
         std::fs::rename(aside(path), path)
             .map_err(|cause| LogError::Create { path: path.to_owned(), cause })?;
@@ -165,9 +158,8 @@ impl LogWriter {
         let mut log = Self {
             path: path.to_owned(),
             writer: None,
-            queue: None,
+            writing: None,
             pending: Vec::new(),
-            thread: None,
             types: Vec::new(),
             units: Vec::new(),
             topics: None,
@@ -251,9 +243,7 @@ impl LogWriter {
             end: self.declare(&mut writer, "/end", end_type())?,
         });
 
-        let (sender, receiver) = sync_channel(QUEUE);
-        self.queue = Some(sender);
-        self.thread = Some(std::thread::Builder::new().spawn(move || write_all(writer, &receiver))?);
+        self.writing = Some(Background::begin(|queue| write_all(writer, queue))?);
 
         let ground_motion = start.ground_motion;
         for description in &start.units {
@@ -307,36 +297,26 @@ impl LogWriter {
         Record { header, data }
     }
 
-    /// Queues what was sent, all at once.
-    fn flush(&mut self) {
+    /// Queues what was sent, all at once; whether the thread still writes.
+    fn flush(&mut self) -> bool {
         let pending = std::mem::take(&mut self.pending);
-        if let Some(queue) = &self.queue
-            && queue.send(Work::Records(pending)).is_err()
-        {
-            // The thread has ended; `check` finds the reason.
-            self.queue = None;
-        }
+        self.writing.as_mut().is_some_and(|writing| writing.send(Work::Records(pending)))
     }
 
     /// Ends the writing thread, if `finish` or if it has failed, and returns its error.
     fn check(&mut self, finish: bool) -> Result<(), ObserverError> {
-        self.flush();
-        if finish {
-            self.queue = None;
-        }
-        if self.queue.is_some() {
+        if self.flush() && !finish {
             return Ok(());
         }
-        Ok(self.joined()?)
+        Ok(self.ended()?)
     }
 
     /// Waits for the end of the writing thread.
-    fn joined(&mut self) -> Result<(), LogError> {
-        match self.thread.take().map(JoinHandle::join) {
-            None | Some(Ok(Ok(()))) => Ok(()),
-            Some(Ok(Err(error))) => Err(LogError::of_writer(&self.path, error)),
-            Some(Err(_)) => Err(LogError::Stopped { path: self.path.clone() }),
-        }
+    fn ended(&mut self) -> Result<(), LogError> {
+        self.writing.take().map_or(Ok(()), |mut writing| writing.end()).map_err(|stopped| match stopped {
+            Stopped::Failed(error) => LogError::of_writer(&self.path, error),
+            Stopped::Panicked => LogError::Stopped { path: self.path.clone() },
+        })
     }
 
     fn send_message(&mut self, topic: Topic, message: &Message) {
@@ -548,21 +528,18 @@ pub fn options(library: &str) -> mcap::WriteOptions {
 }
 
 /// Writes records until the queue closes; flushes the first ones at once, later ones every second.
-fn write_all(mut writer: Writer, queue: &Receiver<Work>) -> Result<(), mcap::McapError> {
+fn write_all(mut writer: Writer, queue: Queue<Work>) -> Result<(), mcap::McapError> {
     let mut flushed: Option<Instant> = None;
-    // The first records are awaited, so that they are flushed at once.
-    let mut received = queue.recv().map_err(|_| TryRecvError::Disconnected);
-    loop {
+    for work in queue {
         let mut asked = None;
-        match received {
-            Ok(Work::Records(records)) => {
+        match work {
+            Some(Work::Records(records)) => {
                 for record in records {
                     writer.write_to_known_channel(&record.header, &record.data)?;
                 }
             }
-            Ok(Work::Flush(tell)) => asked = Some(tell),
-            Err(TryRecvError::Empty) => std::thread::sleep(LOOK),
-            Err(TryRecvError::Disconnected) => return writer.finish().map(|_| ()),
+            Some(Work::Flush(tell)) => asked = Some(tell),
+            None => {}
         }
         if asked.is_some() || flushed.is_none_or(|f| f.elapsed() > FLUSH_INTERVAL) {
             writer.flush()?;
@@ -570,8 +547,8 @@ fn write_all(mut writer: Writer, queue: &Receiver<Work>) -> Result<(), mcap::Mca
         }
         // Who asked waits.
         asked.map(|tell| tell.send(()));
-        received = queue.try_recv();
     }
+    writer.finish().map(|_| ())
 }
 
 /// Where a log is written that takes the place of the one at `path`.

@@ -1,10 +1,11 @@
 use super::{Ending, Observer, ObserverError, Start};
+use crate::background::{Background, Queue, Stopped};
 use crate::participant::{Channel, ChannelShape, Layout};
 use crate::results_file::ResultsFile;
 use crate::scheme::{Exchange, InterfaceWork, Interval, UnitId, WindowReport};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Time histories of a run: one row per communication point, one column per quantity.
 ///
@@ -107,7 +108,8 @@ impl Histories {
 /// Keeps the histories and writes them as CSV during the run.
 ///
 /// `histories.csv` holds [`Histories`]; `dam-interface_displacement.csv` and its like hold one array over the wet
-/// face each. Numbers are written with all digits, so that reading them gives the same bits.
+/// face each. Numbers are written with all digits, so that reading them gives the same bits. A thread of its own writes them, all rows to
+/// the disk once a second.
 pub struct HistoriesWriter {
     /// Output folder; `None` keeps them in memory only.
     folder: Option<PathBuf>,
@@ -116,16 +118,18 @@ pub struct HistoriesWriter {
     /// Number of units.
     units: usize,
     scalars: Vec<(UnitId, Range<usize>)>,
-    table: Option<Table>,
-    faces: Vec<(UnitId, Range<usize>, Table)>,
-    row: Vec<f64>,
+    faces: Vec<(UnitId, Range<usize>)>,
+    /// Takes the rows of all tables at the end of a step, one after the other.
+    writing: Option<Background<Vec<f64>, ObserverError>>,
     work: InterfaceWork,
 }
+
+const FLUSH_INTERVAL: Duration = Duration::from_secs(1);
 
 pub(super) struct Table {
     path: PathBuf,
     writer: csv::Writer<ResultsFile>,
-    flushed: Duration,
+    columns: usize,
 }
 
 impl Table {
@@ -141,18 +145,12 @@ impl Table {
         writer
             .write_record(header)
             .map_err(|cause| ObserverError::Write { path: path.clone(), cause: cause.into() })?;
-        Ok(Self { path, writer, flushed: Duration::ZERO })
+        Ok(Self { path, writer, columns: header.len() })
     }
 
-    /// Writes a row, and all rows to the disk once a second of wall time `now`.
-    pub fn write(&mut self, row: &[f64], now: Duration) -> Result<(), ObserverError> {
+    pub fn write(&mut self, row: &[f64]) -> Result<(), ObserverError> {
         let result = self.writer.serialize(row);
-        result.map_err(|cause| ObserverError::Write { path: self.path.clone(), cause: cause.into() })?;
-        if now > self.flushed + Duration::from_secs(1) {
-            self.flushed = now;
-            self.flush()?;
-        }
-        Ok(())
+        result.map_err(|cause| ObserverError::Write { path: self.path.clone(), cause: cause.into() })
     }
 
     pub fn flush(&mut self) -> Result<(), ObserverError> {
@@ -173,9 +171,8 @@ impl HistoriesWriter {
             histories: Histories::default(),
             units: 0,
             scalars: Vec::new(),
-            table: None,
             faces: Vec::new(),
-            row: Vec::new(),
+            writing: None,
             work: InterfaceWork::default(),
         }
     }
@@ -184,7 +181,7 @@ impl HistoriesWriter {
 impl HistoriesWriter {
     /// Begins the tables of `units`, given by name and layout of their answers.
     ///
-    /// **Errors**: a file cannot be made.
+    /// **Errors**: a file cannot be made, or no thread.
     pub fn open(&mut self, units: &[(&str, &Layout)]) -> Result<(), ObserverError> {
         let mut names: Vec<String> = [
             "time [s]",
@@ -201,6 +198,7 @@ impl HistoriesWriter {
         .map(str::to_owned)
         .to_vec();
         self.units = units.len();
+        let mut tables = Vec::new();
         for (number, (name, outputs)) in units.iter().enumerate() {
             let unit = UnitId(number);
             for (channel, range) in outputs.channels() {
@@ -209,7 +207,8 @@ impl HistoriesWriter {
                     let path = folder.join(format!("{name}-{}.csv", channel.name));
                     let points = (0..channel.size).map(|i| format!("point {i} [{}]", channel.unit));
                     let header: Vec<String> = std::iter::once("time [s]".to_owned()).chain(points).collect();
-                    self.faces.push((unit, range, Table::create(path, &header)?));
+                    tables.push(Table::create(path, &header)?);
+                    self.faces.push((unit, range));
                 } else {
                     names.extend(column_names(&format!("{name}."), channel));
                     self.scalars.push((unit, range));
@@ -217,21 +216,31 @@ impl HistoriesWriter {
             }
         }
         if let Some(folder) = &self.folder {
-            self.table = Some(Table::create(folder.join("histories.csv"), &names)?);
+            let path = folder.join("histories.csv");
+            tables.insert(0, Table::create(path.clone(), &names)?);
+            let writing = Background::begin(|rows| write_all(tables, rows));
+            self.writing = Some(writing.map_err(|cause| ObserverError::Write { path, cause })?);
         }
         self.histories = Histories { columns: vec![Vec::new(); names.len()], names };
         Ok(())
     }
 
-    /// Writes all rows to the disk.
+    /// Waits until all rows are on the disk.
     ///
     /// **Errors**: they cannot be written.
-    pub fn flush(&mut self) -> Result<(), ObserverError> {
-        let tables = self.table.iter_mut().chain(self.faces.iter_mut().map(|(_, _, table)| table));
-        tables.into_iter().try_for_each(Table::flush)
+    pub fn finish(&mut self) -> Result<(), ObserverError> {
+        self.writing.take().map_or(Ok(()), |mut writing| writing.end()).map_err(|stopped| match stopped {
+            Stopped::Failed(error) => error,
+            Stopped::Panicked => ObserverError::Write {
+                path: self.folder.clone().unwrap_or_default(),
+                cause: std::io::Error::other(
+                    "the thread that writes histories stopped; report this as a defect",
+                ),
+            },
+        })
     }
 
-    /// Writes the row of a step.
+    /// Keeps the row of a step, and has it written.
     fn write(
         &mut self,
         report: &WindowReport,
@@ -240,7 +249,6 @@ impl HistoriesWriter {
         lowest_pressure: f64,
     ) -> Result<(), ObserverError> {
         let outputs = |unit: UnitId| &exchanges[unit.0].outputs;
-        let now = exchanges.iter().map(|exchange| exchange.answered).max().unwrap_or_default();
         // To the picosecond, so that 4.01 is not written as 4.010000000000001.
         let time = (interval.end() * 1e12).round() / 1e12;
         // A step of one iteration has no displacement to compare with.
@@ -260,21 +268,36 @@ impl HistoriesWriter {
         ];
         let rest =
             self.scalars.iter().flat_map(|(unit, range)| outputs(*unit)[range.clone()].iter().copied());
-        let row: Vec<f64> = first.into_iter().chain(rest).collect();
+        let mut row: Vec<f64> = first.into_iter().chain(rest).collect();
         for (column, value) in self.histories.columns.iter_mut().zip(&row) {
             column.push(*value);
         }
-        if let Some(table) = &mut self.table {
-            table.write(&row, now)?;
+        let Some(writing) = &mut self.writing else { return Ok(()) };
+        for (unit, range) in &self.faces {
+            row.push(time);
+            row.extend_from_slice(&outputs(*unit)[range.clone()]);
         }
-        for (unit, range, table) in &mut self.faces {
-            self.row.clear();
-            self.row.push(time);
-            self.row.extend_from_slice(&outputs(*unit)[range.clone()]);
-            table.write(&self.row, now)?;
-        }
-        Ok(())
+        if writing.send(row) { Ok(()) } else { self.finish() }
     }
+}
+
+/// Writes the rows of all tables, to the disk once a second, until no more come.
+fn write_all(mut tables: Vec<Table>, rows: Queue<Vec<f64>>) -> Result<(), ObserverError> {
+    let mut flushed = Instant::now();
+    for row in rows {
+        let row = row.unwrap_or_default();
+        let mut rest = &row[..];
+        for table in tables.iter_mut().filter(|_| !row.is_empty()) {
+            let (row, others) = rest.split_at(table.columns);
+            table.write(row)?;
+            rest = others;
+        }
+        if flushed.elapsed() > FLUSH_INTERVAL {
+            flushed = Instant::now();
+            tables.iter_mut().try_for_each(Table::flush)?;
+        }
+    }
+    tables.iter_mut().try_for_each(Table::flush)
 }
 
 /// Column names of a channel: with `.x`, `.y` or an index where it has several values.
@@ -308,7 +331,7 @@ impl Observer for HistoriesWriter {
     }
 
     fn end(&mut self, _ending: &Ending) -> Result<(), ObserverError> {
-        self.flush()
+        self.finish()
     }
 }
 

@@ -9,7 +9,6 @@ use crate::scheme::{Graph, UnitId, WindowReport};
 use std::collections::{BTreeMap, BTreeSet};
 use std::iter::once;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 /// Shortest time from one row to the next, s: the first mode of a dam of 100 m has ten or more in a period.
 const INTERVAL: f64 = 0.025;
@@ -174,7 +173,7 @@ impl OutlineWriter {
         let file = ResultsFile::create(&draft).map_err(failed)?.or(&self.path);
         let mut table = Table::of(file, self.path.clone(), &self.header)?;
         for row in &self.earlier[..self.passed] {
-            table.write(row, Duration::ZERO)?;
+            table.write(row)?;
         }
         table.flush()?;
         std::fs::rename(draft, &self.path).map_err(failed)?;
@@ -230,7 +229,7 @@ impl Observer for OutlineWriter {
             Some(table) => table,
             None => self.open()?,
         };
-        table.write(&row, Duration::ZERO)?;
+        table.write(&row)?;
         // Whoever goes on from a checkpoint finds all rows before it.
         table.flush()?;
         self.table = Some(table);

@@ -90,7 +90,7 @@ impl Panels {
     fn sum(&self, f: impl Fn(usize, usize) -> f64) -> f64 {
         let of = |&(start, length): &(usize, f64)| {
             let terms = [(0, 0, 3.0), (0, 1, 6.0), (1, 0, 6.0), (1, 1, 3.0)];
-            terms.map(|(i, j, share)| length / share * f(start + i, start + j)).iter().sum::<f64>()
+            terms.iter().map(|&(i, j, share)| length / share * f(start + i, start + j)).sum::<f64>()
         };
         self.0.iter().map(of).sum()
     }

@@ -3,8 +3,9 @@
 use super::super::accuracy::Promise;
 use super::super::output::answer;
 use super::super::start::{Start, StartError, deadlines};
-use super::super::{Options, check, complain, known, report, say, spectra};
+use super::super::{Options, complain, known, report, say, spectra};
 use super::answer::Answer;
+use super::beside::Beside;
 use super::place::{Fork, hand_over, place, same_units, same_variables, until};
 use super::{RunError, band};
 use crate::registry::{self, RegistryError};
@@ -156,7 +157,7 @@ impl Job<'_> {
         let dam = dam_model(loaded, &mut graph)?;
         let stress_points = stress_points(&mut graph)?;
         let natural_frequencies = known(graph[UnitId::DAM].read("natural_frequency"))?;
-        let in_water = frequencies_in_water(scene, natural_frequencies.len());
+        let beside = Beside::begin(scene, natural_frequencies.len());
         let recursion = recursion(scene, &mut graph)?;
         say(text::wrapped(&ground_line(&loaded.ground_motion), UNDER_NAME));
         say(format!(
@@ -183,16 +184,17 @@ impl Job<'_> {
         };
         let (ending, failure) = simulation.conclude(&mut course, begun, &mut watch.all(), interrupted);
         let histories = &watch.histories.histories;
-        let mut summary = Summary::of(
-            loaded,
-            histories,
-            &ending,
-            simulation.static_crest_displacement,
-            &stress_points,
-            [&natural_frequencies, &in_water],
-            &recursion,
-        );
-        self.before_shaking(&mut summary);
+        let mut summary = beside.summary(|in_water| {
+            Summary::of(
+                loaded,
+                histories,
+                &ending,
+                simulation.static_crest_displacement,
+                &stress_points,
+                [&natural_frequencies, in_water],
+                &recursion,
+            )
+        });
         match self.envelopes(&mut simulation, &ending) {
             Ok(quantities) => summary.quantities.extend(quantities),
             Err(why) => summary.notes.push(format!("WARNING: no envelopes: {why}")),
@@ -227,21 +229,6 @@ impl Job<'_> {
         spectra.map_err(RunError::Spectra)?;
         page?;
         Ok(ending.status)
-    }
-
-    /// Adds what is known of the cracks without the run: factors of safety, and vibrations that would grow. What is not known stops no run.
-    fn before_shaking(&self, summary: &mut Summary) {
-        let scene = &self.loaded.scene;
-        match registry::equilibria(scene) {
-            Ok(found) => summary.add_equilibria(scene, &found),
-            Err(error) => summary.notes.push(format!("WARNING: no factors of safety: {error}")),
-        }
-        match check::flutter_warnings(scene) {
-            Ok(warnings) => summary.notes.extend(warnings.into_iter().map(|said| format!("WARNING: {said}"))),
-            Err(error) => {
-                summary.notes.push(format!("WARNING: not known whether blocks that slide shake: {error}"))
-            }
-        }
     }
 
     /// Writes the envelopes that the dam has kept; what they say of the section as a whole. Of a run that ends within a step there
@@ -404,20 +391,6 @@ fn stress_points(graph: &mut Graph) -> Result<Vec<[f64; 2]>, ParticipantError> {
         known(graph[UnitId::DAM].read("stress_point_y"))?,
     );
     Ok(x.into_iter().zip(y).map(|(x, y)| [x, y]).collect())
-}
-
-/// The natural frequencies with the mass of the water; none where they are not known, which stops no run.
-fn frequencies_in_water(scene: &Scene, count: usize) -> Vec<f64> {
-    if count == 0 {
-        return Vec::new();
-    }
-    match registry::natural_modes_in_water(scene, count) {
-        Ok(modes) => modes.map_or_else(Vec::new, |modes| modes.frequencies),
-        Err(error) => {
-            complain(format!("WARNING: no natural frequencies with the water: {error}"));
-            Vec::new()
-        }
-    }
 }
 
 /// Error and loss of the recursion of each water that has one and tells them.

@@ -2,6 +2,7 @@
 
 mod answer;
 mod band;
+mod beside;
 pub mod branch;
 mod folder;
 mod job;

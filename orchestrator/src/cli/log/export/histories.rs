@@ -24,7 +24,7 @@ pub fn write(log: &Log, folder: &Path) -> Result<Option<LogReadError>, Failure> 
             Err(error) => damage = Some(error),
         }
     }
-    writer.flush().map_err(failed)?;
+    writer.finish().map_err(failed)?;
     if old {
         complain(format_args!(
             "warning: {}: cofferdam {} (commit {}) wrote it, whose logs hold no residuals by iteration, work at the \
