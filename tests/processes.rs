@@ -387,3 +387,24 @@ fn a_machine_without_shared_memory_is_told_how_to_go_on() {
         assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
     }
 }
+
+#[test]
+fn the_environment_can_ask_for_one_process_and_an_option_for_more() {
+    let scenario = Scenario::quick(0.1);
+    let said = |output: &str, transport: &str, options: &[&str]| {
+        let mut command = scenario.command(output);
+        let done = command.args(options).env("COFFERDAM_TRANSPORT", transport).output().expect("it runs");
+        let said = [&done.stdout, &done.stderr].map(|text| String::from_utf8_lossy(text).into_owned());
+        (done.status.code(), said.concat())
+    };
+    for (output, transport, options, processes) in [
+        ("here", "in-process", &[][..], false),
+        ("apart", "shared-memory", &[], true),
+        ("asked", "in-process", &["--transport", "shared-memory"], true),
+    ] {
+        let (status, said) = said(output, transport, options);
+        assert_eq!((status, said.contains("processes")), (Some(0), processes), "{said}");
+    }
+    let (status, said) = said("nowhere", "pigeons", &[]);
+    assert!(status == Some(2) && said.contains("pigeons") && said.contains("in-process"), "{said}");
+}

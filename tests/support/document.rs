@@ -196,6 +196,8 @@ fn run(command: &str, status: i32, folder: &Path) -> String {
     let output = Command::new("bash")
         .args(["-c", command])
         .env("PATH", format!("{}:{}:{path}", units.display(), python.display()))
+        // The same bits, in a fraction of the time.
+        .env("COFFERDAM_TRANSPORT", "in-process")
         .current_dir(folder)
         .output()
         .unwrap_or_else(|e| panic!("{command}: {e}"));

@@ -217,7 +217,7 @@ pub struct Options {
     pub threads: Option<u16>,
 
     /// How the units exchange
-    #[arg(long, value_enum, default_value_t = Transport::SharedMemory)]
+    #[arg(long, value_enum, env = "COFFERDAM_TRANSPORT", default_value_t = Transport::SharedMemory)]
     pub transport: Transport,
 
     /// Longest time in seconds that a unit may take for a step before its process is ended
