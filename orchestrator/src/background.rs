@@ -9,6 +9,9 @@ const QUEUE: usize = 1024;
 /// Interval at which the thread looks for items: waking it for each one would cost the run more than the exchange of a step.
 const LOOK: Duration = Duration::from_millis(1);
 
+/// How often what was written is to reach the disk.
+pub const FLUSH_INTERVAL: Duration = Duration::from_secs(1);
+
 /// A thread that does what it is sent, in that order; it ends, and is waited for, when this is dropped.
 pub struct Background<T, E> {
     queue: Option<SyncSender<T>>,

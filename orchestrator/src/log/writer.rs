@@ -6,7 +6,7 @@ use super::types::{
     scene_type, step_type, unit_type, variable_type,
 };
 use super::{LogError, foxglove};
-use crate::background::{Background, Queue, Stopped};
+use crate::background::{Background, FLUSH_INTERVAL, Queue, Stopped};
 use crate::convergence::{Residuals, norm};
 use crate::observer::{Checkpoint, Ending, Observer, ObserverError, Start};
 use crate::participant::{Channel, Description, Layout, Message, Occasion};
@@ -20,7 +20,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{SyncSender, sync_channel};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// The first entries of a log besides the units and the ground motion.
 #[derive(Clone, Debug, Default)]
@@ -58,7 +58,6 @@ pub struct Parent {
     pub settings: String,
 }
 
-const FLUSH_INTERVAL: Duration = Duration::from_secs(1);
 const CHUNK_SIZE: u64 = 1 << 20;
 
 /// Writes the log of a run on a thread of its own.

@@ -1,11 +1,11 @@
 use super::{Ending, Observer, ObserverError, Start};
-use crate::background::{Background, Queue, Stopped};
+use crate::background::{Background, FLUSH_INTERVAL, Queue, Stopped};
 use crate::participant::{Channel, ChannelShape, Layout};
 use crate::results_file::ResultsFile;
 use crate::scheme::{Exchange, InterfaceWork, Interval, UnitId, WindowReport};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// Time histories of a run: one row per communication point, one column per quantity.
 ///
@@ -124,8 +124,6 @@ pub struct HistoriesWriter {
     work: InterfaceWork,
 }
 
-const FLUSH_INTERVAL: Duration = Duration::from_secs(1);
-
 pub(super) struct Table {
     path: PathBuf,
     writer: csv::Writer<ResultsFile>,
@@ -142,19 +140,26 @@ impl Table {
     /// Begins a table in `file`, which is named `path` in errors.
     pub fn of(file: ResultsFile, path: PathBuf, header: &[String]) -> Result<Self, ObserverError> {
         let mut writer = csv::Writer::from_writer(file);
-        writer
-            .write_record(header)
-            .map_err(|cause| ObserverError::Write { path: path.clone(), cause: cause.into() })?;
+        let result = writer.write_record(header);
+        result.map_err(|error| ObserverError::Write { path: path.clone(), cause: of_system(error) })?;
         Ok(Self { path, writer, columns: header.len() })
     }
 
     pub fn write(&mut self, row: &[f64]) -> Result<(), ObserverError> {
         let result = self.writer.serialize(row);
-        result.map_err(|cause| ObserverError::Write { path: self.path.clone(), cause: cause.into() })
+        result.map_err(|error| ObserverError::Write { path: self.path.clone(), cause: of_system(error) })
     }
 
     pub fn flush(&mut self) -> Result<(), ObserverError> {
         self.writer.flush().map_err(|cause| ObserverError::Write { path: self.path.clone(), cause })
+    }
+}
+
+/// The error of the system behind one of a table, whose kind the remedy depends on.
+fn of_system(error: csv::Error) -> std::io::Error {
+    match error.into_kind() {
+        csv::ErrorKind::Io(cause) => cause,
+        other => std::io::Error::other(format!("{other:?}")),
     }
 }
 
@@ -338,6 +343,12 @@ impl Observer for HistoriesWriter {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_error_of_the_system_keeps_its_kind() {
+        let kind = std::io::ErrorKind::FileTooLarge;
+        assert_eq!(of_system(std::io::Error::from(kind).into()).kind(), kind);
+    }
 
     #[test]
     fn histories_are_read_as_they_were_written_and_a_cut_row_is_left_out() -> std::io::Result<()> {
