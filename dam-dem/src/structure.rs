@@ -3,7 +3,7 @@ use serde::{Deserialize, Serialize};
 use std::num::NonZeroUsize;
 
 use crate::contact::{
-    ContactLaw, Coulomb, Crack, Integration, JointState, Meeting, Outlines, Parting, Stencil,
+    ContactLaw, Coulomb, Crack, Integration, JointState, Meeting, Outlines, Parting, Pressing, Stencil,
 };
 use crate::damping::{DampingCoefficients, StiffnessDamping};
 use crate::element::{CrossedCells, ViscousStress};
@@ -145,13 +145,10 @@ impl<L: ContactLaw> Structure<L> {
     ) -> Losses {
         let (u, v) = (&motion.displacement, &motion.velocity);
         let damping_power = self.cells.add_forces(u, v, damping, &mut motion.viscous, forces);
-        let mut losses = Losses { friction: 0.0, damping_power };
-        let mut partings = partings.iter_mut();
-        for (crack, joints) in self.cracks.iter().zip(&mut motion.joints) {
-            let lost = crack.add_forces_and_part(u, v, damping, joints, forces, partings.next());
-            losses.friction += lost.friction;
-            losses.damping_power += lost.damping_power;
-        }
+        let joints = &mut motion.joints;
+        let pressing = Pressing { cracks: &self.cracks, u, v, damping, joints, forces, partings };
+        let mut losses = pulp::Arch::new().dispatch(pressing);
+        losses.damping_power += damping_power;
         if let Some(outlines) = self.outlines.as_ref().filter(|_| !motion.meetings.is_empty()) {
             let met = outlines.add_forces(u, v, damping, &motion.joints, &mut motion.meetings, forces);
             losses.friction += met.friction;

@@ -26,6 +26,7 @@ pub(crate) mod effort;
 mod meeting;
 mod mohr_coulomb;
 mod parting;
+mod pressing;
 mod search;
 mod trials;
 
@@ -37,6 +38,7 @@ pub use meeting::Meeting;
 pub(crate) use meeting::Outlines;
 pub use mohr_coulomb::MohrCoulomb;
 pub(crate) use parting::Parting;
+pub(crate) use pressing::Pressing;
 pub(crate) use trials::Trials;
 
 /// Where along a crack the contacts are.

@@ -1,3 +1,4 @@
+use super::coulomb::within;
 use super::{ContactLaw, Coulomb, Response, Touch};
 
 /// Mohr-Coulomb law of a joint with bond, residual friction and dilation.
@@ -54,9 +55,9 @@ impl ContactLaw for MohrCoulomb {
             return self.residual.respond(touch);
         }
         let dashpot = touch.damping * normal_stiffness * touch.penetration_rate;
-        let dashpot = dashpot.min(spring.abs()).max(-spring.abs());
+        let dashpot = within(dashpot, spring.abs());
         let damped = elastic + touch.damping * shear_stiffness * touch.slip_rate;
-        let shear = damped.min(strength).max(-strength);
+        let shear = within(damped, strength);
         Response {
             normal: spring + dashpot,
             shear,

@@ -60,7 +60,8 @@ impl Parting {
     pub(super) fn share_of_slip(&self, slip: f64, stretched: f64) -> f64 {
         let still = STANDSTILL * self.time_step;
         let whole = slip * slip + stretched * stretched + still * still;
-        if whole > 0.0 { slip * slip / whole } else { 0.0 }
+        // Hardly any contact slips: the rest is spared the quotient.
+        if slip != 0.0 && whole > 0.0 { slip * slip / whole } else { 0.0 }
     }
 
     /// Forgets all contacts.

@@ -1,7 +1,7 @@
 use nalgebra::{Cholesky, DVector};
 
 use super::motion::ModalMotion;
-use super::product::dot;
+use super::product::{LANES, dot};
 use super::sides::Pressing;
 use super::superposition::Superposition;
 use crate::DamError;
@@ -137,11 +137,9 @@ impl pulp::NullaryFnOnce for Advance<'_> {
         for step in 0..steps {
             let share = |n: f64| n / steps as f64;
             let middle = share(step as f64 + 0.5);
-            let mut input = 0.0;
-            let modes = motion.coordinates.iter_mut().zip(&motion.rates).zip(start.iter().zip(end));
-            for ((q, rate), (start, end)) in modes {
+            let input = (1.0 - middle) * dot(start, &motion.rates) + middle * dot(end, &motion.rates);
+            for (q, rate) in motion.coordinates.iter_mut().zip(&motion.rates) {
                 *q += dt * rate;
-                input += rate * (start + middle * (end - start));
             }
             model.damping_between.combine(&motion.rates, &mut between);
             pressing.follow(&model.sides, &motion.coordinates, Some(dt));
@@ -201,16 +199,68 @@ impl Kick {
         share: f64,
         between: &[f64],
     ) -> f64 {
-        let modes = motion.rates.iter_mut().zip(&motion.coordinates).zip(&motion.contact_forces);
-        let modes = modes.zip(&model.stiffness).zip(&model.damping).zip(start.iter().zip(end)).zip(between);
-        let mut work = 0.0;
-        for ((((((rate, q), contact), square), c), (start, end)), between) in modes {
-            let force = start + share * (end - start) + contact - square * q - between;
-            let before = *rate;
-            *rate = ((1.0 - c * self.before) * before + self.force * force) / (1.0 + c * self.after);
-            let impulse = c * (self.before * before + self.after * *rate) + self.force * between;
-            work += impulse * (before + *rate) / 2.0;
+        let lists = Modes {
+            coordinates: &motion.coordinates,
+            contact_forces: &motion.contact_forces,
+            stiffness: &model.stiffness,
+            damping: &model.damping,
+            start,
+            end,
+            between,
+        };
+        let (eights, rest) = motion.rates.as_chunks_mut::<LANES>();
+        let mut work = [0.0; LANES];
+        for (number, rates) in eights.iter_mut().enumerate() {
+            let of_these = self.of_modes(rates, &lists, LANES * number, share);
+            (0..LANES).for_each(|i| work[i] += of_these[i]);
         }
+        let first = LANES * eights.len();
+        let mut sum = work.iter().sum();
+        for (number, rate) in rest.iter_mut().enumerate() {
+            let [of_this] = self.of_modes(std::array::from_mut(rate), &lists, first + number, share);
+            sum += of_this;
+        }
+        sum
+    }
+
+    /// The same for the modes from `first` on; the work of each.
+    #[inline(always)]
+    fn of_modes<const N: usize>(
+        &self,
+        rates: &mut [f64; N],
+        lists: &Modes<'_>,
+        first: usize,
+        share: f64,
+    ) -> [f64; N] {
+        // All numbers are read before any is written: the lists could overlap, for all that the compiler knows.
+        let from = |list: &[f64]| {
+            let mut numbers = [0.0; N];
+            numbers.copy_from_slice(&list[first..first + N]);
+            numbers
+        };
+        let (q, contact) = (from(lists.coordinates), from(lists.contact_forces));
+        let (square, c) = (from(lists.stiffness), from(lists.damping));
+        let (start, end, between) = (from(lists.start), from(lists.end), from(lists.between));
+        let (before, mut after, mut work) = (*rates, [0.0; N], [0.0; N]);
+        for i in 0..N {
+            let force = start[i] + share * (end[i] - start[i]) + contact[i] - square[i] * q[i] - between[i];
+            after[i] =
+                ((1.0 - c[i] * self.before) * before[i] + self.force * force) / (1.0 + c[i] * self.after);
+            let impulse = c[i] * (self.before * before[i] + self.after * after[i]) + self.force * between[i];
+            work[i] = impulse * (before[i] + after[i]) / 2.0;
+        }
+        *rates = after;
         work
     }
+}
+
+/// What acts on the modes, a number for each.
+struct Modes<'a> {
+    coordinates: &'a [f64],
+    contact_forces: &'a [f64],
+    stiffness: &'a [f64],
+    damping: &'a [f64],
+    start: &'a [f64],
+    end: &'a [f64],
+    between: &'a [f64],
 }

@@ -1,11 +1,12 @@
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use pulp::NullaryFnOnce;
 use std::ops::Range;
 
 use super::motion::ModalMotion;
 use super::product::{LANES, used};
 use super::release::ModalRelease;
 use crate::Kinematics;
-use crate::contact::{ContactLaw, Crack, MohrCoulomb, Parting, Stencil};
+use crate::contact::{self, ContactLaw, Crack, MohrCoulomb, Parting, Stencil};
 use crate::damping::StiffnessDamping;
 use crate::energy::Losses;
 use crate::release::Release;
@@ -267,15 +268,10 @@ impl Pressing {
         damping: StiffnessDamping,
         partings: &mut [Parting],
     ) -> Losses {
-        let mut losses = Losses::default();
         self.forces.fill([0.0; 2]);
         let (u, v) = (&self.displacement, &self.velocity);
-        let mut partings = partings.iter_mut();
-        for (crack, joints) in sides.cracks.iter().zip(&mut motion.joints) {
-            let lost = crack.add_forces_and_part(u, v, damping, joints, &mut self.forces, partings.next());
-            losses.friction += lost.friction;
-            losses.damping_power += lost.damping_power;
-        }
+        let (cracks, joints, forces) = (&sides.cracks, &mut motion.joints, &mut self.forces);
+        let losses = contact::Pressing { cracks, u, v, damping, joints, forces, partings }.call();
         self.map_forces(sides, &mut motion.contact_forces);
         losses
     }

@@ -16,7 +16,8 @@ pub const HELP: &str = "\
 Measures the errors of all levels of numerics against the reference (every element and contact, the finest elements, half the
 communication step, Radau IIA, a tolerance of 1e-8), for scenes with both polarities of their records; then runs each as
 `run --accuracy` would at 10, 5 and 1 %, and says what was promised, what was true, and what it cost beside the reference.
-What 1 % of shaking changes is measured with every element and contact in the finest mesh. A reference costs some minutes.
+What 1 % of shaking changes is measured with every element and contact in the finest mesh. Where that is more than 10 %, the
+difference of two runs is a draw: it is in levels.csv, and not in the table of biases. A reference costs some minutes.
 
 Writes accuracy.md, accuracy.csv (the knob), levels.csv and table.toml: put the latter into orchestrator/src/cli/accuracy to have
 `run --accuracy` and `plan` read it. With --coarse the reference is a level of the ladder, only to try the study.
@@ -60,6 +61,25 @@ pub struct AccuracyArguments {
 const ASKED: [f64; 3] = [0.1, 0.05, 0.01];
 /// Width of a class of intensity, g.
 const INTENSITY: f64 = 0.25;
+/// Change with 1 % of shaking above which an answer is not defined to any accuracy that is asked for: then the difference of two
+/// runs is a draw, and says nothing of the bias of a level.
+const UNDEFINED: f64 = ASKED[0];
+
+/// The error of a level in one case.
+struct Error {
+    /// Number of the case.
+    case: usize,
+    row: LevelError,
+    /// What 1 % of shaking changes, with all elements, of a history at its crest; none for dams without cracks.
+    change: Option<f64>,
+}
+
+impl Error {
+    /// Whether it tells of the level.
+    fn is_defined(&self) -> bool {
+        self.change.is_none_or(|change| change <= UNDEFINED)
+    }
+}
 
 /// One scene with one polarity.
 struct Case {
@@ -107,7 +127,7 @@ pub fn run(arguments: &AccuracyArguments) -> Result<(), StudyError> {
         "reference, s",
         "cost over that of the reference",
     ]);
-    let mut levels: Vec<(usize, LevelError)> = Vec::new();
+    let mut levels: Vec<Error> = Vec::new();
     for (number, case) in cases.iter().enumerate() {
         let ladder = Ladder::of(&case.loaded.scene);
         let with = |further: Vec<String>| case.settings.iter().cloned().chain(further).collect::<Vec<_>>();
@@ -141,6 +161,8 @@ pub fn run(arguments: &AccuracyArguments) -> Result<(), StudyError> {
             1e3 * reference.slid()
         ));
         let twins: Vec<_> = outcomes.drain(..if case.cracked { 2 } else { 0 }).collect();
+        let finest = &outcomes[0];
+        let change = |quantity: &str| twins.iter().map(|twin| apart(quantity, twin, finest)).reduce(f64::max);
         for ((rung, fidelity), outcome) in levels_of_case.iter().rev().zip(&outcomes) {
             for quantity in quantities(case.cracked) {
                 let row = LevelError {
@@ -153,11 +175,10 @@ pub fn run(arguments: &AccuracyArguments) -> Result<(), StudyError> {
                     spread: 0.0,
                     cases: 1,
                 };
-                levels.push((number, row));
+                let of = if *quantity == HISTORY { CREST } else { quantity };
+                levels.push(Error { case: number, row, change: change(of) });
             }
         }
-        let finest = &outcomes[0];
-        let change = |quantity: &str| twins.iter().map(|twin| apart(quantity, twin, finest)).reduce(f64::max);
         for asked in if *coarse { &ASKED[1..2] } else { &ASKED[..] } {
             row(case, *asked, &reference, &change, &mut knob)?;
         }
@@ -168,30 +189,35 @@ pub fn run(arguments: &AccuracyArguments) -> Result<(), StudyError> {
     Ok(())
 }
 
-/// The next table, from all cases.
-fn of_cases(levels: &[(usize, LevelError)]) -> ErrorTable {
-    let levels = gathered(levels.iter().map(|(_, row)| row.clone()).collect());
+/// The next table, from all cases whose answer is defined.
+fn of_cases(levels: &[Error]) -> ErrorTable {
+    let defined = levels.iter().filter(|error| error.is_defined());
+    let levels = gathered(defined.map(|error| error.row.clone()).collect());
     ErrorTable { version: TABLE.version + 1, levels }
 }
 
 /// Writes what the cases so far say.
-fn write(
-    rest: &Arguments,
-    cases: &[Case],
-    levels: &[(usize, LevelError)],
-    knob: &Table,
-) -> Result<(), StudyError> {
-    let mut of_levels =
-        Table::new(["case", "cracked", "dam", "rung", "quantity", "peak acceleration, g", "error"]);
-    for (number, row) in levels {
+fn write(rest: &Arguments, cases: &[Case], levels: &[Error], knob: &Table) -> Result<(), StudyError> {
+    let mut of_levels = Table::new([
+        "case",
+        "cracked",
+        "dam",
+        "rung",
+        "quantity",
+        "peak acceleration, g",
+        "error",
+        "1 % of shaking changes",
+    ]);
+    for Error { case, row, change } in levels {
         of_levels.row([
-            cases[*number].label.clone(),
+            cases[*case].label.clone(),
             row.cracked.to_string(),
             row.fidelity.word(),
             row.rung.to_string(),
             row.quantity.clone(),
             format!("{:.3}", row.intensity),
             format!("{:.5}", row.bias),
+            change.map_or_else(String::new, |change| format!("{change:.5}")),
         ]);
     }
     let table = of_cases(levels);
@@ -321,9 +347,12 @@ fn gathered(rows: Vec<LevelError>) -> Vec<LevelError> {
             continue;
         }
         let errors: Vec<&LevelError> = rows.iter().filter(|other| same(row, other)).collect();
+        let cases = errors.len();
         let [bias, spread] = super::moments(errors.iter().map(|row| row.bias));
+        // of a sample, which these cases are
+        let spread = spread * (cases as f64 / (cases - 1).max(1) as f64).sqrt();
         let intensity = errors.iter().map(|row| row.intensity).fold(0.0, f64::max);
-        found.push(LevelError { intensity, bias, spread, cases: errors.len(), ..row.clone() });
+        found.push(LevelError { intensity, bias, spread, cases, ..row.clone() });
     }
     found
 }
