@@ -3,7 +3,7 @@ use serde::{Deserialize, Serialize};
 use std::num::NonZeroUsize;
 
 use crate::contact::{
-    ContactLaw, Coulomb, Crack, Integration, JointState, Meeting, Outlines, Parting, Pressing, Stencil,
+    ContactLaw, Coulomb, Crack, Integration, JointState, Meeting, Outlines, Parting, PressedCracks, Stencil,
 };
 use crate::damping::{DampingCoefficients, StiffnessDamping};
 use crate::element::{CrossedCells, ViscousStress};
@@ -146,8 +146,8 @@ impl<L: ContactLaw> Structure<L> {
         let (u, v) = (&motion.displacement, &motion.velocity);
         let damping_power = self.cells.add_forces(u, v, damping, &mut motion.viscous, forces);
         let joints = &mut motion.joints;
-        let pressing = Pressing { cracks: &self.cracks, u, v, damping, joints, forces, partings };
-        let mut losses = pulp::Arch::new().dispatch(pressing);
+        let pressed = PressedCracks { cracks: &self.cracks, u, v, damping, joints, forces, partings };
+        let mut losses = pulp::Arch::new().dispatch(pressed);
         losses.damping_power += damping_power;
         if let Some(outlines) = self.outlines.as_ref().filter(|_| !motion.meetings.is_empty()) {
             let met = outlines.add_forces(u, v, damping, &motion.joints, &mut motion.meetings, forces);

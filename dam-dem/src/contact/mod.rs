@@ -38,7 +38,7 @@ pub use meeting::Meeting;
 pub(crate) use meeting::Outlines;
 pub use mohr_coulomb::MohrCoulomb;
 pub(crate) use parting::Parting;
-pub(crate) use pressing::Pressing;
+pub(crate) use pressing::PressedCracks;
 pub(crate) use trials::Trials;
 
 /// Where along a crack the contacts are.

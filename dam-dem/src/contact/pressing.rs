@@ -6,7 +6,7 @@ use crate::energy::Losses;
 
 /// The contacts of all `cracks`, to be computed with the widest registers: [`Crack::add_forces`] for each, and how its sides part if
 /// there is a place for it. (Not by a closure, which would be compiled for any processor.)
-pub(crate) struct Pressing<'a, L: ContactLaw> {
+pub(crate) struct PressedCracks<'a, L: ContactLaw> {
     pub cracks: &'a [Crack<L>],
     pub u: &'a [[f64; 2]],
     pub v: &'a [[f64; 2]],
@@ -16,7 +16,7 @@ pub(crate) struct Pressing<'a, L: ContactLaw> {
     pub partings: &'a mut [Parting],
 }
 
-impl<L: ContactLaw> NullaryFnOnce for Pressing<'_, L> {
+impl<L: ContactLaw> NullaryFnOnce for PressedCracks<'_, L> {
     type Output = Losses;
 
     #[inline(always)]

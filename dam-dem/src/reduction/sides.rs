@@ -6,7 +6,7 @@ use super::motion::ModalMotion;
 use super::product::{LANES, used};
 use super::release::ModalRelease;
 use crate::Kinematics;
-use crate::contact::{self, ContactLaw, Crack, MohrCoulomb, Parting, Stencil};
+use crate::contact::{ContactLaw, Crack, MohrCoulomb, Parting, PressedCracks, Stencil};
 use crate::damping::StiffnessDamping;
 use crate::energy::Losses;
 use crate::release::Release;
@@ -271,7 +271,7 @@ impl Pressing {
         self.forces.fill([0.0; 2]);
         let (u, v) = (&self.displacement, &self.velocity);
         let (cracks, joints, forces) = (&sides.cracks, &mut motion.joints, &mut self.forces);
-        let losses = contact::Pressing { cracks, u, v, damping, joints, forces, partings }.call();
+        let losses = PressedCracks { cracks, u, v, damping, joints, forces, partings }.call();
         self.map_forces(sides, &mut motion.contact_forces);
         losses
     }

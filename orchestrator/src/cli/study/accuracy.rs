@@ -66,7 +66,7 @@ const INTENSITY: f64 = 0.25;
 const UNDEFINED: f64 = ASKED[0];
 
 /// The error of a level in one case.
-struct Error {
+struct Measured {
     /// Number of the case.
     case: usize,
     row: LevelError,
@@ -74,7 +74,7 @@ struct Error {
     change: Option<f64>,
 }
 
-impl Error {
+impl Measured {
     /// Whether it tells of the level.
     fn is_defined(&self) -> bool {
         self.change.is_none_or(|change| change <= UNDEFINED)
@@ -127,7 +127,7 @@ pub fn run(arguments: &AccuracyArguments) -> Result<(), StudyError> {
         "reference, s",
         "cost over that of the reference",
     ]);
-    let mut levels: Vec<Error> = Vec::new();
+    let mut levels: Vec<Measured> = Vec::new();
     for (number, case) in cases.iter().enumerate() {
         let ladder = Ladder::of(&case.loaded.scene);
         let with = |further: Vec<String>| case.settings.iter().cloned().chain(further).collect::<Vec<_>>();
@@ -176,7 +176,7 @@ pub fn run(arguments: &AccuracyArguments) -> Result<(), StudyError> {
                     cases: 1,
                 };
                 let of = if *quantity == HISTORY { CREST } else { quantity };
-                levels.push(Error { case: number, row, change: change(of) });
+                levels.push(Measured { case: number, row, change: change(of) });
             }
         }
         for asked in if *coarse { &ASKED[1..2] } else { &ASKED[..] } {
@@ -190,14 +190,14 @@ pub fn run(arguments: &AccuracyArguments) -> Result<(), StudyError> {
 }
 
 /// The next table, from all cases whose answer is defined.
-fn of_cases(levels: &[Error]) -> ErrorTable {
-    let defined = levels.iter().filter(|error| error.is_defined());
-    let levels = gathered(defined.map(|error| error.row.clone()).collect());
+fn of_cases(levels: &[Measured]) -> ErrorTable {
+    let defined = levels.iter().filter(|level| level.is_defined());
+    let levels = gathered(defined.map(|level| level.row.clone()).collect());
     ErrorTable { version: TABLE.version + 1, levels }
 }
 
 /// Writes what the cases so far say.
-fn write(rest: &Arguments, cases: &[Case], levels: &[Error], knob: &Table) -> Result<(), StudyError> {
+fn write(rest: &Arguments, cases: &[Case], levels: &[Measured], knob: &Table) -> Result<(), StudyError> {
     let mut of_levels = Table::new([
         "case",
         "cracked",
@@ -208,7 +208,7 @@ fn write(rest: &Arguments, cases: &[Case], levels: &[Error], knob: &Table) -> Re
         "error",
         "1 % of shaking changes",
     ]);
-    for Error { case, row, change } in levels {
+    for Measured { case, row, change } in levels {
         of_levels.row([
             cases[*case].label.clone(),
             row.cracked.to_string(),
