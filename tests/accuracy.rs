@@ -101,15 +101,22 @@ fn an_accuracy_that_cannot_be_meant_is_refused_before_anything_is_computed() {
     }
 }
 
-/// The tables that `study accuracy --coarse` writes for a part of the record of a shipped scene: the knob's rows, the levels in all
-/// cases, and the table of levels.
-fn study(case: &str, [start, end]: [f64; 2]) -> ([Vec<csv::StringRecord>; 2], toml::value::Array) {
+/// The tables that `study accuracy --coarse` writes for a part of the record of a shipped scene, with further settings: the knob's rows,
+/// the levels in all cases, and the table of levels.
+fn study(
+    case: &str,
+    [start, end]: [f64; 2],
+    settings: &[&str],
+) -> ([Vec<csv::StringRecord>; 2], toml::value::Array) {
     let folder = tempfile::tempdir().expect("a folder");
     let output = folder.path().join("study");
     let mut command = Command::new(binary());
     command.args(["study", "accuracy", "--coarse", "--output"]).arg(&output);
     command.arg(root().join("scenes").join(case));
     command.args(["--set", "time.quiet=0", "--set", &format!("ground_motion.record.start={start}")]);
+    for setting in settings {
+        command.args(["--set", setting]);
+    }
     let done =
         command.args(["--set", &format!("ground_motion.record.end={end}")]).output().expect("cofferdam runs");
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
@@ -126,9 +133,9 @@ fn study(case: &str, [start, end]: [f64; 2]) -> ([Vec<csv::StringRecord>; 2], to
 /// The study runs and finds the knob's error within what was promised.
 #[test]
 fn the_study_of_accuracy_measures_levels_and_the_knob() {
-    let ([rows, _], levels) = study("koyna-intact", [4.5, 5.3]);
+    let ([rows, _], levels) = study("koyna-intact", [4.5, 5.3], &[]);
     assert_eq!(rows.len(), 2);
-    assert!(rows.iter().all(|row| &row[2] == "kept" && &row[6] == "yes"), "{rows:?}");
+    assert!(rows.iter().all(|row| &row[2] == "kept" && &row[6] == "yes" && &row[11] == "0"), "{rows:?}");
     // Both polarities of a linear dam have the same errors: one row a quantity, of two cases without spread.
     assert_eq!(levels.len(), 2, "{levels:?}");
     for level in levels {
@@ -140,11 +147,24 @@ fn the_study_of_accuracy_measures_levels_and_the_knob() {
     }
 }
 
+/// With steps that have not converged the study reaches its end, and counts those of the reference.
+#[test]
+fn the_study_counts_steps_of_the_reference_above_its_tolerance() {
+    let settings =
+        ["coupling.on_failure=continue", "coupling.acceleration=constant", "coupling.iteration_limit=2"];
+    let ([rows, _], _) = study("koyna-intact", [4.5, 4.7], &settings);
+    assert_eq!(rows.len(), 2);
+    for row in &rows {
+        let above: u64 = row[11].parse().expect("a number");
+        assert!((1..=80).contains(&above), "{above} of 80");
+    }
+}
+
 /// A cracked dam has levels of both models; a sliding that 1 % of shaking changes by twice what was asked is not promised, and says
 /// nothing of the bias of a level.
 #[test]
 fn the_study_of_a_cracked_dam_measures_both_models_and_what_shaking_changes() {
-    let ([rows, cases], levels) = study("koyna-coarse", [4.5, 5.3]);
+    let ([rows, cases], levels) = study("koyna-coarse", [4.5, 5.3], &[]);
     assert_eq!(rows.len(), 2);
     for row in &rows {
         let changed = row[7].rsplit(", ").next().expect("a share").trim_end_matches(" %");

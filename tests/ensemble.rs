@@ -583,8 +583,21 @@ fn records_are_scaled_to_a_target_spectrum() {
         };
         assert_eq!((number(row, 3), number(row, 4), &*row[5]), (of_run("1"), of_run("-1"), larger));
     }
-    assert!(
-        std::fs::read_to_string(output.join("spectra.svg")).expect("a picture").contains("geometric mean")
+    let read = |name: &str| std::fs::read_to_string(output.join(name)).expect("a file");
+    assert!(read("spectra.svg").contains("geometric mean"));
+    // The page has both: the spectra with the records' factors, and who governs.
+    let page = read("report.html");
+    let section = |id: &str| {
+        let from = page.find(&format!("<section id=\"{id}\"")).unwrap_or_else(|| panic!("no section {id}"));
+        page[from..].split("</section>").next().unwrap_or_default().to_owned()
+    };
+    let [target, governs] = ["target", "polarities"].map(section);
+    assert!(target.contains("geometric mean"));
+    assert!(fits.iter().all(|fit| target.contains(&fit[0]) && target.contains(&fit[1])), "{fits:?}");
+    assert_eq!(governs.matches(crest).count(), 2 * 2);
+    assert_eq!(
+        governs.matches("<td>+1</td>").count() + governs.matches("<td>-1</td>").count(),
+        polarities.len()
     );
 }
 

@@ -10,7 +10,7 @@
 //! ```
 //!
 //! C is symmetric and positive semidefinite in every state of the contacts: it never gives energy. With closed cracks
-//! j = 0 and C = α M. A block that slides or rocks without deformation feels nothing: P v = 0.
+//! j = 0 and C = α M. A block that slides, or rocks with gaps that count wholly, without deformation feels nothing: P v = 0.
 //!
 //! **Source**: the error of C = α M, J.F. Hall, *Problems encountered from the use (or misuse) of Rayleigh damping*,
 //! Earthquake Engineering and Structural Dynamics 35 (2006), who bounds stiffness damping and omits mass damping instead;

@@ -405,6 +405,30 @@ mod tests {
         assert!(largest < 1e-11 * undiminished, "{largest:e} of {undiminished:e} N/m");
     }
 
+    /// The upper block rises from the middle one. Whether its contacts are closed or open by less than an atom makes no difference;
+    /// open by a millimetre, they release it.
+    #[test]
+    fn a_gap_changes_the_damping_no_faster_than_its_contact_would_press() {
+        let (structure, motion) = slid();
+        let rises = structure.mesh.blocks[2].nodes.clone();
+        let velocity: Vec<[f64; 2]> =
+            (0..structure.mass.len()).map(|node| [0.0, f64::from(u8::from(rises.contains(&node)))]).collect();
+        let force = |gap: f64| {
+            let mut motion = motion.clone();
+            structure.mesh.blocks[1].nodes.clone().for_each(|node| motion.displacement[node] = [0.1, 0.0]);
+            rises.clone().for_each(|node| motion.displacement[node] = [0.3, gap]);
+            damping_force(&structure, &motion, &velocity)
+        };
+        let difference = |gaps: [f64; 2]| {
+            let [a, b] = gaps.map(force);
+            a.as_flattened().iter().zip(b.as_flattened()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+        };
+        let (touching, released) = (difference([-1e-12, 1e-12]), difference([-1e-12, 1e-3]));
+        let stiffness = 1e9 * 0.3; // k_n ℓ, N/m a metre of dam
+        assert!(touching < 2e-12 * stiffness, "{touching:e} N/m");
+        assert!(released > 100.0, "{released:e} N/m");
+    }
+
     #[test]
     fn the_work_of_a_block_does_not_grow_with_their_number() {
         use crate::contact::effort::{self, Effort};

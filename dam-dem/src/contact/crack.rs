@@ -534,9 +534,11 @@ impl<L: ContactLaw> Crack<L> {
                 });
                 let relative = relative.map(|component| sign * component);
                 let stencil = contact.stencil(&place);
+                let gap = if open > 0.0 { mean_below_zero(earlier_penetration, penetration) } else { 0.0 };
+                let opened = parting::share_of_opening(gap, normal_stiffness);
                 let slips = parting.share_of_slip(slip, restretched);
-                let slips = open + (1.0 - open) * slips;
-                parting.add(stencil, at, relative, [(place.tangent, slips), (place.normal, open)]);
+                let slips = opened + (1.0 - opened) * slips;
+                parting.add(stencil, at, relative, [(place.tangent, slips), (place.normal, opened)]);
             }
             if !closed {
                 continue;
@@ -714,6 +716,11 @@ fn share_below_zero(first: f64, last: f64) -> f64 {
     }
 }
 
+/// Mean of how far a value that goes from `first` to `last` linearly is below zero; it counts as 0 where it is not.
+fn mean_below_zero(first: f64, last: f64) -> f64 {
+    share_below_zero(first, last) * (first.min(0.0) + last.min(0.0)) / -2.0
+}
+
 /// Largest error with which the slip gives the position of the other side's end, as a share of a contact's part:
 /// 1 − cos θ for θ = 25°.
 const TILT: f64 = 0.1;
@@ -796,6 +803,19 @@ impl Side {
             Integration::Gauss => {
                 (0..last).flat_map(|segment| points.map(|share| on_segment(segment, share))).collect()
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::mean_below_zero;
+
+    #[test]
+    fn the_mean_width_of_a_gap_that_opens_or_closes_is_that_of_its_open_part() {
+        for (first, last, mean) in [(2.0, 1.0, 0.0), (-1.0, -3.0, 2.0), (1.0, -1.0, 0.25), (-3.0, 1.0, 1.125)]
+        {
+            assert!((mean_below_zero(first, last) - mean).abs() < 1e-15, "from {first} to {last}");
         }
     }
 }

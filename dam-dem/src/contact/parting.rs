@@ -1,7 +1,8 @@
 /// The contacts of a crack that slip or are open, and the rigid motion that their jumps give to what lies above.
 ///
 /// The jump d of a contact is the part of its relative velocity v that no spring follows: `d = s t (t·v) + o n (n·v)` with
-/// the shares s and o of the last time step in which it slipped and was open. (Shares, because otherwise a contact that
+/// the shares to which it slipped, `s = o + (1 − o)` [`share_of_slip`](Parting::share_of_slip), and was open, `o =` [`share_of_opening`], in
+/// the last time step. (Shares, because otherwise a contact that
 /// slips or opens a time step earlier or later would change the motion by a jump, and the iteration of the coupling
 /// might not converge.) With the lengths w of the contacts and their
 /// positions r relative to their centre, the rigid motion is the least-squares fit of all d:
@@ -10,7 +11,7 @@
 /// t = Σ w d / Σ w,   θ̇ = Σ w (r × d) / Σ w |r|²
 /// ```
 ///
-/// It is exact for a block that slides or rocks without deformation, 0 for a closed crack, and linear in the
+/// It is exact for a block that slides or rocks without deformation and whose gaps are wide enough to count wholly, 0 for a closed crack, and linear in the
 /// velocities. Rigid motions are (velocity of the origin (m/s), rotation (rad/s)); forces dual to them are (force (N/m),
 /// moment about the origin (N)).
 #[derive(Clone, Debug, Default)]
@@ -27,6 +28,17 @@ pub(crate) struct Parting {
 /// Speed of slip (m/s) below which a contact counts as sticking, gradually: the damping of a contact that slips to and
 /// fro is then a continuous function of its motion.
 const STANDSTILL: f64 = 1e-3;
+
+/// Pressure (Pa) that closes the narrowest gap which counts wholly. As long as the stresses that release a rocking block from mass damping
+/// are smaller, they change with a gap no faster than those of its contact.
+const CLOSING: f64 = 1e5;
+
+/// The share o of a contact whose gap was this wide in the mean since the evaluation before (m; 0 while it was closed), and of this
+/// stiffness (Pa/m): `gap k_n/p₀`, 1 at most.
+pub(super) fn share_of_opening(gap: f64, normal_stiffness: f64) -> f64 {
+    let share = gap * normal_stiffness / CLOSING;
+    if share > 1.0 { 1.0 } else { share }
+}
 
 /// Two directions, each with the share of a velocity along it that counts.
 type Shares = [([f64; 2], f64); 2];
@@ -55,7 +67,7 @@ impl Parting {
         Self { time_step, ..Self::default() }
     }
 
-    /// The share s of a contact that slipped by `slip` and whose spring stretched by `stretched` since the evaluation
+    /// The share of a contact that slipped by `slip` and whose spring stretched by `stretched` since the evaluation
     /// before, m: `slip²/(slip² + stretched² + (v₀ Δt)²)`.
     pub(super) fn share_of_slip(&self, slip: f64, stretched: f64) -> f64 {
         let still = STANDSTILL * self.time_step;
@@ -131,4 +143,17 @@ fn projected(vector: [f64; 2], shares: Shares) -> [f64; 2] {
         [along * x, along * y]
     });
     [first[0] + second[0], first[1] + second[1]]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::share_of_opening;
+
+    #[test]
+    fn a_gap_counts_gradually_and_then_wholly() {
+        // 0.1 MPa close 1 µm.
+        for (gap, share) in [(0.0, 0.0), (2.5e-7, 0.25), (1e-6, 1.0), (0.1, 1.0)] {
+            assert!((share_of_opening(gap, 1e11) - share).abs() < 1e-15, "{gap} m");
+        }
+    }
 }

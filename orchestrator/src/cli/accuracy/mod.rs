@@ -170,12 +170,13 @@ impl Ladder {
         settings
     }
 
-    /// The settings of the reference.
+    /// The settings of the reference. A step that stays above the strict tolerance does not end it: it is counted.
     pub fn reference(&self, scene: &Scene) -> Vec<String> {
         let mut settings = vec![
             format!("dam.element_size={}", self.sizes[Self::RUNGS - 1]),
             "dam.fidelity=\"dem\"".to_owned(),
             "coupling.tolerance=1e-8".to_owned(),
+            "coupling.on_failure=\"continue\"".to_owned(),
             format!("time.communication_step={}", scene.time.communication_step / 2.0),
         ];
         for (side, water) in scene.waters().filter(|(_, water)| water.fidelity == FidelityScene::Compressible)
@@ -501,6 +502,8 @@ pub fn announce(promise: &Promise) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use orchestrator::registry;
+    use orchestrator::scene::OnFailure;
 
     #[test]
     fn elements_take_the_place_of_modes_only_where_they_keep_what_modes_miss() {
@@ -512,6 +515,19 @@ mod tests {
                 cheapest(Reduced, &BTreeMap::from([(SLIDING.to_owned(), asked)]), expected);
             assert_eq!((fidelity, errors[SLIDING]), (chosen, error), "{asked} was asked");
         }
+    }
+
+    #[test]
+    fn the_reference_is_the_strictest_run_and_goes_on_with_steps_above_its_tolerance() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/koyna-coarse");
+        let scene = registry::read(&path, &[]).expect("a scene").scene;
+        let settings = Ladder::of(&scene).reference(&scene);
+        let reference = registry::read(&path, &settings).expect("a scene").scene;
+        assert_eq!(reference.coupling.tolerance, Tolerance::Relative(1e-8));
+        assert_eq!(reference.coupling.on_failure, OnFailure::Continue);
+        assert_eq!(2.0 * reference.time.communication_step, scene.time.communication_step);
+        let dam = reference.dam.expect("a dam");
+        assert_eq!((dam.fidelity, dam.element_size), (DamFidelityScene::Dem, 1.25));
     }
 
     #[test]

@@ -24,6 +24,8 @@ pub struct Outcome {
     pub sliding: Vec<f64>,
     /// Largest magnitude of sliding and opening of any crack, m.
     pub moved: f64,
+    /// Communication steps that stayed above the tolerance, with which the run went on.
+    pub unconverged: u64,
     /// Wall time, s.
     pub wall: f64,
 }
@@ -34,6 +36,7 @@ impl Outcome {
         column: impl Fn(&str) -> Vec<f64>,
         last: impl Fn(&str) -> Option<f64>,
         cracks: usize,
+        unconverged: u64,
         wall: f64,
     ) -> Self {
         let largest = |name: String| column(&name).iter().fold(0.0, |most: f64, value| most.max(value.abs()));
@@ -44,6 +47,7 @@ impl Outcome {
             crest: column("dam.crest_displacement.x"),
             sliding: (0..cracks).filter_map(|crack| last(&format!("dam.crack_sliding.{crack}"))).collect(),
             moved: moved.map(largest).fold(0.0, f64::max),
+            unconverged,
             wall,
         }
     }
@@ -102,7 +106,7 @@ pub fn outcome(loaded: &LoadedScene) -> Result<Outcome, AccuracyError> {
     let graph = registry::graph(scene, making(NonZeroUsize::MIN))?;
     let mut simulation = Simulation::of_scene(scene, &loaded.ground_motion, graph).map_err(wrong)?;
     let (mut histories, mut rest) = (HistoriesWriter::in_memory(), Rest::new(&scene.time));
-    let (_, failure) = simulation.run(&mut [&mut histories, &mut rest], &AtomicBool::new(false));
+    let (ending, failure) = simulation.run(&mut [&mut histories, &mut rest], &AtomicBool::new(false));
     if let Some(cause) = failure {
         return Err(wrong(cause));
     }
@@ -110,7 +114,8 @@ pub fn outcome(loaded: &LoadedScene) -> Result<Outcome, AccuracyError> {
     let cracks = scene.dam.as_ref().map_or(0, |dam| dam.cracks.len());
     let column = |name: &str| histories.column(name).map_or_else(Vec::new, <[f64]>::to_vec);
     let last = |name: &str| LastSecond::of(&histories, name).map(|last| last.sliding);
-    Ok(Outcome::of(column, last, cracks, began.elapsed().as_secs_f64()))
+    let wall = began.elapsed().as_secs_f64();
+    Ok(Outcome::of(column, last, cracks, ending.statistics.unconverged, wall))
 }
 
 /// Runs `scene` once with each of these lists of settings, as many at once as there are cores.

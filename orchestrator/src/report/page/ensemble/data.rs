@@ -40,6 +40,12 @@ pub struct EnsembleData {
     pub records: Grid,
     /// Keys and what they are varied by.
     pub varied: Grid,
+    /// Factors of the records to a target spectrum.
+    pub target: Grid,
+    /// The scaled spectra and their target, SVG.
+    pub spectra: Option<String>,
+    /// Which polarity governs.
+    pub polarities: Grid,
     /// Median and dispersion of each limit.
     pub limits: Grid,
     /// Share of the runs that exceed each limit at each level, and the curve there.
@@ -69,7 +75,18 @@ pub struct EnsembleData {
 impl EnsembleData {
     /// What the files of an ensemble say.
     pub fn of(folder: &EnsembleFolder) -> Self {
-        let EnsembleFolder { manifest, results, limits, statistics, variance, methods, control, .. } = folder;
+        let EnsembleFolder {
+            manifest,
+            results,
+            limits,
+            statistics,
+            variance,
+            methods,
+            control,
+            target,
+            polarities,
+            ..
+        } = folder;
         let status = results.column("status");
         let is_completed =
             |row: &&Vec<String>| status.is_some_and(|at| row[at] == Status::Completed.to_string());
@@ -99,6 +116,9 @@ impl EnsembleData {
             plan: plan(folder),
             records: records(folder),
             varied: varied(folder),
+            target: Grid::of(target, &all(target), |_| true),
+            spectra: folder.spectra.clone(),
+            polarities: governing(polarities),
             limits: Grid::of(limits, &without(limits, &["quantity", "above", "unit"]), |_| true),
             exceedance: exceedance(&folder.exceedance),
             fragility: folder.fragility.clone(),
@@ -121,6 +141,17 @@ fn shares(from: usize) -> impl Fn((usize, Cell)) -> Cell {
         Cell::Number(share) if column >= from => Cell::Share(share),
         other => other,
     }
+}
+
+/// Which polarity governs. The last column, which names it, is text: a number would lose its sign.
+fn governing(table: &Table) -> Grid {
+    let mut grid = Grid::of(table, &without(table, &[]), |_| true);
+    for (cells, row) in grid.rows.iter_mut().zip(&table.rows) {
+        if let (Some(cell), Some(polarity)) = (cells.last_mut(), row.last()) {
+            *cell = Cell::Text(polarity.clone());
+        }
+    }
+    grid
 }
 
 fn without(table: &Table, left_out: &[&str]) -> Vec<usize> {

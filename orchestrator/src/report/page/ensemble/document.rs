@@ -97,6 +97,11 @@ fn parts(data: &EnsembleData) -> Vec<Part> {
         + &below("Records", data.records.html("records"))
         + &below("Keys that vary", data.varied.html("varied"));
     add("plan", "What was varied", plan);
+    add(
+        "target",
+        "Records and the target spectrum",
+        picture(data.spectra.as_deref()) + &data.target.html("target"),
+    );
     let about = "<p class=\"about\">Probability of exceeding a limit: lognormal, maximum likelihood; 95 % bands by a bootstrap of whole records or \
                  pairs.</p>\n";
     let limits = data.limits.html("fits");
@@ -115,6 +120,14 @@ fn parts(data: &EnsembleData) -> Vec<Part> {
         if analysis.is_empty() { analysis } else { about.to_owned() + &analysis },
     );
     add("statistics", "Medians and spread", statistics(data));
+    let about = "<p class=\"about\">Magnitude by each direction, the median where it has several runs; +1: positive accelerations point \
+                 downstream.<span class=\"hint\"> A click on a heading sorts.</span></p>\n";
+    let polarities = data.polarities.html("polarities sortable");
+    add(
+        "polarities",
+        "Which polarity governs",
+        if polarities.is_empty() { polarities } else { about.to_owned() + &polarities },
+    );
     let about = "<p class=\"about\">Main effects at one level of shaking (Kelley’s ε²); the rest is what they do together, and what nothing \
                  explains.</p>\n";
     let variance = data.variance.html("variance");

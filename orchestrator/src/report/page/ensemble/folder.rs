@@ -25,10 +25,16 @@ pub struct EnsembleFolder {
     pub methods: Table,
     /// Few dear runs beside many cheap ones; empty without `[dear]`.
     pub control: Table,
+    /// Factors of the records to a target spectrum; empty without one.
+    pub target: Table,
+    /// Which polarity governs; empty where there is one alone.
+    pub polarities: Table,
     /// The incremental dynamic analysis, SVG.
     pub analysis: Option<String>,
     /// The fragility curves, SVG.
     pub fragility: Option<String>,
+    /// The scaled spectra and their target, SVG.
+    pub spectra: Option<String>,
 }
 
 /// A table of text.
@@ -85,6 +91,7 @@ impl EnsembleFolder {
         // What there is only sometimes.
         let there = |name: &str| folder.join(name).is_file();
         let picture = |name: &str| if there(name) { text(name).map(Some) } else { Ok(None) };
+        let further = |name: &str| if there(name) { table(name) } else { Ok(Table::default()) };
         Ok(Self {
             manifest: EnsembleManifest::read(&path("ensemble.toml")?)?,
             plan: text("plan.toml")?,
@@ -93,10 +100,13 @@ impl EnsembleFolder {
             limits: table("limits.csv")?,
             exceedance: table("exceedance.csv")?,
             variance: table("variance.csv")?,
-            methods: if there("methods.csv") { table("methods.csv")? } else { Table::default() },
-            control: if there("control.csv") { table("control.csv")? } else { Table::default() },
+            methods: further("methods.csv")?,
+            control: further("control.csv")?,
+            target: further("target.csv")?,
+            polarities: further("polarities.csv")?,
             analysis: picture("ida.svg")?,
             fragility: picture("fragility.svg")?,
+            spectra: picture("spectra.svg")?,
         })
     }
 }
