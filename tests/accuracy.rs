@@ -78,6 +78,8 @@ fn a_sliding_block_has_no_answer_to_a_thousandth_and_gets_a_band() {
     let band: Vec<f64> = band.iter().filter_map(toml::Value::as_float).collect();
     assert!(band.len() == 3 && band[0] < band[1] && band[1] < band[2], "{band:?}");
     assert!(said.contains("quote this band"), "{said}");
+    // The two coarsest elements; the finest as they are, by other modes, with 1 % more and less of shaking, and half of that.
+    assert_eq!(accuracy["pilot_runs"].as_integer(), Some(2 + 4 + 2), "{accuracy:?}");
 }
 
 #[test]

@@ -85,6 +85,8 @@ impl EnergyLedger {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct EnergyWatch {
     peak_kinetic: f64,
+    /// Accepted states in a row whose error is too large.
+    too_large: u32,
     warned: bool,
 }
 
@@ -92,6 +94,9 @@ pub(crate) struct EnergyWatch {
 const ENERGY_ALARM: f64 = 0.01;
 /// Kinetic energy, as a share of the energy stored at rest, below which the balance error is only rounding.
 const AT_REST: f64 = 1e-9;
+/// Accepted states for which the error must stay too large: where motion begins, it is that of a few time steps, beside a kinetic energy
+/// that is still growing.
+const PATIENCE: u32 = 20;
 
 impl EnergyWatch {
     /// Returns to an earlier state, but for the warning, which was heard.
@@ -99,14 +104,48 @@ impl EnergyWatch {
         *self = Self { warned: self.warned || earlier.warned, ..earlier };
     }
 
-    /// Checks a ledger whose state has been accepted: its error over the peak kinetic energy, the first time that it is too large.
+    /// Checks a ledger whose state has been accepted: its error over the peak kinetic energy, the first time that it stays too large.
     pub(crate) fn look(&mut self, energy: &EnergyLedger) -> Option<f64> {
         self.peak_kinetic = self.peak_kinetic.max(energy.now.kinetic);
         let rest = energy.at_rest.strain + energy.at_rest.contact;
         let error = energy.balance_error().abs();
-        let alarm =
-            !self.warned && self.peak_kinetic > AT_REST * rest && error > ENERGY_ALARM * self.peak_kinetic;
+        let too_large = self.peak_kinetic > AT_REST * rest && error > ENERGY_ALARM * self.peak_kinetic;
+        self.too_large = if too_large { self.too_large.saturating_add(1) } else { 0 };
+        let alarm = !self.warned && self.too_large >= PATIENCE;
         self.warned |= alarm;
         alarm.then(|| error / self.peak_kinetic)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A ledger with 1 J/m of strain at rest, this kinetic energy, and an error of this share of it.
+    fn ledger(kinetic: f64, error: f64) -> EnergyLedger {
+        let at_rest = StoredEnergy { strain: 1.0, ..StoredEnergy::default() };
+        let mut ledger = EnergyLedger::starting(at_rest);
+        ledger.now.kinetic = kinetic;
+        ledger.work.input = kinetic * (1.0 + error);
+        ledger
+    }
+
+    #[test]
+    fn an_error_that_stays_is_told_once_and_one_that_passes_is_not() {
+        let mut watch = EnergyWatch::default();
+        let mut told = |kinetic, error, times: u32| {
+            (0..times).filter_map(|_| watch.look(&ledger(kinetic, error))).collect::<Vec<_>>()
+        };
+        // Motion begins, and the error is a share of next to nothing.
+        assert!(told(1e-12, 0.5, 100).is_empty() && told(1e-6, 0.05, PATIENCE - 1).is_empty());
+        // 0.9 % of the peak, and of an earlier one.
+        assert!(told(1e-3, 0.009, 100).is_empty() && told(1e-5, 0.9, 100).is_empty());
+        assert!(told(1e-3, 0.05, PATIENCE - 1).is_empty());
+        let error = told(1e-3, 0.05, 1);
+        assert!(error.len() == 1 && (error[0] - 0.05).abs() < 1e-9, "{error:?}");
+        assert!(told(1e-3, 0.05, 100).is_empty(), "a second time");
+        // A step that is begun again is not heard again.
+        watch.restore(EnergyWatch::default());
+        assert!((0..100).all(|_| watch.look(&ledger(1.0, 0.05)).is_none()));
     }
 }

@@ -34,11 +34,13 @@ pub const KEPT: &str = "kept";
 pub const NOT_KEPT: &str = "not kept";
 pub const CANNOT: &str = "cannot be kept";
 
-/// Factor on errors that are extrapolated from two lengths of elements.
+/// Factor on errors that are extrapolated from two lengths of elements, or found by other modes.
 const SAFETY: f64 = 1.5;
 /// Share of the change with 1 % of shaking that the numerics of the finest level may bring about: they act like a thousandth of the
 /// shaking.
 const LIKE_SHAKING: f64 = 0.1;
+/// Modes of a block with which reduced blocks run once more, or the second number if the scene has the first: a dam takes neither by itself.
+const OTHER_MODES: [usize; 2] = [48, 40];
 /// Error of a level that the table does not have.
 const UNMEASURED: f64 = 0.02;
 /// Share of the strictest accuracy that the communication step may use up, and how often it is halved for that. Its error is that of
@@ -278,20 +280,27 @@ impl Pilot<'_> {
         self.ladder.settings(&self.loaded.scene, rung, self.fidelity)
     }
 
-    /// Runs rungs, each with a factor on the shaking.
-    fn run(&mut self, runs: &[(usize, f64)]) -> Result<Vec<Outcome>, AccuracyError> {
+    /// The settings of a rung with a factor on the shaking.
+    fn shaken(&self, rung: usize, factor: f64) -> Vec<String> {
         let scale = self.loaded.scene.ground_motion.record.as_ref().map_or(1.0, |record| record.scale);
-        let settings: Vec<Vec<String>> = runs
-            .iter()
-            .map(|(rung, factor)| {
-                let mut settings = self.base.clone();
-                settings.extend(self.settings(*rung));
-                settings.push(format!("ground_motion.record.scale={}", factor * scale));
-                settings
-            })
-            .collect();
+        let mut settings = self.base.clone();
+        settings.extend(self.settings(rung));
+        settings.push(format!("ground_motion.record.scale={}", factor * scale));
+        settings
+    }
+
+    /// The settings of a rung with blocks of other modes; none where blocks have no modes.
+    fn with_other_modes(&self, rung: usize) -> Option<Vec<String>> {
+        let own = self.loaded.scene.dam.as_ref().and_then(|dam| dam.modes);
+        let other = OTHER_MODES.into_iter().find(|modes| own != Some(*modes))?;
+        let setting = format!("dam.modes={other}");
+        let settings = || self.shaken(rung, 1.0).into_iter().chain([setting]).collect();
+        (self.fidelity == DamFidelityScene::Reduced).then(settings)
+    }
+
+    fn run(&mut self, runs: &[Vec<String>]) -> Result<Vec<Outcome>, AccuracyError> {
         self.runs += runs.len();
-        pilot::run(self.scene, &settings)
+        pilot::run(self.scene, runs)
     }
 }
 
@@ -331,7 +340,7 @@ pub fn promise(
     let mut base = settings.to_vec();
     base.push(format!("time.communication_step={step}"));
     let mut pilot = Pilot { scene: path, base, ladder: Ladder::of(&loaded.scene), loaded, fidelity, runs: 0 };
-    let outcomes = pilot.run(&[(1, 1.0), (0, 1.0)])?;
+    let outcomes = pilot.run(&[pilot.shaken(1, 1.0), pilot.shaken(0, 1.0)])?;
     let moves = cracked && outcomes.iter().any(|outcome| outcome.moved > LEAST_SLIDING);
     let mut wanted = asked.0.clone();
     let unnamed = wanted.remove(UNNAMED).is_some();
@@ -438,24 +447,30 @@ fn still(pilot: &Pilot<'_>, wanted: &BTreeMap<String, f64>, outcomes: &[Outcome]
 }
 
 /// Where a block slides or opens its crack: the elements' error has no order, so that the finest rung is taken; what 1 % of shaking
-/// changes there decides whether the answer is defined.
+/// changes there decides whether the answer is defined. Blocks of other modes say what the modes leave out.
 fn moving(
     pilot: &mut Pilot<'_>,
     wanted: &BTreeMap<String, f64>,
     of_step: f64,
 ) -> Result<Decision, AccuracyError> {
     let last = Ladder::RUNGS - 1;
-    let twin = |factor: f64| (last, factor);
-    let mut runs = pilot.run(&[1.0, 1.0 - MORE_OR_LESS, 1.0 + MORE_OR_LESS].map(twin))?;
+    let other_modes = pilot.with_other_modes(last);
+    let has_modes = other_modes.is_some();
+    let twins = [1.0, 1.0 - MORE_OR_LESS, 1.0 + MORE_OR_LESS].map(|factor| pilot.shaken(last, factor));
+    let mut runs = pilot.run(&other_modes.into_iter().chain(twins).collect::<Vec<_>>())?;
+    let other_modes = has_modes.then(|| runs.remove(0));
     let of_all =
         |of: &dyn Fn(&str) -> f64| wanted.keys().map(|quantity| (quantity.clone(), of(quantity))).collect();
     let change =
         |quantity: &str| runs[1..].iter().map(|twin| apart(quantity, twin, &runs[0])).fold(0.0, f64::max);
     let sensitivity: BTreeMap<String, f64> = of_all(&change);
+    let exact = &runs[0];
     let expected = |fidelity| {
         of_all(&|quantity| {
             let like_shaking = LIKE_SHAKING * sensitivity.get(quantity).copied().unwrap_or(0.0);
-            of_table(true, fidelity, quantity) + of_step + like_shaking
+            let modes = other_modes.as_ref().filter(|_| fidelity == DamFidelityScene::Reduced);
+            let of_modes = modes.map_or(0.0, |other| SAFETY * apart(quantity, other, exact));
+            of_table(true, fidelity, quantity) + of_step + like_shaking.max(of_modes)
         })
     };
     let mut band = BTreeMap::new();
@@ -466,7 +481,8 @@ fn moving(
         false => (pilot.fidelity, expected(pilot.fidelity)),
     };
     if !undefined.is_empty() {
-        runs.extend(pilot.run(&[1.0 - MORE_OR_LESS / 2.0, 1.0 + MORE_OR_LESS / 2.0].map(twin))?);
+        let nearer = [1.0 - MORE_OR_LESS / 2.0, 1.0 + MORE_OR_LESS / 2.0];
+        runs.extend(pilot.run(&nearer.map(|factor| pilot.shaken(last, factor)))?);
         for quantity in undefined {
             let value = |run: &Outcome| 1e3 * if quantity == SLIDING { run.slid() } else { run.peak() };
             let mut values: Vec<f64> = runs.iter().map(value).collect();
@@ -515,6 +531,24 @@ mod tests {
                 cheapest(Reduced, &BTreeMap::from([(SLIDING.to_owned(), asked)]), expected);
             assert_eq!((fidelity, errors[SLIDING]), (chosen, error), "{asked} was asked");
         }
+    }
+
+    #[test]
+    fn blocks_run_once_more_by_a_number_of_modes_that_they_do_not_have() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/koyna-coarse");
+        let other = |fidelity, set: &[String]| {
+            let loaded = registry::read(&path, set).expect("a scene");
+            let ladder = Ladder::of(&loaded.scene);
+            let pilot = Pilot { scene: &path, base: Vec::new(), ladder, loaded: &loaded, fidelity, runs: 0 };
+            pilot.with_other_modes(0).map(|settings| settings.last().cloned().unwrap_or_default())
+        };
+        use DamFidelityScene::{Dem, Reduced};
+        assert_eq!(other(Reduced, &[]).as_deref(), Some("dam.modes=48"));
+        assert_eq!(
+            other(Reduced, &["dam.fidelity=reduced", "dam.modes=48"].map(str::to_owned)).as_deref(),
+            Some("dam.modes=40")
+        );
+        assert_eq!(other(Dem, &[]), None);
     }
 
     #[test]
