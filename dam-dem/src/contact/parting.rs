@@ -11,8 +11,8 @@
 /// t = Σ w d / Σ w,   θ̇ = Σ w (r × d) / Σ w |r|²
 /// ```
 ///
-/// It is exact for a block that slides or rocks without deformation and whose gaps are wide enough to count wholly, 0 for a closed crack, and linear in the
-/// velocities. Rigid motions are (velocity of the origin (m/s), rotation (rad/s)); forces dual to them are (force (N/m),
+/// It is exact for a block that slides or rocks without deformation and whose gaps are wide enough to count wholly, 0 for a closed
+/// crack, and linear in the velocities. Rigid motions are (velocity of the origin (m/s), rotation (rad/s)); forces dual to them are (force (N/m),
 /// moment about the origin (N)).
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Parting {

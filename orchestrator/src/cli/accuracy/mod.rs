@@ -298,6 +298,7 @@ impl Pilot<'_> {
         (self.fidelity == DamFidelityScene::Reduced).then(settings)
     }
 
+    /// Runs the scene once with each of these settings.
     fn run(&mut self, runs: &[Vec<String>]) -> Result<Vec<Outcome>, AccuracyError> {
         self.runs += runs.len();
         pilot::run(self.scene, runs)
