@@ -250,8 +250,10 @@ pub fn natural_modes_in_water(
     for _ in 0..MAX_ITERATIONS {
         let momenta = momenta_of(&vectors);
         let moved = solve(factors, &momenta);
-        let projected = moved.tr_mul(&momenta);
-        let mass = moved.tr_mul(&momenta_of(&moved));
+        // Not by `tr_mul`, which takes one scalar product after the other.
+        let rows = moved.transpose();
+        let projected = &rows * momenta;
+        let mass = rows * momenta_of(&moved);
         let (values, modes) = generalised_eigen(&projected, &mass)?;
         vectors = moved * modes;
         change = 0.0f64;

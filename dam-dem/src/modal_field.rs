@@ -1,6 +1,6 @@
 //! Fields at nodes that are linear in the coordinates of modes.
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Arch, NullaryFnOnce, Simd, WithSimd};
 use std::ops::Range;
 
 use crate::Mesh;
@@ -65,14 +65,8 @@ impl<const N: usize> ModalField<N> {
         let mut values = vec![[0.0; N]; self.nodes];
         let flat = values.as_flattened_mut();
         for OfBlock { rows, modes, tiles } in &self.blocks {
-            let values = flat[rows.clone()].chunks_mut(TILE);
-            for (values, tiles) in values.zip(tiles.chunks_exact(modes.len().max(1))) {
-                let mut sums = [0.0; TILE];
-                for (tile, &mode) in tiles.iter().zip(modes) {
-                    (0..TILE).for_each(|row| sums[row] += tile[row] * coordinates[mode]);
-                }
-                values.copy_from_slice(&sums[..values.len()]);
-            }
+            let own: Vec<f64> = modes.iter().map(|&mode| coordinates[mode]).collect();
+            Arch::new().dispatch(AtOnce { tiles, coordinates: &own, values: &mut flat[rows.clone()] });
         }
         values
     }
@@ -89,7 +83,32 @@ impl<const N: usize> ModalField<N> {
     }
 }
 
-/// The product of the `tiles` of a block with the `coordinates` of its modes.
+/// The product of the `tiles` of a block with the `coordinates` of its modes at one instant.
+struct AtOnce<'a> {
+    tiles: &'a [[f64; TILE]],
+    coordinates: &'a [f64],
+    values: &'a mut [f64],
+}
+
+impl NullaryFnOnce for AtOnce<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let tiles = self.tiles.chunks_exact(self.coordinates.len().max(1));
+        for (values, tiles) in self.values.chunks_mut(TILE).zip(tiles) {
+            let mut sums = [0.0; TILE];
+            for (tile, q) in tiles.iter().zip(self.coordinates) {
+                for row in 0..TILE {
+                    sums[row] += tile[row] * q;
+                }
+            }
+            values.copy_from_slice(&sums[..values.len()]);
+        }
+    }
+}
+
+/// The same at a number of instants.
 struct Product<'a> {
     tiles: &'a [[f64; TILE]],
     coordinates: &'a [Instants],

@@ -62,6 +62,8 @@ pub struct Crack<L: ContactLaw = Coulomb> {
     sides: [Side; 2],
     /// Contacts of the points of the upper side, then of the lower side.
     contacts: Vec<Contact>,
+    /// The slip of each in the unloaded position, m.
+    slips_at_rest: Vec<f64>,
 }
 
 #[derive(Clone, Debug)]
@@ -216,7 +218,10 @@ impl<L: ContactLaw> Crack<L> {
         let sides = [side(&seam.lower), side(&seam.upper)];
         let points = sides_with_points.iter();
         let contacts = points.flat_map(|&side| sides[side].contacts(side, integration, share)).collect();
-        Self { law, sides, contacts }
+        let mut crack = Self { law, sides, contacts, slips_at_rest: Vec::new() };
+        let at_rest = |contact: &Contact| crack.place(contact, contact.after, |_| [0.0; 2]).slip;
+        crack.slips_at_rest = crack.contacts.iter().map(at_rest).collect();
+        crack
     }
 
     /// The same crack, in which each node has the number `number(node)`.
@@ -577,8 +582,8 @@ impl<L: ContactLaw> Crack<L> {
 
     /// Slip of the block above at each contact relative to the unloaded position, positive downstream, m.
     pub fn slips<'a>(&'a self, joints: &'a [JointState]) -> impl Iterator<Item = f64> + 'a {
-        self.contacts.iter().zip(joints).map(|(contact, joint)| {
-            let at_rest = self.place(contact, contact.after, |_| [0.0; 2]).slip;
+        let contacts = self.contacts.iter().zip(joints).zip(&self.slips_at_rest);
+        contacts.map(|((contact, joint), at_rest)| {
             contact.downstream() * (joint.anchor + joint.stretch - at_rest)
         })
     }

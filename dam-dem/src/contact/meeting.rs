@@ -290,6 +290,7 @@ impl<L: ContactLaw> Outlines<L> {
     }
 
     /// Where a meeting is.
+    #[inline]
     fn place(&self, meeting: &Meeting, u: &[[f64; 2]]) -> Place {
         #[cfg(test)]
         super::effort::spend(|effort| effort.edges += 1);
@@ -311,7 +312,7 @@ impl<L: ContactLaw> Outlines<L> {
         // differences of unloaded positions and of displacements separately, so that no digits are lost
         let side = [0, 1].map(|d| edge.rest[1][d] - edge.rest[0][d] + (u[b][d] - u[a][d]));
         let from = [0, 1].map(|d| point.rest[d] - edge.rest[0][d] + (u[point.node][d] - u[a][d]));
-        let length = side[0].hypot(side[1]);
+        let length = dot(side, side).sqrt();
         let tangent = side.map(|x| x / length);
         // the block lies on the left
         let normal = [tangent[1], -tangent[0]];
@@ -477,12 +478,14 @@ struct Place {
 
 impl Place {
     /// The nodes of the edge with their shares.
+    #[inline(always)]
     fn nodes(&self) -> impl Iterator<Item = (usize, f64)> {
         let shares = [1.0 - self.position, self.position];
         self.edge.into_iter().flat_map(move |nodes| nodes.into_iter().zip(shares))
     }
 
     /// Velocity of `node` relative to the edge.
+    #[inline(always)]
     fn relative(&self, node: usize, v: &[[f64; 2]]) -> [f64; 2] {
         let mut relative = v[node];
         for (other, share) in self.nodes() {

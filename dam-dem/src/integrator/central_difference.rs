@@ -96,11 +96,7 @@ impl CentralDifference {
             work.friction += losses.friction;
             work.damping += dt * (losses.damping_power + alpha * damped);
             if spared.is_some() {
-                let after = advance - dt / 2.0;
-                let nodes = motion.velocity.iter().zip(&motion.acceleration).zip(&released);
-                let power =
-                    nodes.map(|((v, a), q)| q[0] * (v[0] - after * a[0]) + q[1] * (v[1] - after * a[1]));
-                work.damping -= dt * power.sum::<f64>();
+                work.damping -= dt * power(&released, motion, advance - dt / 2.0);
             }
         }
         impulse
@@ -287,6 +283,22 @@ impl<'a> Nodes<'a> {
         }
         over(self, cells.part_count(), cells, of)
     }
+}
+
+/// Power (W/m) of `forces` (N/m) with the velocities of a time `after` (s) ago.
+fn power(forces: &[[f64; 2]], motion: &Motion, after: f64) -> f64 {
+    let mut sums = [[0.0; 2]; LANES];
+    let (f, rest_f) = forces.as_chunks::<LANES>();
+    let (v, rest_v) = motion.velocity.as_chunks::<LANES>();
+    let (a, rest_a) = motion.acceleration.as_chunks::<LANES>();
+    let mut add = |f: &[[f64; 2]], v: &[[f64; 2]], a: &[[f64; 2]]| {
+        for (((sum, f), v), a) in sums.iter_mut().zip(f).zip(v).zip(a) {
+            (0..2).for_each(|d| sum[d] += f[d] * (v[d] - after * a[d]));
+        }
+    };
+    f.iter().zip(v).zip(a).for_each(|((f, v), a)| add(f, v, a));
+    add(rest_f, rest_v, rest_a);
+    sums.as_flattened().iter().sum()
 }
 
 fn kick(motion: &mut Motion, duration: f64) {

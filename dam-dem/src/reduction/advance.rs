@@ -143,7 +143,9 @@ impl pulp::NullaryFnOnce for Advance<'_> {
             }
             model.damping_between.combine(&motion.rates, &mut between);
             pressing.follow(&model.sides, &motion.coordinates, Some(dt));
-            let losses = pressing.press(&model.sides, motion, dashpots, &mut release.partings);
+            // no crack parts in a calm step
+            let partings: &mut [_] = if calm { &mut [] } else { &mut release.partings };
+            let losses = pressing.press(&model.sides, motion, dashpots, partings);
             if calm && !are_calm(&motion.joints) {
                 return None;
             }

@@ -31,7 +31,7 @@ impl Mode {
         for (shape, mut force) in shapes.column_iter().zip(forces.column_iter_mut()) {
             force.copy_from(&structure.stiffness_times(&shape.into()));
         }
-        let stiffness = shapes.tr_mul(&forces);
+        let stiffness = shapes.transpose() * forces;
         let concrete = concrete_mass(structure, shapes);
         let mut mass = concrete.clone();
         if let Some(water) = &structure.added_mass {
@@ -67,5 +67,5 @@ impl Mode {
 /// `Φᵀ M Φ` with the mass of the concrete.
 pub(super) fn concrete_mass(structure: &Structure<impl ContactLaw>, shapes: &DMatrix<f64>) -> DMatrix<f64> {
     let (rows, columns) = shapes.shape();
-    shapes.tr_mul(&DMatrix::from_fn(rows, columns, |i, j| structure.mass[i / 2] * shapes[(i, j)]))
+    shapes.transpose() * DMatrix::from_fn(rows, columns, |i, j| structure.mass[i / 2] * shapes[(i, j)])
 }

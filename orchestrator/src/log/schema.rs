@@ -48,6 +48,8 @@ pub struct MessageType {
 }
 
 const PACKAGE: &str = "cofferdam";
+/// Most bytes before the numbers of a list: two variable-length integers.
+const LONGEST_HEAD: usize = 20;
 
 impl MessageType {
     /// The type `name` with `fields`.
@@ -123,7 +125,10 @@ impl MessageType {
                 Value::Unsigned(v) => prost::encoding::uint64::encode(tag, &v, &mut bytes),
                 Value::Bool(v) => prost::encoding::bool::encode(tag, &v, &mut bytes),
                 Value::Double(v) => prost::encoding::double::encode(tag, &v, &mut bytes),
-                Value::Doubles(v) => prost::encoding::double::encode_packed(tag, v, &mut bytes),
+                Value::Doubles(v) => {
+                    bytes.reserve(size_of_val(v) + LONGEST_HEAD);
+                    prost::encoding::double::encode_packed(tag, v, &mut bytes);
+                }
                 Value::Text(v) => prost::encoding::string::encode(tag, &v.to_owned(), &mut bytes),
                 Value::Messages(v) => {
                     v.iter().for_each(|message| prost::encoding::bytes::encode(tag, message, &mut bytes));
