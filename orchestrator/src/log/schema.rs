@@ -48,8 +48,6 @@ pub struct MessageType {
 }
 
 const PACKAGE: &str = "cofferdam";
-/// Most bytes before the numbers of a list: two variable-length integers.
-const LONGEST_HEAD: usize = 20;
 
 impl MessageType {
     /// The type `name` with `fields`.
@@ -116,7 +114,7 @@ impl MessageType {
 
     /// A message with `values`, one for each field in order.
     pub fn encode<'a>(&self, values: impl IntoIterator<Item = Value<'a>>) -> Vec<u8> {
-        let mut bytes = Vec::with_capacity(512);
+        let mut bytes = Vec::with_capacity(2048);
         let mut fields = self.fields.iter();
         for (index, value) in values.into_iter().enumerate() {
             let tag = index as u32 + 1;
@@ -125,10 +123,7 @@ impl MessageType {
                 Value::Unsigned(v) => prost::encoding::uint64::encode(tag, &v, &mut bytes),
                 Value::Bool(v) => prost::encoding::bool::encode(tag, &v, &mut bytes),
                 Value::Double(v) => prost::encoding::double::encode(tag, &v, &mut bytes),
-                Value::Doubles(v) => {
-                    bytes.reserve(size_of_val(v) + LONGEST_HEAD);
-                    prost::encoding::double::encode_packed(tag, v, &mut bytes);
-                }
+                Value::Doubles(v) => prost::encoding::double::encode_packed(tag, v, &mut bytes),
                 Value::Text(v) => prost::encoding::string::encode(tag, &v.to_owned(), &mut bytes),
                 Value::Messages(v) => {
                     v.iter().for_each(|message| prost::encoding::bytes::encode(tag, message, &mut bytes));

@@ -13,6 +13,7 @@
 //! frequency a function's D is 0, and both terms are infinite while their difference is finite. The function
 //! nearest to its cut-off frequency is therefore treated apart.
 
+use super::product::{product, product_with_transpose};
 use crate::quadrature::{gauss_legendre, legendre};
 use crate::{ReservoirError, ReservoirParameters};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
@@ -34,8 +35,10 @@ pub(crate) struct Channel {
     squared: Vec<f64>,
     /// b = φ(0), m^{-1/2}.
     at_bed: Vec<f64>,
-    /// `∫ φ_m N_i dy` in the coordinates of the face: functions × points.
+    /// `∫ φ_m N_i dy` in the coordinates of the face: points × functions.
     projection: DMatrix<Complex64>,
+    /// `projection projectionᵀ`.
+    within: DMatrix<Complex64>,
     /// λ of the shortest waves that the functions represent, 1/m.
     shortest: f64,
     sound_speed: f64,
@@ -53,7 +56,7 @@ impl Channel {
         let (squared, vectors) = functions(size, depth)?;
         let rule = gauss_legendre(32);
         // Integrals of the polynomials with the hat functions, then of the functions.
-        let mut integrals = DMatrix::zeros(size, face.len());
+        let mut integrals = DMatrix::<f64>::zeros(size, face.len());
         for panel in face.panels() {
             let [start, end] = [face.points()[panel.start][1], face.points()[panel.start + 1][1]];
             for q in rule.iter() {
@@ -67,10 +70,11 @@ impl Channel {
             }
         }
         let at_bed = vectors.transpose() * DVector::from_vec(basis(size, -1.0));
-        let projection = (vectors.transpose() * integrals) * of_integrals.transpose();
+        let projection = of_integrals * (integrals.transpose() * vectors);
         Ok(Self {
             squared,
             at_bed: at_bed.data.into(),
+            within: (&projection * projection.transpose()).map(Complex64::from),
             projection: projection.map(Complex64::from),
             shortest: 2.0 * size as f64 / depth,
             sound_speed: parameters.sound_speed,
@@ -81,31 +85,29 @@ impl Channel {
     /// Ĝ(s): points × (points + 2), `ground` being the coordinate of the ground's velocity along y.
     pub fn symbol(&self, s: Complex64, ground: f64) -> DMatrix<Complex64> {
         let size = self.squared.len();
-        let points = self.projection.ncols();
+        let points = self.projection.nrows();
         let wavenumber = s / self.sound_speed;
         let diagonal: Vec<Complex64> = self.squared.iter().map(|l| l + wavenumber * wavenumber).collect();
         let bed = self.admittance * s;
-        let rows = |weights: &dyn Fn(usize) -> Complex64| {
-            DMatrix::from_fn(size, points, |m, i| self.projection[(m, i)] * weights(m))
-        };
         // The remainder: waves shorter than π points per wave.
         let rest = wavenumber / (wavenumber * wavenumber + self.shortest * self.shortest).sqrt();
-        let within = self.projection.transpose() * &self.projection;
         let absorbing = self.admittance > 0.0;
         let nearest =
             (0..size).min_by(|&a, &b| diagonal[a].norm().total_cmp(&diagonal[b].norm())).unwrap_or(0);
         let closed = |m: usize| absorbing && m == nearest;
         let plain = |m: usize| if closed(m) { Complex64::ZERO } else { wavenumber / diagonal[m].sqrt() };
-        let mut symbol = self.projection.transpose() * rows(&plain);
-        symbol += (DMatrix::identity(points, points) - within) * rest;
+        let mut weighted = self.projection.clone();
+        weighted.column_iter_mut().enumerate().for_each(|(m, mut column)| column *= plain(m));
+        let mut symbol = product_with_transpose(&weighted, &self.projection);
+        symbol += (DMatrix::identity(points, points) - &self.within) * rest;
         if absorbing {
             let Path { nodes, weights, own } = self.path(&diagonal, bed, nearest);
-            let projected = self.projection.transpose() * &nodes;
-            let weighted = DMatrix::from_fn(points, weights.len(), |i, k| {
-                projected[(i, k)] * weights[k][0] * wavenumber
-            });
-            symbol -= weighted * projected.transpose();
-            let along = self.projection.row(nearest).transpose() * Complex64::ONE;
+            let projected = product(&self.projection, &nodes);
+            let mut weighted = projected.clone();
+            let columns = weighted.column_iter_mut().zip(&weights);
+            columns.for_each(|(mut column, [weight, _])| column *= weight * wavenumber);
+            symbol -= product_with_transpose(&weighted, &projected);
+            let along = self.projection.column(nearest).into_owned();
             let across =
                 projected * DVector::from_iterator(weights.len(), weights.iter().map(|w| w[1] * wavenumber));
             symbol -= &across * along.transpose() + &along * across.transpose();
@@ -115,8 +117,7 @@ impl Channel {
         let over: Vec<Complex64> = (0..size).map(|m| self.at_bed[m] / diagonal[m]).collect();
         let through: Complex64 = over.iter().zip(&self.at_bed).map(|(a, b)| a * b).sum();
         let factor = -wavenumber * ground / (1.0 + bed * through);
-        let column =
-            self.projection.transpose() * DVector::from_iterator(size, over.iter().map(|a| a * factor));
+        let column = &self.projection * DVector::from_iterator(size, over.iter().map(|a| a * factor));
         let mut whole = DMatrix::zeros(points, points + 2);
         whole.columns_mut(0, points).copy_from(&symbol);
         whole.set_column(points + 1, &column);
@@ -125,20 +126,20 @@ impl Channel {
 
     /// Ĝ′(0), the added mass: `∂p/∂n = 0` holds on the bed, `B = Λ`.
     pub fn slope(&self, ground: f64) -> DMatrix<f64> {
-        let (size, points) = self.projection.shape();
+        let (points, size) = self.projection.shape();
         let projection = self.projection.map(|z| z.re);
         let weighted = |weight: &dyn Fn(f64) -> f64| {
-            DMatrix::from_fn(size, points, |m, i| {
-                projection[(m, i)] * weight(self.squared[m]) / self.sound_speed
+            DMatrix::from_fn(points, size, |i, m| {
+                projection[(i, m)] * weight(self.squared[m]) / self.sound_speed
             })
         };
-        let within = projection.transpose() * &projection;
+        let within = self.within.map(|z| z.re);
         let rest = (DMatrix::identity(points, points) - within) / (self.shortest * self.sound_speed);
         let mut slope = DMatrix::zeros(points, points + 2);
         slope
             .columns_mut(0, points)
-            .copy_from(&(projection.transpose() * weighted(&|l| 1.0 / l.sqrt()) + rest));
-        let lifted = weighted(&|l| -ground / l).transpose() * DVector::from_column_slice(&self.at_bed);
+            .copy_from(&(weighted(&|l| 1.0 / l.sqrt()) * projection.transpose() + rest));
+        let lifted = weighted(&|l| -ground / l) * DVector::from_column_slice(&self.at_bed);
         slope.set_column(points + 1, &lifted);
         slope
     }

@@ -1,5 +1,5 @@
 use super::loewner::{Loewner, Sample};
-use super::partial_fractions::PartialFractions;
+use super::partial_fractions::{Evaluator, PartialFractions};
 use super::passivity::Loss;
 use super::residues::Residues;
 use nalgebra::DMatrix;
@@ -100,10 +100,9 @@ pub(crate) fn fit<E: Send>(
                 pole.re = pole.re.min(-0.1 * (pole.im - largest));
             }
             let (fractions, _) = fitted(fractions, &samples, &held)?;
-            let errors: Vec<f64> = checks
-                .par_iter()
-                .map(|check| difference(&fractions, &direct, check, TRUSTED * largest))
-                .collect();
+            let found = Evaluator::of(&fractions);
+            let difference = |check| difference(&found, &direct, check, TRUSTED * largest);
+            let errors: Vec<f64> = checks.par_iter().map(difference).collect();
             Some((fractions, errors))
         };
         let candidates: Vec<_> = loewner.orders(&THRESHOLDS).par_iter().map(candidate).collect();
@@ -151,7 +150,8 @@ pub(crate) fn fit<E: Send>(
         for (lossless, residues) in &fits {
             let (mut fractions, needed) = residues.made_passive(lossless, &frequencies, loss);
             loss.added_to(&mut fractions);
-            let difference = |sample| difference(&fractions, &direct, sample, TRUSTED * largest);
+            let passive = Evaluator::of(&fractions);
+            let difference = |sample| difference(&passive, &direct, sample, TRUSTED * largest);
             let error = all.par_iter().map(difference).reduce(|| 0.0, larger);
             let solved = all.len() + held.len() + 1;
             let found = Fit { fractions, error, solved, loss: size, needed };
@@ -194,7 +194,7 @@ fn middles_beside(omega: f64, known: &[f64]) -> impl Iterator<Item = f64> {
 
 /// `‖G̃ − G‖/‖G‖` at a check of `G − D`, 0 above `trusted`.
 fn difference(
-    fractions: &PartialFractions,
+    found: &Evaluator<'_>,
     direct: &DMatrix<f64>,
     Sample { s, value }: &Sample,
     trusted: f64,
@@ -203,5 +203,5 @@ fn difference(
         return 0.0;
     }
     let whole = value.zip_map(direct, |g, d| g + d);
-    (fractions.evaluate(*s) - &whole).norm() / whole.norm()
+    (found.at(*s) - &whole).norm() / whole.norm()
 }

@@ -2,7 +2,7 @@
 //!
 //! `fit` chooses the samples, and `loewner` finds poles from them. `residues` fits the residues and makes the function
 //! passive, with the violations found by `passivity`. All this happens within the `range` of the velocities that the
-//! elements represent. `recursion` steps the result, with `ports`, `panels`, `lanes` and `advance`. The response over a
+//! elements represent. `recursion` steps the result, with `ports`, `panels`, `lanes` and `advance`; `product` multiplies complex matrices. The response over a
 //! level bed before a vertical face has a closed form, in `channel` and, for a rigid bed, in `modal`; in all other cases
 //! it comes from the boundary elements.
 
@@ -17,6 +17,7 @@ mod panels;
 mod partial_fractions;
 mod passivity;
 mod ports;
+mod product;
 mod range;
 mod recursion;
 mod residues;

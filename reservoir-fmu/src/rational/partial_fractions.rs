@@ -1,4 +1,3 @@
-use faer::Mat;
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 
@@ -23,28 +22,9 @@ pub(crate) struct PartialFractions {
 }
 
 impl PartialFractions {
-    /// G(s), outputs × inputs.
+    /// G(s), outputs × inputs; many s take less time by the [`Evaluator`].
     pub fn evaluate(&self, s: Complex64) -> DMatrix<Complex64> {
-        let (rows, columns, order) = (self.outputs.nrows(), self.inputs.nrows(), self.poles.len());
-        // Both poles of a pair side by side: one product of 2 × order.
-        let weights: Vec<[Complex64; 2]> = self
-            .poles
-            .iter()
-            .map(|&pole| {
-                let mirrored = if pole.im > 0.0 { 1.0 / (s - pole.conj()) } else { Complex64::ZERO };
-                [1.0 / (s - pole), mirrored]
-            })
-            .collect();
-        let outputs = Mat::from_fn(rows, 2 * order, |i, k| {
-            let c = self.outputs[(i, k / 2)];
-            weights[k / 2][k % 2] * if k % 2 == 0 { c } else { c.conj() }
-        });
-        let inputs = Mat::from_fn(2 * order, columns, |k, j| {
-            let b = self.inputs[(j, k / 2)];
-            if k % 2 == 0 { b } else { b.conj() }
-        });
-        let product = outputs * inputs;
-        DMatrix::from_fn(rows, columns, |i, j| product[(i, j)] + self.direct[(i, j)])
+        Evaluator::of(self).at(s)
     }
 
     /// `(G(s) − G(0) − s G′(0))/s² = Σ_k c_k b_kᵀ/(λ_k² (s − λ_k))`.
@@ -69,6 +49,64 @@ impl PartialFractions {
     }
 }
 
+/// A rational function, to be evaluated at many s by products of real matrices:
+///
+/// ```text
+/// c bᵀ g + c̄ b̄ᵀ ḡ = (Re c (g + ḡ) + Im c i(g − ḡ)) Re bᵀ + (Re c i(g − ḡ) − Im c (g + ḡ)) Im bᵀ
+/// ```
+///
+/// with `g = 1/(s − λ)` and `ḡ = 1/(s − λ̄)`, which is 0 for a real pole.
+pub(crate) struct Evaluator<'a> {
+    fractions: &'a PartialFractions,
+    /// Re c, then Im c of every pole.
+    outputs: [Vec<f64>; 2],
+    /// Rows: Re b, then Im b of each pole.
+    inputs: DMatrix<f64>,
+}
+
+impl<'a> Evaluator<'a> {
+    pub fn of(fractions: &'a PartialFractions) -> Self {
+        let c = fractions.outputs.as_slice();
+        let b = |part: usize, j: usize| {
+            let b = fractions.inputs[(j, part / 2)];
+            if part % 2 == 0 { b.re } else { b.im }
+        };
+        Self {
+            outputs: [c.iter().map(|c| c.re).collect(), c.iter().map(|c| c.im).collect()],
+            inputs: DMatrix::from_fn(2 * fractions.poles.len(), fractions.inputs.nrows(), b),
+            fractions,
+        }
+    }
+
+    /// G(s), outputs × inputs.
+    pub fn at(&self, s: Complex64) -> DMatrix<Complex64> {
+        let PartialFractions { poles, direct, .. } = self.fractions;
+        let (rows, columns) = direct.shape();
+        // Real above imaginary parts.
+        let mut left = DMatrix::zeros(2 * rows, 2 * poles.len());
+        let [re, im] = self.outputs.each_ref().map(|part| part.chunks_exact(rows));
+        for (((pole, p), q), columns) in
+            poles.iter().zip(re).zip(im).zip(left.as_mut_slice().chunks_exact_mut(4 * rows))
+        {
+            let own = 1.0 / (s - pole);
+            let mirrored = if pole.im > 0.0 { 1.0 / (s - pole.conj()) } else { Complex64::ZERO };
+            let (sum, turned) = (own + mirrored, Complex64::I * (own - mirrored));
+            let (first, second) = columns.split_at_mut(2 * rows);
+            let ((a, b), (c, d)) = (first.split_at_mut(rows), second.split_at_mut(rows));
+            for i in 0..rows {
+                a[i] = p[i] * sum.re + q[i] * turned.re;
+                b[i] = p[i] * sum.im + q[i] * turned.im;
+                c[i] = p[i] * turned.re - q[i] * sum.re;
+                d[i] = p[i] * turned.im - q[i] * sum.im;
+            }
+        }
+        let product = left * &self.inputs;
+        DMatrix::from_fn(rows, columns, |i, j| {
+            Complex64::new(product[(i, j)] + direct[(i, j)], product[(rows + i, j)])
+        })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -87,6 +125,14 @@ mod tests {
             products[0].re / (-2.0f64).powi(power) + 2.0 * (products[1] / fractions.poles[1].powi(power)).re
         };
         for s in [Complex64::new(0.0, 1e-3), Complex64::new(0.0, 2.9), Complex64::new(4.0, -1.0)] {
+            let term = |k: usize| {
+                let (c, b, pole) = (fractions.outputs[(0, k)], fractions.inputs[(0, k)], fractions.poles[k]);
+                let mirrored =
+                    if pole.im > 0.0 { c.conj() * b.conj() / (s - pole.conj()) } else { Complex64::ZERO };
+                c * b / (s - pole) + mirrored
+            };
+            let exact = 0.7 + term(0) + term(1);
+            assert!((exact - fractions.evaluate(s)[(0, 0)]).norm() < 1e-14);
             let rest = fractions.beyond_slope().evaluate(s)[(0, 0)];
             let again = 0.7 - moment(1) - s * moment(2) + s * s * rest;
             assert!((again - fractions.evaluate(s)[(0, 0)]).norm() < 1e-14);

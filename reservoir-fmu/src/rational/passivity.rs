@@ -20,7 +20,7 @@
 //!
 //! which has no cancellation at low frequencies, and a limit at ω = 0.
 
-use super::partial_fractions::PartialFractions;
+use super::partial_fractions::{Evaluator, PartialFractions};
 use faer::{Mat, Side};
 use nalgebra::DMatrix;
 use num_complex::Complex64;
@@ -89,17 +89,18 @@ pub(crate) fn violations(fractions: &PartialFractions, frequencies: &[f64], loss
     );
     grid.sort_by(f64::total_cmp);
     let beyond = fractions.beyond_slope();
+    let beyond = Evaluator::of(&beyond);
     grid.par_iter().filter_map(|&omega| violation(&beyond, omega, loss)).collect()
 }
 
 /// `−(ω² + ω₀²) R(iω)` of R given as `beyond`.
-pub(crate) fn scaled(beyond: &PartialFractions, omega: f64, corner: f64) -> DMatrix<Complex64> {
+pub(crate) fn scaled(beyond: &Evaluator<'_>, omega: f64, corner: f64) -> DMatrix<Complex64> {
     let factor = Complex64::from(-omega * omega - corner * corner);
-    beyond.evaluate(Complex64::new(0.0, omega)) * factor
+    beyond.at(Complex64::new(0.0, omega)) * factor
 }
 
 /// The violation at iω; without directions if the eigenvalues do not converge.
-fn violation(beyond: &PartialFractions, omega: f64, loss: Loss) -> Option<Violation> {
+fn violation(beyond: &Evaluator<'_>, omega: f64, loss: Loss) -> Option<Violation> {
     let value = scaled(beyond, omega, loss.corner);
     let size = value.nrows();
     let hermitian = Mat::from_fn(size, size, |i, j| {

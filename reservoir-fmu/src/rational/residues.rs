@@ -1,5 +1,5 @@
 use super::loewner::{Sample, uniform};
-use super::partial_fractions::PartialFractions;
+use super::partial_fractions::{Evaluator, PartialFractions};
 use super::passivity::{Loss, Violation, scaled, violations};
 use faer::linalg::solvers::{Llt, Solve};
 use faer::{Mat, Side};
@@ -139,6 +139,7 @@ impl Residues {
     ) -> (PartialFractions, f64) {
         let mut passive = fractions.clone();
         let beyond = fractions.beyond_slope();
+        let beyond = Evaluator::of(&beyond);
         let mut cuts: Vec<Cut> = Vec::new();
         let mut gram = Mat::<f64>::zeros(0, 0);
         let mut multipliers: Vec<f64> = Vec::new();
@@ -255,7 +256,7 @@ impl Cut {
     }
 
     /// `Re x*V(ω)x` of R given as `beyond`.
-    fn value(&self, beyond: &PartialFractions, corner: f64) -> f64 {
+    fn value(&self, beyond: &Evaluator<'_>, corner: f64) -> f64 {
         let value = scaled(beyond, self.omega, corner);
         let x = &self.direction;
         (0..x.len())
