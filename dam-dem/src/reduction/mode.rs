@@ -9,7 +9,8 @@ use crate::{DamError, RayleighCoefficients, modal};
 pub(super) const SLOWED_TO: f64 = 5.0 * HIGHEST_EXCITATION;
 /// Circular frequency up to which vibrations are those of the dam: half of that to which fast modes are slowed, rad/s.
 pub(crate) const HIGHEST_REPRESENTED: f64 = SLOWED_TO / 2.0;
-/// Share of the largest ω² below which a mode counts as a rigid-body mode.
+/// Share of the largest ω², or of that to which fast modes are slowed if it is larger, below which a mode counts as a rigid-body mode: of rigid
+/// blocks all ω² are rounding errors.
 const RIGID: f64 = 1e-10;
 
 /// A mode with unit modal mass; the frequency of fast modes is reduced to [`SLOWED_TO`].
@@ -41,7 +42,7 @@ impl Mode {
             }
         }
         let (squares, vectors) = modal::generalised_eigen(&stiffness, &mass)?;
-        let largest = squares.iter().copied().fold(0.0, f64::max);
+        let largest = squares.iter().copied().fold(SLOWED_TO * SLOWED_TO, f64::max);
         let all = shapes * &vectors;
         let mode = |(column, square): (usize, f64)| {
             let vector = vectors.column(column);
@@ -68,4 +69,41 @@ impl Mode {
 pub(super) fn concrete_mass(structure: &Structure<impl ContactLaw>, shapes: &DMatrix<f64>) -> DMatrix<f64> {
     let (rows, columns) = shapes.shape();
     shapes.transpose() * DMatrix::from_fn(rows, columns, |i, j| structure.mass[i / 2] * shapes[(i, j)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::{Coulomb, Integration};
+    use crate::{Kinematics, Material, Mesh, Plane, Section};
+
+    /// Of a rigid block alone, whose ω² are rounding errors of either sign, and beside a deformation: the drag of the whole mass.
+    #[test]
+    fn rigid_motions_have_no_stiffness_and_all_mass_damping() -> Result<(), DamError> {
+        let mesh = Mesh::mapped(&Section::rectangle(8.0, 20.0), &[vec![0.0, 5.0, 10.0, 15.0, 20.0]], 6);
+        let material = Material {
+            young_modulus: 31e9,
+            poisson_ratio: 0.2,
+            density: 2640.0,
+            plane: Plane::Stress,
+            tensile_strength: None,
+        };
+        let none: [(Coulomb, Integration); 0] = [];
+        let structure = Structure::new(mesh, &material, Kinematics::Small, none, &[]);
+        let nodes = &structure.mesh.nodes;
+        let column = |of: fn([f64; 2]) -> [f64; 2]| {
+            DVector::from_iterator(2 * nodes.len(), nodes.iter().flat_map(|&place| of(place)))
+        };
+        let rigid = [column(|_| [1.0, 0.0]), column(|_| [0.0, 1.0]), column(|[x, y]| [0.3 - y, x - 7.7])];
+        let bent = [&rigid[..], &[column(|[_, y]| [y * y, 0.0])]].concat();
+        let rayleigh = RayleighCoefficients { mass: 0.7, stiffness: 1e-3 };
+        for shapes in [&rigid[..], &bent] {
+            let modes = Mode::all(&structure, &DMatrix::from_columns(shapes))?;
+            for mode in &modes[..3] {
+                assert!(mode.square == 0.0 && (mode.damping(rayleigh) / 0.7 - 1.0).abs() < 1e-12);
+            }
+            assert!(modes[3..].iter().all(|mode| mode.square > 1.0), "the deformation has stiffness");
+        }
+        Ok(())
+    }
 }
