@@ -69,7 +69,7 @@ impl<'a> Evaluator<'a> {
         let c = fractions.outputs.as_slice();
         let b = |part: usize, j: usize| {
             let b = fractions.inputs[(j, part / 2)];
-            if part % 2 == 0 { b.re } else { b.im }
+            if part.is_multiple_of(2) { b.re } else { b.im }
         };
         Self {
             outputs: [c.iter().map(|c| c.re).collect(), c.iter().map(|c| c.im).collect()],
