@@ -23,7 +23,7 @@ fn newmark_block(histories: &Histories, friction: f64) -> f64 {
     slip_on_ground(&samples, friction * dam * gravity / mass)
 }
 
-/// The rigid dam on its elastic joint slides a tenth to a fifth more than Newmark's block, the deformable one several times as far.
+/// The rigid dam on its elastic joint slides a few per cent more than Newmark's block, the deformable one several times as far.
 #[test]
 fn a_base_joint_beside_newmarks_block() {
     let mut scenario = Scenario::shipped("koyna-base-joint");
@@ -38,7 +38,7 @@ fn a_base_joint_beside_newmarks_block() {
         };
         let (rigid, block) = slip("rigid-blocks");
         println!("polarity {polarity}: block {:.1} mm, rigid {:.1} mm", 1e3 * block, 1e3 * rigid);
-        assert!(block > 0.01 && (1.05..1.2).contains(&(rigid / block)), "{rigid} m, {block} m");
+        assert!(block > 0.01 && (1.0..1.05).contains(&(rigid / block)), "{rigid} m, {block} m");
         if polarity == 1 {
             let (deformable, _) = slip("reduced");
             println!("reduced {:.1} mm", 1e3 * deformable);

@@ -46,8 +46,9 @@ impl<'a> Sliding<'a> {
             if next == closed {
                 // A block on one contact can turn: the equations have no solution but by rounding errors.
                 let most = moved.as_flattened().iter().fold(0.0f64, |most, u| most.max(u.abs()));
-                let length = side.weights()[1].iter().sum::<f64>();
-                return (most < length).then_some(Self { model, crack, closed, contacts });
+                // half the length of the crack, or all of it on the ground
+                let absurd = side.weights()[1].iter().sum::<f64>();
+                return (most < absurd).then_some(Self { model, crack, closed, contacts });
             }
             closed = next;
         }
