@@ -76,6 +76,10 @@ fn battery(participant: &mut dyn Participant) -> Result<(), ParticipantError> {
             "{name}, {}",
             channel.name
         );
+        let last = values.len() - 1;
+        let some = participant.read_at(&channel.name, &[last, 0, last + 1])?;
+        assert_eq!(bits(&some[..2]), bits(&[values[last], values[0]]), "{name}, {}", channel.name);
+        assert!(some.len() == 3 && some[2].is_nan(), "{name}, {}", channel.name);
     }
     Ok(())
 }

@@ -121,6 +121,15 @@ fn a_unit_that_cannot_save_states_steps_and_is_never_sent_back() -> Result<(), P
     Ok(())
 }
 
+#[test]
+fn of_a_unit_that_knows_no_places_all_is_read() -> Result<(), ParticipantError> {
+    let mut unit = start("knows-no-places")?;
+    unit.initialise(0.0, &[1.0, 2.0, 3.0], &mut [0.0; 3])?;
+    let values = unit.read_at("z", &[2, 0, 3])?;
+    assert!(values[..2] == [7.0, 5.0] && values[2].is_nan(), "{values:?}");
+    Ok(())
+}
+
 /// As when a snapshot is taken after a step.
 #[test]
 fn a_unit_that_dies_while_it_is_read_is_named_with_its_step() -> Result<(), ParticipantError> {

@@ -1,6 +1,6 @@
 use interface::{
     CallError, Capabilities, CoSimulation, EndAcceleration, Fingerprint, Packable, Shape, Stage, StateError,
-    Variable, WetFace, open, seal, variables::dam as variable,
+    Variable, WetFace, get_all_at, open, seal, variables::dam as variable,
 };
 
 use interface::number::plain;
@@ -601,6 +601,18 @@ impl CoSimulation for Dam {
         let variable = self.variable(value_reference)?;
         self.check_length(variable, values.len())?;
         self.output(variable, values)
+    }
+
+    fn get_at(&self, value_reference: u32, places: &[usize], values: &mut [f64]) -> Result<(), DamError> {
+        let variable = self.variable(value_reference)?;
+        let axis = [variable::NODE_DISPLACEMENT_X, variable::NODE_DISPLACEMENT_Y]
+            .iter()
+            .position(|of| of == variable);
+        if let Some(axis) = axis.filter(|_| self.state.initialised) {
+            self.displacements_at(axis, places, values);
+            return Ok(());
+        }
+        get_all_at(self, value_reference, places, values)
     }
 
     fn save_state(&self) -> DamState {

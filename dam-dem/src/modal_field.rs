@@ -66,7 +66,7 @@ impl<const N: usize> ModalField<N> {
         let flat = values.as_flattened_mut();
         for OfBlock { rows, modes, tiles } in &self.blocks {
             let own: Vec<f64> = modes.iter().map(|&mode| coordinates[mode]).collect();
-            Arch::new().dispatch(AtOnce { tiles, coordinates: &own, values: &mut flat[rows.clone()] });
+            Arch::new().dispatch(AtOneInstant { tiles, coordinates: &own, values: &mut flat[rows.clone()] });
         }
         values
     }
@@ -84,13 +84,13 @@ impl<const N: usize> ModalField<N> {
 }
 
 /// The product of the `tiles` of a block with the `coordinates` of its modes at one instant.
-struct AtOnce<'a> {
+struct AtOneInstant<'a> {
     tiles: &'a [[f64; TILE]],
     coordinates: &'a [f64],
     values: &'a mut [f64],
 }
 
-impl NullaryFnOnce for AtOnce<'_> {
+impl NullaryFnOnce for AtOneInstant<'_> {
     type Output = ();
 
     #[inline(always)]

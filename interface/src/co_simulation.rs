@@ -136,6 +136,24 @@ pub enum CallError {
     State(#[from] StateError),
 }
 
+/// The values at these `places` of `all`, NaN beyond its last.
+pub fn at_places(all: &[f64], places: &[usize]) -> impl Iterator<Item = f64> {
+    places.iter().map(|place| all.get(*place).copied().unwrap_or(f64::NAN))
+}
+
+/// What [`CoSimulation::get_at`] does by default: gets all values.
+pub fn get_all_at<U: CoSimulation + ?Sized>(
+    unit: &U,
+    value_reference: u32,
+    places: &[usize],
+    values: &mut [f64],
+) -> Result<(), U::Error> {
+    let mut all = vec![0.0; unit.size(unit.variable(value_reference)?)];
+    unit.get(value_reference, &mut all)?;
+    values.iter_mut().zip(at_places(&all, places)).for_each(|(value, at)| *value = at);
+    Ok(())
+}
+
 /// A co-simulation unit.
 ///
 /// **Call order**: `set` (initial inputs), [`initialise`](Self::initialise), then for every
@@ -181,6 +199,12 @@ pub trait CoSimulation: Send {
 
     /// Copies a variable's values at the current time into `values`.
     fn get(&self, value_reference: u32, values: &mut [f64]) -> Result<(), Self::Error>;
+
+    /// The same of the values at these `places` of a variable, NaN beyond its last. A unit that computes each value by itself is spared
+    /// the others.
+    fn get_at(&self, value_reference: u32, places: &[usize], values: &mut [f64]) -> Result<(), Self::Error> {
+        get_all_at(self, value_reference, places, values)
+    }
 
     /// Saves the state at the current communication point.
     fn save_state(&self) -> Self::State;

@@ -37,7 +37,7 @@ mod variable;
 pub mod variables;
 mod wet_face;
 
-pub use co_simulation::{CallError, Capabilities, CoSimulation, Stage};
+pub use co_simulation::{CallError, Capabilities, CoSimulation, Stage, at_places, get_all_at};
 pub use end_value::EndAcceleration;
 pub use messages::{Level, Messages};
 pub use packable::Packable;

@@ -83,6 +83,13 @@ impl Dam {
         copy(&[scalar], values)
     }
 
+    /// Displacements (m) along `axis` at these nodes, NaN where there is none; no others are computed.
+    pub(super) fn displacements_at(&self, axis: usize, nodes: &[usize], values: &mut [f64]) {
+        let exists = |node: usize| node < self.structure().mesh.nodes.len();
+        let at = |node: usize| if exists(node) { self.displacement(node)[axis] } else { f64::NAN };
+        values.iter_mut().zip(nodes).for_each(|(value, node)| *value = at(*node));
+    }
+
     fn crack_output(&self, variable: &Variable, crack: usize) -> Result<f64, DamError> {
         let parameters = &self.cracks()[crack];
         // an intact dam has no contacts

@@ -114,6 +114,7 @@ impl MessageType {
 
     /// A message with `values`, one for each field in order.
     pub fn encode<'a>(&self, values: impl IntoIterator<Item = Value<'a>>) -> Vec<u8> {
+        // an exchange at 40 points
         let mut bytes = Vec::with_capacity(2048);
         let mut fields = self.fields.iter();
         for (index, value) in values.into_iter().enumerate() {

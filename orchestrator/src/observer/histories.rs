@@ -3,6 +3,7 @@ use crate::background::{Background, FLUSH_INTERVAL, Queue, Stopped};
 use crate::participant::{Channel, ChannelShape, Layout};
 use crate::results_file::ResultsFile;
 use crate::scheme::{Exchange, InterfaceWork, Interval, UnitId, WindowReport};
+use std::io::{BufWriter, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -126,9 +127,14 @@ pub struct HistoriesWriter {
 
 pub(super) struct Table {
     path: PathBuf,
-    writer: csv::Writer<ResultsFile>,
+    writer: BufWriter<ResultsFile>,
     columns: usize,
+    /// The last row as text.
+    line: Vec<u8>,
 }
+
+/// Bytes of a table that are written at once: few calls of the system.
+const BUFFER: usize = 1 << 16;
 
 impl Table {
     pub fn create(path: PathBuf, header: &[String]) -> Result<Self, ObserverError> {
@@ -139,15 +145,26 @@ impl Table {
 
     /// Begins a table in `file`, which is named `path` in errors.
     pub fn of(file: ResultsFile, path: PathBuf, header: &[String]) -> Result<Self, ObserverError> {
-        let mut writer = csv::Writer::from_writer(file);
-        let result = writer.write_record(header);
-        result.map_err(|error| ObserverError::Write { path: path.clone(), cause: of_system(error) })?;
-        Ok(Self { path, writer, columns: header.len() })
+        let mut writer = BufWriter::with_capacity(BUFFER, file);
+        let mut names = csv::Writer::from_writer(&mut writer);
+        let result = names.write_record(header).map_err(of_system).and_then(|()| names.flush());
+        drop(names);
+        result.map_err(|cause| ObserverError::Write { path: path.clone(), cause })?;
+        Ok(Self { path, writer, columns: header.len(), line: Vec::new() })
     }
 
     pub fn write(&mut self, row: &[f64]) -> Result<(), ObserverError> {
-        let result = self.writer.serialize(row);
-        result.map_err(|error| ObserverError::Write { path: self.path.clone(), cause: of_system(error) })
+        let mut text = zmij::Buffer::new();
+        self.line.clear();
+        for value in row {
+            self.line.extend_from_slice(text.format(*value).as_bytes());
+            self.line.push(b',');
+        }
+        if let Some(end) = self.line.last_mut() {
+            *end = b'\n';
+        }
+        let result = self.writer.write_all(&self.line);
+        result.map_err(|cause| ObserverError::Write { path: self.path.clone(), cause })
     }
 
     pub fn flush(&mut self) -> Result<(), ObserverError> {

@@ -220,11 +220,11 @@ impl Observer for OutlineWriter {
             return Ok(());
         }
         self.next = number + 1;
-        let moved = pairs(&mut graph[UnitId::DAM], "node_displacement_x", "node_displacement_y")?;
-        let of = |node: &usize| moved.get(*node).copied().unwrap_or([f64::NAN; 2]);
-        let rounded =
-            self.outline.loops.iter().flatten().flat_map(of).map(|moved| (moved * 1e7).round() / 1e7);
-        let row: Vec<f64> = once(self.time).chain(rounded).collect();
+        let (dam, nodes) = (&mut graph[UnitId::DAM], self.outline.loops.concat());
+        let x = dam.read_at("node_displacement_x", &nodes)?;
+        let y = dam.read_at("node_displacement_y", &nodes)?;
+        let moved = x.into_iter().zip(y).flat_map(|(x, y)| [x, y]);
+        let row: Vec<f64> = once(self.time).chain(moved.map(|moved| (moved * 1e7).round() / 1e7)).collect();
         let mut table = match self.table.take() {
             Some(table) => table,
             None => self.open()?,

@@ -101,6 +101,14 @@ impl<U: CoSimulation> Participant for InProcess<U> {
         Ok(values)
     }
 
+    fn read_at(&mut self, variable: &str, places: &[usize]) -> Result<Vec<f64>, ParticipantError> {
+        let (variable, _) = self.description.find_readable(variable)?;
+        let mut values = vec![0.0; places.len()];
+        let result = self.call(|this| this.unit.get_at(variable, places, &mut values));
+        result.map_err(|e| self.failed(e))?;
+        Ok(values)
+    }
+
     fn initialise(
         &mut self,
         start_time: f64,

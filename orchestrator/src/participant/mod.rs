@@ -28,6 +28,7 @@ pub use shared_memory::{
     Brief, BriefPoints, Deadlines, SharedMemory, Starting, Task, UnitCommand, Word, host, layout_hash,
 };
 
+use interface::at_places;
 use std::time::Duration;
 
 /// The step that a unit is asked to take.
@@ -88,6 +89,11 @@ pub trait Participant: Send {
     /// Reads a variable that is not exchanged: fixed after initialisation, such as the hydrostatic pressure, or a field
     /// of the last step.
     fn read(&mut self, variable: &str) -> Result<Vec<f64>, ParticipantError>;
+
+    /// The same of the values at these `places` of a variable, NaN beyond its last; by default all are read.
+    fn read_at(&mut self, variable: &str, places: &[usize]) -> Result<Vec<f64>, ParticipantError> {
+        Ok(at_places(&self.read(variable)?, places).collect())
+    }
 
     /// Ends initialisation at `start_time` (s) and writes the first outputs.
     fn initialise(

@@ -35,7 +35,7 @@ impl RunSpectra {
         if crest.len() < 2 {
             return None;
         }
-        // To the picosecond, as times are written: equal steps then have equal intervals, whose oscillators need be found once only.
+        // To the picosecond, as times are written: equal steps of whole picoseconds then have equal intervals, whose oscillators need be found once only.
         let interval = |pair: &[f64]| ((pair[1] - pair[0]) * 1e12).round() / 1e12;
         let intervals: Vec<f64> = time.windows(2).map(interval).collect();
         // The ground acceleration is linear over a step, as in the units; that of the crest is a mean.

@@ -23,6 +23,8 @@ pub enum Command {
     RestoreAndSerialise = 7,
     /// Take the state in that file, in the place of initialisation.
     Deserialise = 8,
+    /// Answer with the values of that variable at the places that the request holds.
+    ReadAt = 9,
 }
 
 /// Result of a call.
@@ -93,11 +95,22 @@ impl Header {
     /// The command, if it is one.
     pub fn command(&self) -> Option<Command> {
         use Command::{
-            Deserialise, Initialise, Read, RestoreAndSerialise, RestoreAndStep, SaveAndStep, Serialise, Step,
+            Deserialise, Initialise, Read, ReadAt, RestoreAndSerialise, RestoreAndStep, SaveAndStep,
+            Serialise, Step,
         };
-        [Read, Initialise, Step, SaveAndStep, RestoreAndStep, Serialise, RestoreAndSerialise, Deserialise]
-            .into_iter()
-            .find(|c| *c as u32 == self.command)
+        [
+            Read,
+            Initialise,
+            Step,
+            SaveAndStep,
+            RestoreAndStep,
+            Serialise,
+            RestoreAndSerialise,
+            Deserialise,
+            ReadAt,
+        ]
+        .into_iter()
+        .find(|c| *c as u32 == self.command)
     }
 
     /// The first field that `answer` does not repeat: its name, the value sent, the value in the answer.

@@ -111,6 +111,30 @@ impl<'a> Evaluator<'a> {
 mod tests {
     use super::*;
 
+    /// Two outputs, three inputs, a real pole and a pair: each entry against the sum of its fractions.
+    #[test]
+    fn a_matrix_is_the_sum_of_its_fractions() {
+        let number = |i: usize, j: usize| Complex64::from_polar(1.0 + i as f64, 0.7 * j as f64 + i as f64);
+        let real = |real: bool, z: Complex64| if real { Complex64::from(z.re) } else { z };
+        let fractions = PartialFractions {
+            poles: vec![Complex64::new(-2.0, 0.0), Complex64::new(-0.5, 3.0)],
+            outputs: DMatrix::from_fn(2, 2, |i, k| real(k == 0, number(i, k))),
+            inputs: DMatrix::from_fn(3, 2, |i, k| real(k == 0, number(i + 2, k + 1))),
+            direct: DMatrix::from_fn(2, 3, |i, j| number(i, j).im),
+        };
+        let PartialFractions { poles, outputs, inputs, direct } = &fractions;
+        for s in [Complex64::new(0.0, 2.9), Complex64::new(4.0, -1.0)] {
+            let found = fractions.evaluate(s);
+            assert_eq!(found.shape(), (2, 3));
+            for (i, j) in (0..2).flat_map(|i| (0..3).map(move |j| (i, j))) {
+                let residue = |k: usize| outputs[(i, k)] * inputs[(j, k)];
+                let pair = residue(1) / (s - poles[1]) + residue(1).conj() / (s - poles[1].conj());
+                let exact = direct[(i, j)] + residue(0) / (s - poles[0]) + pair;
+                assert!((exact - found[(i, j)]).norm() < 1e-14 * exact.norm().max(1.0), "{i}, {j}: {exact}");
+            }
+        }
+    }
+
     /// `G(0) + s G′(0) + s² (the rest)` is G again, with the value and the slope at 0 written out.
     #[test]
     fn value_and_slope_at_zero_are_taken_off() {

@@ -197,10 +197,17 @@ fn answer(
         return Err(ParticipantError::Command { participant: name(), command: header.command });
     };
     match command {
-        Command::Read => {
+        Command::Read | Command::ReadAt => {
             let named = description.readable.channels().find(|(c, _)| c.value_reference == header.variable);
             let variable = named.map_or(format!("#{}", header.variable), |(c, _)| c.name.clone());
-            *outputs = participant.read(&variable)?;
+            *outputs = match command {
+                Command::Read => participant.read(&variable)?,
+                _ => {
+                    // What is no place lies beyond all.
+                    let place = |number: &f64| if *number >= 0.0 { *number as usize } else { usize::MAX };
+                    participant.read_at(&variable, &inputs.iter().map(place).collect::<Vec<_>>())?
+                }
+            };
             return Ok(());
         }
         Command::Serialise | Command::RestoreAndSerialise => {

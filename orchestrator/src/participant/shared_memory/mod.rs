@@ -18,6 +18,7 @@ use crate::transport::{
     Client, Command, Folder, Header, PROTOCOL_VERSION, ServiceKind, Status, TransportError, probe,
     shorten_naps, usual_services,
 };
+use interface::at_places;
 use process::{Listening, RunMates, UnitProcess};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -213,9 +214,13 @@ impl SharedMemory {
     fn ask(&mut self, header: Header, inputs: &[f64], outputs: &mut [f64]) -> Result<bool, ParticipantError> {
         let occasion = self.occasion;
         let limit = match header.command() {
-            Some(Command::Step | Command::SaveAndStep | Command::RestoreAndStep | Command::Read) => {
-                self.deadlines.step
-            }
+            Some(
+                Command::Step
+                | Command::SaveAndStep
+                | Command::RestoreAndStep
+                | Command::Read
+                | Command::ReadAt,
+            ) => self.deadlines.step,
             _ => self.deadlines.preparation,
         };
         let process = &self.run_mates.processes[self.index];
@@ -283,6 +288,17 @@ impl Participant for SharedMemory {
         let header = Header { variable, ..self.request(Command::Read) };
         let mut values = vec![0.0; size];
         self.call(header, &[], &mut values)?;
+        Ok(values)
+    }
+
+    fn read_at(&mut self, variable: &str, places: &[usize]) -> Result<Vec<f64>, ParticipantError> {
+        let (reference, _) = self.description.find_readable(variable)?;
+        let header = Header { variable: reference, ..self.request(Command::ReadAt) };
+        let asked: Vec<f64> = places.iter().map(|place| *place as f64).collect();
+        let mut values = vec![0.0; places.len()];
+        if !self.ask(header, &asked, &mut values)? {
+            values = at_places(&self.read(variable)?, places).collect();
+        }
         Ok(values)
     }
 
