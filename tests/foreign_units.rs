@@ -105,6 +105,11 @@ fn every_bit_arrives_both_ways() -> Result<(), Failure> {
     let hydrostatic: Vec<f64> = face().points().iter().map(|p| 1000.0 * 9.81 * (40.0 - p[1])).collect();
     assert_eq!(reservoir.read("hydrostatic_pressure")?, hydrostatic);
     assert_eq!(reservoir.read("interface_length")?, face().tributary_lengths());
+    // The package does not offer this command, whose request it cannot know the length of.
+    assert_eq!(
+        reservoir.read_at("interface_length", &[1, 0])?,
+        [1, 0].map(|i| face().tributary_lengths()[i])
+    );
     assert_eq!(
         reservoir.read("interface_normal_x")?,
         face().normals().iter().map(|n| n[0]).collect::<Vec<_>>()

@@ -82,8 +82,6 @@ impl<T> Iterator for Queue<T> {
             self.begun = true;
             return self.receiver.recv().ok().map(Some);
         }
-        // What waits for an answer on this core is let in between two items.
-        std::thread::yield_now();
         match self.receiver.try_recv() {
             Ok(item) => Some(Some(item)),
             Err(TryRecvError::Empty) => {

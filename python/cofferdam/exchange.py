@@ -59,7 +59,11 @@ class Exchange:
         }
 
     def values_needed(self, request):
-        """Number of values of the request with the header `request`."""
+        """Number of values of the request with the header `request`.
+
+        **Errors**: `NotOffered`, as a command that is not known may have any number.
+        """
+        self._check_known(request)
         given = (header.INITIALISE, header.STEP, header.SAVE_AND_STEP, header.RESTORE_AND_STEP)
         return self._inputs_size if request.command in given else 0
 
@@ -75,8 +79,7 @@ class Exchange:
         if request.command in (header.SERIALISE, header.RESTORE_AND_SERIALISE, header.DESERIALISE):
             self._pass_state(request.command)
             return ()
-        if request.command not in (header.INITIALISE, header.STEP, header.SAVE_AND_STEP, header.RESTORE_AND_STEP):
-            raise NotOffered(f"{request.command} is no command")
+        self._check_known(request)
         # A copy, because the unit may keep its inputs.
         values = values.copy()
         given = [values[range] for range in self._ranges]
@@ -85,6 +88,10 @@ class Exchange:
         if request.command in (header.SAVE_AND_STEP, header.RESTORE_AND_STEP):
             self._return_or_save(request.command)
         return self._checked("step", self._unit.step(request.time, request.communication_step, *given))
+
+    def _check_known(self, request):
+        if request.command not in header.COMMANDS:
+            raise NotOffered(f"{request.command} is no command that a unit in Python knows")
 
     def _return_or_save(self, command):
         if not self._can_save:

@@ -139,12 +139,17 @@ def test_more_outputs_are_one_answer():
     request.command = header.SAVE_AND_STEP
     with pytest.raises(NotImplementedError, match="explicit scheme"):
         exchange.answer(request, np.zeros(8))
-    # Commands that it need not know, and one that nobody knows.
-    for command in (header.SERIALISE, header.RESTORE_AND_SERIALISE, header.DESERIALISE, 99):
+    # Commands that it need not know.
+    for command in (header.SERIALISE, header.RESTORE_AND_SERIALISE, header.DESERIALISE):
         request.command = command
         assert exchange.values_needed(request) == 0
         with pytest.raises(NotOffered):
             exchange.answer(request, np.zeros(0))
+    # One that it does not know: it may have any number of values.
+    request.command = 9
+    for asked in (exchange.values_needed, lambda unknown: exchange.answer(unknown, np.zeros(2))):
+        with pytest.raises(NotOffered):
+            asked(request)
 
 
 def test_states_as_bytes_go_through_the_file_of_the_run(tmp_path):
