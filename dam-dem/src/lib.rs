@@ -62,6 +62,7 @@ mod error;
 mod fidelity;
 mod flutter;
 pub mod integrator;
+mod lanes;
 mod limit_equilibrium;
 mod limiting_part;
 pub mod loads;

@@ -3,7 +3,7 @@ use serde::{Deserialize, Serialize};
 use std::num::NonZeroUsize;
 
 use crate::contact::{
-    ContactLaw, Coulomb, Crack, Integration, JointState, Meeting, Outlines, Parting, PressedCracks, Stencil,
+    ContactLaw, Coulomb, Crack, Eights, Integration, JointState, Meeting, Outlines, Parting, Pressed, Stencil,
 };
 use crate::damping::{DampingCoefficients, StiffnessDamping};
 use crate::element::{CrossedCells, ViscousStress};
@@ -136,8 +136,23 @@ impl<L: ContactLaw> Structure<L> {
     }
 
     /// The same; also finds how the sides of cracks part, if there is a place for it.
-    pub(crate) fn add_internal_forces_and_part(
+    fn add_internal_forces_and_part(
         &self,
+        motion: &mut Motion,
+        damping: StiffnessDamping,
+        forces: &mut [[f64; 2]],
+        partings: &mut [Parting],
+    ) -> Losses {
+        let mut eights = Eights::of(&self.cracks, &motion.joints);
+        let losses = self.add_forces_with(&mut eights, motion, damping, forces, partings);
+        eights.write(&mut motion.joints);
+        losses
+    }
+
+    /// The same with the contacts as `eights`, into which those of `motion` go.
+    pub(crate) fn add_forces_with(
+        &self,
+        eights: &mut Eights,
         motion: &mut Motion,
         damping: StiffnessDamping,
         forces: &mut [[f64; 2]],
@@ -145,9 +160,8 @@ impl<L: ContactLaw> Structure<L> {
     ) -> Losses {
         let (u, v) = (&motion.displacement, &motion.velocity);
         let damping_power = self.cells.add_forces(u, v, damping, &mut motion.viscous, forces);
-        let joints = &mut motion.joints;
-        let pressed = PressedCracks { cracks: &self.cracks, u, v, damping, joints, forces, partings };
-        let mut losses = pulp::Arch::new().dispatch(pressed);
+        let pressed = Pressed { u, v, damping, forces, partings };
+        let mut losses = eights.press_widely(&self.cracks, &mut motion.joints, pressed);
         losses.damping_power += damping_power;
         if let Some(outlines) = self.outlines.as_ref().filter(|_| !motion.meetings.is_empty()) {
             let met = outlines.add_forces(u, v, damping, &motion.joints, &mut motion.meetings, forces);

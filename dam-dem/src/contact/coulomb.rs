@@ -51,6 +51,10 @@ impl ContactLaw for Coulomb {
     fn stiffness(&self) -> [f64; 2] {
         [self.normal_stiffness, self.shear_stiffness]
     }
+
+    fn unbonded(&self) -> Option<&Coulomb> {
+        Some(self)
+    }
 }
 
 /// `value`, limited to ± `limit`; NaN stays NaN. A comparison each, where `min` and `max`, which look for NaN and hide it, take five

@@ -1,11 +1,14 @@
+mod eights;
+
 use serde::{Deserialize, Serialize};
 
 use super::parting::{self, Parting};
-use super::search::find_segment;
+use super::search::{Chain, find_segment};
 use super::{ContactLaw, Coulomb, Integration, MohrCoulomb, Touch};
 use crate::damping::StiffnessDamping;
 use crate::energy::Losses;
 use crate::{Mesh, Seam};
+pub(crate) use eights::{Eights, Pressed};
 
 /// Status of a contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -52,6 +55,13 @@ pub struct JointState {
     pub(crate) lasted: u32,
     #[serde(skip)]
     pub(crate) fuse: Option<u32>,
+}
+
+impl JointState {
+    /// Whether it sticks or is lost.
+    pub(crate) fn is_calm(&self) -> bool {
+        matches!(self.status, ContactStatus::Sticking | ContactStatus::Lost)
+    }
 }
 
 /// A crack between two bodies: two chains of nodes, the contacts between them, and their law.
@@ -122,6 +132,41 @@ struct Point {
     rest: [f64; 2],
     /// Unloaded length of the side up to it, m.
     abscissa: f64,
+}
+
+/// A point beside the other side, with its displacement, and the displacements of nodes.
+struct Beside<'a, U> {
+    other: &'a Side,
+    rest: [f64; 2],
+    own: [f64; 2],
+    u: U,
+}
+
+impl<U: Fn(usize) -> [f64; 2]> Beside<'_, U> {
+    /// From a node of the other side to the point, m; differences of unloaded positions and of displacements separately, so that no
+    /// digits are lost.
+    #[inline(always)]
+    fn from(&self, node: usize) -> [f64; 2] {
+        let (rest, moved) = (self.other.rest[node], (self.u)(self.other.nodes[node]));
+        [self.rest[0] - rest[0] + (self.own[0] - moved[0]), self.rest[1] - rest[1] + (self.own[1] - moved[1])]
+    }
+}
+
+impl<U: Fn(usize) -> [f64; 2]> Chain for Beside<'_, U> {
+    type Found = [f64; 2];
+
+    #[inline(always)]
+    fn project(&self, segment: usize) -> ([f64; 2], [f64; 2]) {
+        #[cfg(test)]
+        super::effort::spend(|effort| effort.segments += 1);
+        let edge = self.other.edge(segment, &self.u);
+        ([product(self.from(segment), edge), product(edge, edge)], edge)
+    }
+}
+
+#[inline(always)]
+fn product(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
 }
 
 /// Spring of a closed contact in the unloaded position: `K = Σ weights ⊗ (k_n n nᵀ + k_s t tᵀ) ⊗ weights`.
@@ -298,19 +343,37 @@ impl<L: ContactLaw> Crack<L> {
         penetration > SHALLOW * contact.weight || along <= 0.0
     }
 
+    /// From and to which abscissa the part of a contact lies opposite the other side, m.
+    #[inline(always)]
+    fn facing(&self, contact: &Contact, u: impl Fn(usize) -> [f64; 2]) -> [f64; 2] {
+        let [from, to] = contact.part;
+        let end = self.sides[1 - contact.side].nodes.len() - 1;
+        [from.max(self.opposite_to(0, contact, &u)), to.min(self.opposite_to(end, contact, &u))]
+    }
+
+    /// The abscissa opposite a corner of the other side, on the segment before or after the contact's point, m.
+    #[inline(always)]
+    fn opposite_to(&self, corner: usize, contact: &Contact, u: impl Fn(usize) -> [f64; 2]) -> f64 {
+        let (own, other) = (&self.sides[contact.side], &self.sides[1 - contact.side]);
+        let foot = own.foot(contact.before, other, corner, &u);
+        let middle = contact.point.abscissa;
+        if foot <= middle { foot } else { own.foot(contact.after, other, corner, &u).max(middle) }
+    }
+
+    /// Whether the part of a contact lies wholly opposite the other side.
+    #[inline(never)]
+    fn is_whole(&self, contact: &Contact, u: &[[f64; 2]]) -> bool {
+        let ([first, last], [from, to]) = (self.facing(contact, |node| u[node]), contact.part);
+        last - first >= to - from
+    }
+
     /// The same for a contact at the place `opposite` that may be near an end of the other side.
     #[inline(always)]
     fn near_an_end(&self, contact: &Contact, opposite: Place, u: impl Fn(usize) -> [f64; 2]) -> Place {
-        let [own, other] = [contact.side, 1 - contact.side].map(|side| &self.sides[side]);
+        let (own, other) = (&self.sides[contact.side], &self.sides[1 - contact.side]);
         let [from, to] = contact.part;
         let end = other.nodes.len() - 1;
-        // the abscissa opposite a corner, on the segment before or after the contact's point
-        let opposite_to = |corner: usize| {
-            let foot = own.foot(contact.before, other, corner, &u);
-            let middle = contact.point.abscissa;
-            if foot <= middle { foot } else { own.foot(contact.after, other, corner, &u).max(middle) }
-        };
-        let (first, last) = (from.max(opposite_to(0)), to.min(opposite_to(end)));
+        let [first, last] = self.facing(contact, &u);
         if last - first >= to - from {
             return opposite;
         }
@@ -354,16 +417,8 @@ impl<L: ContactLaw> Crack<L> {
         let other = &self.sides[1 - side];
         let [first, second] = point.nodes.map(&u);
         let own = [0, 1].map(|d| first[d] + point.share * (second[d] - first[d]));
-        // differences of unloaded positions and of displacements separately, so that no digits are lost
-        let from = |node: usize| {
-            let (rest, moved) = (other.rest[node], u(other.nodes[node]));
-            [point.rest[0] - rest[0] + (own[0] - moved[0]), point.rest[1] - rest[1] + (own[1] - moved[1])]
-        };
-        let product = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
-        let (segment, [along, square], edge) = find_segment(start, other.nodes.len() - 1, |segment| {
-            let edge = other.edge(segment, &u);
-            ([product(from(segment), edge), product(edge, edge)], edge)
-        });
+        let beside = Beside { other, rest: point.rest, own, u: &u };
+        let (segment, [along, square], edge) = find_segment(start, other.nodes.len() - 1, &beside);
         let inverse = 1.0 / square;
         let position = along * inverse;
         let scale = square.sqrt() * inverse;
@@ -373,7 +428,7 @@ impl<L: ContactLaw> Crack<L> {
         let shortening = at_rest * scale;
         // relative to the nearer end, so that the result is exact for matching nodes
         let nearest = if position > 0.5 { segment + 1 } else { segment };
-        let offset = from(nearest);
+        let offset = beside.from(nearest);
         let along = product(offset, tangent) * scale;
         Place {
             point,
@@ -411,7 +466,7 @@ impl<L: ContactLaw> Crack<L> {
 
     /// The same; also finds how the sides part.
     #[inline(always)]
-    pub(crate) fn add_forces_and_part(
+    fn add_forces_and_part(
         &self,
         displacement: &[[f64; 2]],
         velocity: &[[f64; 2]],
@@ -420,13 +475,30 @@ impl<L: ContactLaw> Crack<L> {
         forces: &mut [[f64; 2]],
         mut parting: Option<&mut Parting>,
     ) -> Losses {
-        let StiffnessDamping { coefficient, memory } = damping;
         if let Some(parting) = &mut parting {
             parting.clear();
         }
-        let mut losses = Losses::default();
+        let none = Losses::default();
+        self.press(&self.contacts, displacement, velocity, damping, joints, forces, parting, none)
+    }
+
+    /// The same of some contacts, added to the `parting` and the `losses`.
+    #[allow(clippy::too_many_arguments)]
+    #[inline(always)]
+    fn press(
+        &self,
+        contacts: &[Contact],
+        displacement: &[[f64; 2]],
+        velocity: &[[f64; 2]],
+        damping: StiffnessDamping,
+        joints: &mut [JointState],
+        forces: &mut [[f64; 2]],
+        mut parting: Option<&mut Parting>,
+        mut losses: Losses,
+    ) -> Losses {
+        let StiffnessDamping { coefficient, memory } = damping;
         let [normal_stiffness, shear_stiffness] = self.law.stiffness();
-        for (contact, joint) in self.contacts.iter().zip(joints) {
+        for (contact, joint) in contacts.iter().zip(joints) {
             let place = self.place(contact, joint.segment as usize, |node| displacement[node]);
             let [before, weight] = [joint.coverage, place.coverage].map(|share| contact.weight * share);
             let risen = self.law.dilation(joint.slipped);
@@ -568,6 +640,22 @@ impl<L: ContactLaw> Crack<L> {
             }
         }
         losses
+    }
+
+    /// The same of one contact, not by the widest registers; `crack` is the number of this crack.
+    #[cold]
+    #[inline(never)]
+    fn press_alone(
+        &self,
+        crack: usize,
+        contact: &Contact,
+        joint: &mut JointState,
+        pressed: &mut Pressed<'_>,
+        losses: &mut Losses,
+    ) {
+        let Pressed { u, v, damping, forces, partings } = pressed;
+        let (contacts, joints) = (std::slice::from_ref(contact), std::slice::from_mut(joint));
+        *losses = self.press(contacts, u, v, *damping, joints, forces, partings.get_mut(crack), *losses);
     }
 
     /// Normal stress (compression positive) and shear stress on the block below (positive downstream) of each

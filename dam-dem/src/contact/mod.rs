@@ -26,7 +26,6 @@ pub(crate) mod effort;
 mod meeting;
 mod mohr_coulomb;
 mod parting;
-mod pressing;
 mod search;
 mod trials;
 
@@ -34,11 +33,11 @@ use serde::{Deserialize, Serialize};
 
 pub use coulomb::Coulomb;
 pub use crack::{ContactStatus, Crack, CrackForces, JointState, Stencil};
+pub(crate) use crack::{Eights, Pressed};
 pub use meeting::Meeting;
 pub(crate) use meeting::Outlines;
 pub use mohr_coulomb::MohrCoulomb;
 pub(crate) use parting::Parting;
-pub(crate) use pressing::PressedCracks;
 pub(crate) use trials::Trials;
 
 /// Where along a crack the contacts are.
@@ -118,6 +117,11 @@ pub trait ContactLaw: Clone + Send + Sync {
     /// Distance by which dilation has separated the sides after an accumulated slip of `slipped` (m), m.
     fn dilation(&self, _slipped: f64) -> f64 {
         0.0
+    }
+
+    /// Coulomb's law, if contacts without a bond follow it and do not dilate: they are then computed eight at a time.
+    fn unbonded(&self) -> Option<&Coulomb> {
+        None
     }
 
     /// Energy of the springs, J/m², for a penetration (negative in a bond under tension) and a stretch, m.

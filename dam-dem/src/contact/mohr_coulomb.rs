@@ -72,6 +72,10 @@ impl ContactLaw for MohrCoulomb {
         self.residual.stiffness()
     }
 
+    fn unbonded(&self) -> Option<&Coulomb> {
+        (self.dilation == 0.0).then_some(&self.residual)
+    }
+
     fn is_bonded(&self) -> bool {
         self.cohesion > 0.0 || self.tensile_strength > 0.0 || self.residual.friction < self.friction
     }

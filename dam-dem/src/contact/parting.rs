@@ -27,11 +27,11 @@ pub(crate) struct Parting {
 
 /// Speed of slip (m/s) below which a contact counts as sticking, gradually: the damping of a contact that slips to and
 /// fro is then a continuous function of its motion.
-const STANDSTILL: f64 = 1e-3;
+pub(super) const STANDSTILL: f64 = 1e-3;
 
 /// Pressure (Pa) that closes the narrowest gap which counts wholly. As long as the stresses that release a rocking block from mass damping
 /// are smaller, they change with a gap no faster than those of its contact.
-const CLOSING: f64 = 1e5;
+pub(super) const CLOSING: f64 = 1e5;
 
 /// The share o of a contact whose gap was this wide in the mean since the evaluation before (m; 0 while it was closed), and of this
 /// stiffness (Pa/m): `gap k_n/p₀`, 1 at most.
@@ -65,6 +65,11 @@ impl Parting {
     /// For evaluations that are a `time_step` (s) apart.
     pub fn every(time_step: f64) -> Self {
         Self { time_step, ..Self::default() }
+    }
+
+    /// Time since the evaluation before, s.
+    pub(super) fn time_step(&self) -> f64 {
+        self.time_step
     }
 
     /// The share of a contact that slipped by `slip` and whose spring stretched by `stretched` since the evaluation

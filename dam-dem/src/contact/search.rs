@@ -1,24 +1,25 @@
-/// Segment of a chain onto which a point projects, found by a walk from the segment `start`, and the result
-/// of `project` for this segment.
+/// A chain of segments, and a point beside it. (No closure, which would be compiled into some of the code for the widest registers and
+/// called from the rest.)
+pub(super) trait Chain {
+    /// Whatever else follows.
+    type Found;
+
+    /// The scalar product of the point's offset from the first node of a `segment` with the segment vector, and the squared length of
+    /// the segment.
+    fn project(&self, segment: usize) -> ([f64; 2], Self::Found);
+}
+
+/// Segment of a `chain` of `count` onto which its point projects, found by a walk from the segment `start`, and the result
+/// of [`Chain::project`] for this segment.
 ///
-/// `project(segment)` returns the scalar product of the point's offset from the first node of a segment with
-/// the segment vector, the squared length of the segment, and any other values. The walk never changes its
+/// The walk never changes its
 /// direction, so that it always ends. It leaves a segment only by more than a [`MARGIN`]: a point opposite a node, as on
 /// the axis of a symmetric stack, would otherwise change its segment, and the direction of its force, by rounding errors, and
 /// find no rest. For a point beyond an end of the chain the end segment is returned.
 #[inline(always)]
-pub(super) fn find_segment<T>(
-    start: usize,
-    count: usize,
-    project: impl Fn(usize) -> ([f64; 2], T),
-) -> (usize, [f64; 2], T) {
-    let project = |segment: usize| {
-        #[cfg(test)]
-        super::effort::spend(|effort| effort.segments += 1);
-        project(segment)
-    };
+pub(super) fn find_segment<C: Chain>(start: usize, count: usize, chain: &C) -> (usize, [f64; 2], C::Found) {
     let mut segment = start.min(count - 1);
-    let ([mut along, mut whole], mut found) = project(segment);
+    let ([mut along, mut whole], mut found) = chain.project(segment);
     // the first comparison is true of hardly any point, and spares the product
     let is_before = |along: f64, whole: f64| along < 0.0 && along < -MARGIN * whole;
     let is_behind = |along: f64, whole: f64| along > whole && along > (1.0 + MARGIN) * whole;
@@ -29,32 +30,40 @@ pub(super) fn find_segment<T>(
         is_behind(along, whole) && segment + 1 < count
     } {
         segment = if backwards { segment - 1 } else { segment + 1 };
-        ([along, whole], found) = project(segment);
+        ([along, whole], found) = chain.project(segment);
     }
     (segment, [along, whole], found)
 }
 
 /// Distance beyond an end of a segment, as a share of its length, up to which a point still belongs to it.
-const MARGIN: f64 = 1e-9;
+pub(super) const MARGIN: f64 = 1e-9;
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    struct Beside<const N: usize> {
+        ends: [f64; N],
+        x: f64,
+    }
+
+    impl<const N: usize> Chain for Beside<N> {
+        type Found = ();
+
+        fn project(&self, i: usize) -> ([f64; 2], ()) {
+            let whole = self.ends[i + 1] - self.ends[i];
+            ([(self.x - self.ends[i]) * whole, whole * whole], ())
+        }
+    }
+
     #[test]
     fn walking_finds_what_a_scan_finds() {
         let ends = [0.0, 1.0, 1.5, 4.0, 4.2, 7.0];
         let count = ends.len() - 1;
-        let project = |x: f64| {
-            move |i: usize| {
-                let whole = ends[i + 1] - ends[i];
-                ([(x - ends[i]) * whole, whole * whole], ())
-            }
-        };
         for (x, start) in (-10..85).flat_map(|x| (0..count).map(move |s| (0.097 * f64::from(x), s))) {
             let inside = |i: &usize| (ends[*i]..=ends[i + 1]).contains(&x);
             let scan = (0..count).find(inside).unwrap_or(if x < 0.0 { 0 } else { count - 1 });
-            let (walked, ..) = find_segment(start, count, project(x));
+            let (walked, ..) = find_segment(start, count, &Beside { ends, x });
             assert!(walked == scan || x == ends[walked], "x = {x} from {start}");
         }
     }

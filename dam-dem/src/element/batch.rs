@@ -1,7 +1,7 @@
 use pulp::Simd;
 
-use super::lanes::{LANES, Lanes};
 use crate::Mesh;
+use crate::lanes::{LANES, Lanes};
 
 /// Up to [`LANES`] consecutive cells that are evaluated together; in lanes without a cell, areas and gradients are 0.
 #[derive(Clone, Debug, Default)]

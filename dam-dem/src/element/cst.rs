@@ -7,9 +7,9 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::batch::{Batch, ViscousStress};
 use super::evaluation::{Deformation, Energy, Evaluation, Moduli, ModuliOf};
-use super::lanes::Lanes;
 use super::parts::{Part, Parts};
 use crate::damping::StiffnessDamping;
+use crate::lanes::Lanes;
 use crate::{DamError, Kinematics, Material, Materials, Mesh};
 
 /// Cells of four constant-strain triangles each (crossed diagonals).

@@ -3,8 +3,8 @@
 use pulp::{Simd, WithSimd};
 
 use super::batch::{Batch, Corners, Nodal, Pairs, ViscousStress};
-use super::lanes::{Lanes, Register};
 use crate::damping::StiffnessDamping;
+use crate::lanes::{Lanes, Register};
 
 /// A vector, and a tensor `[[11, 12], [21, 22]]`, in triangle k of the cells of one register.
 type Vector<S> = [Register<S>; 2];

@@ -3,7 +3,6 @@
 mod batch;
 mod cst;
 mod evaluation;
-mod lanes;
 mod parts;
 
 pub use batch::ViscousStress;

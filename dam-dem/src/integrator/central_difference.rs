@@ -1,7 +1,7 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::DampingCoefficients;
-use crate::contact::ContactLaw;
+use crate::contact::{ContactLaw, Eights};
 use crate::element::CrossedCells;
 use crate::energy::Work;
 use crate::loads::LoadPath;
@@ -66,13 +66,15 @@ impl CentralDifference {
         let mut released = if release.partings.is_empty() { Vec::new() } else { forces.clone() };
         let mut impulse = [0.0; 2];
         structure.find_meetings(motion, dt * self.steps as f64);
+        let mut contacts = Eights::of(&structure.cracks, &motion.joints);
         kick(motion, dt / 2.0);
         for step in 0..self.steps {
             let share = |n: f64| n / self.steps as f64;
             let (middle, end) = (share(step as f64 + 0.5), share(step as f64 + 1.0));
             let input = Nodes::of(motion, &mut forces, loads, structure)
                 .sum(&structure.cells, &|n| Arch::new().dispatch(Drift { nodes: n, step: dt, middle, end }));
-            let losses = structure.add_internal_forces_and_part(
+            let losses = structure.add_forces_with(
+                &mut contacts,
                 motion,
                 damping.stiffness(),
                 &mut forces,
@@ -99,6 +101,7 @@ impl CentralDifference {
                 work.damping -= dt * power(&released, motion, advance - dt / 2.0);
             }
         }
+        contacts.write(&mut motion.joints);
         impulse
     }
 }

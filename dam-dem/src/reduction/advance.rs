@@ -1,11 +1,12 @@
 use nalgebra::{Cholesky, DVector};
+use pulp::{Simd, WithSimd};
 
 use super::motion::ModalMotion;
 use super::product::{LANES, dot};
 use super::sides::Pressing;
 use super::superposition::Superposition;
 use crate::DamError;
-use crate::contact::{ContactStatus, JointState};
+use crate::contact::{Eights, JointState};
 use crate::damping::StiffnessDamping;
 use crate::energy::Work;
 use crate::integrator::{CentralDifference, Relaxed};
@@ -38,7 +39,7 @@ impl Superposition {
         let mut pressing = Pressing::at(&self.sides, &motion.coordinates);
         let (mut iterations, mut residual) = (0, 0.0);
         while iterations < MAX_ITERATIONS && residual <= RUNAWAY {
-            pressing.press(&self.sides, motion, StiffnessDamping::default(), &mut []);
+            pressing.press_once(&self.sides, motion, StiffnessDamping::default());
             let forces = DVector::from_fn(loads.len(), |i, _| {
                 loads[i] + motion.contact_forces[i] - self.stiffness[i] * motion.coordinates[i]
             });
@@ -58,7 +59,7 @@ impl Superposition {
     ///
     /// **Call order**: once, at the start, because each call takes one step of the dashpots' memory.
     pub(crate) fn press_contacts(&self, motion: &mut ModalMotion) {
-        Pressing::at(&self.sides, &motion.coordinates).press(&self.sides, motion, self.dashpots, &mut []);
+        Pressing::at(&self.sides, &motion.coordinates).press_once(&self.sides, motion, self.dashpots);
     }
 
     /// Central differences, with modal damping at the middle of the step:
@@ -92,7 +93,7 @@ impl Superposition {
         loads: &ModalLoadPath,
         work: &mut Work,
     ) -> Option<[f64; 2]> {
-        let dashpots = self.calm.filter(|_| are_calm(&motion.joints))?;
+        let dashpots = self.calm.filter(|_| motion.joints.iter().flatten().all(JointState::is_calm))?;
         let (mut attempt, mut done) = (motion.clone(), *work);
         let impulse = pulp::Arch::new().dispatch(Advance {
             model: self,
@@ -119,11 +120,11 @@ struct Advance<'a> {
     work: &'a mut Work,
 }
 
-impl pulp::NullaryFnOnce for Advance<'_> {
+impl WithSimd for Advance<'_> {
     type Output = Option<[f64; 2]>;
 
     #[inline(always)]
-    fn call(self) -> Option<[f64; 2]> {
+    fn with_simd<S: Simd>(self, simd: S) -> Option<[f64; 2]> {
         let Self { model, steps, dashpots, calm, motion, loads, work } = self;
         let CentralDifference { time_step: dt, steps } = steps;
         let (start, end) = (&loads.start[..], &loads.end[..]);
@@ -131,6 +132,7 @@ impl pulp::NullaryFnOnce for Advance<'_> {
         let mut between = vec![0.0; model.mode_count()];
         let mut release = model.release.start(dt);
         let (mut released, mut impulse) = (vec![0.0; model.sides.modes_width()], [0.0; 2]);
+        let mut contacts = Eights::of(&model.sides.cracks, &motion.joints);
         model.damping_between.combine(&motion.rates, &mut between);
         let kick = Kick { before: 0.0, after: dt / 2.0, force: dt / 2.0 };
         work.damping += kick.advance(model, motion, start, end, 0.0, &between);
@@ -145,8 +147,8 @@ impl pulp::NullaryFnOnce for Advance<'_> {
             pressing.follow(&model.sides, &motion.coordinates, Some(dt));
             // no crack parts in a calm step
             let partings: &mut [_] = if calm { &mut [] } else { &mut release.partings };
-            let losses = pressing.press(&model.sides, motion, dashpots, partings);
-            if calm && !are_calm(&motion.joints) {
+            let losses = pressing.press(simd, &model.sides, &mut contacts, motion, dashpots, partings);
+            if calm && !contacts.are_calm(&motion.joints) {
                 return None;
             }
             let spared =
@@ -173,13 +175,9 @@ impl pulp::NullaryFnOnce for Advance<'_> {
             work.friction += losses.friction;
             work.damping += dt * losses.damping_power;
         }
+        contacts.write(&mut motion.joints);
         Some(impulse)
     }
-}
-
-/// Whether every contact sticks, except those that are lost.
-fn are_calm(joints: &[Vec<JointState>]) -> bool {
-    joints.iter().flatten().all(|joint| matches!(joint.status, ContactStatus::Sticking | ContactStatus::Lost))
 }
 
 /// `(1 + c after) q̇ ← (1 − c before) q̇ + force (f − f_between)`.

@@ -1,12 +1,12 @@
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
-use pulp::NullaryFnOnce;
+use pulp::{Simd, WithSimd};
 use std::ops::Range;
 
 use super::motion::ModalMotion;
 use super::product::{LANES, used};
 use super::release::ModalRelease;
 use crate::Kinematics;
-use crate::contact::{ContactLaw, Crack, MohrCoulomb, Parting, PressedCracks, Stencil};
+use crate::contact::{ContactLaw, Crack, Eights, MohrCoulomb, Parting, Pressed, Stencil};
 use crate::damping::StiffnessDamping;
 use crate::energy::Losses;
 use crate::release::Release;
@@ -221,6 +221,24 @@ impl CrackSides {
     }
 }
 
+struct PressOnce<'a> {
+    pressing: &'a mut Pressing,
+    sides: &'a CrackSides,
+    contacts: &'a mut Eights,
+    motion: &'a mut ModalMotion,
+    damping: StiffnessDamping,
+}
+
+impl WithSimd for PressOnce<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { pressing, sides, contacts, motion, damping } = self;
+        pressing.press(simd, sides, contacts, motion, damping, &mut []);
+    }
+}
+
 impl Pressing {
     pub fn at(sides: &CrackSides, coordinates: &[f64]) -> Self {
         let zero = vec![[0.0; 2]; sides.rest.len()];
@@ -258,22 +276,37 @@ impl Pressing {
         }
     }
 
-    /// Updates the contacts of `motion` and their modal forces; also finds how the sides of cracks part, if there is a
+    /// Updates the `contacts` of `motion` and their modal forces; also finds how the sides of cracks part, if there is a
     /// place for it.
     #[inline(always)]
-    pub fn press(
+    pub fn press<S: Simd>(
         &mut self,
+        simd: S,
         sides: &CrackSides,
+        contacts: &mut Eights,
         motion: &mut ModalMotion,
         damping: StiffnessDamping,
         partings: &mut [Parting],
     ) -> Losses {
         self.forces.fill([0.0; 2]);
-        let (u, v) = (&self.displacement, &self.velocity);
-        let (cracks, joints, forces) = (&sides.cracks, &mut motion.joints, &mut self.forces);
-        let losses = PressedCracks { cracks, u, v, damping, joints, forces, partings }.call();
+        let (u, v, forces) = (&self.displacement, &self.velocity, &mut self.forces);
+        let pressed = Pressed { u, v, damping, forces, partings };
+        let losses = contacts.press(simd, &sides.cracks, &mut motion.joints, pressed);
         self.map_forces(sides, &mut motion.contact_forces);
         losses
+    }
+
+    /// Updates the contacts of `motion` and their modal forces, once.
+    pub fn press_once(&mut self, sides: &CrackSides, motion: &mut ModalMotion, damping: StiffnessDamping) {
+        let mut contacts = Eights::of(&sides.cracks, &motion.joints);
+        pulp::Arch::new().dispatch(PressOnce {
+            pressing: self,
+            sides,
+            contacts: &mut contacts,
+            motion,
+            damping,
+        });
+        contacts.write(&mut motion.joints);
     }
 
     /// Sets `mapped` to the modal forces that release blocks from mass damping, if a crack parts; returns the sum of the
