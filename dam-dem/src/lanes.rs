@@ -78,8 +78,7 @@ impl<S: Simd> Register<S> {
     /// `yes` where this value is negative, `no` elsewhere.
     #[inline(always)]
     pub fn where_negative(self, yes: Self, no: Self) -> Self {
-        let negative = self.simd.less_than_f64s(self.value, self.simd.splat_f64s(0.0));
-        Self { value: self.simd.select_f64s(negative, yes.value, no.value), ..self }
+        self.less_than(self.splat_like(0.0)).select(yes, no)
     }
 
     #[inline(always)]

@@ -149,7 +149,8 @@ impl<L: ContactLaw> Structure<L> {
         losses
     }
 
-    /// The same with the contacts as `eights`, into which those of `motion` go.
+    /// The same with the contacts in `eights`, made of those of `motion`. These are up to date after [`Eights::write`], but for whether
+    /// they are lost, which they always tell.
     pub(crate) fn add_forces_with(
         &self,
         eights: &mut Eights,

@@ -153,8 +153,6 @@ impl<U: Fn(usize) -> [f64; 2]> Beside<'_, U> {
 }
 
 impl<U: Fn(usize) -> [f64; 2]> Chain for Beside<'_, U> {
-    type Found = [f64; 2];
-
     #[inline(always)]
     fn project(&self, segment: usize) -> ([f64; 2], [f64; 2]) {
         #[cfg(test)]
@@ -361,7 +359,6 @@ impl<L: ContactLaw> Crack<L> {
     }
 
     /// Whether the part of a contact lies wholly opposite the other side.
-    #[inline(never)]
     fn is_whole(&self, contact: &Contact, u: &[[f64; 2]]) -> bool {
         let ([first, last], [from, to]) = (self.facing(contact, |node| u[node]), contact.part);
         last - first >= to - from
@@ -461,28 +458,11 @@ impl<L: ContactLaw> Crack<L> {
         joints: &mut [JointState],
         forces: &mut [[f64; 2]],
     ) -> Losses {
-        self.add_forces_and_part(displacement, velocity, damping.into(), joints, forces, None)
+        let (damping, none) = (damping.into(), Losses::default());
+        self.press(&self.contacts, displacement, velocity, damping, joints, forces, None, none)
     }
 
-    /// The same; also finds how the sides part.
-    #[inline(always)]
-    fn add_forces_and_part(
-        &self,
-        displacement: &[[f64; 2]],
-        velocity: &[[f64; 2]],
-        damping: StiffnessDamping,
-        joints: &mut [JointState],
-        forces: &mut [[f64; 2]],
-        mut parting: Option<&mut Parting>,
-    ) -> Losses {
-        if let Some(parting) = &mut parting {
-            parting.clear();
-        }
-        let none = Losses::default();
-        self.press(&self.contacts, displacement, velocity, damping, joints, forces, parting, none)
-    }
-
-    /// The same of some contacts, added to the `parting` and the `losses`.
+    /// The same of some contacts, added to the `losses`; also adds them to the `parting` of the sides, if there is one.
     #[allow(clippy::too_many_arguments)]
     #[inline(always)]
     fn press(

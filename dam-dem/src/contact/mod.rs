@@ -94,7 +94,8 @@ impl Response {
 
 /// Interface for contact laws.
 ///
-/// **Call order**: [`respond`](Self::respond) once per contact and time step. A law has no state of its own:
+/// **Call order**: [`respond`](Self::respond) once per contact and time step, unless Coulomb's law stands for it
+/// ([`unbonded`](Self::unbonded)). A law has no state of its own:
 /// the crack stores the stretch of the shear spring, the bond and the accumulated slip. **Required
 /// guarantees**: no tension unless bonded (`normal ≥ 0`, and no stress at all if the penetration is not
 /// positive); slip only reduces the stretch; dashpots never add energy with the rates in [`Touch`]. The
@@ -119,7 +120,8 @@ pub trait ContactLaw: Clone + Send + Sync {
         0.0
     }
 
-    /// Coulomb's law, if contacts without a bond follow it and do not dilate: they are then computed eight at a time.
+    /// Coulomb's law, if contacts without a bond follow it, with this [`stiffness`](Self::stiffness), and do not dilate: they are then
+    /// computed by it, eight at a time.
     fn unbonded(&self) -> Option<&Coulomb> {
         None
     }

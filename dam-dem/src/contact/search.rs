@@ -1,12 +1,9 @@
 /// A chain of segments, and a point beside it. (No closure, which would be compiled into some of the code for the widest registers and
 /// called from the rest.)
 pub(super) trait Chain {
-    /// Whatever else follows.
-    type Found;
-
     /// The scalar product of the point's offset from the first node of a `segment` with the segment vector, and the squared length of
-    /// the segment.
-    fn project(&self, segment: usize) -> ([f64; 2], Self::Found);
+    /// the segment; the segment vector.
+    fn project(&self, segment: usize) -> ([f64; 2], [f64; 2]);
 }
 
 /// Segment of a `chain` of `count` onto which its point projects, found by a walk from the segment `start`, and the result
@@ -17,9 +14,9 @@ pub(super) trait Chain {
 /// the axis of a symmetric stack, would otherwise change its segment, and the direction of its force, by rounding errors, and
 /// find no rest. For a point beyond an end of the chain the end segment is returned.
 #[inline(always)]
-pub(super) fn find_segment<C: Chain>(start: usize, count: usize, chain: &C) -> (usize, [f64; 2], C::Found) {
+pub(super) fn find_segment(start: usize, count: usize, chain: &impl Chain) -> (usize, [f64; 2], [f64; 2]) {
     let mut segment = start.min(count - 1);
-    let ([mut along, mut whole], mut found) = chain.project(segment);
+    let ([mut along, mut whole], mut edge) = chain.project(segment);
     // the first comparison is true of hardly any point, and spares the product
     let is_before = |along: f64, whole: f64| along < 0.0 && along < -MARGIN * whole;
     let is_behind = |along: f64, whole: f64| along > whole && along > (1.0 + MARGIN) * whole;
@@ -30,9 +27,9 @@ pub(super) fn find_segment<C: Chain>(start: usize, count: usize, chain: &C) -> (
         is_behind(along, whole) && segment + 1 < count
     } {
         segment = if backwards { segment - 1 } else { segment + 1 };
-        ([along, whole], found) = chain.project(segment);
+        ([along, whole], edge) = chain.project(segment);
     }
-    (segment, [along, whole], found)
+    (segment, [along, whole], edge)
 }
 
 /// Distance beyond an end of a segment, as a share of its length, up to which a point still belongs to it.
@@ -48,11 +45,9 @@ mod tests {
     }
 
     impl<const N: usize> Chain for Beside<N> {
-        type Found = ();
-
-        fn project(&self, i: usize) -> ([f64; 2], ()) {
+        fn project(&self, i: usize) -> ([f64; 2], [f64; 2]) {
             let whole = self.ends[i + 1] - self.ends[i];
-            ([(self.x - self.ends[i]) * whole, whole * whole], ())
+            ([(self.x - self.ends[i]) * whole, whole * whole], [whole, 0.0])
         }
     }
 

@@ -1,5 +1,5 @@
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
-use pulp::{Simd, WithSimd};
+use pulp::Simd;
 use std::ops::Range;
 
 use super::motion::ModalMotion;
@@ -221,24 +221,6 @@ impl CrackSides {
     }
 }
 
-struct PressOnce<'a> {
-    pressing: &'a mut Pressing,
-    sides: &'a CrackSides,
-    contacts: &'a mut Eights,
-    motion: &'a mut ModalMotion,
-    damping: StiffnessDamping,
-}
-
-impl WithSimd for PressOnce<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { pressing, sides, contacts, motion, damping } = self;
-        pressing.press(simd, sides, contacts, motion, damping, &mut []);
-    }
-}
-
 impl Pressing {
     pub fn at(sides: &CrackSides, coordinates: &[f64]) -> Self {
         let zero = vec![[0.0; 2]; sides.rest.len()];
@@ -276,8 +258,8 @@ impl Pressing {
         }
     }
 
-    /// Updates the `contacts` of `motion` and their modal forces; also finds how the sides of cracks part, if there is a
-    /// place for it.
+    /// Updates the `contacts` of `motion`, whose joints are up to date after [`Eights::write`], and their modal forces; also finds how the
+    /// sides of cracks part, if there is a place for it.
     #[inline(always)]
     pub fn press<S: Simd>(
         &mut self,
@@ -299,14 +281,12 @@ impl Pressing {
     /// Updates the contacts of `motion` and their modal forces, once.
     pub fn press_once(&mut self, sides: &CrackSides, motion: &mut ModalMotion, damping: StiffnessDamping) {
         let mut contacts = Eights::of(&sides.cracks, &motion.joints);
-        pulp::Arch::new().dispatch(PressOnce {
-            pressing: self,
-            sides,
-            contacts: &mut contacts,
-            motion,
-            damping,
-        });
+        self.forces.fill([0.0; 2]);
+        let (u, v, forces) = (&self.displacement, &self.velocity, &mut self.forces);
+        let pressed = Pressed { u, v, damping, forces, partings: &mut [] };
+        contacts.press_widely(&sides.cracks, &mut motion.joints, pressed);
         contacts.write(&mut motion.joints);
+        self.map_forces(sides, &mut motion.contact_forces);
     }
 
     /// Sets `mapped` to the modal forces that release blocks from mass damping, if a crack parts; returns the sum of the
