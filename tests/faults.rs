@@ -102,7 +102,7 @@ fn processes_and_threads_that_cannot_be_made_are_named() {
 
 #[test]
 fn results_that_are_removed_during_a_run_end_it() {
-    let scenario = Scenario::quick(20.0);
+    let scenario = Scenario::quick(60.0);
     let scene = scenario.write();
     for name in ["log.mcap", "histories.csv"] {
         let folder = scenario.folder().join(name.replace('.', "-"));

@@ -160,6 +160,33 @@ fn a_parallel_run_whose_units_fail_leaves_a_log_that_can_be_read() {
     }
 }
 
+/// An observer that cannot finish what it keeps.
+struct Unfinished;
+
+impl Observer for Unfinished {
+    fn begin(&mut self, _: &Start<'_>) -> Result<(), ObserverError> {
+        Ok(())
+    }
+    fn window(&mut self, _: &WindowReport) -> Result<(), ObserverError> {
+        Ok(())
+    }
+    fn end(&mut self, ending: &Ending) -> Result<(), ObserverError> {
+        assert_eq!(ending.status, Status::Completed);
+        Err(ObserverError::Other("its file is gone".into()))
+    }
+}
+
+#[test]
+fn a_run_whose_results_cannot_be_finished_has_failed() {
+    let (dam, reservoir) = (mass(f64::cos), water(0.3 * MASS, |_, _| ()));
+    let case = Case::new(Stepping::equal(0.1, 5));
+    let (reports, ending, failure) = case.run_with(dam, reservoir, &mut [&mut Unfinished]);
+    assert_eq!((reports.len(), ending.time), (6, 0.5));
+    let said = failure.expect("a failure").to_string();
+    assert!(said.contains("its file is gone"), "{said}");
+    assert_eq!(ending.status, Status::Failed(said));
+}
+
 #[test]
 fn all_implicit_schemes_and_accelerations_find_the_same_and_explicit_ones_do_not_repeat() {
     // (m + 0.8 m) a = load

@@ -105,7 +105,7 @@ impl Simulation {
     /// Runs until the end, the first failure, an observer's request to stop, or until `interrupted` becomes true.
     ///
     /// Observers receive the reports of initialisation and of every step, including a failed one, and at last the
-    /// ending. A failure is returned beside the ending.
+    /// ending. A failure is returned beside the ending, whose status it is, also if it is one of ending.
     pub fn run(
         &mut self,
         observers: &mut [&mut dyn Observer],
@@ -140,9 +140,13 @@ impl Simulation {
             Ok(status) => status.clone(),
             Err(error) => Status::Failed(error.to_string()),
         };
-        let ending = Ending { status, time, wall, statistics };
+        let mut ending = Ending { status, time, wall, statistics };
         let closed = tell_all(observers, |o| o.end(&ending));
-        (ending, result.err().or(closed.err().map(Into::into)))
+        let failure = result.err().or(closed.err().map(Into::into));
+        if let Some(error) = &failure {
+            ending.status = Status::Failed(error.to_string());
+        }
+        (ending, failure)
     }
 
     /// The course of a run that has not begun.
