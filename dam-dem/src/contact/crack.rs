@@ -463,7 +463,7 @@ impl<L: ContactLaw> Crack<L> {
     }
 
     /// The same of some contacts, added to the `losses`; also adds them to the `parting` of the sides, if there is one.
-    #[allow(clippy::too_many_arguments)]
+    #[allow(clippy::too_many_arguments)] // the contacts of a crack and what [`Pressed`] holds, of this crack alone
     #[inline(always)]
     fn press(
         &self,
