@@ -1,6 +1,8 @@
 //! `cofferdam plan` and `run --accuracy`: what is said before a run, what is chosen, and how the promise ends.
 
-use std::process::{Command, Output};
+use std::os::unix::process::ExitStatusExt;
+use std::process::{Command, Output, Stdio};
+use std::time::Duration;
 use whole_chain::scenario::{Scenario, binary, root};
 
 /// A second of strong motion of a shipped scene.
@@ -199,4 +201,25 @@ fn the_study_of_a_cracked_dam_measures_both_models_and_what_shaking_changes() {
             }
         }
     }
+}
+
+/// Its runs take a while: nothing is left of a command that is ended meanwhile.
+#[test]
+fn ctrl_c_ends_a_pilot_at_once() {
+    let place = tempfile::tempdir().expect("a folder");
+    let output = place.path().join("run");
+    let mut command = Command::new(binary());
+    command
+        .arg("run")
+        .arg(root().join("scenes/koyna-coarse"))
+        .args(["--accuracy", "5%", "--output"])
+        .arg(&output);
+    command.stdout(Stdio::null()).stderr(Stdio::null());
+    let mut run = command.spawn().expect("it starts");
+    std::thread::sleep(Duration::from_millis(400));
+    let done = Command::new("kill").args(["-INT", &run.id().to_string()]).status().expect("a signal");
+    assert!(done.success());
+    let ended = run.wait().expect("it ends");
+    assert_eq!(ended.signal(), Some(2), "{ended:?}");
+    assert!(!output.exists());
 }

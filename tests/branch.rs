@@ -358,3 +358,38 @@ fn the_contacts_of_a_step_are_those_that_the_run_counted() -> Result<(), LogRead
     }
     Ok(())
 }
+
+/// Branches of a run that was stopped end where it did: with the ground unmoved, like it.
+#[test]
+fn branches_of_a_stopped_run_end_at_its_time() {
+    let scenario = coarse(&without_memory());
+    let (folder, _) = run(&scenario, &[HERE, &["--until", "0.1"]].concat());
+    let asked = |when: &str| {
+        let (status, said) = cofferdam(&[
+            "log",
+            "bisect",
+            text(&folder),
+            "--when",
+            when,
+            "--amount",
+            "0",
+            "--branches",
+            "2",
+            "--checkpoints",
+            "3",
+        ]);
+        assert_eq!(status, Some(0), "{said}");
+        said
+    };
+    let crest = |said: &str| -> f64 {
+        let (_, rest) = said.split_once("crest displacement ").expect("the outcome");
+        rest.split(':').next().and_then(|number| number.parse().ok()).expect("a number")
+    };
+    let said = asked("crest-displacement > 0");
+    assert!(said.contains("the run ends at t = 0.1000 s"), "{said}");
+    // just above and just below
+    for factor in [0.999, 1.001] {
+        let said = asked(&format!("crest-displacement > {}", factor * crest(&said)));
+        assert!(said.matches("2 of 2").count() == 3 && !said.contains("failed"), "{said}");
+    }
+}

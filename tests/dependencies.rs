@@ -71,11 +71,12 @@ const RULES: &[Rule] = &[
         within: "orchestrator/src",
         except: &[
             "orchestrator/src/registry.rs",
+            "orchestrator/src/registry/water_field.rs",
             "orchestrator/src/packing/",
             "orchestrator/src/cli/reservoir/",
             "orchestrator/src/cli/study/resolution.rs",
         ],
-        words: &["dam_dem", "reservoir::{", "reservoir::Re", "reservoir::F", "reservoir::a"],
+        words: &["dam_dem", "reservoir::{", "reservoir::Re", "reservoir::P", "reservoir::F", "reservoir::a"],
         why: "only the registry of built-in units, their packing, the water's own command and its study know the solvers",
     },
     Rule {

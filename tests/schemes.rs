@@ -4,8 +4,10 @@ use orchestrator::acceleration::{Acceleration, AccelerationKind};
 use orchestrator::convergence::{ConvergenceMeasure, Hopeless, Measure, Tolerance};
 use orchestrator::ground_motion::GroundMotion;
 use orchestrator::log::{Entry, Log, LogWriter, LoggedExchange, Preamble};
-use orchestrator::observer::{Ending, Observer, ObserverError, Start, Status};
+use orchestrator::observer::{Ending, Limits, Observer, ObserverError, Rest, Snapshots, Start, Status};
 use orchestrator::participant::{Description, Occasion, Participant, ParticipantError};
+use orchestrator::replay::{Unanswered, replay};
+use orchestrator::scene::{StopAction, StopQuantity, StopScene, Time};
 use orchestrator::scheme::{
     CouplingError, Graph, Interval, Predictor, Scheme, SchemeKind, Settings, UnitId, WindowReport,
 };
@@ -148,8 +150,7 @@ fn a_parallel_run_whose_units_fail_leaves_a_log_that_can_be_read() {
         let mut log = log_of_a_scene(&path);
         let settings = Settings { kind: SchemeKind::ParallelImplicit, ..Settings::default() };
         let case = Case { settings, ..Case::new(Stepping::equal(0.1, 5)) };
-        let dam = Failing { unit: Box::new(mass(f64::cos)), fails: failing[0] };
-        let reservoir = Failing { unit: Box::new(water(0.3 * MASS, |_, _| ())), fails: failing[1] };
+        let [dam, reservoir] = pair_failing(failing, |at| at.step == 3);
         let (_, _, failure) = case.run_with(dam, reservoir, &mut [&mut log]);
         assert!(failure.is_some());
         let exchanges = logged_exchanges(&path);
@@ -158,6 +159,88 @@ fn a_parallel_run_whose_units_fail_leaves_a_log_that_can_be_read() {
         assert!(silent.iter().all(|e| e.occasion.step == 3), "{failing:?}");
         assert_eq!(exchanges.iter().filter(|e| e.outputs.is_none()).count(), unanswered);
     }
+}
+
+/// A mass and water, of which some fail `when` they are asked so.
+fn pair_failing(failing: [bool; 2], when: fn(&Occasion) -> bool) -> [Failing; 2] {
+    let units: [Box<dyn Participant>; 2] = [Box::new(mass(f64::cos)), Box::new(water(0.3 * MASS, |_, _| ()))];
+    let mut failing = failing.into_iter();
+    units.map(|unit| Failing { unit, fails: if failing.next() == Some(true) { when } else { |_| false } })
+}
+
+/// A unit may refuse a guess; the run goes on in shorter steps, and its log tells of it.
+#[test]
+fn a_run_goes_on_behind_a_guess_that_was_refused_and_so_does_its_replay() {
+    let refused = |at: &Occasion| (at.step, at.attempt, at.iteration) == (3, 1, 2);
+    for kind in [SchemeKind::SerialImplicit, SchemeKind::ParallelImplicit] {
+        for (failing, unanswered) in [([true, false], 1), ([false, true], 1), ([true, true], 2)] {
+            // one after the other, the water is not asked any more once the dam has failed
+            let unanswered = if kind == SchemeKind::SerialImplicit { 1 } else { unanswered };
+            let folder = tempfile::tempdir().expect("a folder");
+            let path = folder.path().join("log.mcap");
+            let mut log = log_of_a_scene(&path);
+            let case = Case {
+                settings: Settings { kind, ..Settings::default() },
+                ..Case::new(Stepping { halve: true, ..Stepping::equal(0.1, 5) })
+            };
+            let [dam, reservoir] = pair_failing(failing, refused);
+            let (reports, ending, failure) = case.run_with(dam, reservoir, &mut [&mut log]);
+            assert!(failure.is_none() && ending.status == Status::Completed, "{failure:?}");
+            assert_eq!(ending.time, 0.5);
+            assert!(reports.iter().any(|report| report.attempt == 2), "shorter steps");
+            let exchanges = logged_exchanges(&path);
+            let all: usize = reports.iter().map(|report| report.exchanges.len()).sum();
+            assert_eq!(exchanges.len(), all);
+            let silent: Vec<_> = exchanges.iter().filter(|e| e.outputs.is_none()).collect();
+            assert_eq!(silent.len(), unanswered, "{failing:?}");
+            assert!(silent.iter().all(|e| refused(&e.occasion)), "{silent:?}");
+            let log = Log::open(&path).expect("a log");
+            for (id, fails) in [(UnitId::DAM, failing[0]), (UnitId::RESERVOIR, failing[1])] {
+                let of = |failing| {
+                    let [dam, reservoir] = pair_failing(failing, refused);
+                    if id == UnitId::DAM { dam } else { reservoir }
+                };
+                let answered = exchanges.iter().filter(|e| e.unit == id && e.outputs.is_some()).count();
+                let silent = silent.iter().find(|e| e.unit == id).map(|e| e.occasion);
+                let other = silent.map(|occasion| Unanswered { occasion, failure: None });
+                assert!(silent.is_none() || fails);
+                // a unit that fails again, and one that does not
+                for (mut unit, unanswered) in [(of(failing), None), (of([false; 2]), other)] {
+                    let again = replay(&log, id, &mut unit, |_| ()).expect("a replay");
+                    assert_eq!((again.identical as usize, again.divergence), (answered, None), "{kind:?}");
+                    assert_eq!(again.unanswered, unanswered, "{kind:?}");
+                    assert_eq!(again.ending, Some(Ok("completed".to_owned())));
+                }
+            }
+        }
+    }
+}
+
+/// What a dam does not tell is not watched: a limit would never be met, and the dam would seem to be at rest.
+#[test]
+fn what_is_to_be_watched_must_be_told() {
+    let (dam, motion) = (mass(f64::cos), GroundMotion::of_samples("a push", 0.1, vec![0.0, 1.0, 0.0]));
+    let start = Start {
+        units: vec![dam.description().clone()],
+        ground_motion: &motion,
+        stepping: Stepping::equal(0.1, 200),
+    };
+    let limit = |quantity| StopScene { quantity, above: 1.0, action: StopAction::End };
+    for (quantity, variable) in [
+        (StopQuantity::Sliding, "crack_sliding"),
+        (StopQuantity::CrestDisplacement, "crest_displacement"),
+        (StopQuantity::EnergyError, "energy_balance_error"),
+    ] {
+        let refused = Limits::new(&[limit(quantity)]).begin(&start).expect_err("it is not told").to_string();
+        assert!(refused.contains("`stop`") && refused.contains(&format!("`{variable}`")), "{refused}");
+    }
+    assert!(Limits::new(&[limit(StopQuantity::Iterations)]).begin(&start).is_ok());
+    let time = |longest_quiet| Time { longest_quiet, ..Time::default() };
+    let refused = Rest::new(&time(Some(10.0))).begin(&start).expect_err("no energy").to_string();
+    assert!(refused.contains("`time.longest_quiet`") && refused.contains("`kinetic_energy`"), "{refused}");
+    assert!(Rest::new(&time(None)).begin(&start).is_ok());
+    let refused = Snapshots::check(&start).expect_err("no mesh").to_string();
+    assert!(refused.contains("`snapshots`") && refused.contains("`node_x`"), "{refused}");
 }
 
 /// An observer that cannot finish what it keeps.
@@ -439,10 +522,10 @@ fn logged_exchanges(path: &Path) -> Vec<LoggedExchange> {
     entries.expect("an intact log").into_iter().filter_map(exchange).collect()
 }
 
-/// A unit that fails in step 3 if requested.
+/// A unit that fails where it is told to.
 struct Failing {
     unit: Box<dyn Participant>,
-    fails: bool,
+    fails: fn(&Occasion) -> bool,
 }
 
 impl Participant for Failing {
@@ -461,7 +544,7 @@ impl Participant for Failing {
         self.unit.initialise(start, inputs, outputs)
     }
     fn step(&mut self, at: &Occasion, inputs: &[f64], outputs: &mut [f64]) -> Result<(), ParticipantError> {
-        if self.fails && at.step == 3 {
+        if (self.fails)(at) {
             let participant = self.description().name.clone();
             return Err(ParticipantError::Unit { participant, cause: "dry".into() });
         }

@@ -82,6 +82,15 @@ fn units_packed_as_fmus_take_their_own_place_bit_for_bit() {
     for column in ["dam.crack_sliding.0", "dam.energy_balance_error", "reservoir.base_pressure"] {
         assert_eq!(both.column(column), built_in.column(column), "{column}");
     }
+    // A dam that is tested at the last step is read there, not where the test has left it.
+    scenario.set("time.duration", 0.025);
+    let short = run(&scenario, "short", &[]);
+    assert!(short.join("envelopes-dam.vtu").exists(), "ten steps");
+    // A scene's mesh says nothing of a packed dam.
+    scenario.set("dam.element_size", 20.0);
+    let done = Command::new(binary()).arg("check").arg(scenario.write()).output().expect("cofferdam runs");
+    let said = String::from_utf8_lossy(&done.stdout).into_owned();
+    assert!(done.status.success() && said.contains("dam: FMU dam of FMI 3.0"), "{said}");
     // A log of a run with FMUs is replayed by them.
     let replay =
         Command::new(binary()).arg("replay").arg(scenario.folder().join("reservoir-in-process")).output();

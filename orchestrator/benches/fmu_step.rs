@@ -1,4 +1,4 @@
-//! A step of the main scene's reservoir in this process, built in and as the FMU that `cofferdam export-fmu` packs of it, in turn:
+//! A step of the reservoir of `koyna-coarse` in this process, built in and as the FMU that `cofferdam export-fmu` packs of it, in turn:
 //! `cargo bench -p orchestrator --bench fmu_step`. A step is as in an iteration: return to the saved state, inputs, step,
 //! outputs. The program must have been built (`cargo build --release`).
 

@@ -5,7 +5,7 @@
 
 use crate::cache::Cache;
 use crate::mesh_file::{DamMesh, MeshFileError};
-use crate::participant::{EmptyReservoir, InProcess, Messages, Participant, Prescribed};
+use crate::participant::{EmptyReservoir, InProcess, Messages, Participant, ParticipantError, Prescribed};
 use crate::scene::{
     CommandScene, DamFidelityScene, DamScene, DampingModelScene, FidelityScene, LoadedScene, ProfileScene,
     Refusal, ReservoirScene, Scene, SceneError, Side, Source, UnitChecks,
@@ -95,7 +95,7 @@ pub enum RegistryError {
     },
     /// A unit of another program.
     #[error(transparent)]
-    Participant(#[from] crate::participant::ParticipantError),
+    Participant(#[from] ParticipantError),
     /// The mesh of the dam.
     #[error(transparent)]
     Mesh(#[from] MeshFileError),
@@ -534,6 +534,22 @@ pub fn hydrostatic_pressure(scene: &Scene) -> Result<Vec<(String, Vec<f64>)>, Re
         found.push((format!("{}hydrostatic_pressure", prefix(side)), pressure));
     }
     Ok(found)
+}
+
+/// The inputs of a scene's `dam` at rest, with the same pressure at the points that it has itself.
+///
+/// **Errors**: the dam does not tell its points.
+pub fn inputs_at_rest(scene: &Scene, dam: &mut dyn Participant) -> Result<Vec<f64>, ParticipantError> {
+    let mut inputs = vec![0.0; dam.description().inputs.size()];
+    for ((side, _), specific_weight) in scene.waters().zip(specific_weights(scene)) {
+        let of_side = |name: &str| format!("{}{name}", prefix(side));
+        let Some(range) = dam.description().inputs.range(&of_side("hydrostatic_pressure")) else { continue };
+        let (depth, elevations) = (scene.depth_of(side), dam.read(&of_side("interface_y"))?);
+        for (pressure, y) in inputs[range].iter_mut().zip(elevations) {
+            *pressure = specific_weight * (depth - y);
+        }
+    }
+    Ok(inputs)
 }
 
 /// The parameters of the reservoir of a scene, at its own points.

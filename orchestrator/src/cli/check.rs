@@ -6,6 +6,7 @@ use interface::Capabilities;
 use interface::number::plain;
 use miette::Diagnostic;
 use orchestrator::ground_motion::{GroundMotion, STANDARD_GRAVITY};
+use orchestrator::observer::{self, Limits, Observer, ObserverError, Rest, Snapshots};
 use orchestrator::participant::{
     AccelerationMeaning, Description, Level, Occasion, Participant, ParticipantError, Role, check_sign,
     held_answer, self_test,
@@ -36,6 +37,8 @@ enum CheckError {
     Start(#[from] StartError),
     #[error(transparent)]
     Coupling(#[from] CouplingError),
+    #[error(transparent)]
+    Demand(#[from] ObserverError),
     #[error("the scene cannot be written: {0}; this is a mistake of the program")]
     Text(#[from] toml::ser::Error),
     #[error("{option} {}: there are {scenes} scenes; check one scene with it at a time", path.display())]
@@ -157,13 +160,18 @@ fn examine(path: &Path, arguments: &Check) -> Result<(), CheckError> {
     };
     // The dam is made and brought to rest as a run would; only the water's preparation remains.
     let mut dam = unit(UnitId::DAM, &loaded.scene)?;
-    let [mut inputs, mut outputs] =
-        [&dam.description().inputs, &dam.description().outputs].map(|layout| vec![0.0; layout.size()]);
-    for (variable, pressure) in registry::hydrostatic_pressure(&loaded.scene)? {
-        if let Some(range) = dam.description().inputs.range(&variable) {
-            inputs[range].copy_from_slice(&pressure);
-        }
+    let start = observer::Start {
+        units: vec![dam.description().clone()],
+        ground_motion: &loaded.ground_motion,
+        stepping: loaded.scene.stepping(),
+    };
+    Limits::new(&loaded.scene.stop).begin(&start)?;
+    Rest::new(time).begin(&start)?;
+    if loaded.scene.snapshots.is_some() {
+        Snapshots::check(&start)?;
     }
+    let inputs = registry::inputs_at_rest(&loaded.scene, &mut *dam)?;
+    let mut outputs = vec![0.0; dam.description().outputs.size()];
     dam.initialise(0.0, &inputs, &mut outputs)?;
     let scene = &loaded.scene;
     let sources: Vec<Source<'_>> = scene.sources();

@@ -207,7 +207,7 @@ pub struct Options {
     /// End the run at this time, s; `resume` goes on from there
     ///
     /// No bit before is changed by it. `time.duration` of the scene changes what the water is computed for.
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", value_parser = time)]
     pub until: Option<f64>,
 
     /// Threads for preparing the reservoir's operator, and for large meshes of the dam; by default one per core
@@ -320,6 +320,11 @@ fn other_build(head: &Head) -> Option<String> {
     let other = pairs.into_iter().find(|(_, now, then)| now != then)?;
     let (what, now, then) = other;
     Some(format!("the run was made by another {what} ({then:?}, here {now:?})"))
+}
+
+fn time(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "a number of seconds is wanted".to_owned())?;
+    if value >= 0.0 && value.is_finite() { Ok(value) } else { Err("it must be a time of the run".to_owned()) }
 }
 
 fn seconds(text: &str) -> Result<f64, String> {

@@ -289,13 +289,8 @@ pub fn rows(loaded: &LoadedScene) -> Result<Vec<PlanRow>, PlanError> {
             rows.push(row(format!("error of {quantity}"), format!("{:.1} %", 100.0 * error), origin));
         }
         let mut dam = registry::unit(UnitId::DAM, scene, threads(None))?;
-        let [mut inputs, mut outputs] =
-            [&dam.description().inputs, &dam.description().outputs].map(|layout| vec![0.0; layout.size()]);
-        for (variable, pressure) in registry::hydrostatic_pressure(scene)? {
-            if let Some(range) = dam.description().inputs.range(&variable) {
-                inputs[range].copy_from_slice(&pressure);
-            }
-        }
+        let inputs = registry::inputs_at_rest(scene, &mut *dam)?;
+        let mut outputs = vec![0.0; dam.description().outputs.size()];
         dam.initialise(0.0, &inputs, &mut outputs)?;
         let estimate = estimate::of(loaded, &mut *dam, &inputs, threads(None))?;
         rows.push(row("time and disk", "within a factor of two", estimate.to_string()));

@@ -369,9 +369,9 @@ fn report(unit: &str, replay: &Replay, times: [Duration; 2], asked: Option<u64>)
     }
     if let Some(Unanswered { occasion, failure }) = &replay.unanswered {
         lines.push(match failure {
-            Some(cause) => format!("  the next request, {occasion}, failed in the run and fails again: {cause}"),
+            Some(cause) => format!("  a request, {occasion}, failed in the run and fails again: {cause}"),
             None => format!(
-                "  the next request, {occasion}, failed in the run, but not in the replay: look for the cause \
+                "  a request, {occasion}, failed in the run, but not in the replay: look for the cause \
                  outside the computation of the unit"
             ),
         });

@@ -105,7 +105,7 @@ impl Log {
             stream: Stream::open(&self.path, &self.read)?,
             topics: HashMap::new(),
             request: None,
-            silent: None,
+            silent: Vec::new(),
             held: Vec::new(),
             waiting: VecDeque::new(),
             sequence: 0,
@@ -125,9 +125,9 @@ pub struct Entries {
     pub(super) stream: Stream,
     topics: HashMap<u16, (Topic, Traffic)>,
     request: Option<LoggedExchange>,
-    /// An earlier request to the other unit without an answer: both units failed at once.
-    silent: Option<LoggedExchange>,
-    /// Entries after a request without an answer, until it is certain that the run ended there.
+    /// Earlier requests to other units without an answer: several units failed at once.
+    silent: Vec<LoggedExchange>,
+    /// Entries after a request without an answer, until it is certain that the run ended there, or gave up the window.
     held: Vec<Entry>,
     waiting: VecDeque<Entry>,
     sequence: u32,
@@ -202,9 +202,9 @@ impl Entries {
         Ok(())
     }
 
-    /// Releases a request that has no answer, and the entries after it.
+    /// Releases the requests that have no answer, and the entries after them.
     fn release(&mut self) {
-        self.waiting.extend(self.silent.take().map(Entry::Exchange));
+        self.waiting.extend(self.silent.drain(..).map(Entry::Exchange));
         self.waiting.extend(self.request.take().map(Entry::Exchange));
         self.waiting.extend(self.held.drain(..));
     }
@@ -238,14 +238,14 @@ impl Entries {
         self.waiting.extend(self.gap.take().map(Entry::Damage));
         match part {
             Part::Request(request) => {
-                match self.request.take() {
-                    Some(before)
-                        if before.unit != request.unit && self.silent.is_none() && self.held.is_empty() =>
-                    {
-                        self.silent = Some(before);
-                    }
-                    before => {
-                        self.request = before;
+                if self.was_given_up() {
+                    self.release();
+                }
+                if let Some(before) = self.request.take() {
+                    let asked_again =
+                        self.silent.iter().chain([&before]).any(|silent| silent.unit == request.unit);
+                    self.silent.push(before);
+                    if asked_again || !self.held.is_empty() {
                         self.answered()?;
                     }
                 }
@@ -258,7 +258,7 @@ impl Entries {
                 self.request = Some(request);
             }
             Part::Answer(answer) => match self.request.take() {
-                Some(_) if self.silent.is_some() => return self.answered(),
+                Some(_) if !self.silent.is_empty() => return self.answered(),
                 Some(request)
                     if (request.unit, request.sequence) == (answer.unit, answer.sequence)
                         && self.held.is_empty() =>
@@ -276,7 +276,9 @@ impl Entries {
                 }
             },
             Part::Entry(Entry::End(end)) => {
-                if !end.status.starts_with("failed") {
+                // No run completes with a window that it has given up.
+                let early = end.status != "completed" && self.was_given_up();
+                if !end.status.starts_with("failed") && !early {
                     self.answered()?;
                 }
                 self.release();
@@ -284,7 +286,7 @@ impl Entries {
             }
             Part::Damage(damage) => {
                 // The answer is among what is missing, and the run went on.
-                (self.request, self.silent) = (None, None);
+                (self.request, self.silent) = (None, Vec::new());
                 self.waiting.extend(self.held.drain(..));
                 self.damage.push(damage.clone());
                 (self.gap, self.torn) = (Some(damage), true);
@@ -297,11 +299,16 @@ impl Entries {
         Ok(())
     }
 
-    /// Only the last request of a failed run, or the last one to each unit, may have no answer.
+    /// Whether the window was given up in which a request has no answer, and the run began it anew in shorter steps.
+    fn was_given_up(&self) -> bool {
+        self.held.iter().any(|entry| matches!(entry, Entry::Step(step) if !step.accepted))
+    }
+
+    /// Only the last request of a failed run, or of a window that was given up, may have no answer, or the last one to each unit.
     fn answered(&self) -> Result<(), LogReadError> {
         let missing =
             |r: &LoggedExchange| Err(self.damaged(format!("exchange {} has no answer", r.sequence)));
-        self.silent.as_ref().or(self.request.as_ref()).map_or(Ok(()), missing)
+        self.silent.first().or(self.request.as_ref()).map_or(Ok(()), missing)
     }
 
     /// What is missing here, for those who need every exchange.

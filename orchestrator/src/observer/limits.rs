@@ -6,7 +6,7 @@ use std::ops::Range;
 /// Kinetic energy, J/m, up to which the energy balance is dominated by rounding.
 const STANDSTILL: f64 = 1e-3;
 
-/// Checks whether a quantity of the run exceeds a limit; flags it or ends the run.
+/// Checks whether a quantity of the run exceeds a limit; flags it or ends the run. A dam that does not output the quantity is refused.
 #[derive(Default)]
 pub struct Limits {
     conditions: Vec<Watch>,
@@ -16,7 +16,7 @@ pub struct Limits {
 
 struct Watch {
     condition: StopScene,
-    /// Place of the quantity in the dam's outputs; `None` for iterations and for what the dam does not output.
+    /// Place of the quantity in the dam's outputs; `None` for iterations.
     range: Option<Range<usize>>,
     /// Time (s) and value where the limit was exceeded.
     passed: Option<(f64, f64)>,
@@ -46,10 +46,12 @@ impl Watch {
 
 impl Observer for Limits {
     fn begin(&mut self, start: &Start<'_>) -> Result<(), ObserverError> {
-        let outputs = &start.dam().outputs;
-        self.kinetic = outputs.range("kinetic_energy");
         for watch in &mut self.conditions {
-            watch.range = watch.condition.quantity.variable().and_then(|name| outputs.range(name));
+            let variable = watch.condition.quantity.variable();
+            watch.range = variable.map(|variable| start.output("stop", variable)).transpose()?;
+            if watch.condition.quantity == StopQuantity::EnergyError {
+                self.kinetic = Some(start.output("stop", "kinetic_energy")?);
+            }
         }
         Ok(())
     }

@@ -24,6 +24,7 @@ use crate::results_file::remedy;
 use crate::scheme::{Graph, UnitId, WindowReport};
 use crate::stepping::Stepping;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -41,6 +42,17 @@ impl Start<'_> {
     /// The dam.
     pub fn dam(&self) -> &Description {
         &self.units[UnitId::DAM.0]
+    }
+
+    /// Place of the output `variable` of the dam, which the scene's `key` needs.
+    ///
+    /// **Errors**: [`ObserverError::NotTold`].
+    fn output(&self, key: &'static str, variable: &str) -> Result<Range<usize>, ObserverError> {
+        self.dam().outputs.range(variable).ok_or_else(|| self.not_told(key, variable))
+    }
+
+    fn not_told(&self, key: &'static str, variable: &str) -> ObserverError {
+        ObserverError::NotTold { key, variable: variable.to_owned(), dam: self.dam().name.clone() }
     }
 }
 
@@ -197,6 +209,18 @@ pub enum ObserverError {
     /// A unit could not be read.
     #[error(transparent)]
     Unit(#[from] ParticipantError),
+    /// The scene asks for what its dam, a unit of another program, does not tell.
+    #[error(
+        "`{key}` needs `{variable}` of the dam, which {dam} does not have; leave `{key}` out, or let the unit tell it"
+    )]
+    NotTold {
+        /// The scene's key.
+        key: &'static str,
+        /// The dam's variable.
+        variable: String,
+        /// The unit's name.
+        dam: String,
+    },
 }
 
 /// Observes a run. It changes no result, but may end the run.

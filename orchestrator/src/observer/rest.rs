@@ -92,7 +92,10 @@ impl Rest {
 impl Observer for Rest {
     fn begin(&mut self, start: &Start<'_>) -> Result<(), ObserverError> {
         self.from = self.quiet.and_then(|quiet| Some(start.ground_motion.rest_from()? + quiet));
-        self.outputs = ["crack_sliding", "kinetic_energy"].map(|name| start.dam().outputs.range(name));
+        if self.from.is_some() {
+            let kinetic = start.output("time.longest_quiet", "kinetic_energy")?;
+            self.outputs = [start.dam().outputs.range("crack_sliding"), Some(kinetic)];
+        }
         Ok(())
     }
 

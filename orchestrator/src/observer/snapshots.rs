@@ -55,6 +55,19 @@ const FACES: [(&str, &str, UnitId); 2] =
     [("wet_face", "", UnitId::RESERVOIR), ("tailwater_wet_face", "tailwater_", UnitId::TAILWATER)];
 
 const FOLDER: &str = "snapshots";
+/// What a dam that is to be shown has.
+const NEEDED: [&str; 10] = [
+    "node_x",
+    "node_y",
+    "triangle_node_1",
+    "triangle_node_2",
+    "triangle_node_3",
+    "node_displacement_x",
+    "node_displacement_y",
+    "stress_xx",
+    "stress_yy",
+    "stress_xy",
+];
 /// The parts of a picture.
 const PARTS: [&str; 6] =
     ["dam", "contacts", FACES[0].0, FACES[1].0, water_field::PARTS[0], water_field::PARTS[1]];
@@ -79,6 +92,14 @@ impl Snapshots {
             still: None,
             waters: waters.into_iter().map(Water::new).collect(),
         }
+    }
+
+    /// Checks that the dam has what pictures need.
+    ///
+    /// **Errors**: [`ObserverError::NotTold`].
+    pub fn check(start: &Start<'_>) -> Result<(), ObserverError> {
+        let lacks = |name: &&&str| start.dam().readable.range(name).is_none();
+        NEEDED.iter().find(lacks).map_or(Ok(()), |name| Err(start.not_told("snapshots", name)))
     }
 
     /// The parts of a snapshot and their names.
@@ -235,6 +256,7 @@ fn due(plan: &SnapshotsScene, time: f64) -> Option<u64> {
 
 impl Observer for Snapshots {
     fn begin(&mut self, start: &Start<'_>) -> Result<(), ObserverError> {
+        Self::check(start)?;
         let dam = start.dam();
         self.ranges = FACES.map(|(_, prefix, water)| {
             let of = |name: &str| format!("{prefix}{name}");

@@ -71,7 +71,8 @@ impl Participant for EmptyReservoir {
     }
 
     fn serialise(&mut self) -> Result<Option<Vec<u8>>, ParticipantError> {
-        Ok(Some(Vec::new()))
+        // A state without a byte would be none in the log.
+        Ok(Some(vec![0]))
     }
 
     fn deserialise(&mut self, _state: &[u8]) -> Result<(), ParticipantError> {

@@ -54,7 +54,8 @@ pub struct Replay {
     pub identical: u64,
     /// The first difference.
     pub divergence: Option<Divergence>,
-    /// The request that the recorded unit did not answer, which ended the run.
+    /// The request that the recorded unit did not answer, which ended the run; of those after which the run went on in shorter
+    /// steps, the last that was answered now.
     pub unanswered: Option<Unanswered>,
     /// How the log ends: the run's status, or the byte at which it is cut short; `None` after a difference.
     pub ending: Option<Result<String, u64>>,
@@ -228,6 +229,7 @@ pub fn replay_part(
             replay.divergence = parted(what);
             return Ok(replay);
         }
+        replay.unanswered = replay.unanswered.take().filter(|unanswered| unanswered.failure.is_none());
         replay.identical += 1;
         progress(&occasion);
     }

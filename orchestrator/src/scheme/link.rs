@@ -236,7 +236,9 @@ pub fn check_points(
 
 /// The mapping between the points. If the points are the same, they need not form wet faces.
 fn mapping(dam: &[[f64; 2]], reservoir: &[[f64; 2]]) -> Result<Mapping, CouplingError> {
-    let differs = |(a, b): (&[f64; 2], &[f64; 2])| (a[0] - b[0]).hypot(a[1] - b[1]) > 1e-9;
+    // No number is a difference, too.
+    let same = |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]) <= 1e-9;
+    let differs = |(a, b): (&[f64; 2], &[f64; 2])| !same(a, b);
     let beyond = [f64::NAN, f64::NAN];
     let index = dam.iter().zip(reservoir).position(differs);
     let index = index.or_else(|| (dam.len() != reservoir.len()).then(|| dam.len().min(reservoir.len())));

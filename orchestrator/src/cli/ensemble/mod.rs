@@ -25,6 +25,7 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Mutex;
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 use target::Scaled;
 
@@ -219,7 +220,7 @@ fn carry_out(arguments: &Arguments) -> Result<(), EnsembleError> {
     parallel::try_map(&wanted, workers, |job| {
         let began = Instant::now();
         let loaded = ensemble.scene(job.sample, job.model)?;
-        let kept = sample::run(&loaded, NonZeroUsize::MIN, None)?;
+        let kept = sample::run(&loaded, NonZeroUsize::MIN, None, &AtomicBool::new(false))?;
         sample::keep(&arguments.output, job.hash, &kept)?;
         watch.tell(&kept, job.model, began.elapsed());
         Ok::<_, EnsembleError>(())
@@ -395,7 +396,12 @@ impl Ensemble {
     /// Whether every limit's quantity is one of a run: the first sample's first step says which there are.
     fn check_limits(&self, path: &Path, workers: NonZeroUsize) -> Result<(), EnsembleError> {
         let loaded = self.scene(0, Model::Cheap)?;
-        let first = sample::run(&loaded, workers, Some(loaded.scene.time.communication_step))?;
+        let first = sample::run(
+            &loaded,
+            workers,
+            Some(loaded.scene.time.communication_step),
+            &AtomicBool::new(false),
+        )?;
         let mut names: Vec<&str> = first.quantities.iter().map(|number| &*number.name).collect();
         // What there is only at rest has the names of the peaks.
         let residual: Vec<String> = names

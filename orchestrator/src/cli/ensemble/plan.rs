@@ -355,6 +355,10 @@ impl Plan {
             let remedy = "a positive period belongs to `measure = \"sa\"` or to a target";
             return wrong("intensity.period", period.to_string(), remedy);
         }
+        if let Some(key) = self.set.iter().find(|set| set.trim_start().starts_with("ground_motion")) {
+            let remedy = "give the motion's keys with each of `records`, as `intensity` and `polarities`";
+            return wrong("set", format!("{key:?}"), remedy);
+        }
         let polarities = &self.polarities;
         if !matches!(polarities[..], [1 | -1] | [1, -1] | [-1, 1]) {
             return wrong("polarities", format!("{polarities:?}"), "give [1], [-1] or [1, -1]");
@@ -584,20 +588,21 @@ impl Plan {
         let record = &self.records[sample.record];
         let file = folder.join(&record.file);
         let file = file.canonicalize().unwrap_or(file);
-        let mut sets = self.set.clone();
-        let mut of_record =
-            |key: &str, value: String| sets.push(format!("ground_motion.record.{key}={value}"));
-        of_record("file", Value::from(&*file.to_string_lossy()).to_string());
-        of_record("scale", sample.scale.to_string());
-        of_record("polarity", sample.polarity.to_string());
+        let text = Value::from(&*file.to_string_lossy());
+        let mut keys = vec![
+            format!("file={text}"),
+            format!("scale={}", sample.scale),
+            format!("polarity={}", sample.polarity),
+        ];
         if let Some(Ok(units)) = record.units.map(Value::try_from) {
-            of_record("units", units.to_string());
+            keys.push(format!("units={units}"));
         }
         for (key, value) in [("start", record.start), ("end", record.end)] {
-            if let Some(value) = value {
-                of_record(key, value.to_string());
-            }
+            keys.extend(value.map(|value| format!("{key}={value}")));
         }
+        let mut sets = self.set.clone();
+        // The whole table: what the scene says of its own record holds for no other.
+        sets.push(format!("ground_motion.record={{{}}}", keys.join(", ")));
         sets.extend(self.variations().zip(&sample.values).map(|((key, _), value)| format!("{key}={value}")));
         sets.extend(
             self.dear.iter().filter(|_| model == Model::Dear).flat_map(|dear| dear.set.iter().cloned()),
@@ -679,7 +684,9 @@ mod tests {
         assert_eq!((drawn.len(), drawn.iter().filter(|x| **x < 2.0).count()), (12, 6));
         let sets = plan.sets(&samples[3], Model::Cheap, Path::new("/study"));
         assert!(sets.contains(&"dam.c=\"y\"".to_owned()) && sets.contains(&"dam.b=1".to_owned()), "{sets:?}");
-        assert!(sets.contains(&"ground_motion.record.file=\"/study/a.csv\"".to_owned()), "{sets:?}");
+        // All of the record is the plan's.
+        let record = "ground_motion.record={file=\"/study/a.csv\", scale=2, polarity=1}".to_owned();
+        assert!(sets.contains(&record), "{sets:?}");
     }
 
     #[test]
@@ -709,6 +716,10 @@ mod tests {
             (
                 format!("{START}[parameters]\n\"ground_motion.record.scale\" = {{ values = [1] }}\n"),
                 "vary the ground motion",
+            ),
+            (
+                format!("set = [\"ground_motion.record.start=3\"]\n{START}"),
+                "`set` is \"ground_motion.record.start=3\"; give the motion's keys with each of `records`",
             ),
             (format!("{START}[[limits]]\nquantity = \"x\"\nabove = -1.0\n"), "`limits.above` is -1"),
             (dear("share = 0.5\ncost = 5"), "`dear.set` is an empty list"),

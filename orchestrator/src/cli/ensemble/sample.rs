@@ -57,10 +57,15 @@ pub fn hash(loaded: &LoadedScene) -> Result<String, EnsembleError> {
     Ok(hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
 }
 
-/// Runs a scene in this process, up to `until` (s) if that is given, and keeps its table.
+/// Runs a scene in this process, up to `until` (s) if that is given, or until it is `interrupted`, and keeps its table.
 ///
 /// **Errors**: a unit cannot be made or an observer fails. A failure of the coupling is the run's status.
-pub fn run(loaded: &LoadedScene, threads: NonZeroUsize, until: Option<f64>) -> Result<Kept, EnsembleError> {
+pub fn run(
+    loaded: &LoadedScene,
+    threads: NonZeroUsize,
+    until: Option<f64>,
+    interrupted: &AtomicBool,
+) -> Result<Kept, EnsembleError> {
     let mut scene = loaded.scene.clone();
     if let Some(dam) = &mut scene.dam {
         // Nobody reads them.
@@ -79,7 +84,7 @@ pub fn run(loaded: &LoadedScene, threads: NonZeroUsize, until: Option<f64>) -> R
     let (mut histories, mut rest) = (HistoriesWriter::in_memory(), Rest::new(&scene.time));
     let (mut limits, mut end) = (Limits::new(&scene.stop), Until::new(until));
     let mut observers: Vec<&mut dyn Observer> = vec![&mut histories, &mut limits, &mut rest, &mut end];
-    let (ending, failure) = simulation.run(&mut observers, &AtomicBool::new(false));
+    let (ending, failure) = simulation.run(&mut observers, interrupted);
     if let Some(error @ (SimulationError::Observer(_) | SimulationError::State(_))) = failure {
         return Err(wrong(error));
     }

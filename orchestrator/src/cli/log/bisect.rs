@@ -4,7 +4,7 @@ use super::Failure;
 use crate::cli::{making, other_build, parallel, say, threads};
 use crate::registry;
 use orchestrator::log::{Entry, LastCheckpoint, Log};
-use orchestrator::observer::{Ending, Observer, ObserverError, Start, Status};
+use orchestrator::observer::{Ending, Observer, ObserverError, Start, Status, Until};
 use orchestrator::replay::bring;
 use orchestrator::run_state::RunState;
 use orchestrator::scene::StopQuantity;
@@ -53,7 +53,7 @@ pub struct Arguments {
 }
 
 pub const HELP: &str = "\
-From each of M checkpoints N branches go on to the end of the run, each with the ground moved a little
+From each of M checkpoints N branches go on to the time at which the run ended, each with the ground moved a little
 otherwise. The table shows how many end like the run itself, with the 95 % interval of Wilson for the
 share: early on the outcome may be open, from some checkpoint on all branches end alike. The share need
 not grow from checkpoint to checkpoint, so that all are tried.
@@ -188,7 +188,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let shares: Vec<Vec<&LastCheckpoint>> = (0..workers.get())
         .map(|worker| checkpoints.iter().skip(worker).step_by(workers.get()).collect())
         .collect();
-    let work = |share: &Vec<&LastCheckpoint>| try_share(&log, share, arguments, &range, outcome);
+    let work = |share: &Vec<&LastCheckpoint>| try_share(&log, share, arguments, &range, (at.end(), outcome));
     let tried = parallel::try_map(&shares, workers, work).map_err(again)?;
     let mut tried: Vec<Tried> = tried.into_iter().flatten().collect();
     tried.sort_by_key(|tried| tried.step);
@@ -225,13 +225,14 @@ fn spread(log: &Log, last: u64, count: u64) -> Result<Vec<LastCheckpoint>, Failu
     Ok(found)
 }
 
-/// Goes on from each of some checkpoints, with units that are made once.
+/// Goes on from each of some checkpoints to the time at which the run ended, with units that are made once. `end` has that time (s)
+/// and the outcome.
 fn try_share(
     log: &Log,
     share: &[&LastCheckpoint],
     arguments: &Arguments,
     range: &Range<usize>,
-    outcome: bool,
+    (end, outcome): (f64, bool),
 ) -> Result<Vec<Tried>, Box<dyn Error + Send + Sync>> {
     let scene = &log.head().scene;
     let motion = log.head().ground_motion();
@@ -257,14 +258,15 @@ fn try_share(
         let units = simulation.graph.serialise()?;
         let (mut alike, mut failed) = (0, 0);
         for branch in 0..u64::from(arguments.branches) {
-            let mut random = fastrand::Rng::with_seed(arguments.seed ^ (checkpoint.step << 16) ^ branch);
+            let mut random = fastrand::Rng::with_seed(seed_of(arguments.seed, checkpoint.step, branch));
             let change = || arguments.amount * peak * (2.0 * random.f64() - 1.0);
             simulation.ground_motion = motion.moved_after(checkpoint.time, change);
             simulation.graph.deserialise(&units)?;
             let mut course = simulation.course();
             simulation.branch(&mut course, &state)?;
             let mut last = Last { range: range.clone(), ..Last::default() };
-            let observers: &mut [&mut dyn Observer] = &mut [&mut last];
+            let mut until = Until::new(Some(end));
+            let observers: &mut [&mut dyn Observer] = &mut [&mut last, &mut until];
             let (ending, _) = simulation.conclude(&mut course, Ok(()), observers, &AtomicBool::new(false));
             match ending.status {
                 Status::Failed(_) => failed += 1,
@@ -275,6 +277,11 @@ fn try_share(
         tried.push(Tried { step: *step, time: *time, alike, failed });
     }
     Ok(tried)
+}
+
+/// The seed of a branch: other streams for every seed, step and number.
+fn seed_of(seed: u64, step: u64, branch: u64) -> u64 {
+    (seed << 40) ^ (step << 16) ^ branch
 }
 
 /// The interval of a share of which `hits` of `all` are known, 95 %.
@@ -306,6 +313,16 @@ mod tests {
         ] {
             let [a, b] = wilson(hits, all);
             assert!((a - low).abs() < 1e-4 && (b - high).abs() < 1e-4, "{hits} of {all}: {a} to {b}");
+        }
+    }
+
+    #[test]
+    fn no_two_branches_have_the_same_stream() {
+        let mut seeds = std::collections::BTreeSet::new();
+        for seed in 0..20 {
+            for step in [1, 2, 16, 9_999] {
+                assert!((0..20).all(|branch| seeds.insert(seed_of(seed, step, branch))));
+            }
         }
     }
 

@@ -6,6 +6,7 @@ use orchestrator::report::{Summary, has_both_directions};
 use orchestrator::scene::{DamFidelityScene, LoadedScene};
 use orchestrator::statistics::quantile;
 use std::num::NonZeroUsize;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Root mean square of the noise, as a share of the motion's.
 const NOISE: f64 = 0.01;
@@ -14,7 +15,14 @@ const LEAST: usize = 3;
 
 /// Runs this number of twins of a run in this process, with the reduced dam where the run has the full one, and gives the quantities of its
 /// `summary` their band: 16 %, median, 84 %.
-pub fn add(loaded: &LoadedScene, count: u16, summary: &mut Summary) -> Result<(), EnsembleError> {
+///
+/// **Errors**: a twin that cannot be run, and the user's end, in words.
+pub fn add(
+    loaded: &LoadedScene,
+    count: u16,
+    interrupted: &AtomicBool,
+    summary: &mut Summary,
+) -> Result<(), String> {
     let mut twin = loaded.clone();
     let mut model = "the same model";
     if let Some(dam) = &mut twin.scene.dam
@@ -28,8 +36,12 @@ pub fn add(loaded: &LoadedScene, count: u16, summary: &mut Summary) -> Result<()
     let runs = parallel::try_map(&seeds, threads(None), |seed| {
         let mut own = twin.clone();
         own.ground_motion = own.ground_motion.with_noise(NOISE, *seed);
-        sample::run(&own, NonZeroUsize::MIN, None)
-    })?;
+        sample::run(&own, NonZeroUsize::MIN, None, interrupted)
+    });
+    let runs = runs.map_err(|error: EnsembleError| error.to_string())?;
+    if interrupted.load(Ordering::Relaxed) {
+        return Err("its twins were interrupted".to_owned());
+    }
     let complete: Vec<_> = runs.iter().filter(|run| run.is_complete()).collect();
     for quantity in &mut summary.quantities {
         let values = complete.iter().map(|run| run.value(&quantity.name));

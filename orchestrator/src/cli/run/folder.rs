@@ -2,15 +2,23 @@
 
 use super::RunError;
 use std::io::ErrorKind;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+/// Checks that a folder is not there or empty.
+pub fn check(folder: &Path) -> Result<(), RunError> {
+    match std::fs::read_dir(folder).map(|mut entries| entries.next().is_some()) {
+        Ok(true) => Err(RunError::OutputTaken { path: folder.to_owned() }),
+        Ok(false) => Ok(()),
+        Err(cause) if cause.kind() == ErrorKind::NotFound => Ok(()),
+        Err(cause) => Err(RunError::Output { path: folder.to_owned(), cause }),
+    }
+}
 
 /// Creates the output folder, or takes an empty one; creates the manifest in it.
 pub fn claim(folder: PathBuf) -> Result<PathBuf, RunError> {
     let failed = |cause| RunError::Output { path: folder.clone(), cause };
     std::fs::create_dir_all(&folder).map_err(failed)?;
-    if std::fs::read_dir(&folder).map_err(failed)?.next().is_some() {
-        return Err(RunError::OutputTaken { path: folder });
-    }
+    check(&folder)?;
     let manifest = folder.join("manifest.toml");
     match std::fs::File::create_new(&manifest) {
         Ok(_) => Ok(folder),

@@ -201,11 +201,14 @@ impl Job<'_> {
         }
         summary.notes.extend(not_shown);
         summary.notes.extend(watch.limits.flags().into_iter().map(|flag| format!("WARNING: {flag}")));
-        if let Some(twins) = self.band.filter(|_| ending.status == Status::Completed)
-            && let Err(error) = band::add(loaded, twins, &mut summary)
-        {
-            summary.notes.push(format!("WARNING: no band: {error}"));
-        }
+        let band = match self.band {
+            Some(twins) if ending.status == Status::Completed => {
+                band::add(loaded, twins, interrupted, &mut summary)
+            }
+            Some(_) => Err("the run did not reach the end of its scene, as its twins would".to_owned()),
+            None => Ok(()),
+        };
+        summary.notes.extend(band.err().map(|why| format!("WARNING: no band: {why}")));
         if let Some(promise) = self.accuracy {
             promise.note(&mut summary);
         }

@@ -101,7 +101,8 @@ impl RunError {
             | Self::NotThere { .. }
             | Self::Simulation(
                 // A unit that fails while a picture is taken of it has failed all the same.
-                SimulationError::Coupling(_) | SimulationError::Observer(ObserverError::Unit(_)),
+                SimulationError::Coupling(_)
+                | SimulationError::Observer(ObserverError::Unit(_) | ObserverError::NotTold { .. }),
             ) => 4,
             _ => 1,
         }
@@ -148,11 +149,9 @@ fn execute(arguments: &Run) -> Result<(Status, u8), RunError> {
     settings.extend(arguments.log.iter().map(|which| format!("log.exchanges=\"{which}\"")));
     let mut loaded = registry::read(&arguments.scene, &settings)?;
     let started = jiff::Timestamp::now();
-    let interrupted = prepared(arguments.options.transport)?;
-    let folder = match &arguments.output {
-        Some(folder) => folder::claim(folder.clone())?,
-        None => folder::claim_new(&format!("runs/{}-{}", loaded.name, started.strftime("%Y%m%dT%H%M%SZ")))?,
-    };
+    if let Some(folder) = &arguments.output {
+        folder::check(folder)?;
+    }
     let mut promise = None;
     let asked = arguments.accuracy.clone().or(loaded.scene.accuracy.map(Into::into));
     if let Some(asked) = &asked {
@@ -166,6 +165,12 @@ fn execute(arguments: &Run) -> Result<(Status, u8), RunError> {
         loaded.scene.accuracy = None;
         promise = Some(promised);
     }
+    // Not before: Ctrl-C ends a pilot at once, and leaves no folder.
+    let interrupted = prepared(arguments.options.transport)?;
+    let folder = match &arguments.output {
+        Some(folder) => folder::claim(folder.clone())?,
+        None => folder::claim_new(&format!("runs/{}-{}", loaded.name, started.strftime("%Y%m%dT%H%M%SZ")))?,
+    };
     check::warn(&loaded.warnings);
     let job = Job {
         loaded: &loaded,

@@ -6,6 +6,7 @@ use super::{Arguments, StudyError, quoted, run_scene, unfit};
 use crate::cli::table::Table;
 use crate::cli::{say, threads};
 use orchestrator::ground_motion::GroundMotion;
+use orchestrator::registry;
 use orchestrator::scene::OnFailure;
 use std::f64::consts::TAU;
 
@@ -49,7 +50,7 @@ fn ambient(duration: f64) -> GroundMotion {
 
 pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     let loaded = arguments.load()?;
-    if loaded.scene.dam.is_none() {
+    if !registry::computes_dam(&loaded.scene) {
         return Err(unfit("the study needs a dam that is computed"));
     }
     let (duration, rows) = if arguments.coarse { (20.0, 4) } else { (600.0, 10) };
