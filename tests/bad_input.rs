@@ -168,6 +168,11 @@ const AMOUNT: &[Case] = &[
     edit(&[("communication_step = 0.0025", "communication_step = 1e-9")]),
     edit(&[("communication_step = 0.0025", "communication_step = 0.02")]),
     edit(&[("title = \"Cracked Koyna dam,", "title = \"Cracked\\tKoyna dam,")]),
+    set(&["dam.cracks.0.name=\"ne\\u0001ck\""]),
+    edit(&[(
+        "[coupling]",
+        "[[dam.cracks]]\nelevation = 66.5\nfriction_coefficient = 1\nnormal_stiffness = 1e11\nshear_stiffness = 1e11\n\n[coupling]",
+    )]),
     set(&["coupling.measures=[]"]),
     set(&["coupling.measures=[\"presure\"]"]),
     set(&["time.duration=1e308"]),
@@ -504,7 +509,7 @@ variants!(INVALID, invalid, Invalid:
     Unreadable Override Syntax Misspelt Misplaced NotModelled Unknown Missing Type Word NotPositive OutOfRange
     WaterTooShallow WavesWithoutMemory EmptyTailwater NoDownstreamFace NothingToWatch NothingToShow NoModes NothingToCompute NothingButLogs NoFile NoProgram PanelTooLong TooMany NoStep NoMeasure FixedStep Window AddedMassScheme AdaptiveScheme ExplicitAtOnce NothingToHalve AdaptiveBounds
     LongestQuiet
-    Title Undersampled
+    Unprintable SameCracks Undersampled
     ExactlyOne Polarity Count Unit DurationMissing Record Mesh ReplacedByMesh);
 variants!(RECORD_ERRORS, record_error, RecordError:
     Read Format Line NoAcceleration OtherUnits NonFinite NonUniform Interval Empty Truncated Another Crop TooStrong);

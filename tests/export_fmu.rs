@@ -293,6 +293,10 @@ fn what_cannot_be_packed_is_refused_with_a_remedy() {
     let (status, said) = refused("rigid-dam-ramp", "dam", &[]);
     assert_eq!(status, Some(1));
     assert!(said.contains("--unit reservoir") && said.contains("give the scene a [dam]"), "{said}");
+    let past = ["--set", "dam.fidelity=log", "--set", "dam.log={file=\"scene.toml\"}"];
+    let (status, said) = refused(SCENE, "dam", &past);
+    assert_eq!(status, Some(1));
+    assert!(said.contains("the scene's dam is another program's or a run's of the past"), "{said}");
     let (status, said) = refused(SCENE, "dam", &["--set", "dam.material.density=-1"]);
     assert_eq!(status, Some(2));
     assert!(said.contains("dam.material.density=-1"), "{said}");

@@ -403,7 +403,9 @@ fn several_cracks_are_named_by_their_elevations() {
     // Given from above downwards, with a friction at which only the upper one slides.
     scenario.set("dam.cracks", vec![crack(66.5, 0.7), crack(40.0, 5.0)]);
     let output = scenario.try_run("run");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let warned = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{warned}");
+    assert!(warned.contains("`dam.cracks.1.friction_coefficient` is 5"), "the number in the file: {warned}");
     let histories = Histories::read(&scenario.folder().join("run/histories.csv"));
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     for (column, elevation) in [("dam.crack_sliding.0", "40"), ("dam.crack_sliding.1", "66.5")] {

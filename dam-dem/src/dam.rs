@@ -625,9 +625,12 @@ impl CoSimulation for Dam {
         self.state.clone_from(state);
         self.trials.retain(|trials| trials.time() >= state.time);
         self.derived = Derived::default();
-        match state.initialised {
-            true => self.energy_watch.restore(state.energy_watch),
-            false => self.energy_watch = EnergyWatch::default(),
+        if state.initialised {
+            self.energy_watch.restore(state.energy_watch);
+        } else {
+            // Another run begins, which owes nothing to the attempts of the last.
+            self.trials.clear();
+            self.energy_watch = EnergyWatch::default();
         }
         Ok(())
     }

@@ -88,6 +88,18 @@ pub enum DamError {
         /// Elevation of the crest, m.
         crest: f64,
     },
+    /// No node of the face lies at the water's level.
+    #[error(
+        "the water is {depth} m deep, and the mesh's face has no point there, only at {reached} m: a vertex, or the end of a crack or a \
+         zone, lies too close to its level; move them apart or together, or take a smaller `element_size`",
+        depth = exact(*depth), reached = exact(*reached)
+    )]
+    NoPointAtLevel {
+        /// Depth given, m.
+        depth: f64,
+        /// Elevation of the highest point below it, m.
+        reached: f64,
+    },
     /// The added mass belongs to another wet face.
     #[error(
         "the added mass has a side of {found} values, the wet face has {points} interface points; make it from the \
@@ -112,7 +124,7 @@ pub enum DamError {
     },
     /// Rigid blocks without a crack between them.
     #[error(
-        "rigid blocks need a crack: without one the whole dam moves with the ground; give a crack, or choose another \
+        "rigid blocks need a crack that frees a block: without one the whole dam moves with the ground; give a crack, or choose another \
          fidelity"
     )]
     RigidWithoutCrack,

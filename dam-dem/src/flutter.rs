@@ -1,5 +1,6 @@
 //! Whether a block that slides shakes itself.
 
+use crate::limit_equilibrium::beyond;
 use crate::model::Model;
 use crate::reduction::{HIGHEST_REPRESENTED, Sliding};
 use crate::{CrackParameters, DamError, DamParameters, Damping, Fidelity};
@@ -37,8 +38,8 @@ const STEADY: f64 = 1e-6;
 
 impl DamParameters {
     /// For each crack, from the base up, sliding downstream and then upstream, under weight and hydrostatic pressure with
-    /// this `specific_weight` of the water (N/m³); none where the blocks tip over instead, none of a crack that other cracks divide,
-    /// and none of an intact dam.
+    /// this `specific_weight` of the water (N/m³); none where the blocks tip over instead, none of a crack that other cracks divide
+    /// or whose sides are both held, and none of an intact dam.
     ///
     /// **Errors**: as [`check`](Self::check) and [`Dam::new`](crate::Dam::new), and [`DamError::Singular`] if eigenvalues
     /// are not found.
@@ -65,6 +66,10 @@ impl DamParameters {
         for (index, crack) in cracks.iter().enumerate() {
             let mut parts = (0..mesh.seams.len()).filter(|&seam| mesh.seams[seam].crack == index);
             let (Some(seam), None) = (parts.next(), parts.next()) else { continue };
+            if beyond(&model.body().structure, index).is_empty() {
+                // held on both sides
+                continue;
+            }
             for (downstream, direction) in [(true, 1.0), (false, -1.0)] {
                 let Some(sliding) = Sliding::steady(modes, seam, direction, &loads) else { continue };
                 let eigenvalues = sliding.eigenvalues()?;

@@ -335,7 +335,15 @@ impl DamParameters {
 
     /// What the mesh of a section without layers shows.
     fn of_mesh(&self) -> Vec<Problem> {
-        let wet = |mesh: Mesh| Ok(Wet::below(&mesh, self.water_levels()).map(|_| ())?);
+        let wet = |mesh: Mesh| {
+            let faces = Wet::below(&mesh, self.water_levels())?.unwrap_or_default().faces;
+            let missed = faces.iter().zip(self.water_levels()).find_map(|(face, depth)| {
+                let reached = face.as_ref()?.depth();
+                ((depth - reached).abs() > ELEVATION_TOLERANCE * self.section.height())
+                    .then_some(DamError::NoPointAtLevel { depth, reached })
+            });
+            missed.map_or(Ok(()), Err)
+        };
         match self.mesh().and_then(wet) {
             Ok(()) => Vec::new(),
             Err(DamError::GivenMesh(error)) => {
@@ -351,6 +359,10 @@ impl DamParameters {
                     keys.push("element_size".to_owned());
                 }
                 vec![Problem { keys, error: error.into() }]
+            }
+            Err(error @ DamError::NoPointAtLevel { depth, .. }) => {
+                let key = if depth == self.water_depth { "water_depth" } else { "tailwater_depth" };
+                vec![Problem::of([key, "element_size"], error)]
             }
             Err(error) => vec![Problem::of(["section", "water_depth"], error)],
         }

@@ -70,6 +70,7 @@ fn variants() -> Vec<(&'static str, DamParameters)> {
         ("dilating", cracked(|crack| crack.dilation = 0.1)),
         ("Gauss points", cracked(|crack| crack.integration = Integration::Gauss)),
         ("added mass", support::with_water(dam())),
+        ("added mass, local", support::with_water(damped(Damping::Local { coefficient: 0.15 }))),
         ("reduced", DamParameters { fidelity: Fidelity::Reduced { modes: None }, ..dam() }),
     ]
 }

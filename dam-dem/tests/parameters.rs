@@ -88,3 +88,21 @@ fn too_many_frequencies_are_refused() -> Result<(), DamError> {
     assert!(matches!(dam.natural_frequencies(10_000), Err(DamError::TooManyFrequencies { .. })));
     Ok(())
 }
+
+/// Where no row of elements ends at the water's level, and a vertex lies too close to it for a point of its own.
+#[test]
+fn water_that_the_mesh_would_lower_is_refused() {
+    let sloping = CrackParameters {
+        line: CrackLine::Polyline(vec![[-1.0, 60.0], [80.0, 50.0]]),
+        ..support::crack_at(60.0)
+    };
+    let at =
+        |water_depth| DamParameters { water_depth, cracks: vec![sloping.clone()], ..support::koyna(3.0) };
+    for depth in [103.0, 102.0, 91.75] {
+        assert_eq!(at(depth).check(), Ok(()), "{depth}");
+        let face = at(depth).wet_face().expect("a face").expect("water");
+        assert!((face.depth() - depth).abs() < 1e-9);
+    }
+    let error = at(102.9).check().expect_err("the crest is too near").to_string();
+    assert!(error.contains("102.9 m deep") && error.contains("`element_size`"), "{error}");
+}

@@ -2,7 +2,9 @@
 
 use crate::support;
 
-use dam_dem::{Dam, DamError, DamParameters, Damping, Fidelity, Kinematics, Section};
+use dam_dem::{
+    CrackLine, CrackParameters, Dam, DamError, DamParameters, Damping, Fidelity, Kinematics, Section,
+};
 use interface::{CoSimulation, variables::dam as variable};
 use support::{Record, with_water};
 
@@ -293,4 +295,48 @@ fn what_modes_cannot_do_is_refused() {
     assert_eq!(Dam::new(level(REDUCED, local)).err(), Some(DamError::LocalDampingOfModes));
     let none = level(Fidelity::Reduced { modes: Some(0) }, support::koyna(10.0));
     assert!(matches!(Dam::new(none), Err(DamError::OutOfRange { parameter: "modes", .. })));
+}
+
+/// A joint under a part of the base only: beyond it the ground holds the nodes of the base, at its end, too.
+#[test]
+fn the_ground_holds_what_a_joint_does_not_free() -> Result<(), DamError> {
+    let joint = CrackParameters {
+        line: CrackLine::Polyline(vec![[0.0, 0.0], [20.0, 0.0]]),
+        ..support::crack_at(0.0)
+    };
+    let parameters = DamParameters { cracks: vec![joint], envelopes: true, ..support::koyna(10.0) };
+    let mut crests = Vec::new();
+    for fidelity in [Fidelity::Dem, REDUCED] {
+        let mut dam = support::at_rest(level(fidelity, parameters.clone()))?;
+        support::shake(&mut dam, STEP, 1.0, support::bursts)?;
+        let [x, y] = [variable::NODE_X, variable::NODE_Y].map(|v| support::get(&dam, &v));
+        let [u, v] =
+            [variable::NODE_DISPLACEMENT_X, variable::NODE_DISPLACEMENT_Y].map(|v| support::get(&dam, &v));
+        let held = |node: &usize| y[*node] == 0.0 && x[*node] >= 20.0 - 1e-9;
+        let (of_ground, moved): (Vec<usize>, Vec<usize>) =
+            (0..x.len()).filter(held).partition(|&node| u[node] == 0.0 && v[node] == 0.0);
+        assert!(of_ground.len() > 5 && moved.is_empty(), "{fidelity:?}: {moved:?}");
+        for variable in variable::ALL.iter().filter(|variable| variable.name.starts_with("envelope_")) {
+            let values = support::get(&dam, variable);
+            assert!(values.iter().all(|value| value.is_finite()), "{fidelity:?}: {}", variable.name);
+        }
+        crests.push(support::get(&dam, &variable::CREST_DISPLACEMENT)[0]);
+    }
+    println!("crest of all elements and of modes: {crests:?}");
+    assert!((crests[1] / crests[0] - 1.0).abs() < 0.05, "{crests:?}");
+    Ok(())
+}
+
+/// Below a crack that frees no block nothing moves, and nothing slides or shakes itself.
+#[test]
+fn a_crack_whose_sides_are_held_frees_no_rigid_block() -> Result<(), DamError> {
+    let upright = CrackParameters {
+        line: CrackLine::Polyline(vec![[30.0, -1.0], [30.0, 200.0]]),
+        ..support::crack_at(0.0)
+    };
+    let parameters = DamParameters { cracks: vec![upright], ..support::koyna(10.0) };
+    let rigid = Dam::new(level(Fidelity::RigidBlocks, parameters.clone())).map(drop);
+    assert!(matches!(rigid, Err(DamError::RigidWithoutCrack)), "{rigid:?}");
+    assert_eq!(parameters.flutter([9810.0, 0.0])?, []);
+    Ok(())
 }

@@ -149,6 +149,10 @@ def _keep(path, content):
     """Writes a sample whole or not at all."""
     with tempfile.NamedTemporaryFile(dir=path.parent, prefix=".tmp", delete=False) as beside:
         beside.write(content)
+    # A temporary file is its owner's alone; others may go on with a study.
+    mask = os.umask(0)
+    os.umask(mask)
+    os.chmod(beside.name, 0o666 & ~mask)
     os.replace(beside.name, path)
 
 

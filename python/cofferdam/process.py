@@ -39,7 +39,8 @@ def serve(cls):
     Logged.attach(words)
     # Who ends a run asks the orchestrator, which ends its units; job schedulers signal to all processes at once.
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, signal.SIG_IGN)
+        # A handler: what is ignored would be ignored by programs that the unit starts, too.
+        signal.signal(number, lambda *_: None)
     shorten_naps()
     lifeline = _Lifeline(words, standard_input)
     try:
@@ -72,7 +73,7 @@ def _task():
     """The task: the first line of standard input. Returns it and what follows, from which nothing else then reads."""
     if sys.stdin.isatty():
         raise ValueError("it is a terminal")
-    standard_input = os.fdopen(os.dup(0))
+    standard_input = os.fdopen(os.dup(0), encoding="utf-8")
     sys.stdin = open(os.devnull)
     os.dup2(sys.stdin.fileno(), 0)
     task = json.loads(standard_input.readline())
@@ -155,6 +156,9 @@ class _Lifeline:
         # A computation goes on, or a thread of the unit.
         if not ended:
             self.report()
+            # The orchestrator made a group of this process and of what it has started, and can no longer end it.
+            if os.getpgrp() == os.getpid():
+                os.killpg(0, signal.SIGKILL)
         os._exit(0 if ended else _FAILED)
 
     def report(self):

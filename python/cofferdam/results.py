@@ -152,7 +152,7 @@ def _csv(path, remedy, words=()):
     """A CSV file, the numbers bit for bit, the columns `words` as they are. A row that a killed run did not finish is left out."""
     pandas = _import("pandas")
     try:
-        text = path.read_text()
+        text = path.read_text(encoding="utf-8")
     except FileNotFoundError:
         raise FileNotFoundError(_missing(path, remedy)) from None
     names, *rows = csv.reader(io.StringIO(text[: text.rfind("\n") + 1]))

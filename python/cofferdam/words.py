@@ -17,7 +17,8 @@ class Words:
     def __init__(self, unit):
         self.unit, self.count = unit, 0
         self.step, self.iteration, self.time = 0, 0, 0.0
-        self._lock = threading.Lock()
+        # What is collected meanwhile may say something, too.
+        self._lock = threading.RLock()
         sys.stdout.flush()
         self._descriptor = os.dup(1)
         os.dup2(2, 1)

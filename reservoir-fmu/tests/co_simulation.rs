@@ -335,3 +335,21 @@ fn the_automatic_method_is_the_recursion_where_that_fits() -> Result<(), Reservo
     assert!(matches!(refused.err(), Some(ReservoirError::TooMuch { .. })));
     Ok(())
 }
+
+/// An importer's sum of steps is rounded, the more so the later it begins; a time that lies between two steps is refused.
+#[test]
+fn times_may_be_sums_of_steps() -> Result<(), ReservoirError> {
+    let (mut unit, mut time) = (Reservoir::new(made(), THREADS)?, 1e7);
+    unit.initialise(time)?;
+    for step in 1..=390 {
+        unit.step(time, STEP)?;
+        time += STEP;
+        let exact = 1e7 + f64::from(step) * STEP;
+        let between = unit.step(exact + 0.5 * STEP, STEP);
+        assert!(matches!(between, Err(ReservoirError::Call(CallError::Time { .. }))), "{step}");
+    }
+    let apart = (time - (1e7 + 390.0 * STEP)).abs();
+    println!("after 390 steps the sum is {:.0e} of a step off", apart / STEP);
+    assert!(apart > 1e-5 * STEP);
+    Ok(())
+}

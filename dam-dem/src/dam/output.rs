@@ -301,6 +301,10 @@ impl Dam {
     /// (weighted by tributary lengths), both since time 0, rad.
     fn rotation(&self, part: usize) -> f64 {
         let above = self.structure().mesh.seams[part].above;
+        if above == self.structure().mesh.blocks.len() {
+            // the ground, where a crack folds back along the base
+            return -self.lower_side_rotation(part);
+        }
         if let Some(modes) = self.modes() {
             return modes.rotation(above, self.since_rest()) - self.lower_side_rotation(part);
         }

@@ -103,16 +103,16 @@ impl Dam {
     /// Values of a variable of the envelopes at all nodes or contacts; none if there are no envelopes or `variable` is another.
     pub(super) fn envelope(&self, variable: &Variable) -> Option<Vec<f64>> {
         let (sampling, envelope) = (self.sampling.as_ref()?, self.state.envelope.as_ref()?);
+        // Nodes of the ground have no cell, and contacts whose sides had left each other from the beginning were never sampled.
+        let sampled = |value: f64| if value.is_finite() { value } else { 0.0 };
         let nodes = |value: fn(&AtCorner, f64) -> f64| {
             let mut envelope = envelope.clone();
             sampling.settle(&mut envelope, &self.state.rest);
             let all = envelope.at_nodes(&self.structure().mesh, &sampling.corners, &sampling.strengths);
-            Some(all.iter().map(|(at, ratio)| value(at, *ratio)).collect())
+            Some(all.iter().map(|(at, ratio)| sampled(value(at, *ratio))).collect())
         };
         let contacts = |value: fn(&AtContact) -> f64| {
-            let values = envelope.contacts().iter().map(value);
-            // Contacts whose sides had left each other from the beginning were never sampled.
-            Some(values.map(|value| if value.is_finite() { value } else { 0.0 }).collect())
+            Some(envelope.contacts().iter().map(|at| sampled(value(at))).collect())
         };
         match *variable {
             variable::ENVELOPE_END => Some(vec![self.state.time]),

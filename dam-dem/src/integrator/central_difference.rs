@@ -86,17 +86,21 @@ impl CentralDifference {
                 let flat = forces.as_flattened_mut().iter_mut().zip(released.as_flattened());
                 flat.for_each(|(force, released)| *force += released);
             }
+            // before the water takes its share: of what drives both
+            let locally = damp_locally(structure, damping.local, &motion.velocity, &mut forces);
             if let Some(water) = &structure.added_mass {
                 water.take_share(&mut forces, &motion.velocity, &structure.mass, alpha);
             }
             let advance = if step + 1 < self.steps { dt } else { dt / 2.0 };
-            work.damping += dt * damp_locally(structure, damping.local, dt, &motion.velocity, &mut forces);
             let damped = Nodes::of(motion, &mut forces, loads, structure).sum(&structure.cells, &|n| {
                 Arch::new().dispatch(Kick { nodes: n, advance, step: dt, mass_damping: alpha })
             });
             work.input += dt * input;
             work.friction += losses.friction;
             work.damping += dt * (losses.damping_power + alpha * damped);
+            if damping.local != 0.0 {
+                work.damping += dt * power(&locally, motion, advance - dt / 2.0);
+            }
             if spared.is_some() {
                 work.damping -= dt * power(&released, motion, advance - dt / 2.0);
             }
@@ -315,26 +319,23 @@ fn kick(motion: &mut Motion, duration: f64) {
 /// would not be a continuous function of the pressure on it.
 const STANDSTILL: f64 = 1e-3;
 
-/// Subtracts local damping `κ |F| v/√(v² + v₀²)` from `forces` (N/m); returns its power, W/m, with the velocity
-/// after half of a `step` (s).
+/// Subtracts local damping `κ |F| v/√(v² + v₀²)` from `forces` (N/m); returns it, nothing without a coefficient.
 fn damp_locally(
     structure: &Structure<impl ContactLaw>,
     coefficient: f64,
-    step: f64,
     velocity: &[[f64; 2]],
     forces: &mut [[f64; 2]],
-) -> f64 {
-    let mut power = 0.0;
+) -> Vec<[f64; 2]> {
     if coefficient == 0.0 {
-        return power;
+        return Vec::new();
     }
-    let nodes = forces.iter_mut().zip(velocity).zip(&structure.inverse_mass);
-    for ((force, v), inverse) in nodes.filter(|(_, inverse)| **inverse > 0.0) {
+    let mut damping = vec![[0.0; 2]; forces.len()];
+    let nodes = forces.iter_mut().zip(velocity).zip(&mut damping).zip(&structure.inverse_mass);
+    for (((force, v), damping), _) in nodes.filter(|(_, inverse)| **inverse > 0.0) {
         for d in 0..2 {
-            let damping = coefficient * force[d].abs() * v[d] / v[d].hypot(STANDSTILL);
-            force[d] -= damping;
-            power += damping * (v[d] + step / 2.0 * force[d] * inverse);
+            damping[d] = coefficient * force[d].abs() * v[d] / v[d].hypot(STANDSTILL);
+            force[d] -= damping[d];
         }
     }
-    power
+    damping
 }

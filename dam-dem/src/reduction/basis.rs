@@ -50,7 +50,9 @@ impl Basis {
                     let dofs = DegreesOfFreedom::of_nodes(structure, inside);
                     let held = Held::new(structure, &dofs)?;
                     let (inner, truncation) = held.modes_and_static_shapes(modes, loads)?;
-                    let constraint = held.constraint_shapes(&sides);
+                    let free: Vec<usize> =
+                        sides.iter().copied().filter(|&node| !structure.is_fixed(node)).collect();
+                    let constraint = held.constraint_shapes(&free);
                     let columns: Vec<_> =
                         constraint.iter().cloned().chain(inner.column_iter().map(Into::into)).collect();
                     basis.add((DMatrix::from_columns(&columns), truncation));

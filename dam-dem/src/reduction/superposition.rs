@@ -58,7 +58,8 @@ struct ModalLoads {
 impl Superposition {
     /// The dam of `structure` with this `damping` at a level of `fidelity`, under the weight of `gravity` (m/s²).
     ///
-    /// **Errors**: [`DamError::Singular`], [`DamError::FrequenciesNotConverged`], [`DamError::TooManyFrequencies`].
+    /// **Errors**: [`DamError::Singular`], [`DamError::FrequenciesNotConverged`], [`DamError::TooManyFrequencies`],
+    /// [`DamError::RigidWithoutCrack`].
     pub(crate) fn new(
         structure: &Structure<MohrCoulomb>,
         damping: DampingCoefficients,
@@ -70,6 +71,10 @@ impl Superposition {
         let rayleigh = damping.rayleigh;
         let loads = NodalLoads::of(structure, wet, gravity);
         let basis = Basis::new(structure, fidelity, &loads.at_rest(wet))?;
+        if basis.parts.is_empty() {
+            // the ground holds all blocks
+            return Err(DamError::RigidWithoutCrack);
+        }
         let coupled = structure.added_mass.is_some();
         let mut modes = Vec::new();
         for part in joined(basis.parts, coupled) {

@@ -7,7 +7,7 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 /// Fraction of a communication step by which its end may pass the stop time, because sums of steps are rounded.
-const STOP_TOLERANCE: f64 = 1e-6;
+const STOP_TOLERANCE: f64 = 1e-3;
 
 /// State of an instance in the state machine of FMI 3.0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -213,15 +213,16 @@ impl<U: Packable> Instance<U> {
         }
         // If the unit refuses one input, the others must not stay set.
         let before = match &self.made {
-            Some(made) if settings.len() > 1 => Some(made.unit.save_state()),
+            Some(made) if settings.len() > 1 => Some((made.unit.save_state(), made.before_outputs.clone())),
             _ => None,
         };
         let (parameters, inputs): (Vec<_>, Vec<_>) =
             settings.into_iter().partition(|(variable, _)| variable.causality == Causality::Parameter);
         for (variable, values) in inputs {
             if let Err(error) = self.set_input(variable, values) {
-                if let (Some(made), Some(before)) = (&mut self.made, before) {
+                if let (Some(made), Some((before, before_outputs))) = (&mut self.made, before) {
                     made.unit.restore_state(&before).map_err(failed)?;
+                    made.before_outputs = before_outputs;
                 }
                 return Err(error);
             }

@@ -9,7 +9,8 @@ use orchestrator::registry::{self, RegistryError};
 use orchestrator::report::PlanRow;
 use orchestrator::report::text::wrapped;
 use orchestrator::scene::{
-    DamFidelityScene, DampingModelScene, FidelityScene, LoadedScene, SceneError, Warning, shear_wave_velocity,
+    DamFidelityScene, DampingModelScene, FidelityScene, LoadedScene, SceneError, Source, Warning,
+    shear_wave_velocity,
 };
 use orchestrator::scheme::UnitId;
 use std::f64::consts::{PI, TAU};
@@ -133,6 +134,10 @@ pub fn rows(loaded: &LoadedScene) -> Result<Vec<PlanRow>, PlanError> {
         let (table, depth) = (side.table(), scene.depth_of(side));
         if water.fidelity == FidelityScene::Empty {
             rows.push(row(table, "left out", "`fidelity` is \"none\": the reservoir is empty"));
+            continue;
+        }
+        if water.source() != Source::BuiltIn {
+            rows.push(row(table, "not known here", "its water is another program's, or a run's of the past"));
             continue;
         }
         let cut_off = PI * water.sound_speed / (2.0 * depth);

@@ -73,7 +73,7 @@ impl Log {
     }
 
     /// The log that `path` is, or that is in the folder `path`.
-    pub(super) fn file(path: &Path) -> PathBuf {
+    pub fn file(path: &Path) -> PathBuf {
         if path.is_dir() { path.join("log.mcap") } else { path.to_owned() }
     }
 

@@ -22,6 +22,11 @@ pub enum PackingError {
          the scene a [dam] instead of [prescribed]"
     )]
     NoDam,
+    /// The dam is another program's.
+    #[error(
+        "the scene's dam is another program's or a run's of the past, and this program cannot pack it; choose a `dam.fidelity` of its own"
+    )]
+    ForeignDam,
     /// There is no tailwater.
     #[error("the scene has no tailwater to pack; give it a [tailwater]")]
     NoTailwater,
@@ -88,6 +93,9 @@ pub fn pack(unit: Unit, scene: &Scene, target: &Target<'_>) -> Result<Packed, Pa
 
 fn dam(scene: &Scene, added_mass: bool, target: &Target<'_>) -> Result<Packed, PackingError> {
     let dam = scene.dam.as_ref().ok_or(PackingError::NoDam)?;
+    if !registry::computes_dam(scene) {
+        return Err(PackingError::ForeignDam);
+    }
     let mass = if added_mass { WaterMass::Still } else { WaterMass::None };
     let parameters = registry::dam_parameters(dam, scene, mass)?;
     // Some mistakes are found only when the dam is made; that takes no longer than a few steps.

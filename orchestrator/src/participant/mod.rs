@@ -16,7 +16,7 @@ pub(crate) use description::check_finite;
 pub use description::{Channel, ChannelShape, Description, Layout};
 pub use empty_reservoir::EmptyReservoir;
 pub use error::ParticipantError;
-pub use fmu::{Fmu, FmuUnitError, Import, UnpackError};
+pub use fmu::{Fmu, FmuUnitError, Import, UnpackError, sha256_of};
 pub use foreign::{Foreign, Place, check_sign, held_answer, self_test};
 pub use in_process::InProcess;
 pub use interface::{Level, Messages};

@@ -324,6 +324,9 @@ pub struct CrackScene {
     /// Shear stiffness.
     #[schemars(range(min = 1e3, max = 1e15), extend("unit" = "Pa/m"))]
     pub shear_stiffness: f64,
+    /// Its number in the file, by which keys name it.
+    #[serde(skip)]
+    pub number: usize,
 }
 
 impl CrackScene {

@@ -331,11 +331,25 @@ pub enum Invalid {
         /// First step, s.
         communication_step: f64,
     },
-    /// A title that cannot be shown.
-    #[error("`title` has the unprintable character {character:?}; leave it out")]
-    Title {
+    /// A title or name that cannot be shown.
+    #[error("`{key}` has the unprintable character {character:?}; leave it out")]
+    Unprintable {
+        /// The key.
+        key: String,
         /// The character.
         character: char,
+    },
+    /// Two cracks that results could not tell apart.
+    #[error(
+        "`dam.cracks.{first}` and `dam.cracks.{second}` are both called {label:?} in results; give them different names by `name`"
+    )]
+    SameCracks {
+        /// The one number.
+        first: usize,
+        /// The other.
+        second: usize,
+        /// What both are called.
+        label: String,
     },
     /// Communication points further apart than the samples of the ground motion.
     #[error(

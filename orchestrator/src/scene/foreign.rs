@@ -51,7 +51,7 @@ impl<'a> Source<'a> {
     }
 
     /// The file or folder that it rests on.
-    pub(super) fn file(self) -> Option<&'a Path> {
+    pub fn file(self) -> Option<&'a Path> {
         match self {
             Self::Fmu(fmu) => Some(&fmu.file),
             Self::Log(log) => Some(&log.file),

@@ -170,6 +170,7 @@ fn resolve(scene: &mut Scene, ground_motion: &GroundMotion, folder: &Path) {
             let file = folder.join(&mesh.file);
             mesh.file = file.canonicalize().unwrap_or(file);
         }
+        dam.cracks.iter_mut().enumerate().for_each(|(number, crack)| crack.number = number);
         // The order in which the dam's results come.
         dam.cracks.sort_by(|a, b| a.mean_elevation().total_cmp(&b.mean_elevation()));
     }

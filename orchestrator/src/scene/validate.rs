@@ -1,8 +1,8 @@
 //! What the values of a scene mean together; what each may be by itself stands on its type.
 
 use super::{
-    AdaptiveScene, DamScene, DampingModelScene, DampingScene, FidelityScene, Invalid, MethodScene, OnFailure,
-    RecordScene, ReservoirScene, Scene, Side, Source, StopQuantity, shape,
+    AdaptiveScene, CrackScene, DamScene, DampingModelScene, DampingScene, FidelityScene, Invalid,
+    MethodScene, OnFailure, RecordScene, ReservoirScene, Scene, Side, Source, StopQuantity, shape,
 };
 use crate::ground_motion::{GroundMotion, RecordError};
 use crate::scheme::SchemeKind;
@@ -165,11 +165,7 @@ impl Findings {
     }
 
     fn scene(&mut self, scene: &Scene) {
-        // Neither a terminal nor XML takes them.
-        let unprintable = |c: &char| c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}');
-        if let Some(character) = scene.title.chars().find(unprintable) {
-            self.add("title", Invalid::Title { character });
-        }
+        self.printable("title".to_owned(), &scene.title);
         for (side, water) in scene.waters() {
             self.water(side, water);
         }
@@ -370,6 +366,14 @@ impl Findings {
         }
     }
 
+    /// Checks a text that terminals and XML show.
+    fn printable(&mut self, key: String, text: &str) {
+        let unprintable = |c: &char| c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}');
+        if let Some(character) = text.chars().find(unprintable) {
+            self.add(&key.clone(), Invalid::Unprintable { key, character });
+        }
+    }
+
     /// What a scene says in more than one key, and the dam in one.
     fn dam(&mut self, dam: &DamScene) {
         if dam.modes.is_some() && !dam.fidelity.has_modes() && self.sound(&["dam.fidelity"]) {
@@ -381,6 +385,18 @@ impl Findings {
             if given == [true, true] || self.sound(&[&table, "dam.cracks.elevation", "dam.cracks.polyline"]) {
                 self.exactly_one(&table, "elevation", "polyline", given);
             }
+            self.printable(format!("{table}.name"), crack.name.as_deref().unwrap_or_default());
+            let is_somewhere = crack.name.is_some() || crack.mean_elevation().is_finite();
+            let same = |other: &CrackScene| other.label() == crack.label();
+            if let Some(first) = dam.cracks[..index].iter().position(same).filter(|_| is_somewhere)
+                && self.sound(&["dam.cracks.elevation", "dam.cracks.polyline"])
+            {
+                let same = Invalid::SameCracks { first, second: index, label: crack.label() };
+                self.add(&format!("{table}.name"), same);
+            }
+        }
+        for (index, zone) in dam.zones.iter().enumerate() {
+            self.printable(format!("dam.zones.{index}.name"), &zone.name);
         }
         self.damping(&dam.damping);
     }

@@ -455,8 +455,8 @@ fn unusual(scene: &Scene) -> Vec<Doubt> {
         let strength = material.tensile_strength;
         values
             .extend(strength.map(|f| ("dam.material.tensile_strength".to_owned(), f, "concrete", 2e5, 1e7)));
-        for (index, crack) in cracks.iter().enumerate() {
-            let key = |name: &str| format!("dam.cracks.{index}.{name}");
+        for crack in cracks {
+            let key = |name: &str| format!("dam.cracks.{}.{name}", crack.number);
             values.push((key("friction_coefficient"), crack.friction_coefficient, "a joint", 0.0, 2.0));
             for (name, value) in [("cohesion", crack.cohesion), ("tensile_strength", crack.tensile_strength)]
             {

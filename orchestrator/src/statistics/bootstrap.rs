@@ -18,7 +18,7 @@ pub struct Band {
 /// The runs of a cluster by level.
 type Cluster = Vec<Level>;
 
-/// Band of the fragility curve of `runs` by a bootstrap of whole clusters; none without a curve. As many clusters as there are
+/// Band of the fragility curve of `runs` by a bootstrap of whole clusters; none without a curve, nor of a single cluster. As many clusters as there are
 /// are drawn with replacement, `draws` times, and the curve is fitted to their runs. What is looked for (the logarithms of median and
 /// dispersion, and `z = Φ⁻¹(P)` at each intensity) is y with the standard error s; of the draws, y* and s*:
 ///
@@ -39,6 +39,9 @@ type Cluster = Vec<Level>;
 pub fn band(runs: &[Outcome], intensities: &[f64], confidence: f64, draws: usize, seed: u64) -> Option<Band> {
     let Fragility::Fit(curve) = fit(runs) else { return None };
     let clusters = clusters(runs);
+    if clusters.len() < 2 {
+        return None;
+    }
     let logarithms: Vec<f64> = intensities.iter().map(|x| x.ln()).collect();
     let whole = estimates(&curve, &clusters.iter().collect::<Vec<_>>(), &logarithms);
     let mut random = fastrand::Rng::with_seed(seed);
@@ -195,6 +198,9 @@ mod tests {
         assert_ne!(band(&runs, &[], 0.95, 50, 3), band(&runs, &[], 0.95, 50, 4));
         let never: Vec<Outcome> = runs.iter().map(|run| Outcome { exceeded: false, ..*run }).collect();
         assert_eq!(band(&never, &[0.2], 0.95, 50, 3), None);
+        let alone: Vec<Outcome> = runs.iter().map(|run| Outcome { cluster: 0, ..*run }).collect();
+        assert!(matches!(fit(&alone), Fragility::Fit(_)));
+        assert_eq!(band(&alone, &[0.2], 0.95, 50, 3), None, "of one cluster nothing is known");
         // The band of a probability holds the curve's.
         let Fragility::Fit(curve) = fit(&runs) else { panic!("a curve") };
         let found = band(&runs, &[0.2, 0.5], 0.95, 200, 3).expect("a band");

@@ -85,7 +85,7 @@ impl AccuracyError {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Asked(pub BTreeMap<String, f64>);
 
-/// Reads `5%`, `0.05` or `crest=2%,sliding=20%`.
+/// Reads `5%`, `0.05` or `crest=2%,sliding=20%`; a share without a name is that of all that are not named.
 pub fn asked(text: &str) -> Result<Asked, String> {
     let share = |text: &str| {
         let (number, unit) =
@@ -97,7 +97,7 @@ pub fn asked(text: &str) -> Result<Asked, String> {
             .then_some(value)
             .ok_or_else(|| format!("`{text}` must lie from 0.01 % to 100 %; 5 means 500 %, so write 5%"))
     };
-    let mut found = BTreeMap::new();
+    let (mut found, mut unnamed) = (BTreeMap::new(), None);
     for part in text.split(',') {
         match part.split_once('=') {
             Some((name, value)) => {
@@ -109,12 +109,16 @@ pub fn asked(text: &str) -> Result<Asked, String> {
                 }
                 found.insert(name.to_owned(), share(value)?);
             }
-            None => {
-                let value = share(part)?;
-                found.extend([CREST, HISTORY, SLIDING].map(|name| (name.to_owned(), value)));
-                // The history of a block that slides has no limit; it is asked for by name.
-                found.insert(UNNAMED.to_owned(), value);
-            }
+            None => unnamed = Some(share(part)?),
+        }
+    }
+    if let Some(value) = unnamed {
+        // The history of a block that slides has no limit; it is asked for by name.
+        if !found.contains_key(HISTORY) {
+            found.insert(UNNAMED.to_owned(), value);
+        }
+        for name in [CREST, HISTORY, SLIDING] {
+            found.entry(name.to_owned()).or_insert(value);
         }
     }
     Ok(Asked(found))
@@ -478,7 +482,11 @@ fn moving(
     let undefined: Vec<&String> =
         wanted.iter().filter(|(quantity, asked)| sensitivity[*quantity] > **asked).map(|(q, _)| q).collect();
     let (fidelity, expected) = match undefined.is_empty() {
-        true => cheapest(pilot.fidelity, wanted, expected),
+        // All elements have no modes to choose.
+        true if pilot.loaded.scene.dam.as_ref().is_none_or(|dam| dam.modes.is_none()) => {
+            cheapest(pilot.fidelity, wanted, expected)
+        }
+        true => (pilot.fidelity, expected(pilot.fidelity)),
         false => (pilot.fidelity, expected(pilot.fidelity)),
     };
     if !undefined.is_empty() {
@@ -574,6 +582,13 @@ mod tests {
             named.into_iter().collect::<Vec<_>>(),
             [(CREST.to_owned(), 0.02), (SLIDING.to_owned(), 0.2)]
         );
+        // What is named is what was named, and the rest is that of all others.
+        for text in ["crest=2%, 5%", "5%, crest=2%"] {
+            let mixed = asked(text).expect("shares").0;
+            assert_eq!([CREST, HISTORY, SLIDING, UNNAMED].map(|name| mixed[name]), [0.02, 0.05, 0.05, 0.05]);
+        }
+        let with_history = asked("5%, history=10%").expect("shares").0;
+        assert!(with_history[HISTORY] == 0.1 && !with_history.contains_key(UNNAMED), "{with_history:?}");
         assert!(asked("5").is_err_and(|why| why.contains("write 5%")));
         assert!(asked("drift=5%").is_err_and(|why| why.contains("no quantity `drift`")));
     }

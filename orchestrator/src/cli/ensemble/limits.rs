@@ -10,7 +10,10 @@ fn remark(limit: &LimitCurve) -> String {
         (Fragility::Fit(_), Some(band)) if band.fitted < 0.95 => {
             format!("only {:.0} % of the draws gave a curve: too few runs", 100.0 * band.fitted)
         }
-        (Fragility::Fit(_), _) => String::new(),
+        (Fragility::Fit(_), Some(_)) => String::new(),
+        (Fragility::Fit(_), None) => {
+            "how far other shaking would move it is not known: there is one record alone".to_owned()
+        }
         (Fragility::None(why), _) => why.to_string(),
     };
     let without = match limit.left_out {

@@ -19,8 +19,10 @@ use orchestrator::scene::{LoadedScene, Scene, SceneError};
 use orchestrator::simulation::SimulationError;
 use orchestrator::statistics::{Declined, LEAST_CLUSTERS};
 use plan::{Intensity, Measure, Model, Plan, Sample};
-use sample::Kept;
+use sample::{Contents, Kept};
 use std::error::Error;
+use std::fs::DirEntry;
+use std::io::{ErrorKind, Write};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -139,6 +141,9 @@ pub enum EnsembleError {
     /// A file.
     #[error("{}: {cause}; choose another --output", path.display())]
     File { path: PathBuf, cause: Box<dyn Error + Send + Sync> },
+    /// A file that a unit rests on.
+    #[error("{}: {cause}; give a file that can be read", path.display())]
+    Unreadable { path: PathBuf, cause: std::io::Error },
     /// The page.
     #[error("the report: {0}")]
     Report(#[from] report::Failure),
@@ -157,6 +162,7 @@ pub fn run(arguments: &Arguments) -> ExitCode {
                 | EnsembleError::Value { .. }
                 | EnsembleError::Record(_)
                 | EnsembleError::Target(_)
+                | EnsembleError::Unreadable { .. }
                 | EnsembleError::Scene(_) => 2,
                 EnsembleError::Unit(_) => 4,
                 EnsembleError::Run { .. }
@@ -282,8 +288,10 @@ impl Ensemble {
         ensemble.samples = ensemble.plan.samples(&measures);
         let numbers: Vec<usize> = (0..ensemble.samples.len()).collect();
         ensemble.dear = ensemble.plan.dear_samples(&ensemble.samples);
+        let contents = Contents::default();
         let hashes = |numbers: &[usize], model| {
-            parallel::try_map(numbers, workers, |index| sample::hash(&ensemble.scene(*index, model)?))
+            let hash = |index: &usize| sample::hash(&ensemble.scene(*index, model)?, &contents);
+            parallel::try_map(numbers, workers, hash)
         };
         (ensemble.hashes, ensemble.dear_hashes) =
             (hashes(&numbers, Model::Cheap)?, hashes(&ensemble.dear, Model::Dear)?);
@@ -353,7 +361,7 @@ impl Ensemble {
         Ok(warnings)
     }
 
-    /// What is drawn together with dear runs, by sample: records of a pair, or motions of a single record.
+    /// What is drawn together, by sample: records of a pair, or motions of a single record.
     fn clusters(&self) -> Vec<usize> {
         let of_record = self.plan.clusters();
         let alone = of_record.len() == 1;
@@ -423,20 +431,37 @@ impl Ensemble {
     }
 }
 
-/// Makes the folder, or finds in it what is left of the same plan.
+/// Makes the folder, or finds in it what is left of the same plan. Parts that begin at the same time all find the plan whole.
 fn take_folder(folder: &Path, text: &str) -> Result<(), EnsembleError> {
     let failed = |cause: std::io::Error| EnsembleError::File { path: folder.to_owned(), cause: cause.into() };
-    let plan = folder.join("plan.toml");
+    let (plan, samples) = (folder.join("plan.toml"), folder.join("samples"));
     std::fs::create_dir_all(folder).map_err(failed)?;
-    match std::fs::read_to_string(&plan) {
-        Ok(before) if before == text => {}
-        Err(_) if std::fs::read_dir(folder).map_err(failed)?.next().is_none() => {
-            std::fs::write(&plan, text).map_err(failed)?;
-        }
-        _ => return Err(EnsembleError::OutputTaken { path: folder.to_owned() }),
+    let is_ours = |entry: std::io::Result<DirEntry>| {
+        entry.is_ok_and(|entry| {
+            let name = entry.file_name();
+            name == "plan.toml" || name == "samples" || name.to_string_lossy().starts_with(DRAFT)
+        })
+    };
+    if !plan.exists() && !std::fs::read_dir(folder).map_err(failed)?.all(is_ours) {
+        return Err(EnsembleError::OutputTaken { path: folder.to_owned() });
     }
-    std::fs::create_dir_all(folder.join("samples")).map_err(failed)
+    if !plan.exists() {
+        let mut draft = tempfile::Builder::new().prefix(DRAFT).tempfile_in(folder).map_err(failed)?;
+        draft.write_all(text.as_bytes()).map_err(failed)?;
+        // Another part may have been faster.
+        draft.persist_noclobber(&plan).map(drop).or_else(|error| match error.error.kind() {
+            ErrorKind::AlreadyExists => Ok(()),
+            _ => Err(failed(error.error)),
+        })?;
+    }
+    if std::fs::read_to_string(&plan).ok().as_deref() != Some(text) {
+        return Err(EnsembleError::OutputTaken { path: folder.to_owned() });
+    }
+    std::fs::create_dir_all(samples).map_err(failed)
 }
+
+/// How the name of a plan begins that is being written.
+const DRAFT: &str = ".plan-";
 
 /// Tells how far the ensemble is, every few seconds.
 struct Watch {
@@ -489,5 +514,25 @@ impl Watch {
             let ratio = dear / cheap;
             say(format!("a dear run took {ratio:.1} times as long as a cheap one; `dear.cost` is {cost}"));
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_that_begin_at_once_share_a_folder_and_others_find_it_taken() {
+        let place = tempfile::tempdir().expect("a folder");
+        let folder = place.path().join("out");
+        let taken = std::thread::scope(|scope| {
+            let parts: Vec<_> = (0..8).map(|_| scope.spawn(|| take_folder(&folder, "a plan"))).collect();
+            parts.into_iter().map(|part| part.join().expect("no panic")).collect::<Vec<_>>()
+        });
+        assert!(taken.iter().all(Result::is_ok), "{taken:?}");
+        assert_eq!(std::fs::read_to_string(folder.join("plan.toml")).ok().as_deref(), Some("a plan"));
+        assert!(matches!(take_folder(&folder, "another"), Err(EnsembleError::OutputTaken { .. })));
+        std::fs::write(place.path().join("x"), "mine").expect("a file");
+        assert!(matches!(take_folder(place.path(), "a plan"), Err(EnsembleError::OutputTaken { .. })));
     }
 }

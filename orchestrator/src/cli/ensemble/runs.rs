@@ -31,14 +31,13 @@ pub struct Runs<'a> {
 impl<'a> Runs<'a> {
     /// Those of `kept`, one for each sample, and of `dear`, one for each that runs dear, too.
     pub fn of(ensemble: &'a Ensemble, kept: &'a [Kept], dear: &'a [Kept]) -> Self {
-        let of_record = ensemble.plan.clusters();
         let mut quantities: Vec<(String, String)> = Vec::new();
         for number in kept.iter().flat_map(|kept| &kept.quantities) {
             if !quantities.iter().any(|(name, _)| *name == number.name) {
                 quantities.push((number.name.clone(), number.unit.to_string()));
             }
         }
-        let clusters = ensemble.samples.iter().map(|sample| of_record[sample.record]).collect();
+        let clusters = ensemble.clusters();
         let complete = || kept.iter().filter(|kept| kept.is_complete());
         let names = quantities.iter().map(|(name, _)| name.clone());
         let magnitudes =

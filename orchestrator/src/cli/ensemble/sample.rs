@@ -3,16 +3,20 @@
 use super::EnsembleError;
 use crate::cli::{known, making};
 use crate::registry;
+use orchestrator::log::Log;
 use orchestrator::observer::{HistoriesWriter, Limits, Observer, Rest, Status, Until};
+use orchestrator::participant::sha256_of;
 use orchestrator::report::{Quantity, Summary};
-use orchestrator::scene::LoadedScene;
+use orchestrator::scene::{LoadedScene, Scene, Source};
 use orchestrator::scheme::UnitId;
 use orchestrator::simulation::{Simulation, SimulationError};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
+use std::sync::{Mutex, PoisonError};
 
 /// What is kept of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -41,20 +45,56 @@ impl Kept {
     }
 }
 
-/// What a sample is computed from: SHA-256 of this program's sources, the scene with all its defaults, and the motion; not of where
-/// the files lie.
-pub fn hash(loaded: &LoadedScene) -> Result<String, EnsembleError> {
-    let mut scene = loaded.scene.clone();
-    if let Some(record) = &mut scene.ground_motion.record {
-        record.file = record.file.file_name().map_or_else(PathBuf::new, PathBuf::from);
+/// What files hold that scenes rest on, each read once.
+#[derive(Default)]
+pub struct Contents(Mutex<BTreeMap<PathBuf, String>>);
+
+impl Contents {
+    /// SHA-256 of an FMU or of a run's log.
+    fn of(&self, source: Source<'_>) -> Result<String, EnsembleError> {
+        let Some(path) = source.file() else { return Ok(String::new()) };
+        let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(hash) = known.get(path) {
+            return Ok(hash.clone());
+        }
+        let file = if matches!(source, Source::Log(_)) { Log::file(path) } else { path.to_owned() };
+        let hash = sha256_of(&file).map_err(|cause| EnsembleError::Unreadable { path: file, cause })?;
+        known.insert(path.to_owned(), hash.clone());
+        Ok(hash)
     }
-    let scene = toml::to_string(&scene).map_err(|cause| EnsembleError::Format(cause.into()))?;
+}
+
+/// What a sample is computed from: SHA-256 of this program's sources, the scene with all its defaults, the files of other programs' units
+/// and past runs, and the motion; not of where the files lie.
+pub fn hash(loaded: &LoadedScene, contents: &Contents) -> Result<String, EnsembleError> {
     let mut hash = Sha256::new();
+    let scene =
+        toml::to_string(&anywhere(&loaded.scene)).map_err(|cause| EnsembleError::Format(cause.into()))?;
     hash.update(format!("{}\n{scene}", env!("COFFERDAM_SOURCES")));
+    for source in loaded.scene.sources() {
+        hash.update(contents.of(source)?);
+    }
     for sample in loaded.ground_motion.acceleration() {
         hash.update(sample.to_le_bytes());
     }
     Ok(hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
+}
+
+/// A scene whose files have their names alone.
+fn anywhere(scene: &Scene) -> Scene {
+    let name = |path: &mut PathBuf| *path = path.file_name().map_or_else(PathBuf::new, PathBuf::from);
+    let mut scene = scene.clone();
+    scene.ground_motion.record.iter_mut().for_each(|record| name(&mut record.file));
+    if let Some(dam) = &mut scene.dam {
+        dam.mesh.iter_mut().for_each(|mesh| name(&mut mesh.file));
+        dam.fmu.iter_mut().for_each(|fmu| name(&mut fmu.file));
+        dam.log.iter_mut().for_each(|log| name(&mut log.file));
+    }
+    for water in std::iter::once(&mut scene.reservoir).chain(&mut scene.tailwater) {
+        water.fmu.iter_mut().for_each(|fmu| name(&mut fmu.file));
+        water.log.iter_mut().for_each(|log| name(&mut log.file));
+    }
+    scene
 }
 
 /// Runs a scene in this process, up to `until` (s) if that is given, or until it is `interrupted`, and keeps its table.
@@ -130,6 +170,27 @@ pub fn keep(folder: &Path, hash: &str, kept: &Kept) -> Result<(), EnsembleError>
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_sample_is_another_if_a_file_is_and_the_same_elsewhere() {
+        let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/koyna-coarse");
+        let place = tempfile::tempdir().expect("a folder");
+        let hash_in = |folder: &str, content: &str| {
+            let folder = place.path().join(folder);
+            std::fs::create_dir_all(&folder).expect("a folder");
+            let file = folder.join("water.fmu");
+            std::fs::write(&file, content).expect("a file");
+            let set = [
+                "reservoir.fidelity=\"fmu\"".to_owned(),
+                format!("reservoir.fmu={{file={:?}}}", file.display().to_string()),
+            ];
+            let loaded = registry::read(scene.as_ref(), &set).expect("a scene");
+            hash(&loaded, &Contents::default()).expect("a hash")
+        };
+        let first = hash_in("a", "one");
+        assert_eq!(first, hash_in("b", "one"));
+        assert_ne!(first, hash_in("a", "another"));
+    }
 
     #[test]
     fn a_sample_comes_back_bit_for_bit_and_a_torn_one_not_at_all() {

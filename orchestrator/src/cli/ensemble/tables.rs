@@ -224,7 +224,10 @@ impl Runs<'_> {
                     short.row(start.into_iter().chain([
                         format!("{} ({interval})", digits(median)),
                         format!("{} to {}", digits(p16), digits(p84)),
-                        format!("{} ± {}", digits(mean), digits(deviation)),
+                        match deviation.is_nan() {
+                            true => digits(mean),
+                            false => format!("{} ± {}", digits(mean), digits(deviation)),
+                        },
                     ]));
                 }
             }

@@ -100,7 +100,7 @@ pub fn run(arguments: &AccuracyArguments) -> Result<(), StudyError> {
     for path in scenes {
         let own = if record.is_empty() { vec![Vec::new()] } else { named(record)? };
         for record in own {
-            let mut settings: Vec<String> = set.iter().cloned().chain(record).collect();
+            let mut settings: Vec<String> = record.into_iter().chain(set.iter().cloned()).collect();
             let loaded = registry::read(path, &settings)?;
             if let Some(length) = strongest {
                 settings.extend(strongest_part(&loaded, *length));
@@ -258,7 +258,8 @@ fn named(records: &[PathBuf]) -> Result<Vec<Vec<String>>, StudyError> {
     let each = records.iter().map(|record| {
         let path = std::path::absolute(record)
             .map_err(|cause| StudyError::File { path: record.clone(), cause: cause.into() })?;
-        Ok(vec![format!("ground_motion.record.file={:?}", path.display().to_string())])
+        // The whole table: what a scene says of its own record holds for no other.
+        Ok(vec![format!("ground_motion.record={{file={:?}}}", path.display().to_string())])
     });
     each.collect()
 }

@@ -48,8 +48,8 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     let change =
         |what: &str, numerical: bool, sets: Vec<String>| Change { what: what.to_owned(), numerical, sets };
     let of_joints = |factor: f64| -> Vec<String> {
-        let cracks = dam.cracks.iter().enumerate();
-        let stiffnesses = cracks.flat_map(|(i, crack)| {
+        let stiffnesses = dam.cracks.iter().flat_map(|crack| {
+            let i = crack.number;
             let both =
                 [("normal_stiffness", crack.normal_stiffness), ("shear_stiffness", crack.shear_stiffness)];
             both.map(|(name, value)| format!("dam.cracks.{i}.{name}={:e}", factor * value))
@@ -57,8 +57,8 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
         stiffnesses.collect()
     };
     let of_friction = |factor: f64| -> Vec<String> {
-        let cracks = dam.cracks.iter().enumerate();
-        let coefficients = cracks.flat_map(|(i, crack)| {
+        let coefficients = dam.cracks.iter().flat_map(|crack| {
+            let i = crack.number;
             let set = |name: &str, value: f64| format!("dam.cracks.{i}.{name}={}", factor * value);
             let residual =
                 crack.residual_friction_coefficient.map(|mu| set("residual_friction_coefficient", mu));

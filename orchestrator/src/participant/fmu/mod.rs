@@ -9,7 +9,7 @@ mod unpacked;
 mod wiring;
 
 pub use error::FmuUnitError;
-pub use unpacked::UnpackError;
+pub use unpacked::{UnpackError, sha256_of};
 
 use super::{
     Description, Message, Occasion, ParameterValue, Participant, ParticipantError, Role, check_finite,

@@ -230,6 +230,11 @@ fn digits(hash: Sha256) -> String {
     hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
+/// SHA-256 of a file, or of a folder's files and their names, in hexadecimal digits.
+pub fn sha256_of(path: &Path) -> std::io::Result<String> {
+    if path.is_dir() { of_folder(path) } else { of_file(path) }
+}
+
 fn of_file(path: &Path) -> std::io::Result<String> {
     let mut hash = Sha256::new();
     add(&mut hash, path)?;

@@ -90,12 +90,16 @@ impl Wiring {
             let ours = found.iter().find(|(_, v)| v.name == theirs.name).map(|(ours, _)| *ours);
             match (theirs.causality, ours) {
                 (Causality::Input, Some(ours)) => wiring.inputs.add(theirs, Some(ours), contract),
-                (Causality::Input, None) => wiring.idle.push(theirs.name.clone()),
+                (Causality::Input, None) => {}
                 (Causality::Output, ours) => wiring.outputs.add(theirs, ours, contract),
                 (_, Some(ours)) => wiring.readable.add(theirs, Some(ours), contract),
                 (_, None) => (),
             }
         }
+        let driven = |name: &str| found.iter().any(|(_, variable)| variable.name == name);
+        let inputs = model.variables.iter().filter(|variable| variable.causality == Causality::Input);
+        let idle = inputs.filter(|variable| variable.size > 0 && !driven(&variable.name));
+        wiring.idle = idle.map(|variable| variable.name.clone()).collect();
         Ok(wiring)
     }
 }
@@ -234,6 +238,53 @@ fn listed<'a>(variables: impl Iterator<Item = &'a ModelVariable>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use fmi_rs::model_description::FMIMajorVersion;
+
+    #[test]
+    fn inputs_of_any_type_that_nobody_drives_can_be_set() {
+        let variable = |name: &str, kind, causality, size| ModelVariable {
+            name: name.into(),
+            references: vec![7],
+            kind,
+            causality,
+            unit: String::new(),
+            size,
+            array: size > 1,
+        };
+        let (real, input) = (Kind::Float64, Causality::Input);
+        let model = Model {
+            version: FMIMajorVersion::V3,
+            name: "water".into(),
+            tool: String::new(),
+            identifier: "water".into(),
+            token: String::new(),
+            saved_state: true,
+            state_as_bytes: false,
+            variable_step: true,
+            fixed_step: None,
+            wants_memory: false,
+            only_once: false,
+            needs_tool: false,
+            variables: vec![
+                variable("interface_acceleration", real, input, 2),
+                variable("interface_pressure", real, Causality::Output, 2),
+                variable("enable", Kind::Boolean, input, 1),
+                variable("order", Kind::Int32, input, 1),
+            ],
+            terminal: BTreeMap::new(),
+        };
+        let wiring = Wiring::find(&model, Role::Fluid, &BTreeMap::new()).expect("a water");
+        assert_eq!(wiring.idle, ["enable", "order"]);
+        let given = |name: &str, value| BTreeMap::from([(name.to_owned(), value)]);
+        let set =
+            parameters(&model, &wiring, &given("enable", ParameterValue::Flag(true))).expect("it is set");
+        assert_eq!(set, [(7, Kind::Boolean, Value::Flag(true))]);
+        let driven = given("interface_acceleration", ParameterValue::Number(1.0));
+        assert!(
+            parameters(&model, &wiring, &driven)
+                .is_err_and(|error| error.to_string().contains("nobody drives"))
+        );
+    }
 
     #[test]
     fn a_parameter_has_a_value_of_its_type() {

@@ -128,11 +128,14 @@ impl RunFolder {
 
 /// What the histories of a run without an end say.
 fn unended(loaded: &LoadedScene, histories: &Histories) -> Summary {
+    // of the communication steps, not of the row of initialisation
+    let converged = histories.column("converged").unwrap_or(&[]).iter().skip(1);
+    let unconverged = converged.filter(|converged| **converged == 0.0).count() as u64;
     let ending = Ending {
         status: Status::Interrupted,
         time: histories.column("time").and_then(|time| time.last()).copied().unwrap_or(0.0),
         wall: WallTime::default(),
-        statistics: Statistics::default(),
+        statistics: Statistics { unconverged, ..Statistics::default() },
     };
     let summary = Summary::of(loaded, histories, &ending, None, &[], [&[], &[]], &[]);
     Summary { status: "without an end: the run was killed, or goes on".to_owned(), ..summary }

@@ -4,7 +4,7 @@ use super::data::Profile;
 use super::folder::RunFolder;
 use super::westergaard;
 use crate::log::{Entry, Log, LogReadError};
-use crate::scene::{LoggedExchangesScene, Side};
+use crate::scene::{FidelityScene, LoggedExchangesScene, ReservoirScene, Side};
 use crate::scheme::UnitId;
 
 /// Points of a parabola.
@@ -20,7 +20,8 @@ pub fn of(run: &RunFolder) -> Result<Vec<Profile>, LogReadError> {
         return Ok(Vec::new());
     }
     let mut profiles = Vec::new();
-    for (index, (side, water)) in scene.waters().enumerate() {
+    let filled = |(_, (_, water)): &(usize, (Side, &ReservoirScene))| water.fidelity != FidelityScene::Empty;
+    for (index, (side, water)) in scene.waters().enumerate().filter(filled) {
         let (unit, points) = (UnitId(index + 1), points(run, side));
         let (depth, density) = (scene.depth_of(side), water.density);
         // Westergaard's face moves away from its water where it moves downstream.

@@ -58,7 +58,7 @@ impl Series {
                 .map_err(|cause| StudyError::Record { option, cause: Box::new(cause) })?;
             let file = std::path::absolute(record).unwrap_or_else(|_| record.clone());
             let file = toml::Value::String(file.to_string_lossy().into_owned());
-            sets.extend([format!("ground_motion.record.file={file}"), "ground_motion.record.scale=1".into()]);
+            sets.push(format!("ground_motion.record={{file={file}}}"));
         }
         let loaded = registry::read(&path, &sets)?;
         if loaded.scene.ground_motion.record.is_none() || loaded.scene.dam.is_none() {

@@ -67,10 +67,25 @@ impl Cell {
     }
 }
 
+/// Columns whose texts may look like numbers.
+const NAMES: [&str; 2] = ["record", "pair"];
+
+impl Cell {
+    /// What stands below a heading: a name, or a number where it is one.
+    fn below(heading: &str, text: &str) -> Self {
+        if NAMES.contains(&heading) && !text.is_empty() {
+            Self::Text(text.to_owned())
+        } else {
+            Self::of(text)
+        }
+    }
+}
+
 impl Grid {
     /// The columns `wanted` of the rows of `table` that `keep` wants; numbers are numbers.
     pub fn of(table: &Table, wanted: &[usize], keep: impl Fn(&[String]) -> bool) -> Self {
-        let cells = |row: &Vec<String>| wanted.iter().map(|column| Cell::of(&row[*column])).collect();
+        let cell = |row: &[String], column: usize| Cell::below(&table.headings[column], &row[column]);
+        let cells = |row: &Vec<String>| wanted.iter().map(|column| cell(row, *column)).collect();
         Self {
             headings: wanted.iter().map(|column| table.headings[*column].clone()).collect(),
             rows: table.rows.iter().filter(|row| keep(row)).map(cells).collect(),
@@ -95,5 +110,17 @@ impl Grid {
             let _ = writeln!(text, "<tr>{cells}</tr>");
         }
         text + "</tbody></table></div>\n"
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_stay_as_they_are() {
+        assert_eq!(Cell::below("record", "0012"), Cell::Text("0012".to_owned()));
+        assert_eq!(Cell::below("pair", ""), Cell::Empty);
+        assert_eq!(Cell::below("scale", "0012"), Cell::Number(12.0));
     }
 }

@@ -1,6 +1,6 @@
 //! Numbers, checks and crests of two runs beside each other.
 
-use super::super::super::Quantity;
+use super::super::super::{Quantity, has_both_directions};
 use super::super::data::Check;
 use super::data::{Compared, CrestAgreement, Within};
 use crate::log::ROUNDING;
@@ -17,7 +17,11 @@ pub fn of([a, b]: [&[Quantity]; 2]) -> Vec<Compared> {
 fn compared(pair: [Option<&Quantity>; 2]) -> Option<Compared> {
     let named = pair[0].or(pair[1])?;
     let band = |of: usize| {
-        let (band, other) = (pair[of]?.band?, pair[1 - of]?.value);
+        let (own, other) = (pair[of]?, pair[1 - of]?.value);
+        let band = own.band?;
+        // as its band: in the direction of the run's value
+        let both = has_both_directions(&own.name, [own.value, other].into_iter());
+        let other = if both { other.abs().copysign(own.value) } else { other };
         Some(Within { of, band, kept: (band[0]..=band[2]).contains(&other) })
     };
     Some(Compared {
@@ -103,6 +107,15 @@ mod tests {
         assert_eq!((rows[1].difference(), rows[1].relative()), (Some(1.0), None));
         assert_eq!(rows[1].band, Some(Within { of: 1, band: [-1.0, 0.5, 2.0], kept: true }));
         assert_eq!((rows[2].values, rows[2].difference()), ([None, Some(7.0)], None));
+    }
+
+    #[test]
+    fn a_peak_of_the_other_direction_is_compared_by_its_magnitude() {
+        let a = [quantity("peak crest acceleration", -0.95, Some([-1.1, -0.95, -0.85]))];
+        for (other, kept) in [(0.95, true), (-0.95, true), (0.7, false), (-1.2, false)] {
+            let rows = of([&a, &[quantity("peak crest acceleration", other, None)]]);
+            assert_eq!(rows[0].band, Some(Within { of: 0, band: [-1.1, -0.95, -0.85], kept }), "{other}");
+        }
     }
 
     #[test]
