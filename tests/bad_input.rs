@@ -171,7 +171,7 @@ const AMOUNT: &[Case] = &[
     set(&["dam.cracks.0.name=\"ne\\u0001ck\""]),
     edit(&[(
         "[coupling]",
-        "[[dam.cracks]]\nelevation = 66.5\nfriction_coefficient = 1\nnormal_stiffness = 1e11\nshear_stiffness = 1e11\n\n[coupling]",
+        "[[dam.cracks]]\nname = \"66.5 m\"\nelevation = 30\nfriction_coefficient = 1\nnormal_stiffness = 1e11\nshear_stiffness = 1e11\n\n[coupling]",
     )]),
     set(&["coupling.measures=[]"]),
     set(&["coupling.measures=[\"presure\"]"]),

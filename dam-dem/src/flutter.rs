@@ -1,6 +1,5 @@
 //! Whether a block that slides shakes itself.
 
-use crate::limit_equilibrium::beyond;
 use crate::model::Model;
 use crate::reduction::{HIGHEST_REPRESENTED, Sliding};
 use crate::{CrackParameters, DamError, DamParameters, Damping, Fidelity};
@@ -62,12 +61,13 @@ impl DamParameters {
             model.body().wet.as_ref().map_or_else(Vec::new, |wet| wet.hydrostatic(specific_weights));
         let loads = modes.forces(&pressure, [0.0; 2]);
         let mut found = Vec::new();
-        let mesh = &model.body().structure.mesh;
+        let structure = &model.body().structure;
+        let mesh = &structure.mesh;
         for (index, crack) in cracks.iter().enumerate() {
             let mut parts = (0..mesh.seams.len()).filter(|&seam| mesh.seams[seam].crack == index);
             let (Some(seam), None) = (parts.next(), parts.next()) else { continue };
-            if beyond(&model.body().structure, index).is_empty() {
-                // held on both sides
+            let is_held = |body: usize| mesh.blocks.get(body).is_none_or(|block| structure.is_held(block));
+            if is_held(mesh.seams[seam].below) && is_held(mesh.seams[seam].above) {
                 continue;
             }
             for (downstream, direction) in [(true, 1.0), (false, -1.0)] {

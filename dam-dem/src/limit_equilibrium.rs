@@ -116,7 +116,7 @@ impl LimitEquilibrium {
 }
 
 /// The blocks that nothing carries without this `crack`.
-pub(crate) fn beyond(structure: &Structure<MohrCoulomb>, crack: usize) -> Vec<usize> {
+fn beyond(structure: &Structure<MohrCoulomb>, crack: usize) -> Vec<usize> {
     let mesh = &structure.mesh;
     let mut carried: Vec<bool> = mesh.blocks.iter().map(|block| structure.is_held(block)).collect();
     carried.push(true);

@@ -339,8 +339,10 @@ impl DamParameters {
             let faces = Wet::below(&mesh, self.water_levels())?.unwrap_or_default().faces;
             let missed = faces.iter().zip(self.water_levels()).find_map(|(face, depth)| {
                 let reached = face.as_ref()?.depth();
-                ((depth - reached).abs() > ELEVATION_TOLERANCE * self.section.height())
-                    .then_some(DamError::NoPointAtLevel { depth, reached })
+                // beyond the crest the depth is refused
+                (depth <= self.section.height()
+                    && (depth - reached).abs() > ELEVATION_TOLERANCE * self.section.height())
+                .then_some(DamError::NoPointAtLevel { depth, reached })
             });
             missed.map_or(Ok(()), Err)
         };

@@ -66,6 +66,7 @@ def serve(cls):
     folder.leave(lifeline.orphaned)
     if lifeline.orphaned:
         lifeline.report()
+        lifeline.end_group()
         sys.exit(_FAILED)
 
 
@@ -156,10 +157,13 @@ class _Lifeline:
         # A computation goes on, or a thread of the unit.
         if not ended:
             self.report()
-            # The orchestrator made a group of this process and of what it has started, and can no longer end it.
-            if os.getpgrp() == os.getpid():
-                os.killpg(0, signal.SIGKILL)
+            self.end_group()
         os._exit(0 if ended else _FAILED)
+
+    def end_group(self):
+        """Ends this process and what it has started: the orchestrator made a group of them, and can no longer end it."""
+        if os.getpgrp() == os.getpid():
+            os.killpg(0, signal.SIGKILL)
 
     def report(self):
         words = self._words

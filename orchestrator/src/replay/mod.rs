@@ -200,6 +200,8 @@ pub fn replay_part(
     }
     let mut outputs = vec![0.0; description.outputs.size()];
     let mut place = Place { window, ..Place::default() };
+    // the last request without an answer, and the last of those before others with one that was answered now
+    let (mut silent, mut answered): (Option<Unanswered>, Option<Unanswered>) = (None, None);
     loop {
         let identical = replay.identical;
         let next = exchanges.next(until).map_err(|cause| ReplayError::Log { identical, cause })?;
@@ -218,7 +220,7 @@ pub fn replay_part(
         let failure = result.err().filter(|e| !matches!(e, ParticipantError::NonFinite { .. }));
         let Some(recorded) = &exchange.outputs else {
             let failure = failure.map(|cause| cause.to_string());
-            replay.unanswered = Some(Unanswered { occasion, failure });
+            silent = Some(Unanswered { occasion, failure });
             continue;
         };
         if let Some(cause) = failure {
@@ -229,10 +231,11 @@ pub fn replay_part(
             replay.divergence = parted(what);
             return Ok(replay);
         }
-        replay.unanswered = replay.unanswered.take().filter(|unanswered| unanswered.failure.is_none());
+        answered = silent.take().filter(|silent| silent.failure.is_none()).or(answered);
         replay.identical += 1;
         progress(&occasion);
     }
+    replay.unanswered = silent.or(answered);
     replay.ending = exchanges.ending;
     if let (Some(part), Some(last)) = (&mut replay.part, exchanges.last) {
         part.until = part.until.min(last);

@@ -132,6 +132,9 @@ impl<'a> Draft<'a> {
             let folder = file.parent().unwrap_or(Path::new(""));
             problems.append(&mut super::mesh::complete(&mut tree, folder));
             (scene, conformed) = Conformed::read(&tree);
+            let cracks = scene.iter_mut().filter_map(|scene: &mut Scene| scene.dam.as_mut());
+            let cracks = cracks.flat_map(|dam| dam.cracks.iter_mut().enumerate());
+            cracks.for_each(|(number, crack)| crack.number = number);
             problems.append(&mut conformed.problems);
         }
         Self { file, texts, name, scene, conformed, problems }
@@ -170,7 +173,6 @@ fn resolve(scene: &mut Scene, ground_motion: &GroundMotion, folder: &Path) {
             let file = folder.join(&mesh.file);
             mesh.file = file.canonicalize().unwrap_or(file);
         }
-        dam.cracks.iter_mut().enumerate().for_each(|(number, crack)| crack.number = number);
         // The order in which the dam's results come.
         dam.cracks.sort_by(|a, b| a.mean_elevation().total_cmp(&b.mean_elevation()));
     }

@@ -1,8 +1,8 @@
 //! What the values of a scene mean together; what each may be by itself stands on its type.
 
 use super::{
-    AdaptiveScene, CrackScene, DamScene, DampingModelScene, DampingScene, FidelityScene, Invalid,
-    MethodScene, OnFailure, RecordScene, ReservoirScene, Scene, Side, Source, StopQuantity, shape,
+    AdaptiveScene, CrackScene, DamFidelityScene, DamScene, DampingModelScene, DampingScene, FidelityScene,
+    Invalid, MethodScene, OnFailure, RecordScene, ReservoirScene, Scene, Side, Source, StopQuantity, shape,
 };
 use crate::ground_motion::{GroundMotion, RecordError};
 use crate::scheme::SchemeKind;
@@ -386,9 +386,13 @@ impl Findings {
                 self.exactly_one(&table, "elevation", "polyline", given);
             }
             self.printable(format!("{table}.name"), crack.name.as_deref().unwrap_or_default());
-            let is_somewhere = crack.name.is_some() || crack.mean_elevation().is_finite();
+            // Two that are level lie in the same place, which the dam refuses.
+            let can_be_told = crack.name.is_some() || crack.polyline.is_some();
+            let has_results = !dam.fidelity.is_foreign() && dam.fidelity != DamFidelityScene::Intact;
             let same = |other: &CrackScene| other.label() == crack.label();
-            if let Some(first) = dam.cracks[..index].iter().position(same).filter(|_| is_somewhere)
+            if let Some(first) = dam.cracks[..index].iter().position(same)
+                && can_be_told
+                && has_results
                 && self.sound(&["dam.cracks.elevation", "dam.cracks.polyline"])
             {
                 let same = Invalid::SameCracks { first, second: index, label: crack.label() };

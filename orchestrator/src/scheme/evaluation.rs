@@ -90,10 +90,11 @@ impl Iteration<'_> {
             Ok::<_, CouplingError>(first.into_iter().chain(others).map(Some).collect::<Vec<_>>())
         })?;
         let in_order = self.order.iter().filter_map(|id| taken[id.0].take());
-        let (mut of_units, results): (Vec<_>, Vec<_>) = in_order.unzip();
-        // A request without an answer comes last.
-        of_units.sort_by_key(|of_unit: &Vec<Exchange>| of_unit.last().is_some_and(|e| e.outputs.is_empty()));
-        exchanges.extend(of_units.into_iter().flatten());
+        let (of_units, results): (Vec<Vec<Exchange>>, Vec<_>) = in_order.unzip();
+        // Requests without an answer come last.
+        let (answered, silent): (Vec<_>, Vec<_>) =
+            of_units.into_iter().flatten().partition(|exchange| !exchange.outputs.is_empty());
+        exchanges.extend(answered.into_iter().chain(silent));
         results.into_iter().collect()
     }
 

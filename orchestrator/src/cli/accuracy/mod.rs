@@ -481,12 +481,10 @@ fn moving(
     let mut band = BTreeMap::new();
     let undefined: Vec<&String> =
         wanted.iter().filter(|(quantity, asked)| sensitivity[*quantity] > **asked).map(|(q, _)| q).collect();
-    let (fidelity, expected) = match undefined.is_empty() {
-        // All elements have no modes to choose.
-        true if pilot.loaded.scene.dam.as_ref().is_none_or(|dam| dam.modes.is_none()) => {
-            cheapest(pilot.fidelity, wanted, expected)
-        }
-        true => (pilot.fidelity, expected(pilot.fidelity)),
+    // All elements have no modes to choose.
+    let has_choice = pilot.loaded.scene.dam.as_ref().is_none_or(|dam| dam.modes.is_none());
+    let (fidelity, expected) = match undefined.is_empty() && has_choice {
+        true => cheapest(pilot.fidelity, wanted, expected),
         false => (pilot.fidelity, expected(pilot.fidelity)),
     };
     if !undefined.is_empty() {

@@ -12,7 +12,7 @@ fn remark(limit: &LimitCurve) -> String {
         }
         (Fragility::Fit(_), Some(_)) => String::new(),
         (Fragility::Fit(_), None) => {
-            "how far other shaking would move it is not known: there is one record alone".to_owned()
+            "how far other shaking would move it is not known: there is one record or pair alone".to_owned()
         }
         (Fragility::None(why), _) => why.to_string(),
     };

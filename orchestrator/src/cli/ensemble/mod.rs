@@ -361,7 +361,7 @@ impl Ensemble {
         Ok(warnings)
     }
 
-    /// What is drawn together, by sample: records of a pair, or motions of a single record.
+    /// What is drawn together with dear runs, by sample: records of a pair, or draws of a single record.
     fn clusters(&self) -> Vec<usize> {
         let of_record = self.plan.clusters();
         let alone = of_record.len() == 1;
@@ -446,7 +446,7 @@ fn take_folder(folder: &Path, text: &str) -> Result<(), EnsembleError> {
         return Err(EnsembleError::OutputTaken { path: folder.to_owned() });
     }
     if !plan.exists() {
-        let mut draft = tempfile::Builder::new().prefix(DRAFT).tempfile_in(folder).map_err(failed)?;
+        let mut draft = sample::beside(folder, DRAFT).map_err(failed)?;
         draft.write_all(text.as_bytes()).map_err(failed)?;
         // Another part may have been faster.
         draft.persist_noclobber(&plan).map(drop).or_else(|error| match error.error.kind() {

@@ -1,6 +1,7 @@
 //! The runs of an ensemble, for its tables and pictures.
 
 use super::Ensemble;
+use super::plan::Sample;
 use super::sample::Kept;
 use orchestrator::report::has_both_directions;
 use orchestrator::statistics::{Band, Fragility};
@@ -37,7 +38,21 @@ impl<'a> Runs<'a> {
                 quantities.push((number.name.clone(), number.unit.to_string()));
             }
         }
-        let clusters = ensemble.clusters();
+        let of_record = ensemble.plan.clusters();
+        // Of a single record its own motions.
+        let mut motions: Vec<(i64, Option<usize>)> = Vec::new();
+        let mut of_motion = |sample: &Sample| {
+            let motion = (sample.polarity, sample.perturbation);
+            motions.iter().position(|other| *other == motion).unwrap_or_else(|| {
+                motions.push(motion);
+                motions.len() - 1
+            })
+        };
+        let samples = ensemble.samples.iter();
+        let clusters = match of_record.len() {
+            1 => samples.map(&mut of_motion).collect(),
+            _ => samples.map(|sample| of_record[sample.record]).collect(),
+        };
         let complete = || kept.iter().filter(|kept| kept.is_complete());
         let names = quantities.iter().map(|(name, _)| name.clone());
         let magnitudes =

@@ -13,10 +13,13 @@ use orchestrator::simulation::{Simulation, SimulationError};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
+use std::fs::Permissions;
 use std::num::NonZeroUsize;
+use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
+use tempfile::NamedTempFile;
 
 /// What is kept of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -156,12 +159,17 @@ pub fn kept(folder: &Path, hash: &str) -> Option<Kept> {
     toml::from_str(text.strip_suffix(END)?).ok()
 }
 
+/// A file in `folder` that is written and then gets its name; who may read it is the user's choice, by the umask.
+pub fn beside(folder: &Path, prefix: &str) -> std::io::Result<NamedTempFile> {
+    tempfile::Builder::new().prefix(prefix).permissions(Permissions::from_mode(0o666)).tempfile_in(folder)
+}
+
 /// Keeps what a sample gave: whole or not at all, whoever else writes it.
 pub fn keep(folder: &Path, hash: &str, kept: &Kept) -> Result<(), EnsembleError> {
     let path = path(folder, hash);
     let failed = |cause: std::io::Error| EnsembleError::File { path: path.clone(), cause: cause.into() };
     let text = toml::to_string(kept).map_err(|cause| EnsembleError::Format(cause.into()))?;
-    let beside = tempfile::NamedTempFile::new_in(path.parent().unwrap_or(folder)).map_err(failed)?;
+    let beside = beside(path.parent().unwrap_or(folder), ".tmp").map_err(failed)?;
     std::fs::write(beside.path(), text + END).map_err(failed)?;
     beside.persist(&path).map_err(|error| failed(error.error))?;
     Ok(())

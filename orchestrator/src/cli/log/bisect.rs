@@ -281,7 +281,7 @@ fn try_share(
 
 /// The seed of a branch: other streams for every seed, step and number.
 fn seed_of(seed: u64, step: u64, branch: u64) -> u64 {
-    (seed << 40) ^ (step << 16) ^ branch
+    fastrand::Rng::with_seed(seed).u64(..) ^ (step << 16) ^ branch
 }
 
 /// The interval of a share of which `hits` of `all` are known, 95 %.

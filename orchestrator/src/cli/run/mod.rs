@@ -149,6 +149,7 @@ fn execute(arguments: &Run) -> Result<(Status, u8), RunError> {
     settings.extend(arguments.log.iter().map(|which| format!("log.exchanges=\"{which}\"")));
     let mut loaded = registry::read(&arguments.scene, &settings)?;
     let started = jiff::Timestamp::now();
+    check_transport(arguments.options.transport)?;
     if let Some(folder) = &arguments.output {
         folder::check(folder)?;
     }
@@ -166,7 +167,7 @@ fn execute(arguments: &Run) -> Result<(Status, u8), RunError> {
         promise = Some(promised);
     }
     // Not before: Ctrl-C ends a pilot at once, and leaves no folder.
-    let interrupted = prepared(arguments.options.transport)?;
+    let interrupted = catch_interrupt()?;
     let folder = match &arguments.output {
         Some(folder) => folder::claim(folder.clone())?,
         None => folder::claim_new(&format!("runs/{}-{}", loaded.name, started.strftime("%Y%m%dT%H%M%SZ")))?,
@@ -188,10 +189,12 @@ fn execute(arguments: &Run) -> Result<(Status, u8), RunError> {
 
 /// Checks whether units can be connected and catches Ctrl-C: the flag is true once the user asked for the end.
 fn prepared(transport: Transport) -> Result<Arc<AtomicBool>, RunError> {
-    if transport == Transport::SharedMemory {
-        Starting::check()?;
-    }
+    check_transport(transport)?;
     catch_interrupt()
+}
+
+fn check_transport(transport: Transport) -> Result<(), RunError> {
+    if transport == Transport::SharedMemory { Ok(Starting::check()?) } else { Ok(()) }
 }
 
 /// A flag that the first Ctrl-C sets; the second Ctrl-C ends the process.
