@@ -90,7 +90,6 @@ impl Wiring {
             let ours = found.iter().find(|(_, v)| v.name == theirs.name).map(|(ours, _)| *ours);
             match (theirs.causality, ours) {
                 (Causality::Input, Some(ours)) => wiring.inputs.add(theirs, Some(ours), contract),
-                (Causality::Input, None) => {}
                 (Causality::Output, ours) => wiring.outputs.add(theirs, ours, contract),
                 (_, Some(ours)) => wiring.readable.add(theirs, Some(ours), contract),
                 (_, None) => (),
