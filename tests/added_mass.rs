@@ -4,10 +4,10 @@
 //! A body of unit mass on a spring, and a fluid that answers its acceleration with the inertia of `ratio` masses:
 //! `p = −ratio (a + coupling of neighbours)`. Gauss–Seidel multiplies an error by some 1.5 ratio in every iteration.
 
-use orchestrator::acceleration::{Acceleration, AccelerationKind};
-use orchestrator::convergence::{ConvergenceMeasure, Hopeless, Measure, Tolerance};
-use orchestrator::participant::ParticipantError;
-use orchestrator::scheme::{CouplingError, Graph, Predictor, Scheme, Settings, StepFailure};
+use cofferdam_coupling::acceleration::{Acceleration, AccelerationKind};
+use cofferdam_coupling::convergence::{ConvergenceMeasure, IterationFailure, Measure, Tolerance};
+use cofferdam_coupling::participant::ParticipantError;
+use cofferdam_coupling::scheme::{CouplingError, Graph, Predictor, Scheme, Settings, StepFailure};
 use whole_chain::small_unit::SmallUnit;
 use whole_chain::small_unit::interval;
 
@@ -52,7 +52,7 @@ fn fluid(ratio: f64, mut spoil: impl FnMut(u64, u32, &mut [f64]) + Send + 'stati
 fn run(kind: AccelerationKind, relaxation: f64, fluid: SmallUnit<()>) -> Result<Vec<u32>, StepFailure> {
     let mut graph = Graph::pair(Box::new(bodies()), Box::new(fluid));
     let measure = ConvergenceMeasure {
-        measures: vec![Measure::Pressure],
+        measures: vec![Measure::Relative],
         tolerance: Tolerance::Relative(1e-9),
         pressure_scale: 0.0,
         displacement_scale: 0.0,
@@ -95,7 +95,7 @@ fn a_heavy_fluid_takes_two_iterations_with_a_measured_jacobian_and_few_with_iqn_
 fn a_probe_never_counts_as_converged() -> Result<(), StepFailure> {
     let mut graph = Graph::pair(Box::new(bodies()), Box::new(fluid(5.0, |_, _, _| {})));
     let measure = ConvergenceMeasure {
-        measures: vec![Measure::Displacement],
+        measures: vec![Measure::Change],
         tolerance: Tolerance::Relative(1.0),
         pressure_scale: 0.0,
         displacement_scale: 1e9,
@@ -125,13 +125,19 @@ fn what_diverges_stagnates_or_leaves_all_bounds_is_named_in_its_step() {
     };
     let (step, error) = failure(1.0, fluid(26.0, |_, _, _| {}));
     assert_eq!(step, 1);
-    assert!(matches!(error, CouplingError::Hopeless { why: Hopeless::Diverging { .. }, .. }), "{error}");
+    assert!(
+        matches!(error, CouplingError::Futile { why: IterationFailure::Diverging { .. }, .. }),
+        "{error}"
+    );
     // Its answers alternate by 1e-3 from step 7 on.
     let noisy =
         fluid(0.1, |step, iteration, p| p[0] += if step > 6 { 1e-3 * f64::from(iteration % 2) } else { 0.0 });
     let (step, error) = failure(1.0, noisy);
     assert_eq!(step, 7);
-    assert!(matches!(error, CouplingError::Hopeless { why: Hopeless::Stagnating { .. }, .. }), "{error}");
+    assert!(
+        matches!(error, CouplingError::Futile { why: IterationFailure::Stagnating { .. }, .. }),
+        "{error}"
+    );
     let huge = fluid(0.1, |step, _, p| {
         if step > 3 {
             p[2] = -1e13
@@ -139,7 +145,10 @@ fn what_diverges_stagnates_or_leaves_all_bounds_is_named_in_its_step() {
     });
     let (step, error) = failure(0.5, huge);
     assert_eq!(step, 4);
-    assert!(matches!(error, CouplingError::Hopeless { why: Hopeless::Unbounded { .. }, .. }), "{error}");
+    assert!(
+        matches!(error, CouplingError::Futile { why: IterationFailure::Unbounded { .. }, .. }),
+        "{error}"
+    );
 }
 
 #[test]
@@ -156,7 +165,7 @@ fn a_unit_that_answers_nan_is_named_with_step_and_iteration_and_what_it_answered
         assert_eq!((report.step(), report.iterations()), (5, iteration));
         assert_eq!(report.exchanges.len(), 2 * iteration as usize, "both sides are there");
         assert!(report.exchanges.last().is_some_and(|e| e.outputs[3].is_nan()), "what it answered is kept");
-        assert_eq!(matches!(failure.error, CouplingError::BlewUp { .. }), blown_up);
+        assert_eq!(matches!(failure.error, CouplingError::Diverged { .. }), blown_up);
         let named = ParticipantError::NonFinite {
             participant: "reservoir".to_owned(),
             variable: "interface_pressure".to_owned(),

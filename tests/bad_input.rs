@@ -1,9 +1,9 @@
 //! Every mistake in a scene gets an error that names place, value and remedy, before any work; every doubtful choice
 //! a warning. The snapshots are the catalogue of messages: each change of a shipped scene, and what is said about it.
 
+use cofferdam_motion::RecordError;
+use cofferdam_scene::{Invalid, LoadedScene, SceneWarning, Warning};
 use miette::Diagnostic;
-use orchestrator::ground_motion::RecordError;
-use orchestrator::scene::{Invalid, LoadedScene, SceneWarning, Warning};
 use std::collections::BTreeSet;
 use whole_chain::scenario::{Scenario, binary, root};
 use whole_chain::scene_text::{Desk, shipped};
@@ -385,7 +385,7 @@ impl Case {
         })
     }
 
-    fn read(&self, desk: &Desk) -> Result<LoadedScene, orchestrator::scene::SceneError> {
+    fn read(&self, desk: &Desk) -> Result<LoadedScene, cofferdam_scene::SceneError> {
         if let Some((name, content)) = self.file {
             std::fs::write(desk.file(name), content).expect("the file is written");
         }
@@ -485,7 +485,7 @@ fn a_scene_that_is_wrong_in_five_places_shows_five_errors_with_lines() {
     let desk = Desk::default();
     let text = FIVE[0].text();
     let error = FIVE[0].read(&desk).expect_err("the scene is wrong");
-    let line = |p: &orchestrator::scene::SceneProblem| {
+    let line = |p: &cofferdam_scene::SceneProblem| {
         let offset = p.span.expect("a place").offset();
         text[..offset].matches('\n').count() + 1
     };
@@ -542,7 +542,8 @@ fn every_message_is_in_a_snapshot() {
 
 #[test]
 fn a_scene_that_is_not_there() {
-    let error = orchestrator::registry::read(std::path::Path::new("absent"), &[]).expect_err("no such scene");
+    let error =
+        cofferdam_assembly::registry::read(std::path::Path::new("absent"), &[]).expect_err("no such scene");
     insta::assert_snapshot!(
         error.problems[0].to_string(),
         @"absent: No such file or directory (os error 2); give a folder with scene.toml, or a .toml file"
@@ -554,8 +555,8 @@ fn a_crack_at_the_water_level_and_the_shipped_scenes_are_right() {
     let desk = Desk::default();
     assert!(edit(&[("depth = 91.75", "depth = 66.5")]).read(&desk).is_ok());
     for case in [CRACKED, RAMP, "koyna-intact", "koyna-tailwater"] {
-        let loaded =
-            orchestrator::registry::read(&root().join("scenes").join(case), &[]).expect("a shipped scene");
+        let loaded = cofferdam_assembly::registry::read(&root().join("scenes").join(case), &[])
+            .expect("a shipped scene");
         let dry = |w: &&SceneWarning| !matches!(w.warning, Warning::NoUplift { .. });
         assert_eq!(loaded.warnings.iter().find(dry).map(|w| w.to_string()), None, "{case}");
         assert!(loaded.scene.time.duration.is_some());
@@ -563,7 +564,7 @@ fn a_crack_at_the_water_level_and_the_shipped_scenes_are_right() {
 }
 
 #[test]
-fn a_byte_order_mark_and_quoted_keys_are_no_mistakes() -> Result<(), orchestrator::scene::SceneError> {
+fn a_byte_order_mark_and_quoted_keys_are_no_mistakes() -> Result<(), cofferdam_scene::SceneError> {
     let desk = Desk::default();
     let text = shipped(CRACKED).replace("title =", "\u{feff}\"title\" =").replace("[dam.mat", "['dam'.\"mat");
     let text = text.replace("material]", "material\"]");

@@ -1,7 +1,7 @@
 //! Branches are their runs up to where they leave them, go their own way from there, and can be resumed, replayed and branched.
 
-use crate::log::{cofferdam, entries, exchanges, text};
-use orchestrator::log::{Entry, Log, LogReadError, compare};
+use cofferdam_log::{Entry, Log, LogReadError, compare};
+use cofferdam_log::{cofferdam, entries, exchanges, text};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use toml::{Table, Value};
@@ -257,7 +257,7 @@ fn friction_counts_where_something_slips_alone() -> Result<(), LogReadError> {
         // The share of the strength in use is that of another strength.
         let layout = Log::open(&parent)?.head().units[0].outputs.clone();
         let share = layout.range("crack_shear_utilisation").expect("a variable").start;
-        let values = |run: Result<Vec<orchestrator::log::LoggedExchange>, _>| {
+        let values = |run: Result<Vec<cofferdam_log::LoggedExchange>, _>| {
             let run = run?;
             Ok::<Vec<_>, LogReadError>(
                 run.into_iter().map(|e| (e.unit.0, e.occasion.step, e.inputs, e.outputs)).collect(),

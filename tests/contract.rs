@@ -1,8 +1,8 @@
 //! The descriptions in `modelDescription/` are those that the variables in Rust give, and packed FMUs agree with them.
 
+use cofferdam_fmi::export::contract;
 use dam_dem::Dam;
 use interface::{Shape, Variable, WetFace, variables};
-use orchestrator::fmu::contract;
 use reservoir::{Reservoir, ReservoirParameters};
 use std::collections::BTreeMap;
 use whole_chain::fmu::{Element, Fmu, export};

@@ -130,13 +130,13 @@ const RULES: &[Rule] = &[
     Rule {
         within: "orchestrator/src/scheme",
         except: &[],
-        words: &["println!", "tracing", "crate::log", "crate::observer"],
+        words: &["println!", "tracing", "cofferdam_log", "cofferdam_coupling::observer"],
         why: "schemes return a report, they never log",
     },
     Rule {
         within: "orchestrator/src/acceleration",
         except: &[],
-        words: &["println!", "tracing", "crate::log", "crate::observer"],
+        words: &["println!", "tracing", "cofferdam_log", "cofferdam_coupling::observer"],
         why: "accelerations never log",
     },
 ];
@@ -219,7 +219,7 @@ const EXCEPTIONS: &[(&str, &str, &str)] = &[(
     "parameters are checked by the outline and the mesh that they give",
 )];
 
-/// A path in a source, such as `crate::scheme::Side`, by its segments.
+/// A path in a source, such as `cofferdam_coupling::scheme::Side`, by its segments.
 type Names = Vec<String>;
 
 /// A module: the paths that its source names, and the names that it imports.

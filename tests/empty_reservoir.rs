@@ -1,15 +1,17 @@
 //! `reservoir.fidelity = "none"`: the dam alone, computed like every other run.
 
+use cofferdam_assembly::observer::HistoriesWriter;
+use cofferdam_assembly::participant::EmptyReservoir;
+use cofferdam_assembly::units::RESERVOIR;
+use cofferdam_coupling::acceleration::{Acceleration, AccelerationKind};
+use cofferdam_coupling::convergence::{ConvergenceMeasure, Measure};
+use cofferdam_coupling::participant::{InProcess, Messages, Participant};
+use cofferdam_coupling::scheme::{Graph, Predictor, Scheme, SchemeKind, Settings, UnitId};
+use cofferdam_coupling::simulation::Simulation;
+use cofferdam_coupling::stepping::Stepping;
+use cofferdam_log::Log;
 use dam_dem::Dam;
 use interface::export::Contents;
-use orchestrator::acceleration::{Acceleration, AccelerationKind};
-use orchestrator::convergence::{ConvergenceMeasure, Measure};
-use orchestrator::log::Log;
-use orchestrator::observer::HistoriesWriter;
-use orchestrator::participant::{EmptyReservoir, InProcess, Messages, Participant};
-use orchestrator::scheme::{Graph, Predictor, Scheme, SchemeKind, Settings, UnitId};
-use orchestrator::simulation::Simulation;
-use orchestrator::stepping::Stepping;
 use reservoir::{Reservoir, ReservoirParameters};
 use std::num::NonZeroUsize;
 use std::process::{Command, Output};
@@ -27,11 +29,11 @@ fn crest(kind: SchemeKind, reservoir: impl Fn(interface::WetFace) -> Box<dyn Par
     let face = parameters.wet_face().expect("a mesh").expect("a wet face");
     let dam = InProcess::new(Dam::new(parameters).expect("a dam"), "dam", Messages::default());
     let mut graph = Graph::pair(Box::new(dam), reservoir(face));
-    let measure = ConvergenceMeasure::new(&[Measure::Pressure], 1e-9, koyna::CREST, 1e-6);
+    let measure = ConvergenceMeasure::new(&[Measure::Relative], 1e-9, koyna::CREST, 1e-6);
     let acceleration = Acceleration::new(AccelerationKind::Constant, 1.0, 1e-9);
     let settings = Settings { kind, ..Settings::default() };
     let scheme = Scheme::new(&mut graph, settings, acceleration, Predictor::new(2), measure);
-    let motion = orchestrator::registry::read(
+    let motion = cofferdam_assembly::registry::read(
         &root().join("scenes/koyna-intact"),
         &["ground_motion.record.start=4".to_owned()],
     )
@@ -105,7 +107,7 @@ fn a_run_is_one_process_one_dam_step_a_step_and_can_be_replayed() {
     assert!(replayed.contains("dam: identical: 201 exchanges"), "{replayed}");
     assert!(replayed.contains("reservoir: identical: 201 exchanges"), "{replayed}");
     let log = Log::open(&run).expect("a log");
-    assert_eq!(log.head().unit(UnitId::RESERVOIR).name, "reservoir");
+    assert_eq!(log.head().unit(RESERVOIR).name, "reservoir");
 
     // The same bits in one process and from the manifest.
     let manifest: toml::Table =
@@ -161,7 +163,7 @@ fn its_dam_can_be_packed_without_load_and_its_water_cannot() {
 fn steps_cannot_follow_an_error_that_there_is_not() {
     let settings = ["reservoir.fidelity=none", "time.adaptive={tolerance=1e-3, shortest=1e-3, longest=0.01}"];
     let error =
-        orchestrator::registry::read(&root().join("scenes/koyna-intact"), &settings.map(str::to_owned));
+        cofferdam_assembly::registry::read(&root().join("scenes/koyna-intact"), &settings.map(str::to_owned));
     let error = error.expect_err("nothing to follow");
     assert!(error.problems[0].to_string().starts_with("`time.adaptive`"), "{}", error.problems[0]);
 }

@@ -1,7 +1,7 @@
 //! What the machine does to a run: full disks, limits, results that are removed. Whatever happens, the exit status is not
 //! 0, the message names the file, and what was written before can be read.
 
-use orchestrator::log::{Log, LogReadError};
+use cofferdam_log::{Log, LogReadError};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};

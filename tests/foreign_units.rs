@@ -1,15 +1,18 @@
 //! Units of the user's own, in Python over iceoryx2's usual service: the same bits both ways, coupled with built-in units,
 //! their ends named, nothing left in shared memory.
 
-use dam_dem::Dam;
-use interface::{EndAcceleration, WetFace};
-use orchestrator::acceleration::{Acceleration, AccelerationKind};
-use orchestrator::convergence::{ConvergenceMeasure, Measure};
-use orchestrator::participant::{
-    AccelerationMeaning, Brief, BriefPoints, Deadlines, Foreign, InProcess, Level, Message, Messages,
-    Occasion, Participant, ParticipantError, Place, Role, SharedMemory, Starting, UnitCommand,
+use cofferdam_assembly::participant::{Foreign, Place};
+use cofferdam_assembly::units::DAM;
+use cofferdam_coupling::acceleration::{Acceleration, AccelerationKind};
+use cofferdam_coupling::convergence::{ConvergenceMeasure, Measure};
+use cofferdam_coupling::participant::{
+    AccelerationMeaning, InProcess, Level, Message, Messages, Occasion, Participant, ParticipantError,
 };
-use orchestrator::scheme::{Graph, Interval, Predictor, Scheme, Settings, UnitId};
+use cofferdam_coupling::scheme::{Graph, Interval, Predictor, Scheme, Settings, UnitId};
+use cofferdam_shared_memory::{Brief, BriefPoints, Deadlines, SharedMemory, Starting, UnitCommand};
+use dam_dem::Dam;
+use interface::Role;
+use interface::{EndAcceleration, WetFace};
 use std::collections::BTreeSet;
 use std::io::{BufRead, BufReader, Read};
 use std::os::unix::fs::MetadataExt;
@@ -210,7 +213,7 @@ fn westergaard(face: &WetFace) -> SmallUnit<EndAcceleration> {
 /// The dam's outputs in all steps of a run before `reservoir`, and the number of iterations.
 fn run(dam: Box<dyn Participant>, reservoir: Box<dyn Participant>) -> Result<(Vec<u64>, u32), Failure> {
     let mut graph = Graph::pair(dam, reservoir);
-    let measures = [Measure::Displacement, Measure::Pressure];
+    let measures = [Measure::Change, Measure::Relative];
     let measure = ConvergenceMeasure::new(&measures, 1e-8, koyna::DEPTH, 1000.0 * 9.81 * koyna::DEPTH);
     let aitken = Acceleration::new(AccelerationKind::Aitken, 0.9, 1.0);
     let mut scheme = Scheme::new(&mut graph, Settings::default(), aitken, Predictor::new(2), measure)?;
@@ -222,7 +225,7 @@ fn run(dam: Box<dyn Participant>, reservoir: Box<dyn Participant>) -> Result<(Ve
             .advance(&mut graph, &[Interval { ground_acceleration: ground, ..interval(step, H) }])
             .map_err(|failure| failure.error)?;
         iterations += report.iterations();
-        motion.extend(bits(&report.accepted(UnitId::DAM, step).expect("a step").outputs));
+        motion.extend(bits(&report.accepted(DAM, step).expect("a step").outputs));
     }
     Ok((motion, iterations))
 }
@@ -311,7 +314,7 @@ fn an_oscillator_in_python_is_of_second_order() -> Result<(), Failure> {
             starting.wait(&AtomicBool::new(false))?.into_iter().map(|unit| Box::new(unit) as Box<_>);
         let (dam, reservoir) = units.next().zip(units.next()).ok_or("two units")?;
         let mut graph = Graph::pair(dam, reservoir);
-        let measure = ConvergenceMeasure::new(&[Measure::Displacement, Measure::Pressure], 1e-10, 1.0, 1e5);
+        let measure = ConvergenceMeasure::new(&[Measure::Change, Measure::Relative], 1e-10, 1.0, 1e5);
         let aitken = Acceleration::new(AccelerationKind::Aitken, 0.9, 1.0);
         let mut scheme = Scheme::new(&mut graph, Settings::default(), aitken, Predictor::new(2), measure)?;
         scheme.initialise(&mut graph, 0.0, [0.0; 2])?;
@@ -320,7 +323,7 @@ fn an_oscillator_in_python_is_of_second_order() -> Result<(), Failure> {
             let ground_acceleration = [ground(step as f64 * h), 0.0];
             let interval = Interval { ground_acceleration, ..interval(step, h) };
             let report = scheme.advance(&mut graph, &[interval]).map_err(|failure| failure.error)?;
-            last = report.accepted(UnitId::DAM, step).ok_or("accepted")?.outputs[0];
+            last = report.accepted(DAM, step).ok_or("accepted")?.outputs[0];
         }
         errors.push((last / face.normals()[0][0] - state[0]).abs() / 0.01);
     }

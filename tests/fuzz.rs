@@ -4,12 +4,14 @@
 //! `COFFERDAM_FUZZ` gives the number of cases of each fuzzer (docs/reliability.md); a failure prints the number of its case,
 //! and `COFFERDAM_FUZZ_FIRST` begins there.
 
+use cofferdam_coupling::participant;
+use cofferdam_fmi::import::{FmuUnitError, Import};
+use cofferdam_log::{Log, LogReadError, Overview, compare, recover};
+use cofferdam_scene::mesh_file::{DamMesh, MeshFile};
 use dam_dem::{Dam, GivenMesh, Mesh};
 use interface::Packable;
+use interface::Role;
 use interface::export::Contents;
-use orchestrator::log::{Log, LogReadError, Overview, compare, recover};
-use orchestrator::mesh_file::{DamMesh, MeshFile};
-use orchestrator::participant::{self, FmuUnitError, Import, Role};
 use reservoir::Reservoir;
 use std::collections::BTreeMap;
 use std::io::{Cursor, Write};

@@ -1,7 +1,7 @@
 //! Broken and hostile units of other programs: each is refused or survived, with a word on what is wrong and what would help,
 //! and with nothing left behind. `-- hostile_units:: --nocapture` prints what was said of each.
 
-use orchestrator::log::{Entry, Log, LogReadError};
+use cofferdam_log::{Entry, Log, LogReadError};
 use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

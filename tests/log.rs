@@ -1,17 +1,19 @@
 //! Logs are read back, replayed, compared, cut off and damaged.
 
-use orchestrator::acceleration::{Acceleration, AccelerationKind};
-use orchestrator::convergence::{ConvergenceMeasure, Measure};
-use orchestrator::difference::{Difference, Divergence, Half};
-use orchestrator::log::{Entry, Log, LogReadError, LogWriter, LoggedExchange, Preamble, compare};
-use orchestrator::observer::{Observer, Start};
-use orchestrator::participant::{
-    Description, InProcess, Level, Messages, Occasion, Participant, ParticipantError, Prescribed,
+use cofferdam_assembly::participant::Prescribed;
+use cofferdam_assembly::units::{DAM, RESERVOIR};
+use cofferdam_coupling::acceleration::{Acceleration, AccelerationKind};
+use cofferdam_coupling::convergence::{ConvergenceMeasure, Measure};
+use cofferdam_coupling::difference::{Difference, Divergence, Half};
+use cofferdam_coupling::observer::{Observer, Start};
+use cofferdam_coupling::participant::{
+    Description, InProcess, Level, Messages, Occasion, Participant, ParticipantError,
 };
-use orchestrator::replay::{ReplayError, Unanswered, replay};
-use orchestrator::scheme::{Graph, Predictor, Scheme, Settings, UnitId};
-use orchestrator::simulation::Simulation;
-use orchestrator::stepping::Stepping;
+use cofferdam_coupling::scheme::{Graph, Predictor, Scheme, Settings, UnitId};
+use cofferdam_coupling::simulation::Simulation;
+use cofferdam_coupling::stepping::Stepping;
+use cofferdam_log::replay::{ReplayError, Unanswered, replay};
+use cofferdam_log::{Entry, Log, LogReadError, LogWriter, LoggedExchange, Preamble, compare};
 use std::collections::HashMap;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -168,11 +170,11 @@ fn a_flipped_bit_is_found_where_it_is() -> Result<(), LogReadError> {
     let scenario = quick_scene();
     let log = logged(&scenario, "run");
     let all = exchanges(&log)?;
-    let layout = Log::open(&log)?.head().unit(UnitId::DAM).outputs.clone();
+    let layout = Log::open(&log)?.head().unit(DAM).outputs.clone();
     let at = layout.range("interface_velocity").expect("a variable").start + 5;
     let index = all
         .iter()
-        .position(|e| e.unit == UnitId::DAM && e.occasion.step == 200 && e.occasion.iteration == 2)
+        .position(|e| e.unit == DAM && e.occasion.step == 200 && e.occasion.iteration == 2)
         .expect("an exchange");
     let LoggedExchange { sequence, occasion, outputs, .. } = &all[index];
     let outputs = outputs.as_ref().expect("an answer");
@@ -204,7 +206,7 @@ fn a_flipped_bit_is_found_where_it_is() -> Result<(), LogReadError> {
     assert_eq!(found.divergence, Some(at(index as u64, [recorded, flipped])));
     assert!(found.settings.is_empty(), "{:?}", found.settings);
 
-    let asked = all[..index].iter().filter(|e| e.unit == UnitId::DAM).count() as u64;
+    let asked = all[..index].iter().filter(|e| e.unit == DAM).count() as u64;
     let (status, said) = cofferdam(&["replay", text(&damaged), "--quiet"]);
     assert_eq!(status, Some(5), "{said}");
     let report = at(asked, [flipped, recorded]).report(["recorded", "replayed"]).to_string();
@@ -248,7 +250,7 @@ fn other_dilation_is_found_where_a_run_with_it_parts() -> Result<(), LogReadErro
     // Dilation acts on the dam first, and from the first sliding on.
     assert_eq!(divergence.unit, "dam");
     assert!(divergence.occasion.step > 0);
-    let before = |e: &&LoggedExchange| e.unit == UnitId::DAM && e.occasion.step < divergence.occasion.step;
+    let before = |e: &&LoggedExchange| e.unit == DAM && e.occasion.step < divergence.occasion.step;
     let asked = exchanges(&log)?.iter().filter(before).count() as u64;
     divergence.before = asked + u64::from(divergence.occasion.iteration) - 1;
 
@@ -446,7 +448,7 @@ fn what_cannot_be_read_is_named() -> Result<(), LogReadError> {
 
     // Messages that lack a field, hold another number of values, or are missing.
     let all = exchanges(&log)?;
-    let first = all.iter().find(|e| e.unit == UnitId::DAM && e.occasion.step == 3).expect("an exchange");
+    let first = all.iter().find(|e| e.unit == DAM && e.occasion.step == 3).expect("an exchange");
     rewrite(&log, &folder.join("short.mcap"), |topic, sequence, data| {
         if topic == "/dam/request" && sequence == first.sequence {
             // The first array of a request: its key, its length in bytes, its values.
@@ -675,7 +677,7 @@ pub(crate) fn rigid_run(
     steps: u64,
     value: Option<f64>,
 ) -> Result<bool, Box<dyn std::error::Error>> {
-    let loaded = orchestrator::registry::read(&root().join("scenes/rigid-dam-ramp"), &[])?;
+    let loaded = cofferdam_assembly::registry::read(&root().join("scenes/rigid-dam-ramp"), &[])?;
     let scene = toml::to_string(&loaded.scene)?;
     let mut log = LogWriter::create(path, &Preamble { scene, ..Preamble::default() })?;
     let dam = Prescribed::new(interface::WetFace::straight([0.0, koyna::DEPTH], 9)?)?;
@@ -686,7 +688,7 @@ pub(crate) fn rigid_run(
         Acceleration::new(AccelerationKind::Aitken, 0.9, 1.0),
         Predictor::new(2),
         ConvergenceMeasure::new(
-            &[Measure::Displacement, Measure::Pressure],
+            &[Measure::Change, Measure::Relative],
             1e-6,
             koyna::DEPTH,
             1000.0 * 9.81 * koyna::DEPTH,
@@ -712,18 +714,18 @@ fn a_run_that_failed_is_replayed_up_to_its_failure() -> Result<(), Box<dyn std::
     failed_run(&path, None)?;
     let all = exchanges(&path)?;
     let last = all.last().expect("an exchange");
-    assert_eq!((last.unit, last.occasion.step, last.occasion.iteration), (UnitId::RESERVOIR, 7, 1));
+    assert_eq!((last.unit, last.occasion.step, last.occasion.iteration), (RESERVOIR, 7, 1));
     assert!(last.outputs.is_none() && !last.inputs.is_empty(), "a failed answer is none");
     assert!(all[..all.len() - 1].iter().all(|e| e.outputs.is_some()));
     let log = Log::open(&path)?;
-    let answered = all.iter().filter(|e| e.unit == UnitId::RESERVOIR).count() as u64 - 1;
+    let answered = all.iter().filter(|e| e.unit == RESERVOIR).count() as u64 - 1;
     for (step, failure) in [(7, Some("reservoir: dry".to_owned())), (8, None)] {
-        let again = replay(&log, UnitId::RESERVOIR, &mut water(step, None)?, |_| ())?;
+        let again = replay(&log, RESERVOIR, &mut water(step, None)?, |_| ())?;
         assert_eq!((again.identical, again.divergence), (answered, None));
         assert_eq!(again.unanswered, Some(Unanswered { occasion: last.occasion, failure }));
         assert_eq!(again.ending, Some(Ok("failed: reservoir: dry".to_owned())));
     }
-    let early = replay(&log, UnitId::RESERVOIR, &mut water(5, None)?, |_| ()).expect_err("fails earlier");
+    let early = replay(&log, RESERVOIR, &mut water(5, None)?, |_| ()).expect_err("fails earlier");
     assert_eq!(
         early.to_string(),
         "in step 5 from t = 0.01 s, iteration 1, where the recorded unit gave an answer: reservoir: dry"
@@ -779,8 +781,8 @@ fn what_is_missing_from_a_finished_log_is_damage() -> Result<(), Box<dyn std::er
     });
     assert_eq!(message(), format!("exchange {} has no answer", lost.sequence));
     let mut water = water(8, None)?;
-    let error = replay(&Log::open(&changed)?, UnitId::RESERVOIR, &mut water, |_| ()).expect_err("damaged");
-    let before = all[..all.len() / 2].iter().filter(|e| e.unit == UnitId::RESERVOIR).count() as u64;
+    let error = replay(&Log::open(&changed)?, RESERVOIR, &mut water, |_| ()).expect_err("damaged");
+    let before = all[..all.len() / 2].iter().filter(|e| e.unit == RESERVOIR).count() as u64;
     assert!(
         matches!(error, ReplayError::Log { identical, .. } if identical == before && before > 0),
         "{error:?}"
@@ -808,7 +810,7 @@ fn what_is_missing_from_a_finished_log_is_damage() -> Result<(), Box<dyn std::er
 #[test]
 fn what_was_run_is_on_the_disk_at_once() -> Result<(), Box<dyn std::error::Error>> {
     let folder = tempfile::tempdir()?;
-    let loaded = orchestrator::registry::read(&root().join("scenes/rigid-dam-ramp"), &[])?;
+    let loaded = cofferdam_assembly::registry::read(&root().join("scenes/rigid-dam-ramp"), &[])?;
     let dam = Prescribed::new(interface::WetFace::straight([0.0, koyna::DEPTH], 9)?)?;
     let start = Start {
         units: vec![dam.description().clone(), water(1, None)?.description().clone()],
@@ -838,10 +840,10 @@ fn an_answer_that_is_not_finite_keeps_its_bits() -> Result<(), Box<dyn std::erro
     let all = exchanges(&path)?;
     assert_eq!(all.last().and_then(|e| Some(e.outputs.as_ref()?[3].to_bits())), Some(odd.to_bits()));
     let log = Log::open(&path)?;
-    let same = replay(&log, UnitId::RESERVOIR, &mut water(7, Some(odd))?, |_| ())?;
+    let same = replay(&log, RESERVOIR, &mut water(7, Some(odd))?, |_| ())?;
     assert_eq!((same.divergence, same.unanswered), (None, None));
     let other = f64::from_bits(odd.to_bits() ^ 1);
-    let differs = replay(&log, UnitId::RESERVOIR, &mut water(7, Some(other))?, |_| ())?;
+    let differs = replay(&log, RESERVOIR, &mut water(7, Some(other))?, |_| ())?;
     let divergence = differs.divergence.expect("another NaN");
     assert!(matches!(divergence.what, Difference::Value { index: Some(3), .. }), "{divergence:?}");
     Ok(())

@@ -1,9 +1,10 @@
 //! The commands that show a log: what they print and write is what the log and the tables beside it hold.
 
-use crate::log::{cofferdam, entries, exchanges, logged, quick_scene, rewrite, text};
-use orchestrator::log::{Agreement, Entry, Log, LogReadError, LoggedExchange, worst};
-use orchestrator::participant::Layout;
-use orchestrator::scheme::UnitId;
+use cofferdam_assembly::units::RESERVOIR;
+use cofferdam_coupling::participant::Layout;
+use cofferdam_coupling::scheme::UnitId;
+use cofferdam_log::{Agreement, Entry, Log, LogReadError, LoggedExchange, worst};
+use cofferdam_log::{cofferdam, entries, exchanges, logged, quick_scene, rewrite, text};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 use prost::Message;
@@ -402,7 +403,7 @@ fn a_step_is_shown_with_every_iteration_and_value() -> Result<(), LogReadError> 
     let sequences: Vec<String> = of_step.iter().map(|e| format!("(exchange {}", e.sequence)).collect();
     let places: Vec<_> = sequences.iter().map(|sequence| said.find(sequence)).collect();
     assert!(places.iter().all(Option::is_some) && places.is_sorted(), "{said}");
-    let pressure = Log::open(&log)?.head().unit(UnitId::RESERVOIR).outputs.range("interface_pressure");
+    let pressure = Log::open(&log)?.head().unit(RESERVOIR).outputs.range("interface_pressure");
     let values =
         &of_step.last().and_then(|e| e.outputs.as_ref()).expect("an answer")[pressure.expect("a variable")];
     for value in values {

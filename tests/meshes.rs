@@ -1,8 +1,8 @@
 //! Dams on meshes from files of Gmsh.
 
+use cofferdam_assembly::registry;
+use cofferdam_scene::mesh_file::{DamMesh, MeshFile, MeshFileError};
 use dam_dem::{CrackLine, DamParameters, GivenMesh, Mesh};
-use orchestrator::mesh_file::{DamMesh, MeshFile, MeshFileError};
-use orchestrator::registry;
 use std::collections::HashMap;
 use std::fmt::Write;
 use std::path::Path;

@@ -1,11 +1,10 @@
 //! The same checks for every participant: finite answers, and equal bits from a repeated step.
 
+use cofferdam_assembly::participant::Prescribed;
+use cofferdam_coupling::participant::{InProcess, Layout, Messages, Occasion, Participant, ParticipantError};
+use cofferdam_shared_memory::{Deadlines, Starting, UnitCommand};
 use dam_dem::Dam;
 use interface::WetFace;
-use orchestrator::participant::{
-    Deadlines, InProcess, Layout, Messages, Occasion, Participant, ParticipantError, Prescribed, Starting,
-    UnitCommand,
-};
 use reservoir::Reservoir;
 use std::num::NonZeroUsize;
 use std::process::Command;
@@ -112,7 +111,7 @@ fn reservoir_in_process() -> Result<(), Box<dyn std::error::Error>> {
 fn both_over_shared_memory() -> Result<(), Box<dyn std::error::Error>> {
     let mut scenario = Scenario::shipped("koyna-coarse");
     scenario.set("dam.element_size", 10.0).set("time.duration", 0.5).set("time.communication_step", H);
-    let scene = toml::to_string(&orchestrator::registry::read(&scenario.write(), &[])?.scene)?;
+    let scene = toml::to_string(&cofferdam_assembly::registry::read(&scenario.write(), &[])?.scene)?;
     let units = ["dam", "reservoir"].map(|name| {
         let mut command = Command::new(binary());
         command.args(["unit", name]);

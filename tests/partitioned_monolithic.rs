@@ -9,15 +9,16 @@
 //! (1 − D S) p₁ = h + D ā₀
 //! ```
 
+use cofferdam_assembly::units::{DAM, TAILWATER};
+use cofferdam_coupling::acceleration::{Acceleration, AccelerationKind};
+use cofferdam_coupling::convergence::{ConvergenceMeasure, Measure};
+use cofferdam_coupling::participant::{InProcess, Messages, Participant};
+use cofferdam_coupling::scheme::{
+    Graph, Interface, Interval, Port, Predictor, Scheme, SchemeKind, Settings, UnitId,
+};
 use dam_dem::{Dam, SystemMatrices};
 use interface::{CoSimulation, variables};
 use nalgebra::{DMatrix, DVector};
-use orchestrator::acceleration::{Acceleration, AccelerationKind};
-use orchestrator::convergence::{ConvergenceMeasure, Measure};
-use orchestrator::participant::{InProcess, Messages, Participant};
-use orchestrator::scheme::{
-    Graph, Interface, Interval, Port, Predictor, Scheme, SchemeKind, Settings, UnitId,
-};
 use reservoir::{Fidelity, Reservoir, ReservoirParameters};
 use std::num::NonZeroUsize;
 use whole_chain::koyna;
@@ -243,7 +244,7 @@ fn partitioned(
 ) -> Result<(History, f64), Failure> {
     let base = 1000.0 * 9.81 * koyna::DEPTH;
     let interface = |number: usize| Interface {
-        structure: Port { unit: UnitId::DAM, prefix: ["", "tailwater_"][number].to_owned() },
+        structure: Port { unit: DAM, prefix: ["", "tailwater_"][number].to_owned() },
         fluid: Port::of(UnitId(number + 1)),
     };
     let interfaces = (0..waters.len()).map(interface).collect();
@@ -255,10 +256,10 @@ fn partitioned(
     let mut graph = Graph::new(units, interfaces)?;
     let fluids: Vec<UnitId> = graph.ids().skip(1).collect();
     let range = |range: Option<std::ops::Range<usize>>| range.ok_or("the contract's variables");
-    let crest_range = range(graph[UnitId::DAM].description().outputs.range("crest_displacement"))?;
+    let crest_range = range(graph[DAM].description().outputs.range("crest_displacement"))?;
     let pressure_range = |&id: &UnitId| range(graph[id].description().outputs.range("interface_pressure"));
     let pressure_ranges = fluids.iter().map(pressure_range).collect::<Result<Vec<_>, _>>()?;
-    let measure = ConvergenceMeasure::new(&[Measure::Pressure], tolerance, koyna::CREST, base);
+    let measure = ConvergenceMeasure::new(&[Measure::Relative], tolerance, koyna::CREST, base);
     let acceleration = Acceleration::new(AccelerationKind::InterfaceJacobian, 0.5, 1e-4 * base);
     let settings = Settings { kind, acceleration_scale: 1000.0 * koyna::DEPTH, ..Settings::default() };
     let mut scheme = Scheme::new(&mut graph, settings, acceleration, Predictor::new(2), measure)?;
@@ -270,7 +271,7 @@ fn partitioned(
         let report = scheme.advance(&mut graph, &[interval])?;
         iterations += report.iterations();
         let of = |side| report.accepted(side, step).ok_or("an accepted exchange");
-        crest.push(of(UnitId::DAM)?.outputs[crest_range.clone()][0]);
+        crest.push(of(DAM)?.outputs[crest_range.clone()][0]);
         for (fluid, range) in fluids.iter().zip(&pressure_ranges) {
             pressures.extend_from_slice(&of(*fluid)?.outputs[range.clone()]);
         }
@@ -290,19 +291,19 @@ fn iterated_units_give_what_one_assembled_system_gives() -> Result<(), Failure> 
         (Fidelity::Compressible, SchemeKind::SerialImplicit),
         (Fidelity::Compressible, SchemeKind::ParallelImplicit),
         (Fidelity::Incompressible, SchemeKind::SerialImplicit),
-        (Fidelity::Incompressible, SchemeKind::AddedMass),
+        (Fidelity::Incompressible, SchemeKind::OneWay),
         (Fidelity::Westergaard, SchemeKind::SerialImplicit),
-        (Fidelity::Westergaard, SchemeKind::AddedMass),
+        (Fidelity::Westergaard, SchemeKind::OneWay),
     ] {
         let mut parameters = koyna::dam(SIZE, false);
         let face = parameters.wet_face()?.ok_or("a dam in water")?;
         let water =
             reservoir::ReservoirParameters { fidelity, ..koyna::reservoir(face, H, STEPS as f64 * H) };
-        if kind == SchemeKind::AddedMass {
+        if kind == SchemeKind::OneWay {
             let mass = reservoir::added_mass(&water)?;
             parameters.added_mass = Some(mass.row_iter().map(|row| row.iter().copied().collect()).collect());
         }
-        let exchanged = kind != SchemeKind::AddedMass;
+        let exchanged = kind != SchemeKind::OneWay;
         let dam = Dam::new(parameters)?;
         let (crest, pressure) = monolithic(&dam, Waters::new(std::slice::from_ref(&water))?, exchanged)?;
         let unit = Reservoir::new(water, NonZeroUsize::MIN)?;
@@ -326,7 +327,7 @@ fn a_dam_between_two_waters_is_as_one_assembled_system() -> Result<(), Failure> 
         ([Fidelity::Compressible, Fidelity::Compressible], SchemeKind::SerialImplicit),
         ([Fidelity::Compressible, Fidelity::Compressible], SchemeKind::ParallelImplicit),
         ([Fidelity::Westergaard, Fidelity::Compressible], SchemeKind::SerialImplicit),
-        ([Fidelity::Incompressible, Fidelity::Westergaard], SchemeKind::AddedMass),
+        ([Fidelity::Incompressible, Fidelity::Westergaard], SchemeKind::OneWay),
     ] {
         let mut parameters = dam_dem::DamParameters { tailwater_depth: TAILWATER, ..koyna::dam(SIZE, false) };
         let faces = [parameters.wet_face()?, parameters.tailwater_face()?];
@@ -336,7 +337,7 @@ fn a_dam_between_two_waters_is_as_one_assembled_system() -> Result<(), Failure> 
             waters.push(ReservoirParameters { fidelity, ..like_koyna });
         }
         assert_eq!(waters.iter().map(|water| water.toe).collect::<Vec<_>>(), [None, Some(70.0)]);
-        if kind == SchemeKind::AddedMass {
+        if kind == SchemeKind::OneWay {
             let [upstream, downstream] = [&waters[0], &waters[1]].map(reservoir::added_mass);
             let (upstream, downstream) = (upstream?, downstream?);
             let (m, n) = (upstream.nrows(), downstream.nrows());
@@ -346,7 +347,7 @@ fn a_dam_between_two_waters_is_as_one_assembled_system() -> Result<(), Failure> 
             parameters.added_mass = Some(both.row_iter().map(|row| row.iter().copied().collect()).collect());
         }
         let dam = Dam::new(parameters)?;
-        let exchanged = kind != SchemeKind::AddedMass;
+        let exchanged = kind != SchemeKind::OneWay;
         let (crest, pressure) = monolithic(&dam, Waters::new(&waters)?, exchanged)?;
         let units = waters.into_iter().map(|water| Reservoir::new(water, NonZeroUsize::MIN));
         let units = units.collect::<Result<Vec<_>, _>>()?;

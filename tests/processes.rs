@@ -1,7 +1,8 @@
 //! Units as processes: killed, hung, doubled, run by another user; nothing is left in shared memory.
 
-use orchestrator::log::{Entry, Log};
-use orchestrator::scheme::UnitId;
+use cofferdam_assembly::units::DAM;
+use cofferdam_coupling::scheme::UnitId;
+use cofferdam_log::{Entry, Log};
 use std::io::{BufRead, BufReader, Read};
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
@@ -189,8 +190,8 @@ fn units_that_are_still_being_made_can_be_killed_too() {
     let log = std::fs::read(folder.join("log.mcap")).expect("a log");
     let message = mcap::MessageStream::new(&log).expect("MCAP").next().expect("a message").expect("readable");
     assert_eq!(message.channel.topic, "/scene");
-    let headless = orchestrator::log::Log::open(&folder.join("log.mcap")).map(drop);
-    assert!(matches!(headless, Err(orchestrator::log::LogReadError::Headless { .. })), "{headless:?}");
+    let headless = cofferdam_log::Log::open(&folder.join("log.mcap")).map(drop);
+    assert!(matches!(headless, Err(cofferdam_log::LogReadError::Headless { .. })), "{headless:?}");
     let running = Running::start(scenario.command("orchestrator"));
     signal(running.orchestrator.id(), "-KILL");
     running.end();
@@ -229,7 +230,7 @@ fn a_request_stands(scenario: &Scenario, folder: &str) -> bool {
         entries.last()
     );
     let last = entries.iter().rev().find_map(|e| if let Entry::Exchange(e) = e { Some(e) } else { None });
-    last.is_some_and(|e| e.unit == UnitId::DAM && e.outputs.is_none())
+    last.is_some_and(|e| e.unit == DAM && e.outputs.is_none())
 }
 
 #[test]

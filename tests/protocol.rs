@@ -1,10 +1,9 @@
 //! A unit's process that breaks the protocol is refused or ended, with a message that says how.
 
+use cofferdam_coupling::participant::{AccelerationMeaning, Level, Occasion, Participant, ParticipantError};
+use cofferdam_shared_memory::{Brief, BriefPoints, Deadlines, SharedMemory, Starting, UnitCommand};
+use interface::Role;
 use interface::WetFace;
-use orchestrator::participant::{
-    AccelerationMeaning, Brief, BriefPoints, Deadlines, Level, Occasion, Participant, ParticipantError, Role,
-    SharedMemory, Starting, UnitCommand,
-};
 use std::process::Command;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;

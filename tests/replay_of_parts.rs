@@ -1,14 +1,15 @@
 //! Parts of a run are replayed from where its units stood, and units that give no state as bytes are brought there.
 
-use orchestrator::difference::Difference;
-use orchestrator::log::{Log, LogWriter, Preamble};
-use orchestrator::observer::{Ending, Observer, Status};
-use orchestrator::participant::Participant;
-use orchestrator::registry;
-use orchestrator::replay::{Part, ReplayError, ReplayedPart, bring, replay_part};
-use orchestrator::scene::LoadedScene;
-use orchestrator::scheme::UnitId;
-use orchestrator::simulation::Simulation;
+use cofferdam_assembly::registry;
+use cofferdam_assembly::units::{DAM, RESERVOIR};
+use cofferdam_coupling::difference::Difference;
+use cofferdam_coupling::observer::{Ending, Observer, Status};
+use cofferdam_coupling::participant::Participant;
+use cofferdam_coupling::scheme::UnitId;
+use cofferdam_coupling::simulation::Simulation;
+use cofferdam_log::replay::{Part, ReplayError, ReplayedPart, bring, replay_part};
+use cofferdam_log::{Log, LogWriter, Preamble};
+use cofferdam_scene::LoadedScene;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -78,7 +79,7 @@ fn units_are_brought_to_where_the_run_had_them() -> Result<(), Failure> {
         let (loaded, log, states) = run(&scenario)?;
         let last = states.last().ok_or("states")?.0;
         assert!(states.len() > 10 && last > 30, "{} states, {last} steps", states.len());
-        for id in [UnitId::DAM, UnitId::RESERVOIR] {
+        for id in [DAM, RESERVOIR] {
             let mut stands: Option<&Stop> = None;
             for state in
                 states.iter().filter(|(step, _)| *step < 4 || step.is_multiple_of(9) || *step == last)
@@ -100,10 +101,10 @@ fn units_are_brought_to_where_the_run_had_them() -> Result<(), Failure> {
             }
         }
         // Inside a window too: the accepted exchanges are the last ones of each step.
-        let mut unit = made(&loaded, UnitId::DAM)?;
-        let brought = bring(&log, UnitId::DAM, &mut *unit, None, 10, |_| ())?;
+        let mut unit = made(&loaded, DAM)?;
+        let brought = bring(&log, DAM, &mut *unit, None, 10, |_| ())?;
         assert_eq!((brought.exchanges, brought.divergence), (11, None));
-        let beyond = bring(&log, UnitId::DAM, &mut *made(&loaded, UnitId::DAM)?, None, last + 1, |_| ());
+        let beyond = bring(&log, DAM, &mut *made(&loaded, DAM)?, None, last + 1, |_| ());
         assert!(
             matches!(beyond, Err(ReplayError::Beyond { step, last: found }) if (step, found) == (last + 1, last))
         );
@@ -118,20 +119,20 @@ fn another_unit_is_brought_there_too_and_the_first_difference_is_named() -> Resu
     let last = states.last().ok_or("states")?.0;
     let set = ["dam.cracks.0.dilation=1e-6".to_owned()];
     let other = registry::read(&scenario.write(), &set)?;
-    let mut dam = made(&other, UnitId::DAM)?;
-    let brought = bring(&log, UnitId::DAM, &mut *dam, None, last, |_| ())?;
+    let mut dam = made(&other, DAM)?;
+    let brought = bring(&log, DAM, &mut *dam, None, last, |_| ())?;
     let divergence = brought.divergence.ok_or("it slides otherwise")?;
     assert_eq!(brought.exchanges, last + 1, "it went on");
     assert!((1..last).contains(&divergence.occasion.step) && divergence.before == divergence.occasion.step);
     assert!(matches!(divergence.what, Difference::Value { values: [a, b], .. } if a != b));
     // It stands where it would have stood: a second one, brought there in two parts.
     let state = dam.serialise()?.ok_or("its bytes")?;
-    let mut again = made(&other, UnitId::DAM)?;
-    bring(&log, UnitId::DAM, &mut *again, None, last / 2, |_| ())?;
-    bring(&log, UnitId::DAM, &mut *again, Some(last / 2), last, |_| ())?;
+    let mut again = made(&other, DAM)?;
+    bring(&log, DAM, &mut *again, None, last / 2, |_| ())?;
+    bring(&log, DAM, &mut *again, Some(last / 2), last, |_| ())?;
     assert!(again.serialise()? == Some(state));
     // One with other inputs is not.
-    let refused = bring(&log, UnitId::DAM, &mut *made(&loaded, UnitId::RESERVOIR)?, None, 3, |_| ());
+    let refused = bring(&log, DAM, &mut *made(&loaded, RESERVOIR)?, None, 3, |_| ());
     let refused = refused.expect_err("it is no dam").to_string();
     assert!(refused.starts_with("reservoir: its input `interface_acceleration`"), "{refused}");
     Ok(())
@@ -143,11 +144,11 @@ fn every_part_of_a_run_is_replayed() -> Result<(), Failure> {
     let (loaded, log, states) = run(&scenario)?;
     let last = states.last().ok_or("states")?.0;
     let entries = log.entries()?.collect::<Result<Vec<_>, _>>()?;
-    for id in [UnitId::DAM, UnitId::RESERVOIR] {
+    for id in [DAM, RESERVOIR] {
         let steps: Vec<u64> = entries
             .iter()
             .filter_map(|entry| match entry {
-                orchestrator::log::Entry::Exchange(exchange) if exchange.unit == id => {
+                cofferdam_log::Entry::Exchange(exchange) if exchange.unit == id => {
                     Some(exchange.occasion.step)
                 }
                 _ => None,

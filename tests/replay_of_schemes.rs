@@ -1,7 +1,7 @@
 //! Logs of runs whose steps are iterated together, repeated, taken at once, or accepted without convergence: they are
 //! replayed bit for bit and show the course of the run.
 
-use orchestrator::log::{Entry, Log, LoggedStep};
+use cofferdam_log::{Entry, Log, LoggedStep};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use whole_chain::scenario::{Scenario, binary};

@@ -1,6 +1,6 @@
 //! The report of a run: what it shows is what the run's files say, in markup that every reader takes.
 
-use orchestrator::report::page::{ReportData, RunFolder};
+use cofferdam_report::page::{ReportData, RunFolder};
 use quick_xml::events::Event;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -1,8 +1,8 @@
 //! The program on short scenes: files, messages, exit status.
 
-use orchestrator::observer::Status;
-use orchestrator::registry;
-use orchestrator::report::{Equilibrium, UpliftEffect};
+use cofferdam_assembly::registry;
+use cofferdam_coupling::observer::Status;
+use cofferdam_report::{Equilibrium, UpliftEffect};
 use std::process::Stdio;
 use std::time::Duration;
 use whole_chain::scenario::{Histories, Scenario, binary};

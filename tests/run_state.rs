@@ -1,25 +1,25 @@
 //! Runs that are stopped between two windows and continued from bytes, with new units and observers, are those that were not
 //! stopped, bit for bit.
 
-use orchestrator::acceleration::{Acceleration, AccelerationKind};
-use orchestrator::convergence::{ConvergenceMeasure, Measure, Tolerance};
-use orchestrator::ground_motion::GroundMotion;
-use orchestrator::log::{Log, LogWriter, Preamble, compare};
-use orchestrator::observer::{
-    Ending, Histories, HistoriesWriter, Limits, Observer, ObserverError, Past, Progress, Rest, Snapshots,
-    Start, Status,
-};
-use orchestrator::participant::{
-    AccelerationMeaning, Deadlines, Foreign, Participant, Place, Prescribed, Role, Starting, UnitCommand,
-};
-use orchestrator::registry::{self, Home};
-use orchestrator::run_state::{RunState, RunStateError};
-use orchestrator::scene::{LoadedScene, Scene, Side};
-use orchestrator::scheme::{
+use cofferdam_assembly::observer::{Histories, HistoriesWriter, Limits, Progress, Rest, Snapshots};
+use cofferdam_assembly::participant::{Foreign, Place, Prescribed};
+use cofferdam_assembly::registry::{self, Home};
+use cofferdam_assembly::units::{DAM, RESERVOIR, TAILWATER};
+use cofferdam_coupling::acceleration::{Acceleration, AccelerationKind};
+use cofferdam_coupling::convergence::{ConvergenceMeasure, Measure, Tolerance};
+use cofferdam_coupling::observer::{Ending, Observer, ObserverError, Past, Start, Status};
+use cofferdam_coupling::participant::{AccelerationMeaning, Participant};
+use cofferdam_coupling::run_state::{RunState, RunStateError};
+use cofferdam_coupling::scheme::{
     Exchange, Graph, Interface, Port, Predictor, Scheme, SchemeKind, Settings, UnitId, WindowReport,
 };
-use orchestrator::simulation::{Simulation, SimulationError};
-use orchestrator::stepping::{Adaptive, Stepping};
+use cofferdam_coupling::simulation::{Simulation, SimulationError};
+use cofferdam_coupling::stepping::{Adaptive, Stepping};
+use cofferdam_log::{Log, LogWriter, Preamble, compare};
+use cofferdam_motion::GroundMotion;
+use cofferdam_scene::{LoadedScene, Scene, Side};
+use cofferdam_shared_memory::{Deadlines, Starting, UnitCommand};
+use interface::Role;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -79,18 +79,20 @@ fn structure(faces: &'static [(&'static str, usize)]) -> Box<dyn Participant> {
 /// Water of `inertia` that resists, each point felt by its neighbour. In steps of 0.1 s that end soon after `hard_from` (s) its
 /// answer changes with every iteration, so that only shorter ones converge.
 fn fluid(name: &str, points: usize, inertia: f64, hard_from: f64) -> Box<dyn Participant> {
-    let step =
-        move |v: &mut Vec<f64>, at: &orchestrator::participant::Occasion, given: &[f64], p: &mut [f64]| {
-            let h = at.communication_step;
-            for i in 0..points {
-                v[i] += h * given[i];
-                let beside = if i > 0 { given[i - 1] } else { 0.0 };
-                p[i] = -(inertia * given[i] + 0.2 * inertia * beside + 0.7 * v[i]);
-            }
-            if h > 0.06 && at.end() > hard_from && at.end() < hard_from + 0.25 {
-                p[0] += if at.iteration.is_multiple_of(2) { 0.5 } else { -0.5 };
-            }
-        };
+    let step = move |v: &mut Vec<f64>,
+                     at: &cofferdam_coupling::participant::Occasion,
+                     given: &[f64],
+                     p: &mut [f64]| {
+        let h = at.communication_step;
+        for i in 0..points {
+            v[i] += h * given[i];
+            let beside = if i > 0 { given[i - 1] } else { 0.0 };
+            p[i] = -(inertia * given[i] + 0.2 * inertia * beside + 0.7 * v[i]);
+        }
+        if h > 0.06 && at.end() > hard_from && at.end() < hard_from + 0.25 {
+            p[0] += if at.iteration.is_multiple_of(2) { 0.5 } else { -0.5 };
+        }
+    };
     Box::new(SmallUnit::fluid(name, points, vec![0.0; points], vec![0.0; points], step).in_bytes())
 }
 
@@ -120,17 +122,16 @@ impl Case {
             let units =
                 vec![structure(faces), one(), fluid("tailwater", 2, 0.7 * self.inertia, f64::INFINITY)];
             let interface = |prefix: &str, fluid| Interface {
-                structure: Port { unit: UnitId::DAM, prefix: prefix.to_owned() },
+                structure: Port { unit: DAM, prefix: prefix.to_owned() },
                 fluid: Port::of(fluid),
             };
-            let interfaces =
-                vec![interface("", UnitId::RESERVOIR), interface("tailwater_", UnitId::TAILWATER)];
+            let interfaces = vec![interface("", RESERVOIR), interface("tailwater_", TAILWATER)];
             Graph::new(units, interfaces)?
         } else {
             Graph::pair(structure(&[("", POINTS)]), one())
         };
         let measure = ConvergenceMeasure {
-            measures: vec![Measure::Pressure, Measure::Displacement],
+            measures: vec![Measure::Relative, Measure::Change],
             tolerance: Tolerance::Relative(1e-8),
             pressure_scale: 0.0,
             displacement_scale: 1e-3,
@@ -179,7 +180,7 @@ struct Outcome {
     reports: Vec<WindowReport>,
     histories: Histories,
     status: Status,
-    statistics: orchestrator::observer::Statistics,
+    statistics: cofferdam_coupling::observer::Statistics,
     crest: Option<[f64; 2]>,
     flags: Vec<String>,
 }
@@ -608,7 +609,7 @@ fn converted_accelerations_go_on() -> Result<(), Failure> {
             (0..unit.description().inputs.size()).map(|i| (step as f64 + 0.3 * i as f64).sin()).collect();
         let mut outputs = vec![0.0; unit.description().outputs.size()];
         let interval = whole_chain::small_unit::interval(step, 0.1 + 0.02 * (step % 3) as f64);
-        let occasion = orchestrator::participant::Occasion {
+        let occasion = cofferdam_coupling::participant::Occasion {
             step,
             iteration: 1,
             attempt: 1,
@@ -632,7 +633,8 @@ fn converted_accelerations_go_on() -> Result<(), Failure> {
     let mut rigid = Prescribed::new(face.clone())?;
     let size = [rigid.description().inputs.size(), rigid.description().outputs.size()];
     let (inputs, mut first, mut second) = (vec![0.7; size[0]], vec![0.0; size[1]], vec![0.0; size[1]]);
-    let occasion = orchestrator::participant::Occasion { communication_step: 0.1, ..Default::default() };
+    let occasion =
+        cofferdam_coupling::participant::Occasion { communication_step: 0.1, ..Default::default() };
     rigid.step(&occasion, &inputs, &mut first)?;
     let mut again = Prescribed::new(face)?;
     again.deserialise(&rigid.serialise()?.ok_or("its bytes")?)?;

@@ -1,6 +1,6 @@
 //! One mistake, one problem: every key of the shipped scenes, made wrong in every way.
 
-use orchestrator::scene::{Invalid, Scene};
+use cofferdam_scene::{Invalid, Scene};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 use std::collections::BTreeSet;

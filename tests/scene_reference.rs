@@ -1,6 +1,6 @@
 //! The keys of a scene stand on their types; what is written of them elsewhere follows.
 
-use orchestrator::scene::reference;
+use cofferdam_scene::reference;
 use whole_chain::generated;
 
 #[test]

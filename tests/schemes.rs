@@ -1,18 +1,20 @@
 //! Features of the schemes: units at once, repeated steps, accepted failures, frozen units.
 
-use orchestrator::acceleration::{Acceleration, AccelerationKind};
-use orchestrator::convergence::{ConvergenceMeasure, Hopeless, Measure, Tolerance};
-use orchestrator::ground_motion::GroundMotion;
-use orchestrator::log::{Entry, Log, LogWriter, LoggedExchange, Preamble};
-use orchestrator::observer::{Ending, Limits, Observer, ObserverError, Rest, Snapshots, Start, Status};
-use orchestrator::participant::{Description, Occasion, Participant, ParticipantError};
-use orchestrator::replay::{Unanswered, replay};
-use orchestrator::scene::{StopAction, StopQuantity, StopScene, Time};
-use orchestrator::scheme::{
+use cofferdam_assembly::observer::{Limits, Rest, Snapshots};
+use cofferdam_assembly::units::{DAM, RESERVOIR};
+use cofferdam_coupling::acceleration::{Acceleration, AccelerationKind};
+use cofferdam_coupling::convergence::{ConvergenceMeasure, IterationFailure, Measure, Tolerance};
+use cofferdam_coupling::observer::{Ending, Observer, ObserverError, Start, Status};
+use cofferdam_coupling::participant::{Description, Occasion, Participant, ParticipantError};
+use cofferdam_coupling::scheme::{
     CouplingError, Graph, Interval, Predictor, Scheme, SchemeKind, Settings, UnitId, WindowReport,
 };
-use orchestrator::simulation::{Simulation, SimulationError};
-use orchestrator::stepping::{Adaptive, Stepping};
+use cofferdam_coupling::simulation::{Simulation, SimulationError};
+use cofferdam_coupling::stepping::{Adaptive, Stepping};
+use cofferdam_log::replay::{Unanswered, replay};
+use cofferdam_log::{Entry, Log, LogWriter, LoggedExchange, Preamble};
+use cofferdam_motion::GroundMotion;
+use cofferdam_scene::{StopAction, StopQuantity, StopScene, Time};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::channel;
@@ -43,7 +45,7 @@ fn water(added: f64, mut spoil: impl FnMut(&Occasion, &mut f64) + Send + 'static
 
 fn measure(tolerance: f64) -> ConvergenceMeasure {
     ConvergenceMeasure {
-        measures: vec![Measure::Pressure],
+        measures: vec![Measure::Relative],
         tolerance: Tolerance::Relative(tolerance),
         pressure_scale: 0.0,
         displacement_scale: 0.0,
@@ -195,10 +197,10 @@ fn a_run_goes_on_behind_a_guess_that_was_refused_and_so_does_its_replay() {
             assert_eq!(silent.len(), unanswered, "{failing:?}");
             assert!(silent.iter().all(|e| refused(&e.occasion)), "{silent:?}");
             let log = Log::open(&path).expect("a log");
-            for (id, fails) in [(UnitId::DAM, failing[0]), (UnitId::RESERVOIR, failing[1])] {
+            for (id, fails) in [(DAM, failing[0]), (RESERVOIR, failing[1])] {
                 let of = |failing| {
                     let [dam, reservoir] = pair_failing(failing, refused);
-                    if id == UnitId::DAM { dam } else { reservoir }
+                    if id == DAM { dam } else { reservoir }
                 };
                 let answered = exchanges.iter().filter(|e| e.unit == id && e.outputs.is_some()).count();
                 let silent = silent.iter().find(|e| e.unit == id).map(|e| e.occasion);
@@ -293,7 +295,7 @@ fn all_implicit_schemes_and_accelerations_find_the_same_and_explicit_ones_do_not
                 let steps = reports.iter().skip(1).flat_map(|r| r.steps.iter().map(move |s| (r, s)));
                 let mut count = 0;
                 for (report, step) in steps {
-                    let dam = report.accepted(UnitId::DAM, step.step).expect("it was taken");
+                    let dam = report.accepted(DAM, step.step).expect("it was taken");
                     assert!(
                         (dam.outputs[1] - exact(step.end())).abs() < 1e-8,
                         "{kind:?} {acceleration:?} {step:?}"
@@ -355,7 +357,7 @@ fn a_step_that_does_not_converge_stops_is_gone_on_with_or_is_halved_as_the_scene
     assert_eq!(ending.statistics.rejected, 6);
     assert!((ending.time - 1.0).abs() < 1e-12);
     // States were restored: with every step converged the motion is that of one mass under one load.
-    let last = reports.last().and_then(|r| r.accepted(UnitId::DAM, r.step())).expect("the last step");
+    let last = reports.last().and_then(|r| r.accepted(DAM, r.step())).expect("the last step");
     assert!((last.outputs[1] - 1f64.cos() / (1.3 * MASS)).abs() < 1e-8);
 }
 
@@ -382,7 +384,7 @@ fn a_misled_quasi_newton_step_forgets_its_past_and_converges() {
         let given_up: Vec<u32> = reports.iter().map(|report| report.fallbacks).collect();
         assert_eq!((given_up[4], given_up.iter().sum::<u32>()), (1, 1), "{kind:?} {given_up:?}");
         assert_eq!(ending.statistics.fallbacks, 1);
-        let last = reports.last().and_then(|r| r.accepted(UnitId::DAM, r.step())).expect("the last step");
+        let last = reports.last().and_then(|r| r.accepted(DAM, r.step())).expect("the last step");
         assert!((last.outputs[1] - 0.8f64.cos() / (1.3 * MASS)).abs() < 1e-8);
     }
 }
@@ -420,13 +422,16 @@ fn steps_that_never_converge_are_not_halved_for_ever_and_divergence_is_never_gon
     let (reports, _, failure) = case.run(mass(f64::cos), heavy());
     assert!(matches!(
         failure,
-        Some(SimulationError::Coupling(CouplingError::Hopeless { why: Hopeless::Diverging { .. }, .. }))
+        Some(SimulationError::Coupling(CouplingError::Futile {
+            why: IterationFailure::Diverging { .. },
+            ..
+        }))
     ));
     assert_eq!(reports.last().map(|r| (r.step(), r.attempt)), Some((1, 11)));
     let settings = Settings { accept_unconverged: true, ..Settings::default() };
     let (_, _, failure) =
         Case { settings, ..Case::new(Stepping::equal(0.1, 3)) }.run(mass(f64::cos), heavy());
-    assert!(matches!(failure, Some(SimulationError::Coupling(CouplingError::Hopeless { .. }))));
+    assert!(matches!(failure, Some(SimulationError::Coupling(CouplingError::Futile { .. }))));
 }
 
 #[test]
@@ -507,7 +512,7 @@ fn a_tolerance_beneath_the_rounding_floor_is_said_to_be_so() {
 }
 
 fn log_of_a_scene(path: &Path) -> LogWriter {
-    let scene = orchestrator::registry::read(&root().join("scenes/rigid-dam-ramp"), &[])
+    let scene = cofferdam_assembly::registry::read(&root().join("scenes/rigid-dam-ramp"), &[])
         .expect("a shipped scene")
         .scene;
     let preamble = Preamble { scene: toml::to_string(&scene).expect("TOML"), ..Preamble::default() };
@@ -609,7 +614,7 @@ fn a_unit_that_does_not_return_to_its_state_is_named_and_the_log_holds_both_answ
         "initialisation, and the first step's first two iterations, and the last of them again"
     );
     assert!(logged.iter().all(|exchange| exchange.outputs.is_some()));
-    let dam: Vec<_> = logged.iter().filter(|e| e.unit == UnitId::DAM && e.occasion.step == 1).collect();
+    let dam: Vec<_> = logged.iter().filter(|e| e.unit == DAM && e.occasion.step == 1).collect();
     assert!(dam[1].inputs == dam[2].inputs && dam[1].outputs != dam[2].outputs);
 }
 
@@ -637,7 +642,7 @@ fn an_attempt_that_is_not_accepted_leaves_no_trace() {
                         report.accepted(side, step).map(|e| e.outputs.clone()).expect("it was taken");
                     outputs.into_iter().map(f64::to_bits).collect::<Vec<_>>()
                 };
-                (bits(UnitId::DAM), bits(UnitId::RESERVOIR))
+                (bits(DAM), bits(RESERVOIR))
             })
             .collect::<Vec<_>>()
     };

@@ -1,9 +1,9 @@
 //! Saved states in the middle of the main scene: restored and repeated, every output is equal
 //! bit for bit; serialised, they continue in another unit.
 
+use cofferdam_assembly::registry::{WaterMass, dam_parameters};
 use dam_dem::Dam;
 use interface::{Causality, CoSimulation, Variable, WetFace, variables};
-use orchestrator::registry::{WaterMass, dam_parameters};
 use reservoir::Reservoir;
 use std::num::NonZeroUsize;
 use whole_chain::koyna;
@@ -81,7 +81,7 @@ fn outputs<U: CoSimulation>(unit: &U) -> Result<Vec<(&'static str, Vec<u64>)>, U
 /// The units that the tests build without a scene equal those of the scene.
 #[test]
 fn the_tests_dam_is_that_of_the_scene() -> Result<(), Box<dyn std::error::Error>> {
-    let scene = orchestrator::registry::read(&root().join("scenes/koyna-coarse"), &[])?.scene;
+    let scene = cofferdam_assembly::registry::read(&root().join("scenes/koyna-coarse"), &[])?.scene;
     let dam = scene.dam.as_ref().ok_or("a dam is computed")?;
     assert_eq!(koyna::dam(5.0, true), dam_parameters(dam, &scene, WaterMass::None)?);
     let water = &scene.reservoir;
@@ -97,7 +97,7 @@ fn the_tests_dam_is_that_of_the_scene() -> Result<(), Box<dyn std::error::Error>
 
 #[test]
 fn states_in_the_middle_of_the_main_scene() -> Result<(), Box<dyn std::error::Error>> {
-    let loaded = orchestrator::registry::read(&root().join("scenes/koyna-coarse"), &[])?;
+    let loaded = cofferdam_assembly::registry::read(&root().join("scenes/koyna-coarse"), &[])?;
     // The strong motion begins at 4 s.
     let ground = |time: f64| loaded.ground_motion.at(4.0 + time);
     let mut pair = Pair::new()?;

@@ -1,10 +1,10 @@
 //! Other programs' units in a scene: each must give what the built-in one gives that it stands for.
 
+use cofferdam_assembly::participant::{Foreign, Place};
+use cofferdam_coupling::participant::{AccelerationMeaning, Occasion, Participant, ParticipantError};
+use cofferdam_log::{Log, compare};
+use interface::Role;
 use interface::WetFace;
-use orchestrator::log::{Log, compare};
-use orchestrator::participant::{
-    AccelerationMeaning, Foreign, Occasion, Participant, ParticipantError, Place, Role,
-};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use toml::{Table, Value};

@@ -1,10 +1,12 @@
 //! Water on both faces of the dam, from the scene to the log.
 
-use orchestrator::log::{Log, compare};
-use orchestrator::observer::{Ending, HistoriesWriter, Observer, ObserverError, Start};
-use orchestrator::registry;
-use orchestrator::scheme::{SchemeKind, UnitId, WindowReport};
-use orchestrator::simulation::Simulation;
+use cofferdam_assembly::observer::HistoriesWriter;
+use cofferdam_assembly::registry;
+use cofferdam_assembly::units::DAM;
+use cofferdam_coupling::observer::{Ending, Observer, ObserverError, Start};
+use cofferdam_coupling::scheme::{SchemeKind, UnitId, WindowReport};
+use cofferdam_coupling::simulation::Simulation;
+use cofferdam_log::{Log, compare};
 use std::num::NonZeroUsize;
 use std::path::Path;
 use std::process::Command;
@@ -94,7 +96,7 @@ impl Observer for Works {
     fn window(&mut self, report: &WindowReport) -> Result<(), ObserverError> {
         for interfaces in &report.interfaces {
             for (sum, interface) in self.0.iter_mut().zip(interfaces) {
-                *sum += interface.work.map_or(0.0, |work| work.on_dam);
+                *sum += interface.work.map_or(0.0, |work| work.on_first);
             }
         }
         Ok(())
@@ -136,7 +138,7 @@ fn the_work_at_each_interface_adds_up_in_the_balance() -> Result<(), Box<dyn std
     }
     for (number, (prefix, water)) in [("", "reservoir"), ("tailwater_", "tailwater")].into_iter().enumerate()
     {
-        let dam = &mut simulation.graph[UnitId::DAM];
+        let dam = &mut simulation.graph[DAM];
         let normals = dam.read(&format!("{prefix}interface_normal_x"))?;
         let [x, y] = [dam.read(&format!("{prefix}interface_x"))?, dam.read(&format!("{prefix}interface_y"))?];
         let length = |i: usize| (x[i + 1] - x[i]).hypot(y[i + 1] - y[i]);
@@ -226,8 +228,8 @@ fn the_scheme_follows_from_both_waters() {
         scenario.set("reservoir.fidelity", reservoir).set("tailwater.fidelity", tailwater);
         registry::read(&scenario.write(), &[]).expect("a scene").scene.scheme()
     };
-    assert_eq!(scheme("westergaard", "incompressible"), SchemeKind::AddedMass);
-    assert_eq!(scheme("none", "westergaard"), SchemeKind::AddedMass);
+    assert_eq!(scheme("westergaard", "incompressible"), SchemeKind::OneWay);
+    assert_eq!(scheme("none", "westergaard"), SchemeKind::OneWay);
     for (reservoir, tailwater) in [("compressible", "westergaard"), ("westergaard", "compressible")] {
         assert_eq!(scheme(reservoir, tailwater), SchemeKind::SerialImplicit);
     }

@@ -1,9 +1,9 @@
 //! `cofferdam points` and `cofferdam template`: the points are those of the units, the C compiles without a warning, nothing is
 //! overwritten. `tests/python/test_template.py` simulates what is written.
 
+use cofferdam_assembly::registry;
+use cofferdam_scene::Side;
 use interface::WetFace;
-use orchestrator::registry;
-use orchestrator::scene::Side;
 use serde_json::Value;
 use std::path::Path;
 use std::process::{Command, Output};

@@ -8,16 +8,16 @@
 //! Bᵢ picks the degrees of freedom of face i. The faces share a third of theirs, and each fluid is as heavy as the
 //! structure: the interfaces act on each other strongly.
 
-use nalgebra::{DMatrix, DVector};
-use orchestrator::acceleration::{Acceleration, AccelerationKind};
-use orchestrator::convergence::{ConvergenceMeasure, Measure, Tolerance};
-use orchestrator::log::{Entry, Log, LogWriter, Preamble, compare};
-use orchestrator::replay::replay;
-use orchestrator::scheme::{
+use cofferdam_coupling::acceleration::{Acceleration, AccelerationKind};
+use cofferdam_coupling::convergence::{ConvergenceMeasure, Measure, Tolerance};
+use cofferdam_coupling::scheme::{
     CouplingError, Graph, Interface, Port, Predictor, Scheme, SchemeKind, Settings, UnitId,
 };
-use orchestrator::simulation::Simulation;
-use orchestrator::stepping::Stepping;
+use cofferdam_coupling::simulation::Simulation;
+use cofferdam_coupling::stepping::Stepping;
+use cofferdam_log::replay::replay;
+use cofferdam_log::{Entry, Log, LogWriter, Preamble, compare};
+use nalgebra::{DMatrix, DVector};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use whole_chain::scenario::root;
@@ -120,10 +120,10 @@ fn ports() -> Vec<Interface> {
 
 /// Runs the three into a log; the largest number of iterations of a step.
 fn run(kind: SchemeKind, path: &Path) -> Result<u32, Box<dyn std::error::Error>> {
-    let loaded = orchestrator::registry::read(&root().join("scenes/koyna-coarse"), &[])?;
+    let loaded = cofferdam_assembly::registry::read(&root().join("scenes/koyna-coarse"), &[])?;
     let mut graph = Graph::new(vec![Box::new(structure()), Box::new(fluid(0)), Box::new(fluid(1))], ports())?;
     let measure = ConvergenceMeasure {
-        measures: vec![Measure::Pressure],
+        measures: vec![Measure::Relative],
         tolerance: Tolerance::Relative(1e-13),
         pressure_scale: 0.0,
         displacement_scale: 0.0,
@@ -242,7 +242,7 @@ fn a_structure_between_two_fluids_is_as_one_system_and_replays() -> Result<(), B
 
 #[test]
 fn units_that_do_not_fit_together_are_named() {
-    let units = |names: [&str; 2]| -> Vec<Box<dyn orchestrator::participant::Participant>> {
+    let units = |names: [&str; 2]| -> Vec<Box<dyn cofferdam_coupling::participant::Participant>> {
         let [first, second] = names;
         let dam = SmallUnit::structure(first, &[("", 2)], (), Vec::new(), |_, _, _, _| ());
         vec![Box::new(dam), Box::new(SmallUnit::fluid(second, 2, (), Vec::new(), |_, _, _, _| ()))]

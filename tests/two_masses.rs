@@ -8,9 +8,10 @@
 //! the left, has the joining spring, and answers with the force. Either solves its own part exactly. Modes:
 //! both masses together, ω₁² = k/m, and against each other, ω₂² = (k + 2κ)/m.
 
-use orchestrator::acceleration::{Acceleration, AccelerationKind};
-use orchestrator::convergence::{ConvergenceMeasure, Measure, Tolerance};
-use orchestrator::scheme::{Graph, Predictor, Scheme, SchemeKind, Settings, StepFailure, UnitId};
+use cofferdam_assembly::units::DAM;
+use cofferdam_coupling::acceleration::{Acceleration, AccelerationKind};
+use cofferdam_coupling::convergence::{ConvergenceMeasure, Measure, Tolerance};
+use cofferdam_coupling::scheme::{Graph, Predictor, Scheme, SchemeKind, Settings, StepFailure, UnitId};
 use whole_chain::small_unit::{SmallUnit, interval};
 
 const WALL: f64 = 10.0;
@@ -79,7 +80,7 @@ fn error(
 ) -> Result<[f64; 2], StepFailure> {
     let mut graph = Graph::pair(Box::new(left(inputs)), Box::new(right(inputs)));
     let measure = ConvergenceMeasure {
-        measures: vec![Measure::Pressure],
+        measures: vec![Measure::Relative],
         tolerance: Tolerance::Relative(1e-12),
         pressure_scale: 0.0,
         displacement_scale: 0.0,
@@ -96,7 +97,7 @@ fn error(
     for steps in steps.chunks(window) {
         let report = scheme.advance(&mut graph, steps)?;
         for step in steps {
-            let u = report.accepted(UnitId::DAM, step.step).expect("it was taken").outputs[0];
+            let u = report.accepted(DAM, step.step).expect("it was taken").outputs[0];
             worst[0] = worst[0].max((u - exact(step.end())).abs());
         }
         worst[1] = worst[1].max(report.relative_interpolation_error().unwrap_or(0.0));

@@ -1,6 +1,6 @@
 //! The pressure inside the water in a run's pictures, against that on the face, which the run's own water has found.
 
-use orchestrator::vtk::Grid;
+use cofferdam_assembly::vtk::Grid;
 use std::path::Path;
 use toml::{Table, Value, toml};
 use whole_chain::scenario::Scenario;

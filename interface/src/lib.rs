@@ -25,12 +25,14 @@
 //! Where a value at t + H is needed, it is [`EndAcceleration`].
 
 mod co_simulation;
+mod digest;
 mod end_value;
 pub mod export;
 mod messages;
 pub mod number;
 mod packable;
 mod polyline;
+mod role;
 mod serialised_state;
 mod units;
 mod variable;
@@ -38,10 +40,12 @@ pub mod variables;
 mod wet_face;
 
 pub use co_simulation::{CallError, Capabilities, CoSimulation, Stage, at_places, get_all_at};
+pub use digest::sha256;
 pub use end_value::EndAcceleration;
 pub use messages::{Level, Messages};
 pub use packable::Packable;
 pub use polyline::mean_elevation;
+pub use role::Role;
 pub use serialised_state::{Fingerprint, StateError, open, relabel, seal};
 pub use units::BaseUnits;
 pub use variable::{Causality, Shape, StructuralParameter, Variability, Variable};

@@ -1,10 +1,11 @@
 //! A built-in unit in another executable than `cofferdam`, for scenes that name it as a command: the dam with all elements and
 //! contacts, or compressible water.
 
-use orchestrator::participant::{Task, host};
-use orchestrator::registry::{self, RegistryError};
-use orchestrator::scene::{DamFidelityScene, FidelityScene, Scene};
-use orchestrator::scheme::UnitId;
+use cofferdam_assembly::registry::{self, RegistryError};
+use cofferdam_assembly::units::{DAM, RESERVOIR};
+use cofferdam_coupling::scheme::UnitId;
+use cofferdam_scene::{DamFidelityScene, FidelityScene, Scene};
+use cofferdam_shared_memory::{Task, host};
 use std::num::NonZeroUsize;
 use std::process::ExitCode;
 
@@ -14,11 +15,11 @@ fn main() -> ExitCode {
         let id = match (&*task.unit, &mut scene.dam) {
             ("dam", Some(dam)) => {
                 dam.fidelity = DamFidelityScene::Dem;
-                UnitId::DAM
+                DAM
             }
             _ => {
                 scene.reservoir.fidelity = FidelityScene::Compressible;
-                UnitId::RESERVOIR
+                RESERVOIR
             }
         };
         registry::unit(id, &scene, NonZeroUsize::MIN)

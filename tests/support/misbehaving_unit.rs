@@ -1,8 +1,9 @@
 //! A unit's process that breaks the protocol in the way that its argument names.
 
+use cofferdam_coupling::participant::{Channel, ChannelShape, Description, Layout};
+use cofferdam_shared_memory::transport::{Command, Folder, PROTOCOL_VERSION, Server, Status};
+use cofferdam_shared_memory::{Task, Word, layout_hash};
 use interface::{Capabilities, Fingerprint};
-use orchestrator::participant::{Channel, ChannelShape, Description, Layout, Task, Word, layout_hash};
-use orchestrator::transport::{Command, Folder, PROTOCOL_VERSION, Server, Status};
 use std::io::{BufRead, Write};
 use std::sync::atomic::AtomicBool;
 
@@ -71,38 +72,39 @@ fn main() {
     let server = server(&layout);
     ready(PROTOCOL_VERSION, announced);
     println!("nor is this one");
-    let serve = |header: &mut orchestrator::transport::Header, inputs: &[f64], outputs: &mut Vec<f64>| {
-        outputs.extend_from_slice(inputs);
-        match (&*fault, header.step) {
-            ("dies-when-serialised", _) if header.command() == Some(Command::Serialise) => {
-                std::fs::write(folder.path().join("dam.state"), "half a st").expect("a file");
-                std::process::abort()
+    let serve =
+        |header: &mut cofferdam_shared_memory::transport::Header, inputs: &[f64], outputs: &mut Vec<f64>| {
+            outputs.extend_from_slice(inputs);
+            match (&*fault, header.step) {
+                ("dies-when-serialised", _) if header.command() == Some(Command::Serialise) => {
+                    std::fs::write(folder.path().join("dam.state"), "half a st").expect("a file");
+                    std::process::abort()
+                }
+                ("writes-no-state", _) => {}
+                (fault, _) if header.command > Command::RestoreAndStep as u32 => match fault {
+                    "hangs-when-serialised" => wait(),
+                    _ => header.status = Status::NotOffered as u32,
+                },
+                ("without-states", 1) => assert_eq!(header.command(), Some(Command::Step)),
+                ("short-answer", 1) => drop(outputs.pop()),
+                ("wrong-echo", 1) => header.time += 0.5,
+                ("not-finite", 1) => outputs[2] = f64::INFINITY,
+                ("fails-silently", 1) => header.status = Status::Failed as u32,
+                ("miscounts-words", _) => header.words = 99,
+                ("warns-and-dies", 1) => {
+                    say(&Word::Failed { text: "dam: it is too much".to_owned() });
+                    std::process::abort();
+                }
+                ("promises-words", 1) => (header.status, header.words) = (Status::Failed as u32, 99),
+                ("hangs", 1) => wait(),
+                ("dies", 1) => std::process::abort(),
+                ("knows-no-places", _) if header.command() == Some(Command::Read) => {
+                    outputs.extend([5.0, 6.0, 7.0]);
+                }
+                ("dies-when-read", _) if header.command() == Some(Command::Read) => std::process::abort(),
+                _ => {}
             }
-            ("writes-no-state", _) => {}
-            (fault, _) if header.command > Command::RestoreAndStep as u32 => match fault {
-                "hangs-when-serialised" => wait(),
-                _ => header.status = Status::NotOffered as u32,
-            },
-            ("without-states", 1) => assert_eq!(header.command(), Some(Command::Step)),
-            ("short-answer", 1) => drop(outputs.pop()),
-            ("wrong-echo", 1) => header.time += 0.5,
-            ("not-finite", 1) => outputs[2] = f64::INFINITY,
-            ("fails-silently", 1) => header.status = Status::Failed as u32,
-            ("miscounts-words", _) => header.words = 99,
-            ("warns-and-dies", 1) => {
-                say(&Word::Failed { text: "dam: it is too much".to_owned() });
-                std::process::abort();
-            }
-            ("promises-words", 1) => (header.status, header.words) = (Status::Failed as u32, 99),
-            ("hangs", 1) => wait(),
-            ("dies", 1) => std::process::abort(),
-            ("knows-no-places", _) if header.command() == Some(Command::Read) => {
-                outputs.extend([5.0, 6.0, 7.0]);
-            }
-            ("dies-when-read", _) if header.command() == Some(Command::Read) => std::process::abort(),
-            _ => {}
-        }
-    };
+        };
     server.serve(&AtomicBool::new(false), serve).expect("it serves");
 }
 

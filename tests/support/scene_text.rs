@@ -1,10 +1,10 @@
 //! A shipped scene as its text, changed by hand, and what is said about it.
 
 use crate::scenario::root;
+use cofferdam_scene::{LoadedScene, SceneError};
 use miette::{
     Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, NamedSource, Report,
 };
-use orchestrator::scene::{LoadedScene, SceneError};
 use std::path::PathBuf;
 use std::sync::Arc;
 use tempfile::TempDir;
@@ -39,7 +39,7 @@ impl Desk {
     pub fn read(&self, text: impl AsRef<[u8]>, set: &[&str]) -> Result<LoadedScene, SceneError> {
         std::fs::write(self.file("scene.toml"), text).expect("the scene is written");
         let set: Vec<String> = set.iter().map(|text| (*text).to_owned()).collect();
-        orchestrator::registry::read(&self.file("scene.toml"), &set)
+        cofferdam_assembly::registry::read(&self.file("scene.toml"), &set)
     }
 
     /// What a terminal of 100 columns shows, paths without this folder.

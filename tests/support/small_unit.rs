@@ -1,10 +1,10 @@
 //! Small analytic units that take the dam's and the reservoir's places.
 
-use interface::{Capabilities, Fingerprint, StateError, WetFace, open, seal};
-use orchestrator::participant::{
+use cofferdam_coupling::participant::{
     Channel, ChannelShape, Description, Layout, Occasion, Participant, ParticipantError,
 };
-use orchestrator::scheme::Interval;
+use cofferdam_coupling::scheme::Interval;
+use interface::{Capabilities, Fingerprint, StateError, WetFace, open, seal};
 use serde::{Serialize, de::DeserializeOwned};
 
 /// Communication step number `step` (from 1) of equal ones (s), over ground at rest.

@@ -1,0 +1,3 @@
+//! Series of runs and their statistics.
+
+pub mod statistics;

@@ -1,0 +1,168 @@
+//! The built-in units of a scene as FMUs.
+
+mod mesh;
+
+use crate::registry::{self, RegistryError, WaterMass};
+use cofferdam_fmi::export::{FmuError, Library, Package, check_target};
+use cofferdam_scene::{Scene, Side};
+use dam_dem::Dam;
+use interface::Packable;
+use interface::export::Contents;
+use reservoir::Reservoir;
+use std::collections::BTreeMap;
+use std::num::NonZeroUsize;
+use std::path::Path;
+
+/// Why a unit of a scene cannot be packed.
+#[derive(Debug, thiserror::Error)]
+pub enum PackingError {
+    /// The dam's motion is prescribed.
+    #[error(
+        "the scene has no dam to pack: its motion is prescribed; pack the water with --unit reservoir, or give \
+         the scene a [dam] instead of [prescribed]"
+    )]
+    NoDam,
+    /// The dam is another program's.
+    #[error(
+        "the scene's dam is another program's or a run's of the past, and this program cannot pack it; choose a `dam.fidelity` of its own"
+    )]
+    ForeignDam,
+    /// There is no tailwater.
+    #[error("the scene has no tailwater to pack; give it a [tailwater]")]
+    NoTailwater,
+    /// There is no water.
+    #[error(
+        "the scene's reservoir is empty, so there is no water to pack; pack the dam with --unit dam, or choose a \
+         `reservoir.fidelity` other than \"none\""
+    )]
+    NoWater,
+    /// The unit cannot be made.
+    #[error(transparent)]
+    Unit(#[from] RegistryError),
+    /// The FMU cannot be made.
+    #[error(transparent)]
+    Fmu(#[from] FmuError),
+    /// The scene cannot be written.
+    #[error("the scene cannot be written as TOML: {0}")]
+    Scene(#[from] toml::ser::Error),
+}
+
+/// Where an FMU is written, and with which library.
+pub struct Target<'a> {
+    /// The FMU's file.
+    pub path: &'a Path,
+    /// Whether an existing file may be overwritten.
+    pub overwrite: bool,
+    /// The unit's library; by default the one built together with this program.
+    pub library: Option<&'a Path>,
+}
+
+/// A unit of a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unit {
+    /// The dam; whether its mass matrix contains the water's inertia.
+    Dam {
+        /// Whether it does.
+        added_mass: bool,
+    },
+    /// The reservoir or the tailwater.
+    Water(Side),
+}
+
+/// What was packed.
+pub struct Packed {
+    /// Size of the FMU, bytes.
+    pub size: u64,
+    /// Number of points of the wet face; of a dam, of the upstream one.
+    pub interface_points: usize,
+    /// Whether the importer may choose the length of communication steps.
+    pub variable_step: bool,
+}
+
+/// Packs a unit of a loaded scene.
+///
+/// **Errors**: those of [`check_target`] and [`Package::write`], and a unit that cannot be made from the scene; then
+/// nothing is written.
+pub fn pack(unit: Unit, scene: &Scene, target: &Target<'_>) -> Result<Packed, PackingError> {
+    check_target(target.path, target.overwrite)?;
+    match unit {
+        Unit::Dam { added_mass } => dam(scene, added_mass, target),
+        Unit::Water(side) => water(scene, side, target),
+    }
+}
+
+fn dam(scene: &Scene, added_mass: bool, target: &Target<'_>) -> Result<Packed, PackingError> {
+    let dam = scene.dam.as_ref().ok_or(PackingError::NoDam)?;
+    if !registry::computes_dam(scene) {
+        return Err(PackingError::ForeignDam);
+    }
+    let mass = if added_mass { WaterMass::Still } else { WaterMass::None };
+    let parameters = registry::dam_parameters(dam, scene, mass)?;
+    // Some mistakes are found only when the dam is made; that takes no longer than a few steps.
+    registry::made_dam(parameters.clone(), scene)?;
+    // The order of the operations is that of the reservoir, so that the bits are equal.
+    let start: BTreeMap<_, _> = registry::hydrostatic_pressure(scene)?.into_iter().collect();
+    let page = [include_str!("dam.html"), include_str!("dam_example.html")];
+    let mesh = mesh::dam(&parameters).map_err(RegistryError::from)?;
+    written::<Dam>(scene, Contents { start, parameters }, None, mesh, page, target)
+}
+
+fn water(scene: &Scene, side: Side, target: &Target<'_>) -> Result<Packed, PackingError> {
+    match side {
+        Side::Upstream if registry::is_empty(scene) => return Err(PackingError::NoWater),
+        Side::Downstream if scene.tailwater.is_none() => return Err(PackingError::NoTailwater),
+        _ => {}
+    }
+    let parameters = registry::parameters_of_water(scene, side)?;
+    parameters.validate().map_err(RegistryError::from)?;
+    let threads = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
+    let prepared = Reservoir::prepare(&parameters, threads).map_err(RegistryError::from)?;
+    let page = [include_str!("reservoir.html"), include_str!("reservoir_example.html")];
+    let mesh = mesh::reservoir(&parameters).map_err(RegistryError::from)?;
+    written::<Reservoir>(scene, Contents { start: BTreeMap::new(), parameters }, prepared, mesh, page, target)
+}
+
+/// Writes the FMU of a unit with these contents.
+fn written<U: Packable>(
+    scene: &Scene,
+    contents: Contents<U::Parameters>,
+    prepared: Option<Vec<u8>>,
+    mesh: Vec<mesh::File>,
+    [about, example]: [&'static str; 2],
+    target: &Target<'_>,
+) -> Result<Packed, PackingError> {
+    let package = Package::<U> {
+        contents,
+        prepared,
+        title: scene.title.clone(),
+        scene: portable(scene)?,
+        about,
+        example,
+        communication_step: scene.time.communication_step,
+        steps: scene.steps(),
+        mesh,
+        library: Library::find(U::NAME, target.library)?,
+        bounds: cofferdam_scene::bounds,
+    };
+    Ok(Packed {
+        size: package.write(target.path)?,
+        interface_points: package.interface_points(),
+        variable_step: U::capabilities_for(&package.contents.parameters).variable_communication_step,
+    })
+}
+
+/// The scene as TOML, with the names of the files of record and mesh but not their paths, which are of no use on another machine.
+pub fn portable(scene: &Scene) -> Result<String, toml::ser::Error> {
+    let mut scene = scene.clone();
+    if let Some(record) = &mut scene.ground_motion.record
+        && let Some(name) = record.file.file_name()
+    {
+        record.file = name.into();
+    }
+    if let Some(mesh) = scene.dam.as_mut().and_then(|dam| dam.mesh.as_mut())
+        && let Some(name) = mesh.file.file_name()
+    {
+        mesh.file = name.into();
+    }
+    toml::to_string(&scene)
+}

@@ -1,0 +1,11 @@
+//! Units that only scenes of dams need.
+
+mod empty_reservoir;
+mod foreign;
+mod prescribed;
+mod recorded;
+
+pub use empty_reservoir::EmptyReservoir;
+pub use foreign::{Foreign, Place, SelfTest, check_sign, held_answer, self_test};
+pub use prescribed::Prescribed;
+pub use recorded::{Recorded, RecordedError, Recording};

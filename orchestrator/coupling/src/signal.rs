@@ -1,0 +1,107 @@
+//! Signals from outside the graph that are known before a run, such as a ground acceleration.
+
+use serde::{Deserialize, Serialize};
+
+/// A sampled signal that every unit with an input of the name [`input`](Self::input) receives.
+///
+/// The value at time t is linear between equally spaced samples. After the last sample it is zero, reached within one
+/// interval, or stays at the last sample if the signal is [`held`](Self::held). A unit's input may have more components
+/// than the signal; the others are zero.
+///
+/// ```
+/// use cofferdam_coupling::signal::Signal;
+///
+/// let signal = Signal::new("wind", "force", 0.5, vec![0.0, 2.0]);
+/// let mut value = [0.0; 2];
+/// signal.evaluate(0.25, &mut value);
+/// assert_eq!(value, [1.0, 0.0]);
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Signal {
+    /// Name of the signal; its topic in a log.
+    pub name: String,
+    /// The input of the units that receive it.
+    pub input: String,
+    /// What it measures, one word; the field of its samples in a log.
+    pub quantity: String,
+    /// SI unit of the samples.
+    pub unit: String,
+    /// Where it comes from.
+    pub source: String,
+    /// Time between two samples, s.
+    pub interval: f64,
+    /// The samples; at least one.
+    pub samples: Vec<f64>,
+    /// Whether the last sample holds from there on.
+    pub held: bool,
+}
+
+impl Signal {
+    /// The signal `name` for inputs called `input`: `samples`, `interval` (s) apart, zero afterwards.
+    pub fn new(name: &str, input: &str, interval: f64, samples: Vec<f64>) -> Self {
+        let owned = str::to_owned;
+        let (quantity, unit, source) = (owned("value"), owned("1"), String::new());
+        Self {
+            name: owned(name),
+            input: owned(input),
+            quantity,
+            unit,
+            source,
+            interval,
+            samples,
+            held: false,
+        }
+    }
+
+    /// Time from which on the signal is zero, s; `None` if it never ends.
+    pub fn zero_from(&self) -> Option<f64> {
+        let endless = self.held && self.samples.last().is_some_and(|a| *a != 0.0);
+        let last = self.interval * self.samples.len().saturating_sub(1) as f64;
+        (!endless).then(|| last + if self.held { 0.0 } else { self.interval })
+    }
+
+    /// Writes the value at `time` (s) to `value`, whose further components become zero.
+    pub fn evaluate(&self, time: f64, value: &mut [f64]) {
+        value.fill(0.0);
+        if let Some(first) = value.first_mut() {
+            *first = sampled(&self.samples, self.interval, self.held, time);
+        }
+    }
+}
+
+/// The value at `time` (s) of `samples`, `interval` (s) apart: linear between them; afterwards the last one if `held`,
+/// otherwise zero, reached within one interval. Zero without samples.
+pub fn sampled(samples: &[f64], interval: f64, held: bool, time: f64) -> f64 {
+    let Some((&end, _)) = samples.split_last() else { return 0.0 };
+    let after = if held { end } else { 0.0 };
+    let position = (time / interval).max(0.0);
+    if position >= samples.len() as f64 {
+        return after;
+    }
+    let index = position.floor() as usize;
+    let a = samples[index];
+    let b = samples.get(index + 1).copied().unwrap_or(after);
+    a + (position - index as f64) * (b - a)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn value_is_linear_between_samples_and_zero_or_held_afterwards() {
+        let mut signal = Signal::new("s", "x", 0.5, vec![1.0, 3.0, -2.0]);
+        let at = |signal: &Signal, time| {
+            let mut value = [7.0; 3];
+            signal.evaluate(time, &mut value);
+            value
+        };
+        for (time, value) in [(0.0, 1.0), (0.25, 2.0), (1.0, -2.0), (1.25, -1.0), (1.5, 0.0), (9.0, 0.0)] {
+            assert_eq!(at(&signal, time), [value, 0.0, 0.0], "at {time}");
+        }
+        assert_eq!(signal.zero_from(), Some(1.5));
+        signal.held = true;
+        assert_eq!(signal.zero_from(), None);
+        assert_eq!([at(&signal, 1.25)[0], at(&signal, 9.0)[0]], [-2.0, -2.0]);
+    }
+}

@@ -1,0 +1,186 @@
+//! FMI 3.0 FMUs of the units: everything but the library is generated from the unit's variables and parameters.
+//!
+//! An FMU holds one unit of one scene: the sizes of all arrays are fixed. This module knows units only through
+//! [`interface::Packable`] and the variables of the contract; it knows no solver. The same functions write the contract
+//! itself ([`contract`]), in which structural parameters stand for the sizes.
+//!
+//! ```text
+//! modelDescription.xml                      model_description: attributes, units, variables, dependencies
+//! terminalsAndIcons/terminalsAndIcons.xml   terminals: the wet face as one terminal
+//! binaries/x86_64-linux/<unit>.so           library: built together with the program
+//! resources/unit.toml                       interface::export::Contents, which the library reads
+//! resources/prepared.bin                    what is prepared from these, if the unit prepares anything
+//! resources/scene.toml, resources/mesh/     for the reader; the library does not use them
+//! documentation/index.html, licenses/       documentation
+//! ```
+
+mod documentation;
+mod error;
+mod library;
+mod model_description;
+mod terminals;
+mod variables;
+
+pub use error::FmuError;
+pub use library::Library;
+pub use model_description::{Description, Times};
+pub use variables::{Bounds, SizedVariable};
+
+use interface::export::{Contents, FILE, PREPARED};
+use interface::{Packable, Shape};
+use std::io::{Cursor, Write};
+use std::path::Path;
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, DateTime, ZipWriter};
+
+/// Everything from which an FMU of a unit is made.
+pub struct Package<U: Packable> {
+    /// The contents from which the library makes the unit.
+    pub contents: Contents<U::Parameters>,
+    /// What [`Packable::prepare`] gave for their parameters.
+    pub prepared: Option<Vec<u8>>,
+    /// Title of the scene.
+    pub title: String,
+    /// The scene with all defaults, as TOML.
+    pub scene: String,
+    /// What the unit computes, as HTML; `{step}`, `{end}` and `{points}` are replaced.
+    pub about: &'static str,
+    /// How to simulate it with FMPy, as HTML; the same names are replaced.
+    pub example: &'static str,
+    /// Length H of the scene's communication steps, s.
+    pub communication_step: f64,
+    /// Number of communication steps of the scene.
+    pub steps: u64,
+    /// Files of the mesh: name and text.
+    pub mesh: Vec<(&'static str, String)>,
+    /// The unit's library.
+    pub library: Library,
+    /// Bounds of parameters.
+    pub bounds: Bounds,
+}
+
+impl<U: Packable> Package<U> {
+    /// Writes the FMU to `path`, replacing a file of that name, and returns its size in bytes. The same package gives the
+    /// same bytes.
+    ///
+    /// **Errors**: contents or a file that cannot be written. No incomplete file is left behind.
+    pub fn write(&self, path: &Path) -> Result<u64, FmuError> {
+        let failed = |cause| FmuError::Write { path: path.to_owned(), cause };
+        let archive = archive(&self.entries()?).map_err(failed)?;
+        let mut name = path.file_name().unwrap_or_default().to_owned();
+        name.push(format!(".{}.part", std::process::id()));
+        let draft = path.with_file_name(name);
+        let written = std::fs::write(&draft, &archive).and_then(|()| std::fs::rename(&draft, path));
+        if let Err(cause) = written {
+            // The error of writing is reported, not that of removing the draft.
+            let _ = std::fs::remove_file(&draft);
+            return Err(failed(cause));
+        }
+        Ok(archive.len() as u64)
+    }
+
+    /// Simulated time of the scene, s, rounded to 1e-9 s to remove the rounding of binary numbers.
+    fn end(&self) -> f64 {
+        (self.steps as f64 * self.communication_step * 1e9).round() / 1e9
+    }
+
+    /// Number of points of the wet face.
+    pub fn interface_points(&self) -> usize {
+        let found = U::VARIABLES.iter().find(|v| v.shape == Shape::InterfacePoints);
+        found.map_or(0, |variable| U::size_for(&self.contents.parameters, variable))
+    }
+
+    /// The XML files.
+    fn xml(&self, variables: &[SizedVariable]) -> Result<Vec<(&'static str, String)>, FmuError> {
+        described(&Description {
+            name: U::NAME,
+            release: Some((env!("CARGO_PKG_VERSION"), env!("CARGO_PKG_LICENSE"))),
+            token: &self.contents.token::<U>()?,
+            text: &format!("{}: {}", U::DESCRIPTION, self.title),
+            capabilities: U::capabilities_for(&self.contents.parameters),
+            variables,
+            scene: Some(Times { communication_step: self.communication_step, end: self.end() }),
+        })
+    }
+
+    /// Name and content of the files in the FMU.
+    fn entries(&self) -> Result<Vec<(String, Vec<u8>)>, FmuError> {
+        let variables = variables::of::<U>(&self.contents, self.bounds)?;
+        let text = |name: &str, text: String| (name.to_owned(), text.into_bytes());
+        let mut entries: Vec<_> =
+            self.xml(&variables)?.into_iter().map(|(name, xml)| text(name, xml)).collect();
+        entries.push((self.library.entry(U::NAME), self.library.bytes().to_vec()));
+        entries.push(text(&format!("resources/{FILE}"), self.contents.to_toml()?));
+        entries.extend(self.prepared.clone().map(|bytes| (format!("resources/{PREPARED}"), bytes)));
+        entries.push(text("resources/scene.toml", self.scene.clone()));
+        for (name, content) in &self.mesh {
+            entries.push(text(&format!("resources/mesh/{name}"), content.clone()));
+        }
+        entries.push(text("documentation/index.html", documentation::page(self, &variables)));
+        entries.push(text("documentation/licenses/license.txt", documentation::licences()));
+        Ok(entries)
+    }
+}
+
+/// The XML files of an FMU: path in it, and text.
+///
+/// **Errors**: [`FmuError::Xml`].
+pub fn described(unit: &Description<'_>) -> Result<Vec<(&'static str, String)>, FmuError> {
+    let mut files = vec![("modelDescription.xml", model_description::write(unit)?)];
+    let terminals = terminals::write(unit.variables)?;
+    files.extend(terminals.map(|terminals| ("terminalsAndIcons/terminalsAndIcons.xml", terminals)));
+    Ok(files)
+}
+
+/// The contract of a unit as modelDescription.xml: all variables of [`Packable::VARIABLES`], with structural parameters for
+/// the sizes that depend on the scene, and the capabilities of a unit with these `parameters`.
+///
+/// **Errors**: [`FmuError::Xml`].
+pub fn contract<U: Packable>(parameters: &U::Parameters, bounds: Bounds) -> Result<String, FmuError> {
+    model_description::write(&Description {
+        name: U::NAME,
+        release: None,
+        token: &format!("cofferdam-{}-1", U::NAME),
+        text: U::DESCRIPTION,
+        capabilities: U::capabilities_for(parameters),
+        variables: &variables::of_contract::<U>(bounds),
+        scene: None,
+    })
+}
+
+/// Checks a target before any work is done for it.
+///
+/// **Errors**: a file that exists, unless `overwrite`; something that is not a regular file (a link is not one); a folder
+/// that does not exist.
+pub fn check_target(path: &Path, overwrite: bool) -> Result<(), FmuError> {
+    let path_owned = || path.to_owned();
+    let ends_as_folder = path.as_os_str().to_string_lossy().ends_with(std::path::is_separator);
+    if path.is_dir() || path.file_name().is_none() || ends_as_folder {
+        return Err(FmuError::TargetIsFolder { path: path_owned() });
+    }
+    match path.symlink_metadata() {
+        Ok(there) if !there.is_file() => return Err(FmuError::NotAFile { path: path_owned() }),
+        Ok(_) if !overwrite => return Err(FmuError::Exists { path: path_owned() }),
+        _ => {}
+    }
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
+            Err(FmuError::NoFolder { folder: folder.to_owned() })
+        }
+        _ => Ok(()),
+    }
+}
+
+fn archive(entries: &[(String, Vec<u8>)]) -> std::io::Result<Vec<u8>> {
+    let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
+    // With the time of the clock no two archives would be equal.
+    let options = SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Deflated)
+        .last_modified_time(DateTime::DEFAULT);
+    for (name, content) in entries {
+        let mode = if name.starts_with("binaries/") { 0o755 } else { 0o644 };
+        archive.start_file(name, options.unix_permissions(mode))?;
+        archive.write_all(content)?;
+    }
+    Ok(archive.finish()?.into_inner())
+}

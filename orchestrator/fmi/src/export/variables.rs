@@ -1,0 +1,83 @@
+use super::FmuError;
+use interface::export::Contents;
+use interface::{Causality, Packable, Variable};
+
+/// Smallest and largest value of a parameter, by the names of the unit and of the parameter; `None` where there is no bound.
+pub type Bounds = fn(&str, &str) -> [Option<f64>; 2];
+
+/// A variable with its number of values.
+pub struct SizedVariable {
+    /// The unit's variable.
+    pub variable: &'static Variable,
+    /// Number of values.
+    pub size: usize,
+    /// Values before initialisation, of inputs and parameters.
+    pub start: Option<Vec<f64>>,
+    /// Smallest and largest value of a parameter.
+    pub bounds: [Option<f64>; 2],
+}
+
+impl SizedVariable {
+    /// The start values as XML writes them; none for a variable without start values.
+    pub fn start_text(&self) -> Option<String> {
+        self.start.as_deref().map(list)
+    }
+}
+
+/// The variables of a unit made from `contents`, without those that have no values there and without parameters that
+/// stand for no number of `contents`.
+///
+/// **Errors**: [`FmuError::Start`].
+pub fn of<U: Packable>(
+    contents: &Contents<U::Parameters>,
+    bounds: Bounds,
+) -> Result<Vec<SizedVariable>, FmuError> {
+    let mut parameters = contents.parameters.clone();
+    let mut found = Vec::new();
+    for variable in U::VARIABLES {
+        let size = U::size_for(&parameters, variable);
+        let start = match variable.causality {
+            Causality::Input => {
+                Some(contents.start.get(variable.name).cloned().unwrap_or_else(|| vec![0.0; size]))
+            }
+            Causality::Parameter => Some(U::numbers(&mut parameters, variable).iter().map(|v| **v).collect()),
+            Causality::CalculatedParameter | Causality::Output | Causality::Local => None,
+        };
+        if size > 0 && start.as_ref().is_none_or(|values| !values.is_empty()) {
+            let bounds = bounds(U::NAME, variable.name);
+            found.push(SizedVariable { variable, size, start, bounds });
+        }
+    }
+    for (name, values) in &contents.start {
+        let input =
+            found.iter().find(|v| v.variable.name == name && v.variable.causality == Causality::Input);
+        let expected = input.map_or(0, |v| v.size);
+        if values.len() != expected {
+            return Err(FmuError::Start { name: name.clone(), expected, found: values.len() });
+        }
+    }
+    Ok(found)
+}
+
+/// The variables of the contract in the sizes of the smallest unit that makes sense; all start values are 0, or the
+/// least that is allowed.
+pub fn of_contract<U: Packable>(bounds: Bounds) -> Vec<SizedVariable> {
+    let sized = |variable: &'static Variable| {
+        let size = variable.shape.least_size();
+        let settable = matches!(variable.causality, Causality::Input | Causality::Parameter);
+        let bounds = bounds(U::NAME, variable.name);
+        let least = bounds[0].unwrap_or(0.0).max(0.0);
+        SizedVariable { variable, size, start: settable.then(|| vec![least; size]), bounds }
+    };
+    U::VARIABLES.iter().map(sized).collect()
+}
+
+/// A number that reads back bit for bit.
+pub fn number(value: f64) -> String {
+    format!("{value:?}")
+}
+
+/// Numbers that read back bit for bit, separated by spaces.
+fn list(values: &[f64]) -> String {
+    values.iter().copied().map(number).collect::<Vec<_>>().join(" ")
+}

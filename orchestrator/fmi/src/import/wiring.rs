@@ -1,0 +1,307 @@
+//! Which variables of an FMU are those of the contract.
+
+use super::error::FmuUnitError;
+use super::instance::Value;
+use super::model::{Causality, Kind, Model, ModelVariable};
+use cofferdam_coupling::participant::{Channel, ChannelShape, Layout, ParameterValue};
+use interface::Role;
+use interface::Variable;
+use std::collections::BTreeMap;
+
+/// The wires of a unit.
+#[derive(Debug)]
+pub struct Wiring {
+    pub inputs: Wires,
+    pub outputs: Wires,
+    pub readable: Wires,
+    /// Inputs that nobody drives; they keep their start values.
+    pub idle: Vec<String>,
+}
+
+/// Variables in the order of a layout.
+#[derive(Debug, Default)]
+pub struct Wires(Vec<Wire>);
+
+/// A variable of a layout, and its references in the FMU: one of an array of FMI 3.0, else one for each value.
+#[derive(Debug)]
+pub struct Wire {
+    pub channel: Channel,
+    pub references: Vec<u32>,
+}
+
+impl Wiring {
+    /// Finds the variables of `role` in `model`: by `variables`, else in the terminal `wet_face`, else by equal
+    /// names. All other real outputs are taken under their own names.
+    ///
+    /// **Errors**: one that the interface needs is not there.
+    pub fn find(
+        model: &Model,
+        role: Role,
+        variables: &BTreeMap<String, String>,
+    ) -> Result<Self, FmuUnitError> {
+        let contract = role.variables();
+        if let Some(variable) = variables.keys().find(|name| !contract.iter().any(|v| v.name == **name)) {
+            return Err(FmuUnitError::Unknown { variable: variable.clone(), unit: role.name() });
+        }
+        let mut found: Vec<(&Variable, &ModelVariable)> = Vec::new();
+        for variable in contract {
+            let given = variables.get(variable.name);
+            let member = variable.name.strip_prefix("interface_").unwrap_or(variable.name);
+            let name = given.or_else(|| model.terminal.get(member)).map_or(variable.name, String::as_str);
+            let wanted = |v: &&ModelVariable| v.name == name && v.kind == Kind::Float64;
+            match (model.variables.iter().find(wanted), given) {
+                (Some(theirs), _) => found.push((variable, theirs)),
+                (None, Some(name)) => {
+                    let found = names(model, &[Causality::Input, Causality::Output]);
+                    let (variable, name) = (variable.name.to_owned(), name.clone());
+                    return Err(FmuUnitError::NoSuchVariable { variable, name, found });
+                }
+                (None, None) => (),
+            }
+        }
+        let (inputs, outputs) = role.needed();
+        let needed = inputs.iter().map(|name| (*name, Causality::Input, "input"));
+        for (variable, is, causality) in
+            needed.chain(outputs.iter().map(|name| (*name, Causality::Output, "output")))
+        {
+            let theirs = found.iter().find(|(ours, _)| ours.name == variable).map(|(_, theirs)| *theirs);
+            if let Some(theirs) = theirs.filter(|theirs| theirs.causality != is) {
+                let (name, found) = (theirs.name.clone(), names(model, &[is]));
+                return Err(FmuUnitError::NotThat { variable, name, causality, found });
+            }
+            if theirs.is_none() {
+                return Err(FmuUnitError::NoVariable { variable, causality, found: names(model, &[is]) });
+            }
+        }
+        let mut wiring = Self {
+            inputs: Wires::default(),
+            outputs: Wires::default(),
+            readable: Wires::default(),
+            idle: Vec::new(),
+        };
+        let all = [
+            Causality::Input,
+            Causality::Output,
+            Causality::Parameter,
+            Causality::CalculatedParameter,
+            Causality::Local,
+        ];
+        // In their order, which is that of this program's own units too.
+        for theirs in model.real(&all).filter(|theirs| theirs.size > 0) {
+            let ours = found.iter().find(|(_, v)| v.name == theirs.name).map(|(ours, _)| *ours);
+            match (theirs.causality, ours) {
+                (Causality::Input, Some(ours)) => wiring.inputs.add(theirs, Some(ours), contract),
+                (Causality::Output, ours) => wiring.outputs.add(theirs, ours, contract),
+                (_, Some(ours)) => wiring.readable.add(theirs, Some(ours), contract),
+                (_, None) => (),
+            }
+        }
+        let driven = |name: &str| found.iter().any(|(_, variable)| variable.name == name);
+        let inputs = model.variables.iter().filter(|variable| variable.causality == Causality::Input);
+        let idle = inputs.filter(|variable| variable.size > 0 && !driven(&variable.name));
+        wiring.idle = idle.map(|variable| variable.name.clone()).collect();
+        Ok(wiring)
+    }
+}
+
+impl Wires {
+    fn add(&mut self, theirs: &ModelVariable, ours: Option<&Variable>, contract: &[Variable]) {
+        // A name of the contract belongs to the variable that was chosen for it.
+        let taken = contract.iter().any(|variable| variable.name == theirs.name);
+        let own = if taken { format!("own_{}", theirs.name) } else { theirs.name.clone() };
+        let array = if theirs.array { ChannelShape::List } else { ChannelShape::Scalar };
+        let unit = if theirs.unit.is_empty() { ours.map_or("", |ours| ours.unit) } else { &theirs.unit };
+        let channel = Channel {
+            name: ours.map_or(own, |ours| ours.name.to_owned()),
+            value_reference: theirs.references[0],
+            unit: unit.to_owned(),
+            size: theirs.size,
+            shape: ours.map_or(array, |ours| ours.shape.into()),
+        };
+        self.0.push(Wire { channel, references: theirs.references.clone() });
+    }
+
+    /// The layout.
+    pub fn layout(&self) -> Layout {
+        Layout::new(self.0.iter().map(|wire| wire.channel.clone()).collect())
+    }
+
+    /// The references of all.
+    pub fn references(&self) -> Vec<u32> {
+        self.0.iter().flat_map(|wire| wire.references.iter().copied()).collect()
+    }
+
+    /// The variable of the contract's `name`.
+    pub fn find(&self, name: &str) -> Option<&Wire> {
+        self.0.iter().find(|wire| wire.channel.name == name)
+    }
+}
+
+/// References, types and values of parameters.
+///
+/// **Errors**: [`FmuUnitError::Parameter`].
+pub fn parameters(
+    model: &Model,
+    wiring: &Wiring,
+    given: &BTreeMap<String, ParameterValue>,
+) -> Result<Vec<(u32, Kind, Value)>, FmuUnitError> {
+    let mut set = Vec::new();
+    for (name, value) in given {
+        let refused = |why: String| {
+            let may = |v: &&ModelVariable| v.causality == Causality::Parameter;
+            let found = listed(model.variables.iter().filter(may));
+            FmuUnitError::Parameter { name: name.clone(), why, found }
+        };
+        let Some(variable) = model.variables.iter().find(|v| v.name == *name) else {
+            return Err(refused("is not there".to_owned()));
+        };
+        if variable.causality != Causality::Parameter && !wiring.idle.contains(name) {
+            return Err(refused("is neither a parameter nor an input that nobody drives".to_owned()));
+        }
+        let (kind, size) = (variable.kind, variable.size);
+        let value = value_of(kind, value).map_err(refused)?;
+        match value {
+            Value::Numbers(numbers) => {
+                let found = numbers.len();
+                if found != size {
+                    return Err(refused(format!("has {size} values, {found} are given")));
+                }
+                if variable.references.len() == 1 {
+                    set.push((variable.references[0], kind, Value::Numbers(numbers)));
+                } else {
+                    let each = variable.references.iter().zip(numbers);
+                    set.extend(
+                        each.map(|(reference, number)| (*reference, kind, Value::Numbers(vec![number]))),
+                    );
+                }
+            }
+            single if size == 1 => set.push((variable.references[0], kind, single)),
+            _ => {
+                return Err(refused(format!(
+                    "has {size} values that are no real numbers; only one can be set"
+                )));
+            }
+        }
+    }
+    Ok(set)
+}
+
+/// A value as that of a variable of `kind`, or why it is none.
+fn value_of(kind: Kind, value: &ParameterValue) -> Result<Value, String> {
+    let bounds = match kind {
+        Kind::Int8 => (i64::from(i8::MIN), i64::from(i8::MAX)),
+        Kind::UInt8 => (0, i64::from(u8::MAX)),
+        Kind::Int16 => (i64::from(i16::MIN), i64::from(i16::MAX)),
+        Kind::UInt16 => (0, i64::from(u16::MAX)),
+        Kind::Int32 => (i64::from(i32::MIN), i64::from(i32::MAX)),
+        Kind::UInt32 => (0, i64::from(u32::MAX)),
+        Kind::UInt64 => (0, i64::MAX),
+        _ => (i64::MIN, i64::MAX),
+    };
+    let (real, whole) = (
+        matches!(kind, Kind::Float32 | Kind::Float64),
+        !matches!(kind, Kind::Float32 | Kind::Float64 | Kind::Boolean | Kind::String | Kind::Other),
+    );
+    match value {
+        ParameterValue::Number(number) if real => Ok(Value::Numbers(vec![*number])),
+        ParameterValue::Whole(number) if real => Ok(Value::Numbers(vec![*number as f64])),
+        ParameterValue::Numbers(numbers) if real => Ok(Value::Numbers(numbers.clone())),
+        ParameterValue::Whole(number) if whole && (bounds.0..=bounds.1).contains(number) => {
+            Ok(Value::Whole(*number))
+        }
+        ParameterValue::Whole(number) if whole => Err(format!("is a {kind:?}, and {number} is none")),
+        ParameterValue::Flag(flag) if kind == Kind::Boolean => Ok(Value::Flag(*flag)),
+        ParameterValue::Text(text) if kind == Kind::String => Ok(Value::Text(text.clone())),
+        _ if kind == Kind::Other => Err("is a binary or a clock, which cannot be set".to_owned()),
+        _ => Err(format!("is a {kind:?}, and the value given is none")),
+    }
+}
+
+/// Names of the real variables of these causalities, with their sizes.
+fn names(model: &Model, causalities: &[Causality]) -> String {
+    listed(model.real(causalities))
+}
+
+fn listed<'a>(variables: impl Iterator<Item = &'a ModelVariable>) -> String {
+    const SHOWN: usize = 12;
+    let shown = |v: &ModelVariable| {
+        if v.array { format!("`{}`[{}]", v.name, v.size) } else { format!("`{}`", v.name) }
+    };
+    let all: Vec<String> = variables.map(shown).collect();
+    match all.len() {
+        0 => "none".to_owned(),
+        number if number <= SHOWN => all.join(", "),
+        number => format!("{}, and {} more", all[..SHOWN].join(", "), number - SHOWN),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fmi_rs::model_description::FMIMajorVersion;
+
+    #[test]
+    fn inputs_of_any_type_that_nobody_drives_can_be_set() {
+        let variable = |name: &str, kind, causality, size| ModelVariable {
+            name: name.into(),
+            references: vec![7],
+            kind,
+            causality,
+            unit: String::new(),
+            size,
+            array: size > 1,
+        };
+        let (real, input) = (Kind::Float64, Causality::Input);
+        let model = Model {
+            version: FMIMajorVersion::V3,
+            name: "water".into(),
+            tool: String::new(),
+            identifier: "water".into(),
+            token: String::new(),
+            saved_state: true,
+            state_as_bytes: false,
+            variable_step: true,
+            fixed_step: None,
+            wants_memory: false,
+            only_once: false,
+            needs_tool: false,
+            variables: vec![
+                variable("interface_acceleration", real, input, 2),
+                variable("interface_pressure", real, Causality::Output, 2),
+                variable("enable", Kind::Boolean, input, 1),
+                variable("order", Kind::Int32, input, 1),
+            ],
+            terminal: BTreeMap::new(),
+        };
+        let wiring = Wiring::find(&model, Role::Fluid, &BTreeMap::new()).expect("a water");
+        assert_eq!(wiring.idle, ["enable", "order"]);
+        let given = |name: &str, value| BTreeMap::from([(name.to_owned(), value)]);
+        let set =
+            parameters(&model, &wiring, &given("enable", ParameterValue::Flag(true))).expect("it is set");
+        assert_eq!(set, [(7, Kind::Boolean, Value::Flag(true))]);
+        let driven = given("interface_acceleration", ParameterValue::Number(1.0));
+        assert!(
+            parameters(&model, &wiring, &driven)
+                .is_err_and(|error| error.to_string().contains("nobody drives"))
+        );
+    }
+
+    #[test]
+    fn a_parameter_has_a_value_of_its_type() {
+        use ParameterValue::{Flag, Number, Numbers, Text, Whole};
+        assert_eq!(value_of(Kind::Float64, &Whole(3)), Ok(Value::Numbers(vec![3.0])));
+        assert_eq!(value_of(Kind::Float64, &Numbers(vec![1.0, 2.0])), Ok(Value::Numbers(vec![1.0, 2.0])));
+        assert_eq!(value_of(Kind::UInt8, &Whole(255)), Ok(Value::Whole(255)));
+        assert_eq!(value_of(Kind::UInt8, &Whole(256)), Err("is a UInt8, and 256 is none".to_owned()));
+        assert_eq!(value_of(Kind::Boolean, &Flag(true)), Ok(Value::Flag(true)));
+        for (kind, value) in [
+            (Kind::Boolean, Whole(1)),
+            (Kind::Int32, Number(1.0)),
+            (Kind::String, Number(1.0)),
+            (Kind::Float64, Text("1".to_owned())),
+            (Kind::Other, Text(String::new())),
+        ] {
+            assert!(value_of(kind, &value).is_err(), "{kind:?} {value:?}");
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! The report of a run: one HTML page that needs nothing else.
+//!
+//! Data flow one way: [`RunFolder`] (what the files of a run say) → [`ReportData`] (what is shown) → [`html`] (the text). In [`pair`] the
+//! same of two runs, in [`ensemble`] of an ensemble.
+
+mod animation;
+mod charts;
+mod checks;
+mod data;
+mod document;
+pub mod ensemble;
+mod envelope_picture;
+mod folder;
+mod ground;
+mod inputs;
+mod limits;
+mod number;
+pub mod pair;
+mod profile;
+mod profile_picture;
+mod remarks;
+mod tables;
+mod thinning;
+mod westergaard;
+
+pub use data::{
+    Abscissa, Animation, Chart, Check, Counted, Envelope, Group, Mark, MovingWater, Profile, ReportData,
+    Rounded, Row, Series, Value,
+};
+pub use document::html;
+pub use folder::{ReportError, RunFolder};
+pub use limits::not_modelled;
+pub use thinning::kept;
+
+use super::envelopes::{END, overstress};
+use cofferdam_assembly::vtk::Grid;
+use cofferdam_log::LogReadError;
+
+impl ReportData {
+    /// What the files of a run say; `section` is a picture of its section as SVG.
+    ///
+    /// **Errors**: its log cannot be read.
+    pub fn of(run: &RunFolder, section: Option<String>) -> Result<Self, LogReadError> {
+        let (scene, summary) = (&run.loaded.scene, &run.summary);
+        let (warnings, notes) = remarks::of(run)?;
+        Ok(Self {
+            title: scene.title.clone(),
+            name: run.manifest.name.clone(),
+            status: summary.status.clone(),
+            complete: summary.status == cofferdam_coupling::observer::Status::Completed.to_string(),
+            started: run.manifest.started.clone(),
+            simulated_time: summary.simulated_time,
+            key_figures: summary.key_figures().into_iter().cloned().collect(),
+            warnings,
+            notes,
+            not_modelled: limits::not_modelled(scene),
+            section,
+            envelope: run.envelope.as_ref().and_then(|grid| envelope(run, grid)),
+            animation: animation::of(run),
+            inputs: inputs::of(scene, &run.manifest, &run.loaded.ground_motion),
+            provenance: inputs::provenance(run),
+            scene: inputs::scene_text(scene),
+            ground: ground::strength(run),
+            time: run.histories.column("time").unwrap_or(&[]).to_vec(),
+            ground_charts: ground::charts(&run.loaded),
+            histories: charts::of(run),
+            sliding_times: charts::sliding_times(run),
+            spectra: ground::spectra(run),
+            profiles: profile::of(run)?,
+            checks: checks::of(run),
+            quantities: summary.quantities.clone(),
+        })
+    }
+}
+
+/// The envelope of the largest principal stress, and what follows from it.
+fn envelope(run: &RunFolder, grid: &Grid) -> Option<Envelope> {
+    let (_, end) = grid.field_data.iter().find(|(name, _)| name == END)?;
+    let rows = overstress(grid).into_iter().map(|quantity| Row {
+        value: Value::Number(quantity.value, unit(&quantity.unit)),
+        remark: quantity.place.map_or_else(String::new, |[x, y]| format!("x = {x} m, y = {y} m")),
+        name: quantity.name,
+    });
+    let strength = run.loaded.scene.dam.as_ref().and_then(|dam| dam.material.tensile_strength);
+    let given = strength.map(|strength| Row::number("tensile strength", 1e-6 * strength, "MPa"));
+    Some(Envelope {
+        end: *end.first()?,
+        picture: envelope_picture::picture(grid)?,
+        rows: given.into_iter().chain(rows).collect(),
+    })
+}
+
+/// The unit of an overstress.
+fn unit(of: &str) -> &'static str {
+    ["m²", "%", "s"].into_iter().find(|known| *known == of).unwrap_or("1")
+}

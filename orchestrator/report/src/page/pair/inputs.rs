@@ -1,0 +1,91 @@
+//! What differs between the inputs of two runs, and what does not.
+
+use super::super::folder::RunFolder;
+use crate::Build;
+use cofferdam_log::{KeyDifference, settings};
+
+/// Keys whose text has no place in a table.
+const LONG: &str = "mesh.text";
+
+/// The keys of the scenes that differ; then what else does: units, ground motion, program, machine.
+pub fn differing(runs: [&RunFolder; 2]) -> (Vec<KeyDifference>, Vec<KeyDifference>) {
+    let of_channel =
+        |key: &str| key.starts_with('[') && (key.contains(" request ") || key.contains(" answer "));
+    let shown = |setting: &KeyDifference| !setting.key.ends_with(LONG) && !of_channel(&setting.key);
+    let all = settings(runs.map(|run| &run.log)).into_iter().filter(shown);
+    let (mut origin, scene): (Vec<_>, Vec<_>) = all.partition(|setting| setting.key.starts_with('['));
+    for setting in &mut origin {
+        // As in sentences: `reservoir: solver`.
+        setting.key = setting.key.replacen('[', "", 1).replacen(']', ":", 1);
+    }
+    let [a, b] = runs.map(|run| origins(&run.manifest.build));
+    let differ = a.into_iter().zip(b).filter(|((_, a), (_, b))| a != b);
+    origin.extend(
+        differ.map(|((key, a), (_, b))| KeyDifference { key: key.to_owned(), values: [Some(a), Some(b)] }),
+    );
+    (scene, origin)
+}
+
+/// Program and machine.
+fn origins(build: &Build) -> [(&'static str, String); 6] {
+    [
+        ("program", format!("cofferdam {}, {}", build.version, build.profile)),
+        ("commit", build.commit.to_string()),
+        ("processor", build.processor.clone()),
+        ("features of the processor", build.features.clone()),
+        ("cores", build.cores.to_string()),
+        ("system", build.system.clone()),
+    ]
+}
+
+/// What is equal, in words; `keys` of the scenes are.
+pub fn equal(runs: [&RunFolder; 2], keys: usize) -> Vec<String> {
+    let mut said = vec![format!("{keys} keys of the scene")];
+    let record = |run: &RunFolder| {
+        let record = run.loaded.scene.ground_motion.record.as_ref()?;
+        Some((record.file.file_name()?.to_string_lossy().into_owned(), record.sha256.clone()?))
+    };
+    let [a, b] = runs.map(record);
+    if let (Some((name, hash)), Some((_, other))) = (a, b)
+        && hash == other
+    {
+        said.push(format!("the record {name} (SHA-256 {hash})"));
+    }
+    if runs[0].loaded.ground_motion == runs[1].loaded.ground_motion {
+        said.push("the ground motion".to_owned());
+    }
+    for unit in &runs[0].manifest.units {
+        let same = |other: &&crate::Unit| other.name == unit.name && other.fingerprint == unit.fingerprint;
+        if runs[1].manifest.units.iter().any(|other| same(&other)) {
+            said.push(format!("the unit {} ({})", unit.name, unit.solver));
+        }
+    }
+    let [a, b] = runs.map(|run| origins(&run.manifest.build));
+    for ((name, a), (_, b)) in a.into_iter().zip(b).filter(|((_, a), _)| !a.is_empty()) {
+        if a == b {
+            said.push(format!("{name} {a}"));
+        }
+    }
+    said
+}
+
+/// What tells two different dams apart; none if it is the same one.
+pub fn dams(runs: [&RunFolder; 2]) -> Option<String> {
+    let scenes = runs.map(|run| &run.loaded.scene);
+    match scenes.map(|scene| scene.dam.as_ref()) {
+        [None, None] => (scenes[0].height() != scenes[1].height()).then(|| heights(runs)),
+        [Some(_), None] => Some("the dam of A is computed, that of B prescribed".to_owned()),
+        [None, Some(_)] => Some("the dam of A is prescribed, that of B computed".to_owned()),
+        [Some(a), Some(b)] if a.section == b.section => None,
+        [Some(_), Some(_)] => Some(heights(runs)),
+    }
+}
+
+fn heights(runs: [&RunFolder; 2]) -> String {
+    let [a, b] = runs.map(|run| interface::number::plain(run.loaded.scene.height()).to_string());
+    if a == b {
+        format!("their sections differ, both {a} m high")
+    } else {
+        format!("A is {a} m high, B {b} m")
+    }
+}

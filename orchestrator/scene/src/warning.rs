@@ -1,0 +1,559 @@
+//! What may be run, but is doubtful.
+
+use super::shape::{Shape, word};
+use super::{
+    CrackScene, DamFidelityScene, DamScene, FidelityScene, MaterialScene, MethodScene, ReservoirScene, Scene,
+    Side, Source,
+};
+use cofferdam_coupling::convergence::Tolerance;
+use cofferdam_coupling::scheme::SchemeKind;
+use cofferdam_motion::{GroundMotion, STANDARD_GRAVITY};
+use interface::number::plain;
+use miette::{Diagnostic, NamedSource, SourceSpan};
+use std::sync::Arc;
+
+/// A doubtful choice, at its place in the file.
+#[derive(Clone, Debug, thiserror::Error, Diagnostic)]
+#[error("{warning}")]
+#[diagnostic(severity(Warning))]
+pub struct SceneWarning {
+    /// What is doubtful.
+    pub warning: Warning,
+    /// The file.
+    #[source_code]
+    pub source_code: NamedSource<Arc<String>>,
+    /// The place.
+    #[label("here")]
+    pub span: SourceSpan,
+}
+
+/// What can be doubtful about a scene; every message has the numbers and the remedy.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Warning {
+    /// The dam's mesh is too coarse for the record.
+    #[error(
+        "`dam.element_size` is {size} m: {elements:.1} elements a shear wave of {wavelength:.0} m at {frequency:.1} Hz, \
+         below which {percent} % of the record's energy lies; {ELEMENTS_OF_THE_DAM} are advised, so {least} m or less",
+        elements = wavelength / size, percent = 100.0 * ENERGY, least = down(wavelength / ELEMENTS_OF_THE_DAM)
+    )]
+    CoarseDam {
+        /// Element size, m.
+        size: f64,
+        /// Length of a shear wave at that frequency, m.
+        wavelength: f64,
+        /// Highest frequency of the record, Hz.
+        frequency: f64,
+    },
+    /// The reservoir's mesh is too coarse for the record.
+    #[error(
+        "`{table}.element_size` is {size} m: {elements:.1} elements a sound wave of {wavelength:.0} m at \
+         {frequency:.1} Hz, below which {percent} % of the record's energy lies; {ELEMENTS_OF_THE_RESERVOIR} are \
+         advised, so {least} m or less",
+        elements = wavelength / size, percent = 100.0 * ENERGY, least = down(wavelength / ELEMENTS_OF_THE_RESERVOIR)
+    )]
+    CoarseReservoir {
+        /// The water's table.
+        table: &'static str,
+        /// Element size, m.
+        size: f64,
+        /// Length of a sound wave at that frequency, m.
+        wavelength: f64,
+        /// Highest frequency of the record, Hz.
+        frequency: f64,
+    },
+    /// The reservoir's mesh is too coarse for any motion.
+    #[error(
+        "`{table}.element_size` is {size} m: {elements:.1} elements over a depth of {depth} m; {ELEMENTS_OF_THE_DEPTH} are \
+         advised, so {least} m or less",
+        elements = depth / size, least = down(depth / ELEMENTS_OF_THE_DEPTH)
+    )]
+    CoarseFace {
+        /// The water's table.
+        table: &'static str,
+        /// Element size, m.
+        size: f64,
+        /// Depth of the water, m.
+        depth: f64,
+    },
+    /// The communication step is too long for the record.
+    #[error(
+        "`{key}` is {step} s: {steps:.1} steps a period at {frequency:.1} Hz, below which {percent} % \
+         of the record's energy lies; {STEPS_A_PERIOD} are advised: take {better} s",
+        steps = 1.0 / (step * frequency), percent = 100.0 * ENERGY
+    )]
+    CoarseStep {
+        /// The key.
+        key: &'static str,
+        /// Communication step, s.
+        step: f64,
+        /// Highest frequency of the record, Hz.
+        frequency: f64,
+        /// A whole fraction of the record's interval that is short enough, s.
+        better: f64,
+    },
+    /// The communication step is no whole fraction of the record's interval.
+    #[error(
+        "`time.communication_step` is {step} s, no whole fraction of the record's interval of {interval} s: peaks \
+         between communication points are cut off; take {better} s"
+    )]
+    ClippedSamples {
+        /// Communication step, s.
+        step: f64,
+        /// Interval of the record, s.
+        interval: f64,
+        /// A smaller whole fraction, s.
+        better: f64,
+    },
+    /// The record does not come to rest.
+    #[error(
+        "the record drifts: the ground ends at {velocity:.0} % of its peak velocity and {displacement:.0} % of its peak \
+         displacement; correct the record's baseline, or crop it where the ground is at rest"
+    )]
+    Drift {
+        /// Velocity at the end over the peak, %.
+        velocity: f64,
+        /// Displacement at the end over the peak, %.
+        displacement: f64,
+    },
+    /// An acceleration that no ground has.
+    #[error(
+        "the record's peak is {peak:.1} g, more than {LARGEST_PEAK} g; check the unit of the file, \
+         `ground_motion.record.units`, and `ground_motion.record.scale`"
+    )]
+    Peak {
+        /// Peak acceleration, g.
+        peak: f64,
+    },
+    /// Too short a rest for the residual sliding.
+    #[error(
+        "the run ends {}: no residual sliding is given, which needs {REST} s of rest; lengthen `{key}`", at_end(*rest)
+    )]
+    NoResidual {
+        /// The key that decides over it.
+        key: &'static str,
+        /// Time without ground motion, s; negative before the ground comes to rest.
+        rest: f64,
+    },
+    /// Tolerance too loose.
+    #[error(
+        "`coupling.tolerance` is {tolerance}; looser than {LOOSEST_TOLERANCE} the two units agree to fewer than three \
+         digits: take 1e-6"
+    )]
+    LooseTolerance {
+        /// Tolerance.
+        tolerance: f64,
+    },
+    /// A crack without damping.
+    #[error(
+        "`dam.damping.ratio` is 0 with a crack: nothing damps what an impact sets ringing, and the sliding depends on it; \
+         give a ratio, such as 0.05"
+    )]
+    UndampedCrack,
+    /// Water that enters no crack.
+    #[error(
+        "{crack} lies {below} m under water, which enters no crack here: its uplift, {uplift:.2} MN/m if the \
+         pressure falls evenly to {} downstream, is not modelled, and the block would slide further with it; a smaller \
+         `friction_coefficient` can stand for it",
+        if *downstream > 0.0 { "that of the tailwater" } else { "none" },
+        below = plain(*below), uplift = 1e-6 * uplift
+    )]
+    NoUplift {
+        /// What the lowest crack is called.
+        crack: String,
+        /// Depth of its mean elevation, m.
+        below: f64,
+        /// Mean of the pressures at both ends × length of the crack, N/m.
+        uplift: f64,
+        /// Pressure at its downstream end, Pa.
+        downstream: f64,
+    },
+    /// A crest that is not level.
+    #[error(
+        "the crest slopes from {} m upstream to {} m downstream; if it is level, the {lower} side lacks its last point",
+        plain(*upstream), plain(*downstream)
+    )]
+    SlopingCrest {
+        /// Elevation of its upstream end, m.
+        upstream: f64,
+        /// Elevation of its downstream end, m.
+        downstream: f64,
+        /// The side that ends lower.
+        lower: &'static str,
+    },
+    /// Blocks that do not deform.
+    #[error(
+        "`dam.fidelity` = \"rigid-blocks\" is unsafe: the dam's amplification of the ground motion is missing, and sliding \
+         comes out too small; choose \"reduced\" or \"dem\" for numbers that count"
+    )]
+    RigidBlocks,
+    /// A unit that answers what it answered in a run of the past.
+    #[error(
+        "`{table}.fidelity` = \"log\" opens the loop: the {table} answers what it answered in that run, whatever the other side \
+         does now; nothing is iterated, and what comes out is no coupled solution unless the other side is that of that run"
+    )]
+    OpenLoop {
+        /// The unit's table.
+        table: &'static str,
+    },
+    /// Keys that the chosen water does not look at.
+    #[error(
+        "{} no effect with `{table}.fidelity` = \"{}\"{}; leave {} out, or choose other water",
+        listed(keys), word(fidelity),
+        method.map_or_else(String::new, |method| format!(" and `{table}.method` = \"{}\"", word(&method))),
+        if keys.len() == 1 { "it" } else { "them" }
+    )]
+    WithoutEffect {
+        /// The water's table.
+        table: &'static str,
+        /// The keys.
+        keys: Vec<String>,
+        /// Model of the water.
+        fidelity: FidelityScene,
+        /// How it is stepped, where that is why.
+        method: Option<MethodScene>,
+    },
+    /// Panels of the reservoir's own, where the water is mass of the dam.
+    #[error(
+        "`{table}.interface_size` changes nothing in the dam: with `coupling.scheme` = \"added-mass\" the water's mass is \
+         computed at the dam's own points, and the {table}'s only report the pressure; leave the key out, or choose an \
+         iterated scheme, such as \"serial-implicit\""
+    )]
+    PanelsOfTheReport {
+        /// The water's table.
+        table: &'static str,
+    },
+    /// A value that is allowed, but seldom true: mostly a slip of units.
+    #[error(
+        "`{key}` is {}{unit}; {what} has {} to {}{unit}, so check the unit", plain(*value), plain(*least), plain(*most)
+    )]
+    Unusual {
+        /// The key.
+        key: String,
+        /// Its value.
+        value: f64,
+        /// Its unit, with a space before it.
+        unit: String,
+        /// Whose value it is.
+        what: &'static str,
+        /// Least usual value.
+        least: f64,
+        /// Largest usual value.
+        most: f64,
+    },
+}
+
+/// Share of a record's Fourier energy that lies below its highest frequency of interest. What is above (a hundredth of
+/// the energy, a tenth of the amplitude) is mostly noise; 99 % of the shipped records lies below 9 to 11 Hz.
+const ENERGY: f64 = 0.99;
+/// Constant-strain triangles a shear wave: the velocity of a wave in linear elements of length h errs by about
+/// (kh)²/24, here 1.6 %.
+const ELEMENTS_OF_THE_DAM: f64 = 10.0;
+/// Linear boundary elements a wave. Six err by 0.2 % (by 1.5 % close to a cut-off frequency).
+pub const ELEMENTS_OF_THE_RESERVOIR: f64 = 6.0;
+/// Linear boundary elements a depth: with eight the static base pressure errs by 0.1 %, with four by 0.7 %.
+const ELEMENTS_OF_THE_DEPTH: f64 = 8.0;
+/// Communication steps a period: the peak of a sine is missed by at most 1 − cos(π/20) = 1.2 %.
+const STEPS_A_PERIOD: f64 = 20.0;
+/// Part of a step by which samples and communication points may run apart: times in files are rounded.
+const UNEVEN: f64 = 1e-4;
+/// Slope of the crest up to which it drains.
+const LEVEL: f64 = 0.05;
+/// Velocity at the end over the peak. The shipped records, processed with care, end below 0.01 %.
+const VELOCITY_AT_END: f64 = 0.1;
+/// Displacement at the end over the peak. The shipped records end below 0.2 %; that of a drift is its peak, but ground
+/// beside a fault may stay displaced in earnest.
+const DISPLACEMENT_AT_END: f64 = 0.5;
+/// Peak acceleration, g: hardly any horizontal record is stronger; in m/s² most are.
+const LARGEST_PEAK: f64 = 2.0;
+/// Rest that the residual sliding asks for, s.
+pub const REST: f64 = 5.0;
+const LOOSEST_TOLERANCE: f64 = 1e-3;
+
+/// A key, and what is doubtful about its value.
+type Doubt = (String, Warning);
+
+/// What is doubtful about a scene that was read, each with its key.
+pub fn doubts(scene: &Scene, motion: &GroundMotion) -> Vec<Doubt> {
+    let mut doubts = unusual(scene);
+    let at = |key: &str, warning: Warning| (key.to_owned(), warning);
+    for (side, water) in scene.waters() {
+        doubts.extend(without_effect(side, water));
+        if scene.scheme() == SchemeKind::OneWay && water.interface_size.is_some() {
+            let warning = Warning::PanelsOfTheReport { table: side.table() };
+            doubts.push((side.key("interface_size"), warning));
+        }
+    }
+    if let Tolerance::Relative(tolerance) = scene.coupling.tolerance
+        && tolerance > LOOSEST_TOLERANCE
+    {
+        doubts.push(at("coupling.tolerance", Warning::LooseTolerance { tolerance }));
+    }
+    let dam = scene.dam.iter().map(|dam| ("dam", dam.source()));
+    for (table, source) in dam.chain(scene.waters().map(|(side, water)| (side.table(), water.source()))) {
+        if matches!(source, Source::Log(_)) {
+            doubts.push((format!("{table}.fidelity"), Warning::OpenLoop { table }));
+        }
+    }
+    let computed = |dam: &&DamScene| !dam.fidelity.is_foreign();
+    let cracked = scene.dam.as_ref().filter(computed).filter(|dam| !dam.cracks.is_empty());
+    if let Some(dam) = cracked {
+        if dam.fidelity == DamFidelityScene::RigidBlocks {
+            doubts.push(at("dam.fidelity", Warning::RigidBlocks));
+        }
+        if dam.damping.ratio == 0.0 {
+            doubts.push(at("dam.damping.ratio", Warning::UndampedCrack));
+        }
+        doubts.extend(dry_cracks(scene, dam));
+        if let (Some(begin), Some(end)) = (motion.rest_from(), scene.time.duration)
+            && end - begin < REST - 1e-9
+        {
+            // The duration, if it is written, decides.
+            let quiet = (end - begin - scene.time.quiet).abs() < 1e-9;
+            let key = if quiet { "time.quiet" } else { "time.duration" };
+            doubts.push(at(key, Warning::NoResidual { key, rest: end - begin }));
+        }
+    }
+    doubts.extend(scene.dam.as_ref().and_then(sloping_crest));
+    doubts.extend(scene.waters().filter_map(|(side, water)| coarse_face(scene, side, water)));
+    if scene.ground_motion.record.is_some() {
+        doubts.extend(of_record(motion));
+        doubts.extend(resolution(scene, motion));
+    }
+    doubts
+}
+
+/// A crest that is not level: mostly a side without its last point.
+fn sloping_crest(dam: &DamScene) -> Option<Doubt> {
+    let [upstream, downstream] =
+        [&dam.section.upstream, &dam.section.downstream].map(|side| side.last().copied());
+    let ([x, upstream], [other, downstream]) = (upstream?, downstream?);
+    let lower = if upstream < downstream { "upstream" } else { "downstream" };
+    ((upstream - downstream).abs() > LEVEL * (x - other).abs())
+        .then(|| (format!("dam.section.{lower}"), Warning::SlopingCrest { upstream, downstream, lower }))
+}
+
+/// The pressure of water in a crack, which no run models.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Uplift {
+    /// Depth of the crack's mean elevation below the reservoir's level, m.
+    pub below: f64,
+    /// Mean of the pressures at both ends × length, N/m.
+    pub force: f64,
+    /// Pressure at the downstream end, Pa.
+    pub downstream: f64,
+}
+
+/// The uplift of a crack, if the pressure falls evenly from end to end; none above the reservoir's level.
+pub fn uplift(scene: &Scene, crack: &CrackScene) -> Option<Uplift> {
+    let section = &scene.dam.as_ref()?.section;
+    let elevation = crack.mean_elevation();
+    let water = |side| scene.water(side).filter(|water| water.fidelity != FidelityScene::Empty);
+    let pressure = |side| {
+        let (water, below) = (water(side)?, scene.depth_of(side) - elevation);
+        (below > 0.0).then_some(water.density * scene.gravity * below)
+    };
+    let [upstream, downstream] = Side::BOTH.map(pressure);
+    let (upstream, downstream) = (upstream?, downstream.unwrap_or(0.0));
+    let length = x_at(&section.downstream, elevation)? - x_at(&section.upstream, elevation)?;
+    let below = scene.depth() - elevation;
+    Some(Uplift { below, force: 0.5 * (upstream + downstream) * length, downstream })
+}
+
+/// The lowest crack, if water would enter it.
+fn dry_cracks(scene: &Scene, dam: &DamScene) -> Option<Doubt> {
+    let by_elevation = |a: &&CrackScene, b: &&CrackScene| a.mean_elevation().total_cmp(&b.mean_elevation());
+    let crack = dam.cracks.iter().min_by(by_elevation)?;
+    let Uplift { below, force: uplift, downstream } = uplift(scene, crack)?;
+    Some(("dam.cracks".to_owned(), Warning::NoUplift { crack: crack.phrase(), below, uplift, downstream }))
+}
+
+/// Where a side of the section, from the base up, has the elevation `y`.
+fn x_at(side: &[[f64; 2]], y: f64) -> Option<f64> {
+    let [[x0, y0], [x1, y1]] =
+        side.windows(2).map(|pair| [pair[0], pair[1]]).find(|[low, high]| (low[1]..=high[1]).contains(&y))?;
+    Some(x0 + (x1 - x0) * (y - y0) / (y1 - y0))
+}
+
+/// Doubts about the record itself.
+fn of_record(motion: &GroundMotion) -> Vec<Doubt> {
+    let mut doubts = Vec::new();
+    let [velocity, displacement] = motion.drift().map(|drift| drift.share());
+    if velocity > VELOCITY_AT_END || displacement > DISPLACEMENT_AT_END {
+        let (velocity, displacement) = (100.0 * velocity, 100.0 * displacement);
+        doubts.push(("ground_motion.record.file".to_owned(), Warning::Drift { velocity, displacement }));
+    }
+    let peak = motion.acceleration().iter().fold(0.0, |peak: f64, a| peak.max(a.abs())) / STANDARD_GRAVITY;
+    if peak > LARGEST_PEAK {
+        doubts.push(("ground_motion.record.file".to_owned(), Warning::Peak { peak }));
+    }
+    doubts
+}
+
+/// Whether time and space are fine enough for the record.
+fn resolution(scene: &Scene, motion: &GroundMotion) -> Vec<Doubt> {
+    let mut doubts: Vec<Doubt> = Vec::new();
+    let frequency = motion.frequency_below_which(ENERGY);
+    let (step, interval) = (scene.time.communication_step, motion.interval());
+    let (key, longest) = match scene.time.adaptive {
+        Some(adaptive) => ("time.adaptive.longest", adaptive.longest),
+        None => ("time.communication_step", step),
+    };
+    if longest * frequency * STEPS_A_PERIOD > 1.0 {
+        let better = whole_fraction(interval, interval * frequency * STEPS_A_PERIOD);
+        doubts.push((key.to_owned(), Warning::CoarseStep { key, step: longest, frequency, better }));
+    }
+    let fraction = interval / step;
+    if (fraction - fraction.round()).abs() > UNEVEN * fraction {
+        let better = whole_fraction(interval, fraction);
+        let warning = Warning::ClippedSamples { step, interval, better };
+        doubts.push(("time.communication_step".to_owned(), warning));
+    }
+    if let Some(dam) = &scene.dam {
+        let (size, wavelength) = (dam.element_size, shear_wave_velocity(dam) / frequency);
+        if size * ELEMENTS_OF_THE_DAM > wavelength {
+            let warning = Warning::CoarseDam { size, wavelength, frequency };
+            doubts.push(("dam.element_size".to_owned(), warning));
+        }
+    }
+    for (side, water) in scene.waters().filter(|(_, water)| water.fidelity == FidelityScene::Compressible) {
+        let (size, wavelength) = (scene.boundary_element_size(side), water.sound_speed / frequency);
+        if size * ELEMENTS_OF_THE_RESERVOIR > wavelength {
+            let table = side.table();
+            let warning = Warning::CoarseReservoir { table, size, wavelength, frequency };
+            doubts.push((side.key("element_size"), warning));
+        }
+    }
+    doubts
+}
+
+/// Whether the water's elements are fine enough for the pressure that changes over the depth in any motion.
+fn coarse_face(scene: &Scene, side: Side, water: &ReservoirScene) -> Option<Doubt> {
+    let (size, depth, table) = (scene.boundary_element_size(side), scene.depth_of(side), side.table());
+    let coarse = water.fidelity.is_solved() && size * ELEMENTS_OF_THE_DEPTH > depth * (1.0 + 1e-9);
+    coarse.then(|| (side.key("element_size"), Warning::CoarseFace { table, size, depth }))
+}
+
+/// Velocity of shear waves, c_s = √(G/ρ) with G = E/(2(1 + ν)), m/s; the least of dam and zones.
+pub fn shear_wave_velocity(dam: &DamScene) -> f64 {
+    let velocity = |material: &MaterialScene| {
+        (material.young_modulus / (2.0 * (1.0 + material.poisson_ratio)) / material.density).sqrt()
+    };
+    let of_zones = dam.zones.iter().map(|zone| velocity(&zone.material(&dam.material)));
+    of_zones.fold(velocity(&dam.material), f64::min)
+}
+
+/// Values that smell of another unit.
+fn unusual(scene: &Scene) -> Vec<Doubt> {
+    let mut values = vec![("gravity".to_owned(), scene.gravity, "the Earth", 9.7, 9.9)];
+    for (side, water) in scene.waters() {
+        values.push((side.key("density"), water.density, "water", 950.0, 1200.0));
+        values.push((side.key("sound_speed"), water.sound_speed, "water", 1300.0, 1600.0));
+    }
+    if let Some(DamScene { material, zones, cracks, .. }) = &scene.dam {
+        values.push(("dam.material.young_modulus".to_owned(), material.young_modulus, "concrete", 5e9, 8e10));
+        values.push(("dam.material.density".to_owned(), material.density, "concrete", 1800.0, 3200.0));
+        let strength = material.tensile_strength;
+        values
+            .extend(strength.map(|f| ("dam.material.tensile_strength".to_owned(), f, "concrete", 2e5, 1e7)));
+        for crack in cracks {
+            let key = |name: &str| format!("dam.cracks.{}.{name}", crack.number);
+            values.push((key("friction_coefficient"), crack.friction_coefficient, "a joint", 0.0, 2.0));
+            for (name, value) in [("cohesion", crack.cohesion), ("tensile_strength", crack.tensile_strength)]
+            {
+                values.extend((value > 0.0).then(|| (key(name), value, "a joint", 1e3, 1e7)));
+            }
+        }
+        for (index, zone) in zones.iter().enumerate() {
+            let key = |name: &str| format!("dam.zones.{index}.{name}");
+            values.extend(zone.young_modulus.map(|e| (key("young_modulus"), e, "concrete", 5e9, 8e10)));
+            values.extend(zone.density.map(|rho| (key("density"), rho, "concrete", 1800.0, 3200.0)));
+        }
+    }
+    let odd = |&(_, value, _, least, most): &(_, f64, _, f64, f64)| !(least..=most).contains(&value);
+    let warn = |(key, value, what, least, most): (String, _, _, _, _)| {
+        let unit = Shape::field(&key).map_or("", |field| &field.unit);
+        let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+        (key.clone(), Warning::Unusual { key, value, unit, what, least, most })
+    };
+    values.into_iter().filter(odd).map(warn).collect()
+}
+
+/// Keys that were given another value than their default, and that the chosen water does not look at.
+fn without_effect(side: Side, water: &ReservoirScene) -> Option<Doubt> {
+    let fidelity = water.fidelity;
+    let (solved, compressible) = (fidelity.is_solved(), fidelity == FidelityScene::Compressible);
+    let finite_elements = compressible && water.method == MethodScene::FiniteElements;
+    let filled = fidelity != FidelityScene::Empty;
+    let matters = [
+        ("profile", fidelity == FidelityScene::Westergaard),
+        ("density", filled),
+        ("sound_speed", compressible),
+        ("wave_reflection_coefficient", compressible),
+        ("bed", solved),
+        ("surface_waves", solved),
+        ("method", compressible),
+        ("interface_size", filled),
+        ("element_size", solved),
+        ("element_order", solved && !finite_elements),
+        ("bed_element_size", solved),
+        ("corner_element_size", solved),
+        ("far_end_distance", solved),
+        ("fmu", fidelity == FidelityScene::Fmu),
+        ("command", fidelity == FidelityScene::Command),
+        ("log", fidelity == FidelityScene::Log),
+    ];
+    let values = serde_json::to_value(water).unwrap_or_default();
+    let given = |name: &str| {
+        let value = values.get(name).filter(|value| !value.is_null());
+        value.is_some() && value != Shape::field(&side.key(name)).and_then(|field| field.default.as_ref())
+    };
+    let without = matters.into_iter().filter(|(name, matters)| !matters && given(name));
+    let keys: Vec<String> = without.map(|(name, _)| side.key(name)).collect();
+    let (first, method) = (keys.first()?.clone(), finite_elements.then_some(water.method));
+    Some((first, Warning::WithoutEffect { table: side.table(), keys, fidelity, method }))
+}
+
+/// Keys in a row, and what they do.
+fn listed(keys: &[String]) -> String {
+    let quoted: Vec<String> = keys.iter().map(|key| format!("`{key}`")).collect();
+    match quoted.as_slice() {
+        [first @ .., last] if !first.is_empty() => format!("{} and {last} have", first.join(", ")),
+        _ => quoted.concat() + " has",
+    }
+}
+
+/// When a run ends that has so much rest, s.
+fn at_end(rest: f64) -> String {
+    let side = if rest < 0.0 { "before" } else { "after" };
+    format!("{:.2} s {side} the ground comes to rest", rest.abs())
+}
+
+/// A whole fraction of `interval`, at least `parts` of them: the largest that is a short number, if there is one not much smaller.
+fn whole_fraction(interval: f64, parts: f64) -> f64 {
+    let least = parts.ceil().max(1.0);
+    let fractions = (0..).map(|more| least + f64::from(more)).take_while(|parts| *parts <= 2.0 * least);
+    let mut short = fractions.filter_map(|parts| {
+        let rounded: f64 = format!("{:.3e}", interval / parts).parse().ok()?;
+        ((rounded * parts / interval - 1.0).abs() < 1e-9).then_some(rounded)
+    });
+    short.next().unwrap_or(interval / least)
+}
+
+/// `value` with two digits, rounded down.
+pub fn down(value: f64) -> String {
+    let digits = 1 - value.log10().floor() as i32;
+    let unit = 10.0_f64.powi(-digits);
+    format!("{:.*}", digits.max(0) as usize, (value / unit).floor() * unit)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_that_are_advised_are_short_numbers() {
+        let found = [(0.01, 2.4), (0.02, 3.0), (0.005, 1.5), (0.01, 0.3), (1.0 / 3.0, 2.0)];
+        let found = found.map(|(interval, parts)| whole_fraction(interval, parts));
+        assert_eq!(found, [0.0025, 0.005, 0.0025, 0.01, 1.0 / 6.0]);
+    }
+}
