@@ -707,7 +707,7 @@ const TIME_TOLERANCE: f64 = 1e-6;
 mod tests {
     use super::*;
     use crate::contact::Meeting;
-    use crate::{Damping, Kinematics, Material, Plane, Section};
+    use crate::{Damping, Material, Section};
 
     /// A state of another mesh, or a damaged one.
     #[test]
@@ -715,26 +715,11 @@ mod tests {
         let parameters = DamParameters {
             section: Section::rectangle(2.0, 4.0),
             water_depth: 0.0,
-            tailwater_depth: 0.0,
             cracks: vec![CrackParameters::sliding(3.0, 0.1, 1e9, 0.5e9)],
-            material: Material {
-                young_modulus: 1e9,
-                poisson_ratio: 0.2,
-                density: 2400.0,
-                plane: Plane::Stress,
-                tensile_strength: None,
-            },
+            material: Material { young_modulus: 1e9, density: 2400.0, ..Default::default() },
             damping: Damping::None,
-            fidelity: Fidelity::Dem,
-            kinematics: Kinematics::Corotational,
             element_size: 1.0,
-            gravity: 9.81,
-            time_step_safety: 0.9,
-            drags_blocks: false,
-            zones: Vec::new(),
-            given_mesh: None,
-            added_mass: None,
-            envelopes: false,
+            ..Default::default()
         };
         let dam = Dam::new(parameters)?;
         for (meeting, fits) in [

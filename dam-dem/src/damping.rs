@@ -53,6 +53,20 @@ pub enum DampingFrequencies {
     RadiansPerSecond([f64; 2]),
 }
 
+/// Rayleigh damping of 5 %.
+impl Default for Damping {
+    fn default() -> Self {
+        Self::Rayleigh { ratio: 0.05, frequencies: DampingFrequencies::default() }
+    }
+}
+
+/// Once and five times the first frequency.
+impl Default for DampingFrequencies {
+    fn default() -> Self {
+        Self::MultiplesOfFirst([1.0, 5.0])
+    }
+}
+
 impl Damping {
     /// What is wrong: a ratio or coefficient must lie in (0, 1), frequencies must be positive and ascend.
     pub(crate) fn problems(&self) -> Vec<Problem> {

@@ -6,10 +6,11 @@ use crate::Mesh;
 use crate::error::{Problem, require};
 
 /// Which out-of-plane component vanishes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Plane {
     /// Plane stress, `σ_zz = 0`.
+    #[default]
     Stress,
     /// Plane strain, `ε_zz = 0`.
     Strain,
@@ -30,6 +31,19 @@ pub struct Material {
     /// Tensile strength, Pa, with which stresses are compared; `None` for no comparison. The concrete does not crack.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tensile_strength: Option<f64>,
+}
+
+/// The concrete of Koyna Dam: E = 31 GPa, ν = 0.2, 2640 kg/m³, in plane stress, without a tensile strength.
+impl Default for Material {
+    fn default() -> Self {
+        Self {
+            young_modulus: 31e9,
+            poisson_ratio: 0.2,
+            density: 2640.0,
+            plane: Plane::default(),
+            tensile_strength: None,
+        }
+    }
 }
 
 impl Material {
@@ -110,13 +124,7 @@ mod tests {
 
     #[test]
     fn uniaxial_stress_gives_youngs_modulus() {
-        let material = Material {
-            young_modulus: 31e9,
-            poisson_ratio: 0.2,
-            density: 2640.0,
-            plane: Plane::Stress,
-            tensile_strength: None,
-        };
+        let material = Material::default();
         let (lambda, g) = (material.plane_lambda(), material.shear_modulus());
         let (e11, e22) = (1e-4, -0.2e-4);
         assert!((lambda * (e11 + e22) + 2.0 * g * e22).abs() < 1e-9 * 31e5);

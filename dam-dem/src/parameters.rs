@@ -54,8 +54,33 @@ pub struct DamParameters {
     pub envelopes: bool,
 }
 
+/// Koyna Dam with its reservoir full, a sliding crack at the neck, 5 % Rayleigh damping at once and five times its first
+/// frequency, and elements of 5 m; no tailwater, no zones, no envelopes.
+impl Default for DamParameters {
+    fn default() -> Self {
+        Self {
+            section: Section::default(),
+            water_depth: 91.75,
+            tailwater_depth: 0.0,
+            cracks: vec![CrackParameters::default()],
+            material: Material::default(),
+            zones: Vec::new(),
+            damping: Damping::default(),
+            drags_blocks: false,
+            fidelity: Fidelity::default(),
+            kinematics: Kinematics::default(),
+            element_size: 5.0,
+            given_mesh: None,
+            gravity: 9.81,
+            time_step_safety: 0.9,
+            added_mass: None,
+            envelopes: false,
+        }
+    }
+}
+
 /// Part of the section with a concrete of its own.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ZoneParameters {
     /// Its name.
@@ -173,13 +198,21 @@ fn is_default<T: Default + PartialEq>(value: &T) -> bool {
 }
 
 /// Measure of strain.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kinematics {
     /// Linear strain, for small displacements and rotations.
     Small,
     /// Biot strain `U − I` behind the exact rotation of every element.
+    #[default]
     Corotational,
+}
+
+/// The crack at the neck of Koyna Dam, at 66.5 m: friction coefficient 1, stiffnesses of 1e11 and 0.5e11 Pa/m, not bonded.
+impl Default for CrackParameters {
+    fn default() -> Self {
+        Self::sliding(66.5, 1.0, 1e11, 0.5e11)
+    }
 }
 
 impl CrackParameters {

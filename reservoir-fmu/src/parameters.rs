@@ -94,6 +94,13 @@ pub struct ReservoirParameters {
     pub method: Method,
 }
 
+/// The water of [`before`](ReservoirParameters::before) in front of a vertical face of 100 m with 40 panels.
+impl Default for ReservoirParameters {
+    fn default() -> Self {
+        Self::before(WetFace::default())
+    }
+}
+
 /// Wave reflection coefficient from which on no recursion was found passive but over a level, rigid bed.
 pub(crate) const ALMOST_RIGID: f64 = 0.995;
 

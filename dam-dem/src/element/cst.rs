@@ -321,13 +321,7 @@ mod tests {
     fn cell(kinematics: Kinematics) -> (Mesh, CrossedCells) {
         let mut mesh = Mesh::mapped(&Section::rectangle(2.0, 1.0), &[vec![0.0, 1.0]], 1);
         mesh.nodes[4] = [0.9, 0.6];
-        let material = Material {
-            young_modulus: 3.0,
-            poisson_ratio: 0.2,
-            density: 1.0,
-            plane: Plane::Stress,
-            tensile_strength: None,
-        };
+        let material = Material { young_modulus: 3.0, density: 1.0, ..Default::default() };
         let cells = CrossedCells::new(&mesh, &Materials::from(&material), kinematics);
         (mesh, cells)
     }
@@ -362,13 +356,7 @@ mod tests {
             *x += 0.2 * (7.0 * i as f64).sin();
             *y += 0.2 * (5.0 * i as f64).cos();
         }
-        let material = Material {
-            young_modulus: 3.0,
-            poisson_ratio: 0.2,
-            density: 1.0,
-            plane: Plane::Stress,
-            tensile_strength: None,
-        };
+        let material = Material { young_modulus: 3.0, density: 1.0, ..Default::default() };
         let cells = CrossedCells::new(&mesh, &Materials::from(&material), kinematics);
         let field = |scale: f64, shift: f64| {
             let of =
@@ -494,13 +482,7 @@ mod tests {
             let mut shuffled = mesh.clone();
             shuffled.nodes = turned(&mesh.nodes);
             shuffled.cells.iter_mut().flatten().for_each(|node| *node = count - 1 - *node);
-            let material = Material {
-                young_modulus: 3.0,
-                poisson_ratio: 0.2,
-                density: 1.0,
-                plane: Plane::Stress,
-                tensile_strength: None,
-            };
+            let material = Material { young_modulus: 3.0, density: 1.0, ..Default::default() };
             let general = CrossedCells::new(&shuffled, &Materials::from(&material), Kinematics::Corotational);
             let in_rows = |cells: &CrossedCells| cells.batches.iter().filter(|batch| batch.is_row()).count();
             println!("{columns} columns: {} of {} batches are rows", in_rows(&cells), cells.batches.len());
@@ -590,13 +572,8 @@ mod tests {
     #[test]
     fn the_bits_do_not_depend_on_the_threads() -> Result<(), DamError> {
         let mesh = Mesh::new(&Section::rectangle(60.0, 100.0), &[31.0], &[], 0.45);
-        let material = Material {
-            young_modulus: 3.0,
-            poisson_ratio: 0.2,
-            density: 1.0,
-            plane: Plane::Strain,
-            tensile_strength: None,
-        };
+        let material =
+            Material { young_modulus: 3.0, density: 1.0, plane: Plane::Strain, ..Default::default() };
         let field = |shift: f64| -> Vec<[f64; 2]> {
             mesh.nodes.iter().map(|[x, y]| [(x + shift).sin() * 1e-2, (y * x + shift).cos() * 1e-2]).collect()
         };
