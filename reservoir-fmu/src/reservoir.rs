@@ -162,7 +162,7 @@ impl Reservoir {
 
     /// Whether making a unit of these parameters takes long, and [`Packable::prepare`] gives something.
     pub fn is_prepared(parameters: &ReservoirParameters) -> bool {
-        parameters.fidelity == Fidelity::Compressible && parameters.method != Method::FiniteElements
+        parameters.fidelity.has_memory() && parameters.method.needs_preparation()
     }
 
     /// The parameters from which the unit was made.
@@ -175,9 +175,21 @@ impl Reservoir {
         self.quality.is_some()
     }
 
+    /// A short name of model and solver for people, such as "compressible water, recursion".
+    pub fn label(&self) -> String {
+        let ReservoirParameters { fidelity, method, .. } = self.parameters;
+        let solver = match (fidelity.has_memory(), method) {
+            _ if !fidelity.is_solved() => return fidelity.label().to_owned(),
+            (true, Method::FiniteElements) => method.label(),
+            _ if self.is_recursion() => Method::Recursive.label(),
+            _ => "boundary elements",
+        };
+        format!("{}, {solver}", fidelity.label())
+    }
+
     /// Whether a step may have any length.
     fn takes_any_step(&self) -> bool {
-        !self.parameters.fidelity.has_memory() || self.is_recursion()
+        self.parameters.fidelity.supports_variable_steps() || self.is_recursion()
     }
 
     /// How many steps of its own the unit takes for a communication step.
@@ -552,7 +564,7 @@ impl Packable for Reservoir {
 
     fn capabilities_for(parameters: &ReservoirParameters) -> Capabilities {
         let variable_communication_step =
-            !parameters.fidelity.has_memory() || parameters.method == Method::Recursive;
+            parameters.fidelity.supports_variable_steps() || parameters.method.supports_variable_steps();
         Capabilities { variable_communication_step, directional_derivative: true, saved_state: true }
     }
 
@@ -611,12 +623,11 @@ fn made(
         }
         (None, fidelity) => {
             let mass = whole_added_mass(parameters)?;
-            let incompressible = fidelity == Fidelity::Incompressible;
-            let said = if incompressible { "incompressible water" } else { "added mass" };
+            let said = if fidelity.is_solved() { fidelity.label() } else { "added mass" };
             return Ok((Model::AddedMass(mass), said.to_owned(), None));
         }
     };
-    Ok((Model::Memory(water), format!("compressible water; {said}"), quality))
+    Ok((Model::Memory(water), format!("{}; {said}", parameters.fidelity.label()), quality))
 }
 
 /// The negated values; zero stays +0.
