@@ -22,8 +22,8 @@ use crate::stress::{NodalStresses, PrincipalStresses, stress_points};
 use crate::structure::{Motion, Structure};
 use crate::time_step::CALM;
 use crate::{
-    CrackParameters, CriticalTimeStep, DamError, DamParameters, DampingCoefficients, Fidelity,
-    LimitEquilibrium, LimitingPart, PartKind, StressRecovery, SystemMatrices, modal,
+    CrackParameters, CriticalTimeStep, DamError, DamParameters, DampingCoefficients, LimitEquilibrium,
+    LimitingPart, PartKind, StressRecovery, SystemMatrices, modal,
 };
 
 mod output;
@@ -163,7 +163,7 @@ impl Dam {
                 modes.truncation()
             );
         }
-        if dam.parameters.fidelity == Fidelity::RigidBlocks {
+        if !dam.parameters.fidelity.level().is_deformable() {
             tracing::warn!(
                 "rigid blocks are unsafe: they do not amplify the ground motion, so that the computed sliding is too small"
             );
@@ -326,7 +326,7 @@ impl Dam {
         &self.state
     }
 
-    /// The modes, at all levels except [`Fidelity::Dem`].
+    /// The modes, at all levels except [`Fidelity::Dem`](crate::Fidelity::Dem).
     pub fn modes(&self) -> Option<&Superposition> {
         self.model.superposition()
     }

@@ -5,15 +5,37 @@ use serde::{Deserialize, Serialize};
 use crate::Mesh;
 use crate::error::{Problem, require};
 
-/// Which out-of-plane component vanishes.
+/// Plane condition.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Plane {
-    /// Plane stress, `σ_zz = 0`.
+    /// Plane stress.
     #[default]
     Stress,
-    /// Plane strain, `ε_zz = 0`.
+    /// Plane strain.
     Strain,
+}
+
+impl Plane {
+    /// Both conditions, in the order of the enum.
+    pub const ALL: [Self; 2] = [Self::Stress, Self::Strain];
+
+    /// The word in a scene file, and in the serialised form.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Stress => "stress",
+            Self::Strain => "strain",
+        }
+    }
+
+    /// A short name for people.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::Stress => "plane stress",
+            Self::Strain => "plane strain",
+        }
+    }
 }
 
 /// Elastic constants and density.
@@ -26,7 +48,7 @@ pub struct Material {
     pub poisson_ratio: f64,
     /// Density ρ, kg/m³.
     pub density: f64,
-    /// Plane stress or plane strain.
+    /// Plane stress, `σ_zz = 0`, or plane strain, `ε_zz = 0`.
     pub plane: Plane,
     /// Tensile strength, Pa, with which stresses are compared; `None` for no comparison. The concrete does not crack.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -121,6 +143,13 @@ impl Materials {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn words_are_those_of_the_serialised_form() {
+        for plane in Plane::ALL {
+            assert_eq!(serde_json::to_value(plane).unwrap(), plane.word());
+        }
+    }
 
     #[test]
     fn uniaxial_stress_gives_youngs_modulus() {

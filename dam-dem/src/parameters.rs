@@ -7,7 +7,8 @@ use crate::error::{DamError, Problem, require};
 use crate::loads::Wet;
 use crate::section::{ELEVATION_TOLERANCE, Section};
 use crate::{
-    Damping, Feature, Fidelity, Geometry, GeometryError, GivenMesh, Material, Materials, Mesh, Seam,
+    Damping, Feature, Fidelity, Geometry, GeometryError, GivenMesh, Kinematics, Material, Materials, Mesh,
+    Seam,
 };
 
 /// Everything a dam is made from. SI units.
@@ -197,17 +198,6 @@ fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }
 
-/// Measure of strain.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Kinematics {
-    /// Linear strain, for small displacements and rotations.
-    Small,
-    /// Biot strain `U − I` behind the exact rotation of every element.
-    #[default]
-    Corotational,
-}
-
 /// The crack at the neck of Koyna Dam, at 66.5 m: friction coefficient 1, stiffnesses of 1e11 and 0.5e11 Pa/m, not bonded.
 impl Default for CrackParameters {
     fn default() -> Self {
@@ -323,7 +313,7 @@ impl DamParameters {
             DamError::RigidWithoutCrack => Problem::of(["fidelity", "cracks"], error),
             error => Problem::of(["modes"], error),
         }));
-        if self.fidelity != Fidelity::Dem && self.damping.local() > 0.0 {
+        if !self.fidelity.level().has_elements() && self.damping.local() > 0.0 {
             found.push(Problem::of(["damping.model", "fidelity"], DamError::LocalDampingOfModes));
         }
         let sound = |found: &[Problem]| {
