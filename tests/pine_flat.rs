@@ -17,9 +17,9 @@ const DEPTH: f64 = 116.19;
 fn dam() -> DamParameters {
     let bare = koyna::dam(5.0, false);
     DamParameters {
-        section: Section {
-            upstream: vec![[0.0, 0.0], [5.11, 102.17], [5.11, HEIGHT]],
-            downstream: vec![
+        section: Section::new(
+            vec![[0.0, 0.0], [5.11, 102.17], [5.11, HEIGHT]],
+            vec![
                 [95.71, 0.0],
                 [24.38, 91.44],
                 [17.70, 102.17],
@@ -27,8 +27,7 @@ fn dam() -> DamParameters {
                 [14.86, 112.41],
                 [14.86, HEIGHT],
             ],
-            galleries: Vec::new(),
-        },
+        ),
         water_depth: DEPTH,
         material: Material { young_modulus: 22.75e9, density: 2528.0, ..bare.material },
         ..bare

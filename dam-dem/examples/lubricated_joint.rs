@@ -8,7 +8,7 @@ use dam_dem::energy::Work;
 use dam_dem::integrator::{CentralDifference, DynamicRelaxation};
 use dam_dem::loads::LoadPath;
 use dam_dem::{
-    CriticalTimeStep, DamError, DampingCoefficients, Kinematics, Material, Mesh, Plane, Section, Structure,
+    CriticalTimeStep, DamError, DampingCoefficients, Kinematics, Material, Mesh, Section, Structure,
 };
 
 #[derive(Clone)]
@@ -31,13 +31,7 @@ impl ContactLaw for Oil {
 }
 
 fn main() -> Result<(), DamError> {
-    let concrete = Material {
-        young_modulus: 1e8,
-        poisson_ratio: 0.2,
-        density: 2400.0,
-        plane: Plane::Stress,
-        tensile_strength: None,
-    };
+    let concrete = Material { young_modulus: 1e8, density: 2400.0, ..Default::default() };
     let mesh = Mesh::mapped(&Section::rectangle(3.0, 2.0), &[vec![0.0, 1.0], vec![1.0, 2.0]], 3);
     let ground: Vec<usize> = mesh.blocks[0].nodes.clone().collect();
     let block = mesh.blocks[1].nodes.clone();

@@ -3,15 +3,13 @@ use interface::{
     Variable, WetFace, get_all_at, open, seal, variables::dam as variable,
 };
 
-use interface::number::plain;
-use nalgebra::DMatrix;
 use std::collections::VecDeque;
 use std::num::NonZeroUsize;
 use std::ops::Range;
 use std::sync::OnceLock;
 
 use crate::base::BaseBalance;
-use crate::contact::{ContactStatus, Crack, JointState, MohrCoulomb, Trials};
+use crate::contact::{Crack, MohrCoulomb, Trials};
 use crate::energy::{EnergyLedger, EnergyWatch};
 use crate::integrator::CentralDifference;
 use crate::loads::Wet;
@@ -22,12 +20,18 @@ use crate::stress::{NodalStresses, PrincipalStresses, stress_points};
 use crate::structure::{Motion, Structure};
 use crate::time_step::CALM;
 use crate::{
-    CrackParameters, CriticalTimeStep, DamError, DamParameters, DampingCoefficients, Fidelity,
-    LimitEquilibrium, LimitingPart, PartKind, StressRecovery, SystemMatrices, modal,
+    CrackParameters, CriticalTimeStep, DamError, DamParameters, DampingCoefficients, LimitEquilibrium,
+    LimitingPart, StressRecovery, SystemMatrices, modal,
 };
 
+mod attempts;
+mod compliance;
+mod messages;
 mod output;
+mod packing;
 mod sampling;
+
+pub use compliance::InterfaceCompliance;
 
 use sampling::Sampling;
 
@@ -77,19 +81,6 @@ struct Derived {
     displacements: OnceLock<Vec<[f64; 2]>>,
 }
 
-/// Response of the upstream wet face of a dam to the pressure on it within one communication step.
-#[derive(Clone, Debug, PartialEq)]
-pub struct InterfaceCompliance {
-    /// `∂(interface_displacement)/∂(interface_pressure)`, both at the end of the step, m/Pa; one column for
-    /// each point under pressure.
-    pub displacement: DMatrix<f64>,
-    /// `∂(interface_acceleration)/∂(interface_pressure)`: mean acceleration over the step, pressure at its
-    /// end, m/s² per Pa.
-    pub acceleration: DMatrix<f64>,
-}
-
-/// Most communication steps whose attempts are remembered, of the longest window. Without repetitions the oldest are forgotten.
-const MOST_TRIALS: usize = 10_000;
 /// Largest number of time steps in one communication step; more would take too long to compute.
 const MOST_TIME_STEPS: f64 = 1e7;
 
@@ -163,7 +154,7 @@ impl Dam {
                 modes.truncation()
             );
         }
-        if dam.parameters.fidelity == Fidelity::RigidBlocks {
+        if !dam.parameters.fidelity.level().is_deformable() {
             tracing::warn!(
                 "rigid blocks are unsafe: they do not amplify the ground motion, so that the computed sliding is too small"
             );
@@ -230,63 +221,9 @@ impl Dam {
         self.model.limiting_part()
     }
 
-    fn phrase_of(&self, part: &LimitingPart) -> String {
-        let LimitingPart { place: [x, y], kind, .. } = *part;
-        let what = match kind {
-            PartKind::Element { block } => format!("an element of block {block}"),
-            PartKind::Contact { crack } => {
-                format!("a contact of the crack at {} m", plain(self.cracks[crack].line.elevation()))
-            }
-        };
-        format!(", set by {what} at ({}, {}) m", plain(x), plain(y))
-    }
-
     /// Longest time step that the dam uses, with the safety factor, s.
     pub fn time_step_limit(&self) -> f64 {
         self.critical_time_step().with_safety(self.parameters.time_step_safety, self.model.largest_share())
-    }
-
-    /// The compliance of the upstream wet face in a step of `communication_step` (s) from the current state, by finite
-    /// differences: one step for each interface point with its pressure increased by `probe` (Pa), minus one
-    /// step without.
-    ///
-    /// Quasi-Newton schemes can use it as an initial Jacobian. From the state of rest it is the compliance of
-    /// an elastic dam with sticking contacts, damping included. Where contacts slip or open within the step,
-    /// no derivative exists and the result depends on the probe. The dam itself does not change.
-    ///
-    /// **Errors**: as [`step`](CoSimulation::step), and [`DamError::OutOfRange`] for a probe of 0.
-    pub fn interface_compliance(
-        &self,
-        communication_step: f64,
-        probe: f64,
-    ) -> Result<InterfaceCompliance, DamError> {
-        crate::error::require(probe != 0.0 && probe.is_finite(), "probe", probe, "finite and not 0")?;
-        let mut dam = self.clone();
-        let (state, time) = (self.save_state(), self.state().time());
-        let points = self.size(&variable::INTERFACE_PRESSURE);
-        let mut pressure = vec![0.0; points];
-        self.get(variable::INTERFACE_PRESSURE.value_reference, &mut pressure)?;
-        let mut answer = |pressure: &[f64]| -> Result<[Vec<f64>; 2], DamError> {
-            dam.restore_state(&state)?;
-            dam.set(variable::INTERFACE_PRESSURE.value_reference, pressure)?;
-            dam.step(time, communication_step)?;
-            let mut found = [vec![0.0; points], vec![0.0; points]];
-            dam.get(variable::INTERFACE_DISPLACEMENT.value_reference, &mut found[0])?;
-            dam.get(variable::INTERFACE_ACCELERATION.value_reference, &mut found[1])?;
-            Ok(found)
-        };
-        let without = answer(&pressure)?;
-        let [mut displacement, mut acceleration] = [0, 1].map(|_| DMatrix::zeros(points, points));
-        for point in 0..points {
-            pressure[point] += probe;
-            let with = answer(&pressure)?;
-            pressure[point] -= probe;
-            for i in 0..points {
-                displacement[(i, point)] = (with[0][i] - without[0][i]) / probe;
-                acceleration[(i, point)] = (with[1][i] - without[1][i]) / probe;
-            }
-        }
-        Ok(InterfaceCompliance { displacement, acceleration })
     }
 
     /// Number of time steps in a communication step of length `communication_step` (s).
@@ -326,7 +263,7 @@ impl Dam {
         &self.state
     }
 
-    /// The modes, at all levels except [`Fidelity::Dem`].
+    /// The modes, at all levels except [`Fidelity::Dem`](crate::Fidelity::Dem).
     pub fn modes(&self) -> Option<&Superposition> {
         self.model.superposition()
     }
@@ -371,55 +308,9 @@ impl Dam {
         Err(DamError::NonFinite { part, time })
     }
 
-    /// Tells, once, of a block in the current state that has left its crack.
-    fn tell_of_departure(&mut self) {
-        if self.told_of_departure {
-            return;
-        }
-        let time = self.state.time;
-        let lost = |joints: &Vec<JointState>| {
-            !joints.is_empty() && joints.iter().all(|joint| joint.status == ContactStatus::Lost)
-        };
-        match &self.state.motion {
-            DamMotion::Nodes(motion) => {
-                let Some(([x, y], on_ground)) = self.structure().meeting_place(motion) else { return };
-                let what = if on_ground { "the ground" } else { "another one" };
-                tracing::warn!(
-                    "at t = {time} s a block meets {what} where no crack was; the point that does so lay at ({x}, {y}) m"
-                );
-            }
-            DamMotion::Modes(motion) => {
-                let Some(seam) = motion.joints.iter().position(lost) else { return };
-                let elevation = self.cracks[self.structure().mesh.seams[seam].crack].line.elevation();
-                tracing::warn!(
-                    "at t = {time} s a block has left the crack at {elevation} m; modes know no contacts but those along cracks, so that \
-                     it meets nothing any more: compute it with the fidelity \"dem\""
-                );
-            }
-        }
-        self.told_of_departure = true;
-    }
-
     fn check_state(&self, state: &DamState) -> Result<(), StateError> {
         let (found, expected) = (state.fingerprint, self.fingerprint);
         if found == expected { Ok(()) } else { Err(StateError::Fingerprint { found, expected }) }
-    }
-
-    /// The earlier attempts at the communication step of this `length` (s) from `time` (s) on.
-    fn take_trials(&mut self, time: f64, length: f64) -> Trials {
-        let found = self.trials.iter().position(|trials| trials.are_of(time, length));
-        let found = found.and_then(|index| self.trials.swap_remove_back(index));
-        found.unwrap_or_else(|| Trials::new(time, length))
-    }
-
-    fn keep_trials(&mut self, trials: Trials) {
-        if trials.are_uneventful() {
-            return;
-        }
-        if self.trials.len() == MOST_TRIALS {
-            self.trials.pop_front();
-        }
-        self.trials.push_back(trials);
     }
 
     fn stage(&self) -> Stage {
@@ -661,44 +552,6 @@ impl CoSimulation for Dam {
     }
 }
 
-impl Packable for Dam {
-    type Parameters = DamParameters;
-
-    const NAME: &'static str = "dam";
-    const DESCRIPTION: &'static str = "Concrete gravity dam of blocks on rigid ground";
-    const VARIABLES: &'static [Variable] = variable::ALL;
-
-    fn from_parameters(parameters: DamParameters, threads: NonZeroUsize) -> Result<Self, DamError> {
-        Self::new(parameters)?.on_threads(threads)
-    }
-
-    /// 0 for sizes that depend on the mesh, if the parameters are invalid and give no mesh.
-    fn size_for(parameters: &DamParameters, variable: &Variable) -> usize {
-        let mesh = || parameters.check().and_then(|()| parameters.mesh()).ok();
-        if !parameters.has(variable) {
-            return 0;
-        }
-        match variable.shape {
-            Shape::Scalar | Shape::Plane | Shape::Modes => variable.shape.least_size(),
-            Shape::InterfacePoints => parameters.wet_face().ok().flatten().map_or(0, |face| face.len()),
-            Shape::TailwaterPoints => parameters.tailwater_face().ok().flatten().map_or(0, |face| face.len()),
-            Shape::Cracks => parameters.cracks.len(),
-            Shape::StressPoints => mesh().map_or(0, |mesh| stress_points(&parameters.section, &mesh).len()),
-            Shape::Nodes => mesh().map_or(0, |mesh| mesh.nodes.len()),
-            Shape::Triangles => mesh().map_or(0, |mesh| mesh.triangles().count()),
-            Shape::Contacts => mesh().map_or(0, |mesh| parameters.contact_count(&mesh)),
-        }
-    }
-
-    fn capabilities_for(_parameters: &DamParameters) -> Capabilities {
-        Capabilities { variable_communication_step: true, directional_derivative: false, saved_state: true }
-    }
-
-    fn numbers<'a>(parameters: &'a mut DamParameters, variable: &Variable) -> Vec<&'a mut f64> {
-        parameters.numbers(variable)
-    }
-}
-
 /// Largest difference between the start of a step and the time of the unit, as a share of the step. It allows for
 /// rounding in sums of steps.
 const TIME_TOLERANCE: f64 = 1e-6;
@@ -707,7 +560,7 @@ const TIME_TOLERANCE: f64 = 1e-6;
 mod tests {
     use super::*;
     use crate::contact::Meeting;
-    use crate::{Damping, Kinematics, Material, Plane, Section};
+    use crate::{Damping, Material, Section};
 
     /// A state of another mesh, or a damaged one.
     #[test]
@@ -715,26 +568,11 @@ mod tests {
         let parameters = DamParameters {
             section: Section::rectangle(2.0, 4.0),
             water_depth: 0.0,
-            tailwater_depth: 0.0,
             cracks: vec![CrackParameters::sliding(3.0, 0.1, 1e9, 0.5e9)],
-            material: Material {
-                young_modulus: 1e9,
-                poisson_ratio: 0.2,
-                density: 2400.0,
-                plane: Plane::Stress,
-                tensile_strength: None,
-            },
+            material: Material { young_modulus: 1e9, density: 2400.0, ..Default::default() },
             damping: Damping::None,
-            fidelity: Fidelity::Dem,
-            kinematics: Kinematics::Corotational,
             element_size: 1.0,
-            gravity: 9.81,
-            time_step_safety: 0.9,
-            drags_blocks: false,
-            zones: Vec::new(),
-            given_mesh: None,
-            added_mass: None,
-            envelopes: false,
+            ..Default::default()
         };
         let dam = Dam::new(parameters)?;
         for (meeting, fits) in [

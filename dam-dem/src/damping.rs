@@ -4,6 +4,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{DamError, Problem, require};
 
+mod model;
+
+pub use model::DampingModel;
+
 /// Damping of the dam. Sliding depends strongly on it, also because β acts in the contacts: state the damping
 /// with every result.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -53,6 +57,20 @@ pub enum DampingFrequencies {
     RadiansPerSecond([f64; 2]),
 }
 
+/// Rayleigh damping of 5 %.
+impl Default for Damping {
+    fn default() -> Self {
+        Self::Rayleigh { ratio: 0.05, frequencies: DampingFrequencies::default() }
+    }
+}
+
+/// Once and five times the first frequency.
+impl Default for DampingFrequencies {
+    fn default() -> Self {
+        Self::MultiplesOfFirst([1.0, 5.0])
+    }
+}
+
 impl Damping {
     /// What is wrong: a ratio or coefficient must lie in (0, 1), frequencies must be positive and ascend.
     pub(crate) fn problems(&self) -> Vec<Problem> {
@@ -76,6 +94,17 @@ impl Damping {
             Self::Local { coefficient } => vec![("damping.ratio", share("local damping", coefficient))],
         };
         checks.into_iter().filter_map(|(key, check)| Some(Problem::of([key], check.err()?))).collect()
+    }
+
+    /// The kind of damping; `None` without damping.
+    pub fn model(&self) -> Option<DampingModel> {
+        Some(match self {
+            Self::None => return None,
+            Self::Rayleigh { .. } => DampingModel::Rayleigh,
+            Self::Mass { .. } => DampingModel::Mass,
+            Self::Stiffness { .. } => DampingModel::Stiffness,
+            Self::Local { .. } => DampingModel::Local,
+        })
     }
 
     /// The frequencies at which the ratio holds, rad/s; zeros without a ratio. `first` computes the first natural

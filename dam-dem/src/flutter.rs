@@ -48,7 +48,7 @@ impl DamParameters {
         if let Damping::Local { .. } = modal.damping {
             modal.damping = Damping::None;
         }
-        if modal.fidelity == Fidelity::Dem {
+        if modal.fidelity.level().has_elements() {
             modal.fidelity = Fidelity::Reduced { modes: None };
         }
         let mut cracks = self.cracks.clone();

@@ -163,11 +163,10 @@ mod tests {
 
     #[test]
     fn a_kink_has_two_points_with_a_normal_each() -> Result<(), WetFaceError> {
-        let section = crate::Section {
-            upstream: vec![[0.0, 0.0], [4.0, 40.0], [4.0, 100.0]],
-            downstream: vec![[70.0, 0.0], [20.0, 100.0]],
-            galleries: Vec::new(),
-        };
+        let section = crate::Section::new(
+            vec![[0.0, 0.0], [4.0, 40.0], [4.0, 100.0]],
+            vec![[70.0, 0.0], [20.0, 100.0]],
+        );
         for (cracks, points) in [(vec![], 12), (vec![40.0], 12), (vec![70.0], 13)] {
             let mesh = Mesh::new(&section, &cracks, &[100.0], 10.0);
             let wet = Wet::below(&mesh, [100.0, 0.0])?.map(|wet| (wet.len(), wet.normals));

@@ -5,14 +5,37 @@ use serde::{Deserialize, Serialize};
 use crate::Mesh;
 use crate::error::{Problem, require};
 
-/// Which out-of-plane component vanishes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+/// Plane condition.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Plane {
-    /// Plane stress, `σ_zz = 0`.
+    /// Plane stress.
+    #[default]
     Stress,
-    /// Plane strain, `ε_zz = 0`.
+    /// Plane strain.
     Strain,
+}
+
+impl Plane {
+    /// Both conditions, in the order of the enum.
+    pub const ALL: [Self; 2] = [Self::Stress, Self::Strain];
+
+    /// The word in a scene file, and in the serialised form.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Stress => "stress",
+            Self::Strain => "strain",
+        }
+    }
+
+    /// A short name for people.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::Stress => "plane stress",
+            Self::Strain => "plane strain",
+        }
+    }
 }
 
 /// Elastic constants and density.
@@ -25,11 +48,24 @@ pub struct Material {
     pub poisson_ratio: f64,
     /// Density ρ, kg/m³.
     pub density: f64,
-    /// Plane stress or plane strain.
+    /// Plane stress, `σ_zz = 0`, or plane strain, `ε_zz = 0`.
     pub plane: Plane,
     /// Tensile strength, Pa, with which stresses are compared; `None` for no comparison. The concrete does not crack.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tensile_strength: Option<f64>,
+}
+
+/// The concrete of Koyna Dam: E = 31 GPa, ν = 0.2, 2640 kg/m³, in plane stress, without a tensile strength.
+impl Default for Material {
+    fn default() -> Self {
+        Self {
+            young_modulus: 31e9,
+            poisson_ratio: 0.2,
+            density: 2640.0,
+            plane: Plane::default(),
+            tensile_strength: None,
+        }
+    }
 }
 
 impl Material {
@@ -109,14 +145,15 @@ mod tests {
     use super::*;
 
     #[test]
+    fn words_are_those_of_the_serialised_form() {
+        for plane in Plane::ALL {
+            assert_eq!(serde_json::to_value(plane).unwrap(), plane.word());
+        }
+    }
+
+    #[test]
     fn uniaxial_stress_gives_youngs_modulus() {
-        let material = Material {
-            young_modulus: 31e9,
-            poisson_ratio: 0.2,
-            density: 2640.0,
-            plane: Plane::Stress,
-            tensile_strength: None,
-        };
+        let material = Material::default();
         let (lambda, g) = (material.plane_lambda(), material.shear_modulus());
         let (e11, e22) = (1e-4, -0.2e-4);
         assert!((lambda * (e11 + e22) + 2.0 * g * e22).abs() < 1e-9 * 31e5);

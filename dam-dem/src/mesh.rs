@@ -337,11 +337,7 @@ mod tests {
 
     #[test]
     fn rows_end_at_vertices_cracks_and_water() {
-        let section = Section {
-            upstream: vec![[0.0, 0.0], [0.0, 103.0]],
-            downstream: vec![[70.0, 0.0], [19.25, 66.5], [14.8, 103.0]],
-            galleries: Vec::new(),
-        };
+        let section = Section::default();
         let mesh = Mesh::new(&section, &[40.0, 66.5], &[91.75], 5.0);
         assert_eq!(mesh.blocks.len(), 3);
         assert_eq!(mesh.cells.len() % 7, 0);

@@ -18,14 +18,24 @@ pub struct Section {
     pub galleries: Vec<Vec<[f64; 2]>>,
 }
 
+/// The tallest monolith of Koyna Dam, 103 m high, with a vertical upstream side and the neck at 66.5 m.
+///
+/// **Source**: A.K. Chopra and P. Chakrabarti, *The Koyna earthquake and the damage to Koyna Dam*, 1973.
+impl Default for Section {
+    fn default() -> Self {
+        Self::new(vec![[0.0, 0.0], [0.0, 103.0]], vec![[70.0, 0.0], [19.25, 66.5], [14.8, 103.0]])
+    }
+}
+
 impl Section {
+    /// A section without galleries: the vertices of both sides (m), each from base to crest.
+    pub fn new(upstream: Vec<[f64; 2]>, downstream: Vec<[f64; 2]>) -> Self {
+        Self { upstream, downstream, galleries: Vec::new() }
+    }
+
     /// A rectangle with its heel at the origin.
     pub fn rectangle(width: f64, height: f64) -> Self {
-        Self {
-            upstream: vec![[0.0, 0.0], [0.0, height]],
-            downstream: vec![[width, 0.0], [width, height]],
-            galleries: Vec::new(),
-        }
+        Self::new(vec![[0.0, 0.0], [0.0, height]], vec![[width, 0.0], [width, height]])
     }
 
     /// Elevation of the highest point, m.

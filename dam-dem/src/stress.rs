@@ -126,11 +126,7 @@ mod tests {
 
     #[test]
     fn heel_toe_and_both_faces_at_a_bend_are_watched_below_a_crack() {
-        let section = Section {
-            upstream: vec![[0.0, 0.0], [0.0, 103.0]],
-            downstream: vec![[70.0, 0.0], [19.25, 66.5], [14.8, 103.0]],
-            galleries: Vec::new(),
-        };
+        let section = Section::default();
         let mesh = Mesh::new(&section, &[66.5], &[], 10.0);
         let points = stress_points(&section, &mesh);
         let places: Vec<[f64; 2]> = points.iter().map(|&node| mesh.nodes[node]).collect();

@@ -319,19 +319,13 @@ impl<L: ContactLaw> Structure<L> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Material, Plane, Section};
+    use crate::{Material, Section};
 
     /// Three blocks, of which the upper two have slid, with cracks that are closed in places.
     fn slid() -> (Structure, Motion) {
         let rows = [vec![0.0, 1.0], vec![1.0, 2.0, 3.0], vec![3.0, 4.0]];
         let mesh = Mesh::mapped(&Section::rectangle(6.0, 4.0), &rows, 5);
-        let material = Material {
-            young_modulus: 1e9,
-            poisson_ratio: 0.2,
-            density: 2400.0,
-            plane: Plane::Stress,
-            tensile_strength: None,
-        };
+        let material = Material { young_modulus: 1e9, density: 2400.0, ..Default::default() };
         let law = Coulomb { friction: 0.5, normal_stiffness: 1e9, shear_stiffness: 1e9 };
         let cracks = [(law, Integration::Nodal), (law, Integration::Gauss)];
         let structure = Structure::new(mesh, &material, Kinematics::Corotational, cracks, &[]);
@@ -450,15 +444,9 @@ mod tests {
         use crate::energy::Work;
         use crate::integrator::CentralDifference;
         use crate::loads::LoadPath;
-        use crate::{Geometry, Plane, Section};
+        use crate::{Geometry, Section};
 
-        let material = Material {
-            young_modulus: 1e9,
-            poisson_ratio: 0.2,
-            density: 2500.0,
-            plane: Plane::Stress,
-            tensile_strength: None,
-        };
+        let material = Material { young_modulus: 1e9, density: 2500.0, ..Default::default() };
         let law = Coulomb { friction: 0.5, normal_stiffness: 1e9, shear_stiffness: 0.5e9 };
         for (what, sizes) in [("wall", [[5, 2], [10, 5], [20, 10]]), ("stack", [[1, 10], [1, 50], [1, 200]])]
         {

@@ -2,7 +2,7 @@
 
 use crate::support;
 
-use dam_dem::{AddedMass, Dam, DamError, DamParameters, Damping, Kinematics, Material, Plane, Section};
+use dam_dem::{AddedMass, Dam, DamError, DamParameters, Damping, Kinematics, Material, Section};
 use interface::{CoSimulation, WetFace, variables::dam as variable};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use std::f64::consts::PI;
@@ -169,13 +169,7 @@ fn the_ground_moves_the_mass_of_the_water() -> Result<(), DamError> {
         section: Section::rectangle(width, height),
         water_depth: height,
         cracks: Vec::new(),
-        material: Material {
-            young_modulus: 31e9,
-            poisson_ratio: 0.2,
-            density: 2400.0,
-            plane: Plane::Stress,
-            tensile_strength: None,
-        },
+        material: Material { density: 2400.0, ..Default::default() },
         damping: Damping::None,
         gravity: 0.0,
         element_size: 1.0,

@@ -3,7 +3,7 @@
 use crate::support;
 
 use dam_dem::contact::Coulomb;
-use dam_dem::{Dam, DamError, DamParameters, Kinematics, Material, Mesh, Structure, modal};
+use dam_dem::{Dam, DamError, DamParameters, Kinematics, Material, Mesh, Section, Structure, modal};
 
 /// A.K. Chopra and P. Chakrabarti, Earthquake Engineering and Structural Dynamics 2 (1973) 143–154, as cited
 /// by the Abaqus Example Problems Manual, rad/s.
@@ -37,7 +37,7 @@ fn koyna_frequencies_converge_with_order_two() -> Result<(), DamError> {
                 .map(move |i| from + (to - from) * f64::from(i) / f64::from(count * refinement))
         };
         let rows: Vec<f64> = row(0.0, 66.5, 13).chain(row(66.5, 103.0, 7).skip(1)).collect();
-        let mesh = Mesh::mapped(&support::koyna_section(), &[rows], 7 * refinement as usize);
+        let mesh = Mesh::mapped(&Section::default(), &[rows], 7 * refinement as usize);
         let base = mesh.base.clone();
         let structure = Structure::<Coulomb>::new(mesh, &concrete(), Kinematics::Small, [], &base);
         modal::natural_frequencies(&structure, 4)

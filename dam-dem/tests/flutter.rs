@@ -6,26 +6,16 @@ use dam_dem::integrator::CentralDifference;
 use dam_dem::loads::{LoadPath, PressureLoad};
 use dam_dem::{
     Dam, DamError, DamParameters, Damping, DampingCoefficients, DampingFrequencies, Fidelity, Material,
-    Plane, RayleighCoefficients, Section,
+    RayleighCoefficients, Section,
 };
 use nalgebra::{Complex, DMatrix, DVector};
 
 /// A dam 40 m high on a joint 1 m above its base; its block flutters while it slides downstream.
 fn lift_joint() -> DamParameters {
-    let section = Section {
-        upstream: vec![[0.0, 0.0], [0.0, 40.0]],
-        downstream: vec![[32.0, 0.0], [5.0, 34.0], [5.0, 40.0]],
-        galleries: Vec::new(),
-    };
+    let section = Section::new(vec![[0.0, 0.0], [0.0, 40.0]], vec![[32.0, 0.0], [5.0, 34.0], [5.0, 40.0]]);
     let mut crack = support::crack_at(1.0);
     crack.friction_coefficient = 0.507;
-    let material = Material {
-        young_modulus: 25e9,
-        poisson_ratio: 0.2,
-        density: 2400.0,
-        plane: Plane::Stress,
-        tensile_strength: None,
-    };
+    let material = Material { young_modulus: 25e9, density: 2400.0, ..Default::default() };
     DamParameters { section, water_depth: 37.0, cracks: vec![crack], material, ..support::koyna(2.5) }
 }
 

@@ -9,11 +9,7 @@ const SPECIFIC_WEIGHT: f64 = 9810.0;
 
 /// A right-angled triangle, nearly, 40 m high and 28 m wide, full of water, with a crack at 10 m.
 fn triangle(friction: f64) -> DamParameters {
-    let section = Section {
-        upstream: vec![[0.0, 0.0], [0.0, 40.0]],
-        downstream: vec![[28.0, 0.0], [0.28, 39.6], [0.28, 40.0]],
-        galleries: Vec::new(),
-    };
+    let section = Section::new(vec![[0.0, 0.0], [0.0, 40.0]], vec![[28.0, 0.0], [0.28, 39.6], [0.28, 40.0]]);
     let mut crack = support::crack_at(10.0);
     crack.friction_coefficient = friction;
     DamParameters { section, water_depth: 40.0, cracks: vec![crack], ..support::koyna(2.0) }

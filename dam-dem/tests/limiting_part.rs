@@ -4,8 +4,8 @@ use crate::support;
 
 use dam_dem::contact::{Coulomb, Integration};
 use dam_dem::{
-    CrackParameters, Dam, DamError, Fidelity, Kinematics, LimitingPart, Material, Mesh, PartKind, Plane,
-    Section, Structure,
+    CrackParameters, Dam, DamError, Fidelity, Kinematics, LimitingPart, Material, Mesh, PartKind, Section,
+    Structure,
 };
 
 fn limiting_part(cracks: Vec<CrackParameters>) -> Result<LimitingPart, DamError> {
@@ -53,13 +53,8 @@ fn a_stiff_crack_limits_the_time_step() -> Result<(), DamError> {
 /// B Bᵀ = diag(½, 3/2, ·) but for shear, whose own value is 2; so λ_max(D B Bᵀ) = 3E/2 and ω_e² = 9E/2ρ.
 #[test]
 fn the_frequency_of_an_element_is_exact() {
-    let material = Material {
-        young_modulus: 2e10,
-        poisson_ratio: 0.0,
-        density: 2500.0,
-        plane: Plane::Stress,
-        tensile_strength: None,
-    };
+    let material =
+        Material { young_modulus: 2e10, poisson_ratio: 0.0, density: 2500.0, ..Default::default() };
     let mesh = Mesh::mapped(&Section::rectangle(2.0, 2.0), &[vec![0.0, 2.0]], 1);
     let none: [(Coulomb, Integration); 0] = [];
     let structure = Structure::new(mesh, &material, Kinematics::Small, none, &[]);

@@ -7,7 +7,7 @@ use dam_dem::loads::LoadPath;
 use dam_dem::modal::natural_frequencies;
 use dam_dem::{
     Block, CrackLine, CrackParameters, DamError, DamParameters, DampingCoefficients, Kinematics, Mesh,
-    RayleighCoefficients, Structure,
+    RayleighCoefficients, Section, Structure,
 };
 use interface::{CoSimulation, variables::dam as variable};
 
@@ -156,7 +156,7 @@ fn crest(structure: &Structure<MohrCoulomb>, damping: DampingCoefficients, limit
 /// as 0.3 m of concrete at 10¹¹ Pa/m; what they change falls as 1/k.
 #[test]
 fn a_crack_that_never_opens_is_no_crack() -> Result<(), DamError> {
-    let section = support::koyna_section();
+    let section = Section::default();
     let material = support::koyna(10.0).material;
     let line = vec![[-1.0, 66.5], [71.0, 66.5]];
     let of_rows = Mesh::new(&section, &[66.5], &[], 10.0);

@@ -12,9 +12,9 @@ const PLANE_STRESS: [f64; 4] = [19.77, 40.69, 54.91, 70.68];
 const PLANE_STRAIN: [f64; 4] = [20.16, 41.29, 56.06, 71.60];
 
 fn section() -> Section {
-    Section {
-        upstream: vec![[0.0, 0.0], [5.11, 102.17], [5.11, 121.92]],
-        downstream: vec![
+    Section::new(
+        vec![[0.0, 0.0], [5.11, 102.17], [5.11, 121.92]],
+        vec![
             [95.71, 0.0],
             [24.38, 91.44],
             [17.70, 102.17],
@@ -22,19 +22,12 @@ fn section() -> Section {
             [14.86, 112.41],
             [14.86, 121.92],
         ],
-        galleries: Vec::new(),
-    }
+    )
 }
 
 /// The size of a cell, m, and the frequencies, rad/s.
 fn frequencies(mesh: Mesh, plane: Plane) -> Result<(f64, Vec<f64>), DamError> {
-    let material = Material {
-        young_modulus: 22.75e9,
-        poisson_ratio: 0.2,
-        density: 2528.0,
-        plane,
-        tensile_strength: None,
-    };
+    let material = Material { young_modulus: 22.75e9, density: 2528.0, plane, ..Default::default() };
     let base = mesh.base.clone();
     let size = (section().area() / mesh.cells.len() as f64).sqrt();
     let none: [(Coulomb, Integration); 0] = [];

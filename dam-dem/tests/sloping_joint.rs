@@ -48,13 +48,8 @@ fn divided(slope: f64, share: f64) -> DamParameters {
     let (width, middle) = (4.0, 3.0);
     let line =
         CrackLine::Polyline(vec![[0.0, middle - slope * width / 2.0], [width, middle + slope * width / 2.0]]);
-    let material = Material {
-        young_modulus: STIFF,
-        poisson_ratio: 0.2,
-        density: 2500.0,
-        plane: Plane::Strain,
-        tensile_strength: None,
-    };
+    let material =
+        Material { young_modulus: STIFF, density: 2500.0, plane: Plane::Strain, ..Default::default() };
     DamParameters {
         section: Section::rectangle(width, 7.0),
         water_depth: 0.0,

@@ -7,7 +7,7 @@ use dam_dem::contact::{Coulomb, Integration};
 use dam_dem::integrator::SparseNewton;
 use dam_dem::{DamError, Kinematics, Mesh, Section, StressRecovery, Structure};
 use interface::WetFace;
-use support::{koyna, koyna_section, stiff};
+use support::{koyna, stiff};
 
 const MODULUS: f64 = 31e9;
 
@@ -49,11 +49,7 @@ fn stress([[xx, xy], [yx, yy]]: [[f64; 2]; 2]) -> [f64; 3] {
 /// row along the row. What the nodes in the centres do has no part in it.
 #[test]
 fn a_linear_stress_is_exact_and_jumps_at_a_crack() {
-    let section = Section {
-        upstream: vec![[0.0, 0.0], [2.0, 8.0]],
-        downstream: vec![[6.0, 0.0], [8.0, 8.0]],
-        galleries: Vec::new(),
-    };
+    let section = Section::new(vec![[0.0, 0.0], [2.0, 8.0]], vec![[6.0, 0.0], [8.0, 8.0]]);
     let rows = [vec![0.0, 1.0, 3.0, 4.0], vec![4.0, 6.0, 7.0], vec![7.0, 8.0]];
     let mesh = Mesh::mapped(&section, &rows, 4);
     let coefficients =
@@ -87,7 +83,7 @@ fn a_smooth_stress_is_of_second_order_on_the_outline_of_a_taper() {
         let ([sx, cx], [sy, cy]) = ([(k * x).sin(), (k * x).cos()], [(k * y).sin(), (k * y).cos()]);
         ([sx * cy, cx * sy], [[k * cx * cy, -k * sx * sy], [-k * sx * sy, k * cx * cy]])
     };
-    let section = koyna_section();
+    let section = Section::default();
     let worst = [1, 2, 4].map(|fine| {
         let count = 9 * fine;
         let row = |from: f64, to: f64, i: usize| from + (to - from) * i as f64 / count as f64;
@@ -147,7 +143,7 @@ fn the_stress_at_the_face_of_a_cantilever_is_of_second_order() -> Result<(), Dam
 fn the_stress_at_the_upstream_face_of_koyna() -> Result<(), DamError> {
     let mut found = Vec::new();
     for size in [5.0, 2.5, 1.25, 0.625] {
-        let mesh = Mesh::new(&koyna_section(), &[], &[91.75], size);
+        let mesh = Mesh::new(&Section::default(), &[], &[91.75], size);
         let base = mesh.base.clone();
         let wet = mesh.upstream_nodes_to(91.75);
         let face = WetFace::new(wet.iter().map(|&node| mesh.nodes[node]).collect()).unwrap();

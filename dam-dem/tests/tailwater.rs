@@ -37,7 +37,7 @@ fn the_base_carries_the_weight_and_the_thrust_of_both_waters() -> Result<(), Dam
         ([60.0, 90.0], lower * 66.5 * (90.0 - 66.5 / 2.0) + upper * 23.5 * 23.5 / 2.0),
     ] {
         for fidelity in [Fidelity::Dem, Fidelity::Reduced { modes: None }, Fidelity::Intact { modes: None }] {
-            let dam = at_rest(DamParameters { fidelity, ..with_levels(support::koyna_section(), levels) })?;
+            let dam = at_rest(DamParameters { fidelity, ..with_levels(Section::default(), levels) })?;
             let [upstream, downstream] = levels;
             let thrust = SPECIFIC_WEIGHT * (upstream * upstream - downstream * downstream) / 2.0;
             let concrete = 2640.0 * 9.81 * dam.parameters().section.area();
@@ -72,11 +72,7 @@ fn equal_levels_on_vertical_faces_cancel() -> Result<(), DamError> {
 fn mirrored(section: &Section) -> Section {
     let width = section.downstream[0][0];
     let side = |points: &[[f64; 2]]| points.iter().map(|[x, y]| [width - x, *y]).collect();
-    Section {
-        upstream: side(&section.downstream),
-        downstream: side(&section.upstream),
-        galleries: Vec::new(),
-    }
+    Section::new(side(&section.downstream), side(&section.upstream))
 }
 
 /// The variable of the face on the other side.
@@ -93,12 +89,11 @@ fn opposite(variable: &Variable) -> Variable {
 /// enlarge.
 #[test]
 fn a_dam_in_the_mirror_moves_as_its_image() -> Result<(), DamError> {
-    let symmetric = Section {
-        upstream: vec![[0.0, 0.0], [10.0, 40.0], [12.0, 103.0]],
-        downstream: vec![[70.0, 0.0], [60.0, 40.0], [58.0, 103.0]],
-        galleries: Vec::new(),
-    };
-    for (section, levels) in [(symmetric, [80.0, 80.0]), (support::koyna_section(), [91.75, 30.0])] {
+    let symmetric = Section::new(
+        vec![[0.0, 0.0], [10.0, 40.0], [12.0, 103.0]],
+        vec![[70.0, 0.0], [60.0, 40.0], [58.0, 103.0]],
+    );
+    for (section, levels) in [(symmetric, [80.0, 80.0]), (Section::default(), [91.75, 30.0])] {
         let parameters = with_levels(section, levels);
         let image = with_levels(mirrored(&parameters.section), [levels[1], levels[0]]);
         let mut dams = [at_rest(parameters)?, at_rest(image)?];
@@ -149,11 +144,7 @@ fn a_dam_in_the_mirror_moves_as_its_image() -> Result<(), DamError> {
 /// N = ρgbh/2 + γmd²/2; about the toe N and the tailwater's thrust hold. Tolerance: the tip is cut.
 #[test]
 fn tailwater_holds_what_stands_on_a_crack() -> Result<(), DamError> {
-    let section = Section {
-        upstream: vec![[0.0, 0.0], [0.0, 40.0]],
-        downstream: vec![[28.0, 0.0], [0.28, 39.6], [0.28, 40.0]],
-        galleries: Vec::new(),
-    };
+    let section = Section::new(vec![[0.0, 0.0], [0.0, 40.0]], vec![[28.0, 0.0], [0.28, 39.6], [0.28, 40.0]]);
     let dam = DamParameters {
         cracks: vec![support::crack_at(10.0)],
         element_size: 2.0,
@@ -176,7 +167,7 @@ fn tailwater_holds_what_stands_on_a_crack() -> Result<(), DamError> {
 fn without_tailwater_its_variables_are_empty_and_with_it_they_are_those_of_its_face() -> Result<(), DamError>
 {
     let dry = Dam::new(support::koyna(8.0))?;
-    let dam = Dam::new(with_levels(support::koyna_section(), [91.75, 30.0]))?;
+    let dam = Dam::new(with_levels(Section::default(), [91.75, 30.0]))?;
     let of_tailwater = || variable::ALL.iter().filter(|v| v.name.starts_with("tailwater_"));
     assert_eq!(of_tailwater().count(), 11);
     let face = dam.tailwater_face().expect("it has one");
@@ -185,7 +176,7 @@ fn without_tailwater_its_variables_are_empty_and_with_it_they_are_those_of_its_f
         assert_eq!((dry.size(variable), dam.size(variable)), (0, face.len()), "{}", variable.name);
     }
     for wrong in [-1.0, 103.5, f64::NAN] {
-        let refused = Dam::new(with_levels(support::koyna_section(), [91.75, wrong]));
+        let refused = Dam::new(with_levels(Section::default(), [91.75, wrong]));
         assert!(matches!(refused, Err(DamError::WaterDepth { .. })), "{wrong}");
     }
     Ok(())

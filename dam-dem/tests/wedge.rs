@@ -49,11 +49,7 @@ fn a_wedge_leaves_its_notch() -> Result<(), DamError> {
     let law = Coulomb { friction, normal_stiffness: JOINT, shear_stiffness: JOINT };
     let (left, right, deep) = (1.5, 1.9, 1.0);
     // as a section it stands on its broad side
-    let triangle = Section {
-        upstream: vec![[0.0, 0.0], [right, deep]],
-        downstream: vec![[left + right, 0.0], [right, deep]],
-        galleries: Vec::new(),
-    };
+    let triangle = Section::new(vec![[0.0, 0.0], [right, deep]], vec![[left + right, 0.0], [right, deep]]);
     for (position, integration) in positions() {
         let mut assembly = Assembly::new();
         let tops = quadrilateral([[-left, -1.0], [0.0, -1.0], [0.0, 0.0], [-left, deep]]);

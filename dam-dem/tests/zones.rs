@@ -13,14 +13,6 @@ use dam_dem::{
 use interface::{Packable, variables::dam as variable};
 use support::GRAVITY;
 
-const STIFF: Material = Material {
-    young_modulus: 31e9,
-    poisson_ratio: 0.2,
-    density: 2640.0,
-    plane: Plane::Stress,
-    tensile_strength: None,
-};
-
 fn zone(
     name: &str,
     polygon: &[[f64; 2]],
@@ -34,7 +26,7 @@ fn zone(
         young_modulus: Some(young_modulus),
         poisson_ratio: Some(poisson_ratio),
         density: Some(density),
-        tensile_strength: None,
+        ..Default::default()
     }
 }
 
@@ -81,8 +73,8 @@ fn zones_of_the_same_material_are_no_zones() -> Result<(), DamError> {
     let mesh = zoned(6.0).mesh()?;
     assert!(mesh.zones.contains(&Some(0)) && mesh.zones.contains(&Some(1)) && mesh.zones.contains(&None));
     for kinematics in [Kinematics::Small, Kinematics::Corotational] {
-        let whole = structure(mesh.clone(), &STIFF, kinematics);
-        let same = Materials { general: STIFF, of_zones: vec![STIFF; 2] };
+        let whole = structure(mesh.clone(), &Material::default(), kinematics);
+        let same = Materials { general: Material::default(), of_zones: vec![Material::default(); 2] };
         let zoned = structure(mesh.clone(), same, kinematics);
         assert_eq!(zoned.mass, whole.mass);
         let (u, v) = (some(&mesh, 0.7), some(&mesh, 1.3));
@@ -105,14 +97,14 @@ fn a_zone_around_the_dam_is_its_material() -> Result<(), DamError> {
         poisson_ratio: 0.25,
         density: 2450.0,
         plane: Plane::Strain,
-        tensile_strength: None,
+        ..Default::default()
     };
     let mut whole = DamParameters { material, ..support::koyna(10.0) };
     // not in rows
     whole.cracks[0].element_size = Some(6.0);
     let around = rectangle([-9.0, -9.0], [99.0, 199.0]);
     let zones = vec![zone("all", &around, 22e9, 0.25, 2450.0)];
-    let general = Material { plane: Plane::Strain, ..STIFF };
+    let general = Material { plane: Plane::Strain, ..Default::default() };
     let zoned = DamParameters { material: general, zones, ..whole.clone() };
     for fidelity in [
         Fidelity::Dem,
@@ -183,7 +175,7 @@ fn column(element_size: f64, plane: Plane) -> Structure {
         poisson_ratio: 0.0,
         density: layer.density,
         plane,
-        tensile_strength: None,
+        ..Default::default()
     };
     let [lower, upper] = LAYERS;
     let height = lower.height + upper.height;
@@ -278,7 +270,8 @@ fn the_equation_of_layers_has_the_root_of_a_bar() {
 #[test]
 fn recovered_stresses_jump_between_zones() {
     let mesh = meshed(&Section::rectangle(8.0, 10.0), &[rectangle([0.0, 0.0], [3.0, 10.0])], 1.0);
-    let [soft, stiff] = [8e9, 32e9].map(|e| Material { young_modulus: e, poisson_ratio: 0.0, ..STIFF });
+    let [soft, stiff] =
+        [8e9, 32e9].map(|e| Material { young_modulus: e, poisson_ratio: 0.0, ..Default::default() });
     let materials = Materials { general: stiff, of_zones: vec![soft] };
     let structure = structure(mesh, materials, Kinematics::Small);
     let displacement: Vec<[f64; 2]> = structure.mesh.nodes.iter().map(|[_, y]| [0.0, -1e-4 * y]).collect();
@@ -320,7 +313,7 @@ fn moments(polygon: &[[f64; 2]]) -> [f64; 4] {
 /// have the moment of inertia to second order.
 #[test]
 fn masses_are_those_of_polygons() -> Result<(), DamError> {
-    let section = support::koyna_section();
+    let section = Section::default();
     let mut outline = section.upstream.clone();
     outline.reverse();
     let outline: Vec<[f64; 2]> = [&section.downstream[..], &outline].concat();

@@ -71,6 +71,13 @@ const MOST_PANELS: f64 = 1e4;
 /// Smallest sine of the angle between two panels that counts as a kink.
 const KINK: f64 = 1e-9;
 
+/// A vertical face of 100 m with 40 equal panels.
+impl Default for WetFace {
+    fn default() -> Self {
+        Self { points: (0..=40).map(|i| [0.0, 2.5 * f64::from(i)]).collect() }
+    }
+}
+
 impl WetFace {
     /// The wet face through `points` (m), from the heel (the origin) or from the toe (x > 0, y = 0) up.
     ///

@@ -4,30 +4,9 @@
 
 use crate::condition::BoundaryCondition;
 use crate::outline::{Outline, Piece};
-use crate::parameters::{ElementOrder, ReservoirParameters};
+use crate::{ElementOrder, ReservoirParameters};
 use std::f64::consts::LN_2;
 use std::ops::Range;
-
-/// Position of the two nodes of a linear element, ±1/√3: the points of Gauss' two-point rule.
-const NODE: f64 = 0.577_350_269_189_625_8;
-
-impl ElementOrder {
-    /// Positions ξ of an element's nodes.
-    pub(crate) fn nodes(self) -> &'static [f64] {
-        match self {
-            Self::Constant => &[0.0],
-            Self::Linear => &[-NODE, NODE],
-        }
-    }
-
-    /// Shape functions of an element's nodes at ξ; a constant element has only the first.
-    pub(crate) fn shape(self, position: f64) -> [f64; 2] {
-        match self {
-            Self::Constant => [1.0, 0.0],
-            Self::Linear => [0.5 * (1.0 - position / NODE), 0.5 * (1.0 + position / NODE)],
-        }
-    }
-}
 
 /// A straight boundary element; the water is on its left going from `start` to `end`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -254,16 +233,5 @@ mod tests {
             assert_eq!(BoundaryMesh::count(&outline, &parameters), elements.len() as f64);
         }
         Ok(())
-    }
-
-    /// Every node's two shape functions sum to one, so do the weights: `∫ N₁ + N₂ = length`.
-    #[test]
-    fn shapes_are_a_partition_of_unity() {
-        for position in [-1.0, -NODE, 0.2, 1.0] {
-            for order in [ElementOrder::Constant, ElementOrder::Linear] {
-                let [first, second] = order.shape(position);
-                assert!((first + second - 1.0).abs() < 1e-15);
-            }
-        }
     }
 }

@@ -3,9 +3,9 @@
 //! Depends on `added_mass`, `convolution` and `system`.
 
 use crate::added_mass::whole_added_mass;
-use crate::convolution::{ConvolutionQuadrature, Rule, Weights};
+use crate::convolution::{ConvolutionQuadrature, Weights};
 use crate::system::{BoundarySystem, boundary_system};
-use crate::{Fidelity, Method, ReservoirError, ReservoirParameters};
+use crate::{Method, ReservoirError, ReservoirParameters};
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -71,7 +71,7 @@ pub(crate) fn convolution_weights(
 /// Number of frequencies at which making a convolution usually solves the boundary elements; `None` for water that is made in
 /// another way. Interpolation saves two thirds to four fifths of those of the quadrature, but none of the trapezoidal rule's.
 pub fn usual_frequencies(parameters: &ReservoirParameters) -> Option<usize> {
-    if parameters.fidelity != Fidelity::Compressible {
+    if !parameters.fidelity.has_memory() {
         return None;
     }
     let all = quadrature(parameters).frequencies();
@@ -86,11 +86,6 @@ pub fn usual_frequencies(parameters: &ReservoirParameters) -> Option<usize> {
 /// The convolution quadrature over the parameters' horizon.
 pub(crate) fn quadrature(parameters: &ReservoirParameters) -> ConvolutionQuadrature {
     let communication_step = parameters.communication_step;
-    let rule = match parameters.method {
-        Method::Bdf2 => Rule::Bdf2,
-        Method::Trapezoid => Rule::Trapezoid,
-        Method::Radau3 => Rule::Radau3,
-        _ => Rule::Radau2,
-    };
-    ConvolutionQuadrature { rule, communication_step, steps: parameters.steps() }
+    let (rule, steps) = (parameters.method.rule(), parameters.steps());
+    ConvolutionQuadrature { rule, communication_step, steps }
 }

@@ -1,55 +1,11 @@
 use crate::boundary::BoundaryMesh;
 use crate::outline::Outline;
-use crate::{Fidelity, ReservoirError};
+use crate::{ElementOrder, Fidelity, Method, ReservoirError};
 use interface::variables::reservoir as variables;
 use interface::{Variable, WetFace};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
-
-/// Shape functions of the boundary elements.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum ElementOrder {
-    /// One node in the middle.
-    Constant,
-    /// Two nodes inside, at Gauss' points, not shared with the neighbours.
-    #[default]
-    Linear,
-}
-
-/// How compressible water is stepped in time.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Method {
-    /// The recursion where its fit has an error and a loss below 1e-3, else Radau IIA of two stages.
-    Automatic,
-    /// Convolution quadrature by BDF2.
-    Bdf2,
-    /// Convolution quadrature by the trapezoidal rule.
-    Trapezoid,
-    /// Convolution quadrature by Radau IIA of two stages.
-    #[default]
-    Radau2,
-    /// Convolution quadrature by Radau IIA of three stages.
-    Radau3,
-    /// A recursion fitted to the frequency response: constant cost a step, no horizon.
-    Recursive,
-    /// Finite elements with a Sommerfeld end.
-    FiniteElements,
-}
-
-impl Method {
-    /// What an automatic choice comes to where no recursion fits.
-    pub(crate) fn of_convolution(self) -> Self {
-        if self == Self::Automatic { Self::Radau2 } else { self }
-    }
-
-    /// Whether it is made for a run of limited length, or may be.
-    pub fn has_horizon(self) -> bool {
-        !matches!(self, Self::Recursive | Self::FiniteElements)
-    }
-}
 
 /// Everything a reservoir is made from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -94,6 +50,13 @@ pub struct ReservoirParameters {
     pub method: Method,
 }
 
+/// The water of [`before`](ReservoirParameters::before) in front of a vertical face of 100 m with 40 panels.
+impl Default for ReservoirParameters {
+    fn default() -> Self {
+        Self::before(WetFace::default())
+    }
+}
+
 /// Wave reflection coefficient from which on no recursion was found passive but over a level, rigid bed.
 pub(crate) const ALMOST_RIGID: f64 = 0.995;
 
@@ -102,7 +65,7 @@ const SAMPLES: f64 = 45.0;
 
 impl ReservoirParameters {
     /// Compressible water of 1000 kg/m³ and 1440 m/s before `wet_face`, over a rigid level bed; linear elements of
-    /// h/16, the far end at h/2, steps of 2.5 ms for 20 s. A downstream face makes a tailwater.
+    /// h/16, the far end at h/2, steps of 2.5 ms for 20 s by [`Method::Radau2`]. A downstream face makes a tailwater.
     pub fn before(wet_face: WetFace) -> Self {
         let (depth, toe) = (wet_face.depth(), wet_face.toe());
         Self {
@@ -122,7 +85,7 @@ impl ReservoirParameters {
             far_end_distance: depth / 2.0,
             communication_step: 0.0025,
             horizon: 20.0,
-            method: Method::default(),
+            method: Method::Radau2,
         }
     }
 
@@ -186,17 +149,17 @@ impl ReservoirParameters {
                 return Some((parameter, ReservoirError::NotPositive { parameter, value, unit }));
             }
         }
-        if !self.fidelity.is_solved() && self.surface_waves {
+        if !self.fidelity.supports_surface_waves() && self.surface_waves {
             let (what, remedy) = ("Westergaard's water", "unset `surface_waves` or choose another fidelity");
             return Some(("surface_waves", ReservoirError::GravityWaves { what, remedy }));
         }
-        let (memory, recursive) = (self.fidelity.has_memory(), self.method == Method::Recursive);
-        if memory && recursive && self.surface_waves {
+        let memory = self.fidelity.has_memory();
+        if memory && !self.method.supports_surface_waves() && self.surface_waves {
             let (what, remedy) = ("a recursion", "unset `surface_waves` or choose another method");
             return Some(("surface_waves", ReservoirError::GravityWaves { what, remedy }));
         }
         let (horizon, communication_step) = (self.horizon, self.communication_step);
-        if self.fidelity.has_memory() && self.method.has_horizon() && horizon < communication_step {
+        if memory && self.method.has_horizon() && horizon < communication_step {
             return Some(("horizon", ReservoirError::HorizonTooShort { horizon, communication_step }));
         }
         match Outline::new(self) {

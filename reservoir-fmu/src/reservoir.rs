@@ -1,18 +1,21 @@
-use crate::added_mass::whole_added_mass;
-use crate::convolution::{Convolution, Weights};
-use crate::finite_elements::FiniteElements;
-use crate::frequency_response::{convolution_weights, quadrature};
-use crate::rational::{DOUBTFUL, Quality, Recursion, recursion};
+use crate::rational::{DOUBTFUL, Quality};
 use crate::time_domain::{Memory, TimeDomain};
-use crate::{Fidelity, Method, ReservoirError, ReservoirParameters};
+use crate::{Method, ReservoirError, ReservoirParameters};
 use interface::variables::reservoir as variables;
 use interface::{
-    CallError, Capabilities, Causality, CoSimulation, EndAcceleration, Fingerprint, Packable, Shape, Stage,
+    CallError, Capabilities, Causality, CoSimulation, EndAcceleration, Fingerprint, Packable, Stage,
     StateError, Variable, WetFace, open, seal,
 };
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroUsize;
+
+mod input;
+mod packing;
+mod preparation;
+
+use input::Input;
+use preparation::{Prepared, made};
 
 /// Name of the unit in messages and logs.
 const UNIT: &str = "reservoir";
@@ -83,20 +86,6 @@ struct Motion {
     pressure: Vec<f64>,
 }
 
-/// What compressible water is stepped with, and takes long to make.
-#[derive(Serialize, Deserialize)]
-enum Operator {
-    Convolution(Weights),
-    Recursion(Box<Recursion>, Quality),
-}
-
-/// An operator, and a description of it for the log.
-#[derive(Serialize, Deserialize)]
-struct Prepared {
-    operator: Operator,
-    said: String,
-}
-
 /// The serialised form of a state.
 #[derive(Serialize, Deserialize)]
 struct SerialisedState {
@@ -162,7 +151,7 @@ impl Reservoir {
 
     /// Whether making a unit of these parameters takes long, and [`Packable::prepare`] gives something.
     pub fn is_prepared(parameters: &ReservoirParameters) -> bool {
-        parameters.fidelity == Fidelity::Compressible && parameters.method != Method::FiniteElements
+        parameters.fidelity.has_memory() && parameters.method.needs_preparation()
     }
 
     /// The parameters from which the unit was made.
@@ -175,9 +164,21 @@ impl Reservoir {
         self.quality.is_some()
     }
 
+    /// A short name of model and solver for people, such as "compressible water, recursion".
+    pub fn label(&self) -> String {
+        let ReservoirParameters { fidelity, method, .. } = self.parameters;
+        let solver = match (fidelity.has_memory(), method) {
+            _ if !fidelity.is_solved() => return fidelity.label().to_owned(),
+            (true, Method::FiniteElements) => method.label(),
+            _ if self.is_recursion() => Method::Recursive.label(),
+            _ => "boundary elements",
+        };
+        format!("{}, {solver}", fidelity.label())
+    }
+
     /// Whether a step may have any length.
     fn takes_any_step(&self) -> bool {
-        !self.parameters.fidelity.has_memory() || self.is_recursion()
+        self.parameters.fidelity.supports_variable_steps() || self.is_recursion()
     }
 
     /// How many steps of its own the unit takes for a communication step.
@@ -265,38 +266,6 @@ impl Reservoir {
                 return Err(CallError::UnknownVariable { unit: self.name(), value_reference }.into());
             }
         })
-    }
-}
-
-/// The motion over a communication step of several `own_steps`, each of `length` (s).
-struct Input<'a> {
-    /// Mean acceleration of the face, constant over the communication step, m/s².
-    face: &'a [f64],
-    /// Acceleration of the ground at its begin and end, linear in between, m/s².
-    ground: [[f64; 2]; 2],
-    own_steps: usize,
-    length: f64,
-}
-
-impl Input<'_> {
-    /// Takes the steps from `velocity` and `memory`; returns the pressure at the end, none for a foreign memory.
-    fn drive(&self, water: &dyn TimeDomain, velocity: &mut [f64], memory: &mut Memory) -> Option<Vec<f64>> {
-        let [begin, end] = self.ground;
-        let ground = |step: usize, axis: usize| match step == self.own_steps {
-            true => end[axis],
-            false => begin[axis] + (end[axis] - begin[axis]) * step as f64 / self.own_steps as f64,
-        };
-        let mut pressure = None;
-        for step in 1..=self.own_steps {
-            let of_ground = [0, 1].map(|axis| 0.5 * (ground(step - 1, axis) + ground(step, axis)));
-            let means = self.face.iter().chain(&of_ground);
-            velocity.iter_mut().zip(means).for_each(|(v, a)| *v += self.length * a);
-            if step == self.own_steps {
-                pressure = Some(water.pressure(memory, velocity, self.length)?);
-            }
-            *memory = water.push(memory, velocity, self.length)?;
-        }
-        pressure
     }
 }
 
@@ -498,125 +467,6 @@ impl CoSimulation for Reservoir {
         }
         Ok(())
     }
-}
-
-impl Packable for Reservoir {
-    type Parameters = ReservoirParameters;
-
-    const NAME: &'static str = UNIT;
-    const DESCRIPTION: &'static str = "Water of infinite extent upstream of a dam";
-    const VARIABLES: &'static [Variable] = variables::ALL;
-
-    fn from_parameters(
-        parameters: ReservoirParameters,
-        threads: NonZeroUsize,
-    ) -> Result<Self, ReservoirError> {
-        Self::new(parameters, threads)
-    }
-
-    /// The weights of a convolution, or a recursion.
-    fn prepare(
-        parameters: &ReservoirParameters,
-        threads: NonZeroUsize,
-    ) -> Result<Option<Vec<u8>>, ReservoirError> {
-        parameters.validate()?;
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build()?;
-        let prepared = pool.install(|| prepared(parameters))?;
-        Ok(prepared.map(|prepared| seal(Fingerprint::of(UNIT, parameters)?, &prepared)).transpose()?)
-    }
-
-    fn from_prepared(
-        parameters: ReservoirParameters,
-        prepared: &[u8],
-        threads: NonZeroUsize,
-    ) -> Result<Self, ReservoirError> {
-        let length = prepared.len();
-        let prepared: Prepared = open(Fingerprint::of(UNIT, &parameters)?, prepared)?;
-        let points = parameters.wet_face.len();
-        let fits = match &prepared.operator {
-            Operator::Convolution(weights) => weights.are_of(points, points + 2, parameters.steps()),
-            Operator::Recursion(recursion, _) => recursion.is_of(points, points + 2),
-        };
-        if !fits {
-            return Err(StateError::NotAState { length }.into());
-        }
-        Self::with_prepared(parameters, Some(prepared), threads)
-    }
-
-    fn size_for(parameters: &ReservoirParameters, variable: &Variable) -> usize {
-        match variable.shape {
-            Shape::InterfacePoints => parameters.wet_face.len(),
-            shape => shape.fixed_size().unwrap_or(0),
-        }
-    }
-
-    fn capabilities_for(parameters: &ReservoirParameters) -> Capabilities {
-        let variable_communication_step =
-            !parameters.fidelity.has_memory() || parameters.method == Method::Recursive;
-        Capabilities { variable_communication_step, directional_derivative: true, saved_state: true }
-    }
-
-    fn numbers<'a>(parameters: &'a mut ReservoirParameters, variable: &Variable) -> Vec<&'a mut f64> {
-        parameters.numbers(variable)
-    }
-}
-
-/// The operator of compressible water, on the current rayon pool; none of water that is quickly made.
-fn prepared(parameters: &ReservoirParameters) -> Result<Option<Prepared>, ReservoirError> {
-    if !Reservoir::is_prepared(parameters) {
-        return Ok(None);
-    }
-    let fitted = match parameters.method {
-        Method::Recursive => Some(recursion(parameters)?),
-        Method::Automatic if parameters.may_be_fitted() => match recursion(parameters) {
-            Ok(fitted) => Some(fitted).filter(|(_, quality)| !quality.is_doubtful()),
-            Err(ReservoirError::NotFitted | ReservoirError::Recursion { .. }) => None,
-            Err(error) => return Err(error),
-        },
-        _ => None,
-    };
-    let (operator, said) = if let Some((recursion, quality)) = fitted {
-        (Operator::Recursion(Box::new(recursion), quality), quality.to_string())
-    } else {
-        // What a recursion would not have minded.
-        ReservoirParameters { method: parameters.method.of_convolution(), ..parameters.clone() }
-            .validate()?;
-        let (weights, solved) = convolution_weights(parameters)?;
-        let all = quadrature(parameters).frequencies();
-        (Operator::Convolution(weights), format!("solved at {solved} frequencies instead of {all}"))
-    };
-    Ok(Some(Prepared { operator, said }))
-}
-
-/// The water's model, a description for the log, and the quality of a recursion; with what was prepared, if it was.
-fn made(
-    parameters: &ReservoirParameters,
-    given: Option<Prepared>,
-) -> Result<(Model, String, Option<Quality>), ReservoirError> {
-    let given = match given {
-        Some(given) => Some(given),
-        None => prepared(parameters)?,
-    };
-    let (water, said, quality): (Box<dyn TimeDomain>, _, _) = match (given, parameters.fidelity) {
-        (Some(Prepared { operator: Operator::Convolution(weights), said }), _) => {
-            (Box::new(Convolution::new(weights)), said, None)
-        }
-        (Some(Prepared { operator: Operator::Recursion(recursion, quality), said }), _) => {
-            (recursion, said, Some(quality))
-        }
-        (None, Fidelity::Compressible) => {
-            let elements = FiniteElements::new(parameters)?;
-            let said = format!("{} finite elements", elements.triangles().len());
-            (Box::new(elements), said, None)
-        }
-        (None, fidelity) => {
-            let mass = whole_added_mass(parameters)?;
-            let incompressible = fidelity == Fidelity::Incompressible;
-            let said = if incompressible { "incompressible water" } else { "added mass" };
-            return Ok((Model::AddedMass(mass), said.to_owned(), None));
-        }
-    };
-    Ok((Model::Memory(water), format!("compressible water; {said}"), quality))
 }
 
 /// The negated values; zero stays +0.

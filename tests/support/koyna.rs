@@ -32,35 +32,22 @@ pub fn width(y: f64) -> f64 {
 pub fn dam(element_size: f64, cracked: bool) -> DamParameters {
     let crack = CrackParameters::sliding(NECK, 1.0, 1e11, 0.5e11);
     DamParameters {
-        section: Section {
-            upstream: vec![[0.0, 0.0], [0.0, CREST]],
-            downstream: vec![[70.0, 0.0], [19.25, NECK], [14.8, CREST]],
-            galleries: Vec::new(),
-        },
+        section: Section::new(
+            vec![[0.0, 0.0], [0.0, CREST]],
+            vec![[70.0, 0.0], [19.25, NECK], [14.8, CREST]],
+        ),
         water_depth: DEPTH,
-        tailwater_depth: 0.0,
         cracks: if cracked { vec![crack] } else { Vec::new() },
         material: Material {
             young_modulus: YOUNG_MODULUS,
             poisson_ratio: POISSON_RATIO,
             density: DENSITY,
-            plane: Plane::Stress,
-            tensile_strength: None,
+            ..Default::default()
         },
-        damping: Damping::Rayleigh {
-            ratio: 0.05,
-            frequencies: DampingFrequencies::MultiplesOfFirst([1.0, 5.0]),
-        },
-        fidelity: Default::default(),
         kinematics: if cracked { Kinematics::Corotational } else { Kinematics::Small },
         element_size,
-        gravity: 9.81,
-        drags_blocks: false,
-        zones: Vec::new(),
-        given_mesh: None,
-        added_mass: None,
         envelopes: true,
-        time_step_safety: 0.9,
+        ..Default::default()
     }
 }
 

@@ -388,35 +388,19 @@ mod tests {
     use interface::CoSimulation;
 
     use super::*;
-    use crate::{
-        CrackParameters, DamMotion, DamParameters, Damping, Fidelity, Kinematics, Material, Plane, Section,
-    };
+    use crate::{CrackParameters, DamMotion, DamParameters, Damping, Material, Section};
 
     /// A rectangle of 6 m × 10 m without weight and water.
     fn rectangle(cracks: Vec<CrackParameters>) -> DamParameters {
         DamParameters {
             section: Section::rectangle(6.0, 10.0),
             water_depth: 0.0,
-            tailwater_depth: 0.0,
             cracks,
-            material: Material {
-                young_modulus: 1e9,
-                poisson_ratio: 0.2,
-                density: 2400.0,
-                plane: Plane::Stress,
-                tensile_strength: None,
-            },
+            material: Material { young_modulus: 1e9, density: 2400.0, ..Default::default() },
             damping: Damping::None,
-            fidelity: Fidelity::Dem,
-            kinematics: Kinematics::Corotational,
             element_size: 1.0,
             gravity: 0.0,
-            time_step_safety: 0.9,
-            drags_blocks: false,
-            zones: Vec::new(),
-            given_mesh: None,
-            added_mass: None,
-            envelopes: false,
+            ..Default::default()
         }
     }
 

@@ -75,19 +75,13 @@ pub(super) fn concrete_mass(structure: &Structure<impl ContactLaw>, shapes: &DMa
 mod tests {
     use super::*;
     use crate::contact::{Coulomb, Integration};
-    use crate::{Kinematics, Material, Mesh, Plane, Section};
+    use crate::{Kinematics, Material, Mesh, Section};
 
     /// Of a rigid block alone, whose ω² are rounding errors of either sign, and beside a deformation: the drag of the whole mass.
     #[test]
     fn rigid_motions_have_no_stiffness_and_all_mass_damping() -> Result<(), DamError> {
         let mesh = Mesh::mapped(&Section::rectangle(8.0, 20.0), &[vec![0.0, 5.0, 10.0, 15.0, 20.0]], 6);
-        let material = Material {
-            young_modulus: 31e9,
-            poisson_ratio: 0.2,
-            density: 2640.0,
-            plane: Plane::Stress,
-            tensile_strength: None,
-        };
+        let material = Material::default();
         let none: [(Coulomb, Integration); 0] = [];
         let structure = Structure::new(mesh, &material, Kinematics::Small, none, &[]);
         let nodes = &structure.mesh.nodes;

@@ -140,7 +140,7 @@ impl CrackSides {
         let mut columns: Vec<DVector<f64>> =
             nodes.iter().flat_map(|&node| [0, 1].map(|d| shapes.column(2 * node + d).into())).collect();
         let mut frames = Vec::new();
-        if kinematics == Kinematics::Corotational && cracked {
+        if kinematics.has_finite_rotations() && cracked {
             for block in mesh.blocks.iter().filter(|block| !structure.is_held(block)) {
                 let mean = Mean::of(structure, block.nodes.clone(), shapes);
                 let nodes = number(block.nodes.start)..number(block.nodes.end);

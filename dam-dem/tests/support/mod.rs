@@ -7,49 +7,15 @@ use dam_dem::energy::Work;
 use dam_dem::integrator::CentralDifference;
 use dam_dem::loads::LoadPath;
 use dam_dem::{
-    Block, CrackParameters, CriticalTimeStep, Dam, DamError, DamParameters, Damping, DampingCoefficients,
-    DampingFrequencies, Fidelity, Kinematics, Material, Mesh, Motion, Plane, Seam, Section, Structure,
+    Block, CrackParameters, CriticalTimeStep, Dam, DamError, DamParameters, DampingCoefficients, Kinematics,
+    Material, Mesh, Motion, Seam, Section, Structure,
 };
 use interface::{CoSimulation, Variable, variables::dam as variable};
 use nalgebra::{DMatrix, Matrix4, SymmetricEigen, Vector4};
 
-pub fn koyna_section() -> Section {
-    Section {
-        upstream: vec![[0.0, 0.0], [0.0, 103.0]],
-        downstream: vec![[70.0, 0.0], [19.25, 66.5], [14.8, 103.0]],
-        galleries: Vec::new(),
-    }
-}
-
 /// The cracked Koyna dam of the main scene.
 pub fn koyna(element_size: f64) -> DamParameters {
-    DamParameters {
-        section: koyna_section(),
-        water_depth: 91.75,
-        tailwater_depth: 0.0,
-        cracks: vec![crack_at(66.5)],
-        material: Material {
-            young_modulus: 31e9,
-            poisson_ratio: 0.2,
-            density: 2640.0,
-            plane: Plane::Stress,
-            tensile_strength: None,
-        },
-        damping: Damping::Rayleigh {
-            ratio: 0.05,
-            frequencies: DampingFrequencies::MultiplesOfFirst([1.0, 5.0]),
-        },
-        fidelity: Fidelity::Dem,
-        kinematics: Kinematics::Corotational,
-        element_size,
-        gravity: 9.81,
-        time_step_safety: 0.9,
-        drags_blocks: false,
-        zones: Vec::new(),
-        given_mesh: None,
-        added_mass: None,
-        envelopes: false,
-    }
+    DamParameters { element_size, ..Default::default() }
 }
 
 pub fn crack_at(elevation: f64) -> CrackParameters {
@@ -104,13 +70,7 @@ pub fn top(mesh: &Mesh) -> Vec<usize> {
 pub const GRAVITY: f64 = 9.81;
 
 pub fn stiff(young_modulus: f64) -> Material {
-    Material {
-        young_modulus,
-        poisson_ratio: 0.0,
-        density: 2500.0,
-        plane: Plane::Stress,
-        tensile_strength: None,
-    }
+    Material { young_modulus, poisson_ratio: 0.0, density: 2500.0, ..Default::default() }
 }
 
 /// A block of `size` (m) in the middle of a fixed block that is 4 m wider and 1 m high; the meshes do not match.

@@ -25,10 +25,10 @@
 mod channel;
 mod root;
 
+use crate::ElementOrder;
 use crate::ReservoirError;
 use crate::boundary::BoundaryMesh;
 use crate::condition::BoundaryCondition;
-use crate::parameters::ElementOrder;
 use crate::quadrature::gauss_legendre;
 use crate::water::Water;
 use channel::Channel;

@@ -12,14 +12,13 @@ pub const SOUND_SPEED: f64 = 1440.0;
 pub const DENSITY: f64 = 1000.0;
 pub const THREADS: NonZeroUsize = NonZeroUsize::new(2).unwrap();
 
-/// h = 180 m, c = 1440 m/s, `elements` per depth, as many panels, far end at h/2.
+/// h = 180 m, c = 1440 m/s, `elements` per depth, as many panels; the far end at h/2, as by default.
 pub fn parameters(alpha: f64, elements: usize, communication_step: f64, horizon: f64) -> ReservoirParameters {
     ReservoirParameters {
         density: DENSITY,
         sound_speed: SOUND_SPEED,
         wave_reflection_coefficient: alpha,
         element_size: DEPTH / elements as f64,
-        far_end_distance: DEPTH / 2.0,
         communication_step,
         horizon,
         ..ReservoirParameters::before(WetFace::straight([0.0, DEPTH], elements).unwrap())

@@ -1,0 +1,69 @@
+//! The reservoir as a unit that is made from parameters alone.
+
+use super::preparation::{Operator, Prepared, prepared};
+use super::{Reservoir, UNIT};
+use crate::{ReservoirError, ReservoirParameters};
+use interface::variables::reservoir as variables;
+use interface::{Capabilities, Fingerprint, Packable, Shape, StateError, Variable, open, seal};
+use std::num::NonZeroUsize;
+
+impl Packable for Reservoir {
+    type Parameters = ReservoirParameters;
+
+    const NAME: &'static str = UNIT;
+    const DESCRIPTION: &'static str = "Water of infinite extent upstream of a dam";
+    const VARIABLES: &'static [Variable] = variables::ALL;
+
+    fn from_parameters(
+        parameters: ReservoirParameters,
+        threads: NonZeroUsize,
+    ) -> Result<Self, ReservoirError> {
+        Self::new(parameters, threads)
+    }
+
+    /// The weights of a convolution, or a recursion.
+    fn prepare(
+        parameters: &ReservoirParameters,
+        threads: NonZeroUsize,
+    ) -> Result<Option<Vec<u8>>, ReservoirError> {
+        parameters.validate()?;
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build()?;
+        let prepared = pool.install(|| prepared(parameters))?;
+        Ok(prepared.map(|prepared| seal(Fingerprint::of(UNIT, parameters)?, &prepared)).transpose()?)
+    }
+
+    fn from_prepared(
+        parameters: ReservoirParameters,
+        prepared: &[u8],
+        threads: NonZeroUsize,
+    ) -> Result<Self, ReservoirError> {
+        let length = prepared.len();
+        let prepared: Prepared = open(Fingerprint::of(UNIT, &parameters)?, prepared)?;
+        let points = parameters.wet_face.len();
+        let fits = match &prepared.operator {
+            Operator::Convolution(weights) => weights.are_of(points, points + 2, parameters.steps()),
+            Operator::Recursion(recursion, _) => recursion.is_of(points, points + 2),
+        };
+        if !fits {
+            return Err(StateError::NotAState { length }.into());
+        }
+        Self::with_prepared(parameters, Some(prepared), threads)
+    }
+
+    fn size_for(parameters: &ReservoirParameters, variable: &Variable) -> usize {
+        match variable.shape {
+            Shape::InterfacePoints => parameters.wet_face.len(),
+            shape => shape.fixed_size().unwrap_or(0),
+        }
+    }
+
+    fn capabilities_for(parameters: &ReservoirParameters) -> Capabilities {
+        let variable_communication_step =
+            parameters.fidelity.supports_variable_steps() || parameters.method.supports_variable_steps();
+        Capabilities { variable_communication_step, directional_derivative: true, saved_state: true }
+    }
+
+    fn numbers<'a>(parameters: &'a mut ReservoirParameters, variable: &Variable) -> Vec<&'a mut f64> {
+        parameters.numbers(variable)
+    }
+}
