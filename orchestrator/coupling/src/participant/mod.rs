@@ -2,12 +2,14 @@
 
 mod description;
 mod error;
+mod function_unit;
 mod in_process;
 mod messages;
 mod settings;
 
 pub use description::{Channel, ChannelShape, Description, Layout, check_finite};
 pub use error::ParticipantError;
+pub use function_unit::FunctionUnit;
 pub use in_process::InProcess;
 pub use interface::{Level, Messages};
 pub use messages::Message;
