@@ -1,4 +1,18 @@
-//! Ground motions: records and the ramp.
+//! Ground motions: records and ramps, their spectra and intensities, and factors that fit them to a target spectrum.
+//!
+//! A record is a list of equally spaced accelerations, linear in between. Files are CSV or PEER AT2, in g, m/s² or cm/s²; whatever
+//! is read becomes m/s². The response spectrum is exact for accelerations that are constant over each interval.
+//!
+//! ```
+//! use cofferdam_motion::GroundMotion;
+//!
+//! // A sine of 1 m/s² and 2 Hz for 20 s: an oscillator of 0.5 s and 5 % amplifies it by 1/(2ξ) = 10.
+//! let sine = (0..2000).map(|i| (std::f64::consts::TAU * 2.0 * 0.01 * f64::from(i)).sin()).collect();
+//! let motion = GroundMotion::of_samples("sine", 0.01, sine);
+//! let resonance = motion.response_spectrum(&[0.5], 0.05)[0];
+//! assert!((resonance - 10.0).abs() < 0.1, "{resonance}");
+//! assert!((motion.peak().0.abs() - 1.0).abs() < 2e-3);
+//! ```
 
 mod baseline;
 mod header;

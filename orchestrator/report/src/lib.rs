@@ -1,4 +1,21 @@
-//! What a run says at its end.
+//! What a run says at its end: the [`Summary`], the [`Manifest`], and the HTML [`page`]s of a run, of two and of an ensemble.
+//!
+//! A summary is a list of [`Quantity`]s, each with its unit, time and place.
+//!
+//! ```
+//! use cofferdam_report::{Quantity, Subject, has_both_directions};
+//!
+//! let peak = |value| Quantity {
+//!     name: "peak crest displacement".to_owned(),
+//!     subject: Subject::Crest,
+//!     value,
+//!     unit: "mm".into(),
+//!     ..Quantity::default()
+//! };
+//! let runs = [peak(31.0), peak(-28.0)];
+//! // One run peaks downstream and one upstream: between the two there is no peak, so magnitudes are compared.
+//! assert!(has_both_directions(&runs[0].name, runs.iter().map(|run| run.value)));
+//! ```
 
 mod accuracy;
 mod ensemble;

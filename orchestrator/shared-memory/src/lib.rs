@@ -1,4 +1,20 @@
-//! Units in processes of their own, connected by shared memory.
+//! Units in processes of their own, connected by shared memory (iceoryx2).
+//!
+//! [`Starting`] starts commands as units and waits until they are ready; each is then a [`SharedMemory`] participant. In its own
+//! process a unit is served by [`host()`]. Requests and answers are slices of numbers behind a header that is echoed and checked;
+//! saving and restoring a state travel with the next step. `docs/shared-memory.md` describes the protocol for other languages.
+//!
+//! ```
+//! use cofferdam_coupling::participant::{FunctionUnit, Participant};
+//! use cofferdam_shared_memory::{Starting, layout_hash};
+//!
+//! // Whether processes can exchange on this machine at all, before anything is started.
+//! Starting::check()?;
+//! // Both sides compare the layout of a unit before the first exchange.
+//! let unit = |input| FunctionUnit::new("unit", &[(input, "m")], &[("force", "N")], 0.0, |_, _, x, f| f[0] = -x[0]);
+//! assert_ne!(layout_hash(unit("position")?.description()), layout_hash(unit("speed")?.description()));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod brief;
 mod calls;
