@@ -1,5 +1,18 @@
 //! Motion over time of a concrete gravity dam that cracks divide into deformable blocks.
 //!
+//! ```
+//! use dam_dem::{Dam, DamError, DamParameters, Material};
+//!
+//! // Koyna Dam, the default section, without its crack.
+//! let material = Material { young_modulus: 31.027e9, poisson_ratio: 0.15, density: 2643.0, ..Default::default() };
+//! let dam = Dam::new(DamParameters { material, cracks: Vec::new(), ..Default::default() })?;
+//!
+//! // Chopra and Chakrabarti (1973): ω₁ = 18.86 rad/s.
+//! let first = dam.natural_frequencies(1)?[0];
+//! assert!((first / 18.86 - 1.0).abs() < 0.035);
+//! # Ok::<(), DamError>(())
+//! ```
+//!
 //! ```text
 //!        y ↑        crest
 //!          ┌────────┐

@@ -1,5 +1,18 @@
 //! Hydrodynamic pressure of compressible reservoir water on a dam, by boundary elements.
 //!
+//! ```
+//! use reservoir::{Fidelity, ReservoirError, ReservoirParameters, added_mass, analytical::westergaard_1933};
+//!
+//! // Incompressible water, 100 m deep, before a vertical face that moves into it with 1 m/s².
+//! let water = ReservoirParameters { fidelity: Fidelity::Incompressible, ..Default::default() };
+//! let pressure: Vec<f64> = added_mass(&water)?.row_iter().map(|row| row.sum()).collect();
+//!
+//! // Westergaard's series, at the heel: 74 kPa.
+//! let exact = water.density * westergaard_1933::series_pressure(water.wet_face.depth(), 0.0);
+//! assert!((pressure[0] / exact - 1.0).abs() < 0.01);
+//! # Ok::<(), ReservoirError>(())
+//! ```
+//!
 //! ```text
 //!   y ↑
 //!   h │~~~~~ p = 0 or ∂p/∂n = −(s²/g) p ~~~~~┐  water level
