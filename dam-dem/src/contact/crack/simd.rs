@@ -1,30 +1,32 @@
 use pulp::{Simd, WithSimd};
 
-use super::super::parting::{self, CLOSING, Parting, STANDSTILL};
-use super::super::search::MARGIN;
-use super::{Contact, ContactLaw, ContactStatus, Crack, JointState, TILT};
+use super::super::parting::{self, Parting};
+use super::position::{MovedPoint, Position, Segment};
+use super::side::Contact;
+use super::update::{Jump, Moved, State};
+use super::{ContactLaw, ContactStatus, Crack, JointState};
 use crate::damping::StiffnessDamping;
 use crate::energy::Losses;
 use crate::lanes::{LANES, Lanes, Register};
 
-/// The contacts of all cracks, [`LANES`] at a time: made of the states at the start of a communication step, which take in those at its
-/// end.
+/// The contacts of all cracks, up to [`LANES`] at a time: made from the states at the start of a communication step, which take in those
+/// at its end.
 ///
-/// Numbers of eight contacts lie side by side, so that registers hold them without gathering, and every operation is the one that
-/// [`Crack::press`] does, with the same bits. Contacts are computed there one by one whose part does not lie wholly opposite the
-/// other side, all of cracks with few contacts, with a bond that holds, with dilation or with a law of their own, and each when it
-/// comes to another segment. These cracks come last, which changes the order of sums where they share nodes with others.
-pub(crate) struct Eights {
-    eights: Vec<Eight>,
+/// The numbers of the contacts of a batch lie side by side, so that registers hold them without gathering. Every operation is the one that
+/// [`Crack::add_forces`] does, from the same source, with the same bits. Some contacts are computed one by one: those whose part does not
+/// lie wholly opposite the other side, all contacts of cracks with few contacts, with a bond that holds or with dilation, and each contact
+/// when it comes to another segment. These cracks come last, which changes the order of sums where they share nodes with others.
+pub(crate) struct ContactBatches {
+    batches: Vec<Batch>,
     /// Cracks whose contacts are computed one by one.
-    others: Vec<usize>,
+    one_by_one: Vec<usize>,
 }
 
-/// Number of contacts from which those of a crack are worth it: of fewer, too many lie at ends.
+/// Number of contacts from which batches of a crack save time: of fewer, too many lie at ends.
 const MANY: usize = 2 * LANES;
 
 /// Motion of the nodes, and what acts on them.
-pub(crate) struct Pressed<'a> {
+pub(crate) struct NodalFields<'a> {
     /// Displacement, m.
     pub u: &'a [[f64; 2]],
     /// Velocity, m/s.
@@ -33,23 +35,26 @@ pub(crate) struct Pressed<'a> {
     pub damping: StiffnessDamping,
     /// Forces are added here, N/m.
     pub forces: &'a mut [[f64; 2]],
-    /// How the sides of each crack part; empty if that is not asked for.
+    /// How the sides of each crack part; empty if that is not needed.
     pub partings: &'a mut [Parting],
 }
 
-/// Up to eight contacts; lanes without one repeat the first.
+/// Up to [`LANES`] contacts of a crack; lanes without one repeat the first.
 #[derive(Default)]
-struct Eight {
-    /// Crack and number there of each.
-    contacts: [(usize, usize); LANES],
+struct Batch {
+    crack: usize,
+    /// Number of each contact in the crack.
+    contacts: [usize; LANES],
     /// Number of lanes with a contact.
     count: usize,
     /// The nodes around its point, and those of the segment opposite.
     nodes: [[u32; LANES]; 4],
     point: Points,
-    segment: Segments,
-    law: Laws,
-    state: States,
+    opposite: Segments,
+    state: State<Lanes>,
+    /// 1 where it is closed, and where it is closed and slips.
+    closed: Lanes,
+    slipping: Lanes,
     /// 1 where a contact is computed one by one: its state is then that of [`JointState`] alone.
     alone: Lanes,
 }
@@ -63,8 +68,6 @@ struct Points {
     rest: [Lanes; 2],
     part: [Lanes; 2],
     weight: Lanes,
-    /// Length of the other side.
-    length: Lanes,
 }
 
 /// The segments opposite, unloaded, m.
@@ -72,46 +75,19 @@ struct Points {
 struct Segments {
     /// 1 where one follows towards the side's start, and its end.
     follows: [Lanes; 2],
-    /// From its nodes to the contact's point.
-    apart: [[Lanes; 2]; 2],
-    /// From its first to its second node.
-    edge: [Lanes; 2],
+    segment: Segment<Lanes>,
     /// Abscissas of its nodes less that of the point.
     abscissas: [Lanes; 2],
     /// Its length.
     at_rest: Lanes,
+    /// Length of its side.
+    length: Lanes,
 }
 
-/// [`Coulomb`](crate::contact::Coulomb), of each.
-#[derive(Default)]
-struct Laws {
-    friction: Lanes,
-    stiffness: [Lanes; 2],
-}
-
-/// [`JointState`], of each.
-#[derive(Default)]
-struct States {
-    anchor: Lanes,
-    stretch: Lanes,
-    gap: Lanes,
-    slipped: Lanes,
-    dashpots: [Lanes; 2],
-    rates: [Lanes; 2],
-    /// 1 where it is closed, and where it is closed and slips.
-    closed: Lanes,
-    slipping: Lanes,
-}
-
-/// Where the contacts are, as in [`Place`](super::Place).
+/// Where the contacts are.
 #[derive(Default)]
 struct Places {
-    position: Lanes,
-    tangent: [Lanes; 2],
-    normal: [Lanes; 2],
-    gap: Lanes,
-    slip: Lanes,
-    shortening: Lanes,
+    at: Position<Lanes>,
     /// The point, m.
     point: [Lanes; 2],
     /// 1 where another segment may lie opposite, and where an end of the other side may.
@@ -126,97 +102,94 @@ struct Responses {
     force: [Lanes; 2],
     friction: Lanes,
     damping_power: Lanes,
-    /// For the [`Parting`]: place (m) and relative velocity (m/s) of the upper side, shares that slip and that open.
-    place: [Lanes; 2],
-    relative: [Lanes; 2],
-    slips: Lanes,
-    opened: Lanes,
+    jump: Jump<Lanes>,
 }
 
-impl Eights {
+impl ContactBatches {
     /// The contacts of `cracks` with the states `joints`.
-    pub fn of<L: ContactLaw>(cracks: &[Crack<L>], joints: &[Vec<JointState>]) -> Self {
+    pub fn new<L: ContactLaw>(cracks: &[Crack<L>], joints: &[Vec<JointState>]) -> Self {
         let is_usual = |crack: usize| {
             joints[crack].len() >= MANY
-                && cracks[crack].law.unbonded().is_some()
+                && !cracks[crack].law.dilates()
                 && !joints[crack].iter().any(|joint| joint.bonded)
         };
-        let (usual, others): (Vec<usize>, Vec<usize>) = (0..cracks.len()).partition(|&crack| is_usual(crack));
-        let contacts: Vec<(usize, usize)> =
-            usual.iter().flat_map(|&crack| (0..joints[crack].len()).map(move |i| (crack, i))).collect();
-        let eights = contacts.chunks(LANES).map(|contacts| Eight::of(contacts, cracks, joints)).collect();
-        Self { eights, others }
+        let (usual, one_by_one): (Vec<usize>, Vec<usize>) =
+            (0..cracks.len()).partition(|&crack| is_usual(crack));
+        let of_crack = |&crack: &usize| {
+            let starts = (0..joints[crack].len()).step_by(LANES);
+            starts.map(move |first| Batch::new(first, crack, &cracks[crack], &joints[crack]))
+        };
+        Self { batches: usual.iter().flat_map(of_crack).collect(), one_by_one }
     }
 
-    /// As [`press`](Self::press), by the widest registers.
-    pub fn press_widely<L: ContactLaw>(
+    /// As [`add_forces`](Self::add_forces), with the widest registers.
+    pub fn add_forces_widely<L: ContactLaw>(
         &mut self,
         cracks: &[Crack<L>],
         joints: &mut [Vec<JointState>],
-        pressed: Pressed<'_>,
+        fields: NodalFields<'_>,
     ) -> Losses {
-        pulp::Arch::new().dispatch(Press { eights: self, cracks, joints, pressed })
+        pulp::Arch::new().dispatch(AddForces { batches: self, cracks, joints, fields })
     }
 
     /// Adds the contact forces and updates the contacts, as [`Crack::add_forces`] does. Of `joints` only those of contacts that are
-    /// computed one by one are up to date until [`write`](Self::write); whether a contact is lost they always tell.
+    /// computed one by one are up to date until [`write`](Self::write), except that all always tell whether a contact is lost.
     #[inline(always)]
-    pub fn press<S: Simd, L: ContactLaw>(
+    pub fn add_forces<S: Simd, L: ContactLaw>(
         &mut self,
         simd: S,
         cracks: &[Crack<L>],
         joints: &mut [Vec<JointState>],
-        mut pressed: Pressed<'_>,
+        mut fields: NodalFields<'_>,
     ) -> Losses {
         let mut losses = Losses::default();
-        pressed.partings.iter_mut().for_each(Parting::clear);
-        for eight in &mut self.eights {
-            eight.press(simd, cracks, joints, &mut pressed, &mut losses);
+        fields.partings.iter_mut().for_each(Parting::clear);
+        for batch in &mut self.batches {
+            let crack = batch.crack;
+            batch.add_forces(simd, &cracks[crack], &mut joints[crack], &mut fields, &mut losses);
         }
-        let Pressed { u, v, damping, forces, partings } = pressed;
-        for &index in &self.others {
-            let (crack, joints, parting) = (&cracks[index], &mut joints[index], partings.get_mut(index));
-            losses = crack.press(&crack.contacts, u, v, damping, joints, forces, parting, losses);
+        for &index in &self.one_by_one {
+            losses = cracks[index].add_forces_one_by_one(index, &mut joints[index], &mut fields, losses);
         }
         losses
     }
 
     /// Whether all contacts stick or are lost.
     pub fn are_calm(&self, joints: &[Vec<JointState>]) -> bool {
-        let calm = |eight: &Eight| {
-            eight.contacts().all(|(lane, (crack, index))| match eight.alone[lane] == 0.0 {
-                true => eight.state.closed[lane] != 0.0 && eight.state.slipping[lane] == 0.0,
-                false => joints[crack][index].is_calm(),
+        let calm = |batch: &Batch| {
+            batch.contacts().all(|(lane, index)| match batch.alone[lane] == 0.0 {
+                true => batch.closed[lane] != 0.0 && batch.slipping[lane] == 0.0,
+                false => joints[batch.crack][index].is_calm(),
             })
         };
-        self.eights.iter().all(calm)
-            && self.others.iter().all(|&crack| joints[crack].iter().all(JointState::is_calm))
+        self.batches.iter().all(calm)
+            && self.one_by_one.iter().all(|&crack| joints[crack].iter().all(JointState::is_calm))
     }
 
     /// Brings `joints` up to date.
     pub fn write(&self, joints: &mut [Vec<JointState>]) {
-        for eight in &self.eights {
-            let usual = eight.contacts().filter(|(lane, _)| eight.alone[*lane] == 0.0);
-            usual.for_each(|(lane, (crack, index))| eight.write(lane, &mut joints[crack][index]));
+        for batch in &self.batches {
+            let usual = batch.contacts().filter(|(lane, _)| batch.alone[*lane] == 0.0);
+            usual.for_each(|(lane, index)| batch.write(lane, &mut joints[batch.crack][index]));
         }
     }
 }
 
-/// [`Eights::press`], to be computed with the widest registers.
-struct Press<'a, L: ContactLaw> {
-    eights: &'a mut Eights,
+/// [`ContactBatches::add_forces`], to be computed with the widest registers.
+struct AddForces<'a, L: ContactLaw> {
+    batches: &'a mut ContactBatches,
     cracks: &'a [Crack<L>],
     joints: &'a mut [Vec<JointState>],
-    pressed: Pressed<'a>,
+    fields: NodalFields<'a>,
 }
 
-impl<L: ContactLaw> WithSimd for Press<'_, L> {
+impl<L: ContactLaw> WithSimd for AddForces<'_, L> {
     type Output = Losses;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Losses {
-        let Self { eights, cracks, joints, pressed } = self;
-        eights.press(simd, cracks, joints, pressed)
+        let Self { batches, cracks, joints, fields } = self;
+        batches.add_forces(simd, cracks, joints, fields)
     }
 }
 
@@ -225,42 +198,31 @@ fn is_alone(joint: &JointState) -> bool {
     joint.coverage < 1.0
 }
 
-impl Eight {
-    fn of<L: ContactLaw>(
-        contacts: &[(usize, usize)],
-        cracks: &[Crack<L>],
-        joints: &[Vec<JointState>],
-    ) -> Self {
-        let count = contacts.len();
-        let contacts = std::array::from_fn(|lane| contacts[if lane < count { lane } else { 0 }]);
-        let mut eight = Self { contacts, count, ..Self::default() };
-        for (lane, (crack, index)) in contacts.into_iter().enumerate() {
-            let (joint, crack) = (&joints[crack][index], &cracks[crack]);
+impl Batch {
+    /// The contacts of a crack from the `first` on.
+    fn new<L: ContactLaw>(first: usize, index: usize, crack: &Crack<L>, joints: &[JointState]) -> Self {
+        let count = LANES.min(joints.len() - first);
+        let contacts = std::array::from_fn(|lane| first + if lane < count { lane } else { 0 });
+        let mut batch = Self { crack: index, contacts, count, ..Self::default() };
+        for (lane, index) in contacts.into_iter().enumerate() {
             let contact = &crack.contacts[index];
-            let other = &crack.sides[1 - contact.side];
-            let point = &mut eight.point;
+            let point = &mut batch.point;
             point.downstream[lane] = contact.downstream();
             point.share[lane] = contact.point.share;
             point.weight[lane] = contact.weight;
-            point.length[lane] = other.abscissas[other.abscissas.len() - 1];
             for d in 0..2 {
                 point.rest[d][lane] = contact.point.rest[d];
                 point.part[d][lane] = contact.part[d];
-                eight.nodes[d][lane] = contact.point.nodes[d] as u32;
+                batch.nodes[d][lane] = contact.point.nodes[d] as u32;
             }
-            if let Some(law) = crack.law.unbonded() {
-                eight.law.friction[lane] = law.friction;
-                eight.law.stiffness[0][lane] = law.normal_stiffness;
-                eight.law.stiffness[1][lane] = law.shear_stiffness;
-            }
-            eight.read(lane, contact, crack, joint);
+            batch.read(lane, contact, crack, &joints[index]);
         }
-        eight
+        batch
     }
 
-    /// The lanes with a contact, its crack and its number there.
+    /// The lanes with a contact, and its number in the crack.
     #[inline(always)]
-    fn contacts(&self) -> impl Iterator<Item = (usize, (usize, usize))> + use<> {
+    fn contacts(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
         self.contacts.into_iter().take(self.count).enumerate()
     }
 
@@ -270,60 +232,53 @@ impl Eight {
         let other = &crack.sides[1 - contact.side];
         let count = other.nodes.len() - 1;
         let segment = (joint.segment as usize).min(count - 1);
-        let opposite = &mut self.segment;
+        let opposite = &mut self.opposite;
         opposite.follows[0][lane] = f64::from(u8::from(segment > 0));
         opposite.follows[1][lane] = f64::from(u8::from(segment + 1 < count));
         opposite.at_rest[lane] = other.abscissas[segment + 1] - other.abscissas[segment];
+        opposite.length[lane] = other.length();
+        let Segment { offsets, edge } = other.segment(segment, contact.point.rest);
         for (end, node) in [segment, segment + 1].into_iter().enumerate() {
             self.nodes[2 + end][lane] = other.nodes[node] as u32;
             opposite.abscissas[end][lane] = other.abscissas[node] - contact.point.abscissa;
-            for d in 0..2 {
-                opposite.apart[end][d][lane] = contact.point.rest[d] - other.rest[node][d];
-            }
+            set_pair(&mut opposite.segment.offsets[end], lane, offsets[end]);
         }
-        for d in 0..2 {
-            opposite.edge[d][lane] = other.rest[segment + 1][d] - other.rest[segment][d];
-        }
+        set_pair(&mut opposite.segment.edge, lane, edge);
+        self.closed[lane] = f64::from(u8::from(joint.is_closed()));
+        self.slipping[lane] = f64::from(u8::from(joint.status == ContactStatus::Slipping));
+        let State { anchor, stretch, gap, slipped, dashpots, rates } = joint.state();
         let states = &mut self.state;
-        let closed = matches!(joint.status, ContactStatus::Sticking | ContactStatus::Slipping);
-        states.closed[lane] = f64::from(u8::from(closed));
-        states.slipping[lane] = f64::from(u8::from(joint.status == ContactStatus::Slipping));
-        states.anchor[lane] = joint.anchor;
-        states.stretch[lane] = joint.stretch;
-        states.gap[lane] = joint.gap;
-        states.slipped[lane] = joint.slipped;
-        for i in 0..2 {
-            states.dashpots[i][lane] = joint.dashpots[i];
-            states.rates[i][lane] = joint.rates[i];
-        }
+        states.anchor[lane] = anchor;
+        states.stretch[lane] = stretch;
+        states.gap[lane] = gap;
+        states.slipped[lane] = slipped;
+        set_pair(&mut states.dashpots, lane, dashpots);
+        set_pair(&mut states.rates, lane, rates);
     }
 
     /// Brings the state of a contact that is not alone up to date.
     fn write(&self, lane: usize, joint: &mut JointState) {
-        let states = &self.state;
-        let (closed, slipping) = (states.closed[lane] != 0.0, states.slipping[lane] != 0.0);
-        joint.status = match (closed, slipping) {
-            (false, _) => ContactStatus::Open,
-            (true, true) => ContactStatus::Slipping,
-            (true, false) => ContactStatus::Sticking,
+        let State { anchor, stretch, gap, slipped, dashpots, rates } = &self.state;
+        let state = State {
+            anchor: anchor[lane],
+            stretch: stretch[lane],
+            gap: gap[lane],
+            slipped: slipped[lane],
+            dashpots: pair(dashpots, lane),
+            rates: pair(rates, lane),
         };
-        joint.anchor = states.anchor[lane];
-        joint.stretch = states.stretch[lane];
-        joint.gap = states.gap[lane];
-        joint.penetration = if closed { 0.0 - states.gap[lane] } else { 0.0 };
-        joint.slipped = states.slipped[lane];
-        joint.dashpots = [0, 1].map(|i| states.dashpots[i][lane]);
-        joint.rates = [0, 1].map(|i| states.rates[i][lane]);
+        let (closed, slipping) = (self.closed[lane] != 0.0, self.slipping[lane] != 0.0);
+        joint.set_state(state, closed, slipping, 0.0 - gap[lane]);
     }
 
-    /// As [`Eights::press`].
+    /// As [`ContactBatches::add_forces`]; `joints` are those of the `crack`.
     #[inline(always)]
-    fn press<S: Simd, L: ContactLaw>(
+    fn add_forces<S: Simd, L: ContactLaw>(
         &mut self,
         simd: S,
-        cracks: &[Crack<L>],
-        joints: &mut [Vec<JointState>],
-        pressed: &mut Pressed<'_>,
+        crack: &Crack<L>,
+        joints: &mut [JointState],
+        fields: &mut NodalFields<'_>,
         losses: &mut Losses,
     ) {
         #[cfg(test)]
@@ -331,48 +286,47 @@ impl Eight {
             effort.segments += self.contacts().filter(|(lane, _)| self.alone[*lane] == 0.0).count();
         });
         let mut places = Places::default();
-        let of_nodes = gather(&self.nodes, pressed.u);
+        let displacements = gather(&self.nodes, fields.u);
         for register in 0..Lanes::registers::<S>() {
-            self.find(At { simd, register }, &of_nodes, &mut places);
+            self.find(At { simd, register }, &displacements, &mut places);
         }
-        for (lane, (crack, index)) in self.contacts() {
+        for (lane, index) in self.contacts() {
             let (walks, ends) = (places.walks[lane] != 0.0, places.ends[lane] != 0.0);
             if self.alone[lane] != 0.0 || !(walks || ends) {
                 continue;
             }
-            let contact = &cracks[crack].contacts[index];
-            if walks || !cracks[crack].is_whole(contact, pressed.u) {
-                self.write(lane, &mut joints[crack][index]);
+            if walks || !crack.is_whole(&crack.contacts[index], fields.u) {
+                self.write(lane, &mut joints[index]);
                 self.alone[lane] = 1.0;
             }
         }
         let mut responses = Responses::default();
-        let time_step = pressed.partings.first().map(Parting::time_step);
-        let velocities = gather(&self.nodes, pressed.v);
+        let time_step = fields.partings.first().map(Parting::time_step);
+        let velocities = gather(&self.nodes, fields.v);
         for register in 0..Lanes::registers::<S>() {
             let at = At { simd, register };
-            self.respond(at, &places, &velocities, pressed.damping, time_step, &mut responses);
+            self.update(at, &crack.law, &places, &velocities, fields.damping, time_step, &mut responses);
         }
-        for (lane, (crack, index)) in self.contacts() {
+        for (lane, index) in self.contacts() {
             if self.alone[lane] != 0.0 {
-                let (joint, contact) = (&mut joints[crack][index], &cracks[crack].contacts[index]);
-                cracks[crack].press_alone(crack, contact, joint, pressed, losses);
+                let (joint, contact) = (&mut joints[index], &crack.contacts[index]);
+                crack.add_force_of_one(contact, self.crack, joint, fields, losses);
                 if !is_alone(joint) {
-                    self.read(lane, contact, &cracks[crack], joint);
+                    self.read(lane, contact, crack, joint);
                 }
                 continue;
             }
-            if self.state.closed[lane] != 0.0 {
+            if self.closed[lane] != 0.0 {
                 let force = pair(&responses.force, lane);
                 for (nodes, shares) in self.nodes.iter().zip(&responses.shares) {
-                    let (to, share) = (&mut pressed.forces[nodes[lane] as usize], shares[lane]);
+                    let (to, share) = (&mut fields.forces[nodes[lane] as usize], shares[lane]);
                     to[0] += share * force[0];
                     to[1] += share * force[1];
                 }
             }
             losses.friction += responses.friction[lane];
             losses.damping_power += responses.damping_power[lane];
-            if let Some(parting) = pressed.partings.get_mut(crack) {
+            if let Some(parting) = fields.partings.get_mut(self.crack) {
                 let downstream = self.point.downstream[lane];
                 let (mut nodes, mut shares) = ([0; 4], [0.0; 4]);
                 for k in 0..4 {
@@ -380,11 +334,12 @@ impl Eight {
                     shares[k] = downstream * responses.shares[k][lane];
                 }
                 let stencil = parting::Stencil { nodes, shares, length: self.point.weight[lane] };
+                let Jump { place, relative, slips, opened } = &responses.jump;
                 let shares = [
-                    (pair(&places.tangent, lane), responses.slips[lane]),
-                    (pair(&places.normal, lane), responses.opened[lane]),
+                    (pair(&places.at.tangent, lane), slips[lane]),
+                    (pair(&places.at.normal, lane), opened[lane]),
                 ];
-                parting.add(stencil, pair(&responses.place, lane), pair(&responses.relative, lane), shares);
+                parting.add(stencil, pair(place, lane), pair(relative, lane), shares);
             }
         }
     }
@@ -394,175 +349,70 @@ impl Eight {
     fn find<S: Simd>(&self, at: At<S>, displacements: &[[Lanes; 2]; 4], places: &mut Places) {
         let (zero, one) = (at.number(0.0), at.number(1.0));
         let [first, second, before, after] = displacements;
-        let (first, second, before, after) =
-            (at.both(first), at.both(second), at.both(before), at.both(after));
-        let Points { downstream, share, part, length, rest, .. } = &self.point;
-        let Segments { follows, apart, edge, abscissas, at_rest } = &self.segment;
-        let (share, at_rest, rest) = (at.one(share), at.one(at_rest), at.both(rest));
-        let turned = times(share, minus(second, first));
-        let moved = plus(first, turned);
-        let from_before = plus(at.both(&apart[0]), minus(moved, before));
-        let from_after = plus(at.both(&apart[1]), minus(moved, after));
-        let edge = plus(at.both(edge), minus(after, before));
-        let along = product(from_before, edge);
-        let square = product(edge, edge);
-        let back = along.less_than(zero) & along.less_than(at.number(-MARGIN) * square);
-        let forth = square.less_than(along) & (at.number(1.0 + MARGIN) * square).less_than(along);
-        let [follows_back, follows_forth] = at.both(follows);
-        let walks = (back & zero.less_than(follows_back)) | (forth & zero.less_than(follows_forth));
-        let inverse = one / square;
-        let position = along * inverse;
-        let scale = square.sqrt() * inverse;
-        let tangent = times(scale, edge);
-        // out of the other side, to the left of it on the upper side
-        let downstream = at.one(downstream);
-        let normal = [downstream * -tangent[1], downstream * tangent[0]];
-        let nearer = at.number(0.5).less_than(position);
-        let offset =
-            [nearer.select(from_after[0], from_before[0]), nearer.select(from_after[1], from_before[1])];
-        let nearest = nearer.select(at.one(&abscissas[1]), at.one(&abscissas[0]));
-        let slip = nearest + product(offset, tangent) * scale * at_rest;
-        let [begin, end] = at.both(part);
-        let margin = at.number(TILT) * (end - begin);
-        let inside = (margin - slip).less_than(begin) & end.less_than(at.one(length) - slip - margin);
-        at.store(position, &mut places.position);
-        at.store(product(offset, normal), &mut places.gap);
-        at.store(slip, &mut places.slip);
-        at.store(at_rest * scale, &mut places.shortening);
+        let Points { downstream, share, rest, part, .. } = &self.point;
+        let Segments { follows, segment, abscissas, at_rest, length } = &self.opposite;
+        let point = MovedPoint::new(at.both(rest), at.one(share), [at.both(first), at.both(second)]);
+        let segment = Segment {
+            offsets: [at.both(&segment.offsets[0]), at.both(&segment.offsets[1])],
+            edge: at.both(&segment.edge),
+        };
+        let moved = segment.moved(point.displacement(), [at.both(before), at.both(after)]);
+        let projection = moved.projection();
+        let [back, forth] = at.both(follows);
+        let walks = (projection.is_before() & zero.less_than(back))
+            | (projection.is_behind() & zero.less_than(forth));
+        let abscissas = at.both(abscissas);
+        let position = Position::new(at.one(downstream), &moved, projection, abscissas, at.one(at_rest));
+        let inside = position.is_inside(at.both(part), at.one(length));
         at.store(walks.select(one, zero), &mut places.walks);
         at.store(inside.select(zero, one), &mut places.ends);
-        at.store_both(tangent, &mut places.tangent);
-        at.store_both(normal, &mut places.normal);
-        at.store_both(plus(plus(rest, first), turned), &mut places.point);
+        at.store_position(position, &mut places.at);
+        at.store_both(point.position(), &mut places.point);
     }
 
     /// Updates the states of the contacts that are not alone, given the velocities of their nodes.
+    #[allow(clippy::too_many_arguments)] // of one loop, a function so that it is compiled for the widest registers
     #[inline(always)]
-    fn respond<S: Simd>(
+    fn update<S: Simd, L: ContactLaw>(
         &mut self,
         at: At<S>,
+        law: &L,
         places: &Places,
-        velocities: &[[Lanes; 2]; 4],
-        StiffnessDamping { coefficient, memory }: StiffnessDamping,
+        [first, second, before, after]: &[[Lanes; 2]; 4],
+        damping: StiffnessDamping,
         time_step: Option<f64>,
         responses: &mut Responses,
     ) {
-        let (zero, one, two) = (at.number(0.0), at.number(1.0), at.number(2.0));
-        let states = &mut self.state;
-        let (share, position) = (at.one(&self.point.share), at.one(&places.position));
-        let shares = [one - share, share, position - one, -position];
-        let mut relative = [zero; 2];
-        for (share, velocity) in shares.into_iter().zip(velocities) {
-            relative = plus(relative, times(share, at.both(velocity)));
-        }
-        let (normal, tangent) = (at.both(&places.normal), at.both(&places.tangent));
-        let rates = [-product(relative, normal), product(relative, tangent)];
-        let keeps = at.number(1.0 - memory);
-        let felt = plus(times(at.number(memory), at.both(&states.rates)), times(keeps, rates));
-        let gap = at.one(&places.gap);
-        let (penetration, earlier) = (zero - gap, zero - at.one(&states.gap));
-        let closed = zero.less_than(penetration);
-        // as `acting_penetration`
-        let change = (penetration - earlier).abs();
-        let partly = closed & penetration.less_than(change);
-        let acting = if coefficient == 0.0 || !partly.any() {
-            penetration
-        } else {
-            let part = penetration * (one + penetration / change) / two;
-            rates[0].equals(zero).select(penetration, partly.select(part, penetration))
+        let (zero, one) = (at.number(0.0), at.number(1.0));
+        let moved = Moved {
+            downstream: at.one(&self.point.downstream),
+            share: at.one(&self.point.share),
+            weight: at.one(&self.point.weight),
+            point: at.both(&places.point),
+            at: at.position(&places.at),
+            velocities: [at.both(first), at.both(second), at.both(before), at.both(after)],
         };
-        // as `Coulomb`
-        let none = acting.at_most(zero);
-        let [normal_stiffness, shear_stiffness] = at.both(&self.law.stiffness);
-        let damping = at.number(coefficient);
-        let spring = normal_stiffness * acting;
-        let pressure = spring + within(damping * normal_stiffness * felt[0], spring);
-        let limit = at.one(&self.law.friction) * pressure;
-        let (anchor, slip) = (at.one(&states.anchor), at.one(&places.slip));
-        let stretched = slip - anchor;
-        let trial = shear_stiffness * stretched;
-        let elastic = within(trial, limit);
-        let shear = within(elastic + damping * shear_stiffness * felt[1], limit);
-        let slipping = none.select(zero, elastic.equals(trial).select(zero, one));
-        let slips = zero.less_than(slipping);
-        let stretch =
-            if slips.any() { slips.select(elastic / shear_stiffness, stretched) } else { stretched };
-        let stretch = none.select(zero, stretch);
-        let dashpots = [none.select(zero, pressure - spring), none.select(zero, shear - elastic)];
-        let (pressure, shear) = (none.select(zero, pressure), none.select(zero, shear));
-
-        let free = slip - stretch;
-        let next = closed.select(slips.select(free, anchor), free);
-        let slid = next - anchor;
-        let far = slid.abs();
-        let weight = at.one(&self.point.weight);
-        let before = at.one(&states.stretch);
-        let slides = zero.less_than(far).any();
-        let friction = if slides {
-            let mean_shear = shear_stiffness * (weight * before + weight * stretch) / two;
-            slid.equals(zero).select(zero, mean_shear * slid / at.one(&places.shortening))
-        } else {
-            zero
-        };
-        let [before_n, before_t] = times(weight, at.both(&states.dashpots));
-        let damping_power = (before_n + weight * dashpots[0]) / two * rates[0]
-            + (before_t + weight * dashpots[1]) / two * rates[1];
-        // as `share_below_zero`
-        let (was_open, is_open) = (earlier.less_than(zero), penetration.less_than(zero));
-        let opens = (was_open | is_open).any();
-        let open = if opens {
-            let closing = is_open.select(one, earlier / (earlier - penetration));
-            let opening = is_open.select(penetration / (penetration - earlier), zero);
-            was_open.select(closing, opening)
-        } else {
-            zero
-        };
-        at.store(next, &mut states.anchor);
-        at.store(stretch, &mut states.stretch);
-        at.store(gap, &mut states.gap);
-        at.store(at.one(&states.slipped) + (one - open) * far, &mut states.slipped);
-        at.store(closed.select(one, zero), &mut states.closed);
-        at.store(slipping, &mut states.slipping);
-        at.store_both(dashpots, &mut states.dashpots);
-        let kept = if memory > 0.0 { minus(felt, times(open * keeps, rates)) } else { [zero, zero] };
-        at.store_both(kept, &mut states.rates);
-        let force = times(weight, minus(times(pressure, normal), times(shear, tangent)));
-        at.store_both(force, &mut responses.force);
-        for (share, to) in shares.into_iter().zip(&mut responses.shares) {
+        let (update, jump) = moved.update(law, damping, &at.state(&self.state), None, time_step);
+        at.store_state(update.state, &mut self.state);
+        at.store(update.closed.select(one, zero), &mut self.closed);
+        at.store(update.slipping.select(one, zero), &mut self.slipping);
+        for (share, to) in update.shares.into_iter().zip(&mut responses.shares) {
             at.store(share, to);
         }
-        at.store(friction, &mut responses.friction);
-        at.store(damping_power, &mut responses.damping_power);
-        let Some(time_step) = time_step else { return };
-        let downstream = at.one(&self.point.downstream);
-        let depth = downstream.less_than(zero).select(gap, zero);
-        at.store_both(minus(at.both(&places.point), times(depth, normal)), &mut responses.place);
-        at.store_both(times(downstream, relative), &mut responses.relative);
-        // as `mean_below_zero` and `share_of_opening`
-        let opened = if opens {
-            let below = earlier.less_than(zero).select(earlier, zero) + is_open.select(penetration, zero);
-            let gap = zero.less_than(open).select(open * below / at.number(-2.0), zero);
-            let share = gap * normal_stiffness / at.number(CLOSING);
-            one.less_than(share).select(one, share)
-        } else {
-            zero
-        };
-        // as `Parting::share_of_slip`
-        let slipped = if slides {
-            let restretched = stretch - before;
-            let still = STANDSTILL * time_step;
-            let whole = slid * slid + restretched * restretched + at.number(still * still);
-            zero.less_than(whole).select(slid * slid / whole, zero)
-        } else {
-            zero
-        };
-        at.store(opened + (one - opened) * slipped, &mut responses.slips);
-        at.store(opened, &mut responses.opened);
+        at.store_both(update.force, &mut responses.force);
+        at.store(update.friction, &mut responses.friction);
+        at.store(update.damping_power, &mut responses.damping_power);
+        if let Some(jump) = jump {
+            at.store_both(jump.place, &mut responses.jump.place);
+            at.store_both(jump.relative, &mut responses.jump.relative);
+            at.store(jump.slips, &mut responses.jump.slips);
+            at.store(jump.opened, &mut responses.jump.opened);
+        }
     }
 }
 
-/// One of the registers that hold the numbers of eight contacts. (Methods in the place of closures, whose code would not be for the
-/// widest registers.)
+/// One of the registers that hold the numbers of a batch. (Methods instead of closures, whose code would not be for the widest
+/// registers.)
 #[derive(Clone, Copy)]
 struct At<S: Simd> {
     simd: S,
@@ -586,6 +436,30 @@ impl<S: Simd> At<S> {
     }
 
     #[inline(always)]
+    fn position(self, from: &Position<Lanes>) -> Position<Register<S>> {
+        Position {
+            position: self.one(&from.position),
+            tangent: self.both(&from.tangent),
+            normal: self.both(&from.normal),
+            gap: self.one(&from.gap),
+            slip: self.one(&from.slip),
+            shortening: self.one(&from.shortening),
+        }
+    }
+
+    #[inline(always)]
+    fn state(self, from: &State<Lanes>) -> State<Register<S>> {
+        State {
+            anchor: self.one(&from.anchor),
+            stretch: self.one(&from.stretch),
+            gap: self.one(&from.gap),
+            slipped: self.one(&from.slipped),
+            dashpots: self.both(&from.dashpots),
+            rates: self.both(&from.rates),
+        }
+    }
+
+    #[inline(always)]
     fn store(self, value: Register<S>, lanes: &mut Lanes) {
         lanes.store(self.register, value);
     }
@@ -595,21 +469,26 @@ impl<S: Simd> At<S> {
         self.store(x, &mut lanes[0]);
         self.store(y, &mut lanes[1]);
     }
-}
 
-#[inline(always)]
-fn plus<S: Simd>(a: [Register<S>; 2], b: [Register<S>; 2]) -> [Register<S>; 2] {
-    [a[0] + b[0], a[1] + b[1]]
-}
+    #[inline(always)]
+    fn store_position(self, from: Position<Register<S>>, to: &mut Position<Lanes>) {
+        self.store(from.position, &mut to.position);
+        self.store_both(from.tangent, &mut to.tangent);
+        self.store_both(from.normal, &mut to.normal);
+        self.store(from.gap, &mut to.gap);
+        self.store(from.slip, &mut to.slip);
+        self.store(from.shortening, &mut to.shortening);
+    }
 
-#[inline(always)]
-fn minus<S: Simd>(a: [Register<S>; 2], b: [Register<S>; 2]) -> [Register<S>; 2] {
-    [a[0] - b[0], a[1] - b[1]]
-}
-
-#[inline(always)]
-fn times<S: Simd>(a: Register<S>, b: [Register<S>; 2]) -> [Register<S>; 2] {
-    [a * b[0], a * b[1]]
+    #[inline(always)]
+    fn store_state(self, from: State<Register<S>>, to: &mut State<Lanes>) {
+        self.store(from.anchor, &mut to.anchor);
+        self.store(from.stretch, &mut to.stretch);
+        self.store(from.gap, &mut to.gap);
+        self.store(from.slipped, &mut to.slipped);
+        self.store_both(from.dashpots, &mut to.dashpots);
+        self.store_both(from.rates, &mut to.rates);
+    }
 }
 
 /// The numbers of `field` at the nodes.
@@ -631,17 +510,9 @@ fn pair(lanes: &[Lanes; 2], lane: usize) -> [f64; 2] {
     [lanes[0][lane], lanes[1][lane]]
 }
 
-#[inline(always)]
-fn product<S: Simd>(a: [Register<S>; 2], b: [Register<S>; 2]) -> Register<S> {
-    a[0] * b[0] + a[1] * b[1]
-}
-
-/// As [`within`](super::super::coulomb::within).
-#[inline(always)]
-fn within<S: Simd>(value: Register<S>, limit: Register<S>) -> Register<S> {
-    let value = limit.less_than(value).select(limit, value);
-    let least = -limit;
-    value.less_than(least).select(least, value)
+fn set_pair(lanes: &mut [Lanes; 2], lane: usize, [x, y]: [f64; 2]) {
+    lanes[0][lane] = x;
+    lanes[1][lane] = y;
 }
 
 #[cfg(test)]
@@ -678,7 +549,7 @@ mod tests {
     /// Blocks slide over one another and off, press, rock and part, and bonds break: with registers of any width, contacts, forces and
     /// rigid motions have the bits that they have one by one; losses are sums of the same terms.
     #[test]
-    fn contacts_have_the_bits_of_each_alone() {
+    fn batched_contacts_equal_single_contacts_bit_for_bit() {
         let structure = stack();
         let (cracks, blocks) = (&structure.cracks[..], &structure.mesh.blocks);
         let mut seed = 5u32;
@@ -693,8 +564,8 @@ mod tests {
         let mut u = vec![[0.0; 2]; nodes];
         for attempt in 0..400 {
             // made anew for each communication step, as in a run
-            let mut eights = [&wide, &narrow].map(|joints| Eights::of(cracks, joints));
-            bonds_held += eights[0].others.len();
+            let mut batches = [&wide, &narrow].map(|joints| ContactBatches::new(cracks, joints));
+            bonds_held += batches[0].one_by_one.len();
             let damping = [(1e-3, 0.4), (1e-3, 0.0), (0.0, 0.0)][attempt % 3];
             let damping = StiffnessDamping { coefficient: damping.0, memory: damping.1 };
             let parts = attempt % 4 != 3;
@@ -723,8 +594,9 @@ mod tests {
                 let (mut expected, mut parted) = none();
                 let (mut lost, earlier) = (Losses::default(), one_by_one.clone());
                 for (index, (crack, joints)) in cracks.iter().zip(&mut one_by_one).enumerate() {
-                    let (contacts, parting) = (&crack.contacts, parted.get_mut(index));
-                    lost = crack.press(contacts, &u, &v, damping, joints, &mut expected, parting, lost);
+                    let (forces, partings) = (&mut expected[..], &mut parted[..]);
+                    let mut fields = NodalFields { u: &u, v: &v, damping, forces, partings };
+                    lost = crack.add_forces_one_by_one(index, joints, &mut fields, lost);
                 }
                 for (was, is) in earlier.iter().flatten().zip(one_by_one.iter().flatten()) {
                     let events = [
@@ -737,13 +609,13 @@ mod tests {
                     ];
                     seen.iter_mut().zip(events).for_each(|(count, event)| *count += usize::from(event));
                 }
-                for (eights, (joints, is_wide)) in
-                    eights.iter_mut().zip([(&mut wide, true), (&mut narrow, false)])
+                for (batches, (joints, is_wide)) in
+                    batches.iter_mut().zip([(&mut wide, true), (&mut narrow, false)])
                 {
                     let (mut forces, mut partings) = none();
-                    let pressed =
-                        Pressed { u: &u, v: &v, damping, forces: &mut forces, partings: &mut partings };
-                    let call = Press { eights: &mut *eights, cracks, joints: &mut *joints, pressed };
+                    let fields =
+                        NodalFields { u: &u, v: &v, damping, forces: &mut forces, partings: &mut partings };
+                    let call = AddForces { batches: &mut *batches, cracks, joints: &mut *joints, fields };
                     let losses = match is_wide {
                         true => pulp::Arch::new().dispatch(call),
                         false => call.with_simd(pulp::Scalar::new()),
@@ -754,7 +626,10 @@ mod tests {
                     assert_eq!(bits(&forces), bits(&expected), "{time}");
                     let rates = |partings: &[Parting]| partings.iter().map(Parting::rate).collect::<Vec<_>>();
                     assert_eq!(rates(&partings), rates(&parted));
-                    assert_eq!(eights.are_calm(joints), one_by_one.iter().flatten().all(JointState::is_calm));
+                    assert_eq!(
+                        batches.are_calm(joints),
+                        one_by_one.iter().flatten().all(JointState::is_calm)
+                    );
                     // cracks with bonds come last
                     for (a, b) in
                         [(losses.friction, lost.friction), (losses.damping_power, lost.damping_power)]
@@ -762,18 +637,22 @@ mod tests {
                         assert!((a - b).abs() <= 1e-13 * (a.abs() + 1e3), "{a} and {b}");
                     }
                     let mut now = joints.clone();
-                    eights.write(&mut now);
+                    batches.write(&mut now);
                     assert_eq!(now, one_by_one);
                 }
             }
-            for (eights, joints) in eights.iter().zip([&mut wide, &mut narrow]) {
-                eights.write(joints);
+            for (batches, joints) in batches.iter().zip([&mut wide, &mut narrow]) {
+                batches.write(joints);
                 // with the signs of zeros
                 assert_eq!(format!("{joints:?}"), format!("{one_by_one:?}"));
-                for (eight, (lane, (crack, index))) in
-                    eights.eights.iter().flat_map(|eight| eight.contacts().map(move |at| (eight, at)))
+                for (batch, (lane, index)) in
+                    batches.batches.iter().flat_map(|batch| batch.contacts().map(move |at| (batch, at)))
                 {
-                    assert_eq!(eight.alone[lane] != 0.0, is_alone(&joints[crack][index]), "it came back");
+                    assert_eq!(
+                        batch.alone[lane] != 0.0,
+                        is_alone(&joints[batch.crack][index]),
+                        "it came back"
+                    );
                 }
             }
         }
