@@ -3,7 +3,7 @@
 //! A rigid block on such a joint on a slope has the velocity `v = ρ h g sin θ / η (1 − exp(−η t / ρ h))`.
 //! Run it with `cargo run --release -p dam_dem --example lubricated_joint`.
 
-use dam_dem::contact::{ContactLaw, Integration, Response, Touch};
+use dam_dem::contact::{ContactLaw, Integration, Mask, Real, Response, Touch};
 use dam_dem::energy::Work;
 use dam_dem::integrator::{CentralDifference, DynamicRelaxation};
 use dam_dem::loads::LoadPath;
@@ -18,11 +18,14 @@ struct Oil {
 }
 
 impl ContactLaw for Oil {
-    fn respond(&self, touch: &Touch) -> Response {
-        let normal = self.normal_stiffness * touch.penetration.max(0.0);
-        let shear = if normal > 0.0 { self.viscosity * touch.slip_rate } else { 0.0 };
+    #[inline(always)]
+    fn respond<N: Real>(&self, touch: &Touch<N>) -> Response<N> {
+        let normal = touch.penetration.positive_part() * self.normal_stiffness;
+        let closed = normal.constant(0.0).less_than(normal);
+        let shear = closed.select(touch.slip_rate * self.viscosity, normal.constant(0.0));
         // the dashpot carries the whole shear stress; the spring slips freely and never stretches
-        Response { normal, shear, stretch: 0.0, slipping: true, bonded: false, dashpots: [0.0, shear] }
+        let none = Response::none(normal);
+        Response { normal, shear, slipping: normal.mask(true), dashpots: [none.normal, shear], ..none }
     }
 
     fn stiffness(&self) -> [f64; 2] {

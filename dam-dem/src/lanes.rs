@@ -1,6 +1,9 @@
 use pulp::Simd;
+use pulp::bytemuck::Zeroable;
 use serde::{Deserialize, Serialize};
-use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Index, IndexMut, Mul, Neg, Sub};
+use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Index, IndexMut, Mul, Neg, Not, Sub};
+
+use crate::real::{Mask, Real, sealed};
 
 /// Number of cells, or of contacts, that are evaluated together.
 pub(crate) const LANES: usize = 8;
@@ -82,18 +85,8 @@ impl<S: Simd> Register<S> {
     }
 
     #[inline(always)]
-    pub fn less_than(self, other: Self) -> Mask<S> {
-        Mask { simd: self.simd, value: self.simd.less_than_f64s(self.value, other.value) }
-    }
-
-    #[inline(always)]
-    pub fn at_most(self, other: Self) -> Mask<S> {
-        Mask { simd: self.simd, value: self.simd.less_than_or_equal_f64s(self.value, other.value) }
-    }
-
-    #[inline(always)]
-    pub fn equals(self, other: Self) -> Mask<S> {
-        Mask { simd: self.simd, value: self.simd.equal_f64s(self.value, other.value) }
+    pub fn less_than(self, other: Self) -> RegisterMask<S> {
+        RegisterMask { simd: self.simd, value: self.simd.less_than_f64s(self.value, other.value) }
     }
 
     #[inline(always)]
@@ -104,12 +97,12 @@ impl<S: Simd> Register<S> {
 
 /// What holds for which values of a [`Register`].
 #[derive(Clone, Copy)]
-pub(crate) struct Mask<S: Simd> {
+pub(crate) struct RegisterMask<S: Simd> {
     simd: S,
     value: S::m64s,
 }
 
-impl<S: Simd> Mask<S> {
+impl<S: Simd> RegisterMask<S> {
     /// `yes` where it holds, `no` elsewhere.
     #[inline(always)]
     pub fn select(self, yes: Register<S>, no: Register<S>) -> Register<S> {
@@ -123,7 +116,7 @@ impl<S: Simd> Mask<S> {
     }
 }
 
-impl<S: Simd> BitAnd for Mask<S> {
+impl<S: Simd> BitAnd for RegisterMask<S> {
     type Output = Self;
 
     #[inline(always)]
@@ -132,12 +125,21 @@ impl<S: Simd> BitAnd for Mask<S> {
     }
 }
 
-impl<S: Simd> BitOr for Mask<S> {
+impl<S: Simd> BitOr for RegisterMask<S> {
     type Output = Self;
 
     #[inline(always)]
     fn bitor(self, other: Self) -> Self {
         Self { value: self.simd.or_m64s(self.value, other.value), ..self }
+    }
+}
+
+impl<S: Simd> Not for RegisterMask<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn not(self) -> Self {
+        Self { value: self.simd.not_m64s(self.value), ..self }
     }
 }
 
@@ -149,6 +151,15 @@ macro_rules! operators {
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
                 Self { value: self.simd.$call(self.value, other.value), ..self }
+            }
+        }
+
+        impl<S: Simd> $trait<f64> for Register<S> {
+            type Output = Self;
+
+            #[inline(always)]
+            fn $method(self, other: f64) -> Self {
+                self.$method(self.splat_like(other))
             }
         }
     )*};
@@ -169,5 +180,73 @@ impl<S: Simd> AddAssign for Register<S> {
     #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
+    }
+}
+
+impl<S: Simd> sealed::Sealed for Register<S> {}
+impl<S: Simd> sealed::Sealed for RegisterMask<S> {}
+
+impl<S: Simd> Real for Register<S> {
+    type Mask = RegisterMask<S>;
+    const LANES: usize = S::F64_LANES;
+
+    #[inline(always)]
+    fn constant(self, value: f64) -> Self {
+        self.splat_like(value)
+    }
+
+    #[inline(always)]
+    fn mask(self, value: bool) -> RegisterMask<S> {
+        let none = RegisterMask { simd: self.simd, value: S::m64s::zeroed() };
+        if value { !none } else { none }
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.abs()
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.sqrt()
+    }
+
+    #[inline(always)]
+    fn less_than(self, other: Self) -> RegisterMask<S> {
+        self.less_than(other)
+    }
+
+    #[inline(always)]
+    fn at_most(self, other: Self) -> RegisterMask<S> {
+        RegisterMask { simd: self.simd, value: self.simd.less_than_or_equal_f64s(self.value, other.value) }
+    }
+
+    #[inline(always)]
+    fn equals(self, other: Self) -> RegisterMask<S> {
+        RegisterMask { simd: self.simd, value: self.simd.equal_f64s(self.value, other.value) }
+    }
+
+    #[inline(always)]
+    fn to_lanes(self) -> [f64; LANES] {
+        let mut lanes = Lanes::default();
+        lanes.store(0, self);
+        lanes.0
+    }
+
+    #[inline(always)]
+    fn with_lanes(self, lanes: [f64; LANES]) -> Self {
+        Lanes(lanes).load(self.simd, 0)
+    }
+}
+
+impl<S: Simd> Mask<Register<S>> for RegisterMask<S> {
+    #[inline(always)]
+    fn select(self, yes: Register<S>, no: Register<S>) -> Register<S> {
+        self.select(yes, no)
+    }
+
+    #[inline(always)]
+    fn any(self) -> bool {
+        self.any()
     }
 }

@@ -87,6 +87,7 @@ mod modal_field;
 mod model;
 mod natural_modes;
 mod parameters;
+mod real;
 mod recovery;
 pub mod reduction;
 mod release;

@@ -3,7 +3,8 @@ use serde::{Deserialize, Serialize};
 use std::num::NonZeroUsize;
 
 use crate::contact::{
-    ContactLaw, Coulomb, Crack, Eights, Integration, JointState, Meeting, Outlines, Parting, Pressed, Stencil,
+    ContactBatches, ContactLaw, Coulomb, Crack, Integration, JointState, Meeting, NodalFields, Outlines,
+    Parting, Stencil,
 };
 use crate::damping::{DampingCoefficients, StiffnessDamping};
 use crate::element::{CrossedCells, ViscousStress};
@@ -143,17 +144,17 @@ impl<L: ContactLaw> Structure<L> {
         forces: &mut [[f64; 2]],
         partings: &mut [Parting],
     ) -> Losses {
-        let mut eights = Eights::of(&self.cracks, &motion.joints);
-        let losses = self.add_forces_with(&mut eights, motion, damping, forces, partings);
-        eights.write(&mut motion.joints);
+        let mut batches = ContactBatches::new(&self.cracks, &motion.joints);
+        let losses = self.add_forces_with(&mut batches, motion, damping, forces, partings);
+        batches.write(&mut motion.joints);
         losses
     }
 
-    /// The same with the contacts in `eights`, made of those of `motion`. These are up to date after [`Eights::write`], but for whether
-    /// they are lost, which they always tell.
+    /// The same with the contacts in `batches`, made from those of `motion`. The contacts of `motion` are up to date after
+    /// [`ContactBatches::write`], except that they always tell whether they are lost.
     pub(crate) fn add_forces_with(
         &self,
-        eights: &mut Eights,
+        batches: &mut ContactBatches,
         motion: &mut Motion,
         damping: StiffnessDamping,
         forces: &mut [[f64; 2]],
@@ -161,8 +162,8 @@ impl<L: ContactLaw> Structure<L> {
     ) -> Losses {
         let (u, v) = (&motion.displacement, &motion.velocity);
         let damping_power = self.cells.add_forces(u, v, damping, &mut motion.viscous, forces);
-        let pressed = Pressed { u, v, damping, forces, partings };
-        let mut losses = eights.press_widely(&self.cracks, &mut motion.joints, pressed);
+        let fields = NodalFields { u, v, damping, forces, partings };
+        let mut losses = batches.add_forces_widely(&self.cracks, &mut motion.joints, fields);
         losses.damping_power += damping_power;
         if let Some(outlines) = self.outlines.as_ref().filter(|_| !motion.meetings.is_empty()) {
             let met = outlines.add_forces(u, v, damping, &motion.joints, &mut motion.meetings, forces);

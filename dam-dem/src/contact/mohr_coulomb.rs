@@ -1,5 +1,5 @@
-use super::coulomb::within;
 use super::{ContactLaw, Coulomb, Response, Touch};
+use crate::real::{Mask, Real};
 
 /// Mohr-Coulomb law of a joint with bond, residual friction and dilation.
 ///
@@ -36,35 +36,56 @@ pub struct MohrCoulomb {
 impl MohrCoulomb {
     /// Shear strength under the stress `normal` (Pa, compression positive) of a joint that is or is not `bonded`, Pa.
     pub fn strength(&self, normal: f64, bonded: bool) -> f64 {
-        let pressed = normal.max(0.0);
-        if bonded { self.cohesion + self.friction * pressed } else { self.residual.friction * pressed }
+        if bonded { self.bond_strength(normal) } else { self.residual.friction * normal.max(0.0) }
+    }
+
+    #[inline(always)]
+    fn bond_strength<N: Real>(&self, normal: N) -> N {
+        normal.positive_part() * self.friction + self.cohesion
     }
 }
 
 impl ContactLaw for MohrCoulomb {
-    #[inline]
-    fn respond(&self, touch: &Touch) -> Response {
-        if !touch.bonded {
+    #[inline(always)]
+    fn respond<N: Real>(&self, touch: &Touch<N>) -> Response<N> {
+        if !touch.bonded.any() {
             return self.residual.respond(touch);
         }
         let [normal_stiffness, shear_stiffness] = self.stiffness();
-        let spring = normal_stiffness * touch.penetration;
-        let elastic = shear_stiffness * touch.stretch;
-        let strength = self.strength(spring, true);
-        if spring < -self.tensile_strength || elastic.abs() > strength {
+        let spring = touch.penetration * normal_stiffness;
+        let elastic = touch.stretch * shear_stiffness;
+        let strength = self.bond_strength(spring);
+        let breaks =
+            spring.less_than(spring.constant(-self.tensile_strength)) | strength.less_than(elastic.abs());
+        let holds = touch.bonded & !breaks;
+        if !holds.any() {
             return self.residual.respond(touch);
         }
-        let dashpot = touch.damping * normal_stiffness * touch.penetration_rate;
-        let dashpot = within(dashpot, spring.abs());
-        let damped = elastic + touch.damping * shear_stiffness * touch.slip_rate;
-        let shear = within(damped, strength);
-        Response {
+        let dashpot = (touch.penetration_rate * (touch.damping * normal_stiffness)).within(spring.abs());
+        let damped = elastic + touch.slip_rate * (touch.damping * shear_stiffness);
+        let shear = damped.within(strength);
+        let bond = Response {
             normal: spring + dashpot,
             shear,
             stretch: touch.stretch,
-            slipping: false,
-            bonded: true,
+            slipping: spring.mask(false),
+            bonded: holds,
             dashpots: [dashpot, shear - elastic],
+        };
+        if holds.all() {
+            return bond;
+        }
+        let broken = self.residual.respond(touch);
+        Response {
+            normal: holds.select(bond.normal, broken.normal),
+            shear: holds.select(bond.shear, broken.shear),
+            stretch: holds.select(bond.stretch, broken.stretch),
+            slipping: broken.slipping & !holds,
+            bonded: holds,
+            dashpots: [
+                holds.select(bond.dashpots[0], broken.dashpots[0]),
+                holds.select(bond.dashpots[1], broken.dashpots[1]),
+            ],
         }
     }
 
@@ -72,15 +93,15 @@ impl ContactLaw for MohrCoulomb {
         self.residual.stiffness()
     }
 
-    fn unbonded(&self) -> Option<&Coulomb> {
-        (self.dilation == 0.0).then_some(&self.residual)
-    }
-
     fn is_bonded(&self) -> bool {
         self.cohesion > 0.0 || self.tensile_strength > 0.0 || self.residual.friction < self.friction
     }
 
+    fn dilates(&self) -> bool {
+        self.dilation != 0.0
+    }
+
     fn dilation(&self, slipped: f64) -> f64 {
-        if self.dilation == 0.0 { 0.0 } else { self.dilation * slipped.min(self.dilation_slip) }
+        self.dilation * slipped.min(self.dilation_slip)
     }
 }

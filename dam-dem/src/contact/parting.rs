@@ -1,7 +1,9 @@
+use crate::real::{Mask, Real};
+
 /// The contacts of a crack that slip or are open, and the rigid motion that their jumps give to what lies above.
 ///
 /// The jump d of a contact is the part of its relative velocity v that no spring follows: `d = s t (t·v) + o n (n·v)` with
-/// the shares to which it slipped, `s = o + (1 − o)` [`share_of_slip`](Parting::share_of_slip), and was open, `o =` [`share_of_opening`], in
+/// the shares to which it slipped, `s = o + (1 − o)` [`share_of_slip`], and was open, `o =` [`share_of_opening`], in
 /// the last time step. (Shares, because otherwise a contact that
 /// slips or opens a time step earlier or later would change the motion by a jump, and the iteration of the coupling
 /// might not converge.) With the lengths w of the contacts and their
@@ -27,17 +29,27 @@ pub(crate) struct Parting {
 
 /// Speed of slip (m/s) below which a contact counts as sticking, gradually: the damping of a contact that slips to and
 /// fro is then a continuous function of its motion.
-pub(super) const STANDSTILL: f64 = 1e-3;
+const STANDSTILL: f64 = 1e-3;
 
 /// Pressure (Pa) that closes the narrowest gap which counts wholly. As long as the stresses that release a rocking block from mass damping
 /// are smaller, they change with a gap no faster than those of its contact.
-pub(super) const CLOSING: f64 = 1e5;
+const CLOSING: f64 = 1e5;
 
 /// The share o of a contact whose gap was this wide in the mean since the evaluation before (m; 0 while it was closed), and of this
 /// stiffness (Pa/m): `gap k_n/p₀`, 1 at most.
-pub(super) fn share_of_opening(gap: f64, normal_stiffness: f64) -> f64 {
-    let share = gap * normal_stiffness / CLOSING;
-    if share > 1.0 { 1.0 } else { share }
+#[inline(always)]
+pub(super) fn share_of_opening<N: Real>(gap: N, normal_stiffness: f64) -> N {
+    let (share, one) = (gap * normal_stiffness / CLOSING, gap.constant(1.0));
+    one.less_than(share).select(one, share)
+}
+
+/// The share of a contact that slipped by `slip` and whose spring stretched by `stretched` since the evaluation
+/// before, which is a `time_step` (s) ago, m: `slip²/(slip² + stretched² + (v₀ Δt)²)`.
+#[inline(always)]
+pub(super) fn share_of_slip<N: Real>(slip: N, stretched: N, time_step: f64) -> N {
+    let (zero, still) = (slip.constant(0.0), STANDSTILL * time_step);
+    let whole = slip * slip + stretched * stretched + still * still;
+    zero.less_than(whole).select(slip * slip / whole, zero)
 }
 
 /// Two directions, each with the share of a velocity along it that counts.
@@ -70,15 +82,6 @@ impl Parting {
     /// Time since the evaluation before, s.
     pub(super) fn time_step(&self) -> f64 {
         self.time_step
-    }
-
-    /// The share of a contact that slipped by `slip` and whose spring stretched by `stretched` since the evaluation
-    /// before, m: `slip²/(slip² + stretched² + (v₀ Δt)²)`.
-    pub(super) fn share_of_slip(&self, slip: f64, stretched: f64) -> f64 {
-        let still = STANDSTILL * self.time_step;
-        let whole = slip * slip + stretched * stretched + still * still;
-        // Hardly any contact slips: the rest is spared the quotient.
-        if slip != 0.0 && whole > 0.0 { slip * slip / whole } else { 0.0 }
     }
 
     /// Forgets all contacts.

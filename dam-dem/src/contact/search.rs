@@ -1,39 +1,66 @@
+use crate::real::Real;
+
+/// Projection of a point onto the line of a segment.
+#[derive(Clone, Copy)]
+pub(super) struct Projection<N = f64> {
+    /// Scalar product of the point's offset from the first node of the segment with the segment vector, m².
+    pub along: N,
+    /// Squared length of the segment, m².
+    pub square: N,
+}
+
+impl<N: Real> Projection<N> {
+    /// Whether the point lies before the first node of the segment by more than a [`MARGIN`].
+    #[inline(always)]
+    pub fn is_before(&self) -> N::Mask {
+        self.along.less_than(self.along.constant(0.0)) & self.along.less_than(self.square * -MARGIN)
+    }
+
+    /// Whether the point lies behind the last node of the segment by more than a [`MARGIN`].
+    #[inline(always)]
+    pub fn is_behind(&self) -> N::Mask {
+        self.square.less_than(self.along) & (self.square * (1.0 + MARGIN)).less_than(self.along)
+    }
+}
+
 /// A chain of segments, and a point beside it. (No closure, which would be compiled into some of the code for the widest registers and
 /// called from the rest.)
 pub(super) trait Chain {
-    /// The scalar product of the point's offset from the first node of a `segment` with the segment vector, and the squared length of
-    /// the segment; the segment vector.
-    fn project(&self, segment: usize) -> ([f64; 2], [f64; 2]);
+    /// A segment as seen from the point.
+    type Segment;
+
+    /// The projection of the point onto a `segment`, and the segment.
+    fn project(&self, segment: usize) -> (Projection, Self::Segment);
 }
 
 /// Segment of a `chain` of `count` onto which its point projects, found by a walk from the segment `start`, and the result
 /// of [`Chain::project`] for this segment.
 ///
-/// The walk never changes its
-/// direction, so that it always ends. It leaves a segment only by more than a [`MARGIN`]: a point opposite a node, as on
-/// the axis of a symmetric stack, would otherwise change its segment, and the direction of its force, by rounding errors, and
-/// find no rest. For a point beyond an end of the chain the end segment is returned.
+/// The walk never changes its direction, so that it always ends. It leaves a segment only by more than a [`MARGIN`]: a point
+/// opposite a node, as on the axis of a symmetric stack, would otherwise change its segment, and the direction of its force,
+/// because of rounding errors, and never come to rest. For a point beyond an end of the chain the end segment is returned.
 #[inline(always)]
-pub(super) fn find_segment(start: usize, count: usize, chain: &impl Chain) -> (usize, [f64; 2], [f64; 2]) {
+pub(super) fn find_segment<C: Chain>(
+    start: usize,
+    count: usize,
+    chain: &C,
+) -> (usize, Projection, C::Segment) {
     let mut segment = start.min(count - 1);
-    let ([mut along, mut whole], mut edge) = chain.project(segment);
-    // the first comparison is true of hardly any point, and spares the product
-    let is_before = |along: f64, whole: f64| along < 0.0 && along < -MARGIN * whole;
-    let is_behind = |along: f64, whole: f64| along > whole && along > (1.0 + MARGIN) * whole;
-    let backwards = is_before(along, whole);
+    let (mut projection, mut found) = chain.project(segment);
+    let backwards = projection.is_before();
     while if backwards {
-        is_before(along, whole) && segment > 0
+        projection.is_before() && segment > 0
     } else {
-        is_behind(along, whole) && segment + 1 < count
+        projection.is_behind() && segment + 1 < count
     } {
         segment = if backwards { segment - 1 } else { segment + 1 };
-        ([along, whole], edge) = chain.project(segment);
+        (projection, found) = chain.project(segment);
     }
-    (segment, [along, whole], edge)
+    (segment, projection, found)
 }
 
 /// Distance beyond an end of a segment, as a share of its length, up to which a point still belongs to it.
-pub(super) const MARGIN: f64 = 1e-9;
+const MARGIN: f64 = 1e-9;
 
 #[cfg(test)]
 mod tests {
@@ -45,9 +72,11 @@ mod tests {
     }
 
     impl<const N: usize> Chain for Beside<N> {
-        fn project(&self, i: usize) -> ([f64; 2], [f64; 2]) {
+        type Segment = ();
+
+        fn project(&self, i: usize) -> (Projection, ()) {
             let whole = self.ends[i + 1] - self.ends[i];
-            ([(self.x - self.ends[i]) * whole, whole * whole], [whole, 0.0])
+            (Projection { along: (self.x - self.ends[i]) * whole, square: whole * whole }, ())
         }
     }
 

@@ -1,7 +1,7 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::DampingCoefficients;
-use crate::contact::{ContactLaw, Eights};
+use crate::contact::{ContactBatches, ContactLaw};
 use crate::element::CrossedCells;
 use crate::energy::Work;
 use crate::loads::LoadPath;
@@ -66,7 +66,7 @@ impl CentralDifference {
         let mut released = if release.partings.is_empty() { Vec::new() } else { forces.clone() };
         let mut impulse = [0.0; 2];
         structure.find_meetings(motion, dt * self.steps as f64);
-        let mut contacts = Eights::of(&structure.cracks, &motion.joints);
+        let mut contacts = ContactBatches::new(&structure.cracks, &motion.joints);
         kick(motion, dt / 2.0);
         for step in 0..self.steps {
             let share = |n: f64| n / self.steps as f64;

@@ -6,7 +6,7 @@ use super::product::{LANES, dot};
 use super::sides::Pressing;
 use super::superposition::Superposition;
 use crate::DamError;
-use crate::contact::{Eights, JointState};
+use crate::contact::{ContactBatches, JointState};
 use crate::damping::StiffnessDamping;
 use crate::energy::Work;
 use crate::integrator::{CentralDifference, Relaxed};
@@ -132,7 +132,7 @@ impl WithSimd for Advance<'_> {
         let mut between = vec![0.0; model.mode_count()];
         let mut release = model.release.start(dt);
         let (mut released, mut impulse) = (vec![0.0; model.sides.modes_width()], [0.0; 2]);
-        let mut contacts = Eights::of(&model.sides.cracks, &motion.joints);
+        let mut contacts = ContactBatches::new(&model.sides.cracks, &motion.joints);
         model.damping_between.combine(&motion.rates, &mut between);
         let kick = Kick { before: 0.0, after: dt / 2.0, force: dt / 2.0 };
         work.damping += kick.advance(model, motion, start, end, 0.0, &between);

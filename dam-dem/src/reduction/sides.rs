@@ -6,7 +6,7 @@ use super::motion::ModalMotion;
 use super::product::{LANES, used};
 use super::release::ModalRelease;
 use crate::Kinematics;
-use crate::contact::{ContactLaw, Crack, Eights, MohrCoulomb, Parting, Pressed, Stencil};
+use crate::contact::{ContactBatches, ContactLaw, Crack, MohrCoulomb, NodalFields, Parting, Stencil};
 use crate::damping::StiffnessDamping;
 use crate::energy::Losses;
 use crate::release::Release;
@@ -258,33 +258,33 @@ impl Pressing {
         }
     }
 
-    /// Updates the `contacts` of `motion`, whose joints are up to date after [`Eights::write`], and their modal forces; also finds how the
-    /// sides of cracks part, if there is a place for it.
+    /// Updates the `contacts` of `motion`, whose joints are up to date after [`ContactBatches::write`], and their modal forces; also
+    /// finds how the sides of cracks part if `partings` is not empty.
     #[inline(always)]
     pub fn press<S: Simd>(
         &mut self,
         simd: S,
         sides: &CrackSides,
-        contacts: &mut Eights,
+        contacts: &mut ContactBatches,
         motion: &mut ModalMotion,
         damping: StiffnessDamping,
         partings: &mut [Parting],
     ) -> Losses {
         self.forces.fill([0.0; 2]);
         let (u, v, forces) = (&self.displacement, &self.velocity, &mut self.forces);
-        let pressed = Pressed { u, v, damping, forces, partings };
-        let losses = contacts.press(simd, &sides.cracks, &mut motion.joints, pressed);
+        let fields = NodalFields { u, v, damping, forces, partings };
+        let losses = contacts.add_forces(simd, &sides.cracks, &mut motion.joints, fields);
         self.map_forces(sides, &mut motion.contact_forces);
         losses
     }
 
     /// Updates the contacts of `motion` and their modal forces, once.
     pub fn press_once(&mut self, sides: &CrackSides, motion: &mut ModalMotion, damping: StiffnessDamping) {
-        let mut contacts = Eights::of(&sides.cracks, &motion.joints);
+        let mut contacts = ContactBatches::new(&sides.cracks, &motion.joints);
         self.forces.fill([0.0; 2]);
         let (u, v, forces) = (&self.displacement, &self.velocity, &mut self.forces);
-        let pressed = Pressed { u, v, damping, forces, partings: &mut [] };
-        contacts.press_widely(&sides.cracks, &mut motion.joints, pressed);
+        let fields = NodalFields { u, v, damping, forces, partings: &mut [] };
+        contacts.add_forces_widely(&sides.cracks, &mut motion.joints, fields);
         contacts.write(&mut motion.joints);
         self.map_forces(sides, &mut motion.contact_forces);
     }
