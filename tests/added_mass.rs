@@ -4,10 +4,11 @@
 //! A body of unit mass on a spring, and a fluid that answers its acceleration with the inertia of `ratio` masses:
 //! `p = −ratio (a + coupling of neighbours)`. Gauss–Seidel multiplies an error by some 1.5 ratio in every iteration.
 
+use cofferdam_assembly::units::pair;
 use cofferdam_coupling::acceleration::{Acceleration, AccelerationKind};
-use cofferdam_coupling::convergence::{ConvergenceMeasure, IterationFailure, Measure, Tolerance};
+use cofferdam_coupling::convergence::{ConvergenceMeasure, IterationFailure, Measure, Scales};
 use cofferdam_coupling::participant::ParticipantError;
-use cofferdam_coupling::scheme::{CouplingError, Graph, Predictor, Scheme, Settings, StepFailure};
+use cofferdam_coupling::scheme::{CouplingError, Predictor, Scheme, Settings, StepFailure};
 use whole_chain::small_unit::SmallUnit;
 use whole_chain::small_unit::interval;
 
@@ -50,19 +51,17 @@ fn fluid(ratio: f64, mut spoil: impl FnMut(u64, u32, &mut [f64]) + Send + 'stati
 
 /// Iterations of 40 steps, up to the first failure.
 fn run(kind: AccelerationKind, relaxation: f64, fluid: SmallUnit<()>) -> Result<Vec<u32>, StepFailure> {
-    let mut graph = Graph::pair(Box::new(bodies()), Box::new(fluid));
-    let measure = ConvergenceMeasure {
-        measures: vec![Measure::Relative],
-        tolerance: Tolerance::Relative(1e-9),
-        pressure_scale: 0.0,
-        displacement_scale: 0.0,
-        pressure_floor: 1e-12,
-        pressure_bound: 1e12,
-    };
+    let mut graph = pair(Box::new(bodies()), Box::new(fluid)).expect("two units");
+    let measure = ConvergenceMeasure::new(
+        &[Measure::Relative],
+        1e-9,
+        Scales { typical: 0.1, bound: 1e12, ..Scales::default() },
+    );
     let acceleration = Acceleration::new(kind, relaxation, 1e-3);
-    let mut scheme = Scheme::new(&mut graph, Settings::default(), acceleration, Predictor::new(2), measure)
-        .expect("the units fit");
-    scheme.initialise(&mut graph, 0.0, [0.0; 2])?;
+    let mut scheme =
+        Scheme::new(&mut graph, Settings::default(), acceleration, Predictor::new(2), measure, Vec::new())
+            .expect("the units fit");
+    scheme.initialise(&mut graph, 0.0)?;
     (1..=40).map(|step| Ok(scheme.advance(&mut graph, &[interval(step, STEP)])?.iterations())).collect()
 }
 
@@ -93,20 +92,17 @@ fn a_heavy_fluid_takes_two_iterations_with_a_measured_jacobian_and_few_with_iqn_
 
 #[test]
 fn a_probe_never_counts_as_converged() -> Result<(), StepFailure> {
-    let mut graph = Graph::pair(Box::new(bodies()), Box::new(fluid(5.0, |_, _, _| {})));
-    let measure = ConvergenceMeasure {
-        measures: vec![Measure::Change],
-        tolerance: Tolerance::Relative(1.0),
-        pressure_scale: 0.0,
-        displacement_scale: 1e9,
-        pressure_floor: 0.0,
-        pressure_bound: 1e12,
-    };
+    let mut graph = pair(Box::new(bodies()), Box::new(fluid(5.0, |_, _, _| {}))).expect("two units");
+    let measure = ConvergenceMeasure::new(
+        &[Measure::Change],
+        1.0,
+        Scales { change: 1e9, bound: 1e12, ..Scales::default() },
+    );
     let acceleration = Acceleration::new(AccelerationKind::InterfaceJacobian, 0.5, 1e-3);
     let settings = Settings { iteration_limit: 3, ..Settings::default() };
-    let mut scheme =
-        Scheme::new(&mut graph, settings, acceleration, Predictor::new(0), measure).expect("the units fit");
-    scheme.initialise(&mut graph, 0.0, [0.0; 2])?;
+    let mut scheme = Scheme::new(&mut graph, settings, acceleration, Predictor::new(0), measure, Vec::new())
+        .expect("the units fit");
+    scheme.initialise(&mut graph, 0.0)?;
     let report = scheme.advance(&mut graph, &[interval(1, STEP)])?;
     assert_eq!(
         report.iterations(),

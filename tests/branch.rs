@@ -1,7 +1,7 @@
 //! Branches are their runs up to where they leave them, go their own way from there, and can be resumed, replayed and branched.
 
+use crate::log::{cofferdam, entries, exchanges, text};
 use cofferdam_log::{Entry, Log, LogReadError, compare};
-use cofferdam_log::{cofferdam, entries, exchanges, text};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use toml::{Table, Value};
@@ -126,7 +126,7 @@ fn a_branch_with_nothing_changed_is_its_run() -> Result<(), LogReadError> {
                 assert!(status == Some(0) && said.contains("against the run: identical"), "{what}: {said}");
                 equal(&format!("{what} from step {step}, {transport:?}"), &parent, &folder)?;
                 let head = Log::open(&folder)?.head().clone();
-                let window = head.scene.coupling.window as u64;
+                let window = head.window;
                 let first = step - (step - 1) % window;
                 assert_eq!(head.parent.map(|parent| parent.step), Some(first - 1), "{what}");
             }

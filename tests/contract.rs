@@ -1,6 +1,7 @@
 //! The descriptions in `modelDescription/` are those that the variables in Rust give, and packed FMUs agree with them.
 
 use cofferdam_fmi::export::contract;
+use cofferdam_scene::bounds;
 use dam_dem::Dam;
 use interface::{Shape, Variable, WetFace, variables};
 use reservoir::{Reservoir, ReservoirParameters};
@@ -13,12 +14,12 @@ use whole_chain::scenario::root;
 /// The contract of the reservoir, compressible and stepped by convolution.
 fn reservoir() -> String {
     let face = WetFace::straight([0.0, 1.0], 1).expect("a face");
-    contract::<Reservoir>(&ReservoirParameters::before(face)).expect("a description")
+    contract::<Reservoir>(&ReservoirParameters::before(face), bounds).expect("a description")
 }
 
 /// The contract of the dam.
 fn dam() -> String {
-    contract::<Dam>(&koyna::dam(10.0, true)).expect("a description")
+    contract::<Dam>(&koyna::dam(10.0, true), bounds).expect("a description")
 }
 
 #[test]

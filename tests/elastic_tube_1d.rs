@@ -10,9 +10,10 @@
 //! **Source**: Degroote, Bruggeman, Haelterman and Vierendeels (2008); the numbers are those of the tutorial
 //! `elastic-tube-1d` of preCICE.
 
+use cofferdam_assembly::units::pair;
 use cofferdam_coupling::acceleration::{Acceleration, AccelerationKind};
-use cofferdam_coupling::convergence::{ConvergenceMeasure, Measure, Tolerance};
-use cofferdam_coupling::scheme::{CouplingError, Graph, Predictor, Scheme, Settings, StepFailure};
+use cofferdam_coupling::convergence::{ConvergenceMeasure, Measure, Scales};
+use cofferdam_coupling::scheme::{CouplingError, Predictor, Scheme, Settings, StepFailure};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::PI;
 use whole_chain::small_unit::{SmallUnit, interval};
@@ -124,18 +125,16 @@ fn iterations(acceleration: Acceleration) -> Result<Vec<u32>, StepFailure> {
         *flow = flow.after(&inputs[..POINTS], at.end());
         outputs.copy_from_slice(&flow.pressure);
     });
-    let mut graph = Graph::pair(Box::new(solid), Box::new(fluid));
-    let measure = ConvergenceMeasure {
-        measures: vec![Measure::Relative, Measure::Change],
-        tolerance: Tolerance::Relative(1e-5),
-        pressure_scale: 0.0,
-        displacement_scale: 0.0,
-        pressure_floor: 1e-9,
-        pressure_bound: 1e12,
-    };
-    let mut scheme = Scheme::new(&mut graph, Settings::default(), acceleration, Predictor::new(0), measure)
-        .expect("the units fit");
-    scheme.initialise(&mut graph, 0.0, [0.0; 2])?;
+    let mut graph = pair(Box::new(solid), Box::new(fluid)).expect("two units");
+    let measure = ConvergenceMeasure::new(
+        &[Measure::Relative, Measure::Change],
+        1e-5,
+        Scales { typical: 0.01, bound: 1e12, ..Scales::default() },
+    );
+    let mut scheme =
+        Scheme::new(&mut graph, Settings::default(), acceleration, Predictor::new(0), measure, Vec::new())
+            .expect("the units fit");
+    scheme.initialise(&mut graph, 0.0)?;
     (1..=100).map(|step| Ok(scheme.advance(&mut graph, &[interval(step, STEP)])?.iterations())).collect()
 }
 

@@ -2,11 +2,12 @@
 
 use cofferdam_assembly::observer::HistoriesWriter;
 use cofferdam_assembly::participant::EmptyReservoir;
-use cofferdam_assembly::units::RESERVOIR;
+use cofferdam_assembly::simulation::{ground_signal, scales, with_work};
+use cofferdam_assembly::units::{RESERVOIR, pair};
 use cofferdam_coupling::acceleration::{Acceleration, AccelerationKind};
 use cofferdam_coupling::convergence::{ConvergenceMeasure, Measure};
 use cofferdam_coupling::participant::{InProcess, Messages, Participant};
-use cofferdam_coupling::scheme::{Graph, Predictor, Scheme, SchemeKind, Settings, UnitId};
+use cofferdam_coupling::scheme::{Predictor, Scheme, SchemeKind, Settings};
 use cofferdam_coupling::simulation::Simulation;
 use cofferdam_coupling::stepping::Stepping;
 use cofferdam_log::Log;
@@ -28,25 +29,21 @@ fn crest(kind: SchemeKind, reservoir: impl Fn(interface::WetFace) -> Box<dyn Par
     let parameters = koyna::dam(10.0, false);
     let face = parameters.wet_face().expect("a mesh").expect("a wet face");
     let dam = InProcess::new(Dam::new(parameters).expect("a dam"), "dam", Messages::default());
-    let mut graph = Graph::pair(Box::new(dam), reservoir(face));
-    let measure = ConvergenceMeasure::new(&[Measure::Relative], 1e-9, koyna::CREST, 1e-6);
+    let mut graph = pair(Box::new(dam), reservoir(face)).expect("two units");
+    let measure = ConvergenceMeasure::new(&[Measure::Relative], 1e-9, scales(koyna::CREST, 1e-6));
     let acceleration = Acceleration::new(AccelerationKind::Constant, 1.0, 1e-9);
     let settings = Settings { kind, ..Settings::default() };
-    let scheme = Scheme::new(&mut graph, settings, acceleration, Predictor::new(2), measure);
     let motion = cofferdam_assembly::registry::read(
         &root().join("scenes/koyna-intact"),
         &["ground_motion.record.start=4".to_owned()],
     )
     .expect("a shipped scene")
     .ground_motion;
-    let mut simulation = Simulation {
-        graph,
-        scheme: scheme.expect("units that fit"),
-        ground_motion: motion,
-        stepping: Stepping::equal(H, STEPS),
-        self_tests: Vec::new(),
-        static_crest_displacement: None,
-    };
+    let signals = vec![ground_signal(&motion)];
+    let scheme = Scheme::new(&mut graph, settings, acceleration, Predictor::new(2), measure, signals)
+        .expect("units that fit");
+    let scheme = with_work(scheme, &mut graph).expect("units that tell their points");
+    let mut simulation = Simulation::new(graph, scheme, Stepping::equal(H, STEPS));
     let mut histories = HistoriesWriter::in_memory();
     let (_, failure) = simulation.run(&mut [&mut histories], &AtomicBool::new(false));
     assert!(failure.is_none(), "{failure:?}");

@@ -1,7 +1,7 @@
 //! `cofferdam ensemble`: the same numbers as single runs, the same bytes after interruptions, errors before any work.
 
+use crate::report::{Page, loads_nothing, report, said};
 use cofferdam_motion::GroundMotion;
-use cofferdam_report::{Page, loads_nothing, report, said};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};

@@ -2,13 +2,15 @@
 //! their ends named, nothing left in shared memory.
 
 use cofferdam_assembly::participant::{Foreign, Place};
-use cofferdam_assembly::units::DAM;
+use cofferdam_assembly::simulation::scales;
+use cofferdam_assembly::units::{DAM, GROUND_ACCELERATION, pair};
 use cofferdam_coupling::acceleration::{Acceleration, AccelerationKind};
 use cofferdam_coupling::convergence::{ConvergenceMeasure, Measure};
 use cofferdam_coupling::participant::{
     AccelerationMeaning, InProcess, Level, Message, Messages, Occasion, Participant, ParticipantError,
 };
-use cofferdam_coupling::scheme::{Graph, Interval, Predictor, Scheme, Settings, UnitId};
+use cofferdam_coupling::scheme::{Predictor, Scheme, Settings};
+use cofferdam_coupling::signal::Signal;
 use cofferdam_shared_memory::{Brief, BriefPoints, Deadlines, SharedMemory, Starting, UnitCommand};
 use dam_dem::Dam;
 use interface::Role;
@@ -210,20 +212,26 @@ fn westergaard(face: &WetFace) -> SmallUnit<EndAcceleration> {
     unit.at(face)
 }
 
+/// The ground's acceleration at the ends of all steps.
+fn shaking(h: f64, steps: u32, acceleration: impl Fn(f64) -> f64) -> Signal {
+    let samples = (0..=steps).map(|step| acceleration(f64::from(step) * h)).collect();
+    Signal::new("ground_motion", GROUND_ACCELERATION, h, samples)
+}
+
 /// The dam's outputs in all steps of a run before `reservoir`, and the number of iterations.
 fn run(dam: Box<dyn Participant>, reservoir: Box<dyn Participant>) -> Result<(Vec<u64>, u32), Failure> {
-    let mut graph = Graph::pair(dam, reservoir);
+    let mut graph = pair(dam, reservoir)?;
     let measures = [Measure::Change, Measure::Relative];
-    let measure = ConvergenceMeasure::new(&measures, 1e-8, koyna::DEPTH, 1000.0 * 9.81 * koyna::DEPTH);
+    let measure =
+        ConvergenceMeasure::new(&measures, 1e-8, scales(koyna::DEPTH, 1000.0 * 9.81 * koyna::DEPTH));
     let aitken = Acceleration::new(AccelerationKind::Aitken, 0.9, 1.0);
-    let mut scheme = Scheme::new(&mut graph, Settings::default(), aitken, Predictor::new(2), measure)?;
-    scheme.initialise(&mut graph, 0.0, [0.0; 2])?;
+    let ground = shaking(H, 200, |t| 3.0 * (25.0 * t).sin());
+    let mut scheme =
+        Scheme::new(&mut graph, Settings::default(), aitken, Predictor::new(2), measure, vec![ground])?;
+    scheme.initialise(&mut graph, 0.0)?;
     let (mut motion, mut iterations) = (Vec::new(), 0);
     for step in 1..=200 {
-        let ground = [3.0 * (25.0 * step as f64 * H).sin(), 0.0];
-        let report = scheme
-            .advance(&mut graph, &[Interval { ground_acceleration: ground, ..interval(step, H) }])
-            .map_err(|failure| failure.error)?;
+        let report = scheme.advance(&mut graph, &[interval(step, H)]).map_err(|failure| failure.error)?;
         iterations += report.iterations();
         motion.extend(bits(&report.accepted(DAM, step).expect("a step").outputs));
     }
@@ -313,16 +321,16 @@ fn an_oscillator_in_python_is_of_second_order() -> Result<(), Failure> {
         let mut units =
             starting.wait(&AtomicBool::new(false))?.into_iter().map(|unit| Box::new(unit) as Box<_>);
         let (dam, reservoir) = units.next().zip(units.next()).ok_or("two units")?;
-        let mut graph = Graph::pair(dam, reservoir);
-        let measure = ConvergenceMeasure::new(&[Measure::Change, Measure::Relative], 1e-10, 1.0, 1e5);
+        let mut graph = pair(dam, reservoir)?;
+        let measure = ConvergenceMeasure::new(&[Measure::Change, Measure::Relative], 1e-10, scales(1.0, 1e5));
         let aitken = Acceleration::new(AccelerationKind::Aitken, 0.9, 1.0);
-        let mut scheme = Scheme::new(&mut graph, Settings::default(), aitken, Predictor::new(2), measure)?;
-        scheme.initialise(&mut graph, 0.0, [0.0; 2])?;
+        let signals = vec![shaking(h, steps, ground)];
+        let mut scheme =
+            Scheme::new(&mut graph, Settings::default(), aitken, Predictor::new(2), measure, signals)?;
+        scheme.initialise(&mut graph, 0.0)?;
         let mut last = 0.0;
         for step in 1..=u64::from(steps) {
-            let ground_acceleration = [ground(step as f64 * h), 0.0];
-            let interval = Interval { ground_acceleration, ..interval(step, h) };
-            let report = scheme.advance(&mut graph, &[interval]).map_err(|failure| failure.error)?;
+            let report = scheme.advance(&mut graph, &[interval(step, h)]).map_err(|failure| failure.error)?;
             last = report.accepted(DAM, step).ok_or("accepted")?.outputs[0];
         }
         errors.push((last / face.normals()[0][0] - state[0]).abs() / 0.01);

@@ -4,8 +4,7 @@
 //! `COFFERDAM_FUZZ` gives the number of cases of each fuzzer (docs/reliability.md); a failure prints the number of its case,
 //! and `COFFERDAM_FUZZ_FIRST` begins there.
 
-use cofferdam_coupling::participant;
-use cofferdam_fmi::import::{FmuUnitError, Import};
+use cofferdam_fmi::import::{self, FmuUnitError, Import};
 use cofferdam_log::{Log, LogReadError, Overview, compare, recover};
 use cofferdam_scene::mesh_file::{DamMesh, MeshFile};
 use dam_dem::{Dam, GivenMesh, Mesh};
@@ -403,7 +402,7 @@ fn archives_and_descriptions_of_fmus() {
         std::fs::write(&path, bytes).expect("written");
         let began = Instant::now();
         // The library comes last.
-        match participant::Fmu::new("reservoir", Role::Fluid, import, Some(0.0025)) {
+        match import::Fmu::new("reservoir", Role::Fluid, import, Some(0.0025)) {
             Ok(_) => panic!("there is no library"),
             Err(FmuUnitError::Unpack(error)) => {
                 archives += 1;

@@ -1,7 +1,8 @@
 //! Logs are read back, replayed, compared, cut off and damaged.
 
 use cofferdam_assembly::participant::Prescribed;
-use cofferdam_assembly::units::{DAM, RESERVOIR};
+use cofferdam_assembly::simulation::{ground_signal, scales, with_work};
+use cofferdam_assembly::units::{DAM, RESERVOIR, pair};
 use cofferdam_coupling::acceleration::{Acceleration, AccelerationKind};
 use cofferdam_coupling::convergence::{ConvergenceMeasure, Measure};
 use cofferdam_coupling::difference::{Difference, Divergence, Half};
@@ -9,7 +10,7 @@ use cofferdam_coupling::observer::{Observer, Start};
 use cofferdam_coupling::participant::{
     Description, InProcess, Level, Messages, Occasion, Participant, ParticipantError,
 };
-use cofferdam_coupling::scheme::{Graph, Predictor, Scheme, Settings, UnitId};
+use cofferdam_coupling::scheme::{Predictor, Scheme, Settings};
 use cofferdam_coupling::simulation::Simulation;
 use cofferdam_coupling::stepping::Stepping;
 use cofferdam_log::replay::{ReplayError, Unanswered, replay};
@@ -681,7 +682,7 @@ pub(crate) fn rigid_run(
     let scene = toml::to_string(&loaded.scene)?;
     let mut log = LogWriter::create(path, &Preamble { scene, ..Preamble::default() })?;
     let dam = Prescribed::new(interface::WetFace::straight([0.0, koyna::DEPTH], 9)?)?;
-    let mut graph = Graph::pair(Box::new(dam), Box::new(water(failing, value)?));
+    let mut graph = pair(Box::new(dam), Box::new(water(failing, value)?))?;
     let scheme = Scheme::new(
         &mut graph,
         Settings::default(),
@@ -690,19 +691,12 @@ pub(crate) fn rigid_run(
         ConvergenceMeasure::new(
             &[Measure::Change, Measure::Relative],
             1e-6,
-            koyna::DEPTH,
-            1000.0 * 9.81 * koyna::DEPTH,
+            scales(koyna::DEPTH, 1000.0 * 9.81 * koyna::DEPTH),
         ),
+        vec![ground_signal(&loaded.ground_motion)],
     )?;
-    let ground_motion = loaded.ground_motion;
-    let mut simulation = Simulation {
-        graph,
-        scheme,
-        ground_motion,
-        stepping: Stepping::equal(0.0025, steps),
-        self_tests: Vec::new(),
-        static_crest_displacement: None,
-    };
+    let scheme = with_work(scheme, &mut graph)?;
+    let mut simulation = Simulation::new(graph, scheme, Stepping::equal(0.0025, steps));
     let (_, failure) = simulation.run(&mut [&mut log], &AtomicBool::new(false));
     Ok(failure.is_some())
 }
@@ -814,7 +808,7 @@ fn what_was_run_is_on_the_disk_at_once() -> Result<(), Box<dyn std::error::Error
     let dam = Prescribed::new(interface::WetFace::straight([0.0, koyna::DEPTH], 9)?)?;
     let start = Start {
         units: vec![dam.description().clone(), water(1, None)?.description().clone()],
-        ground_motion: &loaded.ground_motion,
+        signals: &[ground_signal(&loaded.ground_motion)],
         stepping: Stepping::equal(0.0025, 1),
     };
     for run in 0..5 {

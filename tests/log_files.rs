@@ -1,7 +1,7 @@
 //! Logs as files: cut, damaged, recovered, still being written, and read from the middle on.
 
+use crate::log::{cofferdam, entries, exchanges, logged, quick_scene, records, rewrite, rigid_run, text};
 use cofferdam_log::{Entry, Log, LogReadError, Overview, recover};
-use cofferdam_log::{cofferdam, entries, exchanges, logged, quick_scene, records, rewrite, rigid_run, text};
 use mcap::records::op;
 use std::collections::HashMap;
 use std::error::Error;

@@ -1,10 +1,10 @@
 //! The commands that show a log: what they print and write is what the log and the tables beside it hold.
 
+use crate::log::{cofferdam, entries, exchanges, logged, quick_scene, rewrite, text};
 use cofferdam_assembly::units::RESERVOIR;
 use cofferdam_coupling::participant::Layout;
 use cofferdam_coupling::scheme::UnitId;
 use cofferdam_log::{Agreement, Entry, Log, LogReadError, LoggedExchange, worst};
-use cofferdam_log::{cofferdam, entries, exchanges, logged, quick_scene, rewrite, text};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 use prost::Message;
@@ -416,7 +416,7 @@ fn a_step_is_shown_with_every_iteration_and_value() -> Result<(), LogReadError> 
         {
             iterations += 1;
             let report = iteration.report;
-            let residual = report.residuals.expect("compared").pressure;
+            let residual = report.residuals.expect("compared").norm;
             assert!(said.contains(&format!("residual: {residual:.3e} Pa")), "{said}");
             let worst = report.worst.expect("a point");
             assert!(said.contains(&format!("farthest: point {} ", worst.point)), "{said}");

@@ -9,13 +9,13 @@
 //! (1 − D S) p₁ = h + D ā₀
 //! ```
 
-use cofferdam_assembly::units::{DAM, TAILWATER};
+use cofferdam_assembly::simulation::scales;
+use cofferdam_assembly::units::{DAM, GROUND_ACCELERATION, wet_face_interface};
 use cofferdam_coupling::acceleration::{Acceleration, AccelerationKind};
 use cofferdam_coupling::convergence::{ConvergenceMeasure, Measure};
 use cofferdam_coupling::participant::{InProcess, Messages, Participant};
-use cofferdam_coupling::scheme::{
-    Graph, Interface, Interval, Port, Predictor, Scheme, SchemeKind, Settings, UnitId,
-};
+use cofferdam_coupling::scheme::{Graph, Interval, Port, Predictor, Scheme, SchemeKind, Settings, UnitId};
+use cofferdam_coupling::signal::Signal;
 use dam_dem::{Dam, SystemMatrices};
 use interface::{CoSimulation, variables};
 use nalgebra::{DMatrix, DVector};
@@ -243,9 +243,9 @@ fn partitioned(
     tolerance: f64,
 ) -> Result<(History, f64), Failure> {
     let base = 1000.0 * 9.81 * koyna::DEPTH;
-    let interface = |number: usize| Interface {
-        structure: Port { unit: DAM, prefix: ["", "tailwater_"][number].to_owned() },
-        fluid: Port::of(UnitId(number + 1)),
+    let interface = |number: usize| {
+        let structure = Port { unit: DAM, prefix: ["", "tailwater_"][number].to_owned() };
+        wet_face_interface(structure, Port::of(UnitId(number + 1)), 1000.0 * koyna::DEPTH)
     };
     let interfaces = (0..waters.len()).map(interface).collect();
     let mut units: Vec<Box<dyn Participant>> =
@@ -259,15 +259,17 @@ fn partitioned(
     let crest_range = range(graph[DAM].description().outputs.range("crest_displacement"))?;
     let pressure_range = |&id: &UnitId| range(graph[id].description().outputs.range("interface_pressure"));
     let pressure_ranges = fluids.iter().map(pressure_range).collect::<Result<Vec<_>, _>>()?;
-    let measure = ConvergenceMeasure::new(&[Measure::Relative], tolerance, koyna::CREST, base);
+    let measure = ConvergenceMeasure::new(&[Measure::Relative], tolerance, scales(koyna::CREST, base));
     let acceleration = Acceleration::new(AccelerationKind::InterfaceJacobian, 0.5, 1e-4 * base);
-    let settings = Settings { kind, acceleration_scale: 1000.0 * koyna::DEPTH, ..Settings::default() };
-    let mut scheme = Scheme::new(&mut graph, settings, acceleration, Predictor::new(2), measure)?;
-    scheme.initialise(&mut graph, 0.0, ground(0))?;
+    let settings = Settings { kind, ..Settings::default() };
+    let samples = (0..=STEPS).map(|step| ground(step)[0]).collect();
+    let signals = vec![Signal::new("ground_motion", GROUND_ACCELERATION, H, samples)];
+    let mut scheme = Scheme::new(&mut graph, settings, acceleration, Predictor::new(2), measure, signals)?;
+    scheme.initialise(&mut graph, 0.0)?;
     let (mut crest, mut pressures, mut iterations) = (Vec::new(), Vec::new(), 0);
     for step in 1..=STEPS {
         let time = (step - 1) as f64 * H;
-        let interval = Interval { step, time, communication_step: H, ground_acceleration: ground(step) };
+        let interval = Interval { step, time, communication_step: H };
         let report = scheme.advance(&mut graph, &[interval])?;
         iterations += report.iterations();
         let of = |side| report.accepted(side, step).ok_or("an accepted exchange");

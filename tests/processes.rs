@@ -1,7 +1,6 @@
 //! Units as processes: killed, hung, doubled, run by another user; nothing is left in shared memory.
 
 use cofferdam_assembly::units::DAM;
-use cofferdam_coupling::scheme::UnitId;
 use cofferdam_log::{Entry, Log};
 use std::io::{BufRead, BufReader, Read};
 use std::os::unix::fs::PermissionsExt;

@@ -1,12 +1,12 @@
 //! Parts of a run are replayed from where its units stood, and units that give no state as bytes are brought there.
 
 use cofferdam_assembly::registry;
+use cofferdam_assembly::simulation::simulation_of;
 use cofferdam_assembly::units::{DAM, RESERVOIR};
 use cofferdam_coupling::difference::Difference;
 use cofferdam_coupling::observer::{Ending, Observer, Status};
 use cofferdam_coupling::participant::Participant;
 use cofferdam_coupling::scheme::UnitId;
-use cofferdam_coupling::simulation::Simulation;
 use cofferdam_log::replay::{Part, ReplayError, ReplayedPart, bring, replay_part};
 use cofferdam_log::{Log, LogWriter, Preamble};
 use cofferdam_scene::LoadedScene;
@@ -39,7 +39,7 @@ fn coarse(settings: &[(&str, Value)]) -> Scenario {
 fn run(scenario: &Scenario) -> Result<(LoadedScene, Log, Vec<Stop>), Failure> {
     let loaded = registry::read(&scenario.write(), &[])?;
     let graph = registry::graph(&loaded.scene, NonZeroUsize::MIN)?;
-    let mut simulation = Simulation::of_scene(&loaded.scene, &loaded.ground_motion, graph)?;
+    let mut simulation = simulation_of(&loaded.scene, &loaded.ground_motion, graph)?;
     let path = scenario.folder().join("log.mcap");
     let preamble = Preamble { scene: toml::to_string(&loaded.scene)?, ..Preamble::default() };
     let mut log = LogWriter::create(&path, &preamble)?;

@@ -461,7 +461,7 @@ pub fn loads_nothing(page: &Page) -> Vec<String> {
     let (inside, outside): (Vec<_>, Vec<_>) = page.links.iter().partition(|link| link.starts_with('#'));
     assert!(inside.len() > 5 && inside.iter().all(|link| page.ids.iter().any(|id| link[1..] == *id)));
 
-    let library = root().join("orchestrator/src/report/page/uplot/uPlot.iife.min.js");
+    let library = root().join("orchestrator/report/src/page/uplot/uPlot.iife.min.js");
     let library = std::fs::read_to_string(library).expect("the library");
     // Its banner names its home.
     assert_eq!(library.matches("://").count(), 1);
@@ -487,7 +487,7 @@ pub fn loads_nothing(page: &Page) -> Vec<String> {
 fn links_lead_somewhere_and_nothing_is_loaded() {
     let page = Page::of(shared());
     assert!(loads_nothing(&page).is_empty());
-    let vendored = root().join("orchestrator/src/report/page/uplot");
+    let vendored = root().join("orchestrator/report/src/page/uplot");
     assert!(page.markup.contains("<noscript>"));
     assert!(
         page.text.contains("Permission is hereby granted, free of charge"),

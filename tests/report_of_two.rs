@@ -1,7 +1,7 @@
 //! The report of two runs: numbers of both are those of their files, differences are B − A, each history has its own instants.
 
+use crate::report::{Page, loads_nothing, manifest, read, report, run, said, shared, short_scene};
 use cofferdam_log::{Agreement, Log};
-use cofferdam_report::{Page, loads_nothing, manifest, read, report, run, said, shared, short_scene};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;

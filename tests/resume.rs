@@ -1,9 +1,9 @@
 //! A run that was interrupted, however, and is resumed, is the run that was not: every exchange, iteration and step of the log,
 //! every table and the summary, bit for bit but for wall times.
 
+use crate::log::{cofferdam, records, rewrite, text};
 use crate::processes::{Running, alone};
 use cofferdam_log::{Entry, Log, compare};
-use cofferdam_log::{cofferdam, records, rewrite, text};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -47,7 +47,7 @@ fn resume(run: &Path, options: &[&str]) -> u64 {
 
 /// The entries of the log of a run without wall times, and without the state of the run, which has some.
 fn timeless(run: &Path) -> Vec<Entry> {
-    let mut entries: Vec<Entry> = cofferdam_log::entries(&run.join("log.mcap")).expect("a sound log");
+    let mut entries: Vec<Entry> = crate::log::entries(&run.join("log.mcap")).expect("a sound log");
     for entry in &mut entries {
         match entry {
             Entry::Exchange(exchange) => exchange.wall_time = [0.0; 2],

@@ -1,8 +1,7 @@
 //! The program on short scenes: files, messages, exit status.
 
-use cofferdam_assembly::registry;
+use cofferdam_assembly::registry::{self, Equilibrium, UpliftEffect};
 use cofferdam_coupling::observer::Status;
-use cofferdam_report::{Equilibrium, UpliftEffect};
 use std::process::Stdio;
 use std::time::Duration;
 use whole_chain::scenario::{Histories, Scenario, binary};

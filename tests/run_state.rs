@@ -4,19 +4,20 @@
 use cofferdam_assembly::observer::{Histories, HistoriesWriter, Limits, Progress, Rest, Snapshots};
 use cofferdam_assembly::participant::{Foreign, Place, Prescribed};
 use cofferdam_assembly::registry::{self, Home};
-use cofferdam_assembly::units::{DAM, RESERVOIR, TAILWATER};
+use cofferdam_assembly::simulation::{crest_at_rest, simulation_of};
+use cofferdam_assembly::units::{DAM, GROUND_ACCELERATION, RESERVOIR, TAILWATER, pair, wet_face_interface};
 use cofferdam_coupling::acceleration::{Acceleration, AccelerationKind};
-use cofferdam_coupling::convergence::{ConvergenceMeasure, Measure, Tolerance};
+use cofferdam_coupling::convergence::{ConvergenceMeasure, Measure, Scales};
 use cofferdam_coupling::observer::{Ending, Observer, ObserverError, Past, Start, Status};
 use cofferdam_coupling::participant::{AccelerationMeaning, Participant};
 use cofferdam_coupling::run_state::{RunState, RunStateError};
 use cofferdam_coupling::scheme::{
-    Exchange, Graph, Interface, Port, Predictor, Scheme, SchemeKind, Settings, UnitId, WindowReport,
+    Exchange, Graph, Port, Predictor, Scheme, SchemeKind, Settings, UnitId, WindowReport,
 };
+use cofferdam_coupling::signal::Signal;
 use cofferdam_coupling::simulation::{Simulation, SimulationError};
 use cofferdam_coupling::stepping::{Adaptive, Stepping};
 use cofferdam_log::{Log, LogWriter, Preamble, compare};
-use cofferdam_motion::GroundMotion;
 use cofferdam_scene::{LoadedScene, Scene, Side};
 use cofferdam_shared_memory::{Deadlines, Starting, UnitCommand};
 use interface::Role;
@@ -117,39 +118,29 @@ impl Case {
 
     fn simulation(&self) -> Result<Simulation, Failure> {
         let one = || fluid("reservoir", POINTS, self.inertia, self.hard_from);
+        let interface = |prefix: &str, fluid| {
+            wet_face_interface(Port { unit: DAM, prefix: prefix.to_owned() }, Port::of(fluid), 0.7)
+        };
         let mut graph = if self.three {
             let faces = &[("", POINTS), ("tailwater_", 2)];
             let units =
                 vec![structure(faces), one(), fluid("tailwater", 2, 0.7 * self.inertia, f64::INFINITY)];
-            let interface = |prefix: &str, fluid| Interface {
-                structure: Port { unit: DAM, prefix: prefix.to_owned() },
-                fluid: Port::of(fluid),
-            };
-            let interfaces = vec![interface("", RESERVOIR), interface("tailwater_", TAILWATER)];
-            Graph::new(units, interfaces)?
+            Graph::new(units, vec![interface("", RESERVOIR), interface("tailwater_", TAILWATER)])?
         } else {
-            Graph::pair(structure(&[("", POINTS)]), one())
+            Graph::new(vec![structure(&[("", POINTS)]), one()], vec![interface("", RESERVOIR)])?
         };
-        let measure = ConvergenceMeasure {
-            measures: vec![Measure::Relative, Measure::Change],
-            tolerance: Tolerance::Relative(1e-8),
-            pressure_scale: 0.0,
-            displacement_scale: 1e-3,
-            pressure_floor: 1e-12,
-            pressure_bound: 1e9,
-        };
-        let settings = Settings { kind: self.kind, acceleration_scale: 0.7, ..Settings::default() };
+        let measure = ConvergenceMeasure::new(
+            &[Measure::Relative, Measure::Change],
+            1e-8,
+            Scales { change: 1e-3, typical: 0.01, bound: 1e9, ..Scales::default() },
+        );
+        let settings = Settings { kind: self.kind, ..Settings::default() };
         let acceleration = Acceleration::new(self.acceleration, 0.6, 1e-3);
-        let scheme = Scheme::new(&mut graph, settings, acceleration, Predictor::new(2), measure)?;
         let samples = (0..200).map(|i| (0.4 * f64::from(i)).sin() + (0.07 * f64::from(i * i)).cos());
-        Ok(Simulation {
-            graph,
-            scheme,
-            ground_motion: GroundMotion::of_samples("a sweep", 0.02, samples.collect()),
-            stepping: self.stepping,
-            self_tests: Vec::new(),
-            static_crest_displacement: None,
-        })
+        let shaking = Signal::new("ground_motion", GROUND_ACCELERATION, 0.02, samples.collect());
+        let scheme =
+            Scheme::new(&mut graph, settings, acceleration, Predictor::new(2), measure, vec![shaking])?;
+        Ok(Simulation::new(graph, scheme, self.stepping))
     }
 }
 
@@ -234,7 +225,7 @@ fn run(
         histories: histories.histories,
         status,
         statistics: course.statistics().clone(),
-        crest: simulation.static_crest_displacement,
+        crest: crest_at_rest(&simulation),
         flags: limits.flags(),
     };
     Ok((outcome, states))
@@ -392,7 +383,7 @@ fn cracked_dams_and_their_waters_go_on() -> Result<(), Failure> {
         let loaded = coarse(case, settings)?;
         let make = || -> Result<Simulation, Failure> {
             let graph = registry::graph(&loaded.scene, NonZeroUsize::MIN)?;
-            Ok(Simulation::of_scene(&loaded.scene, &loaded.ground_motion, graph)?)
+            Ok(simulation_of(&loaded.scene, &loaded.ground_motion, graph)?)
         };
         let stops = |states: usize| vec![0, 1, states / 2, states - 1];
         let whole = continued(&format!("{case} {settings:?}"), &make, Some(&loaded), &stops)?;
@@ -474,7 +465,7 @@ fn units_in_processes_fmus_and_logs_go_on() -> Result<(), Failure> {
     let preamble = Preamble { scene: toml::to_string(&loaded.scene)?, ..Preamble::default() };
     let mut log = LogWriter::create(&past, &preamble)?;
     let graph = registry::graph(&loaded.scene, NonZeroUsize::MIN)?;
-    let mut simulation = Simulation::of_scene(&loaded.scene, &loaded.ground_motion, graph)?;
+    let mut simulation = simulation_of(&loaded.scene, &loaded.ground_motion, graph)?;
     let (_, failure) = simulation.run(&mut [&mut log], &AtomicBool::new(false));
     assert!(failure.is_none(), "{failure:?}");
     let recorded = |unit| of(unit, "log", &format!("{{ file = {past:?} }}"));
@@ -501,7 +492,7 @@ fn units_in_processes_fmus_and_logs_go_on() -> Result<(), Failure> {
             } else {
                 registry::graph(&loaded.scene, NonZeroUsize::MIN)?
             };
-            Ok(Simulation::of_scene(&loaded.scene, &loaded.ground_motion, graph)?)
+            Ok(simulation_of(&loaded.scene, &loaded.ground_motion, graph)?)
         };
         let stops = |states: usize| vec![0, 1, states / 2, states - 1];
         let whole = continued(&what, &make, Some(&loaded), &stops)?;
@@ -584,7 +575,7 @@ fn states_are_refused_elsewhere_and_where_a_unit_gives_none() -> Result<(), Fail
     let swapped = [units[1].clone(), units[0].clone()];
     assert!(again.graph.deserialise(&swapped).is_err());
     let silent = SmallUnit::dam(1, (), vec![0.0; 2], |(), _, _, _| ());
-    let mut graph = Graph::pair(Box::new(silent), fluid("reservoir", 1, 1.0, 0.0));
+    let mut graph = pair(Box::new(silent), fluid("reservoir", 1, 1.0, 0.0))?;
     let refused = graph.serialise().expect_err("it gives none").to_string();
     assert!(refused.starts_with("dam: it neither gives nor takes its state as bytes"), "{refused}");
     Ok(())
@@ -661,7 +652,7 @@ fn a_run_told_from_its_log_goes_on_with_the_same_log_and_pictures() -> Result<()
     let plan = loaded.scene.snapshots.ok_or("a plan")?;
     let make = || -> Result<Simulation, Failure> {
         let graph = registry::graph(&loaded.scene, NonZeroUsize::MIN)?;
-        Ok(Simulation::of_scene(&loaded.scene, &loaded.ground_motion, graph)?)
+        Ok(simulation_of(&loaded.scene, &loaded.ground_motion, graph)?)
     };
     let preamble = Preamble { scene: toml::to_string(&loaded.scene)?, ..Preamble::default() };
     let folder = tempfile::tempdir()?;

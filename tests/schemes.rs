@@ -1,13 +1,14 @@
 //! Features of the schemes: units at once, repeated steps, accepted failures, frozen units.
 
 use cofferdam_assembly::observer::{Limits, Rest, Snapshots};
-use cofferdam_assembly::units::{DAM, RESERVOIR};
+use cofferdam_assembly::simulation::ground_signal;
+use cofferdam_assembly::units::{DAM, RESERVOIR, pair};
 use cofferdam_coupling::acceleration::{Acceleration, AccelerationKind};
-use cofferdam_coupling::convergence::{ConvergenceMeasure, IterationFailure, Measure, Tolerance};
+use cofferdam_coupling::convergence::{ConvergenceMeasure, IterationFailure, Measure, Scales};
 use cofferdam_coupling::observer::{Ending, Observer, ObserverError, Start, Status};
 use cofferdam_coupling::participant::{Description, Occasion, Participant, ParticipantError};
 use cofferdam_coupling::scheme::{
-    CouplingError, Graph, Interval, Predictor, Scheme, SchemeKind, Settings, UnitId, WindowReport,
+    CouplingError, Interval, Predictor, Scheme, SchemeKind, Settings, WindowReport,
 };
 use cofferdam_coupling::simulation::{Simulation, SimulationError};
 use cofferdam_coupling::stepping::{Adaptive, Stepping};
@@ -44,14 +45,11 @@ fn water(added: f64, mut spoil: impl FnMut(&Occasion, &mut f64) + Send + 'static
 }
 
 fn measure(tolerance: f64) -> ConvergenceMeasure {
-    ConvergenceMeasure {
-        measures: vec![Measure::Relative],
-        tolerance: Tolerance::Relative(tolerance),
-        pressure_scale: 0.0,
-        displacement_scale: 0.0,
-        pressure_floor: 1e-14,
-        pressure_bound: 1e9,
-    }
+    ConvergenceMeasure::new(
+        &[Measure::Relative],
+        tolerance,
+        Scales { typical: 1e-12 / tolerance, bound: 1e9, ..Scales::default() },
+    )
 }
 
 #[derive(Default)]
@@ -98,19 +96,12 @@ impl Case {
         reservoir: impl Participant + 'static,
         others: &mut [&mut dyn Observer],
     ) -> (Vec<WindowReport>, Ending, Option<SimulationError>) {
-        let mut graph = Graph::pair(Box::new(dam), Box::new(reservoir));
+        let mut graph = pair(Box::new(dam), Box::new(reservoir)).expect("two units");
         let acceleration = Acceleration::new(self.acceleration, self.relaxation, 1e-3);
-        let scheme =
-            Scheme::new(&mut graph, self.settings, acceleration, Predictor::new(1), measure(self.tolerance))
-                .expect("the units fit");
-        let mut simulation = Simulation {
-            graph,
-            scheme,
-            ground_motion: GroundMotion::ramp(0.0, 1.0),
-            stepping: self.stepping,
-            self_tests: Vec::new(),
-            static_crest_displacement: None,
-        };
+        let (predictor, measure) = (Predictor::new(1), measure(self.tolerance));
+        let scheme = Scheme::new(&mut graph, self.settings, acceleration, predictor, measure, Vec::new())
+            .expect("the units fit");
+        let mut simulation = Simulation::new(graph, scheme, self.stepping);
         let mut kept = Kept::default();
         let mut observers: Vec<&mut dyn Observer> = vec![&mut kept];
         observers.extend(others.iter_mut().map(|o| &mut **o as &mut dyn Observer));
@@ -224,7 +215,7 @@ fn what_is_to_be_watched_must_be_told() {
     let (dam, motion) = (mass(f64::cos), GroundMotion::of_samples("a push", 0.1, vec![0.0, 1.0, 0.0]));
     let start = Start {
         units: vec![dam.description().clone()],
-        ground_motion: &motion,
+        signals: &[ground_signal(&motion)],
         stepping: Stepping::equal(0.1, 200),
     };
     let limit = |quantity| StopScene { quantity, above: 1.0, action: StopAction::End };
@@ -621,12 +612,19 @@ fn a_unit_that_does_not_return_to_its_state_is_named_and_the_log_holds_both_answ
 #[test]
 fn an_attempt_that_is_not_accepted_leaves_no_trace() {
     let run = |twice: bool| {
-        let mut graph = Graph::pair(Box::new(mass(f64::cos)), Box::new(water(0.3 * MASS, |_, _| ())));
+        let mut graph =
+            pair(Box::new(mass(f64::cos)), Box::new(water(0.3 * MASS, |_, _| ()))).expect("two units");
         let acceleration = Acceleration::new(AccelerationKind::Constant, 1.0, 1.0);
-        let mut scheme =
-            Scheme::new(&mut graph, Settings::default(), acceleration, Predictor::new(2), measure(1e-9))
-                .expect("the units fit");
-        scheme.initialise(&mut graph, 0.0, [0.0; 2]).expect("they initialise");
+        let mut scheme = Scheme::new(
+            &mut graph,
+            Settings::default(),
+            acceleration,
+            Predictor::new(2),
+            measure(1e-9),
+            Vec::new(),
+        )
+        .expect("the units fit");
+        scheme.initialise(&mut graph, 0.0).expect("they initialise");
         (1..20)
             .map(|step| {
                 if twice {
@@ -652,10 +650,10 @@ fn an_attempt_that_is_not_accepted_leaves_no_trace() {
 #[test]
 fn an_implicit_scheme_that_may_not_iterate_is_refused() {
     let scheme = |kind| {
-        let mut graph = Graph::pair(Box::new(mass(|_| 1.0)), Box::new(water(0.5, |_, _| ())));
+        let mut graph = pair(Box::new(mass(|_| 1.0)), Box::new(water(0.5, |_, _| ()))).expect("two units");
         let settings = Settings { kind, iteration_limit: 0, ..Settings::default() };
         let acceleration = Acceleration::new(AccelerationKind::Constant, 1.0, 1e-3);
-        Scheme::new(&mut graph, settings, acceleration, Predictor::new(1), measure(1e-9)).err()
+        Scheme::new(&mut graph, settings, acceleration, Predictor::new(1), measure(1e-9), Vec::new()).err()
     };
     assert!(matches!(scheme(SchemeKind::SerialImplicit), Some(CouplingError::NoIteration)));
     assert!(scheme(SchemeKind::SerialExplicit).is_none(), "which never asks how often");

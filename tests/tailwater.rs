@@ -2,10 +2,10 @@
 
 use cofferdam_assembly::observer::HistoriesWriter;
 use cofferdam_assembly::registry;
+use cofferdam_assembly::simulation::simulation_of;
 use cofferdam_assembly::units::DAM;
 use cofferdam_coupling::observer::{Ending, Observer, ObserverError, Start};
-use cofferdam_coupling::scheme::{SchemeKind, UnitId, WindowReport};
-use cofferdam_coupling::simulation::Simulation;
+use cofferdam_coupling::scheme::{SchemeKind, WindowReport};
 use cofferdam_log::{Log, compare};
 use std::num::NonZeroUsize;
 use std::path::Path;
@@ -124,7 +124,7 @@ fn the_work_at_each_interface_adds_up_in_the_balance() -> Result<(), Box<dyn std
     scenario.set("tailwater.depth", 80.0).set("dam.cracks", Value::Array(Vec::new()));
     let loaded = registry::read(&scenario.write(), &[])?;
     let graph = registry::graph(&loaded.scene, NonZeroUsize::MIN)?;
-    let mut simulation = Simulation::of_scene(&loaded.scene, &loaded.ground_motion, graph)?;
+    let mut simulation = simulation_of(&loaded.scene, &loaded.ground_motion, graph)?;
     let folder = tempfile::tempdir()?;
     let (mut histories, mut works) = (HistoriesWriter::new(folder.path()), Works::default());
     let (_, failure) = simulation.run(&mut [&mut histories, &mut works], &AtomicBool::new(false));

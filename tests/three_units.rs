@@ -8,8 +8,10 @@
 //! Bᵢ picks the degrees of freedom of face i. The faces share a third of theirs, and each fluid is as heavy as the
 //! structure: the interfaces act on each other strongly.
 
+use cofferdam_assembly::simulation::ground_signal;
+use cofferdam_assembly::units::wet_face_interface;
 use cofferdam_coupling::acceleration::{Acceleration, AccelerationKind};
-use cofferdam_coupling::convergence::{ConvergenceMeasure, Measure, Tolerance};
+use cofferdam_coupling::convergence::{ConvergenceMeasure, Measure, Scales};
 use cofferdam_coupling::scheme::{
     CouplingError, Graph, Interface, Port, Predictor, Scheme, SchemeKind, Settings, UnitId,
 };
@@ -111,9 +113,9 @@ fn fluid(face: usize) -> SmallUnit<DVector<f64>> {
 }
 
 fn ports() -> Vec<Interface> {
-    let interface = |face: usize| Interface {
-        structure: Port { unit: UnitId(0), prefix: PREFIXES[face].to_owned() },
-        fluid: Port::of(UnitId(face + 1)),
+    let interface = |face: usize| {
+        let structure = Port { unit: UnitId(0), prefix: PREFIXES[face].to_owned() };
+        wet_face_interface(structure, Port::of(UnitId(face + 1)), 1.0)
     };
     vec![interface(0), interface(1)]
 }
@@ -122,27 +124,18 @@ fn ports() -> Vec<Interface> {
 fn run(kind: SchemeKind, path: &Path) -> Result<u32, Box<dyn std::error::Error>> {
     let loaded = cofferdam_assembly::registry::read(&root().join("scenes/koyna-coarse"), &[])?;
     let mut graph = Graph::new(vec![Box::new(structure()), Box::new(fluid(0)), Box::new(fluid(1))], ports())?;
-    let measure = ConvergenceMeasure {
-        measures: vec![Measure::Relative],
-        tolerance: Tolerance::Relative(1e-13),
-        pressure_scale: 0.0,
-        displacement_scale: 0.0,
-        pressure_floor: 1e-11,
-        pressure_bound: 1e9,
-    };
+    let measure = ConvergenceMeasure::new(
+        &[Measure::Relative],
+        1e-13,
+        Scales { typical: 10000.0, bound: 1e9, ..Scales::default() },
+    );
     let acceleration = Acceleration::new(AccelerationKind::IqnIls, 0.1, 1.0);
-    let settings = Settings { kind, acceleration_scale: 1.0, ..Settings::default() };
-    let scheme = Scheme::new(&mut graph, settings, acceleration, Predictor::new(2), measure)?;
+    let settings = Settings { kind, ..Settings::default() };
+    let signals = vec![ground_signal(&loaded.ground_motion)];
+    let scheme = Scheme::new(&mut graph, settings, acceleration, Predictor::new(2), measure, signals)?;
     let scene = toml::to_string(&loaded.scene)?;
     let mut log = LogWriter::create(path, &Preamble { scene, ..Preamble::default() })?;
-    let mut simulation = Simulation {
-        graph,
-        scheme,
-        ground_motion: loaded.ground_motion,
-        stepping: Stepping::equal(STEP, STEPS),
-        self_tests: Vec::new(),
-        static_crest_displacement: None,
-    };
+    let mut simulation = Simulation::new(graph, scheme, Stepping::equal(STEP, STEPS));
     let (_, failure) = simulation.run(&mut [&mut log], &AtomicBool::new(false));
     assert!(failure.is_none(), "{failure:?}");
     let iterations = Log::open(path)?.entries()?.filter_map(|entry| match entry {
@@ -247,17 +240,15 @@ fn units_that_do_not_fit_together_are_named() {
         let dam = SmallUnit::structure(first, &[("", 2)], (), Vec::new(), |_, _, _, _| ());
         vec![Box::new(dam), Box::new(SmallUnit::fluid(second, 2, (), Vec::new(), |_, _, _, _| ()))]
     };
-    let between = |structure, fluid| Interface {
-        structure: Port::of(UnitId(structure)),
-        fluid: Port::of(UnitId(fluid)),
-    };
+    let between =
+        |structure, fluid| wet_face_interface(Port::of(UnitId(structure)), Port::of(UnitId(fluid)), 1.0);
     let cases = [
         (["dam", "water"], vec![between(0, 2)], "an interface names unit 2, of 2 units"),
         (["dam", "water"], Vec::new(), "dam has no interface"),
         (
             ["dam", "water"],
             vec![between(0, 1), between(1, 0)],
-            "dam is the structure of an interface and the fluid of one",
+            "dam is the first unit of an interface and the second of another",
         ),
         (["dam", "dam"], vec![between(0, 1)], "two units are called dam"),
     ];

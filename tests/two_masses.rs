@@ -8,10 +8,10 @@
 //! the left, has the joining spring, and answers with the force. Either solves its own part exactly. Modes:
 //! both masses together, ω₁² = k/m, and against each other, ω₂² = (k + 2κ)/m.
 
-use cofferdam_assembly::units::DAM;
+use cofferdam_assembly::units::{DAM, pair};
 use cofferdam_coupling::acceleration::{Acceleration, AccelerationKind};
-use cofferdam_coupling::convergence::{ConvergenceMeasure, Measure, Tolerance};
-use cofferdam_coupling::scheme::{Graph, Predictor, Scheme, SchemeKind, Settings, StepFailure, UnitId};
+use cofferdam_coupling::convergence::{ConvergenceMeasure, Measure, Scales};
+use cofferdam_coupling::scheme::{Predictor, Scheme, SchemeKind, Settings, StepFailure};
 use whole_chain::small_unit::{SmallUnit, interval};
 
 const WALL: f64 = 10.0;
@@ -78,20 +78,18 @@ fn error(
     window: usize,
     h: f64,
 ) -> Result<[f64; 2], StepFailure> {
-    let mut graph = Graph::pair(Box::new(left(inputs)), Box::new(right(inputs)));
-    let measure = ConvergenceMeasure {
-        measures: vec![Measure::Relative],
-        tolerance: Tolerance::Relative(1e-12),
-        pressure_scale: 0.0,
-        displacement_scale: 0.0,
-        pressure_floor: 1e-11,
-        pressure_bound: 1e9,
-    };
+    let mut graph = pair(Box::new(left(inputs)), Box::new(right(inputs))).expect("two units");
+    let measure = ConvergenceMeasure::new(
+        &[Measure::Relative],
+        1e-12,
+        Scales { typical: 1000.0, bound: 1e9, ..Scales::default() },
+    );
     let acceleration = Acceleration::new(AccelerationKind::IqnIls, 0.1, 1.0);
-    let settings = Settings { kind, acceleration_scale: 1.0, ..Settings::default() };
-    let mut scheme = Scheme::new(&mut graph, settings, acceleration, Predictor::new(order), measure)
-        .expect("the units fit");
-    scheme.initialise(&mut graph, 0.0, [0.0; 2])?;
+    let settings = Settings { kind, ..Settings::default() };
+    let mut scheme =
+        Scheme::new(&mut graph, settings, acceleration, Predictor::new(order), measure, Vec::new())
+            .expect("the units fit");
+    scheme.initialise(&mut graph, 0.0)?;
     let steps: Vec<_> = (1..=(END / h).round() as u64).map(|step| interval(step, h)).collect();
     let mut worst = [0.0f64; 2];
     for steps in steps.chunks(window) {

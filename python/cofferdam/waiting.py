@@ -4,7 +4,7 @@ import ctypes
 import os
 import time
 
-# As orchestrator/src/transport/wait.rs, which gives the reasons; s.
+# As orchestrator/shared-memory/src/transport/wait.rs, which gives the reasons; s.
 SPIN = 6e-6
 YIELD = 100e-6
 SHORTEST_NAP = 20e-6

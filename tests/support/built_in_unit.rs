@@ -3,7 +3,6 @@
 
 use cofferdam_assembly::registry::{self, RegistryError};
 use cofferdam_assembly::units::{DAM, RESERVOIR};
-use cofferdam_coupling::scheme::UnitId;
 use cofferdam_scene::{DamFidelityScene, FidelityScene, Scene};
 use cofferdam_shared_memory::{Task, host};
 use std::num::NonZeroUsize;

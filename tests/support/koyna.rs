@@ -1,8 +1,6 @@
 //! The Koyna dam as the shipped scenes have it, for tests that build it without a scene.
 
-use dam_dem::{
-    CrackParameters, DamParameters, Damping, DampingFrequencies, Kinematics, Material, Plane, Section,
-};
+use dam_dem::{CrackParameters, DamParameters, Kinematics, Material, Section};
 use interface::WetFace;
 use reservoir::ReservoirParameters;
 

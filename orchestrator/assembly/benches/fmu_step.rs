@@ -1,11 +1,10 @@
 //! A step of the reservoir of `koyna-coarse` in this process, built in and as the FMU that `cofferdam export-fmu` packs of it, in turn:
-//! `cargo bench -p orchestrator --bench fmu_step`. A step is as in an iteration: return to the saved state, inputs, step,
+//! `cargo bench -p cofferdam-assembly --bench fmu_step`. A step is as in an iteration: return to the saved state, inputs, step,
 //! outputs. The program must have been built (`cargo build --release`).
 
 use cofferdam_assembly::registry;
 use cofferdam_assembly::units::RESERVOIR;
 use cofferdam_coupling::participant::{Occasion, Participant};
-use cofferdam_coupling::scheme::UnitId;
 use std::error::Error;
 use std::num::NonZeroUsize;
 use std::path::Path;
@@ -16,7 +15,7 @@ const STEPS: u64 = 2_000;
 const TRIES: usize = 4;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().ok_or("no folder")?;
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).ok_or("no folder")?;
     let scene = root.join("scenes/koyna-coarse");
     let folder = tempfile::tempdir()?;
     let file = folder.path().join("water.fmu");

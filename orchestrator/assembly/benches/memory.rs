@@ -1,4 +1,4 @@
-//! Memory of the reservoir by its models and methods: `cargo bench -p orchestrator --bench memory`.
+//! Memory of the reservoir by its models and methods: `cargo bench -p cofferdam-assembly --bench memory`.
 //!
 //! The water of the main scene: 91.75 m deep, 18 panels of the wet face, α = 0.9, 25 s in steps of 2.5 ms. Bytes are those
 //! that are allocated: by the unit at rest, by one saved state, and at most while a frequency is assembled and solved.

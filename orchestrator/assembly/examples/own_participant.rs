@@ -1,14 +1,16 @@
 //! A participant of one's own: a rigid block on a spring takes the dam's place before the water.
 //!
-//! `cargo run --release -p orchestrator --example own_participant`
+//! `cargo run --release -p cofferdam-assembly --example own_participant`
 
-use cofferdam_assembly::units::DAM;
+use cofferdam_assembly::simulation::scales;
+use cofferdam_assembly::units::{DAM, GROUND_ACCELERATION, pair};
 use cofferdam_coupling::acceleration::{Acceleration, AccelerationKind};
 use cofferdam_coupling::convergence::{ConvergenceMeasure, Measure};
 use cofferdam_coupling::participant::{
     Channel, ChannelShape, Description, InProcess, Layout, Messages, Occasion, Participant, ParticipantError,
 };
-use cofferdam_coupling::scheme::{Graph, Interval, Predictor, Scheme, Settings, UnitId};
+use cofferdam_coupling::scheme::{Interval, Predictor, Scheme, Settings};
+use cofferdam_coupling::signal::Signal;
 use interface::{Capabilities, Fingerprint, WetFace};
 use reservoir::{Reservoir, ReservoirParameters};
 use std::num::NonZeroUsize;
@@ -98,20 +100,21 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let reservoir =
         InProcess::new(Reservoir::new(water, NonZeroUsize::MIN)?, "reservoir", Messages::default());
     let dam = Block { description, face, now: [0.0; 4], saved: [0.0; 4] };
-    let mut graph = Graph::pair(Box::new(dam), Box::new(reservoir));
+    let mut graph = pair(Box::new(dam), Box::new(reservoir))?;
     let aitken = Acceleration::new(AccelerationKind::Aitken, 0.9, 1.0);
-    let measure =
-        ConvergenceMeasure::new(&[Measure::Change, Measure::Relative], 1e-6, 50.0, 1000.0 * 9.81 * 50.0);
-    let mut scheme = Scheme::new(&mut graph, Settings::default(), aitken, Predictor::new(2), measure)?;
-    scheme.initialise(&mut graph, 0.0, [0.0; 2])?;
+    let measure = ConvergenceMeasure::new(
+        &[Measure::Change, Measure::Relative],
+        1e-6,
+        scales(50.0, 1000.0 * 9.81 * 50.0),
+    );
+    let acceleration = (0..200).map(|step| if step == 0 { 0.0 } else { 2.0 }).collect();
+    let ground = Signal::new("ground_motion", GROUND_ACCELERATION, h, acceleration);
+    let mut scheme =
+        Scheme::new(&mut graph, Settings::default(), aitken, Predictor::new(2), measure, vec![ground])?;
+    scheme.initialise(&mut graph, 0.0)?;
     for step in 1..=400_u32 {
-        let (time, ground) = (f64::from(step) * h, if step < 200 { 2.0 } else { 0.0 });
-        let interval = Interval {
-            step: step.into(),
-            time: time - h,
-            communication_step: h,
-            ground_acceleration: [ground, 0.0],
-        };
+        let time = f64::from(step) * h;
+        let interval = Interval { step: step.into(), time: time - h, communication_step: h };
         let report = scheme.advance(&mut graph, &[interval])?;
         if step % 40 == 0 {
             let displacement = report.accepted(DAM, interval.step).map_or(f64::NAN, |e| 1e3 * e.outputs[0]);

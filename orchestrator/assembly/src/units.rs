@@ -1,7 +1,7 @@
 //! The built-in graph: a dam, its reservoir, and where a scene has one the tailwater.
 
 use cofferdam_coupling::participant::Participant;
-use cofferdam_coupling::scheme::{Direction, Field, Interface, Port, UnitId};
+use cofferdam_coupling::scheme::{CouplingError, Direction, Field, Graph, Interface, Port, UnitId};
 
 /// The input of all units that receives the acceleration of the ground (x, y), m/s².
 pub const GROUND_ACCELERATION: &str = "ground_acceleration";
@@ -32,9 +32,8 @@ pub fn wet_face_interface(structure: Port, fluid: Port, inertia: f64) -> Interfa
 }
 
 /// A dam and its reservoir, with acceleration and pressure of weight 1.
-pub fn pair(
-    dam: Box<dyn Participant>,
-    reservoir: Box<dyn Participant>,
-) -> (Vec<Box<dyn Participant>>, Vec<Interface>) {
-    (vec![dam, reservoir], vec![wet_face_interface(Port::of(DAM), Port::of(RESERVOIR), 1.0)])
+///
+/// **Errors**: [`CouplingError::Graph`]: both have the same name.
+pub fn pair(dam: Box<dyn Participant>, reservoir: Box<dyn Participant>) -> Result<Graph, CouplingError> {
+    Graph::new(vec![dam, reservoir], vec![wet_face_interface(Port::of(DAM), Port::of(RESERVOIR), 1.0)])
 }

@@ -1,20 +1,19 @@
 //! One exchange of 100 values each way between two processes, over shared memory, beside a Unix socket and
-//! an in-process call: `cargo bench -p orchestrator --bench exchange`.
+//! an in-process call: `cargo bench -p cofferdam-shared-memory --bench exchange`.
 //!
 //! The process that answers is this program again, or, if `PYTHON` names an interpreter that has the package of `python/`,
 //! a unit in Python. Times are those of the whole call without the solve.
 
-use cofferdam_assembly::units::DAM;
 use cofferdam_coupling::acceleration::{Acceleration, AccelerationKind};
-use cofferdam_coupling::convergence::{ConvergenceMeasure, Known, Measure};
+use cofferdam_coupling::convergence::{ConvergenceMeasure, IterationInfo, Measure, Scales};
 use cofferdam_coupling::observer::{Observer, Start};
 use cofferdam_coupling::participant::{
     AccelerationMeaning, Channel, ChannelShape, Description, Layout, Occasion, Participant, ParticipantError,
 };
 use cofferdam_coupling::scheme::{Exchange, Interval, IterationReport, Purpose, UnitId, WindowReport};
+use cofferdam_coupling::signal::Signal;
 use cofferdam_coupling::stepping::Stepping;
 use cofferdam_log::{LogWriter, Preamble};
-use cofferdam_motion::GroundMotion;
 use cofferdam_shared_memory::{Brief, BriefPoints, Deadlines, Starting, UnitCommand, host};
 use interface::Role;
 use interface::{Capabilities, Fingerprint};
@@ -222,7 +221,7 @@ fn shared_memory(solve: Duration, brief: Option<Brief>) -> Result<Box<dyn Partic
 /// `examples/python/westergaard.py`.
 fn in_python(interpreter: &OsStr) -> Result<Box<dyn Participant>, Box<dyn Error>> {
     let mut command = Command::new(interpreter);
-    command.arg("-B").arg(concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/python/westergaard.py"));
+    command.arg("-B").arg(concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/python/westergaard.py"));
     started("reservoir", command, Some(brief()))
 }
 
@@ -251,23 +250,32 @@ impl Coupling {
         let folder = tempfile::tempdir()?;
         let mut log = LogWriter::create(&folder.path().join(name), &Preamble::default())?;
         let reservoir = Description { name: "reservoir".to_owned(), ..dam.clone() };
-        let ground_motion = &GroundMotion::ramp(1.0, 1.0);
-        log.begin(&Start { units: vec![dam, reservoir], ground_motion, stepping: Stepping::equal(1e-3, 1) })?;
+        let ramp =
+            Signal { held: true, ..Signal::new("ground_motion", "ground_acceleration", 1.0, vec![0.0, 1.0]) };
+        log.begin(&Start {
+            units: vec![dam, reservoir],
+            signals: &[ramp],
+            stepping: Stepping::equal(1e-3, 1),
+        })?;
         let acceleration = Acceleration::new(AccelerationKind::Aitken, 0.9, 1.0);
-        let measure = ConvergenceMeasure::new(&[Measure::Change, Measure::Relative], 1e-6, 100.0, 1e6);
+        let measure = ConvergenceMeasure::new(
+            &[Measure::Change, Measure::Relative],
+            1e-6,
+            Scales { change: 1e-7, typical: 1e6, bound: 1e10, ..Scales::default() },
+        );
         Ok(Self { acceleration, measure, log, guess: vec![0.0; VALUES], _folder: folder })
     }
 
     fn step(&mut self, step: u64, inputs: &mut [f64], outputs: &[f64]) -> Result<(), Box<dyn Error>> {
         let residuals =
-            self.measure.residuals(outputs, Some(inputs), [&self.guess, outputs], Known::default());
+            self.measure.residuals(outputs, Some(inputs), [&self.guess, outputs], IterationInfo::default());
         let residual: Vec<f64> = outputs.iter().zip(&self.guess).map(|(q, p)| q - p).collect();
         self.acceleration.begin_step();
         self.acceleration.accelerate(&mut self.guess, &residual);
         let time = 1e-3 * step as f64;
-        let interval = Interval { step, time, communication_step: 1e-3, ground_acceleration: [0.0; 2] };
+        let interval = Interval { step, time, communication_step: 1e-3 };
         let exchange = Exchange {
-            unit: DAM,
+            unit: UnitId(0),
             occasion: Occasion { step, iteration: 1, attempt: 1, time, communication_step: 1e-3 },
             accepted: true,
             inputs: inputs.to_vec(),

@@ -44,6 +44,55 @@ pub struct Place {
     pub acceleration: AccelerationMeaning,
 }
 
+/// Why a unit of another program does not fit the wet face.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum FaceError {
+    /// A unit with other points than the scene, that does not say where they are.
+    #[error(
+        "its interface has {found} points, that of the scene {expected}, and it does not tell where its own are \
+         (`interface_x`, `interface_y`); take those of `cofferdam points`"
+    )]
+    Points {
+        /// Number of its points.
+        found: usize,
+        /// Number of points of the scene.
+        expected: usize,
+    },
+    /// A unit whose normals are others than those of its points.
+    #[error(
+        "its normal at point {index} is ({:.3}, {:.3}), but out of the water and into the dam is ({:.3}, {:.3}); \
+         turn its normals", found[0], found[1], expected[0], expected[1]
+    )]
+    Normal {
+        /// Index of the point, from 0.
+        index: usize,
+        /// Its normal.
+        found: [f64; 2],
+        /// The normal of its points.
+        expected: [f64; 2],
+    },
+    /// A unit of the other sign.
+    #[error(
+        "when {asked}, it answers with {change:e} {unit}, where that must be above 0; n points out of the water \
+         into the dam, accelerations are along n, and pressure is positive in compression: turn the sign"
+    )]
+    Sign {
+        /// What it was asked.
+        asked: &'static str,
+        /// Its answer, integrated along the face.
+        change: f64,
+        /// Of what, and the unit.
+        unit: &'static str,
+    },
+}
+
+impl FaceError {
+    /// The error of the unit that this describes.
+    fn of(self, unit: &Description) -> ParticipantError {
+        ParticipantError::Unit { participant: unit.name.clone(), cause: Box::new(self) }
+    }
+}
+
 /// The acceleration of a unit that takes it to be that at the end of a step, in a request or an answer.
 struct Converted {
     place: Range<usize>,
@@ -127,11 +176,8 @@ impl Foreign {
         let coordinates = ["interface_x", "interface_y"];
         if coordinates.iter().any(|name| self.description.readable.range(name).is_none()) {
             if size != place.face.len() {
-                return Err(ParticipantError::Points {
-                    participant: self.description.name.clone(),
-                    found: size,
-                    expected: place.face.len(),
-                });
+                let refused = FaceError::Points { found: size, expected: place.face.len() };
+                return Err(refused.of(&self.description));
             }
             return Ok(place.face.points().to_vec());
         }
@@ -153,8 +199,8 @@ impl Foreign {
                 let found = [*found.0, *found.1];
                 // cos 20°: programs differ in what they call the normal at a kink.
                 if expected[0] * found[0] + expected[1] * found[1] < 0.94 {
-                    let participant = self.description.name.clone();
-                    return Err(ParticipantError::Normal { participant, index, found, expected: *expected });
+                    let refused = FaceError::Normal { index, found, expected: *expected };
+                    return Err(refused.of(&self.description));
                 }
             }
         }
@@ -487,7 +533,7 @@ fn along_face(unit: &mut dyn Participant, values: &[f64]) -> Result<f64, Partici
 /// Checks the sign of what [`self_test`] found of a unit at rest: a face that moves into the water must press, a pressure must push
 /// the face into the dam. 0 is right for a unit that answers only after the step that it is asked for.
 ///
-/// **Errors**: [`ParticipantError::Sign`].
+/// **Errors**: [`FaceError::Sign`].
 pub fn check_sign(unit: &dyn Participant, role: Role, change: f64) -> Result<(), ParticipantError> {
     if change >= 0.0 {
         return Ok(());
@@ -496,5 +542,5 @@ pub fn check_sign(unit: &dyn Participant, role: Role, change: f64) -> Result<(),
         Role::Fluid => ("its face moves into the water by 1 m/s²", "N/m of force on the dam"),
         Role::Structure => ("the water presses", "m²/s² of acceleration into the dam"),
     };
-    Err(ParticipantError::Sign { participant: unit.description().name.clone(), asked, change, unit: of })
+    Err(FaceError::Sign { asked, change, unit: of }.of(unit.description()))
 }

@@ -6,6 +6,6 @@ mod prescribed;
 mod recorded;
 
 pub use empty_reservoir::EmptyReservoir;
-pub use foreign::{Foreign, Place, SelfTest, check_sign, held_answer, self_test};
+pub use foreign::{FaceError, Foreign, Place, SelfTest, check_sign, held_answer, self_test};
 pub use prescribed::Prescribed;
 pub use recorded::{Recorded, RecordedError, Recording};

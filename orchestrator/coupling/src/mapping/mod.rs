@@ -50,8 +50,8 @@ struct Projection {
 pub enum MappingError {
     /// The faces end at different points.
     #[error(
-        "the wet face ends at ({}, {}) in the {} and at ({}, {}) in the {}; both need the same end, the water level of a \
-         reservoir", first[0], first[1], units[0], second[0], second[1], units[1]
+        "the wet face ends at ({}, {}) in the {} and at ({}, {}) in the {}; both need the same end, at one \
+         level", first[0], first[1], units[0], second[0], second[1], units[1]
     )]
     End {
         /// Names of the first unit and of the second.

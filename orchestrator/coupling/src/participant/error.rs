@@ -33,49 +33,6 @@ pub enum ParticipantError {
         /// Number of values found.
         found: usize,
     },
-    /// A unit with other points than the scene, that does not say where they are.
-    #[error(
-        "{participant}: its interface has {found} points, that of the scene {expected}, and it does not tell where its own are \
-         (`interface_x`, `interface_y`); take those of `cofferdam points`"
-    )]
-    Points {
-        /// Name of the participant.
-        participant: String,
-        /// Number of its points.
-        found: usize,
-        /// Number of points of the scene.
-        expected: usize,
-    },
-    /// A unit whose normals are others than those of its points.
-    #[error(
-        "{participant}: its normal at point {index} is ({:.3}, {:.3}), but out of the water and into the dam is ({:.3}, {:.3}); \
-         turn its normals", found[0], found[1], expected[0], expected[1]
-    )]
-    Normal {
-        /// Name of the participant.
-        participant: String,
-        /// Index of the point, from 0.
-        index: usize,
-        /// Its normal.
-        found: [f64; 2],
-        /// The normal of its points.
-        expected: [f64; 2],
-    },
-    /// A unit of the other sign.
-    #[error(
-        "{participant}: when {asked}, it answers with {change:e} {unit}, where that must be above 0; n points out of the water \
-         into the dam, accelerations are along n, and pressure is positive in compression: turn the sign"
-    )]
-    Sign {
-        /// Name of the participant.
-        participant: String,
-        /// What it was asked.
-        asked: &'static str,
-        /// Its answer, integrated along the face.
-        change: f64,
-        /// Of what, and the unit.
-        unit: &'static str,
-    },
     /// A unit that does not return to its saved state.
     #[error(
         "{participant}: the same step from its saved state gives `{variable}`[{index}] = {first:e} at first and {second:e} then; \
@@ -203,7 +160,8 @@ pub enum ParticipantError {
     /// An answer holds a value that is not finite.
     #[error(
         "{participant}: `{variable}`[{index}] became {value} in the step to t = {time} s; \
-         look at the last exchanges in the log; of a built-in dam also at the time step's safety factor and the mesh"
+         look at the last exchanges in the log; of a unit with explicit steps of its own also at their safety factor \
+         and the mesh"
     )]
     NonFinite {
         /// Name of the participant.

@@ -18,9 +18,9 @@ pub enum CouplingError {
     },
     /// An implicit scheme with a unit whose steps cannot be repeated.
     #[error(
-        "{participant} cannot save its state, so its steps cannot be repeated; let it save and restore its state (a class: `save` and \
-         `restore`), or set coupling.scheme to \"serial-explicit\" or \"parallel-explicit\", which diverge where the second unit is heavy compared with the first, \
-         such as deep water in front of a dam"
+        "{participant} cannot save its state, so its steps cannot be repeated; let it save and restore its state (a class: \
+         `save` and `restore`), or set coupling.scheme to \"serial-explicit\" or \"parallel-explicit\", which diverge where \
+         the second unit is heavy compared with the first"
     )]
     NoState {
         /// Name of the participant.
@@ -39,8 +39,8 @@ pub enum CouplingError {
     #[error(
         "step {step} at t = {time} s did not converge in {iterations} iterations: residual {residual:e} {unit} \
          ({relative_ratio:.3e} of what is allowed), change {change:.3e}, tolerance {tolerance}; \
-         raise [coupling] iteration_limit, choose another acceleration, or shorten communication_step for compressible \
-         water (lengthen it for added mass)"
+         raise [coupling] iteration_limit, choose another acceleration, or shorten communication_step where the second \
+         unit has a memory (lengthen it where it only adds mass)"
     )]
     NotConverged {
         /// Number of the step.
@@ -146,7 +146,7 @@ pub enum CouplingError {
     /// A unit that takes steps of one length only was to take another.
     #[error(
         "{participant} takes communication steps of one length only; leave out [time.adaptive] and \
-         [coupling] on_failure = \"halve\", or choose water without memory"
+         [coupling] on_failure = \"halve\", or choose a unit without memory"
     )]
     FixedStep {
         /// Name of the participant.

@@ -206,7 +206,8 @@ mod tests {
     use std::path::Path;
 
     fn scene(shipped: &str, overrides: &[&str]) -> Scene {
-        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(shipped).join("scene.toml");
+        let file =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(shipped).join("scene.toml");
         let text = std::fs::read_to_string(&file).expect("a shipped scene");
         let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
         Scene::resolved(&text, &overrides, &file).expect("a scene")

@@ -60,7 +60,8 @@ mod tests {
     use std::path::Path;
 
     fn of(shipped: &str, overrides: &[&str]) -> String {
-        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(shipped).join("scene.toml");
+        let file =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(shipped).join("scene.toml");
         let text = std::fs::read_to_string(&file).expect("a shipped scene");
         let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
         not_modelled(&Scene::resolved(&text, &overrides, &file).expect("a scene")).join("\n")

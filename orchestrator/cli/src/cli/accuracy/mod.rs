@@ -542,7 +542,7 @@ mod tests {
 
     #[test]
     fn blocks_run_once_more_by_a_number_of_modes_that_they_do_not_have() {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/koyna-coarse");
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/koyna-coarse");
         let other = |fidelity, set: &[String]| {
             let loaded = registry::read(&path, set).expect("a scene");
             let ladder = Ladder::of(&loaded.scene);
@@ -560,7 +560,7 @@ mod tests {
 
     #[test]
     fn the_reference_is_the_strictest_run_and_goes_on_with_steps_above_its_tolerance() {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/koyna-coarse");
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/koyna-coarse");
         let scene = registry::read(&path, &[]).expect("a scene").scene;
         let settings = Ladder::of(&scene).reference(&scene);
         let reference = registry::read(&path, &settings).expect("a scene").scene;

@@ -185,7 +185,7 @@ mod tests {
 
     #[test]
     fn a_sample_is_another_if_a_file_is_and_the_same_elsewhere() {
-        let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/koyna-coarse");
+        let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/koyna-coarse");
         let place = tempfile::tempdir().expect("a folder");
         let hash_in = |folder: &str, content: &str| {
             let folder = place.path().join(folder);
