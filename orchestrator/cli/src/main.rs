@@ -1,8 +1,28 @@
 //! `cofferdam`: couples a reservoir and a cracked dam under an earthquake.
 
-mod cli;
+mod arguments;
+mod cache;
+mod check;
+mod context;
+mod ensemble;
+mod export_fmu;
+mod log;
+mod modes;
+mod options;
+mod plan;
+mod points;
+mod replay;
+mod report;
+mod reservoir;
+mod run;
+mod shell;
+mod study;
+mod template;
+mod terminal;
+mod unit;
 
-use clap::Parser;
+use arguments::{Arguments, Command};
+use clap::{CommandFactory, Parser};
 use std::process::ExitCode;
 use std::sync::Arc;
 
@@ -25,27 +45,26 @@ fn main() -> ExitCode {
     // So that writing beyond the limit of file sizes is an error like that of a full disk, and not the end of the process. If
     // it fails, it ends the process as before.
     let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
-    let cli::Arguments { command, cache, no_cache } = cli::Arguments::parse();
-    cli::use_cache(cache, !no_cache);
-    cli::exit_status(match command {
-        cli::Command::Run(arguments) => cli::run::run(&arguments),
-        cli::Command::Resume(arguments) => cli::run::resume::run(&arguments),
-        cli::Command::Branch(arguments) => cli::run::branch::run(&arguments),
-        cli::Command::Unit(arguments) => cli::unit::unit(&arguments),
-        cli::Command::Check(arguments) => cli::check::check(&arguments),
-        cli::Command::ExportFmu(arguments) => cli::export_fmu::run(&arguments),
-        cli::Command::Plan(arguments) => cli::plan::run(&arguments),
-        cli::Command::Points(arguments) => cli::points::run(&arguments),
-        cli::Command::Template(command) => cli::template::run(&command),
-        cli::Command::Report(arguments) => cli::report::run(&arguments),
-        cli::Command::Replay(arguments) => cli::replay::run(&arguments),
-        cli::Command::Log(command) => cli::log::run(&command),
-        cli::Command::Reservoir(command) => cli::reservoir::run(&command),
-        cli::Command::Bench(arguments) => cli::bench::run(&arguments),
-        cli::Command::Cache(arguments) => cli::cache::run(&arguments),
-        cli::Command::Ensemble(arguments) => cli::ensemble::run(&arguments),
-        cli::Command::Completions(arguments) => cli::shell::completions(&arguments),
-        cli::Command::Man(arguments) => cli::shell::man(&arguments),
-        cli::Command::Study(command) => cli::study::run(&command),
+    let Arguments { command, cache, no_cache } = Arguments::parse();
+    context::use_cache(cache, !no_cache);
+    terminal::exit_status(match command {
+        Command::Run(arguments) => run::run(&arguments),
+        Command::Resume(arguments) => run::resume::run(&arguments),
+        Command::Branch(arguments) => run::branch::run(&arguments),
+        Command::Unit(arguments) => unit::unit(&arguments),
+        Command::Check(arguments) => check::check(&arguments),
+        Command::ExportFmu(arguments) => export_fmu::run(&arguments),
+        Command::Plan(arguments) => plan::run(&arguments),
+        Command::Points(arguments) => points::run(&arguments),
+        Command::Template(command) => template::run(&command),
+        Command::Report(arguments) => report::run(&arguments),
+        Command::Replay(arguments) => replay::run(&arguments),
+        Command::Log(command) => log::run(&command),
+        Command::Reservoir(command) => reservoir::run(&command),
+        Command::Cache(arguments) => cache::run(&arguments),
+        Command::Ensemble(arguments) => ensemble::run(&arguments),
+        Command::Completions(arguments) => shell::completions(&arguments, Arguments::command()),
+        Command::Man(arguments) => shell::man(&arguments, Arguments::command()),
+        Command::Study(command) => study::run(&command),
     })
 }

@@ -45,20 +45,6 @@ pub struct EnsembleManifest {
     pub parameters: Vec<VariedKey>,
     /// The keys of the method.
     pub numerics: Vec<VariedKey>,
-    /// Runs by a dearer model.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub dear: Option<DearRuns>,
-}
-
-/// Runs of some motions by a dearer model.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct DearRuns {
-    /// Values of the scene that make them dear.
-    pub set: Vec<String>,
-    /// Motions of each level that run so, too.
-    pub motions: usize,
-    /// Cost of a dear run over that of a cheap one, as the plan says.
-    pub cost: f64,
 }
 
 /// A record of an ensemble.

@@ -10,6 +10,7 @@ mod data;
 mod document;
 pub mod ensemble;
 mod envelope_picture;
+pub mod file;
 mod folder;
 mod ground;
 mod inputs;
@@ -28,6 +29,7 @@ pub use data::{
     Rounded, Row, Series, Value,
 };
 pub use document::html;
+pub use file::PageError;
 pub use folder::{ReportError, RunFolder};
 pub use limits::not_modelled;
 pub use thinning::kept;

@@ -62,8 +62,6 @@ pub struct EnsembleData {
     pub variance: Grid,
     /// Whether methods agree.
     pub methods: Grid,
-    /// Few dear runs beside many cheap ones.
-    pub control: Grid,
     /// All runs.
     pub results: Grid,
     /// Program, machine, hashes.
@@ -82,7 +80,6 @@ impl EnsembleData {
             statistics,
             variance,
             methods,
-            control,
             target,
             polarities,
             ..
@@ -127,7 +124,6 @@ impl EnsembleData {
             all_statistics: Grid::of(statistics, &all(statistics), |_| true),
             variance: share(Grid::of(variance, &all(variance), |row| is_shown(&row[0])), 1),
             methods: Grid::of(methods, &all(methods), |_| true),
-            control: Grid::of(control, &without(control, &["coefficient", "best motions a pair"]), |_| true),
             results: runs(folder, &is_shown),
             provenance: provenance(folder),
             plan_text: folder.plan.clone(),
@@ -250,13 +246,6 @@ fn plan(folder: &EnsembleFolder) -> Group {
             .with(format!("noise of {} %", 100.0 * noise))
     }));
     rows.extend(manifest.set.iter().map(|set| Row::code("changed in all runs", set.clone())));
-    if let Some(dear) = &manifest.dear {
-        rows.push(
-            Row::text("motions of each level that run dear, too", dear.motions.to_string())
-                .with(format!("a dear run costs {} cheap ones", dear.cost)),
-        );
-        rows.extend(dear.set.iter().map(|set| Row::code("changed in dear runs", set.clone())));
-    }
     Group { name: "Plan".to_owned(), rows }
 }
 

@@ -143,15 +143,6 @@ fn parts(data: &EnsembleData) -> Vec<Part> {
         "Whether methods agree",
         if methods.is_empty() { methods } else { about.to_owned() + &methods },
     );
-    let about = "<p class=\"about\">Distribution by the dear model from few dear runs and all cheap ones (control variate). The other tables \
-                 are of the cheap runs. The saving is beside dear runs alone of the same cost; where it does not pay, the median is that of \
-                 the dear runs alone.</p>\n";
-    let control = data.control.html("control");
-    add(
-        "control",
-        "Few dear runs beside many cheap ones",
-        if control.is_empty() { control } else { about.to_owned() + &control },
-    );
     let about = "<p class=\"about\">Each file holds the table of its run; it lies beside this page.<span class=\"hint\"> A click on a heading \
                  sorts.</span></p>\n";
     let results = data.results.html("results sortable");

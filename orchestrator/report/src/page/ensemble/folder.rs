@@ -23,8 +23,6 @@ pub struct EnsembleFolder {
     pub variance: Table,
     /// Whether methods agree; empty without `[numerics]`.
     pub methods: Table,
-    /// Few dear runs beside many cheap ones; empty without `[dear]`.
-    pub control: Table,
     /// Factors of the records to a target spectrum; empty without one.
     pub target: Table,
     /// Which polarity governs; empty where there is one alone.
@@ -101,7 +99,6 @@ impl EnsembleFolder {
             exceedance: table("exceedance.csv")?,
             variance: table("variance.csv")?,
             methods: further("methods.csv")?,
-            control: further("control.csv")?,
             target: further("target.csv")?,
             polarities: further("polarities.csv")?,
             analysis: picture("ida.svg")?,

@@ -1,0 +1,44 @@
+//! Self-excited vibrations of blocks that slide, in words.
+
+use cofferdam_assembly::registry::{self, Flutter, RegistryError};
+use cofferdam_scene::{CrackScene, Scene};
+use std::f64::consts::TAU;
+
+/// What is to be said of vibrations that grow while blocks of the scene slide.
+///
+/// **Errors**: those of the dam.
+pub fn warnings(scene: &Scene) -> Result<Vec<String>, RegistryError> {
+    let cracks = scene.dam.as_ref().map_or(&[][..], |dam| &dam.cracks);
+    let growing = registry::flutter(scene)?.into_iter().filter(|(vibration, _)| vibration.growth > 0.0);
+    Ok(growing
+        .map(|(vibration, cures)| describe(&vibration, &cracks[vibration.crack]) + &advise(&cures))
+        .collect())
+}
+
+/// A vibration of the block above a crack: direction of sliding, frequency, growth.
+pub fn describe(vibration: &Flutter, crack: &CrackScene) -> String {
+    let Flutter { downstream, frequency, growth, .. } = *vibration;
+    let above = if crack.name.is_some() { crack.phrase() } else { crack.label() };
+    format!(
+        "while the block above {above} slides {}: vibration at {:.1} Hz {} by {:.3} 1/s",
+        if downstream { "downstream" } else { "upstream" },
+        frequency / TAU,
+        if growth > 0.0 { "grows" } else { "decays" },
+        growth.abs(),
+    )
+}
+
+/// What a growing vibration means, and what cures it.
+pub fn advise(cures: &[String]) -> String {
+    let remedy = match cures {
+        [] => {
+            "no other damping that was tried makes it decay: it comes from the shape of the block and its friction; rock that takes \
+             up waves, not modelled here, would damp it (docs/decisions/flutter.md)"
+                .to_owned()
+        }
+        cures => format!("it would decay with {}", cures.join(", or with ")),
+    };
+    format!(
+        ": once it slides, the block shakes itself, and a thrust below its frictional strength may keep it sliding; {remedy}"
+    )
+}

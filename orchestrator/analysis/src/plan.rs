@@ -1,0 +1,288 @@
+//! What a run will model, what it leaves out, and by which numbers.
+
+use crate::accuracy::table;
+use crate::context::{Context, threads};
+use crate::estimate;
+use crate::variables::known;
+use cofferdam_assembly::registry::{self, RegistryError};
+use cofferdam_assembly::units::DAM;
+use cofferdam_coupling::participant::ParticipantError;
+use cofferdam_motion::STANDARD_GRAVITY;
+use cofferdam_report::PlanRow;
+use cofferdam_report::text::wrapped;
+use cofferdam_scene::{
+    DamFidelityScene, DampingModelScene, FidelityScene, LoadedScene, SceneError, Source, Warning,
+    shear_wave_velocity,
+};
+use miette::Diagnostic;
+use std::f64::consts::{PI, TAU};
+
+/// Why there is no plan.
+#[derive(Debug, thiserror::Error, Diagnostic)]
+pub enum PlanError {
+    /// The scene.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Scene(#[from] SceneError),
+    /// A unit.
+    #[error(transparent)]
+    Unit(#[from] RegistryError),
+    /// The dam.
+    #[error(transparent)]
+    Dam(#[from] ParticipantError),
+    /// The estimate of time and disk.
+    #[error(transparent)]
+    Estimate(#[from] estimate::EstimateError),
+}
+
+/// A row as text of at most 80 columns: subject and verdict, then the criterion.
+pub fn text(PlanRow { what, verdict, criterion }: &PlanRow) -> String {
+    format!("{what:<34} {verdict}\n{}", wrapped(&format!("        {criterion}"), "        "))
+}
+
+/// Shares of the record's Fourier energy between which its frequencies of interest lie.
+const ENERGY: [f64; 2] = [0.01, 0.99];
+/// ω_c over ω₁ from which compressibility changes the response little.
+///
+/// **Source**: A.K. Chopra, Earthquake behavior of reservoir-dam systems, Journal of the Engineering Mechanics Division 94 (1968).
+const INCOMPRESSIBLE: f64 = 2.0;
+/// ω²h/g above which gravity waves change the pressure by less than 5 %: they need the surface to move during a period.
+///
+/// **Source**: A.K. Chopra, Hydrodynamic pressures on dams during earthquakes, Journal of the Engineering Mechanics Division 93 (1967).
+const NO_WAVES: f64 = 17.6;
+/// Elements a shear wave, steps a period.
+const ELEMENTS: f64 = 10.0;
+const STEPS: f64 = 20.0;
+/// Demand over strength of a crack below which it holds, and above which it slides, from the response spectrum alone.
+const HOLDS: f64 = 0.5;
+const SLIDES: f64 = 1.0;
+
+fn row(what: impl Into<String>, verdict: impl Into<String>, criterion: impl Into<String>) -> PlanRow {
+    PlanRow { what: what.into(), verdict: verdict.into(), criterion: criterion.into() }
+}
+
+/// The plan of a scene. It makes the dam and its lowest modes, and runs some of its steps for the estimate of time.
+///
+/// **Errors**: those of the units.
+pub fn rows(loaded: &LoadedScene, context: &Context<'_>) -> Result<Vec<PlanRow>, PlanError> {
+    let (scene, motion) = (&loaded.scene, &loaded.ground_motion);
+    let [low, high] = ENERGY.map(|share| motion.frequency_below_which(share));
+    let mut rows = Vec::new();
+    let has_record = scene.ground_motion.record.is_some();
+    rows.push(row(
+        "ground motion",
+        if has_record { "horizontal, on rigid ground" } else { "ramp" },
+        format!(
+            "98 % of its energy lies from {low:.2} to {high:.1} Hz, at most {:.3} g; vertical motion and the ground's own \
+             deformation are left out: the scene has no numbers for them",
+            motion.peak().0.abs() / STANDARD_GRAVITY
+        ),
+    ));
+    let full = registry::natural_modes_in_water(scene, 4)?.map(|modes| modes.frequencies);
+    let empty = match &full {
+        Some(_) => None,
+        None => registry::natural_modes(scene, 4)?.map(|modes| modes.frequencies),
+    };
+    let modes = full.as_ref().or(empty.as_ref());
+    let first = modes.and_then(|frequencies| frequencies.first().copied());
+    for (side, water) in scene.waters() {
+        let (table, depth) = (side.table(), scene.depth_of(side));
+        if water.fidelity == FidelityScene::Empty {
+            rows.push(row(table, "left out", "`fidelity` is \"none\": the reservoir is empty"));
+            continue;
+        }
+        if water.source() != Source::BuiltIn {
+            rows.push(row(table, "not known here", "its water is another program's, or a run's of the past"));
+            continue;
+        }
+        let cut_off = PI * water.sound_speed / (2.0 * depth);
+        let compressible = water.fidelity == FidelityScene::Compressible;
+        let of_dam = first.map_or_else(String::new, |first| {
+            format!(
+                "; cut-off over ω₁ of the full dam is {:.2}, and above {INCOMPRESSIBLE} compressibility would change the response \
+                 little",
+                cut_off / first
+            )
+        });
+        let needed = TAU * high > cut_off || first.is_some_and(|first| cut_off < INCOMPRESSIBLE * first);
+        let verdict = match (compressible, needed) {
+            (true, true) => "modelled, and needed",
+            (true, false) => "modelled; added mass would do",
+            (false, true) => "left out, though needed",
+            (false, false) => "left out",
+        };
+        rows.push(row(
+            format!("{table}: compressibility"),
+            verdict,
+            format!(
+                "the record reaches ω = {:.1} rad/s, {:.2} of the cut-off πc/2h = {cut_off:.1} rad/s{of_dam}",
+                TAU * high,
+                TAU * high / cut_off
+            ),
+        ));
+        let number = (TAU * low).powi(2) * depth / scene.gravity;
+        rows.push(row(
+            format!("{table}: gravity waves"),
+            match (water.surface_waves, number < NO_WAVES) {
+                (true, _) => "modelled",
+                (false, false) => "left out",
+                (false, true) => "left out, and may matter",
+            },
+            format!("ω²h/g is {number:.0} at {low:.2} Hz, below which 1 % of the record's energy lies; waves matter below {NO_WAVES}"),
+        ));
+        if compressible {
+            let alpha = water.wave_reflection_coefficient;
+            let crossing = 2.0 * depth / water.sound_speed;
+            let decay = match alpha {
+                a if a <= 0.0 => "a wave is absorbed at once".to_owned(),
+                a if a >= 1.0 => {
+                    "a vertical wave keeps its amplitude: resonance at the cut-off is undamped".to_owned()
+                }
+                a => format!(
+                    "a vertical wave falls to 1 % in {:.1} s, {crossing:.3} s an echo",
+                    crossing * 0.01_f64.ln() / a.ln()
+                ),
+            };
+            let absorbs = if alpha < 1.0 { "modelled" } else { "left out" };
+            rows.push(row(
+                format!("{table}: absorption at the bed"),
+                absorbs,
+                format!("α = {alpha}: {decay}"),
+            ));
+        }
+    }
+    let computed = registry::computes_dam(scene);
+    if let Some(dam) = scene.dam.as_ref().filter(|_| computed) {
+        let spectral =
+            first.map(|first| motion.response_spectrum(&[TAU / first], 0.05)[0] / STANDARD_GRAVITY);
+        for equilibrium in registry::limit_equilibria(scene)? {
+            let crack = &dam.cracks[equilibrium.crack];
+            // k_y = V_max/W − V/W with W = N: of a crack that is level.
+            let capacity = crack.friction_coefficient * (1.0 - 1.0 / equilibrium.sliding);
+            let (verdict, of_demand) = match spectral {
+                Some(demand) => {
+                    let ratio = demand / capacity;
+                    let verdict = match ratio {
+                        r if r < HOLDS => "modelled; expected to hold",
+                        r if r < SLIDES => "modelled; may slide",
+                        _ => "modelled; expected to slide",
+                    };
+                    (verdict, format!("S_a(T₁, 5 %) = {demand:.2} g, {ratio:.2} of it"))
+                }
+                None => ("modelled", "the demand is not known without modes".to_owned()),
+            };
+            rows.push(row(
+                format!("contact: {}", crack.phrase()),
+                verdict,
+                format!(
+                    "it slides from {capacity:.2} g on without cohesion, {of_demand}; factors of safety at rest: sliding {:.2}, \
+                     overturning {:.2}",
+                    equilibrium.sliding, equilibrium.overturning
+                ),
+            ));
+        }
+        if dam.cracks.is_empty() || dam.fidelity == DamFidelityScene::Intact {
+            rows.push(row(
+                "contact",
+                "left out",
+                "the dam has no crack, or is computed without them: it is linear",
+            ));
+        }
+        for warning in &loaded.warnings {
+            if let Warning::NoUplift { crack, uplift, below, .. } = &warning.warning {
+                let text = format!(
+                    "{crack} lies {below:.2} m under water: uplift of {:.2} MN/m is not modelled",
+                    1e-6 * uplift
+                );
+                rows.push(row("uplift", "left out, though it would act", text));
+            }
+        }
+        if has_record {
+            let wave = shear_wave_velocity(dam) / high;
+            let elements = wave / dam.element_size;
+            rows.push(row(
+                "elements",
+                if elements < ELEMENTS { "too coarse for the record" } else { "fine enough for the record" },
+                format!(
+                    "{elements:.1} of {} m a shear wave of {wave:.0} m at {high:.1} Hz; {ELEMENTS} are advised. Error of waves \
+                     (kh)²/24 = {:.2} %; corners of the section and contacts converge more slowly",
+                    dam.element_size,
+                    100.0 * (TAU / elements).powi(2) / 24.0
+                ),
+            ));
+        }
+        if let Some(modes) = modes {
+            let listed: Vec<String> = modes.iter().map(|frequency| format!("{frequency:.1}")).collect();
+            let within = modes.iter().filter(|frequency| **frequency < TAU * high).count();
+            let verdict = match dam.fidelity {
+                DamFidelityScene::Dem => "all, by time steps",
+                _ if dam.modes.is_some() => "as many as the scene says",
+                _ => "as many as an error of 2 % at 200 rad/s needs",
+            };
+            rows.push(row(
+                "modes",
+                verdict,
+                format!(
+                    "ω {} rad/s; {within} of these four within the record's {:.0} rad/s",
+                    listed.join(", "),
+                    TAU * high
+                ),
+            ));
+        }
+        if let Some(row) = damping(loaded, high)? {
+            rows.push(row);
+        }
+    }
+    if has_record {
+        let steps = 1.0 / (scene.time.communication_step * high);
+        rows.push(row(
+            "communication step",
+            if steps < STEPS { "too long for the record" } else { "short enough for the record" },
+            format!(
+                "{steps:.0} steps of {} s a period at {high:.1} Hz; {STEPS} are advised",
+                scene.time.communication_step
+            ),
+        ));
+    }
+    if computed {
+        for (quantity, error, origin) in table::expected(scene) {
+            rows.push(row(format!("error of {quantity}"), format!("{:.1} %", 100.0 * error), origin));
+        }
+        let mut dam = registry::unit(DAM, scene, threads(None))?;
+        let inputs = registry::inputs_at_rest(scene, &mut *dam)?;
+        let mut outputs = vec![0.0; dam.description().outputs.size()];
+        dam.initialise(0.0, &inputs, &mut outputs)?;
+        let estimate = estimate::of(loaded, &mut *dam, &inputs, threads(None), context)?;
+        rows.push(row("time and disk", "within a factor of two", estimate.to_string()));
+    }
+    Ok(rows)
+}
+
+/// The share of critical damping at the record's highest frequency.
+fn damping(loaded: &LoadedScene, high: f64) -> Result<Option<PlanRow>, PlanError> {
+    let Some(dam) = &loaded.scene.dam else { return Ok(None) };
+    let ratio = dam.damping.ratio;
+    if ratio == 0.0 {
+        return Ok(Some(row("damping", "left out", "`dam.damping.ratio` is 0")));
+    }
+    let mut unit = registry::unit(DAM, &loaded.scene, threads(None))?;
+    let [first, second] =
+        ["damping_frequency_low", "damping_frequency_high"].map(|name| known(unit.read(name)));
+    let (first, second) = (first?.first().copied().unwrap_or(f64::NAN), second?.first().copied());
+    let omega = TAU * high;
+    let at_high = match (dam.damping.model, second) {
+        (DampingModelScene::Rayleigh, Some(second)) => {
+            ratio * (first * second / omega + omega) / (first + second)
+        }
+        (DampingModelScene::Mass, _) => ratio * first / omega,
+        (DampingModelScene::Stiffness, _) => ratio * omega / first,
+        _ => ratio,
+    };
+    let criterion = format!(
+        "{:.1} % of critical at {first:.1} rad/s, {:.1} % at the record's {omega:.0} rad/s; sliding depends on it more than on \
+         any refinement",
+        100.0 * ratio,
+        100.0 * at_high
+    );
+    Ok(Some(row("damping", dam.damping.model.word(), criterion)))
+}

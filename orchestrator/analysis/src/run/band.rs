@@ -1,0 +1,91 @@
+//! The band of a run: what twins give that are shaken a little otherwise.
+
+use crate::context::{Context, threads};
+use crate::ensemble::{EnsembleError, sample};
+use crate::parallel;
+use crate::statistics::quantile;
+use cofferdam_report::{Summary, has_both_directions};
+use cofferdam_scene::{DamFidelityScene, LoadedScene};
+use std::num::NonZeroUsize;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Root mean square of the noise, as a share of the motion's.
+const NOISE: f64 = 0.01;
+/// Fewest twins that give a band.
+const LEAST: usize = 3;
+
+/// Runs this number of twins of a run in this process, with the reduced dam where the run has the full one, and gives the quantities of its
+/// `summary` their band: 16 %, median, 84 %.
+///
+/// **Errors**: a twin that cannot be run, and the user's end, in words.
+pub fn add(
+    loaded: &LoadedScene,
+    count: u16,
+    context: &Context<'_>,
+    interrupted: &AtomicBool,
+    summary: &mut Summary,
+) -> Result<(), String> {
+    let mut twin = loaded.clone();
+    let mut model = "the same model";
+    if let Some(dam) = &mut twin.scene.dam
+        && dam.fidelity == DamFidelityScene::Dem
+        && !dam.cracks.is_empty()
+    {
+        (dam.fidelity, model) = (DamFidelityScene::Reduced, "the reduced model");
+    }
+    context
+        .line(format!("\n{count} twins, whose motion differs by noise of {} %, with {model}", 100.0 * NOISE));
+    let seeds: Vec<u64> = (0..u64::from(count)).collect();
+    let runs = parallel::try_map(&seeds, threads(None), |seed| {
+        let mut own = twin.clone();
+        own.ground_motion = own.ground_motion.with_noise(NOISE, *seed);
+        sample::run(&own, context, NonZeroUsize::MIN, None, interrupted)
+    });
+    let runs = runs.map_err(|error: EnsembleError| error.to_string())?;
+    if interrupted.load(Ordering::Relaxed) {
+        return Err("its twins were interrupted".to_owned());
+    }
+    let complete: Vec<_> = runs.iter().filter(|run| run.is_complete()).collect();
+    for quantity in &mut summary.quantities {
+        let values = complete.iter().map(|run| run.value(&quantity.name));
+        let values: Vec<f64> = values.filter(|value| !value.is_nan()).collect();
+        if values.len() >= LEAST {
+            quantity.band = Some(band(&quantity.name, quantity.value, values));
+        }
+    }
+    summary.notes.push(format!(
+        "twins: 16 %, median and 84 % of {} twins whose motion differs by noise of {} %, with {model}: what the shaking alone leaves \
+         open. Damping model, mesh and direction of the record are those of the run; `cofferdam study sensitivity` varies them",
+        complete.len(),
+        100.0 * NOISE
+    ));
+    if complete.len() < runs.len() {
+        summary.notes.push(format!("WARNING: {} of {count} twins failed", runs.len() - complete.len()));
+    }
+    Ok(())
+}
+
+/// 16 %, median and 84 % of the twins' `values`; of a peak [in both directions](has_both_directions) those of its magnitude, in the direction of
+/// the run's `value`.
+fn band(name: &str, value: f64, mut values: Vec<f64>) -> [f64; 3] {
+    if has_both_directions(name, values.iter().copied()) {
+        values.iter_mut().for_each(|of_twin| *of_twin = of_twin.abs().copysign(value));
+    }
+    values.sort_by(f64::total_cmp);
+    [0.16, 0.5, 0.84].map(|share| quantile(&values, share))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn peaks_in_both_directions_are_magnitudes_in_that_of_the_run() {
+        let of = |name: &str, value| band(name, value, vec![-10.0, 9.0, -11.0, 12.0, 10.0]);
+        let [low, median, high] = of("peak crest acceleration", -9.5);
+        assert!(median == -10.0 && (-12.0..-10.0).contains(&low) && (-10.0..=-9.0).contains(&high));
+        assert_eq!(of("peak crest acceleration", 9.5), [-high, -median, -low]);
+        // What is no peak, such as where a block comes to rest, has a sign of its own.
+        assert_eq!(of("residual sliding", 1.0)[1], 9.0);
+    }
+}

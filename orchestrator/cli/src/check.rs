@@ -1,0 +1,330 @@
+//! `cofferdam check`.
+
+mod describe;
+mod foreign;
+
+use crate::context::context;
+use crate::modes;
+use crate::terminal::{print, show_warnings, warn};
+use cofferdam_analysis::context::threads;
+use cofferdam_analysis::estimate;
+use cofferdam_analysis::flutter::{self, advise};
+use cofferdam_analysis::start::StartError;
+use cofferdam_analysis::variables::known;
+use cofferdam_assembly::observer::{Limits, Rest, Snapshots};
+use cofferdam_assembly::registry::{self, RegistryError};
+use cofferdam_assembly::registry::{Equilibrium, UpliftEffect};
+use cofferdam_assembly::simulation::ground_signal;
+use cofferdam_assembly::units::{DAM, TAILWATER};
+use cofferdam_coupling::observer::{self, Observer, ObserverError};
+use cofferdam_coupling::participant::{Level, ParticipantError};
+use cofferdam_coupling::scheme::{CouplingError, check_points};
+use cofferdam_report::section;
+use cofferdam_scene::{FidelityScene, Scene, SceneError, Side, Source};
+use describe::{SLOW, limit, list, shapes, slow, strength};
+use foreign::{test, told, unit};
+use interface::Role;
+use miette::Diagnostic;
+use std::io::{Error, ErrorKind};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Arguments of `cofferdam check`.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Folders that hold scene.toml, or .toml files
+    #[arg(required = true, value_name = "SCENE")]
+    pub scenes: Vec<PathBuf>,
+
+    /// Change a value of every scene before it is checked; may be given several times
+    ///
+    /// As in `cofferdam run`; an error in a changed value is shown in the KEY=VALUE itself.
+    #[arg(short, long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+
+    /// Draw the section to scale into this .svg: mesh, cracks, water, wet points; of one scene
+    #[arg(short, long, value_name = "FILE")]
+    pub picture: Option<PathBuf>,
+
+    /// Write the dam's mode shapes to modes.vtu in this folder, for ParaView; of one scene
+    #[arg(short, long, value_name = "FOLDER")]
+    pub modes: Option<PathBuf>,
+}
+
+pub const HELP: &str = "\
+Errors, each at its line: invalid TOML, unknown, misplaced and missing keys, wrong types and
+words, values and geometry that cannot be computed, a record that cannot be read.
+
+Warnings, which `cofferdam run` shows too: elements or communication steps too coarse for the
+record's frequencies, a record that drifts, no rest after it for the residual sliding, values that
+seem to be in another unit. scenes/README.md lists the thresholds.
+
+Natural frequencies are those of the intact dam: empty, and full, with the mass of the water as if it were
+incompressible. modes.vtu holds the shapes as point data mode_1_empty, mode_1_full and so on, each with a
+modal mass of 1, and the frequencies as field data. Files that exist are replaced.
+
+Examples:
+  cofferdam check scenes/koyna-northridge-1994
+      Prints the number of steps of a run, or the errors that prevent it.
+  cofferdam check scenes/koyna-northridge-1994 --set dam.element_size=25
+      Would that mesh be fine enough?
+  cofferdam check scenes/koyna-northridge-1994 --picture koyna.svg --modes modes
+      Is the section drawn as it was meant?
+  cofferdam check scenes/*/scene.toml
+      All scenes.
+
+Exit status: 0 every scene can be run, 1 a file cannot be written, 2 a scene or an option is wrong.";
+
+/// Why a scene cannot be run.
+#[derive(Debug, thiserror::Error, Diagnostic)]
+enum CheckError {
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Scene(#[from] SceneError),
+    #[error(transparent)]
+    Unit(#[from] RegistryError),
+    #[error(transparent)]
+    Dam(#[from] ParticipantError),
+    #[error(transparent)]
+    Estimate(#[from] estimate::EstimateError),
+    #[error(transparent)]
+    Start(#[from] StartError),
+    #[error(transparent)]
+    Coupling(#[from] CouplingError),
+    #[error(transparent)]
+    Demand(#[from] ObserverError),
+    #[error("the scene cannot be written: {0}; this is a mistake of the program")]
+    Text(#[from] toml::ser::Error),
+    #[error("{option} {}: there are {scenes} scenes; check one scene with it at a time", path.display())]
+    Several { option: &'static str, path: PathBuf, scenes: usize },
+    #[error("--picture {}: the picture is an SVG; give it a name that ends in .svg", path.display())]
+    NoSvg { path: PathBuf },
+    #[error(
+        "--modes {}: the scene's dam is prescribed or another program's and has no modes here; leave the option out", path.display()
+    )]
+    NoModes { path: PathBuf },
+    #[error("{option} {} cannot be written: {cause}; {}", path.display(), remedy(cause))]
+    Write { option: &'static str, path: PathBuf, cause: Error },
+}
+
+impl CheckError {
+    /// The program's exit status.
+    fn status(&self) -> u8 {
+        if matches!(self, Self::Write { .. }) { 1 } else { 2 }
+    }
+}
+
+/// What to do about a file that cannot be written.
+fn remedy(cause: &Error) -> &'static str {
+    match cause.kind() {
+        ErrorKind::NotFound => "make the folder first, or choose another",
+        ErrorKind::NotADirectory | ErrorKind::AlreadyExists | ErrorKind::IsADirectory => {
+            "it, or a part of its path, is there and of another kind; choose another name"
+        }
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => "free some space or choose another place",
+        _ => "choose a place where you may write",
+    }
+}
+
+/// The pressure of a test, as a share of the hydrostatic pressure at the base.
+const PROBE: f64 = 1e-4;
+
+/// Says of each scene what is wrong with it, or what a run of it would be.
+pub fn check(arguments: &Arguments) -> ExitCode {
+    let mut status = 0;
+    let mut failed = |error: CheckError| {
+        status = error.status().max(status);
+        warn(format!("{:?}", miette::Report::new(error)));
+    };
+    if let Err(error) = fits(arguments) {
+        failed(error);
+        return ExitCode::from(status);
+    }
+    for path in &arguments.scenes {
+        if let Err(error) = examine(path, arguments) {
+            failed(error);
+        }
+    }
+    ExitCode::from(status)
+}
+
+/// Whether the files that are asked for fit the scenes.
+fn fits(arguments: &Arguments) -> Result<(), CheckError> {
+    let Arguments { scenes, picture, modes, .. } = arguments;
+    let asked = [("--picture", picture), ("--modes", modes)];
+    let asked = asked.into_iter().find_map(|(option, path)| Some((option, path.clone()?)));
+    if let Some((option, path)) = asked.filter(|_| scenes.len() > 1) {
+        return Err(CheckError::Several { option, path, scenes: scenes.len() });
+    }
+    match picture {
+        Some(path) if path.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("svg")) => {
+            Err(CheckError::NoSvg { path: path.clone() })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Writes the files that are asked for.
+fn write_files(scene: &Scene, arguments: &Arguments) -> Result<(), CheckError> {
+    if let Some(path) = &arguments.picture {
+        write("--picture", path, &section::picture(scene)?)?;
+    }
+    if let Some(folder) = &arguments.modes {
+        let text = modes::vtu(scene)?;
+        std::fs::create_dir_all(folder).map_err(|cause| CheckError::Write {
+            option: "--modes",
+            path: folder.clone(),
+            cause,
+        })?;
+        write("--modes", &folder.join("modes.vtu"), &text)?;
+    }
+    Ok(())
+}
+
+/// Writes a file, completely or not at all, and says so.
+fn write(option: &'static str, path: &Path, text: &str) -> Result<(), CheckError> {
+    let mut draft = path.as_os_str().to_owned();
+    draft.push(".part");
+    std::fs::write(&draft, text).and_then(|()| std::fs::rename(&draft, path)).map_err(|cause| {
+        // The error of writing is reported, not one of removing.
+        let _ = std::fs::remove_file(&draft);
+        CheckError::Write { option, path: path.to_owned(), cause }
+    })?;
+    print(format!("  wrote {}", path.display()));
+    Ok(())
+}
+
+fn examine(path: &Path, arguments: &Arguments) -> Result<(), CheckError> {
+    let loaded = registry::read(path, &arguments.set)?;
+    show_warnings(&loaded.warnings);
+    if let Some(path) = arguments.modes.as_ref().filter(|_| !registry::computes_dam(&loaded.scene)) {
+        return Err(CheckError::NoModes { path: path.clone() });
+    }
+    let time = &loaded.scene.time;
+    let (steps, step, duration) = (loaded.steps(), time.communication_step, time.duration.unwrap_or(0.0));
+    // The sum of decimal numbers, without what binary ones add to it.
+    let duration = (duration * 1e9).round() / 1e9;
+    let steps = match time.adaptive {
+        Some(adaptive) => format!("communication steps of {} to {} s", adaptive.shortest, adaptive.longest),
+        None => format!("{steps} communication steps of {step} s"),
+    };
+    // The dam is made and brought to rest as a run would; only the water's preparation remains.
+    let mut dam = unit(DAM, &loaded.scene)?;
+    let start = observer::Start {
+        units: vec![dam.description().clone()],
+        signals: &[ground_signal(&loaded.ground_motion)],
+        stepping: loaded.scene.stepping(),
+    };
+    Limits::new(&loaded.scene.stop).begin(&start)?;
+    Rest::new(time).begin(&start)?;
+    if loaded.scene.snapshots.is_some() {
+        Snapshots::check(&start)?;
+    }
+    let inputs = registry::inputs_at_rest(&loaded.scene, &mut *dam)?;
+    let mut outputs = vec![0.0; dam.description().outputs.size()];
+    dam.initialise(0.0, &inputs, &mut outputs)?;
+    let scene = &loaded.scene;
+    let sources: Vec<Source<'_>> = scene.sources();
+    let pressure = PROBE * loaded.scene.hydrostatic_base_pressure(Side::Upstream);
+    let mut changes = vec![0.0; sources.len()];
+    if sources[0].is_foreign() {
+        let mut other = unit(DAM, &loaded.scene)?;
+        changes[0] = test(&mut *other, Role::Structure, &inputs, pressure, &loaded.scene)?;
+    }
+    let mut others = Vec::new();
+    for (id, _) in registry::units(&loaded.scene)
+        .into_iter()
+        .zip(&sources)
+        .skip(1)
+        .filter(|(_, s)| **s != Source::BuiltIn)
+    {
+        let mut other = unit(id, &loaded.scene)?;
+        if sources[id.0].is_foreign() {
+            let inputs = vec![0.0; other.description().inputs.size()];
+            changes[id.0] = test(&mut *other, Role::Fluid, &inputs, pressure, &loaded.scene)?;
+        }
+        for interface in registry::interfaces(&loaded.scene).iter().filter(|own| own.second.unit == id) {
+            check_points(&mut *dam, &mut *other, interface)?;
+        }
+        others.push((id, other));
+    }
+    let made = std::iter::once(&dam).chain(others.iter().map(|(_, other)| other));
+    let forgetful = made.map(|unit| unit.description()).find(|unit| !unit.capabilities.saved_state);
+    if let Some(unit) = forgetful.filter(|_| loaded.scene.scheme().is_implicit()) {
+        return Err(CouplingError::NoState { participant: unit.name.clone() }.into());
+    }
+    let frequencies = known(dam.read("natural_frequency"))?;
+    let (mut lines, mut warnings) = (Vec::new(), loaded.warnings.len());
+    let mut doubt = |warning: String| {
+        warn(format!("WARNING: {warning}"));
+        warnings += 1;
+    };
+    lines.push(format!("  dam: {}", told(&*dam, sources[0], changes[0], None)));
+    let cracks = scene.dam.as_ref().map_or(&[][..], |dam| &dam.cracks);
+    if let Some(mesh) = registry::dam_mesh(scene)? {
+        lines.push(format!("  mesh: {}", shapes(&mesh)));
+    }
+    if let Some((part, longest)) = registry::limiting_part(scene)? {
+        let described = limit(&part, cracks);
+        lines.push(format!("  time step of the dam: at most {longest:.3e} s, set by {described}"));
+        if part.slowdown() >= SLOW {
+            doubt(slow(&part, &described));
+        }
+    }
+    for (id, other) in &mut others {
+        for message in other.messages() {
+            if message.level >= Level::Warning {
+                doubt(format!("{}: {}", registry::name(*id), message.text));
+            }
+        }
+        let side = if *id == TAILWATER { Side::Downstream } else { Side::Upstream };
+        let (depth, density) = (scene.depth_of(side), scene.water(side).map_or(0.0, |water| water.density));
+        // ∫ ⅞ ρ √(h (h − y)) dy
+        let mass = 7.0 / 12.0 * density * depth * depth;
+        lines.push(format!(
+            "  {}: {}",
+            registry::name(*id),
+            told(&**other, sources[id.0], changes[id.0], Some(mass))
+        ));
+    }
+    if loaded.ground_motion.file().is_some() {
+        lines.push(format!("  {}", strength(&loaded.ground_motion)));
+    }
+    if !frequencies.is_empty() {
+        lines.push(format!(
+            "  natural frequencies of the dam, intact and empty: {} rad/s",
+            list(&frequencies)
+        ));
+        if let Some(full) = registry::natural_modes_in_water(scene, frequencies.len())? {
+            let formula = |water: FidelityScene| water == FidelityScene::Westergaard;
+            let water = match scene.waters().any(|(_, water)| formula(water.fidelity)) {
+                true => "with Westergaard's added mass",
+                false => "water incompressible",
+            };
+            lines.push(format!("  full, {water}: {} rad/s", list(&full.frequencies)));
+        }
+    }
+    lines.push(format!("  {}", estimate::of(&loaded, &mut *dam, &inputs, threads(None), &context())?));
+    for (crack, Equilibrium { sliding, with_uplift, overturning }) in registry::equilibria(scene)? {
+        let uplift = with_uplift.map_or_else(String::new, |UpliftEffect { sliding, friction_coefficient }| {
+            format!(
+                " ({sliding:.2} with its uplift, for which `friction_coefficient` = {friction_coefficient:.2} stands)"
+            )
+        });
+        lines.push(format!(
+            "  factor of safety of {} before the ground moves: sliding {sliding:.2}{uplift}, overturning {overturning:.2}",
+            cracks[crack].phrase()
+        ));
+    }
+    for (vibration, cures) in registry::flutter(scene)? {
+        let described = flutter::describe(&vibration, &cracks[vibration.crack]);
+        lines.push(format!("  {described}"));
+        if vibration.growth > 0.0 {
+            doubt(format!("{described}{}", advise(&cures)));
+        }
+    }
+    let warnings = if warnings == 1 { "1 warning".to_owned() } else { format!("{warnings} warnings") };
+    print(format!("{} can be run: {steps}, {duration} s; {warnings}", loaded.path.display()));
+    lines.into_iter().for_each(print);
+    write_files(scene, arguments)
+}

@@ -1,0 +1,80 @@
+//! What `cofferdam check` says of mesh, time step and record.
+
+use cofferdam_assembly::registry::{LimitingPart, Mesh, PartKind};
+use cofferdam_motion::{GroundMotion, STANDARD_GRAVITY};
+use cofferdam_scene::CrackScene;
+use interface::number::plain;
+
+/// Ratio of the time step that the median element would allow to the one taken, from which a warning is given.
+pub const SLOW: f64 = 3.0;
+
+/// Numbers and shapes of the dam's elements.
+pub fn shapes(mesh: &Mesh) -> String {
+    let quality = mesh.quality();
+    let at = |(value, [x, y]): (f64, [f64; 2])| format!("{value:.2} at ({x:.2}, {y:.2})");
+    let with = |unit: &str, (value, [x, y]): (f64, [f64; 2])| format!("{value:.2}{unit} at ({x:.2}, {y:.2})");
+    format!(
+        "{} cells, {} elements, {} nodes, {}; smallest angle {}, largest ratio of side to altitude {}, smallest altitude {}",
+        mesh.cells.len(),
+        4 * mesh.cells.len(),
+        mesh.nodes.len(),
+        match mesh.blocks.len() {
+            1 => "1 block".to_owned(),
+            blocks => format!("{blocks} blocks"),
+        },
+        with("°", quality.smallest_angle),
+        at(quality.largest_ratio),
+        with(" m", quality.smallest_altitude),
+    )
+}
+
+/// What sets the time step, and where.
+pub fn limit(part: &LimitingPart, cracks: &[CrackScene]) -> String {
+    let what = match part.kind {
+        PartKind::Element { block } => format!("an element of block {block}"),
+        PartKind::Contact { crack } => {
+            format!("a contact of {}", cracks.get(crack).map_or_else(String::new, CrackScene::phrase))
+        }
+    };
+    let [x, y] = part.place;
+    format!(
+        "{what} at ({}, {}) m; {:.2} times as long if all were as the median element",
+        plain(x),
+        plain(y),
+        part.slowdown()
+    )
+}
+
+/// What a short time step costs, and how it becomes longer.
+pub fn slow(part: &LimitingPart, described: &str) -> String {
+    let remedy = match part.kind {
+        PartKind::Element { .. } => {
+            "move what is close together there (cracks, corners, water level) apart, give cracks there no smaller `element_size`, or \
+             improve the mesh"
+        }
+        PartKind::Contact { .. } => {
+            "lower its `normal_stiffness` and `shear_stiffness`, take larger elements along it, or move what is close to it away"
+        }
+    };
+    format!("one small or stiff part slows the dam down: the time step is set by {described}; {remedy}")
+}
+
+/// Frequencies in a line.
+pub fn list(frequencies: &[f64]) -> String {
+    let frequencies: Vec<String> = frequencies.iter().map(|f| format!("{f:.2}")).collect();
+    frequencies.join(", ")
+}
+
+/// How strong a record is.
+pub fn strength(motion: &GroundMotion) -> String {
+    let peak = motion.acceleration().iter().fold(0.0, |peak: f64, a| peak.max(a.abs()));
+    let [velocity, displacement] = motion.drift().map(|drift| drift.peak);
+    let (intensity, duration) = motion.arias_intensity();
+    format!(
+        "ground: {}, {:.2} s: at most {:.3} g, {velocity:.3} m/s, {displacement:.3} m; Arias intensity {intensity:.3} m/s, 5 to 95 % \
+         of it within {duration:.2} s",
+        motion.source(),
+        motion.duration(),
+        peak / STANDARD_GRAVITY,
+    )
+}

@@ -1,0 +1,117 @@
+//! `cofferdam export-fmu`.
+
+use crate::options::BuiltIn;
+use crate::terminal::{print, show_warnings, warn};
+use cofferdam_assembly::packing::{self, PackingError, Target, Unit};
+use cofferdam_assembly::registry;
+use cofferdam_scene::{SceneError, Side};
+use miette::Diagnostic;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Arguments of `cofferdam export-fmu`.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Folder that holds scene.toml, or a .toml file
+    pub scene: PathBuf,
+
+    /// Which of the scene's units
+    #[arg(short, long)]
+    pub unit: BuiltIn,
+
+    /// The FMU's file; by default SCENE-UNIT.fmu in the current folder
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+
+    /// Change a value of the scene; may be given several times
+    ///
+    /// As in `cofferdam run`. The mesh and the cracks of the dam can be changed only here: in the FMU they are fixed.
+    #[arg(short, long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+
+    /// Put the inertia of the scene's water, as if it were incompressible, into the dam's mass
+    ///
+    /// For a dam that is simulated without a reservoir; with one, the water would count twice.
+    #[arg(long)]
+    pub added_mass: bool,
+
+    /// Overwrite an existing file
+    #[arg(short, long)]
+    pub force: bool,
+
+    /// The unit's shared library; by default the one that was built with this program
+    #[arg(long, value_name = "FILE")]
+    pub library: Option<PathBuf>,
+}
+
+pub const HELP: &str = "\
+The FMU (FMI 3.0, co-simulation) holds one unit of the scene: its compiled library for this platform, its
+parameters, and a description of its variables and of how to use it. It needs neither cofferdam nor
+the scene's files. The number of interface points and of cracks is fixed; the importer can change
+material, friction, damping and others. documentation/index.html in the FMU, a zip file, lists them and
+explains how to repeat a communication step.
+
+Examples:
+  cofferdam export-fmu scenes/koyna-northridge-1994 --unit dam
+      koyna-northridge-1994-dam.fmu: the cracked dam under its weight and the hydrostatic pressure.
+  cofferdam export-fmu scenes/koyna-northridge-1994 --unit reservoir -o water.fmu --force
+      Its reservoir; an existing file water.fmu is overwritten.
+  cofferdam export-fmu scenes/koyna-northridge-1994 --unit dam --set dam.element_size=1.25 -o fine.fmu
+      The dam on a finer mesh.
+
+Exit status: 0 packed, 1 it cannot be packed or written, 2 the scene is wrong.";
+
+const WITH_WATER: &str =
+    "its mass contains the inertia of the water (added_mass_included = 1): simulate it without a reservoir";
+const WITHOUT_WATER: &str =
+    "its mass is the concrete's alone (added_mass_included = 0): couple it with a reservoir";
+const RESERVOIR: &str =
+    "it answers the whole hydrodynamic pressure: couple it with a dam whose added_mass_included is 0";
+
+/// Why no FMU was written.
+#[derive(Debug, thiserror::Error, Diagnostic)]
+enum Failure {
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Scene(#[from] SceneError),
+    #[error(transparent)]
+    Packing(#[from] PackingError),
+    #[error("--added-mass is for the dam's FMU: a reservoir gives its inertia as pressure; leave it out")]
+    AddedMass,
+}
+
+/// Packs a unit of a scene and reports the result.
+pub fn run(arguments: &Arguments) -> ExitCode {
+    match execute(arguments) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            let status = if matches!(error, Failure::Packing(_)) { 1 } else { 2 };
+            warn(format!("{:?}", miette::Report::new(error)));
+            ExitCode::from(status)
+        }
+    }
+}
+
+fn execute(arguments: &Arguments) -> Result<(), Failure> {
+    let (name, unit, said) = match (arguments.unit, arguments.added_mass) {
+        (BuiltIn::Dam, true) => ("dam", Unit::Dam { added_mass: true }, WITH_WATER),
+        (BuiltIn::Dam, false) => ("dam", Unit::Dam { added_mass: false }, WITHOUT_WATER),
+        (BuiltIn::Reservoir, false) => ("reservoir", Unit::Water(Side::Upstream), RESERVOIR),
+        (BuiltIn::Tailwater, false) => ("tailwater", Unit::Water(Side::Downstream), RESERVOIR),
+        (BuiltIn::Reservoir | BuiltIn::Tailwater, true) => return Err(Failure::AddedMass),
+    };
+    let loaded = registry::read(&arguments.scene, &arguments.set)?;
+    show_warnings(&loaded.warnings);
+    let path = arguments.output.clone().unwrap_or_else(|| format!("{}-{name}.fmu", loaded.name).into());
+    let target = Target { path: &path, overwrite: arguments.force, library: arguments.library.as_deref() };
+    let packed = packing::pack(unit, &loaded.scene, &target)?;
+    let step = loaded.scene.time.communication_step;
+    let steps = if packed.variable_step { "or any other" } else { "or whole multiples" };
+    print(format!("{}: {} kB, FMI 3.0 co-simulation", path.display(), packed.size.div_ceil(1000)));
+    print(format!("{} interface points; communication step {step} s {steps}", packed.interface_points));
+    print(said);
+    print(
+        "for importers of FMI 3.0 on this platform, such as FMPy; documentation/index.html in it explains its use",
+    );
+    Ok(())
+}

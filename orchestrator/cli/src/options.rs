@@ -1,0 +1,129 @@
+//! Options and values that several commands share.
+
+use clap::ValueEnum;
+use cofferdam_analysis::context::threads;
+use cofferdam_analysis::{run, start};
+use cofferdam_assembly::registry::{self, RegistryError};
+use cofferdam_assembly::units::{DAM, RESERVOIR, TAILWATER};
+use cofferdam_coupling::scheme::UnitId;
+use cofferdam_scene::{ReservoirScene, Scene};
+use interface::WetFace;
+
+/// What `run`, `resume` and `branch` share.
+#[derive(clap::Args)]
+pub struct Options {
+    /// End the run at this time, s; `resume` goes on from there
+    ///
+    /// No bit before is changed by it. `time.duration` of the scene changes what the water is computed for.
+    #[arg(long, value_name = "SECONDS", value_parser = time)]
+    pub until: Option<f64>,
+
+    /// Threads for preparing the reservoir's operator, and for large meshes of the dam; by default one per core
+    ///
+    /// Results are equal, bit for bit, for any number.
+    #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub threads: Option<u16>,
+
+    /// How the units exchange
+    #[arg(long, value_enum, env = "COFFERDAM_TRANSPORT", default_value_t = Transport::SharedMemory)]
+    pub transport: Transport,
+
+    /// Longest time in seconds that a unit may take for a step before its process is ended
+    ///
+    /// Preparation and initialisation may take sixty times as long. No effect with --transport in-process.
+    #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = seconds)]
+    pub deadline: f64,
+
+    /// No progress line
+    #[arg(short, long)]
+    pub quiet: bool,
+
+    /// Do not write report.html; `cofferdam report` makes it later
+    #[arg(long)]
+    pub no_report: bool,
+
+    /// Print the results as one line of JSON on standard output; all words go to standard error
+    ///
+    /// docs/running.md has its members. A run that fails prints one too, with the exit status beside it.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// How the units exchange.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Transport {
+    /// Each unit is a process of its own, connected by shared memory (iceoryx2)
+    SharedMemory,
+    /// All units run in this process; results are equal, bit for bit
+    InProcess,
+}
+
+impl From<Transport> for start::Transport {
+    fn from(transport: Transport) -> Self {
+        match transport {
+            Transport::SharedMemory => Self::SharedMemory,
+            Transport::InProcess => Self::InProcess,
+        }
+    }
+}
+
+impl Options {
+    /// The same for the library.
+    pub fn of_run(&self) -> run::Options {
+        run::Options {
+            until: self.until,
+            threads: threads(self.threads),
+            transport: self.transport.into(),
+            deadline: self.deadline,
+            report: !self.no_report,
+        }
+    }
+}
+
+/// The built-in units.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum BuiltIn {
+    /// The dam
+    Dam,
+    /// The reservoir
+    Reservoir,
+    /// The tailwater
+    Tailwater,
+}
+
+impl From<BuiltIn> for UnitId {
+    fn from(unit: BuiltIn) -> Self {
+        match unit {
+            BuiltIn::Dam => DAM,
+            BuiltIn::Reservoir => RESERVOIR,
+            BuiltIn::Tailwater => TAILWATER,
+        }
+    }
+}
+
+impl BuiltIn {
+    /// The water of a scene that this unit is, or with which it exchanges.
+    pub fn water(self, scene: &Scene) -> &ReservoirScene {
+        let tailwater = scene.tailwater.as_ref().filter(|_| self == Self::Tailwater);
+        tailwater.unwrap_or(&scene.reservoir)
+    }
+
+    /// The points at which this unit of `scene` exchanges.
+    ///
+    /// **Errors**: those of the wet face.
+    pub fn face(self, scene: &Scene) -> Result<WetFace, RegistryError> {
+        Ok(registry::place(self.into(), scene)?.face)
+    }
+}
+
+/// A time of a run, s.
+pub fn time(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "a number of seconds is wanted".to_owned())?;
+    if value >= 0.0 && value.is_finite() { Ok(value) } else { Err("it must be a time of the run".to_owned()) }
+}
+
+/// A time limit, s.
+pub fn seconds(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "a number of seconds is wanted".to_owned())?;
+    if (0.1..=1e6).contains(&value) { Ok(value) } else { Err("it must lie from 0.1 to 1e6 s".to_owned()) }
+}

@@ -1,0 +1,60 @@
+//! `cofferdam completions` and `man`: for the shell, from the definitions of the commands themselves.
+
+use crate::terminal::{print, warn};
+use clap_complete::Shell;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+pub const COMPLETIONS_HELP: &str = "\
+Examples:
+  cofferdam completions bash > ~/.local/share/bash-completion/completions/cofferdam
+  cofferdam completions fish > ~/.config/fish/completions/cofferdam.fish
+      Commands and options are completed by the Tab key in the next shell.";
+
+pub const MAN_HELP: &str = "\
+cofferdam.1 is about the command, cofferdam-run.1 and the others about its commands. Files that exist are replaced.
+
+Example:
+  cofferdam man ~/.local/share/man/man1
+      `man cofferdam-run` shows what `cofferdam run --help` does.
+
+Exit status: 0 written, 1 a file cannot be written.";
+
+/// Arguments of `cofferdam completions`.
+#[derive(clap::Args)]
+pub struct Completions {
+    /// The shell
+    shell: Shell,
+}
+
+/// Arguments of `cofferdam man`.
+#[derive(clap::Args)]
+pub struct Man {
+    /// Folder for the pages; it is made if there is none
+    folder: PathBuf,
+}
+
+/// Prints completions.
+pub fn completions(arguments: &Completions, mut whole: clap::Command) -> ExitCode {
+    let mut script = Vec::new();
+    let name = whole.get_name().to_owned();
+    clap_complete::generate(arguments.shell, &mut whole, name, &mut script);
+    print(String::from_utf8_lossy(&script).trim_end());
+    ExitCode::SUCCESS
+}
+
+/// Writes the manual.
+pub fn man(arguments: &Man, whole: clap::Command) -> ExitCode {
+    let Man { folder } = arguments;
+    let written = std::fs::create_dir_all(folder).and_then(|()| clap_mangen::generate_to(whole, folder));
+    match written {
+        Ok(()) => {
+            print(format!("wrote {}", folder.join("cofferdam.1").display()));
+            ExitCode::SUCCESS
+        }
+        Err(cause) => {
+            warn(format!("{}: {cause}; choose another folder", folder.display()));
+            ExitCode::FAILURE
+        }
+    }
+}

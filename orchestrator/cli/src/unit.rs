@@ -1,0 +1,47 @@
+//! `cofferdam unit`.
+
+use crate::context::making;
+use crate::options::BuiltIn;
+use cofferdam_assembly::registry::{self, RegistryError};
+use cofferdam_coupling::participant::Participant;
+use cofferdam_coupling::scheme::UnitId;
+use cofferdam_scene::Scene;
+use cofferdam_shared_memory::{Task, host};
+use std::num::NonZeroUsize;
+use std::process::ExitCode;
+
+/// Arguments of `cofferdam unit`.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Which of them
+    pub unit: BuiltIn,
+}
+
+pub const HELP: &str = "\
+Be one of a run's units: what `run` starts by itself, once for the dam and once for each water.
+
+The process reads its task, one line of JSON, from standard input, makes its unit, says on standard
+output that it is ready, and answers requests over shared memory until a line `end` comes. It ends
+when standard input closes: when the orchestrator dies. docs/shared-memory.md describes the protocol
+for those who want to put a unit of their own in its place.";
+
+#[derive(Debug, thiserror::Error)]
+enum UnitError {
+    #[error("the scene in the task is not complete: {0}")]
+    Scene(#[from] toml::de::Error),
+    #[error(transparent)]
+    Registry(#[from] RegistryError),
+}
+
+/// Makes the unit of the orchestrator's task and serves it until the run is over.
+pub fn unit(arguments: &Arguments) -> ExitCode {
+    // Who ends a run asks the orchestrator, which ends its units; job schedulers signal to all processes at once.
+    let _ = ctrlc::set_handler(|| ());
+    host(|task| make(arguments.unit.into(), task))
+}
+
+fn make(id: UnitId, task: &Task) -> Result<Box<dyn Participant>, UnitError> {
+    let scene: Scene = toml::from_str(&task.scene)?;
+    let threads = NonZeroUsize::new(task.threads).unwrap_or(NonZeroUsize::MIN);
+    Ok(registry::unit(id, &scene, making(threads))?)
+}
