@@ -42,6 +42,7 @@ pub(crate) use trials::Trials;
 
 /// Where along a crack the contacts are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Integration {
     /// At the nodes.

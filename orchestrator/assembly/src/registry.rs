@@ -1,26 +1,20 @@
-//! The built-in units: the only room of the library that knows the solvers.
-//!
-//! A table of a scene whose keys are those of a solver's parameters is handed over as it is (`same`): a new key stands in
-//! two types and nowhere between.
+//! The built-in units of a scene.
 
 use crate::cache::Cache;
 use crate::participant::{EmptyReservoir, Prescribed};
 use crate::units::{DAM, RESERVOIR, TAILWATER, wet_face_interface};
 use cofferdam_coupling::participant::{InProcess, Messages, Participant, ParticipantError};
 use cofferdam_coupling::scheme::{CouplingError, Graph, Interface, Port, SchemeKind, UnitId};
-use cofferdam_scene::mesh_file::{DamMesh, MeshFileError};
+use cofferdam_scene::mesh_file::MeshFileError;
 use cofferdam_scene::{
-    CommandScene, DamFidelityScene, DamScene, DampingModelScene, FidelityScene, LoadedScene, ProfileScene,
-    Refusal, ReservoirScene, Scene, SceneError, Side, Source, UnitChecks,
+    CommandScene, DamScene, LoadedScene, Refusal, ReservoirScene, Scene, SceneError, Side, Source, UnitChecks,
 };
-use dam_dem::{Dam, DamError, DamParameters, Damping, DampingFrequencies, GivenMesh};
+use dam_dem::{Dam, DamError, DamParameters, GivenMesh};
 pub use dam_dem::{Flutter, LimitEquilibrium, LimitingPart, Mesh, NaturalModes, PartKind, Quality};
 use interface::{Fingerprint, Packable, WetFace, WetFaceError};
 use nalgebra::{Complex, DMatrix};
 pub use reservoir::paper::{FarEndCondition, ShortWindows};
 use reservoir::{Fidelity, Method, Reservoir, ReservoirError, ReservoirParameters, added_mass, paper};
-use serde::{Serialize, de::DeserializeOwned};
-use std::f64::consts::PI;
 use std::num::NonZeroUsize;
 use std::path::Path;
 use std::time::Instant;
@@ -104,11 +98,6 @@ pub enum RegistryError {
     /// The wet face.
     #[error(transparent)]
     WetFace(#[from] WetFaceError),
-    /// A table of the scene that is none of the solver's.
-    #[error(
-        "a table of the scene does not fit the solver's parameters: {0}; this is a mistake of the program"
-    )]
-    Table(Box<dyn std::error::Error + Send + Sync>),
 }
 
 /// Reads the scene at `path` as [`LoadedScene::read`] does; the built-in units are asked whether they can be made.
@@ -120,7 +109,11 @@ pub fn read(path: &Path, overrides: &[String]) -> Result<LoadedScene, SceneError
 
 /// What the dam says against a scene.
 fn refused_by_dam(scene: &Scene) -> Vec<Refusal> {
-    let Some(Ok(parameters)) = scene.dam.as_ref().map(|dam| dry_dam(dam, scene)) else { return Vec::new() };
+    // A crack that is nowhere is reported elsewhere.
+    let placed = |dam: &&DamScene| dam.cracks.iter().all(|crack| crack.line().is_some());
+    let Some(Ok(parameters)) = scene.dam.as_ref().filter(placed).map(|dam| dry_dam(dam, scene)) else {
+        return Vec::new();
+    };
     let radians = scene.dam.as_ref().is_some_and(|dam| dam.damping.radians_per_second.is_some());
     let frequencies = if radians { "radians_per_second" } else { "multiples_of_first" };
     let key = |path: &String| match path.as_str() {
@@ -178,7 +171,7 @@ pub fn dam_mesh(scene: &Scene) -> Result<Option<Mesh>, RegistryError> {
 ///
 /// **Errors**: those of the dam.
 pub fn limiting_part(scene: &Scene) -> Result<Option<(LimitingPart, f64)>, RegistryError> {
-    let Some(dam) = own_dam(scene).filter(|dam| dam.fidelity == DamFidelityScene::Dem) else {
+    let Some(dam) = own_dam(scene).filter(|dam| dam.fidelity.has_elements()) else {
         return Ok(None);
     };
     let dam = Dam::new(dam_parameters(dam, scene, WaterMass::of(scene))?)?;
@@ -213,7 +206,7 @@ fn computed(scene: &Scene, side: Side) -> bool {
 
 /// The water on a side, if there is any.
 fn filled(scene: &Scene, side: Side) -> Option<&ReservoirScene> {
-    scene.water(side).filter(|water| water.fidelity != FidelityScene::Empty)
+    scene.water(side).filter(|water| !water.is_empty())
 }
 
 /// What the reservoir and the tailwater say against a scene, before its dam, which has nothing to say.
@@ -247,12 +240,6 @@ fn refused_by_water(scene: &Scene, side: Side) -> Vec<Refusal> {
         Refusal { keys: vec![key], message: error.to_string().replace("`horizon`", "`time.duration`") }
     };
     parameters.problem().map(refusal).into_iter().collect()
-}
-
-/// A table of a scene as the solver's type with the same keys and words.
-fn same<T: DeserializeOwned>(table: &impl Serialize) -> Result<T, RegistryError> {
-    let value = toml::Value::try_from(table).map_err(|error| RegistryError::Table(Box::new(error)))?;
-    value.try_into().map_err(|error| RegistryError::Table(Box::new(error)))
 }
 
 /// Whether unit number `id` of the second scene can go on from a state of that of the first though it is another: it is the dam,
@@ -394,7 +381,7 @@ pub fn unit<'a>(
 
 /// Whether the reservoir is one without water, which needs no process of its own.
 pub fn is_empty(scene: &Scene) -> bool {
-    scene.reservoir.fidelity == FidelityScene::Empty
+    scene.reservoir.is_empty()
 }
 
 fn computed_dam(
@@ -694,45 +681,41 @@ fn mass_of_water(scene: &Scene, still: bool) -> Result<Vec<Vec<f64>>, RegistryEr
 }
 
 fn dry_dam(dam: &DamScene, scene: &Scene) -> Result<DamParameters, RegistryError> {
-    let damping = &dam.damping;
-    let ratio = damping.ratio;
-    let frequencies = match (damping.multiples_of_first, damping.radians_per_second) {
-        (Some(multiples), _) => Some(DampingFrequencies::MultiplesOfFirst(multiples)),
-        (None, radians) => radians.map(DampingFrequencies::RadiansPerSecond),
-    };
+    let DamScene {
+        fidelity,
+        modes,
+        element_size,
+        kinematics,
+        time_step_safety,
+        envelopes,
+        section,
+        mesh: _,
+        material,
+        zones,
+        damping,
+        cracks,
+        // Other programs' dams, of which only the wet face is needed here.
+        fmu: _,
+        command: _,
+        log: _,
+    } = dam;
     Ok(DamParameters {
-        section: same(&dam.section)?,
+        section: section.into(),
         water_depth: scene.depth(),
         tailwater_depth: scene.tailwater.as_ref().and_then(|water| water.depth).unwrap_or(0.0),
-        cracks: dam.cracks.iter().map(same).collect::<Result<_, _>>()?,
-        material: same(&dam.material)?,
-        damping: match (damping.model, frequencies) {
-            _ if ratio == 0.0 => Damping::None,
-            (DampingModelScene::Local, _) => Damping::Local { coefficient: (PI * ratio).tanh() },
-            (_, None) => Damping::None,
-            (DampingModelScene::Rayleigh, Some(frequencies)) => Damping::Rayleigh { ratio, frequencies },
-            (DampingModelScene::Mass, Some(frequencies)) => Damping::Mass { ratio, frequencies },
-            (DampingModelScene::Stiffness, Some(frequencies)) => Damping::Stiffness { ratio, frequencies },
-        },
-        fidelity: match dam.fidelity {
-            // The others are another program's dam, of which only the wet face is asked.
-            DamFidelityScene::Dem
-            | DamFidelityScene::Fmu
-            | DamFidelityScene::Command
-            | DamFidelityScene::Log => dam_dem::Fidelity::Dem,
-            DamFidelityScene::Reduced => dam_dem::Fidelity::Reduced { modes: dam.modes },
-            DamFidelityScene::RigidBlocks => dam_dem::Fidelity::RigidBlocks,
-            DamFidelityScene::Intact => dam_dem::Fidelity::Intact { modes: dam.modes },
-        },
-        kinematics: same(&dam.kinematics)?,
-        element_size: dam.element_size,
+        cracks: cracks.iter().map(Into::into).collect(),
+        material: material.into(),
+        damping: damping.into(),
+        fidelity: fidelity.level().unwrap_or_default().with_modes(*modes),
+        kinematics: *kinematics,
+        element_size: *element_size,
         gravity: scene.gravity,
-        time_step_safety: dam.time_step_safety,
+        time_step_safety: *time_step_safety,
         drags_blocks: damping.drags_blocks,
-        zones: dam.zones.iter().map(same).collect::<Result<_, _>>()?,
+        zones: zones.iter().map(Into::into).collect(),
         given_mesh: given_mesh(dam)?,
         added_mass: None,
-        envelopes: dam.envelopes,
+        envelopes: *envelopes,
     })
 }
 
@@ -740,9 +723,7 @@ fn dry_dam(dam: &DamScene, scene: &Scene) -> Result<DamParameters, RegistryError
 fn given_mesh(dam: &DamScene) -> Result<Option<GivenMesh>, RegistryError> {
     let Some(mesh) = &dam.mesh else { return Ok(None) };
     let names: Vec<Option<String>> = dam.cracks.iter().map(|crack| crack.name.clone()).collect();
-    let DamMesh { points, triangles, quadrilaterals, upstream, downstream, base, cracks } =
-        mesh.mesh(&names)?;
-    Ok(Some(GivenMesh { points, triangles, quadrilaterals, upstream, downstream, base, cracks }))
+    Ok(Some(mesh.mesh(&names)?.into()))
 }
 
 /// The parameters of the water of a scene before `wet_face`: of the tailwater, if that is downstream.
@@ -752,34 +733,53 @@ pub fn reservoir_parameters(scene: &Scene, wet_face: WetFace) -> Result<Reservoi
     let side = if wet_face.is_downstream() { Side::Downstream } else { Side::Upstream };
     let water = scene.water(side).ok_or(RegistryError::Empty)?;
     let communication_step = scene.time.communication_step;
+    let fidelity = match water.solver() {
+        Some(fidelity) => fidelity,
+        None if water.is_empty() => return Err(RegistryError::Empty),
+        None => return Err(RegistryError::Foreign { fidelity: water.fidelity.word() }),
+    };
+    let ReservoirScene {
+        density,
+        sound_speed,
+        wave_reflection_coefficient,
+        bed,
+        surface_waves,
+        method,
+        element_order,
+        bed_element_size,
+        corner_element_size,
+        // The wet face, the model and the sizes, which depend on other tables too.
+        depth: _,
+        fidelity: _,
+        profile: _,
+        interface_size: _,
+        element_size: _,
+        far_end_distance: _,
+        // Other programs' water.
+        fmu: _,
+        command: _,
+        log: _,
+    } = water;
+    // A formula knows neither waves nor a bed.
+    let solved = fidelity.is_solved();
     Ok(ReservoirParameters {
-        density: water.density,
-        sound_speed: water.sound_speed,
-        wave_reflection_coefficient: water.wave_reflection_coefficient,
+        density: *density,
+        sound_speed: *sound_speed,
+        wave_reflection_coefficient: *wave_reflection_coefficient,
         gravity: scene.gravity,
-        fidelity: match (water.fidelity, water.profile) {
-            (FidelityScene::Westergaard, ProfileScene::Parabola) => Fidelity::Westergaard,
-            (FidelityScene::Westergaard, ProfileScene::Exact) => Fidelity::WestergaardExact,
-            (FidelityScene::Incompressible, _) => Fidelity::Incompressible,
-            (FidelityScene::Compressible, _) => Fidelity::Compressible,
-            (FidelityScene::Empty, _) => return Err(RegistryError::Empty),
-            (FidelityScene::Fmu | FidelityScene::Command | FidelityScene::Log, _) => {
-                return Err(RegistryError::Foreign { fidelity: water.fidelity.word() });
-            }
-        },
-        // A formula knows neither.
-        surface_waves: water.fidelity.is_solved() && water.surface_waves,
-        bed: if water.fidelity.is_solved() { water.bed.clone() } else { Vec::new() },
-        element_order: same(&water.element_order)?,
+        fidelity,
+        surface_waves: solved && *surface_waves,
+        bed: if solved { bed.clone() } else { Vec::new() },
+        element_order: *element_order,
         element_size: scene.boundary_element_size(side),
-        bed_element_size: water.bed_element_size,
-        corner_element_size: water.corner_element_size,
+        bed_element_size: *bed_element_size,
+        corner_element_size: *corner_element_size,
         far_end_distance: scene.far_end_distance(side),
         communication_step,
         horizon: scene.steps() as f64 * communication_step,
-        method: match same(&water.method)? {
+        method: match method {
             Method::Automatic if scene.has_varying_steps() => Method::Recursive,
-            method => method,
+            method => *method,
         },
         ..ReservoirParameters::before(wet_face)
     })

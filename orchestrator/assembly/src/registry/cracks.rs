@@ -4,7 +4,7 @@ use super::{
     DamParameters, Flutter, LimitEquilibrium, RegistryError, dry_dam, mass_of_water, own_dam,
     specific_weights,
 };
-use cofferdam_scene::{DamScene, DampingModelScene, DampingScene, Scene, uplift};
+use cofferdam_scene::{DamScene, DampingModel, DampingScene, Scene, uplift};
 
 /// Factors of safety of what lies above a crack, under weight and water at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -96,7 +96,7 @@ pub fn flutter(scene: &Scene) -> Result<Vec<(Flutter, Vec<String>)>, RegistryErr
 type Cure = (&'static str, fn(&mut DampingScene) -> String);
 const CURES: [Cure; 2] = [
     ("dam.damping.model", |damping| {
-        damping.model = DampingModelScene::Stiffness;
+        damping.model = DampingModel::Stiffness;
         "\"stiffness\"".to_owned()
     }),
     ("dam.damping.ratio", |damping| {

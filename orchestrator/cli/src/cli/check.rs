@@ -14,7 +14,7 @@ use cofferdam_coupling::participant::{
 };
 use cofferdam_coupling::scheme::{CouplingError, UnitId, check_points};
 use cofferdam_motion::{GroundMotion, STANDARD_GRAVITY};
-use cofferdam_scene::{CrackScene, FidelityScene, Scene, SceneError, SceneWarning, Side, Source};
+use cofferdam_scene::{CrackScene, Scene, SceneError, SceneWarning, Side, Source};
 use interface::Capabilities;
 use interface::Role;
 use interface::number::plain;
@@ -250,8 +250,7 @@ fn examine(path: &Path, arguments: &Check) -> Result<(), CheckError> {
             list(&frequencies)
         ));
         if let Some(full) = registry::natural_modes_in_water(scene, frequencies.len())? {
-            let formula = |water: FidelityScene| water == FidelityScene::Westergaard;
-            let water = match scene.waters().any(|(_, water)| formula(water.fidelity)) {
+            let water = match scene.waters().any(|(_, water)| water.fidelity.is_formula()) {
                 true => "with Westergaard's added mass",
                 false => "water incompressible",
             };

@@ -8,10 +8,7 @@ use cofferdam_coupling::participant::ParticipantError;
 use cofferdam_motion::STANDARD_GRAVITY;
 use cofferdam_report::PlanRow;
 use cofferdam_report::text::wrapped;
-use cofferdam_scene::{
-    DamFidelityScene, DampingModelScene, FidelityScene, LoadedScene, SceneError, Source, Warning,
-    shear_wave_velocity,
-};
+use cofferdam_scene::{DampingModel, LoadedScene, SceneError, Source, Warning, shear_wave_velocity};
 use miette::Diagnostic;
 use std::f64::consts::{PI, TAU};
 use std::path::PathBuf;
@@ -132,7 +129,7 @@ pub fn rows(loaded: &LoadedScene) -> Result<Vec<PlanRow>, PlanError> {
     let first = modes.and_then(|frequencies| frequencies.first().copied());
     for (side, water) in scene.waters() {
         let (table, depth) = (side.table(), scene.depth_of(side));
-        if water.fidelity == FidelityScene::Empty {
+        if water.is_empty() {
             rows.push(row(table, "left out", "`fidelity` is \"none\": the reservoir is empty"));
             continue;
         }
@@ -141,7 +138,7 @@ pub fn rows(loaded: &LoadedScene) -> Result<Vec<PlanRow>, PlanError> {
             continue;
         }
         let cut_off = PI * water.sound_speed / (2.0 * depth);
-        let compressible = water.fidelity == FidelityScene::Compressible;
+        let compressible = water.fidelity.is_compressible();
         let of_dam = first.map_or_else(String::new, |first| {
             format!(
                 "; cut-off over ω₁ of the full dam is {:.2}, and above {INCOMPRESSIBLE} compressibility would change the response \
@@ -226,7 +223,7 @@ pub fn rows(loaded: &LoadedScene) -> Result<Vec<PlanRow>, PlanError> {
                 ),
             ));
         }
-        if dam.cracks.is_empty() || dam.fidelity == DamFidelityScene::Intact {
+        if dam.cracks.is_empty() || dam.fidelity.is_intact() {
             rows.push(row(
                 "contact",
                 "left out",
@@ -260,7 +257,7 @@ pub fn rows(loaded: &LoadedScene) -> Result<Vec<PlanRow>, PlanError> {
             let listed: Vec<String> = modes.iter().map(|frequency| format!("{frequency:.1}")).collect();
             let within = modes.iter().filter(|frequency| **frequency < TAU * high).count();
             let verdict = match dam.fidelity {
-                DamFidelityScene::Dem => "all, by time steps",
+                level if level.has_elements() => "all, by time steps",
                 _ if dam.modes.is_some() => "as many as the scene says",
                 _ => "as many as an error of 2 % at 200 rad/s needs",
             };
@@ -316,11 +313,9 @@ fn damping(loaded: &LoadedScene, high: f64) -> Result<Option<PlanRow>, PlanError
     let (first, second) = (first?.first().copied().unwrap_or(f64::NAN), second?.first().copied());
     let omega = TAU * high;
     let at_high = match (dam.damping.model, second) {
-        (DampingModelScene::Rayleigh, Some(second)) => {
-            ratio * (first * second / omega + omega) / (first + second)
-        }
-        (DampingModelScene::Mass, _) => ratio * first / omega,
-        (DampingModelScene::Stiffness, _) => ratio * omega / first,
+        (DampingModel::Rayleigh, Some(second)) => ratio * (first * second / omega + omega) / (first + second),
+        (DampingModel::Mass, _) => ratio * first / omega,
+        (DampingModel::Stiffness, _) => ratio * omega / first,
         _ => ratio,
     };
     let criterion = format!(

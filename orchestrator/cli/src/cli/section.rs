@@ -1,7 +1,7 @@
 //! Picture of a scene's section to scale, as SVG: dam, mesh, zones, cracks, water, wet points, ground.
 
 use cofferdam_assembly::registry::{self, Mesh, RegistryError};
-use cofferdam_scene::{FidelityScene, Scene, Side};
+use cofferdam_scene::{Scene, Side};
 use quick_xml::escape::escape;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -149,11 +149,8 @@ impl Section {
             |axis: usize| outline.iter().fold((0.0f64, 0.0f64), |(a, b), p| (a.min(p[axis]), b.max(p[axis])));
         let ((first, last), (_, crest)) = (over(0), over(1));
         let toe = scene.dam.as_ref().and_then(|dam| dam.section.downstream.first()).map_or(0.0, |toe| toe[0]);
-        let filled: Vec<Side> = scene
-            .waters()
-            .filter(|(_, water)| water.fidelity != FidelityScene::Empty)
-            .map(|(side, _)| side)
-            .collect();
+        let filled: Vec<Side> =
+            scene.waters().filter(|(_, water)| !water.is_empty()).map(|(side, _)| side).collect();
         let room = |side| crest * if filled.contains(&side) { 0.45 } else { 0.15 };
         let [left, right] = [first - room(Side::Upstream), last + room(Side::Downstream)];
         let mut waters = Vec::new();

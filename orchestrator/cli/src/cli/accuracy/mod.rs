@@ -15,8 +15,7 @@ use cofferdam_coupling::convergence::Tolerance;
 use cofferdam_coupling::simulation::SimulationError;
 use cofferdam_report::{Accuracy, PlanRow, Summary};
 use cofferdam_scene::{
-    AccuracyScene, DamFidelityScene, DampingModelScene, FidelityScene, LoadedScene, Scene, SceneError,
-    Warning,
+    AccuracyScene, DamFidelityScene, DampingModel, LoadedScene, Scene, SceneError, Warning,
 };
 use miette::Diagnostic;
 use pilot::{LEAST_SLIDING, Outcome};
@@ -157,7 +156,7 @@ impl Ladder {
             vec![format!("dam.element_size={size}"), format!("dam.fidelity=\"{}\"", fidelity.word())];
         // Points of the water closer than those cost its preparation and change nothing (docs/accuracy.md).
         let points = if fidelity == DamFidelityScene::Intact { self.sizes[0] } else { self.sizes[2] };
-        for (side, water) in scene.waters().filter(|(_, water)| water.fidelity != FidelityScene::Empty) {
+        for (side, water) in scene.waters().filter(|(_, water)| !water.is_empty()) {
             let depth = scene.depth_of(side);
             if water.interface_size.is_none()
                 && size < points
@@ -166,7 +165,7 @@ impl Ladder {
             {
                 settings.push(format!("{}={points}", side.key("interface_size")));
             }
-            if water.fidelity == FidelityScene::Compressible {
+            if water.fidelity.is_compressible() {
                 settings.push(format!("{}=\"automatic\"", side.key("method")));
             }
         }
@@ -185,8 +184,7 @@ impl Ladder {
             "coupling.on_failure=\"continue\"".to_owned(),
             format!("time.communication_step={}", scene.time.communication_step / 2.0),
         ];
-        for (side, water) in scene.waters().filter(|(_, water)| water.fidelity == FidelityScene::Compressible)
-        {
+        for (side, water) in scene.waters().filter(|(_, water)| water.fidelity.is_compressible()) {
             settings.push(format!("{}=\"radau2\"", side.key("method")));
             if water.interface_size.is_none() && self.sizes[2] < scene.depth_of(side) {
                 settings.push(format!("{}={}", side.key("interface_size"), self.sizes[2]));
@@ -255,7 +253,7 @@ fn unfit(scene: &Scene) -> Option<&'static str> {
         _ if dam.mesh.is_some() => Some(
             "the mesh is that of a file and cannot be refined; take the section and `dam.element_size`, or leave --accuracy out",
         ),
-        _ if dam.fidelity == DamFidelityScene::RigidBlocks => {
+        _ if dam.fidelity.is_rigid() => {
             Some("blocks that do not deform are another model; choose \"dem\" or \"reduced\"")
         }
         _ if scene.ground_motion.record.is_none() => {
@@ -334,11 +332,11 @@ pub fn promise(
     let Some(dam) = &loaded.scene.dam else {
         return Err(AccuracyError::Unfit { why: "there is no dam".to_owned() });
     };
-    let cracked = !dam.cracks.is_empty() && dam.fidelity != DamFidelityScene::Intact;
+    let cracked = !dam.cracks.is_empty() && !dam.fidelity.is_intact();
     let fidelity = match cracked {
         false => DamFidelityScene::Intact,
         // Reduced blocks have no local damping.
-        true if dam.damping.model == DampingModelScene::Local => DamFidelityScene::Dem,
+        true if dam.damping.model == DampingModel::Local => DamFidelityScene::Dem,
         true => DamFidelityScene::Reduced,
     };
     let step = communication_step(loaded);

@@ -23,9 +23,7 @@ use cofferdam_coupling::simulation::{Course, Simulation};
 use cofferdam_log::{LastCheckpoint, Log, LogWriter, Parent, Preamble};
 use cofferdam_motion::{GroundMotion, STANDARD_GRAVITY};
 use cofferdam_report::{Build, Envelopes, Manifest, ManifestError, Quantity, Summary, Unit, WaterFace, text};
-use cofferdam_scene::{
-    DamFidelityScene, DampingModelScene, FidelityScene, LoadedScene, MethodScene, Scene, Side,
-};
+use cofferdam_scene::{DampingModel, LoadedScene, Scene, Side};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -400,8 +398,7 @@ fn stress_points(graph: &mut Graph) -> Result<Vec<[f64; 2]>, ParticipantError> {
 fn recursion(scene: &Scene, graph: &mut Graph) -> Result<Vec<(Side, [f64; 2])>, ParticipantError> {
     let mut found = Vec::new();
     for (id, (side, water)) in graph.ids().skip(1).zip(scene.waters()) {
-        let fitted = matches!(water.method, MethodScene::Automatic | MethodScene::Recursive);
-        if water.fidelity != FidelityScene::Compressible || !fitted {
+        if !water.may_be_recursive() {
             continue;
         }
         let [error, loss] = ["recursion_error", "recursion_loss"].map(|name| known(graph[id].read(name)));
@@ -436,20 +433,18 @@ fn dam_model(
     let frequency = frequencies.first().map_or("", String::as_str);
     let damping = match dam.damping.model {
         _ if dam.damping.ratio == 0.0 => "none".to_owned(),
-        DampingModelScene::Rayleigh => {
+        DampingModel::Rayleigh => {
             format!("Rayleigh, {percent} % at {} rad/s", frequencies.join(" and "))
         }
-        DampingModelScene::Mass => format!("of mass, {percent} % at {frequency} rad/s"),
-        DampingModelScene::Stiffness => format!("of stiffness, {percent} % at {frequency} rad/s"),
-        DampingModelScene::Local => format!("local, {percent} %"),
+        DampingModel::Mass => format!("of mass, {percent} % at {frequency} rad/s"),
+        DampingModel::Stiffness => format!("of stiffness, {percent} % at {frequency} rad/s"),
+        DampingModel::Local => format!("local, {percent} %"),
     };
     let mut model = vec![("damping model of the dam", damping)];
-    match dam.fidelity {
-        DamFidelityScene::Dem => (),
-        DamFidelityScene::RigidBlocks => {
-            model.push(("fidelity of the dam", "rigid blocks: unsafe".to_owned()))
-        }
-        fidelity => model.push(("fidelity of the dam", fidelity.word().to_owned())),
+    if dam.fidelity.is_rigid() {
+        model.push(("fidelity of the dam", "rigid blocks: unsafe".to_owned()));
+    } else if !dam.fidelity.has_elements() {
+        model.push(("fidelity of the dam", dam.fidelity.word()));
     }
     Ok(model)
 }

@@ -246,7 +246,7 @@ fn case(path: &Path, set: &[String], polarity: i64) -> Result<Case, StudyError> 
     settings.push(format!("ground_motion.record.polarity={polarity}"));
     let loaded = registry::read(path, &settings)?;
     let dam = loaded.scene.dam.as_ref();
-    let cracked = dam.is_some_and(|dam| !dam.cracks.is_empty() && dam.fidelity != DamFidelityScene::Intact);
+    let cracked = dam.is_some_and(|dam| !dam.cracks.is_empty() && !dam.fidelity.is_intact());
     let fidelity = if cracked { DamFidelityScene::Reduced } else { DamFidelityScene::Intact };
     let intensity = loaded.ground_motion.peak().0.abs() / STANDARD_GRAVITY;
     let label = format!("{}, {}, {polarity:+}", loaded.name, loaded.ground_motion.source());

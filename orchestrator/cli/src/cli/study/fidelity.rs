@@ -12,7 +12,7 @@ use cofferdam_assembly::units::{DAM, RESERVOIR};
 use cofferdam_coupling::participant::{InProcess, Messages, Participant, ParticipantError};
 use cofferdam_coupling::scheme::{CouplingError, Graph};
 use cofferdam_motion::GroundMotion;
-use cofferdam_scene::{FidelityScene, MethodScene, ProfileScene, Scene};
+use cofferdam_scene::{FidelityScene, Method, Profile, Scene};
 use interface::CoSimulation;
 use interface::variables::reservoir as variables;
 use std::time::Instant;
@@ -77,7 +77,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
         return Err(unfit("the study begins with compressible water and equal steps"));
     }
     let mut best = scene.clone();
-    (best.reservoir.method, best.coupling.scheme) = (MethodScene::Radau3, None);
+    (best.reservoir.method, best.coupling.scheme) = (Method::Radau3, None);
     best.time.communication_step /= 2.0;
     let best = measured("the best", false, &best, motion, None)?;
     let Some(reference) = &best.outcome else {
@@ -141,22 +141,22 @@ fn waters(scene: &Scene, coarse: bool) -> Vec<(String, bool, Scene)> {
         move |scene: &mut Scene| (scene.reservoir.fidelity, scene.reservoir.profile) = (fidelity, profile)
     };
     let method = |method| move |scene: &mut Scene| scene.reservoir.method = method;
-    let (default, parabola) = (scene.reservoir.method, ProfileScene::Parabola);
+    let (default, parabola) = (scene.reservoir.method, Profile::Parabola);
     let mut waters = vec![
         with("none", true, &level(FidelityScene::Empty, parabola)),
         with("Westergaard, parabola", true, &level(FidelityScene::Westergaard, parabola)),
-        with("Westergaard, exact", true, &level(FidelityScene::Westergaard, ProfileScene::Exact)),
+        with("Westergaard, exact", true, &level(FidelityScene::Westergaard, Profile::Exact)),
         with("incompressible", true, &level(FidelityScene::Incompressible, parabola)),
-        with("finite elements", false, &method(MethodScene::FiniteElements)),
-        with("recursion", false, &method(MethodScene::Recursive)),
-        with("BDF2", false, &method(MethodScene::Bdf2)),
-        with("trapezoidal rule", false, &method(MethodScene::Trapezoid)),
-        with("Radau, 2 stages", false, &method(MethodScene::Radau2)),
-        with("Radau, 3 stages", false, &method(MethodScene::Radau3)),
+        with("finite elements", false, &method(Method::FiniteElements)),
+        with("recursion", false, &method(Method::Recursive)),
+        with("BDF2", false, &method(Method::Bdf2)),
+        with("trapezoidal rule", false, &method(Method::Trapezoid)),
+        with("Radau, 2 stages", false, &method(Method::Radau2)),
+        with("Radau, 3 stages", false, &method(Method::Radau3)),
     ];
     if !coarse {
         let distant = with("finite elements, end at 4 h", false, &|scene| {
-            method(MethodScene::FiniteElements)(scene);
+            method(Method::FiniteElements)(scene);
             scene.reservoir.far_end_distance = Some(DISTANT * scene.depth());
         });
         waters.insert(5, distant);

@@ -4,7 +4,7 @@ use super::{Arguments, CREST, Outcome, SLIDING, StudyError, moments, quoted, run
 use crate::cli::say;
 use crate::cli::table::Table;
 use cofferdam_assembly::registry;
-use cofferdam_scene::{CrackScene, IntegrationScene, LoadedScene};
+use cofferdam_scene::{CrackScene, Integration, LoadedScene};
 
 pub const HELP: &str = "\
 The scene with its lowest crack, a horizontal one, in five meshes with elements of the same length along it, and with contacts
@@ -30,7 +30,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     let variants = variants(&loaded)?;
     let count = if arguments.coarse { 2 } else { variants.len() };
     let mut scenes: Vec<(String, LoadedScene)> = Vec::new();
-    let contacts = [("nodal", IntegrationScene::Nodal), ("gauss", IntegrationScene::Gauss)];
+    let contacts = [("nodal", Integration::Nodal), ("gauss", Integration::Gauss)];
     for (kind, integration) in contacts {
         for (name, crack, element_size) in &variants[..count] {
             let mut changed = loaded.clone();

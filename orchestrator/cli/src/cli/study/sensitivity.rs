@@ -6,7 +6,7 @@ use super::{Arguments, CREST, Outcome, SLIDING, StudyError, quoted, run_scene, u
 use crate::cli::table::Table;
 use crate::cli::{say, threads};
 use cofferdam_assembly::registry;
-use cofferdam_scene::{DamFidelityScene, DampingModelScene, LoadedScene, OnFailure};
+use cofferdam_scene::{DamFidelityScene, DampingModel, LoadedScene, OnFailure};
 
 pub const HELP: &str = "\
 Runs the scene with one change at a time and tabulates the effect on crest motion, rotation and sliding: first changes that
@@ -41,7 +41,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     let Some(record) = &scene.ground_motion.record else {
         return Err(unfit("the study needs a record as ground motion"));
     };
-    let elements = dam.fidelity == DamFidelityScene::Dem;
+    let elements = dam.fidelity.has_elements();
     if !elements && dam.fidelity != DamFidelityScene::Reduced {
         return Err(unfit("the study needs `dam.fidelity` = \"dem\" or \"reduced\""));
     }
@@ -124,7 +124,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
             change("friction − 5 %", false, of_friction(0.95)),
             change("plane strain", false, vec!["dam.material.plane=\"strain\"".to_owned()]),
         ]);
-        if dam.damping.model == DampingModelScene::Rayleigh && dam.damping.ratio > 0.0 {
+        if dam.damping.model == DampingModel::Rayleigh && dam.damping.ratio > 0.0 {
             let models =
                 ["mass", "stiffness", "local"].into_iter().filter(|model| elements || *model != "local");
             changes.extend(models.map(|model| {

@@ -9,7 +9,7 @@ use crate::cli::table::Table;
 use crate::cli::{say, threads};
 use cofferdam_assembly::registry::{self, FarEndCondition, ShortWindows};
 use cofferdam_motion::GroundMotion;
-use cofferdam_scene::{FidelityScene, LoadedScene, OnFailure, Scene};
+use cofferdam_scene::{LoadedScene, OnFailure, Scene};
 use coupled::{Coupled, End};
 use nalgebra::DMatrix;
 
@@ -128,7 +128,7 @@ fn fit(loaded: &LoadedScene) -> Result<Scene, StudyError> {
         let what = "the study couples the dam with the paper's reservoir only; leave [tailwater] out";
         return Err(StudyError::Unfit { what: what.to_owned() });
     }
-    if scene.reservoir.fidelity != FidelityScene::Compressible || scene.reservoir.surface_waves {
+    if !scene.reservoir.fidelity.is_compressible() || scene.reservoir.surface_waves {
         return Err(StudyError::Unfit {
             what: "the study needs compressible water without gravity waves".to_owned(),
         });
