@@ -1,7 +1,7 @@
 //! Parts of a run are replayed from where its units stood, and units that give no state as bytes are brought there.
 
-use cofferdam_assembly::registry;
 use cofferdam_assembly::units::{DAM, RESERVOIR};
+use cofferdam_assembly::{Assembly, read_scene};
 use cofferdam_coupling::difference::Difference;
 use cofferdam_coupling::observer::{Ending, Observer, Status};
 use cofferdam_coupling::participant::Participant;
@@ -37,8 +37,8 @@ fn coarse(settings: &[(&str, Value)]) -> Scenario {
 /// Runs a scene in this process; its log, and the states of its units after initialisation and every accepted window, with the last
 /// step of it.
 fn run(scenario: &Scenario) -> Result<(LoadedScene, Log, Vec<Stop>), Failure> {
-    let loaded = registry::read(&scenario.write(), &[])?;
-    let graph = registry::graph(&loaded.scene, NonZeroUsize::MIN)?;
+    let loaded = read_scene(&scenario.write(), &[])?;
+    let graph = Assembly::with(&loaded.scene, NonZeroUsize::MIN).graph()?;
     let mut simulation = Simulation::of_scene(&loaded.scene, &loaded.ground_motion, graph)?;
     let path = scenario.folder().join("log.mcap");
     let preamble = Preamble { scene: toml::to_string(&loaded.scene)?, ..Preamble::default() };
@@ -69,7 +69,7 @@ fn run(scenario: &Scenario) -> Result<(LoadedScene, Log, Vec<Stop>), Failure> {
 }
 
 fn made(loaded: &LoadedScene, id: UnitId) -> Result<Box<dyn Participant>, Failure> {
-    Ok(registry::unit(id, &loaded.scene, NonZeroUsize::MIN)?)
+    Ok(Assembly::with(&loaded.scene, NonZeroUsize::MIN).unit(id)?)
 }
 
 #[test]
@@ -118,7 +118,7 @@ fn another_unit_is_brought_there_too_and_the_first_difference_is_named() -> Resu
     let (loaded, log, states) = run(&scenario)?;
     let last = states.last().ok_or("states")?.0;
     let set = ["dam.cracks.0.dilation=1e-6".to_owned()];
-    let other = registry::read(&scenario.write(), &set)?;
+    let other = read_scene(&scenario.write(), &set)?;
     let mut dam = made(&other, DAM)?;
     let brought = bring(&log, DAM, &mut *dam, None, last, |_| ())?;
     let divergence = brought.divergence.ok_or("it slides otherwise")?;

@@ -1,6 +1,6 @@
 //! The program on short scenes: files, messages, exit status.
 
-use cofferdam_assembly::registry;
+use cofferdam_assembly::{Assembly, read_scene};
 use cofferdam_coupling::observer::Status;
 use cofferdam_report::{Equilibrium, UpliftEffect};
 use std::process::Stdio;
@@ -514,8 +514,8 @@ fn factors_of_safety_know_the_uplift_that_no_run_models() {
         for (key, value) in sets {
             scenario.set(key, *value);
         }
-        let loaded = registry::read(&scenario.write(), &[]).expect("a scene");
-        let found = registry::equilibria(&loaded.scene).expect("factors");
+        let loaded = read_scene(&scenario.write(), &[]).expect("a scene");
+        let found = Assembly::of(&loaded.scene).equilibria().expect("factors");
         let effect = |(_, found): &(usize, Equilibrium)| (found.sliding, found.with_uplift.expect("uplift"));
         found.iter().map(effect).collect::<Vec<_>>()
     };

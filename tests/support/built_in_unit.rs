@@ -1,8 +1,8 @@
 //! A built-in unit in another executable than `cofferdam`, for scenes that name it as a command: the dam with all elements and
 //! contacts, or compressible water.
 
-use cofferdam_assembly::registry::{self, RegistryError};
 use cofferdam_assembly::units::{DAM, RESERVOIR};
+use cofferdam_assembly::{Assembly, AssemblyError};
 use cofferdam_coupling::scheme::UnitId;
 use cofferdam_scene::{DamFidelityScene, FidelityScene, Scene};
 use cofferdam_shared_memory::{Task, host};
@@ -10,7 +10,7 @@ use std::num::NonZeroUsize;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    host(|task: &Task| -> Result<_, RegistryError> {
+    host(|task: &Task| -> Result<_, AssemblyError> {
         let mut scene: Scene = toml::from_str(&task.scene).expect("a scene");
         let id = match (&*task.unit, &mut scene.dam) {
             ("dam", Some(dam)) => {
@@ -22,6 +22,6 @@ fn main() -> ExitCode {
                 RESERVOIR
             }
         };
-        registry::unit(id, &scene, NonZeroUsize::MIN)
+        Assembly::with(&scene, NonZeroUsize::MIN).unit(id)
     })
 }

@@ -1,6 +1,6 @@
 use super::quantity::{Quantity, Subject};
 use cofferdam_assembly::observer::{AVERAGED, Histories, LastSecond, STILL_MOVES, STILL_SLIDES};
-use cofferdam_assembly::registry::{Equilibrium, UpliftEffect};
+use cofferdam_assembly::{Equilibrium, UpliftEffect};
 use cofferdam_coupling::observer::{Ending, Status};
 use cofferdam_motion::STANDARD_GRAVITY;
 use cofferdam_scene::{CrackScene, DamFidelityScene, LoadedScene, REST, Scene, Side, Warning};

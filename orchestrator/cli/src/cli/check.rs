@@ -4,10 +4,11 @@ use super::start::{Start, StartError, deadlines};
 use super::{Check, Transport, complain, estimate, known, modes, say, section, threads};
 use cofferdam_assembly::observer::{Limits, Rest, Snapshots};
 use cofferdam_assembly::participant::{check_sign, held_answer, self_test};
-use cofferdam_assembly::registry::{self, Flutter, LimitingPart, Mesh, PartKind, RegistryError};
-use cofferdam_assembly::registry::{Equilibrium, UpliftEffect};
 use cofferdam_assembly::simulation::ground_signal;
-use cofferdam_assembly::units::{DAM, TAILWATER};
+use cofferdam_assembly::units::{DAM, TAILWATER, unit_name};
+use cofferdam_assembly::{
+    Assembly, AssemblyError, Equilibrium, Flutter, LimitingPart, Mesh, PartKind, UpliftEffect, read_scene,
+};
 use cofferdam_coupling::observer::{self, Observer, ObserverError};
 use cofferdam_coupling::participant::{
     AccelerationMeaning, Description, Level, Occasion, Participant, ParticipantError,
@@ -32,7 +33,7 @@ enum CheckError {
     #[diagnostic(transparent)]
     Scene(#[from] SceneError),
     #[error(transparent)]
-    Unit(#[from] RegistryError),
+    Unit(#[from] AssemblyError),
     #[error(transparent)]
     Dam(#[from] ParticipantError),
     #[error(transparent)]
@@ -149,9 +150,9 @@ fn write(option: &'static str, path: &Path, text: &str) -> Result<(), CheckError
 }
 
 fn examine(path: &Path, arguments: &Check) -> Result<(), CheckError> {
-    let loaded = registry::read(path, &arguments.set)?;
+    let loaded = read_scene(path, &arguments.set)?;
     warn(&loaded.warnings);
-    if let Some(path) = arguments.modes.as_ref().filter(|_| !registry::computes_dam(&loaded.scene)) {
+    if let Some(path) = arguments.modes.as_ref().filter(|_| !loaded.scene.computed_dam().is_some()) {
         return Err(CheckError::NoModes { path: path.clone() });
     }
     let time = &loaded.scene.time;
@@ -174,7 +175,7 @@ fn examine(path: &Path, arguments: &Check) -> Result<(), CheckError> {
     if loaded.scene.snapshots.is_some() {
         Snapshots::check(&start)?;
     }
-    let inputs = registry::inputs_at_rest(&loaded.scene, &mut *dam)?;
+    let inputs = Assembly::of(&loaded.scene).inputs_at_rest(&mut *dam)?;
     let mut outputs = vec![0.0; dam.description().outputs.size()];
     dam.initialise(0.0, &inputs, &mut outputs)?;
     let scene = &loaded.scene;
@@ -186,7 +187,8 @@ fn examine(path: &Path, arguments: &Check) -> Result<(), CheckError> {
         changes[0] = test(&mut *other, Role::Structure, &inputs, pressure, &loaded.scene)?;
     }
     let mut others = Vec::new();
-    for (id, _) in registry::units(&loaded.scene)
+    for (id, _) in Assembly::of(&loaded.scene)
+        .units()
         .into_iter()
         .zip(&sources)
         .skip(1)
@@ -197,7 +199,7 @@ fn examine(path: &Path, arguments: &Check) -> Result<(), CheckError> {
             let inputs = vec![0.0; other.description().inputs.size()];
             changes[id.0] = test(&mut *other, Role::Fluid, &inputs, pressure, &loaded.scene)?;
         }
-        for interface in registry::interfaces(&loaded.scene).iter().filter(|own| own.second.unit == id) {
+        for interface in Assembly::of(&loaded.scene).interfaces().iter().filter(|own| own.second.unit == id) {
             check_points(&mut *dam, &mut *other, interface)?;
         }
         others.push((id, other));
@@ -215,10 +217,10 @@ fn examine(path: &Path, arguments: &Check) -> Result<(), CheckError> {
     };
     lines.push(format!("  dam: {}", told(&*dam, sources[0], changes[0], None)));
     let cracks = scene.dam.as_ref().map_or(&[][..], |dam| &dam.cracks);
-    if let Some(mesh) = registry::dam_mesh(scene)? {
+    if let Some(mesh) = Assembly::of(scene).dam_mesh()? {
         lines.push(format!("  mesh: {}", shapes(&mesh)));
     }
-    if let Some((part, longest)) = registry::limiting_part(scene)? {
+    if let Some((part, longest)) = Assembly::of(scene).limiting_part()? {
         let described = limit(&part, cracks);
         lines.push(format!("  time step of the dam: at most {longest:.3e} s, set by {described}"));
         if part.slowdown() >= SLOW {
@@ -228,7 +230,7 @@ fn examine(path: &Path, arguments: &Check) -> Result<(), CheckError> {
     for (id, other) in &mut others {
         for message in other.messages() {
             if message.level >= Level::Warning {
-                doubt(format!("{}: {}", registry::name(*id), message.text));
+                doubt(format!("{}: {}", unit_name(*id), message.text));
             }
         }
         let side = if *id == TAILWATER { Side::Downstream } else { Side::Upstream };
@@ -237,7 +239,7 @@ fn examine(path: &Path, arguments: &Check) -> Result<(), CheckError> {
         let mass = 7.0 / 12.0 * density * depth * depth;
         lines.push(format!(
             "  {}: {}",
-            registry::name(*id),
+            unit_name(*id),
             told(&**other, sources[id.0], changes[id.0], Some(mass))
         ));
     }
@@ -249,7 +251,7 @@ fn examine(path: &Path, arguments: &Check) -> Result<(), CheckError> {
             "  natural frequencies of the dam, intact and empty: {} rad/s",
             list(&frequencies)
         ));
-        if let Some(full) = registry::natural_modes_in_water(scene, frequencies.len())? {
+        if let Some(full) = Assembly::of(scene).natural_modes_in_water(frequencies.len())? {
             let water = match scene.waters().any(|(_, water)| water.fidelity.is_formula()) {
                 true => "with Westergaard's added mass",
                 false => "water incompressible",
@@ -258,7 +260,7 @@ fn examine(path: &Path, arguments: &Check) -> Result<(), CheckError> {
         }
     }
     lines.push(format!("  {}", estimate::of(&loaded, &mut *dam, &inputs, threads(None))?));
-    for (crack, Equilibrium { sliding, with_uplift, overturning }) in registry::equilibria(scene)? {
+    for (crack, Equilibrium { sliding, with_uplift, overturning }) in Assembly::of(scene).equilibria()? {
         let uplift = with_uplift.map_or_else(String::new, |UpliftEffect { sliding, friction_coefficient }| {
             format!(
                 " ({sliding:.2} with its uplift, for which `friction_coefficient` = {friction_coefficient:.2} stands)"
@@ -269,7 +271,7 @@ fn examine(path: &Path, arguments: &Check) -> Result<(), CheckError> {
             cracks[crack].phrase()
         ));
     }
-    for (vibration, cures) in registry::flutter(scene)? {
+    for (vibration, cures) in Assembly::of(scene).flutter()? {
         let described = describe(&vibration, &cracks[vibration.crack]);
         lines.push(format!("  {described}"));
         if vibration.growth > 0.0 {
@@ -344,7 +346,7 @@ fn list(frequencies: &[f64]) -> String {
 
 /// A unit of a scene; that of another program in a process of its own, where it does no harm.
 fn unit(id: UnitId, scene: &Scene) -> Result<Box<dyn Participant>, CheckError> {
-    let foreign = registry::source(id, scene).is_foreign();
+    let foreign = Assembly::of(scene).source(id).is_foreign();
     let start = Start {
         scene,
         resolved: &toml::to_string(scene)?,
@@ -460,9 +462,9 @@ fn strength(motion: &GroundMotion) -> String {
 /// What is to be said of vibrations that grow while blocks of the scene slide.
 ///
 /// **Errors**: those of the dam.
-pub fn flutter_warnings(scene: &Scene) -> Result<Vec<String>, RegistryError> {
+pub fn flutter_warnings(scene: &Scene) -> Result<Vec<String>, AssemblyError> {
     let cracks = scene.dam.as_ref().map_or(&[][..], |dam| &dam.cracks);
-    let growing = registry::flutter(scene)?.into_iter().filter(|(vibration, _)| vibration.growth > 0.0);
+    let growing = Assembly::of(scene).flutter()?.into_iter().filter(|(vibration, _)| vibration.growth > 0.0);
     Ok(growing
         .map(|(vibration, cures)| describe(&vibration, &cracks[vibration.crack]) + &advise(&cures))
         .collect())

@@ -1,7 +1,7 @@
 //! What a run will take, before it is begun.
 
 use super::making;
-use cofferdam_assembly::registry::{self, RegistryError};
+use cofferdam_assembly::{Assembly, AssemblyError};
 use cofferdam_coupling::participant::{Occasion, Participant, ParticipantError};
 use cofferdam_log::LoggedExchanges;
 use cofferdam_scene::LoadedScene;
@@ -22,7 +22,7 @@ pub struct Estimate {
 #[derive(Debug, thiserror::Error)]
 pub enum EstimateError {
     #[error(transparent)]
-    Unit(#[from] RegistryError),
+    Unit(#[from] AssemblyError),
     #[error(transparent)]
     Dam(#[from] ParticipantError),
 }
@@ -62,11 +62,11 @@ pub fn of(
     let dam_step = began.elapsed().as_secs_f64() / f64::from(taken);
     let mut faces = Vec::new();
     for (side, _) in scene.waters() {
-        faces.push(registry::face_of_water(scene, side)?.len() as f64);
+        faces.push(Assembly::of(scene).water_face(side)?.len() as f64);
     }
     let (points, pairs) =
         (faces.iter().sum::<f64>(), faces.iter().map(|points| points * points).sum::<f64>());
-    let preparation = registry::preparation_time(scene, making(threads))?;
+    let preparation = Assembly::with(scene, making(threads)).preparation_time()?;
     let iterations = if scene.coupling.scheme.unwrap_or_default().is_implicit() { ITERATIONS } else { 1.0 };
     let water_step = if preparation.is_some() { CONVOLUTION * pairs } else { 0.0 };
     let logged = match scene.log.exchanges {

@@ -2,7 +2,7 @@
 
 use super::{BuiltIn, check, complain, say};
 use cofferdam_assembly::packing::{self, PackingError, Target, Unit};
-use cofferdam_assembly::registry;
+use cofferdam_assembly::read_scene;
 use cofferdam_scene::{SceneError, Side};
 use miette::Diagnostic;
 use std::path::PathBuf;
@@ -99,7 +99,7 @@ fn execute(arguments: &Arguments) -> Result<(), Failure> {
         (BuiltIn::Tailwater, false) => ("tailwater", Unit::Water(Side::Downstream), RESERVOIR),
         (BuiltIn::Reservoir | BuiltIn::Tailwater, true) => return Err(Failure::AddedMass),
     };
-    let loaded = registry::read(&arguments.scene, &arguments.set)?;
+    let loaded = read_scene(&arguments.scene, &arguments.set)?;
     check::warn(&loaded.warnings);
     let path = arguments.output.clone().unwrap_or_else(|| format!("{}-{name}.fmu", loaded.name).into());
     let target = Target { path: &path, overwrite: arguments.force, library: arguments.library.as_deref() };

@@ -32,8 +32,8 @@ pub use output::exit_status;
 
 use clap::{Parser, Subcommand, ValueEnum};
 use cofferdam_assembly::cache::Cache;
-use cofferdam_assembly::registry::{self, Making, RegistryError};
 use cofferdam_assembly::units::{DAM, RESERVOIR, TAILWATER};
+use cofferdam_assembly::{Assembly, AssemblyError, Making};
 use cofferdam_coupling::participant::ParticipantError;
 use cofferdam_coupling::scheme::UnitId;
 use cofferdam_log::Head;
@@ -289,8 +289,8 @@ impl BuiltIn {
     /// The points at which this unit of `scene` exchanges.
     ///
     /// **Errors**: those of the wet face.
-    fn face(self, scene: &Scene) -> Result<WetFace, RegistryError> {
-        Ok(registry::place(self.into(), scene)?.face)
+    fn face(self, scene: &Scene) -> Result<WetFace, AssemblyError> {
+        Ok(Assembly::of(scene).place(self.into())?.face)
     }
 }
 

@@ -2,8 +2,8 @@
 
 use super::accuracy::table;
 use super::{check, complain, estimate, known, say, threads};
-use cofferdam_assembly::registry::{self, RegistryError};
 use cofferdam_assembly::units::DAM;
+use cofferdam_assembly::{Assembly, AssemblyError, read_scene};
 use cofferdam_coupling::participant::ParticipantError;
 use cofferdam_motion::STANDARD_GRAVITY;
 use cofferdam_report::PlanRow;
@@ -46,7 +46,7 @@ pub enum PlanError {
     Scene(#[from] SceneError),
     /// A unit.
     #[error(transparent)]
-    Unit(#[from] RegistryError),
+    Unit(#[from] AssemblyError),
     /// The dam.
     #[error(transparent)]
     Dam(#[from] ParticipantError),
@@ -58,7 +58,7 @@ pub enum PlanError {
 /// Prints the plan of a scene.
 pub fn run(arguments: &Arguments) -> ExitCode {
     let print = || -> Result<(), PlanError> {
-        let loaded = registry::read(&arguments.scene, &arguments.set)?;
+        let loaded = read_scene(&arguments.scene, &arguments.set)?;
         check::warn(&loaded.warnings);
         say(&loaded.scene.title);
         for row in rows(&loaded)? {
@@ -120,10 +120,10 @@ pub fn rows(loaded: &LoadedScene) -> Result<Vec<PlanRow>, PlanError> {
             motion.peak().0.abs() / STANDARD_GRAVITY
         ),
     ));
-    let full = registry::natural_modes_in_water(scene, 4)?.map(|modes| modes.frequencies);
+    let full = Assembly::of(scene).natural_modes_in_water(4)?.map(|modes| modes.frequencies);
     let empty = match &full {
         Some(_) => None,
-        None => registry::natural_modes(scene, 4)?.map(|modes| modes.frequencies),
+        None => Assembly::of(scene).natural_modes(4)?.map(|modes| modes.frequencies),
     };
     let modes = full.as_ref().or(empty.as_ref());
     let first = modes.and_then(|frequencies| frequencies.first().copied());
@@ -193,11 +193,11 @@ pub fn rows(loaded: &LoadedScene) -> Result<Vec<PlanRow>, PlanError> {
             ));
         }
     }
-    let computed = registry::computes_dam(scene);
+    let computed = scene.computed_dam().is_some();
     if let Some(dam) = scene.dam.as_ref().filter(|_| computed) {
         let spectral =
             first.map(|first| motion.response_spectrum(&[TAU / first], 0.05)[0] / STANDARD_GRAVITY);
-        for equilibrium in registry::limit_equilibria(scene)? {
+        for equilibrium in Assembly::of(scene).limit_equilibria()? {
             let crack = &dam.cracks[equilibrium.crack];
             // k_y = V_max/W − V/W with W = N: of a crack that is level.
             let capacity = crack.friction_coefficient * (1.0 - 1.0 / equilibrium.sliding);
@@ -290,8 +290,8 @@ pub fn rows(loaded: &LoadedScene) -> Result<Vec<PlanRow>, PlanError> {
         for (quantity, error, origin) in table::expected(scene) {
             rows.push(row(format!("error of {quantity}"), format!("{:.1} %", 100.0 * error), origin));
         }
-        let mut dam = registry::unit(DAM, scene, threads(None))?;
-        let inputs = registry::inputs_at_rest(scene, &mut *dam)?;
+        let mut dam = Assembly::with(scene, threads(None)).unit(DAM)?;
+        let inputs = Assembly::of(scene).inputs_at_rest(&mut *dam)?;
         let mut outputs = vec![0.0; dam.description().outputs.size()];
         dam.initialise(0.0, &inputs, &mut outputs)?;
         let estimate = estimate::of(loaded, &mut *dam, &inputs, threads(None))?;
@@ -307,7 +307,7 @@ fn damping(loaded: &LoadedScene, high: f64) -> Result<Option<PlanRow>, PlanError
     if ratio == 0.0 {
         return Ok(Some(row("damping", "left out", "`dam.damping.ratio` is 0")));
     }
-    let mut unit = registry::unit(DAM, &loaded.scene, threads(None))?;
+    let mut unit = Assembly::with(&loaded.scene, threads(None)).unit(DAM)?;
     let [first, second] =
         ["damping_frequency_low", "damping_frequency_high"].map(|name| known(unit.read(name)));
     let (first, second) = (first?.first().copied().unwrap_or(f64::NAN), second?.first().copied());

@@ -3,7 +3,7 @@
 use super::table::Table;
 use super::{BuiltIn, complain, say};
 use clap::ValueEnum;
-use cofferdam_assembly::registry::{self, RegistryError};
+use cofferdam_assembly::{AssemblyError, read_scene, units::unit_name};
 use cofferdam_scene::SceneError;
 use miette::Diagnostic;
 use serde::Serialize;
@@ -62,7 +62,7 @@ enum Failure {
     #[diagnostic(transparent)]
     Scene(#[from] SceneError),
     #[error(transparent)]
-    Unit(#[from] RegistryError),
+    Unit(#[from] AssemblyError),
     #[error("the points cannot be written: {0}")]
     Written(Box<dyn Error + Send + Sync>),
 }
@@ -99,7 +99,7 @@ pub fn run(arguments: &Arguments) -> ExitCode {
 }
 
 fn execute(arguments: &Arguments) -> Result<(), Failure> {
-    let scene = registry::read(&arguments.scene, &arguments.set)?.scene;
+    let scene = read_scene(&arguments.scene, &arguments.set)?.scene;
     let face = arguments.unit.face(&scene)?;
     let column = |axis: usize, of: &[[f64; 2]]| -> Vec<f64> { of.iter().map(|pair| pair[axis]).collect() };
     let (points, normals) = (face.points(), face.normals());
@@ -135,7 +135,7 @@ fn execute(arguments: &Arguments) -> Result<(), Failure> {
         }
     };
     say(text.trim_end());
-    let name = registry::name(arguments.unit.into());
+    let name = unit_name(arguments.unit.into());
     complain(match (arguments.unit, arguments.unit.water(&scene).interface_size) {
         (BuiltIn::Dam, _) => format!("{} points of the dam", face.len()),
         (_, Some(size)) => format!(

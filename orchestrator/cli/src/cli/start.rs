@@ -1,7 +1,7 @@
 //! Makes the units of a scene, those of other programs too, in this process or in processes of their own.
 
 use super::{Transport, making, say, used_cache};
-use cofferdam_assembly::registry::{self, Home, RegistryError};
+use cofferdam_assembly::{Assembly, AssemblyError, Home, units::unit_name};
 use cofferdam_coupling::participant::{Participant, ParticipantError};
 use cofferdam_coupling::scheme::UnitId;
 use cofferdam_scene::Scene;
@@ -15,7 +15,7 @@ use std::time::Duration;
 #[derive(Debug, thiserror::Error)]
 pub enum StartError {
     #[error(transparent)]
-    Unit(#[from] RegistryError),
+    Unit(#[from] AssemblyError),
     #[error(transparent)]
     Participant(#[from] ParticipantError),
     #[error("the program's own file cannot be found: {0}; use --transport in-process")]
@@ -50,8 +50,8 @@ impl Start<'_> {
         let program = std::env::current_exe().map_err(StartError::Program)?;
         let mut commands = Vec::new();
         for &id in ids {
-            let name = registry::name(id).to_owned();
-            match registry::home(id, self.scene) {
+            let name = unit_name(id).to_owned();
+            match Assembly::of(self.scene).home(id) {
                 Home::Process if self.transport == Transport::SharedMemory => {
                     let mut command = Command::new(&program);
                     command.args(["unit", &name]);
@@ -68,7 +68,7 @@ impl Start<'_> {
                     if let Some(folder) = &scene.folder {
                         command.current_dir(folder);
                     }
-                    let brief = Some(registry::brief(id, self.scene, scene)?);
+                    let brief = Some(Assembly::of(self.scene).brief(id, scene)?);
                     commands.push((id, UnitCommand { name, command, brief }));
                 }
                 Home::Here | Home::Process => (),
@@ -89,10 +89,10 @@ impl Start<'_> {
         let mut units: Vec<Box<dyn Participant>> = Vec::with_capacity(ids.len());
         for &id in ids {
             let process = started.next_if(|(own, _)| *own == id).map(|(_, process)| Box::new(process));
-            units.push(match (process, registry::home(id, self.scene)) {
-                (Some(process), Home::Command(_)) => registry::adapted(id, self.scene, process)?,
+            units.push(match (process, Assembly::of(self.scene).home(id)) {
+                (Some(process), Home::Command(_)) => Assembly::of(self.scene).adapted(id, process)?,
                 (Some(process), _) => process,
-                (None, _) => registry::unit(id, self.scene, making(self.threads))?,
+                (None, _) => Assembly::with(self.scene, making(self.threads)).unit(id)?,
             });
         }
         Ok(units)

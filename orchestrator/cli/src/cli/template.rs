@@ -2,7 +2,7 @@
 
 use super::{BuiltIn, check, complain, say};
 use cofferdam_assembly::packing;
-use cofferdam_assembly::registry::{self, RegistryError};
+use cofferdam_assembly::{AssemblyError, read_scene};
 use cofferdam_fmi::template::{self, Language, Place, TemplateError, Unit};
 use cofferdam_scene::SceneError;
 use miette::Diagnostic;
@@ -69,7 +69,7 @@ enum Failure {
     #[diagnostic(transparent)]
     Scene(#[from] SceneError),
     #[error(transparent)]
-    Unit(#[from] RegistryError),
+    Unit(#[from] AssemblyError),
     #[error(transparent)]
     Template(#[from] TemplateError),
     #[error("the scene cannot be written as TOML: {0}")]
@@ -94,7 +94,7 @@ pub fn run(command: &Command) -> ExitCode {
 
 fn execute(language: Language, arguments: &Arguments) -> Result<(), Failure> {
     template::check_folder(&arguments.folder)?;
-    let loaded = registry::read(&arguments.scene, &arguments.set)?;
+    let loaded = read_scene(&arguments.scene, &arguments.set)?;
     check::warn(&loaded.warnings);
     let scene = &loaded.scene;
     let communication_step = scene.time.communication_step;

@@ -1,7 +1,7 @@
 //! `cofferdam unit`.
 
 use super::{Unit, making};
-use cofferdam_assembly::registry::{self, RegistryError};
+use cofferdam_assembly::{Assembly, AssemblyError};
 use cofferdam_coupling::participant::Participant;
 use cofferdam_coupling::scheme::UnitId;
 use cofferdam_scene::Scene;
@@ -14,7 +14,7 @@ enum UnitError {
     #[error("the scene in the task is not complete: {0}")]
     Scene(#[from] toml::de::Error),
     #[error(transparent)]
-    Registry(#[from] RegistryError),
+    Registry(#[from] AssemblyError),
 }
 
 /// Makes the unit of the orchestrator's task and serves it until the run is over.
@@ -27,5 +27,5 @@ pub fn unit(arguments: &Unit) -> ExitCode {
 fn make(id: UnitId, task: &Task) -> Result<Box<dyn Participant>, UnitError> {
     let scene: Scene = toml::from_str(&task.scene)?;
     let threads = NonZeroUsize::new(task.threads).unwrap_or(NonZeroUsize::MIN);
-    Ok(registry::unit(id, &scene, making(threads))?)
+    Ok(Assembly::with(&scene, making(threads)).unit(id)?)
 }

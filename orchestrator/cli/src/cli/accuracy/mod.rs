@@ -10,7 +10,7 @@ pub mod table;
 
 use super::say;
 use cofferdam_analysis::statistics::quantile;
-use cofferdam_assembly::registry::RegistryError;
+use cofferdam_assembly::AssemblyError;
 use cofferdam_coupling::convergence::Tolerance;
 use cofferdam_coupling::simulation::SimulationError;
 use cofferdam_report::{Accuracy, PlanRow, Summary};
@@ -60,7 +60,7 @@ pub enum AccuracyError {
     Scene(#[from] SceneError),
     /// A unit.
     #[error(transparent)]
-    Unit(#[from] RegistryError),
+    Unit(#[from] AssemblyError),
     /// A run of the pilot.
     #[error("the pilot failed: {what}: {cause}; run without an accuracy, and look at its log")]
     Run { what: String, cause: Box<SimulationError> },
@@ -523,7 +523,7 @@ pub fn announce(promise: &Promise) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cofferdam_assembly::registry;
+    use cofferdam_assembly::read_scene;
     use cofferdam_scene::OnFailure;
 
     #[test]
@@ -542,7 +542,7 @@ mod tests {
     fn blocks_run_once_more_by_a_number_of_modes_that_they_do_not_have() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/koyna-coarse");
         let other = |fidelity, set: &[String]| {
-            let loaded = registry::read(&path, set).expect("a scene");
+            let loaded = read_scene(&path, set).expect("a scene");
             let ladder = Ladder::of(&loaded.scene);
             let pilot = Pilot { scene: &path, base: Vec::new(), ladder, loaded: &loaded, fidelity, runs: 0 };
             pilot.with_other_modes(0).map(|settings| settings.last().cloned().unwrap_or_default())
@@ -559,9 +559,9 @@ mod tests {
     #[test]
     fn the_reference_is_the_strictest_run_and_goes_on_with_steps_above_its_tolerance() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/koyna-coarse");
-        let scene = registry::read(&path, &[]).expect("a scene").scene;
+        let scene = read_scene(&path, &[]).expect("a scene").scene;
         let settings = Ladder::of(&scene).reference(&scene);
-        let reference = registry::read(&path, &settings).expect("a scene").scene;
+        let reference = read_scene(&path, &settings).expect("a scene").scene;
         assert_eq!(reference.coupling.tolerance, Tolerance::Relative(1e-8));
         assert_eq!(reference.coupling.on_failure, OnFailure::Continue);
         assert_eq!(2.0 * reference.time.communication_step, scene.time.communication_step);

@@ -3,8 +3,8 @@
 use super::AccuracyError;
 use crate::cli::{making, parallel, threads};
 use cofferdam_assembly::observer::{HistoriesWriter, LastSecond, Rest};
-use cofferdam_assembly::registry;
 use cofferdam_assembly::simulation::simulation_of;
+use cofferdam_assembly::{Assembly, read_scene};
 use cofferdam_scene::LoadedScene;
 use std::num::NonZeroUsize;
 use std::path::Path;
@@ -103,7 +103,7 @@ pub fn outcome(loaded: &LoadedScene) -> Result<Outcome, AccuracyError> {
     let began = Instant::now();
     let scene = &loaded.scene;
     let wrong = |cause| AccuracyError::Run { what: scene.title.clone(), cause: Box::new(cause) };
-    let graph = registry::graph(scene, making(NonZeroUsize::MIN))?;
+    let graph = Assembly::with(scene, making(NonZeroUsize::MIN)).graph()?;
     let mut simulation = simulation_of(scene, &loaded.ground_motion, graph).map_err(wrong)?;
     let (mut histories, mut rest) = (HistoriesWriter::in_memory(), Rest::new(&scene.time));
     let (ending, failure) = simulation.run(&mut [&mut histories, &mut rest], &AtomicBool::new(false));
@@ -122,8 +122,7 @@ pub fn outcome(loaded: &LoadedScene) -> Result<Outcome, AccuracyError> {
 ///
 /// **Errors**: the first one.
 pub fn run(scene: &Path, runs: &[Vec<String>]) -> Result<Vec<Outcome>, AccuracyError> {
-    let loaded =
-        runs.iter().map(|settings| registry::read(scene, settings)).collect::<Result<Vec<_>, _>>()?;
+    let loaded = runs.iter().map(|settings| read_scene(scene, settings)).collect::<Result<Vec<_>, _>>()?;
     parallel::try_map(&loaded, threads(None), outcome)
 }
 

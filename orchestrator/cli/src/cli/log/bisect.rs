@@ -2,8 +2,8 @@
 
 use super::Failure;
 use crate::cli::{making, other_build, parallel, say, threads};
+use cofferdam_assembly::Assembly;
 use cofferdam_assembly::log::{ground_motion_of, scene_of};
-use cofferdam_assembly::registry;
 use cofferdam_assembly::simulation::ground_signal;
 use cofferdam_assembly::simulation::simulation_of;
 use cofferdam_assembly::units::DAM;
@@ -240,7 +240,7 @@ fn try_share(
     let scene = &scene_of(log)?;
     let motion = ground_motion_of(log);
     let peak = motion.acceleration().iter().fold(0.0, |peak: f64, a| peak.max(a.abs()));
-    let graph = registry::graph(scene, making(NonZeroUsize::MIN))?;
+    let graph = Assembly::with(scene, making(NonZeroUsize::MIN)).graph()?;
     let mut simulation = simulation_of(scene, &motion, graph)?;
     let fingerprint = simulation.fingerprint()?;
     let mut tried = Vec::new();

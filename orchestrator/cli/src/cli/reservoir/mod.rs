@@ -11,9 +11,9 @@ mod response;
 
 use super::{check, complain, say};
 use clap::ValueEnum;
-use cofferdam_assembly::registry::{self, RegistryError};
+use cofferdam_assembly::{Assembly, AssemblyError, read_scene};
 use cofferdam_motion::GroundMotion;
-use cofferdam_scene::{ELEMENTS_OF_THE_RESERVOIR, SceneError, down};
+use cofferdam_scene::{ELEMENTS_OF_THE_RESERVOIR, SceneError, Side, down};
 use miette::Diagnostic;
 use reservoir::{Complex64, ReservoirError, ReservoirParameters};
 use std::error::Error;
@@ -78,7 +78,7 @@ enum Failure {
     #[diagnostic(transparent)]
     Scene(#[from] SceneError),
     #[error(transparent)]
-    Unit(#[from] RegistryError),
+    Unit(#[from] AssemblyError),
     #[error(transparent)]
     Solver(#[from] ReservoirError),
     /// The request cannot be fulfilled; the text names the remedy.
@@ -106,7 +106,7 @@ pub fn run(command: &Command) -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             let status = match error {
-                Failure::Scene(_) | Failure::Unfit { .. } | Failure::Unit(RegistryError::Empty) => 2,
+                Failure::Scene(_) | Failure::Unfit { .. } | Failure::Unit(AssemblyError::Empty) => 2,
                 Failure::Unit(_) | Failure::Solver(_) => 4,
                 Failure::File { .. } | Failure::OutputTaken { .. } => 1,
             };
@@ -136,9 +136,9 @@ impl Common {
             }
             _ => {}
         }
-        let loaded = registry::read(&self.scene, &self.set)?;
+        let loaded = read_scene(&self.scene, &self.set)?;
         check::warn(&loaded.warnings);
-        let parameters = registry::water_parameters(&loaded.scene)?;
+        let parameters = Assembly::of(&loaded.scene).water_parameters(Side::Upstream)?;
         parameters.validate()?;
         let (steps, ground_motion) = (loaded.scene.steps(), loaded.ground_motion);
         Ok(Water { title: loaded.scene.title, parameters, ground_motion, steps })

@@ -1,8 +1,7 @@
 //! What is known of a dam without the run, found while it goes on.
 
 use super::super::{check, complain};
-use cofferdam_assembly::registry::Equilibrium;
-use cofferdam_assembly::registry::{self, RegistryError};
+use cofferdam_assembly::{Assembly, AssemblyError, Equilibrium};
 use cofferdam_report::Summary;
 use cofferdam_scene::Scene;
 use std::panic::resume_unwind;
@@ -19,9 +18,9 @@ pub struct Beside<'a> {
 }
 
 struct Found {
-    frequencies_in_water: Result<Vec<f64>, RegistryError>,
-    equilibria: Result<Vec<(usize, Equilibrium)>, RegistryError>,
-    flutter_warnings: Result<Vec<String>, RegistryError>,
+    frequencies_in_water: Result<Vec<f64>, AssemblyError>,
+    equilibria: Result<Vec<(usize, Equilibrium)>, AssemblyError>,
+    flutter_warnings: Result<Vec<String>, AssemblyError>,
 }
 
 impl<'a> Beside<'a> {
@@ -62,11 +61,11 @@ impl Found {
     fn of(scene: &Scene, frequencies: usize) -> Self {
         let modes = match frequencies {
             0 => Ok(None),
-            count => registry::natural_modes_in_water(scene, count),
+            count => Assembly::of(scene).natural_modes_in_water(count),
         };
         Self {
             frequencies_in_water: modes.map(|modes| modes.map_or_else(Vec::new, |modes| modes.frequencies)),
-            equilibria: registry::equilibria(scene),
+            equilibria: Assembly::of(scene).equilibria(),
             flutter_warnings: check::flutter_warnings(scene),
         }
     }

@@ -12,10 +12,10 @@ use cofferdam_assembly::log::{ground_motion_of, scene_of};
 use cofferdam_assembly::observer::{
     HistoriesWriter, Limits, OutlineWriter, Progress, Rest, Snapshots, WaterField,
 };
-use cofferdam_assembly::registry::{self, RegistryError};
 use cofferdam_assembly::simulation::crest_at_rest;
 use cofferdam_assembly::simulation::simulation_of;
 use cofferdam_assembly::units::DAM;
+use cofferdam_assembly::{Assembly, AssemblyError};
 use cofferdam_coupling::observer::{Ending, Observer, Status, Until};
 use cofferdam_coupling::participant::ParticipantError;
 use cofferdam_coupling::scheme::{Graph, interface_points};
@@ -283,12 +283,12 @@ impl Job<'_> {
             interrupted: self.interrupted,
             announce,
         };
-        let units = start.units(&registry::units(scene)).map_err(|error| match error {
+        let units = start.units(&Assembly::of(scene).units()).map_err(|error| match error {
             StartError::Unit(error) => RunError::Unit(error),
             StartError::Participant(error) => RunError::Participant(error),
             error @ StartError::Program(_) => RunError::Start(error),
         })?;
-        Ok(Graph::new(units, registry::interfaces(scene)).map_err(RegistryError::from)?)
+        Ok(Graph::new(units, Assembly::of(scene).interfaces()).map_err(AssemblyError::from)?)
     }
 
     /// Begins, or puts everything where it was.
@@ -380,7 +380,7 @@ fn absolute(path: &Path) -> String {
 fn waters(scene: &Scene) -> (Vec<Box<dyn WaterField>>, Vec<String>) {
     let (mut fields, mut notes) = (Vec::new(), Vec::new());
     for side in Side::BOTH.into_iter().filter(|_| scene.snapshots.is_some_and(|plan| plan.water)) {
-        match registry::water_field(scene, side) {
+        match Assembly::of(scene).water_field(side) {
             Ok(field) => fields.extend(field),
             Err(why) => notes.push(format!("no pressure inside the {} in pictures: {why}", side.table())),
         }

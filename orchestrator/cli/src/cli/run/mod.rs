@@ -15,7 +15,7 @@ use super::plan::{self, PlanError};
 use super::start::StartError;
 use super::{Options, Run, Transport, check, complain, report};
 use answer::NoAnswer;
-use cofferdam_assembly::registry::{self, RegistryError};
+use cofferdam_assembly::{AssemblyError, read_scene};
 use cofferdam_coupling::observer::{ObserverError, Status};
 use cofferdam_coupling::participant::ParticipantError;
 use cofferdam_coupling::run_state::RunStateError;
@@ -49,7 +49,7 @@ enum RunError {
     #[error(transparent)]
     Manifest(#[from] ManifestError),
     #[error(transparent)]
-    Unit(#[from] RegistryError),
+    Unit(#[from] AssemblyError),
     #[error(transparent)]
     Participant(#[from] ParticipantError),
     #[error(transparent)]
@@ -148,7 +148,7 @@ fn told(ended: Result<Status, RunError>) -> ExitCode {
 fn execute(arguments: &Run) -> Result<(Status, u8), RunError> {
     let mut settings = arguments.set.clone();
     settings.extend(arguments.log.iter().map(|which| format!("log.exchanges=\"{which}\"")));
-    let mut loaded = registry::read(&arguments.scene, &settings)?;
+    let mut loaded = read_scene(&arguments.scene, &settings)?;
     let started = jiff::Timestamp::now();
     check_transport(arguments.options.transport)?;
     if let Some(folder) = &arguments.output {
@@ -162,7 +162,7 @@ fn execute(arguments: &Run) -> Result<(Status, u8), RunError> {
         promised.plan.iter().for_each(plan::print_row);
         accuracy::announce(&promised);
         settings.extend(promised.record.chosen.iter().cloned());
-        loaded = registry::read(&arguments.scene, &settings)?;
+        loaded = read_scene(&arguments.scene, &settings)?;
         // A run of the manifest is this run again, not another choice.
         loaded.scene.accuracy = None;
         promise = Some(promised);

@@ -2,8 +2,8 @@
 
 use super::RunError;
 use crate::cli::say;
+use cofferdam_assembly::Assembly;
 use cofferdam_assembly::log::scene_of;
-use cofferdam_assembly::registry;
 use cofferdam_coupling::observer::Past;
 use cofferdam_coupling::participant::Participant;
 use cofferdam_coupling::run_state::{RunState, RunStateError};
@@ -129,7 +129,7 @@ pub fn hand_over(scene: &Scene, [from, to]: [&mut Graph; 2], fork: &Fork, step: 
     for id in ids {
         let fingerprint = to[id].description().fingerprint;
         let same = from[id].description().fingerprint == fingerprint;
-        let state = match same || registry::keeps_state(id, scenes) {
+        let state = match same || Assembly::of(scenes[1]).continues_state_of(scenes[0], id) {
             true => from[id].serialise()?,
             false => None,
         };

@@ -6,7 +6,7 @@ use crate::cli::accuracy::table::{ErrorTable, LevelError, TABLE};
 use crate::cli::accuracy::{self, CREST, HISTORY, Ladder, MORE_OR_LESS, SLIDING, apart};
 use crate::cli::table::Table;
 use crate::cli::{say, seconds};
-use cofferdam_assembly::registry;
+use cofferdam_assembly::read_scene;
 use cofferdam_motion::STANDARD_GRAVITY;
 use cofferdam_scene::{DamFidelityScene, LoadedScene};
 use std::path::{Path, PathBuf};
@@ -101,7 +101,7 @@ pub fn run(arguments: &AccuracyArguments) -> Result<(), StudyError> {
         let own = if record.is_empty() { vec![Vec::new()] } else { named(record)? };
         for record in own {
             let mut settings: Vec<String> = record.into_iter().chain(set.iter().cloned()).collect();
-            let loaded = registry::read(path, &settings)?;
+            let loaded = read_scene(path, &settings)?;
             if let Some(length) = strongest {
                 settings.extend(strongest_part(&loaded, *length));
             }
@@ -244,7 +244,7 @@ impl Case {
 fn case(path: &Path, set: &[String], polarity: i64) -> Result<Case, StudyError> {
     let mut settings = set.to_vec();
     settings.push(format!("ground_motion.record.polarity={polarity}"));
-    let loaded = registry::read(path, &settings)?;
+    let loaded = read_scene(path, &settings)?;
     let dam = loaded.scene.dam.as_ref();
     let cracked = dam.is_some_and(|dam| !dam.cracks.is_empty() && !dam.fidelity.is_intact());
     let fidelity = if cracked { DamFidelityScene::Reduced } else { DamFidelityScene::Intact };

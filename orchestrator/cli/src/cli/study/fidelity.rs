@@ -7,12 +7,12 @@ use crate::cli::reservoir::Exact;
 use crate::cli::reservoir::Motion;
 use crate::cli::table::Table;
 use crate::cli::{making, say, threads};
-use cofferdam_assembly::registry;
 use cofferdam_assembly::units::{DAM, RESERVOIR};
+use cofferdam_assembly::{Assembly, AssemblyError};
 use cofferdam_coupling::participant::{InProcess, Messages, Participant, ParticipantError};
 use cofferdam_coupling::scheme::{CouplingError, Graph};
 use cofferdam_motion::GroundMotion;
-use cofferdam_scene::{FidelityScene, Method, Profile, Scene};
+use cofferdam_scene::{FidelityScene, Method, Profile, Scene, Side};
 use interface::CoSimulation;
 use interface::variables::reservoir as variables;
 use std::time::Instant;
@@ -101,7 +101,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
         .iter()
         .filter_map(|row| Some(format!("- {}: {}\n", row.name, row.cost.as_ref().err()?)))
         .collect();
-    let rigid = Exact::of(&registry::water_parameters(scene)?, Motion::Horizontal);
+    let rigid = Exact::of(&Assembly::of(scene).water_parameters(Side::Upstream)?, Motion::Horizontal);
     let text = format!(
         "`cofferdam study fidelity {}{}`, H = {} s, {} steps; the best: Radau IIA of three stages at half of H, crest {:.2} mm, \
          sliding {:.2} mm at the end\n\n{}\n{}{}",
@@ -184,11 +184,11 @@ fn measured(
     let refused =
         |cost: String| Row { name: name.to_owned(), level, cost: Err(cost), outcome: None, rigid: None };
     let (mut cost, mut rigid) = (Cost::default(), None);
-    let reservoir: Box<dyn Participant> = if registry::is_empty(scene) {
-        registry::unit(RESERVOIR, scene, making(threads(None)))?
+    let reservoir: Box<dyn Participant> = if scene.reservoir.is_empty() {
+        Assembly::with(scene, making(threads(None))).unit(RESERVOIR)?
     } else {
         let began = Instant::now();
-        let mut unit = match registry::water(scene, making(threads(None))) {
+        let mut unit = match Assembly::with(scene, making(threads(None))).reservoir() {
             Ok(unit) => unit,
             Err(error) => return Ok(refused(error.to_string())),
         };
@@ -210,11 +210,11 @@ fn measured(
         unit.restore_state(&start).map_err(failed)?;
         Box::new(InProcess::new(unit, name, Messages::default()))
     };
-    let mut units = vec![registry::unit(DAM, scene, making(threads(None)))?, reservoir];
-    for id in registry::units(scene).into_iter().skip(units.len()) {
-        units.push(registry::unit(id, scene, making(threads(None)))?);
+    let mut units = vec![Assembly::with(scene, making(threads(None))).unit(DAM)?, reservoir];
+    for id in Assembly::of(scene).units().into_iter().skip(units.len()) {
+        units.push(Assembly::with(scene, making(threads(None))).unit(id)?);
     }
-    let graph = Graph::new(units, registry::interfaces(scene)).map_err(registry::RegistryError::from)?;
+    let graph = Graph::new(units, Assembly::of(scene).interfaces()).map_err(AssemblyError::from)?;
     let outcome = run_units(scene, motion, graph)?.completed(name)?;
     cost.reservoir = cost.set_up + outcome.ending.wall.of("reservoir").as_secs_f64();
     Ok(Row { name: name.to_owned(), level, cost: Ok(cost), outcome: Some(outcome), rigid })
@@ -248,7 +248,7 @@ fn rigid_dam<U: CoSimulation>(
 pub(super) fn closed_form(scene: &Scene, motion: &GroundMotion) -> Result<Option<Vec<f64>>, StudyError> {
     let mut compressible = scene.clone();
     compressible.reservoir.fidelity = FidelityScene::Compressible;
-    let exact = Exact::of(&registry::water_parameters(&compressible)?, Motion::Horizontal);
+    let exact = Exact::of(&Assembly::of(&compressible).water_parameters(Side::Upstream)?, Motion::Horizontal);
     let step = scene.time.communication_step;
     let samples: Vec<f64> = (0..=scene.steps()).map(|n| motion.at(n as f64 * step)[0]).collect();
     Ok(exact.ok().and_then(|exact| Some(exact.base_pressures(&samples, step, threads(None))?.split_off(1))))

@@ -20,8 +20,8 @@ use super::accuracy::AccuracyError;
 use super::table::Table;
 use super::{complain, making, parallel, say, threads};
 use cofferdam_assembly::observer::{Histories, HistoriesWriter, Rest};
-use cofferdam_assembly::registry::{self, RegistryError};
 use cofferdam_assembly::simulation::simulation_of;
+use cofferdam_assembly::{Assembly, AssemblyError, read_scene};
 use cofferdam_coupling::observer::{Ending, Status};
 use cofferdam_coupling::scheme::{CouplingError, Graph};
 use cofferdam_coupling::simulation::SimulationError;
@@ -112,7 +112,7 @@ pub enum StudyError {
     Accuracy(#[from] AccuracyError),
     /// A unit.
     #[error(transparent)]
-    Unit(#[from] RegistryError),
+    Unit(#[from] AssemblyError),
     /// A run that must succeed.
     #[error("{what}: {cause}")]
     Run {
@@ -191,7 +191,7 @@ pub fn run(command: &Command) -> ExitCode {
 
 impl Arguments {
     fn load(&self) -> Result<LoadedScene, StudyError> {
-        let loaded = registry::read(&self.scene, &self.set)?;
+        let loaded = read_scene(&self.scene, &self.set)?;
         let path = &self.output;
         let empty =
             std::fs::create_dir_all(path).and_then(|()| Ok(std::fs::read_dir(path)?.next().is_none()));
@@ -233,7 +233,7 @@ struct Outcome {
 ///
 /// **Errors**: a unit cannot be made; a failure of the coupling comes with the outcome.
 fn run_scene(scene: &Scene, motion: &GroundMotion, threads: NonZeroUsize) -> Result<Outcome, StudyError> {
-    run_units(scene, motion, registry::graph(scene, making(threads))?)
+    run_units(scene, motion, Assembly::with(scene, making(threads)).graph()?)
 }
 
 /// Runs all scenes, as many at once as there are cores.

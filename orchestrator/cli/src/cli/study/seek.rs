@@ -1,9 +1,10 @@
 //! `cofferdam study seek`.
 
-use super::{Arguments, StudyError, quoted, registry};
+use super::{Arguments, StudyError, quoted};
 use crate::cli::say;
 use crate::cli::table::Table;
 use crate::cli::{making, threads};
+use cofferdam_assembly::Assembly;
 use cofferdam_assembly::simulation::ground_signal;
 use cofferdam_assembly::simulation::simulation_of;
 use cofferdam_coupling::observer::{Ending, Observer, ObserverError, Start};
@@ -83,7 +84,7 @@ impl Observer for Kept {
 pub fn run(SeekArguments { arguments, size }: &SeekArguments) -> Result<(), StudyError> {
     let loaded = arguments.load()?;
     let failed = |what: &str, cause| StudyError::Run { what: what.to_owned(), cause: Box::new(cause) };
-    let graph = registry::graph(&loaded.scene, making(threads(None)))?;
+    let graph = Assembly::with(&loaded.scene, making(threads(None))).graph()?;
     let title = &loaded.scene.title;
     let mut simulation =
         simulation_of(&loaded.scene, &loaded.ground_motion, graph).map_err(|cause| failed(title, cause))?;

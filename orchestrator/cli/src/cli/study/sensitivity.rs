@@ -5,7 +5,7 @@ mod figure;
 use super::{Arguments, CREST, Outcome, SLIDING, StudyError, quoted, run_scene, unfit};
 use crate::cli::table::Table;
 use crate::cli::{say, threads};
-use cofferdam_assembly::registry;
+use cofferdam_assembly::{Assembly, read_scene};
 use cofferdam_scene::{DamFidelityScene, DampingModel, LoadedScene, OnFailure};
 
 pub const HELP: &str = "\
@@ -76,7 +76,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
         change(
             "time step of the dam halved",
             true,
-            vec![format!("dam.time_step_safety={}", registry::safety_of_part(dam, scene, 2.0)?)],
+            vec![format!("dam.time_step_safety={}", Assembly::of(scene).safety_of_part(2.0)?)],
         ),
         change("contacts at Gauss points", true, gauss(dam.cracks.len())),
         change("shaking + 0.1 %", true, scale(1.001)),
@@ -138,7 +138,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     let mut runs = Vec::new();
     for change in changes {
         let sets: Vec<String> = arguments.set.iter().chain(&change.sets).cloned().collect();
-        runs.push((registry::read(&arguments.scene, &sets)?, change));
+        runs.push((read_scene(&arguments.scene, &sets)?, change));
     }
 
     let mut unconverged = Vec::new();

@@ -5,7 +5,7 @@ mod figure;
 use super::{Arguments, CREST, SLIDING, StudyError, moments, quoted, run_all, unfit};
 use crate::cli::say;
 use crate::cli::table::Table;
-use cofferdam_assembly::registry;
+use cofferdam_assembly::read_scene;
 
 pub const HELP: &str = "\
 Runs the scene with its record scaled by 100 factors from 0.90 to 1.10, with either polarity: how far sliding and crest motion
@@ -59,7 +59,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
                 format!("ground_motion.record.scale={}", factor * record.scale),
                 format!("ground_motion.record.polarity={polarity}"),
             ];
-            registry::read(&arguments.scene, &[&arguments.set[..], &sets].concat())
+            read_scene(&arguments.scene, &[&arguments.set[..], &sets].concat())
         });
         let scenes = scenes.collect::<Result<Vec<_>, _>>()?;
         let outcomes = run_all(&scenes)?;
