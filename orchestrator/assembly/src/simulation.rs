@@ -58,7 +58,8 @@ pub fn simulation_of(
         iteration_limit: coupling.iteration_limit,
         accept_unconverged: coupling.on_failure == OnFailure::Continue,
     };
-    let acceleration = Acceleration::new(coupling.acceleration, coupling.relaxation, PROBE * base_pressure);
+    let acceleration = Acceleration::new(coupling.acceleration, coupling.relaxation, PROBE * base_pressure)
+        .reusing(coupling.reused_steps);
     let predictor = Predictor::new(coupling.predictor_order);
     let scales = Scales {
         // Half the inertia of the water column.
