@@ -543,7 +543,7 @@ fn every_message_is_in_a_snapshot() {
 #[test]
 fn a_scene_that_is_not_there() {
     let error =
-        cofferdam_assembly::registry::read(std::path::Path::new("absent"), &[]).expect_err("no such scene");
+        cofferdam_assembly::read_scene(std::path::Path::new("absent"), &[]).expect_err("no such scene");
     insta::assert_snapshot!(
         error.problems[0].to_string(),
         @"absent: No such file or directory (os error 2); give a folder with scene.toml, or a .toml file"
@@ -555,8 +555,8 @@ fn a_crack_at_the_water_level_and_the_shipped_scenes_are_right() {
     let desk = Desk::default();
     assert!(edit(&[("depth = 91.75", "depth = 66.5")]).read(&desk).is_ok());
     for case in [CRACKED, RAMP, "koyna-intact", "koyna-tailwater"] {
-        let loaded = cofferdam_assembly::registry::read(&root().join("scenes").join(case), &[])
-            .expect("a shipped scene");
+        let loaded =
+            cofferdam_assembly::read_scene(&root().join("scenes").join(case), &[]).expect("a shipped scene");
         let dry = |w: &&SceneWarning| !matches!(w.warning, Warning::NoUplift { .. });
         assert_eq!(loaded.warnings.iter().find(dry).map(|w| w.to_string()), None, "{case}");
         assert!(loaded.scene.time.duration.is_some());

@@ -160,7 +160,7 @@ fn its_dam_can_be_packed_without_load_and_its_water_cannot() {
 fn steps_cannot_follow_an_error_that_there_is_not() {
     let settings = ["reservoir.fidelity=none", "time.adaptive={tolerance=1e-3, shortest=1e-3, longest=0.01}"];
     let error =
-        cofferdam_assembly::registry::read(&root().join("scenes/koyna-intact"), &settings.map(str::to_owned));
+        cofferdam_assembly::read_scene(&root().join("scenes/koyna-intact"), &settings.map(str::to_owned));
     let error = error.expect_err("nothing to follow");
     assert!(error.problems[0].to_string().starts_with("`time.adaptive`"), "{}", error.problems[0]);
 }

@@ -36,7 +36,7 @@ fn crest(dam: &LinearDam, wet_face: WetFace) -> Vec<f64> {
     println!("{} degrees of freedom, ω = {:.3?} rad/s", dam.mass.nrows(), modes.frequencies(4));
     let scenario = scenario(5.0);
     let motion =
-        cofferdam_assembly::registry::read(&scenario.write(), &[]).expect("the scene is valid").ground_motion;
+        cofferdam_assembly::read_scene(&scenario.write(), &[]).expect("the scene is valid").ground_motion;
     let duration = END - START;
     let parameters = koyna::reservoir(wet_face, H, duration);
     // Twice the communication step: the crest's displacement has no content above 100 Hz.

@@ -678,7 +678,7 @@ pub(crate) fn rigid_run(
     steps: u64,
     value: Option<f64>,
 ) -> Result<bool, Box<dyn std::error::Error>> {
-    let loaded = cofferdam_assembly::registry::read(&root().join("scenes/rigid-dam-ramp"), &[])?;
+    let loaded = cofferdam_assembly::read_scene(&root().join("scenes/rigid-dam-ramp"), &[])?;
     let scene = toml::to_string(&loaded.scene)?;
     let mut log = LogWriter::create(path, &Preamble { scene, ..Preamble::default() })?;
     let dam = Prescribed::new(interface::WetFace::straight([0.0, koyna::DEPTH], 9)?)?;
@@ -804,7 +804,7 @@ fn what_is_missing_from_a_finished_log_is_damage() -> Result<(), Box<dyn std::er
 #[test]
 fn what_was_run_is_on_the_disk_at_once() -> Result<(), Box<dyn std::error::Error>> {
     let folder = tempfile::tempdir()?;
-    let loaded = cofferdam_assembly::registry::read(&root().join("scenes/rigid-dam-ramp"), &[])?;
+    let loaded = cofferdam_assembly::read_scene(&root().join("scenes/rigid-dam-ramp"), &[])?;
     let dam = Prescribed::new(interface::WetFace::straight([0.0, koyna::DEPTH], 9)?)?;
     let start = Start {
         units: vec![dam.description().clone(), water(1, None)?.description().clone()],

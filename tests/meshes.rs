@@ -1,6 +1,6 @@
 //! Dams on meshes from files of Gmsh.
 
-use cofferdam_assembly::registry;
+use cofferdam_assembly::{Assembly, read_scene};
 use cofferdam_scene::mesh_file::{DamMesh, MeshFile, MeshFileError};
 use dam_dem::{CrackLine, DamParameters, GivenMesh, Mesh};
 use std::collections::HashMap;
@@ -138,13 +138,13 @@ fn triangles_are_the_same_dam() {
 /// A file that Gmsh 4.15 has written.
 #[test]
 fn a_file_of_gmsh_is_read() {
-    let loaded = registry::read(&root().join("scenes").join(CASE), &[]).expect("a scene");
+    let loaded = read_scene(&root().join("scenes").join(CASE), &[]).expect("a scene");
     let dam = loaded.scene.dam.as_ref().expect("a dam");
     assert_eq!(dam.section.upstream, [[0.0, 0.0], [0.0, 103.0]]);
     assert_eq!(dam.section.downstream, [[70.0, 0.0], [19.25, 66.5], [14.8, 103.0]]);
     let crack = dam.cracks[0].polyline.as_deref().expect("a polyline");
     assert_eq!(crack, [[0.0, 64.0], [8.0, 64.0], [11.0, 66.5], [19.25, 66.5]]);
-    let mesh = registry::dam_mesh(&loaded.scene).expect("a mesh").expect("a mesh");
+    let mesh = Assembly::of(&loaded.scene).dam_mesh().expect("a mesh").expect("a mesh");
     assert_eq!(mesh.blocks.len(), 2);
     let area: f64 = mesh
         .triangles()
@@ -158,7 +158,7 @@ fn a_file_of_gmsh_is_read() {
     // Chopra and Chakrabarti (1973), as in tests/bad_input.rs
     let published =
         [18.86, 49.97, 68.16, 98.27].map(|omega: f64| omega * (31.0 / 31.027 * 2643.0 / 2640.0_f64).sqrt());
-    let modes = registry::natural_modes(&loaded.scene, 4).expect("modes").expect("modes");
+    let modes = Assembly::of(&loaded.scene).natural_modes(4).expect("modes").expect("modes");
     println!("{:?} against {published:?}", modes.frequencies);
     for (found, published) in modes.frequencies.iter().zip(published) {
         assert!((found / published - 1.0).abs() < 0.025, "{found} against {published}");
@@ -198,10 +198,10 @@ fn a_run_keeps_its_mesh() {
     // another text is refused
     let other = manifest.replacen("19.25 66.5 0", "19.26 66.5 0", 1);
     std::fs::write(scenario.folder().join("other.toml"), other).expect("written");
-    let error = registry::read(&scenario.folder().join("other.toml"), &[]).expect_err("another mesh");
+    let error = read_scene(&scenario.folder().join("other.toml"), &[]).expect_err("another mesh");
     assert!(error.problems.iter().any(|p| p.to_string().contains("SHA-256")), "{error:?}");
     // a file on the command line takes its place
-    let error = registry::read(&scenario.folder().join("run"), &["dam.mesh.file=no.msh".to_owned()]);
+    let error = read_scene(&scenario.folder().join("run"), &["dam.mesh.file=no.msh".to_owned()]);
     assert!(error.expect_err("there is none").problems[0].to_string().contains("no.msh"));
     let packed =
         export(scenario.folder(), &scenario.folder().join("run/manifest.toml"), "dam", &["-o", "x.fmu"]);

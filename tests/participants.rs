@@ -111,7 +111,7 @@ fn reservoir_in_process() -> Result<(), Box<dyn std::error::Error>> {
 fn both_over_shared_memory() -> Result<(), Box<dyn std::error::Error>> {
     let mut scenario = Scenario::shipped("koyna-coarse");
     scenario.set("dam.element_size", 10.0).set("time.duration", 0.5).set("time.communication_step", H);
-    let scene = toml::to_string(&cofferdam_assembly::registry::read(&scenario.write(), &[])?.scene)?;
+    let scene = toml::to_string(&cofferdam_assembly::read_scene(&scenario.write(), &[])?.scene)?;
     let units = ["dam", "reservoir"].map(|name| {
         let mut command = Command::new(binary());
         command.args(["unit", name]);

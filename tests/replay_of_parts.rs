@@ -3,6 +3,7 @@
 use cofferdam_assembly::registry;
 use cofferdam_assembly::simulation::simulation_of;
 use cofferdam_assembly::units::{DAM, RESERVOIR};
+use cofferdam_assembly::{Assembly, read_scene};
 use cofferdam_coupling::difference::Difference;
 use cofferdam_coupling::observer::{Ending, Observer, Status};
 use cofferdam_coupling::participant::Participant;
@@ -69,7 +70,7 @@ fn run(scenario: &Scenario) -> Result<(LoadedScene, Log, Vec<Stop>), Failure> {
 }
 
 fn made(loaded: &LoadedScene, id: UnitId) -> Result<Box<dyn Participant>, Failure> {
-    Ok(registry::unit(id, &loaded.scene, NonZeroUsize::MIN)?)
+    Ok(Assembly::with(&loaded.scene, NonZeroUsize::MIN).unit(id)?)
 }
 
 #[test]
@@ -118,7 +119,7 @@ fn another_unit_is_brought_there_too_and_the_first_difference_is_named() -> Resu
     let (loaded, log, states) = run(&scenario)?;
     let last = states.last().ok_or("states")?.0;
     let set = ["dam.cracks.0.dilation=1e-6".to_owned()];
-    let other = registry::read(&scenario.write(), &set)?;
+    let other = read_scene(&scenario.write(), &set)?;
     let mut dam = made(&other, DAM)?;
     let brought = bring(&log, DAM, &mut *dam, None, last, |_| ())?;
     let divergence = brought.divergence.ok_or("it slides otherwise")?;

@@ -513,8 +513,8 @@ fn factors_of_safety_know_the_uplift_that_no_run_models() {
         for (key, value) in sets {
             scenario.set(key, *value);
         }
-        let loaded = registry::read(&scenario.write(), &[]).expect("a scene");
-        let found = registry::equilibria(&loaded.scene).expect("factors");
+        let loaded = read_scene(&scenario.write(), &[]).expect("a scene");
+        let found = Assembly::of(&loaded.scene).equilibria().expect("factors");
         let effect = |(_, found): &(usize, Equilibrium)| (found.sliding, found.with_uplift.expect("uplift"));
         found.iter().map(effect).collect::<Vec<_>>()
     };

@@ -354,7 +354,7 @@ fn coarse(case: &str, settings: &[(&str, &str)]) -> Result<LoadedScene, Failure>
         let value: toml::Table = format!("value = {value}").parse()?;
         scenario.set(key, value["value"].clone());
     }
-    Ok(registry::read(&scenario.write(), &[])?)
+    Ok(read_scene(&scenario.write(), &[])?)
 }
 
 #[test]
@@ -395,8 +395,8 @@ fn cracked_dams_and_their_waters_go_on() -> Result<(), Failure> {
 /// The units of a scene, each in a process of its own where it may be.
 fn in_processes(scene: &Scene) -> Result<Vec<Box<dyn Participant>>, Failure> {
     let command = |id: UnitId| -> Result<Option<UnitCommand>, Failure> {
-        let name = registry::name(id).to_owned();
-        Ok(match registry::home(id, scene) {
+        let name = unit_name(id).to_owned();
+        Ok(match Assembly::of(scene).home(id) {
             Home::Here => None,
             Home::Process => {
                 let mut command = Command::new(binary());
@@ -405,21 +405,23 @@ fn in_processes(scene: &Scene) -> Result<Vec<Box<dyn Participant>>, Failure> {
             }
             Home::Command(of_scene) => {
                 let command = Command::new(&of_scene.argv[0]);
-                Some(UnitCommand { name, command, brief: Some(registry::brief(id, scene, of_scene)?) })
+                Some(UnitCommand { name, command, brief: Some(Assembly::of(scene).brief(id, of_scene)?) })
             }
         })
     };
-    let ids = registry::units(scene);
+    let ids = Assembly::of(scene).units();
     let commands = ids.iter().map(|&id| command(id)).collect::<Result<Vec<_>, _>>()?;
     let minute = Duration::from_secs(60);
     let deadlines = Deadlines { preparation: minute, step: minute };
     let starting = Starting::new(commands.into_iter().flatten(), &toml::to_string(scene)?, 1, deadlines)?;
     let mut started = starting.wait(&AtomicBool::new(false))?.into_iter();
     let unit = |id: UnitId| -> Result<Box<dyn Participant>, Failure> {
-        Ok(match registry::home(id, scene) {
-            Home::Here => registry::unit(id, scene, NonZeroUsize::MIN)?,
+        Ok(match Assembly::of(scene).home(id) {
+            Home::Here => Assembly::with(scene, NonZeroUsize::MIN).unit(id)?,
             Home::Process => Box::new(started.next().ok_or("a process")?),
-            Home::Command(_) => registry::adapted(id, scene, Box::new(started.next().ok_or("a process")?))?,
+            Home::Command(_) => {
+                Assembly::of(scene).adapted(id, Box::new(started.next().ok_or("a process")?))?
+            }
         })
     };
     ids.into_iter().map(unit).collect()
@@ -488,9 +490,9 @@ fn units_in_processes_fmus_and_logs_go_on() -> Result<(), Failure> {
         let what = format!("{what}, in processes {processes}");
         let make = || -> Result<Simulation, Failure> {
             let graph = if processes {
-                Graph::new(in_processes(&loaded.scene)?, registry::interfaces(&loaded.scene))?
+                Graph::new(in_processes(&loaded.scene)?, Assembly::of(&loaded.scene).interfaces())?
             } else {
-                registry::graph(&loaded.scene, NonZeroUsize::MIN)?
+                Assembly::with(&loaded.scene, NonZeroUsize::MIN).graph()?
             };
             Ok(simulation_of(&loaded.scene, &loaded.ground_motion, graph)?)
         };
@@ -516,8 +518,8 @@ fn bytes_that_are_no_state_of_a_unit_are_refused_wherever_it_runs() -> Result<()
             if processes {
                 return in_processes(scene);
             }
-            let units = registry::units(scene).into_iter();
-            Ok(units.map(|id| registry::unit(id, scene, NonZeroUsize::MIN)).collect::<Result<_, _>>()?)
+            let units = Assembly::of(scene).units().into_iter();
+            Ok(units.map(|id| Assembly::with(scene, NonZeroUsize::MIN).unit(id)).collect::<Result<_, _>>()?)
         };
         let at_start = |units: &mut Vec<Box<dyn Participant>>| -> Result<Vec<u8>, Failure> {
             let size = [&units[0].description().inputs, &units[0].description().outputs].map(|l| l.size());
@@ -661,7 +663,7 @@ fn a_run_told_from_its_log_goes_on_with_the_same_log_and_pictures() -> Result<()
         std::fs::create_dir_all(path)?;
         let mut simulation = make()?;
         let mut log = LogWriter::create(&path.join("log.mcap"), &preamble)?;
-        let water = registry::water_field(&loaded.scene, Side::Upstream)?;
+        let water = Assembly::of(&loaded.scene).water_field(Side::Upstream)?;
         let mut snapshots = Snapshots::new(path, plan, water.into_iter().collect());
         let mut observers: Vec<&mut dyn Observer> = vec![&mut log, &mut snapshots];
         let mut course = simulation.course();

@@ -503,7 +503,7 @@ fn a_tolerance_beneath_the_rounding_floor_is_said_to_be_so() {
 }
 
 fn log_of_a_scene(path: &Path) -> LogWriter {
-    let scene = cofferdam_assembly::registry::read(&root().join("scenes/rigid-dam-ramp"), &[])
+    let scene = cofferdam_assembly::read_scene(&root().join("scenes/rigid-dam-ramp"), &[])
         .expect("a shipped scene")
         .scene;
     let preamble = Preamble { scene: toml::to_string(&scene).expect("TOML"), ..Preamble::default() };

@@ -1,7 +1,7 @@
 //! Saved states in the middle of the main scene: restored and repeated, every output is equal
 //! bit for bit; serialised, they continue in another unit.
 
-use cofferdam_assembly::registry::{WaterMass, dam_parameters};
+use cofferdam_assembly::{Assembly, WaterMass};
 use dam_dem::Dam;
 use interface::{Causality, CoSimulation, Variable, WetFace, variables};
 use reservoir::Reservoir;
@@ -81,9 +81,8 @@ fn outputs<U: CoSimulation>(unit: &U) -> Result<Vec<(&'static str, Vec<u64>)>, U
 /// The units that the tests build without a scene equal those of the scene.
 #[test]
 fn the_tests_dam_is_that_of_the_scene() -> Result<(), Box<dyn std::error::Error>> {
-    let scene = cofferdam_assembly::registry::read(&root().join("scenes/koyna-coarse"), &[])?.scene;
-    let dam = scene.dam.as_ref().ok_or("a dam is computed")?;
-    assert_eq!(koyna::dam(5.0, true), dam_parameters(dam, &scene, WaterMass::None)?);
+    let scene = cofferdam_assembly::read_scene(&root().join("scenes/koyna-coarse"), &[])?.scene;
+    assert_eq!(koyna::dam(5.0, true), Assembly::of(&scene).dam_parameters(WaterMass::None)?);
     let water = &scene.reservoir;
     let built = koyna::reservoir(WetFace::straight([0.0, scene.depth()], 1)?, H, 1.0);
     assert_eq!(
@@ -97,7 +96,7 @@ fn the_tests_dam_is_that_of_the_scene() -> Result<(), Box<dyn std::error::Error>
 
 #[test]
 fn states_in_the_middle_of_the_main_scene() -> Result<(), Box<dyn std::error::Error>> {
-    let loaded = cofferdam_assembly::registry::read(&root().join("scenes/koyna-coarse"), &[])?;
+    let loaded = cofferdam_assembly::read_scene(&root().join("scenes/koyna-coarse"), &[])?;
     // The strong motion begins at 4 s.
     let ground = |time: f64| loaded.ground_motion.at(4.0 + time);
     let mut pair = Pair::new()?;

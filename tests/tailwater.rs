@@ -4,6 +4,7 @@ use cofferdam_assembly::observer::HistoriesWriter;
 use cofferdam_assembly::registry;
 use cofferdam_assembly::simulation::simulation_of;
 use cofferdam_assembly::units::DAM;
+use cofferdam_assembly::{Assembly, read_scene};
 use cofferdam_coupling::observer::{Ending, Observer, ObserverError, Start};
 use cofferdam_coupling::scheme::{SchemeKind, WindowReport};
 use cofferdam_log::{Log, compare};
@@ -211,8 +212,8 @@ fn the_check_knows_both_waters() {
         let rest = text.split("before the ground moves: sliding ").nth(1).expect("a factor");
         rest.split([',', ' ']).next().expect("a number").parse().expect("a number")
     };
-    let empty = registry::read(&coarse(1.0).set("reservoir.fidelity", "none").write(), &[]).expect("a scene");
-    let thrust_of_tailwater_only = registry::limit_equilibria(&empty.scene).expect("a dam")[0];
+    let empty = read_scene(&coarse(1.0).set("reservoir.fidelity", "none").write(), &[]).expect("a scene");
+    let thrust_of_tailwater_only = Assembly::of(&empty.scene).limit_equilibria().expect("a dam")[0];
     assert_eq!(thrust_of_tailwater_only.sliding, f64::INFINITY, "it stays below the crack");
     let [low, high] = [30.0, 80.0].map(|depth| factor(&said(depth)));
     println!("factor of safety against sliding {low} with 30 m of tailwater, {high} with 80 m");
@@ -226,7 +227,7 @@ fn the_scheme_follows_from_both_waters() {
     let scheme = |reservoir: &str, tailwater: &str| {
         let mut scenario = coarse(1.0);
         scenario.set("reservoir.fidelity", reservoir).set("tailwater.fidelity", tailwater);
-        registry::read(&scenario.write(), &[]).expect("a scene").scene.scheme()
+        read_scene(&scenario.write(), &[]).expect("a scene").scene.scheme()
     };
     assert_eq!(scheme("westergaard", "incompressible"), SchemeKind::OneWay);
     assert_eq!(scheme("none", "westergaard"), SchemeKind::OneWay);

@@ -1,7 +1,7 @@
 //! `cofferdam points` and `cofferdam template`: the points are those of the units, the C compiles without a warning, nothing is
 //! overwritten. `tests/python/test_template.py` simulates what is written.
 
-use cofferdam_assembly::registry;
+use cofferdam_assembly::{Assembly, read_scene};
 use cofferdam_scene::Side;
 use interface::WetFace;
 use serde_json::Value;
@@ -74,13 +74,13 @@ fn the_points_are_those_of_the_unit_bit_for_bit() {
     ];
     for (unit, set, told) in cases {
         let set: Vec<String> = set.iter().map(|text| (*text).to_owned()).collect();
-        let loaded = match registry::read(scene.as_ref(), &set) {
+        let loaded = match read_scene(scene.as_ref(), &set) {
             Ok(loaded) => loaded,
             Err(error) => panic!("{error:?}"),
         };
         let face = match unit {
-            "dam" => registry::wet_face(&loaded.scene),
-            _ => registry::face_of_water(&loaded.scene, Side::Upstream),
+            "dam" => Assembly::of(&loaded.scene).dam_face(Side::Upstream),
+            _ => Assembly::of(&loaded.scene).water_face(Side::Upstream),
         };
         let face = face.expect("a face");
         let wanted = columns(&face);

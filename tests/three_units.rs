@@ -122,7 +122,7 @@ fn ports() -> Vec<Interface> {
 
 /// Runs the three into a log; the largest number of iterations of a step.
 fn run(kind: SchemeKind, path: &Path) -> Result<u32, Box<dyn std::error::Error>> {
-    let loaded = cofferdam_assembly::registry::read(&root().join("scenes/koyna-coarse"), &[])?;
+    let loaded = cofferdam_assembly::read_scene(&root().join("scenes/koyna-coarse"), &[])?;
     let mut graph = Graph::new(vec![Box::new(structure()), Box::new(fluid(0)), Box::new(fluid(1))], ports())?;
     let measure = ConvergenceMeasure::new(
         &[Measure::Relative],

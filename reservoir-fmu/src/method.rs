@@ -78,6 +78,11 @@ impl Method {
         self != Self::Recursive
     }
 
+    /// Whether the water is divided into boundary elements, of a chosen [`ElementOrder`](crate::ElementOrder).
+    pub fn has_boundary_elements(self) -> bool {
+        self != Self::FiniteElements
+    }
+
     /// Whether it needs a long preparation, whose result can be kept
     /// ([`Packable::prepare`](interface::Packable::prepare)).
     pub fn needs_preparation(self) -> bool {

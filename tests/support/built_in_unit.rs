@@ -1,7 +1,6 @@
 //! A built-in unit in another executable than `cofferdam`, for scenes that name it as a command: the dam with all elements and
 //! contacts, or compressible water.
 
-use cofferdam_assembly::registry::{self, RegistryError};
 use cofferdam_assembly::units::{DAM, RESERVOIR};
 use cofferdam_scene::{DamFidelityScene, FidelityScene, Scene};
 use cofferdam_shared_memory::{Task, host};
@@ -9,7 +8,7 @@ use std::num::NonZeroUsize;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    host(|task: &Task| -> Result<_, RegistryError> {
+    host(|task: &Task| -> Result<_, AssemblyError> {
         let mut scene: Scene = toml::from_str(&task.scene).expect("a scene");
         let id = match (&*task.unit, &mut scene.dam) {
             ("dam", Some(dam)) => {
@@ -21,6 +20,6 @@ fn main() -> ExitCode {
                 RESERVOIR
             }
         };
-        registry::unit(id, &scene, NonZeroUsize::MIN)
+        Assembly::with(&scene, NonZeroUsize::MIN).unit(id)
     })
 }

@@ -39,7 +39,7 @@ impl Desk {
     pub fn read(&self, text: impl AsRef<[u8]>, set: &[&str]) -> Result<LoadedScene, SceneError> {
         std::fs::write(self.file("scene.toml"), text).expect("the scene is written");
         let set: Vec<String> = set.iter().map(|text| (*text).to_owned()).collect();
-        cofferdam_assembly::registry::read(&self.file("scene.toml"), &set)
+        cofferdam_assembly::read_scene(&self.file("scene.toml"), &set)
     }
 
     /// What a terminal of 100 columns shows, paths without this folder.

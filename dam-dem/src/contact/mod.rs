@@ -46,6 +46,7 @@ pub use crate::real::{Mask, Real};
 
 /// Where along a crack the contacts are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Integration {
     /// At the nodes.

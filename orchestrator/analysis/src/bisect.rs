@@ -4,7 +4,6 @@ use crate::context::Context;
 use crate::parallel;
 use crate::provenance::other_build;
 use cofferdam_assembly::log::{ground_motion_of, scene_of};
-use cofferdam_assembly::registry;
 use cofferdam_assembly::simulation::ground_signal;
 use cofferdam_assembly::simulation::simulation_of;
 use cofferdam_assembly::units::DAM;

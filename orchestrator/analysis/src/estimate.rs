@@ -65,7 +65,7 @@ pub fn of(
     let dam_step = began.elapsed().as_secs_f64() / f64::from(taken);
     let mut faces = Vec::new();
     for (side, _) in scene.waters() {
-        faces.push(registry::face_of_water(scene, side)?.len() as f64);
+        faces.push(Assembly::of(scene).water_face(side)?.len() as f64);
     }
     let (points, pairs) =
         (faces.iter().sum::<f64>(), faces.iter().map(|points| points * points).sum::<f64>());

@@ -6,14 +6,12 @@ use crate::estimate;
 use crate::variables::known;
 use cofferdam_assembly::registry::{self, RegistryError};
 use cofferdam_assembly::units::DAM;
+use cofferdam_assembly::{Assembly, AssemblyError, read_scene};
 use cofferdam_coupling::participant::ParticipantError;
 use cofferdam_motion::STANDARD_GRAVITY;
 use cofferdam_report::PlanRow;
 use cofferdam_report::text::wrapped;
-use cofferdam_scene::{
-    DamFidelityScene, DampingModelScene, FidelityScene, LoadedScene, SceneError, Source, Warning,
-    shear_wave_velocity,
-};
+use cofferdam_scene::{DampingModel, LoadedScene, SceneError, Source, Warning, shear_wave_velocity};
 use miette::Diagnostic;
 use std::f64::consts::{PI, TAU};
 
@@ -26,7 +24,7 @@ pub enum PlanError {
     Scene(#[from] SceneError),
     /// A unit.
     #[error(transparent)]
-    Unit(#[from] RegistryError),
+    Unit(#[from] AssemblyError),
     /// The dam.
     #[error(transparent)]
     Dam(#[from] ParticipantError),
@@ -78,16 +76,16 @@ pub fn rows(loaded: &LoadedScene, context: &Context<'_>) -> Result<Vec<PlanRow>,
             motion.peak().0.abs() / STANDARD_GRAVITY
         ),
     ));
-    let full = registry::natural_modes_in_water(scene, 4)?.map(|modes| modes.frequencies);
+    let full = Assembly::of(scene).natural_modes_in_water(4)?.map(|modes| modes.frequencies);
     let empty = match &full {
         Some(_) => None,
-        None => registry::natural_modes(scene, 4)?.map(|modes| modes.frequencies),
+        None => Assembly::of(scene).natural_modes(4)?.map(|modes| modes.frequencies),
     };
     let modes = full.as_ref().or(empty.as_ref());
     let first = modes.and_then(|frequencies| frequencies.first().copied());
     for (side, water) in scene.waters() {
         let (table, depth) = (side.table(), scene.depth_of(side));
-        if water.fidelity == FidelityScene::Empty {
+        if water.is_empty() {
             rows.push(row(table, "left out", "`fidelity` is \"none\": the reservoir is empty"));
             continue;
         }
@@ -96,7 +94,7 @@ pub fn rows(loaded: &LoadedScene, context: &Context<'_>) -> Result<Vec<PlanRow>,
             continue;
         }
         let cut_off = PI * water.sound_speed / (2.0 * depth);
-        let compressible = water.fidelity == FidelityScene::Compressible;
+        let compressible = water.fidelity.is_compressible();
         let of_dam = first.map_or_else(String::new, |first| {
             format!(
                 "; cut-off over ω₁ of the full dam is {:.2}, and above {INCOMPRESSIBLE} compressibility would change the response \
@@ -151,11 +149,11 @@ pub fn rows(loaded: &LoadedScene, context: &Context<'_>) -> Result<Vec<PlanRow>,
             ));
         }
     }
-    let computed = registry::computes_dam(scene);
+    let computed = scene.computed_dam().is_some();
     if let Some(dam) = scene.dam.as_ref().filter(|_| computed) {
         let spectral =
             first.map(|first| motion.response_spectrum(&[TAU / first], 0.05)[0] / STANDARD_GRAVITY);
-        for equilibrium in registry::limit_equilibria(scene)? {
+        for equilibrium in Assembly::of(scene).limit_equilibria()? {
             let crack = &dam.cracks[equilibrium.crack];
             // k_y = V_max/W − V/W with W = N: of a crack that is level.
             let capacity = crack.friction_coefficient * (1.0 - 1.0 / equilibrium.sliding);
@@ -181,7 +179,7 @@ pub fn rows(loaded: &LoadedScene, context: &Context<'_>) -> Result<Vec<PlanRow>,
                 ),
             ));
         }
-        if dam.cracks.is_empty() || dam.fidelity == DamFidelityScene::Intact {
+        if dam.cracks.is_empty() || dam.fidelity.is_intact() {
             rows.push(row(
                 "contact",
                 "left out",
@@ -215,7 +213,7 @@ pub fn rows(loaded: &LoadedScene, context: &Context<'_>) -> Result<Vec<PlanRow>,
             let listed: Vec<String> = modes.iter().map(|frequency| format!("{frequency:.1}")).collect();
             let within = modes.iter().filter(|frequency| **frequency < TAU * high).count();
             let verdict = match dam.fidelity {
-                DamFidelityScene::Dem => "all, by time steps",
+                level if level.has_elements() => "all, by time steps",
                 _ if dam.modes.is_some() => "as many as the scene says",
                 _ => "as many as an error of 2 % at 200 rad/s needs",
             };
@@ -248,8 +246,8 @@ pub fn rows(loaded: &LoadedScene, context: &Context<'_>) -> Result<Vec<PlanRow>,
         for (quantity, error, origin) in table::expected(scene) {
             rows.push(row(format!("error of {quantity}"), format!("{:.1} %", 100.0 * error), origin));
         }
-        let mut dam = registry::unit(DAM, scene, threads(None))?;
-        let inputs = registry::inputs_at_rest(scene, &mut *dam)?;
+        let mut dam = Assembly::with(scene, threads(None)).unit(DAM)?;
+        let inputs = Assembly::of(scene).inputs_at_rest(&mut *dam)?;
         let mut outputs = vec![0.0; dam.description().outputs.size()];
         dam.initialise(0.0, &inputs, &mut outputs)?;
         let estimate = estimate::of(loaded, &mut *dam, &inputs, threads(None), context)?;
@@ -265,17 +263,15 @@ fn damping(loaded: &LoadedScene, high: f64) -> Result<Option<PlanRow>, PlanError
     if ratio == 0.0 {
         return Ok(Some(row("damping", "left out", "`dam.damping.ratio` is 0")));
     }
-    let mut unit = registry::unit(DAM, &loaded.scene, threads(None))?;
+    let mut unit = Assembly::with(&loaded.scene, threads(None)).unit(DAM)?;
     let [first, second] =
         ["damping_frequency_low", "damping_frequency_high"].map(|name| known(unit.read(name)));
     let (first, second) = (first?.first().copied().unwrap_or(f64::NAN), second?.first().copied());
     let omega = TAU * high;
     let at_high = match (dam.damping.model, second) {
-        (DampingModelScene::Rayleigh, Some(second)) => {
-            ratio * (first * second / omega + omega) / (first + second)
-        }
-        (DampingModelScene::Mass, _) => ratio * first / omega,
-        (DampingModelScene::Stiffness, _) => ratio * omega / first,
+        (DampingModel::Rayleigh, Some(second)) => ratio * (first * second / omega + omega) / (first + second),
+        (DampingModel::Mass, _) => ratio * first / omega,
+        (DampingModel::Stiffness, _) => ratio * omega / first,
         _ => ratio,
     };
     let criterion = format!(

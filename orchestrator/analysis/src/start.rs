@@ -75,8 +75,8 @@ impl Start<'_> {
         };
         let mut commands = Vec::new();
         for &id in ids {
-            let name = registry::name(id).to_owned();
-            match registry::home(id, self.scene) {
+            let name = unit_name(id).to_owned();
+            match Assembly::of(self.scene).home(id) {
                 Home::Process if self.transport == Transport::SharedMemory => {
                     let mut command = Command::new(&program);
                     command.args(["unit", &name]);
@@ -93,7 +93,7 @@ impl Start<'_> {
                     if let Some(folder) = &scene.folder {
                         command.current_dir(folder);
                     }
-                    let brief = Some(registry::brief(id, self.scene, scene)?);
+                    let brief = Some(Assembly::of(self.scene).brief(id, scene)?);
                     commands.push((id, UnitCommand { name, command, brief }));
                 }
                 Home::Here | Home::Process => (),
@@ -114,8 +114,8 @@ impl Start<'_> {
         let mut units: Vec<Box<dyn Participant>> = Vec::with_capacity(ids.len());
         for &id in ids {
             let process = started.next_if(|(own, _)| *own == id).map(|(_, process)| Box::new(process));
-            units.push(match (process, registry::home(id, self.scene)) {
-                (Some(process), Home::Command(_)) => registry::adapted(id, self.scene, process)?,
+            units.push(match (process, Assembly::of(self.scene).home(id)) {
+                (Some(process), Home::Command(_)) => Assembly::of(self.scene).adapted(id, process)?,
                 (Some(process), _) => process,
                 (None, _) => registry::unit(id, self.scene, self.context.making(self.threads))?,
             });

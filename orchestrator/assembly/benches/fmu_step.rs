@@ -2,8 +2,8 @@
 //! `cargo bench -p cofferdam-assembly --bench fmu_step`. A step is as in an iteration: return to the saved state, inputs, step,
 //! outputs. The program must have been built (`cargo build --release`).
 
-use cofferdam_assembly::registry;
 use cofferdam_assembly::units::RESERVOIR;
+use cofferdam_assembly::{Assembly, read_scene};
 use cofferdam_coupling::participant::{Occasion, Participant};
 use std::error::Error;
 use std::num::NonZeroUsize;
@@ -31,8 +31,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         format!("reservoir.fmu.file={}", file.display()),
     ];
     let made = |set: &[String]| -> Result<Box<dyn Participant>, Box<dyn Error>> {
-        let loaded = registry::read(&scene, set).map_err(|error| format!("{error:?}"))?;
-        Ok(registry::unit(RESERVOIR, &loaded.scene, NonZeroUsize::MIN)?)
+        let loaded = read_scene(&scene, set).map_err(|error| format!("{error:?}"))?;
+        Ok(Assembly::with(&loaded.scene, NonZeroUsize::MIN).unit(RESERVOIR)?)
     };
     let mut units = [("built in", made(&fmu[..1])?), ("FMU", made(&fmu)?)];
     for (_, unit) in &mut units {

@@ -1,5 +1,6 @@
-//! From a scene to units, interfaces and observers.
+//! From a scene to units, interfaces and observers: [`read_scene`], then [`Assembly`].
 
+mod assembly;
 pub mod build_info;
 pub mod cache;
 pub mod interface_work;
@@ -7,7 +8,10 @@ pub mod log;
 pub mod observer;
 pub mod packing;
 pub mod participant;
-pub mod registry;
 pub mod simulation;
 pub mod units;
 pub mod vtk;
+
+pub use assembly::{Assembly, AssemblyError, Equilibrium, Home, Making, UpliftEffect, WaterMass, read_scene};
+pub use dam_dem::{Flutter, LimitEquilibrium, LimitingPart, Mesh, NaturalModes, PartKind, Quality};
+pub use reservoir::paper::{FarEndCondition, ShortWindows};

@@ -3,7 +3,7 @@
 
 use crate::interface_work::WetFaceWork;
 use crate::participant::SelfTest;
-use crate::units::{DAM, GROUND_ACCELERATION};
+use crate::units::{DAM, GROUND_ACCELERATION, unit_role};
 use cofferdam_coupling::acceleration::Acceleration;
 use cofferdam_coupling::convergence::{ConvergenceMeasure, Scales};
 use cofferdam_coupling::participant::ParticipantError;
@@ -58,7 +58,8 @@ pub fn simulation_of(
         iteration_limit: coupling.iteration_limit,
         accept_unconverged: coupling.on_failure == OnFailure::Continue,
     };
-    let acceleration = Acceleration::new(coupling.acceleration, coupling.relaxation, PROBE * base_pressure);
+    let acceleration = Acceleration::new(coupling.acceleration, coupling.relaxation, PROBE * base_pressure)
+        .reusing(coupling.reused_steps);
     let predictor = Predictor::new(coupling.predictor_order);
     let scales = Scales {
         // Half the inertia of the water column.
@@ -71,7 +72,7 @@ pub fn simulation_of(
     let scheme = with_work(scheme, &mut graph).map_err(CouplingError::from)?;
     let sources = scene.sources().into_iter().enumerate();
     let tested = |(number, _)| {
-        let test = SelfTest::new(crate::registry::role(UnitId(number)), PROBE * base_pressure);
+        let test = SelfTest::new(unit_role(UnitId(number)), PROBE * base_pressure);
         (UnitId(number), Box::new(test) as Box<dyn UnitTest>)
     };
     let mut simulation = Simulation::new(graph, scheme, scene.stepping());

@@ -13,6 +13,41 @@ pub const RESERVOIR: UnitId = UnitId(1);
 /// The tailwater of a scene that has one.
 pub const TAILWATER: UnitId = UnitId(2);
 
+/// The name of a unit, in logs and as argument of `cofferdam unit`.
+pub fn unit_name(id: UnitId) -> &'static str {
+    match id {
+        DAM => "dam",
+        TAILWATER => Side::Downstream.table(),
+        _ => Side::Upstream.table(),
+    }
+}
+
+/// What a unit is at its interface.
+pub fn unit_role(id: UnitId) -> Role {
+    if id == DAM { Role::Structure } else { Role::Fluid }
+}
+
+/// The unit of the water on a side.
+pub fn water_unit(side: Side) -> UnitId {
+    match side {
+        Side::Upstream => RESERVOIR,
+        Side::Downstream => TAILWATER,
+    }
+}
+
+/// The side of the water of a unit; `None` for the dam.
+pub fn water_side(id: UnitId) -> Option<Side> {
+    Side::BOTH.into_iter().find(|&side| water_unit(side) == id)
+}
+
+/// The prefix of the names of the dam's variables of the face on a side.
+pub fn variable_prefix(side: Side) -> &'static str {
+    match side {
+        Side::Upstream => "",
+        Side::Downstream => "tailwater_",
+    }
+}
+
 /// The wet face between a structure and a fluid: acceleration goes forward, pressure comes back.
 ///
 /// `inertia` is the weight of acceleration against pressure in the parallel schemes, Pa/(m/s²): the mass of the water column

@@ -3,7 +3,7 @@
 use crate::options::BuiltIn;
 use crate::terminal::{print, show_warnings, warn};
 use cofferdam_assembly::packing::{self, PackingError, Target, Unit};
-use cofferdam_assembly::registry;
+use cofferdam_assembly::read_scene;
 use cofferdam_scene::{SceneError, Side};
 use miette::Diagnostic;
 use std::path::PathBuf;

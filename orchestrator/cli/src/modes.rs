@@ -1,7 +1,7 @@
 //! The mode shapes of a scene's dam, for ParaView.
 
-use cofferdam_assembly::registry::{self, RegistryError};
 use cofferdam_assembly::vtk::{Field, Grid};
+use cofferdam_assembly::{Assembly, AssemblyError};
 use cofferdam_scene::Scene;
 
 /// How many.
@@ -12,9 +12,9 @@ pub const COUNT: usize = 4;
 /// for a dam that this program does not compute.
 ///
 /// **Errors**: those of dam and water.
-pub fn vtu(scene: &Scene) -> Result<String, RegistryError> {
+pub fn vtu(scene: &Scene) -> Result<String, AssemblyError> {
     let mut grid = Grid::default();
-    if let Some(mesh) = registry::dam_mesh(scene)? {
+    if let Some(mesh) = Assembly::of(scene).dam_mesh()? {
         grid.cells = mesh.triangles().map(|triangle| triangle.to_vec()).collect();
         if !mesh.zones.is_empty() {
             let zone = |cell: usize| mesh.zone_of(cell).map_or(0.0, |zone| (zone + 1) as f64);
@@ -25,8 +25,8 @@ pub fn vtu(scene: &Scene) -> Result<String, RegistryError> {
     }
     grid.field_data.push(("unit of the modes [(kg/m)^(-1/2)]".to_owned(), vec![1.0]));
     let found = [
-        ("empty", registry::natural_modes(scene, COUNT)?),
-        ("full", registry::natural_modes_in_water(scene, COUNT)?),
+        ("empty", Assembly::of(scene).natural_modes(COUNT)?),
+        ("full", Assembly::of(scene).natural_modes_in_water(COUNT)?),
     ];
     for (water, modes) in found.into_iter().filter_map(|(water, modes)| Some((water, modes?))) {
         for (index, shape) in modes.shapes.into_iter().enumerate() {

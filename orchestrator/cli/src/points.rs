@@ -63,7 +63,7 @@ enum Failure {
     #[diagnostic(transparent)]
     Scene(#[from] SceneError),
     #[error(transparent)]
-    Unit(#[from] RegistryError),
+    Unit(#[from] AssemblyError),
     #[error("the points cannot be written: {0}")]
     Written(Box<dyn Error + Send + Sync>),
 }
@@ -100,7 +100,7 @@ pub fn run(arguments: &Arguments) -> ExitCode {
 }
 
 fn execute(arguments: &Arguments) -> Result<(), Failure> {
-    let scene = registry::read(&arguments.scene, &arguments.set)?.scene;
+    let scene = read_scene(&arguments.scene, &arguments.set)?.scene;
     let face = arguments.unit.face(&scene)?;
     let column = |axis: usize, of: &[[f64; 2]]| -> Vec<f64> { of.iter().map(|pair| pair[axis]).collect() };
     let (points, normals) = (face.points(), face.normals());

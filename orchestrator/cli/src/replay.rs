@@ -8,7 +8,7 @@ use cofferdam_analysis::parallel;
 use cofferdam_analysis::provenance::other_build;
 use cofferdam_analysis::start::{Start, StartError, deadlines};
 use cofferdam_assembly::log::scene_of;
-use cofferdam_assembly::registry::{self, RegistryError};
+use cofferdam_assembly::{Assembly, AssemblyError, units::unit_name};
 use cofferdam_coupling::participant::{Occasion, Participant};
 use cofferdam_coupling::scheme::UnitId;
 use cofferdam_log::replay::{Part, Replay, ReplayError, ReplayedPart, Unanswered, replay_part};
@@ -117,7 +117,7 @@ enum Failure {
     #[error("the log has no unit called {name}, but {found}; ask for one of them")]
     NoUnit { name: &'static str, found: String },
     #[error(transparent)]
-    Unit(#[from] RegistryError),
+    Unit(#[from] AssemblyError),
     #[error(transparent)]
     Start(#[from] StartError),
     #[error("the scene cannot be written for the processes of units: {0}")]
@@ -174,7 +174,7 @@ fn execute(arguments: &Arguments) -> Result<u8, Failure> {
     };
     if let Some(missing) = units.iter().find(|id| id.0 >= head.units.len()) {
         let found = head.units.iter().map(|unit| unit.name.as_str()).collect::<Vec<_>>().join(", ");
-        return Err(Failure::NoUnit { name: registry::name(*missing), found });
+        return Err(Failure::NoUnit { name: unit_name(*missing), found });
     }
     every_set_is_read(&log, overrides, &scene, &units)?;
     let of_log = scene_of(&log)?;
@@ -246,9 +246,10 @@ fn every_set_is_read(log: &Log, sets: &[String], scene: &Scene, units: &[UnitId]
         let with_others = resolved(&others).map(|without| (without, scene.clone()));
         let alone = || Some((resolved(&[])?, resolved(std::slice::from_ref(set))?));
         let Some((without, with)) = with_others.or_else(alone) else { continue };
-        let reads = |id: UnitId| -> Result<bool, RegistryError> {
-            let gone = !registry::units(&without).contains(&id) || !registry::units(&with).contains(&id);
-            Ok(gone || registry::made_from(id, &without)? != registry::made_from(id, &with)?)
+        let reads = |id: UnitId| -> Result<bool, AssemblyError> {
+            let gone =
+                !Assembly::of(&without).units().contains(&id) || !Assembly::of(&with).units().contains(&id);
+            Ok(gone || Assembly::of(&without).fingerprint(id)? != Assembly::of(&with).fingerprint(id)?)
         };
         if without == with
             || units.iter().map(|&id| reads(id)).collect::<Result<Vec<_>, _>>()?.contains(&true)
@@ -256,9 +257,9 @@ fn every_set_is_read(log: &Log, sets: &[String], scene: &Scene, units: &[UnitId]
             continue;
         }
         let mut readers = Vec::new();
-        for id in registry::units(&with) {
+        for id in Assembly::of(&with).units() {
             if !units.contains(&id) && reads(id)? {
-                readers.push(registry::name(id));
+                readers.push(unit_name(id));
             }
         }
         let remedy = match &readers[..] {
@@ -267,7 +268,7 @@ fn every_set_is_read(log: &Log, sets: &[String], scene: &Scene, units: &[UnitId]
                 .to_owned(),
             readers => format!("it is for {}: replay that with --unit", readers.join(" and ")),
         };
-        let named = |ids: &[UnitId]| ids.iter().map(|&id| registry::name(id)).collect::<Vec<_>>().join(", ");
+        let named = |ids: &[UnitId]| ids.iter().map(|&id| unit_name(id)).collect::<Vec<_>>().join(", ");
         let key = set.split('=').next().unwrap_or(set).trim().to_owned();
         return Err(Failure::Unread { set: set.clone(), key, units: named(units), remedy });
     }
@@ -299,8 +300,8 @@ impl Replaying<'_> {
             announce: false,
             context: context(),
         };
-        if !registry::units(scene).contains(&id) {
-            return Err(RegistryError::NoUnit { number: id.0 }.into());
+        if !Assembly::of(scene).units().contains(&id) {
+            return Err(AssemblyError::NoUnit { number: id.0 }.into());
         }
         let mut unit = start.units(&[id])?.remove(0);
         let made = began.elapsed();

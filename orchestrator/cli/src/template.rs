@@ -3,7 +3,7 @@
 use crate::options::BuiltIn;
 use crate::terminal::{print, show_warnings, warn};
 use cofferdam_assembly::packing;
-use cofferdam_assembly::registry::{self, RegistryError};
+use cofferdam_assembly::{AssemblyError, read_scene};
 use cofferdam_fmi::template::{self, Language, Place, TemplateError, Unit};
 use cofferdam_scene::SceneError;
 use miette::Diagnostic;
@@ -70,7 +70,7 @@ enum Failure {
     #[diagnostic(transparent)]
     Scene(#[from] SceneError),
     #[error(transparent)]
-    Unit(#[from] RegistryError),
+    Unit(#[from] AssemblyError),
     #[error(transparent)]
     Template(#[from] TemplateError),
     #[error("the scene cannot be written as TOML: {0}")]

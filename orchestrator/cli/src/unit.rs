@@ -30,7 +30,7 @@ enum UnitError {
     #[error("the scene in the task is not complete: {0}")]
     Scene(#[from] toml::de::Error),
     #[error(transparent)]
-    Registry(#[from] RegistryError),
+    Registry(#[from] AssemblyError),
 }
 
 /// Makes the unit of the orchestrator's task and serves it until the run is over.
@@ -43,5 +43,5 @@ pub fn unit(arguments: &Arguments) -> ExitCode {
 fn make(id: UnitId, task: &Task) -> Result<Box<dyn Participant>, UnitError> {
     let scene: Scene = toml::from_str(&task.scene)?;
     let threads = NonZeroUsize::new(task.threads).unwrap_or(NonZeroUsize::MIN);
-    Ok(registry::unit(id, &scene, making(threads))?)
+    Ok(Assembly::with(&scene, making(threads)).unit(id)?)
 }

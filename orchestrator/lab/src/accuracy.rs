@@ -103,7 +103,7 @@ pub fn run(arguments: &AccuracyArguments) -> Result<(), StudyError> {
         let own = if record.is_empty() { vec![Vec::new()] } else { named(record)? };
         for record in own {
             let mut settings: Vec<String> = record.into_iter().chain(set.iter().cloned()).collect();
-            let loaded = registry::read(path, &settings)?;
+            let loaded = read_scene(path, &settings)?;
             if let Some(length) = strongest {
                 settings.extend(strongest_part(&loaded, *length));
             }
@@ -246,9 +246,9 @@ impl Case {
 fn case(path: &Path, set: &[String], polarity: i64) -> Result<Case, StudyError> {
     let mut settings = set.to_vec();
     settings.push(format!("ground_motion.record.polarity={polarity}"));
-    let loaded = registry::read(path, &settings)?;
+    let loaded = read_scene(path, &settings)?;
     let dam = loaded.scene.dam.as_ref();
-    let cracked = dam.is_some_and(|dam| !dam.cracks.is_empty() && dam.fidelity != DamFidelityScene::Intact);
+    let cracked = dam.is_some_and(|dam| !dam.cracks.is_empty() && !dam.fidelity.is_intact());
     let fidelity = if cracked { DamFidelityScene::Reduced } else { DamFidelityScene::Intact };
     let intensity = loaded.ground_motion.peak().0.abs() / STANDARD_GRAVITY;
     let label = format!("{}, {}, {polarity:+}", loaded.name, loaded.ground_motion.source());

@@ -51,7 +51,7 @@ fn ambient(duration: f64) -> GroundMotion {
 
 pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     let loaded = arguments.load()?;
-    if !registry::computes_dam(&loaded.scene) {
+    if !loaded.scene.computed_dam().is_some() {
         return Err(unfit("the study needs a dam that is computed"));
     }
     let (duration, rows) = if arguments.coarse { (20.0, 4) } else { (600.0, 10) };

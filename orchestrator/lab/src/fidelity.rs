@@ -11,10 +11,11 @@ use cofferdam_analysis::context::threads;
 use cofferdam_analysis::table::Table;
 use cofferdam_assembly::registry;
 use cofferdam_assembly::units::{DAM, RESERVOIR};
+use cofferdam_assembly::{Assembly, AssemblyError};
 use cofferdam_coupling::participant::{InProcess, Messages, Participant, ParticipantError};
 use cofferdam_coupling::scheme::{CouplingError, Graph};
 use cofferdam_motion::GroundMotion;
-use cofferdam_scene::{FidelityScene, MethodScene, ProfileScene, Scene};
+use cofferdam_scene::{FidelityScene, Method, Profile, Scene, Side};
 use interface::CoSimulation;
 use interface::variables::reservoir as variables;
 use std::time::Instant;
@@ -79,7 +80,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
         return Err(unfit("the study begins with compressible water and equal steps"));
     }
     let mut best = scene.clone();
-    (best.reservoir.method, best.coupling.scheme) = (MethodScene::Radau3, None);
+    (best.reservoir.method, best.coupling.scheme) = (Method::Radau3, None);
     best.time.communication_step /= 2.0;
     let best = measured("the best", false, &best, motion, None)?;
     let Some(reference) = &best.outcome else {
@@ -103,7 +104,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
         .iter()
         .filter_map(|row| Some(format!("- {}: {}\n", row.name, row.cost.as_ref().err()?)))
         .collect();
-    let rigid = Exact::of(&registry::water_parameters(scene)?, Motion::Horizontal);
+    let rigid = Exact::of(&Assembly::of(scene).water_parameters(Side::Upstream)?, Motion::Horizontal);
     let text = format!(
         "`cofferdam-lab fidelity {}{}`, H = {} s, {} steps; the best: Radau IIA of three stages at half of H, crest {:.2} mm, \
          sliding {:.2} mm at the end\n\n{}\n{}{}",
@@ -143,22 +144,22 @@ fn waters(scene: &Scene, coarse: bool) -> Vec<(String, bool, Scene)> {
         move |scene: &mut Scene| (scene.reservoir.fidelity, scene.reservoir.profile) = (fidelity, profile)
     };
     let method = |method| move |scene: &mut Scene| scene.reservoir.method = method;
-    let (default, parabola) = (scene.reservoir.method, ProfileScene::Parabola);
+    let (default, parabola) = (scene.reservoir.method, Profile::Parabola);
     let mut waters = vec![
         with("none", true, &level(FidelityScene::Empty, parabola)),
         with("Westergaard, parabola", true, &level(FidelityScene::Westergaard, parabola)),
-        with("Westergaard, exact", true, &level(FidelityScene::Westergaard, ProfileScene::Exact)),
+        with("Westergaard, exact", true, &level(FidelityScene::Westergaard, Profile::Exact)),
         with("incompressible", true, &level(FidelityScene::Incompressible, parabola)),
-        with("finite elements", false, &method(MethodScene::FiniteElements)),
-        with("recursion", false, &method(MethodScene::Recursive)),
-        with("BDF2", false, &method(MethodScene::Bdf2)),
-        with("trapezoidal rule", false, &method(MethodScene::Trapezoid)),
-        with("Radau, 2 stages", false, &method(MethodScene::Radau2)),
-        with("Radau, 3 stages", false, &method(MethodScene::Radau3)),
+        with("finite elements", false, &method(Method::FiniteElements)),
+        with("recursion", false, &method(Method::Recursive)),
+        with("BDF2", false, &method(Method::Bdf2)),
+        with("trapezoidal rule", false, &method(Method::Trapezoid)),
+        with("Radau, 2 stages", false, &method(Method::Radau2)),
+        with("Radau, 3 stages", false, &method(Method::Radau3)),
     ];
     if !coarse {
         let distant = with("finite elements, end at 4 h", false, &|scene| {
-            method(MethodScene::FiniteElements)(scene);
+            method(Method::FiniteElements)(scene);
             scene.reservoir.far_end_distance = Some(DISTANT * scene.depth());
         });
         waters.insert(5, distant);
@@ -186,11 +187,11 @@ fn measured(
     let refused =
         |cost: String| Row { name: name.to_owned(), level, cost: Err(cost), outcome: None, rigid: None };
     let (mut cost, mut rigid) = (Cost::default(), None);
-    let reservoir: Box<dyn Participant> = if registry::is_empty(scene) {
-        registry::unit(RESERVOIR, scene, making(threads(None)))?
+    let reservoir: Box<dyn Participant> = if scene.reservoir.is_empty() {
+        Assembly::with(scene, making(threads(None))).unit(RESERVOIR)?
     } else {
         let began = Instant::now();
-        let mut unit = match registry::water(scene, making(threads(None))) {
+        let mut unit = match Assembly::with(scene, making(threads(None))).reservoir() {
             Ok(unit) => unit,
             Err(error) => return Ok(refused(error.to_string())),
         };
@@ -212,11 +213,11 @@ fn measured(
         unit.restore_state(&start).map_err(failed)?;
         Box::new(InProcess::new(unit, name, Messages::default()))
     };
-    let mut units = vec![registry::unit(DAM, scene, making(threads(None)))?, reservoir];
-    for id in registry::units(scene).into_iter().skip(units.len()) {
-        units.push(registry::unit(id, scene, making(threads(None)))?);
+    let mut units = vec![Assembly::with(scene, making(threads(None))).unit(DAM)?, reservoir];
+    for id in Assembly::of(scene).units().into_iter().skip(units.len()) {
+        units.push(Assembly::with(scene, making(threads(None))).unit(id)?);
     }
-    let graph = Graph::new(units, registry::interfaces(scene)).map_err(registry::RegistryError::from)?;
+    let graph = Graph::new(units, Assembly::of(scene).interfaces()).map_err(AssemblyError::from)?;
     let outcome = run_units(scene, motion, graph)?.completed(name)?;
     cost.reservoir = cost.set_up + outcome.ending.wall.of("reservoir").as_secs_f64();
     Ok(Row { name: name.to_owned(), level, cost: Ok(cost), outcome: Some(outcome), rigid })
@@ -250,7 +251,7 @@ fn rigid_dam<U: CoSimulation>(
 pub(super) fn closed_form(scene: &Scene, motion: &GroundMotion) -> Result<Option<Vec<f64>>, StudyError> {
     let mut compressible = scene.clone();
     compressible.reservoir.fidelity = FidelityScene::Compressible;
-    let exact = Exact::of(&registry::water_parameters(&compressible)?, Motion::Horizontal);
+    let exact = Exact::of(&Assembly::of(&compressible).water_parameters(Side::Upstream)?, Motion::Horizontal);
     let step = scene.time.communication_step;
     let samples: Vec<f64> = (0..=scene.steps()).map(|n| motion.at(n as f64 * step)[0]).collect();
     Ok(exact.ok().and_then(|exact| Some(exact.base_pressures(&samples, step, threads(None))?.split_off(1))))

@@ -45,12 +45,14 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     for (_, changes) in variants {
         let sets: Vec<String> =
             arguments.set.iter().cloned().chain(changes.iter().map(ToString::to_string)).collect();
-        let LoadedScene { scene, .. } = registry::read(&arguments.scene, &sets)?;
-        let Some(dam) = &scene.dam else { continue };
+        let LoadedScene { scene, .. } = read_scene(&arguments.scene, &sets)?;
+        if scene.dam.is_none() {
+            continue;
+        }
         for &part in parts {
-            let safety = registry::safety_of_part(dam, &scene, f64::from(part))?;
+            let safety = Assembly::of(&scene).safety_of_part(f64::from(part))?;
             let sets = [&sets[..], &[format!("dam.time_step_safety={safety}")]].concat();
-            scenes.push(registry::read(&arguments.scene, &sets)?);
+            scenes.push(read_scene(&arguments.scene, &sets)?);
         }
     }
     let outcomes = run_all(&scenes)?;

@@ -30,7 +30,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     let variants = variants(&loaded)?;
     let count = if arguments.coarse { 2 } else { variants.len() };
     let mut scenes: Vec<(String, LoadedScene)> = Vec::new();
-    let contacts = [("nodal", IntegrationScene::Nodal), ("gauss", IntegrationScene::Gauss)];
+    let contacts = [("nodal", Integration::Nodal), ("gauss", Integration::Gauss)];
     for (kind, integration) in contacts {
         for (name, crack, element_size) in &variants[..count] {
             let mut changed = loaded.clone();
@@ -45,11 +45,12 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     for factor in if arguments.coarse { &FACTORS[1..3] } else { &FACTORS[..] } {
         let sets = [&arguments.set[..], &[format!("ground_motion.record.scale={}", factor * scale)]].concat();
         let name = format!("{}, nodal, shaking {:+.1} %", variants[0].0, 100.0 * (factor - 1.0));
-        scenes.push((name, registry::read(&arguments.scene, &sets)?));
+        scenes.push((name, read_scene(&arguments.scene, &sets)?));
     }
     let (names, scenes): (Vec<String>, Vec<LoadedScene>) = scenes.into_iter().unzip();
-    let cells =
-        scenes.iter().map(|loaded| Ok(registry::dam_mesh(&loaded.scene)?.map_or(0, |mesh| mesh.cells.len())));
+    let cells = scenes
+        .iter()
+        .map(|loaded| Ok(Assembly::of(&loaded.scene).dam_mesh()?.map_or(0, |mesh| mesh.cells.len())));
     let cells = cells.collect::<Result<Vec<usize>, StudyError>>()?;
     let outcomes: Vec<Outcome> = run_all(&scenes)?
         .into_iter()
@@ -91,7 +92,7 @@ fn variants(loaded: &LoadedScene) -> Result<[Variant; 5], StudyError> {
     let scene = &loaded.scene;
     let dam = scene.dam.as_ref().filter(|dam| !dam.cracks.is_empty() && dam.cracks[0].elevation.is_some());
     let (Some(dam), Some(mesh), true) =
-        (dam, registry::dam_mesh(scene)?, scene.ground_motion.record.is_some())
+        (dam, Assembly::of(scene).dam_mesh()?, scene.ground_motion.record.is_some())
     else {
         return Err(unfit("the study needs a record, and a dam whose first crack has an `elevation`"));
     };

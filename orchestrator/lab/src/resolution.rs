@@ -54,7 +54,7 @@ pub struct Point {
 
 pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     let loaded = arguments.load()?;
-    let parameters = registry::water_parameters(&loaded.scene)?;
+    let parameters = Assembly::of(&loaded.scene).water_parameters(Side::Upstream)?;
     if !parameters.fidelity.has_memory() {
         return Err(unfit("the study needs compressible water"));
     }
@@ -67,13 +67,13 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     };
     // What is made once only does not count as the time of a frequency.
     measured(&parameters, Complex64::new(0.0, parameters.sound_speed / parameters.wet_face.depth()))
-        .map_err(registry::RegistryError::from)?;
+        .map_err(AssemblyError::from)?;
     let mut points: Vec<Point> = Vec::new();
     for elements in meshes {
         let asked: Vec<f64> =
             wavenumbers.iter().copied().filter(|kh| elements as f64 >= PER_WAVE * kh / TAU).collect();
-        let face = WetFace::straight([0.0, parameters.wet_face.depth()], elements)
-            .map_err(registry::RegistryError::from)?;
+        let face =
+            WetFace::straight([0.0, parameters.wet_face.depth()], elements).map_err(AssemblyError::from)?;
         let s = |kh: f64| Complex64::new(0.0, kh * parameters.sound_speed / face.depth());
         let closed: Vec<Vec<Complex64>> =
             asked.iter().map(|kh| exact_forces(&exact, &face, s(*kh), threads(None))).collect();
@@ -90,7 +90,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
                 ..parameters.clone()
             };
             for (kh, closed) in asked.iter().zip(&closed) {
-                let measured = measured(&mesh, s(*kh)).map_err(registry::RegistryError::from)?;
+                let measured = measured(&mesh, s(*kh)).map_err(AssemblyError::from)?;
                 let error = relative(&measured.forces, closed);
                 let before = points.iter().rfind(|p| p.order == order && p.wavenumber == *kh);
                 let observed =

@@ -4,7 +4,7 @@ use crate::study::{Arguments, SLIDING, StudyError, quoted, run_all, unfit};
 use crate::terminal::print;
 use cofferdam_analysis::table::Table;
 use cofferdam_assembly::observer::LastSecond;
-use cofferdam_assembly::registry;
+use cofferdam_assembly::{Assembly, read_scene};
 use cofferdam_scene::{DamScene, LoadedScene};
 use std::f64::consts::TAU;
 
@@ -78,9 +78,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     let rows = rows(neck, arguments.coarse);
     let scenes: Vec<Option<LoadedScene>> = rows
         .iter()
-        .map(|row| {
-            registry::read(&arguments.scene, &[&arguments.set[..], &sets(dam, height, row)].concat()).ok()
-        })
+        .map(|row| read_scene(&arguments.scene, &[&arguments.set[..], &sets(dam, height, row)].concat()).ok())
         .collect();
     let (indices, valid): (Vec<usize>, Vec<LoadedScene>) =
         scenes.into_iter().enumerate().filter_map(|(index, scene)| Some((index, scene?))).unzip();
@@ -113,11 +111,13 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
             None => cells.extend(["", "", "", "", "", "", "cannot stand"].map(str::to_owned)),
             Some(at) => {
                 let scene = &valid[at].scene;
-                let safety =
-                    registry::limit_equilibria(scene)?.first().map_or(f64::INFINITY, |limit| limit.sliding);
+                let safety = Assembly::of(scene)
+                    .limit_equilibria()?
+                    .first()
+                    .map_or(f64::INFINITY, |limit| limit.sliding);
                 cells.push(format!("{safety:.2}"));
                 let downstream =
-                    registry::flutter(scene)?.into_iter().find(|(vibration, _)| vibration.downstream);
+                    Assembly::of(scene).flutter()?.into_iter().find(|(vibration, _)| vibration.downstream);
                 cells.extend(match downstream {
                     Some((vibration, _)) => {
                         [format!("{:.2}", vibration.growth), format!("{:.1}", vibration.frequency / TAU)]

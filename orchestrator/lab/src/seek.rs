@@ -85,7 +85,7 @@ impl Observer for Kept {
 pub fn run(SeekArguments { arguments, size }: &SeekArguments) -> Result<(), StudyError> {
     let loaded = arguments.load()?;
     let failed = |what: &str, cause| StudyError::Run { what: what.to_owned(), cause: Box::new(cause) };
-    let graph = registry::graph(&loaded.scene, making(threads(None)))?;
+    let graph = Assembly::with(&loaded.scene, making(threads(None))).graph()?;
     let title = &loaded.scene.title;
     let mut simulation =
         simulation_of(&loaded.scene, &loaded.ground_motion, graph).map_err(|cause| failed(title, cause))?;

@@ -225,11 +225,11 @@ fn judge(scene: &Scene, case: &Case, steps: u32) -> Result<Verdict, StudyError> 
 
 pub fn water(water: FidelityScene) -> &'static str {
     match water {
-        FidelityScene::Compressible => "compressible",
-        FidelityScene::Incompressible => "incompressible",
-        FidelityScene::Westergaard => "Westergaard's",
-        FidelityScene::Empty => "no",
-        FidelityScene::Fmu | FidelityScene::Command | FidelityScene::Log => "another program's",
+        _ if water.is_compressible() => "compressible",
+        _ if water.is_formula() => "Westergaard's",
+        _ if water.is_solved() => "incompressible",
+        _ if water.is_empty() => "no",
+        _ => "another program's",
     }
 }
 

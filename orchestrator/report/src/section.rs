@@ -70,18 +70,18 @@ struct Section {
 /// The picture of a scene, with its title and a legend on the right.
 ///
 /// **Errors**: the dam's mesh or a wet face cannot be made.
-pub fn picture(scene: &Scene) -> Result<String, RegistryError> {
+pub fn picture(scene: &Scene) -> Result<String, AssemblyError> {
     drawn(scene, false)
 }
 
 /// The same without the title and with the legend below, for a page.
 ///
 /// **Errors**: as of [`picture`].
-pub fn figure(scene: &Scene) -> Result<String, RegistryError> {
+pub fn figure(scene: &Scene) -> Result<String, AssemblyError> {
     drawn(scene, true)
 }
 
-fn drawn(scene: &Scene, narrow: bool) -> Result<String, RegistryError> {
+fn drawn(scene: &Scene, narrow: bool) -> Result<String, AssemblyError> {
     let section = Section::of(scene)?;
     let [[x0, y0], [x1, y1]] = section.bounds;
     let scale = (SIZE[0] / (x1 - x0)).min(SIZE[1] / (y1 - y0));
@@ -140,28 +140,25 @@ fn drawn(scene: &Scene, narrow: bool) -> Result<String, RegistryError> {
 }
 
 impl Section {
-    fn of(scene: &Scene) -> Result<Self, RegistryError> {
-        let mesh = registry::dam_mesh(scene)?;
+    fn of(scene: &Scene) -> Result<Self, AssemblyError> {
+        let mesh = Assembly::of(scene).dam_mesh()?;
         let outline: Vec<Point> = match &scene.dam {
             Some(dam) => {
                 dam.section.upstream.iter().chain(dam.section.downstream.iter().rev()).copied().collect()
             }
-            None => registry::wet_face(scene)?.points().to_vec(),
+            None => Assembly::of(scene).dam_face(Side::Upstream)?.points().to_vec(),
         };
         let over =
             |axis: usize| outline.iter().fold((0.0f64, 0.0f64), |(a, b), p| (a.min(p[axis]), b.max(p[axis])));
         let ((first, last), (_, crest)) = (over(0), over(1));
         let toe = scene.dam.as_ref().and_then(|dam| dam.section.downstream.first()).map_or(0.0, |toe| toe[0]);
-        let filled: Vec<Side> = scene
-            .waters()
-            .filter(|(_, water)| water.fidelity != FidelityScene::Empty)
-            .map(|(side, _)| side)
-            .collect();
+        let filled: Vec<Side> =
+            scene.waters().filter(|(_, water)| !water.is_empty()).map(|(side, _)| side).collect();
         let room = |side| crest * if filled.contains(&side) { 0.45 } else { 0.15 };
         let [left, right] = [first - room(Side::Upstream), last + room(Side::Downstream)];
         let mut waters = Vec::new();
         for side in filled {
-            let (face, own) = (registry::face_of_dam(scene, side)?, registry::face_of_water(scene, side)?);
+            let (face, own) = (Assembly::of(scene).dam_face(side)?, Assembly::of(scene).water_face(side)?);
             let corners = scene.water(side).map_or(&[][..], |water| &water.bed);
             // As the water sees it, the dam lies downstream of it.
             let bed = match side {

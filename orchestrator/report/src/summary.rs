@@ -1,6 +1,6 @@
 use super::quantity::{Quantity, Subject};
 use cofferdam_assembly::observer::{AVERAGED, Histories, LastSecond, STILL_MOVES, STILL_SLIDES};
-use cofferdam_assembly::registry::{Equilibrium, UpliftEffect};
+use cofferdam_assembly::{Equilibrium, UpliftEffect};
 use cofferdam_coupling::observer::{Ending, Status};
 use cofferdam_motion::STANDARD_GRAVITY;
 use cofferdam_scene::{CrackScene, DamFidelityScene, LoadedScene, REST, Scene, Side, Warning};
@@ -77,7 +77,7 @@ impl Summary {
             }
         }
         let fidelity = loaded.scene.dam.as_ref().map(|dam| dam.fidelity);
-        if fidelity != Some(DamFidelityScene::Intact) {
+        if !fidelity.is_some_and(DamFidelityScene::is_intact) {
             for (crack, parameters) in cracks.iter().enumerate() {
                 let name = of_crack("largest share of the shear strength in use", parameters, cracks);
                 table.peak(&name, &format!("dam.crack_shear_utilisation.{crack}"), 1.0, "1");
@@ -87,7 +87,7 @@ impl Summary {
         table.base();
         table.subject = Subject::Stresses;
         // rigid blocks have none
-        let stressed = fidelity != Some(DamFidelityScene::RigidBlocks);
+        let stressed = !fidelity.is_some_and(DamFidelityScene::is_rigid);
         for (point, [_, y]) in stress_points.iter().enumerate().filter(|_| stressed) {
             let place = match point {
                 0 => "heel".to_owned(),

@@ -1,6 +1,6 @@
 //! `[coupling]`: how the units are coupled.
 
-use cofferdam_coupling::acceleration::AccelerationKind;
+use cofferdam_coupling::acceleration::{AccelerationKind, REUSED_STEPS};
 use cofferdam_coupling::convergence::{Measure, Tolerance};
 use cofferdam_coupling::scheme::SchemeKind;
 use schemars::JsonSchema;
@@ -32,6 +32,9 @@ pub struct CouplingScene {
     /// Acceleration of the iteration. Where a quasi-Newton one brings no convergence in a step, it forgets its past; then
     /// IQN-ILS without a past and Aitken's relaxation take over for this step. Summary and log say so.
     pub acceleration: AccelerationKind,
+    /// Number of past communication steps whose iterations the quasi-Newton accelerations reuse; 0 for those of the step alone.
+    #[schemars(range(min = 0, max = 1000))]
+    pub reused_steps: u64,
     /// Relaxation factor: the constant one, or the first one (Aitken, IQN-ILS without a past).
     #[schemars(range(min = 1e-6, max = 1.5))]
     pub relaxation: f64,
@@ -50,6 +53,7 @@ impl Default for CouplingScene {
             iteration_limit: 100,
             on_failure: OnFailure::Stop,
             acceleration: AccelerationKind::InterfaceJacobian,
+            reused_steps: REUSED_STEPS,
             relaxation: 0.9,
             predictor_order: 2,
         }

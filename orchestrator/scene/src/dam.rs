@@ -2,6 +2,11 @@
 
 use super::foreign::{CommandScene, FmuScene, LogScene, Source};
 use super::mesh::MeshScene;
+use dam_dem::contact::Integration;
+use dam_dem::{
+    CrackLine, CrackParameters, Damping, DampingFrequencies, DampingModel, FidelityLevel, Kinematics,
+    Material, Plane, Section, ZoneParameters,
+};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -34,7 +39,7 @@ pub struct DamScene {
     pub element_size: f64,
     /// Kinematics of the elements, and of reduced blocks.
     #[serde(default)]
-    pub kinematics: KinematicsScene,
+    pub kinematics: Kinematics,
     /// Factor on the critical time step. A dam with cracks takes a quarter of 2/ω at most, 0.18 of it without stiffness damping (reduced blocks 2.9 times as much while every contact sticks).
     /// `cofferdam study sensitivity` halves the time step.
     #[serde(default = "time_step_safety")]
@@ -110,24 +115,44 @@ impl DamFidelityScene {
 
     /// Whether this program does not compute it.
     pub fn is_foreign(self) -> bool {
-        matches!(self, Self::Fmu | Self::Command | Self::Log)
+        self.level().is_none()
+    }
+
+    /// Whether it is that of a past run.
+    pub fn is_recorded(self) -> bool {
+        self == Self::Log
+    }
+
+    /// The level that this program computes; `None` for a dam of another program or of a past run.
+    pub fn level(self) -> Option<FidelityLevel> {
+        match self {
+            Self::Dem => Some(FidelityLevel::Dem),
+            Self::Reduced => Some(FidelityLevel::Reduced),
+            Self::RigidBlocks => Some(FidelityLevel::RigidBlocks),
+            Self::Intact => Some(FidelityLevel::Intact),
+            Self::Fmu | Self::Command | Self::Log => None,
+        }
     }
 
     /// Whether a number of modes means something.
     pub fn has_modes(self) -> bool {
-        matches!(self, Self::Reduced | Self::Intact)
+        self.level().is_some_and(FidelityLevel::has_modes)
     }
-}
 
-/// Kinematics of the elements.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum KinematicsScene {
-    /// Small strain and rotation.
-    Small,
-    /// Small strain, rotation of any size.
-    #[default]
-    Corotational,
+    /// Whether every element is computed.
+    pub fn has_elements(self) -> bool {
+        self.level().is_some_and(FidelityLevel::has_elements)
+    }
+
+    /// Whether the cracks of the scene are left out.
+    pub fn is_intact(self) -> bool {
+        self.level().is_some_and(|level| !level.is_cracked())
+    }
+
+    /// Whether blocks do not deform.
+    pub fn is_rigid(self) -> bool {
+        self.level().is_some_and(|level| !level.is_deformable())
+    }
 }
 
 /// Outline of the section.
@@ -147,6 +172,13 @@ pub struct SectionScene {
     pub galleries: Vec<Vec<[f64; 2]>>,
 }
 
+impl From<&SectionScene> for Section {
+    fn from(section: &SectionScene) -> Self {
+        let SectionScene { upstream, downstream, galleries } = section.clone();
+        Self { upstream, downstream, galleries }
+    }
+}
+
 /// The concrete.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -162,12 +194,19 @@ pub struct MaterialScene {
     pub density: f64,
     /// Plane condition.
     #[serde(default)]
-    pub plane: PlaneScene,
+    pub plane: Plane,
     /// Tensile strength with which the largest principal stress is compared: demand-capacity ratio, time above it and overstressed area
     /// of the section. The concrete does not crack. Under earthquakes the dynamic strength is mostly taken, about 1.5 times the static one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1e3, max = 1e9), extend("unit" = "Pa", "otherwise" = "no comparison"))]
     pub tensile_strength: Option<f64>,
+}
+
+impl From<&MaterialScene> for Material {
+    fn from(material: &MaterialScene) -> Self {
+        let MaterialScene { young_modulus, poisson_ratio, density, plane, tensile_strength } = *material;
+        Self { young_modulus, poisson_ratio, density, plane, tensile_strength }
+    }
 }
 
 /// A part of the section with a concrete of its own.
@@ -210,15 +249,12 @@ impl ZoneScene {
     }
 }
 
-/// Plane condition.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum PlaneScene {
-    /// Plane stress.
-    #[default]
-    Stress,
-    /// Plane strain.
-    Strain,
+impl From<&ZoneScene> for ZoneParameters {
+    fn from(zone: &ZoneScene) -> Self {
+        let ZoneScene { name, polygon, young_modulus, poisson_ratio, density, tensile_strength } =
+            zone.clone();
+        Self { name, polygon, young_modulus, poisson_ratio, density, tensile_strength }
+    }
 }
 
 /// Damping of the dam.
@@ -227,7 +263,7 @@ pub enum PlaneScene {
 pub struct DampingScene {
     /// Kind of damping. Sliding depends on it more than on anything else.
     #[serde(default)]
-    pub model: DampingModelScene,
+    pub model: DampingModel,
     /// Damping ratio where it holds; 0 for none.
     #[schemars(range(min = 0, max = 0.999))]
     pub ratio: f64,
@@ -246,26 +282,13 @@ pub struct DampingScene {
     pub radians_per_second: Option<[f64; 2]>,
 }
 
-/// Kind of damping.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum DampingModelScene {
-    /// Of mass and stiffness, with the ratio at two frequencies.
-    #[default]
-    Rayleigh,
-    /// Of mass, with the ratio at the lower frequency.
-    Mass,
-    /// Of stiffness, with the ratio at the lower frequency.
-    Stiffness,
-    /// A share, tanh(π × ratio), of every force out of balance: the ratio at all frequencies, and none in steady sliding;
-    /// with `dam.fidelity = "dem"` alone.
-    Local,
-}
-
-impl DampingModelScene {
-    /// The word in a scene.
-    pub fn word(self) -> String {
-        super::shape::word(&self)
+impl From<&DampingScene> for Damping {
+    fn from(damping: &DampingScene) -> Self {
+        // `drags_blocks` is a parameter of the dam next to its damping.
+        let DampingScene { model, ratio, multiples_of_first, drags_blocks: _, radians_per_second } = *damping;
+        let multiples = multiples_of_first.map(DampingFrequencies::MultiplesOfFirst);
+        let frequencies = multiples.or(radians_per_second.map(DampingFrequencies::RadiansPerSecond));
+        model.with_ratio(ratio, frequencies)
     }
 }
 
@@ -314,9 +337,10 @@ pub struct CrackScene {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1e-3, max = 1e4), extend("unit" = "m", "otherwise" = "`dam.element_size`"))]
     pub element_size: Option<f64>,
-    /// Where the contacts along the crack are.
+    /// Where the contacts along the crack are. The outermost Gauss points lie a fifth of a segment inside, and a block rocks
+    /// about them; nodes include the corners.
     #[serde(default)]
-    pub integration: IntegrationScene,
+    pub integration: Integration,
     /// Normal stiffness. A crack that is soft beside the concrete bends the dam, a stiff one shortens the time step. 1e11
     /// Pa/m is as stiff as 0.3 m of concrete; twice or half of it changes the crest of a sliding dam by 1 %, its sliding by up to a fifth.
     #[schemars(range(min = 1e3, max = 1e15), extend("unit" = "Pa/m"))]
@@ -339,6 +363,12 @@ impl CrackScene {
         }
     }
 
+    /// Where it runs; `None` if the scene does not say, which validation reports.
+    pub fn line(&self) -> Option<CrackLine> {
+        let level = self.elevation.map(CrackLine::Level);
+        level.or_else(|| self.polyline.clone().map(CrackLine::Polyline))
+    }
+
     /// What reports call it.
     pub fn label(&self) -> String {
         match &self.name {
@@ -356,15 +386,40 @@ impl CrackScene {
     }
 }
 
-/// Where the contacts along a crack are.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum IntegrationScene {
-    /// At the nodes, corners included.
-    #[default]
-    Nodal,
-    /// At two Gauss points of each segment: the outermost lie a fifth of a segment inside, and a block rocks about them.
-    Gauss,
+/// A crack that is nowhere becomes one without points, which the dam refuses.
+impl From<&CrackScene> for CrackParameters {
+    fn from(crack: &CrackScene) -> Self {
+        let CrackScene {
+            name: _,
+            // Both are the line.
+            elevation: _,
+            polyline: _,
+            friction_coefficient,
+            residual_friction_coefficient,
+            cohesion,
+            tensile_strength,
+            dilation,
+            dilation_slip,
+            element_size,
+            integration,
+            normal_stiffness,
+            shear_stiffness,
+            number: _,
+        } = *crack;
+        Self {
+            line: crack.line().unwrap_or_else(|| CrackLine::Polyline(Vec::new())),
+            friction_coefficient,
+            residual_friction_coefficient,
+            cohesion,
+            tensile_strength,
+            dilation,
+            dilation_slip,
+            element_size,
+            integration,
+            normal_stiffness,
+            shear_stiffness,
+        }
+    }
 }
 
 fn yes() -> bool {
@@ -373,4 +428,42 @@ fn yes() -> bool {
 
 fn time_step_safety() -> f64 {
     0.9
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The tables and the solver's parameters say the same things: only the crack's name is the scene's own.
+    #[test]
+    fn tables_and_parameters_have_the_same_keys_and_words() {
+        let text = r#"
+            name = "neck"
+            polyline = [[0.0, 66.5], [10.0, 67.5]]
+            friction_coefficient = 1.0
+            residual_friction_coefficient = 0.5
+            cohesion = 1e5
+            tensile_strength = 2e5
+            dilation = 0.1
+            dilation_slip = 0.01
+            element_size = 2.5
+            integration = "gauss"
+            normal_stiffness = 1e11
+            shear_stiffness = 5e10
+        "#;
+        let crack: CrackScene = toml::from_str(text).expect("a crack");
+        let mut given: toml::Table = toml::from_str(text).expect("a table");
+        given.remove("name");
+        assert_eq!(toml::Table::try_from(CrackParameters::from(&crack)).expect("a table"), given);
+        let text = r#"
+            young_modulus = 31e9
+            poisson_ratio = 0.2
+            density = 2640.0
+            plane = "strain"
+            tensile_strength = 3e6
+        "#;
+        let material: MaterialScene = toml::from_str(text).expect("a material");
+        let given: toml::Table = toml::from_str(text).expect("a table");
+        assert_eq!(toml::Table::try_from(Material::from(&material)).expect("a table"), given);
+    }
 }

@@ -31,9 +31,11 @@ mod water;
 
 pub use coupling::{CouplingScene, OnFailure};
 pub use dam::{
-    CrackScene, DamFidelityScene, DamScene, DampingModelScene, DampingScene, IntegrationScene,
-    KinematicsScene, MaterialScene, PlaneScene, PrescribedScene, SectionScene, ZoneScene,
+    CrackScene, DamFidelityScene, DamScene, DampingScene, MaterialScene, PrescribedScene, SectionScene,
+    ZoneScene,
 };
+pub use dam_dem::contact::Integration;
+pub use dam_dem::{DampingModel, Kinematics, Plane};
 pub use error::{Invalid, SceneError, SceneProblem};
 pub use foreign::{CommandScene, FmuScene, LogScene, Source};
 pub use ground::{GroundMotionScene, RampScene, RecordScene};
@@ -42,13 +44,14 @@ pub use mesh::MeshScene;
 pub use observation::{AccuracyScene, SnapshotsScene, StopAction, StopQuantity, StopScene};
 pub use parameter::bounds;
 pub use reference::reference;
+pub use reservoir::{ElementOrder, Method, Profile};
 pub use time::{AdaptiveScene, Time};
 pub use validate::{Refusal, UnitChecks};
 pub use version::VERSION;
 pub use warning::{
     ELEMENTS_OF_THE_RESERVOIR, REST, SceneWarning, Uplift, Warning, down, shear_wave_velocity, uplift,
 };
-pub use water::{ElementOrderScene, FidelityScene, MethodScene, ProfileScene, ReservoirScene, Side};
+pub use water::{FidelityScene, ReservoirScene, Side};
 
 use cofferdam_coupling::scheme::SchemeKind;
 use cofferdam_coupling::stepping::{Adaptive, Stepping};
@@ -162,8 +165,13 @@ impl Scene {
 
     /// Whether one of the units is a run of the past, so that the loop is open.
     pub fn is_open_loop(&self) -> bool {
-        let dam = self.dam.as_ref().is_some_and(|dam| dam.fidelity == DamFidelityScene::Log);
-        dam || self.waters().any(|(_, water)| water.fidelity == FidelityScene::Log)
+        let dam = self.dam.as_ref().is_some_and(|dam| dam.fidelity.is_recorded());
+        dam || self.waters().any(|(_, water)| water.fidelity.is_recorded())
+    }
+
+    /// The dam that this program computes: it is neither prescribed nor another program's.
+    pub fn computed_dam(&self) -> Option<&DamScene> {
+        self.dam.as_ref().filter(|dam| !dam.fidelity.is_foreign())
     }
 
     /// Whether this program does not compute one of the waters.
@@ -186,7 +194,7 @@ impl Scene {
 
     /// Whether there is water on any side.
     pub fn has_water(&self) -> bool {
-        self.waters().any(|(_, water)| water.fidelity != FidelityScene::Empty)
+        self.waters().any(|(_, water)| !water.is_empty())
     }
 
     /// Depth of the water, m; of an empty reservoir, up to where the upstream face is observed: to the crest, if the
@@ -226,9 +234,7 @@ impl Scene {
     /// Hydrostatic pressure ρ g h at the base of the water on a side, Pa; 0 without water.
     pub fn hydrostatic_base_pressure(&self, side: Side) -> f64 {
         match self.water(side) {
-            Some(water) if water.fidelity != FidelityScene::Empty => {
-                water.density * self.gravity * self.depth_of(side)
-            }
+            Some(water) if !water.is_empty() => water.density * self.gravity * self.depth_of(side),
             _ => 0.0,
         }
     }

@@ -1,8 +1,8 @@
 //! What the values of a scene mean together; what each may be by itself stands on its type.
 
 use super::{
-    AdaptiveScene, CrackScene, DamFidelityScene, DamScene, DampingModelScene, DampingScene, FidelityScene,
-    Invalid, MethodScene, OnFailure, RecordScene, ReservoirScene, Scene, Side, Source, StopQuantity, shape,
+    AdaptiveScene, CrackScene, DamScene, DampingScene, Invalid, OnFailure, RecordScene, ReservoirScene,
+    Scene, Side, Source, StopQuantity, shape,
 };
 use cofferdam_coupling::scheme::SchemeKind;
 use cofferdam_motion::{GroundMotion, RecordError};
@@ -240,14 +240,14 @@ impl Findings {
     /// The own values of the water on a side.
     fn water(&mut self, side: Side, water: &ReservoirScene) {
         let [depth, fidelity, waves] = ["depth", "fidelity", "surface_waves"].map(|name| side.key(name));
-        if water.depth.is_none() && water.fidelity != FidelityScene::Empty && self.sound(&[&depth, &fidelity])
-        {
+        if water.depth.is_none() && !water.is_empty() && self.sound(&[&depth, &fidelity]) {
             let (key, table) = ("`depth`".to_owned(), format!("`[{}]`", side.table()));
             let meaning = shape::Shape::field(&depth).map_or_else(String::new, shape::Field::summary);
             self.add(&depth, Invalid::Missing { key, table, meaning });
         }
         if water.surface_waves
-            && water.fidelity == FidelityScene::Incompressible
+            && water.fidelity.is_solved()
+            && !water.fidelity.has_memory()
             && self.sound(&[&waves, &fidelity])
         {
             self.add(&waves, Invalid::WavesWithoutMemory { table: side.table() });
@@ -257,7 +257,7 @@ impl Findings {
     /// Whether there is a dam or water to compute where the scene has a table for it.
     fn emptiness(&mut self, scene: &Scene) {
         if let Some(tailwater) = &scene.tailwater {
-            if tailwater.fidelity == FidelityScene::Empty && self.sound(&["tailwater.fidelity"]) {
+            if tailwater.is_empty() && self.sound(&["tailwater.fidelity"]) {
                 self.add("tailwater.fidelity", Invalid::EmptyTailwater);
             }
             if scene.dam.is_none()
@@ -268,7 +268,7 @@ impl Findings {
             }
         }
         let water = &scene.reservoir;
-        if water.fidelity == FidelityScene::Empty
+        if water.is_empty()
             && scene.prescribed.is_some()
             && scene.dam.is_none()
             && self.sound(&["reservoir.fidelity", "dam", "prescribed"])
@@ -302,17 +302,12 @@ impl Findings {
         };
         let (scheme, empty) = (scene.scheme(), !scene.has_water() || scene.is_open_loop());
         let memory = any(|water| water.fidelity.has_memory()).is_some();
-        let at_once =
-            any(|water| water.fidelity != FidelityScene::Empty && !water.fidelity.has_memory()).is_some();
+        let at_once = any(|water| water.fidelity.is_memoryless()).is_some();
         let halves = scene.coupling.on_failure == OnFailure::Halve;
         if halves && !scheme.is_implicit() && !empty {
             self.add("coupling.on_failure", Invalid::NothingToHalve);
         }
-        // Other programs say themselves what they can.
-        let equal_steps = any(|water| {
-            water.fidelity == FidelityScene::Compressible
-                && !matches!(water.method, MethodScene::Automatic | MethodScene::Recursive)
-        });
+        let equal_steps = any(ReservoirScene::needs_equal_steps);
         for (key, varies) in
             [("time.adaptive", scene.time.adaptive.is_some()), ("coupling.on_failure", halves)]
         {
@@ -388,7 +383,7 @@ impl Findings {
             self.printable(format!("{table}.name"), crack.name.as_deref().unwrap_or_default());
             // Two that are level lie in the same place, which the dam refuses.
             let can_be_told = crack.name.is_some() || crack.polyline.is_some();
-            let has_results = !dam.fidelity.is_foreign() && dam.fidelity != DamFidelityScene::Intact;
+            let has_results = !dam.fidelity.is_foreign() && !dam.fidelity.is_intact();
             let same = |other: &CrackScene| other.label() == crack.label();
             if let Some(first) = dam.cracks[..index].iter().position(same)
                 && can_be_told
@@ -437,7 +432,7 @@ impl Findings {
         let pairs = [damping.multiples_of_first, damping.radians_per_second];
         let given = pairs.map(|pair| pair.is_some());
         let both = given == [true, true];
-        let needed = damping.ratio != 0.0 && damping.model != DampingModelScene::Local;
+        let needed = damping.ratio != 0.0 && damping.model.has_frequencies();
         if both || needed && self.sound(&["dam.damping"]) {
             self.exactly_one("dam.damping", "multiples_of_first", "radians_per_second", given);
         }

@@ -1,15 +1,13 @@
 //! What may be run, but is doubtful.
 
 use super::shape::{Shape, word};
-use super::{
-    CrackScene, DamFidelityScene, DamScene, FidelityScene, MaterialScene, MethodScene, ReservoirScene, Scene,
-    Side, Source,
-};
+use super::{CrackScene, DamScene, FidelityScene, MaterialScene, ReservoirScene, Scene, Side, Source};
 use cofferdam_coupling::convergence::Tolerance;
 use cofferdam_coupling::scheme::SchemeKind;
 use cofferdam_motion::{GroundMotion, STANDARD_GRAVITY};
 use interface::number::plain;
 use miette::{Diagnostic, NamedSource, SourceSpan};
+use reservoir::Method;
 use std::sync::Arc;
 
 /// A doubtful choice, at its place in the file.
@@ -210,7 +208,7 @@ pub enum Warning {
         /// Model of the water.
         fidelity: FidelityScene,
         /// How it is stepped, where that is why.
-        method: Option<MethodScene>,
+        method: Option<Method>,
     },
     /// Panels of the reservoir's own, where the water is mass of the dam.
     #[error(
@@ -297,7 +295,7 @@ pub fn doubts(scene: &Scene, motion: &GroundMotion) -> Vec<Doubt> {
     let computed = |dam: &&DamScene| !dam.fidelity.is_foreign();
     let cracked = scene.dam.as_ref().filter(computed).filter(|dam| !dam.cracks.is_empty());
     if let Some(dam) = cracked {
-        if dam.fidelity == DamFidelityScene::RigidBlocks {
+        if dam.fidelity.is_rigid() {
             doubts.push(at("dam.fidelity", Warning::RigidBlocks));
         }
         if dam.damping.ratio == 0.0 {
@@ -347,7 +345,7 @@ pub struct Uplift {
 pub fn uplift(scene: &Scene, crack: &CrackScene) -> Option<Uplift> {
     let section = &scene.dam.as_ref()?.section;
     let elevation = crack.mean_elevation();
-    let water = |side| scene.water(side).filter(|water| water.fidelity != FidelityScene::Empty);
+    let water = |side| scene.water(side).filter(|water| !water.is_empty());
     let pressure = |side| {
         let (water, below) = (water(side)?, scene.depth_of(side) - elevation);
         (below > 0.0).then_some(water.density * scene.gravity * below)
@@ -415,7 +413,7 @@ fn resolution(scene: &Scene, motion: &GroundMotion) -> Vec<Doubt> {
             doubts.push(("dam.element_size".to_owned(), warning));
         }
     }
-    for (side, water) in scene.waters().filter(|(_, water)| water.fidelity == FidelityScene::Compressible) {
+    for (side, water) in scene.waters().filter(|(_, water)| water.fidelity.is_compressible()) {
         let (size, wavelength) = (scene.boundary_element_size(side), water.sound_speed / frequency);
         if size * ELEMENTS_OF_THE_RESERVOIR > wavelength {
             let table = side.table();
@@ -481,11 +479,12 @@ fn unusual(scene: &Scene) -> Vec<Doubt> {
 /// Keys that were given another value than their default, and that the chosen water does not look at.
 fn without_effect(side: Side, water: &ReservoirScene) -> Option<Doubt> {
     let fidelity = water.fidelity;
-    let (solved, compressible) = (fidelity.is_solved(), fidelity == FidelityScene::Compressible);
-    let finite_elements = compressible && water.method == MethodScene::FiniteElements;
-    let filled = fidelity != FidelityScene::Empty;
+    let (solved, compressible, filled) =
+        (fidelity.is_solved(), fidelity.is_compressible(), !fidelity.is_empty());
+    let without_boundary_elements = compressible && !water.method.has_boundary_elements();
+    let table_of = |table: &str| fidelity.is_foreign() && fidelity.word() == table;
     let matters = [
-        ("profile", fidelity == FidelityScene::Westergaard),
+        ("profile", fidelity.is_formula()),
         ("density", filled),
         ("sound_speed", compressible),
         ("wave_reflection_coefficient", compressible),
@@ -494,13 +493,13 @@ fn without_effect(side: Side, water: &ReservoirScene) -> Option<Doubt> {
         ("method", compressible),
         ("interface_size", filled),
         ("element_size", solved),
-        ("element_order", solved && !finite_elements),
+        ("element_order", solved && !without_boundary_elements),
         ("bed_element_size", solved),
         ("corner_element_size", solved),
         ("far_end_distance", solved),
-        ("fmu", fidelity == FidelityScene::Fmu),
-        ("command", fidelity == FidelityScene::Command),
-        ("log", fidelity == FidelityScene::Log),
+        ("fmu", table_of("fmu")),
+        ("command", table_of("command")),
+        ("log", table_of("log")),
     ];
     let values = serde_json::to_value(water).unwrap_or_default();
     let given = |name: &str| {
@@ -509,7 +508,7 @@ fn without_effect(side: Side, water: &ReservoirScene) -> Option<Doubt> {
     };
     let without = matters.into_iter().filter(|(name, matters)| !matters && given(name));
     let keys: Vec<String> = without.map(|(name, _)| side.key(name)).collect();
-    let (first, method) = (keys.first()?.clone(), finite_elements.then_some(water.method));
+    let (first, method) = (keys.first()?.clone(), without_boundary_elements.then_some(water.method));
     Some((first, Warning::WithoutEffect { table: side.table(), keys, fidelity, method }))
 }
 

@@ -1,6 +1,7 @@
 //! `[reservoir]` and `[tailwater]`: the water.
 
 use super::foreign::{CommandScene, FmuScene, LogScene, Source};
+use reservoir::{ElementOrder, Fidelity, Method, Profile};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -18,7 +19,7 @@ pub struct ReservoirScene {
     pub fidelity: FidelityScene,
     /// Profile of Westergaard's added mass.
     #[serde(default)]
-    pub profile: ProfileScene,
+    pub profile: Profile,
     /// Density of the water.
     #[serde(default = "density")]
     #[schemars(range(min = 100, max = 1e5), extend("unit" = "kg/m³"))]
@@ -41,7 +42,7 @@ pub struct ReservoirScene {
     pub surface_waves: bool,
     /// How compressible water is stepped in time.
     #[serde(default)]
-    pub method: MethodScene,
+    pub method: Method,
     /// Largest length of the reservoir's own panels on the wet face, not above the depth. Kinks and cracks are kept. An
     /// FMU of the reservoir has these points too.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -56,7 +57,7 @@ pub struct ReservoirScene {
     pub element_size: Option<f64>,
     /// Shape functions of the boundary elements.
     #[serde(default)]
-    pub element_order: ElementOrderScene,
+    pub element_order: ElementOrder,
     /// Largest length of an element on bed, far end and, with waves, surface.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1e-3, max = 1e4), extend("unit" = "m", "otherwise" = "`element_size`"))]
@@ -85,6 +86,27 @@ impl ReservoirScene {
     /// Who computes the water.
     pub fn source(&self) -> Source<'_> {
         Source::of(&self.fidelity.word(), (&self.fmu, &self.command, &self.log))
+    }
+
+    /// Whether there is no water.
+    pub fn is_empty(&self) -> bool {
+        self.fidelity.is_empty()
+    }
+
+    /// The solver's model; `None` without water, and for water of another program or of a past run.
+    pub fn solver(&self) -> Option<Fidelity> {
+        self.fidelity.solver(self.profile)
+    }
+
+    /// Whether it is stepped by a recursion, or may be.
+    pub fn may_be_recursive(&self) -> bool {
+        self.fidelity.is_compressible()
+            && (self.method == Method::Automatic || self.method.supports_variable_steps())
+    }
+
+    /// Whether all communication steps must have the same length. Other programs say themselves what they can.
+    pub fn needs_equal_steps(&self) -> bool {
+        self.fidelity.is_compressible() && !self.may_be_recursive()
     }
 }
 
@@ -143,64 +165,61 @@ impl FidelityScene {
         super::shape::word(&self)
     }
 
+    /// The solver's model, of Westergaard's added mass with this profile; `None` without water, and for water of another
+    /// program or of a past run.
+    pub fn solver(self, profile: Profile) -> Option<Fidelity> {
+        match self {
+            Self::Westergaard => Some(Fidelity::westergaard(profile)),
+            Self::Incompressible => Some(Fidelity::Incompressible),
+            Self::Compressible => Some(Fidelity::Compressible),
+            Self::Empty | Self::Fmu | Self::Command | Self::Log => None,
+        }
+    }
+
+    /// The solver's model, whatever the profile.
+    fn computed(self) -> Option<Fidelity> {
+        self.solver(Profile::default())
+    }
+
     /// Whether the pressure depends on more than the acceleration of the moment, or may do so.
     pub fn has_memory(self) -> bool {
-        self == Self::Compressible || self.is_foreign()
+        self.computed().map_or(self.is_foreign(), Fidelity::has_memory)
+    }
+
+    /// Whether there is no water.
+    pub fn is_empty(self) -> bool {
+        self == Self::Empty
+    }
+
+    /// Whether this program computes compressible water.
+    pub fn is_compressible(self) -> bool {
+        self.computed() == Some(Fidelity::Compressible)
+    }
+
+    /// Whether this program computes water without memory.
+    pub fn is_memoryless(self) -> bool {
+        self.computed().is_some_and(|model| !model.has_memory())
+    }
+
+    /// Whether it is the formula of Westergaard's added mass.
+    pub fn is_formula(self) -> bool {
+        self.computed().is_some_and(|model| !model.is_solved())
+    }
+
+    /// Whether it is that of a past run.
+    pub fn is_recorded(self) -> bool {
+        self == Self::Log
     }
 
     /// Whether this program does not compute it.
     pub fn is_foreign(self) -> bool {
-        matches!(self, Self::Fmu | Self::Command | Self::Log)
+        !self.is_empty() && self.computed().is_none()
     }
 
     /// Whether equations are solved in the water.
     pub fn is_solved(self) -> bool {
-        matches!(self, Self::Incompressible | Self::Compressible)
+        self.computed().is_some_and(Fidelity::is_solved)
     }
-}
-
-/// Profile of Westergaard's added mass.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum ProfileScene {
-    /// ⅞ ρ √(h(h − y)).
-    #[default]
-    Parabola,
-    /// The series of incompressible water before a vertical face, which the parabola approximates.
-    Exact,
-}
-
-/// Shape functions of the boundary elements.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum ElementOrderScene {
-    /// One node an element.
-    Constant,
-    /// Two nodes an element.
-    #[default]
-    Linear,
-}
-
-/// How compressible water is stepped in time.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum MethodScene {
-    /// `"recursive"` where its fit has an error and a loss below 1e-3, or where steps vary; else `"radau2"`.
-    #[default]
-    Automatic,
-    /// Convolution quadrature by BDF2.
-    Bdf2,
-    /// Convolution quadrature by the trapezoidal rule.
-    Trapezoid,
-    /// Convolution quadrature by Radau IIA of two stages.
-    Radau2,
-    /// Convolution quadrature by Radau IIA of three stages.
-    Radau3,
-    /// A recursion fitted to the frequency response, of constant cost a step and for steps of any length; not with gravity
-    /// waves, nor over an almost rigid bed (reflection from some 0.995 on, unless it is level and reflects all).
-    Recursive,
-    /// Finite elements with a Sommerfeld end.
-    FiniteElements,
 }
 
 pub(super) fn density() -> f64 {

@@ -67,7 +67,7 @@ pub fn largest(
 /// The error of each quantity that the table lets expect of a scene as it is, and where that comes from.
 pub fn expected(scene: &Scene) -> Vec<(&'static str, f64, String)> {
     let Some(dam) = &scene.dam else { return Vec::new() };
-    let cracked = !dam.cracks.is_empty() && dam.fidelity != DamFidelityScene::Intact;
+    let cracked = !dam.cracks.is_empty() && !dam.fidelity.is_intact();
     let sizes = Ladder::of(scene).sizes;
     let nearest = |a: &f64| (a / dam.element_size).ln().abs();
     let Some(rung) = (0..sizes.len()).min_by(|a, b| nearest(&sizes[*a]).total_cmp(&nearest(&sizes[*b])))
@@ -77,7 +77,7 @@ pub fn expected(scene: &Scene) -> Vec<(&'static str, f64, String)> {
     // Without cracks the modes and the elements themselves have the same errors but for those of the modes.
     let fidelity = match (cracked, dam.fidelity) {
         (false, _) => DamFidelityScene::Intact,
-        (true, DamFidelityScene::Dem) => DamFidelityScene::Reduced,
+        (true, level) if level.has_elements() => DamFidelityScene::Reduced,
         (true, other) => other,
     };
     let quantities: &[&str] = if cracked { &[CREST, HISTORY, SLIDING] } else { &[CREST, HISTORY] };

@@ -5,10 +5,10 @@ use crate::context::Context;
 use crate::variables::known;
 use cofferdam_assembly::build_info::SOURCES;
 use cofferdam_assembly::observer::{HistoriesWriter, Limits, Rest};
-use cofferdam_assembly::registry;
 use cofferdam_assembly::simulation::crest_at_rest;
 use cofferdam_assembly::simulation::simulation_of;
 use cofferdam_assembly::units::DAM;
+use cofferdam_assembly::{Assembly, AssemblyError};
 use cofferdam_coupling::observer::{Observer, Status, Until};
 use cofferdam_coupling::simulation::SimulationError;
 use cofferdam_fmi::import::sha256_of;
@@ -124,7 +124,7 @@ pub fn run(
     let mut graph = registry::graph(scene, context.making(threads))?;
     let mut stress_points = Vec::new();
     for name in ["stress_point_x", "stress_point_y"] {
-        stress_points.push(known(graph[DAM].read(name)).map_err(registry::RegistryError::from)?);
+        stress_points.push(known(graph[DAM].read(name)).map_err(AssemblyError::from)?);
     }
     let stress_points: Vec<[f64; 2]> =
         stress_points[0].iter().zip(&stress_points[1]).map(|(x, y)| [*x, *y]).collect();
@@ -140,7 +140,7 @@ pub fn run(
     let crest = crest_at_rest(&simulation);
     let mut summary =
         Summary::of(loaded, &histories.histories, &ending, crest, &stress_points, [&[], &[]], &[]);
-    summary.add_equilibria(&loaded.scene, &registry::equilibria(&loaded.scene)?);
+    summary.add_equilibria(&loaded.scene, &Assembly::of(&loaded.scene).equilibria()?);
     let of_scene: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();
     let warnings = summary.notes.iter().filter_map(|note| note.strip_prefix("WARNING: "));
     Ok(Kept {
@@ -184,6 +184,7 @@ pub fn keep(folder: &Path, hash: &str, kept: &Kept) -> Result<(), EnsembleError>
 #[cfg(test)]
 mod tests {
     use super::*;
+    use cofferdam_assembly::read_scene;
 
     #[test]
     fn a_sample_is_another_if_a_file_is_and_the_same_elsewhere() {
@@ -198,7 +199,7 @@ mod tests {
                 "reservoir.fidelity=\"fmu\"".to_owned(),
                 format!("reservoir.fmu={{file={:?}}}", file.display().to_string()),
             ];
-            let loaded = registry::read(scene.as_ref(), &set).expect("a scene");
+            let loaded = read_scene(scene.as_ref(), &set).expect("a scene");
             hash(&loaded, &Contents::default()).expect("a hash")
         };
         let first = hash_in("a", "one");

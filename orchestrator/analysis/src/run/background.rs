@@ -20,9 +20,9 @@ pub struct Background<'a> {
 }
 
 struct Found {
-    frequencies_in_water: Result<Vec<f64>, RegistryError>,
-    equilibria: Result<Vec<(usize, Equilibrium)>, RegistryError>,
-    flutter_warnings: Result<Vec<String>, RegistryError>,
+    frequencies_in_water: Result<Vec<f64>, AssemblyError>,
+    equilibria: Result<Vec<(usize, Equilibrium)>, AssemblyError>,
+    flutter_warnings: Result<Vec<String>, AssemblyError>,
 }
 
 impl<'a> Background<'a> {
@@ -63,7 +63,7 @@ impl Found {
     fn of(scene: &Scene, frequencies: usize) -> Self {
         let modes = match frequencies {
             0 => Ok(None),
-            count => registry::natural_modes_in_water(scene, count),
+            count => Assembly::of(scene).natural_modes_in_water(count),
         };
         Self {
             frequencies_in_water: modes.map(|modes| modes.map_or_else(Vec::new, |modes| modes.frequencies)),

@@ -28,7 +28,7 @@ pub fn add(
     let mut twin = loaded.clone();
     let mut model = "the same model";
     if let Some(dam) = &mut twin.scene.dam
-        && dam.fidelity == DamFidelityScene::Dem
+        && dam.fidelity.has_elements()
         && !dam.cracks.is_empty()
     {
         (dam.fidelity, model) = (DamFidelityScene::Reduced, "the reduced model");

@@ -15,6 +15,7 @@ use cofferdam_assembly::registry::{self, RegistryError};
 use cofferdam_assembly::simulation::crest_at_rest;
 use cofferdam_assembly::simulation::simulation_of;
 use cofferdam_assembly::units::DAM;
+use cofferdam_assembly::{Assembly, AssemblyError};
 use cofferdam_coupling::observer::{Ending, Observer, Status, Until};
 use cofferdam_coupling::scheme::{Graph, interface_points};
 use cofferdam_coupling::simulation::{Course, Simulation};
@@ -305,12 +306,12 @@ impl Job<'_> {
             announce,
             context: *self.context,
         };
-        let units = start.units(&registry::units(scene)).map_err(|error| match error {
+        let units = start.units(&Assembly::of(scene).units()).map_err(|error| match error {
             StartError::Unit(error) => RunError::Unit(error),
             StartError::Participant(error) => RunError::Participant(error),
             error @ StartError::Program(_) => RunError::Start(error),
         })?;
-        Ok(Graph::new(units, registry::interfaces(scene)).map_err(RegistryError::from)?)
+        Ok(Graph::new(units, Assembly::of(scene).interfaces()).map_err(AssemblyError::from)?)
     }
 
     /// Begins, or puts everything where it was.

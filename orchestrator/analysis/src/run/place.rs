@@ -3,7 +3,6 @@
 use super::RunError;
 use crate::context::Context;
 use cofferdam_assembly::log::scene_of;
-use cofferdam_assembly::registry;
 use cofferdam_coupling::observer::Past;
 use cofferdam_coupling::participant::Participant;
 use cofferdam_coupling::run_state::{RunState, RunStateError};
@@ -137,7 +136,7 @@ pub fn hand_over(
     for id in ids {
         let fingerprint = to[id].description().fingerprint;
         let same = from[id].description().fingerprint == fingerprint;
-        let state = match same || registry::keeps_state(id, scenes) {
+        let state = match same || Assembly::of(scenes[1]).continues_state_of(scenes[0], id) {
             true => from[id].serialise()?,
             false => None,
         };

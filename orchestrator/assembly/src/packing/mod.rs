@@ -2,7 +2,7 @@
 
 mod mesh;
 
-use crate::registry::{self, RegistryError, WaterMass};
+use crate::{Assembly, AssemblyError, WaterMass};
 use cofferdam_fmi::export::{FmuError, Library, Package, check_target};
 use cofferdam_scene::{Scene, Side};
 use dam_dem::Dam;
@@ -38,7 +38,7 @@ pub enum PackingError {
     NoWater,
     /// The unit cannot be made.
     #[error(transparent)]
-    Unit(#[from] RegistryError),
+    Unit(#[from] AssemblyError),
     /// The FMU cannot be made.
     #[error(transparent)]
     Fmu(#[from] FmuError),
@@ -92,33 +92,36 @@ pub fn pack(unit: Unit, scene: &Scene, target: &Target<'_>) -> Result<Packed, Pa
 }
 
 fn dam(scene: &Scene, added_mass: bool, target: &Target<'_>) -> Result<Packed, PackingError> {
-    let dam = scene.dam.as_ref().ok_or(PackingError::NoDam)?;
-    if !registry::computes_dam(scene) {
+    if scene.dam.is_none() {
+        return Err(PackingError::NoDam);
+    }
+    if scene.computed_dam().is_none() {
         return Err(PackingError::ForeignDam);
     }
+    let assembly = Assembly::of(scene);
     let mass = if added_mass { WaterMass::Still } else { WaterMass::None };
-    let parameters = registry::dam_parameters(dam, scene, mass)?;
+    let parameters = assembly.dam_parameters(mass)?;
     // Some mistakes are found only when the dam is made; that takes no longer than a few steps.
-    registry::made_dam(parameters.clone(), scene)?;
+    assembly.make_dam(parameters.clone())?;
     // The order of the operations is that of the reservoir, so that the bits are equal.
-    let start: BTreeMap<_, _> = registry::hydrostatic_pressure(scene)?.into_iter().collect();
+    let start: BTreeMap<_, _> = assembly.hydrostatic_pressure()?.into_iter().collect();
     let page = [include_str!("dam.html"), include_str!("dam_example.html")];
-    let mesh = mesh::dam(&parameters).map_err(RegistryError::from)?;
+    let mesh = mesh::dam(&parameters).map_err(AssemblyError::from)?;
     written::<Dam>(scene, Contents { start, parameters }, None, mesh, page, target)
 }
 
 fn water(scene: &Scene, side: Side, target: &Target<'_>) -> Result<Packed, PackingError> {
     match side {
-        Side::Upstream if registry::is_empty(scene) => return Err(PackingError::NoWater),
+        Side::Upstream if scene.reservoir.is_empty() => return Err(PackingError::NoWater),
         Side::Downstream if scene.tailwater.is_none() => return Err(PackingError::NoTailwater),
         _ => {}
     }
-    let parameters = registry::parameters_of_water(scene, side)?;
-    parameters.validate().map_err(RegistryError::from)?;
+    let parameters = Assembly::of(scene).water_parameters(side)?;
+    parameters.validate().map_err(AssemblyError::from)?;
     let threads = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
-    let prepared = Reservoir::prepare(&parameters, threads).map_err(RegistryError::from)?;
+    let prepared = Reservoir::prepare(&parameters, threads).map_err(AssemblyError::from)?;
     let page = [include_str!("reservoir.html"), include_str!("reservoir_example.html")];
-    let mesh = mesh::reservoir(&parameters).map_err(RegistryError::from)?;
+    let mesh = mesh::reservoir(&parameters).map_err(AssemblyError::from)?;
     written::<Reservoir>(scene, Contents { start: BTreeMap::new(), parameters }, prepared, mesh, page, target)
 }
 

@@ -14,7 +14,7 @@ use cofferdam_analysis::closed_form;
 use cofferdam_analysis::context::threads;
 use cofferdam_assembly::registry::{self, RegistryError};
 use cofferdam_motion::GroundMotion;
-use cofferdam_scene::{ELEMENTS_OF_THE_RESERVOIR, SceneError, down};
+use cofferdam_scene::{ELEMENTS_OF_THE_RESERVOIR, SceneError, Side, down};
 use miette::Diagnostic;
 use reservoir::{ReservoirError, ReservoirParameters};
 use std::error::Error;
@@ -77,7 +77,7 @@ enum Failure {
     #[diagnostic(transparent)]
     Scene(#[from] SceneError),
     #[error(transparent)]
-    Unit(#[from] RegistryError),
+    Unit(#[from] AssemblyError),
     #[error(transparent)]
     Solver(#[from] ReservoirError),
     /// The request cannot be fulfilled; the text names the remedy.
@@ -105,7 +105,7 @@ pub fn run(command: &Command) -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             let status = match error {
-                Failure::Scene(_) | Failure::Unfit { .. } | Failure::Unit(RegistryError::Empty) => 2,
+                Failure::Scene(_) | Failure::Unfit { .. } | Failure::Unit(AssemblyError::Empty) => 2,
                 Failure::Unit(_) | Failure::Solver(_) => 4,
                 Failure::File { .. } | Failure::OutputTaken { .. } => 1,
             };

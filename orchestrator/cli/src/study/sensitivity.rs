@@ -44,7 +44,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     let Some(record) = &scene.ground_motion.record else {
         return Err(unfit("the study needs a record as ground motion"));
     };
-    let elements = dam.fidelity == DamFidelityScene::Dem;
+    let elements = dam.fidelity.has_elements();
     if !elements && dam.fidelity != DamFidelityScene::Reduced {
         return Err(unfit("the study needs `dam.fidelity` = \"dem\" or \"reduced\""));
     }
@@ -79,7 +79,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
         change(
             "time step of the dam halved",
             true,
-            vec![format!("dam.time_step_safety={}", registry::safety_of_part(dam, scene, 2.0)?)],
+            vec![format!("dam.time_step_safety={}", Assembly::of(scene).safety_of_part(2.0)?)],
         ),
         change("contacts at Gauss points", true, gauss(dam.cracks.len())),
         change("shaking + 0.1 %", true, scale(1.001)),
@@ -127,7 +127,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
             change("friction − 5 %", false, of_friction(0.95)),
             change("plane strain", false, vec!["dam.material.plane=\"strain\"".to_owned()]),
         ]);
-        if dam.damping.model == DampingModelScene::Rayleigh && dam.damping.ratio > 0.0 {
+        if dam.damping.model == DampingModel::Rayleigh && dam.damping.ratio > 0.0 {
             let models =
                 ["mass", "stiffness", "local"].into_iter().filter(|model| elements || *model != "local");
             changes.extend(models.map(|model| {
@@ -141,7 +141,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     let mut runs = Vec::new();
     for change in changes {
         let sets: Vec<String> = arguments.set.iter().chain(&change.sets).cloned().collect();
-        runs.push((registry::read(&arguments.scene, &sets)?, change));
+        runs.push((read_scene(&arguments.scene, &sets)?, change));
     }
 
     let mut unconverged = Vec::new();

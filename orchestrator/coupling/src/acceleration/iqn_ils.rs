@@ -82,6 +82,15 @@ mod tests {
     }
 
     #[test]
+    fn without_reused_steps_every_step_takes_as_many_iterations_as_the_first() {
+        let mut iqn = Acceleration::new(AccelerationKind::IqnIls, 0.1, 1.0).reusing(0);
+        for _ in 0..3 {
+            let count = iterations(&mut iqn, 1.0);
+            assert!((SIZE..=SIZE + 2).contains(&count), "{count}");
+        }
+    }
+
+    #[test]
     fn equal_and_zero_residuals_relax_and_leave_everything_finite() {
         let mut iqn = super::IqnIls::new(0.5, Secants::new(4, 1e-2));
         let mut x = [1.0, 2.0];

@@ -101,9 +101,9 @@ pub enum Acceleration {
     InterfaceJacobian(InterfaceJacobian),
 }
 
-/// Number of communication steps whose differences are reused, and the least independent share of a difference that
-/// is used.
-const REUSED_STEPS: u64 = 30;
+/// Default number of past communication steps whose differences are reused ([`Acceleration::reusing`]).
+pub const REUSED_STEPS: u64 = 30;
+/// Least independent share of a difference that is used.
 const FILTER: f64 = 1e-3;
 
 impl Acceleration {
@@ -119,6 +119,14 @@ impl Acceleration {
                 Self::InterfaceJacobian(InterfaceJacobian::new(probe, relaxation, secants))
             }
         }
+    }
+
+    /// The same with this number of past communication steps whose iterations are reused; relaxations have no past.
+    pub fn reusing(mut self, steps: u64) -> Self {
+        if let Some(secants) = self.secants_mut() {
+            secants.reuse(steps);
+        }
+        self
     }
 
     /// Begins the iteration of a new communication step.

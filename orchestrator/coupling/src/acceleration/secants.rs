@@ -77,6 +77,11 @@ impl Secants {
         Self { reused_steps, filter, floor: 0.0, step: 0, first: 0.0, previous: None, differences, counts }
     }
 
+    /// Sets the number of past communication steps whose differences are used.
+    pub fn reuse(&mut self, steps: u64) {
+        self.reused_steps = steps;
+    }
+
     /// Takes the change of a residual by rounding.
     pub fn set_floor(&mut self, floor: f64) {
         self.floor = floor;

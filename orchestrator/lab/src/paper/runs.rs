@@ -60,7 +60,7 @@ impl Series {
             let file = toml::Value::String(file.to_string_lossy().into_owned());
             sets.push(format!("ground_motion.record={{file={file}}}"));
         }
-        let loaded = registry::read(&path, &sets)?;
+        let loaded = read_scene(&path, &sets)?;
         if loaded.scene.ground_motion.record.is_none() || loaded.scene.dam.is_none() {
             return Err(unfit(format!("{name}: the study needs a dam that is computed, and a record")));
         }
@@ -88,7 +88,7 @@ impl Series {
         choice: Option<&'static str>,
         sets: Vec<String>,
     ) -> Result<&mut Run, StudyError> {
-        let mut loaded = registry::read(&self.path, &[&self.sets[..], &sets].concat())?;
+        let mut loaded = read_scene(&self.path, &[&self.sets[..], &sets].concat())?;
         // A step that stays above its tolerance must not end the study; the text gives their number.
         loaded.scene.coupling.on_failure = OnFailure::Continue;
         let index = self.runs.len();
@@ -161,7 +161,7 @@ pub fn rigid_dam(folder: &Path, coarse: bool) -> Result<Series, StudyError> {
     if coarse {
         sets.push("time.duration=0.75".to_owned());
     }
-    let loaded = registry::read(&path, &sets)?;
+    let loaded = read_scene(&path, &sets)?;
     let Some(ramp) = loaded.scene.ground_motion.ramp.filter(|_| loaded.scene.dam.is_none()) else {
         return Err(unfit(format!("{RIGID}: figure 3 needs a prescribed dam under a ramp")));
     };

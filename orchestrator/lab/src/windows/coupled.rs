@@ -4,11 +4,12 @@ use crate::study::StudyError;
 use cofferdam_analysis::context::threads;
 use cofferdam_assembly::registry::{self, RegistryError, ShortWindows};
 use cofferdam_assembly::units::DAM;
+use cofferdam_assembly::{Assembly, AssemblyError, ShortWindows};
 use cofferdam_coupling::acceleration::{Acceleration, AccelerationKind};
 use cofferdam_coupling::participant::{Occasion, Participant, ParticipantError};
 use cofferdam_coupling::scheme::CouplingError;
 use cofferdam_motion::GroundMotion;
-use cofferdam_scene::Scene;
+use cofferdam_scene::{Scene, Side};
 use nalgebra::DMatrix;
 use std::ops::Range;
 
@@ -116,7 +117,7 @@ pub fn run(scene: &Scene, motion: &GroundMotion, water: &ShortWindows) -> Result
                     done.end = End::Diverged { time, iteration };
                     return Ok(done);
                 }
-                Err(error) => return Err(RegistryError::from(error).into()),
+                Err(error) => return Err(AssemblyError::from(error).into()),
             };
             let residual = &answer - &guess;
             let size = residual.norm();
@@ -145,7 +146,7 @@ pub fn run(scene: &Scene, motion: &GroundMotion, water: &ShortWindows) -> Result
 
 impl<'a> Dam<'a> {
     fn new(scene: &Scene, motion: &'a GroundMotion) -> Result<Self, StudyError> {
-        let unit = registry::unit(DAM, scene, threads(None))?;
+        let unit = Assembly::with(scene, threads(None)).unit(DAM)?;
         let description = unit.description();
         let missing = StudyError::Unfit { what: "the study needs a dam that is computed".to_owned() };
         let inputs = |name: &str| description.inputs.range(name);
@@ -163,7 +164,9 @@ impl<'a> Dam<'a> {
         let mut request = vec![0.0; description.inputs.size()];
         let answer = vec![0.0; description.outputs.size()];
         let (weight, depth) = (scene.reservoir.density * scene.gravity, scene.depth());
-        for (p, point) in request[hydrostatic].iter_mut().zip(registry::wet_face(scene)?.points()) {
+        for (p, point) in
+            request[hydrostatic].iter_mut().zip(Assembly::of(scene).dam_face(Side::Upstream)?.points())
+        {
             *p = weight * (depth - point[1]);
         }
         let step = scene.time.communication_step;

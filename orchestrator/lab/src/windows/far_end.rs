@@ -6,7 +6,7 @@ use cofferdam_analysis::context::threads;
 use cofferdam_analysis::table::Table;
 use cofferdam_assembly::registry::{self, FarEndCondition};
 use cofferdam_motion::GroundMotion;
-use cofferdam_scene::Scene;
+use cofferdam_scene::{Scene, Side};
 use nalgebra::Complex;
 use std::f64::consts::PI;
 
@@ -62,16 +62,16 @@ fn answers(
     scene.reservoir.far_end_distance = Some(distance * scene.depth());
     let first_cut_off = PI * scene.reservoir.sound_speed / (2.0 * scene.depth());
     let s = RATIOS.map(|ratio| Complex::new(DAMPING, 1.0) * ratio * first_cut_off);
-    let weights = registry::wet_face(&scene)?.tributary_lengths();
+    let weights = Assembly::of(&scene).dam_face(Side::Upstream)?.tributary_lengths();
     let mut all = Vec::new();
-    for response in registry::frequency_response(&scene, far_end, &s, threads(None))? {
+    for response in Assembly::with(&scene, threads(None)).frequency_response(far_end, &s)? {
         let pressure = weights
             .iter()
             .enumerate()
             .map(|(point, weight)| response.row(point).columns(0, weights.len()).sum() * weight.sqrt());
         all.push(pressure.flat_map(|p| [p.re, p.im]).collect());
     }
-    let pressure = registry::pressure_of_record(&scene, far_end, moved, threads(None))?;
+    let pressure = Assembly::with(&scene, threads(None)).pressure_of_record(far_end, moved)?;
     all.push(pressure.row(0).iter().copied().collect());
     Ok(all)
 }

@@ -10,7 +10,7 @@ use cofferdam_analysis::context::threads;
 use cofferdam_analysis::table::Table;
 use cofferdam_assembly::registry::{self, FarEndCondition, ShortWindows};
 use cofferdam_motion::GroundMotion;
-use cofferdam_scene::{FidelityScene, LoadedScene, OnFailure, Scene};
+use cofferdam_scene::{LoadedScene, OnFailure, Scene, Side};
 use coupled::{Coupled, End};
 use nalgebra::DMatrix;
 
@@ -74,7 +74,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     let nothing = || "–".to_owned();
     let mut rows = Vec::new();
     for length in lengths {
-        let water = registry::short_windows(&scene, length, threads(None))?;
+        let water = Assembly::with(&scene, threads(None)).short_windows(length)?;
         let [base, force] = rigid.errors(&rigid.in_windows(&water)?);
         let mut cells = vec![length.to_string(), format!("{:.3}", length as f64 * step)];
         cells.extend([base, force].map(percent));
@@ -95,7 +95,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
         table.row(cells);
         rows.push(Row { length: length as f64 * step, base, crest });
     }
-    let whole = registry::short_windows(&scene, steps, threads(None))?;
+    let whole = Assembly::with(&scene, threads(None)).short_windows(steps)?;
     let [base, force] = rigid.errors(&rigid.in_windows(&whole)?);
     let mut cells =
         vec![steps.to_string(), format!("{:.3}", steps as f64 * step), percent(base), percent(force)];
@@ -129,7 +129,7 @@ fn fit(loaded: &LoadedScene) -> Result<Scene, StudyError> {
         let what = "the study couples the dam with the paper's reservoir only; leave [tailwater] out";
         return Err(StudyError::Unfit { what: what.to_owned() });
     }
-    if scene.reservoir.fidelity != FidelityScene::Compressible || scene.reservoir.surface_waves {
+    if !scene.reservoir.fidelity.is_compressible() || scene.reservoir.surface_waves {
         return Err(StudyError::Unfit {
             what: "the study needs compressible water without gravity waves".to_owned(),
         });
@@ -158,11 +158,11 @@ impl Rigid {
     fn new(scene: &Scene, motion: &GroundMotion) -> Result<Self, StudyError> {
         let record = record(scene, motion, scene.time.communication_step)?;
         let pressure =
-            registry::pressure_of_record(scene, FarEndCondition::Outgoing, &record, threads(None))?;
+            Assembly::with(scene, threads(None)).pressure_of_record(FarEndCondition::Outgoing, &record)?;
         let means = DMatrix::from_fn(record.nrows(), record.ncols() - 1, |i, n| {
             0.5 * (record[(i, n)] + record[(i, n + 1)])
         });
-        let face = registry::wet_face(scene)?;
+        let face = Assembly::of(scene).dam_face(Side::Upstream)?;
         let unit = |point: usize| {
             let mut pressure = vec![0.0; face.len()];
             pressure[point] = 1.0;
@@ -188,7 +188,7 @@ impl Rigid {
             let count = water.steps().min(steps - first);
             let mut window = DMatrix::zeros(rows, water.steps());
             window.columns_mut(0, count).copy_from(&self.means.columns(first, count));
-            let pressure = water.pressure(&window).map_err(registry::RegistryError::from)?;
+            let pressure = water.pressure(&window).map_err(AssemblyError::from)?;
             all.columns_mut(first, count).copy_from(&pressure.columns(0, count));
         }
         Ok(all)
@@ -202,7 +202,7 @@ impl Rigid {
 
 /// Accelerations of a rigid dam and the ground, points and ground × instants `step` (s) apart.
 fn record(scene: &Scene, motion: &GroundMotion, step: f64) -> Result<DMatrix<f64>, StudyError> {
-    let normals = registry::wet_face(scene)?.normals();
+    let normals = Assembly::of(scene).dam_face(Side::Upstream)?.normals();
     let steps = (scene.time.communication_step * scene.steps() as f64 / step).round() as usize;
     let at: Vec<[f64; 2]> = (0..=steps).map(|n| motion.at(n as f64 * step)).collect();
     Ok(DMatrix::from_fn(normals.len() + 2, steps + 1, |row, n| match normals.get(row) {

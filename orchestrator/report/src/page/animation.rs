@@ -8,7 +8,7 @@ use super::profile_picture::tick;
 use super::thinning::rounded;
 use cofferdam_assembly::observer::{Histories, OutlineWriter};
 use cofferdam_motion::STANDARD_GRAVITY;
-use cofferdam_scene::{FidelityScene, Side};
+use cofferdam_scene::Side;
 
 /// Steps of a drawn value up to the largest.
 const COUNTS: f64 = 4000.0;
@@ -51,7 +51,7 @@ pub fn of(run: &RunFolder) -> Option<Animation> {
         }
     }
     let mut waters = Vec::new();
-    let waters_of = run.loaded.scene.waters().filter(|(_, water)| water.fidelity != FidelityScene::Empty);
+    let waters_of = run.loaded.scene.waters().filter(|(_, water)| !water.is_empty());
     for (side, _) in waters_of {
         let column = format!("{}.base_pressure", side.table());
         readings.push(reading(format!("{}: base pressure, kPa", side.table()), &column, 1e-3));

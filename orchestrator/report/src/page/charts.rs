@@ -5,7 +5,7 @@ use super::folder::RunFolder;
 use super::thinning::{PARTS, differences, kept, rounded, rounded_each};
 use cofferdam_assembly::observer::Histories;
 use cofferdam_motion::STANDARD_GRAVITY;
-use cofferdam_scene::{DamFidelityScene, Scene};
+use cofferdam_scene::Scene;
 
 /// Largest factor of safety that is drawn.
 const SAFE: f64 = 10.0;
@@ -126,7 +126,7 @@ pub fn crack_names(scene: &Scene) -> Vec<String> {
 
 /// Whether the run has joints whose strength is used.
 fn shears(scene: &Scene) -> bool {
-    scene.dam.as_ref().is_some_and(|dam| dam.fidelity != DamFidelityScene::Intact)
+    scene.dam.as_ref().is_some_and(|dam| !dam.fidelity.is_intact())
 }
 
 /// What the summary calls the points where stress is watched.

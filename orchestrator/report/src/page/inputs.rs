@@ -5,10 +5,7 @@ use super::data::{Group, Row};
 use super::folder::RunFolder;
 use cofferdam_coupling::convergence::Tolerance;
 use cofferdam_motion::GroundMotion;
-use cofferdam_scene::{
-    CrackScene, DamScene, DampingModelScene, FidelityScene, MaterialScene, PlaneScene, ReservoirScene, Scene,
-    Side,
-};
+use cofferdam_scene::{CrackScene, DamScene, DampingModel, MaterialScene, ReservoirScene, Scene, Side};
 use interface::number::plain;
 use interface::sha256;
 
@@ -105,10 +102,10 @@ fn concrete(scene: &Scene, dam: &DamScene, manifest: &Manifest) -> Group {
     rows.extend(material(&dam.material));
     let damping = &dam.damping;
     let model = match damping.model {
-        DampingModelScene::Rayleigh => "Rayleigh",
-        DampingModelScene::Mass => "of mass",
-        DampingModelScene::Stiffness => "of stiffness",
-        DampingModelScene::Local => "local",
+        DampingModel::Rayleigh => "Rayleigh",
+        DampingModel::Mass => "of mass",
+        DampingModel::Stiffness => "of stiffness",
+        DampingModel::Local => "local",
     };
     rows.push(Row::text("damping", model));
     let at = match (damping.multiples_of_first, damping.radians_per_second) {
@@ -125,12 +122,11 @@ fn concrete(scene: &Scene, dam: &DamScene, manifest: &Manifest) -> Group {
 }
 
 fn material(material: &MaterialScene) -> Vec<Row> {
-    let plane = if material.plane == PlaneScene::Stress { "plane stress" } else { "plane strain" };
     let mut rows = vec![
         Row::number("elastic modulus E", 1e-9 * material.young_modulus, "GPa"),
         Row::number("Poisson's ratio ν", material.poisson_ratio, "1"),
         Row::number("density ρ", material.density, "kg/m³"),
-        Row::text("plane condition", plane),
+        Row::text("plane condition", material.plane.label()),
     ];
     let strength =
         material.tensile_strength.map(|strength| Row::number("tensile strength", 1e-6 * strength, "MPa"));
@@ -166,7 +162,7 @@ fn crack(crack: &CrackScene) -> Group {
 
 fn water(scene: &Scene, side: Side, water: &ReservoirScene, manifest: &Manifest) -> Group {
     let name = if side == Side::Upstream { "Reservoir" } else { "Tailwater" }.to_owned();
-    if water.fidelity == FidelityScene::Empty {
+    if water.is_empty() {
         return Group { name, rows: vec![Row::text("model", "empty")] };
     }
     let mut rows = vec![
@@ -178,7 +174,7 @@ fn water(scene: &Scene, side: Side, water: &ReservoirScene, manifest: &Manifest)
     if let Some(unit) = manifest.units.iter().find(|unit| unit.name == side.table()) {
         rows.push(Row::text("solver", unit.solver.clone()));
     }
-    if water.fidelity == FidelityScene::Compressible {
+    if water.fidelity.is_compressible() {
         rows.push(Row::number("speed of sound", water.sound_speed, "m/s"));
         rows.push(Row::number("wave reflection of the bed", water.wave_reflection_coefficient, "1"));
         rows.push(Row::text("asked to be stepped in time by", word(&water.method)));

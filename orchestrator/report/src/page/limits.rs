@@ -1,6 +1,6 @@
 //! What a run does not model.
 
-use cofferdam_scene::{DamFidelityScene, FidelityScene, Scene};
+use cofferdam_scene::Scene;
 
 /// What `scene` leaves out, each in a sentence; only what concerns it.
 pub fn not_modelled(scene: &Scene) -> Vec<String> {
@@ -9,21 +9,19 @@ pub fn not_modelled(scene: &Scene) -> Vec<String> {
         "The section is plane: neighbouring monoliths and abutments do not help or hinder.",
     ];
     let filled = scene.has_water();
-    let fluids = |of: FidelityScene| scene.waters().any(|(_, water)| water.fidelity == of);
     match &scene.dam {
         None => said.push("The dam is prescribed: it is rigid and moves with the ground."),
         Some(dam) if dam.fidelity.is_foreign() => {
             said.push("The dam is another program's: what it models is not known here.");
         }
         Some(dam) => {
-            let intact = dam.fidelity == DamFidelityScene::Intact;
+            let intact = dam.fidelity.is_intact();
             let cracks = if intact { &[][..] } else { &dam.cracks };
             let joint = cracks.iter().any(|crack| crack.elevation == Some(0.0));
-            said.push(match dam.fidelity {
-                DamFidelityScene::RigidBlocks => {
-                    "The blocks do not deform: the dam's own amplification is missing, and sliding comes out too small."
-                }
-                _ => "Concrete is linear elastic: it does not crack or crush, whatever the stress.",
+            said.push(if dam.fidelity.is_rigid() {
+                "The blocks do not deform: the dam's own amplification is missing, and sliding comes out too small."
+            } else {
+                "Concrete is linear elastic: it does not crack or crush, whatever the stress."
             });
             if !joint {
                 said.push("The base is fixed to the ground: the dam neither slides nor lifts on it.");
@@ -44,7 +42,7 @@ pub fn not_modelled(scene: &Scene) -> Vec<String> {
     if filled {
         said.push("Water is linear: it does not cavitate, however low the pressure falls.");
         said.push("There is no silt before the dam.");
-        if fluids(FidelityScene::Westergaard) || fluids(FidelityScene::Incompressible) {
+        if scene.waters().any(|(_, water)| water.fidelity.is_memoryless()) {
             said.push("Water is incompressible: no waves in it, and no energy that they carry away.");
         }
         if scene.has_foreign_water() {

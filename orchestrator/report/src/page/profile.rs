@@ -6,7 +6,7 @@ use super::westergaard;
 use cofferdam_coupling::scheme::UnitId;
 use cofferdam_log::LoggedExchanges;
 use cofferdam_log::{Entry, Log, LogReadError};
-use cofferdam_scene::{FidelityScene, ReservoirScene, Side};
+use cofferdam_scene::{ReservoirScene, Side};
 
 /// Points of a parabola.
 const POINTS: u32 = 48;
@@ -21,7 +21,7 @@ pub fn of(run: &RunFolder) -> Result<Vec<Profile>, LogReadError> {
         return Ok(Vec::new());
     }
     let mut profiles = Vec::new();
-    let filled = |(_, (_, water)): &(usize, (Side, &ReservoirScene))| water.fidelity != FidelityScene::Empty;
+    let filled = |(_, (_, water)): &(usize, (Side, &ReservoirScene))| !water.is_empty();
     for (index, (side, water)) in scene.waters().enumerate().filter(filled) {
         let (unit, points) = (UnitId(index + 1), points(run, side));
         let (depth, density) = (scene.depth_of(side), water.density);

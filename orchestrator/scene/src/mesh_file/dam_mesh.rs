@@ -2,6 +2,7 @@
 
 use super::error::MeshFileError;
 use super::msh::MeshFile;
+use dam_dem::GivenMesh;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::Path;
 
@@ -25,6 +26,13 @@ pub struct DamMesh {
     pub base: Vec<usize>,
     /// Chains along each crack, from upstream to downstream or, if it is vertical, from bottom to top.
     pub cracks: Vec<Vec<Vec<usize>>>,
+}
+
+impl From<DamMesh> for GivenMesh {
+    fn from(mesh: DamMesh) -> Self {
+        let DamMesh { points, triangles, quadrilaterals, upstream, downstream, base, cracks } = mesh;
+        Self { points, triangles, quadrilaterals, upstream, downstream, base, cracks }
+    }
 }
 
 impl DamMesh {

@@ -1,9 +1,10 @@
 //! The pressure inside the waters of a scene, for pictures.
 
-use super::{RegistryError, computed, parameters_of_water, unit_of};
+use super::{Assembly, AssemblyError};
 use crate::observer::WaterField;
+use crate::units::water_unit;
 use cofferdam_coupling::scheme::UnitId;
-use cofferdam_scene::{Scene, Side};
+use cofferdam_scene::Side;
 use reservoir::PressureField;
 use std::error::Error;
 
@@ -43,13 +44,15 @@ impl WaterField for Field {
     }
 }
 
-/// The pressure inside the water on a side; none where this program computes no water.
-///
-/// **Errors**: the water has no pressure inside, or it cannot be meshed or stepped.
-pub fn water_field(scene: &Scene, side: Side) -> Result<Option<Box<dyn WaterField>>, RegistryError> {
-    if !computed(scene, side) {
-        return Ok(None);
+impl Assembly<'_> {
+    /// The pressure inside the water on a side; none where this program computes no water.
+    ///
+    /// **Errors**: the water has no pressure inside, or it cannot be meshed or stepped.
+    pub fn water_field(&self, side: Side) -> Result<Option<Box<dyn WaterField>>, AssemblyError> {
+        if !self.computes_water(side) {
+            return Ok(None);
+        }
+        let parameters = PressureField::usual_mesh(&self.water_parameters(side)?);
+        Ok(Some(Box::new(Field { unit: water_unit(side), field: PressureField::new(&parameters)? })))
     }
-    let parameters = PressureField::usual_mesh(&parameters_of_water(scene, side)?);
-    Ok(Some(Box::new(Field { unit: unit_of(side), field: PressureField::new(&parameters)? })))
 }
