@@ -2,6 +2,7 @@
 
 use cofferdam_assembly::observer::HistoriesWriter;
 use cofferdam_assembly::participant::EmptyReservoir;
+use cofferdam_assembly::read_scene;
 use cofferdam_assembly::simulation::{ground_signal, scales, with_work};
 use cofferdam_assembly::units::{RESERVOIR, pair};
 use cofferdam_coupling::acceleration::{Acceleration, AccelerationKind};
@@ -33,12 +34,10 @@ fn crest(kind: SchemeKind, reservoir: impl Fn(interface::WetFace) -> Box<dyn Par
     let measure = ConvergenceMeasure::new(&[Measure::Relative], 1e-9, scales(koyna::CREST, 1e-6));
     let acceleration = Acceleration::new(AccelerationKind::Constant, 1.0, 1e-9);
     let settings = Settings { kind, ..Settings::default() };
-    let motion = cofferdam_assembly::registry::read(
-        &root().join("scenes/koyna-intact"),
-        &["ground_motion.record.start=4".to_owned()],
-    )
-    .expect("a shipped scene")
-    .ground_motion;
+    let motion =
+        read_scene(&root().join("scenes/koyna-intact"), &["ground_motion.record.start=4".to_owned()])
+            .expect("a shipped scene")
+            .ground_motion;
     let signals = vec![ground_signal(&motion)];
     let scheme = Scheme::new(&mut graph, settings, acceleration, Predictor::new(2), measure, signals)
         .expect("units that fit");

@@ -1,6 +1,5 @@
 //! Parts of a run are replayed from where its units stood, and units that give no state as bytes are brought there.
 
-use cofferdam_assembly::registry;
 use cofferdam_assembly::simulation::simulation_of;
 use cofferdam_assembly::units::{DAM, RESERVOIR};
 use cofferdam_assembly::{Assembly, read_scene};
@@ -38,8 +37,8 @@ fn coarse(settings: &[(&str, Value)]) -> Scenario {
 /// Runs a scene in this process; its log, and the states of its units after initialisation and every accepted window, with the last
 /// step of it.
 fn run(scenario: &Scenario) -> Result<(LoadedScene, Log, Vec<Stop>), Failure> {
-    let loaded = registry::read(&scenario.write(), &[])?;
-    let graph = registry::graph(&loaded.scene, NonZeroUsize::MIN)?;
+    let loaded = read_scene(&scenario.write(), &[])?;
+    let graph = Assembly::with(&loaded.scene, NonZeroUsize::MIN).graph()?;
     let mut simulation = simulation_of(&loaded.scene, &loaded.ground_motion, graph)?;
     let path = scenario.folder().join("log.mcap");
     let preamble = Preamble { scene: toml::to_string(&loaded.scene)?, ..Preamble::default() };

@@ -1,6 +1,6 @@
 //! The program on short scenes: files, messages, exit status.
 
-use cofferdam_assembly::registry::{self, Equilibrium, UpliftEffect};
+use cofferdam_assembly::{Assembly, Equilibrium, UpliftEffect, read_scene};
 use cofferdam_coupling::observer::Status;
 use std::process::Stdio;
 use std::time::Duration;

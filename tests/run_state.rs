@@ -3,9 +3,10 @@
 
 use cofferdam_assembly::observer::{Histories, HistoriesWriter, Limits, Progress, Rest, Snapshots};
 use cofferdam_assembly::participant::{Foreign, Place, Prescribed};
-use cofferdam_assembly::registry::{self, Home};
 use cofferdam_assembly::simulation::{crest_at_rest, simulation_of};
+use cofferdam_assembly::units::unit_name;
 use cofferdam_assembly::units::{DAM, GROUND_ACCELERATION, RESERVOIR, TAILWATER, pair, wet_face_interface};
+use cofferdam_assembly::{Assembly, Home, read_scene};
 use cofferdam_coupling::acceleration::{Acceleration, AccelerationKind};
 use cofferdam_coupling::convergence::{ConvergenceMeasure, Measure, Scales};
 use cofferdam_coupling::observer::{Ending, Observer, ObserverError, Past, Start, Status};
@@ -382,7 +383,7 @@ fn cracked_dams_and_their_waters_go_on() -> Result<(), Failure> {
     ] {
         let loaded = coarse(case, settings)?;
         let make = || -> Result<Simulation, Failure> {
-            let graph = registry::graph(&loaded.scene, NonZeroUsize::MIN)?;
+            let graph = Assembly::with(&loaded.scene, NonZeroUsize::MIN).graph()?;
             Ok(simulation_of(&loaded.scene, &loaded.ground_motion, graph)?)
         };
         let stops = |states: usize| vec![0, 1, states / 2, states - 1];
@@ -466,7 +467,7 @@ fn units_in_processes_fmus_and_logs_go_on() -> Result<(), Failure> {
     let past = place.path().join("log.mcap");
     let preamble = Preamble { scene: toml::to_string(&loaded.scene)?, ..Preamble::default() };
     let mut log = LogWriter::create(&past, &preamble)?;
-    let graph = registry::graph(&loaded.scene, NonZeroUsize::MIN)?;
+    let graph = Assembly::with(&loaded.scene, NonZeroUsize::MIN).graph()?;
     let mut simulation = simulation_of(&loaded.scene, &loaded.ground_motion, graph)?;
     let (_, failure) = simulation.run(&mut [&mut log], &AtomicBool::new(false));
     assert!(failure.is_none(), "{failure:?}");
@@ -653,7 +654,7 @@ fn a_run_told_from_its_log_goes_on_with_the_same_log_and_pictures() -> Result<()
     let loaded = coarse("koyna-coarse", &[("snapshots", "{ interval = 0.02 }")])?;
     let plan = loaded.scene.snapshots.ok_or("a plan")?;
     let make = || -> Result<Simulation, Failure> {
-        let graph = registry::graph(&loaded.scene, NonZeroUsize::MIN)?;
+        let graph = Assembly::with(&loaded.scene, NonZeroUsize::MIN).graph()?;
         Ok(simulation_of(&loaded.scene, &loaded.ground_motion, graph)?)
     };
     let preamble = Preamble { scene: toml::to_string(&loaded.scene)?, ..Preamble::default() };

@@ -1,7 +1,6 @@
 //! Water on both faces of the dam, from the scene to the log.
 
 use cofferdam_assembly::observer::HistoriesWriter;
-use cofferdam_assembly::registry;
 use cofferdam_assembly::simulation::simulation_of;
 use cofferdam_assembly::units::DAM;
 use cofferdam_assembly::{Assembly, read_scene};
@@ -123,8 +122,8 @@ fn the_work_at_each_interface_adds_up_in_the_balance() -> Result<(), Box<dyn std
     let mut scenario = coarse(6.0);
     // Deep, so that its work counts.
     scenario.set("tailwater.depth", 80.0).set("dam.cracks", Value::Array(Vec::new()));
-    let loaded = registry::read(&scenario.write(), &[])?;
-    let graph = registry::graph(&loaded.scene, NonZeroUsize::MIN)?;
+    let loaded = read_scene(&scenario.write(), &[])?;
+    let graph = Assembly::with(&loaded.scene, NonZeroUsize::MIN).graph()?;
     let mut simulation = simulation_of(&loaded.scene, &loaded.ground_motion, graph)?;
     let folder = tempfile::tempdir()?;
     let (mut histories, mut works) = (HistoriesWriter::new(folder.path()), Works::default());

@@ -3,6 +3,7 @@
 use crate::context::Context;
 use crate::parallel;
 use crate::provenance::other_build;
+use cofferdam_assembly::Assembly;
 use cofferdam_assembly::log::{ground_motion_of, scene_of};
 use cofferdam_assembly::simulation::ground_signal;
 use cofferdam_assembly::simulation::simulation_of;
@@ -234,7 +235,7 @@ fn try_share(
     let scene = &scene_of(log)?;
     let motion = ground_motion_of(log);
     let peak = motion.acceleration().iter().fold(0.0, |peak: f64, a| peak.max(a.abs()));
-    let graph = registry::graph(scene, context.making(NonZeroUsize::MIN))?;
+    let graph = Assembly::with(scene, context.making(NonZeroUsize::MIN)).graph()?;
     let mut simulation = simulation_of(scene, &motion, graph)?;
     let fingerprint = simulation.fingerprint()?;
     let mut tried = Vec::new();

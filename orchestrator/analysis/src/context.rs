@@ -1,7 +1,7 @@
 //! What every computation of this crate is given by its caller.
 
+use cofferdam_assembly::Making;
 use cofferdam_assembly::cache::Cache;
-use cofferdam_assembly::registry::Making;
 use cofferdam_scene::SceneWarning;
 use std::num::NonZeroUsize;
 use std::path::Path;

@@ -1,7 +1,7 @@
 //! What a run will take, before it is begun.
 
 use crate::context::Context;
-use cofferdam_assembly::registry::{self, RegistryError};
+use cofferdam_assembly::{Assembly, AssemblyError};
 use cofferdam_coupling::participant::{Occasion, Participant, ParticipantError};
 use cofferdam_log::LoggedExchanges;
 use cofferdam_scene::LoadedScene;
@@ -23,7 +23,7 @@ pub struct Estimate {
 pub enum EstimateError {
     /// A unit that cannot be made.
     #[error(transparent)]
-    Unit(#[from] RegistryError),
+    Unit(#[from] AssemblyError),
     /// A dam that fails at its first steps.
     #[error(transparent)]
     Dam(#[from] ParticipantError),
@@ -69,7 +69,7 @@ pub fn of(
     }
     let (points, pairs) =
         (faces.iter().sum::<f64>(), faces.iter().map(|points| points * points).sum::<f64>());
-    let preparation = registry::preparation_time(scene, context.making(threads))?;
+    let preparation = Assembly::with(scene, context.making(threads)).preparation_time()?;
     let iterations = if scene.coupling.scheme.unwrap_or_default().is_implicit() { ITERATIONS } else { 1.0 };
     let water_step = if preparation.is_some() { CONVOLUTION * pairs } else { 0.0 };
     let logged = match scene.log.exchanges {

@@ -1,15 +1,15 @@
 //! Self-excited vibrations of blocks that slide, in words.
 
-use cofferdam_assembly::registry::{self, Flutter, RegistryError};
+use cofferdam_assembly::{Assembly, AssemblyError, Flutter};
 use cofferdam_scene::{CrackScene, Scene};
 use std::f64::consts::TAU;
 
 /// What is to be said of vibrations that grow while blocks of the scene slide.
 ///
 /// **Errors**: those of the dam.
-pub fn warnings(scene: &Scene) -> Result<Vec<String>, RegistryError> {
+pub fn warnings(scene: &Scene) -> Result<Vec<String>, AssemblyError> {
     let cracks = scene.dam.as_ref().map_or(&[][..], |dam| &dam.cracks);
-    let growing = registry::flutter(scene)?.into_iter().filter(|(vibration, _)| vibration.growth > 0.0);
+    let growing = Assembly::of(scene).flutter()?.into_iter().filter(|(vibration, _)| vibration.growth > 0.0);
     Ok(growing
         .map(|(vibration, cures)| describe(&vibration, &cracks[vibration.crack]) + &advise(&cures))
         .collect())

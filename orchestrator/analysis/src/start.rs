@@ -1,7 +1,8 @@
 //! Makes the units of a scene, those of other programs too, in this process or in processes of their own.
 
 use crate::context::Context;
-use cofferdam_assembly::registry::{self, Home, RegistryError};
+use cofferdam_assembly::units::unit_name;
+use cofferdam_assembly::{Assembly, AssemblyError, Home};
 use cofferdam_coupling::participant::{Participant, ParticipantError};
 use cofferdam_coupling::scheme::UnitId;
 use cofferdam_scene::Scene;
@@ -26,7 +27,7 @@ pub enum Transport {
 pub enum StartError {
     /// A unit of the scene.
     #[error(transparent)]
-    Unit(#[from] RegistryError),
+    Unit(#[from] AssemblyError),
     /// A process that does not become a unit.
     #[error(transparent)]
     Participant(#[from] ParticipantError),
@@ -117,7 +118,7 @@ impl Start<'_> {
             units.push(match (process, Assembly::of(self.scene).home(id)) {
                 (Some(process), Home::Command(_)) => Assembly::of(self.scene).adapted(id, process)?,
                 (Some(process), _) => process,
-                (None, _) => registry::unit(id, self.scene, self.context.making(self.threads))?,
+                (None, _) => Assembly::with(self.scene, self.context.making(self.threads)).unit(id)?,
             });
         }
         Ok(units)

@@ -6,8 +6,8 @@ use crate::parallel;
 use crate::picture::{self, Drawing};
 use crate::table::Table;
 use cofferdam_assembly::observer::{Histories, HistoriesWriter, Rest};
-use cofferdam_assembly::registry::{self, RegistryError};
 use cofferdam_assembly::simulation::simulation_of;
+use cofferdam_assembly::{Assembly, AssemblyError};
 use cofferdam_coupling::observer::{Ending, Status};
 use cofferdam_coupling::scheme::{CouplingError, Graph};
 use cofferdam_coupling::simulation::SimulationError;
@@ -33,7 +33,7 @@ pub enum StudyError {
     Accuracy(#[from] AccuracyError),
     /// A unit.
     #[error(transparent)]
-    Unit(#[from] RegistryError),
+    Unit(#[from] AssemblyError),
     /// A run that must succeed.
     #[error("{what}: {cause}")]
     Run {
@@ -143,7 +143,7 @@ pub fn run_scene(
     threads: NonZeroUsize,
     context: &Context<'_>,
 ) -> Result<Outcome, StudyError> {
-    run_units(scene, motion, registry::graph(scene, context.making(threads))?)
+    run_units(scene, motion, Assembly::with(scene, context.making(threads)).graph()?)
 }
 
 /// Runs all scenes, as many at once as there are cores.

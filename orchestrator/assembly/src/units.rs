@@ -1,5 +1,7 @@
 //! The built-in graph: a dam, its reservoir, and where a scene has one the tailwater.
 
+use cofferdam_scene::Side;
+use interface::Role;
 use cofferdam_coupling::participant::Participant;
 use cofferdam_coupling::scheme::{CouplingError, Direction, Field, Graph, Interface, Port, UnitId};
 

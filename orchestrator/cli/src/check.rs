@@ -1,5 +1,7 @@
 //! `cofferdam check`.
 
+use cofferdam_assembly::units::unit_name;
+use cofferdam_assembly::{Assembly, AssemblyError, Equilibrium, UpliftEffect, read_scene};
 mod describe;
 mod foreign;
 
@@ -12,8 +14,6 @@ use cofferdam_analysis::flutter::{self, advise};
 use cofferdam_analysis::start::StartError;
 use cofferdam_analysis::variables::known;
 use cofferdam_assembly::observer::{Limits, Rest, Snapshots};
-use cofferdam_assembly::registry::{self, RegistryError};
-use cofferdam_assembly::registry::{Equilibrium, UpliftEffect};
 use cofferdam_assembly::simulation::ground_signal;
 use cofferdam_assembly::units::{DAM, TAILWATER};
 use cofferdam_coupling::observer::{self, Observer, ObserverError};
@@ -82,7 +82,7 @@ enum CheckError {
     #[diagnostic(transparent)]
     Scene(#[from] SceneError),
     #[error(transparent)]
-    Unit(#[from] RegistryError),
+    Unit(#[from] AssemblyError),
     #[error(transparent)]
     Dam(#[from] ParticipantError),
     #[error(transparent)]
@@ -195,9 +195,9 @@ fn write(option: &'static str, path: &Path, text: &str) -> Result<(), CheckError
 }
 
 fn examine(path: &Path, arguments: &Arguments) -> Result<(), CheckError> {
-    let loaded = registry::read(path, &arguments.set)?;
+    let loaded = read_scene(path, &arguments.set)?;
     show_warnings(&loaded.warnings);
-    if let Some(path) = arguments.modes.as_ref().filter(|_| !registry::computes_dam(&loaded.scene)) {
+    if let Some(path) = arguments.modes.as_ref().filter(|_| loaded.scene.computed_dam().is_none()) {
         return Err(CheckError::NoModes { path: path.clone() });
     }
     let time = &loaded.scene.time;
@@ -220,7 +220,7 @@ fn examine(path: &Path, arguments: &Arguments) -> Result<(), CheckError> {
     if loaded.scene.snapshots.is_some() {
         Snapshots::check(&start)?;
     }
-    let inputs = registry::inputs_at_rest(&loaded.scene, &mut *dam)?;
+    let inputs = Assembly::of(&loaded.scene).inputs_at_rest(&mut *dam)?;
     let mut outputs = vec![0.0; dam.description().outputs.size()];
     dam.initialise(0.0, &inputs, &mut outputs)?;
     let scene = &loaded.scene;
@@ -232,7 +232,8 @@ fn examine(path: &Path, arguments: &Arguments) -> Result<(), CheckError> {
         changes[0] = test(&mut *other, Role::Structure, &inputs, pressure, &loaded.scene)?;
     }
     let mut others = Vec::new();
-    for (id, _) in registry::units(&loaded.scene)
+    for (id, _) in Assembly::of(&loaded.scene)
+        .units()
         .into_iter()
         .zip(&sources)
         .skip(1)
@@ -243,7 +244,7 @@ fn examine(path: &Path, arguments: &Arguments) -> Result<(), CheckError> {
             let inputs = vec![0.0; other.description().inputs.size()];
             changes[id.0] = test(&mut *other, Role::Fluid, &inputs, pressure, &loaded.scene)?;
         }
-        for interface in registry::interfaces(&loaded.scene).iter().filter(|own| own.second.unit == id) {
+        for interface in Assembly::of(&loaded.scene).interfaces().iter().filter(|own| own.second.unit == id) {
             check_points(&mut *dam, &mut *other, interface)?;
         }
         others.push((id, other));
@@ -261,10 +262,10 @@ fn examine(path: &Path, arguments: &Arguments) -> Result<(), CheckError> {
     };
     lines.push(format!("  dam: {}", told(&*dam, sources[0], changes[0], None)));
     let cracks = scene.dam.as_ref().map_or(&[][..], |dam| &dam.cracks);
-    if let Some(mesh) = registry::dam_mesh(scene)? {
+    if let Some(mesh) = Assembly::of(scene).dam_mesh()? {
         lines.push(format!("  mesh: {}", shapes(&mesh)));
     }
-    if let Some((part, longest)) = registry::limiting_part(scene)? {
+    if let Some((part, longest)) = Assembly::of(scene).limiting_part()? {
         let described = limit(&part, cracks);
         lines.push(format!("  time step of the dam: at most {longest:.3e} s, set by {described}"));
         if part.slowdown() >= SLOW {
@@ -274,7 +275,7 @@ fn examine(path: &Path, arguments: &Arguments) -> Result<(), CheckError> {
     for (id, other) in &mut others {
         for message in other.messages() {
             if message.level >= Level::Warning {
-                doubt(format!("{}: {}", registry::name(*id), message.text));
+                doubt(format!("{}: {}", unit_name(*id), message.text));
             }
         }
         let side = if *id == TAILWATER { Side::Downstream } else { Side::Upstream };
@@ -283,7 +284,7 @@ fn examine(path: &Path, arguments: &Arguments) -> Result<(), CheckError> {
         let mass = 7.0 / 12.0 * density * depth * depth;
         lines.push(format!(
             "  {}: {}",
-            registry::name(*id),
+            unit_name(*id),
             told(&**other, sources[id.0], changes[id.0], Some(mass))
         ));
     }
@@ -295,7 +296,7 @@ fn examine(path: &Path, arguments: &Arguments) -> Result<(), CheckError> {
             "  natural frequencies of the dam, intact and empty: {} rad/s",
             list(&frequencies)
         ));
-        if let Some(full) = registry::natural_modes_in_water(scene, frequencies.len())? {
+        if let Some(full) = Assembly::of(scene).natural_modes_in_water(frequencies.len())? {
             let formula = |water: FidelityScene| water == FidelityScene::Westergaard;
             let water = match scene.waters().any(|(_, water)| formula(water.fidelity)) {
                 true => "with Westergaard's added mass",
@@ -305,7 +306,7 @@ fn examine(path: &Path, arguments: &Arguments) -> Result<(), CheckError> {
         }
     }
     lines.push(format!("  {}", estimate::of(&loaded, &mut *dam, &inputs, threads(None), &context())?));
-    for (crack, Equilibrium { sliding, with_uplift, overturning }) in registry::equilibria(scene)? {
+    for (crack, Equilibrium { sliding, with_uplift, overturning }) in Assembly::of(scene).equilibria()? {
         let uplift = with_uplift.map_or_else(String::new, |UpliftEffect { sliding, friction_coefficient }| {
             format!(
                 " ({sliding:.2} with its uplift, for which `friction_coefficient` = {friction_coefficient:.2} stands)"
@@ -316,7 +317,7 @@ fn examine(path: &Path, arguments: &Arguments) -> Result<(), CheckError> {
             cracks[crack].phrase()
         ));
     }
-    for (vibration, cures) in registry::flutter(scene)? {
+    for (vibration, cures) in Assembly::of(scene).flutter()? {
         let described = flutter::describe(&vibration, &cracks[vibration.crack]);
         lines.push(format!("  {described}"));
         if vibration.growth > 0.0 {

@@ -100,7 +100,7 @@ fn execute(arguments: &Arguments) -> Result<(), Failure> {
         (BuiltIn::Tailwater, false) => ("tailwater", Unit::Water(Side::Downstream), RESERVOIR),
         (BuiltIn::Reservoir | BuiltIn::Tailwater, true) => return Err(Failure::AddedMass),
     };
-    let loaded = registry::read(&arguments.scene, &arguments.set)?;
+    let loaded = read_scene(&arguments.scene, &arguments.set)?;
     show_warnings(&loaded.warnings);
     let path = arguments.output.clone().unwrap_or_else(|| format!("{}-{name}.fmu", loaded.name).into());
     let target = Target { path: &path, overwrite: arguments.force, library: arguments.library.as_deref() };

@@ -3,8 +3,8 @@
 use clap::ValueEnum;
 use cofferdam_analysis::context::threads;
 use cofferdam_analysis::{run, start};
-use cofferdam_assembly::registry::{self, RegistryError};
 use cofferdam_assembly::units::{DAM, RESERVOIR, TAILWATER};
+use cofferdam_assembly::{Assembly, AssemblyError};
 use cofferdam_coupling::scheme::UnitId;
 use cofferdam_scene::{ReservoirScene, Scene};
 use interface::WetFace;
@@ -111,8 +111,8 @@ impl BuiltIn {
     /// The points at which this unit of `scene` exchanges.
     ///
     /// **Errors**: those of the wet face.
-    pub fn face(self, scene: &Scene) -> Result<WetFace, RegistryError> {
-        Ok(registry::place(self.into(), scene)?.face)
+    pub fn face(self, scene: &Scene) -> Result<WetFace, AssemblyError> {
+        Ok(Assembly::of(scene).place(self.into())?.face)
     }
 }
 

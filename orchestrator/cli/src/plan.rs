@@ -3,7 +3,7 @@
 use crate::context::context;
 use crate::terminal::{print, show_warnings, warn};
 use cofferdam_analysis::plan::{self, PlanError};
-use cofferdam_assembly::registry;
+use cofferdam_assembly::read_scene;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -33,7 +33,7 @@ pub struct Arguments {
 /// Prints the plan of a scene.
 pub fn run(arguments: &Arguments) -> ExitCode {
     let execute = || -> Result<(), PlanError> {
-        let loaded = registry::read(&arguments.scene, &arguments.set)?;
+        let loaded = read_scene(&arguments.scene, &arguments.set)?;
         show_warnings(&loaded.warnings);
         print(&loaded.scene.title);
         for row in plan::rows(&loaded, &context())? {

@@ -4,7 +4,8 @@ use crate::options::BuiltIn;
 use crate::terminal::{print, warn};
 use clap::ValueEnum;
 use cofferdam_analysis::table::Table;
-use cofferdam_assembly::registry::{self, RegistryError};
+use cofferdam_assembly::units::unit_name;
+use cofferdam_assembly::{AssemblyError, read_scene};
 use cofferdam_scene::SceneError;
 use miette::Diagnostic;
 use serde::Serialize;
@@ -136,7 +137,7 @@ fn execute(arguments: &Arguments) -> Result<(), Failure> {
         }
     };
     print(text.trim_end());
-    let name = registry::name(arguments.unit.into());
+    let name = unit_name(arguments.unit.into());
     warn(match (arguments.unit, arguments.unit.water(&scene).interface_size) {
         (BuiltIn::Dam, _) => format!("{} points of the dam", face.len()),
         (_, Some(size)) => format!(

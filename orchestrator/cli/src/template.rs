@@ -95,7 +95,7 @@ pub fn run(command: &Command) -> ExitCode {
 
 fn execute(language: Language, arguments: &Arguments) -> Result<(), Failure> {
     template::check_folder(&arguments.folder)?;
-    let loaded = registry::read(&arguments.scene, &arguments.set)?;
+    let loaded = read_scene(&arguments.scene, &arguments.set)?;
     show_warnings(&loaded.warnings);
     let scene = &loaded.scene;
     let communication_step = scene.time.communication_step;

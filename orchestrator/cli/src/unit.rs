@@ -2,7 +2,7 @@
 
 use crate::context::making;
 use crate::options::BuiltIn;
-use cofferdam_assembly::registry::{self, RegistryError};
+use cofferdam_assembly::{Assembly, AssemblyError};
 use cofferdam_coupling::participant::Participant;
 use cofferdam_coupling::scheme::UnitId;
 use cofferdam_scene::Scene;

@@ -8,7 +8,7 @@ use cofferdam_analysis::accuracy::pilot::{self, Outcome};
 use cofferdam_analysis::accuracy::table::{ErrorTable, LevelError, TABLE};
 use cofferdam_analysis::accuracy::{self, CREST, HISTORY, Ladder, MORE_OR_LESS, SLIDING, apart};
 use cofferdam_analysis::table::Table;
-use cofferdam_assembly::registry;
+use cofferdam_assembly::read_scene;
 use cofferdam_motion::STANDARD_GRAVITY;
 use cofferdam_scene::{DamFidelityScene, LoadedScene};
 use std::path::{Path, PathBuf};

@@ -6,7 +6,6 @@ use crate::study::{Arguments, StudyError, quoted, run_scene, unfit};
 use crate::terminal::print;
 use cofferdam_analysis::context::threads;
 use cofferdam_analysis::table::Table;
-use cofferdam_assembly::registry;
 use cofferdam_motion::GroundMotion;
 use cofferdam_scene::OnFailure;
 use std::f64::consts::TAU;

@@ -2,8 +2,8 @@
 
 use crate::terminal::Terminal;
 use cofferdam_analysis::context::Context;
+use cofferdam_assembly::Making;
 use cofferdam_assembly::cache::Cache;
-use cofferdam_assembly::registry::Making;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::sync::OnceLock;

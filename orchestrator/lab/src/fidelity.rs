@@ -9,7 +9,6 @@ use cofferdam_analysis::closed_form::Exact;
 use cofferdam_analysis::closed_form::Motion;
 use cofferdam_analysis::context::threads;
 use cofferdam_analysis::table::Table;
-use cofferdam_assembly::registry;
 use cofferdam_assembly::units::{DAM, RESERVOIR};
 use cofferdam_assembly::{Assembly, AssemblyError};
 use cofferdam_coupling::participant::{InProcess, Messages, Participant, ParticipantError};

@@ -3,7 +3,7 @@
 use crate::study::{Arguments, StudyError, quoted, run_all, unfit};
 use crate::terminal::print;
 use cofferdam_analysis::table::Table;
-use cofferdam_assembly::registry;
+use cofferdam_assembly::{Assembly, read_scene};
 use cofferdam_scene::LoadedScene;
 
 pub const HELP: &str = "\

@@ -3,8 +3,8 @@
 use crate::study::{Arguments, CREST, Outcome, SLIDING, StudyError, moments, quoted, run_all, unfit};
 use crate::terminal::print;
 use cofferdam_analysis::table::Table;
-use cofferdam_assembly::registry;
-use cofferdam_scene::{CrackScene, IntegrationScene, LoadedScene};
+use cofferdam_assembly::{Assembly, read_scene};
+use cofferdam_scene::{CrackScene, Integration, LoadedScene};
 
 pub const HELP: &str = "\
 The scene with its lowest crack, a horizontal one, in five meshes with elements of the same length along it, and with contacts

@@ -1,5 +1,7 @@
 //! `cofferdam-lab resolution`.
 
+use cofferdam_scene::Side;
+use cofferdam_assembly::{Assembly, AssemblyError};
 mod figure;
 
 use crate::study::{Arguments, StudyError, quoted, unfit};
@@ -8,7 +10,6 @@ use cofferdam_analysis::closed_form::{Exact, Motion};
 use cofferdam_analysis::context::threads;
 use cofferdam_analysis::parallel;
 use cofferdam_analysis::table::Table;
-use cofferdam_assembly::registry;
 use interface::WetFace;
 use reservoir::analytical::nodal_forces;
 use reservoir::{Complex64, ElementOrder, ReservoirError, ReservoirParameters, boundary_system};

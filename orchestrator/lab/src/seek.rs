@@ -5,7 +5,7 @@ use crate::study::{Arguments, StudyError, quoted};
 use crate::terminal::print;
 use cofferdam_analysis::context::threads;
 use cofferdam_analysis::table::Table;
-use cofferdam_assembly::registry;
+use cofferdam_assembly::Assembly;
 use cofferdam_assembly::simulation::ground_signal;
 use cofferdam_assembly::simulation::simulation_of;
 use cofferdam_coupling::observer::{Ending, Observer, ObserverError, Start};

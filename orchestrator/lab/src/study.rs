@@ -5,7 +5,7 @@ pub use cofferdam_analysis::study::{CREST, Outcome, SLIDING, StudyError, moments
 use crate::context::context;
 use cofferdam_analysis::study::{self, StudyFolder};
 use cofferdam_analysis::table::Table;
-use cofferdam_assembly::registry;
+use cofferdam_assembly::read_scene;
 use cofferdam_coupling::scheme::Graph;
 use cofferdam_motion::GroundMotion;
 use cofferdam_scene::{LoadedScene, Scene};
@@ -34,7 +34,7 @@ pub struct Arguments {
 impl Arguments {
     /// Reads the scene and takes the output folder.
     pub fn load(&self) -> Result<LoadedScene, StudyError> {
-        let loaded = registry::read(&self.scene, &self.set)?;
+        let loaded = read_scene(&self.scene, &self.set)?;
         self.folder().claim()?;
         Ok(loaded)
     }

@@ -1,10 +1,10 @@
 //! Picture of a scene's section to scale, as SVG: dam, mesh, zones, cracks, water, wet points, ground.
 
+use cofferdam_assembly::{Assembly, AssemblyError, Mesh};
 mod canvas;
 
 use canvas::Canvas;
-use cofferdam_assembly::registry::{self, Mesh, RegistryError};
-use cofferdam_scene::{FidelityScene, Scene, Side};
+use cofferdam_scene::{Scene, Side};
 use quick_xml::escape::escape;
 use std::collections::BTreeMap;
 use std::fmt::Write;

@@ -186,7 +186,7 @@ fn cheapest(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cofferdam_assembly::registry;
+    use cofferdam_assembly::read_scene;
 
     #[test]
     fn elements_take_the_place_of_modes_only_where_they_keep_what_modes_miss() {
@@ -204,7 +204,7 @@ mod tests {
     fn blocks_run_once_more_by_a_number_of_modes_that_they_do_not_have() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/koyna-coarse");
         let other = |fidelity, set: &[String]| {
-            let loaded = registry::read(&path, set).expect("a scene");
+            let loaded = read_scene(&path, set).expect("a scene");
             let ladder = Ladder::of(&loaded.scene);
             let pilot = Pilot {
                 scene: &path,

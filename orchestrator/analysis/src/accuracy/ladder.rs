@@ -27,7 +27,7 @@ impl Ladder {
             vec![format!("dam.element_size={size}"), format!("dam.fidelity=\"{}\"", fidelity.word())];
         // Points of the water closer than those cost its preparation and change nothing (docs/accuracy.md).
         let points = if fidelity == DamFidelityScene::Intact { self.sizes[0] } else { self.sizes[2] };
-        for (side, water) in scene.waters().filter(|(_, water)| water.fidelity != FidelityScene::Empty) {
+        for (side, water) in scene.waters().filter(|(_, water)| !water.is_empty()) {
             let depth = scene.depth_of(side);
             if water.interface_size.is_none()
                 && size < points
@@ -69,16 +69,16 @@ impl Ladder {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cofferdam_assembly::registry;
+    use cofferdam_assembly::read_scene;
     use cofferdam_scene::OnFailure;
     use std::path::Path;
 
     #[test]
     fn the_reference_is_the_strictest_run_and_goes_on_with_steps_above_its_tolerance() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/koyna-coarse");
-        let scene = registry::read(&path, &[]).expect("a scene").scene;
+        let scene = read_scene(&path, &[]).expect("a scene").scene;
         let settings = Ladder::of(&scene).reference(&scene);
-        let reference = registry::read(&path, &settings).expect("a scene").scene;
+        let reference = read_scene(&path, &settings).expect("a scene").scene;
         assert_eq!(reference.coupling.tolerance, Tolerance::Relative(1e-8));
         assert_eq!(reference.coupling.on_failure, OnFailure::Continue);
         assert_eq!(2.0 * reference.time.communication_step, scene.time.communication_step);

@@ -5,6 +5,7 @@
 //! recursion, and the communication step. Errors are meant against the *reference*: every element and contact, the finest elements of
 //! the ladder, half the communication step, Radau IIA and a tolerance of 1e-8.
 
+use cofferdam_assembly::AssemblyError;
 mod asked;
 mod choice;
 mod ladder;
@@ -20,10 +21,9 @@ pub use promise::{Promise, Verdict, announce};
 use crate::context::Context;
 use asked::UNNAMED;
 use choice::{Decision, Pilot, moving, still};
-use cofferdam_assembly::registry::RegistryError;
 use cofferdam_coupling::simulation::SimulationError;
 use cofferdam_report::Accuracy;
-use cofferdam_scene::{DamFidelityScene, DampingModelScene, LoadedScene, Scene, SceneError, Warning};
+use cofferdam_scene::{DamFidelityScene, DampingModel, LoadedScene, Scene, SceneError, Warning};
 use miette::Diagnostic;
 use pilot::LEAST_SLIDING;
 use promise::{CANNOT, KEPT, NOT_KEPT};
@@ -56,7 +56,7 @@ pub enum AccuracyError {
     Scene(#[from] SceneError),
     /// A unit.
     #[error(transparent)]
-    Unit(#[from] RegistryError),
+    Unit(#[from] AssemblyError),
     /// A run of the pilot.
     #[error("the pilot failed: {what}: {cause}; run without an accuracy, and look at its log")]
     Run {
@@ -123,11 +123,11 @@ pub fn promise(
     let Some(dam) = &loaded.scene.dam else {
         return Err(AccuracyError::Unfit { why: "there is no dam".to_owned() });
     };
-    let cracked = !dam.cracks.is_empty() && dam.fidelity != DamFidelityScene::Intact;
+    let cracked = !dam.cracks.is_empty() && !dam.fidelity.is_intact();
     let fidelity = match cracked {
         false => DamFidelityScene::Intact,
         // Reduced blocks have no local damping.
-        true if dam.damping.model == DampingModelScene::Local => DamFidelityScene::Dem,
+        true if dam.damping.model == DampingModel::Local => DamFidelityScene::Dem,
         true => DamFidelityScene::Reduced,
     };
     let step = communication_step(loaded);

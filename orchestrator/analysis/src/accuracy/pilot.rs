@@ -105,7 +105,7 @@ pub fn outcome(loaded: &LoadedScene, context: &Context<'_>) -> Result<Outcome, A
     let began = Instant::now();
     let scene = &loaded.scene;
     let wrong = |cause| AccuracyError::Run { what: scene.title.clone(), cause: Box::new(cause) };
-    let graph = registry::graph(scene, context.making(NonZeroUsize::MIN))?;
+    let graph = Assembly::with(scene, context.making(NonZeroUsize::MIN)).graph()?;
     let mut simulation = simulation_of(scene, &loaded.ground_motion, graph).map_err(wrong)?;
     let (mut histories, mut rest) = (HistoriesWriter::in_memory(), Rest::new(&scene.time));
     let (ending, failure) = simulation.run(&mut [&mut histories, &mut rest], &AtomicBool::new(false));
@@ -124,8 +124,7 @@ pub fn outcome(loaded: &LoadedScene, context: &Context<'_>) -> Result<Outcome, A
 ///
 /// **Errors**: the first one.
 pub fn run(scene: &Path, runs: &[Vec<String>], context: &Context<'_>) -> Result<Vec<Outcome>, AccuracyError> {
-    let loaded =
-        runs.iter().map(|settings| registry::read(scene, settings)).collect::<Result<Vec<_>, _>>()?;
+    let loaded = runs.iter().map(|settings| read_scene(scene, settings)).collect::<Result<Vec<_>, _>>()?;
     parallel::try_map(&loaded, threads(None), |loaded| outcome(loaded, context))
 }
 

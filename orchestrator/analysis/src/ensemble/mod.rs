@@ -1,5 +1,6 @@
 //! Many runs of a scene, and what they say together.
 
+use cofferdam_assembly::{Assembly, AssemblyError, read_scene};
 mod figure;
 mod folder;
 mod limits;
@@ -19,7 +20,6 @@ pub use plan::{Intensity, Limit, Measure, Perturbation, Plan, RecordEntry, Sampl
 
 use crate::context::Context;
 use crate::parallel;
-use cofferdam_assembly::registry::{self, RegistryError};
 use cofferdam_coupling::simulation::SimulationError;
 use cofferdam_motion::{GroundMotion, RecordError, TargetError};
 use cofferdam_report::page::{self, PageError};
@@ -121,7 +121,7 @@ pub enum EnsembleError {
     Scene(#[from] SceneError),
     /// A unit.
     #[error(transparent)]
-    Unit(#[from] RegistryError),
+    Unit(#[from] AssemblyError),
     /// A run that could not go on for a reason that is not its own.
     #[error("{title}: {cause}")]
     Run {
@@ -270,7 +270,7 @@ impl Ensemble {
     fn scene(&self, index: usize) -> Result<LoadedScene, SceneError> {
         let sample = &self.samples[index];
         let sets = self.plan.sets(sample, &self.folder);
-        let mut loaded = registry::read(&self.folder.join(&self.plan.scene), &sets)?;
+        let mut loaded = read_scene(&self.folder.join(&self.plan.scene), &sets)?;
         loaded.ground_motion = self.plan.motion(sample, loaded.ground_motion);
         Ok(loaded)
     }
@@ -303,10 +303,10 @@ impl Ensemble {
 
     /// Period of the intact dam's first mode with the water, or without where there is none, s.
     fn first_period(&self) -> Result<f64, EnsembleError> {
-        let scene: Scene = registry::read(&self.folder.join(&self.plan.scene), &self.plan.set)?.scene;
-        let modes = match registry::natural_modes_in_water(&scene, 1)? {
+        let scene: Scene = read_scene(&self.folder.join(&self.plan.scene), &self.plan.set)?.scene;
+        let modes = match Assembly::of(&scene).natural_modes_in_water(1)? {
             Some(modes) => Some(modes),
-            None => registry::natural_modes(&scene, 1)?,
+            None => Assembly::of(&scene).natural_modes(1)?,
         };
         let frequency = modes.and_then(|modes| modes.frequencies.first().copied());
         frequency.map(|frequency| std::f64::consts::TAU / frequency).ok_or_else(|| EnsembleError::Value {

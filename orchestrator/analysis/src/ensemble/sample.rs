@@ -121,7 +121,7 @@ pub fn run(
         dam.envelopes = false;
     }
     let scene = &scene;
-    let mut graph = registry::graph(scene, context.making(threads))?;
+    let mut graph = Assembly::with(scene, context.making(threads)).graph()?;
     let mut stress_points = Vec::new();
     for name in ["stress_point_x", "stress_point_y"] {
         stress_points.push(known(graph[DAM].read(name)).map_err(AssemblyError::from)?);

@@ -2,8 +2,7 @@
 
 use crate::context::Context;
 use crate::flutter;
-use cofferdam_assembly::registry::Equilibrium;
-use cofferdam_assembly::registry::{self, RegistryError};
+use cofferdam_assembly::{Assembly, AssemblyError, Equilibrium};
 use cofferdam_report::Summary;
 use cofferdam_scene::Scene;
 use std::panic::resume_unwind;
@@ -67,7 +66,7 @@ impl Found {
         };
         Self {
             frequencies_in_water: modes.map(|modes| modes.map_or_else(Vec::new, |modes| modes.frequencies)),
-            equilibria: registry::equilibria(scene),
+            equilibria: Assembly::of(scene).equilibria(),
             flutter_warnings: flutter::warnings(scene),
         }
     }

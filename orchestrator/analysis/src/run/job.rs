@@ -11,7 +11,6 @@ use crate::start::{Start, StartError, deadlines};
 use crate::variables::known;
 use cofferdam_assembly::log::{ground_motion_of, scene_of};
 use cofferdam_assembly::observer::{HistoriesWriter, Limits, OutlineWriter, Rest, Snapshots};
-use cofferdam_assembly::registry::{self, RegistryError};
 use cofferdam_assembly::simulation::crest_at_rest;
 use cofferdam_assembly::simulation::simulation_of;
 use cofferdam_assembly::units::DAM;

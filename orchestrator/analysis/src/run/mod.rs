@@ -3,6 +3,7 @@
 //! Each begins with a function that checks what is asked for and returns a [`PreparedRun`]: [`prepare`], [`resume::prepare`],
 //! [`branch::prepare`]. [`PreparedRun::carry_out`] then claims the folder, computes, and writes all results.
 
+use cofferdam_assembly::{AssemblyError, read_scene};
 mod background;
 mod band;
 pub mod branch;
@@ -16,7 +17,6 @@ use crate::accuracy::{self, AccuracyError, Asked, Promise};
 use crate::context::{Context, threads};
 use crate::plan::{self, PlanError};
 use crate::start::{StartError, Transport};
-use cofferdam_assembly::registry::{self, RegistryError};
 use cofferdam_coupling::observer::{Observer, Status, WallTime};
 use cofferdam_coupling::participant::ParticipantError;
 use cofferdam_coupling::run_state::RunStateError;
@@ -64,7 +64,7 @@ pub enum RunError {
     Manifest(#[from] ManifestError),
     /// A unit.
     #[error(transparent)]
-    Unit(#[from] RegistryError),
+    Unit(#[from] AssemblyError),
     /// A unit that fails while it is prepared.
     #[error(transparent)]
     Participant(#[from] ParticipantError),
@@ -205,7 +205,7 @@ pub struct RunOutcome {
 pub fn prepare(request: &Request, context: &Context<'_>) -> Result<PreparedRun, RunError> {
     let Request { scene, settings, output, band, options, .. } = request;
     let mut settings = settings.clone();
-    let mut loaded = registry::read(scene, &settings)?;
+    let mut loaded = read_scene(scene, &settings)?;
     let started = jiff::Timestamp::now();
     check_transport(options.transport)?;
     if let Some(folder) = output {
@@ -219,7 +219,7 @@ pub fn prepare(request: &Request, context: &Context<'_>) -> Result<PreparedRun, 
         promised.plan.iter().for_each(|row| context.line(plan::text(row)));
         accuracy::announce(&promised, context);
         settings.extend(promised.record.chosen.iter().cloned());
-        loaded = registry::read(scene, &settings)?;
+        loaded = read_scene(scene, &settings)?;
         // A run of the manifest is this run again, not another choice.
         loaded.scene.accuracy = None;
         promise = Some(promised);

@@ -1,21 +1,21 @@
 //! What a run says of its model before the first step.
 
 use crate::variables::known;
+use cofferdam_assembly::Assembly;
 use cofferdam_assembly::observer::WaterField;
-use cofferdam_assembly::registry;
 use cofferdam_assembly::units::DAM;
 use cofferdam_coupling::participant::ParticipantError;
 use cofferdam_coupling::scheme::Graph;
 use cofferdam_motion::{GroundMotion, STANDARD_GRAVITY};
 use cofferdam_scene::{
-    DamFidelityScene, DampingModelScene, FidelityScene, LoadedScene, MethodScene, Scene, Side,
+    DampingModel, LoadedScene, Scene, Side,
 };
 
 /// The waters whose pressure the pictures show, and why others are not shown.
 pub fn waters(scene: &Scene) -> (Vec<Box<dyn WaterField>>, Vec<String>) {
     let (mut fields, mut notes) = (Vec::new(), Vec::new());
     for side in Side::BOTH.into_iter().filter(|_| scene.snapshots.is_some_and(|plan| plan.water)) {
-        match registry::water_field(scene, side) {
+        match Assembly::of(scene).water_field(side) {
             Ok(field) => fields.extend(field),
             Err(why) => notes.push(format!("no pressure inside the {} in pictures: {why}", side.table())),
         }
@@ -33,8 +33,7 @@ pub fn stress_points(graph: &mut Graph) -> Result<Vec<[f64; 2]>, ParticipantErro
 pub fn recursion(scene: &Scene, graph: &mut Graph) -> Result<Vec<(Side, [f64; 2])>, ParticipantError> {
     let mut found = Vec::new();
     for (id, (side, water)) in graph.ids().skip(1).zip(scene.waters()) {
-        let fitted = matches!(water.method, MethodScene::Automatic | MethodScene::Recursive);
-        if water.fidelity != FidelityScene::Compressible || !fitted {
+        if !water.may_be_recursive() {
             continue;
         }
         let [error, loss] = ["recursion_error", "recursion_loss"].map(|name| known(graph[id].read(name)));
@@ -69,20 +68,18 @@ pub fn dam_model(
     let frequency = frequencies.first().map_or("", String::as_str);
     let damping = match dam.damping.model {
         _ if dam.damping.ratio == 0.0 => "none".to_owned(),
-        DampingModelScene::Rayleigh => {
+        DampingModel::Rayleigh => {
             format!("Rayleigh, {percent} % at {} rad/s", frequencies.join(" and "))
         }
-        DampingModelScene::Mass => format!("of mass, {percent} % at {frequency} rad/s"),
-        DampingModelScene::Stiffness => format!("of stiffness, {percent} % at {frequency} rad/s"),
-        DampingModelScene::Local => format!("local, {percent} %"),
+        DampingModel::Mass => format!("of mass, {percent} % at {frequency} rad/s"),
+        DampingModel::Stiffness => format!("of stiffness, {percent} % at {frequency} rad/s"),
+        DampingModel::Local => format!("local, {percent} %"),
     };
     let mut model = vec![("damping model of the dam", damping)];
-    match dam.fidelity {
-        DamFidelityScene::Dem => (),
-        DamFidelityScene::RigidBlocks => {
-            model.push(("fidelity of the dam", "rigid blocks: unsafe".to_owned()))
-        }
-        fidelity => model.push(("fidelity of the dam", fidelity.word().to_owned())),
+    if dam.fidelity.is_rigid() {
+        model.push(("fidelity of the dam", "rigid blocks: unsafe".to_owned()));
+    } else if !dam.fidelity.has_elements() {
+        model.push(("fidelity of the dam", dam.fidelity.word()));
     }
     Ok(model)
 }

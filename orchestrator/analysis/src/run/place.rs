@@ -1,5 +1,6 @@
 //! Puts what goes on where it was: units, scheme, and what observers were told.
 
+use cofferdam_assembly::Assembly;
 use super::RunError;
 use crate::context::Context;
 use cofferdam_assembly::log::scene_of;

@@ -1,6 +1,6 @@
 //! What `cofferdam check` says of mesh, time step and record.
 
-use cofferdam_assembly::registry::{LimitingPart, Mesh, PartKind};
+use cofferdam_assembly::{LimitingPart, Mesh, PartKind};
 use cofferdam_motion::{GroundMotion, STANDARD_GRAVITY};
 use cofferdam_scene::CrackScene;
 use interface::number::plain;

@@ -4,8 +4,8 @@ use super::CheckError;
 use crate::context::context;
 use cofferdam_analysis::context::threads;
 use cofferdam_analysis::start::{Start, Transport, deadlines};
+use cofferdam_assembly::Assembly;
 use cofferdam_assembly::participant::{check_sign, held_answer, self_test};
-use cofferdam_assembly::registry;
 use cofferdam_coupling::participant::{AccelerationMeaning, Description, Occasion, Participant};
 use cofferdam_coupling::scheme::{CouplingError, UnitId};
 use cofferdam_scene::{Scene, Source};
@@ -19,7 +19,7 @@ const DEADLINE: f64 = 60.0;
 
 /// A unit of a scene; that of another program in a process of its own, where it does no harm.
 pub fn unit(id: UnitId, scene: &Scene) -> Result<Box<dyn Participant>, CheckError> {
-    let foreign = registry::source(id, scene).is_foreign();
+    let foreign = Assembly::of(scene).source(id).is_foreign();
     let start = Start {
         scene,
         resolved: &toml::to_string(scene)?,

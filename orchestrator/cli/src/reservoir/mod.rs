@@ -1,5 +1,6 @@
 //! `cofferdam reservoir`: response of the water of a scene to a rigid dam.
 
+use cofferdam_assembly::{Assembly, AssemblyError, read_scene};
 mod field;
 mod figure;
 mod grid;
@@ -12,7 +13,6 @@ use crate::terminal::{print, show_warnings, warn};
 use clap::ValueEnum;
 use cofferdam_analysis::closed_form;
 use cofferdam_analysis::context::threads;
-use cofferdam_assembly::registry::{self, RegistryError};
 use cofferdam_motion::GroundMotion;
 use cofferdam_scene::{ELEMENTS_OF_THE_RESERVOIR, SceneError, Side, down};
 use miette::Diagnostic;
@@ -135,9 +135,9 @@ impl Common {
             }
             _ => {}
         }
-        let loaded = registry::read(&self.scene, &self.set)?;
+        let loaded = read_scene(&self.scene, &self.set)?;
         show_warnings(&loaded.warnings);
-        let parameters = registry::water_parameters(&loaded.scene)?;
+        let parameters = Assembly::of(&loaded.scene).water_parameters(Side::Upstream)?;
         parameters.validate()?;
         let (steps, ground_motion) = (loaded.scene.steps(), loaded.ground_motion);
         Ok(Water { title: loaded.scene.title, parameters, ground_motion, steps })

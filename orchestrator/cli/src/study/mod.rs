@@ -1,5 +1,6 @@
 //! `cofferdam study`: series of runs, their tables and pictures.
 
+use cofferdam_assembly::read_scene;
 mod sensitivity;
 
 use crate::context::context;
@@ -7,7 +8,6 @@ use crate::terminal::warn;
 use cofferdam_analysis::accuracy::AccuracyError;
 use cofferdam_analysis::study::{StudyError, StudyFolder};
 use cofferdam_analysis::table::Table;
-use cofferdam_assembly::registry;
 use cofferdam_scene::LoadedScene;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -63,7 +63,7 @@ pub fn run(command: &Command) -> ExitCode {
 impl Arguments {
     /// Reads the scene and takes the output folder.
     pub fn load(&self) -> Result<LoadedScene, StudyError> {
-        let loaded = registry::read(&self.scene, &self.set)?;
+        let loaded = read_scene(&self.scene, &self.set)?;
         self.folder().claim()?;
         Ok(loaded)
     }

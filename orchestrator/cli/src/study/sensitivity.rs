@@ -1,5 +1,6 @@
 //! `cofferdam study sensitivity`.
 
+use cofferdam_assembly::{Assembly, read_scene};
 mod figure;
 
 use super::Arguments;
@@ -8,8 +9,7 @@ use crate::terminal::print;
 use cofferdam_analysis::context::threads;
 use cofferdam_analysis::study::{CREST, Outcome, SLIDING, StudyError, quoted, run_scene, unfit};
 use cofferdam_analysis::table::Table;
-use cofferdam_assembly::registry;
-use cofferdam_scene::{DamFidelityScene, DampingModelScene, LoadedScene, OnFailure};
+use cofferdam_scene::{DamFidelityScene, DampingModel, LoadedScene, OnFailure};
 
 pub const HELP: &str = "\
 Runs the scene with one change at a time and tabulates the effect on crest motion, rotation and sliding: first changes that

@@ -3,7 +3,7 @@
 use super::response::Response;
 use super::statements::{Earthquake, FLEXIBLE, RIGID};
 use crate::study::{StudyError, run_each, unfit};
-use cofferdam_assembly::registry;
+use cofferdam_assembly::read_scene;
 use cofferdam_motion::{GroundMotion, STANDARD_GRAVITY};
 use cofferdam_scene::{LoadedScene, OnFailure, PrescribedScene};
 use std::path::{Path, PathBuf};

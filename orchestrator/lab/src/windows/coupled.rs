@@ -2,7 +2,6 @@
 
 use crate::study::StudyError;
 use cofferdam_analysis::context::threads;
-use cofferdam_assembly::registry::{self, RegistryError, ShortWindows};
 use cofferdam_assembly::units::DAM;
 use cofferdam_assembly::{Assembly, AssemblyError, ShortWindows};
 use cofferdam_coupling::acceleration::{Acceleration, AccelerationKind};

@@ -4,7 +4,7 @@ use super::{percent, record};
 use crate::study::{StudyError, relative};
 use cofferdam_analysis::context::threads;
 use cofferdam_analysis::table::Table;
-use cofferdam_assembly::registry::{self, FarEndCondition};
+use cofferdam_assembly::{Assembly, FarEndCondition};
 use cofferdam_motion::GroundMotion;
 use cofferdam_scene::{Scene, Side};
 use nalgebra::Complex;

@@ -1,5 +1,6 @@
 //! `cofferdam-lab windows`: the errors of the paper's method for the water.
 
+use cofferdam_assembly::{Assembly, AssemblyError, FarEndCondition, ShortWindows};
 mod coupled;
 mod far_end;
 mod figure;
@@ -8,7 +9,6 @@ use crate::study::{Arguments, CREST, SLIDING, StudyError, quoted, relative, run_
 use crate::terminal::print;
 use cofferdam_analysis::context::threads;
 use cofferdam_analysis::table::Table;
-use cofferdam_assembly::registry::{self, FarEndCondition, ShortWindows};
 use cofferdam_motion::GroundMotion;
 use cofferdam_scene::{LoadedScene, OnFailure, Scene, Side};
 use coupled::{Coupled, End};
