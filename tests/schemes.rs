@@ -2,7 +2,7 @@
 
 use cofferdam_assembly::observer::{Limits, Rest, Snapshots};
 use cofferdam_assembly::simulation::ground_signal;
-use cofferdam_assembly::units::{DAM, RESERVOIR, pair};
+use cofferdam_assembly::units::{DAM, GROUND_ACCELERATION, RESERVOIR, pair};
 use cofferdam_coupling::acceleration::{Acceleration, AccelerationKind};
 use cofferdam_coupling::convergence::{ConvergenceMeasure, IterationFailure, Measure, Scales};
 use cofferdam_coupling::observer::{Ending, Observer, ObserverError, Start, Status};
@@ -10,6 +10,7 @@ use cofferdam_coupling::participant::{Description, Occasion, Participant, Partic
 use cofferdam_coupling::scheme::{
     CouplingError, Interval, Predictor, Scheme, SchemeKind, Settings, WindowReport,
 };
+use cofferdam_coupling::signal::Signal;
 use cofferdam_coupling::simulation::{Simulation, SimulationError};
 use cofferdam_coupling::stepping::{Adaptive, Stepping};
 use cofferdam_log::replay::{Unanswered, replay};
@@ -657,4 +658,37 @@ fn an_implicit_scheme_that_may_not_iterate_is_refused() {
     };
     assert!(matches!(scheme(SchemeKind::SerialImplicit), Some(CouplingError::NoIteration)));
     assert!(scheme(SchemeKind::SerialExplicit).is_none(), "which never asks how often");
+}
+
+/// A unit without an input for a signal takes part as before; who has one receives it, with as many components as it has.
+#[test]
+fn a_unit_receives_the_signals_for_which_it_has_an_input_and_no_others() {
+    let samples = vec![0.0, 1.0, -2.0, 4.0];
+    let named = |input| Signal::new("a push", input, 0.1, samples.clone());
+    for knows in [false, true] {
+        let dam = if knows { mass(f64::cos) } else { mass(f64::cos).without_ground() };
+        let reservoir = water(0.3 * MASS, |_, _| ());
+        let mut graph = pair(Box::new(dam), Box::new(reservoir)).expect("two units");
+        let acceleration = Acceleration::new(AccelerationKind::Constant, 1.0, 1e-3);
+        let signals = vec![named(GROUND_ACCELERATION), named("wind")];
+        let settings = Settings::default();
+        let mut scheme =
+            Scheme::new(&mut graph, settings, acceleration, Predictor::new(1), measure(1e-9), signals)
+                .expect("no unit needs a signal");
+        scheme.initialise(&mut graph, 0.0).expect("they initialise");
+        for (step, sample) in (1..).zip(&samples[1..]) {
+            let report = scheme.advance(&mut graph, &[interval(step, 0.1)]).expect("it converges");
+            let received = |unit, known: usize| {
+                let inputs = &report.accepted(unit, step).expect("it was taken").inputs;
+                inputs[known..].to_vec()
+            };
+            let given = |values: Vec<f64>| match values[..] {
+                [x, y] => (x - sample).abs() < 1e-12 && y == 0.0,
+                _ => false,
+            };
+            let of_dam = received(DAM, 2);
+            assert!(if knows { given(of_dam) } else { of_dam.is_empty() }, "step {step}");
+            assert!(given(received(RESERVOIR, 1)), "step {step}");
+        }
+    }
 }

@@ -89,6 +89,14 @@ impl<S: Clone> SmallUnit<S> {
         self
     }
 
+    /// The same, which does not know the ground.
+    pub fn without_ground(mut self) -> Self {
+        let channels = self.description.inputs.channels().map(|(channel, _)| channel.clone());
+        let others = channels.filter(|channel| channel.name != "ground_acceleration");
+        self.description.inputs = Layout::new(others.collect());
+        self
+    }
+
     /// The same, which gives its state as bytes.
     pub fn in_bytes(mut self) -> Self
     where
