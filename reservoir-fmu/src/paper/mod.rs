@@ -2,7 +2,7 @@
 //!
 //! The paper on which this project is based divides time into short windows, each with its own Fourier transform
 //! ([`ShortWindows`]), and states no condition at the far end ([`response_before`], [`pressure_before`]). Both lose most of
-//! the response; `cofferdam study windows` shows how much.
+//! the response; `cofferdam-lab windows` shows how much.
 
 mod far_end;
 mod short_windows;
