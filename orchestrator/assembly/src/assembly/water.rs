@@ -134,15 +134,7 @@ impl Assembly<'_> {
             Side::Downstream => AssemblyError::Tailwater(error),
         };
         let reservoir = messages.listen(|| self.prepared(parameters)).map_err(named)?;
-        let ReservoirParameters { fidelity, method, .. } = reservoir.parameters();
-        let model = match (fidelity.is_solved(), fidelity.has_memory()) {
-            (false, _) => fidelity.label().to_owned(),
-            (true, true) if reservoir.is_recursion() => format!("{}, recursion", fidelity.label()),
-            (true, true) if !method.has_boundary_elements() => {
-                format!("{}, {}", fidelity.label(), method.label())
-            }
-            (true, _) => format!("{}, boundary elements", fidelity.label()),
-        };
+        let model = reservoir.label();
         let solver = format!("{model} {}: {points} interface points", env!("CARGO_PKG_VERSION"));
         Ok(Box::new(InProcess::new(reservoir, &solver, messages)))
     }
