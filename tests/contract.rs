@@ -1,10 +1,10 @@
 //! The descriptions in `modelDescription/` are those that the variables in Rust give, and packed FMUs agree with them.
 
+use cofferdam_dam::Dam;
 use cofferdam_fmi::export::contract;
+use cofferdam_reservoir::{Reservoir, ReservoirParameters};
 use cofferdam_scene::bounds;
-use dam_dem::Dam;
-use interface::{Shape, Variable, WetFace, variables};
-use reservoir::{Reservoir, ReservoirParameters};
+use cofferdam_unit::{Shape, Variable, WetFace, variables};
 use std::collections::BTreeMap;
 use whole_chain::fmu::{Element, Fmu, export};
 use whole_chain::generated;

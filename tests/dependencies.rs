@@ -37,7 +37,7 @@ const RULES: &[Rule] = &[
         within: &[""],
         except: &["interface/src/export/"],
         words: &["no_mangle", "extern \"C\""],
-        why: "C symbols are exported through interface::export",
+        why: "C symbols are exported through cofferdam_unit::export",
     },
     Rule {
         within: &["orchestrator/coupling/src"],
@@ -58,7 +58,14 @@ const RULES: &[Rule] = &[
             "orchestrator/assembly/src/registry/",
             "orchestrator/assembly/src/packing/",
         ],
-        words: &["dam_dem::", "reservoir::{", "reservoir::R", "reservoir::P", "reservoir::F", "reservoir::a"],
+        words: &[
+            "cofferdam_dam::",
+            "cofferdam_reservoir::{",
+            "cofferdam_reservoir::R",
+            "cofferdam_reservoir::P",
+            "cofferdam_reservoir::F",
+            "cofferdam_reservoir::a",
+        ],
         why: "only the registry of built-in units and their packing know the solvers",
     },
 ];
@@ -154,19 +161,19 @@ type Allowed = (&'static str, &'static [&'static str], &'static [&'static str]);
 const ALLOWED: &[Allowed] = &[
     ("interface", &[], &[]),
     ("reservoir", &["interface"], &[]),
-    ("dam_dem", &["interface"], &[]),
+    ("cofferdam_dam", &["interface"], &[]),
     ("reservoir-fmu", &["interface", "reservoir"], &[]),
-    ("dam-fmu", &["interface", "dam_dem"], &[]),
+    ("dam-fmu", &["interface", "cofferdam_dam"], &[]),
     ("cofferdam-coupling", &["interface"], &["cofferdam-log"]),
     ("cofferdam-shared-memory", &["interface", "cofferdam-coupling"], &["cofferdam-log"]),
     ("cofferdam-log", &["interface", "cofferdam-coupling"], &[]),
     ("cofferdam-fmi", &["interface", "cofferdam-coupling"], &[]),
     ("cofferdam-motion", &["interface"], &[]),
     ("cofferdam-scene", &[
-        "interface", "reservoir", "dam_dem", "cofferdam-coupling", "cofferdam-log", "cofferdam-motion",
+        "interface", "reservoir", "cofferdam_dam", "cofferdam-coupling", "cofferdam-log", "cofferdam-motion",
     ], &[]),
     ("cofferdam-assembly", &[
-        "interface", "reservoir", "dam_dem", "cofferdam-coupling", "cofferdam-shared-memory", "cofferdam-log",
+        "interface", "reservoir", "cofferdam_dam", "cofferdam-coupling", "cofferdam-shared-memory", "cofferdam-log",
         "cofferdam-fmi", "cofferdam-motion", "cofferdam-scene",
     ], &[]),
     ("cofferdam-report", &[
@@ -178,7 +185,7 @@ const ALLOWED: &[Allowed] = &[
         "cofferdam-assembly", "cofferdam-report",
     ], &[]),
     ("cofferdam", &[
-        "interface", "reservoir", "dam_dem", "reservoir-fmu", "dam-fmu", "cofferdam-coupling",
+        "interface", "reservoir", "cofferdam_dam", "reservoir-fmu", "dam-fmu", "cofferdam-coupling",
         "cofferdam-shared-memory", "cofferdam-log", "cofferdam-fmi", "cofferdam-motion", "cofferdam-scene",
         "cofferdam-assembly", "cofferdam-report", "cofferdam-analysis",
     ], &[]),
@@ -266,8 +273,8 @@ fn a_broken_rule_is_noticed() {
     assert_eq!(problems("orchestrator/coupling/src/scheme/mod.rs", "use crate::observer::Start;"), 1);
     assert_eq!(problems("orchestrator/coupling/src/stepping.rs", "use crate::observer::Start;"), 0);
     assert_eq!(problems("orchestrator/coupling/src/acceleration/aitken.rs", "println!()"), 1);
-    assert_eq!(problems("orchestrator/assembly/src/vtk.rs", "use dam_dem::Dam;"), 1);
-    assert_eq!(problems("orchestrator/assembly/src/registry.rs", "use dam_dem::Dam;"), 0);
+    assert_eq!(problems("orchestrator/assembly/src/vtk.rs", "use cofferdam_dam::Dam;"), 1);
+    assert_eq!(problems("orchestrator/assembly/src/registry.rs", "use cofferdam_dam::Dam;"), 0);
     let coupling = |text| problems("orchestrator/coupling/src/simulation.rs", text);
     for text in [
         "struct DamUnit;",
@@ -300,12 +307,15 @@ fn a_broken_manifest_is_noticed() {
         ("cofferdam-log", "cofferdam-scene"),
         ("cofferdam-motion", "cofferdam-coupling"),
         ("cofferdam-report", "reservoir"),
-        ("dam_dem", "reservoir"),
+        ("cofferdam_dam", "reservoir"),
     ] {
         assert_eq!(with(package, "dependencies", dependency), depends(package, dependency));
     }
-    assert_eq!(with("dam_dem", "dev-dependencies", "reservoir"), depends("dam_dem", "reservoir"));
-    assert_eq!(with("reservoir", "build-dependencies", "dam_dem"), depends("reservoir", "dam_dem"));
+    assert_eq!(with("cofferdam_dam", "dev-dependencies", "reservoir"), depends("cofferdam_dam", "reservoir"));
+    assert_eq!(
+        with("reservoir", "build-dependencies", "cofferdam_dam"),
+        depends("reservoir", "cofferdam_dam")
+    );
     assert!(with("cofferdam-coupling", "dev-dependencies", "cofferdam-log").is_empty());
     assert_eq!(with("cofferdam-report", "dependencies", "mcap").len(), 1);
     assert_eq!(with("cofferdam-assembly", "dependencies", "zip").len(), 1);

@@ -11,10 +11,10 @@ use cofferdam_coupling::participant::{InProcess, Messages, Participant};
 use cofferdam_coupling::scheme::{Predictor, Scheme, SchemeKind, Settings};
 use cofferdam_coupling::simulation::Simulation;
 use cofferdam_coupling::stepping::Stepping;
+use cofferdam_dam::Dam;
 use cofferdam_log::Log;
-use dam_dem::Dam;
-use interface::export::Contents;
-use reservoir::{Reservoir, ReservoirParameters};
+use cofferdam_reservoir::{Reservoir, ReservoirParameters};
+use cofferdam_unit::export::Contents;
 use std::num::NonZeroUsize;
 use std::process::{Command, Output};
 use std::sync::atomic::AtomicBool;
@@ -26,7 +26,7 @@ const H: f64 = 0.0025;
 const STEPS: u64 = 400;
 
 /// Crest displacement (m) of the intact dam with the `reservoir` made from the dam's wet face.
-fn crest(kind: SchemeKind, reservoir: impl Fn(interface::WetFace) -> Box<dyn Participant>) -> Vec<f64> {
+fn crest(kind: SchemeKind, reservoir: impl Fn(cofferdam_unit::WetFace) -> Box<dyn Participant>) -> Vec<f64> {
     let parameters = koyna::dam(10.0, false);
     let face = parameters.wet_face().expect("a mesh").expect("a wet face");
     let dam = InProcess::new(Dam::new(parameters).expect("a dam"), "dam", Messages::default());
@@ -148,7 +148,7 @@ fn its_dam_can_be_packed_without_load_and_its_water_cannot() {
     said(&export(folder.path(), &scene, "dam", &arguments));
     let mut fmu = Fmu::open(&folder.path().join("x.fmu"));
     std::fs::write(folder.path().join("unit.toml"), fmu.bytes("resources/unit.toml")).expect("written");
-    let contents = Contents::<dam_dem::DamParameters>::read(folder.path()).expect("contents");
+    let contents = Contents::<cofferdam_dam::DamParameters>::read(folder.path()).expect("contents");
     let hydrostatic = &contents.start["hydrostatic_pressure"];
     assert!(hydrostatic.len() > 5 && hydrostatic.iter().all(|p| *p == 0.0), "{hydrostatic:?}");
     assert!(contents.parameters.added_mass.is_none());

@@ -1,9 +1,9 @@
 //! `cofferdam export-fmu`: what is packed, and the messages when packing is refused.
 
-use dam_dem::{Dam, Mesh};
-use interface::export::Contents;
-use interface::{CoSimulation, Packable, variables};
-use reservoir::Reservoir;
+use cofferdam_dam::{Dam, Mesh};
+use cofferdam_reservoir::Reservoir;
+use cofferdam_unit::export::Contents;
+use cofferdam_unit::{CoSimulation, Packable, variables};
 use std::num::NonZeroUsize;
 use std::path::Path;
 use tempfile::TempDir;

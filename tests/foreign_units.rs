@@ -11,10 +11,10 @@ use cofferdam_coupling::participant::{
 };
 use cofferdam_coupling::scheme::{Predictor, Scheme, Settings};
 use cofferdam_coupling::signal::Signal;
+use cofferdam_dam::Dam;
 use cofferdam_shared_memory::{Brief, BriefPoints, Deadlines, SharedMemory, Starting, UnitCommand};
-use dam_dem::Dam;
-use interface::Role;
-use interface::{EndAcceleration, WetFace};
+use cofferdam_unit::Role;
+use cofferdam_unit::{EndAcceleration, WetFace};
 use std::collections::BTreeSet;
 use std::io::{BufRead, BufReader, Read};
 use std::os::unix::fs::MetadataExt;

@@ -1,7 +1,7 @@
 //! The intact dam with compressible water against solutions in the frequency domain.
 
-use dam_dem::Dam;
-use interface::WetFace;
+use cofferdam_dam::Dam;
+use cofferdam_unit::WetFace;
 use std::num::NonZeroUsize;
 use std::sync::LazyLock;
 use whole_chain::frequency_domain::LinearDam;
@@ -41,7 +41,7 @@ fn crest(dam: &LinearDam, wet_face: WetFace) -> Vec<f64> {
     let parameters = koyna::reservoir(wet_face, H, duration);
     // Twice the communication step: the crest's displacement has no content above 100 Hz.
     modes.crest_history(&motion, 2.0 * H, (duration / H) as usize / 2, |s| {
-        reservoir::frequency_response(&parameters, s, NonZeroUsize::MIN.saturating_add(1))
+        cofferdam_reservoir::frequency_response(&parameters, s, NonZeroUsize::MIN.saturating_add(1))
             .expect("a response")
             .into_iter()
             .map(|k| k.columns(0, k.nrows()).into_owned()) // the ground does not move along its normal

@@ -4,14 +4,14 @@
 //! `COFFERDAM_FUZZ` gives the number of cases of each fuzzer (docs/reliability.md); a failure prints the number of its case,
 //! and `COFFERDAM_FUZZ_FIRST` begins there.
 
+use cofferdam_dam::{Dam, GivenMesh, Mesh};
 use cofferdam_fmi::import::{self, FmuUnitError, Import};
 use cofferdam_log::{Log, LogReadError, Overview, compare, recover};
+use cofferdam_reservoir::Reservoir;
 use cofferdam_scene::mesh_file::{DamMesh, MeshFile};
-use dam_dem::{Dam, GivenMesh, Mesh};
-use interface::Packable;
-use interface::Role;
-use interface::export::Contents;
-use reservoir::Reservoir;
+use cofferdam_unit::Packable;
+use cofferdam_unit::Role;
+use cofferdam_unit::export::Contents;
 use std::collections::BTreeMap;
 use std::io::{Cursor, Write};
 use std::num::NonZeroUsize;

@@ -604,9 +604,9 @@ fn what_units_say_is_in_the_log() -> Result<(), LogReadError> {
     let said: Vec<_> = messages.iter().map(|m| (m.unit.as_str(), m.source.as_str(), m.level)).collect();
     let information = Level::Information;
     let expected = [
-        ("dam", "dam_dem::dam", information),
-        ("dam", "dam_dem::dam", information),
-        ("reservoir", "reservoir::reservoir", information),
+        ("dam", "cofferdam_dam::dam", information),
+        ("dam", "cofferdam_dam::dam", information),
+        ("reservoir", "cofferdam_reservoir::reservoir", information),
     ];
     assert_eq!(said, expected);
     for (message, word) in messages.iter().zip(["132 elements", "state of rest", "states fitted to"]) {
@@ -659,8 +659,9 @@ impl Participant for Failing {
 }
 
 fn water(step: u64, value: Option<f64>) -> Result<Failing, Box<dyn std::error::Error>> {
-    let face = interface::WetFace::straight([0.0, koyna::DEPTH], 9)?;
-    let reservoir = reservoir::Reservoir::new(koyna::reservoir(face, 0.0025, 0.5), NonZeroUsize::MIN)?;
+    let face = cofferdam_unit::WetFace::straight([0.0, koyna::DEPTH], 9)?;
+    let reservoir =
+        cofferdam_reservoir::Reservoir::new(koyna::reservoir(face, 0.0025, 0.5), NonZeroUsize::MIN)?;
     let unit = Box::new(InProcess::new(reservoir, "reservoir", Messages::default()));
     Ok(Failing { unit, step, value })
 }
@@ -681,7 +682,7 @@ pub(crate) fn rigid_run(
     let loaded = cofferdam_assembly::read_scene(&root().join("scenes/rigid-dam-ramp"), &[])?;
     let scene = toml::to_string(&loaded.scene)?;
     let mut log = LogWriter::create(path, &Preamble { scene, ..Preamble::default() })?;
-    let dam = Prescribed::new(interface::WetFace::straight([0.0, koyna::DEPTH], 9)?)?;
+    let dam = Prescribed::new(cofferdam_unit::WetFace::straight([0.0, koyna::DEPTH], 9)?)?;
     let mut graph = pair(Box::new(dam), Box::new(water(failing, value)?))?;
     let scheme = Scheme::new(
         &mut graph,
@@ -805,7 +806,7 @@ fn what_is_missing_from_a_finished_log_is_damage() -> Result<(), Box<dyn std::er
 fn what_was_run_is_on_the_disk_at_once() -> Result<(), Box<dyn std::error::Error>> {
     let folder = tempfile::tempdir()?;
     let loaded = cofferdam_assembly::read_scene(&root().join("scenes/rigid-dam-ramp"), &[])?;
-    let dam = Prescribed::new(interface::WetFace::straight([0.0, koyna::DEPTH], 9)?)?;
+    let dam = Prescribed::new(cofferdam_unit::WetFace::straight([0.0, koyna::DEPTH], 9)?)?;
     let start = Start {
         units: vec![dam.description().clone(), water(1, None)?.description().clone()],
         signals: &[ground_signal(&loaded.ground_motion)],

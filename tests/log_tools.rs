@@ -464,7 +464,10 @@ fn messages_are_listed_by_unit_and_level() -> Result<(), LogReadError> {
     let (status, said) = cofferdam(&["log", "messages", text(&log)]);
     assert_eq!((status, said.lines().count()), (Some(0), messages.len()), "{said}");
     let (_, said) = cofferdam(&["log", "messages", text(&log), "--unit", "dam"]);
-    assert!(said.lines().count() == of_dam && said.contains("information: dam (dam_dem::dam): "), "{said}");
+    assert!(
+        said.lines().count() == of_dam && said.contains("information: dam (cofferdam_dam::dam): "),
+        "{said}"
+    );
     let (status, said) = cofferdam(&["log", "messages", text(&log), "--level", "error"]);
     assert_eq!((status, said.as_str()), (Some(0), "no such message\n"));
     let (status, said) = cofferdam(&["log", "messages", text(&log), "--unit", "tailwater"]);
@@ -490,7 +493,10 @@ fn what_is_left_of_a_log_is_shown_and_the_damage_reported() {
     for (path, status, words) in [(&cut, 0, ""), (&damaged, 1, "the log is damaged here")] {
         let name = path.file_stem().expect("a name").to_string_lossy().into_owned();
         let (found, said) = cofferdam(&["log", "messages", text(path)]);
-        assert!(found == Some(status) && said.contains("dam_dem::dam") && said.contains(words), "{said}");
+        assert!(
+            found == Some(status) && said.contains("cofferdam_dam::dam") && said.contains(words),
+            "{said}"
+        );
         let tables = folder.join(format!("{name}-tables"));
         let (found, said) = cofferdam(&["log", "export", text(path), "--output", text(&tables)]);
         assert!(found == Some(status) && said.contains(words), "{said}");

@@ -1,8 +1,8 @@
 //! Dams on meshes from files of Gmsh.
 
 use cofferdam_assembly::{Assembly, read_scene};
+use cofferdam_dam::{CrackLine, DamParameters, GivenMesh, Mesh};
 use cofferdam_scene::mesh_file::{DamMesh, MeshFile, MeshFileError};
-use dam_dem::{CrackLine, DamParameters, GivenMesh, Mesh};
 use std::collections::HashMap;
 use std::fmt::Write;
 use std::path::Path;
@@ -93,7 +93,7 @@ fn dam_on(text: &str) -> DamParameters {
 }
 
 fn mass(parameters: &DamParameters) -> f64 {
-    let dam = dam_dem::Dam::new(parameters.clone()).expect("a dam");
+    let dam = cofferdam_dam::Dam::new(parameters.clone()).expect("a dam");
     dam.structure().mass.iter().sum()
 }
 

@@ -2,10 +2,10 @@
 
 use cofferdam_assembly::participant::Prescribed;
 use cofferdam_coupling::participant::{InProcess, Layout, Messages, Occasion, Participant, ParticipantError};
+use cofferdam_dam::Dam;
+use cofferdam_reservoir::Reservoir;
 use cofferdam_shared_memory::{Deadlines, Starting, UnitCommand};
-use dam_dem::Dam;
-use interface::WetFace;
-use reservoir::Reservoir;
+use cofferdam_unit::WetFace;
 use std::num::NonZeroUsize;
 use std::process::Command;
 use std::sync::atomic::AtomicBool;

@@ -16,10 +16,10 @@ use cofferdam_coupling::convergence::{ConvergenceMeasure, Measure};
 use cofferdam_coupling::participant::{InProcess, Messages, Participant};
 use cofferdam_coupling::scheme::{Graph, Interval, Port, Predictor, Scheme, SchemeKind, Settings, UnitId};
 use cofferdam_coupling::signal::Signal;
-use dam_dem::{Dam, SystemMatrices};
-use interface::{CoSimulation, variables};
+use cofferdam_dam::{Dam, SystemMatrices};
+use cofferdam_reservoir::{Fidelity, Reservoir, ReservoirParameters};
+use cofferdam_unit::{CoSimulation, variables};
 use nalgebra::{DMatrix, DVector};
-use reservoir::{Fidelity, Reservoir, ReservoirParameters};
 use std::num::NonZeroUsize;
 use whole_chain::koyna;
 
@@ -40,7 +40,7 @@ struct Assembled {
     inverse_mass: DMatrix<f64>,
     stiffness: DMatrix<f64>,
     concrete: DVector<f64>,
-    damping: dam_dem::RayleighCoefficients,
+    damping: cofferdam_dam::RayleighCoefficients,
     pressure_forces: DMatrix<f64>,
     interface_motion: DMatrix<f64>,
     /// Load of a unit ground acceleration along x, kg/m, and its part at the interface points.
@@ -61,7 +61,7 @@ impl Assembled {
         let m: SystemMatrices = dam.system_matrices();
         let faces = || dam.wet_face().into_iter().chain(dam.tailwater_face());
         let normals: Vec<f64> =
-            faces().flat_map(interface::WetFace::normals).map(|normal| normal[0]).collect();
+            faces().flat_map(cofferdam_unit::WetFace::normals).map(|normal| normal[0]).collect();
         let (n, points) = (m.mass.len(), normals.len());
         let concrete = DVector::from_vec(m.mass.clone());
         let mut mass = DMatrix::from_diagonal(&concrete);
@@ -299,10 +299,12 @@ fn iterated_units_give_what_one_assembled_system_gives() -> Result<(), Failure> 
     ] {
         let mut parameters = koyna::dam(SIZE, false);
         let face = parameters.wet_face()?.ok_or("a dam in water")?;
-        let water =
-            reservoir::ReservoirParameters { fidelity, ..koyna::reservoir(face, H, STEPS as f64 * H) };
+        let water = cofferdam_reservoir::ReservoirParameters {
+            fidelity,
+            ..koyna::reservoir(face, H, STEPS as f64 * H)
+        };
         if kind == SchemeKind::OneWay {
-            let mass = reservoir::added_mass(&water)?;
+            let mass = cofferdam_reservoir::added_mass(&water)?;
             parameters.added_mass = Some(mass.row_iter().map(|row| row.iter().copied().collect()).collect());
         }
         let exchanged = kind != SchemeKind::OneWay;
@@ -331,7 +333,8 @@ fn a_dam_between_two_waters_is_as_one_assembled_system() -> Result<(), Failure> 
         ([Fidelity::Westergaard, Fidelity::Compressible], SchemeKind::SerialImplicit),
         ([Fidelity::Incompressible, Fidelity::Westergaard], SchemeKind::OneWay),
     ] {
-        let mut parameters = dam_dem::DamParameters { tailwater_depth: TAILWATER, ..koyna::dam(SIZE, false) };
+        let mut parameters =
+            cofferdam_dam::DamParameters { tailwater_depth: TAILWATER, ..koyna::dam(SIZE, false) };
         let faces = [parameters.wet_face()?, parameters.tailwater_face()?];
         let mut waters = Vec::new();
         for (face, fidelity) in faces.into_iter().flatten().zip(fidelities) {
@@ -340,7 +343,7 @@ fn a_dam_between_two_waters_is_as_one_assembled_system() -> Result<(), Failure> 
         }
         assert_eq!(waters.iter().map(|water| water.toe).collect::<Vec<_>>(), [None, Some(70.0)]);
         if kind == SchemeKind::OneWay {
-            let [upstream, downstream] = [&waters[0], &waters[1]].map(reservoir::added_mass);
+            let [upstream, downstream] = [&waters[0], &waters[1]].map(cofferdam_reservoir::added_mass);
             let (upstream, downstream) = (upstream?, downstream?);
             let (m, n) = (upstream.nrows(), downstream.nrows());
             let mut both = DMatrix::zeros(m + n, m + n);

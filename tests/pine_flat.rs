@@ -1,9 +1,9 @@
 //! The first period of Pine Flat Dam with its reservoir full, beside the simplified procedure of Fenves and Chopra (1986).
 
-use dam_dem::{Dam, DamParameters, Material, Section};
+use cofferdam_dam::{Dam, DamParameters, Material, Section};
+use cofferdam_reservoir::ReservoirParameters;
 use nalgebra::DMatrix;
 use num_complex::Complex64;
-use reservoir::ReservoirParameters;
 use std::f64::consts::TAU;
 use std::num::NonZeroUsize;
 use whole_chain::frequency_domain::{LinearDam, ModalDam};
@@ -37,7 +37,7 @@ fn dam() -> DamParameters {
 /// The water's pressure per velocity at frequencies iω, ω from 13 to 20 rad/s.
 fn water(parameters: &ReservoirParameters) -> Vec<(Complex64, DMatrix<Complex64>)> {
     let s: Vec<Complex64> = (0..=350).map(|k| Complex64::new(0.0, 13.0 + 0.02 * f64::from(k))).collect();
-    let found = reservoir::frequency_response(parameters, &s, NonZeroUsize::MIN.saturating_add(1));
+    let found = cofferdam_reservoir::frequency_response(parameters, &s, NonZeroUsize::MIN.saturating_add(1));
     // the ground does not move along its normal
     let columns = found.expect("a response").into_iter().map(|k| k.columns(0, k.nrows()).into_owned());
     s.into_iter().zip(columns).collect()

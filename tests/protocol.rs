@@ -2,8 +2,8 @@
 
 use cofferdam_coupling::participant::{AccelerationMeaning, Level, Occasion, Participant, ParticipantError};
 use cofferdam_shared_memory::{Brief, BriefPoints, Deadlines, SharedMemory, Starting, UnitCommand};
-use interface::Role;
-use interface::WetFace;
+use cofferdam_unit::Role;
+use cofferdam_unit::WetFace;
 use std::process::Command;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;

@@ -1,6 +1,6 @@
 //! `cofferdam reservoir`: comparison with closed forms, and refusal of wrong options.
 
-use reservoir::analytical::chopra_1967;
+use cofferdam_reservoir::analytical::chopra_1967;
 use std::path::Path;
 use std::process::{Command, Output};
 use tempfile::TempDir;

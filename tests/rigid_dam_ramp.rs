@@ -1,6 +1,6 @@
 //! The shipped ramp scene, run by the program, against its closed form.
 
-use reservoir::analytical::chopra_1967;
+use cofferdam_reservoir::analytical::chopra_1967;
 use whole_chain::peak;
 use whole_chain::scenario::Scenario;
 

@@ -21,7 +21,7 @@ use cofferdam_coupling::stepping::{Adaptive, Stepping};
 use cofferdam_log::{Log, LogWriter, Preamble, compare};
 use cofferdam_scene::{LoadedScene, Scene, Side};
 use cofferdam_shared_memory::{Deadlines, Starting, UnitCommand};
-use interface::Role;
+use cofferdam_unit::Role;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -587,7 +587,7 @@ fn states_are_refused_elsewhere_and_where_a_unit_gives_none() -> Result<(), Fail
 /// A unit of another program takes accelerations to be those at the end of a step: the conversion goes on too.
 #[test]
 fn converted_accelerations_go_on() -> Result<(), Failure> {
-    let face = interface::WetFace::straight([0.0, 2.0], 2)?;
+    let face = cofferdam_unit::WetFace::straight([0.0, 2.0], 2)?;
     let place = |role| Place {
         role,
         face: face.clone(),

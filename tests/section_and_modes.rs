@@ -1,6 +1,6 @@
 //! What `check` draws and writes: the section of a scene, natural frequencies and modes of its dam.
 
-use dam_dem::Dam;
+use cofferdam_dam::Dam;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use quick_xml::{Reader, events::BytesStart, events::Event};
 use std::collections::BTreeMap;

@@ -1,6 +1,6 @@
 //! What is published of dams that slide, as signs and ratios: docs/validation.md, "What an engineer asks".
 
-use dam_dem::analytical::newmark_1965::slip_on_ground;
+use cofferdam_dam::analytical::newmark_1965::slip_on_ground;
 use whole_chain::scenario::{Histories, Scenario};
 
 fn last(histories: &Histories, name: &str) -> f64 {

@@ -2,9 +2,9 @@
 //! bit for bit; serialised, they continue in another unit.
 
 use cofferdam_assembly::{Assembly, WaterMass};
-use dam_dem::Dam;
-use interface::{Causality, CoSimulation, Variable, WetFace, variables};
-use reservoir::Reservoir;
+use cofferdam_dam::Dam;
+use cofferdam_reservoir::Reservoir;
+use cofferdam_unit::{Causality, CoSimulation, Variable, WetFace, variables};
 use std::num::NonZeroUsize;
 use whole_chain::koyna;
 use whole_chain::scenario::root;

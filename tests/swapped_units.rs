@@ -3,8 +3,8 @@
 use cofferdam_assembly::participant::{Foreign, Place};
 use cofferdam_coupling::participant::{AccelerationMeaning, Occasion, Participant, ParticipantError};
 use cofferdam_log::{Log, compare};
-use interface::Role;
-use interface::WetFace;
+use cofferdam_unit::Role;
+use cofferdam_unit::WetFace;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use toml::{Table, Value};

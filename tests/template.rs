@@ -3,7 +3,7 @@
 
 use cofferdam_assembly::{Assembly, read_scene};
 use cofferdam_scene::Side;
-use interface::WetFace;
+use cofferdam_unit::WetFace;
 use serde_json::Value;
 use std::path::Path;
 use std::process::{Command, Output};

@@ -1,12 +1,12 @@
 //! Westergaard's water in the dam's mass matrix: the first natural frequency, with the profile's integrals and sampled.
 
-use dam_dem::{Dam, DamParameters, SystemMatrices};
+use cofferdam_dam::{Dam, DamParameters, SystemMatrices};
+use cofferdam_reservoir::{Fidelity, ReservoirParameters};
+use cofferdam_unit::WetFace;
 use faer::linalg::solvers::Solve;
 use faer::sparse::{SparseColMat, Triplet};
 use faer::{Mat, Side};
-use interface::WetFace;
 use nalgebra::DMatrix;
-use reservoir::{Fidelity, ReservoirParameters};
 use whole_chain::koyna::{DEPTH, dam};
 
 type Failure = Box<dyn std::error::Error>;
@@ -19,7 +19,7 @@ fn profile(y: f64) -> f64 {
 
 fn integrated(face: &WetFace) -> Result<DMatrix<f64>, Failure> {
     let water = ReservoirParameters::before(face.clone());
-    Ok(reservoir::added_mass(&ReservoirParameters { fidelity: Fidelity::Westergaard, ..water })?)
+    Ok(cofferdam_reservoir::added_mass(&ReservoirParameters { fidelity: Fidelity::Westergaard, ..water })?)
 }
 
 /// The same integrals by the midpoint rule, 4000 points a panel: off by 4000^{−3/2}, 4e-6, of the uppermost panel's.

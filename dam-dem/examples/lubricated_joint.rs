@@ -1,13 +1,13 @@
 //! A user-defined contact law: a joint filled with oil, whose shear stress is η times the slip rate.
 //!
 //! A rigid block on such a joint on a slope has the velocity `v = ρ h g sin θ / η (1 − exp(−η t / ρ h))`.
-//! Run it with `cargo run --release -p dam_dem --example lubricated_joint`.
+//! Run it with `cargo run --release -p cofferdam_dam --example lubricated_joint`.
 
-use dam_dem::contact::{ContactLaw, Integration, Mask, Real, Response, Touch};
-use dam_dem::energy::Work;
-use dam_dem::integrator::{CentralDifference, DynamicRelaxation};
-use dam_dem::loads::LoadPath;
-use dam_dem::{
+use cofferdam_dam::contact::{ContactLaw, Integration, Mask, Real, Response, Touch};
+use cofferdam_dam::energy::Work;
+use cofferdam_dam::integrator::{CentralDifference, DynamicRelaxation};
+use cofferdam_dam::loads::LoadPath;
+use cofferdam_dam::{
     CriticalTimeStep, DamError, DampingCoefficients, Kinematics, Material, Mesh, Section, Structure,
 };
 

@@ -1,4 +1,4 @@
-use interface::{
+use cofferdam_unit::{
     CallError, Capabilities, CoSimulation, EndAcceleration, Fingerprint, Packable, Shape, Stage, StateError,
     Variable, WetFace, get_all_at, open, seal, variables::dam as variable,
 };

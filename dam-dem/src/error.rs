@@ -1,5 +1,5 @@
-use interface::number::exact;
-use interface::{CallError, StateError, WetFaceError};
+use cofferdam_unit::number::exact;
+use cofferdam_unit::{CallError, StateError, WetFaceError};
 
 use crate::{GeometryError, GivenMeshError};
 

@@ -1,7 +1,7 @@
 //! Motion over time of a concrete gravity dam that cracks divide into deformable blocks.
 //!
 //! ```
-//! use dam_dem::{Dam, DamError, DamParameters, Material};
+//! use cofferdam_dam::{Dam, DamError, DamParameters, Material};
 //!
 //! // Koyna Dam, the default section, without its crack.
 //! let material = Material { young_modulus: 31.027e9, poisson_ratio: 0.15, density: 2643.0, ..Default::default() };

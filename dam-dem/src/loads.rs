@@ -1,6 +1,6 @@
 //! External forces: weight, water, ground inertia.
 
-use interface::{WetFace, WetFaceError};
+use cofferdam_unit::{WetFace, WetFaceError};
 use std::ops::Range;
 
 use crate::Mesh;
@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn the_weights_give_the_forces_of_the_wet_face() -> Result<(), interface::WetFaceError> {
+    fn the_weights_give_the_forces_of_the_wet_face() -> Result<(), cofferdam_unit::WetFaceError> {
         let face = WetFace::new(vec![[0.0, 0.0], [0.4, 3.0], [0.4, 3.0], [0.5, 7.0]])?;
         let pressure = [3.0, -1.0, 2.0, 5.0];
         let mut forces = vec![[0.0; 2]; 4];

@@ -1,6 +1,6 @@
 //! The dam's equations of motion at its level of fidelity.
 
-use interface::StateError;
+use cofferdam_unit::StateError;
 use nalgebra::DVector;
 use std::num::NonZeroUsize;
 

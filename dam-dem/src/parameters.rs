@@ -5,8 +5,8 @@ mod zone;
 pub use crack::{CrackLine, CrackParameters};
 pub use zone::ZoneParameters;
 
-use interface::variables::dam as variables;
-use interface::{Variable, WetFace};
+use cofferdam_unit::variables::dam as variables;
+use cofferdam_unit::{Variable, WetFace};
 use serde::{Deserialize, Serialize};
 
 use crate::contact::Integration;

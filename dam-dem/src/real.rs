@@ -9,7 +9,7 @@ use crate::lanes::LANES;
 /// every number of lanes. Instead of `if`, a formula uses comparisons and [`Mask::select`].
 ///
 /// ```
-/// use dam_dem::contact::{Mask, Real};
+/// use cofferdam_dam::contact::{Mask, Real};
 ///
 /// /// `√x` where x is positive, else 0.
 /// fn root<N: Real>(x: N) -> N {

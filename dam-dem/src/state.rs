@@ -1,4 +1,4 @@
-use interface::{EndAcceleration, Fingerprint};
+use cofferdam_unit::{EndAcceleration, Fingerprint};
 use serde::{Deserialize, Serialize};
 
 use crate::contact::JointState;

@@ -2,8 +2,8 @@
 
 use crate::support;
 
-use dam_dem::{AddedMass, Dam, DamError, DamParameters, Damping, Kinematics, Material, Section};
-use interface::{CoSimulation, WetFace, variables::dam as variable};
+use cofferdam_dam::{AddedMass, Dam, DamError, DamParameters, Damping, Kinematics, Material, Section};
+use cofferdam_unit::{CoSimulation, WetFace, variables::dam as variable};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use std::f64::consts::PI;
 
@@ -140,16 +140,17 @@ fn natural_frequencies_with_water() -> Result<(), DamError> {
 }
 
 /// A tenth of the time between the first and the eleventh positive zero crossing of the crest displacement, s.
-fn period(dam: &Dam, mut motion: dam_dem::Motion, crest: usize) -> f64 {
+fn period(dam: &Dam, mut motion: cofferdam_dam::Motion, crest: usize) -> f64 {
     let (structure, damping) = (dam.structure(), dam.damping_coefficients());
     let still = vec![[0.0; 2]; dam.node_count()];
     structure.accelerate(damping, &mut motion, &still);
-    let loads = dam_dem::loads::LoadPath::constant(still);
-    let one = dam_dem::integrator::CentralDifference { time_step: 0.5 * dam.time_step_limit(), steps: 1 };
+    let loads = cofferdam_dam::loads::LoadPath::constant(still);
+    let one =
+        cofferdam_dam::integrator::CentralDifference { time_step: 0.5 * dam.time_step_limit(), steps: 1 };
     let (mut crossings, mut time) = (Vec::new(), 0.0);
     while crossings.len() < 11 {
         let before = motion.displacement[crest][0];
-        one.advance(structure, damping, &mut motion, &loads, &mut dam_dem::energy::Work::default());
+        one.advance(structure, damping, &mut motion, &loads, &mut cofferdam_dam::energy::Work::default());
         let after = motion.displacement[crest][0];
         if before < 0.0 && after >= 0.0 {
             crossings.push(time + one.time_step * before / (before - after));

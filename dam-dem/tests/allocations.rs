@@ -3,8 +3,8 @@
 use crate::support;
 
 use allocation_counter::measure;
-use dam_dem::{DamError, DamParameters, Fidelity};
-use interface::CoSimulation;
+use cofferdam_dam::{DamError, DamParameters, Fidelity};
+use cofferdam_unit::CoSimulation;
 
 #[test]
 fn time_steps_allocate_nothing() -> Result<(), DamError> {

@@ -2,9 +2,9 @@
 
 use std::f64::consts::PI;
 
-use dam_dem::contact::{Coulomb, Integration};
-use dam_dem::integrator::DynamicRelaxation;
-use dam_dem::{Kinematics, Structure};
+use cofferdam_dam::contact::{Coulomb, Integration};
+use cofferdam_dam::integrator::DynamicRelaxation;
+use cofferdam_dam::{Kinematics, Structure};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::support::assembly::{Assembly, Placed, rectangle};

@@ -1,8 +1,8 @@
 //! Bonds that break within the iteration of a communication step.
 
 use crate::support;
-use dam_dem::{DamError, DamParameters, Fidelity};
-use interface::{CoSimulation, variables::dam as variable};
+use cofferdam_dam::{DamError, DamParameters, Fidelity};
+use cofferdam_unit::{CoSimulation, variables::dam as variable};
 use nalgebra::{DMatrix, DVector};
 
 /// Residual of the pressure at which a step has converged, Pa, and iterations after which it has not.

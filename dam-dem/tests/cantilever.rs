@@ -2,10 +2,10 @@
 
 use crate::support;
 
-use dam_dem::analytical::cantilever::{first_frequency, tip_deflection};
-use dam_dem::contact::Coulomb;
-use dam_dem::integrator::DynamicRelaxation;
-use dam_dem::{DamError, Kinematics, Mesh, Section, Structure, modal};
+use cofferdam_dam::analytical::cantilever::{first_frequency, tip_deflection};
+use cofferdam_dam::contact::Coulomb;
+use cofferdam_dam::integrator::DynamicRelaxation;
+use cofferdam_dam::{DamError, Kinematics, Mesh, Section, Structure, modal};
 use support::stiff;
 
 const LENGTH: f64 = 40.0;

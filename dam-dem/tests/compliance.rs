@@ -2,8 +2,8 @@
 
 use crate::support;
 
-use dam_dem::{DamError, DamParameters, Damping, Fidelity};
-use interface::{CoSimulation, variables::dam as variable};
+use cofferdam_dam::{DamError, DamParameters, Damping, Fidelity};
+use cofferdam_unit::{CoSimulation, variables::dam as variable};
 use nalgebra::DMatrix;
 use support::{at_rest, get, koyna};
 

@@ -2,8 +2,8 @@
 
 use crate::support;
 
-use dam_dem::contact::{ContactLaw, ContactStatus, Coulomb, Integration, MohrCoulomb, Touch};
-use dam_dem::{Kinematics, Mesh, Section, StiffnessDamping, Structure};
+use cofferdam_dam::contact::{ContactLaw, ContactStatus, Coulomb, Integration, MohrCoulomb, Touch};
+use cofferdam_dam::{Kinematics, Mesh, Section, StiffnessDamping, Structure};
 use proptest::prelude::*;
 
 const LAW: Coulomb = Coulomb { friction: 0.7, normal_stiffness: 1e9, shear_stiffness: 0.5e9 };

@@ -2,8 +2,8 @@
 
 use crate::support;
 
-use dam_dem::contact::Coulomb;
-use dam_dem::{Dam, DamError, DamParameters, Kinematics, Material, Mesh, Section, Structure, modal};
+use cofferdam_dam::contact::Coulomb;
+use cofferdam_dam::{Dam, DamError, DamParameters, Kinematics, Material, Mesh, Section, Structure, modal};
 
 /// A.K. Chopra and P. Chakrabarti, Earthquake Engineering and Structural Dynamics 2 (1973) 143–154, as cited
 /// by the Abaqus Example Problems Manual, rad/s.

@@ -2,11 +2,11 @@
 
 use crate::support;
 
-use dam_dem::energy::Work;
-use dam_dem::integrator::CentralDifference;
-use dam_dem::loads::LoadPath;
-use dam_dem::modal::{self, DegreesOfFreedom};
-use dam_dem::{Dam, DamError, DamParameters, Damping, DampingFrequencies, Motion};
+use cofferdam_dam::energy::Work;
+use cofferdam_dam::integrator::CentralDifference;
+use cofferdam_dam::loads::LoadPath;
+use cofferdam_dam::modal::{self, DegreesOfFreedom};
+use cofferdam_dam::{Dam, DamError, DamParameters, Damping, DampingFrequencies, Motion};
 use std::f64::consts::{PI, TAU};
 
 /// The intact dam, displaced in the shape of its second mode, and the frequency of this mode (rad/s).

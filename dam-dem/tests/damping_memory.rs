@@ -2,15 +2,15 @@
 
 use crate::support;
 
-use dam_dem::contact::Coulomb;
-use dam_dem::energy::Work;
-use dam_dem::integrator::CentralDifference;
-use dam_dem::loads::LoadPath;
-use dam_dem::{
+use cofferdam_dam::contact::Coulomb;
+use cofferdam_dam::energy::Work;
+use cofferdam_dam::integrator::CentralDifference;
+use cofferdam_dam::loads::LoadPath;
+use cofferdam_dam::{
     Dam, DamError, DamParameters, DampingCoefficients, Kinematics, Mesh, Motion, RayleighCoefficients,
     Section, Structure,
 };
-use interface::variables::dam as variable;
+use cofferdam_unit::variables::dam as variable;
 use nalgebra::DMatrix;
 
 /// A column of `cells` cells on the ground.

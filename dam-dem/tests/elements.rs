@@ -2,8 +2,8 @@
 
 use crate::support;
 
-use dam_dem::contact::Coulomb;
-use dam_dem::{Kinematics, Mesh, Section, Structure};
+use cofferdam_dam::contact::Coulomb;
+use cofferdam_dam::{Kinematics, Mesh, Section, Structure};
 
 /// 4 × 3 cells with irregular inner nodes.
 fn irregular(kinematics: Kinematics) -> Structure {
@@ -15,7 +15,7 @@ fn irregular(kinematics: Kinematics) -> Structure {
             *y += 0.2 * (5.0 * i as f64).cos();
         }
     }
-    let material = dam_dem::Material { poisson_ratio: 0.2, ..support::stiff(31e9) };
+    let material = cofferdam_dam::Material { poisson_ratio: 0.2, ..support::stiff(31e9) };
     Structure::<Coulomb>::new(mesh, &material, kinematics, [], &[])
 }
 

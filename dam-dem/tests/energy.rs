@@ -2,9 +2,9 @@
 
 use crate::support;
 
-use dam_dem::contact::Integration;
-use dam_dem::{CrackParameters, Dam, DamError, DamParameters, Damping, DampingFrequencies, Fidelity};
-use interface::{CoSimulation, variables::dam as variable};
+use cofferdam_dam::contact::Integration;
+use cofferdam_dam::{CrackParameters, Dam, DamError, DamParameters, Damping, DampingFrequencies, Fidelity};
+use cofferdam_unit::{CoSimulation, variables::dam as variable};
 
 /// A dam after bursts of 0.5 g until `end` (s), its peak kinetic energy and its largest balance error, J/m.
 fn shaken(parameters: DamParameters, end: f64) -> Result<(Dam, f64, f64), DamError> {

@@ -2,8 +2,8 @@
 
 use crate::support;
 
-use dam_dem::{CrackParameters, Dam, DamError, DamParameters, Fidelity, Material};
-use interface::{CoSimulation, Variable, variables::dam as variable};
+use cofferdam_dam::{CrackParameters, Dam, DamError, DamParameters, Fidelity, Material};
+use cofferdam_unit::{CoSimulation, Variable, variables::dam as variable};
 use support::{at_rest, bursts, get, koyna};
 
 const STEP: f64 = 2e-3;

@@ -2,12 +2,12 @@
 
 use crate::support;
 
-use dam_dem::contact::{ContactStatus, Coulomb, Integration};
-use dam_dem::integrator::DynamicRelaxation;
-use dam_dem::{
+use cofferdam_dam::contact::{ContactStatus, Coulomb, Integration};
+use cofferdam_dam::integrator::DynamicRelaxation;
+use cofferdam_dam::{
     CrackParameters, DamError, DamParameters, DampingCoefficients, Kinematics, Mesh, Section, Structure,
 };
-use interface::variables::dam as variable;
+use cofferdam_unit::variables::dam as variable;
 use support::{GRAVITY, mean, stiff};
 
 const LAW: Coulomb = Coulomb { friction: 0.5, normal_stiffness: 1e9, shear_stiffness: 1e9 };
@@ -95,7 +95,7 @@ fn joints_of_any_stiffness_and_strong_motion() -> Result<(), DamError> {
 #[test]
 fn thin_rows() {
     let cracks = vec![support::crack_at(60.0), support::crack_at(60.1)];
-    let refused = dam_dem::Dam::new(DamParameters { cracks, ..support::koyna(10.0) }).map(|_| ());
+    let refused = cofferdam_dam::Dam::new(DamParameters { cracks, ..support::koyna(10.0) }).map(|_| ());
     assert!(matches!(refused, Err(DamError::ThinRow { .. })), "{refused:?}");
     let rows = vec![vec![0.0, 10.0, 20.0, 20.1, 30.1, 40.1]];
     let mesh = Mesh::mapped(&Section::rectangle(20.0, 40.1), &rows, 2);

@@ -1,10 +1,10 @@
 //! Blocks that shake themselves while they slide: eigenvalues beside the motion in time.
 
 use crate::support;
-use dam_dem::energy::Work;
-use dam_dem::integrator::CentralDifference;
-use dam_dem::loads::{LoadPath, PressureLoad};
-use dam_dem::{
+use cofferdam_dam::energy::Work;
+use cofferdam_dam::integrator::CentralDifference;
+use cofferdam_dam::loads::{LoadPath, PressureLoad};
+use cofferdam_dam::{
     Dam, DamError, DamParameters, Damping, DampingCoefficients, DampingFrequencies, Fidelity, Material,
     RayleighCoefficients, Section,
 };

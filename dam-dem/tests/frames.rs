@@ -2,11 +2,11 @@
 
 use crate::support;
 
-use dam_dem::contact::{ContactStatus, Coulomb, Integration};
-use dam_dem::energy::Work;
-use dam_dem::integrator::{CentralDifference, DynamicRelaxation};
-use dam_dem::loads::LoadPath;
-use dam_dem::{DamError, Kinematics, Mesh, Motion, RayleighCoefficients, Section, Structure};
+use cofferdam_dam::contact::{ContactStatus, Coulomb, Integration};
+use cofferdam_dam::energy::Work;
+use cofferdam_dam::integrator::{CentralDifference, DynamicRelaxation};
+use cofferdam_dam::loads::LoadPath;
+use cofferdam_dam::{DamError, Kinematics, Mesh, Motion, RayleighCoefficients, Section, Structure};
 use std::f64::consts::TAU;
 use support::{GRAVITY, stiff};
 

@@ -2,8 +2,8 @@
 
 use crate::support;
 
-use dam_dem::contact::{Coulomb, Integration};
-use dam_dem::{Feature, GeometryError, GivenMesh, GivenMeshError, Kinematics, Mesh, Structure};
+use cofferdam_dam::contact::{Coulomb, Integration};
+use cofferdam_dam::{Feature, GeometryError, GivenMesh, GivenMeshError, Kinematics, Mesh, Structure};
 
 /// A square of 4 m: two quadrilaterals and four triangles around a point that is not its middle.
 ///

@@ -2,15 +2,15 @@
 
 use crate::support;
 
-use dam_dem::contact::{ContactLaw, ContactStatus, Coulomb, Crack, Integration, MohrCoulomb, Touch};
-use dam_dem::energy::Work;
-use dam_dem::integrator::{CentralDifference, DynamicRelaxation};
-use dam_dem::loads::LoadPath;
-use dam_dem::{
+use cofferdam_dam::contact::{ContactLaw, ContactStatus, Coulomb, Crack, Integration, MohrCoulomb, Touch};
+use cofferdam_dam::energy::Work;
+use cofferdam_dam::integrator::{CentralDifference, DynamicRelaxation};
+use cofferdam_dam::loads::LoadPath;
+use cofferdam_dam::{
     CrackParameters, DamError, DamParameters, Kinematics, Mesh, Motion, RayleighCoefficients, Section,
     Structure,
 };
-use interface::variables::dam as variable;
+use cofferdam_unit::variables::dam as variable;
 
 const STIFFNESS: f64 = 1e9;
 const WIDTH: f64 = 3.0;
@@ -68,8 +68,9 @@ fn a_bond_holds_up_to_its_strength() {
         assert!(rest(bonded, integration, [0.0, 2.1e5]).is_err(), "the bond breaks in tension");
         // compression adds friction: 3e5 + 0.8 × 1e5
         let sheared = rest(bonded, integration, [3.7e5, -1e5]).expect("the bond holds");
-        let held =
-            |joint: &dam_dem::contact::JointState| joint.bonded && joint.status == ContactStatus::Sticking;
+        let held = |joint: &cofferdam_dam::contact::JointState| {
+            joint.bonded && joint.status == ContactStatus::Sticking
+        };
         assert!(sheared.joints[0].iter().all(held));
         assert!(
             rest(bonded, integration, [3.9e5, -1e5]).is_err(),

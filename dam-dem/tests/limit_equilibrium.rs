@@ -2,8 +2,8 @@
 
 use crate::support;
 
-use dam_dem::{Dam, DamError, DamParameters, Fidelity, Section};
-use interface::{CoSimulation, variables::dam as variable};
+use cofferdam_dam::{Dam, DamError, DamParameters, Fidelity, Section};
+use cofferdam_unit::{CoSimulation, variables::dam as variable};
 
 const SPECIFIC_WEIGHT: f64 = 9810.0;
 

@@ -2,8 +2,8 @@
 
 use crate::support;
 
-use dam_dem::contact::{Coulomb, Integration};
-use dam_dem::{
+use cofferdam_dam::contact::{Coulomb, Integration};
+use cofferdam_dam::{
     CrackParameters, Dam, DamError, Fidelity, Kinematics, LimitingPart, Material, Mesh, PartKind, Section,
     Structure,
 };

@@ -2,8 +2,8 @@
 
 use crate::support;
 
-use dam_dem::{Dam, DamError, DamParameters, Kinematics};
-use interface::{CoSimulation, variables::dam as variable};
+use cofferdam_dam::{Dam, DamError, DamParameters, Kinematics};
+use cofferdam_unit::{CoSimulation, variables::dam as variable};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 const STEP: f64 = 0.01;

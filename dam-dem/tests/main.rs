@@ -1,4 +1,4 @@
-//! The dam's tests, in one program: each file is a module, `cargo test --release -p dam_dem energy::` runs one.
+//! The dam's tests, in one program: each file is a module, `cargo test --release -p cofferdam_dam energy::` runs one.
 
 mod added_mass;
 mod allocations;

@@ -1,14 +1,14 @@
 //! Blocks that meet where no crack was.
 
-use dam_dem::contact::{Coulomb, Integration};
-use dam_dem::energy::Work;
-use dam_dem::integrator::CentralDifference;
-use dam_dem::loads::LoadPath;
-use dam_dem::{
+use cofferdam_dam::contact::{Coulomb, Integration};
+use cofferdam_dam::energy::Work;
+use cofferdam_dam::integrator::CentralDifference;
+use cofferdam_dam::loads::LoadPath;
+use cofferdam_dam::{
     Block, CrackParameters, CriticalTimeStep, Dam, DamError, DamParameters, Damping, Fidelity, Kinematics,
     Mesh, Motion, Seam, Section, Structure,
 };
-use interface::{CoSimulation, Messages, variables::dam as variable};
+use cofferdam_unit::{CoSimulation, Messages, variables::dam as variable};
 
 use crate::support;
 
@@ -66,7 +66,7 @@ fn advance(
     gravity: f64,
     until: f64,
 ) -> Work {
-    let damping = dam_dem::RayleighCoefficients { mass: 0.0, stiffness: beta };
+    let damping = cofferdam_dam::RayleighCoefficients { mass: 0.0, stiffness: beta };
     let limit = CriticalTimeStep::of(structure, damping).expect("a time step").with_safety(0.9, share);
     let steps = CentralDifference::covering(5e-3, limit);
     let forces = structure.weight([0.0, -gravity]);

@@ -3,7 +3,7 @@
 use crate::added_mass::{dense, incompressible, intact, modes, water_mass, westergaard, with_water};
 use crate::support;
 
-use dam_dem::{Dam, DamError, DamParameters, Fidelity, Structure, contact::MohrCoulomb};
+use cofferdam_dam::{Dam, DamError, DamParameters, Fidelity, Structure, contact::MohrCoulomb};
 use nalgebra::{DMatrix, DVector};
 
 /// `φᵀ (M + X) ψ` from the masses and the water of the nodes.

@@ -2,10 +2,10 @@
 
 use crate::support;
 
-use dam_dem::analytical::newmark_1965::{incline_acceleration, rectangular_pulse_slip};
-use dam_dem::contact::{Coulomb, Integration};
-use dam_dem::integrator::DynamicRelaxation;
-use dam_dem::{DamError, Motion, RayleighCoefficients, Structure};
+use cofferdam_dam::analytical::newmark_1965::{incline_acceleration, rectangular_pulse_slip};
+use cofferdam_dam::contact::{Coulomb, Integration};
+use cofferdam_dam::integrator::DynamicRelaxation;
+use cofferdam_dam::{DamError, Motion, RayleighCoefficients, Structure};
 use support::GRAVITY;
 
 const DAMPING: RayleighCoefficients = RayleighCoefficients { mass: 0.0, stiffness: 1e-3 };

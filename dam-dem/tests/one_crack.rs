@@ -1,15 +1,15 @@
 //! One crack in five meshes of the same fineness, and a crack that never opens.
 
-use dam_dem::contact::{Coulomb, Integration, MohrCoulomb};
-use dam_dem::energy::Work;
-use dam_dem::integrator::CentralDifference;
-use dam_dem::loads::LoadPath;
-use dam_dem::modal::natural_frequencies;
-use dam_dem::{
+use cofferdam_dam::contact::{Coulomb, Integration, MohrCoulomb};
+use cofferdam_dam::energy::Work;
+use cofferdam_dam::integrator::CentralDifference;
+use cofferdam_dam::loads::LoadPath;
+use cofferdam_dam::modal::natural_frequencies;
+use cofferdam_dam::{
     Block, CrackLine, CrackParameters, DamError, DamParameters, DampingCoefficients, Kinematics, Mesh,
     RayleighCoefficients, Section, Structure,
 };
-use interface::{CoSimulation, variables::dam as variable};
+use cofferdam_unit::{CoSimulation, variables::dam as variable};
 
 use crate::support::{self, Record, assembly};
 

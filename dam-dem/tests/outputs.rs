@@ -2,8 +2,8 @@
 
 use crate::support;
 
-use dam_dem::{CrackParameters, Dam, DamError, DamMotion, DamParameters, Fidelity, Material, Section};
-use interface::{CoSimulation, variables::dam as variable};
+use cofferdam_dam::{CrackParameters, Dam, DamError, DamMotion, DamParameters, Fidelity, Material, Section};
+use cofferdam_unit::{CoSimulation, variables::dam as variable};
 use support::{GRAVITY, at_rest, bursts, get, hydrostatic, koyna, shake, stiff, with_water};
 
 /// Force of the element stresses on the base, without damping, N/m.
@@ -54,7 +54,7 @@ fn forces_at_rest_are_those_of_statics() -> Result<(), DamError> {
 /// independent computation. The latter belongs to one instant and does not include damping.
 #[test]
 fn the_base_carries_what_its_elements_do() -> Result<(), DamError> {
-    let undamped = DamParameters { damping: dam_dem::Damping::None, ..koyna(5.0) };
+    let undamped = DamParameters { damping: cofferdam_dam::Damping::None, ..koyna(5.0) };
     for (name, parameters) in [("alone", undamped.clone()), ("with added mass", with_water(undamped))] {
         let mut dam = at_rest(parameters)?;
         let (step, mut worst, mut peak) = (2e-4, 0.0f64, 0.0f64);

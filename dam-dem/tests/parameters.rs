@@ -2,7 +2,7 @@
 
 use crate::support;
 
-use dam_dem::{
+use cofferdam_dam::{
     CrackLine, CrackParameters, Dam, DamError, DamParameters, Damping, DampingFrequencies, Feature,
     GeometryError,
 };

@@ -3,9 +3,9 @@
 //! The section has its real crest. The frequencies to compare with are an independent solution with 40 eight-node
 //! elements.
 
-use dam_dem::contact::{Coulomb, Integration};
-use dam_dem::modal::natural_frequencies;
-use dam_dem::{DamError, Geometry, Kinematics, Material, Mesh, Plane, Section, Structure};
+use cofferdam_dam::contact::{Coulomb, Integration};
+use cofferdam_dam::modal::natural_frequencies;
+use cofferdam_dam::{DamError, Geometry, Kinematics, Material, Mesh, Plane, Section, Structure};
 
 /// rad/s
 const PLANE_STRESS: [f64; 4] = [19.77, 40.69, 54.91, 70.68];

@@ -1,10 +1,10 @@
 //! Two blocks against closed forms in any position and mesh: turned, mirrored, without rows, with meshes that do not
 //! match.
 
-use dam_dem::analytical::newmark_1965::{incline_acceleration, rectangular_pulse_slip};
-use dam_dem::contact::{Coulomb, Integration};
-use dam_dem::integrator::SparseNewton;
-use dam_dem::{DamError, Kinematics, Mesh, Motion, RayleighCoefficients, Section, Structure};
+use cofferdam_dam::analytical::newmark_1965::{incline_acceleration, rectangular_pulse_slip};
+use cofferdam_dam::contact::{Coulomb, Integration};
+use cofferdam_dam::integrator::SparseNewton;
+use cofferdam_dam::{DamError, Kinematics, Mesh, Motion, RayleighCoefficients, Section, Structure};
 
 use crate::support::assembly::{Meshing, Position, cases, two_blocks, unstructured};
 use crate::support::{self, GRAVITY};

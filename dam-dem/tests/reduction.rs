@@ -2,10 +2,10 @@
 
 use crate::support;
 
-use dam_dem::{
+use cofferdam_dam::{
     CrackLine, CrackParameters, Dam, DamError, DamParameters, Damping, Fidelity, Kinematics, Section,
 };
-use interface::{CoSimulation, variables::dam as variable};
+use cofferdam_unit::{CoSimulation, variables::dam as variable};
 use support::{Record, with_water};
 
 const STEP: f64 = 2.5e-3;
@@ -148,7 +148,7 @@ fn a_block_turns_by_a_finite_angle() -> Result<(), DamError> {
     let tall = DamParameters {
         section: Section::rectangle(2.0, 9.0),
         water_depth: 0.0,
-        cracks: vec![dam_dem::CrackParameters {
+        cracks: vec![cofferdam_dam::CrackParameters {
             normal_stiffness: 1e10,
             shear_stiffness: 1e10,
             ..support::crack_at(1.0)

@@ -3,12 +3,12 @@
 
 use crate::support;
 
-use dam_dem::analytical::newmark_1965::slip_on_ground;
-use dam_dem::contact::{Coulomb, Integration};
-use dam_dem::energy::Work;
-use dam_dem::integrator::{CentralDifference, DynamicRelaxation};
-use dam_dem::loads::LoadPath;
-use dam_dem::{DamError, DampingCoefficients, Motion, RayleighCoefficients, best_fit_rotation};
+use cofferdam_dam::analytical::newmark_1965::slip_on_ground;
+use cofferdam_dam::contact::{Coulomb, Integration};
+use cofferdam_dam::energy::Work;
+use cofferdam_dam::integrator::{CentralDifference, DynamicRelaxation};
+use cofferdam_dam::loads::LoadPath;
+use cofferdam_dam::{DamError, DampingCoefficients, Motion, RayleighCoefficients, best_fit_rotation};
 use support::{GRAVITY, mean};
 
 /// Component of gravity along the slope, as a share of g.
@@ -60,7 +60,7 @@ fn rocking_takes_its_time() {
         place(&mut motion, pressed);
         structure.accelerate(DampingCoefficients::NONE, &mut motion, &weight);
         let loads = LoadPath::constant(weight.clone());
-        let rotation = |motion: &dam_dem::Motion| {
+        let rotation = |motion: &cofferdam_dam::Motion| {
             best_fit_rotation(
                 nodes.clone().map(|n| (structure.mass[n], structure.mesh.nodes[n], motion.displacement[n])),
             )

@@ -2,13 +2,13 @@
 
 use crate::support;
 
-use dam_dem::contact::{Coulomb, Integration};
-use dam_dem::energy::Work;
-use dam_dem::integrator::{CentralDifference, SparseNewton};
-use dam_dem::loads::LoadPath;
-use dam_dem::modal::{self, DegreesOfFreedom};
-use dam_dem::{Dam, DamError, DamParameters, DampingCoefficients, Fidelity, RayleighCoefficients};
-use interface::variables::dam as variable;
+use cofferdam_dam::contact::{Coulomb, Integration};
+use cofferdam_dam::energy::Work;
+use cofferdam_dam::integrator::{CentralDifference, SparseNewton};
+use cofferdam_dam::loads::LoadPath;
+use cofferdam_dam::modal::{self, DegreesOfFreedom};
+use cofferdam_dam::{Dam, DamError, DamParameters, DampingCoefficients, Fidelity, RayleighCoefficients};
+use cofferdam_unit::variables::dam as variable;
 use std::f64::consts::TAU;
 
 const ALPHA: f64 = 2.0;

@@ -1,12 +1,12 @@
 //! The load at which what stands on a sloping joint moves, to a millionth of it.
 
-use dam_dem::contact::{Coulomb, Integration};
-use dam_dem::integrator::DynamicRelaxation;
-use dam_dem::{
+use cofferdam_dam::contact::{Coulomb, Integration};
+use cofferdam_dam::integrator::DynamicRelaxation;
+use cofferdam_dam::{
     CrackLine, CrackParameters, Dam, DamError, DamParameters, Damping, Kinematics, Material, Plane, Section,
     Structure,
 };
-use interface::CoSimulation;
+use cofferdam_unit::CoSimulation;
 
 use crate::support::assembly::{cases, two_blocks};
 use crate::support::{self, GRAVITY};

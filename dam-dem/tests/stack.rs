@@ -1,10 +1,12 @@
 //! Ten stacked blocks keep their weight, and free blocks their momenta.
 
-use dam_dem::contact::{Coulomb, Integration, MohrCoulomb};
-use dam_dem::energy::Work;
-use dam_dem::integrator::{CentralDifference, SparseNewton};
-use dam_dem::loads::LoadPath;
-use dam_dem::{DamError, DampingCoefficients, Kinematics, Motion, RayleighCoefficients, Section, Structure};
+use cofferdam_dam::contact::{Coulomb, Integration, MohrCoulomb};
+use cofferdam_dam::energy::Work;
+use cofferdam_dam::integrator::{CentralDifference, SparseNewton};
+use cofferdam_dam::loads::LoadPath;
+use cofferdam_dam::{
+    DamError, DampingCoefficients, Kinematics, Motion, RayleighCoefficients, Section, Structure,
+};
 
 use crate::support::assembly::{
     Assembly, LIFT, Meshing, Placed, Position, cases, rectangle, two_blocks, unstructured,

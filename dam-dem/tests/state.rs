@@ -2,9 +2,9 @@
 
 use crate::support;
 
-use dam_dem::contact::Integration;
-use dam_dem::{CrackParameters, Dam, DamError, DamParameters, Damping, DampingFrequencies, Fidelity};
-use interface::{CallError, CoSimulation, Fingerprint, StateError, variables::dam as variable};
+use cofferdam_dam::contact::Integration;
+use cofferdam_dam::{CrackParameters, Dam, DamError, DamParameters, Damping, DampingFrequencies, Fidelity};
+use cofferdam_unit::{CallError, CoSimulation, Fingerprint, StateError, variables::dam as variable};
 use proptest::prelude::*;
 
 /// Bits of all outputs.

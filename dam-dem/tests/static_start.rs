@@ -2,9 +2,9 @@
 
 use crate::support;
 
-use dam_dem::integrator::{DynamicRelaxation, Relaxed, SparseNewton};
-use dam_dem::{CrackParameters, Dam, DamError, DamParameters, Motion};
-use interface::variables::dam as variable;
+use cofferdam_dam::integrator::{DynamicRelaxation, Relaxed, SparseNewton};
+use cofferdam_dam::{CrackParameters, Dam, DamError, DamParameters, Motion};
+use cofferdam_unit::variables::dam as variable;
 
 /// Reactions at the base equal weight and water; the tolerance is that of the relaxation, 1e-9.
 #[test]
@@ -32,7 +32,7 @@ fn reactions_carry_weight_and_water() -> Result<(), DamError> {
 }
 
 /// Length of the lowest panel, m; its water pressure partly acts on the fixed heel.
-fn first_panel(dam: &dam_dem::Dam) -> f64 {
+fn first_panel(dam: &cofferdam_dam::Dam) -> f64 {
     dam.wet_face().map_or(0.0, |face| face.points()[1][1])
 }
 

@@ -2,11 +2,11 @@
 
 use crate::support;
 
-use dam_dem::analytical::cantilever::bending_stress;
-use dam_dem::contact::{Coulomb, Integration};
-use dam_dem::integrator::SparseNewton;
-use dam_dem::{DamError, Kinematics, Mesh, Section, StressRecovery, Structure};
-use interface::WetFace;
+use cofferdam_dam::analytical::cantilever::bending_stress;
+use cofferdam_dam::contact::{Coulomb, Integration};
+use cofferdam_dam::integrator::SparseNewton;
+use cofferdam_dam::{DamError, Kinematics, Mesh, Section, StressRecovery, Structure};
+use cofferdam_unit::WetFace;
 use support::{koyna, stiff};
 
 const MODULUS: f64 = 31e9;

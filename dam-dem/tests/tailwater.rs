@@ -2,13 +2,13 @@
 
 use crate::support;
 
-use dam_dem::{Dam, DamError, DamParameters, Fidelity, Section};
-use interface::{Causality, CoSimulation, Shape, Variable, variables::dam as variable};
+use cofferdam_dam::{Dam, DamError, DamParameters, Fidelity, Section};
+use cofferdam_unit::{Causality, CoSimulation, Shape, Variable, variables::dam as variable};
 
 const SPECIFIC_WEIGHT: f64 = 9810.0;
 const STEP: f64 = 0.0025;
 
-fn hydrostatic(face: Option<&interface::WetFace>) -> Vec<f64> {
+fn hydrostatic(face: Option<&cofferdam_unit::WetFace>) -> Vec<f64> {
     face.map_or(Vec::new(), |face| {
         face.points().iter().map(|p| SPECIFIC_WEIGHT * (face.depth() - p[1])).collect()
     })

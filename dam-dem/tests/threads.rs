@@ -4,8 +4,8 @@ use crate::support;
 
 use std::num::NonZeroUsize;
 
-use dam_dem::{DamError, DamParameters, Damping, DampingFrequencies};
-use interface::CoSimulation;
+use cofferdam_dam::{DamError, DamParameters, Damping, DampingFrequencies};
+use cofferdam_unit::CoSimulation;
 
 /// With elements and nodes in parts, results are the same, bit for bit, with any number of threads, including
 /// the energies.

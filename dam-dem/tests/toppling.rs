@@ -1,10 +1,10 @@
 //! A rectangular block on the ground under a horizontal acceleration that grows slowly topples at b/h of gravity.
 
-use dam_dem::contact::{Coulomb, Integration};
-use dam_dem::energy::Work;
-use dam_dem::integrator::{CentralDifference, SparseNewton};
-use dam_dem::loads::LoadPath;
-use dam_dem::{
+use cofferdam_dam::contact::{Coulomb, Integration};
+use cofferdam_dam::energy::Work;
+use cofferdam_dam::integrator::{CentralDifference, SparseNewton};
+use cofferdam_dam::loads::LoadPath;
+use cofferdam_dam::{
     DamError, DampingCoefficients, Kinematics, RayleighCoefficients, Structure, best_fit_rotation,
 };
 

@@ -2,12 +2,12 @@
 
 use crate::support;
 
-use dam_dem::analytical::vibration::{bar_period, joint_period};
-use dam_dem::contact::{Coulomb, Integration};
-use dam_dem::energy::Work;
-use dam_dem::integrator::{CentralDifference, DynamicRelaxation};
-use dam_dem::loads::LoadPath;
-use dam_dem::{DamError, DampingCoefficients, Kinematics, Mesh, Motion, Section, Structure};
+use cofferdam_dam::analytical::vibration::{bar_period, joint_period};
+use cofferdam_dam::contact::{Coulomb, Integration};
+use cofferdam_dam::energy::Work;
+use cofferdam_dam::integrator::{CentralDifference, DynamicRelaxation};
+use cofferdam_dam::loads::LoadPath;
+use cofferdam_dam::{DamError, DampingCoefficients, Kinematics, Mesh, Motion, Section, Structure};
 use support::{GRAVITY, stiff};
 
 /// Two blocks with matching meshes, 3 m wide, the lower one fixed.

@@ -1,10 +1,10 @@
 //! A wall of up to 200 blocks between cracks that cross each other.
 
-use dam_dem::contact::{Coulomb, Integration};
-use dam_dem::energy::Work;
-use dam_dem::integrator::CentralDifference;
-use dam_dem::loads::LoadPath;
-use dam_dem::{DampingCoefficients, Kinematics, Structure};
+use cofferdam_dam::contact::{Coulomb, Integration};
+use cofferdam_dam::energy::Work;
+use cofferdam_dam::integrator::CentralDifference;
+use cofferdam_dam::loads::LoadPath;
+use cofferdam_dam::{DampingCoefficients, Kinematics, Structure};
 
 use crate::support::assembly::wall;
 use crate::support::{self, momenta};

@@ -2,12 +2,12 @@
 
 use crate::support;
 
-use dam_dem::analytical::joint_waves::{transmission, transmitted_pulse};
-use dam_dem::contact::{Coulomb, Integration};
-use dam_dem::energy::Work;
-use dam_dem::integrator::CentralDifference;
-use dam_dem::loads::LoadPath;
-use dam_dem::{DampingCoefficients, Kinematics, Mesh, Section, Structure};
+use cofferdam_dam::analytical::joint_waves::{transmission, transmitted_pulse};
+use cofferdam_dam::contact::{Coulomb, Integration};
+use cofferdam_dam::energy::Work;
+use cofferdam_dam::integrator::CentralDifference;
+use cofferdam_dam::loads::LoadPath;
+use cofferdam_dam::{DampingCoefficients, Kinematics, Mesh, Section, Structure};
 use std::f64::consts::PI;
 use support::stiff;
 

@@ -1,8 +1,8 @@
 //! Wedges between two sloping joints, against the equilibrium of rigid bodies at the friction angle.
 
-use dam_dem::contact::{Coulomb, Integration};
-use dam_dem::integrator::DynamicRelaxation;
-use dam_dem::{DamError, Kinematics, Mesh, Section, Structure};
+use cofferdam_dam::contact::{Coulomb, Integration};
+use cofferdam_dam::integrator::DynamicRelaxation;
+use cofferdam_dam::{DamError, Kinematics, Mesh, Section, Structure};
 
 use crate::support::assembly::{Assembly, Position, rectangle, unstructured};
 use crate::support::{self, GRAVITY};

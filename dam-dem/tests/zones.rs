@@ -2,15 +2,15 @@
 
 use crate::support;
 
-use dam_dem::analytical::layered_column::{self, Layer};
-use dam_dem::contact::{Coulomb, Integration};
-use dam_dem::integrator::SparseNewton;
-use dam_dem::modal::{self, DegreesOfFreedom};
-use dam_dem::{
+use cofferdam_dam::analytical::layered_column::{self, Layer};
+use cofferdam_dam::contact::{Coulomb, Integration};
+use cofferdam_dam::integrator::SparseNewton;
+use cofferdam_dam::modal::{self, DegreesOfFreedom};
+use cofferdam_dam::{
     Dam, DamError, DamParameters, Fidelity, Geometry, GeometryError, Kinematics, Material, Materials, Mesh,
     Plane, Section, StressRecovery, Structure, ZoneParameters,
 };
-use interface::{Packable, variables::dam as variable};
+use cofferdam_unit::{Packable, variables::dam as variable};
 use support::GRAVITY;
 
 fn zone(

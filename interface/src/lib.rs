@@ -1,7 +1,7 @@
 //! The contract between the co-simulation units, in Rust.
 //!
 //! ```
-//! use interface::{
+//! use cofferdam_unit::{
 //!     CallError, Capabilities, CoSimulation, Fingerprint, Variable, open, seal, variables::reservoir as variables,
 //! };
 //!

@@ -1,10 +1,12 @@
 //! The C functions as an importer calls them, on a unit that can be made to fail.
 #![allow(unsafe_code)] // it calls C functions
 
-use interface::export::fmi3::{Handle, Status, Text};
-use interface::export::{Contents, FILE};
-use interface::variables::reservoir::{ALL, GROUND_ACCELERATION, SOUND_SPEED, TOTAL_FORCE, WATER_DENSITY};
-use interface::{CallError, Capabilities, CoSimulation, Fingerprint, Packable, Variable, open, seal};
+use cofferdam_unit::export::fmi3::{Handle, Status, Text};
+use cofferdam_unit::export::{Contents, FILE};
+use cofferdam_unit::variables::reservoir::{
+    ALL, GROUND_ACCELERATION, SOUND_SPEED, TOTAL_FORCE, WATER_DENSITY,
+};
+use cofferdam_unit::{CallError, Capabilities, CoSimulation, Fingerprint, Packable, Variable, open, seal};
 use std::collections::BTreeMap;
 use std::ffi::{CStr, CString, c_void};
 use std::num::NonZeroUsize;
@@ -57,7 +59,7 @@ impl CoSimulation for Integrator {
     fn get(&self, reference: u32, values: &mut [f64]) -> Result<(), CallError> {
         match reference {
             FORCE if self.state[3] == 0.0 => {
-                let stage = interface::Stage::Instantiated;
+                let stage = cofferdam_unit::Stage::Instantiated;
                 return Err(CallError::Order { unit: Self::NAME, call: "get", stage });
             }
             FORCE => values[0] = self.state[2] + self.state[0],
@@ -111,7 +113,7 @@ impl Packable for Integrator {
     }
 }
 
-interface::export_fmi3!(Integrator);
+cofferdam_unit::export_fmi3!(Integrator);
 
 const FORCE: u32 = TOTAL_FORCE.value_reference;
 const INPUT: u32 = GROUND_ACCELERATION.value_reference;

@@ -1,8 +1,8 @@
 //! Water by finite elements: construction, a step, a repeated step; h/16, 40 points.
 
+use cofferdam_reservoir::{FiniteElements, ReservoirParameters};
+use cofferdam_unit::WetFace;
 use divan::Bencher;
-use interface::WetFace;
-use reservoir::{FiniteElements, ReservoirParameters};
 
 const DEPTH: f64 = 91.75;
 

@@ -1,9 +1,9 @@
 //! One frequency of the boundary elements, and the solvers that could be used.
 
+use cofferdam_reservoir::{BoundarySystem, Complex64, ReservoirParameters, boundary_system};
+use cofferdam_unit::WetFace;
 use divan::Bencher;
 use faer::linalg::solvers::Solve;
-use interface::WetFace;
-use reservoir::{BoundarySystem, Complex64, ReservoirParameters, boundary_system};
 
 fn main() {
     divan::main();

@@ -1,10 +1,10 @@
 //! Recursion and convolution: construction, and 128 steps (a block of the convolution) early and late in a run.
 
+use cofferdam_reservoir::{Method, Reservoir, ReservoirParameters};
+use cofferdam_unit::variables::reservoir::INTERFACE_ACCELERATION;
+use cofferdam_unit::{CoSimulation, WetFace};
 use divan::Bencher;
 use divan::counter::ItemsCount;
-use interface::variables::reservoir::INTERFACE_ACCELERATION;
-use interface::{CoSimulation, WetFace};
-use reservoir::{Method, Reservoir, ReservoirParameters};
 use std::collections::BTreeMap;
 use std::fmt;
 use std::num::NonZeroUsize;

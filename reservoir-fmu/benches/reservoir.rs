@@ -1,9 +1,9 @@
 //! Kernel setup and steps at 19 and 37 interface points, 25 s at 2.5 ms.
 
+use cofferdam_reservoir::{Reservoir, ReservoirParameters};
+use cofferdam_unit::variables::reservoir::INTERFACE_ACCELERATION;
+use cofferdam_unit::{CoSimulation, WetFace};
 use divan::Bencher;
-use interface::variables::reservoir::INTERFACE_ACCELERATION;
-use interface::{CoSimulation, WetFace};
-use reservoir::{Reservoir, ReservoirParameters};
 use std::num::NonZeroUsize;
 
 const STEP: f64 = 0.0025;

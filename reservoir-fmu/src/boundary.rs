@@ -166,14 +166,14 @@ impl Grading {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use interface::WetFace;
+    use cofferdam_unit::WetFace;
 
     fn meshed(parameters: &ReservoirParameters) -> BoundaryMesh {
         BoundaryMesh::new(&Outline::new(parameters).unwrap(), parameters)
     }
 
     #[test]
-    fn elements_break_at_kinks_and_coinciding_points_only() -> Result<(), interface::WetFaceError> {
+    fn elements_break_at_kinks_and_coinciding_points_only() -> Result<(), cofferdam_unit::WetFaceError> {
         let face =
             WetFace::new(vec![[0.0, 0.0], [0.0, 4.0], [0.0, 10.0], [0.0, 10.0], [0.0, 12.0], [1.0, 20.0]])?;
         let parameters = ReservoirParameters {
@@ -197,7 +197,7 @@ mod tests {
 
     /// The mesh is closed, and lengths start with that at the corner and at most double.
     #[test]
-    fn graded_elements_double_from_the_corners() -> Result<(), interface::WetFaceError> {
+    fn graded_elements_double_from_the_corners() -> Result<(), cofferdam_unit::WetFaceError> {
         let face = WetFace::new(vec![[0.0, 0.0], [0.0, 30.0], [8.0, 100.0]])?;
         for (size, bed, finest) in [(6.0, 11.0, 0.01), (6.0, 3.0, 4.1), (30.0, 90.0, 1.0), (5.0, 5.0, 9.0)] {
             let parameters = ReservoirParameters {

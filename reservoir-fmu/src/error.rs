@@ -1,6 +1,6 @@
 use crate::BoundaryCondition;
-use interface::number::exact;
-use interface::{CallError, StateError};
+use cofferdam_unit::number::exact;
+use cofferdam_unit::{CallError, StateError};
 use num_complex::Complex64;
 
 /// What can go wrong in the reservoir.

@@ -1,7 +1,7 @@
 //! Hydrodynamic pressure of compressible reservoir water on a dam, by boundary elements.
 //!
 //! ```
-//! use reservoir::{Fidelity, ReservoirError, ReservoirParameters, added_mass, analytical::westergaard_1933};
+//! use cofferdam_reservoir::{Fidelity, ReservoirError, ReservoirParameters, added_mass, analytical::westergaard_1933};
 //!
 //! // Incompressible water, 100 m deep, before a vertical face that moves into it with 1 m/s².
 //! let water = ReservoirParameters { fidelity: Fidelity::Incompressible, ..Default::default() };
@@ -89,6 +89,7 @@ mod whole_record;
 
 pub use added_mass::{added_mass, ground_added_mass};
 pub use boundary::{BoundaryMesh, Element};
+pub use reservoir::{Reservoir, ReservoirState};
 pub use condition::BoundaryCondition;
 pub use element_order::ElementOrder;
 pub use error::ReservoirError;
@@ -100,7 +101,6 @@ pub use method::Method;
 pub use num_complex::Complex64;
 pub use outline::{Outline, Piece};
 pub use parameters::ReservoirParameters;
-pub use reservoir::{Reservoir, ReservoirState};
 pub use system::{BoundarySystem, boundary_system};
 pub use water::Water;
 pub use whole_record::pressure_of_record;

@@ -84,7 +84,7 @@ impl Method {
     }
 
     /// Whether it needs a long preparation, whose result can be kept
-    /// ([`Packable::prepare`](interface::Packable::prepare)).
+    /// ([`Packable::prepare`](cofferdam_unit::Packable::prepare)).
     pub fn needs_preparation(self) -> bool {
         self != Self::FiniteElements
     }

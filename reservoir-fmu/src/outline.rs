@@ -196,7 +196,7 @@ fn distance(point: [f64; 2], start: [f64; 2], end: [f64; 2]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use interface::WetFace;
+    use cofferdam_unit::WetFace;
 
     fn water(bed: &[[f64; 2]]) -> ReservoirParameters {
         let face = WetFace::new(vec![[0.0, 0.0], [-2.0, 5.0], [-2.0, 20.0]]).unwrap();

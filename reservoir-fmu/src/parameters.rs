@@ -1,8 +1,8 @@
 use crate::boundary::BoundaryMesh;
 use crate::outline::Outline;
 use crate::{ElementOrder, Fidelity, Method, ReservoirError};
-use interface::variables::reservoir as variables;
-use interface::{Variable, WetFace};
+use cofferdam_unit::variables::reservoir as variables;
+use cofferdam_unit::{Variable, WetFace};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;

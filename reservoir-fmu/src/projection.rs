@@ -6,8 +6,8 @@ use crate::ReservoirError;
 use crate::boundary::{BoundaryMesh, Element};
 use crate::condition::BoundaryCondition;
 use crate::quadrature::gauss_legendre;
+use cofferdam_unit::WetFace;
 use faer::{Mat, MatRef};
-use interface::WetFace;
 use nalgebra::{DMatrix, SymmetricEigen};
 use num_complex::Complex64;
 

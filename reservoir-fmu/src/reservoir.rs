@@ -1,8 +1,8 @@
 use crate::rational::{DOUBTFUL, Quality};
 use crate::time_domain::{Memory, TimeDomain};
 use crate::{Method, ReservoirError, ReservoirParameters};
-use interface::variables::reservoir as variables;
-use interface::{
+use cofferdam_unit::variables::reservoir as variables;
+use cofferdam_unit::{
     CallError, Capabilities, Causality, CoSimulation, EndAcceleration, Fingerprint, Packable, Stage,
     StateError, Variable, WetFace, open, seal,
 };

@@ -14,8 +14,8 @@ use crate::projection::InterfaceProjection;
 use crate::radiation::Radiation;
 use crate::water::Water;
 use crate::{ReservoirError, ReservoirParameters};
+use cofferdam_unit::WetFace;
 use faer::{Mat, linalg::solvers::Solve};
-use interface::WetFace;
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 

@@ -2,11 +2,11 @@
 
 use crate::rectangular;
 
-use rectangular::{DENSITY, DEPTH, SOUND_SPEED, THREADS, difference, of_uniform_motion, projected};
-use reservoir::analytical::bustamante_1963;
-use reservoir::{
+use cofferdam_reservoir::analytical::bustamante_1963;
+use cofferdam_reservoir::{
     Complex64, Fidelity, ReservoirError, ReservoirParameters, added_mass, field_response, frequency_response,
 };
+use rectangular::{DENSITY, DEPTH, SOUND_SPEED, THREADS, difference, of_uniform_motion, projected};
 
 const GRAVITY: f64 = 9.81;
 

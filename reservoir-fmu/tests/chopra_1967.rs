@@ -2,18 +2,18 @@
 
 use crate::rectangular;
 
+use cofferdam_reservoir::analytical::chopra_1967;
+use cofferdam_reservoir::{Complex64, ReservoirError, frequency_response};
 use rectangular::{
     DEPTH, SOUND_SPEED, THREADS, base_pressures, difference, of_uniform_motion, parameters, projected,
 };
-use reservoir::analytical::chopra_1967;
-use reservoir::{Complex64, ReservoirError, frequency_response};
 use std::f64::consts::PI;
 
 const CUT_OFF: f64 = PI * SOUND_SPEED / (2.0 * DEPTH);
 
 /// Pressures divided by ρa at the points for a uniform acceleration towards the water.
 fn response(
-    parameters: &reservoir::ReservoirParameters,
+    parameters: &cofferdam_reservoir::ReservoirParameters,
     s: Complex64,
 ) -> Result<Vec<Complex64>, ReservoirError> {
     let k = frequency_response(parameters, &[s], THREADS)?.remove(0);
@@ -21,7 +21,7 @@ fn response(
 }
 
 /// The closed form, projected onto functions that are linear along the panels, m.
-fn exact(parameters: &reservoir::ReservoirParameters, s: Complex64) -> Vec<Complex64> {
+fn exact(parameters: &cofferdam_reservoir::ReservoirParameters, s: Complex64) -> Vec<Complex64> {
     projected(&parameters.wet_face, |elevations| {
         elevations.iter().map(|&y| chopra_1967::pressure(s, DEPTH, SOUND_SPEED, y)).collect()
     })
@@ -84,7 +84,7 @@ fn far_end_may_stand_anywhere() -> Result<(), ReservoirError> {
         for ratio in [0.7, 1.5, 2.5] {
             let s = Complex64::new(0.02, ratio) * CUT_OFF;
             let base = |distance: f64| {
-                let parameters = reservoir::ReservoirParameters {
+                let parameters = cofferdam_reservoir::ReservoirParameters {
                     far_end_distance: distance,
                     ..parameters(alpha, 16, 0.0025, 1.0)
                 };

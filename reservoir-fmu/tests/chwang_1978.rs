@@ -2,10 +2,10 @@
 
 use crate::rectangular;
 
-use interface::WetFace;
+use cofferdam_reservoir::analytical::chwang_1978;
+use cofferdam_reservoir::{Complex64, Fidelity, ReservoirError, ReservoirParameters, added_mass};
+use cofferdam_unit::WetFace;
 use rectangular::{DENSITY, DEPTH, difference, parameters, projected};
-use reservoir::analytical::chwang_1978;
-use reservoir::{Complex64, Fidelity, ReservoirError, ReservoirParameters, added_mass};
 
 /// 30° to 120° from the bed, horizontal motion: 0.1 % of the profile with linear elements of h/16.
 #[test]

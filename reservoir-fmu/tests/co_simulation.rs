@@ -2,13 +2,13 @@
 
 use crate::rectangular;
 
-use interface::variables::reservoir::{
+use cofferdam_reservoir::{Fidelity, Method, Reservoir, ReservoirError, ReservoirParameters};
+use cofferdam_unit::variables::reservoir::{
     ALL, GROUND_ACCELERATION, HORIZON, HYDROSTATIC_PRESSURE, INTERFACE_ACCELERATION, INTERFACE_PRESSURE,
     RECURSION_ERROR, RECURSION_LOSS,
 };
-use interface::{CallError, CoSimulation, Level, Messages, StateError};
+use cofferdam_unit::{CallError, CoSimulation, Level, Messages, StateError};
 use rectangular::{DENSITY, DEPTH, THREADS, parameters};
-use reservoir::{Fidelity, Method, Reservoir, ReservoirError, ReservoirParameters};
 
 const POINTS: usize = 7;
 const STEP: f64 = 0.005;
@@ -113,8 +113,8 @@ fn bad_parameters_are_named() {
     let short = ReservoirParameters { horizon: 0.001, fidelity: Fidelity::Westergaard, ..made() };
     assert!(short.validate().is_ok(), "without memory there is no horizon");
     for s in [(-1.0, 3.0), (0.0, 0.0), (f64::NAN, 3.0), (1.0, f64::INFINITY)] {
-        let s = reservoir::Complex64::new(s.0, s.1);
-        let error = reservoir::frequency_response(&made(), &[s], THREADS).unwrap_err();
+        let s = cofferdam_reservoir::Complex64::new(s.0, s.1);
+        let error = cofferdam_reservoir::frequency_response(&made(), &[s], THREADS).unwrap_err();
         assert!(matches!(error, ReservoirError::Frequency { .. }), "{error}");
     }
 }

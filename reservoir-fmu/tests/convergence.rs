@@ -2,9 +2,9 @@
 
 use crate::rectangular;
 
+use cofferdam_reservoir::ReservoirError;
+use cofferdam_reservoir::analytical::chopra_1967::base_pressure_of_acceleration_ramp;
 use rectangular::{DENSITY, DEPTH, SOUND_SPEED, base_pressures, parameters};
-use reservoir::ReservoirError;
-use reservoir::analytical::chopra_1967::base_pressure_of_acceleration_ramp;
 use std::f64::consts::PI;
 
 const PULSE: f64 = 0.15;

@@ -2,12 +2,12 @@
 
 use crate::rectangular;
 
-use interface::WetFace;
-use rectangular::{DEPTH, SOUND_SPEED, THREADS, difference, of_uniform_motion, parameters, projected};
-use reservoir::analytical::{chopra_1967, fenves_chopra_1984};
-use reservoir::{
+use cofferdam_reservoir::analytical::{chopra_1967, fenves_chopra_1984};
+use cofferdam_reservoir::{
     Complex64, ElementOrder, Fidelity, ReservoirError, ReservoirParameters, added_mass, frequency_response,
 };
+use cofferdam_unit::WetFace;
+use rectangular::{DEPTH, SOUND_SPEED, THREADS, difference, of_uniform_motion, parameters, projected};
 use std::f64::consts::PI;
 
 const CUT_OFF: f64 = PI * SOUND_SPEED / (2.0 * DEPTH);

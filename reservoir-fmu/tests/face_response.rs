@@ -2,10 +2,10 @@
 
 use crate::rectangular;
 
-use interface::WetFace;
+use cofferdam_reservoir::analytical::fenves_chopra_1984;
+use cofferdam_reservoir::{Complex64, ElementOrder, ReservoirError, ReservoirParameters, frequency_response};
+use cofferdam_unit::WetFace;
 use rectangular::{DEPTH, SOUND_SPEED, THREADS, difference, of_uniform_motion, projected};
-use reservoir::analytical::fenves_chopra_1984;
-use reservoir::{Complex64, ElementOrder, ReservoirError, ReservoirParameters, frequency_response};
 use std::f64::consts::PI;
 
 const CUT_OFF: f64 = PI * SOUND_SPEED / (2.0 * DEPTH);

@@ -2,9 +2,9 @@
 
 use crate::rectangular;
 
+use cofferdam_reservoir::paper::{FarEndCondition, ShortWindows, pressure_before, response_before};
+use cofferdam_reservoir::{Complex64, ReservoirError, ReservoirParameters, pressure_of_record};
 use rectangular::{DEPTH, SOUND_SPEED, THREADS, difference, of_uniform_motion, parameters, projected};
-use reservoir::paper::{FarEndCondition, ShortWindows, pressure_before, response_before};
-use reservoir::{Complex64, ReservoirError, ReservoirParameters, pressure_of_record};
 use std::f64::consts::PI;
 
 const CUT_OFF: f64 = PI * SOUND_SPEED / (2.0 * DEPTH);

@@ -2,12 +2,12 @@
 
 use crate::rectangular;
 
+use cofferdam_reservoir::analytical::fenves_chopra_1984;
+use cofferdam_reservoir::{Complex64, ReservoirError, frequency_response};
 use rectangular::{
     DENSITY, DEPTH, SOUND_SPEED, THREADS, base_pressures, difference, of_uniform_motion, parameters,
     projected,
 };
-use reservoir::analytical::fenves_chopra_1984;
-use reservoir::{Complex64, ReservoirError, frequency_response};
 use std::f64::consts::PI;
 
 /// 1 % between three elements' travel time and the first echo, whose front the Radau method smears

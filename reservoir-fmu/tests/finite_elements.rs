@@ -2,11 +2,13 @@
 
 use crate::rectangular;
 
-use interface::WetFace;
+use cofferdam_reservoir::analytical::{chopra_1967, fenves_chopra_1984};
+use cofferdam_reservoir::{
+    Complex64, FarEnd, FiniteElements, ReservoirError, ReservoirParameters, frequency_response,
+};
+use cofferdam_unit::WetFace;
 use nalgebra::{DMatrix, DVector};
 use rectangular::{DENSITY, DEPTH, SOUND_SPEED, THREADS, consistent_mass, relative};
-use reservoir::analytical::{chopra_1967, fenves_chopra_1984};
-use reservoir::{Complex64, FarEnd, FiniteElements, ReservoirError, ReservoirParameters, frequency_response};
 use std::f64::consts::PI;
 
 const CUT_OFF: f64 = PI * SOUND_SPEED / (2.0 * DEPTH);

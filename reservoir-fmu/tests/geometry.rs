@@ -2,13 +2,13 @@
 
 use crate::rectangular;
 
-use interface::WetFace;
-use nalgebra::{DMatrix, SymmetricEigen};
-use rectangular::{DENSITY, DEPTH, SOUND_SPEED, THREADS, consistent_mass, parameters};
-use reservoir::analytical::{chakrabarti_chopra_1973, chopra_1967};
-use reservoir::{
+use cofferdam_reservoir::analytical::{chakrabarti_chopra_1973, chopra_1967};
+use cofferdam_reservoir::{
     Complex64, ElementOrder, ReservoirError, ReservoirParameters, field_response, frequency_response,
 };
+use cofferdam_unit::WetFace;
+use nalgebra::{DMatrix, SymmetricEigen};
+use rectangular::{DENSITY, DEPTH, SOUND_SPEED, THREADS, consistent_mass, parameters};
 use std::f64::consts::PI;
 
 const CUT_OFF: f64 = PI * SOUND_SPEED / (2.0 * DEPTH);

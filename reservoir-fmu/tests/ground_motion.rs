@@ -2,15 +2,15 @@
 
 use crate::rectangular;
 
-use interface::variables::reservoir::{BASE_PRESSURE, GROUND_ACCELERATION};
-use interface::{CoSimulation, WetFace};
-use nalgebra::DVector;
-use rectangular::{DENSITY, DEPTH, SOUND_SPEED, THREADS, parameters};
-use reservoir::analytical::chakrabarti_chopra_1973;
-use reservoir::{
+use cofferdam_reservoir::analytical::chakrabarti_chopra_1973;
+use cofferdam_reservoir::{
     Complex64, ElementOrder, Fidelity, Method, Reservoir, ReservoirError, ReservoirParameters, added_mass,
     frequency_response, ground_added_mass,
 };
+use cofferdam_unit::variables::reservoir::{BASE_PRESSURE, GROUND_ACCELERATION};
+use cofferdam_unit::{CoSimulation, WetFace};
+use nalgebra::DVector;
+use rectangular::{DENSITY, DEPTH, SOUND_SPEED, THREADS, parameters};
 use std::f64::consts::PI;
 
 const CUT_OFF: f64 = PI * SOUND_SPEED / (2.0 * DEPTH);

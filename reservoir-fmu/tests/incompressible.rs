@@ -2,14 +2,14 @@
 
 use crate::rectangular;
 
-use interface::variables::reservoir::{FIDELITY, INTERFACE_ACCELERATION, INTERFACE_PRESSURE};
-use interface::{CoSimulation, WetFace};
-use nalgebra::{DVector, SymmetricEigen};
-use rectangular::{DENSITY, DEPTH, SOUND_SPEED, THREADS, consistent_mass, projected};
-use reservoir::analytical::chopra_1967::{self, STATIC_BASE_PRESSURE, STATIC_FORCE};
-use reservoir::{
+use cofferdam_reservoir::analytical::chopra_1967::{self, STATIC_BASE_PRESSURE, STATIC_FORCE};
+use cofferdam_reservoir::{
     Complex64, Fidelity, Reservoir, ReservoirError, ReservoirParameters, added_mass, frequency_response,
 };
+use cofferdam_unit::variables::reservoir::{FIDELITY, INTERFACE_ACCELERATION, INTERFACE_PRESSURE};
+use cofferdam_unit::{CoSimulation, WetFace};
+use nalgebra::{DVector, SymmetricEigen};
+use rectangular::{DENSITY, DEPTH, SOUND_SPEED, THREADS, consistent_mass, projected};
 use std::f64::consts::PI;
 
 fn parameters(elements: usize) -> ReservoirParameters {

@@ -2,12 +2,12 @@
 
 use crate::rectangular;
 
-use interface::variables::reservoir::{INTERFACE_ACCELERATION, INTERFACE_PRESSURE};
-use interface::{CoSimulation, WetFace};
+use cofferdam_reservoir::{Method, Reservoir, ReservoirError, ReservoirParameters};
+use cofferdam_unit::variables::reservoir::{INTERFACE_ACCELERATION, INTERFACE_PRESSURE};
+use cofferdam_unit::{CoSimulation, WetFace};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 use rectangular::{DENSITY, DEPTH, SOUND_SPEED, THREADS, parameters};
-use reservoir::{Method, Reservoir, ReservoirError, ReservoirParameters};
 
 const STEPS: usize = 160;
 const PANELS: usize = 8;
@@ -190,12 +190,12 @@ fn coinciding_points_carry_the_pressure_of_their_own_panels() -> Result<(), Rese
     let cracked = WetFace::new(y.iter().map(|y| [0.0, *y]).collect()).unwrap();
     let whole =
         WetFace::new([0.0, 40.0, 80.0, 116.0, 150.0, DEPTH].iter().map(|y| [0.0, *y]).collect()).unwrap();
-    let s = reservoir::Complex64::new(1.0, 15.0);
+    let s = cofferdam_reservoir::Complex64::new(1.0, 15.0);
     let response = |face: &WetFace| {
         let parameters = ReservoirParameters { wet_face: face.clone(), ..parameters(1.0, 24, 0.0025, 1.0) };
-        let k = reservoir::frequency_response(&parameters, &[s], THREADS)?.remove(0);
+        let k = cofferdam_reservoir::frequency_response(&parameters, &[s], THREADS)?.remove(0);
         let pressure = rectangular::of_uniform_motion(&k, s);
-        let force: reservoir::Complex64 =
+        let force: cofferdam_reservoir::Complex64 =
             rectangular::consistent_mass(face).row_iter().zip(&pressure).map(|(row, p)| p * row.sum()).sum();
         Ok::<_, ReservoirError>((pressure, force))
     };

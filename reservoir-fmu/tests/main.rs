@@ -1,4 +1,4 @@
-//! The reservoir's tests, in one program: each file is a module, `cargo test --release -p reservoir methods::` runs one.
+//! The reservoir's tests, in one program: each file is a module, `cargo test --release -p cofferdam-reservoir methods::` runs one.
 
 mod bustamante_1963;
 mod chopra_1967;

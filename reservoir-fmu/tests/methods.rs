@@ -3,19 +3,19 @@
 use crate::rectangular;
 use crate::shipped;
 
-use interface::variables::reservoir::{
+use cofferdam_reservoir::analytical::chopra_1967;
+use cofferdam_reservoir::{Method, Reservoir, ReservoirError, ReservoirParameters};
+use cofferdam_unit::variables::reservoir::{
     BASE_PRESSURE, GROUND_ACCELERATION, INTERFACE_ACCELERATION, INTERFACE_PRESSURE, TOTAL_FORCE,
 };
-use interface::{CoSimulation, WetFace};
+use cofferdam_unit::{CoSimulation, WetFace};
 use rectangular::{DENSITY, DEPTH, SOUND_SPEED, THREADS, base_pressures, parameters, rising_ground};
-use reservoir::analytical::chopra_1967;
-use reservoir::{Method, Reservoir, ReservoirError, ReservoirParameters};
 use shipped::{read, velocities};
 use std::f64::consts::PI;
 
 const CONVOLUTIONS: [Method; 4] = [Method::Bdf2, Method::Trapezoid, Method::Radau2, Method::Radau3];
 
-fn number(unit: &Reservoir, variable: interface::Variable) -> f64 {
+fn number(unit: &Reservoir, variable: cofferdam_unit::Variable) -> f64 {
     let mut value = [0.0];
     unit.get(variable.value_reference, &mut value).unwrap();
     value[0]

@@ -2,9 +2,11 @@
 
 use crate::rectangular;
 
-use interface::WetFace;
+use cofferdam_reservoir::{
+    Complex64, Fidelity, PressureField, ReservoirError, ReservoirParameters, field_response,
+};
+use cofferdam_unit::WetFace;
 use rectangular::{DENSITY, DEPTH, SOUND_SPEED, THREADS};
-use reservoir::{Complex64, Fidelity, PressureField, ReservoirError, ReservoirParameters, field_response};
 use std::f64::consts::PI;
 
 const CUT_OFF: f64 = PI * SOUND_SPEED / (2.0 * DEPTH);

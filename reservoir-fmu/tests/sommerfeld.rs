@@ -2,11 +2,11 @@
 
 use crate::rectangular;
 
-use interface::WetFace;
+use cofferdam_reservoir::analytical::chopra_1967;
+use cofferdam_reservoir::{Complex64, FiniteElements, ReservoirError, ReservoirParameters};
+use cofferdam_unit::WetFace;
 use nalgebra::DVector;
 use rectangular::{DENSITY, DEPTH, SOUND_SPEED, relative};
-use reservoir::analytical::chopra_1967;
-use reservoir::{Complex64, FiniteElements, ReservoirError, ReservoirParameters};
 use std::f64::consts::PI;
 
 const PANELS: usize = 32;

@@ -3,14 +3,14 @@
 
 use crate::rectangular;
 
-use interface::variables::reservoir::{GROUND_ACCELERATION, INTERFACE_ACCELERATION, INTERFACE_PRESSURE};
-use interface::{CoSimulation, WetFace};
-use nalgebra::DVector;
-use rectangular::{DENSITY, DEPTH, THREADS, parameters, projected, ramp_and_hold};
-use reservoir::analytical::westergaard_1933;
-use reservoir::{
+use cofferdam_reservoir::analytical::westergaard_1933;
+use cofferdam_reservoir::{
     Fidelity, Method, Reservoir, ReservoirError, ReservoirParameters, added_mass, ground_added_mass,
 };
+use cofferdam_unit::variables::reservoir::{GROUND_ACCELERATION, INTERFACE_ACCELERATION, INTERFACE_PRESSURE};
+use cofferdam_unit::{CoSimulation, WetFace};
+use nalgebra::DVector;
+use rectangular::{DENSITY, DEPTH, THREADS, parameters, projected, ramp_and_hold};
 
 /// Time until which the acceleration is held, s.
 const HELD: f64 = 600.0;

@@ -2,9 +2,9 @@
 
 use crate::rectangular::THREADS;
 
-use interface::variables::reservoir as variable;
-use interface::{CoSimulation, Variable, WetFace};
-use reservoir::{Fidelity, Method, Reservoir, ReservoirError, ReservoirParameters, added_mass};
+use cofferdam_reservoir::{Fidelity, Method, Reservoir, ReservoirError, ReservoirParameters, added_mass};
+use cofferdam_unit::variables::reservoir as variable;
+use cofferdam_unit::{CoSimulation, Variable, WetFace};
 
 const STEP: f64 = 0.005;
 /// Mirrored coordinates are exact: all are multiples of 1/8 m below 64 m.

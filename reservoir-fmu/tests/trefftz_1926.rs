@@ -2,9 +2,9 @@
 
 use crate::rectangular;
 
+use cofferdam_reservoir::{Complex64, ReservoirError, ReservoirParameters, frequency_response};
 use nalgebra::{DMatrix, DVector};
 use rectangular::{DENSITY, DEPTH, SOUND_SPEED, THREADS, of_uniform_motion, parameters, projected};
-use reservoir::{Complex64, ReservoirError, ReservoirParameters, frequency_response};
 use std::f64::consts::PI;
 
 const BATTER: f64 = 0.1;
@@ -38,7 +38,7 @@ fn trefftz(terms: usize, elevations: &[f64]) -> Vec<f64> {
 
 fn battered(panels: usize, elements: usize) -> ReservoirParameters {
     ReservoirParameters {
-        wet_face: interface::WetFace::straight([BATTER * DEPTH, DEPTH], panels).unwrap(),
+        wet_face: cofferdam_unit::WetFace::straight([BATTER * DEPTH, DEPTH], panels).unwrap(),
         element_size: DEPTH * (1.0 + BATTER * BATTER).sqrt() / elements as f64,
         ..parameters(1.0, elements, 0.0025, 1.0)
     }
@@ -64,8 +64,8 @@ fn incompressible_limit() -> Result<(), ReservoirError> {
     let error = force(&p) / force(&fine) - 1.0;
     let base = p[0] / fine[0] - 1.0;
     let incompressible =
-        ReservoirParameters { fidelity: reservoir::Fidelity::Incompressible, ..parameters.clone() };
-    let mass = reservoir::added_mass(&incompressible)?;
+        ReservoirParameters { fidelity: cofferdam_reservoir::Fidelity::Incompressible, ..parameters.clone() };
+    let mass = cofferdam_reservoir::added_mass(&incompressible)?;
     let p: Vec<f64> = mass.row_iter().map(|row| row.sum() / DENSITY).collect();
     let exactly = force(&p) / force(&fine) - 1.0;
     println!("batter 1:10, incompressible model: force off by {exactly:.2e}");

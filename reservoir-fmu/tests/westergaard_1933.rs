@@ -2,14 +2,14 @@
 
 use crate::rectangular;
 
-use interface::variables::reservoir::{INTERFACE_ACCELERATION, OVERTURNING_MOMENT, TOTAL_FORCE};
-use interface::{CoSimulation, WetFace};
-use nalgebra::{DVector, SymmetricEigen};
-use rectangular::{DENSITY, DEPTH, THREADS, consistent_mass, parameters, projected};
-use reservoir::analytical::{chopra_1967, westergaard_1933};
-use reservoir::{
+use cofferdam_reservoir::analytical::{chopra_1967, westergaard_1933};
+use cofferdam_reservoir::{
     Complex64, Fidelity, Reservoir, ReservoirError, ReservoirParameters, added_mass, frequency_response,
 };
+use cofferdam_unit::variables::reservoir::{INTERFACE_ACCELERATION, OVERTURNING_MOMENT, TOTAL_FORCE};
+use cofferdam_unit::{CoSimulation, WetFace};
+use nalgebra::{DVector, SymmetricEigen};
+use rectangular::{DENSITY, DEPTH, THREADS, consistent_mass, parameters, projected};
 
 fn unit(elements: usize) -> Result<Reservoir, ReservoirError> {
     let parameters =
@@ -19,7 +19,7 @@ fn unit(elements: usize) -> Result<Reservoir, ReservoirError> {
     Ok(unit)
 }
 
-fn value(unit: &Reservoir, variable: interface::Variable) -> Result<f64, ReservoirError> {
+fn value(unit: &Reservoir, variable: cofferdam_unit::Variable) -> Result<f64, ReservoirError> {
     let mut value = [0.0];
     unit.get(variable.value_reference, &mut value)?;
     Ok(value[0])

@@ -4,14 +4,14 @@
 use crate::rectangular;
 use crate::shipped;
 
-use interface::WetFace;
-use nalgebra::DMatrix;
-use rectangular::{DENSITY, DEPTH, SOUND_SPEED, THREADS, parameters, rising_ground, stepped};
-use reservoir::analytical::{chopra_1967, fenves_chopra_1984};
-use reservoir::{
+use cofferdam_reservoir::analytical::{chopra_1967, fenves_chopra_1984};
+use cofferdam_reservoir::{
     Complex64, Fidelity, Method, ReservoirError, ReservoirParameters, added_mass, ground_added_mass,
     pressure_of_record,
 };
+use cofferdam_unit::WetFace;
+use nalgebra::DMatrix;
+use rectangular::{DENSITY, DEPTH, SOUND_SPEED, THREADS, parameters, rising_ground, stepped};
 use shipped::{accelerations, read, velocities};
 use std::f64::consts::PI;
 use std::num::NonZeroUsize;

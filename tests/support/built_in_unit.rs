@@ -1,8 +1,8 @@
 //! A built-in unit in another executable than `cofferdam`, for scenes that name it as a command: the dam with all elements and
 //! contacts, or compressible water.
 
-use cofferdam_assembly::{Assembly, AssemblyError};
 use cofferdam_assembly::units::{DAM, RESERVOIR};
+use cofferdam_assembly::{Assembly, AssemblyError};
 use cofferdam_scene::{DamFidelityScene, FidelityScene, Scene};
 use cofferdam_shared_memory::{Task, host};
 use std::num::NonZeroUsize;

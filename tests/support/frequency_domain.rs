@@ -5,10 +5,10 @@
 //! `p = Z(s) (s Nᵀu + n_x a_g/s)`, solved for p on the wet face. σ > 0 is the exponential
 //! window that makes the inverse transform free of wrap-around and of resonance.
 
+use cofferdam_dam::Dam;
 use cofferdam_motion::GroundMotion;
-use dam_dem::Dam;
+use cofferdam_unit::WetFace;
 use faer::Mat;
-use interface::WetFace;
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
 use rustfft::FftPlanner;

@@ -1,8 +1,8 @@
 //! The Koyna dam as the shipped scenes have it, for tests that build it without a scene.
 
-use dam_dem::{CrackParameters, DamParameters, Kinematics, Material, Section};
-use interface::WetFace;
-use reservoir::ReservoirParameters;
+use cofferdam_dam::{CrackParameters, DamParameters, Kinematics, Material, Section};
+use cofferdam_reservoir::ReservoirParameters;
+use cofferdam_unit::WetFace;
 
 /// Elevation of the crest, m.
 pub const CREST: f64 = 103.0;

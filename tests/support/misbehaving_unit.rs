@@ -3,7 +3,7 @@
 use cofferdam_coupling::participant::{Channel, ChannelShape, Description, Layout};
 use cofferdam_shared_memory::transport::{Command, Folder, PROTOCOL_VERSION, Server, Status};
 use cofferdam_shared_memory::{Task, Word, layout_hash};
-use interface::{Capabilities, Fingerprint};
+use cofferdam_unit::{Capabilities, Fingerprint};
 use std::io::{BufRead, Write};
 use std::sync::atomic::AtomicBool;
 

@@ -3,8 +3,8 @@
 
 use crate::frequency_domain::LinearDam;
 use crate::koyna;
+use cofferdam_unit::WetFace;
 use faer::Mat;
-use interface::WetFace;
 use std::collections::HashMap;
 
 const GAUSS: [(f64, f64); 3] =

@@ -4,7 +4,7 @@ use cofferdam_coupling::participant::{
     Channel, ChannelShape, Description, Layout, Occasion, Participant, ParticipantError,
 };
 use cofferdam_coupling::scheme::Interval;
-use interface::{Capabilities, Fingerprint, StateError, WetFace, open, seal};
+use cofferdam_unit::{Capabilities, Fingerprint, StateError, WetFace, open, seal};
 use serde::{Serialize, de::DeserializeOwned};
 
 /// Communication step number `step` (from 1) of equal ones (s).

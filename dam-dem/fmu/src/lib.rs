@@ -1,3 +1,3 @@
 //! The dam as an FMI library.
 
-interface::export_fmi3!(dam_dem::Dam);
+cofferdam_unit::export_fmi3!(cofferdam_dam::Dam);

@@ -1,6 +1,6 @@
 //! How the wet face yields to pressure within a step.
 
-use interface::{CoSimulation, variables::dam as variable};
+use cofferdam_unit::{CoSimulation, variables::dam as variable};
 use nalgebra::DMatrix;
 
 use super::Dam;

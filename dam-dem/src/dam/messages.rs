@@ -1,6 +1,6 @@
 //! What the dam reports of itself in words.
 
-use interface::number::plain;
+use cofferdam_unit::number::plain;
 
 use super::Dam;
 use crate::contact::{ContactStatus, JointState};

@@ -1,6 +1,6 @@
 //! The outputs of the dam, computed from its state.
 
-use interface::{CallError, Causality, Packable, Shape, Variable, variables::dam as variable};
+use cofferdam_unit::{CallError, Causality, Packable, Shape, Variable, variables::dam as variable};
 
 use crate::block::best_fit_rotation;
 use crate::contact::{ContactStatus, CrackForces};
@@ -10,7 +10,7 @@ use crate::{Dam, DamError, Kinematics};
 impl Dam {
     /// Writes the values of `variable`.
     ///
-    /// **Errors**: [`CallError::Order`](interface::CallError::Order) before initialisation, for variables
+    /// **Errors**: [`CallError::Order`](cofferdam_unit::CallError::Order) before initialisation, for variables
     /// that exist only after it.
     pub(super) fn output(&self, variable: &'static Variable, values: &mut [f64]) -> Result<(), DamError> {
         let state = self.state();
@@ -341,7 +341,7 @@ impl Dam {
 
     /// Values of `variable` of either wet face at the points of both.
     fn at_points(&self, variable: &Variable) -> Result<Vec<f64>, DamError> {
-        use interface::variables::dam as v;
+        use cofferdam_unit::variables::dam as v;
         let state = self.state();
         let faces = || self.wet().into_iter().flat_map(|wet| wet.faces.iter().flatten());
         let coordinate = |d: usize| faces().flat_map(|face| face.points()).map(|point| point[d]).collect();
@@ -366,7 +366,7 @@ impl Dam {
             v::INTERFACE_NORMAL_X | v::TAILWATER_INTERFACE_NORMAL_X => normal(0),
             v::INTERFACE_NORMAL_Y | v::TAILWATER_INTERFACE_NORMAL_Y => normal(1),
             v::INTERFACE_LENGTH | v::TAILWATER_INTERFACE_LENGTH => {
-                faces().flat_map(interface::WetFace::tributary_lengths).collect()
+                faces().flat_map(cofferdam_unit::WetFace::tributary_lengths).collect()
             }
             _ => return Err(no_value(variable)),
         })
@@ -385,7 +385,7 @@ fn copy(from: &[f64], to: &mut [f64]) -> Result<(), DamError> {
 
 #[cfg(test)]
 mod tests {
-    use interface::CoSimulation;
+    use cofferdam_unit::CoSimulation;
 
     use super::*;
     use crate::{CrackParameters, DamMotion, DamParameters, Damping, Material, Section};

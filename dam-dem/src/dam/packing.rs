@@ -1,6 +1,6 @@
 //! The dam as a unit that is made from parameters alone.
 
-use interface::{Capabilities, Packable, Shape, Variable, variables::dam as variable};
+use cofferdam_unit::{Capabilities, Packable, Shape, Variable, variables::dam as variable};
 use std::num::NonZeroUsize;
 
 use super::Dam;

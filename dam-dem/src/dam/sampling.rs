@@ -1,6 +1,6 @@
 //! The envelopes of the dam: sampled at the end of every step, and read.
 
-use interface::{Variable, variables::dam as variable};
+use cofferdam_unit::{Variable, variables::dam as variable};
 use std::sync::OnceLock;
 
 use super::Dam;

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use interface::number::{exact, plain};
+use cofferdam_unit::number::{exact, plain};
 
 /// What an edge or a point belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]

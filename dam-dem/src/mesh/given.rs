@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use interface::number::plain;
+use cofferdam_unit::number::plain;
 use serde::{Deserialize, Serialize};
 
 use super::Mesh;

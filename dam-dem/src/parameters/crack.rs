@@ -1,4 +1,4 @@
-use interface::mean_elevation;
+use cofferdam_unit::mean_elevation;
 use serde::{Deserialize, Serialize};
 
 use super::is_default;

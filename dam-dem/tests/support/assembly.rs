@@ -1,6 +1,6 @@
 //! Structures built of blocks that are meshed one by one, in any position.
 
-use dam_dem::{Block, Geometry, Mesh, Seam, Section};
+use cofferdam_dam::{Block, Geometry, Mesh, Seam, Section};
 
 use super::top;
 

@@ -2,15 +2,15 @@
 
 pub mod assembly;
 
-use dam_dem::contact::{ContactLaw, Integration};
-use dam_dem::energy::Work;
-use dam_dem::integrator::CentralDifference;
-use dam_dem::loads::LoadPath;
-use dam_dem::{
+use cofferdam_dam::contact::{ContactLaw, Integration};
+use cofferdam_dam::energy::Work;
+use cofferdam_dam::integrator::CentralDifference;
+use cofferdam_dam::loads::LoadPath;
+use cofferdam_dam::{
     Block, CrackParameters, CriticalTimeStep, Dam, DamError, DamParameters, DampingCoefficients, Kinematics,
     Material, Mesh, Motion, Seam, Section, Structure,
 };
-use interface::{CoSimulation, Variable, variables::dam as variable};
+use cofferdam_unit::{CoSimulation, Variable, variables::dam as variable};
 use nalgebra::{DMatrix, Matrix4, SymmetricEigen, Vector4};
 
 /// The cracked Koyna dam of the main scene.

@@ -2,7 +2,7 @@
 
 /// Exports the C functions of FMI 3.0 for Co-Simulation for a [`Packable`](crate::Packable) unit.
 ///
-/// Use it once in a library, as the names are fixed by FMI: `interface::export_fmi3!(Unit);`.
+/// Use it once in a library, as the names are fixed by FMI: `cofferdam_unit::export_fmi3!(Unit);`.
 #[macro_export]
 macro_rules! export_fmi3 {
     ($unit:ty) => {

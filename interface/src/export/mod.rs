@@ -5,7 +5,7 @@
 //!          ←─ Log (messages) ←──────────────────────────────┘
 //! ```
 //!
-//! A library that exports one unit is one line: `interface::export_fmi3!(Unit);`.
+//! A library that exports one unit is one line: `cofferdam_unit::export_fmi3!(Unit);`.
 //!
 //! **Handles.** The handles of instances and saved states are numbers. They are looked up and never dereferenced, so a
 //! null, freed or foreign handle is an error and not a crash. No handle is used twice while the library is loaded.

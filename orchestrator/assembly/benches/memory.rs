@@ -4,9 +4,9 @@
 //! that are allocated: by the unit at rest, by one saved state, and at most while a frequency is assembled and solved.
 //! A counting allocator measures them; it costs two atomic operations an allocation, so that only this program has it.
 
-use interface::{CoSimulation, WetFace};
+use cofferdam_reservoir::{Complex64, Fidelity, Method, Reservoir, ReservoirParameters, boundary_system};
+use cofferdam_unit::{CoSimulation, WetFace};
 use peak_alloc::PeakAlloc;
-use reservoir::{Complex64, Fidelity, Method, Reservoir, ReservoirParameters, boundary_system};
 use std::error::Error;
 use std::num::NonZeroUsize;
 

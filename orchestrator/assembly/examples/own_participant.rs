@@ -11,8 +11,8 @@ use cofferdam_coupling::participant::{
 };
 use cofferdam_coupling::scheme::{Interval, Predictor, Scheme, Settings};
 use cofferdam_coupling::signal::Signal;
-use interface::{Capabilities, Fingerprint, WetFace};
-use reservoir::{Reservoir, ReservoirParameters};
+use cofferdam_reservoir::{Reservoir, ReservoirParameters};
+use cofferdam_unit::{Capabilities, Fingerprint, WetFace};
 use std::num::NonZeroUsize;
 
 /// Displacement, velocity, force of the water, ground acceleration; for 1000 t on a spring of 400 MN/m.

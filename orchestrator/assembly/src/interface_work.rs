@@ -6,7 +6,7 @@ use cofferdam_coupling::scheme::{
     Account, Crossing, Graph, Interface, InterfaceWork, Interval, interface_points,
 };
 use cofferdam_coupling::signal::Signal;
-use interface::{Fingerprint, WetFace, open, seal};
+use cofferdam_unit::{Fingerprint, WetFace, open, seal};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 

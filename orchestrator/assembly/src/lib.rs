@@ -13,5 +13,5 @@ pub mod units;
 pub mod vtk;
 
 pub use assembly::{Assembly, AssemblyError, Equilibrium, Home, Making, UpliftEffect, WaterMass, read_scene};
-pub use dam_dem::{Flutter, LimitEquilibrium, LimitingPart, Mesh, NaturalModes, PartKind, Quality};
-pub use reservoir::paper::{FarEndCondition, ShortWindows};
+pub use cofferdam_dam::{Flutter, LimitEquilibrium, LimitingPart, Mesh, NaturalModes, PartKind, Quality};
+pub use cofferdam_reservoir::paper::{FarEndCondition, ShortWindows};

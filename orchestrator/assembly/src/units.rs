@@ -1,9 +1,9 @@
 //! The built-in graph: a dam, its reservoir, and where a scene has one the tailwater.
 
-use cofferdam_scene::Side;
-use interface::Role;
 use cofferdam_coupling::participant::Participant;
 use cofferdam_coupling::scheme::{CouplingError, Direction, Field, Graph, Interface, Port, UnitId};
+use cofferdam_scene::Side;
+use cofferdam_unit::Role;
 
 /// The input of all units that receives the acceleration of the ground (x, y), m/s².
 pub const GROUND_ACCELERATION: &str = "ground_acceleration";

@@ -7,7 +7,7 @@ use cofferdam_assembly::units::{DAM, RESERVOIR, TAILWATER};
 use cofferdam_assembly::{Assembly, AssemblyError};
 use cofferdam_coupling::scheme::UnitId;
 use cofferdam_scene::{ReservoirScene, Scene};
-use interface::WetFace;
+use cofferdam_unit::WetFace;
 
 /// What `run`, `resume` and `branch` share.
 #[derive(clap::Args)]

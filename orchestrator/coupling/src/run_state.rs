@@ -4,7 +4,7 @@
 use crate::observer::{Statistics, WallTime};
 use crate::scheme::SchemeState;
 use crate::stepping::Clock;
-use interface::{Fingerprint, StateError, open, seal};
+use cofferdam_unit::{Fingerprint, StateError, open, seal};
 use serde::{Deserialize, Serialize};
 
 /// All that the rest of a run depends on, besides its units; observers have seen

@@ -7,7 +7,7 @@ use crate::participant::{Description, Occasion, Participant, ParticipantError};
 use crate::run_state::{RunState, RunStateError};
 use crate::scheme::{CouplingError, Exchange, Graph, Scheme, StepFailure, UnitId, WindowReport};
 use crate::stepping::{Clock, Stepping};
-use interface::{Fingerprint, StateError};
+use cofferdam_unit::{Fingerprint, StateError};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 

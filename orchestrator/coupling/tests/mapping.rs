@@ -1,7 +1,7 @@
 //! Mapping between wet faces whose points do not match: what is exact, what is kept, how it converges.
 
 use cofferdam_coupling::mapping::{Mapping, MappingError};
-use interface::{WetFace, WetFaceError};
+use cofferdam_unit::{WetFace, WetFaceError};
 use proptest::prelude::*;
 
 /// A straight piece of a wet face: its end, its panels, and whether the next one starts at a point of its own.
@@ -225,7 +225,7 @@ proptest! {
 
 /// `∫ p v ds` of two fields on one face, by Simpson's rule, which is exact on a panel.
 fn work(face: &WetFace, p: &[f64], v: &[f64]) -> f64 {
-    let on = |panel: interface::Panel| {
+    let on = |panel: cofferdam_unit::Panel| {
         let (i, j) = (panel.start, panel.start + 1);
         panel.length / 6.0 * (p[i] * v[i] + (p[i] + p[j]) * (v[i] + v[j]) + p[j] * v[j])
     };

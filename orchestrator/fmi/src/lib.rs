@@ -3,7 +3,7 @@
 //!
 //! ```
 //! use cofferdam_fmi::export::contract;
-//! use reservoir::{Reservoir, ReservoirParameters};
+//! use cofferdam_reservoir::{Reservoir, ReservoirParameters};
 //!
 //! // The contract of the reservoir as FMI XML; its parameters are unbounded here.
 //! let xml = contract::<Reservoir>(&ReservoirParameters::default(), |_, _| [None; 2])?;

@@ -15,8 +15,8 @@ use cofferdam_coupling::participant::{InProcess, Messages, Participant, Particip
 use cofferdam_coupling::scheme::{CouplingError, Graph};
 use cofferdam_motion::GroundMotion;
 use cofferdam_scene::{FidelityScene, Method, Profile, Scene, Side};
-use interface::CoSimulation;
-use interface::variables::reservoir as variables;
+use cofferdam_unit::CoSimulation;
+use cofferdam_unit::variables::reservoir as variables;
 use std::time::Instant;
 
 pub const HELP: &str = "\

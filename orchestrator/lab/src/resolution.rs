@@ -1,7 +1,7 @@
 //! `cofferdam-lab resolution`.
 
-use cofferdam_scene::Side;
 use cofferdam_assembly::{Assembly, AssemblyError};
+use cofferdam_scene::Side;
 mod figure;
 
 use crate::study::{Arguments, StudyError, quoted, unfit};
@@ -10,9 +10,9 @@ use cofferdam_analysis::closed_form::{Exact, Motion};
 use cofferdam_analysis::context::threads;
 use cofferdam_analysis::parallel;
 use cofferdam_analysis::table::Table;
-use interface::WetFace;
-use reservoir::analytical::nodal_forces;
-use reservoir::{Complex64, ElementOrder, ReservoirError, ReservoirParameters, boundary_system};
+use cofferdam_reservoir::analytical::nodal_forces;
+use cofferdam_reservoir::{Complex64, ElementOrder, ReservoirError, ReservoirParameters, boundary_system};
+use cofferdam_unit::WetFace;
 use std::f64::consts::TAU;
 use std::num::NonZeroUsize;
 use std::time::Instant;

@@ -5,7 +5,7 @@ use super::{Head, LoggedExchange};
 use cofferdam_coupling::difference::Half;
 use cofferdam_coupling::participant::Layout;
 use cofferdam_coupling::scheme::UnitId;
-use interface::{Shape, Variability};
+use cofferdam_unit::{Shape, Variability};
 use std::ops::Range;
 
 /// A variable that two logs have in common, by its name and that of its unit.

@@ -1,10 +1,10 @@
 use cofferdam_coupling::participant::{Channel, ChannelShape, Layout};
-use interface::{Variable, variables};
+use cofferdam_unit::{Variable, variables};
 
 /// The output `name` of a dam or of a water, by the contract.
 pub(super) fn known_output(name: &str) -> Option<&'static Variable> {
     let mut known = variables::dam::ALL.iter().chain(variables::reservoir::ALL);
-    known.find(|v| v.name == name && v.causality == interface::Causality::Output)
+    known.find(|v| v.name == name && v.causality == cofferdam_unit::Causality::Output)
 }
 
 /// The layout of an answer with the shapes that the contract gives its variables; a log only tells arrays from scalars.

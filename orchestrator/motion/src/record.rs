@@ -3,7 +3,7 @@
 use super::header::{self, Values};
 use super::units::Units;
 use crate::text_file;
-use interface::number::{exact, plain};
+use cofferdam_unit::number::{exact, plain};
 use std::path::{Path, PathBuf};
 
 /// Strongest acceleration of the ground, m/s²; some twenty times that of any earthquake. Beyond it lies a slip of units.
@@ -233,7 +233,7 @@ impl Record {
         }
         let acceleration: Vec<f64> = samples.iter().map(|(_, _, value)| *value).collect();
         let (Some(first), Some(last)) = (samples.first(), samples.last()) else {
-            return Ok(Self { interval: 0.0, acceleration, units, sha256: interface::sha256(text) });
+            return Ok(Self { interval: 0.0, acceleration, units, sha256: cofferdam_unit::sha256(text) });
         };
         let mut intervals: Vec<f64> = samples.windows(2).map(|pair| pair[1].1 - pair[0].1).collect();
         intervals.sort_by(f64::total_cmp);
@@ -248,7 +248,7 @@ impl Record {
         }
         // The mean, because printed times are rounded.
         let interval = (last.1 - first.1) / (samples.len() - 1).max(1) as f64;
-        Ok(Self { interval, acceleration, units, sha256: interface::sha256(text) })
+        Ok(Self { interval, acceleration, units, sha256: cofferdam_unit::sha256(text) })
     }
 
     /// PEER's format: four header lines, the third with the unit, the fourth with `NPTS=` and `DT=` or, in older files, with
@@ -293,7 +293,7 @@ impl Record {
         if promised != found {
             return Err(RecordError::Truncated { path: path.to_owned(), promised, found });
         }
-        Ok(Self { interval, acceleration, units, sha256: interface::sha256(text) })
+        Ok(Self { interval, acceleration, units, sha256: cofferdam_unit::sha256(text) })
     }
 }
 

@@ -2,8 +2,8 @@
 
 use super::foreign::{CommandScene, FmuScene, LogScene, Source};
 use super::mesh::MeshScene;
-use dam_dem::contact::Integration;
-use dam_dem::{
+use cofferdam_dam::contact::Integration;
+use cofferdam_dam::{
     CrackLine, CrackParameters, Damping, DampingFrequencies, DampingModel, FidelityLevel, Kinematics,
     Material, Plane, Section, ZoneParameters,
 };
@@ -358,7 +358,7 @@ impl CrackScene {
     pub fn mean_elevation(&self) -> f64 {
         match (&self.elevation, &self.polyline) {
             (Some(elevation), _) => *elevation,
-            (None, Some(points)) => interface::mean_elevation(points),
+            (None, Some(points)) => cofferdam_unit::mean_elevation(points),
             (None, None) => f64::NAN,
         }
     }

@@ -1,7 +1,7 @@
 use super::shape::{Range, Shape};
 use crate::mesh_file::MeshFileError;
 use cofferdam_motion::RecordError;
-use interface::number::{exact, plain};
+use cofferdam_unit::number::{exact, plain};
 use miette::{Diagnostic, NamedSource, SourceSpan};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

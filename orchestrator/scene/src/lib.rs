@@ -29,13 +29,14 @@ mod version;
 mod warning;
 mod water;
 
+pub use cofferdam_dam::contact::Integration;
+pub use cofferdam_dam::{DampingModel, Kinematics, Plane};
+pub use cofferdam_reservoir::{ElementOrder, Method, Profile};
 pub use coupling::{CouplingScene, OnFailure};
 pub use dam::{
     CrackScene, DamFidelityScene, DamScene, DampingScene, MaterialScene, PrescribedScene, SectionScene,
     ZoneScene,
 };
-pub use dam_dem::contact::Integration;
-pub use dam_dem::{DampingModel, Kinematics, Plane};
 pub use error::{Invalid, SceneError, SceneProblem};
 pub use foreign::{CommandScene, FmuScene, LogScene, Source};
 pub use ground::{GroundMotionScene, RampScene, RecordScene};
@@ -44,7 +45,6 @@ pub use mesh::MeshScene;
 pub use observation::{AccuracyScene, SnapshotsScene, StopAction, StopQuantity, StopScene};
 pub use parameter::bounds;
 pub use reference::reference;
-pub use reservoir::{ElementOrder, Method, Profile};
 pub use time::{AdaptiveScene, Time};
 pub use validate::{Refusal, UnitChecks};
 pub use version::VERSION;

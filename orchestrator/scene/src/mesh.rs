@@ -4,7 +4,7 @@ use super::Invalid;
 use super::document::{Content, Entries, Node, Place};
 use crate::mesh_file::{DamMesh, MeshFile, MeshFileError};
 use cofferdam_motion::text_file;
-use interface::sha256;
+use cofferdam_unit::sha256;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};

@@ -37,7 +37,7 @@ pub fn bounds(unit: &str, parameter: &str) -> [Option<f64>; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use interface::{Causality, variables};
+    use cofferdam_unit::{Causality, variables};
 
     #[test]
     fn every_parameter_has_a_key_of_its_unit() {

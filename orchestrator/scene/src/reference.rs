@@ -1,7 +1,7 @@
 //! The keys of a scene as a text: the part of `scenes/README.md` between its two marks.
 
 use super::shape::{Field, Range, Shape, join};
-use interface::number::plain;
+use cofferdam_unit::number::plain;
 use serde_json::Value;
 use std::fmt::Write;
 

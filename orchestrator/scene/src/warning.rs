@@ -5,9 +5,9 @@ use super::{CrackScene, DamScene, FidelityScene, MaterialScene, ReservoirScene, 
 use cofferdam_coupling::convergence::Tolerance;
 use cofferdam_coupling::scheme::SchemeKind;
 use cofferdam_motion::{GroundMotion, STANDARD_GRAVITY};
-use interface::number::plain;
+use cofferdam_reservoir::Method;
+use cofferdam_unit::number::plain;
 use miette::{Diagnostic, NamedSource, SourceSpan};
-use reservoir::Method;
 use std::sync::Arc;
 
 /// A doubtful choice, at its place in the file.

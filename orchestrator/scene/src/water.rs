@@ -1,7 +1,7 @@
 //! `[reservoir]` and `[tailwater]`: the water.
 
 use super::foreign::{CommandScene, FmuScene, LogScene, Source};
-use reservoir::{ElementOrder, Fidelity, Method, Profile};
+use cofferdam_reservoir::{ElementOrder, Fidelity, Method, Profile};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

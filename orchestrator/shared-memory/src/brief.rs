@@ -1,6 +1,6 @@
 use cofferdam_coupling::participant::{AccelerationMeaning, ParameterValue};
-use interface::Role;
-use interface::WetFace;
+use cofferdam_unit::Role;
+use cofferdam_unit::WetFace;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 

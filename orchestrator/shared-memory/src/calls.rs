@@ -2,7 +2,7 @@
 
 use crate::transport::{Command, Header, PROTOCOL_VERSION};
 use cofferdam_coupling::participant::{Description, Occasion};
-use interface::sha256;
+use cofferdam_unit::sha256;
 use std::fmt::Write;
 
 /// The header of a request of `run` for `command` on `occasion`.

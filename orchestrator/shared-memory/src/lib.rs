@@ -37,7 +37,7 @@ use crate::transport::{
 use cofferdam_coupling::participant::{
     Description, Level, Message, Occasion, Participant, ParticipantError, check_finite,
 };
-use interface::at_places;
+use cofferdam_unit::at_places;
 use process::{Listening, RunMates, UnitProcess};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

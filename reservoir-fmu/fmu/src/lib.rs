@@ -1,3 +1,3 @@
 //! The reservoir as an FMI library.
 
-interface::export_fmi3!(reservoir::Reservoir);
+cofferdam_unit::export_fmi3!(cofferdam_reservoir::Reservoir);

@@ -1,6 +1,6 @@
 //! Nodal forces at the points of the wet face from a pressure that is known everywhere.
 
-use interface::WetFace;
+use cofferdam_unit::WetFace;
 use num_complex::Complex64;
 
 /// Positive positions of Gauss' rule of six points on [−1, 1], and their weights.

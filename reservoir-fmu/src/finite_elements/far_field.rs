@@ -7,7 +7,7 @@ use crate::parameters::ALMOST_RIGID;
 use crate::rational::{Recursion, recursion};
 use crate::time_domain::{Memory, TimeDomain};
 use crate::{Fidelity, Method, ReservoirError, ReservoirParameters};
-use interface::WetFace;
+use cofferdam_unit::WetFace;
 use nalgebra::{DMatrix, DVector};
 
 /// The channel upstream of the far end, as a recursion of its own.

@@ -1,7 +1,7 @@
 use super::element::edge_shape;
 use super::mesh::BoundaryEdge;
 use crate::quadrature::gauss_legendre;
-use interface::WetFace;
+use cofferdam_unit::WetFace;
 
 /// The load matrix L of the wet face and the mass M_Γ of its panels.
 ///

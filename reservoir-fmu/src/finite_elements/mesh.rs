@@ -188,7 +188,7 @@ pub fn rugged(element_size: f64) -> ReservoirParameters {
         element_size,
         far_end_distance: 30.0,
         wave_reflection_coefficient: 0.6,
-        ..ReservoirParameters::before(interface::WetFace::new(face).expect("a face"))
+        ..ReservoirParameters::before(cofferdam_unit::WetFace::new(face).expect("a face"))
     }
 }
 
@@ -203,7 +203,7 @@ mod tests {
         // A wedge of 18° at the water level, as before an embankment, keeps its angle and is meshed.
         let wedge = ReservoirParameters {
             element_size: 2.0,
-            ..ReservoirParameters::before(interface::WetFace::straight([60.0, 20.0], 4).unwrap())
+            ..ReservoirParameters::before(cofferdam_unit::WetFace::straight([60.0, 20.0], 4).unwrap())
         };
         let (mesh, exact_area) = (TriangleMesh::new(&wedge)?, area(&ring(&wedge)?));
         let corners = |triangle: &[usize; 6]| [0, 1, 2].map(|i| mesh.nodes[triangle[i]]);

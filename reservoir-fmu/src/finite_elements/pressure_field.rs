@@ -3,8 +3,8 @@ use super::domain::Domain;
 use super::far_field::{Admittance, ChannelState, FarField};
 use super::matrices::{Matrices, solve};
 use crate::{Fidelity, ReservoirError, ReservoirParameters};
+use cofferdam_unit::EndAcceleration;
 use faer::sparse::linalg::solvers::Llt;
-use interface::EndAcceleration;
 
 /// Steps that a wave takes through an element, and the most of them in a communication step: the motion is no finer than that.
 const STEPS_PER_ELEMENT: f64 = 6.0;

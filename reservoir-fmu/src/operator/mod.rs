@@ -130,7 +130,7 @@ mod tests {
     use crate::kernel::{FreeSpace, FreeSurface};
     use crate::outline::Outline;
     use crate::{ElementOrder, ReservoirParameters};
-    use interface::WetFace;
+    use cofferdam_unit::WetFace;
 
     /// Largest residual of `½p + Dp − S ∂p/∂n = 0` over the largest `S ∂p/∂n`, before a kinked face and bed.
     fn residual(

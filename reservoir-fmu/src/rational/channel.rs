@@ -234,7 +234,7 @@ mod tests {
     }
     use crate::analytical::fenves_chopra_1984;
     use crate::rational::coordinates::Coordinates;
-    use interface::WetFace;
+    use cofferdam_unit::WetFace;
 
     /// The force of a uniform motion, divided by ρ a h², against the modes with each eigenvalue computed separately.
     #[test]

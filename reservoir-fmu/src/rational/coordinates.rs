@@ -1,5 +1,5 @@
 use crate::projection::consistent_mass;
-use interface::WetFace;
+use cofferdam_unit::WetFace;
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 

@@ -173,7 +173,7 @@ fn grid(parameters: &ReservoirParameters) -> (f64, Vec<f64>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use interface::WetFace;
+    use cofferdam_unit::WetFace;
 
     /// Error and loss below a thousandth, from a rigid to an absorbing bed.
     #[test]

@@ -3,8 +3,8 @@
 use super::preparation::{Operator, Prepared, prepared};
 use super::{Reservoir, UNIT};
 use crate::{ReservoirError, ReservoirParameters};
-use interface::variables::reservoir as variables;
-use interface::{Capabilities, Fingerprint, Packable, Shape, StateError, Variable, open, seal};
+use cofferdam_unit::variables::reservoir as variables;
+use cofferdam_unit::{Capabilities, Fingerprint, Packable, Shape, StateError, Variable, open, seal};
 use std::num::NonZeroUsize;
 
 impl Packable for Reservoir {

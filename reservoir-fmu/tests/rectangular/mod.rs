@@ -1,10 +1,10 @@
 //! A reservoir of rectangular section, and a run of it under a given base motion.
 
-use interface::variables::reservoir::{BASE_PRESSURE, INTERFACE_ACCELERATION, TOTAL_FORCE};
-use interface::{CoSimulation, WetFace};
+use cofferdam_reservoir::analytical::{chopra_1967, nodal_forces};
+use cofferdam_reservoir::{Complex64, Reservoir, ReservoirError, ReservoirParameters};
+use cofferdam_unit::variables::reservoir::{BASE_PRESSURE, INTERFACE_ACCELERATION, TOTAL_FORCE};
+use cofferdam_unit::{CoSimulation, WetFace};
 use nalgebra::{DMatrix, DVector};
-use reservoir::analytical::{chopra_1967, nodal_forces};
-use reservoir::{Complex64, Reservoir, ReservoirError, ReservoirParameters};
 use std::num::NonZeroUsize;
 
 pub const DEPTH: f64 = 180.0;
@@ -87,7 +87,7 @@ pub fn stepped(
         let acceleration = -(velocity(end) - velocity(start)) / h;
         unit.set(INTERFACE_ACCELERATION.value_reference, &vec![acceleration; points])?;
         unit.step(start, h)?;
-        let number = |variable: interface::Variable| {
+        let number = |variable: cofferdam_unit::Variable| {
             let mut value = [0.0];
             unit.get(variable.value_reference, &mut value).map(|()| value[0])
         };

@@ -2,8 +2,8 @@
 
 use super::{Exact, Kind};
 use crate::parallel;
-use reservoir::Complex64;
-use reservoir::analytical::{chopra_1967, fenves_chopra_1984};
+use cofferdam_reservoir::Complex64;
+use cofferdam_reservoir::analytical::{chopra_1967, fenves_chopra_1984};
 use std::f64::consts::PI;
 use std::num::NonZeroUsize;
 
@@ -92,8 +92,8 @@ impl Exact {
 mod tests {
     use super::*;
     use crate::closed_form::Motion;
-    use interface::WetFace;
-    use reservoir::ReservoirParameters;
+    use cofferdam_reservoir::ReservoirParameters;
+    use cofferdam_unit::WetFace;
 
     fn parameters() -> ReservoirParameters {
         ReservoirParameters::before(WetFace::straight([0.0, 90.0], 8).expect("a face"))

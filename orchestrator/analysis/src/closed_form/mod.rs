@@ -2,8 +2,10 @@
 
 mod history;
 
-use reservoir::analytical::{chakrabarti_chopra_1973, chopra_1967, fenves_chopra_1984, westergaard_1933};
-use reservoir::{Complex64, Fidelity, ReservoirParameters};
+use cofferdam_reservoir::analytical::{
+    chakrabarti_chopra_1973, chopra_1967, fenves_chopra_1984, westergaard_1933,
+};
+use cofferdam_reservoir::{Complex64, Fidelity, ReservoirParameters};
 
 /// Motion of a rigid dam and the ground.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -146,7 +148,7 @@ impl Exact {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use interface::WetFace;
+    use cofferdam_unit::WetFace;
 
     fn parameters() -> ReservoirParameters {
         ReservoirParameters::before(WetFace::straight([0.0, 90.0], 8).expect("a face"))

@@ -7,9 +7,7 @@ use cofferdam_assembly::units::DAM;
 use cofferdam_coupling::participant::ParticipantError;
 use cofferdam_coupling::scheme::Graph;
 use cofferdam_motion::{GroundMotion, STANDARD_GRAVITY};
-use cofferdam_scene::{
-    DampingModel, LoadedScene, Scene, Side,
-};
+use cofferdam_scene::{DampingModel, LoadedScene, Scene, Side};
 
 /// The waters whose pressure the pictures show, and why others are not shown.
 pub fn waters(scene: &Scene) -> (Vec<Box<dyn WaterField>>, Vec<String>) {

@@ -1,8 +1,8 @@
 //! Puts what goes on where it was: units, scheme, and what observers were told.
 
-use cofferdam_assembly::Assembly;
 use super::RunError;
 use crate::context::Context;
+use cofferdam_assembly::Assembly;
 use cofferdam_assembly::log::scene_of;
 use cofferdam_coupling::observer::Past;
 use cofferdam_coupling::participant::Participant;
@@ -144,7 +144,7 @@ pub fn hand_over(
         match state {
             Some(state) if same => to[id].deserialise(&state)?,
             Some(state) => {
-                let relabelled = interface::relabel(&state, fingerprint);
+                let relabelled = cofferdam_unit::relabel(&state, fingerprint);
                 let relabelled = relabelled.map_err(RunStateError::from)?;
                 to[id].deserialise(&relabelled)?;
                 context

@@ -1,8 +1,8 @@
 //! What is known of a scene's cracks before the ground moves: factors of safety, and vibrations of blocks that slide.
 
 use super::{Assembly, AssemblyError};
+use cofferdam_dam::{DamParameters, Flutter, LimitEquilibrium};
 use cofferdam_scene::{DamScene, DampingModel, DampingScene, Scene, Side, uplift};
-use dam_dem::{DamParameters, Flutter, LimitEquilibrium};
 
 /// Factors of safety of what lies above a crack, under weight and water at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]

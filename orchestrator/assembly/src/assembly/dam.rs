@@ -3,8 +3,8 @@
 use super::{Assembly, AssemblyError};
 use cofferdam_coupling::participant::{InProcess, Messages, Participant};
 use cofferdam_coupling::scheme::SchemeKind;
+use cofferdam_dam::{Dam, DamParameters, GivenMesh};
 use cofferdam_scene::DamScene;
-use dam_dem::{Dam, DamParameters, GivenMesh};
 
 /// Most time steps of the dam in a communication step: beyond, no run would end.
 pub(super) const MOST_TIME_STEPS: usize = 20_000;

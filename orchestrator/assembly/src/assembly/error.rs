@@ -1,10 +1,10 @@
 use super::dam::MOST_TIME_STEPS;
 use cofferdam_coupling::participant::ParticipantError;
 use cofferdam_coupling::scheme::CouplingError;
+use cofferdam_dam::DamError;
+use cofferdam_reservoir::ReservoirError;
 use cofferdam_scene::mesh_file::MeshFileError;
-use dam_dem::DamError;
-use interface::WetFaceError;
-use reservoir::ReservoirError;
+use cofferdam_unit::WetFaceError;
 
 /// A unit that cannot be made from a scene.
 #[derive(Debug, thiserror::Error)]
@@ -45,7 +45,7 @@ pub enum AssemblyError {
     },
     /// The prescribed dam, or the empty reservoir.
     #[error(transparent)]
-    Face(#[from] interface::StateError),
+    Face(#[from] cofferdam_unit::StateError),
     /// The units cannot be connected.
     #[error(transparent)]
     Graph(#[from] CouplingError),

@@ -5,7 +5,7 @@ use crate::participant::Place;
 use crate::units::{unit_name, water_side};
 use cofferdam_coupling::scheme::UnitId;
 use cofferdam_scene::{CouplingScene, Scene, Side, Source};
-use interface::Fingerprint;
+use cofferdam_unit::Fingerprint;
 
 impl Assembly<'_> {
     /// Hash of what unit number `id` of a scene is made from: scenes with the same make the same unit.

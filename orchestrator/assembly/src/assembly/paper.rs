@@ -1,9 +1,9 @@
 //! The water of the paper that Cofferdam is compared with, at the dam's own points.
 
 use super::{Assembly, AssemblyError};
+use cofferdam_reservoir::paper::{self, FarEndCondition, ShortWindows};
 use cofferdam_scene::Side;
 use nalgebra::{Complex, DMatrix};
-use reservoir::paper::{self, FarEndCondition, ShortWindows};
 
 impl Assembly<'_> {
     /// The paper's water, `steps` communication steps a window, before the dam's own points.

@@ -4,8 +4,8 @@ use super::water::cache_key;
 use super::{Assembly, AssemblyError, Making, WaterMass};
 use crate::units;
 use cofferdam_coupling::participant::{Participant, ParticipantError};
+use cofferdam_dam::{Dam, LimitingPart, Mesh, NaturalModes};
 use cofferdam_scene::Side;
-use dam_dem::{Dam, LimitingPart, Mesh, NaturalModes};
 use nalgebra::Complex;
 use std::time::Instant;
 
@@ -62,13 +62,13 @@ impl Assembly<'_> {
         let mut sum = None;
         for side in Side::BOTH.into_iter().filter(|&side| self.computes_water(side)) {
             let parameters = self.water_parameters(side)?;
-            let Some(frequencies) = reservoir::usual_frequencies(&parameters) else { continue };
+            let Some(frequencies) = cofferdam_reservoir::usual_frequencies(&parameters) else { continue };
             let sum = sum.get_or_insert(0.0);
             let key = cache_key(&parameters)?;
             if cache.is_some_and(|cache| cache.holds(&key)) {
                 continue;
             }
-            let system = reservoir::boundary_system(&parameters)?;
+            let system = cofferdam_reservoir::boundary_system(&parameters)?;
             let began = Instant::now();
             system.symbol(Complex::new(1.0, 1.0) / parameters.communication_step)?;
             *sum += began.elapsed().as_secs_f64() * frequencies as f64 / threads.get() as f64;

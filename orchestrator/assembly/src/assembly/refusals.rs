@@ -1,9 +1,9 @@
 //! Objections of the built-in units to a scene, at the keys of the scene.
 
 use super::Assembly;
+use cofferdam_dam::DamError;
+use cofferdam_reservoir::ReservoirError;
 use cofferdam_scene::{DamScene, LoadedScene, Refusal, Scene, SceneError, Side, UnitChecks};
-use dam_dem::DamError;
-use reservoir::ReservoirError;
 use std::path::Path;
 
 /// Reads the scene at `path` as [`LoadedScene::read`] does; the built-in units are asked whether they can be made.

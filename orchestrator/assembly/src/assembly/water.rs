@@ -2,10 +2,10 @@
 
 use super::{Assembly, AssemblyError, Making};
 use cofferdam_coupling::participant::{InProcess, Messages, Participant};
+use cofferdam_reservoir::{Fidelity, Method, Reservoir, ReservoirError, ReservoirParameters, added_mass};
 use cofferdam_scene::{ReservoirScene, Side};
-use interface::{Fingerprint, Packable, WetFace};
+use cofferdam_unit::{Fingerprint, Packable, WetFace};
 use nalgebra::DMatrix;
-use reservoir::{Fidelity, Method, Reservoir, ReservoirError, ReservoirParameters, added_mass};
 
 impl Assembly<'_> {
     /// The parameters of the water on a side, at its own points.

@@ -4,8 +4,8 @@ use super::{Assembly, AssemblyError};
 use crate::observer::WaterField;
 use crate::units::water_unit;
 use cofferdam_coupling::scheme::UnitId;
+use cofferdam_reservoir::PressureField;
 use cofferdam_scene::Side;
-use reservoir::PressureField;
 use std::error::Error;
 
 struct Field {

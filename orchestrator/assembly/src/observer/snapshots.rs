@@ -8,7 +8,7 @@ use cofferdam_coupling::participant::{Participant, ParticipantError};
 use cofferdam_coupling::scheme::{Graph, UnitId, WindowReport, interface_points};
 use cofferdam_log::results_file::write_error;
 use cofferdam_scene::SnapshotsScene;
-use interface::WetFace;
+use cofferdam_unit::WetFace;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 

@@ -1,7 +1,7 @@
 //! The meshes of the units as CSV files, for the reader; the FMU does not use them.
 
-use dam_dem::{DamError, DamParameters};
-use reservoir::{BoundaryCondition, BoundaryMesh, Outline, ReservoirError, ReservoirParameters};
+use cofferdam_dam::{DamError, DamParameters};
+use cofferdam_reservoir::{BoundaryCondition, BoundaryMesh, Outline, ReservoirError, ReservoirParameters};
 
 /// Name and text of a file.
 pub type File = (&'static str, String);

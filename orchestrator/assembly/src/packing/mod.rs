@@ -3,12 +3,12 @@
 mod mesh;
 
 use crate::{Assembly, AssemblyError, WaterMass};
+use cofferdam_dam::Dam;
 use cofferdam_fmi::export::{FmuError, Library, Package, check_target};
+use cofferdam_reservoir::Reservoir;
 use cofferdam_scene::{Scene, Side};
-use dam_dem::Dam;
-use interface::Packable;
-use interface::export::Contents;
-use reservoir::Reservoir;
+use cofferdam_unit::Packable;
+use cofferdam_unit::export::Contents;
 use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 use std::path::Path;

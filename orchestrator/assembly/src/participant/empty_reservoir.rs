@@ -1,5 +1,5 @@
 use cofferdam_coupling::participant::{Description, Occasion, Participant, ParticipantError};
-use interface::{StateError, Variable, WetFace, variables::reservoir};
+use cofferdam_unit::{StateError, Variable, WetFace, variables::reservoir};
 
 /// A stand-in for the reservoir without water: both hydrostatic and hydrodynamic pressure are zero.
 ///

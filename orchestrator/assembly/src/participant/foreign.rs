@@ -4,8 +4,8 @@ use cofferdam_coupling::participant::{
 };
 use cofferdam_coupling::scheme::Exchange;
 use cofferdam_coupling::simulation::UnitTest;
-use interface::Role;
-use interface::{EndAcceleration, StateError, WetFace, open, seal};
+use cofferdam_unit::Role;
+use cofferdam_unit::{EndAcceleration, StateError, WetFace, open, seal};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ops::Range;

@@ -1,5 +1,5 @@
 use cofferdam_coupling::participant::{Description, Occasion, Participant, ParticipantError};
-use interface::{EndAcceleration, StateError, Variable, WetFace, open, seal, variables::dam};
+use cofferdam_unit::{EndAcceleration, StateError, Variable, WetFace, open, seal, variables::dam};
 use serde::{Deserialize, Serialize};
 
 /// A stand-in for the dam that moves rigidly with the ground.

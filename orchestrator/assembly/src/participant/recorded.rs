@@ -5,8 +5,8 @@ use cofferdam_coupling::participant::{
 };
 use cofferdam_coupling::scheme::{SchemeKind, UnitId};
 use cofferdam_log::{Entry, Log, LogReadError, LoggedExchange};
-use interface::Role;
-use interface::{Capabilities, Fingerprint, StateError, WetFace, open, seal};
+use cofferdam_unit::Role;
+use cofferdam_unit::{Capabilities, Fingerprint, StateError, WetFace, open, seal};
 use std::path::PathBuf;
 
 /// A unit of a run of the past: it answers what it answered then, whatever it is asked now.

@@ -3,7 +3,7 @@
 use cofferdam_assembly::{LimitingPart, Mesh, PartKind};
 use cofferdam_motion::{GroundMotion, STANDARD_GRAVITY};
 use cofferdam_scene::CrackScene;
-use interface::number::plain;
+use cofferdam_unit::number::plain;
 
 /// Ratio of the time step that the median element would allow to the one taken, from which a warning is given.
 pub const SLOW: f64 = 3.0;

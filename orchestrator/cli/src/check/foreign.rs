@@ -9,7 +9,7 @@ use cofferdam_assembly::participant::{check_sign, held_answer, self_test};
 use cofferdam_coupling::participant::{AccelerationMeaning, Description, Occasion, Participant};
 use cofferdam_coupling::scheme::{CouplingError, UnitId};
 use cofferdam_scene::{Scene, Source};
-use interface::{Capabilities, Role};
+use cofferdam_unit::{Capabilities, Role};
 use std::sync::atomic::AtomicBool;
 
 /// Steps after which a unit has a past.

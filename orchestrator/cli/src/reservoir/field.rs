@@ -5,7 +5,7 @@ use super::{Common, Failure, unfit};
 use crate::terminal::print;
 use cofferdam_analysis::closed_form::Motion;
 use cofferdam_assembly::vtk::{self, Field};
-use reservoir::{Complex64, field_response};
+use cofferdam_reservoir::{Complex64, field_response};
 
 /// Arguments of `cofferdam reservoir field`.
 #[derive(clap::Args)]

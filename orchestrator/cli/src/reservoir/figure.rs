@@ -1,7 +1,7 @@
 //! Pictures of the response of the water, as SVG.
 
 use cofferdam_analysis::picture::{Axis, FONT, History, across, chart, over_time, svg};
-use reservoir::Complex64;
+use cofferdam_reservoir::Complex64;
 use std::error::Error;
 
 /// A complex amplitude over ω/ω₁.

@@ -1,7 +1,7 @@
 //! A grid of quadrilaterals between far end and wet face, bed and surface.
 
 use super::{Failure, unfit};
-use reservoir::ReservoirParameters;
+use cofferdam_reservoir::ReservoirParameters;
 
 /// Points, and the four points of each cell, anticlockwise.
 pub struct Grid {
@@ -132,7 +132,7 @@ impl Side {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use interface::WetFace;
+    use cofferdam_unit::WetFace;
 
     fn area(grid: &Grid) -> f64 {
         let of = |cell: &[usize; 4]| {

@@ -7,9 +7,9 @@ use crate::terminal::{print, warn};
 use cofferdam_analysis::closed_form::{Exact, Motion};
 use cofferdam_analysis::picture::History;
 use cofferdam_analysis::table::Table;
-use interface::variables::reservoir::{GROUND_ACCELERATION, INTERFACE_ACCELERATION, INTERFACE_PRESSURE};
-use interface::{CoSimulation, Level, Messages};
-use reservoir::{Complex64, Reservoir, ReservoirError, ReservoirParameters};
+use cofferdam_reservoir::{Complex64, Reservoir, ReservoirError, ReservoirParameters};
+use cofferdam_unit::variables::reservoir::{GROUND_ACCELERATION, INTERFACE_ACCELERATION, INTERFACE_PRESSURE};
+use cofferdam_unit::{CoSimulation, Level, Messages};
 
 /// Arguments of `cofferdam reservoir impulse`.
 #[derive(clap::Args)]

@@ -1,8 +1,8 @@
 //! The points of the wet face whose pressure is shown, and the force on the face.
 
 use super::{Failure, unfit};
-use interface::WetFace;
-use reservoir::Complex64;
+use cofferdam_reservoir::Complex64;
+use cofferdam_unit::WetFace;
 use std::ops::{Add, Mul};
 
 /// A point between two interface points.

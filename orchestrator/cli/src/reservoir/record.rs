@@ -6,8 +6,8 @@ use super::{Common, Failure, undrawn};
 use crate::terminal::print;
 use cofferdam_analysis::picture::History;
 use cofferdam_analysis::table::Table;
+use cofferdam_reservoir::{ReservoirParameters, pressure_of_record};
 use nalgebra::DMatrix;
-use reservoir::{ReservoirParameters, pressure_of_record};
 
 /// Arguments of `cofferdam reservoir record`.
 #[derive(clap::Args)]

@@ -7,8 +7,8 @@ use crate::terminal::{print, warn};
 use cofferdam_analysis::closed_form::{Exact, Motion};
 use cofferdam_analysis::parallel;
 use cofferdam_analysis::table::Table;
+use cofferdam_reservoir::{Complex64, ReservoirError, ReservoirParameters, frequency_response};
 use nalgebra::DMatrix;
-use reservoir::{Complex64, ReservoirError, ReservoirParameters, frequency_response};
 use std::num::NonZeroUsize;
 
 /// Arguments of `cofferdam reservoir response`.

@@ -1,7 +1,7 @@
 //! Positions of the points of one face on another.
 
 use super::MappingError;
-use interface::WetFace;
+use cofferdam_unit::WetFace;
 
 /// Distance of two points, m.
 pub(super) fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {

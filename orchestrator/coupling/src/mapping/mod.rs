@@ -3,7 +3,7 @@
 mod location;
 mod mass_matrix;
 
-use interface::WetFace;
+use cofferdam_unit::WetFace;
 use location::{arc_lengths, check_panels, distance, located};
 use mass_matrix::{MassMatrix, products};
 use nalgebra::{DMatrix, DVectorView, DVectorViewMut};

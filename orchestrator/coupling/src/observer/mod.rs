@@ -236,7 +236,7 @@ pub trait Observer {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use interface::{Fingerprint, open, seal};
+    use cofferdam_unit::{Fingerprint, open, seal};
 
     /// With times as they are, 127 s took a byte less than 128 s, and checkpoints lay elsewhere in a log of a slower machine.
     #[test]

@@ -1,5 +1,5 @@
 use super::ParticipantError;
-use interface::{Capabilities, Fingerprint, Shape, StateError, Variable, WetFace};
+use cofferdam_unit::{Capabilities, Fingerprint, Shape, StateError, Variable, WetFace};
 use serde::{Deserialize, Serialize};
 
 /// One variable of a request or an answer.

@@ -1,7 +1,7 @@
 use super::{
     Channel, ChannelShape, Description, Layout, Occasion, Participant, ParticipantError, check_finite,
 };
-use interface::{Capabilities, Fingerprint, StateError, open, seal};
+use cofferdam_unit::{Capabilities, Fingerprint, StateError, open, seal};
 use serde::{Serialize, de::DeserializeOwned};
 
 /// A unit made of a state and a function, for examples, tests and small models.

@@ -1,7 +1,7 @@
 use super::{
     Channel, Description, Layout, Message, Messages, Occasion, Participant, ParticipantError, check_finite,
 };
-use interface::{Causality, CoSimulation};
+use cofferdam_unit::{Causality, CoSimulation};
 use std::time::{Duration, Instant};
 
 /// A unit in this process.

@@ -1,6 +1,6 @@
 //! Messages of units, each with the step in which it was sent.
 
-use interface::Level;
+use cofferdam_unit::Level;
 use serde::{Deserialize, Serialize};
 
 /// A message of a unit.

@@ -7,15 +7,15 @@ mod in_process;
 mod messages;
 mod settings;
 
+pub use cofferdam_unit::{Level, Messages};
 pub use description::{Channel, ChannelShape, Description, Layout, check_finite};
 pub use error::ParticipantError;
 pub use function_unit::FunctionUnit;
 pub use in_process::InProcess;
-pub use interface::{Level, Messages};
 pub use messages::Message;
 pub use settings::{AccelerationMeaning, ParameterValue};
 
-use interface::at_places;
+use cofferdam_unit::at_places;
 use std::time::Duration;
 
 /// The step that a unit is asked to take.

@@ -11,7 +11,7 @@ use crate::acceleration::Acceleration;
 use crate::convergence::{ConvergenceMeasure, Guard, IterationFailure, IterationInfo, Residuals, norm};
 use crate::participant::{Occasion, Participant, ParticipantError};
 use crate::signal::Signal;
-use interface::{Fingerprint, StateError};
+use cofferdam_unit::{Fingerprint, StateError};
 use serde::{Deserialize, Serialize};
 use std::time::{Duration, Instant};
 

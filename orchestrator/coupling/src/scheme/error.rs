@@ -2,7 +2,7 @@ use super::WindowReport;
 use crate::convergence::{IterationFailure, Tolerance};
 use crate::mapping::MappingError;
 use crate::participant::ParticipantError;
-use interface::StateError;
+use cofferdam_unit::StateError;
 
 /// Why a communication step failed.
 #[derive(Debug, thiserror::Error)]

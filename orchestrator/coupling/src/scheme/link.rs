@@ -5,7 +5,7 @@ use super::{
 use crate::mapping::Mapping;
 use crate::participant::{Description, Participant, ParticipantError};
 use crate::signal::Signal;
-use interface::WetFace;
+use cofferdam_unit::WetFace;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 

@@ -1,5 +1,5 @@
 use super::{Package, SizedVariable};
-use interface::{Causality, Packable};
+use cofferdam_unit::{Causality, Packable};
 use quick_xml::escape::escape;
 use std::fmt::Write;
 

@@ -1,4 +1,4 @@
-use interface::export::ContentsError;
+use cofferdam_unit::export::ContentsError;
 use std::path::PathBuf;
 
 /// Why an FMU cannot be packed.

@@ -1,5 +1,5 @@
 use super::FmuError;
-use interface::export::MARKER;
+use cofferdam_unit::export::MARKER;
 use std::path::{Path, PathBuf};
 
 /// This platform, as FMI 3.0 names it.

@@ -1,14 +1,14 @@
 //! FMI 3.0 FMUs of the units: everything but the library is generated from the unit's variables and parameters.
 //!
 //! An FMU holds one unit of one scene: the sizes of all arrays are fixed. This module knows units only through
-//! [`interface::Packable`] and the variables of the contract; it knows no solver. The same functions write the contract
+//! [`cofferdam_unit::Packable`] and the variables of the contract; it knows no solver. The same functions write the contract
 //! itself ([`contract`]), in which structural parameters stand for the sizes.
 //!
 //! ```text
 //! modelDescription.xml                      model_description: attributes, units, variables, dependencies
 //! terminalsAndIcons/terminalsAndIcons.xml   terminals: the wet face as one terminal
 //! binaries/x86_64-linux/<unit>.so           library: built together with the program
-//! resources/unit.toml                       interface::export::Contents, which the library reads
+//! resources/unit.toml                       cofferdam_unit::export::Contents, which the library reads
 //! resources/prepared.bin                    what is prepared from these, if the unit prepares anything
 //! resources/scene.toml, resources/mesh/     for the reader; the library does not use them
 //! documentation/index.html, licenses/       documentation
@@ -26,8 +26,8 @@ pub use library::Library;
 pub use model_description::{Description, Times};
 pub use variables::{Bounds, SizedVariable};
 
-use interface::export::{Contents, FILE, PREPARED};
-use interface::{Packable, Shape};
+use cofferdam_unit::export::{Contents, FILE, PREPARED};
+use cofferdam_unit::{Packable, Shape};
 use std::io::{Cursor, Write};
 use std::path::Path;
 use zip::write::SimpleFileOptions;

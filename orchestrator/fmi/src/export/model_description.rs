@@ -1,8 +1,8 @@
 use super::variables::number;
 use super::{FmuError, SizedVariable};
-use interface::export::LOG_CATEGORIES;
-use interface::variables::TIME;
-use interface::{Capabilities, Causality, Shape, Variable};
+use cofferdam_unit::export::LOG_CATEGORIES;
+use cofferdam_unit::variables::TIME;
+use cofferdam_unit::{Capabilities, Causality, Shape, Variable};
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesText, Event};
 use std::collections::BTreeSet;

@@ -1,6 +1,6 @@
 use super::FmuError;
-use interface::export::Contents;
-use interface::{Causality, Packable, Variable};
+use cofferdam_unit::export::Contents;
+use cofferdam_unit::{Causality, Packable, Variable};
 
 /// Smallest and largest value of a parameter, by the names of the unit and of the parameter; `None` where there is no bound.
 pub type Bounds = fn(&str, &str) -> [Option<f64>; 2];

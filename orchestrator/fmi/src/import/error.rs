@@ -158,7 +158,7 @@ pub enum FmuUnitError {
     NoState,
     /// Its configuration cannot be hashed.
     #[error(transparent)]
-    State(#[from] interface::StateError),
+    State(#[from] cofferdam_unit::StateError),
 }
 
 fn said(message: &str) -> String {

@@ -14,11 +14,11 @@ pub use unpacked::{UnpackError, sha256_of};
 use cofferdam_coupling::participant::{
     Description, Message, Occasion, ParameterValue, Participant, ParticipantError, check_finite,
 };
+use cofferdam_unit::Role;
+use cofferdam_unit::{Capabilities, Fingerprint, StateError, open, seal};
 use fmi_rs::model_description::FMIMajorVersion;
 use fmi_rs::sim::SimulationError;
 use instance::{Instance, Said, Value};
-use interface::Role;
-use interface::{Capabilities, Fingerprint, StateError, open, seal};
 use model::{Kind, Model};
 use std::collections::BTreeMap;
 use std::error::Error;

@@ -4,8 +4,8 @@ use super::error::FmuUnitError;
 use super::instance::Value;
 use super::model::{Causality, Kind, Model, ModelVariable};
 use cofferdam_coupling::participant::{Channel, ChannelShape, Layout, ParameterValue};
-use interface::Role;
-use interface::Variable;
+use cofferdam_unit::Role;
+use cofferdam_unit::Variable;
 use std::collections::BTreeMap;
 
 /// The wires of a unit.

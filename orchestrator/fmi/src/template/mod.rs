@@ -8,7 +8,7 @@ mod text;
 mod variables;
 
 use crate::export::{Description, FmuError, Times, described};
-use interface::{Capabilities, Fingerprint, StateError, WetFace};
+use cofferdam_unit::{Capabilities, Fingerprint, StateError, WetFace};
 use std::f64::consts::TAU;
 use std::fmt::Write;
 use std::io::Write as _;

@@ -1,7 +1,7 @@
 //! The variables of the FMUs: those of the contract that a unit of one's own needs, and parameters of the dam.
 
 use crate::export::SizedVariable;
-use interface::{Causality, Shape, Variability, Variable, variables};
+use cofferdam_unit::{Causality, Shape, Variability, Variable, variables};
 
 /// A parameter of the dam.
 const fn parameter(

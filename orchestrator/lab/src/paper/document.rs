@@ -10,7 +10,7 @@ use crate::fidelity;
 use crate::study::StudyError;
 use cofferdam_analysis::table::Table;
 use cofferdam_scene::Side;
-use interface::number::plain;
+use cofferdam_unit::number::plain;
 use std::fmt::Write;
 
 /// All that has run, and what follows from it.

@@ -65,7 +65,7 @@ pub fn ratios(title: &str, numbers: &[Number]) -> Result<String, StudyError> {
             .disable_y_axis()
             .light_line_style(TRANSPARENT)
             .x_desc("ours over the paper's; bars: the open choices")
-            .x_label_formatter(&|x| interface::number::plain(*x))
+            .x_label_formatter(&|x| cofferdam_unit::number::plain(*x))
             .draw()?;
         chart.draw_series([PathElement::new([(1.0, 0.0), (1.0, count)], BLACK.stroke_width(1))])?;
         for (row, (number, [least, ours, most])) in numbers.iter().zip(ratios).enumerate() {

@@ -4,7 +4,7 @@ use super::response::Quantity;
 use super::runs::{FINITE_ELEMENTS, Run, Series};
 use super::statements::Earthquake;
 use cofferdam_analysis::table::Table;
-use interface::number::plain;
+use cofferdam_unit::number::plain;
 
 /// A number of the text, and ours.
 pub struct Number {

@@ -6,8 +6,8 @@ use super::folder::RunFolder;
 use cofferdam_coupling::convergence::Tolerance;
 use cofferdam_motion::GroundMotion;
 use cofferdam_scene::{CrackScene, DamScene, DampingModel, MaterialScene, ReservoirScene, Scene, Side};
-use interface::number::plain;
-use interface::sha256;
+use cofferdam_unit::number::plain;
+use cofferdam_unit::sha256;
 
 /// The inputs by subject, in the units of the field.
 pub fn of(scene: &Scene, manifest: &Manifest, motion: &GroundMotion) -> Vec<Group> {

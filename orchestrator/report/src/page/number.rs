@@ -51,7 +51,7 @@ fn superscript(exponent: i32) -> String {
 
 /// A given number, as it was given.
 pub fn plain(value: f64) -> String {
-    interface::number::plain(value).to_string().replace('-', "−")
+    cofferdam_unit::number::plain(value).to_string().replace('-', "−")
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use super::folder::RunFolder;
 use cofferdam_log::LogReadError;
-use interface::Level;
+use cofferdam_unit::Level;
 
 /// Warnings and notes: of the result, of the scene, and of the units.
 ///

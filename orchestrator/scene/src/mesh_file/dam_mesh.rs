@@ -2,7 +2,7 @@
 
 use super::error::MeshFileError;
 use super::msh::MeshFile;
-use dam_dem::GivenMesh;
+use cofferdam_dam::GivenMesh;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-use interface::number::plain;
+use cofferdam_unit::number::plain;
 use std::path::PathBuf;
 
 /// A file of a mesh that cannot be used.

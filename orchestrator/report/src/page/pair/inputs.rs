@@ -82,7 +82,7 @@ pub fn dams(runs: [&RunFolder; 2]) -> Option<String> {
 }
 
 fn heights(runs: [&RunFolder; 2]) -> String {
-    let [a, b] = runs.map(|run| interface::number::plain(run.loaded.scene.height()).to_string());
+    let [a, b] = runs.map(|run| cofferdam_unit::number::plain(run.loaded.scene.height()).to_string());
     if a == b {
         format!("their sections differ, both {a} m high")
     } else {
