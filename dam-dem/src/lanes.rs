@@ -3,10 +3,8 @@ use pulp::bytemuck::Zeroable;
 use serde::{Deserialize, Serialize};
 use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Index, IndexMut, Mul, Neg, Not, Sub};
 
+pub(crate) use crate::real::LANES;
 use crate::real::{Mask, Real, sealed};
-
-/// Number of cells, or of contacts, that are evaluated together.
-pub(crate) const LANES: usize = 8;
 
 /// One value for each cell or contact of a batch.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -1,6 +1,7 @@
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-use crate::lanes::LANES;
+/// Number of cells, or of contacts, that are evaluated together.
+pub(crate) const LANES: usize = 8;
 
 /// A real number, or one real number in each lane of a SIMD register.
 ///

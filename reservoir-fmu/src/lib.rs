@@ -89,7 +89,6 @@ mod whole_record;
 
 pub use added_mass::{added_mass, ground_added_mass};
 pub use boundary::{BoundaryMesh, Element};
-pub use reservoir::{Reservoir, ReservoirState};
 pub use condition::BoundaryCondition;
 pub use element_order::ElementOrder;
 pub use error::ReservoirError;
@@ -101,6 +100,7 @@ pub use method::Method;
 pub use num_complex::Complex64;
 pub use outline::{Outline, Piece};
 pub use parameters::ReservoirParameters;
+pub use reservoir::{Reservoir, ReservoirState};
 pub use system::{BoundarySystem, boundary_system};
 pub use water::Water;
 pub use whole_record::pressure_of_record;

@@ -1,13 +1,11 @@
 //! The dam of a scene.
 
+use super::error::MOST_TIME_STEPS;
 use super::{Assembly, AssemblyError};
 use cofferdam_coupling::participant::{InProcess, Messages, Participant};
 use cofferdam_coupling::scheme::SchemeKind;
 use cofferdam_dam::{Dam, DamParameters, GivenMesh};
 use cofferdam_scene::DamScene;
-
-/// Most time steps of the dam in a communication step: beyond, no run would end.
-pub(super) const MOST_TIME_STEPS: usize = 20_000;
 
 /// The water's inertia in the dam's mass matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

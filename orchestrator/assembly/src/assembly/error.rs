@@ -1,10 +1,12 @@
-use super::dam::MOST_TIME_STEPS;
 use cofferdam_coupling::participant::ParticipantError;
 use cofferdam_coupling::scheme::CouplingError;
 use cofferdam_dam::DamError;
 use cofferdam_reservoir::ReservoirError;
 use cofferdam_scene::mesh_file::MeshFileError;
 use cofferdam_unit::WetFaceError;
+
+/// Most time steps of the dam in a communication step: beyond, no run would end.
+pub(super) const MOST_TIME_STEPS: usize = 20_000;
 
 /// A unit that cannot be made from a scene.
 #[derive(Debug, thiserror::Error)]

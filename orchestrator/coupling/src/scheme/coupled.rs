@@ -2,15 +2,15 @@ mod checks;
 mod iteration;
 mod unknowns;
 
-use super::evaluation::{Given, Iteration, call};
+use super::evaluation::call;
 use super::frozen::FrozenWatch;
 use super::link::{Link, LinkState, RequestTemplate};
 use super::{
-    Account, CouplingError, Direction, Exchange, Graph, InterfaceReport, Interval, IterationReport,
-    Predictor, Purpose, SchemeKind, StepFailure, UnitId, WindowReport, WorstPoint,
+    Account, CouplingError, Exchange, Graph, InterfaceReport, Interval, Predictor, SchemeKind, StepFailure,
+    UnitId, WindowReport,
 };
 use crate::acceleration::Acceleration;
-use crate::convergence::{ConvergenceMeasure, Guard, IterationFailure, IterationInfo, Residuals, norm};
+use crate::convergence::{ConvergenceMeasure, norm};
 use crate::participant::{Occasion, Participant, ParticipantError};
 use crate::signal::Signal;
 use cofferdam_unit::{Fingerprint, StateError};
