@@ -3,6 +3,8 @@
 //! Items are element-steps. The inverse of the item rate is the time per element-step, including loads, contacts,
 //! integration and energies.
 
+#![allow(clippy::unwrap_used, reason = "a benchmark may stop")]
+
 use cofferdam_dam::Dam;
 use cofferdam_dam::energy::Work;
 use cofferdam_dam::integrator::CentralDifference;

@@ -104,6 +104,7 @@
 mod co_simulation;
 mod digest;
 mod end_value;
+#[cfg(feature = "export")]
 pub mod export;
 mod messages;
 pub mod number;

@@ -1,5 +1,7 @@
 //! Water by finite elements: construction, a step, a repeated step; h/16, 40 points.
 
+#![allow(clippy::unwrap_used, reason = "a benchmark may stop")]
+
 use cofferdam_reservoir::{FiniteElements, ReservoirParameters};
 use cofferdam_unit::WetFace;
 use divan::Bencher;

@@ -1,5 +1,7 @@
 //! One frequency of the boundary elements, and the solvers that could be used.
 
+#![allow(clippy::unwrap_used, reason = "a benchmark may stop")]
+
 use cofferdam_reservoir::{BoundarySystem, Complex64, ReservoirParameters, boundary_system};
 use cofferdam_unit::WetFace;
 use divan::Bencher;

@@ -1,5 +1,7 @@
 //! Recursion and convolution: construction, and 128 steps (a block of the convolution) early and late in a run.
 
+#![allow(clippy::unwrap_used, reason = "a benchmark may stop")]
+
 use cofferdam_reservoir::{Method, Reservoir, ReservoirParameters};
 use cofferdam_unit::variables::reservoir::INTERFACE_ACCELERATION;
 use cofferdam_unit::{CoSimulation, WetFace};

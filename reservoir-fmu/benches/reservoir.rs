@@ -1,5 +1,7 @@
 //! Kernel setup and steps at 19 and 37 interface points, 25 s at 2.5 ms.
 
+#![allow(clippy::unwrap_used, reason = "a benchmark may stop")]
+
 use cofferdam_reservoir::{Reservoir, ReservoirParameters};
 use cofferdam_unit::variables::reservoir::INTERFACE_ACCELERATION;
 use cofferdam_unit::{CoSimulation, WetFace};
