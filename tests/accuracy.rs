@@ -3,7 +3,7 @@
 use std::os::unix::process::ExitStatusExt;
 use std::process::{Command, Output, Stdio};
 use std::time::Duration;
-use whole_chain::scenario::{Scenario, binary, root};
+use whole_chain::scenario::{Scenario, binary, lab, root};
 
 /// A second of strong motion of a shipped scene.
 fn strong(case: &str) -> Scenario {
@@ -105,7 +105,7 @@ fn an_accuracy_that_cannot_be_meant_is_refused_before_anything_is_computed() {
     }
 }
 
-/// The tables that `study accuracy --coarse` writes for a part of the record of a shipped scene, with further settings: the knob's rows,
+/// The tables that `cofferdam-lab accuracy --coarse` writes for a part of the record of a shipped scene, with further settings: the knob's rows,
 /// the levels in all cases, and the table of levels.
 fn study(
     case: &str,
@@ -114,8 +114,8 @@ fn study(
 ) -> ([Vec<csv::StringRecord>; 2], toml::value::Array) {
     let folder = tempfile::tempdir().expect("a folder");
     let output = folder.path().join("study");
-    let mut command = Command::new(binary());
-    command.args(["study", "accuracy", "--coarse", "--output"]).arg(&output);
+    let mut command = Command::new(lab());
+    command.args(["accuracy", "--coarse", "--output"]).arg(&output);
     command.arg(root().join("scenes").join(case));
     command.args(["--set", "time.quiet=0", "--set", &format!("ground_motion.record.start={start}")]);
     for setting in settings {

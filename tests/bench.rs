@@ -2,10 +2,10 @@
 
 use std::path::Path;
 use std::process::{Command, Output};
-use whole_chain::scenario::{Scenario, binary};
+use whole_chain::scenario::{Scenario, binary, lab};
 
 fn bench(scenario: &Scenario, further: &[&str]) -> Output {
-    let mut command = Command::new(binary());
+    let mut command = Command::new(lab());
     command.arg("bench").arg(scenario.write()).args(["-n", "1"]).args(further);
     command.output().expect("cofferdam runs")
 }

@@ -353,93 +353,6 @@ fn methods_are_compared_on_the_same_perturbed_motions() {
     assert_eq!(of_page.cells[5..], row[5..]);
 }
 
-/// Dear runs of half of the motions: the numbers of runs of their own, in no other table, the same bytes in parts, and the page has them.
-#[test]
-fn few_dear_runs_stand_beside_many_cheap_ones() {
-    let cheap = "set = [\"time.quiet=0\", \"dam.element_size=20\"]\nperturbation = { count = 24, noise = 0.3 }\n[intensity]\n\
-                 levels = [0.4, 0.8]\n[[limits]]\nquantity = \"peak sliding\"\nabove = 0.3\n";
-    let dear = "[dear]\nset = [\"dam.element_size=15\"]\nshare = 0.5\ncost = 4\n";
-    let study = Study::of_records(1, &format!("{cheap}{dear}"));
-    let [whole, parts] = ["whole", "parts"].map(|name| study.folder.path().join(name));
-    let told = String::from_utf8(study.run(&whole, &[]).stdout).expect("text");
-    assert!(told.contains("72 samples, 72 of them to be run"), "{told}");
-    assert!(told.contains("a dear run took ") && told.contains("`dear.cost` is 4"), "{told}");
-    // In two parts.
-    study.run(&parts, &["--part", "1/2"]);
-    let told = String::from_utf8(study.run(&parts, &["--threads", "1"]).stdout).expect("text");
-    assert!(told.contains("72 samples, 36 of them to be run"), "{told}");
-    assert_eq!(content(&parts), content(&whole));
-    // Without dear runs all else is the same.
-    let text = std::fs::read_to_string(&study.plan).expect("a plan");
-    let [without, alone] = ["without", "alone"].map(|name| study.folder.path().join(name));
-    std::fs::write(&study.plan, text.replace(dear, "")).expect("a plan");
-    study.run(&without, &[]);
-    let same =
-        ["results.csv", "statistics.csv", "limits.csv", "fragility.csv", "exceedance.csv", "variance.csv"];
-    for name in same {
-        let read = |folder: &Path| std::fs::read(folder.join(name)).expect("a table");
-        assert!(read(&whole) == read(&without), "{name}");
-    }
-    assert!(!without.join("control.csv").exists() && !without.join("dear.csv").exists());
-    // The dear runs are those of a plan in which all are dear.
-    std::fs::write(&study.plan, text.replace(dear, "").replace("element_size=20", "element_size=15"))
-        .expect("a plan");
-    study.run(&alone, &["--no-report"]);
-    let (headings, all) = rows(&alone.join("results.csv"));
-    let (of_dear, dear) = rows(&whole.join("dear.csv"));
-    assert_eq!((dear.len(), &headings), (24, &of_dear));
-    assert!(dear.iter().all(|row| all.contains(row)), "{dear:?}");
-    // What the table says of a level.
-    let at =
-        |headings: &[String], name: &str| headings.iter().position(|heading| heading == name).expect("there");
-    let (of_control, control) = rows(&whole.join("control.csv"));
-    let row = (control.iter())
-        .find(|row| row[0] == "peak sliding [mm]" && row[1] == "0.8 g")
-        .unwrap_or_else(|| panic!("{control:?}"));
-    let said = |name: &str| &row[at(&of_control, name)];
-    assert_eq!([said("pairs"), said("motions")], ["12", "24"]);
-    let number = |name: &str| -> f64 { said(name).parse().expect("a number") };
-    let median = |rows: &[Vec<String>]| {
-        let at_level = rows.iter().filter(|row| row[at(&headings, "PGA [g]")] == "0.8");
-        let mut values: Vec<f64> =
-            at_level.map(|row| row[at(&headings, "peak sliding [mm]")].parse().expect("a number")).collect();
-        values.sort_by(f64::total_cmp);
-        (values[values.len() / 2 - 1] + values[values.len() / 2]) / 2.0
-    };
-    let close = |a: f64, b: f64| (a - b).abs() < 1e-12 * b.abs();
-    assert!(close(number("dear alone"), median(&dear)), "{row:?}");
-    let (_, cheap) = rows(&whole.join("results.csv"));
-    assert!(close(number("cheap alone"), median(&cheap)), "{row:?}");
-    // The prediction is that of its formula, and decides.
-    let square = number("correlation").powi(2);
-    let predicted = ((1.0 - square).sqrt() + (square / 4.0).sqrt()).powi(-2);
-    match said("control").as_str() {
-        "used" => {
-            assert!(predicted >= 1.2 && close(number("predicted saving"), predicted), "{row:?}");
-            assert!(number("low") <= number("median") && number("median") <= number("high"), "{row:?}");
-            // Twelve more cheap runs draw it towards the median of all 24 dear ones.
-            println!(
-                "{} by the control, {} by 12 dear runs, {} by 24",
-                number("median"),
-                median(&dear),
-                median(&all)
-            );
-        }
-        declined => {
-            assert!(declined == "declined" && number("predicted saving") < 1.2, "{row:?}");
-            assert!(
-                close(number("median"), median(&dear)) && said("remark").contains("less than 1.2"),
-                "{row:?}"
-            );
-        }
-    }
-    assert!(control.iter().any(|row| row[at(&of_control, "control")] == "used"), "{control:?}");
-    let page = Page::read(&whole.join("report.html"));
-    let shown = &page.rows["control"][1..];
-    assert_eq!(shown.len(), control.len());
-    assert!(page.words.contains("a dear run costs 4 cheap ones"));
-}
-
 #[test]
 fn a_run_with_twins_tells_the_band_of_each_number() {
     let mut scene = Scenario::quick(1.5);
@@ -627,15 +540,7 @@ fn a_plan_that_is_wrong_is_refused_before_any_run() {
         "\"peak sliding\"? The runs have",
     );
     refused("[intensity]\nlevels = [20]", &new, 2, "they are in g");
-    let dear = |set: &str| format!("[dear]\nset = [{set:?}]\nshare = 0.5\ncost = 5");
-    refused(&dear("dam.no_key=1"), &new, 2, "`no_key` is no key");
-    refused(&dear("dam.element_size=10"), &new, 2, "the scene has these values already");
-    refused(
-        "[dear]\nset = [\"dam.element_size=5\"]\nshare = 0.5",
-        &new,
-        2,
-        "`dear.cost` is not given; give how many",
-    );
+    refused("[dear]\nset = [\"dam.element_size=5\"]", &new, 2, "`[dear]` is no longer supported");
     let target = "[intensity]\nperiod = 0.3\ntarget = { spectrum = \"no.csv\" }";
     refused(target, &new, 2, "no.csv: No such file");
     assert!(!new.exists(), "nothing is written for a plan that is wrong");

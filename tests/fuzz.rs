@@ -477,7 +477,7 @@ fn command_lines() {
         "impulse",
         "response",
         "field",
-        "shaking",
+        "sensitivity",
         "dam",
         "reservoir",
         "--help",

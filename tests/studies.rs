@@ -1,14 +1,15 @@
-//! The coarse twins of `cofferdam study`: what docs/stability.md and docs/tradeoff.md show, small.
+//! The coarse twins of the studies, of `cofferdam-lab` and `cofferdam study sensitivity`: what docs/stability.md and docs/tradeoff.md show, small.
 
 use std::path::Path;
 use std::process::Command;
 use whole_chain::peak;
-use whole_chain::scenario::{Scenario, binary, root};
+use whole_chain::scenario::{Scenario, binary, lab, root};
 
 /// Rows of the table that the study leaves, by heading.
 fn study(name: &str, scene: &str, settings: &[&str], output: &Path) -> Vec<Vec<String>> {
-    let mut command = Command::new(binary());
-    command.args(["study", name, "--coarse", "--output"]).arg(output).arg(root().join("scenes").join(scene));
+    let mut command = if name == "sensitivity" { Command::new(binary()) } else { Command::new(lab()) };
+    command.args((name == "sensitivity").then_some("study"));
+    command.args([name, "--coarse", "--output"]).arg(output).arg(root().join("scenes").join(scene));
     for setting in settings {
         command.args(["--set", setting]);
     }
@@ -161,8 +162,8 @@ fn a_scene_without_a_closed_form_has_no_study_of_its_resolution() {
         ("reservoir.surface_waves=true", "there are waves on the surface"),
         ("reservoir.fidelity=\"incompressible\"", "compressible water"),
     ] {
-        let mut command = Command::new(binary());
-        command.args(["study", "resolution", "--output"]).arg(folder.path().join("n"));
+        let mut command = Command::new(lab());
+        command.args(["resolution", "--output"]).arg(folder.path().join("n"));
         command.arg(root().join("scenes/koyna-intact")).args(["--set", setting]);
         let done = command.output().expect("cofferdam runs");
         let said = String::from_utf8_lossy(&done.stderr).replace('│', " ");
@@ -232,28 +233,6 @@ fn sensitivity_tells_numbers_from_choices() {
         assert!(percent(row, 1).abs() <= crest, "{row}: {rows:?}");
     }
     assert!(percent("polarity", 3).abs() > 5.0, "{rows:?}");
-}
-
-/// Every factor on the shaking has a run that ends, and the table counts what had to be rescued.
-#[test]
-fn every_shaking_reaches_its_end() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let settings = [
-        "dam.element_size=10",
-        "reservoir.element_size=10",
-        "reservoir.method=\"recursive\"",
-        "ground_motion.record.start=4",
-        "ground_motion.record.end=5.5",
-        "time.quiet=0",
-    ];
-    let rows = study("shaking", "koyna-coarse", &settings, &folder.path().join("s"));
-    assert_eq!(rows.len(), 10);
-    for row in &rows {
-        assert_eq!(row[5], "completed", "{rows:?}");
-        assert!(row[2].parse::<f64>().is_ok_and(|crest| crest > 10.0), "{rows:?}");
-    }
-    let sliding: Vec<&str> = rows.iter().map(|row| &*row[3]).collect();
-    assert!(sliding[..5].iter().all(|s| sliding.iter().filter(|other| *other == s).count() == 1), "{rows:?}");
 }
 
 /// A block that shakes itself walks on after the ground has stopped, and with stiffness damping comes to rest; none walks that
@@ -331,8 +310,8 @@ fn a_step_of_a_long_log_is_found_by_reading_a_small_part() {
     let output = folder.path().join("s");
     // A size is an argument of this study alone; the default would take a minute.
     let scene = root().join("scenes/koyna-coarse");
-    let mut command = Command::new(binary());
-    command.args(["study", "seek", "--coarse", "--size", "60MB", "--output"]).arg(&output).arg(scene);
+    let mut command = Command::new(lab());
+    command.args(["seek", "--coarse", "--size", "60MB", "--output"]).arg(&output).arg(scene);
     for setting in settings {
         command.args(["--set", setting]);
     }
@@ -362,9 +341,9 @@ fn the_papers_figures_stand_beside_its_numbers() {
         .collect();
     std::fs::write(&record, format!("time_s,acceleration_m/s2\n{}\n", metres.join("\n"))).expect("a file");
     let study = |record: &Path| {
-        let mut command = Command::new(binary());
+        let mut command = Command::new(lab());
         command
-            .args(["study", "paper", "--coarse", "--koyna-record"])
+            .args(["paper", "--coarse", "--koyna-record"])
             .arg(record)
             .arg("--output")
             .arg(&output);

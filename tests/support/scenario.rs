@@ -16,20 +16,28 @@ pub fn root() -> PathBuf {
 /// The binary `cofferdam`, built with the profile of the tests.
 pub fn binary() -> &'static Path {
     static BINARY: OnceLock<PathBuf> = OnceLock::new();
-    BINARY.get_or_init(|| {
-        // target/<profile>/deps/<test>: the profile is that of the running test.
-        let test = std::env::current_exe().expect("a test has a path");
-        let folder = test.ancestors().nth(2).expect("target/<profile>/deps").to_owned();
-        let mut build = Command::new(env!("CARGO"));
-        // Of the whole workspace, with the features that a test of all its packages has built it with.
-        build.current_dir(root()).args(["build", "--locked", "--quiet", "--workspace", "--bin", "cofferdam"]);
-        build.arg("--target-dir").arg(folder.parent().expect("target/<profile>"));
-        if folder.ends_with("release") {
-            build.arg("--release");
-        }
-        assert!(build.status().expect("cargo runs").success(), "cofferdam does not build");
-        folder.join("cofferdam")
-    })
+    BINARY.get_or_init(|| built("cofferdam"))
+}
+
+/// The developers' binary `cofferdam-lab`, likewise.
+pub fn lab() -> &'static Path {
+    static LAB: OnceLock<PathBuf> = OnceLock::new();
+    LAB.get_or_init(|| built("cofferdam-lab"))
+}
+
+fn built(program: &str) -> PathBuf {
+    // target/<profile>/deps/<test>: the profile is that of the running test.
+    let test = std::env::current_exe().expect("a test has a path");
+    let folder = test.ancestors().nth(2).expect("target/<profile>/deps").to_owned();
+    let mut build = Command::new(env!("CARGO"));
+    // Of the whole workspace, with the features that a test of all its packages has built it with.
+    build.current_dir(root()).args(["build", "--locked", "--quiet", "--workspace", "--bin", program]);
+    build.arg("--target-dir").arg(folder.parent().expect("target/<profile>"));
+    if folder.ends_with("release") {
+        build.arg("--release");
+    }
+    assert!(build.status().expect("cargo runs").success(), "{program} does not build");
+    folder.join(program)
 }
 
 /// Whether the tests run as root, who alone can run a program as another user.
