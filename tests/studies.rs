@@ -342,11 +342,7 @@ fn the_papers_figures_stand_beside_its_numbers() {
     std::fs::write(&record, format!("time_s,acceleration_m/s2\n{}\n", metres.join("\n"))).expect("a file");
     let study = |record: &Path| {
         let mut command = Command::new(lab());
-        command
-            .args(["paper", "--coarse", "--koyna-record"])
-            .arg(record)
-            .arg("--output")
-            .arg(&output);
+        command.args(["paper", "--coarse", "--koyna-record"]).arg(record).arg("--output").arg(&output);
         command.arg("--scenes").arg(root().join("scenes")).output().expect("cofferdam runs")
     };
     let refused = study(&folder.path().join("none.csv"));

@@ -57,7 +57,8 @@ impl Signal {
     pub fn zero_from(&self) -> Option<f64> {
         let endless = self.held && self.samples.last().is_some_and(|a| *a != 0.0);
         let last = self.interval * self.samples.len().saturating_sub(1) as f64;
-        (!endless).then(|| last + if self.held { 0.0 } else { self.interval })
+        let fall = if self.held { 0.0 } else { self.interval };
+        (!endless).then_some(last + fall)
     }
 
     /// Writes the value at `time` (s) to `value`, whose further components become zero.

@@ -293,7 +293,7 @@ fn faces_that_are_not_the_same_polygon_are_refused() -> Result<(), WetFaceError>
     };
     assert_eq!(
         said(&dam, &lower),
-        "the wet face ends at (4, 90) in the dam and at (4, 89) in the reservoir; both need the same water level"
+        "the wet face ends at (4, 90) in the dam and at (4, 89) in the reservoir; both need the same end, at one level"
     );
     assert_eq!(
         said(&dam, &bulging),

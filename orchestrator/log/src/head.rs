@@ -223,7 +223,7 @@ impl Parts {
             }
             "/unit" => self.units.push(unit(&schema()?, data)?),
             topic => {
-                let Some(signal) = signal(topic, &channel.metadata, &schema, data)? else { return Ok(false) };
+                let Some(signal) = signal(topic, &channel.metadata, schema, data)? else { return Ok(false) };
                 self.signals.push(signal);
             }
         }
