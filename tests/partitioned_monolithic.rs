@@ -269,7 +269,7 @@ fn partitioned(
     let (mut crest, mut pressures, mut iterations) = (Vec::new(), Vec::new(), 0);
     for step in 1..=STEPS {
         let time = (step - 1) as f64 * H;
-        let interval = Interval { step, time, communication_step: H };
+        let interval = Interval { signal_time: step as f64 * H, ..Interval::new(step, time, H) };
         let report = scheme.advance(&mut graph, &[interval])?;
         iterations += report.iterations();
         let of = |side| report.accepted(side, step).ok_or("an accepted exchange");

@@ -10,7 +10,7 @@ use serde::{Serialize, de::DeserializeOwned};
 /// Communication step number `step` (from 1) of equal ones (s).
 pub fn interval(step: u64, communication_step: f64) -> Interval {
     let time = (step - 1) as f64 * communication_step;
-    Interval { step, time, communication_step }
+    Interval::new(step, time, communication_step)
 }
 
 /// What a step makes of the state: the occasion, the inputs, room for the outputs.

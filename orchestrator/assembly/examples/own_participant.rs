@@ -114,7 +114,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     scheme.initialise(&mut graph, 0.0)?;
     for step in 1..=400_u32 {
         let time = f64::from(step) * h;
-        let interval = Interval { step: step.into(), time: time - h, communication_step: h };
+        let interval = Interval::new(step.into(), time - h, h);
         let report = scheme.advance(&mut graph, &[interval])?;
         if step % 40 == 0 {
             let displacement = report.accepted(DAM, interval.step).map_or(f64::NAN, |e| 1e3 * e.outputs[0]);

@@ -86,7 +86,7 @@ impl Account for WetFaceWork {
     }
 
     fn step(&mut self, interval: &Interval, now: Crossing<'_>) -> InterfaceWork {
-        let ground = ground_at(now.signals, interval.end());
+        let ground = ground_at(now.signals, interval.signal_time);
         self.account.step(interval.communication_step, self.places.at_interface(now), ground)
     }
 

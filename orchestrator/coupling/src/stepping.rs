@@ -126,16 +126,15 @@ impl Clock {
     /// The steps of the next window; none at the end of the run.
     pub fn window(&self) -> Vec<Interval> {
         let Stepping { communication_step, steps, window, .. } = self.stepping;
-        let interval = |step: u64, time: f64, communication_step: f64| Interval {
-            step: self.taken + step,
-            time,
-            communication_step,
-        };
+        let interval = |step: u64, time: f64, length: f64| Interval::new(self.taken + step, time, length);
         match self.pace {
             Pace::Grid { index, part: 0, halvings: 0 } => {
                 let at = |index: u64| index as f64 * communication_step;
                 (index..steps.min(index + window as u64))
-                    .map(|i| interval(1 + i - index, at(i), communication_step))
+                    .map(|i| Interval {
+                        signal_time: at(i + 1),
+                        ..interval(1 + i - index, at(i), communication_step)
+                    })
                     .collect()
             }
             Pace::Grid { halvings, .. } => {

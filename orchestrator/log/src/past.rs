@@ -151,11 +151,7 @@ impl Reports {
         for step in steps {
             let occasion = step.occasion;
             report.attempt = occasion.attempt;
-            report.steps.push(Interval {
-                step: occasion.step,
-                time: occasion.time,
-                communication_step: occasion.communication_step,
-            });
+            report.steps.push(Interval::new(occasion.step, occasion.time, occasion.communication_step));
             if step.accepted {
                 report.interfaces.push(step.interfaces.clone());
             }

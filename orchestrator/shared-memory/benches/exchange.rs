@@ -273,7 +273,7 @@ impl Coupling {
         self.acceleration.begin_step();
         self.acceleration.accelerate(&mut self.guess, &residual);
         let time = 1e-3 * step as f64;
-        let interval = Interval { step, time, communication_step: 1e-3 };
+        let interval = Interval::new(step, time, 1e-3);
         let exchange = Exchange {
             unit: UnitId(0),
             occasion: Occasion { step, iteration: 1, attempt: 1, time, communication_step: 1e-3 },

@@ -242,7 +242,7 @@ impl Scheme {
     /// **Errors**: a unit fails.
     pub fn initialise(&mut self, graph: &mut Graph, time: f64) -> Result<WindowReport, StepFailure> {
         self.began = Instant::now();
-        let start = Interval { step: 0, time, communication_step: 0.0 };
+        let start = Interval::new(0, time, 0.0);
         self.reported(graph, &[start], 1, Self::initialise_into)
     }
 

@@ -108,7 +108,7 @@ impl Iteration<'_> {
         exchanges: &mut Vec<Exchange>,
     ) -> Result<(), CouplingError> {
         for (index, interval) in self.steps.iter().enumerate() {
-            let mut inputs = self.templates[id.0].request(self.signals, interval.end());
+            let mut inputs = self.templates[id.0].request(self.signals, interval.signal_time);
             for (number, link) in self.links.iter().enumerate() {
                 let [first, second] = link.received();
                 if link.first() == id {

@@ -77,9 +77,17 @@ pub struct Interval {
     pub time: f64,
     /// Length of the step, s; 0 at initialisation.
     pub communication_step: f64,
+    /// When external signals are evaluated, s: the end of the step. Of equal steps it is the multiple of their length, from
+    /// which the sum of start and length may differ by rounding.
+    pub signal_time: f64,
 }
 
 impl Interval {
+    /// Step number `step` from `time` on, of this length (s).
+    pub fn new(step: u64, time: f64, communication_step: f64) -> Self {
+        Self { step, time, communication_step, signal_time: time + communication_step }
+    }
+
     /// End of the step, s.
     pub fn end(&self) -> f64 {
         self.time + self.communication_step
