@@ -50,7 +50,7 @@ fn ambient(duration: f64) -> GroundMotion {
 
 pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     let loaded = arguments.load()?;
-    if !loaded.scene.computed_dam().is_some() {
+    if loaded.scene.computed_dam().is_none() {
         return Err(unfit("the study needs a dam that is computed"));
     }
     let (duration, rows) = if arguments.coarse { (20.0, 4) } else { (600.0, 10) };
