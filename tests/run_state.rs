@@ -226,7 +226,7 @@ fn run(
         histories: histories.histories,
         status,
         statistics: course.statistics().clone(),
-        crest: crest_at_rest(&simulation),
+        crest: crest_at_rest(simulation),
         flags: limits.flags(),
     };
     Ok((outcome, states))
