@@ -505,8 +505,9 @@ fn libraries_that_break_the_contract_are_refused() {
     }
     let honest = site.library("honest", source);
     let sets = [&*of(&honest), "reservoir.depth=90"];
-    let words =
-        ["ends at (0, 90) in the dam and at (0, 91.75) in the reservoir; both need the same water level"];
+    let words = [
+        "ends at (0, 90) in the dam and at (0, 91.75) in the reservoir; both need the same end, at one level",
+    ];
     site.refused("91.75 m of water against 90 m", &sets, &words);
 
     let no_state =

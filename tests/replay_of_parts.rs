@@ -41,7 +41,8 @@ fn run(scenario: &Scenario) -> Result<(LoadedScene, Log, Vec<Stop>), Failure> {
     let graph = Assembly::with(&loaded.scene, NonZeroUsize::MIN).graph()?;
     let mut simulation = simulation_of(&loaded.scene, &loaded.ground_motion, graph)?;
     let path = scenario.folder().join("log.mcap");
-    let preamble = Preamble { scene: toml::to_string(&loaded.scene)?, ..Preamble::default() };
+    let scene = toml::to_string(&loaded.scene)?;
+    let preamble = Preamble { scene, window: loaded.scene.coupling.window, ..Preamble::default() };
     let mut log = LogWriter::create(&path, &preamble)?;
     let mut course = simulation.course();
     let mut states = Vec::new();

@@ -169,6 +169,36 @@ fn a_column_is_pressed_by_what_stands_on_it() -> Result<(), DamError> {
     Ok(())
 }
 
+/// The open share of a joint without tension under a rigid block of width b and height h, which a constant acceleration a
+/// presses on its downstream edge: the stress is linear over the part that touches, so that with e = (a/g′) h/2 > b/6 the
+/// open share is 1 − 3 (1/2 − e/b). Tolerance: the length of a contact, b/32.
+#[test]
+fn open_share_is_that_of_a_joint_without_tension() -> Result<(), DamError> {
+    let (height, width) = (6.0, 4.0);
+    let parameters = DamParameters {
+        section: Section::rectangle(width, height + 2.0),
+        water_depth: 0.0,
+        cracks: vec![CrackParameters::sliding(2.0, 2.0, 1e10, 1e10)],
+        element_size: width / 32.0,
+        fidelity: Fidelity::RigidBlocks,
+        ..koyna(5.0)
+    };
+    let mut dam = at_rest(parameters)?;
+    assert_eq!(get(&dam, &variable::CRACK_OPEN_SHARE), [0.0], "closed at rest");
+    // Upstream, and half of it downwards, as `shake` has it.
+    let mut at = 0.0;
+    for acceleration in [2.0, 3.0] {
+        shake(&mut dam, 1e-3, at + 4.0, |t| -(acceleration - 1.0 + ((t - at) / 2.0).min(1.0)))?;
+        at += 4.0;
+        let eccentricity = acceleration / (GRAVITY - acceleration / 2.0) * height / 2.0;
+        let exact = 1.0 - 3.0 * (0.5 - eccentricity / width);
+        let open = get(&dam, &variable::CRACK_OPEN_SHARE)[0];
+        println!("{acceleration} m/s²: {open:.3} of the joint is open, exactly {exact:.3}");
+        assert!((open - exact).abs() < 1.0 / 32.0, "{open}, exactly {exact}");
+    }
+    Ok(())
+}
+
 /// A sliding block with dilation: slip of the contacts on both sides, and their stresses at the strength.
 #[test]
 fn contacts_of_either_side_slip_downstream_at_their_strength() -> Result<(), DamError> {

@@ -93,6 +93,7 @@ pub mod dam {
         37 BASE_SHEAR "base_shear" Output Continuous Scalar "N/m" "horizontal force of the dam on the ground, per metre of dam, positive downstream, mean over the step" <- 1 3 90;
         38 BASE_NORMAL_FORCE "base_normal_force" Output Continuous Scalar "N/m" "vertical force of the dam on the ground, per metre of dam, positive in compression, mean over the step" <- 1 3 90;
         39 CRACK_SHEAR_UTILISATION "crack_shear_utilisation" Output Continuous Cracks "1" "shear force over shear strength of the crack: the inverse of the factor of safety against sliding" <- 1 3 90;
+        49 CRACK_OPEN_SHARE "crack_open_share" Output Continuous Cracks "1" "open length of the crack over its whole length, 0 to 1" <- 1 3 90;
         40 INTERFACE_X "interface_x" CalculatedParameter Fixed InterfacePoints "m" "x coordinate of the interface points, from the heel, positive downstream";
         41 INTERFACE_Y "interface_y" CalculatedParameter Fixed InterfacePoints "m" "y coordinate of the interface points, from the heel, positive upwards";
         42 INTERFACE_NORMAL_X "interface_normal_x" CalculatedParameter Fixed InterfacePoints "1" "x component of n, the unit normal from the water into the dam, at the interface points";

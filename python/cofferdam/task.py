@@ -56,5 +56,5 @@ class Task:
         brief = dict(task["brief"])
         points = {name: np.array(values, dtype=float) for name, values in brief.pop("points").items()}
         for values in points.values():
-            values.flags.writable = False
+            values.flags.writeable = False
         return cls(name=task["unit"], threads=task["threads"], points=Points(**points), **brief)

@@ -169,7 +169,7 @@ impl Reservoir {
         let ReservoirParameters { fidelity, method, .. } = self.parameters;
         let solver = match (fidelity.has_memory(), method) {
             _ if !fidelity.is_solved() => return fidelity.label().to_owned(),
-            (true, Method::FiniteElements) => method.label(),
+            (true, method) if !method.has_boundary_elements() => method.label(),
             _ if self.is_recursion() => Method::Recursive.label(),
             _ => "boundary elements",
         };

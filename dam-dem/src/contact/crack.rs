@@ -120,6 +120,18 @@ impl Crack<MohrCoulomb> {
 }
 
 impl<L: ContactLaw> Crack<L> {
+    /// Lengths on which the sides touch, and of the whole crack, m. A contact that slid partly over the end of the other side
+    /// touches on what is left opposite it.
+    pub fn touching(&self, joints: &[JointState]) -> [f64; 2] {
+        let mut lengths = [0.0; 2];
+        for (contact, joint) in self.contacts.iter().zip(joints) {
+            let touches = matches!(joint.status, ContactStatus::Sticking | ContactStatus::Slipping);
+            lengths[0] += if touches { contact.weight * joint.coverage } else { 0.0 };
+            lengths[1] += contact.weight;
+        }
+        lengths
+    }
+
     /// The crack along a `seam` of `mesh`. `integration` determines the points of contact; the ground, which is rigid,
     /// has none of its own, so that those of the other side have their whole length.
     pub fn new(mesh: &Mesh, seam: &Seam, law: L, integration: Integration) -> Self {

@@ -113,6 +113,15 @@ impl Dam {
                 CrackForces { strength: 0.0, .. } => 0.0,
                 CrackForces { shear, strength, .. } => shear.abs() / strength,
             },
+            variable::CRACK_OPEN_SHARE => {
+                let states = self
+                    .parts(crack)
+                    .filter_map(|part| Some((part, self.state().motion.joints().get(part)?)));
+                let lengths = states.map(|(part, joints)| self.structure().cracks[part].touching(joints));
+                let [touching, whole] = lengths.fold([0.0; 2], |sum, part| [0, 1].map(|i| sum[i] + part[i]));
+                // An intact dam has no contacts.
+                if whole > 0.0 { 1.0 - touching / whole } else { 0.0 }
+            }
             variable::CRACK_ACCELERATION_BELOW => {
                 self.mean_of_parts(crack, |part| self.side_acceleration(part, 0))
             }

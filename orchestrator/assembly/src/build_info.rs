@@ -2,11 +2,22 @@
 
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
+use std::sync::OnceLock;
 
 /// Hash of the sources of the solvers, by which prepared operators are made.
 pub const SOLVERS: &str = env!("COFFERDAM_SOLVERS");
 /// Hash of all sources, by which results are made.
 pub const SOURCES: &str = env!("COFFERDAM_SOURCES");
+
+/// Git commit of the program, once it has said it.
+static COMMIT: OnceLock<&str> = OnceLock::new();
+
+/// Sets the git commit that logs, manifests and pages name, "unknown" until then. Only a program's own build knows it: a
+/// library that did would be compiled again after each commit.
+pub fn set_commit(commit: &'static str) {
+    // The first call counts.
+    let _ = COMMIT.set(commit);
+}
 
 /// The program and the machine it runs on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -34,7 +45,7 @@ impl Build {
         let model = cpu_info.lines().find_map(|l| l.strip_prefix("model name")?.split_once(": "));
         Self {
             version: env!("CARGO_PKG_VERSION").into(),
-            commit: env!("COFFERDAM_COMMIT").into(),
+            commit: COMMIT.get().copied().unwrap_or("unknown").into(),
             profile: if cfg!(debug_assertions) { "debug" } else { "release" }.into(),
             processor: model.map_or_else(|| "unknown".to_owned(), |(_, name)| name.to_owned()),
             features: features(),

@@ -20,7 +20,7 @@ use cofferdam_coupling::observer::{self, Observer, ObserverError};
 use cofferdam_coupling::participant::{Level, ParticipantError};
 use cofferdam_coupling::scheme::{CouplingError, check_points};
 use cofferdam_report::section;
-use cofferdam_scene::{FidelityScene, Scene, SceneError, Side, Source};
+use cofferdam_scene::{Scene, SceneError, Side, Source};
 use cofferdam_unit::Role;
 use describe::{SLOW, limit, list, shapes, slow, strength};
 use foreign::{test, told, unit};
@@ -297,8 +297,7 @@ fn examine(path: &Path, arguments: &Arguments) -> Result<(), CheckError> {
             list(&frequencies)
         ));
         if let Some(full) = Assembly::of(scene).natural_modes_in_water(frequencies.len())? {
-            let formula = |water: FidelityScene| water == FidelityScene::Westergaard;
-            let water = match scene.waters().any(|(_, water)| formula(water.fidelity)) {
+            let water = match scene.waters().any(|(_, water)| water.fidelity.is_formula()) {
                 true => "with Westergaard's added mass",
                 false => "water incompressible",
             };

@@ -45,6 +45,7 @@ fn main() -> ExitCode {
     // So that writing beyond the limit of file sizes is an error like that of a full disk, and not the end of the process. If
     // it fails, it ends the process as before.
     let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
+    cofferdam_assembly::build_info::set_commit(env!("COFFERDAM_COMMIT"));
     let Arguments { command, cache, no_cache } = Arguments::parse();
     context::use_cache(cache, !no_cache);
     terminal::exit_status(match command {

@@ -99,6 +99,7 @@ fn main() -> ExitCode {
         .word_splitter(textwrap::WordSplitter::NoHyphenation);
     // It fails only if a handler is set already.
     let _ = miette::set_hook(Box::new(move |_| Box::new(whole_words.clone().build())));
+    cofferdam_assembly::build_info::set_commit(env!("COFFERDAM_COMMIT"));
     let Lab { command, cache, no_cache } = Lab::parse();
     context::use_cache(cache, !no_cache);
     let done = match &command {

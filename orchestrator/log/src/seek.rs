@@ -113,7 +113,26 @@ struct Finder<'a> {
 impl<'a> Finder<'a> {
     fn new(log: &'a Log) -> Result<Self, LogReadError> {
         let source = Source::open(log.path(), Arc::clone(&log.read))?;
-        Ok(Self { log, index: Index::read(&source)? })
+        let mut finder = Self { log, index: Index::read(&source)? };
+        finder.declare()?;
+        Ok(finder)
+    }
+
+    /// Declares the channels of a file without a summary whose writer declared them just before their first message.
+    fn declare(&mut self) -> Result<(), LogReadError> {
+        let mut known = self.stream()?;
+        for chunk in &self.index.chunks {
+            let unknown = |channel: &u16| known.channel(*channel).is_none();
+            if chunk.channels.iter().flatten().any(unknown) {
+                known.move_to(chunk.place);
+                // A damaged chunk declares what stands before the damage.
+                while let Ok(Next::Message(_)) = known.next()
+                    && known.position() == chunk.place
+                {}
+            }
+        }
+        self.index.declared = known.declared().clone();
+        Ok(())
     }
 
     fn stream(&self) -> Result<Stream, LogReadError> {

@@ -79,8 +79,11 @@ impl Summary {
         let fidelity = loaded.scene.dam.as_ref().map(|dam| dam.fidelity);
         if !fidelity.is_some_and(DamFidelityScene::is_intact) {
             for (crack, parameters) in cracks.iter().enumerate() {
-                let name = of_crack("largest share of the shear strength in use", parameters, cracks);
+                let of = |what: &str| of_crack(what, parameters, cracks);
+                let name = of("largest share of the shear strength in use");
                 table.peak(&name, &format!("dam.crack_shear_utilisation.{crack}"), 1.0, "1");
+                let name = of("largest open share of the length");
+                table.peak(&name, &format!("dam.crack_open_share.{crack}"), 1e2, "%");
             }
         }
         table.subject = Subject::Base;

@@ -7,6 +7,24 @@
 //!
 //! A key stands once, on its type: one file a table. Unit (`unit`), range (`range`, `exclusiveMinimum`), default and
 //! meaning are read from there by the checks, the messages, the [`reference()`] in `scenes/README.md` and the FMUs.
+//!
+//! ```
+//! use cofferdam_scene::{LoadedScene, UnitChecks};
+//! use std::path::Path;
+//!
+//! // `cofferdam_assembly::read_scene` also asks the solvers.
+//! let checks = UnitChecks { dam: |_| Vec::new(), reservoir: |_| Vec::new() };
+//! let read = |set: &str| LoadedScene::read(Path::new("../../scenes/rigid-dam-ramp"), &[set.to_owned()], &checks);
+//!
+//! let loaded = read("reservoir.depth=90.0")?;
+//! assert_eq!(loaded.scene.depth(), 90.0);
+//! assert_eq!(loaded.scene.steps(), 800); // 2 s in steps of 2.5 ms
+//! assert_eq!(loaded.scene.hydrostatic_base_pressure(cofferdam_scene::Side::Reservoir), 1000.0 * 9.81 * 90.0);
+//!
+//! let mistake = read("reservoir.depht=90.0").unwrap_err();
+//! assert!(format!("{mistake:?}").contains("depth"), "{mistake:?}"); // with its place and the key that is meant
+//! # Ok::<(), cofferdam_scene::SceneError>(())
+//! ```
 
 mod conform;
 mod coupling;
