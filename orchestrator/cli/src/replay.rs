@@ -385,6 +385,13 @@ fn report(unit: &str, replay: &Replay, times: [Duration; 2], asked: Option<u64>)
             ),
         });
     }
+    let named =
+        |names: &[String]| names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+    for (names, lacks) in replay.uncompared.iter().zip(["the unit does", "the log does"]) {
+        if !names.is_empty() {
+            lines.push(format!("  not compared: {}, which {lacks} not have", named(names)));
+        }
+    }
     match &replay.ending {
         Some(Err(position)) => lines.push(format!("  up to byte {position}, where the log is cut short")),
         Some(Ok(status)) if status != "completed" => lines.push(format!("  the run ended early: {status}")),

@@ -14,8 +14,8 @@
 //! step after step as [`stepping`] asks and reports every window to [`observer`]s. [`signal`]s from outside, such as a ground
 //! acceleration, go to every unit with an input of their name. Nothing here knows what the units model.
 //!
-//! Two masses joined by a spring, each a unit of its own, agree after a few iterations with the exact answer of the
-//! implicit midpoint rule; `examples/two_masses.rs` runs them with log, replay and comparison.
+//! `examples/two_masses.rs` of the crate `cofferdam-log` couples two masses by a spring, each a unit of its own, and logs, replays
+//! and compares the runs.
 
 pub mod acceleration;
 pub mod convergence;

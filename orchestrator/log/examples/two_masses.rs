@@ -62,7 +62,7 @@ fn run(path: &Path, tolerance: f64) -> Result<(), Box<dyn Error>> {
     ];
     let interface = Interface::new(Port::of(UnitId(0)), Port::of(UnitId(1)), fields);
     let mut graph = Graph::new(vec![left()?, right()?], vec![interface])?;
-    let scales = Scales { typical: STIFFNESS, bound: 1e3 * STIFFNESS, ..Scales::default() };
+    let scales = Scales { typical: STIFFNESS * 0.01, ..Scales::default() };
     let measure = ConvergenceMeasure::new(&[Measure::Relative], tolerance, scales);
     let acceleration = Acceleration::new(AccelerationKind::IqnIls, 0.5, 1.0);
     let settings = Settings::default();

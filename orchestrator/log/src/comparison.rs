@@ -1,3 +1,4 @@
+use super::alignment::Alignment;
 use super::{Entries, Entry, Log, LogReadError, LoggedExchange, LoggedUnit};
 use cofferdam_coupling::difference::{Difference, Divergence, Half};
 use cofferdam_coupling::signal::Signal;
@@ -7,7 +8,8 @@ use toml::{Table, Value};
 
 /// Result of comparing two logs.
 ///
-/// Wall times, the program's version and messages of the units are not compared.
+/// Wall times, the program's version and messages of the units are not compared, nor are outputs that only one log has: a unit of
+/// another version may have more of them. They are among the differences of the settings.
 #[derive(Debug)]
 pub struct Comparison {
     /// Differences of the settings: keys of the scene, units, ground motion.
@@ -58,6 +60,7 @@ pub fn compare(logs: [&Log; 2]) -> Result<Comparison, LogReadError> {
         error: None,
     };
     let (mut left, mut right) = (first.entries()?, second.entries()?);
+    let alignments: Vec<_> = first.head().units.iter().zip(&second.head().units).map(alignment).collect();
     loop {
         let (a, b) = match (next(&mut left), next(&mut right)) {
             (Ok(Ok(a)), Ok(Ok(b))) => (a, b),
@@ -70,9 +73,10 @@ pub fn compare(logs: [&Log; 2]) -> Result<Comparison, LogReadError> {
                 return Ok(comparison);
             }
         };
-        let (unit, other) = (first.head().unit(a.unit), second.head().unit(b.unit));
-        if let Some(what) = difference(unit, other, &a, &b) {
-            let (unit, occasion, before) = (unit.name.clone(), a.occasion, comparison.identical);
+        let other = &second.head().unit(b.unit).name;
+        if let Some(what) = difference(alignments.get(a.unit.0), other, &a, &b) {
+            let unit = first.head().unit(a.unit).name.clone();
+            let (occasion, before) = (a.occasion, comparison.identical);
             comparison.divergence = Some(Divergence { unit, occasion, before, what });
             return Ok(comparison);
         }
@@ -93,29 +97,33 @@ fn next(entries: &mut Entries) -> Result<Result<LoggedExchange, String>, LogRead
     }
 }
 
+/// The variables that two units have in common, in requests and in answers.
+fn alignment((unit, other): (&LoggedUnit, &LoggedUnit)) -> [Alignment; 2] {
+    [Alignment::of(&unit.inputs, &other.inputs), Alignment::of(&unit.outputs, &other.outputs)]
+}
+
+/// What differs between two exchanges; `alignments` are those of the unit of the first with the unit of its number in the other log.
 fn difference(
-    unit: &LoggedUnit,
-    other: &LoggedUnit,
+    alignments: Option<&[Alignment; 2]>,
+    other: &str,
     a: &LoggedExchange,
     b: &LoggedExchange,
 ) -> Option<Difference> {
-    if (a.unit, a.occasion) != (b.unit, b.occasion) {
-        return Some(Difference::Asked { unit: other.name.clone(), occasion: b.occasion });
+    let Some([inputs, outputs]) = alignments.filter(|_| (a.unit, a.occasion) == (b.unit, b.occasion)) else {
+        return Some(Difference::Asked { unit: other.to_owned(), occasion: b.occasion });
+    };
+    // What a unit is given decides its answer, so that all of it must be the same.
+    if !inputs.fits() || inputs.lonely.iter().any(|lonely| !lonely.is_empty()) {
+        return Some(Difference::Layout { half: Half::Request });
     }
-    let missing = |half| Difference::Layout { half };
-    if unit.inputs != other.inputs {
-        return Some(missing(Half::Request));
+    if !outputs.fits() {
+        return Some(Difference::Layout { half: Half::Answer });
     }
-    if unit.outputs != other.outputs {
-        return Some(missing(Half::Answer));
-    }
-    Difference::of_values(Half::Request, &unit.inputs, &a.inputs, &b.inputs).or_else(|| {
-        match (&a.outputs, &b.outputs) {
-            (Some(a), Some(b)) => Difference::of_values(Half::Answer, &unit.outputs, a, b),
-            (Some(_), None) => Some(Difference::Answer { first: true }),
-            (None, Some(_)) => Some(Difference::Answer { first: false }),
-            (None, None) => None,
-        }
+    inputs.difference(Half::Request, &a.inputs, &b.inputs).or_else(|| match (&a.outputs, &b.outputs) {
+        (Some(a), Some(b)) => outputs.difference(Half::Answer, a, b),
+        (Some(_), None) => Some(Difference::Answer { first: true }),
+        (None, Some(_)) => Some(Difference::Answer { first: false }),
+        (None, None) => None,
     })
 }
 

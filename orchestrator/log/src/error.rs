@@ -23,6 +23,26 @@ pub enum LogError {
         /// The error of the writer or the system.
         cause: std::io::Error,
     },
+    /// The preamble and the run differ in the number of steps that are iterated together.
+    #[error(
+        "the log's preamble has windows of {preamble} steps, the run has windows of {run}; give both the same number"
+    )]
+    Window {
+        /// Number in the preamble.
+        preamble: usize,
+        /// Number in the run.
+        run: usize,
+    },
+    /// A variable has the name of another field of its message.
+    #[error(
+        "{unit}: the variable `{variable}` cannot be logged, because its message has a field of that name already; rename it"
+    )]
+    Name {
+        /// Name of the unit.
+        unit: String,
+        /// Name of the variable, or of the norm of an array.
+        variable: String,
+    },
     /// The writing thread ended without an error.
     #[error("{}: the thread that writes the log ended", path.display())]
     Stopped {

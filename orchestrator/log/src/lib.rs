@@ -1,16 +1,18 @@
 //! The log of a co-simulation: every request and every answer as protobuf messages in MCAP, written, read, compared and replayed.
 //!
 //! A [`LogWriter`] observes a run and writes on a thread of its own. A [`Log`] reads complete, cut and damaged files as typed
-//! [`Entries`], bit for bit; [`replay`] repeats its requests with new units; [`compare`] finds where two logs part.
+//! [`Entries`], bit for bit; [`replay`] repeats its requests with new units; [`compare`] finds the first bit in which two logs
+//! differ, and [`Agreement`] how far they agree within a tolerance. A log can be read while its run writes it.
 //! `docs/log.md` describes the format.
 //!
 //! ```
+//! use cofferdam_coupling::acceleration::{Acceleration, AccelerationKind};
+//! use cofferdam_coupling::convergence::{ConvergenceMeasure, Measure, Scales};
 //! use cofferdam_coupling::participant::FunctionUnit;
-//! use cofferdam_coupling::scheme::{Direction, Field, Graph, Interface, Port, Scheme, UnitId};
-//! # use cofferdam_coupling::acceleration::{Acceleration, AccelerationKind};
-//! # use cofferdam_coupling::convergence::{ConvergenceMeasure, Measure, Scales};
-//! # use cofferdam_coupling::scheme::{Predictor, Settings};
-//! # use cofferdam_coupling::{simulation::Simulation, stepping::Stepping};
+//! use cofferdam_coupling::scheme::{
+//!     Direction, Field, Graph, Interface, Port, Predictor, Scheme, Settings, UnitId,
+//! };
+//! use cofferdam_coupling::{simulation::Simulation, stepping::Stepping};
 //! use cofferdam_log::{Entry, Log, LogWriter, Preamble};
 //!
 //! // A pump whose flow falls with the pressure, and a pipe whose pressure rises with the flow: q = 2 − p, p = q/2.
@@ -22,15 +24,17 @@
 //! ];
 //! let interface = Interface::new(Port::of(UnitId(0)), Port::of(UnitId(1)), fields);
 //! let mut graph = Graph::new(vec![Box::new(pump), Box::new(pipe)], vec![interface])?;
-//! # let scales = Scales { typical: 1.0, bound: 1e3, ..Scales::default() };
-//! # let measure = ConvergenceMeasure::new(&[Measure::Relative], 1e-9, scales);
-//! # let acceleration = Acceleration::new(AccelerationKind::Aitken, 0.5, 1.0);
+//! // Converged when the pressures given and returned differ by less than 1e-9 of the pressure; a typical one is 1 Pa.
+//! let scales = Scales { typical: 1.0, ..Scales::default() };
+//! let measure = ConvergenceMeasure::new(&[Measure::Relative], 1e-9, scales);
+//! let acceleration = Acceleration::new(AccelerationKind::Aitken, 0.5, 1.0);
 //! let scheme = Scheme::new(&mut graph, Settings::default(), acceleration, Predictor::new(0), measure, Vec::new())?;
 //! let folder = tempfile::tempdir()?;
 //! let path = folder.path().join("log.mcap");
 //! let mut log = LogWriter::create(&path, &Preamble::default())?;
 //! let mut simulation = Simulation::new(graph, scheme, Stepping::equal(1.0, 3));
-//! simulation.run(&mut [&mut log], &false.into());
+//! let (_, failure) = simulation.run(&mut [&mut log], &false.into());
+//! assert!(failure.is_none(), "{failure:?}");
 //!
 //! for entry in Log::open(&path)?.entries()? {
 //!     if let Entry::Exchange(exchange) = entry? && exchange.accepted && exchange.occasion.step > 0 {
@@ -43,6 +47,7 @@
 
 mod accepted;
 mod agreement;
+mod alignment;
 pub mod background;
 mod budget;
 mod check;

@@ -55,6 +55,14 @@ impl MessageType {
         Self { name: name.to_owned(), fields }
     }
 
+    /// A name that two fields have.
+    pub fn repeated_field(&self) -> Option<String> {
+        let names = self.fields.iter().enumerate();
+        let mut repeated =
+            names.filter(|(index, (name, _))| self.fields[..*index].iter().any(|(n, _)| n == name));
+        repeated.next().map(|(_, (name, _))| name.clone())
+    }
+
     /// Name with package, as in the schema of a log.
     pub fn full_name(&self) -> String {
         format!("{PACKAGE}.{}", self.name)

@@ -84,6 +84,7 @@ pub struct LogWriter {
     sequence: u32,
     next_log_time: u64,
     content: Content,
+    window: usize,
     budget: Budget,
 }
 
@@ -168,6 +169,7 @@ impl LogWriter {
             topics: None,
             sequence: 0,
             next_log_time: 0,
+            window: preamble.window.max(1),
             content: preamble.content,
             budget: Budget::new(0.0, 0),
         };
@@ -473,6 +475,17 @@ impl LogWriter {
 impl Observer for LogWriter {
     fn begin(&mut self, start: &Start<'_>) -> Result<(), ObserverError> {
         let Some(writer) = self.writer.take() else { return Ok(()) };
+        let [preamble, run] = [self.window, start.stepping.window.max(1)];
+        if preamble != run {
+            return Err(LogError::Window { preamble, run }.into());
+        }
+        for description in &start.units {
+            for layout in [&description.inputs, &description.outputs] {
+                if let Some(variable) = exchange_type("", layout).repeated_field() {
+                    return Err(LogError::Name { unit: description.name.clone(), variable }.into());
+                }
+            }
+        }
         self.start(writer, start).map_err(|error| LogError::of_writer(&self.path, error).into())
     }
 

@@ -29,18 +29,25 @@ pub enum Measure {
     Change,
 }
 
-/// Absolute scales of the exchanged values, by which a measure stays meaningful near zero.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+/// Absolute scales, by which a measure stays meaningful near zero. All but `change` are in the unit of the backward fields.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scales {
-    /// Magnitude of a value that a balanced tolerance expects at least, before it was seen.
+    /// Magnitude that a balanced tolerance assumes before it has seen a larger one.
     pub expected: f64,
-    /// u_ref, which is added to the monitored quantity.
+    /// u_ref, which is added to the monitored quantity, in its unit.
     pub change: f64,
-    /// A typical value from which p_ref, the residual that is always allowed, is taken: 10⁻² ε of it, or 10⁻⁸ with a
+    /// A typical value, from which the residual that is always allowed is taken: p_ref = 10⁻² ε of it, or 10⁻⁸ of it with a
     /// balanced tolerance.
     pub typical: f64,
-    /// Largest possible magnitude of a value.
+    /// Largest possible magnitude of a value; an iteration beyond it fails.
     pub bound: f64,
+}
+
+impl Default for Scales {
+    /// No scale and no bound: residuals are relative alone.
+    fn default() -> Self {
+        Self { expected: 0.0, change: 0.0, typical: 0.0, bound: f64::INFINITY }
+    }
 }
 
 /// The measures of convergence and their tolerance.

@@ -17,6 +17,15 @@ pub struct Channel {
     pub shape: ChannelShape,
 }
 
+impl Channel {
+    /// The variable `name` of `size` values in `unit`: a scalar, or a list where there are more than one. Its value reference,
+    /// which only FMUs use, is 0.
+    pub fn new(name: &str, unit: &str, size: usize) -> Self {
+        let shape = if size == 1 { ChannelShape::Scalar } else { ChannelShape::List };
+        Self { name: name.to_owned(), value_reference: 0, unit: unit.to_owned(), size, shape }
+    }
+}
+
 /// The kind of variable that a [`Channel`] carries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -143,6 +152,28 @@ pub struct Description {
 }
 
 impl Description {
+    /// The description of a unit that saves its state and takes steps of any length.
+    ///
+    /// Its fingerprint, by which a resumed run recognises its units, is made from these arguments; set
+    /// [`fingerprint`](Self::fingerprint) where the unit depends on more.
+    ///
+    /// **Errors**: they cannot be hashed.
+    pub fn new(name: &str, inputs: Vec<Channel>, outputs: Vec<Channel>) -> Result<Self, StateError> {
+        Ok(Self {
+            name: name.to_owned(),
+            solver: name.to_owned(),
+            fingerprint: Fingerprint::of(name, &(&inputs, &outputs))?,
+            inputs: Layout::new(inputs),
+            outputs: Layout::new(outputs),
+            readable: Layout::default(),
+            capabilities: Capabilities {
+                variable_communication_step: true,
+                directional_derivative: false,
+                saved_state: true,
+            },
+        })
+    }
+
     /// The description of a stand-in for a unit, which takes steps of any length and exchanges these variables on
     /// `face`.
     ///

@@ -1,13 +1,12 @@
-use super::{
-    Channel, ChannelShape, Description, Layout, Occasion, Participant, ParticipantError, check_finite,
-};
-use cofferdam_unit::{Capabilities, Fingerprint, StateError, open, seal};
+use super::{Channel, Description, Occasion, Participant, ParticipantError, check_finite};
+use cofferdam_unit::{Fingerprint, StateError, open, seal};
 use serde::{Serialize, de::DeserializeOwned};
 
 /// A unit made of a state and a function, for examples, tests and small models.
 ///
-/// The function receives the state, the step, and the inputs at the step's end; it moves the state and writes the outputs. At
-/// initialisation the step has length 0 and the state it leaves behind is that at the start.
+/// The function receives the state, the step, and the inputs at the step's end; it advances the state and writes the outputs.
+/// At initialisation the step has length 0. Only the state is saved and restored: the function must not keep anything that
+/// changes in what it captures.
 ///
 /// ```
 /// use cofferdam_coupling::participant::{FunctionUnit, Occasion, Participant};
@@ -44,28 +43,13 @@ impl<S: Clone + Serialize> FunctionUnit<S> {
         state: S,
         step: impl FnMut(&mut S, &Occasion, &[f64], &mut [f64]) + Send + 'static,
     ) -> Result<Self, StateError> {
-        let layout = |variables: &[(&str, &str)], first: usize| {
-            let channel = |(number, (name, unit)): (usize, &(&str, &str))| Channel {
-                name: (*name).to_owned(),
-                value_reference: (first + number) as u32,
-                unit: (*unit).to_owned(),
-                size: 1,
-                shape: ChannelShape::Scalar,
-            };
-            Layout::new(variables.iter().enumerate().map(channel).collect())
+        let channels = |variables: &[(&str, &str)]| {
+            variables.iter().map(|(name, unit)| Channel::new(name, unit, 1)).collect()
         };
         let description = Description {
-            name: name.to_owned(),
             solver: format!("function {name}"),
             fingerprint: Fingerprint::of(name, &(inputs, outputs, &state))?,
-            inputs: layout(inputs, 1),
-            outputs: layout(outputs, 1 + inputs.len()),
-            readable: Layout::default(),
-            capabilities: Capabilities {
-                variable_communication_step: true,
-                directional_derivative: false,
-                saved_state: true,
-            },
+            ..Description::new(name, channels(inputs), channels(outputs))?
         };
         Ok(Self { description, saved: state.clone(), now: state, step: Box::new(step) })
     }
@@ -74,10 +58,6 @@ impl<S: Clone + Serialize> FunctionUnit<S> {
 impl<S: Clone + Send + Serialize + DeserializeOwned> Participant for FunctionUnit<S> {
     fn description(&self) -> &Description {
         &self.description
-    }
-
-    fn read(&mut self, variable: &str) -> Result<Vec<f64>, ParticipantError> {
-        Err(self.description.missing(variable))
     }
 
     fn initialise(

@@ -7,7 +7,7 @@ mod in_process;
 mod messages;
 mod settings;
 
-pub use cofferdam_unit::{Level, Messages};
+pub use cofferdam_unit::{Capabilities, Fingerprint, Level, Messages, StateError};
 pub use description::{Channel, ChannelShape, Description, Layout, check_finite};
 pub use error::ParticipantError;
 pub use function_unit::FunctionUnit;
@@ -55,15 +55,84 @@ impl std::fmt::Display for Occasion {
     }
 }
 
-/// A unit that takes part in a co-simulation, wherever it runs.
+/// A unit that takes part in a co-simulation, wherever it runs: y = f(u) over a communication step.
 ///
-/// **Call order**: [`initialise`](Self::initialise) once, or [`deserialise`](Self::deserialise), then [`save_state`](Self::save_state) and any number of
-/// [`step`](Self::step), each after the first preceded by [`restore_state`](Self::restore_state); the next
-/// `save_state` accepts the last step. Requests and answers are flat slices in the order of the description's
-/// layouts. A participant keeps one saved state, which can be restored any number of times.
+/// [`FunctionUnit`] is one made of a state and a function; implement the trait where a unit has arrays, files or a process of its
+/// own. (A solver that is to become an FMU implements `CoSimulation` of `cofferdam-unit`, and [`InProcess`] makes it a participant.)
 ///
-/// **Guarantees**: after restoring and stepping with the same inputs, every output is equal bit for bit; answers are
-/// finite.
+/// **Call order**: [`initialise`](Self::initialise) once, or [`deserialise`](Self::deserialise); then for each window of
+/// communication steps [`save_state`](Self::save_state), and for each iteration one [`step`](Self::step) for every step of the
+/// window in order, preceded by [`restore_state`](Self::restore_state) except in the first iteration. The next `save_state`
+/// accepts the last steps. A participant keeps one saved state, which may be restored any number of times, also after a step
+/// that failed.
+///
+/// **Requests and answers** are flat slices in the order of the description's layouts. Inputs are values at the end of the step;
+/// within it, a unit may take them as linear in time. At initialisation the coupled inputs are 0 except for constant parts, and
+/// the coupled outputs are not passed on. A step writes every output.
+///
+/// **Guarantees**: after restoring and stepping with the same inputs, every output is equal bit for bit; outputs are finite. A
+/// scheme checks both.
+///
+/// **Errors**: of a step in a window's first iteration an error ends the run. Later it means that the guess was unusable: where the
+/// settings allow it, the window is repeated in shorter steps. A unit whose description says that it has no saved state is refused
+/// by implicit schemes; explicit ones also call `save_state`, which then does nothing.
+///
+/// ```
+/// use cofferdam_coupling::participant::{Channel, Description, Occasion, Participant, ParticipantError};
+///
+/// /// Three tanks in a row, each of which drains into the next: input the inflow, outputs the levels and the outflow.
+/// struct Tanks {
+///     description: Description,
+///     levels: [f64; 3],
+///     saved: [f64; 3],
+/// }
+///
+/// impl Participant for Tanks {
+///     fn description(&self) -> &Description {
+///         &self.description
+///     }
+///
+///     fn initialise(&mut self, _: f64, _: &[f64], outputs: &mut [f64]) -> Result<(), ParticipantError> {
+///         outputs.copy_from_slice(&[&self.levels[..], &[self.levels[2]]].concat());
+///         Ok(())
+///     }
+///
+///     fn step(&mut self, occasion: &Occasion, inputs: &[f64], outputs: &mut [f64]) -> Result<(), ParticipantError> {
+///         let mut inflow = inputs[0];
+///         for level in &mut self.levels {
+///             let outflow = *level;
+///             *level += occasion.communication_step * (inflow - outflow);
+///             inflow = outflow;
+///         }
+///         self.initialise(0.0, inputs, outputs)
+///     }
+///
+///     fn save_state(&mut self) -> Result<(), ParticipantError> {
+///         self.saved = self.levels;
+///         Ok(())
+///     }
+///
+///     fn restore_state(&mut self) -> Result<(), ParticipantError> {
+///         self.levels = self.saved;
+///         Ok(())
+///     }
+/// }
+///
+/// let inputs = vec![Channel::new("inflow", "m3/s", 1)];
+/// let outputs = vec![Channel::new("level", "m", 3), Channel::new("outflow", "m3/s", 1)];
+/// let description = Description::new("tanks", inputs, outputs)?;
+/// let mut tanks = Tanks { description, levels: [1.0; 3], saved: [1.0; 3] };
+/// let (occasion, mut first, mut second) =
+///     (Occasion { step: 1, iteration: 1, attempt: 1, time: 0.0, communication_step: 0.5 }, [0.0; 4], [0.0; 4]);
+/// tanks.initialise(0.0, &[0.0], &mut first)?;
+/// tanks.save_state()?;
+/// tanks.step(&occasion, &[2.0], &mut first)?;
+/// tanks.restore_state()?;
+/// tanks.step(&occasion, &[2.0], &mut second)?;
+/// assert_eq!(first, [1.5, 1.0, 1.0, 1.0]);
+/// assert_eq!(first, second);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub trait Participant: Send {
     /// Its description.
     fn description(&self) -> &Description;
@@ -73,16 +142,18 @@ pub trait Participant: Send {
         false
     }
 
-    /// Reads a variable that is not exchanged: fixed after initialisation, such as the hydrostatic pressure, or a field
-    /// of the last step.
-    fn read(&mut self, variable: &str) -> Result<Vec<f64>, ParticipantError>;
+    /// Reads a variable that is not exchanged: one that is fixed after initialisation, or a field of the last step. By default
+    /// there is none.
+    fn read(&mut self, variable: &str) -> Result<Vec<f64>, ParticipantError> {
+        Err(self.description().missing(variable))
+    }
 
     /// The same of the values at these `places` of a variable, NaN beyond its last; by default all are read.
     fn read_at(&mut self, variable: &str, places: &[usize]) -> Result<Vec<f64>, ParticipantError> {
         Ok(at_places(&self.read(variable)?, places).collect())
     }
 
-    /// Ends initialisation at `start_time` (s) and writes the first outputs.
+    /// Initialises the unit at `start_time` (s) and writes the first outputs.
     fn initialise(
         &mut self,
         start_time: f64,

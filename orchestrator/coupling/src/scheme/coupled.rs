@@ -10,7 +10,7 @@ use super::{
     UnitId, WindowReport,
 };
 use crate::acceleration::Acceleration;
-use crate::convergence::{ConvergenceMeasure, norm};
+use crate::convergence::{ConvergenceMeasure, Measure, norm};
 use crate::participant::{Occasion, Participant, ParticipantError};
 use crate::signal::Signal;
 use cofferdam_unit::{Fingerprint, StateError};
@@ -108,7 +108,8 @@ impl Scheme {
     /// A scheme for the units of `graph`, which receive `signals`.
     ///
     /// **Errors**: a unit lacks a coupled variable; the points of an interface differ; the response of a second unit is both
-    /// included in the first and exchanged, or neither; an implicit scheme with an iteration limit of 0.
+    /// included in the first and exchanged, or neither; an implicit scheme with an iteration limit of 0; a measure of a change
+    /// where nothing is [monitored](Interface::monitored).
     pub fn new(
         graph: &mut Graph,
         settings: Settings,
@@ -126,6 +127,10 @@ impl Scheme {
         checks::included(graph, settings.kind)?;
         if settings.kind.is_implicit() && settings.iteration_limit == 0 {
             return Err(CouplingError::NoIteration);
+        }
+        let monitors = interfaces.iter().any(|interface| interface.monitored.is_some());
+        if measure.measures.contains(&Measure::Change) && !monitors {
+            return Err(CouplingError::NotMonitored);
         }
         let forgetful = graph.units().find(|unit| !unit.description().capabilities.saved_state);
         if let Some(unit) = forgetful.filter(|_| settings.kind.is_implicit()) {

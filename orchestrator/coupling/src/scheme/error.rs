@@ -37,7 +37,7 @@ pub enum CouplingError {
     },
     /// The iteration limit was reached.
     #[error(
-        "step {step} at t = {time} s did not converge in {iterations} iterations: residual {residual:e} {unit} \
+        "step {step} at t = {time} s did not converge in {iterations} iterations: residual {residual:.3e} {unit} \
          ({relative_ratio:.3e} of what is allowed), change {change:.3e}, tolerance {tolerance}; \
          raise [coupling] iteration_limit, choose another acceleration, or shorten communication_step where the second \
          unit has a memory (lengthen it where it only adds mass)"
@@ -173,6 +173,12 @@ pub enum CouplingError {
         "the iteration limit is 0; allow an implicit scheme one iteration or more, or choose an explicit one"
     )]
     NoIteration,
+    /// A change that no interface monitors is to converge.
+    #[error(
+        "the measure of a change needs a quantity, and no interface monitors one; set `monitored` of an interface to an output of \
+         its first unit, or choose another measure"
+    )]
+    NotMonitored,
     /// The faces of the two units cannot be mapped.
     #[error(transparent)]
     Mapping(#[from] MappingError),

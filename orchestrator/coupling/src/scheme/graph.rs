@@ -67,6 +67,9 @@ impl Field {
 }
 
 /// A connection of two units at which they exchange fields.
+///
+/// Without `coordinates` a field's output and input have the same number of values, which differs from field to field. With
+/// coordinates all fields of a unit have one value for each of its points, and are mapped if the points of the two units differ.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Interface {
     /// The unit that steps first in a serial scheme.

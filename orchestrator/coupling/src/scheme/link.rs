@@ -59,7 +59,8 @@ impl Link {
         };
         let [first, second] =
             [&interface.first, &interface.second].map(|port| graph[port.unit].description());
-        let sizes = sizes(interface, [first, second])?;
+        // Where fields are mapped, all have one value a point; elsewhere each has its own number of values.
+        let sizes = interface.coordinates.is_some().then(|| sizes(interface, [first, second])).transpose()?;
         let track = |field: &Field| track(interface, field, [first, second], sizes);
         let of = |direction| {
             let fields = interface.fields.iter().filter(move |field| field.direction == direction);
@@ -68,7 +69,7 @@ impl Link {
         let (forward, backward) = (of(Direction::Forward)?, of(Direction::Backward)?);
         let monitored = interface.monitored.as_ref().map(|name| {
             let name = interface.first.variable(name);
-            place(first, false, &name, sizes[0])
+            place(first, false, &name, sizes.map(|[points, _]| points))
         });
         let values = backward.iter().map(|track| track.request.len()).sum();
         Ok(Self {
@@ -284,44 +285,49 @@ fn sizes(interface: &Interface, [first, second]: [&Description; 2]) -> Result<[u
     ])
 }
 
-/// The places of a field between units with these numbers of points.
+/// The places of a field between units with these numbers of points, if it is mapped.
 fn track(
     interface: &Interface,
     field: &Field,
     [first, second]: [&Description; 2],
-    sizes: [usize; 2],
+    sizes: Option<[usize; 2]>,
 ) -> Result<Track, ParticipantError> {
-    let ends = [(&interface.first, first, sizes[0]), (&interface.second, second, sizes[1])];
+    let points = |unit: usize| sizes.map(|sizes| sizes[unit]);
+    let ends = [(&interface.first, first, points(0)), (&interface.second, second, points(1))];
     let [(from, giver, given), (to, receiver, received)] = match field.direction {
         Direction::Forward => ends,
         Direction::Backward => [ends[1], ends[0]],
     };
+    let request = place(receiver, true, &to.variable(&field.input), received)?;
+    let unmapped = Some(request.len());
     let constant = field.constant_part.as_ref().map(|name| {
-        let place = place(receiver, true, &to.variable(name), received)?;
+        let place = place(receiver, true, &to.variable(name), received.or(unmapped))?;
         Ok::<_, ParticipantError>((from.variable(name), place))
     });
-    let request = place(receiver, true, &to.variable(&field.input), received)?;
     Ok(Track {
         constant: constant.transpose()?,
-        answer: place(giver, false, &from.variable(&field.output), given)?,
+        answer: place(giver, false, &from.variable(&field.output), given.or(unmapped))?,
         request,
         weight: field.weight,
         relaxed: field.relaxed,
     })
 }
 
+/// The place of a variable, which has this size, or any but 0.
 fn place(
     description: &Description,
     input: bool,
     variable: &str,
-    size: usize,
+    size: Option<usize>,
 ) -> Result<Range<usize>, ParticipantError> {
     let range = range(description, input, variable)?;
-    check_size(description, variable, size, range.len())?;
+    if range.is_empty() {
+        return Err(missing(description, variable));
+    }
+    check_size(description, variable, size.unwrap_or(range.len()), range.len())?;
     Ok(range)
 }
 
-/// Checks the number of values of a coupled variable.
 fn check_size(
     description: &Description,
     variable: &str,

@@ -2,9 +2,10 @@
 
 use super::exchanges::Exchanges;
 use super::{ReplayError, window_end};
+use crate::alignment::Alignment;
 use crate::{Log, LoggedExchange, LoggedUnit};
 use cofferdam_coupling::difference::{Difference, Divergence, Half};
-use cofferdam_coupling::participant::{Description, Layout, Occasion, Participant};
+use cofferdam_coupling::participant::{Description, Occasion, Participant};
 use cofferdam_coupling::scheme::UnitId;
 use std::ops::Range;
 
@@ -78,10 +79,7 @@ pub(super) fn along(
 struct Shared {
     /// Places in the log's request and in the unit's.
     inputs: Vec<[Range<usize>; 2]>,
-    /// Places in the log's answer and in the unit's.
-    outputs: Vec<[Range<usize>; 2]>,
-    /// Those of the outputs, one after another.
-    layout: Layout,
+    outputs: Alignment,
     request: Vec<f64>,
     answer: Vec<f64>,
 }
@@ -99,13 +97,9 @@ impl Shared {
             };
             inputs.push([there.ok_or_else(missing)?, range]);
         }
-        let shared = logged.outputs.channels().filter_map(|(channel, range)| {
-            let here = now.outputs.range(&channel.name).filter(|here| here.len() == range.len())?;
-            Some((channel.clone(), [range, here]))
-        });
-        let (channels, outputs) = shared.unzip();
+        let outputs = Alignment::of(&logged.outputs, &now.outputs);
         let (request, answer) = (vec![0.0; now.inputs.size()], vec![0.0; now.outputs.size()]);
-        Ok(Self { inputs, outputs, layout: Layout::new(channels), request, answer })
+        Ok(Self { inputs, outputs, request, answer })
     }
 
     /// Repeats an exchange; the first difference of its answer.
@@ -124,11 +118,6 @@ impl Shared {
         };
         asked.map_err(|cause| ReplayError::Unit { occasion, cause })?;
         let recorded = exchange.outputs.as_deref().unwrap_or_default();
-        let gathered = |values: &[f64], side: usize| -> Vec<f64> {
-            let ranges = self.outputs.iter().map(|ranges| ranges[side].clone());
-            ranges.flat_map(|range| values.get(range).unwrap_or_default()).copied().collect()
-        };
-        let (recorded, answer) = (gathered(recorded, 0), gathered(&self.answer, 1));
-        Ok(Difference::of_values(Half::Answer, &self.layout, &recorded, &answer))
+        Ok(self.outputs.difference(Half::Answer, recorded, &self.answer))
     }
 }

@@ -5,6 +5,7 @@ mod exchanges;
 
 pub use bring::{Brought, bring};
 
+use crate::alignment::Alignment;
 use crate::{Log, LogReadError, LoggedExchange};
 use cofferdam_coupling::difference::{Difference, Divergence, Half};
 use cofferdam_coupling::participant::{Occasion, Participant, ParticipantError};
@@ -52,6 +53,8 @@ pub struct Replay {
     pub identical: u64,
     /// The first difference.
     pub divergence: Option<Divergence>,
+    /// Outputs that are not compared, because only the log has them, or only the unit: one of another version may have more.
+    pub uncompared: [Vec<String>; 2],
     /// The request that the recorded unit did not answer, which ended the run; of those after which the run went on in shorter
     /// steps, the last that was answered now.
     pub unanswered: Option<Unanswered>,
@@ -176,12 +179,12 @@ pub fn replay_part(
     let mut exchanges = Exchanges::of(log, id, stands)?;
     let mut replay = Replay::default();
     let description = unit.description().clone();
-    let halves = [
-        (Half::Request, &exchanges.unit.inputs, &description.inputs),
-        (Half::Answer, &exchanges.unit.outputs, &description.outputs),
-    ];
-    let other =
-        halves.into_iter().find(|(_, recorded, now)| !recorded.agrees_with(now)).map(|(half, ..)| half);
+    let outputs_in_common = Alignment::of(&exchanges.unit.outputs, &description.outputs);
+    let other = match exchanges.unit.inputs.agrees_with(&description.inputs) {
+        false => Some(Half::Request),
+        true => (!outputs_in_common.fits()).then_some(Half::Answer),
+    };
+    replay.uncompared.clone_from(&outputs_in_common.lonely);
     if part.from > 0 || part.until < u64::MAX {
         let brought = match (from.checked_sub(1), other) {
             (Some(before), None) => {
@@ -224,8 +227,7 @@ pub fn replay_part(
         if let Some(cause) = failure {
             return Err(ReplayError::Unit { occasion, cause });
         }
-        let difference = Difference::of_values(Half::Answer, &exchanges.unit.outputs, recorded, &outputs);
-        if let Some(what) = difference {
+        if let Some(what) = outputs_in_common.difference(Half::Answer, recorded, &outputs) {
             replay.divergence = parted(what);
             return Ok(replay);
         }
