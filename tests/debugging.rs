@@ -1,4 +1,4 @@
-//! docs/debugging.md is run: every command in its order, its exit status, and what it is said to print.
+//! docs/guide/debugging.md is run: every command in its order, its exit status, and what it is said to print.
 
 use std::os::unix::fs::symlink;
 use whole_chain::document::Document;
@@ -10,7 +10,7 @@ fn every_command_does_what_the_document_says() {
     for linked in ["examples", "scenes"] {
         symlink(root().join(linked), folder.path().join(linked)).expect("a link");
     }
-    let document = Document::read("docs/debugging.md");
+    let document = Document::read("docs/guide/debugging.md");
     assert!(document.commands() >= 25, "{} commands were found", document.commands());
     document.run(folder.path(), &[]);
     assert!(folder.path().join("growth.svg").is_file());

@@ -128,7 +128,7 @@ fn results_that_are_removed_during_a_run_end_it() {
     }
 }
 
-/// A disk that becomes full, at sizes from nothing to nearly enough (`COFFERDAM_FAULTS`: how many; docs/reliability.md).
+/// A disk that becomes full, at sizes from nothing to nearly enough (`COFFERDAM_FAULTS`: how many; docs/measurements/reliability.md).
 #[test]
 fn a_full_disk_ends_a_run_and_damages_nothing() {
     let count = std::env::var("COFFERDAM_FAULTS").ok().and_then(|n| n.parse().ok()).unwrap_or(3u64);

@@ -1,4 +1,4 @@
-//! docs/first-hour.md is run: its commands, its files, what they print; the page's sections are those that it names.
+//! docs/guide/first-hour.md is run: its commands, its files, what they print; the page's sections are those that it names.
 
 use std::os::unix::fs::symlink;
 use std::thread;
@@ -6,7 +6,7 @@ use whole_chain::document::Document;
 use whole_chain::scenario::root;
 use whole_chain::{document, generated};
 
-const DOCUMENT: &str = "docs/first-hour.md";
+const DOCUMENT: &str = "docs/guide/first-hour.md";
 /// What the tests have: the program, and an environment with the packages of `tests/python/requirements.txt`.
 const PROVIDED: [&str; 4] = [
     "cargo build --release",

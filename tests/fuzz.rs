@@ -1,7 +1,7 @@
 //! Fuzzers: scenes, records, logs, the contents of FMUs and command lines, changed at random. Whatever comes in, the answer
 //! is a result or an error: no panic, no signal, nothing that `check` calls fine and `run` cannot begin, no NaN in results.
 //!
-//! `COFFERDAM_FUZZ` gives the number of cases of each fuzzer (docs/reliability.md); a failure prints the number of its case,
+//! `COFFERDAM_FUZZ` gives the number of cases of each fuzzer (docs/measurements/reliability.md); a failure prints the number of its case,
 //! and `COFFERDAM_FUZZ_FIRST` begins there.
 
 use cofferdam_dam::{Dam, GivenMesh, Mesh};

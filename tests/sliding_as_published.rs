@@ -1,4 +1,4 @@
-//! What is published of dams that slide, as signs and ratios: docs/validation.md, "What an engineer asks".
+//! What is published of dams that slide, as signs and ratios: docs/measurements/validation.md, "What an engineer asks".
 
 use cofferdam_dam::analytical::newmark_1965::slip_on_ground;
 use whole_chain::scenario::{Histories, Scenario};

@@ -1,4 +1,4 @@
-//! The coarse twins of the studies, of `cofferdam-lab` and `cofferdam study sensitivity`: what docs/stability.md and docs/tradeoff.md show, small.
+//! The coarse twins of the studies, of `cofferdam-lab` and `cofferdam study sensitivity`: what docs/measurements/stability.md and docs/measurements/tradeoff.md show, small.
 
 use std::path::Path;
 use std::process::Command;
@@ -258,7 +258,7 @@ fn what_grows_walks_and_what_decays_comes_to_rest() {
 }
 
 /// The error of the energy balance falls with every halving of the time step. At the usual step it is so small that no order can be read from
-/// these two seconds: of the whole main scene docs/validation.md has it.
+/// these two seconds: of the whole main scene docs/measurements/validation.md has it.
 #[test]
 fn the_ledger_closes_with_the_time_step() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -1,4 +1,4 @@
-"""Westergaard's added mass with a fault that docs/debugging.md finds. Do not copy it; ../python/westergaard.py is right."""
+"""Westergaard's added mass with a fault that docs/guide/debugging.md finds. Do not copy it; ../python/westergaard.py is right."""
 
 import sys
 from collections import deque

@@ -40,7 +40,7 @@ class Westergaard(cofferdam.Reservoir):
     def step(self, time, communication_step, acceleration, ground_acceleration):
         at_end = acceleration
         if self.means:
-            # Exact for an acceleration that is linear in time: 1.5 ā_n − 0.5 ā_{n−1} with equal steps (docs/theory.md, 10b).
+            # Exact for an acceleration that is linear in time: 1.5 ā_n − 0.5 ā_{n−1} with equal steps (docs/theory/theory.md, 10b).
             # −A ā, the pressure of the mean, would come half a step late.
             mean_before, length_before = self.before
             share = communication_step / (communication_step + (length_before or communication_step))

@@ -12,7 +12,7 @@
 
 `open_run` and `open_ensemble` open what runs have written (pandas, xarray); `run_ensemble` runs an ensemble on a Dask cluster.
 
-Conventions (docs/conventions.md): SI units, per metre of dam; x downstream, y up, origin at the heel; n is the unit normal
+Conventions (docs/reference/conventions.md): SI units, per metre of dam; x downstream, y up, origin at the heel; n is the unit normal
 from the water into the dam; pressure is the excess over hydrostatic, positive in compression; acceleration is total
 (relative plus ground) along n.
 """

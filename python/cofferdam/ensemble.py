@@ -1,4 +1,4 @@
-"""An ensemble by the workers of a Dask cluster: docs/ensembles.md."""
+"""An ensemble by the workers of a Dask cluster: docs/guide/ensembles.md."""
 
 import logging
 import os

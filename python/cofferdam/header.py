@@ -1,4 +1,4 @@
-"""The header of requests and answers: docs/shared-memory.md."""
+"""The header of requests and answers: docs/reference/protocol.md."""
 
 import ctypes
 

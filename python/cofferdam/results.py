@@ -1,4 +1,4 @@
-"""Folders of runs and ensembles as tables of pandas and data sets of xarray: docs/running.md, docs/ensembles.md."""
+"""Folders of runs and ensembles as tables of pandas and data sets of xarray: docs/guide/running.md, docs/guide/ensembles.md."""
 
 import csv
 import io

@@ -116,7 +116,7 @@ def test_the_dam_alone_is_that_of_simulate_fmu(tmp_path):
 
 
 def test_the_cost_of_the_loop_can_be_measured(capsys):
-    """The script runs; figures are in docs/performance.md, because they depend on the machine."""
+    """The script runs; figures are in docs/measurements/performance.md, because they depend on the machine."""
     loop_cost.main(iterations=5)
     said = capsys.readouterr().out.splitlines()
     assert len(said) == 3 and all("loop median" in line for line in said)

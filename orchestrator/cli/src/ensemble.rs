@@ -10,7 +10,7 @@ use std::process::ExitCode;
 /// Arguments of `cofferdam ensemble`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// File that says what is varied; docs/ensembles.md explains its keys
+    /// File that says what is varied; docs/guide/ensembles.md explains its keys
     plan: PathBuf,
 
     /// Folder for samples, tables and pictures

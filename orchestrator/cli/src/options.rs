@@ -44,7 +44,7 @@ pub struct Options {
 
     /// Print the results as one line of JSON on standard output; all words go to standard error
     ///
-    /// docs/running.md has its members. A run that fails prints one too, with the exit status beside it.
+    /// docs/guide/running.md has its members. A run that fails prints one too, with the exit status beside it.
     #[arg(long)]
     pub json: bool,
 }

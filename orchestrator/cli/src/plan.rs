@@ -11,7 +11,7 @@ pub const HELP: &str = "\
 Reads a scene and says, without running it, what will be modelled and what is left out, each by a criterion with its number: the
 frequencies of the record against the cut-off of the reservoir and against gravity waves, absorption at the bed, each crack's
 strength against the demand, elements and steps against the record, modes, damping; then the error that is expected of each
-quantity from the table of measured errors (docs/accuracy.md), time and disk. `cofferdam run --accuracy` writes the same rows
+quantity from the table of measured errors (docs/measurements/accuracy.md), time and disk. `cofferdam run --accuracy` writes the same rows
 into its manifest as [[plan]].
 
 Example:

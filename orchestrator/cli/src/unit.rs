@@ -22,7 +22,7 @@ Be one of a run's units: what `run` starts by itself, once for the dam and once 
 
 The process reads its task, one line of JSON, from standard input, makes its unit, says on standard
 output that it is ready, and answers requests over shared memory until a line `end` comes. It ends
-when standard input closes: when the orchestrator dies. docs/shared-memory.md describes the protocol
+when standard input closes: when the orchestrator dies. docs/reference/protocol.md describes the protocol
 for those who want to put a unit of their own in its place.";
 
 #[derive(Debug, thiserror::Error)]

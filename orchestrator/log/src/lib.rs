@@ -3,7 +3,7 @@
 //! A [`LogWriter`] observes a run and writes on a thread of its own. A [`Log`] reads complete, cut and damaged files as typed
 //! [`Entries`], bit for bit; [`replay`] repeats its requests with new units; [`compare`] finds the first bit in which two logs
 //! differ, and [`Agreement`] how far they agree within a tolerance. A log can be read while its run writes it.
-//! `docs/log.md` describes the format.
+//! `docs/reference/log.md` describes the format.
 //!
 //! ```
 //! use cofferdam_coupling::acceleration::{Acceleration, AccelerationKind};

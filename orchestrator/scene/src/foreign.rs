@@ -79,7 +79,7 @@ pub struct FmuScene {
     pub parameters: BTreeMap<String, ParameterValue>,
 }
 
-/// A process in the place of this unit, which keeps the protocol of `docs/shared-memory.md`.
+/// A process in the place of this unit, which keeps the protocol of `docs/reference/protocol.md`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CommandScene {

@@ -2,7 +2,7 @@
 //!
 //! [`Starting`] starts commands as units and waits until they are ready; each is then a [`SharedMemory`] participant. In its own
 //! process a unit is served by [`host()`]. Requests and answers are slices of numbers behind a header that is echoed and checked;
-//! saving and restoring a state travel with the next step. `docs/shared-memory.md` describes the protocol for other languages.
+//! saving and restoring a state travel with the next step. `docs/reference/protocol.md` describes the protocol for other languages.
 //!
 //! ```
 //! use cofferdam_coupling::participant::{FunctionUnit, Participant};

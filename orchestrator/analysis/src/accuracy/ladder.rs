@@ -25,7 +25,7 @@ impl Ladder {
         let size = self.sizes[rung];
         let mut settings =
             vec![format!("dam.element_size={size}"), format!("dam.fidelity=\"{}\"", fidelity.word())];
-        // Points of the water closer than those cost its preparation and change nothing (docs/accuracy.md).
+        // Points of the water closer than those cost its preparation and change nothing (docs/measurements/accuracy.md).
         let points = if fidelity == DamFidelityScene::Intact { self.sizes[0] } else { self.sizes[2] };
         for (side, water) in scene.waters().filter(|(_, water)| !water.is_empty()) {
             let depth = scene.depth_of(side);

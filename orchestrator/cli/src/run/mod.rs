@@ -65,7 +65,7 @@ pub struct Arguments {
     /// A pilot of cheap twins finds the cheapest level whose error against the reference is expected to be small enough; the run then
     /// says what it chose, and whether the accuracy is kept, not kept, or cannot be kept because 1 % of shaking changes the answer by
     /// more. Elements, communication step, fidelity of the dam and method of the water are chosen; nothing physical is changed.
-    /// docs/accuracy.md says what each quantity means.
+    /// docs/measurements/accuracy.md says what each quantity means.
     #[arg(long, value_name = "SHARE", value_parser = clap::value_parser!(Asked))]
     pub accuracy: Option<Asked>,
 
