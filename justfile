@@ -39,3 +39,7 @@ ci:
 # The command and the libraries of the FMUs, in target/release.
 release:
     cargo build --release --locked
+
+# The documents as a book with search, in target/book; needs `cargo install mdbook`.
+book:
+    mdbook build docs

@@ -184,7 +184,7 @@ fn what_is_set_otherwise_counts_from_the_step_on() -> Result<(), LogReadError> {
         (
             "friction",
             &["dam.cracks.0.friction_coefficient=0.3"],
-            "dam goes on from its state with other cracks",
+            "dam continues from its state with other cracks",
         ),
         (
             "damping",

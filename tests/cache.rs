@@ -47,7 +47,7 @@ fn what_was_kept_gives_the_same_bits() {
         *damaged.last_mut().expect("bytes") ^= 1;
         std::fs::write(&path, damaged).expect("it is damaged");
         run("third");
-        assert!(entry() == (path, bytes), "the damaged entry is made anew");
+        assert!(entry() == (path, bytes), "the damaged entry is made again");
         run("without");
         for other in ["second", "third", "without"] {
             let of = |run: &str| scenario.folder().join(run).to_string_lossy().into_owned();

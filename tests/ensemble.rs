@@ -371,7 +371,7 @@ fn a_run_with_twins_tells_the_band_of_each_number() {
     let (told, manifest) = run("band", &[]);
     assert!(
         told.contains(
-            "16 %, median and 84 % of 4 twins whose motion differs by noise of 1 %, with the reduced model"
+            "16 %, median and 84 % of 4 perturbed replicates (1 % noise on the motion), with the reduced model"
         ),
         "{told}"
     );
@@ -388,7 +388,7 @@ fn a_run_with_twins_tells_the_band_of_each_number() {
     let value = crest["value"].as_float().expect("a number");
     assert!((band[1] / value - 1.0).abs() < 0.2, "{band:?} {value}");
     let rows =
-        told.split("twins: 16 % ").skip(1).filter_map(|rest| rest.split([',', ' ']).next()?.parse().ok());
+        told.split("replicates: 16 % ").skip(1).filter_map(|rest| rest.split([',', ' ']).next()?.parse().ok());
     let told_lowest: Vec<f64> = rows.collect();
     assert!(told_lowest.iter().any(|told| (told / band[0] - 1.0).abs() < 1e-3), "{told}");
     // Modes know no local damping: the run is whole, and says that it has no band.

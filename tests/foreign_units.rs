@@ -134,7 +134,7 @@ fn every_bit_arrives_both_ways() -> Result<(), Failure> {
     Ok(())
 }
 
-/// The unit goes on to change the array that it saved.
+/// The unit continues to change the array that it saved.
 #[test]
 fn steps_are_repeated_from_saved_states() -> Result<(), Failure> {
     let (mut unit, _) = small(&["Sum"])?;
@@ -553,7 +553,7 @@ impl Orchestrator {
 fn a_unit_whose_orchestrator_dies_ends_and_removes_the_rest() {
     let mut orchestrator = Orchestrator::start();
     let killed = orchestrator.kill();
-    assert!(wait_until(|| is_gone(orchestrator.unit)), "the unit goes on");
+    assert!(wait_until(|| is_gone(orchestrator.unit)), "the unit continues");
     println!("the unit ended {:.0} ms after its orchestrator", 1e3 * killed.elapsed().as_secs_f64());
     let mut said = String::new();
     orchestrator.process.stderr.take().expect("errors").read_to_string(&mut said).expect("text");

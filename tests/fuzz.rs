@@ -356,7 +356,7 @@ fn contents_of_fmus() {
     assert!(refused > 0);
 }
 
-/// FMUs of other programs, with a file in the place of their library, so that nothing of them is executed: their archives and
+/// FMUs of other programs, with a file in place of their library, so that nothing of them is executed: their archives and
 /// their descriptions.
 #[test]
 fn archives_and_descriptions_of_fmus() {

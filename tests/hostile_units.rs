@@ -95,7 +95,7 @@ impl Site {
         path
     }
 
-    /// The FMU with another description, and a file in the place of its library.
+    /// The FMU with another description, and a file in place of its library.
     fn described(&self, name: &str, description: &str) -> PathBuf {
         let fmu = self.case(name).join("fmu");
         std::fs::create_dir_all(fmu.join(LIBRARY).parent().expect("a folder")).expect("a folder");
@@ -242,7 +242,7 @@ fn archives_that_are_none_are_refused() {
     add(&mut linked, "modelDescription.xml", site.description.as_bytes());
     linked.add_symlink("resources", "/etc", SimpleFileOptions::default()).expect("a link");
     let linked = linked.finish().expect("an archive").into_inner();
-    // Names of equal length, so that they can be put in the place of an honest one.
+    // Names of equal length, so that they can be put in place of an honest one.
     let named = |name: &str| {
         let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
         add(&mut archive, "modelDescription.xml", site.description.as_bytes());

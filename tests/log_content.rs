@@ -35,7 +35,7 @@ fn what_is_left_out_is_said_and_missed_nowhere_else() {
     let info = |name: &str| said(&cofferdam(&["log", "info", &at(name)]));
     assert!(!info("every").contains("left out"));
     assert!(
-        info("accepted").contains("left out what accepted steps did not go on with"),
+        info("accepted").contains("left out what accepted steps did not continue with"),
         "{}",
         info("accepted")
     );
@@ -79,7 +79,7 @@ fn what_is_left_out_is_said_and_missed_nowhere_else() {
     }
 }
 
-/// A run of which only accepted exchanges, or none, are logged goes on where it was, or begins anew, and ends with the same bits.
+/// A run of which only accepted exchanges, or none, are logged continues where it was, or starts again, and ends with the same bits.
 #[test]
 fn runs_with_less_in_their_logs_are_resumed() {
     let mut scenario = Scenario::quick(0.5);
@@ -97,7 +97,7 @@ fn runs_with_less_in_their_logs_are_resumed() {
         let part = scenario.folder().join(format!("part-{which}"));
         let resumed = cofferdam(&["resume", "--transport", "in-process", part.to_str().expect("a path")]);
         assert!(resumed.status.success(), "{}", said(&resumed));
-        let goes_on = said(&resumed).contains("goes on after step");
+        let goes_on = said(&resumed).contains("continues after step");
         assert_eq!(goes_on, which == "accepted", "{}", said(&resumed));
         let whole = scenario.folder().join(format!("whole-{which}"));
         let of = |folder: &std::path::Path| std::fs::read(folder.join("histories.csv")).expect("histories");

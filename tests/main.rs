@@ -7,6 +7,7 @@ mod bad_input;
 mod bench;
 mod branch;
 mod cache;
+mod cli_reference;
 mod contract;
 mod debugging;
 mod dependencies;

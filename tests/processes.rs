@@ -300,7 +300,7 @@ fn a_second_user_can_run() {
     }
 }
 
-/// While root's run goes on, another user takes the names that could be its, and tries to enter, read, change, move and
+/// While root's run continues, another user takes the names that could be its, and tries to enter, read, change, move and
 /// remove what belongs to it.
 #[test]
 fn another_user_can_neither_stop_nor_read_nor_alter_a_run() {

@@ -73,7 +73,7 @@ fn steps_vary(scenario: &mut Scenario) {
     let taken = steps.iter().filter(|s| s.accepted).count();
     let lengths: Vec<f64> = steps.iter().skip(1).map(|s| s.occasion.communication_step).collect();
     let [least, most] = [f64::min, f64::max].map(|of| lengths.iter().copied().reduce(of).expect("steps"));
-    println!("{taken} steps of {least:.1e} to {most:.1e} s, {} begun anew", steps.len() - taken);
+    println!("{taken} steps of {least:.1e} to {most:.1e} s, {} started again", steps.len() - taken);
     assert!(most > 2.0 * least && steps.len() > taken, "{least} {most}");
     let (status, text) = said(&["log", "worst", log.to_str().expect("a path"), "--count", "3"]);
     assert_eq!(status, Some(0), "{text}");

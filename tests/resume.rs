@@ -40,8 +40,8 @@ fn try_resume(run: &Path, options: &[&str]) -> (Option<i32>, String) {
 fn resume(run: &Path, options: &[&str]) -> u64 {
     let (status, said) = try_resume(run, options);
     assert_eq!(status, Some(0), "{}: {said}", run.display());
-    let step = said.split("goes on after step ").nth(1).and_then(|after| after.split(',').next());
-    assert!(step.is_some() || said.contains("no checkpoint: the run begins anew"), "{said}");
+    let step = said.split("continues after step ").nth(1).and_then(|after| after.split(',').next());
+    assert!(step.is_some() || said.contains("no checkpoint: the run starts again"), "{said}");
     step.map_or(0, |step| step.parse().expect("a number"))
 }
 
@@ -145,7 +145,7 @@ fn a_run_up_to_a_time_is_its_beginning_and_goes_on_to_the_same_end() {
     assert!(until_and_on(&scene(0.3), 0.2, &["--transport", "shared-memory"]) > 40);
     let mut none = scene(0.2);
     none.set("log.checkpoint_share", 0.0);
-    assert_eq!(until_and_on(&none, 0.1, &IN_PROCESS), 0, "it begins anew");
+    assert_eq!(until_and_on(&none, 0.1, &IN_PROCESS), 0, "it starts again");
 }
 
 /// Lengths of steps, windows, halved steps, states of water and dam of every kind.
@@ -204,7 +204,7 @@ fn every_way_of_stepping_and_every_fidelity_goes_on() {
             .iter()
             .filter(|entry| matches!(entry, Entry::Step(step) if !step.accepted))
             .count();
-        println!("{name}: went on after step {step}, {rejected} steps begun anew");
+        println!("{name}: went on after step {step}, {rejected} steps started again");
         assert!(step > 10, "{name}");
         assert_eq!(rejected > 0, matches!(name, "adaptive" | "halved"), "{name}: {rejected}");
     }
@@ -360,7 +360,7 @@ fn a_log_that_was_cut_or_damaged_anywhere_goes_on() {
             let folder = with_log(&whole, &format!("damaged-{kind}-{round}"), &damaged[..end]);
             let (status, said) = try_resume(&folder, &IN_PROCESS);
             assert_eq!(status, Some(0), "{said}");
-            assert!(said.contains("damaged here") && said.contains("goes on after step"), "{said}");
+            assert!(said.contains("damaged here") && said.contains("continues after step"), "{said}");
             assert_equal(&whole, &folder);
         }
     }
@@ -446,7 +446,7 @@ fn water_of_another_program_goes_on_from_its_state_or_is_asked_again() {
         let (status, said) = try_resume(&part, &[]);
         assert_eq!(status, Some(0), "{name}: {said}");
         assert_eq!(said.contains("reservoir gives no state: its"), repeated, "{name}: {said}");
-        assert!(said.contains("goes on after step"), "{name}: {said}");
+        assert!(said.contains("continues after step"), "{name}: {said}");
         assert_equal(&whole, &part);
     }
 }

@@ -161,7 +161,7 @@ fn an_interrupted_run_says_so_and_stays_readable() {
     let mut child =
         scenario.command("run").stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("a child");
     let histories = scenario.folder().join("run/histories.csv");
-    // One second after the first row the run still goes on.
+    // One second after the first row the run still continues.
     while std::fs::metadata(&histories).map_or(0, |m| m.len()) < 10_000 {
         assert!(child.try_wait().expect("a child").is_none(), "the run ended by itself");
         std::thread::sleep(Duration::from_millis(20));

@@ -236,7 +236,7 @@ fn bits(values: &[f64]) -> Vec<u64> {
     values.iter().map(|value| value.to_bits()).collect()
 }
 
-/// Runs, and continues from states after each of `stops` windows with what `make` makes anew; the uninterrupted run.
+/// Runs, and continues from states after each of `stops` windows with what `make` makes again; the uninterrupted run.
 fn continued(
     what: &str,
     make: &dyn Fn() -> Result<Simulation, Failure>,
@@ -584,7 +584,7 @@ fn states_are_refused_elsewhere_and_where_a_unit_gives_none() -> Result<(), Fail
     Ok(())
 }
 
-/// A unit of another program takes accelerations to be those at the end of a step: the conversion goes on too.
+/// A unit of another program takes accelerations to be those at the end of a step: the conversion continues too.
 #[test]
 fn converted_accelerations_go_on() -> Result<(), Failure> {
     let face = cofferdam_unit::WetFace::straight([0.0, 2.0], 2)?;
@@ -697,7 +697,7 @@ fn a_run_told_from_its_log_goes_on_with_the_same_log_and_pictures() -> Result<()
     };
     go(&whole, None, usize::MAX)?;
     let saved = go(&first, None, 17)?;
-    // The pictures so far, as in a run that goes on in its folder.
+    // The pictures so far, as in a run that continues in its folder.
     std::fs::create_dir_all(second.join("snapshots"))?;
     for picture in std::fs::read_dir(first.join("snapshots"))? {
         let picture = picture?;

@@ -162,7 +162,7 @@ fn pair_failing(failing: [bool; 2], when: fn(&Occasion) -> bool) -> [Failing; 2]
     units.map(|unit| Failing { unit, fails: if failing.next() == Some(true) { when } else { |_| false } })
 }
 
-/// A unit may refuse a guess; the run goes on in shorter steps, and its log tells of it.
+/// A unit may refuse a guess; the run continues in shorter steps, and its log tells of it.
 #[test]
 fn a_run_goes_on_behind_a_guess_that_was_refused_and_so_does_its_replay() {
     let refused = |at: &Occasion| (at.step, at.attempt, at.iteration) == (3, 1, 2);
@@ -354,7 +354,7 @@ fn a_step_that_does_not_converge_stops_is_gone_on_with_or_is_halved_as_the_scene
 }
 
 /// In step 4 the second answer leaves the residual as it was but for 1e-11 of it: the secant through both points far beyond
-/// all bounds. The step goes on without its past.
+/// all bounds. The step continues without its past.
 #[test]
 fn a_misled_quasi_newton_step_forgets_its_past_and_converges() {
     for kind in [AccelerationKind::IqnIls, AccelerationKind::InterfaceJacobian] {
@@ -456,7 +456,7 @@ fn steps_follow_the_estimate_of_their_error() {
     let (slow, fast) = (mean(1.0, 4.9), mean(6.0, 9.9));
     println!("{} steps in place of 1000, {:.3e} s long on the mean, then {:.3e} s", taken.len(), slow, fast);
     assert!((5.0..20.0).contains(&(slow / fast)) && taken.len() < 500, "{slow} {fast}");
-    assert!(reports.iter().any(|r| !r.is_accepted()), "a step was begun anew when the load became fast");
+    assert!(reports.iter().any(|r| !r.is_accepted()), "a step was started again when the load became fast");
 }
 
 #[test]

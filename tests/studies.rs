@@ -235,7 +235,7 @@ fn sensitivity_tells_numbers_from_choices() {
     assert!(percent("polarity", 3).abs() > 5.0, "{rows:?}");
 }
 
-/// A block that shakes itself walks on after the ground has stopped, and with stiffness damping comes to rest; none walks that
+/// A block that vibrates by itself walks on after the ground has stopped, and with stiffness damping comes to rest; none walks that
 /// does not shake itself; what cannot stand has no run.
 #[test]
 fn what_grows_walks_and_what_decays_comes_to_rest() {

@@ -216,7 +216,7 @@ fn the_check_knows_both_waters() {
     assert_eq!(thrust_of_tailwater_only.sliding, f64::INFINITY, "it stays below the crack");
     let [low, high] = [30.0, 80.0].map(|depth| factor(&said(depth)));
     println!("factor of safety against sliding {low} with 30 m of tailwater, {high} with 80 m");
-    // Above the crack at 66.5 m: γ(25.25² − 13.5²)/2 in the place of γ 25.25²/2; the water's weight adds little.
+    // Above the crack at 66.5 m: γ(25.25² − 13.5²)/2 in place of γ 25.25²/2; the water's weight adds little.
     let expected = 25.25 * 25.25 / (25.25 * 25.25 - 13.5 * 13.5);
     assert!((high / low / expected - 1.0).abs() < 0.02, "{}", high / low);
 }

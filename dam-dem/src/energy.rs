@@ -80,7 +80,7 @@ impl EnergyLedger {
     }
 }
 
-/// Monitors the energy balance over a run, and warns once: neither a run that goes on from bytes nor a step that is repeated warns
+/// Monitors the energy balance over a run, and warns once: neither a run that continues from bytes nor a step that is repeated warns
 /// again. It changes no result.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct EnergyWatch {

@@ -37,7 +37,7 @@ pub enum DamError {
     },
     /// More elements than can be computed.
     #[error(
-        "`element_size` leads to {elements:.3e} elements of the dam, 1e6 are the most; take a larger one"
+        "`element_size` leads to {elements:.3e} elements of the dam (limit 1e6); increase it"
     )]
     TooManyElements {
         /// Number of elements.
@@ -113,7 +113,7 @@ pub enum DamError {
     },
     /// The added mass takes too much of the concrete's mass away.
     #[error(
-        "the added mass is negative, {share:.3} of the concrete's mass in some motion of the wet face, {most} is the most; \
+        "the added mass is negative, {share:.3} of the concrete's mass in some motion of the wet face, and the limit is {most}; \
          check its sign (pressure −A a), or use a mesh whose elements at the water level are not so small"
     )]
     AddedMassNegative {

@@ -1,4 +1,4 @@
-//! Whether a block that slides shakes itself.
+//! Whether a block that slides vibrates by itself.
 
 use crate::model::Model;
 use crate::reduction::{HIGHEST_REPRESENTED, Sliding};

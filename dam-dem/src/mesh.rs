@@ -148,7 +148,7 @@ impl Mesh {
         let kinks = seam.upper.windows(3).zip(1..).filter(|(chain, _)| is_kink(chain)).map(|(_, at)| at);
         let kinks: Vec<usize> = kinks.collect();
         let mut rest = seam;
-        // from the far end, so that the places of the others stay; the base, where the ground goes on beyond the dam, has none
+        // from the far end, so that the places of the others stay; the base, where the ground continues beyond the dam, has none
         let mut parts: Vec<Seam> = Vec::new();
         for &at in kinks.iter().rev() {
             let [lower, upper] = [&mut rest.lower, &mut rest.upper].map(|chain| chain.split_off(at));
@@ -231,7 +231,7 @@ impl Mesh {
     }
 
     /// The same dam on a joint: its base is no longer one with the ground, and a seam of `crack` lies between them. The
-    /// ground goes on beyond heel and toe by the width of the base.
+    /// ground continues beyond heel and toe by the width of the base.
     pub fn on_joint(mut self, crack: usize) -> Self {
         let upper = std::mem::take(&mut self.base);
         let first = self.nodes.len();

@@ -19,7 +19,7 @@ use crate::{Block, Kinematics, Mesh};
 /// cells around an inner corner by least squares (superconvergent patch recovery) and taken at this corner. A corner on
 /// the outline belongs to the patch of the next inner one. Patches end at cracks, where the mesh does, and at the outlines of zones of another
 /// material, where stresses jump: a corner there has stresses in each of the zones. A linear stress
-/// on cells that are parallelograms is reproduced exactly; a smooth one with second order, on the outline too. In
+/// on cells that are parallelograms is reproduced exactly; a smooth one at second order, on the outline too. In
 /// corners where the stress of an elastic body is unbounded, the result grows as the mesh is refined.
 ///
 /// **Source**: O.C. Zienkiewicz, J.Z. Zhu, *The superconvergent patch recovery and a posteriori error estimates. Part 1*,

@@ -96,7 +96,7 @@ fn the_mesh_is_parted_along_cracks() -> Result<(), GivenMeshError> {
 fn a_joint_to_the_ground_is_a_crack_along_the_base() -> Result<(), GivenMeshError> {
     let found = mesh(&GivenMesh { cracks: vec![vec![vec![0, 1, 2]]], ..square() })?;
     assert!(found.base.is_empty() && found.is_ground(found.seams[0].below));
-    // the ground goes on by the width of the base at either end
+    // the ground continues by the width of the base at either end
     assert!((found.length(&found.seams[0].lower) - 12.0).abs() < 1e-12);
     Ok(())
 }

@@ -200,7 +200,7 @@ fn throw(dam: &mut Dam, until: f64) -> Result<(), DamError> {
     Ok(())
 }
 
-/// A state with meetings goes on from bytes with the same bits.
+/// A state with meetings continues from bytes with the same bits.
 #[test]
 fn a_state_with_meetings_goes_on_from_bytes() -> Result<(), DamError> {
     let mut dam = support::at_rest(thrown(Fidelity::Dem))?;

@@ -327,7 +327,7 @@ fn the_ground_holds_what_a_joint_does_not_free() -> Result<(), DamError> {
     Ok(())
 }
 
-/// Below a crack that frees no block nothing moves, and nothing slides or shakes itself.
+/// Below a crack that frees no block nothing moves, and nothing slides or vibrates by itself.
 #[test]
 fn a_crack_whose_sides_are_held_frees_no_rigid_block() -> Result<(), DamError> {
     let upright = CrackParameters {

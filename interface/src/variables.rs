@@ -1,7 +1,7 @@
 //! The variables of both units, one item each.
 //!
 //! `modelDescription/reservoir.xml` and `modelDescription/dam.xml` are generated from these tables: `tests/contract.rs`
-//! compares them, and writes them anew with `INSTA_UPDATE=always`.
+//! compares them, and writes them again with `INSTA_UPDATE=always`.
 
 /// Value reference of the independent variable, `time` (s), in both units.
 pub const TIME: u32 = 0;

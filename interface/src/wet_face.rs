@@ -309,17 +309,17 @@ mod tests {
         assert_eq!(face.straight_pieces(), [[0, 2], [2, 4], [5, 6]]);
         // 5 m, 6 m and 10 m long.
         for (size, panels) in [(100.0, [1, 1, 1]), (5.0, [1, 2, 2]), (4.0, [2, 2, 3]), (0.1, [50, 60, 100])] {
-            let anew = face.respaced(size)?;
+            let again = face.respaced(size)?;
             let ends = [0, panels[0], panels[0] + panels[1]];
-            let last = anew.len() - 1;
-            assert_eq!(anew.straight_pieces(), [[0, ends[1]], [ends[1], ends[2]], [ends[2] + 1, last]]);
+            let last = again.len() - 1;
+            assert_eq!(again.straight_pieces(), [[0, ends[1]], [ends[1], ends[2]], [ends[2] + 1, last]]);
             assert_eq!(last, panels.iter().sum::<usize>() + 1);
-            let kept = [ends[1], ends[2], ends[2] + 1, last].map(|i| anew.points()[i]);
+            let kept = [ends[1], ends[2], ends[2] + 1, last].map(|i| again.points()[i]);
             assert_eq!(kept, [kink, crack, crack, level]);
-            assert!(anew.panels().all(|panel| panel.length <= size * (1.0 + 1e-9)));
-            let of_first = anew.panels().take(panels[0]).map(|panel| panel.length * panels[0] as f64);
+            assert!(again.panels().all(|panel| panel.length <= size * (1.0 + 1e-9)));
+            let of_first = again.panels().take(panels[0]).map(|panel| panel.length * panels[0] as f64);
             assert!(of_first.into_iter().all(|length| (length - 5.0).abs() < 1e-13));
-            assert_eq!(anew.respaced(size)?, anew);
+            assert_eq!(again.respaced(size)?, again);
         }
         let doubled = WetFace::new(vec![[0.0, 0.0], kink, kink, level])?;
         assert_eq!(doubled.respaced(100.0)?, doubled);

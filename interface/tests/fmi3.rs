@@ -245,7 +245,7 @@ fn start_values_and_parameters_hold_and_reset_brings_them_back() {
     assert_eq!(get(instance, FORCE), Ok(2.0), "on trial");
     assert_eq!(set(instance, INPUT, &[4.0, 0.0]), Status::Ok);
     assert_eq!(get(instance, FORCE), Ok(4.0), "on trial once more");
-    assert_eq!(set(instance, GAIN, &[7.0]), Status::Ok, "the unit is made anew, its input stays");
+    assert_eq!(set(instance, GAIN, &[7.0]), Status::Ok, "the unit is made again, its input stays");
     // SAFETY: no pointers but the handle.
     unsafe {
         assert_eq!(fmi3ExitInitializationMode(instance), Status::Ok);

@@ -34,7 +34,7 @@ def run_ensemble(plan, output, client, program="cofferdam", parts=None):
     Plan, scene and records must lie at the same paths on the workers, `program` in their `PATH` or at the same path, and this package
     must be installed there; `output` is needed here alone. Returns `output` as a path.
 
-    **Errors**: `EnsembleError`. The same call goes on from the samples that are kept.
+    **Errors**: `EnsembleError`. The same call continues from the samples that are kept.
     """
     from distributed import KilledWorker, as_completed
 
@@ -72,7 +72,7 @@ def run_ensemble(plan, output, client, program="cofferdam", parts=None):
     if killed:
         raise EnsembleError(
             f"parts {', '.join(map(str, sorted(killed)))} of {parts} were given up, because every worker that ran them died; look"
-            " into the workers' logs (memory, time limits of jobs); the same call goes on, perhaps with more `parts` or a larger"
+            " into the workers' logs (memory, time limits of jobs); the same call continues, perhaps with more `parts` or a larger"
             " `distributed.scheduler.allowed-failures`"
         )
     _write_tables(program, plan, output)
@@ -149,7 +149,7 @@ def _keep(path, content):
     """Writes a sample whole or not at all."""
     with tempfile.NamedTemporaryFile(dir=path.parent, prefix=".tmp", delete=False) as beside:
         beside.write(content)
-    # A temporary file is its owner's alone; others may go on with a study.
+    # A temporary file is its owner's alone; others may continue with a study.
     mask = os.umask(0)
     os.umask(mask)
     os.chmod(beside.name, 0o666 & ~mask)

@@ -154,7 +154,7 @@ class _Lifeline:
         self.orphaned = not ended
         self.over = True
         time.sleep(_GRACE)
-        # A computation goes on, or a thread of the unit.
+        # A computation continues, or a thread of the unit.
         if not ended:
             self.report()
             self.end_group()

@@ -11,7 +11,7 @@ import numpy as np
 
 
 class Run:
-    """The folder of a run, also of one that goes on or was killed. Every file is read when it is first asked for."""
+    """The folder of a run, also of one that continues or was killed. Every file is read when it is first asked for."""
 
     def __init__(self, folder):
         self.folder = Path(folder)
@@ -105,7 +105,7 @@ class Ensemble:
         tables = sorted(path.stem for path in self.folder.glob("*.csv"))
         words = ("hash", "status", "record", "pair", "warnings", "quantity", "level", "limit", "remark")
         # Not converted: a record may be named 1e5 or NA.
-        remedy = f"tables here: {', '.join(tables)}; `cofferdam ensemble` with the same plan writes them anew"
+        remedy = f"tables here: {', '.join(tables)}; `cofferdam ensemble` with the same plan writes them again"
         return _csv(self.folder / f"{name}.csv", remedy, words)
 
 

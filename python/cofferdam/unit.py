@@ -5,12 +5,12 @@ class _Unit:
     # Optional, both or none; without them no step can be repeated, and only explicit schemes can use the unit:
     #   save(self)            returns everything that later steps depend on
     #   restore(self, state)  returns to it, any number of times
-    # What `save` returns is copied, so it may be arrays with which the unit goes on to compute.
+    # What `save` returns is copied, so it may be arrays with which the unit continues to compute.
     save = None
     restore = None
     # Optional, both or none; with them a run can be continued, and a part of it replayed, without all steps before:
     #   serialise(self)           returns the same as bytes
-    #   deserialise(self, state)  takes these bytes, perhaps in another process, in the place of `start`
+    #   deserialise(self, state)  takes these bytes, perhaps in another process, in place of `start`
     # The bytes that come are those of a unit with the same task and source, undamaged.
     serialise = None
     deserialise = None
@@ -43,7 +43,7 @@ class _Unit:
 
 
 class Reservoir(_Unit):
-    """In the place of the reservoir: takes the acceleration of the wet face and answers the pressure on it.
+    """In place of the reservoir: takes the acceleration of the wet face and answers the pressure on it.
 
     After a restore, a step with the same inputs must give the same pressure, bit for bit.
     """
@@ -70,7 +70,7 @@ class Reservoir(_Unit):
 
 
 class Dam(_Unit):
-    """In the place of the dam: takes the pressure on the wet face and answers its motion.
+    """In place of the dam: takes the pressure on the wet face and answers its motion.
 
     After a restore, a step with the same inputs must give the same motion, bit for bit.
     """

@@ -51,7 +51,7 @@ class Words:
 
 
 class _Printed(io.TextIOBase):
-    """In the place of `sys.stdout`: each line becomes a message."""
+    """In place of `sys.stdout`: each line becomes a message."""
 
     encoding = "utf-8"
 

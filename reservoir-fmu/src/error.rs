@@ -48,7 +48,7 @@ pub enum ReservoirError {
         communication_step: f64,
     },
     /// More than can be computed.
-    #[error("the reservoir would have {value:.3e} {what}, {most:.0e} are the most; {remedy}")]
+    #[error("the reservoir would have {value:.3e} {what} (limit {most:.0e}); {remedy}")]
     TooMuch {
         /// What there is too much of.
         what: &'static str,

@@ -26,7 +26,7 @@ pub struct ReservoirParameters {
     pub gravity: f64,
     /// Model of the water.
     pub fidelity: Fidelity,
-    /// Gravity waves on the surface, `∂p/∂n = −s² p/g`, in the place of `p = 0`.
+    /// Gravity waves on the surface, `∂p/∂n = −s² p/g`, in place of `p = 0`.
     pub surface_waves: bool,
     /// Corners of the bed, m, from the heel upstream; from the last one on it is level. None: level from the heel on. Of a
     /// tailwater from the toe, as its water sees it: x is negative downstream.

@@ -60,7 +60,7 @@ fn base_pressure_and_force_converge() -> Result<(), ReservoirError> {
 /// Against the closed forms without projection: with 64 panels the force is that of the elements. The base pressure of the
 /// profile's projection onto functions that are linear along panels has an error of ℓ²p″/12, 1.2e-4 of it. Where elements
 /// are as long as panels, their two nodes have an error of the same size in the pressure ~ r² ln r from half a hat of
-/// velocity at the heel, and reciprocity passes it on. The profile is compared in the mean square, as it is projected.
+/// velocity at the heel, and reciprocity passes it on. The profile is compared in mean square, as it is projected.
 #[test]
 fn closed_forms() -> Result<(), ReservoirError> {
     let parameters = parameters(64);

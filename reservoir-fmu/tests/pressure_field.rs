@@ -209,7 +209,7 @@ fn incompressible_water_answers_at_once() -> Result<(), ReservoirError> {
     Ok(())
 }
 
-/// A constant acceleration for ten minutes gives the static pressure, in the mean over a period of the first mode, which dies like t^{-1/2} over
+/// A constant acceleration for ten minutes gives the static pressure, on average over a period of the first mode, which dies like t^{-1/2} over
 /// a rigid bed. Nothing drifts.
 #[test]
 fn a_load_held_for_ten_minutes() -> Result<(), ReservoirError> {

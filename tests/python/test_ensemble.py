@@ -110,7 +110,7 @@ def test_a_worker_that_is_killed_loses_nothing(client, study, tmp_path):
     output = cofferdam.run_ensemble(plan, tmp_path / "out", client, program=program, parts=PARTS)
     killer.join()
     assert len(killed) == 1
-    assert waited_for(lambda: has_ended(killed[0])), "what the lost worker ran goes on"
+    assert waited_for(lambda: has_ended(killed[0])), "what the lost worker ran continues"
     assert len(list((output / "samples").iterdir())) == SAMPLES
     assert content(output) == content(alone)
 
@@ -231,7 +231,7 @@ def test_what_is_wrong_here_is_said_before_any_task(study, tmp_path):
 
 def test_the_script_of_the_document_runs(study, tmp_path):
     plan, alone = study
-    script = re.search(r"```python\n(.*?)```", (ROOT / "docs" / "ensembles.md").read_text(), re.DOTALL)[1]
+    script = re.search(r"```python\n(.*?)```", (ROOT / "docs" / "guide" / "ensembles.md").read_text(), re.DOTALL)[1]
     # On a machine with many cores, too.
     (tmp_path / "script.py").write_text(script.replace("LocalCluster()", "LocalCluster(n_workers=1, threads_per_worker=2)"))
     shutil.copy(plan, tmp_path)

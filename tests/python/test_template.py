@@ -257,7 +257,7 @@ def coupled(fmus, steps, length):
 
 
 def test_dam_and_water_together_are_an_oscillator_with_added_mass(fmus):
-    """Coupled, every step repeated from saved states, they converge with second order to the closed form of m + m_w."""
+    """Coupled, every step repeated from saved states, they converge at second order to the closed form of m + m_w."""
     errors = [coupled(fmus, steps, 0.4 / steps) for steps in (50, 100)]
     print(f"error of the coupled sway {errors[0]:.1e}, {errors[1]:.1e} with half the step")
     # Newmark's period is too long by (ωH)²/12 of it, which shifts the phase by ωt (ωH)²/12, here by up to 1e-2.

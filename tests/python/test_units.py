@@ -61,7 +61,7 @@ def test_variables_are_those_of_the_model_descriptions(role, unit):
 
 def test_the_header_is_that_of_the_document():
     """Name, type and offset in the table of docs/reference/protocol.md."""
-    lines = (ROOT / "docs" / "shared-memory.md").read_text().splitlines()
+    lines = (ROOT / "docs" / "reference" / "protocol.md").read_text().splitlines()
     rows = [[cell.strip(" `") for cell in line.split("|")[1:4]] for line in lines if line.startswith("| `")]
     fields = [(name, kind, int(offset)) for name, kind, offset in rows if kind in ("u32", "u64", "f64")]
     assert fields == header.FIELDS

@@ -25,7 +25,7 @@ class EchoDam(cofferdam.Dam):
 
 
 class Sum(cofferdam.Reservoir):
-    """Answers the sum of all it was given, in an array that it goes on to change."""
+    """Answers the sum of all it was given, in an array that it continues to change."""
 
     def __init__(self, task):
         self.sum, self.steps = np.zeros(len(task.points)), 0

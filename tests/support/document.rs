@@ -2,7 +2,7 @@
 //!
 //! | block | what is done |
 //! |---|---|
-//! | `bash` | each line is run, `\` at its end goes on in the next; it ends with status 0, or as `   # exit status N` says |
+//! | `bash` | each line is run, `\` at its end continues in the next; it ends with status 0, or as `   # exit status N` says |
 //! | `text`, behind it | its lines stand in this order in what those commands print |
 //! | any other, behind a line that ends with `` `PATH`: `` | it is written to that file; with "Add to" before, to its end |
 //!
@@ -236,7 +236,7 @@ fn behind<'a>(line: &str, said: &'a str) -> Option<&'a str> {
     })
 }
 
-/// Whether no word goes on at the beginning of `rest`.
+/// Whether no word continues at the beginning of `rest`.
 fn ends_here(rest: &str) -> bool {
     let rest = rest.strip_prefix([',', ';', ':', '.']).unwrap_or(rest);
     rest.is_empty() || rest.starts_with(' ')

@@ -1,4 +1,4 @@
-//! Files of the project that are made from its code: compared, or with `INSTA_UPDATE=always` written anew.
+//! Files of the project that are made from its code: compared, or with `INSTA_UPDATE=always` written again.
 
 use crate::scenario::root;
 
@@ -14,7 +14,7 @@ pub fn whole(file: &str, text: &str) {
     let (is, wanted) = (found.lines().nth(line).unwrap_or(""), text.lines().nth(line).unwrap_or(""));
     assert!(
         found == text,
-        "{file}:{} is not what the code says; INSTA_UPDATE=always writes it anew\n  is  {is}\n  not {wanted}",
+        "{file}:{} is not what the code says; INSTA_UPDATE=always writes it again\n  is  {is}\n  not {wanted}",
         line + 1
     );
 }

@@ -10,7 +10,7 @@
 //! off its crack, it does.
 //!
 //! **Corners.** Of the edges that a node could enter by, it meets the one from which it is farthest outside, and it keeps this
-//! edge and its normal while it lies opposite. Beyond an end of the edge it goes on to the next one, from which it is hardly
+//! edge and its normal while it lies opposite. Beyond an end of the edge it continues to the next one, from which it is hardly
 //! inside: the springs are left behind, and the energy of those counts as lost to friction. So two corners that touch never lock:
 //! neither pushes the other along the face that it has slid past.
 //!

@@ -35,7 +35,7 @@ const STANDSTILL: f64 = 1e-3;
 /// are smaller, they change with a gap no faster than those of its contact.
 const CLOSING: f64 = 1e5;
 
-/// The share o of a contact whose gap was this wide in the mean since the evaluation before (m; 0 while it was closed), and of this
+/// The share o of a contact whose gap was this wide on average since the evaluation before (m; 0 while it was closed), and of this
 /// stiffness (Pa/m): `gap k_n/p₀`, 1 at most.
 #[inline(always)]
 pub(super) fn share_of_opening<N: Real>(gap: N, normal_stiffness: f64) -> N {

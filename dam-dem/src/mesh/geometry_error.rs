@@ -201,7 +201,7 @@ pub enum GeometryError {
     },
     /// Features that would lead to tiny elements.
     #[error(
-        "{first} at {place} and {second} at {other} are {distance} m apart, {least} m (0.05 `element_size`) is the least; \
+        "{first} at {place} and {second} at {other} are {distance} m apart, and the minimum is {least} m (0.05 `element_size`); \
          move them apart or together, or take a smaller `element_size`",
         place = near(point), other = near(other), distance = plain(*distance), least = plain(*least)
     )]
@@ -221,7 +221,7 @@ pub enum GeometryError {
     },
     /// Edges that meet at a small angle.
     #[error(
-        "{first} and {second} meet at {place} at {angle:.1}°, {least}° is the least; let them meet at a larger angle",
+        "{first} and {second} meet at {place} at {angle:.1}°, and the minimum is {least}°; let them meet at a larger angle",
         place = near(point)
     )]
     SmallAngle {
@@ -261,7 +261,7 @@ pub enum GeometryError {
     },
     /// A block that is too small for a cell.
     #[error(
-        "the block at {place} has an area of {area} m², {least} m² (a tenth of `element_size`, squared) is the least; \
+        "the block at {place} has an area of {area} m², and the minimum is {least} m² (a tenth of `element_size`, squared); \
          move the cracks around it, or take a smaller `element_size`",
         place = near(point), area = plain(*area), least = plain(*least)
     )]
@@ -275,7 +275,7 @@ pub enum GeometryError {
     },
     /// A thin or inverted triangle.
     #[error(
-        "the mesh has a triangle with an angle of {angle:.2}° at {place}, {least}° is the least; move cracks and corners \
+        "the mesh has a triangle with an angle of {angle:.2}° at {place}, and the minimum is {least}°; move cracks and corners \
          near it apart, or take another `element_size`",
         place = near(point)
     )]
@@ -296,7 +296,7 @@ pub enum GeometryError {
 }
 
 impl GeometryError {
-    /// The message with `names` of cracks, such as `the crack "neck"`, in the place of their indices.
+    /// The message with `names` of cracks, such as `the crack "neck"`, in place of their indices.
     pub fn with_names(&self, names: &[Option<String>]) -> String {
         let message = self.to_string();
         let indices = |(index, name)| Some((Feature::Crack(index).to_string(), Option::as_ref(name)?));

@@ -62,7 +62,7 @@ pub enum GivenMeshError {
         point: [f64; 2],
     },
     /// Too many cells.
-    #[error("the mesh leads to {cells:.3e} cells, {MOST_CELLS:.0e} are the most; make it coarser")]
+    #[error("the mesh leads to {cells:.3e} cells (limit {MOST_CELLS:.0e}); make it coarser")]
     TooManyCells {
         /// Number of cells.
         cells: f64,
@@ -75,7 +75,7 @@ pub enum GivenMeshError {
     },
     /// A thin triangle.
     #[error(
-        "the mesh has an element with an angle of {angle:.2}° at {}, {LEAST_ANGLE}° is the least; improve the mesh there",
+        "the mesh has an element with an angle of {angle:.2}° at {}, and the minimum is {LEAST_ANGLE}°; improve the mesh there",
         near(point)
     )]
     Sliver {

@@ -280,7 +280,7 @@ impl<'a> Numbering<'a> {
         Ok(seams)
     }
 
-    /// Under a crack that covers the whole base the ground goes on by the width of the base at heel and toe.
+    /// Under a crack that covers the whole base the ground continues by the width of the base at heel and toe.
     fn extend_ground(&mut self, seams: &mut [Seam]) {
         let base = self.topology.arrangement.edges.iter().filter(|edge| edge.feature == Feature::Base);
         let ends: Vec<Point> = base.flat_map(|edge| self.topology.arrangement.segment(edge)).collect();

@@ -29,7 +29,7 @@ pub enum EstimateError {
     Dam(#[from] ParticipantError),
 }
 
-/// Dam steps a communication step of the default scheme, as in the main scene.
+/// Dam steps per communication step of the default scheme, as in the main scene.
 const ITERATIONS: f64 = 2.3;
 /// Time of an exchange over shared memory with its entries in the log, s.
 const EXCHANGE: f64 = 5e-5;

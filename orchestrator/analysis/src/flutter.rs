@@ -39,6 +39,6 @@ pub fn advise(cures: &[String]) -> String {
         cures => format!("it would decay with {}", cures.join(", or with ")),
     };
     format!(
-        ": once it slides, the block shakes itself, and a thrust below its frictional strength may keep it sliding; {remedy}"
+        ": once it slides, the block vibrates by itself, and a thrust below its frictional strength may keep it sliding; {remedy}"
     )
 }

@@ -201,7 +201,7 @@ pub fn rows(loaded: &LoadedScene, context: &Context<'_>) -> Result<Vec<PlanRow>,
                 "elements",
                 if elements < ELEMENTS { "too coarse for the record" } else { "fine enough for the record" },
                 format!(
-                    "{elements:.1} of {} m a shear wave of {wave:.0} m at {high:.1} Hz; {ELEMENTS} are advised. Error of waves \
+                    "{elements:.1} of {} m per shear wavelength ({wave:.0} m) at {high:.1} Hz; {ELEMENTS} are recommended. Error of waves \
                      (kh)²/24 = {:.2} %; corners of the section and contacts converge more slowly",
                     dam.element_size,
                     100.0 * (TAU / elements).powi(2) / 24.0
@@ -236,7 +236,7 @@ pub fn rows(loaded: &LoadedScene, context: &Context<'_>) -> Result<Vec<PlanRow>,
             "communication step",
             if steps < STEPS { "too long for the record" } else { "short enough for the record" },
             format!(
-                "{steps:.0} steps of {} s a period at {high:.1} Hz; {STEPS} are advised",
+                "{steps:.0} steps of {} s per period at {high:.1} Hz; {STEPS} are recommended",
                 scene.time.communication_step
             ),
         ));

@@ -60,7 +60,7 @@ impl Cache {
         self.folder.join(file_name(key)).exists()
     }
 
-    /// What `read` makes of the entry of `key`. Where there is none, or `read` refuses it, `make` makes it anew, and it is kept if
+    /// What `read` makes of the entry of `key`. Where there is none, or `read` refuses it, `make` makes it again, and it is kept if
     /// that took long. Who wants an entry that another process is making waits for it.
     ///
     /// **Errors**: those of `make`, and of `read` for what was just made. No error of the file system is one.
@@ -83,7 +83,7 @@ impl Cache {
         let began = Instant::now();
         let bytes = make()?;
         if began.elapsed() >= WORTHWHILE {
-            // If it cannot be kept, the next run prepares anew.
+            // If it cannot be kept, the next run prepares again.
             let _ = self.keep(&path, &bytes);
         }
         drop(lock);

@@ -14,22 +14,25 @@ pub struct Arguments {
 
 #[derive(clap::Subcommand)]
 enum Command {
-    /// Remove all that it holds
+    /// Remove all entries
     Clear,
 }
 
 pub const HELP: &str = "\
-Preparing compressible water takes seconds to minutes. What was prepared is kept, under the hash of all that it was
-made from (water, section, points, communication step, and for convolutions the duration; the program's own sources
-too). A run with the same finds it and gives the same bits. Damaged entries are made anew. What is quickly made is
-not kept. When the cache is full, what was not used for longest goes.
+Preparing the operator of compressible water takes seconds to minutes. The
+cache stores prepared operators by a hash of all their inputs: water, section,
+points, communication step, the duration (for convolutions only), and the
+program's sources. A run with the same inputs reads the entry and gives
+bit-identical results. Damaged entries are prepared again. Operators that are
+quick to prepare are not stored. When the cache is full, the least recently
+used entries are evicted first.
 
 Examples:
   cofferdam cache
-      Where is it, and how large?
+      Shows the location and the size of the cache.
   cofferdam cache clear
   cofferdam run scenes/koyna-northridge-1994 --no-cache
-      Prepare anew, and keep nothing.
+      Prepares the operator again and does not store it.
 
 Exit status: 0 done, 1 the folder cannot be read or written.";
 

@@ -32,48 +32,53 @@ use std::process::ExitCode;
 /// Arguments of `cofferdam check`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Folders that hold scene.toml, or .toml files
+    /// Folders with a scene.toml, or .toml files
     #[arg(required = true, value_name = "SCENE")]
     pub scenes: Vec<PathBuf>,
 
-    /// Change a value of every scene before it is checked; may be given several times
+    /// Change a value of every scene (repeatable)
     ///
-    /// As in `cofferdam run`; an error in a changed value is shown in the KEY=VALUE itself.
+    /// As in `cofferdam run`. An error in a changed value is shown in KEY=VALUE.
     #[arg(short, long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
-    /// Draw the section to scale into this .svg: mesh, cracks, water, wet points; of one scene
+    /// Draw the section to scale as SVG: mesh, cracks, water, wet points (one scene only)
     #[arg(short, long, value_name = "FILE")]
     pub picture: Option<PathBuf>,
 
-    /// Write the dam's mode shapes to modes.vtu in this folder, for ParaView; of one scene
+    /// Write the dam's mode shapes to modes.vtu in this folder, for ParaView (one scene only)
     #[arg(short, long, value_name = "FOLDER")]
     pub modes: Option<PathBuf>,
 }
 
 pub const HELP: &str = "\
-Errors, each at its line: invalid TOML, unknown, misplaced and missing keys, wrong types and
-words, values and geometry that cannot be computed, a record that cannot be read.
+Reports all errors, each with its line: invalid TOML; unknown, misplaced and
+missing keys; wrong types and words; values and geometry that cannot be
+computed; records that cannot be read.
 
-Warnings, which `cofferdam run` shows too: elements or communication steps too coarse for the
-record's frequencies, a record that drifts, no rest after it for the residual sliding, values that
-seem to be in another unit. scenes/README.md lists the thresholds.
+Warns, as `cofferdam run` does, if elements or communication steps are too
+coarse for the frequencies of the record, if the record drifts, if it is not
+followed by a quiet time for the residual sliding, and if values suggest a
+wrong unit. scenes/README.md lists the thresholds.
 
-Natural frequencies are those of the intact dam: empty, and full, with the mass of the water as if it were
-incompressible. modes.vtu holds the shapes as point data mode_1_empty, mode_1_full and so on, each with a
-modal mass of 1, and the frequencies as field data. Files that exist are replaced.
+The natural frequencies are those of the intact dam, with the reservoir empty
+and full; the water of the full reservoir is treated as incompressible.
+modes.vtu has the mode shapes as point data (mode_1_empty, mode_1_full, ...),
+each with a modal mass of 1, and the frequencies as field data. Existing files
+are replaced.
 
 Examples:
   cofferdam check scenes/koyna-northridge-1994
       Prints the number of steps of a run, or the errors that prevent it.
   cofferdam check scenes/koyna-northridge-1994 --set dam.element_size=25
-      Would that mesh be fine enough?
-  cofferdam check scenes/koyna-northridge-1994 --picture koyna.svg --modes modes
-      Is the section drawn as it was meant?
+      Is this mesh fine enough?
+  cofferdam check scenes/koyna-northridge-1994 -p koyna.svg -m modes
+      Does the section look as intended?
   cofferdam check scenes/*/scene.toml
       All scenes.
 
-Exit status: 0 every scene can be run, 1 a file cannot be written, 2 a scene or an option is wrong.";
+Exit status: 0 all scenes can be run, 1 a file cannot be written, 2 a scene or
+an option is invalid.";
 
 /// Why a scene cannot be run.
 #[derive(Debug, thiserror::Error, Diagnostic)]
@@ -93,7 +98,7 @@ enum CheckError {
     Coupling(#[from] CouplingError),
     #[error(transparent)]
     Demand(#[from] ObserverError),
-    #[error("the scene cannot be written: {0}; this is a mistake of the program")]
+    #[error("the scene cannot be written: {0}; this is a bug in the program")]
     Text(#[from] toml::ser::Error),
     #[error("{option} {}: there are {scenes} scenes; check one scene with it at a time", path.display())]
     Several { option: &'static str, path: PathBuf, scenes: usize },
@@ -119,7 +124,7 @@ fn remedy(cause: &Error) -> &'static str {
     match cause.kind() {
         ErrorKind::NotFound => "make the folder first, or choose another",
         ErrorKind::NotADirectory | ErrorKind::AlreadyExists | ErrorKind::IsADirectory => {
-            "it, or a part of its path, is there and of another kind; choose another name"
+            "the path, or a part of it, exists and is of another kind; choose another name"
         }
         ErrorKind::StorageFull | ErrorKind::QuotaExceeded => "free some space or choose another place",
         _ => "choose a place where you may write",

@@ -12,26 +12,27 @@ use std::process::ExitCode;
 /// Arguments of `cofferdam export-fmu`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Folder that holds scene.toml, or a .toml file
+    /// Folder with a scene.toml, or a .toml file
     pub scene: PathBuf,
 
-    /// Which of the scene's units
+    /// Unit of the scene to export
     #[arg(short, long)]
     pub unit: BuiltIn,
 
-    /// The FMU's file; by default SCENE-UNIT.fmu in the current folder
+    /// FMU file to write (default: SCENE-UNIT.fmu in the current folder)
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
 
-    /// Change a value of the scene; may be given several times
+    /// Change a value of the scene (repeatable)
     ///
-    /// As in `cofferdam run`. The mesh and the cracks of the dam can be changed only here: in the FMU they are fixed.
+    /// As in `cofferdam run`. The mesh and the cracks of the dam can be changed only here, because they are
+    /// fixed in the FMU.
     #[arg(short, long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
-    /// Put the inertia of the scene's water, as if it were incompressible, into the dam's mass
+    /// Add the incompressible added mass of the scene's water to the mass of the dam
     ///
-    /// For a dam that is simulated without a reservoir; with one, the water would count twice.
+    /// For a dam that is simulated without a reservoir. With a reservoir, the water would be counted twice.
     #[arg(long)]
     pub added_mass: bool,
 
@@ -39,27 +40,33 @@ pub struct Arguments {
     #[arg(short, long)]
     pub force: bool,
 
-    /// The unit's shared library; by default the one that was built with this program
+    /// Shared library of the unit (default: the one built with this program)
     #[arg(long, value_name = "FILE")]
     pub library: Option<PathBuf>,
 }
 
 pub const HELP: &str = "\
-The FMU (FMI 3.0, co-simulation) holds one unit of the scene: its compiled library for this platform, its
-parameters, and a description of its variables and of how to use it. It needs neither cofferdam nor
-the scene's files. The number of interface points and of cracks is fixed; the importer can change
-material, friction, damping and others. documentation/index.html in the FMU, a zip file, lists them and
-explains how to repeat a communication step.
+The FMU (FMI 3.0, co-simulation) contains one unit of the scene: its compiled
+library for this platform, its parameters, and documentation of its variables
+and their use. It needs neither cofferdam nor the files of the scene. The
+number of interface points and of cracks is fixed; the importer can change
+parameters such as material, friction and damping. documentation/index.html in
+the FMU (a zip archive) lists them and explains how to repeat a communication
+step.
 
 Examples:
   cofferdam export-fmu scenes/koyna-northridge-1994 --unit dam
-      koyna-northridge-1994-dam.fmu: the cracked dam under its weight and the hydrostatic pressure.
-  cofferdam export-fmu scenes/koyna-northridge-1994 --unit reservoir -o water.fmu --force
+      koyna-northridge-1994-dam.fmu: the cracked dam under self-weight and
+      hydrostatic pressure.
+  cofferdam export-fmu scenes/koyna-northridge-1994 --unit reservoir \\
+    --output water.fmu --force
       Its reservoir; an existing file water.fmu is overwritten.
-  cofferdam export-fmu scenes/koyna-northridge-1994 --unit dam --set dam.element_size=1.25 -o fine.fmu
-      The dam on a finer mesh.
+  cofferdam export-fmu scenes/koyna-northridge-1994 --unit dam \\
+    --set dam.element_size=1.25 --output fine.fmu
+      The dam with a finer mesh.
 
-Exit status: 0 packed, 1 it cannot be packed or written, 2 the scene is wrong.";
+Exit status: 0 exported, 1 the FMU cannot be created or written, 2 the scene is
+invalid.";
 
 const WITH_WATER: &str =
     "its mass contains the inertia of the water (added_mass_included = 1): simulate it without a reservoir";

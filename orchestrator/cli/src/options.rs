@@ -12,39 +12,42 @@ use cofferdam_unit::WetFace;
 /// What `run`, `resume` and `branch` share.
 #[derive(clap::Args)]
 pub struct Options {
-    /// End the run at this time, s; `resume` goes on from there
+    /// End the run at this time, s; `resume` continues it
     ///
-    /// No bit before is changed by it. `time.duration` of the scene changes what the water is computed for.
+    /// Earlier results are unaffected. `time.duration` of the scene, in contrast, also changes the duration
+    /// for which the water is prepared.
     #[arg(long, value_name = "SECONDS", value_parser = time)]
     pub until: Option<f64>,
 
-    /// Threads for preparing the reservoir's operator, and for large meshes of the dam; by default one per core
+    /// Threads for preparing the water operator and for large dam meshes (default: one per core)
     ///
-    /// Results are equal, bit for bit, for any number.
+    /// Results are bit-identical for any number of threads.
     #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     pub threads: Option<u16>,
 
-    /// How the units exchange
+    /// How the units exchange data
     #[arg(long, value_enum, env = "COFFERDAM_TRANSPORT", default_value_t = Transport::SharedMemory)]
     pub transport: Transport,
 
-    /// Longest time in seconds that a unit may take for a step before its process is ended
+    /// Maximum wall time of a unit per step, s; the process of a slower unit is terminated
     ///
-    /// Preparation and initialisation may take sixty times as long. No effect with --transport in-process.
+    /// The limit for preparation and initialisation is 60 times as long. Has no effect with --transport
+    /// in-process.
     #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = seconds)]
     pub deadline: f64,
 
-    /// No progress line
+    /// Do not show the progress line
     #[arg(short, long)]
     pub quiet: bool,
 
-    /// Do not write report.html; `cofferdam report` makes it later
+    /// Do not write report.html; `cofferdam report` can write it later
     #[arg(long)]
     pub no_report: bool,
 
-    /// Print the results as one line of JSON on standard output; all words go to standard error
+    /// Print the results as one line of JSON on standard output; all other output goes to standard error
     ///
-    /// docs/guide/running.md has its members. A run that fails prints one too, with the exit status beside it.
+    /// docs/guide/running.md lists its members. A run that fails prints a line too; if it failed before the
+    /// first step, the line holds the status and the exit status only.
     #[arg(long)]
     pub json: bool,
 }
@@ -52,9 +55,9 @@ pub struct Options {
 /// How the units exchange.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Transport {
-    /// Each unit is a process of its own, connected by shared memory (iceoryx2)
+    /// One process per unit, connected by shared memory (iceoryx2)
     SharedMemory,
-    /// All units run in this process; results are equal, bit for bit
+    /// All units in this process; results are bit-identical
     InProcess,
 }
 
@@ -83,11 +86,11 @@ impl Options {
 /// The built-in units.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum BuiltIn {
-    /// The dam
+    /// Dam
     Dam,
-    /// The reservoir
+    /// Reservoir
     Reservoir,
-    /// The tailwater
+    /// Tailwater
     Tailwater,
 }
 
@@ -118,12 +121,16 @@ impl BuiltIn {
 
 /// A time of a run, s.
 pub fn time(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| "a number of seconds is wanted".to_owned())?;
-    if value >= 0.0 && value.is_finite() { Ok(value) } else { Err("it must be a time of the run".to_owned()) }
+    let value: f64 = text.parse().map_err(|_| "expected a number of seconds".to_owned())?;
+    if value >= 0.0 && value.is_finite() {
+        Ok(value)
+    } else {
+        Err("must be finite and at least 0 s".to_owned())
+    }
 }
 
 /// A time limit, s.
 pub fn seconds(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| "a number of seconds is wanted".to_owned())?;
-    if (0.1..=1e6).contains(&value) { Ok(value) } else { Err("it must lie from 0.1 to 1e6 s".to_owned()) }
+    let value: f64 = text.parse().map_err(|_| "expected a number of seconds".to_owned())?;
+    if (0.1..=1e6).contains(&value) { Ok(value) } else { Err("must be between 0.1 and 1e6 s".to_owned()) }
 }

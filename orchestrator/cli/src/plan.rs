@@ -8,24 +8,27 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 pub const HELP: &str = "\
-Reads a scene and says, without running it, what will be modelled and what is left out, each by a criterion with its number: the
-frequencies of the record against the cut-off of the reservoir and against gravity waves, absorption at the bed, each crack's
-strength against the demand, elements and steps against the record, modes, damping; then the error that is expected of each
-quantity from the table of measured errors (docs/measurements/accuracy.md), time and disk. `cofferdam run --accuracy` writes the same rows
-into its manifest as [[plan]].
+Reads a scene and lists, without running it, what a run will model and what it
+will neglect. Every row gives a criterion and its value: the frequencies of the
+record relative to the cut-off frequency of the reservoir and to gravity waves,
+absorption at the bed, the strength of each crack relative to the demand,
+elements and steps relative to the record, modes, and damping. Then come the
+expected error of each quantity, from the table of measured errors
+(docs/measurements/accuracy.md), the time and the disk space.
+`cofferdam run --accuracy` writes the same rows to its manifest as [[plan]].
 
 Example:
   cofferdam plan scenes/koyna-northridge-1994
 
-Exit status: 0, 2 the scene is wrong, 4 a unit cannot be made.";
+Exit status: 0 printed, 2 the scene is invalid, 4 a unit cannot be created.";
 
 /// Arguments of `cofferdam plan`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Folder that holds scene.toml, or a .toml file
+    /// Folder with a scene.toml, or a .toml file
     scene: PathBuf,
 
-    /// Change a value of the scene; may be given several times
+    /// Change a value of the scene (repeatable)
     #[arg(short, long, value_name = "KEY=VALUE")]
     set: Vec<String>,
 }

@@ -16,18 +16,18 @@ use std::process::ExitCode;
 /// Arguments of `cofferdam points`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Folder that holds scene.toml, or a .toml file
+    /// Folder with a scene.toml, or a .toml file
     pub scene: PathBuf,
 
-    /// Whose points
+    /// Unit whose points are printed
     #[arg(short, long, default_value = "reservoir")]
     pub unit: BuiltIn,
 
-    /// Change a value of the scene; may be given several times
+    /// Change a value of the scene (repeatable)
     #[arg(short, long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
-    /// How they are printed
+    /// Output format
     #[arg(short, long, value_enum, default_value_t = Format::Csv)]
     pub format: Format,
 }
@@ -35,27 +35,30 @@ pub struct Arguments {
 /// How points are printed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Format {
-    /// A row a point
+    /// One row per point
     Csv,
     /// One object: depth, density, gravity, `communication_step`, and the points as arrays
     Json,
 }
 
 pub const HELP: &str = "\
-For those who compute the water or the dam with a program of their own. Coordinates and tributary lengths are in
-m, from the heel up; x points downstream, y up; the normal points out of the water into the dam. All digits are
-printed: what is read back is equal, bit for bit. Where a crack meets the face, two points coincide: the first
-belongs to the block below it.
+Intended for computing the water or the dam with a program of your own.
+Coordinates and tributary lengths are in m, ordered from the heel upwards; x
+points downstream and y up; the normal points out of the water into the dam.
+All digits are printed, so that the values read back are bit-identical. Where a
+crack meets the face, two points coincide; the first belongs to the block below
+the crack.
 
-The reservoir has points of its own if the scene gives `reservoir.interface_size`; otherwise both units have the dam's.
-Standard error says which they are.
+The reservoir has its own points if the scene sets `reservoir.interface_size`;
+otherwise both units use those of the dam. A line on standard error states
+which.
 
 Examples:
   cofferdam points scenes/koyna-northridge-1994
       index,x,y,normal_x,normal_y,tributary_length
-  cofferdam points scenes/rigid-dam-ramp --set prescribed.panels=32 --format json
+  cofferdam points scenes/rigid-dam-ramp --set prescribed.panels=32 -f json
 
-Exit status: 0 printed, 1 they cannot be printed, 2 the scene is wrong.";
+Exit status: 0 printed, 1 the points cannot be printed, 2 the scene is invalid.";
 
 /// Why nothing was printed.
 #[derive(Debug, thiserror::Error, Diagnostic)]

@@ -25,50 +25,50 @@ use std::time::{Duration, Instant};
 /// Arguments of `cofferdam replay`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// The log.mcap of a run, or the run's folder
+    /// Log (log.mcap) or folder of a run
     pub log: PathBuf,
 
-    /// Replay this unit only; by default all, side by side
+    /// Replay this unit only (default: all units, in parallel)
     #[arg(short, long)]
     pub unit: Option<BuiltIn>,
 
-    /// Replay from this step on; 0 is initialisation, the default; in a branch, its first own step is
+    /// First step to replay (default: 0, initialisation; in a branch, its first own step)
     ///
-    /// The unit is put at the end of the step before. Windows of several steps (coupling.window) are
-    /// replayed whole.
+    /// The unit is restored to the end of the previous step. Windows of several steps (coupling.window) are
+    /// replayed as a whole.
     #[arg(long, value_name = "STEP", value_parser = step_number)]
     pub from: Option<u64>,
 
-    /// Replay up to this step; by default to the end
+    /// Last step to replay (default: the last step of the log)
     #[arg(long, value_name = "STEP", value_parser = step_number)]
     pub until: Option<u64>,
 
-    /// Replay this step only: the same as --from STEP --until STEP
+    /// Replay this step only; short for --from STEP --until STEP
     #[arg(long, value_name = "STEP", conflicts_with_all = ["from", "until"])]
     pub step: Option<u64>,
 
-    /// Change a value of the scene that the units are made from; may be given several times
+    /// Change a value of the scene from which the units are created (repeatable)
     ///
-    /// Such as dam.cracks.0.friction_coefficient=0.8, to find where answers begin to differ. A key from
-    /// which no replayed unit is made is refused.
+    /// For example dam.cracks.0.friction_coefficient=0.8, to find where the responses begin to differ. A
+    /// key that affects none of the replayed units is refused.
     #[arg(short, long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
-    /// Threads for preparing the reservoir's operator; by default one per core
+    /// Threads for preparing the water operator (default: one per core)
     #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     pub threads: Option<u16>,
 
-    /// Where the units are; those of other commands have processes of their own in any case
+    /// Where the built-in units run; units started by a command always run in their own process
     #[arg(long, value_enum, default_value_t = Transport::InProcess)]
     pub transport: Transport,
 
-    /// Longest time in seconds that a unit in a process of its own may take for a step
+    /// Maximum wall time per step of a unit in its own process, s
     ///
-    /// Preparation and initialisation may take sixty times as long.
+    /// The limit for preparation and initialisation is 60 times as long.
     #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = crate::options::seconds)]
     pub deadline: f64,
 
-    /// No progress line
+    /// Do not show the progress line
     #[arg(short, long)]
     pub quiet: bool,
 }
@@ -76,26 +76,28 @@ pub struct Arguments {
 /// The number of a step.
 fn step_number(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| {
-        "a step is wanted, not a time: a whole number; `cofferdam log info` has how many there are".into()
+        "expected a step number, not a time; `cofferdam log info` shows the number of steps".into()
     })
 }
 
 pub const HELP: &str = "\
-The units are made again from the scene in the log. Every recorded request is repeated, with states
-saved and restored as in the run, and every answer is compared bit for bit. The record of the ground
-motion is not needed. A log that is cut short is replayed up to the cut, a damaged one up to the damage.
+Creates the units again from the scene in the log, repeats every logged
+request, with states saved and restored as in the run, and compares every
+response bit for bit. The ground motion file is not needed. A truncated log is
+replayed up to where it is cut short, a damaged one up to the damage.
 
 Examples:
   cofferdam replay runs/koyna-northridge-1994-20260101T120000Z
-      Does this build on this machine give the same answers?
-  cofferdam replay run/log.mcap --unit dam --set dam.cracks.0.friction_coefficient=0.8
-      Where does the answer of a dam with other friction first differ?
+      Does this build give the same responses on this machine?
+  cofferdam replay run/log.mcap --unit dam \\
+    --set dam.cracks.0.friction_coefficient=0.8
+      Where does the response of a dam with different friction first differ?
   cofferdam replay run --unit dam --step 2040
-      Every iteration of one step, such as one that `cofferdam log worst` names.
+      All iterations of one step, such as one listed by `cofferdam log worst`.
 
-Exit status: 0 every answer is identical, 1 the log cannot be read to its end or holds nothing to
-compare, 2 a --set or a step is wrong, 4 a unit failed where the recorded one did not, 5 an answer is
-different.";
+Exit status: 0 all responses are identical, 1 the log cannot be read to its end
+or contains nothing to compare, 2 a --set or a step is invalid, 4 a unit failed
+where the logged one did not, 5 a response differs.";
 
 /// Why a replay has no result.
 #[derive(Debug, thiserror::Error, Diagnostic)]
@@ -180,7 +182,7 @@ fn execute(arguments: &Arguments) -> Result<u8, Failure> {
     let of_log = scene_of(&log)?;
     print(format!("{} (recorded by cofferdam {}, commit {})", of_log.title, head.version, head.commit));
     if let Some(why) = other_build(head) {
-        warn(format_args!("warning: {why}, which need not give the same bits"));
+        warn(format_args!("warning: {why}; results may not be bit-identical"));
     }
     if let Some(parent) = &head.parent {
         print(format!(

@@ -8,44 +8,50 @@ use std::process::ExitCode;
 /// Arguments of `cofferdam report`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// The folder of a run, or of an ensemble
+    /// Folder of a run or an ensemble
     run: PathBuf,
 
-    /// The folder of another run, to be laid beside it; the first is the reference
+    /// Folder of a second run to compare with the first, which is the reference
     other: Option<PathBuf>,
 
-    /// The page; by default report.html in the folder, of two runs report-OTHER.html there
+    /// File to write (default: report.html in the folder RUN; for two runs, report-OTHER.html there)
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
 
 pub const HELP: &str = "\
-One HTML page that needs nothing else: what matters first, warnings, what is not modelled, the section, the dam in motion,
-inputs with provenance, ground motion, histories, response spectra, pressure over height, checks, the whole table. It
-prints on A4. `run` writes it too. Of a run that failed, was killed or goes on it shows what there is. A page that exists
-is replaced.
+Writes a self-contained HTML page that prints on A4: key figures, warnings,
+what is not modelled, the section, an animation of the dam, inputs with their
+sources, ground motion, histories, response spectra, pressure over height,
+checks, and the table of all results. `run` writes the same page. For a run
+that failed, was killed or is still running, the page shows the data available.
+An existing page is replaced.
 
-It is made of manifest.toml, histories.csv and log.mcap; the dam in motion of outline.csv and the pressures on wet faces,
-where they are.
+The page is made from manifest.toml, histories.csv and log.mcap; the animation
+from outline.csv and the pressures on the wet faces, if these files exist.
 
-Of two runs, A and B, the page says what differs in their inputs, and shows their numbers with the differences B − A, their
-histories and spectra in the same charts, and their checks and warnings side by side. Steps, durations and dams may differ.
+For two runs, A and B, the page lists the differences of their inputs, the
+results of both with the differences B − A, their histories and spectra in
+common charts, and their checks and warnings next to each other. Steps,
+durations and dams may differ.
 
-Of the folder of `cofferdam ensemble` the page shows the plan, how the runs ended, probabilities of exceeding the limits,
-medians with their intervals, what the variance comes from, and all runs in a table. It is made of ensemble.toml and the
-tables and pictures there.
+For a folder of `cofferdam ensemble`, the page shows the plan, how the runs
+ended, the probabilities of exceeding the limits, medians with their intervals,
+the contributions to the variance, and a table of all runs. It is made from
+ensemble.toml and the tables and figures in the folder.
 
 Examples:
   cofferdam report runs/koyna
       Writes runs/koyna/report.html.
   cofferdam report runs/koyna --output koyna.html
   cofferdam report runs/koyna runs/finer
-      Both side by side, with runs/koyna as the reference: writes runs/koyna/report-finer.html.
+      Compares both, with runs/koyna as the reference; writes
+      runs/koyna/report-finer.html.
   cofferdam report ensembles/koyna
       Writes ensembles/koyna/report.html.
 
-Exit status: 0 written, 1 the page cannot be written, 2 RUN is not the folder of a run or an ensemble, lacks a file, or is
-given twice.";
+Exit status: 0 written, 1 the page cannot be written, 2 RUN is not the folder
+of a run or an ensemble, lacks a file, or is given twice.";
 
 /// Writes the page of a run; reports what is wrong by the exit status.
 pub fn run(arguments: &Arguments) -> ExitCode {

@@ -7,30 +7,32 @@ use std::process::ExitCode;
 
 pub const COMPLETIONS_HELP: &str = "\
 Examples:
-  cofferdam completions bash > ~/.local/share/bash-completion/completions/cofferdam
+  cofferdam completions bash \\
+    > ~/.local/share/bash-completion/completions/cofferdam
   cofferdam completions fish > ~/.config/fish/completions/cofferdam.fish
-      Commands and options are completed by the Tab key in the next shell.";
+      The Tab key completes commands and options in the next shell.";
 
 pub const MAN_HELP: &str = "\
-cofferdam.1 is about the command, cofferdam-run.1 and the others about its commands. Files that exist are replaced.
+Writes cofferdam.1 for the program and one page for each of its commands, such
+as cofferdam-run.1. Existing files are replaced.
 
 Example:
   cofferdam man ~/.local/share/man/man1
-      `man cofferdam-run` shows what `cofferdam run --help` does.
+      `man cofferdam-run` then shows the same text as `cofferdam run --help`.
 
 Exit status: 0 written, 1 a file cannot be written.";
 
 /// Arguments of `cofferdam completions`.
 #[derive(clap::Args)]
 pub struct Completions {
-    /// The shell
+    /// Shell
     shell: Shell,
 }
 
 /// Arguments of `cofferdam man`.
 #[derive(clap::Args)]
 pub struct Man {
-    /// Folder for the pages; it is made if there is none
+    /// Folder for the pages; created if necessary
     folder: PathBuf,
 }
 

@@ -13,10 +13,10 @@ use std::process::ExitCode;
 /// The languages.
 #[derive(clap::Subcommand)]
 pub enum Command {
-    /// An FMU (FMI 3.0, co-simulation) in one file of C
+    /// Create an FMU (FMI 3.0, co-simulation) as a single C file
     #[command(after_long_help = C_HELP)]
     C(Arguments),
-    /// A process: a class in Python, served by the package `cofferdam`
+    /// Create a Python class that the package `cofferdam` serves as a process
     #[command(after_long_help = PYTHON_HELP)]
     Python(Arguments),
 }
@@ -27,41 +27,49 @@ pub struct Arguments {
     /// Folder to write; created if necessary, and must be empty
     pub folder: PathBuf,
 
-    /// Folder that holds scene.toml, or a .toml file: for whose wet face
+    /// Scene whose wet face is used: a folder with a scene.toml, or a .toml file
     #[arg(long)]
     pub scene: PathBuf,
 
-    /// Which of the scene's two units
+    /// Unit of the scene to replace
     #[arg(short, long, default_value = "reservoir")]
     pub unit: BuiltIn,
 
-    /// Change a value of the scene; may be given several times
+    /// Change a value of the scene (repeatable)
     #[arg(short, long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 }
 
 const C_HELP: &str = "\
-The folder is complete: build.sh compiles it with any C compiler and packs the FMU, and README.md says what to change, how
-to test it alone with FMPy, and how to put it into the scene. No header of FMI is needed. As it is written, the reservoir is
-Westergaard's added mass, p = -7/8 rho sqrt(h (h - y)) a, and the dam an oscillator of one degree of freedom.
+The folder is complete: build.sh compiles the unit with any C compiler and
+packs the FMU. README.md explains what to change, how to test the FMU alone
+with FMPy, and how to use it in the scene. No FMI headers are needed.
+Initially, the reservoir is Westergaard's added mass,
+  p = -7/8 rho sqrt(h (h - y)) a,
+and the dam is a single-degree-of-freedom oscillator.
 
 Examples:
   cofferdam template c own-water --scene scenes/koyna-intact
-      own-water/water.c: a reservoir before the intact Koyna dam; own-water/build.sh makes water.fmu.
+      own-water/water.c is a reservoir for the intact Koyna dam;
+      own-water/build.sh builds water.fmu.
   cofferdam template c own-dam --scene scenes/rigid-dam-ramp --unit dam
-      A dam in the place of the rigid one.
+      A dam to replace the rigid one.
 
-Exit status: 0 written, 1 the folder is not empty or cannot be written, 2 the scene is wrong.";
+Exit status: 0 written, 1 the folder is not empty or cannot be written, 2 the
+scene is invalid.";
 
 const PYTHON_HELP: &str = "\
-The folder holds one file, water.py or dam.py, and README.md, which says what to change, how to test it alone, and how to
-put it into the scene. As it is written, the reservoir is Westergaard's added mass, and the dam an oscillator of one degree
-of freedom. The points of the wet face come with the task when a run begins.
+The folder contains water.py or dam.py, and a README.md that explains what to
+change, how to test the unit alone, and how to use it in the scene. Initially,
+the reservoir is Westergaard's added mass, and the dam is a
+single-degree-of-freedom oscillator. The unit receives the points of the wet
+face with its task when a run starts.
 
 Example:
   cofferdam template python own-water --scene scenes/koyna-intact
 
-Exit status: 0 written, 1 the folder is not empty or cannot be written, 2 the scene is wrong.";
+Exit status: 0 written, 1 the folder is not empty or cannot be written, 2 the
+scene is invalid.";
 
 /// Why no folder was written.
 #[derive(Debug, thiserror::Error, Diagnostic)]

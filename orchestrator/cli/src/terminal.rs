@@ -42,7 +42,7 @@ fn written(done: Result<(), Error>) {
         && cause.kind() != ErrorKind::BrokenPipe
         && !OUTPUT_LOST.swap(true, Ordering::Relaxed)
     {
-        warn(format!("standard output: {cause}; what is printed from here on is lost"));
+        warn(format!("standard output: {cause}; further output is lost"));
     }
 }
 

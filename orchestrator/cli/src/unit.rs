@@ -13,17 +13,19 @@ use std::process::ExitCode;
 /// Arguments of `cofferdam unit`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Which of them
+    /// Unit to serve
     pub unit: BuiltIn,
 }
 
 pub const HELP: &str = "\
-Be one of a run's units: what `run` starts by itself, once for the dam and once for each water.
+Serve one unit of a run. `run` starts this command once for the dam and once
+for each water.
 
-The process reads its task, one line of JSON, from standard input, makes its unit, says on standard
-output that it is ready, and answers requests over shared memory until a line `end` comes. It ends
-when standard input closes: when the orchestrator dies. docs/reference/protocol.md describes the protocol
-for those who want to put a unit of their own in its place.";
+The process reads its task, one line of JSON, from standard input, creates the
+unit, reports on standard output that it is ready, and serves requests over
+shared memory until it reads the line `end`. It also ends when standard input
+closes, because the orchestrator has then died. docs/reference/protocol.md
+describes the protocol for replacing it with a unit of your own.";
 
 #[derive(Debug, thiserror::Error)]
 enum UnitError {

@@ -217,7 +217,7 @@ impl Simulation {
                 course.statistics.fallbacks += u64::from(report.fallbacks > 0);
                 let taken = course.clock.takes(&report);
                 if !taken {
-                    "begun anew in shorter steps: the coupling error is too large"
+                    "started again in shorter steps: the coupling error is too large"
                         .clone_into(&mut report.outcome);
                 } else {
                     self.scheme.accept(&mut report);
@@ -279,7 +279,7 @@ impl Simulation {
         })
     }
 
-    /// Tells observers what came before, in the place of [`begin`](Self::begin); then [`resume`](Self::resume) goes on.
+    /// Tells observers what came before, in place of [`begin`](Self::begin); then [`resume`](Self::resume) continues.
     ///
     /// **Errors**: the past cannot be read; an observer fails.
     pub fn retell<E: From<SimulationError>>(

@@ -12,7 +12,7 @@ pub struct Stepping {
     pub steps: u64,
     /// Steps that are iterated together.
     pub window: usize,
-    /// A step that does not converge is begun anew with half its length.
+    /// A step that does not converge is started again with half its length.
     pub halve: bool,
     /// The length follows an error estimate.
     pub adaptive: Option<Adaptive>,
@@ -155,7 +155,7 @@ impl Clock {
         }
     }
 
-    /// A window of the length `taken` (s) failed: true if it is to be begun anew, in shorter steps.
+    /// A window of the length `taken` (s) failed: true if it is to be started again, in shorter steps.
     pub fn shorten(&mut self, taken: f64) -> bool {
         let again = match (&mut self.pace, self.stepping.adaptive) {
             (Pace::Grid { part, halvings, .. }, _) if self.stepping.halve && *halvings < MOST_HALVINGS => {
@@ -174,7 +174,7 @@ impl Clock {
         again
     }
 
-    /// Whether a window that could be accepted is to be taken; else it is begun anew, in shorter steps.
+    /// Whether a window that could be accepted is to be taken; else it is started again, in shorter steps.
     pub fn takes(&mut self, report: &WindowReport) -> bool {
         let (Pace::Free { length, .. }, Some(adaptive)) = (&mut self.pace, self.stepping.adaptive) else {
             return true;

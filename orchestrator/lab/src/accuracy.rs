@@ -15,38 +15,50 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 pub const HELP: &str = "\
-Measures the errors of all levels of numerics against the reference (every element and contact, the finest elements, half the
-communication step, Radau IIA, a tolerance of 1e-8; steps that stay above it are counted), for scenes with both polarities of their records; then runs each as
-`run --accuracy` would at 10, 5 and 1 %, and says what was promised, what was true, and what it cost beside the reference.
-What 1 % of shaking changes is measured with every element and contact in the finest mesh. Where that is more than 10 %, the
-difference of two runs is a draw: it is in levels.csv, and not in the table of biases. A reference costs some minutes.
+Measures the errors of all levels of numerics against the reference, for scenes
+with both polarities of their records. The reference has every element and
+contact, the finest elements, half the communication step, Radau IIA and a
+tolerance of 1e-8; steps that remain above this tolerance are counted. Then
+runs each scene as `run --accuracy` would at 10, 5 and 1 %, and reports the
+expected and the true errors and the cost relative to the reference.
 
-Writes accuracy.md, accuracy.csv (the knob), levels.csv and table.toml: put the latter into orchestrator/analysis/src/accuracy to have
-`run --accuracy` and `plan` read it. With --coarse the reference is a level of the ladder, only to try the study.
+The effect of a change of 1 % in the shaking is measured with every element and
+contact in the finest mesh. If it is above 10 %, the difference of two runs is
+a random realisation; it is then listed in levels.csv, but excluded from the
+table of biases. A reference run takes some minutes.
+
+Writes accuracy.md, accuracy.csv (results of `run --accuracy`), levels.csv and
+table.toml. To make `run --accuracy` and `plan` use table.toml, copy it to
+orchestrator/analysis/src/accuracy. With --coarse, the reference is a level of
+the ladder; this serves only to try the study.
 
 Examples:
-  cofferdam-lab accuracy scenes/koyna-intact scenes/koyna-northridge-1994 scenes/pine-flat-taft --output studies/accuracy
-  cofferdam-lab accuracy scenes/koyna-northridge-1994 --record scenes/records/*.csv --strongest 10 --output studies/accuracy
-      Each of these records in the place of the scene's, the ten seconds with most of its energy
+  cofferdam-lab accuracy scenes/koyna-intact scenes/koyna-northridge-1994 \\
+    scenes/pine-flat-taft --output studies/accuracy
+  cofferdam-lab accuracy scenes/koyna-northridge-1994 \\
+    --record scenes/records/*.csv --strongest 10 --output studies/accuracy
+      Each of these records instead of that of the scene; of each, the ten
+      seconds with most of its energy.
 
-Exit status: 0, 1 results could not be written, 2 a scene is wrong or does not fit, 3 a run failed, 4 a unit cannot be made.";
+Exit status: 0 completed, 1 results could not be written, 2 a scene is invalid
+or not suitable, 3 a run failed, 4 a unit cannot be created.";
 
 /// Arguments of the study.
 #[derive(clap::Args)]
 pub struct AccuracyArguments {
-    /// Folders that hold scene.toml, or .toml files
+    /// Folders with a scene.toml, or .toml files
     #[arg(required = true, value_name = "SCENE")]
     scenes: Vec<PathBuf>,
 
-    /// Change a value of every scene; may be given several times
+    /// Change a value of every scene (repeatable)
     #[arg(short, long, value_name = "KEY=VALUE")]
     set: Vec<String>,
 
-    /// Records in the place of the scenes' own, each with every scene
+    /// Run every scene with each of these records instead of its own
     #[arg(short, long, value_name = "FILE", num_args = 1..)]
     record: Vec<PathBuf>,
 
-    /// Only this long a part of every record, s: the one with the largest ∫ a² dt
+    /// Use only the part of this length of every record, s, with the largest ∫ a² dt
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     strongest: Option<f64>,
 
@@ -54,7 +66,7 @@ pub struct AccuracyArguments {
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
 
-    /// A level as reference, and 5 % alone
+    /// Use a level as the reference, and an accuracy of 5 % only
     #[arg(long)]
     coarse: bool,
 }

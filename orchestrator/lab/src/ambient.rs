@@ -11,17 +11,19 @@ use cofferdam_scene::OnFailure;
 use std::f64::consts::TAU;
 
 pub const HELP: &str = "\
-Ten minutes of ambient vibration instead of the scene's ground motion: 400 sines from 0.2 to 20 Hz, 0.001 g in total.
-Prints for every minute the stored energy, the works, the error of the dam's energy balance, and the energy produced by the
-coupling.
+Simulates ten minutes of ambient vibration instead of the ground motion of the
+scene: 400 sines from 0.2 to 20 Hz, 0.001 g in total. Prints, for every minute,
+the stored energy, the works, the error of the dam's energy balance, and the
+energy produced by the coupling.
 
-Writes ambient.md, ambient.csv and ambient.svg. With --coarse twenty seconds instead of ten minutes.
+Writes ambient.md, ambient.csv and ambient.svg. With --coarse, twenty seconds
+instead of ten minutes.
 
 Example:
   cofferdam-lab ambient scenes/koyna-coarse --output studies/ambient
 
-Exit status: 0, 1 results could not be written, 2 the scene is wrong or does not fit, 3 a run failed, 4 a unit cannot be
-made.";
+Exit status: 0 completed, 1 results could not be written, 2 the scene is
+invalid or not suitable, 3 a run failed, 4 a unit cannot be created.";
 
 /// Root mean square of the acceleration, m/s².
 const STRENGTH: f64 = 0.001 * 9.81;
@@ -93,7 +95,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     let text = format!(
         "`cofferdam-lab ambient {}{}`, J per metre of dam since the start\n\n{}\n\
          At most {:.1e} of the largest stored energy is missed by the dam's balance; the coupling produced {:.1e} of the work \
-         that the water did. {:.2} dam steps a communication step, {:.0} s of wall time.\n",
+         that the water did. {:.2} dam steps per communication step, {:.0} s of wall time.\n",
         quoted(&arguments.scene),
         if arguments.coarse { " --coarse" } else { "" },
         table.markdown(),

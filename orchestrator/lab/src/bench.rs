@@ -9,19 +9,19 @@ use std::time::Instant;
 /// Arguments of `cofferdam-lab bench`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Folders that hold scene.toml, or .toml files
+    /// Folders with a scene.toml, or .toml files
     #[arg(required = true, value_name = "SCENE")]
     scenes: Vec<PathBuf>,
 
-    /// Another build of `cofferdam`, whose runs take turns with those of this one
+    /// Another build of `cofferdam`, whose runs alternate with those of this build
     #[arg(short, long, value_name = "PROGRAM")]
     against: Option<PathBuf>,
 
-    /// A scene for the other build in the place of each, where it cannot read these; as often as there are scenes
+    /// Scene for the other build if it cannot read the first (repeatable; one for each SCENE)
     #[arg(long, value_name = "SCENE", requires = "against")]
     its: Vec<PathBuf>,
 
-    /// How often each is run
+    /// Number of turns of each scene
     #[arg(short = 'n', long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..))]
     turns: u8,
 
@@ -31,20 +31,26 @@ pub struct Arguments {
 }
 
 pub const HELP: &str = "\
-Runs scenes and says where their time goes, in seconds: the fastest turn and the median of all. Every turn runs each scene twice,
-first with an empty cache of prepared water, then again with what that run has kept; `whole process` is all that a user waits for.
+Runs scenes and reports where their time goes, in seconds: the fastest turn and
+the median of all. Every turn runs each scene twice, first with an empty cache
+of prepared water operators, then with the cache filled by the first run.
+`whole process` is the total time that a user waits.
 
-With another build each of its runs follows one of this build's, so that both see the same machine. A ratio is the median over the
-turns of its time over this build's: 2 where this one is twice as fast.
+With another build, each of its runs follows one of this build, so that both
+experience the same machine load. The ratio is the median over the turns of its
+time divided by the time of this build: 2 if this build is twice as fast.
 
-The program is the `cofferdam` in the folder of this one. Solvers and the exchange alone are timed by `cargo bench`.
+The program is the `cofferdam` in the folder of `cofferdam-lab`. `cargo bench`
+times the solvers and the exchange alone.
 
 Examples:
   cofferdam-lab bench scenes/koyna-coarse
-  cofferdam-lab bench scenes/koyna-coarse --against old/cofferdam -- --set dam.fidelity=reduced
+  cofferdam-lab bench scenes/koyna-coarse --against old/cofferdam \\
+    -- --set dam.fidelity=reduced
       Is the reduced dam faster than it was?
 
-Exit status: 0, 1 a run failed or could not be started, 2 the arguments do not fit.";
+Exit status: 0 completed, 1 a run failed or could not be started, 2 the
+arguments do not fit together.";
 
 /// Times of a run by their names, s.
 type Times = Vec<(String, f64)>;

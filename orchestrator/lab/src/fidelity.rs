@@ -20,24 +20,30 @@ use cofferdam_unit::variables::reservoir as variables;
 use std::time::Instant;
 
 pub const HELP: &str = "\
-Runs the scene with every model of the water and, for compressible water, with every method in time. Each water is also
-moved by a rigid dam under the same record. All runs are in one process, one after the other, with the default scheme of the
-water.
+Runs the scene with every model of the water and, for compressible water, with
+every time integration method. In addition, a rigid dam moves each water under
+the same record. All runs are executed one after the other in one process, with
+the default scheme of the water.
 
-The reference is compressible water with Radau IIA of three stages at half the communication step. Crest displacement and
-base pressure are compared with it by their relative difference in the mean square over time. With a vertical face and a level
-bed there is a closed form for a rigid dam: its base pressure is compared with that of compressible water over the scene's bed.
+The reference is compressible water with three-stage Radau IIA at half the
+communication step. Crest displacement and base pressure are compared with it
+by their relative root-mean-square difference over time. With a vertical face
+and a level bed there is a closed form for a rigid dam; its base pressure is
+compared with that of compressible water over the bed of the scene.
 
-Set-up and a step are wall time, the step as the mean over a run of the rigid dam. The length of a saved state is that of the
-state at the run's end in a file.
+The times of setup and of a step are wall times; the time of a step is the mean
+over a run of the rigid dam. The size of a saved state is that of a file with
+the state at the end of the run.
 
-Writes fidelity.md, fidelity.csv and fidelity.svg. With --coarse without waves, rigid bed and the distant Sommerfeld end.
+Writes fidelity.md, fidelity.csv and fidelity.svg. With --coarse, the variants
+with gravity waves, with a rigid bed and with a distant Sommerfeld far end are
+omitted.
 
 Example:
   cofferdam-lab fidelity scenes/koyna-coarse --output studies/fidelity
 
-Exit status: 0, 1 results could not be written, 2 the scene is wrong or does not fit, 3 a run failed, 4 a unit cannot be
-made.";
+Exit status: 0 completed, 1 results could not be written, 2 the scene is
+invalid or not suitable, 3 a run failed, 4 a unit cannot be created.";
 
 /// Distance of the Sommerfeld end over the depth in the row with a distant one, whose error is small below the first
 /// cut-off.

@@ -7,16 +7,19 @@ use cofferdam_assembly::{Assembly, read_scene};
 use cofferdam_scene::LoadedScene;
 
 pub const HELP: &str = "\
-How the error of the dam's energy balance falls with its time step, with every kind of damping and of crack: the largest error
-over the peak kinetic energy at the time step of the scene, a half, a quarter and an eighth of it.
+Measures how the error of the dam's energy balance decreases with its time
+step, for every kind of damping and of crack: the largest error relative to the
+peak kinetic energy, at the time step of the scene and at a half, a quarter and
+an eighth of it.
 
 Writes ledger.md and ledger.csv.
 
 Example:
-  cofferdam-lab ledger scenes/koyna-coarse --output studies/ledger --set time.duration=7
+  cofferdam-lab ledger scenes/koyna-coarse --output studies/ledger \\
+    --set time.duration=7
 
-Exit status: 0, 1 results could not be written, 2 the scene is wrong or does not fit, 3 a run failed, 4 a unit cannot be
-made.";
+Exit status: 0 completed, 1 results could not be written, 2 the scene is
+invalid or not suitable, 3 a run failed, 4 a unit cannot be created.";
 
 /// What is changed in the scene.
 const VARIANTS: [(&str, &[&str]); 10] = [

@@ -29,7 +29,7 @@ use terminal::warn;
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
-/// Studies of Cofferdam's accuracy, convergence and cost, for its developers.
+/// Studies of Cofferdam's accuracy, convergence and cost, for its developers
 #[derive(Parser)]
 // Help is wrapped by hand.
 #[command(name = "cofferdam-lab", version, arg_required_else_help = true, term_width = 0)]
@@ -38,11 +38,11 @@ struct Lab {
     #[command(subcommand)]
     command: Command,
 
-    /// Folder for prepared operators of the water; by default `cofferdam` in the user's folder for caches
+    /// Folder of the cache of prepared water operators (default: `cofferdam` in the user's cache folder)
     #[arg(long, global = true, hide_short_help = true, value_name = "DIR", env = "COFFERDAM_CACHE")]
     cache: Option<PathBuf>,
 
-    /// Prepare anew, and keep nothing
+    /// Prepare the water operators again; neither read nor write the cache
     #[arg(long, global = true, hide_short_help = true)]
     no_cache: bool,
 }
@@ -50,43 +50,43 @@ struct Lab {
 /// The studies, and `bench`.
 #[derive(clap::Subcommand)]
 enum Command {
-    /// Where each acceleration converges: densities, steps, meshes, water
+    /// Map where each acceleration converges: densities, steps, meshes, water
     #[command(after_long_help = stability::HELP)]
     Stability(Arguments),
-    /// Errors of all levels of numerics, and whether `run --accuracy` keeps what it promises
+    /// Measure the errors of all levels of numerics, and check the results of `run --accuracy`
     #[command(after_long_help = accuracy::HELP)]
     Accuracy(accuracy::AccuracyArguments),
-    /// Accuracy and cost of the tolerance
+    /// Measure accuracy and cost over the tolerance
     #[command(after_long_help = tolerance::HELP)]
     Tolerance(Arguments),
-    /// Accuracy and cost of the models of the water
+    /// Compare accuracy and cost of the models of the water
     #[command(after_long_help = fidelity::HELP)]
     Fidelity(Arguments),
-    /// How fine the elements of the wet face must be: errors against the closed form, and time
+    /// Measure the errors of the wet-face elements against the closed form, and their cost
     #[command(after_long_help = resolution::HELP)]
     Resolution(Arguments),
-    /// How the error of the energy balance falls with the time step
+    /// Measure how the error of the energy balance decreases with the time step
     #[command(after_long_help = ledger::HELP)]
     Ledger(Arguments),
-    /// One crack in five meshes, beside what a little more or less shaking does
+    /// Compare one crack in five meshes with the effect of slightly different shaking
     #[command(after_long_help = meshes::HELP)]
     Meshes(Arguments),
-    /// What the block does after the ground has stopped, beside what eigenvalues say
+    /// Compare the motion of the block after the earthquake with the eigenvalue analysis
     #[command(after_long_help = rest::HELP)]
     Rest(Arguments),
-    /// Whether energy drifts in minutes of ambient vibration
+    /// Check for drift of energy in minutes of ambient vibration
     #[command(after_long_help = ambient::HELP)]
     Ambient(Arguments),
-    /// How fast a step is found in a long log
+    /// Measure the time to find a step in a long log
     #[command(after_long_help = seek::HELP)]
     Seek(seek::SeekArguments),
-    /// The paper's figures from our runs, beside what its text states
+    /// Reproduce the paper's figures and compare with the statements in its text
     #[command(after_long_help = paper::HELP)]
     Paper(paper::PaperArguments),
-    /// Errors of the paper's short windows and of its missing condition at the far end
+    /// Measure the errors of the paper's short windows and of its missing far-end condition
     #[command(after_long_help = windows::HELP)]
     Windows(Arguments),
-    /// Where the time of runs goes, beside another build of the program
+    /// Measure where the time of runs goes, compared with another build
     #[command(after_long_help = bench::HELP)]
     Bench(bench::Arguments),
 }

@@ -7,17 +7,19 @@ use cofferdam_assembly::{Assembly, read_scene};
 use cofferdam_scene::{CrackScene, Integration, LoadedScene};
 
 pub const HELP: &str = "\
-The scene with its lowest crack, a horizontal one, in five meshes with elements of the same length along it, and with contacts
-at nodes and at Gauss points; beside them the same crack in the scene's own mesh with up to 1 % more or less shaking. What the
-five meshes differ by is to be compared with what the shaking does.
+Runs the scene with its lowest crack, a horizontal one, in five meshes with
+elements of equal length along the crack, and with contacts at nodes and at
+Gauss points. For comparison, runs the same crack in the mesh of the scene with
+the shaking scaled by up to 1 %. The differences between the five meshes are to
+be compared with the effect of the shaking.
 
 Writes meshes.md and meshes.csv.
 
 Example:
   cofferdam-lab meshes scenes/koyna-coarse --output studies/meshes
 
-Exit status: 0, 1 results could not be written, 2 the scene is wrong or does not fit, 3 a run failed, 4 a unit cannot be
-made.";
+Exit status: 0 completed, 1 results could not be written, 2 the scene is
+invalid or not suitable, 3 a run failed, 4 a unit cannot be created.";
 
 /// Factors on the shaking of the scene's own mesh.
 const FACTORS: [f64; 4] = [0.99, 0.995, 1.005, 1.01];

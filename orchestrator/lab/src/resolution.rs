@@ -18,20 +18,25 @@ use std::num::NonZeroUsize;
 use std::time::Instant;
 
 pub const HELP: &str = "\
-The scene's water with a rigid dam that moves horizontally. The wet face has 4, 8, 16, … 1000 equal elements, constant and
-linear, and as many panels of the interface; elements of the same size are on bed and far end, and the far end is at a quarter
-of the depth. At wavenumbers kh = ωh/c with at least six elements per wave, the nodal forces on the face are compared with those
-of the closed form by their relative difference in the mean square. The face must be vertical and the bed level.
+Simulates the water of the scene with a rigid dam that moves horizontally. The
+wet face has 4, 8, 16, … 1000 equal elements, constant and linear, and as many
+panels of the interface. The elements of the bed and of the far end have the
+same size, and the far end is at a quarter of the depth. At wavenumbers
+kh = ωh/c with at least six elements per wave, the nodal forces on the face are
+compared with those of the closed form by their relative root-mean-square
+difference. The face must be vertical and the bed level.
 
-The time of a frequency is that of assembling and solving on one core; everything that does not depend on the frequency is
-made before.
+The time of a frequency is that of assembly and solution on one core.
+Everything that does not depend on the frequency is computed beforehand.
 
-Writes resolution.md, resolution.csv and resolution.svg. With --coarse up to 32 elements and at low frequencies.
+Writes resolution.md, resolution.csv and resolution.svg. With --coarse, only up
+to 32 elements and low frequencies.
 
 Example:
   cofferdam-lab resolution scenes/koyna-intact --output studies/resolution
 
-Exit status: 0, 1 results could not be written, 2 the scene is wrong or does not fit, 4 the water cannot be computed.";
+Exit status: 0 completed, 1 results could not be written, 2 the scene is
+invalid or not suitable, 4 the water cannot be computed.";
 
 /// Fewest elements per wave.
 const PER_WAVE: f64 = 6.0;

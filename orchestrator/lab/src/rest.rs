@@ -9,17 +9,21 @@ use cofferdam_scene::{DamScene, LoadedScene};
 use std::f64::consts::TAU;
 
 pub const HELP: &str = "\
-What the block does after the ground has stopped, beside what the eigenvalues of the sliding dam say: the scene's section at
-heights of 30, 60 and 103 m with its crack at 1 m, at half the height and at the neck, friction from 0.3 to 1, water of two
-depths, kinds of damping, and two meshes. Blocks are reduced, so that a row takes seconds.
+Compares the motion of the block after the ground has stopped with the
+eigenvalues of the sliding dam: the section of the scene at heights of 30, 60
+and 103 m with its crack at 1 m, at half the height and at the neck, friction
+from 0.3 to 1, two depths of water, several kinds of damping, and two meshes.
+The blocks are reduced, so that a row takes seconds.
 
 Writes rest.md and rest.csv.
 
 Example:
   cofferdam-lab rest scenes/koyna-coarse --output studies/rest \\
-    --set ground_motion.record.start=4 --set ground_motion.record.end=9 --set time.quiet=8
+    --set ground_motion.record.start=4 --set ground_motion.record.end=9 \\
+    --set time.quiet=8
 
-Exit status: 0, 1 results could not be written, 2 the scene is wrong or does not fit, 4 a unit cannot be made.";
+Exit status: 0 completed, 1 results could not be written, 2 the scene is
+invalid or not suitable, 4 a unit cannot be created.";
 
 /// One row: height and elevation of the crack (m), friction, depth over height, damping, elements a height.
 #[derive(Clone, Copy)]

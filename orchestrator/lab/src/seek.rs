@@ -17,17 +17,21 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 pub const HELP: &str = "\
-How long it takes to find a step in a long log, and how much is read for it. The exchanges of a run of the scene are repeated
-until the log has its size; then steps at random places are looked for: by the summary of the finished log, and by the
-frames of its records, once the summary has been cut off. The log is removed afterwards.
+Measures how long it takes to find a step in a long log, and how much of the
+log is read. The exchanges of a run of the scene are repeated until the log has
+the given size. Then steps at random places are looked up: by the summary of
+the finished log, and, with the summary cut off, by the frames of the log's
+records. The log is removed afterwards.
 
 Writes seek.md and seek.csv.
 
 Example:
   cofferdam-lab seek scenes/koyna-coarse --output studies/seek --size 1GB \\
-    --set ground_motion.record.start=4 --set ground_motion.record.end=5 --set time.quiet=0
+    --set ground_motion.record.start=4 --set ground_motion.record.end=5 \\
+    --set time.quiet=0
 
-Exit status: 0, 1 results could not be written, 2 the scene is wrong, 3 a run failed, 4 a unit cannot be made.";
+Exit status: 0 completed, 1 results could not be written, 2 the scene is
+invalid, 3 a run failed, 4 a unit cannot be created.";
 
 /// Arguments of the study.
 #[derive(clap::Args)]
@@ -35,7 +39,7 @@ pub struct SeekArguments {
     #[command(flatten)]
     arguments: Arguments,
 
-    /// Length of the log, with the unit kB, MB or GB
+    /// Size of the log, with the unit kB, MB or GB
     #[arg(long, default_value = "1GB", value_parser = size)]
     size: u64,
 }

@@ -15,20 +15,22 @@ use cofferdam_scene::{FidelityScene, OnFailure, Scene};
 use std::num::NonZeroUsize;
 
 pub const HELP: &str = "\
-The scene's dam without cracks, with water whose density is a multiple of the concrete's, under a random ground acceleration
-in every communication step. The scheme is serial implicit (Gauss-Seidel) for every water; the added-mass scheme needs no
-iterations and is not shown.
+Simulates the dam of the scene without cracks under a ground acceleration that
+is random in every communication step, with water whose density is a multiple
+of the density of the concrete. The scheme is serial implicit (Gauss-Seidel)
+for every water. The added-mass scheme needs no iterations and is not shown.
 
-Writes stability.md (a table for every mesh, water and acceleration), stability.csv and stability.svg. A cell shows the
-mean number of dam steps per communication step to the scene's tolerance, without the first step, or why there is none:
-D diverges, S stagnates, L more than 100 iterations, R a unit cannot be made, such as a dam
-with too many time steps.
+Writes stability.md (one table per mesh, water and acceleration), stability.csv
+and stability.svg. Each cell has the mean number of dam steps per communication
+step needed for the tolerance of the scene, without the first step, or the
+reason for failure: D divergence, S stagnation, L more than 100 iterations, R a
+unit cannot be created, such as a dam with too many time steps.
 
 Example:
   cofferdam-lab stability scenes/koyna-intact --output studies/stability
 
-Exit status: 0, 1 results could not be written, 2 the scene is wrong or does not fit, 3 a run failed, 4 a unit cannot be
-made.";
+Exit status: 0 completed, 1 results could not be written, 2 the scene is
+invalid or not suitable, 3 a run failed, 4 a unit cannot be created.";
 
 /// One run.
 #[derive(Clone, Copy, Debug, PartialEq)]

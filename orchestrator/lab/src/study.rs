@@ -15,18 +15,18 @@ use std::path::PathBuf;
 /// Arguments of all studies.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Folder that holds scene.toml, or a .toml file
+    /// Folder with a scene.toml, or a .toml file
     pub scene: PathBuf,
 
-    /// Change a value of the scene; may be given several times
+    /// Change a value of the scene (repeatable)
     #[arg(short, long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
-    /// Folder for tables and pictures; created if necessary, and must be empty
+    /// Folder for tables and figures; created if necessary, and must be empty
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
 
-    /// Fewer runs, or shorter ones
+    /// Reduce the number or the length of the runs
     #[arg(long)]
     pub coarse: bool,
 }
@@ -79,6 +79,6 @@ pub fn run_units(scene: &Scene, motion: &GroundMotion, graph: Graph) -> Result<O
 
 /// A length of time, s.
 pub fn seconds(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| "a number of seconds is wanted".to_owned())?;
-    if (0.1..=1e6).contains(&value) { Ok(value) } else { Err("it must lie from 0.1 to 1e6 s".to_owned()) }
+    let value: f64 = text.parse().map_err(|_| "expected a number of seconds".to_owned())?;
+    if (0.1..=1e6).contains(&value) { Ok(value) } else { Err("must be between 0.1 and 1e6 s".to_owned()) }
 }

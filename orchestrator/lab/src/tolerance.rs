@@ -10,16 +10,18 @@ use cofferdam_coupling::convergence::Tolerance;
 use cofferdam_scene::OnFailure;
 
 pub const HELP: &str = "\
-Runs the scene with tolerances from 1e-2 to 1e-12 and the balanced one, and compares crest displacement and sliding with those of the tightest one.
-A run with half the communication step shows the error that does not depend on the tolerance.
+Runs the scene with tolerances from 1e-2 to 1e-12 and with the balanced
+tolerance, and compares crest displacement and sliding with those of the
+tightest tolerance. A run with half the communication step shows the error that
+does not depend on the tolerance.
 
 Writes tolerance.md, tolerance.csv and tolerance.svg.
 
 Example:
   cofferdam-lab tolerance scenes/koyna-coarse --output studies/tolerance
 
-Exit status: 0, 1 results could not be written, 2 the scene is wrong or does not fit, 3 a run failed, 4 a unit cannot be
-made.";
+Exit status: 0 completed, 1 results could not be written, 2 the scene is
+invalid or not suitable, 3 a run failed, 4 a unit cannot be created.";
 
 /// The tightest tolerance: the others are compared with it.
 const TIGHTEST: f64 = 1e-13;

@@ -1,4 +1,4 @@
-//! Threads that write while a run goes on.
+//! Threads that write while a run continues.
 
 use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
 use std::thread::JoinHandle;
@@ -44,7 +44,7 @@ impl<T: Send + 'static, E: Send + 'static> Background<T, E> {
         Ok(Self { queue: Some(sender), thread: Some(thread) })
     }
 
-    /// Sends it an item; whether the thread still goes on. If not, [`end`](Self::end) tells why.
+    /// Sends it an item; whether the thread still continues. If not, [`end`](Self::end) tells why.
     pub fn send(&mut self, item: T) -> bool {
         if self.queue.as_ref().is_some_and(|queue| queue.send(item).is_err()) {
             self.queue = None;

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields, default)]
 pub struct Content {
     /// Largest share of the log that checkpoints take, from which a run can be resumed or tried otherwise; 0 for none, so that a
-    /// run can only begin anew.
+    /// run can only start again.
     #[cfg_attr(feature = "schema", schemars(range(min = 0, max = 1)))]
     pub checkpoint_share: f64,
     /// Which exchanges are logged.

@@ -299,7 +299,7 @@ impl Entries {
         Ok(())
     }
 
-    /// Whether the window was given up in which a request has no answer, and the run began it anew in shorter steps.
+    /// Whether the window was given up in which a request has no answer, and the run began it again in shorter steps.
     fn was_given_up(&self) -> bool {
         self.held.iter().any(|entry| matches!(entry, Entry::Step(step) if !step.accepted))
     }

@@ -18,7 +18,7 @@ const GUESSES: usize = 4;
 impl Log {
     /// The entries from the first exchange of the window that `step` belongs to, without reading what lies before.
     ///
-    /// Where steps were begun anew in other lengths, it begins with the first attempt. Where the run did not come as far,
+    /// Where steps were started again in other lengths, it begins with the first attempt. Where the run did not come as far,
     /// only its end follows.
     pub fn entries_from(&self, step: u64) -> Result<Entries, LogReadError> {
         let first = self.first_of_window(step);

@@ -476,7 +476,7 @@ impl Stream {
         })
     }
 
-    /// After damage that cannot be mended: goes on behind it, and returns the place; none if nothing follows.
+    /// After damage that cannot be mended: continues behind it, and returns the place; none if nothing follows.
     pub fn pass(&mut self) -> Result<Option<u64>, LogReadError> {
         let place = self.position;
         self.move_to(place);

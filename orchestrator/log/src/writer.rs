@@ -67,7 +67,7 @@ const CHUNK_SIZE: u64 = 1 << 20;
 /// Writes the log of a run on a thread of its own.
 ///
 /// `log_time` is the end of the window in simulated nanoseconds plus a counter inside the window, which usually is
-/// one step; it never decreases, so that a window that is begun anew follows its first attempt. So a window is one range of
+/// one step; it never decreases, so that a window that is started again follows its first attempt. So a window is one range of
 /// the index, in the order of the events. `publish_time` is the physical time of the data, the end of their step, and never
 /// after `log_time`. `sequence` pairs a request with its answer, which is missing where the unit failed. Wall times are
 /// fields.

@@ -20,7 +20,7 @@ pub struct EnsembleManifest {
     pub samples: usize,
     /// Of the draws and of the bootstrap.
     pub seed: u64,
-    /// Motions in the place of each record: how many, and their noise as a share of its root mean square.
+    /// Motions in place of each record: how many, and their noise as a share of its root mean square.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub perturbation: Option<(usize, f64)>,
     /// Values of the scene that were changed in all runs.

@@ -31,7 +31,7 @@ pub struct Manifest {
     /// The participants: name and solver.
     #[serde(default)]
     pub units: Vec<Unit>,
-    /// The result; absent while the run goes on.
+    /// The result; absent while the run continues.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub result: Option<Summary>,
     /// What the run was asked to be accurate to.
@@ -112,7 +112,7 @@ impl Manifest {
         })
     }
 
-    /// Writes the manifest to `path`, in the place of one written before, which stays whole if that fails.
+    /// Writes the manifest to `path`, in place of one written before, which stays whole if that fails.
     pub fn write(&self, path: &Path) -> Result<(), ManifestError> {
         let text = toml::to_string(self)?;
         let beside = path.with_extension("toml.new");

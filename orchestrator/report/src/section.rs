@@ -396,7 +396,7 @@ fn cracks(
         );
         let mut end: Option<Point> = None;
         for seam in mesh.seams.iter().filter(|seam| seam.crack == index) {
-            // The lower side of a joint along the base goes on beyond heel and toe.
+            // The lower side of a joint along the base continues beyond heel and toe.
             let chain: Vec<Point> = seam.upper.iter().map(|&node| mesh.nodes[node]).collect();
             let _ = writeln!(shapes, "<polyline points=\"{}\"/>", points(&chain));
             end = chain.into_iter().chain(end).max_by(|a, b| a[0].total_cmp(&b[0]));

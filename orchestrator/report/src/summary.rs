@@ -327,7 +327,7 @@ impl Table<'_> {
             self.moving.push(format!(
                 "WARNING: no {name}: {NOT_AT_REST}. In the last {AVERAGED} s the block slides by {:.2} mm/s \
                  ({} mm/s counts as rest), and the kinetic energy is {:.1e} of its peak ({STILL_MOVES:e} counts as rest); \
-                 {remedy}, and look whether the motion decays; `cofferdam check` says whether the block shakes itself",
+                 {remedy}, and look whether the motion decays; `cofferdam check` says whether the block vibrates by itself",
                 1e3 * last.speed,
                 1e3 * STILL_SLIDES,
                 last.kinetic_share
@@ -395,7 +395,7 @@ impl Table<'_> {
             self.add(name, ending.statistics.fallbacks as f64, "1", None);
         }
         if ending.statistics.rejected > 0 {
-            self.add("windows begun anew", ending.statistics.rejected as f64, "1", None);
+            self.add("windows started again", ending.statistics.rejected as f64, "1", None);
         }
         let estimated =
             self.histories.column("interpolation_error").is_some_and(|c| c.iter().any(|e| *e > 0.0));

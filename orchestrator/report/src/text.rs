@@ -87,7 +87,7 @@ fn quantity_lines(quantity: &Quantity) -> String {
     }
     if let Some(band) = band {
         let [low, median, high] = band.map(significant);
-        text += &format!("    twins: 16 % {low}, median {median}, 84 % {high} {unit}\n");
+        text += &format!("    replicates: 16 % {low}, median {median}, 84 % {high} {unit}\n");
     }
     text
 }

@@ -66,9 +66,9 @@ impl Default for CouplingScene {
 pub enum OnFailure {
     /// The run stops, with exit status 3.
     Stop,
-    /// The run goes on from the last iteration, and summary, histories and log say so; never from a divergence.
+    /// The run continues from the last iteration, and summary, histories and log say so; never from a divergence.
     Continue,
-    /// The step is begun anew with half its length, up to ten times or down to `time.adaptive.shortest`: for water without
+    /// The step is started again with half its length, up to ten times or down to `time.adaptive.shortest`: for water without
     /// memory or water by recursion, and implicit schemes.
     Halve,
 }

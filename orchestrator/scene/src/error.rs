@@ -249,7 +249,7 @@ pub enum Invalid {
         message: String,
     },
     /// More of something than can be computed.
-    #[error("`{key}` leads to {} {what}; {most:e} are the most, so change it by as much", count(*number))]
+    #[error("`{key}` leads to {} {what}; the limit is {most:e}; change it accordingly", count(*number))]
     TooMany {
         /// The key.
         key: String,

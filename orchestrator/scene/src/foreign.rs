@@ -60,7 +60,7 @@ impl<'a> Source<'a> {
     }
 }
 
-/// An FMU in the place of this unit, FMI 3.0 or 2.0 for co-simulation.
+/// An FMU in place of this unit, FMI 3.0 or 2.0 for co-simulation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FmuScene {
@@ -79,7 +79,7 @@ pub struct FmuScene {
     pub parameters: BTreeMap<String, ParameterValue>,
 }
 
-/// A process in the place of this unit, which keeps the protocol of `docs/reference/protocol.md`.
+/// A process in place of this unit, which keeps the protocol of `docs/reference/protocol.md`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CommandScene {
@@ -97,7 +97,7 @@ pub struct CommandScene {
     pub parameters: BTreeMap<String, ParameterValue>,
 }
 
-/// A run of the past in the place of this unit. It answers what it answered then, whatever it is asked now: the loop is
+/// A run of the past in place of this unit. It answers what it answered then, whatever it is asked now: the loop is
 /// open, and nothing is iterated.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -107,7 +107,7 @@ pub struct Scene {
     /// The dam that is computed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dam: Option<DamScene>,
-    /// A rigid dam that moves with the ground, in the place of `[dam]`.
+    /// A rigid dam that moves with the ground, in place of `[dam]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prescribed: Option<PrescribedScene>,
     /// How the units are coupled.

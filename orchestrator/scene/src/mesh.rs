@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use toml::Value;
 
-/// A mesh from a file, in the place of the program's own. Section, `element_size` and the lines of the cracks follow from it and are not
+/// A mesh from a file, in place of the program's own. Section, `element_size` and the lines of the cracks follow from it and are not
 /// given: the sides of the section are its physical curves `upstream`, `downstream` and `base`, a crack is the one with the crack's `name`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

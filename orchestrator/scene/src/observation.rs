@@ -122,6 +122,6 @@ pub enum StopAction {
     /// The run ends after this communication step; its status says so.
     #[default]
     End,
-    /// The run goes on; its results say so.
+    /// The run continues; its results say so.
     Flag,
 }

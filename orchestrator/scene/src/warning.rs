@@ -30,8 +30,8 @@ pub struct SceneWarning {
 pub enum Warning {
     /// The dam's mesh is too coarse for the record.
     #[error(
-        "`dam.element_size` is {size} m: {elements:.1} elements a shear wave of {wavelength:.0} m at {frequency:.1} Hz, \
-         below which {percent} % of the record's energy lies; {ELEMENTS_OF_THE_DAM} are advised, so {least} m or less",
+        "`dam.element_size` is {size} m: {elements:.1} elements per shear wavelength ({wavelength:.0} m) at {frequency:.1} Hz, \
+         below which {percent} % of the record's energy lies; {ELEMENTS_OF_THE_DAM} are recommended: use {least} m or less",
         elements = wavelength / size, percent = 100.0 * ENERGY, least = down(wavelength / ELEMENTS_OF_THE_DAM)
     )]
     CoarseDam {
@@ -44,9 +44,9 @@ pub enum Warning {
     },
     /// The reservoir's mesh is too coarse for the record.
     #[error(
-        "`{table}.element_size` is {size} m: {elements:.1} elements a sound wave of {wavelength:.0} m at \
+        "`{table}.element_size` is {size} m: {elements:.1} elements per acoustic wavelength ({wavelength:.0} m) at \
          {frequency:.1} Hz, below which {percent} % of the record's energy lies; {ELEMENTS_OF_THE_RESERVOIR} are \
-         advised, so {least} m or less",
+         recommended: use {least} m or less",
         elements = wavelength / size, percent = 100.0 * ENERGY, least = down(wavelength / ELEMENTS_OF_THE_RESERVOIR)
     )]
     CoarseReservoir {
@@ -62,7 +62,7 @@ pub enum Warning {
     /// The reservoir's mesh is too coarse for any motion.
     #[error(
         "`{table}.element_size` is {size} m: {elements:.1} elements over a depth of {depth} m; {ELEMENTS_OF_THE_DEPTH} are \
-         advised, so {least} m or less",
+         recommended: use {least} m or less",
         elements = depth / size, least = down(depth / ELEMENTS_OF_THE_DEPTH)
     )]
     CoarseFace {
@@ -75,8 +75,8 @@ pub enum Warning {
     },
     /// The communication step is too long for the record.
     #[error(
-        "`{key}` is {step} s: {steps:.1} steps a period at {frequency:.1} Hz, below which {percent} % \
-         of the record's energy lies; {STEPS_A_PERIOD} are advised: take {better} s",
+        "`{key}` is {step} s: {steps:.1} steps per period at {frequency:.1} Hz, below which {percent} % \
+         of the record's energy lies; {STEPS_A_PERIOD} are recommended: use {better} s",
         steps = 1.0 / (step * frequency), percent = 100.0 * ENERGY
     )]
     CoarseStep {
@@ -89,9 +89,9 @@ pub enum Warning {
         /// A whole fraction of the record's interval that is short enough, s.
         better: f64,
     },
-    /// The communication step is no whole fraction of the record's interval.
+    /// The communication step is not an integer fraction of the record's interval.
     #[error(
-        "`time.communication_step` is {step} s, no whole fraction of the record's interval of {interval} s: peaks \
+        "`time.communication_step` is {step} s, which is not an integer fraction of the record's interval of {interval} s: peaks \
          between communication points are cut off; take {better} s"
     )]
     ClippedSamples {

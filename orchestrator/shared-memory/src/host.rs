@@ -99,7 +99,7 @@ impl Output {
     }
 }
 
-/// Watches whether the run goes on, and keeps the current step.
+/// Watches whether the run continues, and keeps the current step.
 struct Lifeline {
     unit: String,
     over: AtomicBool,

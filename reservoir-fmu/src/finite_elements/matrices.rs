@@ -61,7 +61,7 @@ impl Matrices {
         Self::new(self.size(), own.chain(further).collect())
     }
 
-    /// With C + ηK in the place of C; η in s.
+    /// With C + ηK in place of C; η in s.
     pub fn with_viscosity(mut self, viscosity: f64) -> Self {
         self.damping.iter_mut().zip(&self.stiffness).for_each(|(c, k)| *c += viscosity * k);
         self

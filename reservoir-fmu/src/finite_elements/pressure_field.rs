@@ -23,7 +23,7 @@ const KEPT: usize = 4;
 
 /// Pressure inside the water before a dam whose motion is known: for pictures of a run.
 ///
-/// Quadratic triangles between face, bed, surface and far end; upstream of it the water goes on as a channel of constant depth, in which
+/// Quadratic triangles between face, bed, surface and far end; upstream of it the water continues as a channel of constant depth, in which
 /// waves travel away (`far_field`). They are stepped by the trapezoidal rule as in [`FiniteElements`](super::FiniteElements),
 ///
 /// ```text

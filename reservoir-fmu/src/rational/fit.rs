@@ -56,13 +56,13 @@ pub(crate) struct Target<'a> {
 /// the same slope at 0. Above the frequencies the function is fitted to samples off the imaginary axis. Of all fits the one
 /// with the fewest poles within the tolerance is taken, and the one within [`LOOSER`] times it. Either is made
 /// passive with the `losses` (ascending), and the one with the smaller error is returned; if none will do, the fit that needs
-/// the least, and `needed` is above its loss. None if the error is above `hopeless` even without a loss.
+/// the least, and `needed` is above its loss. None if the error is above `futile` even without a loss.
 pub(crate) fn fit<E: Send>(
     symbol: impl Fn(Complex64) -> Result<DMatrix<Complex64>, E> + Sync,
     target: &Target<'_>,
     tolerance: f64,
     losses: &[f64],
-    hopeless: f64,
+    futile: f64,
 ) -> Result<Option<Fit>, E> {
     let Target { frequencies, damping, slope, infinite, corner } = *target;
     let largest = frequencies.last().copied().unwrap_or(1.0);
@@ -135,7 +135,7 @@ pub(crate) fn fit<E: Send>(
     // Of more poles, the fit is closer but can be harder to make passive.
     let mut fits: Vec<(PartialFractions, Residues)> = Vec::new();
     for tolerance in [tolerance, LOOSER * tolerance] {
-        let Some(poles) = fewest(&tried, tolerance, hopeless) else { continue };
+        let Some(poles) = fewest(&tried, tolerance, futile) else { continue };
         if fits.iter().all(|(other, _)| other.poles != poles.poles) {
             fits.extend(fitted(poles.clone(), &samples, &held));
         }
@@ -168,12 +168,12 @@ pub(crate) fn fit<E: Send>(
 }
 
 /// Of the fits and their errors the one with the fewest poles within the tolerance, or else the closest; none if even that
-/// is hopeless.
-fn fewest(tried: &[(PartialFractions, f64)], tolerance: f64, hopeless: f64) -> Option<&PartialFractions> {
+/// is futile.
+fn fewest(tried: &[(PartialFractions, f64)], tolerance: f64, futile: f64) -> Option<&PartialFractions> {
     let order = |fractions: &PartialFractions| fractions.poles.len();
     let within = tried.iter().filter(|(_, error)| *error <= tolerance).min_by_key(|(tried, _)| order(tried));
     let closest = || tried.iter().min_by(|(_, a), (_, b)| a.total_cmp(b));
-    within.or_else(closest).filter(|(_, error)| *error <= hopeless).map(|(fractions, _)| fractions)
+    within.or_else(closest).filter(|(_, error)| *error <= futile).map(|(fractions, _)| fractions)
 }
 
 /// The larger number; NaN counts as larger than all numbers.

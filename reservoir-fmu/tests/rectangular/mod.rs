@@ -41,7 +41,7 @@ pub fn consistent_mass(face: &WetFace) -> DMatrix<f64> {
     mass
 }
 
-/// The function linear along the panels that is nearest in the mean square to `field`, a function of elevations (m). The
+/// The function linear along the panels that is nearest in mean square to `field`, a function of elevations (m). The
 /// pressure at the points is related in this way to the pressure on the face.
 pub fn projected(face: &WetFace, field: impl FnOnce(&[f64]) -> Vec<Complex64>) -> Vec<Complex64> {
     let loads = DVector::from_vec(nodal_forces(face, field));

@@ -563,7 +563,7 @@ mod tests {
         let (mut seen, mut bonds_held) = ([0usize; 6], 0);
         let mut u = vec![[0.0; 2]; nodes];
         for attempt in 0..400 {
-            // made anew for each communication step, as in a run
+            // made again for each communication step, as in a run
             let mut batches = [&wide, &narrow].map(|joints| ContactBatches::new(cracks, joints));
             bonds_held += batches[0].one_by_one.len();
             let damping = [(1e-3, 0.4), (1e-3, 0.0), (0.0, 0.0)][attempt % 3];

@@ -346,7 +346,7 @@ fn a_crack_can_have_finer_cells() -> Result<(), GeometryError> {
     Ok(())
 }
 
-/// The ground goes on by the width of the base on both sides of a dam that can slide, as in rows.
+/// The ground continues by the width of the base on both sides of a dam that can slide, as in rows.
 #[test]
 fn ground_is_longer_than_a_free_base() -> Result<(), GeometryError> {
     let dam = Dam::koyna().crack(&[[0.0, 0.0], [70.0, 0.0]]);

@@ -171,7 +171,7 @@ pub(super) fn moving(
     Ok(Decision { rung: last, fidelity, expected, sensitivity, left_by_reference: BTreeMap::new(), band })
 }
 
-/// Every element and contact in the place of `cheap` blocks, where these alone would miss what is wanted.
+/// Every element and contact in place of `cheap` blocks, where these alone would miss what is wanted.
 fn cheapest(
     cheap: DamFidelityScene,
     wanted: &BTreeMap<String, f64>,

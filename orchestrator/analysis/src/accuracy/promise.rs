@@ -46,7 +46,7 @@ impl Promise {
         summary.notes.push(self.sentence());
         for (quantity, [low, median, high]) in &self.record.band {
             summary.notes.push(format!(
-                "{quantity}: {low:.3}, {median:.3}, {high:.3} mm are 16 %, median and 84 % of twins within 1 % of shaking: quote this band"
+                "{quantity}: {low:.3}, {median:.3}, {high:.3} mm are 16 %, median and 84 % of replicates with 1 % noise on the motion: quote this band"
             ));
         }
     }

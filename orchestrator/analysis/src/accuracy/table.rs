@@ -9,7 +9,7 @@ use std::sync::LazyLock;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ErrorTable {
-    /// Raised whenever it is measured anew.
+    /// Raised whenever it is measured again.
     pub version: u32,
     /// The rows.
     #[serde(default, rename = "level")]

@@ -1,4 +1,4 @@
-//! What is known of a dam without the run, found while it goes on.
+//! What is known of a dam without the run, found while it continues.
 
 use crate::context::Context;
 use crate::flutter;

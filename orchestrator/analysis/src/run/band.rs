@@ -34,7 +34,7 @@ pub fn add(
         (dam.fidelity, model) = (DamFidelityScene::Reduced, "the reduced model");
     }
     context
-        .line(format!("\n{count} twins, whose motion differs by noise of {} %, with {model}", 100.0 * NOISE));
+        .line(format!("\n{count} perturbed replicates ({} % noise on the motion), with {model}", 100.0 * NOISE));
     let seeds: Vec<u64> = (0..u64::from(count)).collect();
     let runs = parallel::try_map(&seeds, threads(None), |seed| {
         let mut own = twin.clone();
@@ -43,7 +43,7 @@ pub fn add(
     });
     let runs = runs.map_err(|error: EnsembleError| error.to_string())?;
     if interrupted.load(Ordering::Relaxed) {
-        return Err("its twins were interrupted".to_owned());
+        return Err("its replicates were interrupted".to_owned());
     }
     let complete: Vec<_> = runs.iter().filter(|run| run.is_complete()).collect();
     for quantity in &mut summary.quantities {
@@ -54,13 +54,13 @@ pub fn add(
         }
     }
     summary.notes.push(format!(
-        "twins: 16 %, median and 84 % of {} twins whose motion differs by noise of {} %, with {model}: what the shaking alone leaves \
+        "replicates: 16 %, median and 84 % of {} perturbed replicates ({} % noise on the motion), with {model}: what the shaking alone leaves \
          open. Damping model, mesh and direction of the record are those of the run; `cofferdam study sensitivity` varies them",
         complete.len(),
         100.0 * NOISE
     ));
     if complete.len() < runs.len() {
-        summary.notes.push(format!("WARNING: {} of {count} twins failed", runs.len() - complete.len()));
+        summary.notes.push(format!("WARNING: {} of {count} replicates failed", runs.len() - complete.len()));
     }
     Ok(())
 }

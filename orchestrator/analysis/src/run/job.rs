@@ -215,7 +215,7 @@ impl Job<'_> {
             Some(twins) if ending.status == Status::Completed => {
                 band::add(loaded, twins, context, interrupted, &mut summary)
             }
-            Some(_) => Err("the run did not reach the end of its scene, as its twins would".to_owned()),
+            Some(_) => Err("the run did not reach the end of its scene, which its replicates need".to_owned()),
             None => Ok(()),
         };
         summary.notes.extend(band.err().map(|why| format!("WARNING: no band: {why}")));
@@ -325,7 +325,7 @@ impl Job<'_> {
         match beginning {
             Beginning::Initialisation => Ok(simulation.begin(course, &mut watch.all())?),
             Beginning::Resumed(log, None) => {
-                self.context.line("the log has no checkpoint: the run begins anew");
+                self.context.line("the log has no checkpoint: the run starts again");
                 same_units(log, &simulation.graph)?;
                 simulation.begin(course, &mut watch.all())?;
                 Ok(watch.log.replace(path)?)
@@ -336,14 +336,14 @@ impl Job<'_> {
                 watch.log.replace(path)?;
                 place(simulation, course, log, checkpoint, self.context)?;
                 self.context
-                    .line(format!("goes on after step {}, t = {:.4} s", checkpoint.step, checkpoint.time));
+                    .line(format!("continues after step {}, t = {:.4} s", checkpoint.step, checkpoint.time));
                 Ok(())
             }
             Beginning::Branch(fork) => self.leave(simulation, course, fork, watch),
         }
     }
 
-    /// Follows the run that is left up to its last common step, then goes on with `simulation`.
+    /// Follows the run that is left up to its last common step, then continues with `simulation`.
     fn leave(
         &self,
         simulation: &mut Simulation,

@@ -1,4 +1,4 @@
-//! Puts what goes on where it was: units, scheme, and what observers were told.
+//! Puts what continues where it was: units, scheme, and what observers were told.
 
 use super::RunError;
 use crate::context::Context;
@@ -148,7 +148,7 @@ pub fn hand_over(
                 let relabelled = relabelled.map_err(RunStateError::from)?;
                 to[id].deserialise(&relabelled)?;
                 context
-                    .line(format!("{} goes on from its state with other cracks", to[id].description().name));
+                    .line(format!("{} continues from its state with other cracks", to[id].description().name));
             }
             None if same => brought(&fork.log, id, &mut to[id], None, step, context)?,
             None => {

@@ -76,7 +76,7 @@ impl Assembly<'_> {
         })
     }
 
-    /// Makes the dam; also returns its time steps a communication step.
+    /// Makes the dam; also returns its time steps per communication step.
     ///
     /// **Errors**: those of the dam, and [`AssemblyError::TimeSteps`].
     pub fn make_dam(&self, parameters: DamParameters) -> Result<(Dam, usize), AssemblyError> {
@@ -119,7 +119,7 @@ impl Assembly<'_> {
             .calm_time_steps_per(self.longest_step())
             .map_or_else(String::new, |calm| format!("{calm} to "));
         let solver = format!(
-            "{model}: {elements} elements, {nodes} nodes, {calm}{time_steps} time steps a communication step"
+            "{model}: {elements} elements, {nodes} nodes, {calm}{time_steps} time steps per communication step"
         );
         Ok(Box::new(InProcess::new(dam, &solver, messages)))
     }

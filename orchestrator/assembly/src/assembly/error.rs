@@ -36,11 +36,11 @@ pub enum AssemblyError {
     Tailwater(#[source] ReservoirError),
     /// The dam's time step is next to nothing.
     #[error(
-        "the dam needs {time_steps} time steps of {limit:e} s in a communication step, {MOST_TIME_STEPS} are the most; \
+        "the dam needs {time_steps} time steps of {limit:e} s in a communication step (limit {MOST_TIME_STEPS}); \
          lower the joint stiffness or the damping, or use larger elements"
     )]
     TimeSteps {
-        /// Time steps a communication step.
+        /// Time steps per communication step.
         time_steps: usize,
         /// Longest stable time step, s.
         limit: f64,

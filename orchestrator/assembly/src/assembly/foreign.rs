@@ -46,7 +46,7 @@ impl<'a> Assembly<'a> {
         Ok(Box::new(Foreign::new(unit, &self.place(id)?)?))
     }
 
-    /// The FMU in the place of unit `id`.
+    /// The FMU in place of unit `id`.
     pub(super) fn imported(&self, id: UnitId, fmu: &FmuScene) -> Result<Box<dyn Participant>, AssemblyError> {
         let FmuScene { file, variables, parameters, .. } = fmu;
         let name = unit_name(id);

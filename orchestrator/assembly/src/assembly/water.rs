@@ -75,7 +75,7 @@ impl Assembly<'_> {
         })
     }
 
-    /// The wet face of the water on a side: the dam's, divided anew if the scene gives the water panels of its own.
+    /// The wet face of the water on a side: the dam's, divided again if the scene gives the water panels of its own.
     pub fn water_face(&self, side: Side) -> Result<WetFace, AssemblyError> {
         let face = self.dam_face(side)?;
         Ok(match self.scene.water(side).and_then(|water| water.interface_size) {

@@ -33,7 +33,7 @@ pub enum HistoriesError {
         cause: std::io::Error,
     },
     /// A field that is no number, or a row of another length.
-    #[error("{}:{line}: {what}; `cofferdam log export` makes the file anew from the log", path.display())]
+    #[error("{}:{line}: {what}; `cofferdam log export` makes the file again from the log", path.display())]
     Row {
         /// The file.
         path: PathBuf,

@@ -124,7 +124,7 @@ fn shown(polygon: &[usize], nodes: &[Point], spacing: f64) -> Vec<usize> {
 ///
 /// Columns: `time [s]`, then for each point of the outline, polygon after polygon as the manifest has them, `POINT.x [m]` and `POINT.y [m]`:
 /// its displacement since time 0, rounded to 0.1 µm. A row at the first end of a communication step at or after each multiple of 25 ms,
-/// or of a thousandth of a run that is longer than 25 s. A resumed run goes on with the rows of before; those of a branch begin where
+/// or of a thousandth of a run that is longer than 25 s. A resumed run continues with the rows of before; those of a branch begin where
 /// it leaves the other run.
 pub struct OutlineWriter {
     path: PathBuf,
@@ -232,7 +232,7 @@ impl Observer for OutlineWriter {
             None => self.open()?,
         };
         table.write(&row)?;
-        // Whoever goes on from a checkpoint finds all rows before it.
+        // Whoever continues from a checkpoint finds all rows before it.
         table.flush()?;
         self.table = Some(table);
         Ok(())

@@ -224,7 +224,7 @@ impl Recorded {
         Ok(recorded)
     }
 
-    /// Checks that it goes on until `end` (s), in steps of `length` (s) at the beginning.
+    /// Checks that it continues until `end` (s), in steps of `length` (s) at the beginning.
     ///
     /// **Errors**: [`RecordedError::TooShort`], [`RecordedError::Steps`].
     pub fn reaches(&self, end: f64, length: f64) -> Result<(), RecordedError> {

@@ -11,26 +11,28 @@ use std::path::PathBuf;
 /// Arguments of `cofferdam log bisect`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// The log.mcap of a run, or the run's folder
+    /// Log (log.mcap) or folder of a run
     log: PathBuf,
 
-    /// The outcome: at the end of the run, the largest magnitude of a quantity is above or below a value
+    /// Outcome at the end of the run: the largest magnitude of a quantity is above or below a value
     ///
-    /// sliding, opening, crest-displacement (m) or rotation (rad), then > or <, then the value.
+    /// The quantity is sliding (m), opening (m), crest-displacement (m) or rotation (rad), followed by > or
+    /// < and the value.
     #[arg(long, value_name = "CONDITION")]
     when: Condition,
 
-    /// Checkpoints, spread over the run
+    /// Number of checkpoints, spread over the run
     #[arg(long, value_name = "M", default_value_t = 8, value_parser = clap::value_parser!(u16).range(1..=1000))]
     checkpoints: u16,
 
-    /// Branches from each
+    /// Number of branches from each checkpoint
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..=10_000))]
     branches: u16,
 
-    /// Largest change of a sample of the ground's acceleration, as a share of the record's peak
+    /// Amplitude of the perturbation of the ground acceleration, as a fraction of its peak
     ///
-    /// From the checkpoint on, each sample is moved by a random number between minus and plus this.
+    /// From the checkpoint onwards, a random number between minus and plus this amplitude is added to each
+    /// sample.
     #[arg(long, value_name = "SHARE", default_value_t = 1e-3)]
     amount: f64,
 
@@ -38,25 +40,28 @@ pub struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
 
-    /// Threads; by default one per core
+    /// Number of threads (default: one per core)
     #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: Option<u16>,
 }
 
 pub const HELP: &str = "\
-From each of M checkpoints N branches go on to the time at which the run ended, each with the ground moved a little
-otherwise. The table shows how many end like the run itself, with the 95 % interval of Wilson for the
-share: early on the outcome may be open, from some checkpoint on all branches end alike. The share need
-not grow from checkpoint to checkpoint, so that all are tried.
+Runs N branches from each of M checkpoints to the end time of the run, each
+with perturbed ground motion. The table shows how many branches have the same
+outcome as the run, and the 95 % Wilson interval of this share. Early on, the
+outcome may be open; from some checkpoint onwards, all branches have the same
+outcome. All checkpoints are tried, because the share does not necessarily
+increase from one to the next.
 
-The units run in this process, so that those of commands cannot be asked.
+The units run in this process. Runs with units that are started by a command
+are therefore not supported.
 
 Example:
   cofferdam log bisect runs/koyna --when 'sliding > 0.05' --branches 20
-      When was it certain that the block would slide by more than 5 cm?
+      When did it become certain that the block would slide by more than 5 cm?
 
-Exit status: 0, 1 if the log cannot be read, 2 if it has no checkpoint or the dam no such quantity,
-4 if a unit cannot be made or fails.";
+Exit status: 0; 1 if the log cannot be read; 2 if it has no checkpoint, or the
+dam does not have the quantity; 4 if a unit cannot be created or fails.";
 
 impl From<BisectError> for Failure {
     fn from(error: BisectError) -> Self {
@@ -80,7 +85,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         threads: threads(arguments.threads),
     };
     let tried = bisect(&log, &request, &context())?;
-    print(format!("{:>8} {:>10} {:>12} {:>8}   {}", "step", "t, s", "end like it", "share", "95 % interval"));
+    print(format!(
+        "{:>8} {:>10} {:>12} {:>8}   {}",
+        "step", "t, s", "same outcome", "share", "95 % interval"
+    ));
     let all = usize::from(arguments.branches);
     for of_step @ Tried { step, time, alike, failed } in &tried {
         let [low, high] = of_step.interval(all);
@@ -93,8 +101,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let open = tried.iter().rposition(|tried| tried.alike < all);
     match tried.get(open.map_or(0, |open| open + 1)) {
-        Some(first) => print(format!("from t = {:.4} s on, all branches end like the run", first.time)),
-        None => print("even from the last checkpoint, not all branches end like the run"),
+        Some(first) => print(format!(
+            "from t = {:.4} s onwards, all branches have the same outcome as the run",
+            first.time
+        )),
+        None => print("not all branches have the same outcome as the run, even from the last checkpoint"),
     }
     Ok(())
 }

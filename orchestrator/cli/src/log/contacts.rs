@@ -92,7 +92,10 @@ fn there(log: &Log, step: u64) -> Result<Box<dyn Participant>, Failure> {
         return Err(none("its dam is prescribed"));
     }
     if let Some(parent) = head.parent.as_ref().filter(|parent| step < parent.step) {
-        return Err(none(&format!("up to step {} it is the run {}: ask that", parent.step, parent.log)));
+        return Err(none(&format!(
+            "steps up to {} are those of the run {}; use its log",
+            parent.step, parent.log
+        )));
     }
     let failed = |why: String| Failure::dam(log, why);
     let start = Start {

@@ -8,45 +8,53 @@ use std::path::PathBuf;
 /// Arguments of `cofferdam log diff`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// The log.mcap of a run, or the run's folder
+    /// Log (log.mcap) or folder of a run
     a: PathBuf,
-    /// The other log
+    /// Log to compare with
     b: PathBuf,
-    /// Compare what was accepted at the ends of steps, and allow this relative difference
+    /// Compare the accepted values at the ends of steps, with this relative tolerance
     #[arg(short, long, value_name = "SHARE", value_parser = share)]
     tolerance: Option<f64>,
 }
 
 fn share(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| "a number is wanted, such as 1e-6".to_owned())?;
+    let value: f64 = text.parse().map_err(|_| "expected a number, such as 1e-6".to_owned())?;
     if (0.0..=1.0).contains(&value) { Ok(value) } else { Err("it must lie from 0 to 1".to_owned()) }
 }
 
 pub const HELP: &str = "\
-Different settings are listed first. Wall times, the version of the program and messages of the units are not compared.
+Lists different settings first. Wall times, the version of the program and
+messages of the units are not compared.
 
-Without --tolerance, exchanges are compared in their order, requests and answers, every value bit for bit, up to the
-first difference.
+Without --tolerance, the exchanges are compared in order, requests and
+responses, every value bit for bit, up to the first difference.
 
-With it, what was accepted at each end of a step that both runs have is compared, whatever their steps and iterations
-were: answers, and of requests what no unit answers, such as ground_acceleration. So runs with other couplings, in open
-and closed loop, or with units that have other variables can be compared. The difference of a variable is its largest
-absolute one over all points of an array, relative to the largest magnitude of the variable in both runs
-(energy_balance_error: of input_work). Shown are
+With --tolerance, the accepted values are compared at each end of a step that
+both runs have in common, whatever their steps and iterations: all responses,
+and those requests that are not responses of another unit, such as
+ground_acceleration. This allows runs to be compared that differ in the
+coupling, in open or closed loop, or in the variables of their units. The
+difference of a variable is the largest absolute difference over all points of
+an array, relative to the largest magnitude of the variable in both runs
+(energy_balance_error: relative to input_work). The output has these sections:
 
-  beyond     the first step in which a variable differs by more than the tolerance
-  growth     where the largest relative difference so far enters each power of ten, and its largest growth in one step
+  beyond     the first step in which a variable exceeds the tolerance
+  growth     where the largest relative difference so far reaches each power of
+             ten, and its largest growth in one step
   variables  the largest difference of each variable
-  parted     the first step of another length, with other iterations or convergence, with other numbers of sticking,
-             slipping or open contacts, and how far apart the runs were before: a difference of the last digits that
-             grew, or an event that parted them
+  parted     the first step with another length, with other iterations or
+             convergence, or with other numbers of sticking, slipping or open
+             contacts, and the difference of the runs before that step: whether
+             rounding differences grew, or an event separated the runs
 
 Examples:
   cofferdam log diff runs/before runs/after
   cofferdam log diff runs/iqn-ils runs/aitken --tolerance 1e-6
 
-Exit status: 0 the exchanges are identical, or the accepted values within the tolerance; 1 a log cannot be read to the first
-difference, with --tolerance to its end; 5 they differ, or there is nothing in common to compare.";
+Exit status: 0 the exchanges are identical, or the accepted values are within
+the tolerance; 1 a log cannot be read up to the first difference, with
+--tolerance to its end; 5 they differ, or there is nothing in common to
+compare.";
 
 /// Compares; true if the logs are equal in what is compared.
 pub fn run(arguments: &Arguments) -> Result<bool, Failure> {
@@ -85,8 +93,12 @@ pub fn verdict(comparison: &Comparison) -> String {
             format!("identical: {identical} exchanges")
         }
         (None, [Some(a), Some(b)]) => format!("identical: {identical} exchanges; a: {a}; b: {b}"),
-        (None, [Some(a), None]) => format!("a is shorter ({a}): {identical} identical exchanges, b goes on"),
-        (None, [None, Some(b)]) => format!("b is shorter ({b}): {identical} identical exchanges, a goes on"),
+        (None, [Some(a), None]) => {
+            format!("a is shorter ({a}): {identical} identical exchanges, b continues")
+        }
+        (None, [None, Some(b)]) => {
+            format!("b is shorter ({b}): {identical} identical exchanges, a continues")
+        }
         (None, [None, None]) => format!("{identical} identical exchanges before the damage"),
     }
 }

@@ -56,7 +56,7 @@ pub enum Failure {
         why: String,
     },
     /// The dam cannot be put where the run had it.
-    #[error("{}: the dam cannot be put where it was: {why}", path.display())]
+    #[error("{}: the dam cannot be restored: {why}", path.display())]
     Dam {
         /// The log.
         path: PathBuf,

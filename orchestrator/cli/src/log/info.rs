@@ -9,19 +9,20 @@ use std::path::PathBuf;
 /// Arguments of `cofferdam log info`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// The log.mcap of a run, or the run's folder
+    /// Log (log.mcap) or folder of a run
     log: PathBuf,
 }
 
 pub const HELP: &str = "\
-A log that is cut short, for example because its run was killed, is read up to the cut; a damaged one
-up to the damage. The index and the checksums of a finished log are compared with what was read. What a
-running log holds so far is shown as such.
+A log that is cut short, for example because its run was killed, is read up to
+the cut; a damaged one up to the damage. The index and the checksums of a
+finished log are verified. The log of a run in progress is identified as such.
 
 Example:
   cofferdam log info runs/koyna-northridge-1994-20260101T120000Z
 
-Exit status: 0, also for a log that was cut short; 1 if it cannot be read or is damaged.";
+Exit status: 0, also for a log that is cut short; 1 if it cannot be read or is
+damaged.";
 
 /// Prints the contents of a log.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -53,7 +54,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     match head.exchanges {
         LoggedExchanges::Every => {}
         LoggedExchanges::Accepted => {
-            print(format!("{:<12} what accepted steps did not go on with", "left out"))
+            print(format!("{:<12} unaccepted exchanges of accepted steps", "left out"))
         }
         LoggedExchanges::None => print(format!("{:<12} all exchanges, steps and iterations", "left out")),
     }

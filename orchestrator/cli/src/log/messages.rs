@@ -10,12 +10,12 @@ use std::path::PathBuf;
 /// Arguments of `cofferdam log messages`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// The log.mcap of a run, or the run's folder
+    /// Log (log.mcap) or folder of a run
     log: PathBuf,
-    /// Messages of this unit only
+    /// Show the messages of this unit only
     #[arg(short, long, value_name = "NAME")]
     unit: Option<String>,
-    /// Messages of this level and of those above it
+    /// Lowest level to show
     #[arg(short, long, value_enum, default_value_t = Least::Debug)]
     level: Least,
 }
@@ -29,7 +29,7 @@ enum Least {
     Information,
     /// Results may be doubtful
     Warning,
-    /// The unit cannot go on
+    /// The unit cannot continue
     Error,
 }
 
@@ -45,15 +45,16 @@ impl From<Least> for Level {
 }
 
 pub const HELP: &str = "\
-One line a message: step and iteration, the simulated time at which the step began, level, unit, module, text. Further
-lines of a text, such as those of a traceback, follow with a margin. Step 0 is initialisation.
+Prints one line per message: step and iteration, the simulated time at the
+start of the step, level, unit, module and text. Further lines of a text, such
+as a traceback, are indented. Step 0 is initialisation.
 
 Examples:
-  cofferdam log messages runs/koyna-northridge-1994-20260101T120000Z --level warning
+  cofferdam log messages runs/koyna-northridge-1994-20260101T120000Z -l warning
   cofferdam log messages runs/own-water --unit reservoir
 
-Exit status: 0, also for a log that was cut short or holds no such message; 1 if it cannot be read or is damaged, 2 it has
-no such unit.";
+Exit status: 0, also for a log that is cut short or has no such message; 1 if
+it cannot be read or is damaged; 2 if it has no such unit.";
 
 /// Prints the messages of the units.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {

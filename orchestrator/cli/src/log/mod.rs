@@ -29,28 +29,28 @@ pub enum Command {
     /// List the messages of the units
     #[command(after_long_help = messages::HELP)]
     Messages(messages::Arguments),
-    /// Show what happened in a step: every iteration, what the units were asked and answered, and how it ended
+    /// Show one step: all iterations with the requests and responses of the units, and how it ended
     #[command(after_long_help = show::HELP)]
     Show(show::Arguments),
-    /// Draw time histories as SVG
+    /// Plot time histories as SVG
     #[command(after_long_help = plot::HELP)]
     Plot(plot::Arguments),
-    /// Write a log's values as tables: CSV or Parquet
+    /// Export the values in a log as CSV or Parquet tables
     #[command(after_long_help = export::HELP)]
     Export(export::Arguments),
-    /// Write a layout of plots for Foxglove or PlotJuggler
+    /// Write a plot layout for Foxglove or PlotJuggler
     #[command(after_long_help = layout::HELP)]
     Layout(layout::Arguments),
     /// List the communication steps with the most iterations
     #[command(after_long_help = worst::HELP)]
     Worst(worst::Arguments),
-    /// When did the outcome become inevitable? Runs again from checkpoints, the ground moved a little
+    /// Find when the outcome became inevitable, by perturbed reruns from checkpoints
     #[command(after_long_help = bisect::HELP)]
     Bisect(bisect::Arguments),
-    /// Save what is whole in a damaged log, or in one that is cut short
+    /// Recover the intact parts of a damaged or truncated log
     #[command(after_long_help = recover::HELP)]
     Recover(recover::Arguments),
-    /// Compare two logs: the first difference, bit for bit, or how far apart the runs are and where they part
+    /// Compare two logs: bit for bit, or by how much and from when on the runs differ
     #[command(after_long_help = diff::HELP)]
     Diff(diff::Arguments),
 }

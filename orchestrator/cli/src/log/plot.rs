@@ -12,38 +12,43 @@ use std::path::PathBuf;
 /// Arguments of `cofferdam log plot`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// The log.mcap of a run, or the run's folder
+    /// Log (log.mcap) or folder of a run
     log: PathBuf,
-    /// What to plot, one panel each
+    /// Variables to plot, one panel each
     #[arg(required = true, value_name = "VARIABLE")]
     variables: Vec<String>,
-    /// Beginning in seconds
+    /// Start of the plot, s
     #[arg(long, value_name = "T", default_value_t = 0.0, value_parser = seconds, allow_hyphen_values = true)]
     from: f64,
-    /// End in seconds; by default that of the run
+    /// End of the plot, s (default: end of the run)
     #[arg(long, value_name = "T", value_parser = seconds, allow_hyphen_values = true)]
     until: Option<f64>,
-    /// The SVG to write; by default it is printed
+    /// SVG file to write (default: standard output)
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
 
 fn seconds(text: &str) -> Result<f64, String> {
     let value: Option<f64> = text.parse().ok().filter(|value: &f64| value.is_finite());
-    value.ok_or_else(|| "a number of seconds is wanted".to_owned())
+    value.ok_or_else(|| "expected a number of seconds".to_owned())
 }
 
 pub const HELP: &str = "\
-Accepted values at the ends of the steps. Variables have the names of histories.csv: those of the coupling (iterations,
-converged, residual.pressure, interpolation_error, lowest_pressure; also communication_step, attempt) and those of the units. Of an array, `.x`, `.y`, `.0` or
-`[0]` chooses a value; without it, the norm is drawn.
+Plots the accepted values at the ends of the steps. Variables have the same
+names as in histories.csv: those of the coupling (iterations, converged,
+residual.pressure, interpolation_error, lowest_pressure; also
+communication_step and attempt) and those of the units. A suffix `.x`, `.y`,
+`.0` or `[0]` selects a value of an array; without one, the norm is plotted.
 
 Examples:
-  cofferdam log plot runs/koyna dam.crest_displacement.x reservoir.total_force iterations --output koyna.svg
-  cofferdam log plot runs/koyna 'reservoir.interface_pressure[3]' --from 4 --until 6 > pressure.svg
+  cofferdam log plot runs/koyna dam.crest_displacement.x \\
+    reservoir.total_force iterations --output koyna.svg
+  cofferdam log plot runs/koyna 'reservoir.interface_pressure[3]' \\
+    --from 4 --until 6 > pressure.svg
 
-Exit status: 0, also for a log that was cut short; 1 if it cannot be read or is damaged, or the picture cannot be written; 2
-a variable is unknown or no step ends in that time.";
+Exit status: 0, also for a log that is cut short; 1 if it cannot be read or is
+damaged, or the plot cannot be written; 2 a variable is unknown or no step ends
+in the interval.";
 
 /// Width of the picture and height of a panel, pixels.
 const SIZE: (u32, u32) = (960, 230);

@@ -8,22 +8,25 @@ use std::path::{Path, PathBuf};
 /// Arguments of `cofferdam log recover`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// The log.mcap of a run, or the run's folder
+    /// Log (log.mcap) or folder of a run
     log: PathBuf,
-    /// The new log; by default log-recovered.mcap beside the old one
+    /// Log to write (default: log-recovered.mcap in the folder of the old log)
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
 
 pub const HELP: &str = "\
-Writes a new, finished log with every whole message of the old one, which is left as it is. Messages are
-stored in chunks with a checksum: a chunk is saved whole or not at all. Where something is missing, the
-new log says so (topic /damage); log info lists it, replay and log diff go as far as the first such place.
+Writes a new, complete log with all intact messages of the old one, which is
+not modified. Messages are stored in chunks with checksums; a chunk is
+recovered as a whole or not at all. The new log marks each gap (topic /damage).
+`log info` lists the gaps; `replay` and `log diff` stop at the first one.
 
 Example:
-  cofferdam log recover runs/koyna-northridge-1994-20260101T120000Z --output saved.mcap
+  cofferdam log recover runs/koyna-northridge-1994-20260101T120000Z \\
+    --output saved.mcap
 
-Exit status: 0, 1 if nothing can be saved, or the new log is there already or cannot be written.";
+Exit status: 0; 1 if nothing can be recovered, or the new log exists or cannot
+be written.";
 
 /// Saves what is whole in a log.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -36,10 +39,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         print(format!("{:<12} {damage}", "missing"));
     }
     for (place, cause) in mended {
-        print(format!("{:<12} byte {place}: {cause}; no message was lost by it", "mended"));
+        print(format!("{:<12} byte {place}: {cause}; no message was lost", "mended"));
     }
     if undeclared > 0 {
-        print(format!("{:<12} {undeclared} messages of channels that are declared nowhere", "left out"));
+        print(format!("{:<12} {undeclared} messages of undeclared channels", "left out"));
     }
     Ok(())
 }

@@ -14,42 +14,49 @@ use std::path::PathBuf;
 /// Arguments of `cofferdam log show`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// The log.mcap of a run, or the run's folder
+    /// Log (log.mcap) or folder of a run
     log: PathBuf,
     /// Number of the communication step; 0 is initialisation
     #[arg(short, long, value_name = "N")]
     step: u64,
-    /// This iteration only
+    /// Show this iteration only
     #[arg(short, long, value_name = "K")]
     iteration: Option<u32>,
-    /// This attempt only; each has another length of the step
+    /// Show this attempt only; each attempt has a different step length
     #[arg(short, long, value_name = "A")]
     attempt: Option<u32>,
-    /// All values of arrays, one line each
+    /// Show all values of arrays, one per line
     #[arg(long)]
     values: bool,
-    /// The contacts of the dam at the end of the step, in place of the iterations
+    /// Show the contacts of the dam at the end of the step instead of the iterations
     #[arg(long, conflicts_with_all = ["iteration", "attempt", "values"])]
     contacts: bool,
 }
 
 pub const HELP: &str = "\
-Every iteration of the step: how its guess came about, how far the answer is from it, at which point it is farthest
-(counted from 0 at the base); what each unit was asked and answered, arrays of more than four values as norm (√Σx²),
-least and largest value; the messages of the units; how each attempt ended. A measure is met at a ratio of 1 or less;
-the scene's coupling.measures says which are needed. `cofferdam log worst` finds the steps to look at.
+Shows, for every iteration of the step, how the guess was obtained, its
+residual and the point with the largest residual (counted from 0 at the base);
+the request and the response of each unit, with arrays of more than four values
+as norm (√Σx²), minimum and maximum; the messages of the units; and how each
+attempt ended. A convergence measure is satisfied if its ratio is at most 1;
+coupling.measures of the scene selects the required measures.
+`cofferdam log worst` finds the steps to look at.
 
-With --contacts, opening, slip and stresses of each contact of the cracks at the end of the step, compression and
-downstream positive. No log holds them: the dam is made anew from the log's scene and put there by the last checkpoint
-and what it was asked since then. How many contacts of a crack stick, slip and are open the run's dam has counted.
+With --contacts, shows opening, slip and stresses of each contact of the cracks
+at the end of the step. Compression and the downstream direction are positive.
+The log does not contain these values: the dam is created again from the scene
+in the log and brought to the step from the last checkpoint by repeating the
+logged requests. The numbers of sticking, slipping and open contacts of each
+crack are those of the run.
 
 Examples:
   cofferdam log show runs/koyna --step 812
   cofferdam log show runs/koyna --step 812 --contacts
   cofferdam log show runs/koyna --step 812 --iteration 3 --values
 
-Exit status: 0; 1 if the log cannot be read, or is damaged before the end of the step; 2 there is no such step, attempt,
-iteration or contact; 4 the dam cannot be put there.";
+Exit status: 0; 1 if the log cannot be read or is damaged before the end of the
+step; 2 there is no such step, attempt, iteration or contact; 4 the dam cannot
+be brought to the step.";
 
 /// Arrays of up to this many values are printed whole.
 const FEW: usize = 4;
@@ -111,7 +118,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.contacts {
         let accepted = story.exchanges.iter().rfind(|exchange| exchange.unit == DAM && exchange.accepted);
         let Some(accepted) = accepted else {
-            let why = format!("step {step} was not accepted; ask for one before");
+            let why = format!("step {step} was not accepted; choose an earlier step");
             return Err(Failure::NoContacts { path, why });
         };
         return contacts::show(&log, accepted);

@@ -9,22 +9,25 @@ use std::path::PathBuf;
 /// Arguments of `cofferdam log worst`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// The log.mcap of a run, or the run's folder
+    /// Log (log.mcap) or folder of a run
     log: PathBuf,
-    /// Number of steps
+    /// Number of steps to list
     #[arg(short, long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..))]
     count: u16,
 }
 
 pub const HELP: &str = "\
-Every attempt of a step that was repeated with another length is listed. Iterations that measure and check the
-units (Jacobian, rounding floor, restored states) count too, so that the first steps of a run are often at the top.
-Of steps with as many iterations, as all are of an explicit scheme, the one with the largest residual comes first.
+A step that was repeated with another length is listed once for each attempt.
+Iterations that measure and check the units (Jacobian, rounding floor, restored
+states) count too, so the first steps of a run are often at the top. Steps with
+the same number of iterations, as in an explicit scheme, are sorted by
+decreasing residual.
 
 Example:
   cofferdam log worst runs/koyna-northridge-1994-20260101T120000Z --count 20
 
-Exit status: 0, also for a log that was cut short; 1 if it cannot be read or is damaged.";
+Exit status: 0, also for a log that is cut short; 1 if it cannot be read or is
+damaged.";
 
 /// Prints the steps with the most iterations.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {

@@ -21,28 +21,32 @@ pub struct Arguments {
     #[arg(short, long, value_enum, default_value_t = super::Motion::Horizontal)]
     motion: super::Motion,
 
-    /// Growth σ of the motion e^{(σ + iω)t}, 1/s: above 0 resonances stay finite
+    /// Growth rate σ of the motion e^{(σ + iω)t}, 1/s; resonances are finite if it is above 0
     #[arg(long, value_name = "1/S", default_value_t = 0.0)]
     sigma: f64,
 
-    /// Length of the grid's cells, m; by default a fortieth of the depth, and at most a twentieth of a sound wave
+    /// Cell size, m (default: 1/40 of the depth, and at most 1/20 of the acoustic wavelength)
     #[arg(long, value_name = "M")]
     size: Option<f64>,
 }
 
 pub const HELP: &str = "\
-A rigid dam moves with the ground as e^{iωt}, with an acceleration of 1 m/s² downstream or up. field.vtu has the complex
-amplitude of the pressure between far end and wet face as point data, in Pa: pressure_real, pressure_imaginary and
-pressure_modulus, on a grid of quadrilaterals that follows bed and face and stays a thousandth of the depth away from them.
-ParaView, PyVista and meshio read it.
+A rigid dam moves with the ground as e^{iωt}, with an acceleration of 1 m/s²
+downstream or up. field.vtu contains the complex amplitude of the pressure
+between the far end and the wet face as point data, in Pa: pressure_real,
+pressure_imaginary and pressure_modulus. The grid of quadrilaterals follows the
+bed and the face at a distance of a thousandth of the depth. ParaView, PyVista
+and meshio read the file.
 
 Examples:
   cofferdam reservoir field scenes/koyna-intact --omega 20 --output field
       Below the first cut-off frequency: no wave travels upstream.
-  cofferdam reservoir field scenes/koyna-intact --omega 40 --motion vertical --set 'reservoir.bed=[[-80, 20]]' -o field
+  cofferdam reservoir field scenes/koyna-intact --omega 40 --motion vertical \\
+    --set 'reservoir.bed=[[-80, 20]]' --output field
       A bed that rises upstream, in vertical motion.
 
-Exit status: 0, 1 results could not be written, 2 the scene or an option is wrong, 4 the water cannot be computed.";
+Exit status: 0 completed, 1 results could not be written, 2 the scene or an
+option is invalid, 4 the water cannot be computed.";
 
 /// Cells per depth and per sound wave.
 const A_DEPTH: f64 = 40.0;

@@ -24,35 +24,42 @@ pub struct Arguments {
     #[command(flatten)]
     points: Points,
 
-    /// Time to be simulated, s; by default ten periods 4h/c
+    /// Simulated time, s (default: ten periods 4h/c)
     #[arg(long, value_name = "S")]
     duration: Option<f64>,
 
-    /// Also a ramp to 1 m/s² within this time, s, that is then held
+    /// Also compute a ramp to 1 m/s² within this time, s; the acceleration is then held
     #[arg(long, value_name = "S")]
     ramp: Option<f64>,
 }
 
 pub const HELP: &str = "\
-The reservoir unit takes the communication steps of the scene with the method of the scene; a rigid dam moves with the
-ground. The impulse is a hat of acceleration: from 0 to 1/H at the end of the first step H, and back to 0 at the end
-of the second, so that the dam has a velocity of 1 m/s from then on. With --ramp T also an acceleration that rises to
-1 m/s² within T and then stays constant.
+The reservoir unit takes the communication steps of the scene with the method
+of the scene; a rigid dam moves with the ground. The impulse is a triangle of
+acceleration: from 0 to 1/H at the end of the first step H, and back to 0 at
+the end of the second. The velocity of the dam is 1 m/s from then on. With
+--ramp T, an acceleration that rises to 1 m/s² within T and then stays constant
+is computed too.
 
-impulse.csv and ramp.csv have the columns time [s], acceleration [m/s2], the pressure at every point [Pa] and the horizontal
-force on the wet face [N/m]; then, in a column named exact, the base pressure by the closed form for the same acceleration
-(Chopra 1967), if there is one: horizontal motion of a vertical face over a level rigid bed. impulse.svg and ramp.svg
-show them. Motion is positive downstream or up, pressure in compression.
+The columns of impulse.csv and ramp.csv are time [s], acceleration [m/s2], the
+pressure at every point [Pa] and the horizontal force on the wet face [N/m]. A
+column named exact contains the closed-form base pressure for the same
+acceleration (Chopra 1967), if there is one: for horizontal motion, a vertical
+face and a level rigid bed. impulse.svg and ramp.svg plot them. Motion is
+positive downstream or up, pressure in compression.
 
-Water without memory responds to an impulse with an impulse, which a history cannot show; `response` gives its added mass.
+Water without memory responds to an impulse with an impulse, which a history
+cannot show; use `reservoir response` for its added mass.
 
 Examples:
   cofferdam reservoir impulse scenes/koyna-intact --output impulse
       Ten periods of the reservoir after the impulse.
-  cofferdam reservoir impulse scenes/rigid-dam-ramp --ramp 0.1 --duration 2 --set reservoir.method=bdf2 -o impulse
+  cofferdam reservoir impulse scenes/rigid-dam-ramp --ramp 0.1 --duration 2 \\
+    --set reservoir.method=bdf2 --output impulse
       Impulse and ramp with another method.
 
-Exit status: 0, 1 results could not be written, 2 the scene or an option is wrong, 4 the water cannot be computed.";
+Exit status: 0 completed, 1 results could not be written, 2 the scene or an
+option is invalid, 4 the water cannot be computed.";
 
 /// Largest number of communication steps.
 const MOST_STEPS: f64 = 1e6;
@@ -212,7 +219,7 @@ fn report(case: Case, rows: &[Row], shown: &[Shown]) {
     }
     let off = 100.0 * (apart / size).sqrt();
     print(format!(
-        "{}: pressure at the base {off:.3} % from the closed form, in the mean square over time",
+        "{}: pressure at the base {off:.3} % from the closed form (root mean square over time)",
         case.name()
     ));
 }

@@ -26,16 +26,16 @@ use std::process::ExitCode;
 /// The commands.
 #[derive(clap::Subcommand)]
 pub enum Command {
-    /// Pressure and force over frequency, per unit acceleration of a rigid dam
+    /// Compute pressure and force over frequency, per unit acceleration of a rigid dam
     #[command(after_long_help = response::HELP)]
     Response(response::Arguments),
-    /// Pressure and force over time after an impulse of a rigid dam's acceleration, and after a ramp
+    /// Compute pressure and force after an impulse or a ramp of a rigid dam's acceleration
     #[command(after_long_help = impulse::HELP)]
     Impulse(impulse::Arguments),
-    /// Pressure and force over time on a rigid dam under the scene's ground motion
+    /// Compute pressure and force on a rigid dam under the scene's ground motion
     #[command(after_long_help = record::HELP)]
     Record(record::Arguments),
-    /// Pressure in the water at one frequency, as VTU for ParaView
+    /// Compute the pressure field in the water at one frequency, as VTU for ParaView
     #[command(after_long_help = field::HELP)]
     Field(field::Arguments),
 }
@@ -43,20 +43,20 @@ pub enum Command {
 /// Arguments of all commands.
 #[derive(clap::Args)]
 struct Common {
-    /// Folder that holds scene.toml, or a .toml file
+    /// Folder with a scene.toml, or a .toml file
     scene: PathBuf,
 
-    /// Change a value of the scene; may be given several times
+    /// Change a value of the scene (repeatable)
     #[arg(short, long, value_name = "KEY=VALUE")]
     set: Vec<String>,
 
-    /// Folder for tables and pictures; created if necessary, and must be empty
+    /// Folder for tables and figures; created if necessary, and must be empty
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
 
-    /// Threads; by default one per core
+    /// Number of threads (default: one per core)
     ///
-    /// Results are equal, bit for bit, for any number.
+    /// Results are bit-identical for any number of threads.
     #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: Option<u16>,
 }

@@ -19,7 +19,7 @@ pub struct Shown {
 /// The requested points.
 #[derive(clap::Args)]
 pub struct Points {
-    /// Elevation (m) of a point whose pressure is shown; several times; by default base and mid-height
+    /// Elevation of a point whose pressure is shown, m (repeatable; default: base and mid-height)
     #[arg(long = "at", value_name = "Y")]
     at: Vec<f64>,
 }

@@ -20,22 +20,28 @@ pub struct Arguments {
 }
 
 pub const HELP: &str = "\
-A rigid dam on rigid rock moves with the ground motion of the scene, and the pressure on it is computed for the whole
-simulated time at once, from the frequency response: without a deformable dam and without iterations.
-The ground's acceleration is linear between communication points. Compressible water uses a damped Fourier transform
-with the communication step, independent of `reservoir.method`; water without memory uses its added mass.
+A rigid dam on rigid rock moves with the ground motion of the scene. The
+pressure on the dam is computed from the frequency response for the whole
+simulated time at once, without a deformable dam and without iterations. The
+ground acceleration is linear between communication points. Compressible water
+is computed by a damped Fourier transform with the communication step,
+independent of `reservoir.method`; water without memory by its added mass.
 
-record.csv has the columns time [s], the ground's acceleration [m/s2], the pressure at the base and at every point [Pa], the
-horizontal force on the wet face [N/m] and the overturning moment about the heel [N·m/m]; record.svg shows them. The peaks
-are printed, also relative to the hydrostatic values. Motion is positive downstream, pressure in compression.
+The columns of record.csv are time [s], the ground acceleration [m/s2], the
+pressure at the base and at every point [Pa], the horizontal force on the wet
+face [N/m] and the overturning moment about the heel [N·m/m]. record.svg plots
+them. The peaks are printed, also relative to the hydrostatic values. Motion is
+positive downstream, pressure in compression.
 
 Examples:
   cofferdam reservoir record scenes/koyna-intact --output record
       Koyna's reservoir under the record, with a rigid dam.
-  cofferdam reservoir record scenes/koyna-intact --at 0 --at 30 --set reservoir.wave_reflection_coefficient=0.5 -o record
-      Two chosen points, over a bed that absorbs more.
+  cofferdam reservoir record scenes/koyna-intact --at 0 --at 30 \\
+    --set reservoir.wave_reflection_coefficient=0.5 --output record
+      Two chosen points, and a bed that absorbs more.
 
-Exit status: 0, 1 results could not be written, 2 the scene or an option is wrong, 4 the water cannot be computed.";
+Exit status: 0 completed, 1 results could not be written, 2 the scene or an
+option is invalid, 4 the water cannot be computed.";
 
 /// Values at an instant.
 struct Row {

@@ -24,47 +24,56 @@ pub struct Arguments {
     #[command(flatten)]
     points: Points,
 
-    /// First frequency, rad/s; by default a hundredth of ω₁ = πc/2h
+    /// First frequency, rad/s (default: 0.01 ω₁, with ω₁ = πc/2h)
     #[arg(long, visible_alias = "from", value_name = "RAD/S")]
     from_omega: Option<f64>,
 
-    /// Last frequency, rad/s; by default 6.99 ω₁
+    /// Last frequency, rad/s (default: 6.99 ω₁)
     #[arg(long, visible_alias = "to", value_name = "RAD/S")]
     to_omega: Option<f64>,
 
-    /// Number of frequencies, at equal distances
+    /// Number of equally spaced frequencies
     #[arg(long, value_name = "N", default_value_t = 350, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     count: u32,
 
-    /// Growth σ of the motion e^{(σ + iω)t}, 1/s: above 0 resonances stay finite
+    /// Growth rate σ of the motion e^{(σ + iω)t}, 1/s; resonances are finite if it is above 0
     #[arg(long, value_name = "1/S", default_value_t = 0.0)]
     sigma: f64,
 }
 
 pub const HELP: &str = "\
-A rigid dam moves with the ground as e^{iωt}, horizontally (positive downstream) or vertically (positive up), with an
-acceleration of 1 m/s². The pressure at points of the wet face and the horizontal force on all of it are complex
-amplitudes with that time factor; positive is compression. Without memory the response is the same at every frequency.
+A rigid dam moves with the ground as e^{iωt}, horizontally (positive
+downstream) or vertically (positive up), with an acceleration of 1 m/s². The
+pressures at points of the wet face and the horizontal force on the whole face
+are complex amplitudes with the same time factor; compression is positive. The
+response of water without memory is the same at every frequency.
 
-response.csv has the columns omega [rad/s] and omega/omega_1 [1], with ω₁ = πc/2h the first cut-off frequency over a rigid
-bed; then real and imaginary part for every point and for the force; then, in columns named exact, the same by the
-closed form, if there is one: for horizontal motion of a vertical face over a level bed (Chopra 1967; Fenves and
-Chopra 1984 if the bed absorbs; Westergaard's series for water without memory), for vertical motion the column of water.
-response.svg shows amplitudes over ρh and ρh², and phases.
+The columns of response.csv are omega [rad/s]; omega/omega_1 [1], where
+ω₁ = πc/2h is the first cut-off frequency over a rigid bed; and the real and
+imaginary parts for every point and for the force. Columns named exact contain
+the closed-form solution, if there is one: for horizontal motion, a vertical
+face and a level bed (Chopra 1967; Fenves and Chopra 1984 for an absorbing bed;
+Westergaard's series for water without memory); for vertical motion, a column
+of water. response.svg shows amplitudes relative to ρh and ρh², and phases.
 
-Frequencies that the elements do not resolve, with six a wave, are warned of.
+A warning lists frequencies that the elements do not resolve with six elements
+per wave.
 
-At a cut-off frequency of a rigid bed the response is infinite: that frequency is left out and named.
+The response is infinite at a cut-off frequency over a rigid bed. Such a
+frequency is omitted and reported.
 
 Examples:
   cofferdam reservoir response scenes/koyna-intact --output response
       Base and mid-height, up to seven times the first cut-off frequency.
-  cofferdam reservoir response scenes/koyna-intact --at 0 --at 30 --from-omega 1 --to-omega 60 --count 60 -o response
+  cofferdam reservoir response scenes/koyna-intact --at 0 --at 30 \\
+    --from-omega 1 --to-omega 60 --count 60 --output response
       Two chosen points, at 1, 2, … 60 rad/s.
-  cofferdam reservoir response scenes/koyna-intact --set reservoir.wave_reflection_coefficient=0.5 -o response
-      Over a bed that absorbs more.
+  cofferdam reservoir response scenes/koyna-intact \\
+    --set reservoir.wave_reflection_coefficient=0.5 --output response
+      A bed that absorbs more.
 
-Exit status: 0, 1 results could not be written, 2 the scene or an option is wrong, 4 the water cannot be computed.";
+Exit status: 0 completed, 1 results could not be written, 2 the scene or an
+option is invalid, 4 the water cannot be computed.";
 
 /// Number of values of response matrices that are kept at a time.
 const HELD: usize = 10_000_000;
@@ -196,9 +205,7 @@ fn report(rows: &[Row], labels: &[String]) {
         }
         if size > 0.0 {
             let off = 100.0 * (apart / size).sqrt();
-            print(format!(
-                "{name}: {off:.3} % from the closed form, in the mean square over all frequencies"
-            ));
+            print(format!("{name}: {off:.3} % from the closed form (root mean square over all frequencies)"));
         }
     }
 }

@@ -11,22 +11,22 @@ use std::process::ExitCode;
 /// Arguments of `cofferdam branch`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// The log.mcap of a run, or the run's folder
+    /// Log (log.mcap) or folder of a run
     pub run: PathBuf,
 
-    /// First step that is computed otherwise; all before is that of the run
+    /// First step to compute with the changed settings; earlier steps are taken from the run
     ///
-    /// Inside a window of several steps, the window's first.
+    /// In a window of several steps, the first step of the window.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub step: u64,
 
-    /// Set a value otherwise from there on; may be given several times
+    /// Change a setting from this step onwards (repeatable)
     ///
-    /// Such as coupling.acceleration=iqn-ils or dam.cracks.0.friction_coefficient=0.8.
+    /// For example coupling.acceleration=iqn-ils or dam.cracks.0.friction_coefficient=0.8.
     #[arg(short, long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
-    /// Folder for the results; by default runs/RUN-branch-N
+    /// Folder for the results (default: runs/RUN-branch-N)
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
 
@@ -35,24 +35,27 @@ pub struct Arguments {
 }
 
 pub const HELP: &str = "\
-The branch begins with the windows of the run before step N, taken from its log, and goes on from the
-state there with what is set otherwise. It is a run of its own, with a log, histories and a report, which
-name the run that it left; at the end both are compared.
+The branch takes the windows before step N from the log of the run and
+continues from the state at that step with the changed settings. It is a run of
+its own, with a log, histories and a report that name the parent run. At the
+end, the branch is compared with the parent run.
 
-A unit that is made from the same as before goes on from its state, also a dam of which only friction,
-cohesion or tensile strength of cracks are another. Any other unit takes the place of the run's after it
-was asked what that one was asked until then; it must exchange the same variables at the same points.
-The acceleration keeps what it learnt unless it is set otherwise.
+A unit whose parameters are unchanged continues from its state. So does a dam
+of which only friction, cohesion or tensile strength of cracks are changed. Any
+other unit is replaced by a new one, which first repeats all requests logged so
+far; it must have the same variables and interface points. The acceleration
+keeps its history unless it is changed.
 
 Examples:
   cofferdam branch runs/koyna --step 2846 --set coupling.acceleration=iqn-ils
-      Does that step converge with another acceleration?
-  cofferdam branch runs/koyna --step 1200 --set dam.cracks.0.friction_coefficient=0.8
-      What if the crack were weaker from there on?
+      Does this step converge with another acceleration?
+  cofferdam branch runs/koyna --step 1200 \\
+    --set dam.cracks.0.friction_coefficient=0.8
+      What if the crack were weaker from this step onwards?
   cofferdam branch runs/koyna --step 1200
-      Nothing changed: the same run again, bit for bit.
+      Nothing changed: repeats the run, bit for bit.
 
-Exit status: as of `run`; 2 there is no way to branch there.";
+Exit status: as for `run`; 2 if no branch is possible at this step.";
 
 /// Leaves a run; reports the result on the terminal and by the exit status.
 pub fn run(arguments: &Arguments) -> ExitCode {

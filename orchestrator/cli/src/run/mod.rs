@@ -28,44 +28,48 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Arguments of `cofferdam run`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Folder that holds scene.toml, or a .toml file
+    /// Folder with a scene.toml, or a .toml file
     ///
-    /// scenes/README.md explains every key of a scene, with units and defaults. All mistakes in a
-    /// scene are reported at once, with their lines, before anything is computed; doubtful choices
-    /// give warnings, and the run starts. `cofferdam check` reports the same without running.
+    /// scenes/README.md documents every key of a scene, with units and defaults. All errors in a scene are
+    /// reported at once, with their lines, before the run starts. Doubtful choices give warnings and do not
+    /// prevent the run. `cofferdam check` reports the same without running.
     pub scene: PathBuf,
 
-    /// Change a value of the scene; may be given several times
+    /// Change a value of the scene (repeatable)
     ///
-    /// Such as dam.element_size=2.5 or dam.cracks.0.elevation=60. The manifest of the results shows the scene as it was run.
+    /// For example dam.element_size=2.5 or dam.cracks.0.elevation=60. The manifest of the results contains
+    /// the scene as it was run.
     #[arg(short, long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
-    /// Folder for the results; by default runs/SCENE-TIME
+    /// Folder for the results (default: runs/SCENE-TIME)
     ///
-    /// It is created if necessary. A folder that is not empty is refused: nothing is overwritten.
+    /// The folder is created if necessary. A folder that is not empty is refused; nothing is overwritten.
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
 
-    /// Which exchanges are logged, of every iteration, accepted ones or none: short for --set log.exchanges=…
+    /// Exchanges to log: those of every iteration, accepted ones only, or none
     ///
-    /// Accepted ones take half of the disk, and are all that replays, branches and resumed runs need. Without any, for series
-    /// of runs, a run can only be run again.
+    /// Short for --set log.exchanges=WHICH. Accepted exchanges need half of the disk space and suffice for
+    /// `replay`, `branch` and `resume`. With none, intended for series of runs, the run can only be
+    /// repeated from the start.
     #[arg(long, value_name = "WHICH", value_parser = ["every", "accepted", "none"])]
     pub log: Option<String>,
 
-    /// Also run N twins whose motion differs by noise of 1 %, and give each number its band: 16 %, median, 84 %
+    /// Also run N perturbed replicates (1 % noise on the motion) and give each result a band
     ///
-    /// One run of a cracked dam is one draw. Twins run with the reduced dam where the run has the full one.
+    /// The band consists of the 16 % quantile, the median and the 84 % quantile. A single run of a cracked
+    /// dam is only one realisation. The replicates use the reduced dam if the run uses the full one.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(3..=10_000))]
     pub band: Option<u16>,
 
     /// Choose the numerics for this accuracy: 5%, or crest=2%,history=5%,sliding=20%
     ///
-    /// A pilot of cheap twins finds the cheapest level whose error against the reference is expected to be small enough; the run then
-    /// says what it chose, and whether the accuracy is kept, not kept, or cannot be kept because 1 % of shaking changes the answer by
-    /// more. Elements, communication step, fidelity of the dam and method of the water are chosen; nothing physical is changed.
-    /// docs/measurements/accuracy.md says what each quantity means.
+    /// Low-fidelity pilot runs determine the cheapest level whose expected error against the reference is
+    /// small enough. The run reports the chosen level and whether the accuracy is kept, is not kept, or
+    /// cannot be kept because a change of 1 % in the shaking changes the results by more. Element size,
+    /// communication step, fidelity of the dam and time integration method of the water are chosen; the
+    /// physical model is unchanged. docs/measurements/accuracy.md defines the quantities.
     #[arg(long, value_name = "SHARE", value_parser = clap::value_parser!(Asked))]
     pub accuracy: Option<Asked>,
 
@@ -74,39 +78,41 @@ pub struct Arguments {
 }
 
 pub const HELP: &str = "\
-Results, in the output folder:
-  report.html     all that follows on one page, for screen and paper
-  log.mcap        every request and answer of every iteration (MCAP, protobuf);
-                  open it with Foxglove, PlotJuggler, Rerun or Python's mcap package
+Results in the output folder:
+  report.html     everything below on one page, for screen and print
+  log.mcap        requests and responses of every iteration (MCAP, protobuf);
+                  open it with Foxglove, PlotJuggler, Rerun or Python's mcap
   histories.csv   time histories of all scalar results
   response_spectra.csv, .svg
                   response spectra of ground and crest, 5 % damping
-  snapshots.pvd   with [snapshots] in the scene: the dam's fields over time, for ParaView
-  dam-*.csv, reservoir-*.csv, with [tailwater] tailwater-*.csv
+  snapshots.pvd   fields of the dam over time for ParaView, if the scene has
+                  [snapshots]
+  dam-*.csv, reservoir-*.csv, and tailwater-*.csv with [tailwater]
                   motion and pressure of the wet faces, one column per point
-  manifest.toml   the scene with all defaults, versions, machine, and the summary
+  manifest.toml   the scene with all defaults, versions, machine and summary
 
 Examples:
   cofferdam run scenes/koyna-northridge-1994
-      The cracked Koyna dam under the Northridge earthquake of 1994.
+      The cracked Koyna dam under a record of the 1994 Northridge earthquake.
   cofferdam run scenes/rigid-dam-ramp --output /tmp/ramp
-      A rigid dam under a ramp of acceleration, which has a closed-form answer.
+      A rigid dam under a ramp of acceleration, with a closed-form solution.
   cofferdam run scenes/koyna-northridge-1994 --set dam.element_size=1.25
-      The same dam on a finer mesh.
+      The same dam with a finer mesh.
   cofferdam run scenes/koyna-northridge-1994 --band 16
-      How far the numbers scatter if the motion differs by 1 %.
+      The scatter of the results when the motion is perturbed by 1 %.
   cofferdam run scenes/koyna-intact --accuracy 5%
-      The cheapest run whose crest is within 5 %.
-
+      The cheapest run with an expected crest error of at most 5 %.
   cofferdam run scenes/koyna-northridge-1994 --json | jq .key_figures
-      The numbers that matter first, for a program.
+      The key figures, for use by a program.
 
-Ctrl-C ends a run after the current step; log and histories stay readable, and the summary is
-marked as partial. Press it twice to exit immediately.
+Ctrl-C ends a run after the current step. The log and the histories remain
+readable, and the summary is marked as partial. A second Ctrl-C exits
+immediately.
 
-Exit status: 0 completed, 1 results could not be written, 2 the scene is wrong,
-3 a step did not converge, 4 a unit failed, 130 interrupted; with --accuracy, completed:
-0 it is kept, 6 it is not kept, 7 it cannot be kept.";
+Exit status: 0 completed, 1 results could not be written, 2 the scene is
+invalid, 3 a step did not converge, 4 a unit failed, 130 interrupted. A
+completed run with --accuracy: 0 the accuracy is kept, 6 not kept, 7 cannot be
+kept.";
 
 /// Why a run ended without a result, or with a partial one.
 #[derive(Debug, thiserror::Error, Diagnostic)]
@@ -114,7 +120,7 @@ enum Failure {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Run(#[from] RunError),
-    #[error("Ctrl-C cannot be caught: {0}; it takes a thread: allow more (`ulimit -u`)")]
+    #[error("Ctrl-C cannot be caught: {0}; this needs a thread; raise the limit (`ulimit -u`)")]
     Signal(#[from] ctrlc::Error),
 }
 

@@ -13,12 +13,12 @@ use std::process::ExitCode;
 /// Arguments of `cofferdam resume`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// The run's folder
+    /// Folder of the run
     pub run: PathBuf,
 
-    /// Go on though the program or the processor is another than that of the run
+    /// Resume even if the program or the processor differs from that of the run
     ///
-    /// The results are then those of two programs, and not bit for bit those of an uninterrupted run.
+    /// The results are then not bit-identical to those of an uninterrupted run.
     #[arg(long)]
     pub other_build: bool,
 
@@ -27,21 +27,23 @@ pub struct Arguments {
 }
 
 pub const HELP: &str = "\
-The run goes on after the last checkpoint in its log, in its own folder, and ends like one that was not
-interrupted: log, histories and summary are the same, bit for bit, but for wall times. It does not matter
-how it was interrupted: Ctrl-C, --until, a killed process, a full disk, a crash. What the log holds after
-the checkpoint is computed again. The log is replaced once the new one holds all that came before the
-checkpoint; until then the old one is left alone.
+The run continues in its own folder from the last checkpoint in its log. The
+log, histories and summary are bit-identical to those of an uninterrupted run,
+except for wall times. The cause of the interruption does not matter: Ctrl-C,
+--until, a killed process, a full disk or a crash. Steps after the checkpoint
+are computed again. The old log is replaced only when the new one contains
+everything up to the checkpoint.
 
-Units that give no state are asked again what the run asked them, up to the checkpoint.
+Units that cannot save their state are advanced to the checkpoint by repeating
+the logged requests.
 
 Examples:
   cofferdam run scenes/koyna-northridge-1994 --until 5 --output runs/koyna
       The first five seconds.
   cofferdam resume runs/koyna
-      The rest.
+      The remainder.
 
-Exit status: as of `run`; 2 the run cannot be continued.";
+Exit status: as for `run`; 2 if the run cannot be resumed.";
 
 /// Goes on with a run; reports the result on the terminal and by the exit status.
 pub fn run(arguments: &Arguments) -> ExitCode {

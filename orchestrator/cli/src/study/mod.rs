@@ -15,7 +15,7 @@ use std::process::ExitCode;
 /// The studies.
 #[derive(clap::Subcommand)]
 pub enum Command {
-    /// How much the results depend on mesh, time steps and modelling choices
+    /// Compute how much the results depend on mesh, time steps and modelling choices
     #[command(after_long_help = sensitivity::HELP)]
     Sensitivity(Arguments),
 }
@@ -23,18 +23,18 @@ pub enum Command {
 /// Arguments of all studies.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Folder that holds scene.toml, or a .toml file
+    /// Folder with a scene.toml, or a .toml file
     pub scene: PathBuf,
 
-    /// Change a value of the scene; may be given several times
+    /// Change a value of the scene (repeatable)
     #[arg(short, long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
-    /// Folder for tables and pictures; created if necessary, and must be empty
+    /// Folder for tables and figures; created if necessary, and must be empty
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
 
-    /// Fewer runs, or shorter ones
+    /// Reduce the number or the length of the runs
     #[arg(long)]
     pub coarse: bool,
 }

@@ -12,18 +12,21 @@ use cofferdam_analysis::table::Table;
 use cofferdam_scene::{DamFidelityScene, DampingModel, LoadedScene, OnFailure};
 
 pub const HELP: &str = "\
-Runs the scene with one change at a time and tabulates the effect on crest motion, rotation and sliding: first changes that
-should not matter (mesh, time steps, places of contacts, the reduced model, 0.1 % of the shaking), then choices of the model
-(joint stiffness, plane condition, friction, damping model, polarity). Rotation and sliding
-are those of the lowest crack.
+Runs the scene with one change at a time and tabulates the effect on crest
+motion, rotation and sliding. The first group has changes that should not
+matter: mesh, time steps, contact points, the reduced model, and 0.1 % of the
+shaking. The second group has modelling choices: joint stiffness, plane
+condition, friction, damping model and polarity. Rotation and sliding are those
+of the lowest crack.
 
 Writes sensitivity.md, sensitivity.csv and sensitivity.svg.
 
 Example:
-  cofferdam study sensitivity scenes/koyna-northridge-1994 --output studies/sensitivity
+  cofferdam study sensitivity scenes/koyna-northridge-1994 \\
+    --output studies/sensitivity
 
-Exit status: 0, 1 results could not be written, 2 the scene is wrong or does not fit, 3 a run failed, 4 a unit cannot be
-made.";
+Exit status: 0 completed, 1 results could not be written, 2 the scene is
+invalid or not suitable, 3 a run failed, 4 a unit cannot be created.";
 
 /// A change of the scene.
 struct Change {

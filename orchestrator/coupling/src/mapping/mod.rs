@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, DVectorView, DVectorViewMut};
 ///
 /// Both units divide the same face into panels, each in its own way. Fields are linear along panels and may jump
 /// where two points coincide. With the hat functions N₁ and N₂ of the two, each field is mapped to the field of the
-/// other unit that is nearest in the mean square:
+/// other unit that is nearest in mean square:
 ///
 /// ```text
 /// M₂ v₂ = C v₁,   M₁ p₁ = Cᵀ p₂,   C = ∫ N₂ N₁ᵀ ds,   M = ∫ N Nᵀ ds

@@ -149,7 +149,7 @@ pub struct Checkpoint {
     pub units: Vec<Option<Vec<u8>>>,
 }
 
-/// What observers of a run are told that goes on: what came before.
+/// What observers of a run are told that continues: what came before.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Past {
     /// A window, accepted or not.
@@ -195,7 +195,7 @@ pub enum ObserverError {
 ///
 /// **Call order**: `begin`, `window` for initialisation (step 0) and for every window of communication steps (usually
 /// one step), followed by `inspect` if it was accepted, and by `checkpoint` where an observer wants one; `end` in any case. An
-/// error ends the run. A run that goes on from a log begins with `past` for every window of the log, in the place of `window` and
+/// error ends the run. A run that continues from a log begins with `past` for every window of the log, in place of `window` and
 /// `inspect`.
 pub trait Observer {
     /// Before the first exchange.

@@ -181,7 +181,7 @@ pub trait Participant: Send {
         Ok(None)
     }
 
-    /// Takes a state written by a unit made from the same scene, in this or another process, in the place of
+    /// Takes a state written by a unit made from the same scene, in this or another process, in place of
     /// initialisation.
     ///
     /// **Errors**: it is not offered, as by default; the bytes are not a state of such a unit.

@@ -196,7 +196,7 @@ impl Scheme {
         self.fingerprint
     }
 
-    /// The state at the end of the last accepted window, which [`resume`](Self::resume) goes on from; `None` inside a
+    /// The state at the end of the last accepted window, which [`resume`](Self::resume) continues from; `None` inside a
     /// window that was attempted and not accepted.
     pub fn state(&self) -> Option<SchemeState> {
         let links = self.links.iter().map(Link::state).collect();
@@ -207,7 +207,7 @@ impl Scheme {
         })
     }
 
-    /// Goes on from `state`, of a scheme with the same [`fingerprint`](Self::fingerprint), in the place of
+    /// Goes on from `state`, of a scheme with the same [`fingerprint`](Self::fingerprint), in place of
     /// initialisation. The units must be where they were; what they said when they were made was heard then.
     pub fn resume(&mut self, graph: &mut Graph, state: &SchemeState) {
         graph.units_mut().for_each(|unit| drop(unit.messages()));

@@ -130,7 +130,7 @@ impl Instance for Fmi3 {
     }
 
     fn save(&mut self) -> Result<(), FmuUnitError> {
-        // A state that is there is filled anew.
+        // A state that is there is filled again.
         let mut state = self.saved.unwrap_or(std::ptr::null_mut());
         let status = self.fmu.getFMUState(&mut state);
         self.saved = Some(state).filter(|state| !state.is_null());

@@ -28,7 +28,7 @@ pub trait Instance {
     /// Takes a step from `time` of `length`, both s.
     fn step(&mut self, time: f64, length: f64) -> Result<(), FmuUnitError>;
 
-    /// Saves the state in the place of the one before.
+    /// Saves the state in place of the one before.
     fn save(&mut self) -> Result<(), FmuUnitError>;
 
     /// Returns to the saved state.

@@ -16,20 +16,25 @@ use statements::{EARTHQUAKES, FIGURES, RIGID};
 use std::path::PathBuf;
 
 pub const HELP: &str = "\
-Runs the scenes of the paper's figures 3, 4 and 7 to 13 and draws each figure's quantity, beside what the paper's text states of it and
-what it leaves open. Where a choice is open, the cracked dam runs with others too: direction of the record, damping, plane
-condition, places of contacts, stiffness of the crack, mesh. Nothing is read off the paper's pictures.
+Runs the scenes of the paper's figures 3, 4 and 7 to 13, and plots the quantity
+of each figure together with the statements in the paper's text and the choices
+it leaves open. The cracked dam also runs with alternatives of the open
+choices: direction of the record, damping, plane condition, contact points,
+stiffness of the crack, and mesh. No values are read off the paper's figures.
 
-The paper's records are not shipped: other records stand in for them, and every picture says so. Your own are taken as they are, in the
-unit that their headers name, or g.
+The paper's records are not distributed. Other records replace them, which
+every figure states. Your own records are used unmodified, in the unit given in
+their headers, or g.
 
-Writes paper.md; paper.csv (numbers), claims.csv (statements in words), open.csv (other choices); paper.svg and figure-3.svg to
-figure-13.svg. With --coarse a part of each record, 10 m elements and few choices.
+Writes paper.md; paper.csv (numbers), claims.csv (statements in words),
+open.csv (alternatives); paper.svg and figure-3.svg to figure-13.svg. With
+--coarse, a part of each record, 10 m elements and few choices.
 
 Example:
   cofferdam-lab paper --output studies/paper
 
-Exit status: 0, 1 results could not be written, 2 a scene or a record is wrong, 3 a run failed, 4 a unit cannot be made.";
+Exit status: 0 completed, 1 results could not be written, 2 a scene or a record
+is invalid, 3 a run failed, 4 a unit cannot be created.";
 
 /// Arguments of the study.
 #[derive(clap::Args)]
@@ -46,15 +51,15 @@ pub struct PaperArguments {
     #[arg(long, value_name = "FILE")]
     el_centro_record: Option<PathBuf>,
 
-    /// Folder of the scenes rigid-dam-ramp, paper-figure-4, paper-koyna-1967 and paper-newhall-1994
+    /// Folder with the scenes rigid-dam-ramp, paper-figure-4, paper-koyna-1967 and paper-newhall-1994
     #[arg(long, value_name = "DIR", default_value = "scenes")]
     scenes: PathBuf,
 
-    /// Folder for tables and pictures; created if necessary, and must be empty
+    /// Folder for tables and figures; created if necessary, and must be empty
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
 
-    /// Parts of the records, coarse meshes and few choices
+    /// Use parts of the records, coarse meshes and few choices
     #[arg(long)]
     coarse: bool,
 }

@@ -61,7 +61,7 @@ pub fn picture(grid: &Grid, judged: &[(Case, Verdict)]) -> Result<String, StudyE
                 }
             }
         }
-        let legend = "up: density of the water over the concrete's; right: communication step in s; in the cells: dam steps a communication step, D diverges, S stagnates, L iteration limit, R refused";
+        let legend = "up: density of the water over the concrete's; right: communication step in s; in the cells: dam steps per communication step, D diverges, S stagnates, L iteration limit, R refused";
         Ok(area.draw_text(legend, &small, (20, size.1 as i32 - 18))?)
     })
 }

@@ -26,7 +26,7 @@ pub fn picture(series: &Series) -> Result<String, StudyError> {
             .x_label_formatter(&|x| format!("{x:.0e}"))
             .y_label_formatter(&|y| format!("{y:.0e}"))
             .draw()?;
-        chart.configure_secondary_axes().y_desc("dam steps a communication step").draw()?;
+        chart.configure_secondary_axes().y_desc("dam steps per communication step").draw()?;
         let lines: [Line<'_>; 2] = [
             ("crest displacement", BLUE, points.iter().map(|p| (p.tolerance, p.crest.max(1e-14))).collect()),
             ("sliding", ORANGE, points.iter().map(|p| (p.tolerance, p.sliding.max(1e-14))).collect()),
@@ -47,7 +47,7 @@ pub fn picture(series: &Series) -> Result<String, StudyError> {
         let iterations = points.iter().map(|p| (p.tolerance, p.iterations));
         chart
             .draw_secondary_series(LineSeries::new(iterations, GREEN.stroke_width(2)).point_size(3))?
-            .label("dam steps a communication step")
+            .label("dam steps per communication step")
             .legend(|(x, y)| PathElement::new([(x, y), (x + 20, y)], GREEN.stroke_width(2)));
         chart
             .configure_series_labels()

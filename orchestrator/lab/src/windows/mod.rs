@@ -15,24 +15,32 @@ use coupled::{Coupled, End};
 use nalgebra::DMatrix;
 
 pub const HELP: &str = "\
-The paper computes compressible water in short windows, each with its own forward and inverse Fourier transform, and without a
-condition at the far end. This study measures the errors of this method; it is not a way to run a scene.
+The paper computes compressible water in short windows, each with its own
+forward and inverse Fourier transform, and without a condition at the far end.
+This study measures the errors of this method; it is not a way to run a scene.
+It has three parts:
 
-Windows of 0.1 s and of 64 to 1024 communication steps, (a) With a rigid dam under the scene's ground motion: error
-of base pressure and force against the transform of the whole record. (b) With the deformable dam: dam and water are iterated
-in every window, with Aitken's relaxation, until the residual of the pressure is below the scene's tolerance; error of crest
-displacement and sliding against a run step by step, dam steps per step, and where a window diverges. A rigid dam,
-[prescribed], has only (a). (c) The far end at h/2 to 4h, left out of the boundary integrals as in the paper, a wall, or
-at p = 0: error on the face under uniform motion at four frequencies over the first cut-off, and of the base pressure under the
-record, against waves that leave.
+  (a) A rigid dam under the ground motion of the scene, with windows of 0.1 s
+      and of 64 to 1024 communication steps: errors of base pressure and force
+      against the transform of the whole record.
+  (b) The deformable dam, with the same windows: dam and water are iterated in
+      every window, with Aitken's relaxation, until the pressure residual is
+      below the tolerance of the scene. Errors of crest displacement and
+      sliding against a step-by-step run, dam steps per communication step, and
+      where a window diverges. Omitted for a rigid dam, [prescribed].
+  (c) The far end at h/2 to 4h, left out of the boundary integrals as in the
+      paper, as a wall, or at p = 0: errors on the face under uniform motion at
+      four frequencies above the first cut-off, and of the base pressure under
+      the record, against a far end that transmits waves.
 
-Writes windows.md, windows.csv, windows.svg and far-end.csv. With --coarse two windows and one distance.
+Writes windows.md, windows.csv, windows.svg and far-end.csv. With --coarse, two
+windows and one distance.
 
 Example:
   cofferdam-lab windows scenes/koyna-coarse --output studies/windows
 
-Exit status: 0, 1 results could not be written, 2 the scene is wrong or does not fit, 3 a run failed, 4 a unit cannot be
-made.";
+Exit status: 0 completed, 1 results could not be written, 2 the scene is
+invalid or not suitable, 3 a run failed, 4 a unit cannot be created.";
 
 /// The paper's window, s.
 const OF_THE_PAPER: f64 = 0.1;

@@ -103,7 +103,7 @@ pub fn of(run: &RunFolder) -> Vec<Chart> {
         &ledger,
     );
     let iterations = "How often the dam took the same communication step until both units agreed.";
-    add("Dam steps a communication step", iterations, false, &one("dam steps", "iterations", 1.0));
+    add("Dam steps per communication step", iterations, false, &one("dam steps", "iterations", 1.0));
     let mut residuals = one("residual of the pressure", "residual.pressure", 1.0);
     residuals.extend(one("error of its interpolation, estimate", "interpolation_error", 1.0));
     add(

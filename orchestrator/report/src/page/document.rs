@@ -166,16 +166,16 @@ fn figure(quantity: &Quantity) -> String {
     )
 }
 
-/// How far a number that matters first can be trusted: its band, or that it is one draw.
+/// How far a number that matters first can be trusted: its band, or that it is one realisation.
 fn range(quantity: &Quantity) -> String {
     match quantity.band {
         Some([low, median, high]) => format!(
-            "twins: 16 % <data value=\"{low}\">{}</data>, median <data value=\"{median}\">{}</data>, 84 % <data value=\"{high}\">{}</data>",
+            "replicates: 16 % <data value=\"{low}\">{}</data>, median <data value=\"{median}\">{}</data>, 84 % <data value=\"{high}\">{}</data>",
             shown(low),
             shown(median),
             shown(high)
         ),
-        None if quantity.subject == Subject::Cracks => "one draw: quote a range, with the damping".to_owned(),
+        None if quantity.subject == Subject::Cracks => "one realisation: quote a range, with the damping".to_owned(),
         None if quantity.name.starts_with("largest tension") => {
             "in corners it grows with a finer mesh".to_owned()
         }

@@ -89,7 +89,7 @@ const FILES: [(&str, &str); 3] = [
 ];
 
 impl RunFolder {
-    /// Reads the folder of a run that has ended, was killed, or goes on.
+    /// Reads the folder of a run that has ended, was killed, or continues.
     ///
     /// **Errors**: [`ReportError`]; a file that is missing is named with the remedy.
     pub fn read(folder: &Path) -> Result<Self, ReportError> {
@@ -140,5 +140,5 @@ fn unended(loaded: &LoadedScene, histories: &Histories) -> Summary {
         statistics: Statistics { unconverged, ..Statistics::default() },
     };
     let summary = Summary::of(loaded, histories, &ending, None, &[], [&[], &[]], &[]);
-    Summary { status: "without an end: the run was killed, or goes on".to_owned(), ..summary }
+    Summary { status: "without an end: the run was killed, or continues".to_owned(), ..summary }
 }

@@ -29,7 +29,7 @@
     return { kind: "Times", values: values.map(step => time[row += step]) };
   }
 
-  // What a chart draws. The line of another run has instants of its own: where a line has no value, `undefined`, it goes on.
+  // What a chart draws. The line of another run has instants of its own: where a line has no value, `undefined`, it continues.
   function content(chart) {
     const { kind, values } = abscissa(chart, data.time);
     const lines = chart.series.map((line, index) => ({ ...line, index }));

@@ -73,7 +73,7 @@ pub fn results(rows: &[Row]) -> String {
 pub fn quantities(quantities: &[Quantity]) -> String {
     let banded = quantities.iter().any(|quantity| quantity.band.is_some());
     let heading =
-        if banded { "<th scope=\"col\" class=\"number\">16 %, median, 84 % of twins</th>" } else { "" };
+        if banded { "<th scope=\"col\" class=\"number\">16 %, median, 84 % of replicates</th>" } else { "" };
     let mut text = format!(
         "<table class=\"quantities\"><thead><tr><th scope=\"col\">quantity</th><th scope=\"col\" class=\"number\">value</th>\
          <th scope=\"col\">unit</th>{heading}<th scope=\"col\">when and where</th></tr></thead><tbody>\n",

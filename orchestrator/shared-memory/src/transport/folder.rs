@@ -22,7 +22,7 @@ pub struct Folder {
 }
 
 const LOCK: &str = "lock";
-/// How often a folder is made anew that another run removes.
+/// How often a folder is made again that another run removes.
 const ATTEMPTS: usize = 100;
 /// Age from which a folder without a lock is not one that is just being made.
 const OLD: Duration = Duration::from_secs(60);
@@ -273,7 +273,7 @@ mod tests {
         let (of_first, of_killed) = (segment(&first), segment(&killed));
         killed.lock.unlock().expect("unlocked, as by the end of the process");
         let next = Folder::try_to_create(parent.path()).expect("a folder");
-        assert!(of_first.exists() && !of_killed.exists(), "the first run goes on");
+        assert!(of_first.exists() && !of_killed.exists(), "the first run continues");
         drop(first);
         assert!(!of_first.exists());
         // A unit that nobody waited for makes one after its run.

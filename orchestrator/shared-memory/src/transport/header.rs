@@ -21,7 +21,7 @@ pub enum Command {
     Serialise = 6,
     /// Return to the saved state, then write it.
     RestoreAndSerialise = 7,
-    /// Take the state in that file, in the place of initialisation.
+    /// Take the state in that file, in place of initialisation.
     Deserialise = 8,
     /// Answer with the values of that variable at the places that the request holds.
     ReadAt = 9,

@@ -13,15 +13,15 @@ use std::path::{Path, PathBuf};
 /// Arguments of `cofferdam log export`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// The log.mcap of a run, or the run's folder
+    /// Log (log.mcap) or folder of a run
     log: PathBuf,
-    /// Folder to make and fill
+    /// Folder to create for the tables
     #[arg(short, long, value_name = "FOLDER")]
     output: PathBuf,
-    /// Form of the tables
+    /// Format of the tables
     #[arg(long, value_enum, default_value_t = Format::Csv)]
     format: Format,
-    /// Every exchange of every iteration, one row each
+    /// Export all exchanges of all iterations, one per row
     #[arg(long)]
     iterations: bool,
 }
@@ -29,31 +29,36 @@ pub struct Arguments {
 /// Form of the tables.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Format {
-    /// Text, commas between the values
+    /// Comma-separated text
     Csv,
     /// Parquet, compressed with Snappy
     Parquet,
 }
 
 pub const HELP: &str = "\
-Writes from the log alone what the run wrote beside it: histories.csv, and a table of each array over the wet face.
+Recreates the tables of a run from its log alone: histories.csv, and one table
+for each array on the wet face.
 
-With --iterations, tables of all exchanges of each unit instead: UNIT-exchanges.csv has a row for each request with its
-answer, with step, iteration, attempt, accepted, start and end of the step, and every value of the request and of the answer
-(NaN where a unit failed and gave none).
+With --iterations, writes tables of all exchanges of each unit instead. Each
+row of UNIT-exchanges.csv has a request and its response: step, iteration,
+attempt, accepted, start and end of the step, and all values of the request and
+of the response (NaN if the unit failed and returned none).
 
-Logs of earlier versions hold no residuals by iteration, work at the interface and lowest pressure; these columns
-are then 0, which a warning says.
+Logs of earlier versions do not contain residuals by iteration, work at the
+interface and lowest pressure. These columns are then 0, and a warning is
+printed.
 
-Numbers have all digits, so that reading them gives the same bits. A log that is cut short gives what it holds; of a damaged
-one, what comes before the damage is written, and the damage reported.
+Numbers are written with all digits, so that the values read back are
+bit-identical. A log that is cut short is exported up to the cut; a damaged one
+up to the damage, which is reported.
 
 Examples:
   cofferdam log export runs/koyna --output koyna-tables
-  cofferdam log export runs/koyna --output koyna-iterations --iterations --format parquet
+  cofferdam log export runs/koyna --output koyna-iterations \\
+    --iterations --format parquet
 
-Exit status: 0, also for a log that was cut short; 1 if it cannot be read or is damaged, the folder exists, or cannot be
-written.";
+Exit status: 0, also for a log that is cut short; 1 if it cannot be read or is
+damaged, or the folder exists or cannot be written.";
 
 /// Writes the tables of a log.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {

@@ -13,12 +13,12 @@ use std::path::PathBuf;
 /// Arguments of `cofferdam log layout`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// The log.mcap of a run, or the run's folder
+    /// Log (log.mcap) or folder of a run
     log: PathBuf,
-    /// The program that the layout is for
+    /// Program to write the layout for
     #[arg(long = "for", value_enum, value_name = "PROGRAM", default_value_t = Viewer::Foxglove)]
     viewer: Viewer,
-    /// The file to write; by default it is printed
+    /// File to write (default: standard output)
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
@@ -26,22 +26,25 @@ pub struct Arguments {
 /// A program that shows logs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Viewer {
-    /// Foxglove: JSON, which it imports as a layout
+    /// Foxglove: JSON, to be imported as a layout
     Foxglove,
-    /// PlotJuggler: XML, which names the log too
+    /// PlotJuggler: XML, which also names the log
     Plotjuggler,
 }
 
 pub const HELP: &str = "\
-Plots of crest displacement, sliding, norm of the pressure, iterations and residual, as far as the units of the log
-have them. Foxglove: choose Layouts, Import from file, and open the log; what it plots of the units are accepted
-values. PlotJuggler loads the log with the layout, and plots the values of every iteration at the end of its step.
+The layout plots crest displacement, sliding, norm of the pressure, iterations
+and residual, as far as the units in the log have them. In Foxglove, choose
+Layouts, Import from file, and open the log; values of the units are the
+accepted ones. PlotJuggler loads the log with the layout and plots the values
+of every iteration at the end of its step.
 
 Examples:
   cofferdam log layout runs/koyna --output koyna.json
-  cofferdam log layout runs/koyna --for plotjuggler --output koyna.xml && plotjuggler --layout koyna.xml
+  cofferdam log layout runs/koyna --for plotjuggler --output koyna.xml \\
+    && plotjuggler --layout koyna.xml
 
-Exit status: 0; 1 if the log cannot be read or the file not written.";
+Exit status: 0; 1 if the log cannot be read or the file cannot be written.";
 
 /// A plot of one or several curves.
 struct Plot {

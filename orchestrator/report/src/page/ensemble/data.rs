@@ -242,7 +242,7 @@ fn plan(folder: &EnsembleFolder) -> Group {
         Row::text("seed", manifest.seed.to_string()),
     ];
     rows.extend(manifest.perturbation.map(|(count, noise)| {
-        Row::text("motions in the place of each record", count.to_string())
+        Row::text("motions in place of each record", count.to_string())
             .with(format!("noise of {} %", 100.0 * noise))
     }));
     rows.extend(manifest.set.iter().map(|set| Row::code("changed in all runs", set.clone())));

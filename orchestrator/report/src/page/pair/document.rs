@@ -368,7 +368,7 @@ fn quantities(rows: &[Compared]) -> String {
          <th scope=\"col\" class=\"number\">B</th><th scope=\"col\">unit</th><th scope=\"col\" class=\"number\">B − A</th>\
          <th scope=\"col\" class=\"number\">of |A|</th>{}{}</tr></thead><tbody>\n",
         heading(timed, "when"),
-        heading(banded, "band of the twins")
+        heading(banded, "band of the replicates")
     );
     for row in rows {
         let value = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), tables::number);
