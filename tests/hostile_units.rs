@@ -487,7 +487,7 @@ fn libraries_that_break_the_contract_are_refused() {
         (
             "points 1.75 m higher",
             lifted,
-            &["at (0, 0) in the dam and at (0, 1.75) in the reservoir", "both need the same points"],
+            &["at (0, 0) in the dam and at (0, 1.75) in the reservoir", "give both units the same points"],
         ),
         (
             "not finite at the start",

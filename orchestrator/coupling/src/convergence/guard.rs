@@ -55,17 +55,17 @@ impl IterationFailure {
     pub fn in_unit(&self, unit: &str) -> String {
         match self {
             Self::Diverging { residual, smallest } => {
-                format!("diverges: the residual is {residual:.3e} {unit}, it has been {smallest:.3e} {unit}")
+                format!("diverges: the residual is {residual:.3e} {unit}, after {smallest:.3e} {unit} at best")
             }
             Self::Stagnating { iterations, smallest } => format!(
-                "stagnates: in {iterations} iterations the residual did not fall below {smallest:.3e} {unit} by a hundredth"
+                "stagnates: the residual did not fall by 1 % below {smallest:.3e} {unit} in {iterations} iterations"
             ),
             Self::RoundingFloor { smallest, floor } => format!(
-                "stagnates at {smallest:.3e} {unit}, the rounding floor of the units: values changed by rounding change the \
-                 residual by {floor:.3e} {unit}; the tolerance asks for more digits than there are"
+                "stagnates at {smallest:.3e} {unit}, the rounding floor of the units: rounding errors of their inputs change the \
+                 residual by {floor:.3e} {unit}; the tolerance is below what double precision allows"
             ),
             Self::Unbounded { value, bound } => format!(
-                "left all bounds: {value:.3e} {unit} was answered, {bound:.3e} {unit} is the largest possible value"
+                "left all bounds: a unit returned {value:.3e} {unit} (limit {bound:.3e} {unit})"
             ),
         }
     }

@@ -108,8 +108,8 @@ pub enum CouplingError {
     },
     /// A unit has frozen.
     #[error(
-        "step {step} at t = {time} s: {participant} is frozen: its answers have been the same in all bits for {steps} \
-         steps, though what it was given changed and it has answered to changes before; look at its last answers in the log"
+        "step {step} at t = {time} s: {participant} is frozen: its outputs have been bit-identical for {steps} \
+         steps although its inputs changed, and it responded to changes before; look at its last outputs in the log"
     )]
     Frozen {
         /// Name of the participant.
@@ -123,9 +123,9 @@ pub enum CouplingError {
     },
     /// After its state was restored, a unit gives another answer.
     #[error(
-        "{participant} does not return to its saved state: restored and asked the same in step {step} from t = {time} s, it \
-         answered {second:e} for `{variable}`[{index}] and {first:e} before; a saved state must hold all that later \
-         answers depend on"
+        "{participant} does not return to its saved state: restored and called with the same inputs in step {step} from t = {time} s, it \
+         returned {second:e} for `{variable}`[{index}], and {first:e} before; a saved state must hold everything that later \
+         outputs depend on"
     )]
     StateNotRestored {
         /// Name of the participant.
@@ -184,8 +184,8 @@ pub enum CouplingError {
     Mapping(#[from] MappingError),
     /// The points of the two units differ and form no faces that could be mapped.
     #[error(
-        "interface point {index} lies at ({}, {}) in the {} and at ({}, {}) in the {}, and they make no wet faces from the heel \
-         up; both need the same points", first[0], first[1], units[0], second[0], second[1], units[1]
+        "interface point {index} lies at ({}, {}) in the {} and at ({}, {}) in the {}, and they form no \
+         lines that could be mapped; give both units the same points", first[0], first[1], units[0], second[0], second[1], units[1]
     )]
     Interface {
         /// Index of the point, from 0.
