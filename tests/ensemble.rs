@@ -387,8 +387,10 @@ fn a_run_with_twins_tells_the_band_of_each_number() {
     assert!(band[0] < band[1] && band[1] < band[2], "{band:?}");
     let value = crest["value"].as_float().expect("a number");
     assert!((band[1] / value - 1.0).abs() < 0.2, "{band:?} {value}");
-    let rows =
-        told.split("replicates: 16 % ").skip(1).filter_map(|rest| rest.split([',', ' ']).next()?.parse().ok());
+    let rows = told
+        .split("replicates: 16 % ")
+        .skip(1)
+        .filter_map(|rest| rest.split([',', ' ']).next()?.parse().ok());
     let told_lowest: Vec<f64> = rows.collect();
     assert!(told_lowest.iter().any(|told| (told / band[0] - 1.0).abs() < 1e-3), "{told}");
     // Modes know no local damping: the run is whole, and says that it has no band.

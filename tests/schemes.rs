@@ -595,7 +595,9 @@ fn a_unit_that_does_not_return_to_its_state_is_named_and_the_log_holds_both_answ
     let failure = failure.expect("it cannot be coupled").to_string();
     println!("{failure}");
     assert!(
-        failure.starts_with("dam does not return to its saved state: restored and called with the same inputs in step 1"),
+        failure.starts_with(
+            "dam does not return to its saved state: restored and called with the same inputs in step 1"
+        ),
         "{failure}"
     );
     let seen = reports.last().map_or(0, |r| r.exchanges.len());

@@ -24,7 +24,9 @@ fn the_table_and_the_progress_fit_eighty_columns() {
     assert!(done.status.success(), "{}", words(&done.stderr));
     let (table, aside) = (words(&done.stdout), words(&done.stderr));
     assert!(
-        table.contains("replicates: 16 %") && table.contains("\nCrest\n") && aside.contains("100 % 0.20/0.20 s")
+        table.contains("replicates: 16 %")
+            && table.contains("\nCrest\n")
+            && aside.contains("100 % 0.20/0.20 s")
     );
     for line in table.lines().chain(aside.lines()).filter(|line| !line.contains(&at)) {
         // Pictures of the scene show its lines as they are.

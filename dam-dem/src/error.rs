@@ -36,9 +36,7 @@ pub enum DamError {
         crest: f64,
     },
     /// More elements than can be computed.
-    #[error(
-        "`element_size` leads to {elements:.3e} elements of the dam (limit 1e6); increase it"
-    )]
+    #[error("`element_size` leads to {elements:.3e} elements of the dam (limit 1e6); increase it")]
     TooManyElements {
         /// Number of elements.
         elements: f64,

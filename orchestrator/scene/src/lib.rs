@@ -19,7 +19,7 @@
 //! let loaded = read("reservoir.depth=90.0")?;
 //! assert_eq!(loaded.scene.depth(), 90.0);
 //! assert_eq!(loaded.scene.steps(), 800); // 2 s in steps of 2.5 ms
-//! assert_eq!(loaded.scene.hydrostatic_base_pressure(cofferdam_scene::Side::Reservoir), 1000.0 * 9.81 * 90.0);
+//! assert_eq!(loaded.scene.hydrostatic_base_pressure(cofferdam_scene::Side::Upstream), 1000.0 * 9.81 * 90.0);
 //!
 //! let mistake = read("reservoir.depht=90.0").unwrap_err();
 //! assert!(format!("{mistake:?}").contains("depth"), "{mistake:?}"); // with its place and the key that is meant

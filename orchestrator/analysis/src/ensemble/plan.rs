@@ -122,7 +122,9 @@ impl Plan {
     pub fn read(path: &Path) -> Result<(Self, String), EnsembleError> {
         let failed = |cause: String| EnsembleError::Plan { path: path.to_owned(), cause };
         if path.is_dir() {
-            return Err(failed("this is a folder; give the plan, a TOML file (docs/guide/ensembles.md)".into()));
+            return Err(failed(
+                "this is a folder; give the plan, a TOML file (docs/guide/ensembles.md)".into(),
+            ));
         }
         let text = std::fs::read_to_string(path).map_err(|cause| failed(cause.to_string()))?;
         if let Some(line) = line_of_dear(&text) {

@@ -33,8 +33,10 @@ pub fn add(
     {
         (dam.fidelity, model) = (DamFidelityScene::Reduced, "the reduced model");
     }
-    context
-        .line(format!("\n{count} perturbed replicates ({} % noise on the motion), with {model}", 100.0 * NOISE));
+    context.line(format!(
+        "\n{count} perturbed replicates ({} % noise on the motion), with {model}",
+        100.0 * NOISE
+    ));
     let seeds: Vec<u64> = (0..u64::from(count)).collect();
     let runs = parallel::try_map(&seeds, threads(None), |seed| {
         let mut own = twin.clone();

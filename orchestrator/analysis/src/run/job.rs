@@ -215,7 +215,9 @@ impl Job<'_> {
             Some(twins) if ending.status == Status::Completed => {
                 band::add(loaded, twins, context, interrupted, &mut summary)
             }
-            Some(_) => Err("the run did not reach the end of its scene, which its replicates need".to_owned()),
+            Some(_) => {
+                Err("the run did not reach the end of its scene, which its replicates need".to_owned())
+            }
             None => Ok(()),
         };
         summary.notes.extend(band.err().map(|why| format!("WARNING: no band: {why}")));

@@ -147,8 +147,10 @@ pub fn hand_over(
                 let relabelled = cofferdam_unit::relabel(&state, fingerprint);
                 let relabelled = relabelled.map_err(RunStateError::from)?;
                 to[id].deserialise(&relabelled)?;
-                context
-                    .line(format!("{} continues from its state with other cracks", to[id].description().name));
+                context.line(format!(
+                    "{} continues from its state with other cracks",
+                    to[id].description().name
+                ));
             }
             None if same => brought(&fork.log, id, &mut to[id], None, step, context)?,
             None => {

@@ -55,7 +55,9 @@ impl IterationFailure {
     pub fn in_unit(&self, unit: &str) -> String {
         match self {
             Self::Diverging { residual, smallest } => {
-                format!("diverges: the residual is {residual:.3e} {unit}, after {smallest:.3e} {unit} at best")
+                format!(
+                    "diverges: the residual is {residual:.3e} {unit}, after {smallest:.3e} {unit} at best"
+                )
             }
             Self::Stagnating { iterations, smallest } => format!(
                 "stagnates: the residual did not fall by 1 % below {smallest:.3e} {unit} in {iterations} iterations"
@@ -64,9 +66,9 @@ impl IterationFailure {
                 "stagnates at {smallest:.3e} {unit}, the rounding floor of the units: rounding errors of their inputs change the \
                  residual by {floor:.3e} {unit}; the tolerance is below what double precision allows"
             ),
-            Self::Unbounded { value, bound } => format!(
-                "left all bounds: a unit returned {value:.3e} {unit} (limit {bound:.3e} {unit})"
-            ),
+            Self::Unbounded { value, bound } => {
+                format!("left all bounds: a unit returned {value:.3e} {unit} (limit {bound:.3e} {unit})")
+            }
         }
     }
 

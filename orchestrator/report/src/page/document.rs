@@ -175,7 +175,9 @@ fn range(quantity: &Quantity) -> String {
             shown(median),
             shown(high)
         ),
-        None if quantity.subject == Subject::Cracks => "one realisation: quote a range, with the damping".to_owned(),
+        None if quantity.subject == Subject::Cracks => {
+            "one realisation: quote a range, with the damping".to_owned()
+        }
         None if quantity.name.starts_with("largest tension") => {
             "in corners it grows with a finer mesh".to_owned()
         }
