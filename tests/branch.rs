@@ -347,7 +347,7 @@ fn the_contacts_of_a_step_are_those_that_the_run_counted() -> Result<(), LogRead
     for (run, step, status, words) in [
         (&folder, "41", 0, "crack 0: "),
         (&folder, "40", 0, "crack 0: "),
-        (&folder, "39", 2, "up to step 40 it is the run"),
+        (&folder, "39", 2, "steps up to 40 are those of the run"),
         (&parent, "900", 2, "there is no step 900"),
         (&intact_run, "3", 2, "its dam has no cracks"),
         (&rigid, "3", 2, "its dam is prescribed"),

@@ -35,7 +35,7 @@ fn what_is_left_out_is_said_and_missed_nowhere_else() {
     let info = |name: &str| said(&cofferdam(&["log", "info", &at(name)]));
     assert!(!info("every").contains("left out"));
     assert!(
-        info("accepted").contains("left out what accepted steps did not continue with"),
+        info("accepted").contains("left out unaccepted exchanges of accepted steps"),
         "{}",
         info("accepted")
     );

@@ -84,7 +84,7 @@ fn none(log: &Log, why: &str) -> Failure {
     Failure::NoContacts { path: log.path().to_owned(), why: why.to_owned() }
 }
 
-/// The dam, made anew and put to the end of a step.
+/// The dam, made again and put to the end of a step.
 fn there(log: &Log, step: u64) -> Result<Box<dyn Participant>, Failure> {
     let (head, scene) = (log.head(), scene_of(log)?);
     let none = |why: &str| none(log, why);
