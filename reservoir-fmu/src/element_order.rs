@@ -8,9 +8,9 @@ const NODE: f64 = 0.577_350_269_189_625_8;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum ElementOrder {
-    /// One node an element.
+    /// One node per element.
     Constant,
-    /// Two nodes an element.
+    /// Two nodes per element.
     #[default]
     Linear,
 }

@@ -17,8 +17,8 @@ pub enum Method {
     Radau2,
     /// Convolution quadrature by Radau IIA of three stages.
     Radau3,
-    /// A recursion fitted to the frequency response, of constant cost a step and for steps of any length; not with gravity
-    /// waves, nor over an almost rigid bed (reflection from some 0.995 on, unless it is level and reflects all).
+    /// A recursion fitted to the frequency response, of constant cost per step and for steps of any length; not with gravity
+    /// waves, nor over an almost rigid bed (reflection coefficient of about 0.995 or more, except a level bed with exactly 1).
     Recursive,
     /// Finite elements with a Sommerfeld end.
     FiniteElements,

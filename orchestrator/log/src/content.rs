@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Content {
-    /// Largest share of the log that checkpoints take, from which a run can be resumed or tried otherwise; 0 for none, so that a
-    /// run can only start again.
+    /// Largest share of the log for checkpoints, from which a run can be resumed or branched. With 0 there are none, and the run can
+    /// only be repeated from the start.
     #[cfg_attr(feature = "schema", schemars(range(min = 0, max = 1)))]
     pub checkpoint_share: f64,
     /// Which exchanges are logged.
@@ -29,11 +29,11 @@ pub enum LoggedExchanges {
     /// Those of every iteration.
     #[default]
     Every,
-    /// Those that the run went on with, and all of steps that it did not accept: half of the size, and all that replays, branches
-    /// and resumed runs need.
+    /// Exchanges of accepted iterations, and all exchanges of rejected steps: half the size, and enough for replay, branch and
+    /// resume.
     Accepted,
-    /// None, nor the steps and iterations: the log says what was run and how it ended. For series of runs, whose results are in the
-    /// histories and the manifest; such a run can only be run again.
+    /// No exchanges, steps or iterations, only what was run and how it ended. For series of runs, whose results are in the histories
+    /// and the manifest; such a run can only be repeated from the start.
     None,
 }
 

@@ -11,10 +11,10 @@ pub enum Units {
     #[default]
     #[serde(rename = "g")]
     Gravity,
-    /// Metres a second squared.
+    /// Metres per second squared.
     #[serde(rename = "m/s2")]
     Metres,
-    /// Centimetres a second squared (gal).
+    /// Centimetres per second squared (gal).
     #[serde(rename = "cm/s2")]
     Centimetres,
 }

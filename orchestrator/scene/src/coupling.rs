@@ -19,20 +19,20 @@ pub struct CouplingScene {
     /// Number of communication steps that are iterated together, as one; implicit schemes only.
     #[schemars(range(min = 1, max = 10_000))]
     pub window: usize,
-    /// Tolerance ε of the iteration: a number, a share of the pressure of the moment, or a word.
+    /// Tolerance ε of the iteration: a number, relative to the current pressure, or `"balanced"`.
     pub tolerance: Tolerance,
     /// Measures that must all be below ε.
     pub measures: Vec<Measure>,
-    /// Most iterations a step by one acceleration. Those that measure and check the units (a Jacobian, the rounding floor,
-    /// restored states) do not count.
+    /// Maximum number of iterations of a step for each acceleration that is tried. Iterations that measure and check the
+    /// units (a Jacobian, the rounding floor, restored states) do not count.
     #[schemars(range(min = 2, max = 100_000))]
     pub iteration_limit: u32,
     /// What is done when the iterations run out, or no longer reduce the residual.
     pub on_failure: OnFailure,
-    /// Acceleration of the iteration. Where a quasi-Newton one brings no convergence in a step, it forgets its past; then
-    /// IQN-ILS without a past and Aitken's relaxation take over for this step. Summary and log say so.
+    /// Acceleration of the iteration. If a quasi-Newton acceleration does not converge in a step, its history is cleared;
+    /// then IQN-ILS without history and Aitken's relaxation are tried for this step. Summary and log report it.
     pub acceleration: AccelerationKind,
-    /// Number of past communication steps whose iterations the quasi-Newton accelerations reuse; 0 for those of the step alone.
+    /// Number of past communication steps whose iterations the quasi-Newton accelerations reuse; 0 for the current step alone.
     #[schemars(range(min = 0, max = 1000))]
     pub reused_steps: u64,
     /// Relaxation factor: the constant one, or the first one (Aitken, IQN-ILS without a past).

@@ -40,7 +40,8 @@ pub struct DamScene {
     /// Kinematics of the elements, and of reduced blocks.
     #[serde(default)]
     pub kinematics: Kinematics,
-    /// Factor on the critical time step. A dam with cracks takes a quarter of 2/ω at most, 0.18 of it without stiffness damping (reduced blocks 2.9 times as much while every contact sticks).
+    /// Factor on the critical time step. With cracks the time step is limited to 0.25 × 2/ω, or 0.18 × 2/ω without stiffness damping, where ω is the highest frequency
+    /// of the mesh (for reduced blocks 2.9 times as much while all contacts stick).
     /// `cofferdam study sensitivity` halves the time step.
     #[serde(default = "time_step_safety")]
     #[schemars(range(min = 1e-3, max = 1))]
@@ -55,11 +56,11 @@ pub struct DamScene {
     pub mesh: Option<MeshScene>,
     /// The concrete.
     pub material: MaterialScene,
-    /// Parts of the section with a concrete of their own, such as a core, a facing or older lifts. With zones the mesh is not one of
-    /// rows: it follows their outlines. Of zones that overlap the last one counts.
+    /// Parts of the section with a concrete of their own, such as a core, a facing or older lifts. The mesh is then
+    /// unstructured and follows their outlines. Where zones overlap, the last one applies.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub zones: Vec<ZoneScene>,
-    /// Damping. It is always named, because sliding depends on it more than on anything else.
+    /// Damping. The table is required, because sliding depends on it more than on anything else.
     pub damping: DampingScene,
     /// Cracks. Results come in the order of mean elevations. No water enters a crack.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -72,7 +73,7 @@ pub struct DamScene {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("like" = "reservoir.command"))]
     pub command: Option<CommandScene>,
-    /// A run of the past whose dam moves the water; with `fidelity = "log"`.
+    /// An earlier run whose dam moves the water; with `fidelity = "log"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("like" = "reservoir.log"))]
     pub log: Option<LogScene>,
@@ -98,12 +99,12 @@ pub enum DamFidelityScene {
     RigidBlocks,
     /// The dam without its cracks, linear, by modes.
     Intact,
-    /// Another program's, as an FMU: `[dam.fmu]`. Section and `element_size` still say where the wet face and its points are;
+    /// An FMU from another program: `[dam.fmu]`. Section and `element_size` still say where the wet face and its points are;
     /// material, zones, damping and cracks are the other program's own.
     Fmu,
-    /// Another program's, as a process: `[dam.command]`.
+    /// A process of another program: `[dam.command]`.
     Command,
-    /// That of a run of the past: `[dam.log]`; never iterated.
+    /// The motion recorded in the log of an earlier run: `[dam.log]`; never iterated.
     Log,
 }
 
@@ -196,7 +197,7 @@ pub struct MaterialScene {
     #[serde(default)]
     pub plane: Plane,
     /// Tensile strength with which the largest principal stress is compared: demand-capacity ratio, time above it and overstressed area
-    /// of the section. The concrete does not crack. Under earthquakes the dynamic strength is mostly taken, about 1.5 times the static one.
+    /// of the section. The concrete does not crack. For earthquakes the dynamic strength is commonly used, about 1.5 times the static one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1e3, max = 1e9), extend("unit" = "Pa", "otherwise" = "no comparison"))]
     pub tensile_strength: Option<f64>,
@@ -309,8 +310,8 @@ pub struct CrackScene {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("unit" = "m", "otherwise" = "`elevation`"))]
     pub polyline: Option<Vec<[f64; 2]>>,
-    /// Coulomb friction coefficient, the tangent of the friction angle. Of a bonded crack, or one with another residual
-    /// friction, it is the peak value.
+    /// Coulomb friction coefficient, the tangent of the friction angle. For a bonded crack, or one with a different
+    /// residual friction, it is the peak value.
     #[schemars(range(min = 0, max = 5))]
     pub friction_coefficient: f64,
     /// Friction coefficient at every point of the crack that has slipped or opened once.
@@ -333,7 +334,7 @@ pub struct CrackScene {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0, max = 1e3), extend("unit" = "m", "otherwise" = "no end"))]
     pub dilation_slip: Option<f64>,
-    /// Length of an element's side along the crack. With it the mesh is not one of rows, even if all cracks are horizontal.
+    /// Length of an element's side along the crack. The mesh is then unstructured, even if all cracks are horizontal.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1e-3, max = 1e4), extend("unit" = "m", "otherwise" = "`dam.element_size`"))]
     pub element_size: Option<f64>,
@@ -341,8 +342,9 @@ pub struct CrackScene {
     /// about them; nodes include the corners.
     #[serde(default)]
     pub integration: Integration,
-    /// Normal stiffness. A crack that is soft beside the concrete bends the dam, a stiff one shortens the time step. 1e11
-    /// Pa/m is as stiff as 0.3 m of concrete; twice or half of it changes the crest of a sliding dam by 1 %, its sliding by up to a fifth.
+    /// Normal stiffness. A crack that is soft compared with the concrete makes the dam more flexible, a stiff one
+    /// shortens the time step. 1e11 Pa/m is as stiff as 0.3 m of concrete; doubling or halving it changes the crest displacement of a
+    /// sliding dam by 1 % and its sliding by up to 20 %.
     #[schemars(range(min = 1e3, max = 1e15), extend("unit" = "Pa/m"))]
     pub normal_stiffness: f64,
     /// Shear stiffness.

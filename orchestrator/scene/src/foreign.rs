@@ -15,7 +15,7 @@ pub enum Source<'a> {
     Fmu(&'a FmuScene),
     /// A process of another program.
     Command(&'a CommandScene),
-    /// A run of the past.
+    /// An earlier run.
     Log(&'a LogScene),
     /// Another program, but the table that says which is missing.
     Untold(&'static str),
@@ -97,8 +97,8 @@ pub struct CommandScene {
     pub parameters: BTreeMap<String, ParameterValue>,
 }
 
-/// A run of the past in place of this unit. It answers what it answered then, whatever it is asked now: the loop is
-/// open, and nothing is iterated.
+/// An earlier run in place of this unit. It returns the recorded outputs whatever its inputs: the loop is open, and nothing
+/// is iterated.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LogScene {

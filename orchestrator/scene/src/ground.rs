@@ -28,7 +28,7 @@ pub struct RecordScene {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("otherwise" = "the header's, or g"))]
     pub units: Option<Units>,
-    /// SHA-256 of the file, in hexadecimal digits. The manifest of a run has it; a file with another one is refused.
+    /// SHA-256 of the file, in hexadecimal digits. It is recorded in the manifest of a run; a file with a different hash is refused.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("otherwise" = "the file's"))]
     pub sha256: Option<String>,

@@ -18,11 +18,11 @@ pub struct MeshScene {
     /// File of the mesh, relative to the scene's folder: Gmsh's MSH 4.1 or 2.2 in ASCII, in m, the heel at the origin, triangles and
     /// quadrilaterals of first order.
     pub file: PathBuf,
-    /// SHA-256 of the file, in hexadecimal digits. The manifest of a run has it; a file with another one is refused.
+    /// SHA-256 of the file, in hexadecimal digits. It is recorded in the manifest of a run; a file with a different hash is refused.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("otherwise" = "the file's"))]
     pub sha256: Option<String>,
-    /// What the file says. Manifest and log of a run have it, which so need the file no more.
+    /// Contents of the file, written to the manifest and the log of a run, so that they do not depend on the file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("otherwise" = "the file's"))]
     pub text: Option<String>,

@@ -37,7 +37,8 @@ pub struct SnapshotsScene {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0, max = 1e6), extend("unit" = "s", "otherwise" = "no end"))]
     pub until: Option<f64>,
-    /// Whether they show the pressure inside the water, up to two depths from the dam, where this program computes a water that has one.
+    /// Whether the pictures include the pressure in the water, up to two depths from the dam; only for built-in reservoirs that
+    /// have a pressure field.
     #[serde(default = "SnapshotsScene::with_water")]
     pub water: bool,
 }

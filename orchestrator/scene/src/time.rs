@@ -13,8 +13,8 @@ pub struct Time {
     /// Time without ground motion after the record. Residual sliding needs 5 s.
     #[schemars(range(min = 0, max = 1e6), extend("unit" = "s"))]
     pub quiet: f64,
-    /// Waits for rest: the run ends as soon as the dam is at rest, not before `quiet` and 5 s after the record, and this long
-    /// after it at the latest, for which the water keeps its memory.
+    /// Latest end of the run after the record. If it is set, the run ends as soon as the dam is at rest, but not before `quiet`
+    /// and at least 5 s have passed; the water is prepared for this time.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 5, max = 1e6), extend("unit" = "s", "otherwise" = "`quiet`, rest or not"))]
     pub longest_quiet: Option<f64>,

@@ -77,7 +77,7 @@ pub struct ReservoirScene {
     /// A process that computes the water; with `fidelity = "command"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub command: Option<CommandScene>,
-    /// A run of the past whose pressure loads the dam; with `fidelity = "log"`.
+    /// An earlier run whose pressure loads the dam; with `fidelity = "log"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub log: Option<LogScene>,
 }
@@ -148,14 +148,14 @@ pub enum FidelityScene {
     /// Compressible water.
     #[default]
     Compressible,
-    /// An empty reservoir: the dam alone, with one dam step a communication step whatever `coupling` says.
+    /// An empty reservoir: the dam alone, with one dam step per communication step, regardless of `[coupling]`.
     #[serde(rename = "none")]
     Empty,
-    /// Another program's, as an FMU: `[reservoir.fmu]`. Depth, density and wet face stay those of the scene.
+    /// An FMU from another program: `[reservoir.fmu]`. Depth, density and wet face stay those of the scene.
     Fmu,
-    /// Another program's, as a process: `[reservoir.command]`.
+    /// A process of another program: `[reservoir.command]`.
     Command,
-    /// That of a run of the past, as it was given to its dam: `[reservoir.log]`; never iterated.
+    /// The pressure recorded in the log of an earlier run, as its dam received it: `[reservoir.log]`; never iterated.
     Log,
 }
 

@@ -79,7 +79,7 @@ enum Written {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 enum Word {
-    /// A tenth of the error that the step has anyway, because it takes the pressure to be linear within it; at least 3e-4 and
+    /// A tenth of the error that the step has because values are taken as linear within it; at least 3e-4 and
     /// at most 1e-2 of the largest pressure so far.
     Balanced,
 }

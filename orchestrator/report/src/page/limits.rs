@@ -12,7 +12,7 @@ pub fn not_modelled(scene: &Scene) -> Vec<String> {
     match &scene.dam {
         None => said.push("The dam is prescribed: it is rigid and moves with the ground."),
         Some(dam) if dam.fidelity.is_foreign() => {
-            said.push("The dam is another program's: what it models is not known here.");
+            said.push("The dam belongs to another program: what it models is not known here.");
         }
         Some(dam) => {
             let intact = dam.fidelity.is_intact();
@@ -46,7 +46,7 @@ pub fn not_modelled(scene: &Scene) -> Vec<String> {
             said.push("Water is incompressible: no waves in it, and no energy that they carry away.");
         }
         if scene.has_foreign_water() {
-            said.push("A water is another program's, or that of a run of the past: what it models is not known here.");
+            said.push("A reservoir belongs to another program or an earlier run: what it models is not known here.");
         }
     }
     said.into_iter().map(str::to_owned).collect()
