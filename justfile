@@ -43,3 +43,8 @@ release:
 # The documents as a book with search, in target/book; needs `cargo install mdbook`.
 book:
     mdbook build docs
+
+# A wheel with the Python package, the command and the libraries of the FMUs, in target/wheel.
+wheel:
+    cargo build --release --locked
+    COFFERDAM_PROGRAMS="$PWD/target/release" python3 -m pip wheel --no-deps --wheel-dir target/wheel ./python

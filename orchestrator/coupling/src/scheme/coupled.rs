@@ -109,7 +109,7 @@ impl Scheme {
     ///
     /// **Errors**: a unit lacks a coupled variable; the points of an interface differ; the response of a second unit is both
     /// included in the first and exchanged, or neither; an implicit scheme with an iteration limit of 0; a measure of a change
-    /// where nothing is [monitored](Interface::monitored).
+    /// where nothing is [monitored](super::Interface::monitored).
     pub fn new(
         graph: &mut Graph,
         settings: Settings,

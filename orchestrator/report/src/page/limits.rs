@@ -46,7 +46,9 @@ pub fn not_modelled(scene: &Scene) -> Vec<String> {
             said.push("Water is incompressible: no waves in it, and no energy that they carry away.");
         }
         if scene.has_foreign_water() {
-            said.push("A reservoir belongs to another program or an earlier run: what it models is not known here.");
+            said.push(
+                "A reservoir belongs to another program or an earlier run: what it models is not known here.",
+            );
         }
     }
     said.into_iter().map(str::to_owned).collect()
