@@ -1,13 +1,10 @@
 //! Two masses joined by a spring, each a unit of its own: coupled, logged, replayed and compared.
-//!
 //! ```text
 //! left mass  ── position ──→  spring + right mass        m₁ ẍ₁ = f,   m₂ ẍ₂ = −f,   f = k (x₂ − x₁)
 //!            ←─── force ────
 //! ```
-//!
 //! Where the right mass starts at 1 m/s, x₂ − x₁ = sin(ωt)/ω with ω² = k (1/m₁ + 1/m₂).
-//!
-//! `cargo run --release -p cofferdam-log --example two_masses`
+//! Run it with `cargo run --release -p cofferdam-log --example two_masses`.
 
 use cofferdam_coupling::acceleration::{Acceleration, AccelerationKind};
 use cofferdam_coupling::convergence::{ConvergenceMeasure, Measure, Scales};
