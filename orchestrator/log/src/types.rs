@@ -189,6 +189,15 @@ pub fn exchange_type(name: &str, layout: &Layout) -> MessageType {
     MessageType::new(name, header.into_iter().chain(fields).collect())
 }
 
+/// A unit, and a variable of it whose name another field of its request or answer has.
+pub fn repeated_name(units: &[Description]) -> Option<(String, String)> {
+    units.iter().find_map(|Description { name, inputs, outputs, .. }| {
+        let repeated =
+            [inputs, outputs].into_iter().find_map(|layout| exchange_type(name, layout).repeated_field());
+        Some((name.clone(), repeated?))
+    })
+}
+
 /// A name in the form of message types.
 pub fn capitalised(name: &str) -> String {
     let mut letters = name.chars();

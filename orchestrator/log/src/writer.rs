@@ -3,8 +3,8 @@ use super::content::{Content, LoggedExchanges};
 use super::schema::{MessageType, Value};
 use super::source::Source;
 use super::types::{
-    build_type, capitalised, checkpoint_type, end_type, exchange_type, iteration_type, scene_type,
-    signal_type, step_type, unit_type, variable_type,
+    build_type, capitalised, checkpoint_type, end_type, exchange_type, iteration_type, repeated_name,
+    scene_type, signal_type, step_type, unit_type, variable_type,
 };
 use super::{LogError, foxglove};
 use crate::background::{Background, FLUSH_INTERVAL, Queue, Stopped};
@@ -475,16 +475,12 @@ impl LogWriter {
 impl Observer for LogWriter {
     fn begin(&mut self, start: &Start<'_>) -> Result<(), ObserverError> {
         let Some(writer) = self.writer.take() else { return Ok(()) };
-        let [preamble, run] = [self.window, start.stepping.window.max(1)];
+        let (preamble, run) = (self.window, start.stepping.window.max(1));
         if preamble != run {
             return Err(LogError::Window { preamble, run }.into());
         }
-        for description in &start.units {
-            for layout in [&description.inputs, &description.outputs] {
-                if let Some(variable) = exchange_type("", layout).repeated_field() {
-                    return Err(LogError::Name { unit: description.name.clone(), variable }.into());
-                }
-            }
+        if let Some((unit, variable)) = repeated_name(&start.units) {
+            return Err(LogError::Name { unit, variable }.into());
         }
         self.start(writer, start).map_err(|error| LogError::of_writer(&self.path, error).into())
     }
