@@ -1,4 +1,4 @@
-//! Blocks that vibrate by themselves while they slide: eigenvalues beside the motion in time.
+//! Blocks that vibrate by themselves while they slide: eigenvalues compared with the motion in time.
 
 use crate::support;
 use cofferdam_dam::energy::Work;

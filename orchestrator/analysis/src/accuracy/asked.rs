@@ -1,4 +1,4 @@
-//! The accuracy that is asked for.
+//! The requested accuracy.
 
 use super::{CREST, HISTORY, SLIDING};
 use cofferdam_scene::AccuracyScene;

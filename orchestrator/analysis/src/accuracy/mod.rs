@@ -1,4 +1,4 @@
-//! The numerics of a run from the accuracy that is asked for: a pilot of cheap twins, then the cheapest level whose error is expected
+//! The numerics of a run from the requested accuracy: a pilot of low-fidelity runs, then the cheapest level whose error is expected
 //! to be small enough.
 //!
 //! Levels form a ladder: five lengths of elements, the dam by modes where nothing slides and by reduced blocks where it may, the
