@@ -148,6 +148,27 @@ fn the_book_has_every_page() {
     assert!(missing.is_empty(), "docs/SUMMARY.md lacks {missing:?}");
 }
 
+#[test]
+fn measured_blocks_name_date_commit_and_machine() {
+    let mut pages = Vec::new();
+    documents(&root().join("docs/measurements"), &mut pages);
+    let mut measured = 0;
+    for page in pages {
+        let text = std::fs::read_to_string(&page).expect("a page");
+        for block in text.split("```measure\n").skip(1) {
+            let (block, _) = block.split_once("<!-- end of measurement -->").expect("the end of a block");
+            let (command, body) = block.split_once("```").expect("a fence");
+            let stamp = body.trim().lines().last().unwrap_or_default();
+            let parts = ["Measured on 20", ", commit ", " cores), in "];
+            assert!(parts.iter().all(|part| stamp.contains(part)), "{}: {command}: {stamp}", page.display());
+            assert!(!stamp.contains("-dirty") && !stamp.contains("unknown"), "{}: {stamp}", page.display());
+            assert!(body.contains("| --- |"), "{}: no table below {command}", page.display());
+            measured += 1;
+        }
+    }
+    assert!(measured >= 10, "{measured} measured blocks");
+}
+
 /// Phrases of the style guide's table, and what to write instead.
 const PHRASES: [(&str, &str); 22] = [
     ("in the place of", "instead of"),

@@ -473,3 +473,41 @@ fn the_papers_figures_stand_beside_its_numbers() {
         assert_eq!(slid("those with the least sliding together").is_some(), less, "{rows:?}");
     }
 }
+
+#[test]
+fn measure_writes_table_and_stamp_and_keeps_the_rest_of_the_page() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let page = folder.path().join("page.md");
+    let scene = root().join("scenes/koyna-coarse");
+    let command = format!(
+        "cofferdam-lab variants {} --set dam.fidelity=rigid-blocks --set time.duration=0.1 \\\n  --case dam.damping.ratio=0.1",
+        scene.display()
+    );
+    let block =
+        format!("# A page\n\n```measure\n{command}\n```\n\nold\n<!-- end of measurement -->\n\nafter\n");
+    std::fs::write(&page, &block).expect("a page");
+    let measure = |more: &[&str]| {
+        let done = Command::new(lab()).arg("measure").arg(&page).args(more).output().expect("the lab runs");
+        (done.status.code(), String::from_utf8_lossy(&done.stderr).into_owned())
+    };
+    // Another command is asked for.
+    assert_eq!(measure(&["--only", "rest"]).0, Some(0));
+    assert_eq!(std::fs::read_to_string(&page).expect("a page"), block);
+    assert_eq!(measure(&[]).0, Some(0));
+    let written = std::fs::read_to_string(&page).expect("a page");
+    assert!(written.starts_with("# A page\n\n```measure\ncofferdam-lab variants"), "{written}");
+    assert!(
+        written.ends_with("<!-- end of measurement -->\n\nafter\n") && !written.contains("old"),
+        "{written}"
+    );
+    assert!(
+        written.contains("| `dam.damping.ratio=0.1` |") && written.contains("Measured on 20"),
+        "{written}"
+    );
+    // This commit has written the block already.
+    assert_eq!(measure(&[]).0, Some(0));
+    assert_eq!(std::fs::read_to_string(&page).expect("a page"), written);
+    std::fs::write(&page, block.replace("rigid-blocks", "rigid")).expect("a page");
+    let (status, said) = measure(&[]);
+    assert!(status == Some(1) && said.contains("page.md") && said.contains("dam.fidelity"), "{said}");
+}

@@ -1,6 +1,8 @@
 //! `cofferdam-lab bench`.
 
+use crate::context::context;
 use crate::terminal::{print, warn};
+use cofferdam_analysis::study::StudyFolder;
 use cofferdam_analysis::table::Table;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
@@ -24,6 +26,10 @@ pub struct Arguments {
     /// Number of turns of each scene
     #[arg(short = 'n', long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..))]
     turns: u8,
+
+    /// Folder for bench.md and bench.csv; created if necessary, and must be empty
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
 
     /// Further arguments of every `run`
     #[arg(last = true, value_name = "ARGUMENT")]
@@ -63,6 +69,10 @@ pub fn run(arguments: &Arguments) -> ExitCode {
     if !its.is_empty() && its.len() != scenes.len() {
         warn(format!("{} scenes, but {} for the other build; give one for each", scenes.len(), its.len()));
         return ExitCode::from(2);
+    }
+    let folder = arguments.output.as_deref().map(|path| StudyFolder { path });
+    if let Some(Err(error)) = folder.map(|folder| folder.claim()) {
+        return failed(&error.to_string());
     }
     let here = match std::env::current_exe() {
         Ok(path) => path.with_file_name("cofferdam"),
@@ -119,7 +129,14 @@ pub fn run(arguments: &Arguments) -> ExitCode {
         }
     }
     print(format!("\n{}", table.markdown()));
-    ExitCode::SUCCESS
+    let written = folder.map_or(Ok(()), |folder| {
+        folder.write("bench.md", &table.markdown(), &context())?;
+        folder.write_table("bench.csv", &table, &context())
+    });
+    match written {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => failed(&error.to_string()),
+    }
 }
 
 fn failed(why: &str) -> ExitCode {

@@ -7,6 +7,7 @@ mod context;
 mod fidelity;
 mod figure;
 mod ledger;
+mod measure;
 mod meshes;
 mod paper;
 mod resolution;
@@ -16,6 +17,7 @@ mod stability;
 mod study;
 mod terminal;
 mod tolerance;
+mod variants;
 mod windows;
 
 use clap::Parser;
@@ -86,6 +88,12 @@ enum Command {
     /// Measure the errors of the paper's short windows and of its missing far-end condition
     #[command(after_long_help = windows::HELP)]
     Windows(Arguments),
+    /// Compare a scene with changes of its keys, one run each
+    #[command(after_long_help = variants::HELP)]
+    Variants(variants::VariantArguments),
+    /// Run the commands of measured blocks of pages and write their tables there
+    #[command(after_long_help = measure::HELP)]
+    Measure(measure::Arguments),
     /// Measure where the time of runs goes, compared with another build
     #[command(after_long_help = bench::HELP)]
     Bench(bench::Arguments),
@@ -114,7 +122,9 @@ fn main() -> ExitCode {
         Command::Paper(arguments) => paper::run(arguments),
         Command::Rest(arguments) => rest::run(arguments),
         Command::Seek(arguments) => seek::run(arguments),
+        Command::Variants(arguments) => variants::run(arguments),
         Command::Windows(arguments) => windows::run(arguments),
+        Command::Measure(arguments) => return measure::run(arguments),
         Command::Bench(arguments) => return bench::run(arguments),
     };
     match done {

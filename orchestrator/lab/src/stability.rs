@@ -20,8 +20,8 @@ is random in every communication step, with water whose density is a multiple
 of the density of the concrete. The scheme is serial implicit (Gauss-Seidel)
 for every water. The added-mass scheme needs no iterations and is not shown.
 
-Writes stability.md (one table per mesh, water and acceleration), stability.csv
-and stability.svg. Each cell has the mean number of dam steps per communication
+Writes stability.md (a summary, and a map per water and acceleration for the
+finest mesh), stability.csv (all runs) and stability.svg. Each cell has the mean number of dam steps per communication
 step needed for the tolerance of the scene, without the first step, or the
 reason for failure: D divergence, S stagnation, L more than 100 iterations, R a
 unit cannot be created, such as a dam with too many time steps.
@@ -155,8 +155,13 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
             most,
         ]);
     }
+    text += &format!("\n{}", summary(&grid, &judged).markdown());
+    let finest = grid.meshes.iter().copied().fold(f64::INFINITY, f64::min);
     for panel in judged.chunks(grid.density_ratios.len() * grid.communication_steps.len()) {
         let (Case { water: of, mesh, acceleration, .. }, _) = panel[0];
+        if mesh > finest {
+            continue;
+        }
         text += &format!("\n**{} water, {mesh} m mesh, {}**\n\n", water(of), name(acceleration));
         let steps = grid.communication_steps.iter().map(|h| format!("H = {h} s"));
         let mut table = Table::new(std::iter::once("ρ_w/ρ_s".to_owned()).chain(steps));
@@ -170,6 +175,26 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     arguments.write("stability.md", &text)?;
     arguments.write_table("stability.csv", &list)?;
     arguments.write("stability.svg", &figure::picture(&grid, &judged)?)
+}
+
+/// How often each acceleration converges, and its largest mean number of dam steps, over all meshes.
+fn summary(grid: &Grid, judged: &[(Case, Verdict)]) -> Table {
+    let headings = grid.waters.iter().map(|of| format!("{}: converged, largest mean", water(*of)));
+    let mut table = Table::new(std::iter::once("acceleration".to_owned()).chain(headings));
+    for acceleration in ACCELERATIONS {
+        let cell = |of: &FidelityScene| {
+            let own =
+                judged.iter().filter(|(case, _)| (case.acceleration, case.water) == (acceleration, *of));
+            let means = own.clone().filter_map(|(_, verdict)| match verdict {
+                Verdict::Converges(mean, _) => Some(*mean),
+                _ => None,
+            });
+            let largest = means.clone().fold(0.0, f64::max);
+            format!("{} of {}, {largest:.1}", means.count(), own.count())
+        };
+        table.row(std::iter::once(format!("`{}`", name(acceleration))).chain(grid.waters.iter().map(cell)));
+    }
+    table
 }
 
 /// Runs all cases, as many at once as there are cores. A thread pool is not used, because the threads of the units would
