@@ -34,8 +34,14 @@ fn a_plan_has_each_criterion_with_its_number_on_narrow_lines() {
     let said = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     // πc/2h = 3.1416 · 1440 / 183.5 = 24.65; an echo takes 2h/c = 0.1274 s, and 0.9ⁿ = 1 % after 43.7 of them.
-    let numbers =
-        ["24.7 rad/s", "0.127 s an echo", "1 % in 5.6 s", "sliding 5.15", "2.38 MN/m", "error of sliding"];
+    let numbers = [
+        "24.7 rad/s",
+        "0.127 s per reflection",
+        "1 % in 5.6 s",
+        "sliding 5.15",
+        "2.38 MN/m",
+        "error of sliding",
+    ];
     let unfolded = said.split_whitespace().collect::<Vec<_>>().join(" ");
     for number in numbers {
         assert!(unfolded.contains(number), "`{number}` is missing in:\n{said}");

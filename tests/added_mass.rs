@@ -77,7 +77,7 @@ fn a_heavy_fluid_takes_two_iterations_with_a_measured_jacobian_and_few_with_iqn_
         let newton = run(AccelerationKind::InterfaceJacobian, 0.5, sound())?;
         let iqn = run(AccelerationKind::IqnIls, 0.1 / ratio.max(1.0), sound())?;
         println!(
-            "ratio {ratio}: interface Jacobian {:.2} ({} in the first step), IQN-ILS {:.2} dam steps a step",
+            "ratio {ratio}: interface Jacobian {:.2} ({} in the first step), IQN-ILS {:.2} dam steps per communication step",
             mean(&newton[1..]),
             newton[0],
             mean(&iqn)

@@ -186,13 +186,9 @@ fn what_is_set_otherwise_counts_from_the_step_on() -> Result<(), LogReadError> {
             &["dam.cracks.0.friction_coefficient=0.3"],
             "dam continues from its state with other cracks",
         ),
-        (
-            "damping",
-            &["dam.damping.ratio=0.03"],
-            "dam is another: it is asked what the run asked in 40 steps",
-        ),
-        ("water", &["reservoir.fidelity=westergaard"], "reservoir is another"),
-        ("an FMU", &["reservoir.fidelity=fmu", &fmu], "reservoir is another"),
+        ("damping", &["dam.damping.ratio=0.03"], "dam is a new unit: the requests of 40 steps are repeated"),
+        ("water", &["reservoir.fidelity=westergaard"], "reservoir is a new unit"),
+        ("an FMU", &["reservoir.fidelity=fmu", &fmu], "reservoir is a new unit"),
         ("shorter steps", &["reservoir.fidelity=westergaard", "time.communication_step=0.00125"], ""),
     ];
     for (what, sets, word) in cases {
@@ -235,7 +231,7 @@ fn what_is_set_otherwise_counts_from_the_step_on() -> Result<(), LogReadError> {
     assert_eq!(status, Some(0), "{said}");
     leaves("back", &parent.with_file_name("scheme"), &folder, 60)?;
     let (_, status, said) = branch(&folder, 50, "before", HERE);
-    assert!(status == Some(2) && said.contains("up to step 59 it is the run"), "{said}");
+    assert!(status == Some(2) && said.contains("up to step 59 this is the run"), "{said}");
     assert!(said.contains("from step 60 on"), "{said}");
     // What is before in its log are the answers of another dam.
     let friction = parent.with_file_name("friction");
@@ -290,9 +286,9 @@ fn there_is_no_branch_where_it_cannot_begin() {
     let (parent, _) = run(&scenario, HERE);
     let cases: &[(u64, &str, &str)] = &[
         (0, "", "0 is not in 1.."),
-        (85, "", "the run ends after step 84; branch from a step before"),
+        (85, "", "the run ends after step 84; branch from an earlier step"),
         (900, "", "the run ends after step 84"),
-        (41, "ground_motion.record.scale=2.0", "the ground moves as in the run"),
+        (41, "ground_motion.record.scale=2.0", "the ground motion of a branch is that of the run"),
         (41, "coupling.window=3", "a branch keeps the windows of its run"),
         (41, "coupling.nonsense=1", "`nonsense` is no key of `[coupling]`"),
         (41, "dam.element_size=5.0", "exchanges other variables or at other points"),

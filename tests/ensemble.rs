@@ -176,7 +176,7 @@ fn an_ensemble_has_the_numbers_of_single_runs_and_its_tables_say_what_they_show(
     // Without rest there is no residual sliding.
     assert!(
         text.contains(&format!(
-            "{SAMPLES} runs have no such value, because they failed or their blocks still move"
+            "{SAMPLES} runs lack this value, because they failed or their blocks still move"
         )),
         "{text}"
     );
@@ -300,7 +300,7 @@ fn the_page_has_the_numbers_of_the_tables(output: &Path) {
     let done = report(&[output]);
     assert!(
         done.status.code() == Some(2)
-            && said(&done).contains("samples that lie in the folder are not run again")
+            && said(&done).contains("samples already in the folder are not run again")
     );
 }
 
@@ -546,5 +546,5 @@ fn a_plan_that_is_wrong_is_refused_before_any_run() {
     let target = "[intensity]\nperiod = 0.3\ntarget = { spectrum = \"no.csv\" }";
     refused(target, &new, 2, "no.csv: No such file");
     assert!(!new.exists(), "nothing is written for a plan that is wrong");
-    refused("", taken.path(), 1, "holds no ensemble or one of another plan");
+    refused("", taken.path(), 1, "contains no ensemble or one of another plan");
 }

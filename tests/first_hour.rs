@@ -64,9 +64,9 @@ fn the_first_hour_is_as_it_is_written() {
     for (page, words) in [
         (
             "runs/mine/report.html",
-            &["What is not modelled", "Largest principal stress", "Checks", "✗ not kept"][..],
+            &["What is not modelled", "Largest principal stress", "Checks", "✗ failed"][..],
         ),
-        ("runs/mine/report-reduced.html", &["What differs in the inputs"]),
+        ("runs/mine/report-reduced.html", &["Differences in the inputs"]),
         ("series/report.html", &["too few runs"]),
     ] {
         let page_text = read(page);

@@ -314,7 +314,7 @@ fn iterated_units_give_what_one_assembled_system_gives() -> Result<(), Failure> 
         let ((crest_too, pressure_too), iterations) = partitioned(dam, vec![unit], kind, 1e-10)?;
         let errors = [apart(&crest_too, &crest), apart(&pressure_too, &pressure)];
         println!(
-            "{fidelity:?}, {kind:?}: crest {:.1e}, pressure {:.1e} (relative L2), {iterations:.2} dam steps a step",
+            "{fidelity:?}, {kind:?}: crest {:.1e}, pressure {:.1e} (relative L2), {iterations:.2} dam steps per communication step",
             errors[0], errors[1]
         );
         assert!(errors.iter().all(|error| *error <= 1e-6), "{errors:?}");
@@ -359,7 +359,7 @@ fn a_dam_between_two_waters_is_as_one_assembled_system() -> Result<(), Failure> 
         let ((crest_too, pressure_too), iterations) = partitioned(dam, units, kind, 1e-13)?;
         let errors = [apart(&crest_too, &crest), apart(&pressure_too, &pressure)];
         println!(
-            "{fidelities:?}, {kind:?}: crest {:.1e}, pressures {:.1e} (relative L2), {iterations:.2} dam steps a step",
+            "{fidelities:?}, {kind:?}: crest {:.1e}, pressures {:.1e} (relative L2), {iterations:.2} dam steps per communication step",
             errors[0], errors[1]
         );
         assert!(errors.iter().all(|error| *error <= 1e-10), "{errors:?}");

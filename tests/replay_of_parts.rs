@@ -223,13 +223,13 @@ fn steps_and_keys_that_cannot_be_are_refused() {
         (&["--step", "4", "--until", "5"], 2, "cannot be used with"),
         (&["--step", "-1"], 2, "unexpected argument"),
         (&["--step", "1.5"], 2, "invalid value '1.5'"),
-        (&["--unit", "tailwater"], 2, "the log has no unit called tailwater, but dam, reservoir"),
-        (&["--set", "coupling.tolerance=1e-9"], 2, "(dam, reservoir) is made from `coupling.tolerance`"),
+        (&["--unit", "tailwater"], 2, "the log has no unit called tailwater; choose one of dam, reservoir"),
+        (&["--set", "coupling.tolerance=1e-9"], 2, "(dam, reservoir) depends on `coupling.tolerance`"),
         (&["--set", "coupling.tolerance=1e-9"], 2, "use `cofferdam branch`"),
         (
             &["--set", "ground_motion.record.scale=2"],
             2,
-            "(dam, reservoir) is made from `ground_motion.record.scale`",
+            "(dam, reservoir) depends on `ground_motion.record.scale`",
         ),
         (
             &["--unit", "dam", "--set", "reservoir.sound_speed=1400"],

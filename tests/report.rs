@@ -251,12 +251,12 @@ fn every_number_is_that_of_the_run() {
         [column("converged").iter().filter(|c| **c == 0.0).count() as f64]
     );
     let verdict = |name: &str| page.row("checks", name).cells[5].clone();
-    assert!(["weight", "ω₁", "energy"].iter().all(|name| verdict(name) == "✓ kept"));
+    assert!(["weight", "ω₁", "energy"].iter().all(|name| verdict(name) == "✓ passed"));
     // The ground of this crop already accelerates at time 0.
     assert_eq!(verdict("static thrust"), "not judged");
     assert_eq!(verdict("rest at the end"), "not judged");
     let cavitates = value("lowest pressure on a wet face, hydrostatic included") < -99.0;
-    assert_eq!(verdict("lowest pressure") == "✗ not kept", cavitates);
+    assert_eq!(verdict("lowest pressure") == "✗ failed", cavitates);
 
     // Samples of the record lie at communication points.
     let largest = whole_chain::peak(column("ground_acceleration.x")) / 9.80665;
@@ -278,7 +278,7 @@ const LINES: [(&str, &str, &str, f64); 6] = [
     ("Crest displacement, mm", "horizontal, positive downstream", "dam.crest_displacement.x", 1e3),
     ("Base pressure, kPa", "reservoir", "reservoir.base_pressure", 1e-3),
     ("Force on the base, MN/m", "shear, positive downstream", "dam.base_shear", 1e-6),
-    ("Energy ledger, MJ/m", "kinetic energy", "dam.kinetic_energy", 1e-6),
+    ("Energy balance, MJ/m", "kinetic energy", "dam.kinetic_energy", 1e-6),
     ("Major principal stress, MPa", "heel", "dam.major_principal_stress.0", 1e-6),
 ];
 
@@ -530,7 +530,7 @@ fn a_missing_file_is_named_with_the_remedy() {
     );
     let output = report(&[folder, Path::new("--output"), &place.path().join("no/such/folder.html")]);
     assert!(
-        output.status.code() == Some(1) && said(&output).contains("make the folder first"),
+        output.status.code() == Some(1) && said(&output).contains("create the folder first"),
         "{}",
         said(&output)
     );
@@ -616,7 +616,7 @@ fn other_scenes_have_the_sections_that_concern_them() {
     );
     let waters = page.data()["animation"]["waters"].clone();
     assert!(waters[0]["downstream"] == false && waters[1]["downstream"] == true && waters[2].is_null());
-    let kept = |page: &Page, name: &str| page.row("checks", name).cells[5] == "✓ kept";
+    let kept = |page: &Page, name: &str| page.row("checks", name).cells[5] == "✓ passed";
     assert!(kept(&page, "static thrust") && kept(&page, "weight"), "{:?}", page.rows["checks"]);
 
     let mut empty = Scenario::quick(0.2);

@@ -101,10 +101,10 @@ fn both_have_their_numbers_and_the_differences_between() {
     let hash =
         manifest(shared())["scene"]["ground_motion"]["record"]["sha256"].as_str().expect("a hash").to_owned();
     assert!(page.words.contains("Equal in both:") && page.words.contains(&format!("(SHA-256 {hash})")));
-    assert!(!page.words.contains("two dams"));
+    assert!(!page.words.contains("different dams"));
     // Their water differs: a sentence of one only.
-    assert!(page.words.contains("Of both") && page.words.contains("Of B only"));
-    assert!(page.words.contains("verdict on A") && page.words.contains("verdict on B"));
+    assert!(page.words.contains("Both runs") && page.words.contains("Run B only"));
+    assert!(page.words.contains("result of A") && page.words.contains("result of B"));
     assert!(loads_nothing(&page).is_empty());
 }
 
@@ -167,8 +167,11 @@ fn different_dams_are_said_and_what_is_no_pair_is_refused() {
     let output = report(&[shared(), &ramp, Path::new("--output"), &target]);
     assert!(output.status.success(), "{}", said(&output));
     let page = Page::read(&target);
-    assert!(page.words.contains("These are two dams: the dam of A is computed, that of B prescribed"));
-    assert!(page.words.contains("not measured: no dam, or no instant that both runs have"));
+    assert!(
+        page.words
+            .contains("The runs have different dams: the dam of A is computed, the dam of B is prescribed")
+    );
+    assert!(page.words.contains("not measured: no dam or no common instant"));
     assert!(loads_nothing(&page).is_empty());
 
     let twice = shared().join(".");

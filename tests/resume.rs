@@ -445,7 +445,7 @@ fn water_of_another_program_goes_on_from_its_state_or_is_asked_again() {
         let part = run(&scenario, "part", &["--until", "0.2"]);
         let (status, said) = try_resume(&part, &[]);
         assert_eq!(status, Some(0), "{name}: {said}");
-        assert_eq!(said.contains("reservoir gives no state: its"), repeated, "{name}: {said}");
+        assert_eq!(said.contains("reservoir cannot save its state: its"), repeated, "{name}: {said}");
         assert!(said.contains("continues after step"), "{name}: {said}");
         assert_equal(&whole, &part);
     }
@@ -490,7 +490,7 @@ fn what_cannot_be_resumed_is_named_and_left_alone() {
     let mut command = long.command("long");
     let mut running = command.args(IN_PROCESS).stdout(Stdio::null()).spawn().expect("cofferdam runs");
     grown(&long.folder().join("long/log.mcap"), 100_000);
-    refused(&long.folder().join("long"), 2, &["its run is going on", "wait for its end, or end it"]);
+    refused(&long.folder().join("long"), 2, &["the run is still running", "wait for its end, or stop it"]);
     assert!(running.try_wait().expect("a run").is_none(), "it was left alone");
     running.kill().expect("killed");
     running.wait().expect("an ending");

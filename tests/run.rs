@@ -265,7 +265,7 @@ fn water_without_memory_needs_no_iteration_and_is_nearly_the_same_iterated() {
         let crest = ["dam.crest_displacement.x", "reservoir.total_force"]
             .map(|name| apart(in_the_mass.column(name), iterated.column(name)));
         println!(
-            "{fidelity}: {:.2} dam steps a step, iterated {:.2}; crest {:.1e} apart, force of the water {:.1e}",
+            "{fidelity}: {:.2} dam steps per communication step, iterated {:.2}; crest {:.1e} apart, force of the water {:.1e}",
             iterations(&in_the_mass),
             iterations(&iterated),
             crest[0],
@@ -377,14 +377,17 @@ fn a_run_waits_for_rest() {
         (said, time)
     };
     let (said, time) = ended(&scenario, "rest");
-    assert!(said.contains("the dam is at rest, and the run ends at"), "{said}");
+    assert!(said.contains("because the dam is at rest"), "{said}");
     assert!(
         said.contains(" residual sliding ") && !said.contains("no residual") && (5.2..6.0).contains(&time),
         "{time}: {said}"
     );
     scenario.set("dam.damping.ratio", 0.0).set("time.longest_quiet", 5.5);
     let (said, time) = ended(&scenario, "no-rest");
-    assert!(said.contains("not at rest at the end") && said.contains("raise `time.longest_quiet`"), "{said}");
+    assert!(
+        said.contains("not at rest at the end") && said.contains("increase `time.longest_quiet`"),
+        "{said}"
+    );
     assert!((time - 5.71).abs() < 0.02, "{time}");
 }
 
@@ -457,9 +460,11 @@ fn levels_of_the_dam_and_kinds_of_damping() {
         assert!(output.status.success() && said.contains(named), "{said}");
     }
     scenario.set("dam.fidelity", "dem");
-    for (model, named) in
-        [("mass", "of mass, 5 % at"), ("stiffness", "of stiffness, 5 % at"), ("local", "local, 5 %")]
-    {
+    for (model, named) in [
+        ("mass", "mass-proportional, 5 % at"),
+        ("stiffness", "stiffness-proportional, 5 % at"),
+        ("local", "local, 5 %"),
+    ] {
         let output = scenario.set("dam.damping.model", model).try_run(model);
         let said = String::from_utf8_lossy(&output.stdout);
         assert!(output.status.success() && said.contains(named), "{said}");

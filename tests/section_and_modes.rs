@@ -314,7 +314,7 @@ fn a_dam_without_a_mesh_is_drawn_without_one() {
         check(&["scenes/rigid-dam-ramp", "--picture", path.to_str().expect("UTF-8")]);
     assert_eq!(status, Some(0), "{complaint}");
     let picture = Picture::read(&path);
-    assert!(picture.of_class("mesh").is_empty() && picture.says("prescribed dam: its wet face alone"));
+    assert!(picture.of_class("mesh").is_empty() && picture.says("prescribed dam: wet face only"));
     assert_eq!(picture.of_class("wet-point").len(), 17);
 
     let mut scenario = Scenario::quick(0.3);
@@ -328,7 +328,7 @@ fn a_dam_without_a_mesh_is_drawn_without_one() {
     assert!(!said.contains("full"), "the mass of another dam is not known: {said}");
     let picture = Picture::read(Path::new(path));
     assert!(picture.of_class("mesh").is_empty() && picture.lines_of_cracks().is_empty());
-    assert!(picture.says("dam: another program's, without its mesh"), "{:?}", picture.texts);
+    assert!(picture.says("dam of another program, without its mesh"), "{:?}", picture.texts);
     assert_eq!(picture.of_class("outline")[0].points().len(), 5);
 }
 
@@ -342,7 +342,7 @@ fn files_that_cannot_be_are_refused_with_a_remedy() {
         (vec![CRACKED, intact, "--picture", &at("a.svg")], 2, ["there are 2 scenes", "one scene"]),
         (vec![CRACKED, intact, "--modes", &at("a")], 2, ["there are 2 scenes", "one scene"]),
         (vec![intact, "--picture", "scene.toml"], 2, ["--picture scene.toml", "ends in .svg"]),
-        (vec![intact, "--picture", &at("nowhere/a.svg")], 1, ["nowhere/a.svg", "make the folder first"]),
+        (vec![intact, "--picture", &at("nowhere/a.svg")], 1, ["nowhere/a.svg", "create the folder first"]),
         (vec![intact, "--modes", &at("file")], 1, ["file cannot be written", "choose another name"]),
         (vec!["scenes/rigid-dam-ramp", "--modes", &at("a")], 2, ["has no modes", "leave the option out"]),
     ] {
@@ -440,7 +440,7 @@ fn frequencies_and_shapes_in_the_water() -> Result<(), Box<dyn std::error::Error
         numbers.map(|number| number.parse().expect("a number")).collect()
     };
     let empty = printed("  natural frequencies of the dam, intact and empty: ");
-    let full = printed("  full, water incompressible: ");
+    let full = printed("  full, incompressible water: ");
     let independent = independent()?;
     println!("empty {empty:?}, full {full:?}, independent {:.3?}", &independent[..4]);
     assert!(full.iter().zip(&empty).all(|(full, empty)| full < empty));

@@ -208,7 +208,7 @@ fn check_says_what_another_programs_unit_is_and_can() {
     assert!(done.status.success(), "{said}{}", String::from_utf8_lossy(&done.stderr));
     for part in [
         "reservoir: FMU water of FMI 3.0",
-        "repeated steps are right, and so is the sign: 1 m/s² into the water, held for two steps, gives ",
+        "repeated steps and sign are correct: 1 m/s² into the water, held for two steps, gives ",
         "of any length",
         "at the step's end",
     ] {

@@ -57,7 +57,7 @@ pub enum DamError {
     },
     /// A crack at or beyond the base or the crest.
     #[error(
-        "a crack at {elevation} m lies outside the section; it must lie between the base and the crest at {crest} m",
+        "a crack at {elevation} m lies outside the section; it must be between the base and the crest at {crest} m",
         elevation = exact(*elevation), crest = exact(*crest)
     )]
     CrackOutside {
@@ -77,7 +77,7 @@ pub enum DamError {
         other: f64,
     },
     /// The water stands above the crest or below the base.
-    #[error("the water is {depth} m deep; its depth must lie between 0 (empty) and the crest at {crest} m",
+    #[error("the water is {depth} m deep; its depth must be between 0 (empty) and the crest at {crest} m",
         depth = exact(*depth), crest = exact(*crest)
     )]
     WaterDepth {

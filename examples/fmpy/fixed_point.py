@@ -70,7 +70,7 @@ def main(dam, reservoir, record, results=None):
         rows.append([(n + 1) * step, *dam.get("crest_displacement")])
 
     crest = np.array(rows)[:, 1]
-    print(f"crest {1e3 * crest.min():+.2f} to {1e3 * crest.max():+.2f} mm, {iterations / steps:.2f} dam steps a step")
+    print(f"crest {1e3 * crest.min():+.2f} to {1e3 * crest.max():+.2f} mm, {iterations / steps:.2f} dam steps per communication step")
     if results:
         np.savetxt(results, rows, delimiter=",", header="time,crest_x,crest_y", comments="")
 

@@ -31,7 +31,7 @@ def run_ensemble(plan, output, client, program="cofferdam", parts=None):
     others. At the end `program` writes the tables here. Everything in `output` is, byte for byte, what `cofferdam ensemble`
     alone writes.
 
-    Plan, scene and records must lie at the same paths on the workers, `program` in their `PATH` or at the same path, and this package
+    Plan, scene and records must be at the same paths on the workers, `program` in their `PATH` or at the same path, and this package
     must be installed there; `output` is needed here alone. Returns `output` as a path.
 
     **Errors**: `EnsembleError`. The same call continues from the samples that are kept.
@@ -104,7 +104,7 @@ def run_part(number, parts, plan, text, program, version, held):
     try:
         there = plan.read_bytes()
     except OSError as error:
-        raise EnsembleError(f"{where}: {error}; plan, scene and records must lie at the same paths on all machines") from None
+        raise EnsembleError(f"{where}: {error}; plan, scene and records must be at the same paths on all machines") from None
     if there != text:
         raise EnsembleError(f"{where}: {plan} is another plan than on the client; copy it there")
     with tempfile.TemporaryDirectory(prefix="cofferdam-", dir=worker.local_directory) as scratch:

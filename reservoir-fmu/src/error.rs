@@ -20,7 +20,7 @@ pub enum ReservoirError {
     Call(#[from] CallError),
     /// The wave reflection coefficient is outside [0, 1].
     #[error(
-        "the wave reflection coefficient is {value}; it must lie between 0 (absorbing bed) and 1 (rigid bed)"
+        "the wave reflection coefficient is {value}; it must be between 0 (absorbing bed) and 1 (rigid bed)"
     )]
     WaveReflectionCoefficient {
         /// Value given.

@@ -211,7 +211,7 @@ def test_a_plan_that_is_not_the_same_everywhere_is_refused(client, study):
     version = subprocess.check_output([COFFERDAM, "--version"], text=True).strip()
     for path, text, wanted in [
         (plan, b"another", "is another plan than on the client"),
-        (plan.parent / "none", b"", "No such file or directory: .*; plan, scene and records must lie at the same paths"),
+        (plan.parent / "none", b"", "No such file or directory: .*; plan, scene and records must be at the same paths"),
     ]:
         with pytest.raises(cofferdam.EnsembleError, match=wanted):
             client.submit(run_part, 1, PARTS, path, text, COFFERDAM, version, {}).result()

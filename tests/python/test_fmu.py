@@ -411,7 +411,7 @@ def test_parameters_that_make_no_unit_are_refused_before_it_is_made(coarse, said
     refused(said, "not allowed in Step Mode", dam.set, "poisson_ratio", 0.2)
     water = listening(coarse["reservoir"], said)
     for name, value, text in [
-        ("wave_reflection_coefficient", 1.5, "must lie between 0"),
+        ("wave_reflection_coefficient", 1.5, "must be between 0"),
         ("horizon", 1e12, "communication steps"),
         ("horizon", 1e300, "communication steps"),
         ("element_size", 1e-9, "boundary elements"),

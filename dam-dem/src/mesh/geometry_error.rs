@@ -89,7 +89,7 @@ pub enum GeometryError {
         point: [f64; 2],
     },
     /// The downstream side does not start at y = 0 to the right of the heel.
-    #[error("the downstream side starts at {place}; the toe must lie at y = 0 and x > 0", place = place(point))]
+    #[error("the downstream side starts at {place}; the toe must be at y = 0 and x > 0", place = place(point))]
     ToeNotOnBase {
         /// First point of the downstream side.
         point: [f64; 2],

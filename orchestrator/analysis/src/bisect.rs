@@ -38,13 +38,13 @@ pub struct Request {
     pub threads: NonZeroUsize,
 }
 
-/// Why there is no result.
+/// Reason why there is no result.
 #[derive(Debug, thiserror::Error)]
 pub enum BisectError {
     /// The log cannot be read, or not to its end.
     #[error(transparent)]
     Log(#[from] LogReadError),
-    /// What is asked for cannot be had from this log.
+    /// This log does not contain the requested data.
     #[error("{}: {cause}", path.display())]
     Asked {
         /// The log.
@@ -84,7 +84,7 @@ impl FromStr for Condition {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let wanted = || format!("`{text}` is no condition; write such as 'sliding > 0.05'");
+        let wanted = || format!("`{text}` is not a condition; write for example 'sliding > 0.05'");
         let (name, above, value) = match (text.split_once('>'), text.split_once('<')) {
             (Some((name, value)), None) => (name, true, value),
             (None, Some((name, value))) => (name, false, value),
@@ -97,7 +97,7 @@ impl FromStr for Condition {
             "crest-displacement" => StopQuantity::CrestDisplacement,
             other => {
                 let known = "sliding, opening, rotation and crest-displacement";
-                return Err(format!("`{other}` is not known; there are {known}"));
+                return Err(format!("`{other}` is unknown; the quantities are {known}"));
             }
         };
         let value: f64 = value.trim().parse().map_err(|_| wanted())?;
@@ -154,15 +154,15 @@ impl Tried {
     }
 }
 
-/// From each of some checkpoints of the run of `log`, branches go on to the time at which the run ended, each with the ground moved a
-/// little otherwise. The units run in this process.
+/// From several checkpoints of the run of `log`, branches continue to the end time of the run, each with a slightly perturbed
+/// ground motion. The units run in this process.
 ///
 /// **Errors**: [`BisectError`].
 pub fn bisect(log: &Log, request: &Request, context: &Context<'_>) -> Result<Vec<Tried>, BisectError> {
     let again =
         |cause: Box<dyn Error + Send + Sync>| BisectError::Again { path: log.path().to_owned(), cause };
     if !(0.0..=1.0).contains(&request.amount) {
-        let cause = format!("--amount {} is no share; give one from 0 to 1", request.amount);
+        let cause = format!("--amount {} is not a share; give a number between 0 and 1", request.amount);
         return Err(BisectError::Asked { path: log.path().to_owned(), cause });
     }
     let condition = request.when;
@@ -282,7 +282,7 @@ fn seed_of(seed: u64, step: u64, branch: u64) -> u64 {
     fastrand::Rng::with_seed(seed).u64(..) ^ (step << 16) ^ branch
 }
 
-/// The interval of a share of which `hits` of `all` are known, 95 %.
+/// The 95 % confidence interval of a share with `hits` of `all`.
 ///
 /// ```text
 /// (p + z²/2n ± z √(p(1 − p)/n + z²/4n²)) / (1 + z²/n),  z = 1.96

@@ -1,4 +1,4 @@
-//! What every computation of this crate is given by its caller.
+//! The context that a caller passes to every computation of this crate.
 
 use cofferdam_assembly::Making;
 use cofferdam_assembly::cache::Cache;

@@ -1,4 +1,4 @@
-//! What a run will take, before it is begun.
+//! Estimate of time and disk space of a run before it starts.
 
 use crate::context::Context;
 use cofferdam_assembly::{Assembly, AssemblyError};

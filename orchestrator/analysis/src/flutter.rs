@@ -1,10 +1,10 @@
-//! Self-excited vibrations of blocks that slide, in words.
+//! Descriptions of self-excited vibrations of sliding blocks.
 
 use cofferdam_assembly::{Assembly, AssemblyError, Flutter};
 use cofferdam_scene::{CrackScene, Scene};
 use std::f64::consts::TAU;
 
-/// What is to be said of vibrations that grow while blocks of the scene slide.
+/// Warnings of vibrations that grow while blocks of the scene slide.
 ///
 /// **Errors**: those of the dam.
 pub fn warnings(scene: &Scene) -> Result<Vec<String>, AssemblyError> {
@@ -28,17 +28,17 @@ pub fn describe(vibration: &Flutter, crack: &CrackScene) -> String {
     )
 }
 
-/// What a growing vibration means, and what cures it.
+/// The effect of a growing vibration and its remedies.
 pub fn advise(cures: &[String]) -> String {
     let remedy = match cures {
         [] => {
-            "no other damping that was tried makes it decay: it comes from the shape of the block and its friction; rock that takes \
-             up waves, not modelled here, would damp it (docs/decisions/flutter.md)"
+            "none of the damping models tried makes it decay: its causes are the shape of the block and the friction; radiation \
+             into the rock, which is not modelled, would damp it (docs/decisions/flutter.md)"
                 .to_owned()
         }
-        cures => format!("it would decay with {}", cures.join(", or with ")),
+        cures => format!("the vibration would decay with {}", cures.join(", or with ")),
     };
     format!(
-        ": once it slides, the block vibrates by itself, and a thrust below its frictional strength may keep it sliding; {remedy}"
+        ": once the block slides, the vibration is self-excited, and a thrust below the frictional strength may sustain the sliding; {remedy}"
     )
 }

@@ -26,7 +26,7 @@ fn kind(name: &str, text: &[&str]) -> Type {
     }
 }
 
-/// Columns of which a part of the rows is held.
+/// Columns, buffered for a part of the rows.
 enum Held {
     Numbers(Vec<f64>),
     Words(Vec<ByteArray>),

@@ -1,10 +1,10 @@
-//! What all pictures have in common.
+//! Common parts of all pictures.
 
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use std::error::Error;
 
-/// Whether a picture could be drawn.
+/// Result of drawing a picture.
 pub type Drawing = Result<(), Box<dyn Error + Send + Sync>>;
 
 /// Colour of the first line.
@@ -21,7 +21,7 @@ const COLOURS: [RGBColor; 6] =
 
 /// A real value over time.
 pub struct History {
-    /// What the legend calls it; empty: it is not there.
+    /// Name in the legend; empty for none.
     pub label: String,
     /// Index of the colour.
     pub colour: usize,

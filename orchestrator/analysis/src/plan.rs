@@ -1,4 +1,4 @@
-//! What a run will model, what it leaves out, and by which numbers.
+//! What a run models and what it neglects, with the criteria.
 
 use crate::accuracy::table;
 use crate::context::{Context, threads};
@@ -14,7 +14,7 @@ use cofferdam_scene::{DampingModel, LoadedScene, SceneError, Source, Warning, sh
 use miette::Diagnostic;
 use std::f64::consts::{PI, TAU};
 
-/// Why there is no plan.
+/// Reason why no plan can be made.
 #[derive(Debug, thiserror::Error, Diagnostic)]
 pub enum PlanError {
     /// The scene.
@@ -47,7 +47,7 @@ const INCOMPRESSIBLE: f64 = 2.0;
 ///
 /// **Source**: A.K. Chopra, Hydrodynamic pressures on dams during earthquakes, Journal of the Engineering Mechanics Division 93 (1967).
 const NO_WAVES: f64 = 17.6;
-/// Elements a shear wave, steps a period.
+/// Elements per shear wavelength, steps per period.
 const ELEMENTS: f64 = 10.0;
 const STEPS: f64 = 20.0;
 /// Demand over strength of a crack below which it holds, and above which it slides, from the response spectrum alone.
@@ -58,7 +58,7 @@ fn row(what: impl Into<String>, verdict: impl Into<String>, criterion: impl Into
     PlanRow { what: what.into(), verdict: verdict.into(), criterion: criterion.into() }
 }
 
-/// The plan of a scene. It makes the dam and its lowest modes, and runs some of its steps for the estimate of time.
+/// The plan of a scene. Creates the dam and its lowest modes, and runs some steps for the estimate of time.
 ///
 /// **Errors**: those of the units.
 pub fn rows(loaded: &LoadedScene, context: &Context<'_>) -> Result<Vec<PlanRow>, PlanError> {
@@ -70,8 +70,8 @@ pub fn rows(loaded: &LoadedScene, context: &Context<'_>) -> Result<Vec<PlanRow>,
         "ground motion",
         if has_record { "horizontal, on rigid ground" } else { "ramp" },
         format!(
-            "98 % of its energy lies from {low:.2} to {high:.1} Hz, at most {:.3} g; vertical motion and the ground's own \
-             deformation are left out: the scene has no numbers for them",
+            "98 % of its energy lies from {low:.2} to {high:.1} Hz, at most {:.3} g; vertical motion and the \
+             deformation of the ground are not modelled",
             motion.peak().0.abs() / STANDARD_GRAVITY
         ),
     ));
@@ -89,7 +89,11 @@ pub fn rows(loaded: &LoadedScene, context: &Context<'_>) -> Result<Vec<PlanRow>,
             continue;
         }
         if water.source() != Source::BuiltIn {
-            rows.push(row(table, "not known here", "its water is another program's, or a run's of the past"));
+            rows.push(row(
+                table,
+                "not known here",
+                "the water is simulated by another program or replayed from a log",
+            ));
             continue;
         }
         let cut_off = PI * water.sound_speed / (2.0 * depth);
@@ -103,9 +107,9 @@ pub fn rows(loaded: &LoadedScene, context: &Context<'_>) -> Result<Vec<PlanRow>,
         });
         let needed = TAU * high > cut_off || first.is_some_and(|first| cut_off < INCOMPRESSIBLE * first);
         let verdict = match (compressible, needed) {
-            (true, true) => "modelled, and needed",
-            (true, false) => "modelled; added mass would do",
-            (false, true) => "left out, though needed",
+            (true, true) => "modelled, needed",
+            (true, false) => "modelled; added mass would suffice",
+            (false, true) => "left out, although needed",
             (false, false) => "left out",
         };
         rows.push(row(
@@ -123,20 +127,20 @@ pub fn rows(loaded: &LoadedScene, context: &Context<'_>) -> Result<Vec<PlanRow>,
             match (water.surface_waves, number < NO_WAVES) {
                 (true, _) => "modelled",
                 (false, false) => "left out",
-                (false, true) => "left out, and may matter",
+                (false, true) => "left out, may be relevant",
             },
-            format!("ω²h/g is {number:.0} at {low:.2} Hz, below which 1 % of the record's energy lies; waves matter below {NO_WAVES}"),
+            format!("ω²h/g is {number:.0} at {low:.2} Hz, below which 1 % of the record's energy lies; gravity waves are relevant below {NO_WAVES}"),
         ));
         if compressible {
             let alpha = water.wave_reflection_coefficient;
             let crossing = 2.0 * depth / water.sound_speed;
             let decay = match alpha {
-                a if a <= 0.0 => "a wave is absorbed at once".to_owned(),
+                a if a <= 0.0 => "a wave is absorbed completely".to_owned(),
                 a if a >= 1.0 => {
                     "a vertical wave keeps its amplitude: resonance at the cut-off is undamped".to_owned()
                 }
                 a => format!(
-                    "a vertical wave falls to 1 % in {:.1} s, {crossing:.3} s an echo",
+                    "a vertical wave decays to 1 % in {:.1} s, {crossing:.3} s per reflection",
                     crossing * 0.01_f64.ln() / a.ln()
                 ),
             };
@@ -164,15 +168,15 @@ pub fn rows(loaded: &LoadedScene, context: &Context<'_>) -> Result<Vec<PlanRow>,
                         r if r < SLIDES => "modelled; may slide",
                         _ => "modelled; expected to slide",
                     };
-                    (verdict, format!("S_a(T₁, 5 %) = {demand:.2} g, {ratio:.2} of it"))
+                    (verdict, format!("S_a(T₁, 5 %) = {demand:.2} g, {ratio:.2} of the capacity"))
                 }
-                None => ("modelled", "the demand is not known without modes".to_owned()),
+                None => ("modelled", "without modes the demand is unknown".to_owned()),
             };
             rows.push(row(
                 format!("contact: {}", crack.phrase()),
                 verdict,
                 format!(
-                    "it slides from {capacity:.2} g on without cohesion, {of_demand}; factors of safety at rest: sliding {:.2}, \
+                    "capacity {capacity:.2} g without cohesion, {of_demand}; factors of safety at rest: sliding {:.2}, \
                      overturning {:.2}",
                     equilibrium.sliding, equilibrium.overturning
                 ),
@@ -182,16 +186,16 @@ pub fn rows(loaded: &LoadedScene, context: &Context<'_>) -> Result<Vec<PlanRow>,
             rows.push(row(
                 "contact",
                 "left out",
-                "the dam has no crack, or is computed without them: it is linear",
+                "the dam has no cracks, or is computed without them; it is linear",
             ));
         }
         for warning in &loaded.warnings {
             if let Warning::NoUplift { crack, uplift, below, .. } = &warning.warning {
                 let text = format!(
-                    "{crack} lies {below:.2} m under water: uplift of {:.2} MN/m is not modelled",
+                    "{crack} is {below:.2} m below the reservoir level; uplift of {:.2} MN/m is not modelled",
                     1e-6 * uplift
                 );
-                rows.push(row("uplift", "left out, though it would act", text));
+                rows.push(row("uplift", "left out, although relevant", text));
             }
         }
         if has_record {
@@ -212,9 +216,9 @@ pub fn rows(loaded: &LoadedScene, context: &Context<'_>) -> Result<Vec<PlanRow>,
             let listed: Vec<String> = modes.iter().map(|frequency| format!("{frequency:.1}")).collect();
             let within = modes.iter().filter(|frequency| **frequency < TAU * high).count();
             let verdict = match dam.fidelity {
-                level if level.has_elements() => "all, by time steps",
-                _ if dam.modes.is_some() => "as many as the scene says",
-                _ => "as many as an error of 2 % at 200 rad/s needs",
+                level if level.has_elements() => "all, by time integration",
+                _ if dam.modes.is_some() => "number given in the scene",
+                _ => "number for an error of 2 % at 200 rad/s",
             };
             rows.push(row(
                 "modes",
@@ -274,7 +278,7 @@ fn damping(loaded: &LoadedScene, high: f64) -> Result<Option<PlanRow>, PlanError
         _ => ratio,
     };
     let criterion = format!(
-        "{:.1} % of critical at {first:.1} rad/s, {:.1} % at the record's {omega:.0} rad/s; sliding depends on it more than on \
+        "{:.1} % of critical at {first:.1} rad/s, {:.1} % at the record's {omega:.0} rad/s; sliding depends more on damping than on \
          any refinement",
         100.0 * ratio,
         100.0 * at_high

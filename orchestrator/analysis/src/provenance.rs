@@ -3,7 +3,7 @@
 use cofferdam_log::Head;
 use cofferdam_report::Build;
 
-/// How the program or the machine differs from that of a log; none if both are the same.
+/// Difference of the program or the machine from that of a log; `None` if both are the same.
 pub fn other_build(head: &Head) -> Option<String> {
     let here = Build::here();
     let pairs = [

@@ -1,4 +1,4 @@
-//! Response spectra of a run, beside its histories.
+//! Response spectra of a run, written next to its histories.
 
 use crate::picture::{BLUE, Drawing, FONT, ORANGE, svg};
 use cofferdam_assembly::observer::Histories;

@@ -1,4 +1,4 @@
-//! Makes the units of a scene, those of other programs too, in this process or in processes of their own.
+//! Creates the units of a scene, including those of other programs, in this process or in separate processes.
 
 use crate::context::Context;
 use cofferdam_assembly::units::unit_name;
@@ -12,7 +12,7 @@ use std::process::Command;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-/// How the units exchange. Results are equal, bit for bit.
+/// Transport of the units. Results are bit-identical.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Transport {
     /// Each unit is a process of its own, connected by shared memory.
@@ -22,7 +22,7 @@ pub enum Transport {
     InProcess,
 }
 
-/// Why units cannot be made.
+/// Reason why units cannot be created.
 #[derive(Debug, thiserror::Error)]
 pub enum StartError {
     /// A unit of the scene.
@@ -45,13 +45,13 @@ pub fn deadlines(seconds: f64) -> Deadlines {
     Deadlines { preparation: PREPARATION * step, step }
 }
 
-/// How units are made.
+/// Settings for the creation of units.
 pub struct Start<'a> {
-    /// What the units are made from.
+    /// Inputs of the units.
     pub scene: &'a Scene,
     /// The scene as TOML.
     pub resolved: &'a str,
-    /// How they exchange.
+    /// Transport.
     pub transport: Transport,
     /// For preparing the reservoir's operator, and for large meshes of the dam.
     pub threads: NonZeroUsize,

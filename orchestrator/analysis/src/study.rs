@@ -20,7 +20,7 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-/// Why a study ended early.
+/// Reason why a study ended early.
 #[derive(Debug, thiserror::Error, Diagnostic)]
 pub enum StudyError {
     /// The scene.
@@ -39,7 +39,7 @@ pub enum StudyError {
     Run {
         /// Which run.
         what: String,
-        /// What was wrong.
+        /// The cause.
         cause: Box<SimulationError>,
     },
     /// A record that the user gave.
@@ -47,13 +47,13 @@ pub enum StudyError {
     Record {
         /// The option that names it.
         option: &'static str,
-        /// What was wrong.
+        /// The cause.
         cause: Box<RecordError>,
     },
     /// A scene that does not fit the study.
     #[error("{what}; choose another scene")]
     Unfit {
-        /// What is missing.
+        /// The missing property.
         what: String,
     },
     /// A folder with something in it.
@@ -67,7 +67,7 @@ pub enum StudyError {
     File {
         /// The file.
         path: PathBuf,
-        /// What was wrong.
+        /// The cause.
         cause: Box<dyn std::error::Error + Send + Sync>,
     },
 }
@@ -128,9 +128,9 @@ pub const SLIDING: &str = "dam.crack_sliding.0";
 pub struct Outcome {
     /// Its histories.
     pub histories: Histories,
-    /// How it ended.
+    /// Status at the end.
     pub ending: Ending,
-    /// Why the coupling failed.
+    /// Reason why the coupling failed.
     pub failure: Option<CouplingError>,
 }
 

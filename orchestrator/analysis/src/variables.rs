@@ -2,7 +2,7 @@
 
 use cofferdam_coupling::participant::ParticipantError;
 
-/// What a unit returned for a variable; nothing if it has no such variable.
+/// The values that a unit returned for a variable; empty if it has no such variable.
 ///
 /// **Errors**: all others of the unit.
 pub fn known(read: Result<Vec<f64>, ParticipantError>) -> Result<Vec<f64>, ParticipantError> {

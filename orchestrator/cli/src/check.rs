@@ -80,7 +80,7 @@ Examples:
 Exit status: 0 all scenes can be run, 1 a file cannot be written, 2 a scene or
 an option is invalid.";
 
-/// Why a scene cannot be run.
+/// Reason why a scene cannot be run.
 #[derive(Debug, thiserror::Error, Diagnostic)]
 enum CheckError {
     #[error(transparent)]
@@ -105,7 +105,7 @@ enum CheckError {
     #[error("--picture {}: the picture is an SVG; give it a name that ends in .svg", path.display())]
     NoSvg { path: PathBuf },
     #[error(
-        "--modes {}: the scene's dam is prescribed or another program's and has no modes here; leave the option out", path.display()
+        "--modes {}: the dam of the scene is prescribed or simulated by another program and has no modes here; leave the option out", path.display()
     )]
     NoModes { path: PathBuf },
     #[error("{option} {} cannot be written: {cause}; {}", path.display(), remedy(cause))]
@@ -119,12 +119,12 @@ impl CheckError {
     }
 }
 
-/// What to do about a file that cannot be written.
+/// Remedy for a file that cannot be written.
 fn remedy(cause: &Error) -> &'static str {
     match cause.kind() {
-        ErrorKind::NotFound => "make the folder first, or choose another",
+        ErrorKind::NotFound => "create the folder first, or choose another",
         ErrorKind::NotADirectory | ErrorKind::AlreadyExists | ErrorKind::IsADirectory => {
-            "the path, or a part of it, exists and is of another kind; choose another name"
+            "the path, or a part of it, exists and is not a folder; choose another name"
         }
         ErrorKind::StorageFull | ErrorKind::QuotaExceeded => "free some space or choose another place",
         _ => "choose a place where you may write",
@@ -153,7 +153,7 @@ pub fn check(arguments: &Arguments) -> ExitCode {
     ExitCode::from(status)
 }
 
-/// Whether the files that are asked for fit the scenes.
+/// Checks that the requested files fit the scenes.
 fn fits(arguments: &Arguments) -> Result<(), CheckError> {
     let Arguments { scenes, picture, modes, .. } = arguments;
     let asked = [("--picture", picture), ("--modes", modes)];
@@ -169,7 +169,7 @@ fn fits(arguments: &Arguments) -> Result<(), CheckError> {
     }
 }
 
-/// Writes the files that are asked for.
+/// Writes the requested files.
 fn write_files(scene: &Scene, arguments: &Arguments) -> Result<(), CheckError> {
     if let Some(path) = &arguments.picture {
         write("--picture", path, &section::picture(scene)?)?;
@@ -304,7 +304,7 @@ fn examine(path: &Path, arguments: &Arguments) -> Result<(), CheckError> {
         if let Some(full) = Assembly::of(scene).natural_modes_in_water(frequencies.len())? {
             let water = match scene.waters().any(|(_, water)| water.fidelity.is_formula()) {
                 true => "with Westergaard's added mass",
-                false => "water incompressible",
+                false => "incompressible water",
             };
             lines.push(format!("  full, {water}: {} rad/s", list(&full.frequencies)));
         }
@@ -313,7 +313,7 @@ fn examine(path: &Path, arguments: &Arguments) -> Result<(), CheckError> {
     for (crack, Equilibrium { sliding, with_uplift, overturning }) in Assembly::of(scene).equilibria()? {
         let uplift = with_uplift.map_or_else(String::new, |UpliftEffect { sliding, friction_coefficient }| {
             format!(
-                " ({sliding:.2} with its uplift, for which `friction_coefficient` = {friction_coefficient:.2} stands)"
+                " ({sliding:.2} with uplift, equivalent to `friction_coefficient` = {friction_coefficient:.2})"
             )
         });
         lines.push(format!(

@@ -1,4 +1,4 @@
-//! The cache of this process, and what the library is given by it.
+//! The cache of this process, and the context of the library.
 
 use crate::terminal::Terminal;
 use cofferdam_analysis::context::Context;
@@ -11,7 +11,7 @@ use std::sync::OnceLock;
 /// The cache of this process; none without [`use_cache`].
 static CACHE: OnceLock<Option<Cache>> = OnceLock::new();
 
-/// Uses the cache that was asked for: in this `folder`, or the user's; none if it is not `wanted`.
+/// Uses the cache in this `folder`, or that of the user; none if it is not `wanted`.
 pub fn use_cache(folder: Option<PathBuf>, wanted: bool) {
     let folder = folder.filter(|folder| !folder.as_os_str().is_empty());
     let folder = folder.map(|folder| std::path::absolute(&folder).unwrap_or(folder));
@@ -28,7 +28,7 @@ pub fn making(threads: NonZeroUsize) -> Making<'static> {
     Making { threads, cache: used_cache() }
 }
 
-/// What the library is given: the cache in use, and the terminal.
+/// The context of the library: the cache in use, and the terminal.
 pub fn context() -> Context<'static> {
     Context { cache: used_cache(), program: None, reporter: &Terminal }
 }

@@ -71,11 +71,11 @@ invalid.";
 const WITH_WATER: &str =
     "its mass contains the inertia of the water (added_mass_included = 1): simulate it without a reservoir";
 const WITHOUT_WATER: &str =
-    "its mass is the concrete's alone (added_mass_included = 0): couple it with a reservoir";
+    "its mass is that of the concrete only (added_mass_included = 0): couple it with a reservoir";
 const RESERVOIR: &str =
-    "it answers the whole hydrodynamic pressure: couple it with a dam whose added_mass_included is 0";
+    "it returns the total hydrodynamic pressure: couple it with a dam whose added_mass_included is 0";
 
-/// Why no FMU was written.
+/// Reason why no FMU was written.
 #[derive(Debug, thiserror::Error, Diagnostic)]
 enum Failure {
     #[error(transparent)]

@@ -9,7 +9,7 @@ use cofferdam_coupling::scheme::UnitId;
 use cofferdam_scene::{ReservoirScene, Scene};
 use cofferdam_unit::WetFace;
 
-/// What `run`, `resume` and `branch` share.
+/// Common options of `run`, `resume` and `branch`.
 #[derive(clap::Args)]
 pub struct Options {
     /// End the run at this time, s; `resume` continues it

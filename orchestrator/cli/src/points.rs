@@ -32,7 +32,7 @@ pub struct Arguments {
     pub format: Format,
 }
 
-/// How points are printed.
+/// Output format of points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Format {
     /// One row per point
@@ -60,7 +60,7 @@ Examples:
 
 Exit status: 0 printed, 1 the points cannot be printed, 2 the scene is invalid.";
 
-/// Why nothing was printed.
+/// Reason why nothing was printed.
 #[derive(Debug, thiserror::Error, Diagnostic)]
 enum Failure {
     #[error(transparent)]
@@ -72,7 +72,7 @@ enum Failure {
     Written(Box<dyn Error + Send + Sync>),
 }
 
-/// What is printed as JSON; SI units.
+/// JSON output; SI units.
 #[derive(Serialize)]
 struct Printed<'a> {
     depth: f64,

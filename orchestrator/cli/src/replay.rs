@@ -99,7 +99,7 @@ Exit status: 0 all responses are identical, 1 the log cannot be read to its end
 or contains nothing to compare, 2 a --set or a step is invalid, 4 a unit failed
 where the logged one did not, 5 a response differs.";
 
-/// Why a replay has no result.
+/// Reason why a replay has no result.
 #[derive(Debug, thiserror::Error, Diagnostic)]
 enum Failure {
     #[error(transparent)]
@@ -110,13 +110,11 @@ enum Failure {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Set(SceneError),
-    #[error(
-        "--set {set}: no replayed unit ({units}) is made from `{key}`, so that it would change nothing; {remedy}"
-    )]
+    #[error("--set {set}: no replayed unit ({units}) depends on `{key}`, so it has no effect; {remedy}")]
     Unread { set: String, key: String, units: String, remedy: String },
     #[error("--from {from} is after --until {until}; exchange them")]
     Backwards { from: u64, until: u64 },
-    #[error("the log has no unit called {name}, but {found}; ask for one of them")]
+    #[error("the log has no unit called {name}; choose one of {found}")]
     NoUnit { name: &'static str, found: String },
     #[error(transparent)]
     Unit(#[from] AssemblyError),
@@ -186,7 +184,7 @@ fn execute(arguments: &Arguments) -> Result<u8, Failure> {
     }
     if let Some(parent) = &head.parent {
         print(format!(
-            "a branch of {} after step {}: what is before belongs to that run",
+            "a branch of {} after step {}: earlier steps belong to that run",
             parent.log, parent.step
         ));
     }
@@ -223,7 +221,7 @@ fn execute(arguments: &Arguments) -> Result<u8, Failure> {
     })
 }
 
-/// The part of the run that is asked for.
+/// The requested part of the run.
 fn part(arguments: &Arguments, head: &Head) -> Result<Part, Failure> {
     let until = arguments.step.or(arguments.until).unwrap_or(u64::MAX);
     let own = head.parent.as_ref().map(|parent| parent.step + 1).filter(|own| *own <= until);
@@ -244,7 +242,7 @@ fn every_set_is_read(log: &Log, sets: &[String], scene: &Scene, units: &[UnitId]
             .filter(|(other, _)| *other != index)
             .map(|(_, set)| set.clone())
             .collect();
-        // What others make possible is compared with them, what they make impossible alone.
+        // A setting is judged together with the others if that is valid, otherwise alone.
         let with_others = resolved(&others).map(|without| (without, scene.clone()));
         let alone = || Some((resolved(&[])?, resolved(std::slice::from_ref(set))?));
         let Some((without, with)) = with_others.or_else(alone) else { continue };
@@ -265,7 +263,7 @@ fn every_set_is_read(log: &Log, sets: &[String], scene: &Scene, units: &[UnitId]
             }
         }
         let remedy = match &readers[..] {
-            [] => "the requests are those of the log: to go on from a step of the run with it, use `cofferdam branch`; for all of \
+            [] => "the requests are those of the log: to continue from a step of the run with it, use `cofferdam branch`; for all of \
                    it, `cofferdam run`"
                 .to_owned(),
             readers => format!("it is for {}: replay that with --unit", readers.join(" and ")),
@@ -277,7 +275,7 @@ fn every_set_is_read(log: &Log, sets: &[String], scene: &Scene, units: &[UnitId]
     Ok(())
 }
 
-/// What all units share.
+/// Common data of all units.
 struct Replaying<'a> {
     arguments: &'a Arguments,
     log: &'a Log,

@@ -71,7 +71,7 @@ Example:
 Exit status: 0 written, 1 the folder is not empty or cannot be written, 2 the
 scene is invalid.";
 
-/// Why no folder was written.
+/// Reason why no folder was written.
 #[derive(Debug, thiserror::Error, Diagnostic)]
 enum Failure {
     #[error(transparent)]

@@ -1,4 +1,4 @@
-//! What the command prints: words for people, or one answer for a program.
+//! Output of the command: text for people, or one JSON result for a program.
 
 use cofferdam_analysis::context::Reporter;
 use cofferdam_scene::SceneWarning;
@@ -9,9 +9,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Whether standard output could not be written to though somebody reads it, such as a file on a full disk.
 static OUTPUT_LOST: AtomicBool = AtomicBool::new(false);
-/// Whether standard output is kept for an answer in JSON.
+/// Whether standard output is reserved for a result in JSON.
 static FOR_PROGRAMS: AtomicBool = AtomicBool::new(false);
-/// Whether that answer was given.
+/// Whether that result was printed.
 static ANSWERED: AtomicBool = AtomicBool::new(false);
 
 /// From here on [`print()`] prints on standard error, and standard output is kept for [`answer`].
@@ -28,7 +28,7 @@ pub fn print(line: impl std::fmt::Display) {
     }
 }
 
-/// Prints the answer of the command as a line of JSON, if it was asked for and not given yet.
+/// Prints the result of the command as a line of JSON, if requested and not yet printed.
 pub fn answer(value: &impl Serialize) {
     if FOR_PROGRAMS.load(Ordering::Relaxed) && !ANSWERED.swap(true, Ordering::Relaxed) {
         let text = serde_json::to_string(value).map_err(Error::from);
@@ -65,7 +65,7 @@ pub fn show_warnings(warnings: &[SceneWarning]) {
     }
 }
 
-/// Exit status when answers or logs that should be identical are not.
+/// Exit status if responses or logs that should be identical differ.
 pub const DIFFERENT: u8 = 5;
 
 /// Where the library reports to.

@@ -37,7 +37,7 @@ enum UnitError {
 
 /// Makes the unit of the orchestrator's task and serves it until the run is over.
 pub fn unit(arguments: &Arguments) -> ExitCode {
-    // Who ends a run asks the orchestrator, which ends its units; job schedulers signal to all processes at once.
+    // A run is ended through the orchestrator, which ends its units; job schedulers signal all processes at once.
     let _ = ctrlc::set_handler(|| ());
     host(|task| make(arguments.unit.into(), task))
 }

@@ -71,12 +71,12 @@ pub struct AccuracyArguments {
     coarse: bool,
 }
 
-/// What is asked of the knob.
+/// Requested accuracies.
 const ASKED: [f64; 3] = [0.1, 0.05, 0.01];
 /// Width of a class of intensity, g.
 const INTENSITY: f64 = 0.25;
-/// Change with 1 % of shaking above which an answer is not defined to any accuracy that is asked for: then the difference of two
-/// runs is a draw, and says nothing of the bias of a level.
+/// Change with 1 % of shaking above which a result is not defined to any requested accuracy: the difference of two
+/// runs is then a random realisation, and gives no information on the bias of a level.
 const UNDEFINED: f64 = ASKED[0];
 
 /// The error of a level in one case.
@@ -84,7 +84,7 @@ struct Measured {
     /// Number of the case.
     case: usize,
     row: LevelError,
-    /// What 1 % of shaking changes, with all elements, of a history at its crest; none for dams without cracks.
+    /// Effect of 1 % of shaking on the history of the crest, with all elements; `None` for dams without cracks.
     change: Option<f64>,
 }
 
@@ -101,7 +101,7 @@ struct Case {
     settings: Vec<String>,
     loaded: LoadedScene,
     cracked: bool,
-    /// The cheap level of its dam.
+    /// The low-fidelity level of its dam.
     fidelity: DamFidelityScene,
     /// Largest acceleration of the ground, g.
     intensity: f64,
@@ -130,7 +130,7 @@ pub fn run(arguments: &AccuracyArguments) -> Result<(), StudyError> {
     rest.load()?;
     let mut knob = Table::new([
         "case",
-        "asked",
+        "requested",
         "verdict",
         "chosen dam and elements, m",
         "expected: crest, history, sliding",
@@ -139,7 +139,7 @@ pub fn run(arguments: &AccuracyArguments) -> Result<(), StudyError> {
         "1 % of shaking changes: crest, sliding",
         "pilot and run, s",
         "reference, s",
-        "cost over that of the reference",
+        "cost relative to the reference",
         "steps of the reference above its tolerance",
     ]);
     let mut levels: Vec<Measured> = Vec::new();
@@ -155,7 +155,7 @@ pub fn run(arguments: &AccuracyArguments) -> Result<(), StudyError> {
         if case.cracked {
             levels_of_case.push((last, DamFidelityScene::Dem));
         }
-        // The reference first, then the dearest level and what 1 % of shaking changes in it: the longest runs begin first.
+        // The reference first, then the most expensive level and the effect of 1 % of shaking on it: the longest runs begin first.
         let mut runs = vec![with(own)];
         for (rung, fidelity) in levels_of_case.iter().rev() {
             let level = with(ladder.settings(&case.loaded.scene, *rung, *fidelity));
@@ -204,7 +204,7 @@ pub fn run(arguments: &AccuracyArguments) -> Result<(), StudyError> {
     Ok(())
 }
 
-/// The next table, from all cases whose answer is defined.
+/// The next table, from all cases with a defined result.
 fn of_cases(levels: &[Measured]) -> ErrorTable {
     let defined = levels.iter().filter(|level| level.is_defined());
     let levels = gathered(defined.map(|level| level.row.clone()).collect());

@@ -76,11 +76,11 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     ];
     let mut table = Table::new([
         "until, s",
-        "stored at most",
-        "put in",
-        "damped",
+        "maximum stored",
+        "input",
+        "damping",
         "friction",
-        "missed by the balance",
+        "balance error",
         "work of the water",
         "produced by the coupling",
     ]);

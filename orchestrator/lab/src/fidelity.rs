@@ -52,11 +52,11 @@ const DISTANT: f64 = 4.0;
 /// A model of the water, its cost and its results.
 pub struct Row {
     pub name: String,
-    /// Whether it is one of the models, from none to compressible water; the others are methods and options of the last.
+    /// Whether this is one of the models, from none to compressible water; other rows are methods and options of the last model.
     pub level: bool,
-    /// Its cost, or why it cannot be made.
+    /// Its cost, or the reason why it cannot be computed.
     pub cost: Result<Cost, String>,
-    /// Result of the coupled run; `None` if it could not be made.
+    /// Result of the coupled run; `None` if it could not be computed.
     outcome: Option<Outcome>,
     /// Relative error of the rigid dam's base pressure.
     rigid: Option<f64>,
@@ -69,7 +69,7 @@ pub struct Cost {
     step: f64,
     /// Length of a saved state in a file.
     written: usize,
-    /// Set-up and all of its steps in the coupled run.
+    /// Setup and all steps in the coupled run.
     pub reservoir: f64,
 }
 
@@ -82,14 +82,17 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
         return Err(unfit("the study needs a dam that is computed"));
     }
     if !scene.reservoir.fidelity.has_memory() || scene.time.adaptive.is_some() {
-        return Err(unfit("the study begins with compressible water and equal steps"));
+        return Err(unfit("the study needs compressible water and constant communication steps"));
     }
     let mut best = scene.clone();
     (best.reservoir.method, best.coupling.scheme) = (Method::Radau3, None);
     best.time.communication_step /= 2.0;
-    let best = measured("the best", false, &best, motion, None)?;
+    let best = measured("the reference", false, &best, motion, None)?;
     let Some(reference) = &best.outcome else {
-        return Err(unfit(format!("the best water cannot be made: {}", best.cost.err().unwrap_or_default())));
+        return Err(unfit(format!(
+            "the reference water cannot be computed: {}",
+            best.cost.err().unwrap_or_default()
+        )));
     };
     let exact = closed_form(scene, motion)?;
     let mut rows = Vec::new();
@@ -111,8 +114,8 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
         .collect();
     let rigid = Exact::of(&Assembly::of(scene).water_parameters(Side::Upstream)?, Motion::Horizontal);
     let text = format!(
-        "`cofferdam-lab fidelity {}{}`, H = {} s, {} steps; the best: Radau IIA of three stages at half of H, crest {:.2} mm, \
-         sliding {:.2} mm at the end\n\n{}\n{}{}",
+        "`cofferdam-lab fidelity {}{}`, H = {} s, {} steps; reference: three-stage Radau IIA at H/2, crest {:.2} mm, \
+         residual sliding {:.2} mm\n\n{}\n{}{}",
         quoted(&arguments.scene),
         if arguments.coarse { " --coarse" } else { "" },
         scene.time.communication_step,
@@ -265,17 +268,17 @@ pub(super) fn closed_form(scene: &Scene, motion: &GroundMotion) -> Result<Option
 fn table(rows: &[Row], reference: &Outcome) -> Table {
     let mut table = Table::new([
         "water",
-        "set-up, s",
+        "setup, s",
         "saved state, kB",
         "step, µs",
         "run, s",
-        "dam steps a step",
-        "crest off the best",
-        "off the level above",
+        "dam steps per communication step",
+        "crest, error against reference",
+        "crest, error against level above",
         "crest peak, mm",
-        "sliding at the end, mm",
-        "base pressure off the best",
-        "rigid dam off the closed form",
+        "residual sliding, mm",
+        "base pressure, error against reference",
+        "rigid dam, error against closed form",
     ]);
     let shown = |error: Option<f64>| error.map_or_else(|| "–".to_owned(), |error| format!("{error:.1e}"));
     for (index, row) in rows.iter().enumerate() {

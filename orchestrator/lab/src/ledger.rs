@@ -21,7 +21,7 @@ Example:
 Exit status: 0 completed, 1 results could not be written, 2 the scene is
 invalid or not suitable, 3 a run failed, 4 a unit cannot be created.";
 
-/// What is changed in the scene.
+/// Changes of the scene.
 const VARIANTS: [(&str, &[&str]); 10] = [
     ("as the scene is", &[]),
     ("reduced blocks", &["dam.fidelity=\"reduced\""]),

@@ -61,7 +61,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
         .collect::<Result<_, _>>()?;
     let found: Vec<[f64; 2]> =
         outcomes.iter().map(|run| [1e3 * run.peak(CREST), 1e3 * run.last(SLIDING)]).collect();
-    let mut table = Table::new(["mesh, contacts", "cells", "crest, mm", "sliding at the end, mm"]);
+    let mut table = Table::new(["mesh, contacts", "cells", "crest, mm", "residual sliding, mm"]);
     for ((name, cells), [crest, sliding]) in names.iter().zip(cells).zip(&found) {
         table.row([name.clone(), cells.to_string(), format!("{crest:.1}"), format!("{sliding:.1}")]);
     }
@@ -78,7 +78,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
         table.row([format!("mean and scatter: {what}"), String::new(), cell(0), cell(1)]);
     }
     let text = format!(
-        "`cofferdam-lab meshes {}{}`: one crack in {count} meshes, beside the shaking\n\n{}\n\
+        "`cofferdam-lab meshes {}{}`: one crack in {count} meshes, compared with the effect of the shaking\n\n{}\n\
          Scatter: standard deviation over the mean.\n",
         quoted(&arguments.scene),
         if arguments.coarse { " --coarse" } else { "" },

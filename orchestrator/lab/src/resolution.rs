@@ -38,7 +38,7 @@ Example:
 Exit status: 0 completed, 1 results could not be written, 2 the scene is
 invalid or not suitable, 4 the water cannot be computed.";
 
-/// Fewest elements per wave.
+/// Minimum number of elements per wavelength.
 const PER_WAVE: f64 = 6.0;
 /// Distance of the far end over the depth.
 const FAR_END: f64 = 0.25;
@@ -71,7 +71,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     } else {
         (vec![4, 8, 16, 32, 64, 128, 256, 512, 1000], vec![0.8, 2.4, 4.0, 20.0, 100.0, 1000.0])
     };
-    // What is made once only does not count as the time of a frequency.
+    // Work that is done only once does not count as time per frequency.
     measured(&parameters, Complex64::new(0.0, parameters.sound_speed / parameters.wet_face.depth()))
         .map_err(AssemblyError::from)?;
     let mut points: Vec<Point> = Vec::new();
@@ -109,7 +109,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     }
     let text = format!(
         "`cofferdam-lab resolution {}{}`: against {}; relative error of the nodal forces (observed order), time \
-         of a frequency\n\n{}",
+         per frequency\n\n{}",
         quoted(&arguments.scene),
         if arguments.coarse { " --coarse" } else { "" },
         exact.source(),

@@ -25,7 +25,7 @@ Example:
 Exit status: 0 completed, 1 results could not be written, 2 the scene is
 invalid or not suitable, 4 a unit cannot be created.";
 
-/// One row: height and elevation of the crack (m), friction, depth over height, damping, elements a height.
+/// One row: height and elevation of the crack (m), friction, depth over height, damping, elements per height.
 #[derive(Clone, Copy)]
 struct Row {
     height: f64,
@@ -76,7 +76,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
         return Err(unfit("the study needs a dam with one crack"));
     };
     if loaded.ground_motion.rest_from().is_none() {
-        return Err(unfit("the study needs a ground that stops"));
+        return Err(unfit("the study needs a ground motion that ends"));
     }
     let (height, neck) = shape(dam);
     let rows = rows(neck, arguments.coarse);

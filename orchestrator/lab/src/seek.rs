@@ -164,7 +164,7 @@ fn repeat(
 
 /// Looks for steps in both ways; the table, and the length of the log (bytes).
 fn measure(path: &Path, steps: u64, sought: u64) -> Result<(Table, u64), LogReadError> {
-    let headings = ["by", "looked for", "median, ms", "longest, ms", "mean read, MB", "most read, MB"];
+    let headings = ["by", "target", "median, ms", "longest, ms", "mean read, MB", "largest read, MB"];
     let mut table = Table::new(headings);
     let open = |cause| LogReadError::Open { path: path.to_owned(), cause };
     let bytes = std::fs::metadata(path).map_err(open)?.len();

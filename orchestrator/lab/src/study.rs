@@ -1,4 +1,4 @@
-//! What all studies have in common.
+//! Common parts of all studies.
 
 pub use cofferdam_analysis::study::{CREST, Outcome, SLIDING, StudyError, moments, quoted, relative, unfit};
 

@@ -74,8 +74,14 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     });
     let exponents: Vec<i32> = if arguments.coarse { vec![2, 4, 6, 8] } else { (2..=12).collect() };
     let mut points = Vec::new();
-    let mut table =
-        Table::new(["ε", "dam steps a step", "steps that rest above ε", "wall time, s", "crest", "sliding"]);
+    let mut table = Table::new([
+        "ε",
+        "dam steps per communication step",
+        "steps remaining above ε",
+        "wall time, s",
+        "crest",
+        "sliding",
+    ]);
     let numbers = exponents.into_iter().map(|exponent| Tolerance::Relative(10f64.powi(-exponent)));
     for tolerance in std::iter::once(Tolerance::Balanced).chain(numbers) {
         let outcome = solve(tolerance, 0)?;
@@ -97,8 +103,8 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     let step = loaded.scene.time.communication_step;
     let text = format!(
         "`cofferdam-lab tolerance {}{}`: largest difference from ε = {TIGHTEST:e} over the largest value\n\n{}\n\
-         The communication step itself, H = {step} s: crest {:.1e}, sliding {:.1e} (4/3 of the difference from H/2), whatever ε is. \
-         The run's own estimate of its coupling error: {:.1e} at most. {} steps of the reference rest above its tolerance.\n",
+         The communication step itself, H = {step} s: crest {:.1e}, sliding {:.1e} (4/3 of the difference from H/2), for every ε. \
+         The run's own estimate of its coupling error: {:.1e} at most. {} steps of the reference remain above its tolerance.\n",
         quoted(&arguments.scene),
         if arguments.coarse { " --coarse" } else { "" },
         table.markdown(),

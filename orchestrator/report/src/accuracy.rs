@@ -12,16 +12,16 @@ pub struct PlanRow {
     pub criterion: String,
 }
 
-/// What a run was asked to be accurate to, and what came of it.
+/// The requested accuracy of a run, and the outcome.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Accuracy {
     /// `kept`, `not kept` or `cannot be kept`.
     pub verdict: String,
-    /// Largest error that was asked for, by quantity, as a share.
+    /// Largest requested error, by quantity, as a share.
     pub asked: BTreeMap<String, f64>,
     /// Error that is expected against the reference, by quantity, as a share.
     pub expected: BTreeMap<String, f64>,
-    /// Largest change of the answer with 1 % more or less of shaking, by quantity, as a share.
+    /// Largest change of the result with 1 % more or less shaking, by quantity, as a share.
     pub sensitivity: BTreeMap<String, f64>,
     /// What the elements of the reference itself leave, where that can be extrapolated.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
@@ -32,7 +32,7 @@ pub struct Accuracy {
     pub pilot_runs: usize,
     /// Wall time of the pilot, s.
     pub pilot_time: f64,
-    /// 16 %, median and 84 % of twins within 1 % of shaking, mm, of what cannot be kept.
+    /// 16 %, median and 84 % of replicates within 1 % of shaking, mm, for accuracies that cannot be kept.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub band: BTreeMap<String, [f64; 3]>,
     /// Version of the table of errors.

@@ -1,4 +1,4 @@
-//! What a run says at its end: the [`Summary`], the [`Manifest`], and the HTML [`page`]s of a run, of two and of an ensemble.
+//! Results of a run: the [`Summary`], the [`Manifest`], and the HTML [`page`]s of a run, of two and of an ensemble.
 //!
 //! A summary is a list of [`Quantity`]s, each with its unit, time and place.
 //!

@@ -34,17 +34,17 @@ pub struct Manifest {
     /// The result; absent while the run continues.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub result: Option<Summary>,
-    /// What the run was asked to be accurate to.
+    /// The requested accuracy.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<Accuracy>,
-    /// What is modelled and left out, and why; with an accuracy that was asked for.
+    /// What is modelled and what is not, with criteria; with a requested accuracy.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub plan: Vec<PlanRow>,
     /// The scene with all defaults: a manifest can be run again as a scene.
     pub scene: Scene,
 }
 
-/// A wet face of the dam beside that of the reservoir.
+/// A wet face of the dam in addition to that of the reservoir.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct WaterFace {
     /// Name of its water.
@@ -75,7 +75,7 @@ pub enum ManifestError {
     Write {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         cause: std::io::Error,
     },
     /// The content is no TOML.
@@ -86,7 +86,7 @@ pub enum ManifestError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         cause: std::io::Error,
     },
     /// The content is no manifest, or one of another version.

@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// What a number of a summary is about: the headings of its table, in their order.
+/// Subject of a quantity: the headings of the table, in order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Subject {
@@ -19,7 +19,7 @@ pub enum Subject {
     Water,
     /// Errors and work of the computation.
     Numerics,
-    /// All else, and what earlier versions wrote.
+    /// All others, and quantities of earlier versions.
     #[default]
     Other,
 }
@@ -63,9 +63,9 @@ pub fn has_both_directions(name: &str, values: impl Iterator<Item = f64>) -> boo
 /// One number of a summary.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Quantity {
-    /// What it is.
+    /// Name.
     pub name: String,
-    /// What it is about.
+    /// Its subject.
     #[serde(default)]
     pub subject: Subject,
     /// Its value, in `unit`.
@@ -78,7 +78,7 @@ pub struct Quantity {
     /// Where it occurred, x and y from the heel, m.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub place: Option<[f64; 2]>,
-    /// 16 %, median and 84 % of runs that differ a little, in `unit`.
+    /// 16 %, median and 84 % of perturbed replicates, in `unit`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub band: Option<[f64; 3]>,
 }

@@ -25,11 +25,11 @@ const GROUND: &str = "#d8cdbd";
 
 /// Largest width and height of the section, pixels.
 const SIZE: [f64; 2] = [640.0, 560.0];
-/// What lies left of it, above and below: numbers, title, names of the axes.
+/// Margins left, above and below for numbers, title and names of the axes.
 const LEFT: f64 = 64.0;
 const TOP: f64 = 46.0;
 const BELOW: f64 = 52.0;
-/// What lies right of it without a legend there: half of the last number.
+/// Margin on the right without a legend: half of the last number.
 const RIGHT: f64 = 16.0;
 /// Width of the legend, and height of its lines.
 const LEGEND: [f64; 2] = [300.0, 20.0];
@@ -222,8 +222,8 @@ impl Section {
             }
             None => {
                 let (closed, text) = match &scene.dam {
-                    Some(_) => ("polygon", "dam: another program's, without its mesh"),
-                    None => ("polyline", "prescribed dam: its wet face alone"),
+                    Some(_) => ("polygon", "dam of another program, without its mesh"),
+                    None => ("polyline", "prescribed dam: wet face only"),
                 };
                 let fill = if scene.dam.is_some() { CONCRETE } else { "none" };
                 let _ = writeln!(
@@ -321,7 +321,7 @@ impl Section {
             "<path class=\"rim\" stroke=\"{INK}\" stroke-width=\"{}\" stroke-linecap=\"round\" d=\"{rim}\"/>",
             canvas.metres(1.2)
         );
-        let edged = if edged { "" } else { ", too many to be drawn" };
+        let edged = if edged { "" } else { ", too many to draw" };
         let size = scene.dam.as_ref().map_or(0.0, |dam| dam.element_size);
         let text = format!("concrete: {count} elements of about {size} m{edged}");
         legend.push(Explained { sample: block(CONCRETE), text });

@@ -7,14 +7,14 @@ use cofferdam_scene::{CrackScene, DamFidelityScene, LoadedScene, REST, Scene, Si
 use serde::{Deserialize, Serialize};
 
 pub(super) const ENERGY_BALANCE: &str = "energy balance error over peak kinetic energy";
-/// Energy balance error, %, above which a summary says loudly that it cannot be trusted.
+/// Energy balance error, %, above which a summary warns.
 pub(super) const ENERGY_ALARM: f64 = 1.0;
 
-/// What the warning of a block that still moves says.
+/// Text of the warning of a block that still moves.
 pub(super) const NOT_AT_REST: &str = "the dam is not at rest at the end";
 
 pub(super) const LOWEST_PRESSURE: &str = "lowest pressure on a wet face, hydrostatic included";
-/// Pressure against the atmosphere's at which water boils, kPa.
+/// Pressure relative to the atmosphere at which water boils, kPa.
 pub(super) const CAVITATION: f64 = -99.0;
 
 /// The results of a run in a table.
@@ -24,7 +24,7 @@ pub struct Summary {
     pub status: String,
     /// Simulated time reached, s.
     pub simulated_time: f64,
-    /// What must be known to read them.
+    /// Warnings and notes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
     /// The numbers.
@@ -32,7 +32,7 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Sums up the histories of a run; what the run did not record, or did not reach, is left out.
+    /// Summarises the histories of a run; quantities that were not recorded or not reached are omitted.
     ///
     /// `static_crest` is the displacement (x, y) of the crest at rest, m, and `stress_points` (x, y), m, are where stress is
     /// watched, of a dam that is computed; its `natural_frequencies` are those without and with the mass of the water; `recursion` are error and loss of the recursion of each water that has one.
@@ -151,15 +151,17 @@ impl Summary {
         summary.notes.extend(uplift.map(|warning| format!("WARNING: {warning}")));
         let planned = loaded.scene.time.duration.unwrap_or(0.0);
         if ending.status == Status::Completed && ending.time < planned - 1e-6 {
-            summary.notes.push(format!("the dam is at rest, and the run ends at t = {:.4} s", ending.time));
+            summary
+                .notes
+                .push(format!("the run ends at t = {:.4} s because the dam is at rest", ending.time));
         }
         summary.notes.extend(loaded.moved_defaults.iter().cloned());
         if let count @ 1.. = ending.statistics.unconverged {
             summary.notes.insert(
                 0,
                 format!(
-                    "WARNING: {count} communication steps did not converge and were gone on with: do not use these results \
-                     beyond the first of them; histories.csv and the log say which"
+                    "WARNING: {count} communication steps did not converge, and the run continued: do not use the results \
+                     after the first of these steps; histories.csv and the log list them"
                 ),
             );
         }
@@ -197,14 +199,14 @@ impl Summary {
         let mut notes = Vec::new();
         if let Some(error) = self.value(ENERGY_BALANCE).filter(|e| *e > ENERGY_ALARM) {
             notes.push(format!(
-                "WARNING: energy is balanced to {error:.1} % only, more than {ENERGY_ALARM} %: do not use these \
+                "WARNING: the energy balance error is {error:.1} % (limit {ENERGY_ALARM} %): do not use these \
                  results; lower dam.time_step_safety or refine the mesh"
             ));
         }
         if let Some(pressure) = self.value(LOWEST_PRESSURE).filter(|p| *p < CAVITATION) {
             notes.push(format!(
-                "WARNING: the pressure falls to {pressure:.0} kPa against the atmosphere's; water cavitates near -100 kPa, \
-                 this linear water does not"
+                "WARNING: the pressure falls to {pressure:.0} kPa relative to the atmosphere; water cavitates near -100 kPa, \
+                 the linear model does not"
             ));
         }
         if cracked && !self.quantities.iter().any(|q| q.name.starts_with("residual sliding")) {
@@ -213,7 +215,7 @@ impl Summary {
         notes
     }
 
-    /// The numbers that matter first: the larger peak of the crest, residual sliding (or else its peak) of each crack, base
+    /// The key figures: the larger peak of the crest, residual sliding (or else its peak) of each crack, base
     /// shear, tension, the lowest pressure.
     pub fn key_figures(&self) -> Vec<&Quantity> {
         let crest = self.named("peak crest displacement downstream");
@@ -251,10 +253,10 @@ fn of_crack(what: &str, crack: &CrackScene, cracks: &[CrackScene]) -> String {
 struct Table<'a> {
     histories: &'a Histories,
     time: &'a [f64],
-    /// What is added now is about this.
+    /// Subject of the quantities that are being added.
     subject: Subject,
     quantities: Vec<Quantity>,
-    /// Why a sliding that was asked for is none, of each crack above which a block still moves.
+    /// Reason for a missing residual sliding, for each crack with a block that still moves.
     moving: Vec<String>,
 }
 
@@ -321,13 +323,13 @@ impl Table<'_> {
             self.add(name, 1e3 * last.sliding, "mm", None);
         } else {
             let remedy = match loaded.scene.time.longest_quiet {
-                None => "set `time.longest_quiet`, up to which a run waits for rest",
-                Some(_) => "raise `time.longest_quiet`",
+                None => "set `time.longest_quiet`, the longest time that a run waits for rest",
+                Some(_) => "increase `time.longest_quiet`",
             };
             self.moving.push(format!(
-                "WARNING: no {name}: {NOT_AT_REST}. In the last {AVERAGED} s the block slides by {:.2} mm/s \
-                 ({} mm/s counts as rest), and the kinetic energy is {:.1e} of its peak ({STILL_MOVES:e} counts as rest); \
-                 {remedy}, and look whether the motion decays; `cofferdam check` says whether the block vibrates by itself",
+                "WARNING: no {name}: {NOT_AT_REST}. In the last {AVERAGED} s the block slides at {:.2} mm/s \
+                 (limit for rest {} mm/s), and the kinetic energy is {:.1e} of its peak (limit for rest {STILL_MOVES:e}); \
+                 {remedy}, and check that the motion decays; `cofferdam check` reports self-excited vibration",
                 1e3 * last.speed,
                 1e3 * STILL_SLIDES,
                 last.kinetic_share

@@ -7,7 +7,7 @@ use textwrap::{Options, WordSeparator, WordSplitter};
 
 /// Columns of all text.
 pub const COLUMNS: usize = 80;
-/// Columns of a name; what follows is its value in 10, its unit in 5, and what belongs to it in 9.
+/// Columns of a name; then follow the value in 10, the unit in 5 and a remark in 9 columns.
 const NAME: usize = 51;
 
 /// A text in lines of at most 80 columns, all but the first behind `indent`. Paths and options stay whole.
@@ -24,7 +24,7 @@ fn folded(text: &str, columns: usize, indent: &str) -> Vec<String> {
     textwrap::wrap(text, options).into_iter().map(|line| line.into_owned()).collect()
 }
 
-/// The table of a run: what must be known to read it, the numbers that matter first, then all others by subject.
+/// The table of a run: warnings and notes, the key figures, then all other quantities by subject.
 pub fn table(summary: &Summary) -> String {
     let mut text = String::new();
     if summary.status != Status::Completed.to_string() {
@@ -53,7 +53,7 @@ pub fn table(summary: &Summary) -> String {
     text
 }
 
-/// Where the time of a run went.
+/// Distribution of the wall time of a run.
 pub fn wall_time(wall: &WallTime) -> String {
     let part = |name: &str, time: Duration| {
         let share = 100.0 * time.as_secs_f64() / wall.total.as_secs_f64().max(1e-9);
@@ -92,7 +92,7 @@ fn quantity_lines(quantity: &Quantity) -> String {
     text
 }
 
-/// A name, its value, its unit, and what belongs to it; a long name takes several lines.
+/// A name, its value, its unit and a remark; a long name takes several lines.
 fn line(name: &str, value: &str, unit: &str, beside: &str) -> String {
     let mut lines = folded(name, NAME, "  ");
     let last = lines.pop().unwrap_or_default();
@@ -101,7 +101,7 @@ fn line(name: &str, value: &str, unit: &str, beside: &str) -> String {
     text + "\n"
 }
 
-/// Four significant digits; counts have all of theirs.
+/// Four significant digits; counts have all digits.
 fn significant(value: f64) -> String {
     if value.fract() == 0.0 && (10.0..1e7).contains(&value.abs()) {
         return format!("{value:.0}");

@@ -143,7 +143,7 @@ pub enum Invalid {
     },
     /// Outside its range.
     #[error(
-        "`{key}` is {}; it must lie from {} to {}{}{}", plain(*value), plain(*least), plain(*most), meaning(key),
+        "`{key}` is {}; it must be between {} and {}{}{}", plain(*value), plain(*least), plain(*most), meaning(key),
         other_unit(key, *value, [*least, *most])
     )]
     OutOfRange {
@@ -158,7 +158,7 @@ pub enum Invalid {
     },
     /// Water so shallow that it has no row of elements of its own.
     #[error(
-        "`{key}` is {} m, next to nothing beside the crest at {} m; make it more than {} m",
+        "`{key}` is {} m, negligible compared with the crest at {} m; make it more than {} m",
         exact(*depth), exact(*crest), exact(*least)
     )]
     WaterTooShallow {
@@ -203,7 +203,7 @@ pub enum Invalid {
     NothingToShow,
     /// A number of modes of a dam that has none.
     #[error(
-        "`dam.modes` goes with `dam.fidelity` = \"reduced\" and \"intact\"; leave it out, or choose one of these"
+        "`dam.modes` belongs to `dam.fidelity` = \"reduced\" and \"intact\"; leave it out, or choose one of these"
     )]
     NoModes,
     /// Neither a dam nor water.
@@ -262,7 +262,7 @@ pub enum Invalid {
     },
     /// A simulated time that ends before the first communication step.
     #[error(
-        "`time.duration` is {} s, next to nothing beside a communication step of {} s; make it that or longer",
+        "`time.duration` is {} s, negligible compared with a communication step of {} s; make it that or longer",
         exact(*duration), exact(*communication_step)
     )]
     NoStep {
@@ -320,7 +320,7 @@ pub enum Invalid {
     NothingToHalve,
     /// Bounds of the communication step that do not hold it.
     #[error(
-        "`time.adaptive` has `shortest` = {} s and `longest` = {} s; `time.communication_step` = {} s must lie between \
+        "`time.adaptive` has `shortest` = {} s and `longest` = {} s; `time.communication_step` = {} s must be between \
          them", exact(*shortest), exact(*longest), exact(*communication_step)
     )]
     AdaptiveBounds {

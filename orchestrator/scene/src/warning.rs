@@ -92,7 +92,7 @@ pub enum Warning {
     /// The communication step is not an integer fraction of the record's interval.
     #[error(
         "`time.communication_step` is {step} s, which is not an integer fraction of the record's interval of {interval} s: peaks \
-         between communication points are cut off; take {better} s"
+         between communication points are cut off; use {better} s"
     )]
     ClippedSamples {
         /// Communication step, s.
@@ -134,8 +134,8 @@ pub enum Warning {
     },
     /// Tolerance too loose.
     #[error(
-        "`coupling.tolerance` is {tolerance}; looser than {LOOSEST_TOLERANCE} the two units agree to fewer than three \
-         digits: take 1e-6"
+        "`coupling.tolerance` is {tolerance}; above {LOOSEST_TOLERANCE} the two units agree to fewer than three \
+         digits; use 1e-6"
     )]
     LooseTolerance {
         /// Tolerance.
@@ -143,16 +143,16 @@ pub enum Warning {
     },
     /// A crack without damping.
     #[error(
-        "`dam.damping.ratio` is 0 with a crack: nothing damps what an impact sets ringing, and the sliding depends on it; \
+        "`dam.damping.ratio` is 0 with a crack: vibrations after an impact are not damped, and the sliding depends on them; \
          give a ratio, such as 0.05"
     )]
     UndampedCrack,
-    /// Water that enters no crack.
+    /// Uplift in a crack, which is not modelled.
     #[error(
-        "{crack} lies {below} m under water, which enters no crack here: its uplift, {uplift:.2} MN/m if the \
-         pressure falls evenly to {} downstream, is not modelled, and the block would slide further with it; a smaller \
-         `friction_coefficient` can stand for it",
-        if *downstream > 0.0 { "that of the tailwater" } else { "none" },
+        "{crack} is {below} m below the reservoir level; its uplift, {uplift:.2} MN/m for a pressure that falls \
+         linearly to {} downstream, is not modelled, and would increase the sliding; a smaller `friction_coefficient` \
+         can account for it",
+        if *downstream > 0.0 { "that of the tailwater" } else { "zero" },
         below = plain(*below), uplift = 1e-6 * uplift
     )]
     NoUplift {
@@ -180,20 +180,20 @@ pub enum Warning {
     },
     /// Blocks that do not deform.
     #[error(
-        "`dam.fidelity` = \"rigid-blocks\" is unsafe: the dam's amplification of the ground motion is missing, and sliding \
-         comes out too small; choose \"reduced\" or \"dem\" for numbers that count"
+        "`dam.fidelity` = \"rigid-blocks\" is unsafe: the amplification of the ground motion by the dam is not modelled, and \
+         sliding is underestimated; choose \"reduced\" or \"dem\" for reliable results"
     )]
     RigidBlocks,
-    /// A unit that answers what it answered in a run of the past.
+    /// A unit that returns its outputs of a recorded run.
     #[error(
-        "`{table}.fidelity` = \"log\" opens the loop: the {table} answers what it answered in that run, whatever the other side \
-         does now; nothing is iterated, and what comes out is no coupled solution unless the other side is that of that run"
+        "`{table}.fidelity` = \"log\" opens the loop: the {table} returns its outputs of the recorded run, whatever the other side \
+         does now; nothing is iterated, and the result is a coupled solution only if the other side is that of the recorded run"
     )]
     OpenLoop {
         /// The unit's table.
         table: &'static str,
     },
-    /// Keys that the chosen water does not look at.
+    /// Keys that have no effect on the chosen water.
     #[error(
         "{} no effect with `{table}.fidelity` = \"{}\"{}; leave {} out, or choose other water",
         listed(keys), word(fidelity),
@@ -210,19 +210,20 @@ pub enum Warning {
         /// How it is stepped, where that is why.
         method: Option<Method>,
     },
-    /// Panels of the reservoir's own, where the water is mass of the dam.
+    /// Separate panels of the reservoir where the water is an added mass of the dam.
     #[error(
-        "`{table}.interface_size` changes nothing in the dam: with `coupling.scheme` = \"added-mass\" the water's mass is \
-         computed at the dam's own points, and the {table}'s only report the pressure; leave the key out, or choose an \
+        "`{table}.interface_size` has no effect on the dam: with `coupling.scheme` = \"added-mass\" the mass of the water is \
+         computed at the points of the dam, and those of the {table} only report the pressure; leave the key out, or choose an \
          iterated scheme, such as \"serial-implicit\""
     )]
     PanelsOfTheReport {
         /// The water's table.
         table: &'static str,
     },
-    /// A value that is allowed, but seldom true: mostly a slip of units.
+    /// A value outside its usual range, which suggests a wrong unit.
     #[error(
-        "`{key}` is {}{unit}; {what} has {} to {}{unit}, so check the unit", plain(*value), plain(*least), plain(*most)
+        "`{key}` is {}{unit}; the usual range of {what} is {} to {}{unit}; check the unit",
+        plain(*value), plain(*least), plain(*most)
     )]
     Unusual {
         /// The key.
@@ -330,7 +331,7 @@ fn sloping_crest(dam: &DamScene) -> Option<Doubt> {
         .then(|| (format!("dam.section.{lower}"), Warning::SlopingCrest { upstream, downstream, lower }))
 }
 
-/// The pressure of water in a crack, which no run models.
+/// Water pressure in a crack, which is not modelled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Uplift {
     /// Depth of the crack's mean elevation below the reservoir's level, m.
@@ -341,7 +342,7 @@ pub struct Uplift {
     pub downstream: f64,
 }
 
-/// The uplift of a crack, if the pressure falls evenly from end to end; none above the reservoir's level.
+/// The uplift of a crack for a pressure that varies linearly between its ends; `None` above the reservoir's level.
 pub fn uplift(scene: &Scene, crack: &CrackScene) -> Option<Uplift> {
     let section = &scene.dam.as_ref()?.section;
     let elevation = crack.mean_elevation();

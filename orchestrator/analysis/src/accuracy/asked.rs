@@ -5,14 +5,14 @@ use cofferdam_scene::AccuracyScene;
 use std::collections::BTreeMap;
 use std::str::FromStr;
 
-/// What is asked for: the largest error of each quantity, as a share.
+/// The requested accuracy: the largest error of each quantity, as a share.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Asked(pub BTreeMap<String, f64>);
 
 impl FromStr for Asked {
     type Err = String;
 
-    /// Reads `5%`, `0.05` or `crest=2%,sliding=20%`; a share without a name is that of all that are not named.
+    /// Reads `5%`, `0.05` or `crest=2%,sliding=20%`; a share without a name applies to all quantities that are not named.
     fn from_str(text: &str) -> Result<Self, String> {
         let share = |text: &str| {
             let (number, unit) =
@@ -20,9 +20,9 @@ impl FromStr for Asked {
             let value =
                 number.parse::<f64>().map_err(|_| format!("`{text}` is no number; write 5% or 0.05"))? * unit;
             let sound = (1e-4..=1.0).contains(&value);
-            sound
-                .then_some(value)
-                .ok_or_else(|| format!("`{text}` must lie from 0.01 % to 100 %; 5 means 500 %, so write 5%"))
+            sound.then_some(value).ok_or_else(|| {
+                format!("`{text}` must be between 0.01 % and 100 %; 5 means 500 %, so write 5%")
+            })
         };
         let (mut found, mut unnamed) = (BTreeMap::new(), None);
         for part in text.split(',') {
@@ -40,7 +40,7 @@ impl FromStr for Asked {
             }
         }
         if let Some(value) = unnamed {
-            // The history of a block that slides has no limit; it is asked for by name.
+            // The history of a sliding block has no default limit; it is requested by name.
             if !found.contains_key(HISTORY) {
                 found.insert(UNNAMED.to_owned(), value);
             }
@@ -80,7 +80,7 @@ mod tests {
             named.into_iter().collect::<Vec<_>>(),
             [(CREST.to_owned(), 0.02), (SLIDING.to_owned(), 0.2)]
         );
-        // What is named is what was named, and the rest is that of all others.
+        // Named quantities keep their shares; the unnamed share applies to all others.
         for text in ["crest=2%, 5%", "5%, crest=2%"] {
             let mixed = read(text).expect("shares").0;
             assert_eq!([CREST, HISTORY, SLIDING, UNNAMED].map(|name| mixed[name]), [0.02, 0.05, 0.05, 0.05]);

@@ -61,7 +61,7 @@ impl Pilot<'_> {
     }
 }
 
-/// What a pilot comes to.
+/// Result of a pilot.
 pub(super) struct Decision {
     pub rung: usize,
     pub fidelity: DamFidelityScene,
@@ -123,7 +123,7 @@ pub(super) fn still(
 }
 
 /// Where a block slides or opens its crack: the elements' error has no order, so that the finest rung is taken; what 1 % of shaking
-/// changes there decides whether the answer is defined. Blocks of other modes say what the modes leave out.
+/// changes there decides whether the result is defined. Blocks with other numbers of modes show the truncation error of the modes.
 pub(super) fn moving(
     pilot: &mut Pilot<'_>,
     wanted: &BTreeMap<String, f64>,
@@ -171,7 +171,7 @@ pub(super) fn moving(
     Ok(Decision { rung: last, fidelity, expected, sensitivity, left_by_reference: BTreeMap::new(), band })
 }
 
-/// Every element and contact in place of `cheap` blocks, where these alone would miss what is wanted.
+/// Every element and contact instead of `cheap` blocks, if only the blocks would miss the request.
 fn cheapest(
     cheap: DamFidelityScene,
     wanted: &BTreeMap<String, f64>,

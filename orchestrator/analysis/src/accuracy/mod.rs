@@ -47,7 +47,7 @@ const ENERGY: f64 = 0.99;
 /// Changes of the shaking.
 pub const MORE_OR_LESS: f64 = 0.01;
 
-/// Why no accuracy can be promised.
+/// Reason why no accuracy can be promised.
 #[derive(Debug, thiserror::Error, Diagnostic)]
 pub enum AccuracyError {
     /// The scene, with a level's keys.
@@ -66,21 +66,21 @@ pub enum AccuracyError {
         cause: Box<SimulationError>,
     },
     /// A scene for which there is no ladder.
-    #[error("no accuracy can be asked for here: {why}")]
+    #[error("no accuracy can be requested here: {why}")]
     Unfit {
-        /// Why, and what to do.
+        /// Reason and remedy.
         why: String,
     },
 }
 
-/// Why there is no ladder for a scene.
+/// Reason why a scene has no ladder of levels.
 fn unfit(scene: &Scene) -> Option<&'static str> {
     let Some(dam) = &scene.dam else {
         return Some("the dam is prescribed and has no error of its own; leave --accuracy out");
     };
     let foreign = dam.fidelity.is_foreign() || scene.has_foreign_water();
     match dam {
-        _ if foreign => Some("a unit is another program's, whose numerics are its own; leave --accuracy out"),
+        _ if foreign => Some("a unit belongs to another program with its own numerics; leave --accuracy out"),
         _ if dam.mesh.is_some() => Some(
             "the mesh is that of a file and cannot be refined; take the section and `dam.element_size`, or leave --accuracy out",
         ),

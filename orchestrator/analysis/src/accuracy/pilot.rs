@@ -15,7 +15,7 @@ use std::time::Instant;
 /// Sliding below which errors are taken as shares of this, m.
 pub const LEAST_SLIDING: f64 = 1e-3;
 
-/// What a run is compared by.
+/// Quantities by which runs are compared.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
     /// Instants, s.
@@ -33,7 +33,7 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// What histories say.
+    /// Reads the quantities from histories.
     pub fn of(
         column: impl Fn(&str) -> Vec<f64>,
         last: impl Fn(&str) -> Option<f64>,

@@ -1,4 +1,4 @@
-//! What a run promises.
+//! The promised accuracy of a run.
 
 use crate::context::Context;
 use cofferdam_report::{Accuracy, PlanRow, Summary};
@@ -14,20 +14,20 @@ pub const CANNOT: &str = "cannot be kept";
 /// Whether an accuracy is kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// Expected errors are as small as asked for.
+    /// Expected errors meet the request.
     Kept,
     /// They are larger.
     NotKept,
-    /// 1 % of shaking changes the answer by more.
+    /// 1 % of shaking changes the result by more than the request.
     Impossible,
 }
 
-/// What a run promises.
+/// The promised accuracy of a run.
 #[derive(Clone, Debug)]
 pub struct Promise {
-    /// What stands in the manifest.
+    /// The record in the manifest.
     pub record: Accuracy,
-    /// The plan that stands beside it in the manifest; empty in a study.
+    /// The plan in the manifest; empty in a study.
     pub plan: Vec<PlanRow>,
 }
 
@@ -59,7 +59,7 @@ impl Promise {
             let moved = of(sensitivity)
                 .map_or_else(String::new, |s| format!(", 1 % of shaking changes it by {:.1} %", 100.0 * s));
             format!(
-                "{quantity} {:.2} % of {:.1} % asked{moved}",
+                "{quantity} {:.2} % of {:.1} % requested{moved}",
                 100.0 * of(expected).unwrap_or(f64::NAN),
                 100.0 * asked
             )

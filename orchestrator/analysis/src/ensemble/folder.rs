@@ -5,7 +5,7 @@ use std::fs::DirEntry;
 use std::io::{ErrorKind, Write};
 use std::path::Path;
 
-/// How the name of a plan begins that is being written.
+/// Prefix of the name of a plan that is being written.
 const DRAFT: &str = ".plan-";
 
 /// Makes the folder, or finds in it what is left of the same plan. Parts that begin at the same time all find the plan whole.

@@ -4,22 +4,22 @@ use super::runs::{LimitCurve, Runs, digits};
 use crate::statistics::Fragility;
 use crate::table::Table;
 
-/// What must be known to read a curve, or why there is none.
+/// Remark on a curve, or the reason why there is none.
 fn remark(limit: &LimitCurve) -> String {
     let own = match (&limit.curve, &limit.band) {
         (Fragility::Fit(_), Some(band)) if band.fitted < 0.95 => {
-            format!("only {:.0} % of the draws gave a curve: too few runs", 100.0 * band.fitted)
+            format!("only {:.0} % of the bootstrap samples gave a curve: too few runs", 100.0 * band.fitted)
         }
         (Fragility::Fit(_), Some(_)) => String::new(),
         (Fragility::Fit(_), None) => {
-            "how far other shaking would move it is not known: there is one record or pair alone".to_owned()
+            "the record-to-record uncertainty is unknown: there is only one record or pair".to_owned()
         }
         (Fragility::None(why), _) => why.to_string(),
     };
     let without = match limit.left_out {
         0 => String::new(),
         count => format!(
-            "{count} runs have no such value, because they failed or their blocks still move, and are left out: stronger shaking is likelier among them; "
+            "{count} runs lack this value, because they failed or their blocks still move, and are excluded: they are more likely to have strong shaking; "
         ),
     };
     (without + &own).trim_end_matches("; ").to_owned()

@@ -1,4 +1,4 @@
-//! What an ensemble is made from, for its folder.
+//! The manifest of an ensemble: its inputs.
 
 use super::runs::Runs;
 use super::{Ensemble, EnsembleError};

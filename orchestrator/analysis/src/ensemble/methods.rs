@@ -8,11 +8,11 @@ use std::collections::BTreeMap;
 
 /// Medians count as equal within this share.
 const MARGIN: f64 = 0.1;
-/// Probability below which they are said to be.
+/// Probability below which methods count as equal.
 const LEVEL: f64 = 0.05;
 const DRAWS: usize = 2000;
 
-/// Runs of one method: by draw, level and parameters, the sample's number.
+/// Runs of one method: the number of the sample by realisation, level and parameters.
 type OfMethod<'a> = BTreeMap<(usize, usize, &'a [String]), usize>;
 
 /// Two methods at one level of shaking, and the medians of a quantity.
@@ -92,7 +92,7 @@ fn methods<'a>(runs: &Runs<'a>) -> BTreeMap<String, OfMethod<'a>> {
     methods
 }
 
-/// The magnitudes of a quantity by both methods where both have it, with what is drawn together: records of a pair, or motions of
+/// The magnitudes of a quantity by both methods where both have it, with their cluster: records of a pair, or motions of
 /// a single record.
 fn values(
     runs: &Runs<'_>,

@@ -1,4 +1,4 @@
-//! Many runs of a scene, and what they say together.
+//! Ensembles: many runs of a scene, and their statistics.
 
 use cofferdam_assembly::{Assembly, AssemblyError, read_scene};
 mod figure;
@@ -35,7 +35,7 @@ use std::str::FromStr;
 use std::sync::atomic::AtomicBool;
 use target::Scaled;
 
-/// What is to be run, and where its results go.
+/// Request of an ensemble: plan and output.
 #[derive(Clone, Copy, Debug)]
 pub struct Request<'a> {
     /// The file that says what is varied.
@@ -50,12 +50,12 @@ pub struct Request<'a> {
     pub report: bool,
 }
 
-/// What came of an ensemble.
+/// Result of an ensemble.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Done {
     /// Samples of the plan, or of the part.
     pub samples: usize,
-    /// How many of them were run now.
+    /// Number of samples that were run now.
     pub run: usize,
     /// The text of `ensemble.md`; none of a part.
     pub text: Option<String>,
@@ -80,13 +80,11 @@ impl FromStr for Part {
             Some(Self { number: number.checked_sub(1)?, of })
         });
         let sound = parsed.filter(|part| part.number < part.of);
-        sound.ok_or_else(|| {
-            "two whole numbers are wanted, the first from 1 up to the second, such as 3/16".into()
-        })
+        sound.ok_or_else(|| "give two integers, the first between 1 and the second, such as 3/16".into())
     }
 }
 
-/// Why an ensemble ended early.
+/// Reason why an ensemble ended early.
 #[derive(Debug, thiserror::Error, Diagnostic)]
 pub enum EnsembleError {
     /// The plan.
@@ -94,7 +92,7 @@ pub enum EnsembleError {
     Plan {
         /// The plan.
         path: PathBuf,
-        /// What was wrong.
+        /// The cause.
         cause: String,
     },
     /// A value of the plan.
@@ -106,7 +104,7 @@ pub enum EnsembleError {
         key: String,
         /// Its value.
         value: String,
-        /// What to do.
+        /// The remedy.
         remedy: String,
     },
     /// A record.
@@ -122,17 +120,17 @@ pub enum EnsembleError {
     /// A unit.
     #[error(transparent)]
     Unit(#[from] AssemblyError),
-    /// A run that could not go on for a reason that is not its own.
+    /// A run that could not continue for an external reason.
     #[error("{title}: {cause}")]
     Run {
         /// Title of the scene.
         title: String,
-        /// What was wrong.
+        /// The cause.
         cause: Box<SimulationError>,
     },
     /// A folder with something else in it.
     #[error(
-        "{} holds no ensemble or one of another plan; choose another --output, nothing is overwritten", path.display()
+        "{} contains no ensemble or one of another plan; choose another --output, nothing is overwritten", path.display()
     )]
     OutputTaken {
         /// The folder.
@@ -143,7 +141,7 @@ pub enum EnsembleError {
     File {
         /// The file.
         path: PathBuf,
-        /// What was wrong.
+        /// The cause.
         cause: Box<dyn Error + Send + Sync>,
     },
     /// A file that a unit rests on.
@@ -151,14 +149,14 @@ pub enum EnsembleError {
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What was wrong.
+        /// The cause.
         cause: std::io::Error,
     },
     /// The page.
     #[error("the report: {0}")]
     Report(#[from] PageError),
     /// Numbers that cannot be written as text, or a picture that cannot be drawn.
-    #[error("{0}; this is a mistake of the program")]
+    #[error("{0}; this is a bug in the program")]
     Format(Box<dyn Error + Send + Sync>),
 }
 
@@ -169,7 +167,7 @@ struct Ensemble {
     folder: PathBuf,
     /// Name of the intensity measure.
     measure: String,
-    /// How the records were scaled to a target spectrum.
+    /// Scaling of the records to a target spectrum.
     scaled: Option<Scaled>,
     samples: Vec<Sample>,
     /// SHA-256 of each.
@@ -275,7 +273,7 @@ impl Ensemble {
         Ok(loaded)
     }
 
-    /// What is doubtful about the scene with each record, once; what only some records have begins with the name of the first of them.
+    /// Warnings of the scene with each record, without repetition; a warning of only some records begins with the name of the first.
     fn warnings(&self) -> Result<Vec<String>, SceneError> {
         let records = &self.plan.records;
         let mut of_records = Vec::new();
@@ -333,7 +331,7 @@ impl Ensemble {
             &AtomicBool::new(false),
         )?;
         let mut names: Vec<&str> = first.quantities.iter().map(|number| &*number.name).collect();
-        // What there is only at rest has the names of the peaks.
+        // Quantities that exist only at rest have the names of the peaks.
         let residual: Vec<String> = names
             .iter()
             .filter_map(|name| name.strip_prefix("peak sliding"))

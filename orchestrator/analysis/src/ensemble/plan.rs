@@ -15,7 +15,7 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// What the file says.
+/// Contents of the file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
@@ -29,7 +29,7 @@ pub struct Plan {
     pub set: Vec<String>,
     /// The records.
     pub records: Vec<RecordEntry>,
-    /// How strong they are made.
+    /// Scaling of the records.
     #[serde(default)]
     pub intensity: Intensity,
     /// Directions of the records.
@@ -44,13 +44,13 @@ pub struct Plan {
     /// Of the Latin hypercube and of the bootstrap.
     #[serde(default)]
     pub seed: u64,
-    /// Keys of the scene that are not known exactly.
+    /// Uncertain parameters: keys of the scene.
     #[serde(default)]
     pub parameters: BTreeMap<String, Variation>,
     /// Keys of the scene that belong to the method: mesh, time step, tolerance.
     #[serde(default)]
     pub numerics: BTreeMap<String, Variation>,
-    /// What must not be exceeded.
+    /// Limits.
     #[serde(default)]
     pub limits: Vec<Limit>,
 }
@@ -67,7 +67,7 @@ fn unchanged() -> f64 {
     1.0
 }
 
-/// A record, and what it belongs to.
+/// A record and its cluster.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RecordEntry {
@@ -76,10 +76,10 @@ pub struct RecordEntry {
     /// Its name in tables; by default that of the file.
     #[serde(default)]
     pub name: String,
-    /// Records with the same word are drawn together: the two components of a station. By default each is alone.
+    /// Records with the same word form a cluster: the two components of a station. By default each is its own cluster.
     #[serde(default)]
     pub pair: String,
-    /// Factor on it beside those of `scales`, such as a normalisation by peak velocity; without effect on levels.
+    /// Additional factor to those of `scales`, such as a normalisation by peak velocity; without effect on levels.
     #[serde(default = "unchanged")]
     pub factor: f64,
     /// Unit of its accelerations, as in a scene.
@@ -94,7 +94,7 @@ pub struct RecordEntry {
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Perturbation {
-    /// How many of each record.
+    /// Number per record.
     pub count: usize,
     /// Root mean square of what is added, as a share of the record's.
     #[serde(default = "one_percent")]
@@ -105,7 +105,7 @@ fn one_percent() -> f64 {
     0.01
 }
 
-/// What must not be exceeded.
+/// Limits.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Limit {
@@ -144,7 +144,7 @@ impl Plan {
     }
 }
 
-/// The line on which a plan has the table `[dear]` or a key of it, which plans had before.
+/// The line of a plan with the former table `[dear]` or a key of it.
 fn line_of_dear(text: &str) -> Option<usize> {
     let table: toml::Table = text.parse().ok()?;
     table.get("dear")?;
@@ -231,7 +231,7 @@ mod tests {
             ),
             (
                 format!("set = [\"ground_motion.record.start=3\"]\n{START}"),
-                "`set` is \"ground_motion.record.start=3\"; give the motion's keys with each of `records`",
+                "`set` is \"ground_motion.record.start=3\"; give the keys of the motion in each of `records`",
             ),
             (format!("{START}[[limits]]\nquantity = \"x\"\nabove = -1.0\n"), "`limits.above` is -1"),
             (

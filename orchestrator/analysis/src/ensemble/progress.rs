@@ -1,4 +1,4 @@
-//! How far an ensemble is.
+//! Progress of an ensemble.
 
 use super::sample::Kept;
 use crate::context::Context;

@@ -7,7 +7,7 @@ use crate::statistics::{Band, Fragility};
 use cofferdam_report::has_both_directions;
 use std::collections::BTreeSet;
 
-/// What the short table shows besides the limits' quantities.
+/// Quantities in the short table in addition to those of the limits.
 pub const SHOWN: [&str; 4] = ["peak crest displacement", "residual sliding", "peak sliding", "peak opening"];
 
 /// Confidence of all intervals.
@@ -79,7 +79,7 @@ impl<'a> Runs<'a> {
         SHOWN.iter().any(|shown| name.starts_with(shown)) || limits.iter().any(|limit| limit.quantity == name)
     }
 
-    /// The runs of each level; one for all, where none is asked for or they are factors.
+    /// The runs of each level; a single group without levels, or if levels are factors.
     pub fn levels(&self) -> Vec<(String, Vec<usize>)> {
         let names = self.ensemble.plan.intensity.level_names();
         let of_level = |level| self.complete().filter(|i| self.ensemble.samples[*i].level == level).collect();
@@ -87,7 +87,7 @@ impl<'a> Runs<'a> {
     }
 }
 
-/// A limit and what the runs say of it.
+/// A limit and the results of the runs for it.
 pub struct LimitCurve {
     pub quantity: String,
     pub above: f64,

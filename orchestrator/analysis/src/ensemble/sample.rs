@@ -26,15 +26,15 @@ use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
 use tempfile::NamedTempFile;
 
-/// What is kept of a run.
+/// The kept results of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Kept {
-    /// How it ended.
+    /// Status at the end.
     pub status: String,
     /// Simulated time that it reached, s.
     pub simulated_time: f64,
-    /// What it warned of; not what its scene warns of.
+    /// Warnings of the run, without those of its scene.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
     /// The quantities of its table.
@@ -53,7 +53,7 @@ impl Kept {
     }
 }
 
-/// What files hold that scenes rest on, each read once.
+/// Contents of the files that scenes refer to, each read once.
 #[derive(Default)]
 pub struct Contents(Mutex<BTreeMap<PathBuf, String>>);
 
@@ -72,8 +72,8 @@ impl Contents {
     }
 }
 
-/// What a sample is computed from: SHA-256 of this program's sources, the scene with all its defaults, the files of other programs' units
-/// and past runs, and the motion; not of where the files lie.
+/// Hash of the inputs of a sample: SHA-256 of this program's sources, the scene with all its defaults, the files of other programs' units
+/// and past runs, and the motion, independent of the paths of the files.
 pub fn hash(loaded: &LoadedScene, contents: &Contents) -> Result<String, EnsembleError> {
     let mut hash = Sha256::new();
     let scene =
@@ -159,7 +159,7 @@ pub fn path(folder: &Path, hash: &str) -> PathBuf {
 /// The last line of a sample's file: TOML that is cut short between two keys is TOML still.
 const END: &str = "# end\n";
 
-/// What was kept of a sample; none if it has not been run or its file is damaged.
+/// The kept results of a sample; `None` if it has not been run or its file is damaged.
 pub fn kept(folder: &Path, hash: &str) -> Option<Kept> {
     let text = std::fs::read_to_string(path(folder, hash)).ok()?;
     toml::from_str(text.strip_suffix(END)?).ok()

@@ -25,7 +25,7 @@ impl Runs<'_> {
                 .push(format!("{name}, {:+}, scale {:.4}: {}", sample.polarity, sample.scale, kept.status));
         }
         if !failures.is_empty() {
-            text.push_str(&format!("NOT COMPLETED, and left out below: {}\n\n", failures.join("; ")));
+            text.push_str(&format!("NOT COMPLETED, excluded below: {}\n\n", failures.join("; ")));
         }
         text
     }

@@ -11,7 +11,7 @@ use std::path::Path;
 /// Factors within which practice keeps.
 const USUAL: [f64; 2] = [0.25, 4.0];
 
-/// How records were scaled to a target spectrum.
+/// Scaling of records to a target spectrum.
 pub struct Scaled {
     /// The periods that were compared, s.
     pub periods: Vec<f64>,
@@ -50,7 +50,7 @@ impl Scaled {
         })
     }
 
-    /// What stands above its table.
+    /// Text above the table.
     pub fn about(&self) -> String {
         let [from, to] = [self.periods.first(), self.periods.last()].map(|period| period.map_or(0.0, |t| *t));
         format!(

@@ -1,4 +1,4 @@
-//! What the variance of an ensemble comes from.
+//! Sources of the variance of an ensemble.
 
 use super::Ensemble;
 use super::runs::Runs;

@@ -53,15 +53,13 @@ pub fn all(
     }
     text.push_str(&short.markdown());
     if let Some((table, short)) = polarities::governing(&runs) {
-        text.push_str(
-            "\nWhich polarity governs: the larger magnitude, the median where it has several runs.\n\n",
-        );
+        text.push_str("\nGoverning polarity: larger magnitude (median of several runs).\n\n");
         text.push_str(&short.markdown());
         save_table("polarities.csv", &table)?;
     }
     if !limits.is_empty() {
         text.push_str(&format!(
-            "\nProbability of exceeding a limit over {}: lognormal, maximum likelihood; 95 % intervals by a bootstrap of whole \
+            "\nProbability of exceeding a limit over {}: lognormal fit by maximum likelihood; 95 % intervals from a bootstrap over whole \
              records or pairs.\n\n{}",
             ensemble.measure,
             limits::table(&limits).markdown()
@@ -69,13 +67,13 @@ pub fn all(
     }
     if let Some(shares) = shares {
         text.push_str(&format!(
-            "\nWhat the variance at one level of shaking comes from, %: main effects; the rest is what they do together.\n\n{}",
+            "\nSources of the variance at one level of shaking, %: main effects; the remainder is interaction.\n\n{}",
             shares.markdown()
         ));
     }
     if let Some(table) = methods::compare(&runs) {
         text.push_str(&format!(
-            "\nWhether methods agree: medians on the same motions, 90 % intervals by a bootstrap; p by Holm over all pairs of a quantity.\n\n{}",
+            "\nComparison of methods: medians for the same motions, 90 % bootstrap intervals; p values with Holm's correction over all pairs of a quantity.\n\n{}",
             table.markdown()
         ));
         save_table("methods.csv", &table)?;

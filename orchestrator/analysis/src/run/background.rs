@@ -1,4 +1,4 @@
-//! What is known of a dam without the run, found while it continues.
+//! Results on a dam that do not depend on the run, computed in the background.
 
 use crate::context::Context;
 use crate::flutter;
@@ -32,8 +32,8 @@ impl<'a> Background<'a> {
         Self { scene, frequencies, thread }
     }
 
-    /// Waits until it is found; adds factors of safety and warnings to the summary that `of_frequencies` makes of the frequencies in water. What is not known
-    /// stops no run.
+    /// Waits until it is found; adds factors of safety and warnings to the summary that `of_frequencies` makes of the frequencies in water. Missing results
+    /// do not stop the run.
     pub fn summary(self, context: &Context<'_>, of_frequencies: impl FnOnce(&[f64]) -> Summary) -> Summary {
         let Self { scene, frequencies, thread } = self;
         let Found { frequencies_in_water, equilibria, flutter_warnings } = match thread {
@@ -51,7 +51,7 @@ impl<'a> Background<'a> {
         match flutter_warnings {
             Ok(warnings) => summary.notes.extend(warnings.into_iter().map(|said| format!("WARNING: {said}"))),
             Err(error) => {
-                summary.notes.push(format!("WARNING: not known whether blocks that slide shake: {error}"))
+                summary.notes.push(format!("WARNING: self-excited vibration could not be checked: {error}"))
             }
         }
         summary

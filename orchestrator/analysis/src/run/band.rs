@@ -1,4 +1,4 @@
-//! The band of a run: what twins give that are shaken a little otherwise.
+//! The band of a run: results of perturbed replicates.
 
 use crate::context::{Context, threads};
 use crate::ensemble::{EnsembleError, sample};
@@ -11,13 +11,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Root mean square of the noise, as a share of the motion's.
 const NOISE: f64 = 0.01;
-/// Fewest twins that give a band.
+/// Minimum number of replicates for a band.
 const LEAST: usize = 3;
 
-/// Runs this number of twins of a run in this process, with the reduced dam where the run has the full one, and gives the quantities of its
+/// Runs this number of replicates of a run in this process, with the reduced dam if the run has the full dam, and gives the quantities of its
 /// `summary` their band: 16 %, median, 84 %.
 ///
-/// **Errors**: a twin that cannot be run, and the user's end, in words.
+/// **Errors**: a replicate that cannot be run, or an interruption by the user, as text.
 pub fn add(
     loaded: &LoadedScene,
     count: u16,
@@ -67,7 +67,7 @@ pub fn add(
     Ok(())
 }
 
-/// 16 %, median and 84 % of the twins' `values`; of a peak [in both directions](has_both_directions) those of its magnitude, in the direction of
+/// 16 %, median and 84 % of the replicates' `values`; of a peak [in both directions](has_both_directions) those of its magnitude, in the direction of
 /// the run's `value`.
 fn band(name: &str, value: f64, mut values: Vec<f64>) -> [f64; 3] {
     if has_both_directions(name, values.iter().copied()) {
@@ -87,7 +87,7 @@ mod tests {
         let [low, median, high] = of("peak crest acceleration", -9.5);
         assert!(median == -10.0 && (-12.0..-10.0).contains(&low) && (-10.0..=-9.0).contains(&high));
         assert_eq!(of("peak crest acceleration", 9.5), [-high, -median, -low]);
-        // What is no peak, such as where a block comes to rest, has a sign of its own.
+        // Quantities other than peaks, such as the residual sliding, keep their sign.
         assert_eq!(of("residual sliding", 1.0)[1], 9.0);
     }
 }

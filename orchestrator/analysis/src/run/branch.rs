@@ -11,18 +11,18 @@ use cofferdam_log::{Comparison, Head, Log, LogReadError, compare as compare_logs
 use cofferdam_scene::Scene;
 use std::path::{Path, PathBuf};
 
-/// A branch that is asked for.
+/// A requested branch.
 #[derive(Clone, Debug)]
 pub struct Request {
     /// The log of a run, or the run's folder.
     pub run: PathBuf,
-    /// First step that is computed otherwise; inside a window of several steps, the window's first.
+    /// First step that is computed with other settings; within a window of several steps, the first of the window.
     pub step: u64,
     /// Values of the scene that are changed from there on, `key=value`.
     pub settings: Vec<String>,
     /// Folder for the results; by default `runs/RUN-branch-N`.
     pub output: Option<PathBuf>,
-    /// What all runs share.
+    /// Common settings.
     pub options: Options,
 }
 
@@ -66,27 +66,29 @@ pub fn prepare(request: &Request, context: &Context<'_>) -> Result<PreparedRun, 
     })
 }
 
-/// Why a run cannot be left before `step` for `scene`.
+/// Reason why a run cannot be left before `step` for `scene`.
 fn no_way(head: &Head, [before, scene]: [&Scene; 2], step: u64) -> Option<String> {
     if before.ground_motion != scene.ground_motion {
-        return Some("the ground moves as in the run; to move it otherwise, run the scene".to_owned());
+        return Some(
+            "the ground motion of a branch is that of the run; to change it, run the scene".to_owned(),
+        );
     }
     if before.coupling.window != scene.coupling.window {
         return Some(format!(
-            "a branch keeps the windows of its run (`coupling.window` = {}), by which its log is read; for others, run the scene",
+            "a branch keeps the windows of its run (`coupling.window` = {}); to change them, run the scene",
             before.coupling.window
         ));
     }
     let parent = head.parent.as_ref().filter(|parent| step <= parent.step)?;
     Some(format!(
-        "up to step {} it is the run {}; branch from that run, or from step {} on",
+        "up to step {} this is the run {}; branch from that run, or from step {} onwards",
         parent.step,
         parent.log,
         parent.step + 1
     ))
 }
 
-/// How far the branch in `folder` is from the run that it left, whose log is `parent`.
+/// Difference of the branch in `folder` from its parent run, whose log is `parent`.
 ///
 /// **Errors**: the branch has no log that can be read.
 pub fn compare(parent: &Log, folder: &Path) -> Result<Comparison, LogReadError> {

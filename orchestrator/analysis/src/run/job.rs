@@ -1,4 +1,4 @@
-//! What runs, resumed runs and branches share: results, units, observers, report.
+//! Common parts of runs, resumed runs and branches: results, units, observers, report.
 
 use super::background::Background;
 use super::model::{dam_model, ground_line, recursion, stress_points, waters};
@@ -27,22 +27,22 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-/// What stands under the name of a unit.
+/// Indent below the name of a unit.
 const UNDER_NAME: &str = "           ";
 
-/// A run that is about to begin, or to go on.
+/// A run that is about to start or to continue.
 pub struct Job<'a> {
     pub loaded: &'a LoadedScene,
     pub options: &'a Options,
-    /// Number of twins for a band.
+    /// Number of replicates for a band.
     pub band: Option<u16>,
-    /// What it was asked to be accurate to.
+    /// The requested accuracy.
     pub accuracy: Option<&'a Promise>,
     /// Where its results go.
     pub folder: &'a Path,
     /// When it began, in UTC.
     pub started: String,
-    /// What was set otherwise than in the scene that is named.
+    /// Settings that differ from those of the named scene.
     pub settings: &'a [String],
     /// Set to end the run after its step.
     pub interrupted: &'a AtomicBool,
@@ -216,7 +216,7 @@ impl Job<'_> {
                 band::add(loaded, twins, context, interrupted, &mut summary)
             }
             Some(_) => {
-                Err("the run did not reach the end of its scene, which its replicates need".to_owned())
+                Err("the run did not reach the end of its scene, which the replicates require".to_owned())
             }
             None => Ok(()),
         };
@@ -257,8 +257,8 @@ impl Job<'_> {
         })
     }
 
-    /// Writes the envelopes that the dam has kept; what they say of the section as a whole. Of a run that ends within a step there
-    /// are none, nor those of an earlier part of it.
+    /// Writes the envelopes of the dam, and returns their quantities for the whole section. A run that ends within a step has
+    /// no envelopes, not even of an earlier part.
     fn envelopes(&self, simulation: &mut Simulation, ending: &Ending) -> Result<Vec<Quantity>, String> {
         let failed = |error: std::io::Error| format!("{}: {error}; free some space", self.folder.display());
         Envelopes::remove(self.folder).map_err(failed)?;
@@ -268,7 +268,7 @@ impl Job<'_> {
         Ok(envelopes.quantities())
     }
 
-    /// What the log says first.
+    /// The preamble of the log.
     fn preamble(&self, build: &Build, beginning: &Beginning) -> Result<Preamble, RunError> {
         let scene = toml::to_string(&self.loaded.scene).map_err(ManifestError::from)?;
         let parent = match beginning {
@@ -374,7 +374,7 @@ impl Job<'_> {
             None => leader.initialise(course, &mut watch.all())?,
         }
         let ends = |step: u64| {
-            let why = format!("the run ends after step {step}; branch from a step before");
+            let why = format!("the run ends after step {step}; branch from an earlier step");
             Err(RunError::NoWayOn { log: fork.log.path().to_owned(), why })
         };
         while course.steps() + 1 < fork.step {

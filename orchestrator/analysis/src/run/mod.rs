@@ -1,6 +1,6 @@
 //! Runs, resumed runs and branches: what `cofferdam run`, `resume` and `branch` do.
 //!
-//! Each begins with a function that checks what is asked for and returns a [`PreparedRun`]: [`prepare`], [`resume::prepare`],
+//! Each begins with a function that checks the request and returns a [`PreparedRun`]: [`prepare`], [`resume::prepare`],
 //! [`branch::prepare`]. [`PreparedRun::carry_out`] then claims the folder, computes, and writes all results.
 
 use cofferdam_assembly::{AssemblyError, read_scene};
@@ -32,7 +32,7 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
-/// Why a run ended without a result, or with a partial one.
+/// Reason why a run ended without a result, or with a partial result.
 #[derive(Debug, thiserror::Error, Diagnostic)]
 pub enum RunError {
     /// The scene.
@@ -44,7 +44,7 @@ pub enum RunError {
     Output {
         /// The folder.
         path: PathBuf,
-        /// What was wrong.
+        /// The cause.
         cause: std::io::Error,
     },
     /// A folder with something in it.
@@ -93,7 +93,7 @@ pub enum RunError {
     NoWayOn {
         /// The log.
         log: PathBuf,
-        /// Why, and what to do.
+        /// Reason and remedy.
         why: String,
     },
     /// A unit does not come to where it was.
@@ -114,14 +114,14 @@ impl From<RunStateError> for RunError {
     }
 }
 
-/// What runs, resumed runs and branches share.
+/// Common settings of runs, resumed runs and branches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// Time at which the run ends, s; `None` for that of the scene. No bit before is changed by it.
+    /// Time at which the run ends, s; `None` for that of the scene. Earlier results are unaffected.
     pub until: Option<f64>,
     /// For preparing the reservoir's operator, and for large meshes of the dam. Results are equal, bit for bit, for any number.
     pub threads: NonZeroUsize,
-    /// How the units exchange.
+    /// Transport of the units.
     pub transport: Transport,
     /// Longest time that a unit's process may take for a step, s.
     pub deadline: f64,
@@ -137,7 +137,7 @@ impl Default for Options {
     }
 }
 
-/// A run that is asked for.
+/// A requested run.
 #[derive(Clone, Debug, Default)]
 pub struct Request {
     /// Folder that holds scene.toml, or a .toml file.
@@ -146,11 +146,11 @@ pub struct Request {
     pub settings: Vec<String>,
     /// Folder for the results; by default `runs/SCENE-TIME`.
     pub output: Option<PathBuf>,
-    /// Number of twins for a band.
+    /// Number of replicates for a band.
     pub band: Option<u16>,
     /// The accuracy by which the numerics are chosen; by default that of the scene, if it has one.
     pub accuracy: Option<Asked>,
-    /// What all runs share.
+    /// Common settings.
     pub options: Options,
 }
 
@@ -176,10 +176,10 @@ pub struct PreparedRun {
     beginning: Beginning,
 }
 
-/// What came of a run that reached its first step; its files are written.
+/// Result of a run that reached its first step; its files are written.
 #[derive(Debug)]
 pub struct RunOutcome {
-    /// How the computation ended.
+    /// Status at the end of the computation.
     pub status: Status,
     /// Where the results are.
     pub folder: PathBuf,
@@ -193,9 +193,9 @@ pub struct RunOutcome {
     pub parent: Option<Log>,
     /// Whether `report.html` was written.
     pub has_report: bool,
-    /// Why it was not, beside a [`failure`](Self::failure).
+    /// Reason why it was not, in addition to a [`failure`](Self::failure).
     pub page_failure: Option<PageError>,
-    /// Why the run failed, or what of its results could not be written.
+    /// Reason why the run failed, or which of its results could not be written.
     pub failure: Option<RunError>,
 }
 
@@ -241,12 +241,12 @@ pub fn prepare(request: &Request, context: &Context<'_>) -> Result<PreparedRun, 
 }
 
 impl PreparedRun {
-    /// What the run promises, if it was asked for an accuracy.
+    /// The promised accuracy, if one was requested.
     pub fn promise(&self) -> Option<&Promise> {
         self.accuracy.as_ref()
     }
 
-    /// Takes the folder, runs to the end or until `interrupted`, with `observers` beside those that write the results, and writes all
+    /// Takes the folder, runs to the end or until `interrupted`, with `observers` in addition to those that write the results, and writes all
     /// results.
     ///
     /// **Errors**: [`RunError`] before the first step. A later failure comes with the outcome.

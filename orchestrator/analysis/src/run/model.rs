@@ -1,4 +1,4 @@
-//! What a run says of its model before the first step.
+//! Messages on the model of a run before the first step.
 
 use crate::variables::known;
 use cofferdam_assembly::Assembly;
@@ -69,8 +69,8 @@ pub fn dam_model(
         DampingModel::Rayleigh => {
             format!("Rayleigh, {percent} % at {} rad/s", frequencies.join(" and "))
         }
-        DampingModel::Mass => format!("of mass, {percent} % at {frequency} rad/s"),
-        DampingModel::Stiffness => format!("of stiffness, {percent} % at {frequency} rad/s"),
+        DampingModel::Mass => format!("mass-proportional, {percent} % at {frequency} rad/s"),
+        DampingModel::Stiffness => format!("stiffness-proportional, {percent} % at {frequency} rad/s"),
         DampingModel::Local => format!("local, {percent} %"),
     };
     let mut model = vec![("damping model of the dam", damping)];

@@ -1,4 +1,4 @@
-//! Puts what continues where it was: units, scheme, and what observers were told.
+//! Restores units, scheme and observers of a run that continues.
 
 use super::RunError;
 use crate::context::Context;
@@ -13,18 +13,18 @@ use cofferdam_log::replay::bring;
 use cofferdam_log::{LastCheckpoint, Log, LogReadError};
 use cofferdam_scene::Scene;
 
-/// A step of a run from which on another goes its own way.
+/// A step of a run at which a branch leaves it.
 pub struct Fork {
     pub log: Log,
-    /// The first step that is computed otherwise.
+    /// The first step that is computed with other settings.
     pub step: u64,
     /// The last checkpoint before it; `None` for initialisation.
     pub checkpoint: Option<LastCheckpoint>,
-    /// What is set otherwise.
+    /// Changed settings.
     pub settings: Vec<String>,
 }
 
-/// What came up to a checkpoint, itself included.
+/// Contents of the log up to and including a checkpoint.
 pub fn until<'a>(
     log: &Log,
     checkpoint: &'a LastCheckpoint,
@@ -65,7 +65,7 @@ pub fn place(
     Ok(simulation.resume(course, &state)?)
 }
 
-/// Brings a unit, which is new or `stands` at the end of a step, to the end of another by what the run asked it.
+/// Brings a unit, which is new or `stands` at the end of a step, to the end of another step by the logged requests.
 fn brought(
     log: &Log,
     id: UnitId,
@@ -77,7 +77,7 @@ fn brought(
     let name = unit.description().name.clone();
     let not_there = |why: String| RunError::NotThere { unit: name.clone(), step, why };
     if stands.is_none() {
-        context.line(format!("{name} gives no state: its {step} steps are repeated"));
+        context.line(format!("{name} cannot save its state: its {step} steps are repeated"));
     }
     let brought = bring(log, id, unit, stands, step, |_| ()).map_err(|cause| not_there(cause.to_string()))?;
     match brought.divergence {
@@ -86,13 +86,13 @@ fn brought(
     }
 }
 
-/// Only with the units of the log does a run go on as it would have.
+/// A run continues bit for bit only with the units of the log.
 pub fn same_units(log: &Log, graph: &Graph) -> Result<(), RunError> {
     for (unit, logged) in graph.units().zip(&log.head().units) {
         let now = unit.description().fingerprint.to_string();
         if now != logged.fingerprint {
             let why = format!(
-                "the {} is made from something else now (fingerprint {now:.12}, {:.12} in the log); take the build and the files \
+                "the {} has other inputs now (fingerprint {now:.12}, {:.12} in the log); use the build and the files \
                  of the run, or `branch`",
                 logged.name, logged.fingerprint
             );
@@ -123,8 +123,8 @@ pub fn same_variables(fork: &Fork, graph: &Graph) -> Result<(), RunError> {
     Ok(())
 }
 
-/// Puts the units of a branch where those of the run are at the end of step `step`: the same ones, and those of which only
-/// the strength of cracks is another, into the same states; others are asked what the run asked theirs.
+/// Brings the units of a branch to the end of step `step` of the run. Unchanged units, and dams with changes only to the
+/// strength of cracks, receive the same states; other units repeat the logged requests.
 pub fn hand_over(
     scene: &Scene,
     [from, to]: [&mut Graph; 2],
@@ -155,7 +155,7 @@ pub fn hand_over(
             None if same => brought(&fork.log, id, &mut to[id], None, step, context)?,
             None => {
                 let name = to[id].description().name.clone();
-                context.line(format!("{name} is another: it is asked what the run asked in {step} steps"));
+                context.line(format!("{name} is a new unit: the requests of {step} steps are repeated"));
                 bring(&fork.log, id, &mut to[id], None, step, |_| ())
                     .map_err(|cause| RunError::NotThere { unit: name, step, why: cause.to_string() })?;
             }

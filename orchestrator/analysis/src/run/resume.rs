@@ -9,7 +9,7 @@ use cofferdam_log::{Extent, Log, LogWriter};
 use cofferdam_scene::{LoadedScene, SceneError};
 use std::path::Path;
 
-/// What there is to resume.
+/// Result of the check for resuming.
 pub enum Resumption {
     /// Nothing, for this reason: the run came to its end.
     Nothing(String),
@@ -17,8 +17,8 @@ pub enum Resumption {
     Rest(Box<PreparedRun>),
 }
 
-/// Checks whether the run in `folder` can go on after the last checkpoint in its log. With `any_build` it may although the program or
-/// the processor is another than that of the run.
+/// Checks whether the run in `folder` can continue after the last checkpoint in its log. `any_build` permits a program or
+/// processor other than that of the run.
 ///
 /// **Errors**: [`RunError::NoWayOn`]; a log that cannot be read.
 pub fn prepare(
@@ -30,10 +30,10 @@ pub fn prepare(
     let log = Log::open(folder)?;
     let no_way = |why: String| Err(RunError::NoWayOn { log: log.path().to_owned(), why });
     if !folder.is_dir() {
-        return no_way("give the folder of the run, which its results go to".to_owned());
+        return no_way("give the folder of the run, to which its results are written".to_owned());
     }
     if LogWriter::is_busy(log.path()) {
-        return no_way("its run is going on, or being resumed; wait for its end, or end it".to_owned());
+        return no_way("the run is still running or being resumed; wait for its end, or stop it".to_owned());
     }
     let Extent { checkpoint, status, damage } = log.extent()?;
     if let Some(status) = status
@@ -44,7 +44,7 @@ pub fn prepare(
     if let Some(why) = other_build(log.head()) {
         if !any_build {
             return no_way(format!(
-                "{why}, so that the rest would not be that of one run; take the build and machine of the run, or --other-build"
+                "{why}, so the rest would not belong to the same run; use the build and machine of the run, or --other-build"
             ));
         }
         context.warning(format!("warning: {why}"));
@@ -58,7 +58,7 @@ pub fn prepare(
     }
     if let Some(damage) = damage {
         context.warning(format!("warning: {damage}"));
-        context.line("what the log holds before is kept, the rest is computed again");
+        context.line("the log up to there is kept, the rest is computed again");
     }
     Ok(Resumption::Rest(Box::new(PreparedRun {
         loaded,

@@ -2,16 +2,16 @@ use super::fragility::{Fragility, Level, Likelihood, Lognormal, Outcome, fit, of
 use super::quantiles::quantile;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-/// How sure a fragility curve is.
+/// Confidence band of a fragility curve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Band {
     /// Interval of the median.
     pub median: [f64; 2],
     /// Interval of the dispersion.
     pub dispersion: [f64; 2],
-    /// Interval of the probability at each of the intensities asked for.
+    /// Interval of the probability at each requested intensity.
     pub probability: Vec<[f64; 2]>,
-    /// Share of the draws that gave a curve.
+    /// Share of the bootstrap samples that gave a curve.
     pub fitted: f64,
 }
 
@@ -19,19 +19,19 @@ pub struct Band {
 type Cluster = Vec<Level>;
 
 /// Band of the fragility curve of `runs` by a bootstrap of whole clusters; none without a curve, nor of a single cluster. As many clusters as there are
-/// are drawn with replacement, `draws` times, and the curve is fitted to their runs. What is looked for (the logarithms of median and
-/// dispersion, and `z = Φ⁻¹(P)` at each intensity) is y with the standard error s; of the draws, y* and s*:
+/// are drawn with replacement, `draws` times, and the curve is fitted to their runs. The target (the logarithms of median and
+/// dispersion, and `z = Φ⁻¹(P)` at each intensity) is y with the standard error s; for the bootstrap samples, y* and s*:
 ///
 /// ```text
 /// y − s q((y* − y)/s*, (1 + confidence)/2) ≤ y ≤ y − s q((y* − y)/s*, (1 − confidence)/2)
 /// s² = G/(G − 1) ∇yᵀ H⁻¹ (Σ_G g gᵀ) H⁻¹ ∇y
 /// ```
 ///
-/// with the slopes g of the G clusters' likelihoods and the curvature H of all. Draws without a curve are left out; their share is
-/// told.
+/// with the slopes g of the G clusters' likelihoods and the curvature H of all. Bootstrap samples without a curve are omitted; their share is
+/// reported.
 ///
 /// Runs of one record scaled to several levels are not independent: a record that does little at one level does little at the
-/// next. To draw single runs would make the band too narrow. Quantiles of y* themselves would make it too narrow, too, where there are few
+/// next. Resampling single runs would make the band too narrow. Quantiles of y* themselves would make it too narrow, too, where there are few
 /// clusters: of 22, 93 and 86 % instead of 95 % for median and dispersion.
 ///
 /// **Source**: A.C. Davison, D.V. Hinkley, *Bootstrap Methods and their Application* (1997), sections 2.4 (studentised) and 3.8

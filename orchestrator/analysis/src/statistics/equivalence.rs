@@ -3,20 +3,20 @@ use super::quantiles::quantile;
 /// Confidence of the interval of a ratio: both of its ends are tests at 5 %.
 const CONFIDENCE: f64 = 0.9;
 
-/// The medians of two methods beside each other.
+/// Comparison of the medians of two methods.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ratio {
     /// Median of the second over that of the first.
     pub value: f64,
     /// Its 90 % interval.
     pub interval: [f64; 2],
-    /// How probable such medians are if the ratio lies outside of 1 ± `margin`: the larger share of draws beyond one of
+    /// Probability of such medians if the ratio is outside 1 ± `margin`: the larger share of bootstrap samples beyond one of
     /// its ends.
     pub probability: f64,
 }
 
 /// Ratio of the medians of two methods on the same motions: `pairs` hold the cluster and both values of each. The
-/// interval is that of a bootstrap of whole clusters, both methods with the same draw; none without a pair, or if a median
+/// interval is from a bootstrap of whole clusters, with the same clusters for both methods; `None` without a pair, or if a median
 /// is 0.
 ///
 /// **Source**: B. Efron, R.J. Tibshirani, *An Introduction to the Bootstrap* (1993), section 13.3 (percentiles); D.J. Schuirmann, A

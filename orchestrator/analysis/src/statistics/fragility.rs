@@ -7,7 +7,7 @@ pub struct Outcome {
     pub intensity: f64,
     /// Whether the limit was exceeded.
     pub exceeded: bool,
-    /// Which runs belong together and are drawn together, such as those of one record.
+    /// Clusters of dependent runs, such as those of one record.
     pub cluster: usize,
 }
 
@@ -27,7 +27,7 @@ impl Lognormal {
     }
 }
 
-/// What the runs say of a limit.
+/// Results of the runs for a limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fragility {
     /// A lognormal curve.
@@ -67,7 +67,7 @@ impl Fragility {
     }
 }
 
-/// Why there is no curve.
+/// Reason why there is no curve.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum NoFit {
     /// There are no runs with a value.
@@ -106,7 +106,7 @@ fn sides([low, high]: &[f64; 2]) -> String {
 pub(super) struct Level {
     /// ln x.
     pub logarithm: f64,
-    /// How many exceed the limit, and how many do not.
+    /// Numbers of runs that exceed the limit, and that do not.
     pub exceeding: f64,
     pub others: f64,
 }
@@ -144,7 +144,7 @@ pub(super) fn of_levels(levels: &[Level]) -> Fragility {
     }
 }
 
-/// Why the likelihood has no maximum.
+/// Reason why the likelihood has no maximum.
 fn separation(levels: &[Level]) -> Option<NoFit> {
     let ends = |kind: fn(&Level) -> f64| {
         let mut of_kind = levels.iter().filter(move |level| kind(level) > 0.0).map(|level| level.logarithm);

@@ -1,5 +1,5 @@
-/// A Latin hypercube: `count` points in the unit cube of this many `dimensions`, of which every coordinate falls once into
-/// each of `count` equal intervals, at a random place in it. The same `seed` gives the same points.
+/// A Latin hypercube: `count` points in the unit cube of this many `dimensions`. Every coordinate falls once into
+/// each of `count` equal intervals, at a random position. The same `seed` gives the same points.
 ///
 /// **Source**: M.D. McKay, R.J. Beckman, W.J. Conover, A comparison of three methods for selecting values of input variables
 /// in the analysis of output from a computer code, Technometrics 21 (1979).

@@ -1,4 +1,4 @@
-//! What `cofferdam check` says of mesh, time step and record.
+//! Messages of `cofferdam check` on mesh, time step and record.
 
 use cofferdam_assembly::{LimitingPart, Mesh, PartKind};
 use cofferdam_motion::{GroundMotion, STANDARD_GRAVITY};
@@ -28,7 +28,7 @@ pub fn shapes(mesh: &Mesh) -> String {
     )
 }
 
-/// What sets the time step, and where.
+/// The part that limits the time step, and its place.
 pub fn limit(part: &LimitingPart, cracks: &[CrackScene]) -> String {
     let what = match part.kind {
         PartKind::Element { block } => format!("an element of block {block}"),
@@ -38,25 +38,25 @@ pub fn limit(part: &LimitingPart, cracks: &[CrackScene]) -> String {
     };
     let [x, y] = part.place;
     format!(
-        "{what} at ({}, {}) m; {:.2} times as long if all were as the median element",
+        "{what} at ({}, {}) m; {:.2} times as long if all parts were like the median element",
         plain(x),
         plain(y),
         part.slowdown()
     )
 }
 
-/// What a short time step costs, and how it becomes longer.
+/// Cost of a short time step, and the remedy.
 pub fn slow(part: &LimitingPart, described: &str) -> String {
     let remedy = match part.kind {
         PartKind::Element { .. } => {
-            "move what is close together there (cracks, corners, water level) apart, give cracks there no smaller `element_size`, or \
+            "separate what is close together there (cracks, corners, water level), do not use a smaller `element_size` for cracks there, or \
              improve the mesh"
         }
         PartKind::Contact { .. } => {
-            "lower its `normal_stiffness` and `shear_stiffness`, take larger elements along it, or move what is close to it away"
+            "lower its `normal_stiffness` and `shear_stiffness`, use larger elements along it, or increase the distance to nearby corners"
         }
     };
-    format!("one small or stiff part slows the dam down: the time step is set by {described}; {remedy}")
+    format!("one small or stiff part limits the time step of the dam: it is set by {described}; {remedy}")
 }
 
 /// Frequencies in a line.
@@ -65,7 +65,7 @@ pub fn list(frequencies: &[f64]) -> String {
     frequencies.join(", ")
 }
 
-/// How strong a record is.
+/// Intensity of a record.
 pub fn strength(motion: &GroundMotion) -> String {
     let peak = motion.acceleration().iter().fold(0.0, |peak: f64, a| peak.max(a.abs()));
     let [velocity, displacement] = motion.drift().map(|drift| drift.peak);

@@ -34,7 +34,7 @@ pub fn unit(id: UnitId, scene: &Scene) -> Result<Box<dyn Participant>, CheckErro
 }
 
 /// Tests a unit of another program at rest and, if it can save its state, after some steps, and whether it fits the scene;
-/// returns its answer to the first test.
+/// returns its response to the first test.
 pub fn test(
     unit: &mut dyn Participant,
     role: Role,
@@ -81,12 +81,12 @@ pub fn test(
         }
         self_test(unit, role, &moved, pressure, &occasion(PAST + 1))?;
     }
-    // What answers only after the step that it is asked for has a sign of 0.
+    // A unit that responds only after the requested step has a sign of 0.
     Ok(if change == 0.0 { change } else { held })
 }
 
-/// What a unit is, and of one of another program what it can and lacks; `change` is its answer to a test, beside the `added_mass`
-/// (kg/m) of Westergaard's water.
+/// Description of a unit and, if it belongs to another program, of its capabilities; `change` is its response to a test, to be
+/// compared with the `added_mass` (kg/m) of Westergaard's water.
 pub fn told(unit: &dyn Participant, source: Source<'_>, change: f64, added_mass: Option<f64>) -> String {
     let Description { solver, outputs, capabilities, .. } = unit.description();
     if !source.is_foreign() {
@@ -103,9 +103,9 @@ pub fn told(unit: &dyn Participant, source: Source<'_>, change: f64, added_mass:
         None => "a pressure pushes it into the dam".to_owned(),
     };
     let tested = match (change == 0.0, capabilities.saved_state) {
-        (true, _) => "it does not answer in the step that it is asked for".to_owned(),
-        (false, true) => format!("repeated steps are right, and so is the sign: {answer}"),
-        (false, false) => format!("its sign is right: {answer}"),
+        (true, _) => "it does not respond within the requested step".to_owned(),
+        (false, true) => format!("repeated steps and sign are correct: {answer}"),
+        (false, false) => format!("its sign is correct: {answer}"),
     };
     let steps = if capabilities.variable_communication_step { "of any length" } else { "of equal length" };
     let schemes = if capabilities.saved_state { "any scheme" } else { "explicit schemes alone" };

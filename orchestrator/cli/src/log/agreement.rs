@@ -12,7 +12,7 @@ pub fn within(agreement: &Agreement, tolerance: f64) -> bool {
     compared && agreement.first_beyond(tolerance).is_none()
 }
 
-/// What was found.
+/// Text of the result.
 pub fn report(agreement: &Agreement, tolerance: f64) -> String {
     let mut text = String::new();
     for setting in &agreement.settings {

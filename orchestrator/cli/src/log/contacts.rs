@@ -25,7 +25,7 @@ const FIELDS: [&str; 6] = [
     "contact_shear_stress",
 ];
 
-/// How many contacts of each crack the run's own dam counted: sticking, slipping, open.
+/// Numbers of sticking, slipping and open contacts of each crack in the dam of the run.
 const COUNTS: [&str; 3] = ["crack_sticking", "crack_slipping", "crack_open"];
 
 /// Prints the contacts at the end of the step of `accepted`, an exchange of the run with its dam.
@@ -112,14 +112,12 @@ fn there(log: &Log, step: u64) -> Result<Box<dyn Participant>, Failure> {
     let description = dam.description();
     if FIELDS.iter().any(|name| description.readable.range(name).is_none()) {
         return Err(none(match scene.dam.as_ref().is_some_and(|dam| dam.fidelity.is_foreign()) {
-            true => "its dam is another program's, which does not tell of any",
+            true => "its dam is simulated by another program, which reports no contacts",
             false => "its dam has no cracks",
         }));
     }
     if description.fingerprint.to_string() != head.unit(DAM).fingerprint {
-        return Err(failed(
-            "it is made from something else now; take the build and the files of the run".to_owned(),
-        ));
+        return Err(failed("it has other inputs now; use the build and the files of the run".to_owned()));
     }
     let state = log.checkpoint(step)?.and_then(|mut found| found.units.get_mut(DAM.0)?.take());
     let stands = match state {

@@ -19,7 +19,7 @@ pub struct Arguments {
 
 fn share(text: &str) -> Result<f64, String> {
     let value: f64 = text.parse().map_err(|_| "expected a number, such as 1e-6".to_owned())?;
-    if (0.0..=1.0).contains(&value) { Ok(value) } else { Err("it must lie from 0 to 1".to_owned()) }
+    if (0.0..=1.0).contains(&value) { Ok(value) } else { Err("must be between 0 and 1".to_owned()) }
 }
 
 pub const HELP: &str = "\

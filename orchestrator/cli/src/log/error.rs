@@ -1,4 +1,4 @@
-//! Why a command for logs has no result.
+//! Errors of the commands for logs.
 
 use cofferdam_log::{Log, LogReadError, RecoveryError, UnknownQuantity};
 use std::error::Error;
@@ -6,7 +6,7 @@ use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-/// Why a command for logs has no result.
+/// Reason why a command for logs has no result.
 #[derive(Debug, thiserror::Error)]
 pub enum Failure {
     /// The log cannot be read, or not to its end.
@@ -20,7 +20,7 @@ pub enum Failure {
     Unit {
         /// The log.
         path: PathBuf,
-        /// The name that was given.
+        /// The given name.
         unit: String,
         /// The units that there are.
         known: String,
@@ -42,9 +42,9 @@ pub enum Failure {
         path: PathBuf,
         /// The step.
         step: u64,
-        /// What was asked for.
+        /// The requested item.
         what: String,
-        /// What there is.
+        /// The known items.
         known: String,
     },
     /// There are no contacts to show.
@@ -68,10 +68,10 @@ pub enum Failure {
     Variable {
         /// The log.
         path: PathBuf,
-        /// What is near to it.
+        /// Similar items.
         cause: UnknownQuantity,
     },
-    /// No step ends in the time that was asked for.
+    /// No step ends in the requested interval.
     #[error("{}: no step ends from {from} s{}; the run goes to {end} s", path.display(), up_to(*until))]
     Span {
         /// The log.
@@ -83,7 +83,7 @@ pub enum Failure {
         /// Time reached, s.
         end: f64,
     },
-    /// What is asked for cannot be had from this log.
+    /// This log does not contain the requested data.
     #[error("{}: {cause}", path.display())]
     Asked {
         /// The log.
@@ -120,7 +120,7 @@ fn up_to(until: f64) -> String {
 }
 
 impl Failure {
-    /// 1 if a log cannot be read or results cannot be written, 2 if what is asked for does not exist, 4 if a unit fails.
+    /// 1 if a log cannot be read or results cannot be written, 2 if the requested item does not exist, 4 if a unit fails.
     pub fn exit_status(&self) -> u8 {
         match self {
             Self::Log(_) | Self::Recovery(_) | Self::Exists { .. } | Self::Write { .. } => 1,

@@ -61,7 +61,7 @@ be brought to the step.";
 /// Arrays of up to this many values are printed whole.
 const FEW: usize = 4;
 
-/// What a log holds of a step.
+/// Contents of the log for a step.
 #[derive(Default)]
 struct Story {
     exchanges: Vec<LoggedExchange>,
@@ -219,7 +219,7 @@ struct DisplacementLimit {
     required: bool,
 }
 
-/// What an iteration did, in words.
+/// Description of an iteration.
 fn did(report: &IterationReport, limit: DisplacementLimit) -> Vec<String> {
     let IterationReport { iteration, purpose, correction, residuals, worst } = report;
     let acceleration = correction.acceleration.word();

@@ -70,7 +70,7 @@ pub enum Motion {
     Vertical,
 }
 
-/// Why nothing was written.
+/// Reason why nothing was written.
 #[derive(Debug, thiserror::Error, Diagnostic)]
 enum Failure {
     #[error(transparent)]
@@ -175,7 +175,7 @@ fn undrawn(name: &'static str) -> impl Fn(Box<dyn Error + Send + Sync>) -> Failu
 }
 
 impl Water {
-    /// Warns if the elements do not resolve waves of the highest frequency, `omega` (rad/s), that is asked for.
+    /// Warns if the elements do not resolve waves of the highest frequency, `omega` (rad/s), requested.
     fn warn_of_coarse_elements(&self, omega: f64) {
         let ReservoirParameters { element_size, bed_element_size, sound_speed, fidelity, .. } =
             self.parameters;

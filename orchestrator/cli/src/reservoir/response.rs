@@ -165,7 +165,7 @@ impl Arguments {
 
 /// Gives the response at every frequency, or the error, to `take`.
 ///
-/// The library computes all given frequencies or none; after an error each half is computed by itself.
+/// The library computes all given frequencies or none; after an error each half is computed separately.
 fn responses(
     parameters: &ReservoirParameters,
     s: &[Complex64],

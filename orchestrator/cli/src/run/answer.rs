@@ -1,4 +1,4 @@
-//! What `--json` prints.
+//! Output of `--json`.
 
 use cofferdam_coupling::observer::WallTime;
 use cofferdam_report::{Quantity, Summary};
@@ -6,7 +6,7 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// The results of a run that has come to its first step.
+/// The results of a run that reached its first step.
 #[derive(Serialize)]
 pub struct Answer<'a> {
     status: &'a str,
@@ -44,7 +44,7 @@ impl<'a> Answer<'a> {
     }
 }
 
-/// A run that has none.
+/// A run without results.
 #[derive(Serialize)]
 pub struct NoAnswer {
     pub status: String,

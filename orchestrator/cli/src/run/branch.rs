@@ -41,7 +41,7 @@ its own, with a log, histories and a report that name the parent run. At the
 end, the branch is compared with the parent run.
 
 A unit whose parameters are unchanged continues from its state. So does a dam
-of which only friction, cohesion or tensile strength of cracks are changed. Any
+with changes only to friction, cohesion or tensile strength of its cracks. Any
 other unit is replaced by a new one, which first repeats all requests logged so
 far; it must have the same variables and interface points. The acceleration
 keeps its history unless it is changed.

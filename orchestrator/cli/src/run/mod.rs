@@ -114,7 +114,7 @@ invalid, 3 a step did not converge, 4 a unit failed, 130 interrupted. A
 completed run with --accuracy: 0 the accuracy is kept, 6 not kept, 7 cannot be
 kept.";
 
-/// Why a run ended without a result, or with a partial one.
+/// Reason why a run ended without a result, or with a partial result.
 #[derive(Debug, thiserror::Error, Diagnostic)]
 enum Failure {
     #[error(transparent)]
@@ -174,7 +174,7 @@ pub fn run(arguments: &Arguments) -> ExitCode {
 }
 
 impl Options {
-    /// Keeps standard output for the answer in JSON, if that was asked for.
+    /// Reserves standard output for the result in JSON, if requested.
     fn begin(&self) {
         if self.json {
             answer_programs();
@@ -199,7 +199,7 @@ fn told(ended: Result<Status, Failure>) -> ExitCode {
     }
 }
 
-/// Also returns the exit status that a completed run has by the accuracy that was asked for.
+/// Also returns the exit status of a completed run according to the requested accuracy.
 fn execute(arguments: &Arguments) -> Result<(Status, u8), Failure> {
     let mut settings = arguments.set.clone();
     settings.extend(arguments.log.iter().map(|which| format!("log.exchanges=\"{which}\"")));
@@ -274,7 +274,7 @@ fn catch_interrupt() -> Result<Arc<AtomicBool>, ctrlc::Error> {
 mod tests {
     use super::*;
 
-    /// Whoever asked the unit last: the scheme, or an observer.
+    /// The last caller of the unit: the scheme or an observer.
     #[test]
     fn a_unit_that_fails_has_one_exit_status() {
         let failure = || ParticipantError::Ended {

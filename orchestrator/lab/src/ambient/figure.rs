@@ -3,7 +3,7 @@ use crate::study::{Outcome, StudyError};
 use cofferdam_analysis::picture::{BLUE, FONT, GREEN, ORANGE};
 use plotters::prelude::*;
 
-/// Stored energy, what the balance misses, and what the coupling produced, over time.
+/// Stored energy, error of the balance, and energy produced by the coupling, over time.
 pub fn picture(outcome: &Outcome, stored: &[f64]) -> Result<String, StudyError> {
     let time = outcome.column("time");
     let magnitudes = |values: &[f64]| -> Vec<(f64, f64)> {

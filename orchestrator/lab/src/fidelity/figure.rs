@@ -15,7 +15,7 @@ pub fn picture(points: &[Priced]) -> Result<String, StudyError> {
     let (across, up) = (decades(points.iter().map(|p| p.cost)), decades(points.iter().map(|p| p.error)));
     svg((900, 520), |area| {
         let mut chart = ChartBuilder::on(area)
-            .caption("What the water costs and how far it is off the best", (FONT, 16))
+            .caption("Cost of the water models and error against the reference", (FONT, 16))
             .margin(12)
             .margin_right(160)
             .x_label_area_size(40)

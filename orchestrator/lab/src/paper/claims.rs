@@ -1,4 +1,4 @@
-//! What the paper states in words, and whether our runs say so too.
+//! Statements of the paper in words, compared with our runs.
 
 use super::response::Quantity;
 use super::runs::{ADDED_MASS, FINITE_ELEMENTS, RIGID_DAM, Run, Series};
@@ -13,7 +13,7 @@ pub struct Claim {
     pub name: &'static str,
     pub says: &'static str,
     pub ours: String,
-    /// What counts as so.
+    /// Criterion.
     pub criterion: String,
     pub holds: bool,
 }

@@ -13,7 +13,7 @@ use cofferdam_scene::Side;
 use cofferdam_unit::number::plain;
 use std::fmt::Write;
 
-/// All that has run, and what follows from it.
+/// All runs and their results.
 pub struct All {
     /// Figure 3, and its closed form (over the hydrostatic pressure).
     pub rigid: Series,
@@ -33,7 +33,7 @@ impl All {
         loaded.scene.gravity / loaded.ground_motion.peak().0.abs()
     }
 
-    /// Whose records a figure has.
+    /// Source of a figure's records.
     pub fn sources(&self, figure: u8) -> Vec<String> {
         let [koyna, newhall] = [0, 1].map(|index| {
             let earthquake = &EARTHQUAKES[index];
@@ -158,7 +158,7 @@ fn flexible(series: &Series) -> Table {
     table
 }
 
-/// The command as it was given.
+/// The command line.
 fn command(arguments: &PaperArguments) -> String {
     let PaperArguments { koyna_record, newhall_record, el_centro_record, coarse, .. } = arguments;
     let records = EARTHQUAKES

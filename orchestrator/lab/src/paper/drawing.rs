@@ -1,4 +1,4 @@
-//! What each picture shows.
+//! Contents of each picture.
 
 use super::document::All;
 use super::figure::{self, Panel};

@@ -1,4 +1,4 @@
-//! `cofferdam-lab paper`: the quantities of the paper's figures from our runs, beside what its text states.
+//! `cofferdam-lab paper`: the quantities of the paper's figures from our runs, compared with the statements of its text.
 
 mod claims;
 mod document;

@@ -1,4 +1,4 @@
-//! Numbers that the paper states, beside ours.
+//! Numbers that the paper states, compared with ours.
 
 use super::response::Quantity;
 use super::runs::{FINITE_ELEMENTS, Run, Series};

@@ -1,4 +1,4 @@
-//! What a run answers, in the quantities and units of the paper.
+//! Results of a run in the quantities and units of the paper.
 
 use crate::study::{Outcome, SLIDING, relative};
 use cofferdam_analysis::picture::History;
@@ -7,7 +7,7 @@ use cofferdam_motion::STANDARD_GRAVITY;
 use cofferdam_report::page::kept;
 use cofferdam_scene::{LoadedScene, Side};
 
-/// Parts of a drawn line of each of which the extremes are kept.
+/// Number of parts of a drawn line; the extremes of each part are kept.
 const PARTS: usize = 400;
 /// Time that is drawn, s; nothing slides later in the shipped records.
 const DRAWN: f64 = 20.0;
@@ -62,7 +62,7 @@ impl Quantity {
         }
     }
 
-    /// What an axis calls it.
+    /// Label of the axis.
     pub fn axis(self) -> &'static str {
         match self {
             Self::BasePressure => "p / ρgh at the base",

@@ -13,18 +13,18 @@ const FAR: f64 = 4.0;
 /// Of a coarse run: time before and after the strongest shaking, s; and size of elements, m.
 const COARSE: [f64; 3] = [1.0, 0.75, 10.0];
 
-/// Runs that answer other questions than an open choice, and the one with all open choices together.
+/// Runs that do not belong to an open choice, and the run with all open choices combined.
 pub const RIGID_DAM: &str = "rigid dam";
 pub const FINITE_ELEMENTS: &str = "water of finite elements";
 pub const ADDED_MASS: &str = "Westergaard's added mass";
 const TOGETHER: &str = "those with the least sliding together";
 const AS_IT_IS: &str = "as it is";
 
-/// A run: what it differs by, what it is of, and what it answers, once it has run.
+/// A run: its changes, its earthquake and, once completed, its results.
 pub struct Run {
-    /// What is different.
+    /// The changes.
     pub what: String,
-    /// The open choice that it belongs to; `None` for a run that answers another question.
+    /// The open choice to which it belongs; `None` for other runs.
     pub choice: Option<&'static str>,
     sets: Vec<String>,
     pub loaded: LoadedScene,

@@ -1,12 +1,12 @@
-//! What the paper's text states of its figures. Nothing is read off its pictures.
+//! Statements of the paper's text on its figures. No values are digitised from its pictures.
 
 /// Largest relative difference that still counts as agreement: the paper calls 8 and 9 % between its two models of the water
 /// "reasonable agreement" (figure 12).
 pub const AGREEMENT: f64 = 0.1;
-/// Largest relative difference that counts as little: the paper calls 2.41 beside 2.89 g "a little smaller" (figure 8).
+/// Largest relative difference that counts as little: the paper calls 2.41 compared with 2.89 g "a little smaller" (figure 8).
 pub const LITTLE: f64 = 0.2;
 
-/// What the paper leaves open wherever its cracked dam is computed.
+/// Settings that the paper leaves open for its cracked dam.
 pub const OPEN: &str = "the record (not given), its direction, kind and frequencies of the damping, mesh, stiffness of the crack, places \
                         of its contacts, its elevation, plane condition, and the length of its short windows (\"e.g. 0.1 s\"), which our runs do without";
 
@@ -78,11 +78,11 @@ pub const FLEXIBLE: [&str; 3] = ["paper-figure-4", "El Centro 1940", "--el-centr
 /// A figure of the paper.
 pub struct Figure {
     pub number: u8,
-    /// What it shows.
+    /// Title.
     pub title: &'static str,
-    /// What the text says of it, shortened.
+    /// Statement of the text, shortened.
     pub says: &'static str,
-    /// What the paper leaves open.
+    /// Open settings.
     pub open: &'static str,
 }
 

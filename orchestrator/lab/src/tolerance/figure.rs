@@ -12,7 +12,7 @@ pub fn picture(series: &Series) -> Result<String, StudyError> {
             points.iter().fold((f64::MAX, f64::MIN), |(a, b), p| (a.min(p.tolerance), b.max(p.tolerance)));
         let most = points.iter().map(|p| p.iterations).fold(1.0, f64::max).ceil();
         let mut chart = ChartBuilder::on(area)
-            .caption("What a tolerance buys and costs", (FONT, 16))
+            .caption("Accuracy and cost of the tolerance", (FONT, 16))
             .margin(12)
             .x_label_area_size(40)
             .y_label_area_size(70)

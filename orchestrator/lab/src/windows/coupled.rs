@@ -27,7 +27,7 @@ pub struct Coupled {
     pub end: End,
 }
 
-/// How a coupled run ended.
+/// End of a coupled run.
 pub enum End {
     Reached,
     /// The iterations diverged in the window from this time (s) on.
@@ -57,7 +57,7 @@ impl std::fmt::Display for End {
     }
 }
 
-/// The dam, and the places of variables in its requests and answers.
+/// The dam, and the positions of variables in its requests and responses.
 struct Dam<'a> {
     unit: Box<dyn Participant>,
     motion: &'a GroundMotion,
@@ -111,7 +111,7 @@ pub fn run(scene: &Scene, motion: &GroundMotion, water: &ShortWindows) -> Result
             };
             let answer = match water.pressure(&moved.acceleration) {
                 Ok(answer) => answer,
-                // The dam's answer is not finite.
+                // The response of the dam is not finite.
                 Err(_) if iteration > 1 => {
                     done.end = End::Diverged { time, iteration };
                     return Ok(done);

@@ -19,7 +19,7 @@ pub fn picture(rows: &[Row]) -> Result<String, StudyError> {
     let (shortest, longest) = if longest > shortest { (shortest, longest) } else { (0.05, 5.0) };
     svg((760, 420), |area| {
         let mut chart = ChartBuilder::on(area)
-            .caption("What the paper's windows cost", (FONT, 16))
+            .caption("Errors of the paper's windows", (FONT, 16))
             .margin(12)
             .x_label_area_size(40)
             .y_label_area_size(60)

@@ -69,12 +69,12 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
         None => None,
     };
     let mut table = Table::new([
-        "steps a window",
+        "steps per window",
         "s",
         "base pressure, rigid dam",
         "force, rigid dam",
-        "dam steps a step",
-        "most",
+        "dam steps per communication step",
+        "maximum",
         "crest",
         "largest sliding, mm",
         "ends",
@@ -119,7 +119,10 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
         let slid = reference.column(SLIDING);
         let sliding =
             if slid.is_empty() { String::new() } else { format!(", {} mm of sliding", millimetres(slid)) };
-        text += &format!("Step by step: {:.2} dam steps a step{sliding}.\n", reference.iterations(1));
+        text += &format!(
+            "Step by step: {:.2} dam steps per communication step{sliding}.\n",
+            reference.iterations(1)
+        );
     }
     let far_end = far_end::table(&scene, motion, arguments.coarse)?;
     text += &format!("\nThe far end:\n\n{}", far_end.markdown());
@@ -134,7 +137,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
 fn fit(loaded: &LoadedScene) -> Result<Scene, StudyError> {
     let mut scene = loaded.scene.clone();
     if loaded.scene.tailwater.is_some() {
-        let what = "the study couples the dam with the paper's reservoir only; leave [tailwater] out";
+        let what = "the study couples the dam only with the reservoir of the paper; leave [tailwater] out";
         return Err(StudyError::Unfit { what: what.to_owned() });
     }
     if !scene.reservoir.fidelity.is_compressible() || scene.reservoir.surface_waves {

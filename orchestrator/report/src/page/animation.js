@@ -36,7 +36,7 @@
   for (let power = 1; power <= 1e6; power *= 10) steps.push(power, 2 * power, 5 * power);
   const fitting = peak > 0 ? steps.filter(m => m === 1 || m * peak <= MOST * height) : [1];
   const usual = fitting.filter(m => m * peak <= DRAWN * height).pop() ?? 1;
-  fitting.forEach(m => scale.add(new Option(m === 1 ? "as it is" : `× ${m}`, m, m === usual, m === usual)));
+  fitting.forEach(m => scale.add(new Option(m === 1 ? "× 1" : `× ${m}`, m, m === usual, m === usual)));
 
   let now = times[first];
   let playing = null;

@@ -1,4 +1,4 @@
-//! The dam in motion: what the script of the page draws.
+//! Animation of the dam: data of the page's script.
 
 use super::charts::crack_names;
 use super::data::{Animation, Counted, MovingWater, Rounded, Series};
@@ -12,18 +12,18 @@ use cofferdam_scene::Side;
 
 /// Steps of a drawn value up to the largest.
 const COUNTS: f64 = 4000.0;
-/// Most points at which the pressure on a face is drawn, about.
+/// Approximate maximum number of points at which the pressure on a face is drawn.
 const POINTS: usize = 24;
-/// Farthest that a point of the outline lies from the face that it is on, m.
+/// Largest distance of a point of the outline from its face, m.
 const NEAR: f64 = 1e-6;
 
-/// Pictures of `run`; none where its dam told no outline, or the file of its motion is missing, damaged or another one's.
+/// Animation of `run`; `None` if its dam gave no outline, or the file of its motion is missing, damaged or from another run.
 pub fn of(run: &RunFolder) -> Option<Animation> {
     let outline = &run.manifest.outline;
     let all: Vec<[f64; 2]> = outline.iter().flatten().copied().collect();
     let motion = Histories::read(&run.path.join(OutlineWriter::FILE)).ok()?;
     let histories = run.histories.column("time")?;
-    // Those of a run that was killed may end earlier.
+    // The histories of a killed run may end earlier.
     let last = histories.last()?;
     let times: Vec<f64> = motion.column("time")?.iter().copied().take_while(|time| time <= last).collect();
     if all.is_empty() || times.is_empty() || motion.names().len() != 1 + 2 * all.len() {
@@ -102,7 +102,7 @@ fn water(run: &RunFolder, side: Side, outline: &[[f64; 2]], at: &[usize]) -> Opt
     })
 }
 
-/// Whether a point lies on the line through `points`.
+/// Whether a point is on the line through `points`.
 fn is_on([x, y]: [f64; 2], points: &[[f64; 2]]) -> bool {
     points.windows(2).any(|pair| {
         let [[ax, ay], [bx, by]] = [pair[0], pair[1]];
@@ -120,7 +120,7 @@ fn nearest(times: &[f64], time: f64) -> Option<usize> {
     both.into_iter().flatten().min_by(|a, b| away(a).total_cmp(&away(b)))
 }
 
-/// Rows in counts of 1, 2 or 5 times a power of ten; what is not finite counts as nothing.
+/// Rows in counts of 1, 2 or 5 times a power of ten; non-finite values count as 0.
 fn counted(rows: &[Vec<f64>]) -> Counted {
     let values = rows.iter().flatten().filter(|value| value.is_finite());
     let largest = values.fold(0.0f64, |most, value| most.max(value.abs()));

@@ -9,13 +9,13 @@ use cofferdam_scene::Scene;
 
 /// Largest factor of safety that is drawn.
 const SAFE: f64 = 10.0;
-/// Share of the shear strength in use from which a joint counts as sliding: 1 but for rounding.
+/// Utilisation from which a joint counts as sliding: 1 except for rounding.
 const SLIDES: f64 = 1.0 - 1e-9;
 
-/// A line: its name, a column, and what its values are multiplied by.
+/// A line: name, column, and factor on the values.
 type Line = (String, String, f64);
 
-/// The charts of what the run recorded.
+/// Charts of the recorded histories.
 pub fn of(run: &RunFolder) -> Vec<Chart> {
     let (histories, scene) = (&run.histories, &run.loaded.scene);
     let one = |name: &str, column: &str, factor: f64| vec![(name.to_owned(), column.to_owned(), factor)];
@@ -48,35 +48,38 @@ pub fn of(run: &RunFolder) -> Vec<Chart> {
         "",
         &one("ground, positive downstream", "ground_acceleration.x", 1.0 / STANDARD_GRAVITY),
     );
-    let relative = "Of the upstream crest corner, relative to the ground, from the state of rest; sliding and rocking below it included.";
-    add("Crest displacement, mm", relative, &crest);
     add(
         "Sliding of each crack, mm",
-        "Mean slip along the crack, positive where the upper side goes downstream.",
+        "Mean slip along the crack; positive if the upper side moves downstream.",
         &cracks("sliding", 1e3),
-    );
-    add("Opening of each crack, mm", "Largest gap of any contact.", &cracks("opening", 1e3));
-    add(
-        "Rotation above each crack, mrad",
-        "Of the block above against the block below, positive counter-clockwise.",
-        &cracks("rotation", 1e3),
-    );
-    add(
-        "Base pressure, kPa",
-        "Hydrodynamic: excess over hydrostatic, at the foot of the wet face.",
-        &waters("base_pressure", 1e-3),
-    );
-    if scene.has_water() {
-        let about = "The least on any wet face, hydrostatic included, against the atmosphere; near −100 kPa real water cavitates.";
-        add("Lowest pressure on the wet face, kPa", about, &one("lowest", "lowest_pressure", 1e-3));
-    }
-    add(
-        "Force on the base, MN/m",
-        "Total force on the ground: weight and hydrostatic water are in it.",
-        &base,
     );
     if shears(scene) {
         charts.extend(utilisation(histories, &cracks("shear_utilisation", 1.0)));
+    }
+    let mut add = |title: &str, about: &str, lines: &[Line]| {
+        charts.extend(chart(histories, title, about, false, lines));
+    };
+    add("Opening of each crack, mm", "Maximum gap over all contacts.", &cracks("opening", 1e3));
+    add(
+        "Rotation above each crack, mrad",
+        "Block above relative to the block below; positive counter-clockwise.",
+        &cracks("rotation", 1e3),
+    );
+    let relative = "Upstream crest corner relative to the ground, from the static state; includes sliding and rocking of the blocks.";
+    add("Crest displacement, mm", relative, &crest);
+    add(
+        "Force on the base, MN/m",
+        "Total force on the ground, including weight and hydrostatic pressure.",
+        &base,
+    );
+    add(
+        "Base pressure, kPa",
+        "Hydrodynamic pressure (excess over hydrostatic) at the foot of the wet face.",
+        &waters("base_pressure", 1e-3),
+    );
+    if scene.has_water() {
+        let about = "Minimum over the wet faces, including hydrostatic pressure, relative to the atmosphere; water cavitates near −100 kPa.";
+        add("Lowest pressure on the wet face, kPa", about, &one("lowest", "lowest_pressure", 1e-3));
     }
     let mut add = |title: &str, about: &str, logarithmic: bool, lines: &[Line]| {
         charts.extend(chart(histories, title, about, logarithmic, lines));
@@ -92,30 +95,29 @@ pub fn of(run: &RunFolder) -> Vec<Chart> {
         });
         columns.collect()
     };
-    let watched =
-        "At the watched points, tension positive; at heel, toe and neck it grows as the mesh is refined.";
-    add("Major principal stress, MPa", watched, false, &stress("major", 1e-6));
-    add("Minor principal stress, MPa", watched, false, &stress("minor", 1e-6));
+    let monitored = "At the monitored points; tension is positive. At heel, toe and neck the stress grows as the mesh is refined.";
+    add("Major principal stress, MPa", monitored, false, &stress("major", 1e-6));
+    add("Minor principal stress, MPa", "At the monitored points.", false, &stress("minor", 1e-6));
     add(
-        "Energy ledger, MJ/m",
-        "Since time 0, in the frame of the ground; the input is the sum of all others but for the error.",
+        "Energy balance, MJ/m",
+        "From time 0, in the frame of the ground; the input work is the sum of the other terms, except for the error.",
         false,
         &ledger,
     );
-    let iterations = "How often the dam took the same communication step until both units agreed.";
+    let iterations = "Number of dam steps until the iteration of a communication step converged.";
     add("Dam steps per communication step", iterations, false, &one("dam steps", "iterations", 1.0));
-    let mut residuals = one("residual of the pressure", "residual.pressure", 1.0);
-    residuals.extend(one("error of its interpolation, estimate", "interpolation_error", 1.0));
+    let mut residuals = one("pressure residual", "residual.pressure", 1.0);
+    residuals.extend(one("estimated interpolation error", "interpolation_error", 1.0));
     add(
-        "Residuals of the coupling, Pa",
-        "2-norms over the wet face, logarithmic; zeros are left out.",
+        "Coupling residuals, Pa",
+        "2-norms over the wet face on a logarithmic scale; zeros are omitted.",
         true,
         &residuals,
     );
     charts
 }
 
-/// What the cracks are called.
+/// Names of the cracks.
 pub fn crack_names(scene: &Scene) -> Vec<String> {
     let cracks = scene.dam.as_ref().map_or(&[][..], |dam| &dam.cracks);
     cracks
@@ -124,12 +126,12 @@ pub fn crack_names(scene: &Scene) -> Vec<String> {
         .collect()
 }
 
-/// Whether the run has joints whose strength is used.
+/// Whether the run has joints that carry shear.
 fn shears(scene: &Scene) -> bool {
     scene.dam.as_ref().is_some_and(|dam| !dam.fidelity.is_intact())
 }
 
-/// What the summary calls the points where stress is watched.
+/// Names of the stress points in the summary.
 fn stress_names(run: &RunFolder) -> Vec<String> {
     let of = |name: &str| name.strip_prefix("largest tension, ").map(str::to_owned);
     run.summary.quantities.iter().filter_map(|quantity| of(&quantity.name)).collect()
@@ -171,10 +173,10 @@ fn drawn(rows: usize, title: &str, about: &str, logarithmic: bool, lines: &[(Str
     }
 }
 
-/// The share of the shear strength in use, and its inverse.
+/// The utilisation of the shear strength, and its inverse.
 fn utilisation(histories: &Histories, lines: &[Line]) -> Vec<Chart> {
-    let about = "Shear force over shear strength of the closed contacts; 1 while the joint slides, 0 while it is open.";
-    let Some(mut shares) = chart(histories, "Share of the shear strength in use", about, false, lines) else {
+    let about = "Shear force divided by shear strength of the closed contacts: 1 while the joint slides, 0 while it is open.";
+    let Some(mut shares) = chart(histories, "Utilisation of the shear strength", about, false, lines) else {
         return Vec::new();
     };
     shares.range = Some([0.0, 1.05]);
@@ -183,14 +185,14 @@ fn utilisation(histories: &Histories, lines: &[Line]) -> Vec<Chart> {
         Some((name.clone(), histories.column(column)?.iter().map(safety).collect()))
     };
     let inverses: Vec<(String, Vec<f64>)> = lines.iter().filter_map(inverse).collect();
-    let about = "Inverse of the share in use, drawn up to 10; at 1 the joint slides, and no value falls below. Gaps: the joint is open, or not sheared.";
-    let mut safety = drawn(histories.rows(), "Safety against sliding", about, false, &inverses);
+    let about = "Inverse of the utilisation, drawn up to 10. At 1 the joint slides; no value is lower. Gaps: the joint is open or carries no shear.";
+    let mut safety = drawn(histories.rows(), "Factor of safety against sliding", about, false, &inverses);
     safety.range = Some([0.0, SAFE]);
     safety.marks.push(Mark { horizontal: true, at: 1.0, name: "slides".to_owned() });
     vec![shares, safety]
 }
 
-/// For each joint the time, s, in which its safety is at or below 1.
+/// Time, s, during which the factor of safety of each joint is at or below 1.
 pub fn sliding_times(run: &RunFolder) -> Vec<Row> {
     let time = run.histories.column("time").unwrap_or(&[]);
     if !shears(&run.loaded.scene) {
@@ -198,7 +200,7 @@ pub fn sliding_times(run: &RunFolder) -> Vec<Row> {
     }
     let of = |(crack, name): (usize, String)| {
         let shares = run.histories.column(&format!("dam.crack_shear_utilisation.{crack}"))?;
-        // The value at the end of a step stands for the step.
+        // The value at the end of a step applies to the whole step.
         let steps = time.windows(2).zip(shares.get(1..)?);
         let slid = steps
             .filter(|(_, share)| **share >= SLIDES)

@@ -1,4 +1,4 @@
-//! What a run says about itself, beside what it should.
+//! Self-checks of a run: values, references and limits.
 
 use super::super::summary::{CAVITATION, ENERGY_ALARM, ENERGY_BALANCE, LOWEST_PRESSURE};
 use super::data::Check;
@@ -8,9 +8,9 @@ use super::westergaard::static_force;
 use cofferdam_assembly::observer::{AVERAGED, LastSecond, STILL_MOVES, STILL_SLIDES};
 use cofferdam_scene::{DamScene, REST, Scene, Side};
 
-/// Share by which static forces may differ from their closed forms, for the state of rest is iterated.
+/// Tolerance of static forces against their closed forms, because the static state is iterated.
 const STATIC: f64 = 1e-3;
-/// Share of the thrust above which the inertia at time 0 leaves nothing to judge.
+/// Share of the thrust above which the inertia at time 0 prevents a judgement.
 const SHAKEN: f64 = 1e-2;
 
 /// The checks that the run has numbers for.
@@ -47,20 +47,20 @@ fn statics(run: &RunFolder) -> Vec<Check> {
     let mass = dam.material.density * area(dam);
     if scene.has_water() {
         let of = if scene.tailwater.is_some() {
-            "ρgh²/2 of the reservoir less that of the tailwater"
+            "ρgh²/2 of the reservoir minus that of the tailwater"
         } else {
             "ρgh²/2"
         };
-        // What of the dam already moves with the ground at time 0 is a part of its mass that is not known here.
+        // The part of the dam's mass that already moves with the ground at time 0 is unknown here.
         let acceleration = first("ground_acceleration.x").unwrap_or(0.0);
         let shaken = (mass * acceleration / water_x).abs();
         let remark = match shaken {
             0.0 => of.to_owned(),
             SHAKEN.. => format!(
-                "{of}; not judged: the ground accelerates by {} m/s² at time 0, and inertia is in the force",
+                "{of}; not judged: the ground acceleration is {} m/s² at time 0, so the force includes inertia",
                 shown(acceleration)
             ),
-            _ => format!("{of}; the inertia of the dam at time 0 may be in it"),
+            _ => format!("{of}; the force may include inertia of the dam at time 0"),
         };
         add("static thrust on the base", first("dam.base_shear"), water_x, shaken, remark);
     }
@@ -70,7 +70,7 @@ fn statics(run: &RunFolder) -> Vec<Check> {
         let of = if water_y == 0.0 {
             "ρg × area of the section"
         } else {
-            "ρg × area of the section, and the water on its batters"
+            "ρg × area of the section, plus the weight of water on its batters"
         };
         add("weight on the base", first("dam.base_normal_force"), weight, 0.0, of.to_owned());
     }
@@ -106,7 +106,7 @@ fn area(dam: &DamScene) -> f64 {
     of(&outline) - section.galleries.iter().map(|gallery| of(gallery)).sum::<f64>()
 }
 
-/// Water makes a dam slower, never quicker.
+/// Water lowers the natural frequencies of a dam.
 fn frequency(run: &RunFolder) -> Option<Check> {
     let of = |water: &str| run.summary.value(&format!("natural frequency 1 (intact, {water})"));
     let (empty, full) = (of("empty")?, of("full")?);
@@ -117,7 +117,7 @@ fn frequency(run: &RunFolder) -> Option<Check> {
         unit: "rad/s",
         limit: "below ω₁ empty".to_owned(),
         kept: Some(full < empty),
-        remark: "the water's mass slows the dam".to_owned(),
+        remark: "the mass of the water lowers the frequency".to_owned(),
     })
 }
 
@@ -130,7 +130,7 @@ fn energy(run: &RunFolder) -> Option<Check> {
         unit: "%",
         limit: format!("at most {ENERGY_ALARM} %"),
         kept: Some(found <= ENERGY_ALARM),
-        remark: "input work less all other energies".to_owned(),
+        remark: "input work minus all other energies".to_owned(),
     })
 }
 
@@ -152,7 +152,7 @@ fn rest(run: &RunFolder) -> Vec<Check> {
         };
         share = Some(last.kinetic_share);
         checks.push(Check {
-            name: format!("rest at the end: speed of sliding, {}", crack.phrase()),
+            name: format!("rest at the end: sliding speed, {}", crack.phrase()),
             found: 1e3 * last.speed.abs(),
             expected: None,
             unit: "mm/s",
@@ -196,7 +196,7 @@ fn cavitation(run: &RunFolder) -> Option<Check> {
         unit: "kPa",
         limit: format!("at least {} kPa", plain(CAVITATION)),
         kept: Some(found >= CAVITATION),
-        remark: "below, real water cavitates; this linear water does not".to_owned(),
+        remark: "real water cavitates below this pressure; the linear model does not".to_owned(),
     })
 }
 

@@ -1,9 +1,9 @@
-//! What a report shows, without a word of how it is shown.
+//! Contents of a report, independent of their layout.
 
 use super::super::Quantity;
 use serde::{Serialize, Serializer};
 
-/// Everything that a report of a run shows, in its order. What the run does not have is empty.
+/// Contents of the report of a run. Items that the run lacks are empty.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ReportData {
     /// Title of the scene.
@@ -12,33 +12,33 @@ pub struct ReportData {
     pub name: String,
     /// How the run ended.
     pub status: String,
-    /// Whether it came to its planned end.
+    /// Whether the run reached its planned end.
     pub complete: bool,
     /// When it began, in UTC.
     pub started: String,
     /// Simulated time that was reached, s.
     pub simulated_time: f64,
-    /// The numbers that matter first.
+    /// The key figures.
     pub key_figures: Vec<Quantity>,
-    /// What may make the results wrong or doubtful.
+    /// Warnings.
     pub warnings: Vec<String>,
-    /// What else must be known to read them.
+    /// Notes.
     pub notes: Vec<String>,
-    /// What is not modelled, each in a sentence.
+    /// Limitations of the model, one sentence each.
     pub not_modelled: Vec<String>,
     /// The section as SVG.
     pub section: Option<String>,
     /// The envelope of the largest principal stress.
     pub envelope: Option<Envelope>,
-    /// The dam in motion.
+    /// The animation of the dam.
     pub animation: Option<Animation>,
-    /// What the run was given, by subject.
+    /// Inputs of the run, by subject.
     pub inputs: Vec<Group>,
-    /// Where it comes from: program, machine, hashes.
+    /// Provenance: program, machine, hashes.
     pub provenance: Group,
     /// The scene with all defaults, TOML.
     pub scene: String,
-    /// How strong the ground motion is.
+    /// Intensity of the ground motion.
     pub ground: Vec<Row>,
     /// Times of all rows of the histories, s.
     pub time: Vec<f64>,
@@ -46,13 +46,13 @@ pub struct ReportData {
     pub ground_charts: Vec<Chart>,
     /// Histories of the results.
     pub histories: Vec<Chart>,
-    /// How long each joint slid.
+    /// Sliding time of each joint.
     pub sliding_times: Vec<Row>,
     /// Response spectra of ground and crest.
     pub spectra: Vec<Chart>,
     /// Pressure over height at chosen instants.
     pub profiles: Vec<Profile>,
-    /// What the run says about itself.
+    /// Self-checks of the run.
     pub checks: Vec<Check>,
     /// The whole table of the summary.
     pub quantities: Vec<Quantity>,
@@ -61,7 +61,7 @@ pub struct ReportData {
 /// The envelope of the largest principal stress over the section.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Envelope {
-    /// The time up to which it reaches, s.
+    /// End time, s.
     pub end: f64,
     /// The section coloured by it, SVG.
     pub picture: String,
@@ -85,7 +85,7 @@ pub struct Row {
     pub name: String,
     /// Its value.
     pub value: Value,
-    /// What belongs to it; may be empty.
+    /// Remark; may be empty.
     pub remark: String,
 }
 
@@ -127,13 +127,13 @@ impl Row {
 pub struct Chart {
     /// What it shows, with its unit.
     pub title: String,
-    /// What must be known to read it; may be empty.
+    /// Explanation; may be empty.
     pub about: String,
-    /// What lies across.
+    /// The abscissa.
     pub abscissa: Abscissa,
     /// Whether the ordinate is logarithmic.
     pub logarithmic: bool,
-    /// Least and largest ordinate, where they do not follow from the values.
+    /// Minimum and maximum ordinate, unless they follow from the values.
     pub range: Option<[f64; 2]>,
     /// The lines.
     pub series: Vec<Series>,
@@ -141,7 +141,7 @@ pub struct Chart {
     pub marks: Vec<Mark>,
 }
 
-/// What lies across in a chart.
+/// The abscissa of a chart.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub enum Abscissa {
     /// Rows of the histories: the first, then the differences from one to the next.
@@ -164,7 +164,7 @@ pub struct Series {
 /// A line across a chart that has a name.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Mark {
-    /// Whether it lies at an ordinate; otherwise at an abscissa.
+    /// Whether the line is at an ordinate; otherwise at an abscissa.
     pub horizontal: bool,
     /// Where.
     pub at: f64,
@@ -172,7 +172,7 @@ pub struct Mark {
     pub name: String,
 }
 
-/// A number that is written with few digits; what is not finite is written as `null`.
+/// A number that is written with few digits, and as `null` if it is not finite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rounded(pub f64);
 
@@ -193,7 +193,7 @@ impl Serialize for Rounded {
 pub struct Profile {
     /// What the instant is.
     pub instant: String,
-    /// Whose pressure it is: `reservoir` or `tailwater`.
+    /// Name of the water: `reservoir` or `tailwater`.
     pub water: String,
     /// The instant, s.
     pub time: f64,
@@ -205,22 +205,22 @@ pub struct Profile {
     pub westergaard: Vec<[f64; 2]>,
 }
 
-/// Something that a run can be checked by.
+/// A self-check of a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Check {
     /// What is checked.
     pub name: String,
     /// What was found.
     pub found: f64,
-    /// What it is compared with; a number with the same unit, or none.
+    /// Reference value in the same unit, if any.
     pub expected: Option<f64>,
     /// Unit of both.
     pub unit: &'static str,
     /// The limit, in words.
     pub limit: String,
-    /// Whether it is kept; none where the run does not allow to judge.
+    /// Whether the limit is kept; `None` if this cannot be judged.
     pub kept: Option<bool>,
-    /// What the verdict rests on, or why there is none.
+    /// Basis of the verdict, or the reason why there is none.
     pub remark: String,
 }
 
@@ -231,11 +231,11 @@ pub struct Animation {
     pub outline: Vec<Vec<[Rounded; 2]>>,
     /// The instants, s.
     pub times: Vec<f64>,
-    /// The instant that is shown first: the crest is farthest out.
+    /// The instant that is shown first, with the largest crest displacement.
     pub first: usize,
     /// Displacements of all points (x, y), m.
     pub motion: Counted,
-    /// The waters that press on it.
+    /// The waters at the dam.
     pub waters: Vec<MovingWater>,
     /// Histories at the instants, with units in the names.
     pub readings: Vec<Series>,
@@ -244,18 +244,18 @@ pub struct Animation {
 /// Rows of numbers as multiples of a unit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Counted {
-    /// What a count is worth.
+    /// Value of one count.
     pub unit: f64,
-    /// One row an instant: whole numbers, after the first row the differences from the row before.
+    /// One row per instant: integers; after the first row, differences from the previous row.
     pub rows: Vec<Vec<i32>>,
 }
 
 /// A water and its hydrodynamic pressure on the dam.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MovingWater {
-    /// Whose it is: `reservoir` or `tailwater`.
+    /// Name of the water: `reservoir` or `tailwater`.
     pub name: String,
-    /// Whether it lies downstream.
+    /// Whether the water is downstream.
     pub downstream: bool,
     /// Its level, m.
     pub level: f64,

@@ -9,9 +9,9 @@ use std::fmt::Write;
 
 /// Largest width and height of the section, pixels.
 const SIZE: [f64; 2] = [520.0, 520.0];
-/// What lies left of it, above it, right of it with the legend, and below it.
+/// Margins left, above, right (with the legend) and below, pixels.
 const AROUND: [f64; 4] = [52.0, 12.0, 150.0, 44.0];
-/// Most bands of colour.
+/// Maximum number of colour bands.
 const BANDS: f64 = 8.0;
 /// Where the concrete was never in tension.
 const COMPRESSION: &str = "#e4e4e4";
@@ -200,7 +200,7 @@ fn axes(text: &mut String, [[x0, y0], [x1, y1]]: [Point; 2], place: impl Fn(Poin
     );
 }
 
-/// The colours from the most tension down, and what the line means.
+/// Legend of the colours, largest tension first, and of the line.
 fn legend(text: &mut String, x: f64, top: f64, (step, bands): (f64, usize), has_limit: bool) {
     let _ = write!(text, "<text x=\"{x:.1}\" y=\"{:.1}\">MPa</text>", top + 10.0);
     let line = 22.0;

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 /// Name of the page in the folder of a run.
 const NAME: &str = "report.html";
 
-/// Why there is no page.
+/// Reason why there is no page.
 #[derive(Debug, thiserror::Error)]
 pub enum PageError {
     /// The folder of a run or an ensemble.
@@ -31,14 +31,14 @@ pub enum PageError {
     Write {
         /// The page.
         path: PathBuf,
-        /// What was wrong.
+        /// The cause.
         cause: Error,
     },
 }
 
 fn remedy(cause: &Error) -> &'static str {
     match cause.kind() {
-        ErrorKind::NotFound => "make the folder first, or choose another --output",
+        ErrorKind::NotFound => "create the folder first, or choose another --output",
         ErrorKind::FileTooLarge => "raise the limit of file sizes (`ulimit -f`)",
         _ => "free some space or choose another --output",
     }

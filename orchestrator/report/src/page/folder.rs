@@ -9,7 +9,7 @@ use cofferdam_log::{Log, LogReadError};
 use cofferdam_scene::{LoadedScene, SceneError};
 use std::path::{Path, PathBuf};
 
-/// What a run has left in its folder.
+/// Files of a run's folder.
 #[derive(Clone, Debug)]
 pub struct RunFolder {
     /// The folder.
@@ -22,13 +22,13 @@ pub struct RunFolder {
     pub log: Log,
     /// The scene and the ground motion of the log.
     pub loaded: LoadedScene,
-    /// The result in the manifest; of a run without an end what its histories say.
+    /// The result in the manifest, or that of the histories for a run without an end.
     pub summary: Summary,
     /// The dam's part of `envelopes.vtm`, if there is one.
     pub envelope: Option<Grid>,
 }
 
-/// Why there is no report.
+/// Reason why there is no report.
 #[derive(Debug, thiserror::Error)]
 pub enum ReportError {
     /// There is no such folder.
@@ -42,17 +42,17 @@ pub enum ReportError {
     Missing {
         /// The file.
         path: PathBuf,
-        /// What to do about it.
+        /// The remedy.
         remedy: &'static str,
     },
     /// The run has not taken a step.
-    #[error("{} holds no step: the run ended before its first one; manifest.toml and the log say why", path.display())]
+    #[error("{} contains no step: the run ended before its first step; see manifest.toml and the log for the reason", path.display())]
     NoStep {
         /// The file.
         path: PathBuf,
     },
     /// A file cannot be read, or is no table.
-    #[error("{}: {cause}; let the command that made it write it again", path.display())]
+    #[error("{}: {cause}; write it again with the command that created it", path.display())]
     Table {
         /// The file.
         path: PathBuf,
@@ -69,7 +69,7 @@ pub enum ReportError {
     #[error(transparent)]
     Log(#[from] LogReadError),
     /// The scene of the log is not one of this version.
-    #[error("{}: {cause}; take the build that made the run, or run its scene again", path.display())]
+    #[error("{}: {cause}; use the build that made the run, or run its scene again", path.display())]
     Scene {
         /// The log.
         path: PathBuf,
@@ -78,12 +78,12 @@ pub enum ReportError {
     },
 }
 
-/// The files, and what to do if one is missing.
+/// The files, and the remedy if one is missing.
 const FILES: [(&str, &str); 3] = [
     ("manifest.toml", "give the folder of a run; without it, run the scene again"),
     (
         "histories.csv",
-        "`cofferdam log export RUN --output FOLDER` makes it from the log; copy it back, or run the scene again",
+        "`cofferdam log export RUN --output FOLDER` writes it from the log; copy it back, or run the scene again",
     ),
     ("log.mcap", "put it back, or run the scene again"),
 ];
@@ -128,7 +128,7 @@ impl RunFolder {
     }
 }
 
-/// What the histories of a run without an end say.
+/// Summary of a run without an end, from its histories.
 fn unended(loaded: &LoadedScene, histories: &Histories) -> Summary {
     // of the communication steps, not of the row of initialisation
     let converged = histories.column("converged").unwrap_or(&[]).iter().skip(1);
@@ -140,5 +140,5 @@ fn unended(loaded: &LoadedScene, histories: &Histories) -> Summary {
         statistics: Statistics { unconverged, ..Statistics::default() },
     };
     let summary = Summary::of(loaded, histories, &ending, None, &[], [&[], &[]], &[]);
-    Summary { status: "without an end: the run was killed, or continues".to_owned(), ..summary }
+    Summary { status: "without an end: the run was killed or is still running".to_owned(), ..summary }
 }

@@ -88,7 +88,7 @@ pub fn spectra(run: &RunFolder) -> Vec<Chart> {
     };
     chart.marks = first_frequencies(run).into_iter().map(mark).collect();
     chart.about =
-        "Total horizontal acceleration of the upstream crest corner, and of the ground; 5 % damping."
+        "Total horizontal acceleration of the upstream crest corner and of the ground; 5 % damping."
             .to_owned();
     vec![chart]
 }

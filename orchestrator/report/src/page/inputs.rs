@@ -1,4 +1,4 @@
-//! What a run was given, and where it comes from.
+//! Inputs of a run, and its provenance.
 
 use super::super::Manifest;
 use super::data::{Group, Row};
@@ -60,15 +60,15 @@ fn ground(scene: &Scene, motion: &GroundMotion) -> Group {
         rows.push(
             Row::number("samples", samples as f64, "1").with(format!("every {} s", plain(motion.interval()))),
         );
-        rows.push(Row::number("factor on the acceleration", record.scale, "1"));
+        rows.push(Row::number("scale factor of the acceleration", record.scale, "1"));
         let direction = if record.polarity < 0 { "upstream" } else { "downstream" };
         rows.push(Row::text("positive accelerations point", direction));
-        rows.push(Row::number("begins in the record at", record.start, "s"));
-        rows.extend(record.end.map(|end| Row::number("ends in the record at", end, "s")));
+        rows.push(Row::number("start within the record", record.start, "s"));
+        rows.extend(record.end.map(|end| Row::number("end within the record", end, "s")));
     }
     if let Some(ramp) = &scene.ground_motion.ramp {
         rows.push(Row::number("ramp up to", ramp.acceleration, "m/s²").with("then held"));
-        rows.push(Row::number("reached in", ramp.rise, "s"));
+        rows.push(Row::number("rise time", ramp.rise, "s"));
     }
     Group { name: "Ground motion".to_owned(), rows }
 }
@@ -77,11 +77,11 @@ fn time(scene: &Scene) -> Group {
     let time = &scene.time;
     let mut rows = vec![Row::number("communication step", 1e3 * time.communication_step, "ms")];
     rows.extend(time.adaptive.map(|adaptive| {
-        Row::text("steps follow the error", format!("{} to {} s", adaptive.shortest, adaptive.longest))
+        Row::text("adaptive steps", format!("{} to {} s", adaptive.shortest, adaptive.longest))
     }));
-    rows.extend(time.duration.map(|duration| Row::number("simulated time, planned", duration, "s")));
+    rows.extend(time.duration.map(|duration| Row::number("planned duration", duration, "s")));
     rows.push(Row::number("rest after the record", time.quiet, "s"));
-    rows.extend(time.longest_quiet.map(|longest| Row::number("waits for rest at most", longest, "s")));
+    rows.extend(time.longest_quiet.map(|longest| Row::number("maximum wait for rest", longest, "s")));
     Group { name: "Time".to_owned(), rows }
 }
 
@@ -103,8 +103,8 @@ fn concrete(scene: &Scene, dam: &DamScene, manifest: &Manifest) -> Group {
     let damping = &dam.damping;
     let model = match damping.model {
         DampingModel::Rayleigh => "Rayleigh",
-        DampingModel::Mass => "of mass",
-        DampingModel::Stiffness => "of stiffness",
+        DampingModel::Mass => "mass-proportional",
+        DampingModel::Stiffness => "stiffness-proportional",
         DampingModel::Local => "local",
     };
     rows.push(Row::text("damping", model));
@@ -176,13 +176,17 @@ fn water(scene: &Scene, side: Side, water: &ReservoirScene, manifest: &Manifest)
     }
     if water.fidelity.is_compressible() {
         rows.push(Row::number("speed of sound", water.sound_speed, "m/s"));
-        rows.push(Row::number("wave reflection of the bed", water.wave_reflection_coefficient, "1"));
-        rows.push(Row::text("asked to be stepped in time by", word(&water.method)));
+        rows.push(Row::number(
+            "wave reflection coefficient of the bed",
+            water.wave_reflection_coefficient,
+            "1",
+        ));
+        rows.push(Row::text("time integration", word(&water.method)));
     }
     if water.fidelity.is_solved() {
         rows.push(Row::text("gravity waves", if water.surface_waves { "yes" } else { "no" }));
         rows.extend(water.element_size.map(|size| Row::number("element size", size, "m")));
-        rows.extend(water.far_end_distance.map(|far| Row::number("distance of the far end", far, "m")));
+        rows.extend(water.far_end_distance.map(|far| Row::number("distance to the far end", far, "m")));
     }
     Group { name, rows }
 }
@@ -194,11 +198,13 @@ fn coupling(scene: &Scene) -> Group {
         rows.push(Row::text("acceleration", word(&coupling.acceleration)));
         rows.push(match coupling.tolerance {
             Tolerance::Relative(tolerance) => Row::number("tolerance", tolerance, "1"),
-            Tolerance::Balanced => Row::text("tolerance", "balanced with the error of the step"),
+            Tolerance::Balanced => {
+                Row::text("tolerance", "balanced with the error of the communication step")
+            }
         });
     }
     if coupling.window > 1 {
-        rows.push(Row::number("steps iterated together", coupling.window as f64, "1"));
+        rows.push(Row::number("steps per window", coupling.window as f64, "1"));
     }
     Group { name: "Coupling".to_owned(), rows }
 }
@@ -207,7 +213,7 @@ fn coupling(scene: &Scene) -> Group {
 pub fn provenance(run: &RunFolder) -> Group {
     let (manifest, build) = (&run.manifest, &run.manifest.build);
     let mut rows = vec![
-        Row::text("run began", manifest.started.clone()),
+        Row::text("start of the run", manifest.started.clone()),
         Row::text("program", format!("cofferdam {}, {}", build.version, build.profile)),
         Row::code("commit", build.commit.clone()),
         Row::text("machine", format!("{}, {} cores", build.processor, build.cores)),
@@ -217,13 +223,13 @@ pub fn provenance(run: &RunFolder) -> Group {
     if let Some(hash) =
         run.loaded.scene.ground_motion.record.as_ref().and_then(|record| record.sha256.as_ref())
     {
-        rows.push(Row::code("record", hash).with("SHA-256 of its file"));
+        rows.push(Row::code("record", hash).with("SHA-256 of the file"));
     }
     if let Some(hash) = run.loaded.scene.dam.as_ref().and_then(|dam| dam.mesh.as_ref()?.sha256.as_ref()) {
-        rows.push(Row::code("mesh", hash).with("SHA-256 of its file"));
+        rows.push(Row::code("mesh", hash).with("SHA-256 of the file"));
     }
     for unit in &manifest.units {
-        rows.push(Row::code(&unit.name, &unit.fingerprint).with("hash of all that the unit was made from"));
+        rows.push(Row::code(&unit.name, &unit.fingerprint).with("hash of all inputs of the unit"));
     }
     Group { name: "Provenance".to_owned(), rows }
 }

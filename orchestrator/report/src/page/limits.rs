@@ -1,53 +1,53 @@
-//! What a run does not model.
+//! Limitations of the model.
 
 use cofferdam_scene::Scene;
 
-/// What `scene` leaves out, each in a sentence; only what concerns it.
+/// Limitations of the model that concern `scene`, one sentence each.
 pub fn not_modelled(scene: &Scene) -> Vec<String> {
     let mut said: Vec<&str> = vec![
-        "The ground is rigid and moves horizontally only: no vertical shaking, no waves radiated into the rock.",
-        "The section is plane: neighbouring monoliths and abutments do not help or hinder.",
+        "The ground is rigid and moves horizontally: vertical motion and radiation damping in the rock are neglected.",
+        "The model is a plane section: interaction with neighbouring monoliths and abutments is neglected.",
     ];
     let filled = scene.has_water();
     match &scene.dam {
         None => said.push("The dam is prescribed: it is rigid and moves with the ground."),
         Some(dam) if dam.fidelity.is_foreign() => {
-            said.push("The dam belongs to another program: what it models is not known here.");
+            said.push("The dam is simulated by another program; its assumptions are not known here.");
         }
         Some(dam) => {
             let intact = dam.fidelity.is_intact();
             let cracks = if intact { &[][..] } else { &dam.cracks };
             let joint = cracks.iter().any(|crack| crack.elevation == Some(0.0));
             said.push(if dam.fidelity.is_rigid() {
-                "The blocks do not deform: the dam's own amplification is missing, and sliding comes out too small."
+                "The blocks are rigid: amplification by the dam is not modelled, and sliding is underestimated."
             } else {
-                "Concrete is linear elastic: it does not crack or crush, whatever the stress."
+                "Concrete is linear elastic: it neither cracks nor crushes at any stress."
             });
             if !joint {
-                said.push("The base is fixed to the ground: the dam neither slides nor lifts on it.");
+                said.push("The base is fixed to the ground: the dam neither slides on it nor lifts off.");
             }
             if !cracks.is_empty() {
-                said.push("Cracks divide the section and exist from the beginning; none grows.");
+                said.push("Cracks divide the section from the start; crack growth is not modelled.");
             }
             if intact && !dam.cracks.is_empty() {
-                said.push("The cracks of the scene are left out: the dam is intact.");
+                said.push("The cracks of the scene are omitted: the dam is intact.");
             }
             if filled {
                 said.push(
-                    "No water enters cracks or the base: there is no uplift, neither from a reservoir nor from a tailwater.",
+                    "Water pressure in cracks and under the base is not modelled: there is no uplift from reservoir or tailwater.",
                 );
             }
         }
     }
     if filled {
-        said.push("Water is linear: it does not cavitate, however low the pressure falls.");
-        said.push("There is no silt before the dam.");
+        said.push("Water is linear: it does not cavitate at any pressure.");
+        said.push("There is no silt at the upstream face.");
         if scene.waters().any(|(_, water)| water.fidelity.is_memoryless()) {
-            said.push("Water is incompressible: no waves in it, and no energy that they carry away.");
+            said.push("Water is incompressible: it has no pressure waves and radiates no energy.");
         }
         if scene.has_foreign_water() {
             said.push(
-                "A reservoir belongs to another program or an earlier run: what it models is not known here.",
+                "A reservoir is simulated by another program or replayed from a log; its assumptions are not known here.",
             );
         }
     }
@@ -80,7 +80,7 @@ mod tests {
         let rigid = of("rigid-dam-ramp", &[]);
         assert!(rigid.contains("prescribed") && !rigid.contains("Concrete"), "{rigid}");
         let intact = of("koyna-coarse", &["dam.fidelity=intact", "reservoir.fidelity=westergaard"]);
-        assert!(intact.contains("left out") && intact.contains("incompressible"), "{intact}");
+        assert!(intact.contains("omitted") && intact.contains("incompressible"), "{intact}");
         assert!(!intact.contains("Cracks divide"), "{intact}");
     }
 }

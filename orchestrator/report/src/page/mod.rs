@@ -1,7 +1,7 @@
-//! The report of a run: one HTML page that needs nothing else.
+//! The report of a run: one self-contained HTML page.
 //!
-//! Data flow one way: [`RunFolder`] (what the files of a run say) → [`ReportData`] (what is shown) → [`html`] (the text). In [`pair`] the
-//! same of two runs, in [`ensemble`] of an ensemble.
+//! Data flow one way: [`RunFolder`] (files of a run) → [`ReportData`] (contents) → [`html`] (text). [`pair`] does the
+//! same for two runs, [`ensemble`] for an ensemble.
 
 mod animation;
 mod charts;
@@ -39,7 +39,7 @@ use cofferdam_assembly::vtk::Grid;
 use cofferdam_log::LogReadError;
 
 impl ReportData {
-    /// What the files of a run say; `section` is a picture of its section as SVG.
+    /// Reads the contents from the files of a run; `section` is a picture of its section as SVG.
     ///
     /// **Errors**: its log cannot be read.
     pub fn of(run: &RunFolder, section: Option<String>) -> Result<Self, LogReadError> {
@@ -75,7 +75,7 @@ impl ReportData {
     }
 }
 
-/// The envelope of the largest principal stress, and what follows from it.
+/// The envelope of the largest principal stress, and the overstress.
 fn envelope(run: &RunFolder, grid: &Grid) -> Option<Envelope> {
     let (_, end) = grid.field_data.iter().find(|(name, _)| name == END)?;
     let rows = overstress(grid).into_iter().map(|quantity| Row {

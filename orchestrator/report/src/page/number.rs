@@ -1,4 +1,4 @@
-//! Numbers as a reader wants them.
+//! Number formats of the page.
 
 /// Largest whole number that is written with all its digits.
 const WHOLE: f64 = 1e7;
@@ -49,7 +49,7 @@ fn superscript(exponent: i32) -> String {
     exponent.to_string().chars().map(digit).collect()
 }
 
-/// A given number, as it was given.
+/// An input value with all its digits.
 pub fn plain(value: f64) -> String {
     cofferdam_unit::number::plain(value).to_string().replace('-', "−")
 }

@@ -110,7 +110,7 @@ fn instants(run: &RunFolder, water: &str) -> Vec<(&'static str, usize)> {
     chosen.into_iter().filter_map(|(name, row)| Some((name, row?))).collect()
 }
 
-/// The end of `step`, s, and the pressure (Pa) that the run went on with then.
+/// The end of `step`, s, and the accepted pressure, Pa.
 fn pressure(log: &Log, unit: UnitId, step: u64) -> Result<Option<(f64, Vec<f64>)>, LogReadError> {
     let layout = &log.head().unit(unit).outputs;
     let Some(range) = layout.range("interface_pressure") else { return Ok(None) };
@@ -124,7 +124,7 @@ fn pressure(log: &Log, unit: UnitId, step: u64) -> Result<Option<(f64, Vec<f64>)
             }
             Ok(Entry::Step(of)) if of.occasion.step > step => break,
             Ok(_) => {}
-            // A log that is damaged there has no such exchange.
+            // A damaged log has no such exchange.
             Err(_) => break,
         }
     }

@@ -1,4 +1,4 @@
-//! What must be said with the numbers.
+//! Warnings and notes of a run.
 
 use super::folder::RunFolder;
 use cofferdam_log::LogReadError;

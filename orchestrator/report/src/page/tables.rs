@@ -11,7 +11,7 @@ pub fn number(value: f64) -> String {
     format!("<data value=\"{value}\">{}</data>", shown(value))
 }
 
-/// A given number, whose digits are all shown.
+/// An input value with all its digits.
 fn given(value: f64) -> String {
     format!("<data value=\"{value}\">{}</data>", plain(value))
 }
@@ -46,7 +46,7 @@ pub fn group(group: &Group) -> String {
     text + "</tbody></table></section>\n"
 }
 
-/// A table of results, remarks beside them.
+/// A table of results with remarks.
 pub fn results(rows: &[Row]) -> String {
     if rows.is_empty() {
         return String::new();
@@ -76,7 +76,7 @@ pub fn quantities(quantities: &[Quantity]) -> String {
         if banded { "<th scope=\"col\" class=\"number\">16 %, median, 84 % of replicates</th>" } else { "" };
     let mut text = format!(
         "<table class=\"quantities\"><thead><tr><th scope=\"col\">quantity</th><th scope=\"col\" class=\"number\">value</th>\
-         <th scope=\"col\">unit</th>{heading}<th scope=\"col\">when and where</th></tr></thead><tbody>\n",
+         <th scope=\"col\">unit</th>{heading}<th scope=\"col\">time and place</th></tr></thead><tbody>\n",
     );
     for quantity in quantities {
         let band = match quantity.band {
@@ -99,14 +99,14 @@ pub fn quantities(quantities: &[Quantity]) -> String {
 /// The table of the checks.
 pub fn checks(checks: &[Check]) -> String {
     let mut text = String::from(
-        "<table class=\"checks\"><thead><tr><th scope=\"col\">check</th><th scope=\"col\" class=\"number\">found</th>\
-         <th scope=\"col\" class=\"number\">compared with</th><th scope=\"col\">unit</th><th scope=\"col\">limit</th>\
-         <th scope=\"col\">verdict</th><th scope=\"col\">basis</th></tr></thead><tbody>\n",
+        "<table class=\"checks\"><thead><tr><th scope=\"col\">check</th><th scope=\"col\" class=\"number\">value</th>\
+         <th scope=\"col\" class=\"number\">reference</th><th scope=\"col\">unit</th><th scope=\"col\">limit</th>\
+         <th scope=\"col\">result</th><th scope=\"col\">basis</th></tr></thead><tbody>\n",
     );
     for check in checks {
         let (class, verdict) = match check.kept {
-            Some(true) => ("kept", "✓ kept"),
-            Some(false) => ("broken", "✗ not kept"),
+            Some(true) => ("kept", "✓ passed"),
+            Some(false) => ("broken", "✗ failed"),
             None => ("unjudged", "not judged"),
         };
         let _ = writeln!(
@@ -124,7 +124,7 @@ pub fn checks(checks: &[Check]) -> String {
     text + "</tbody></table>\n"
 }
 
-/// A list of sentences; what stands between backquotes is a key or a command.
+/// A list of sentences; text between backquotes is a key or a command.
 pub fn list(sentences: &[String]) -> String {
     let items: String =
         sentences.iter().map(|sentence| format!("<li>{}</li>\n", with_code(sentence))).collect();

@@ -1,8 +1,8 @@
-//! Fewer rows and fewer digits, without losing an extreme.
+//! Reduces rows and digits of histories and keeps their extremes.
 
 use super::data::Rounded;
 
-/// Parts of a history of a page of each of which the least and the largest value are kept.
+/// Number of parts of a history; minimum and maximum of each part are kept.
 pub const PARTS: usize = 2000;
 /// Digits of the largest value of a line; a line on a logarithmic scale has three of each value.
 const DIGITS: i32 = 5;

@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 /// From metres to pixels, with one scale for both axes.
 pub struct Canvas {
-    /// What lies in the upper left corner of the frame, m.
+    /// Coordinates of the upper left corner of the frame, m.
     pub origin: Point,
     /// Its right edge, m.
     pub right: f64,

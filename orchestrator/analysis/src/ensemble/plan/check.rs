@@ -5,7 +5,7 @@ use std::path::Path;
 
 /// Largest level of shaking, g: no record was stronger.
 const HIGHEST_LEVEL: f64 = 10.0;
-/// Most samples of an ensemble.
+/// Maximum number of samples of an ensemble.
 const MOST: usize = 1_000_000;
 
 impl Plan {
@@ -64,7 +64,8 @@ impl Plan {
             return wrong("intensity.period", period.to_string(), remedy);
         }
         if let Some(key) = self.set.iter().find(|set| set.trim_start().starts_with("ground_motion")) {
-            let remedy = "give the motion's keys with each of `records`, as `intensity` and `polarities`";
+            let remedy =
+                "give the keys of the motion in each of `records`, in `intensity` or in `polarities`";
             return wrong("set", format!("{key:?}"), remedy);
         }
         let polarities = &self.polarities;
@@ -96,8 +97,7 @@ impl Plan {
             return wrong("perturbation", format!("{{ count = {count}, noise = {noise} }}"), remedy);
         }
         if self.samples == 0 || (self.samples > 1 && self.distributed().next().is_none()) {
-            let remedy =
-                "1, or more where a key of [parameters] has a distribution: without, they would all be equal";
+            let remedy = "give 1, or more if a key of [parameters] has a distribution; without one all samples are equal";
             return wrong("samples", self.samples.to_string(), remedy);
         }
         for limit in &self.limits {

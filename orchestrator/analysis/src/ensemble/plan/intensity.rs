@@ -1,11 +1,11 @@
-//! How strong records are made.
+//! Scaling of records.
 
 use cofferdam_motion::{GroundMotion, STANDARD_GRAVITY};
 use cofferdam_report::SPECTRAL_DAMPING;
 use serde::Deserialize;
 use std::path::PathBuf;
 
-/// How strong records are made.
+/// Scaling of records.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Intensity {

@@ -21,7 +21,7 @@ pub struct Sample {
     pub level: usize,
     /// Number of the noise that is added to it, counted from 0.
     pub perturbation: Option<usize>,
-    /// Number of its draw: equal for samples that differ in level or in listed values only.
+    /// Number of its realisation: equal for samples that differ only in level or in listed values.
     pub draw: usize,
     /// The keys that vary, in the order of [`Plan::variations`], with their values.
     pub values: Vec<String>,
@@ -129,7 +129,7 @@ impl Plan {
         (self.seed << 40) ^ ((motion as u64) << 20) ^ number as u64
     }
 
-    /// What `sample` changes in the scene. `folder` is the file's.
+    /// Changes of the scene by `sample`. `folder` is that of the file.
     pub fn sets(&self, sample: &Sample, folder: &Path) -> Vec<String> {
         let record = &self.records[sample.record];
         let file = folder.join(&record.file);
@@ -147,7 +147,7 @@ impl Plan {
             keys.extend(value.map(|value| format!("{key}={value}")));
         }
         let mut sets = self.set.clone();
-        // The whole table: what the scene says of its own record holds for no other.
+        // The whole table: the settings of the scene's own record apply to no other.
         sets.push(format!("ground_motion.record={{{}}}", keys.join(", ")));
         sets.extend(self.variations().zip(&sample.values).map(|((key, _), value)| format!("{key}={value}")));
         sets

@@ -7,7 +7,7 @@ use csv::Writer;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-/// A table, and the number of values of an answer.
+/// A table, and the number of values of a response.
 struct Table {
     path: PathBuf,
     writer: Writer<File>,

@@ -1,4 +1,4 @@
-//! The tables that a run writes beside its log, from the log.
+//! Restores from a log the tables that a run writes next to it.
 
 use crate::log::Failure;
 use crate::terminal::warn;

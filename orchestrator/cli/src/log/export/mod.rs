@@ -81,7 +81,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     damage.map_or(Ok(()), |error| Err(error.into()))
 }
 
-/// Writes the table `path` as Parquet beside it, and removes it.
+/// Writes the table `path` as Parquet next to it, and removes the table.
 fn as_parquet(path: &Path) -> Result<PathBuf, Failure> {
     let target = path.with_extension("parquet");
     parquet::write(path, &target, &[]).map_err(|cause| Failure::Write { path: target.clone(), cause })?;

@@ -105,7 +105,7 @@ fn plots(head: &Head) -> Vec<Plot> {
     plots
 }
 
-/// Every value of an answer's variable, named by `axes` or numbered.
+/// Every value of an output variable, named by `axes` or numbered.
 fn answers(head: &Head, variable: &str, axes: &[&str]) -> Vec<Curve> {
     let of_unit = head.units.iter().flat_map(|unit| {
         let channel = unit.outputs.channels().map(|(channel, _)| channel).find(|c| c.name == variable);
@@ -130,7 +130,7 @@ fn answers(head: &Head, variable: &str, axes: &[&str]) -> Vec<Curve> {
     of_unit.collect()
 }
 
-/// The norm of an answer's array in each unit that has it.
+/// The norm of an output array in each unit that has it.
 fn norms(head: &Head, variable: &str) -> Vec<Curve> {
     let has = |layout: &cofferdam_coupling::participant::Layout| {
         layout.channels().any(|(channel, _)| channel.name == variable && channel.shape.is_array())

@@ -1,4 +1,4 @@
-//! What the report of an ensemble shows, without a word of how it is shown.
+//! Contents of the report of an ensemble, independent of their layout.
 
 use super::folder::{EnsembleFolder, Table};
 use super::grid::{Cell, Grid};
@@ -6,7 +6,7 @@ use crate::page::data::{Group, Row};
 use crate::summary::NOT_AT_REST;
 use cofferdam_coupling::observer::Status;
 
-/// Runs that failed that are listed by name.
+/// Maximum number of failed runs listed by name.
 const LISTED: usize = 8;
 /// The column of the pairs in the table of records.
 const PAIR: usize = 2;
@@ -22,29 +22,29 @@ pub struct EnsembleData {
     pub scene: String,
     /// Number of all runs.
     pub runs: usize,
-    /// Number of those that reached their end.
+    /// Number of completed runs.
     pub completed: usize,
-    /// Number of those of them whose blocks still moved then.
+    /// Number of completed runs with blocks still moving at the end.
     pub moving: usize,
     /// For each limit that has a curve: its name, then median and dispersion, each with its interval where there is one.
     pub curves: Vec<(String, [[Option<f64>; 3]; 2])>,
     /// Name of the intensity measure, in g.
     pub measure: String,
-    /// What may make the results wrong or doubtful.
+    /// Warnings.
     pub warnings: Vec<String>,
     /// What is not modelled, each in a sentence.
     pub not_modelled: Vec<String>,
-    /// What was varied.
+    /// The plan.
     pub plan: Group,
     /// The records.
     pub records: Grid,
-    /// Keys and what they are varied by.
+    /// Varied keys with their variations.
     pub varied: Grid,
     /// Factors of the records to a target spectrum.
     pub target: Grid,
     /// The scaled spectra and their target, SVG.
     pub spectra: Option<String>,
-    /// Which polarity governs.
+    /// Governing polarity.
     pub polarities: Grid,
     /// Median and dispersion of each limit.
     pub limits: Grid,
@@ -54,13 +54,13 @@ pub struct EnsembleData {
     pub fragility: Option<String>,
     /// The incremental dynamic analysis, SVG.
     pub analysis: Option<String>,
-    /// Statistics of what matters first.
+    /// Statistics of the key figures.
     pub statistics: Grid,
-    /// Those of all quantities.
+    /// Statistics of all quantities.
     pub all_statistics: Grid,
     /// Shares of the variance.
     pub variance: Grid,
-    /// Whether methods agree.
+    /// Comparison of methods.
     pub methods: Grid,
     /// All runs.
     pub results: Grid,
@@ -139,7 +139,7 @@ fn shares(from: usize) -> impl Fn((usize, Cell)) -> Cell {
     }
 }
 
-/// Which polarity governs. The last column, which names it, is text: a number would lose its sign.
+/// Governing polarity. The last column, which names it, is text: a number would lose its sign.
 fn governing(table: &Table) -> Grid {
     let mut grid = Grid::of(table, &without(table, &[]), |_| true);
     for (cells, row) in grid.rows.iter_mut().zip(&table.rows) {
@@ -166,7 +166,7 @@ fn curves(limits: &Table) -> Vec<(String, [[Option<f64>; 3]; 2])> {
     limits.rows.iter().filter_map(of).collect()
 }
 
-/// What went wrong, what the runs warned of, and where there are too few of them.
+/// Failures, warnings of the runs, and statistics with too few runs.
 fn warnings(folder: &EnsembleFolder) -> Vec<String> {
     let EnsembleFolder { manifest, results, limits, statistics, .. } = folder;
     let mut warnings = failures(results);
@@ -186,7 +186,7 @@ fn warnings(folder: &EnsembleFolder) -> Vec<String> {
     let runs = results.rows.len();
     warnings.extend(kinds.into_iter().map(|(_, first, count)| {
         let what = if first.contains(NOT_AT_REST) { format!("{MOVING}; ") } else { String::new() };
-        format!("in {count} of {runs} runs {what}such as: {first}")
+        format!("in {count} of {runs} runs {what}for example: {first}")
     }));
     if let (Some(limit), Some(remark)) = (limits.column("limit"), limits.column("remark")) {
         let told = limits.rows.iter().filter(|row| !row[remark].is_empty());
@@ -196,7 +196,7 @@ fn warnings(folder: &EnsembleFolder) -> Vec<String> {
         let lacks = statistics.rows.iter().filter(|row| row[count] != "0" && row[low].is_empty()).count();
         if lacks > 0 {
             warnings.push(format!(
-                "{lacks} of {} medians have no interval: it needs at least six independent records or pairs of records",
+                "{lacks} of {} medians have no interval: at least six independent records or pairs of records are required",
                 statistics.rows.len()
             ));
         }
@@ -218,13 +218,13 @@ fn failures(results: &Table) -> Vec<String> {
         let scale = Cell::of(&row[scale]);
         let scale = if let Cell::Number(scale) = scale { format!("{scale:.4}") } else { String::new() };
         format!(
-            "run {} ({}, polarity {}, scale {scale}) is left out of the statistics: {}",
+            "run {} ({}, polarity {}, scale {scale}) is excluded from the statistics: {}",
             row[sample], row[record], row[polarity], row[status]
         )
     });
     let mut said: Vec<String> = named.collect();
     if failed.len() > LISTED {
-        said.push(format!("and {} more; the table of all runs has their reasons", failed.len() - LISTED));
+        said.push(format!("and {} more; the table of all runs gives the reasons", failed.len() - LISTED));
     }
     said
 }
@@ -238,11 +238,11 @@ fn plan(folder: &EnsembleFolder) -> Group {
         Row::text("intensity measure", manifest.measure.clone()),
         Row::text("levels of shaking", manifest.levels.join(", ")),
         Row::text("positive accelerations point", polarities.join(" and ")),
-        Row::text("draws for each record and direction", manifest.samples.to_string()),
+        Row::text("realisations per record and polarity", manifest.samples.to_string()),
         Row::text("seed", manifest.seed.to_string()),
     ];
     rows.extend(manifest.perturbation.map(|(count, noise)| {
-        Row::text("motions in place of each record", count.to_string())
+        Row::text("perturbed motions per record", count.to_string())
             .with(format!("noise of {} %", 100.0 * noise))
     }));
     rows.extend(manifest.set.iter().map(|set| Row::code("changed in all runs", set.clone())));
@@ -276,7 +276,7 @@ fn records(folder: &EnsembleFolder) -> Grid {
 
 fn varied(folder: &EnsembleFolder) -> Grid {
     let manifest = &folder.manifest;
-    let kinds = [("not known exactly", &manifest.parameters), ("numerics", &manifest.numerics)];
+    let kinds = [("uncertain", &manifest.parameters), ("numerics", &manifest.numerics)];
     let row = |kind: &str, varied: &crate::VariedKey| {
         vec![Cell::Code(varied.key.clone()), Cell::Text(varied.by.clone()), Cell::Text(kind.to_owned())]
     };

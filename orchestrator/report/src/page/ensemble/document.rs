@@ -24,7 +24,7 @@ fn head(data: &EnsembleData) -> String {
         failed => ("partial", format!("{failed} of {} runs failed", data.runs)),
     };
     let mut text = format!(
-        "<header>\n<p class=\"kind\">Earthquake analyses of a gravity dam: an ensemble</p>\n<h1>{}</h1>\n\
+        "<header>\n<p class=\"kind\">Ensemble of earthquake analyses of a gravity dam</p>\n<h1>{}</h1>\n\
          <p class=\"state\"><span class=\"{state}\">{status}</span> <span>{}</span> <span>{} records</span></p>\n",
         escape(&data.title),
         escape(&data.scene),
@@ -35,9 +35,9 @@ fn head(data: &EnsembleData) -> String {
         format!("{} <span>of</span> {}", tables::number(count as f64), tables::number(of as f64))
     };
     text += &card("runs completed", &share(data.completed, data.runs), "");
-    text += &card("runs failed", &share(failed, data.runs), "left out of the statistics");
-    let still = "of those completed; they have no residual sliding";
-    text += &card("runs whose blocks still move at the end", &share(data.moving, data.completed), still);
+    text += &card("runs failed", &share(failed, data.runs), "excluded from the statistics");
+    let still = "of the completed runs; they have no residual sliding";
+    text += &card("runs with blocks still moving at the end", &share(data.moving, data.completed), still);
     for (limit, [median, dispersion]) in &data.curves {
         let name = format!("median {} at which {limit}", data.measure);
         let value =
@@ -95,24 +95,25 @@ fn parts(data: &EnsembleData) -> Vec<Part> {
     };
     let plan = wide(&data.plan)
         + &below("Records", data.records.html("records"))
-        + &below("Keys that vary", data.varied.html("varied"));
-    add("plan", "What was varied", plan);
+        + &below("Varied keys", data.varied.html("varied"));
+    add("plan", "Plan", plan);
     add(
         "target",
         "Records and the target spectrum",
         picture(data.spectra.as_deref()) + &data.target.html("target"),
     );
-    let about = "<p class=\"about\">Probability of exceeding a limit: lognormal, maximum likelihood; 95 % bands by a bootstrap of whole records or \
+    let about = "<p class=\"about\">Lognormal fit by maximum likelihood; 95 % confidence bands from a bootstrap over whole records or \
                  pairs.</p>\n";
     let limits = data.limits.html("fits");
     let fragility = if limits.is_empty() { String::new() } else { about.to_owned() + &limits };
-    let exceeding = below("Runs beyond each limit, by level of shaking", data.exceedance.html("exceedance"));
+    let exceeding =
+        below("Runs exceeding each limit, by level of shaking", data.exceedance.html("exceedance"));
     add(
         "fragility",
         "Probability of exceeding a limit",
         fragility + &picture(data.fragility.as_deref()) + &exceeding,
     );
-    let about = "<p class=\"about\">A thin line for each motion and dam; thick ones for 16, 50 and 84 % of the runs of a level.</p>\n";
+    let about = "<p class=\"about\">Thin lines: one per ground motion and dam. Thick lines: 16, 50 and 84 % of the runs at each level.</p>\n";
     let analysis = picture(data.analysis.as_deref());
     add(
         "analysis",
@@ -120,35 +121,35 @@ fn parts(data: &EnsembleData) -> Vec<Part> {
         if analysis.is_empty() { analysis } else { about.to_owned() + &analysis },
     );
     add("statistics", "Medians and spread", statistics(data));
-    let about = "<p class=\"about\">Magnitude by each direction, the median where it has several runs; +1: positive accelerations point \
-                 downstream.<span class=\"hint\"> A click on a heading sorts.</span></p>\n";
+    let about = "<p class=\"about\">Magnitude for each polarity (median of several runs); +1: positive accelerations point \
+                 downstream.<span class=\"hint\"> Click a heading to sort.</span></p>\n";
     let polarities = data.polarities.html("polarities sortable");
     add(
         "polarities",
-        "Which polarity governs",
+        "Governing polarity",
         if polarities.is_empty() { polarities } else { about.to_owned() + &polarities },
     );
-    let about = "<p class=\"about\">Main effects at one level of shaking (Kelley’s ε²); the rest is what they do together, and what nothing \
-                 explains.</p>\n";
+    let about = "<p class=\"about\">Main effects at one level of shaking (Kelley’s ε²); the remainder is interaction and unexplained \
+                 variance.</p>\n";
     let variance = data.variance.html("variance");
     add(
         "variance",
-        "What the variance comes from",
+        "Sources of variance",
         if variance.is_empty() { variance } else { about.to_owned() + &variance },
     );
-    let about = "<p class=\"about\">Ratios of medians on the same motions, with 90 % intervals; p by Holm over all pairs of a quantity.</p>\n";
+    let about = "<p class=\"about\">Ratios of medians for the same motions, with 90 % intervals; p values with Holm’s correction over all pairs of a quantity.</p>\n";
     let methods = data.methods.html("methods");
     add(
         "methods",
-        "Whether methods agree",
+        "Comparison of methods",
         if methods.is_empty() { methods } else { about.to_owned() + &methods },
     );
-    let about = "<p class=\"about\">Each file holds the table of its run; it lies beside this page.<span class=\"hint\"> A click on a heading \
-                 sorts.</span></p>\n";
+    let about = "<p class=\"about\">Each file contains the results of its run.<span class=\"hint\"> Click a heading \
+                 to sort.</span></p>\n";
     let results = data.results.html("results sortable");
     add("runs", "All runs", if results.is_empty() { results } else { about.to_owned() + &results });
     let plan = format!(
-        "<details><summary>The plan as it was given</summary><pre>{}</pre></details>\n",
+        "<details><summary>Plan as given</summary><pre>{}</pre></details>\n",
         escape(&data.plan_text)
     );
     add("provenance", "Provenance", wide(&data.provenance) + &plan);
@@ -161,7 +162,7 @@ fn statistics(data: &EnsembleData) -> String {
         return short;
     }
     format!(
-        "<p class=\"about\">Of the runs that completed and have the quantity. Low and high bound the median with 95 % confidence (order \
+        "<p class=\"about\">Completed runs that have the quantity. Low and high are 95 % confidence limits of the median (order \
          statistics), with the number of records or pairs as the number of independent values.</p>\n{short}\
          <details><summary>All quantities</summary>\n{}</details>\n",
         data.all_statistics.html("statistics all")

@@ -4,12 +4,12 @@ use super::super::folder::ReportError;
 use crate::EnsembleManifest;
 use std::path::Path;
 
-/// What an ensemble has left in its folder.
+/// Files of an ensemble's folder.
 #[derive(Clone, Debug)]
 pub struct EnsembleFolder {
     /// `ensemble.toml`.
     pub manifest: EnsembleManifest,
-    /// `plan.toml`, as it was given.
+    /// Text of `plan.toml`.
     pub plan: String,
     /// A row for each run.
     pub results: Table,
@@ -21,11 +21,11 @@ pub struct EnsembleFolder {
     pub exceedance: Table,
     /// Shares of the variance.
     pub variance: Table,
-    /// Whether methods agree; empty without `[numerics]`.
+    /// Comparison of methods; empty without `[numerics]`.
     pub methods: Table,
     /// Factors of the records to a target spectrum; empty without one.
     pub target: Table,
-    /// Which polarity governs; empty where there is one alone.
+    /// Governing polarity; empty with a single polarity.
     pub polarities: Table,
     /// The incremental dynamic analysis, SVG.
     pub analysis: Option<String>,
@@ -62,9 +62,9 @@ impl Table {
     }
 }
 
-/// What to do about a file that is missing.
+/// Remedy for a missing file.
 const REMEDY: &str =
-    "`cofferdam ensemble PLAN --output FOLDER` writes it; samples that lie in the folder are not run again";
+    "`cofferdam ensemble PLAN --output FOLDER` writes it; samples already in the folder are not run again";
 
 impl EnsembleFolder {
     /// Whether `folder` is one of an ensemble, whether or not it has come to its end.
@@ -86,7 +86,7 @@ impl EnsembleFolder {
             std::fs::read_to_string(&path)
                 .map_err(|cause| ReportError::Table { path, cause: cause.to_string() })
         };
-        // What there is only sometimes.
+        // Optional files.
         let there = |name: &str| folder.join(name).is_file();
         let picture = |name: &str| if there(name) { text(name).map(Some) } else { Ok(None) };
         let further = |name: &str| if there(name) { table(name) } else { Ok(Table::default()) };

@@ -4,10 +4,10 @@ use super::super::data::{Abscissa, Chart, Mark, Rounded, Series};
 use super::super::thinning::{PARTS, differences, kept};
 use super::data::{Beside, PairChart, PairGroup};
 
-/// What the lines are called.
+/// Names of the lines.
 const NAMES: [&str; 2] = ["A", "B"];
 
-/// The charts of A, each beside that of B with the same title; then what B alone has.
+/// The charts of A, each paired with that of B with the same title; then the charts only in B.
 pub fn of([a, b]: [&[Chart]; 2]) -> Vec<PairGroup> {
     let find = |charts: &'_ [Chart], title: &str| charts.iter().position(|chart| chart.title == title);
     let only = b.iter().filter(|chart| find(a, &chart.title).is_none());
@@ -19,7 +19,7 @@ fn group(pair: [Option<&Chart>; 2]) -> Option<PairGroup> {
     let whole = pair[0].or(pair[1])?;
     let lines = |index: usize| pair[index].map_or(&[][..], |chart| &chart.series);
     let mut pairs: Vec<[Option<&Series>; 2]> = match [lines(0), lines(1)] {
-        // What is called otherwise, such as a crack, is still the same thing.
+        // A different name, for example of a crack, does not make a different quantity.
         [[a], [b]] => vec![[Some(a), Some(b)]],
         [a, b] => {
             let of = |lines: &'_ [Series], name: &str| lines.iter().position(|line| line.name == name);
@@ -58,7 +58,7 @@ fn group(pair: [Option<&Chart>; 2]) -> Option<PairGroup> {
     Some(PairGroup { title: whole.title.clone(), about: whole.about.clone(), charts: charts.collect() })
 }
 
-/// Which run a line is missing in.
+/// Note on a line that only one run has.
 fn only(lines: &[Option<&Series>; 2]) -> &'static str {
     match lines {
         [Some(_), None] => "In A only.",
@@ -76,7 +76,7 @@ fn range(pair: [Option<&Chart>; 2]) -> Option<[f64; 2]> {
     }
 }
 
-/// The marks of both, those of both once.
+/// The marks of both; common marks appear once.
 fn marks(pair: [Option<&Chart>; 2]) -> Vec<Mark> {
     let [a, b] = pair.map(|chart| chart.map_or(&[][..], |chart| &chart.marks));
     let single = pair.iter().flatten().count() == 1;
@@ -89,7 +89,7 @@ fn marks(pair: [Option<&Chart>; 2]) -> Vec<Mark> {
     both.chain(of_b).chain(own(0, a, b)).chain(own(1, b, a)).collect()
 }
 
-/// A line without the rows that were kept for other lines of its chart; its extremes stay.
+/// A line without the rows that were kept for other lines of its chart; its extremes are kept.
 fn thinned(abscissa: &Abscissa, values: &[Rounded]) -> (Abscissa, Vec<Rounded>) {
     let plain: Vec<f64> = values.iter().map(|value| value.0).collect();
     let keep = kept(values.len(), &[&plain], PARTS);

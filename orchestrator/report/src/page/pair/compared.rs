@@ -1,4 +1,4 @@
-//! Numbers, checks and crests of two runs beside each other.
+//! Comparison of numbers, checks and crests of two runs.
 
 use super::super::super::{Quantity, has_both_directions};
 use super::super::data::Check;
@@ -6,7 +6,7 @@ use super::data::{Compared, CrestAgreement, Within};
 use cofferdam_assembly::observer::Histories;
 use cofferdam_log::ROUNDING;
 
-/// Quantities by name and unit: those of A in their order, then what B alone has.
+/// Quantities by name and unit: first those of A in order, then those only in B.
 pub fn of([a, b]: [&[Quantity]; 2]) -> Vec<Compared> {
     let same = |one: &Quantity, other: &Quantity| one.name == other.name && one.unit == other.unit;
     let only = b.iter().filter(|quantity| !a.iter().any(|other| same(quantity, other)));
@@ -41,7 +41,7 @@ pub fn checks([a, b]: [&[Check]; 2]) -> Vec<[Option<Check>; 2]> {
     pairs.chain(only.map(|check| [None, Some(check.clone())])).collect()
 }
 
-/// How far the crests are apart, as [`Agreement`](cofferdam_log::Agreement) measures a variable: compared are ends of steps that both
+/// Difference of the crests, measured as in [`Agreement`](cofferdam_log::Agreement) at the ends of steps that both
 /// runs have.
 pub fn crest(runs: [&Histories; 2]) -> Option<CrestAgreement> {
     let mut found: Option<CrestAgreement> = None;
@@ -67,7 +67,7 @@ pub fn crest(runs: [&Histories; 2]) -> Option<CrestAgreement> {
     found
 }
 
-/// The rows of instants that both have, but for rounding.
+/// Rows of common instants, except for rounding.
 fn common([a, b]: [&[f64]; 2]) -> Vec<[usize; 2]> {
     let length = |times: &[f64], row: usize| match row {
         0 => times.get(1).map_or(f64::INFINITY, |second| second - times[0]),

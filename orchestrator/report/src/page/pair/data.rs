@@ -1,32 +1,32 @@
-//! What a report of two runs shows, without a word of how it is shown.
+//! Contents of a report of two runs, independent of their layout.
 
 use super::super::data::{Abscissa, Chart, Check, Row, Series};
 use crate::has_both_directions;
 use cofferdam_log::KeyDifference;
 use serde::Serialize;
 
-/// Everything that a report of two runs shows. Of each pair the first is of A, the reference, the second of B.
+/// Contents of a report of two runs. The first of each pair belongs to A, the reference, the second to B.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PairData {
     /// The runs.
     pub runs: [Head; 2],
-    /// What tells the dams apart, if they are different ones.
+    /// Difference of the dams, if there is one.
     pub dams: Option<String>,
-    /// The numbers that matter first.
+    /// The key figures.
     pub key_figures: Vec<Compared>,
-    /// How far the crests' histories are apart; none without a dam or without a common instant.
+    /// Difference of the crest histories; `None` without a dam or a common instant.
     pub crest: Option<CrestAgreement>,
     /// Keys of the scenes that differ.
     pub scene: Vec<KeyDifference>,
-    /// What else differs: units, ground motion, program, machine.
+    /// Other differences: units, ground motion, program, machine.
     pub origin: Vec<KeyDifference>,
-    /// What is equal, in words.
+    /// Descriptions of equal inputs.
     pub equal: Vec<String>,
-    /// What may make the results wrong or doubtful.
+    /// Warnings.
     pub warnings: Shared,
-    /// What else must be known to read them.
+    /// Notes.
     pub notes: Shared,
-    /// What is not modelled.
+    /// Limitations of the model.
     pub not_modelled: Shared,
     /// Times of all rows of the histories, s.
     pub times: [Vec<f64>; 2],
@@ -40,22 +40,22 @@ pub struct PairData {
     pub spectra: Vec<PairGroup>,
     /// Pressure over height at the instants of A.
     pub profiles: Vec<PairProfile>,
-    /// What the runs say about themselves.
+    /// Self-checks of the runs.
     pub checks: Vec<[Option<Check>; 2]>,
     /// The whole tables of both summaries.
     pub quantities: Vec<Compared>,
 }
 
-/// A run in a few words.
+/// Summary of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Head {
     /// Title of the scene.
     pub title: String,
     /// Name of its folder.
     pub folder: String,
-    /// How it ended.
+    /// Status at the end.
     pub status: String,
-    /// Whether it came to its planned end.
+    /// Whether the run reached its planned end.
     pub complete: bool,
     /// When it began, in UTC.
     pub started: String,
@@ -70,33 +70,33 @@ pub struct Compared {
     pub name: String,
     /// Unit of both.
     pub unit: String,
-    /// Its values; none of a run that does not have it.
+    /// Its values; `None` for a run without the quantity.
     pub values: [Option<f64>; 2],
     /// When it occurred, s.
     pub times: [Option<f64>; 2],
-    /// How one run lies in the band of the other.
+    /// Comparison of one run with the band of the other.
     pub band: Option<Within>,
 }
 
-/// Whether the value of one run lies within the band of the other.
+/// Whether the value of one run is within the band of the other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Within {
-    /// Whose band it is: 0 of A, 1 of B.
+    /// Owner of the band: 0 for A, 1 for B.
     pub of: usize,
-    /// 16 %, median and 84 % of its twins.
+    /// 16 %, median and 84 % of its replicates.
     pub band: [f64; 3],
-    /// Whether the other run's value lies between 16 and 84 %.
+    /// Whether the value of the other run is between 16 and 84 %.
     pub kept: bool,
 }
 
 impl Compared {
-    /// B less A; of a peak that the two have in opposite directions, of its magnitudes.
+    /// B minus A; for peaks in opposite directions, of the magnitudes.
     pub fn difference(&self) -> Option<f64> {
         let [a, b] = [self.values[0]?, self.values[1]?];
         Some(if has_both_directions(&self.name, [a, b].into_iter()) { b.abs() - a.abs() } else { b - a })
     }
 
-    /// B less A over the magnitude of A; none where A is 0.
+    /// B minus A over the magnitude of A; `None` if A is 0.
     pub fn relative(&self) -> Option<f64> {
         let a = self.values[0]?.abs();
         (a > 0.0).then_some(self.difference()? / a)
@@ -117,7 +117,7 @@ pub struct CrestAgreement {
 }
 
 impl CrestAgreement {
-    /// The difference over the scale: `log diff --tolerance` has the same.
+    /// The difference over the scale, as in `log diff --tolerance`.
     pub fn relative(&self) -> f64 {
         if self.difference == 0.0 { 0.0 } else { self.difference / self.scale }
     }
@@ -133,7 +133,7 @@ pub struct Shared {
 }
 
 impl Shared {
-    /// Sorted out of the sentences of both.
+    /// Separates the sentences of both runs from those of one run.
     pub fn of([a, b]: [Vec<String>; 2]) -> Self {
         let without = |own: &[String], other: &[String]| -> Vec<String> {
             own.iter().filter(|sentence| !other.contains(sentence)).cloned().collect()
@@ -148,13 +148,13 @@ impl Shared {
 pub struct PairGroup {
     /// What they show, with its unit.
     pub title: String,
-    /// What must be known to read them.
+    /// Explanation.
     pub about: String,
     /// The charts; one without a title of its own if it is alone.
     pub charts: Vec<PairChart>,
 }
 
-/// A line of A and one of B, each over its own abscissa. A run that lacks it has no line.
+/// A line of A and a line of B, each over its own abscissa. A run without the quantity has no line.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PairChart {
     /// The line of A.
@@ -167,7 +167,7 @@ pub struct PairChart {
 /// The second run's line of a chart.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Beside {
-    /// What lies across.
+    /// The abscissa.
     pub abscissa: Abscissa,
     /// One line or none.
     pub series: Vec<Series>,
@@ -176,11 +176,11 @@ pub struct Beside {
 /// The hydrodynamic pressure of both runs on a wet face.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PairProfile {
-    /// What the instant is in A.
+    /// Name of the instant in A.
     pub instant: String,
-    /// Whose pressure it is: `reservoir` or `tailwater`.
+    /// Name of the water: `reservoir` or `tailwater`.
     pub water: String,
-    /// The instants, s; none of B where it has no pressure then.
+    /// The instants, s; `None` if B has no pressure at that instant.
     pub times: [Option<f64>; 2],
     /// Heights above the base of the face, m, and pressures, Pa.
     pub lines: [Vec<[f64; 2]>; 2],

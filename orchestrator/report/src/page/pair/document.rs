@@ -13,7 +13,7 @@ use std::fmt::Write;
 
 const STYLE: &str = include_str!("pair.css");
 
-/// What the script draws.
+/// Data of the script.
 #[derive(Serialize)]
 struct Drawn<'a> {
     time: &'a [f64],
@@ -21,7 +21,7 @@ struct Drawn<'a> {
     charts: Vec<&'a PairChart>,
 }
 
-/// How a line of each run looks.
+/// Line samples of the runs.
 const KEYS: [&str; 2] = [
     "<svg class=\"key\" viewBox=\"0 0 28 8\"><path class=\"first\" d=\"M0 4H28\"/></svg>",
     "<svg class=\"key\" viewBox=\"0 0 28 8\"><path class=\"second\" d=\"M0 4H28\"/></svg>",
@@ -46,7 +46,7 @@ fn titles(data: &PairData) -> Vec<&str> {
 
 fn head(data: &PairData) -> String {
     let mut text = String::from(
-        "<header>\n<p class=\"kind\">Two earthquake analyses of a gravity dam, side by side</p>\n",
+        "<header>\n<p class=\"kind\">Comparison of two earthquake analyses of a gravity dam</p>\n",
     );
     let titles: Vec<_> = titles(data).into_iter().map(escape).collect();
     // Writing to a string cannot fail.
@@ -58,14 +58,14 @@ fn head(data: &PairData) -> String {
     for (name, run) in ["A", "B"].iter().zip(&data.runs).filter(|(_, run)| !run.complete) {
         let _ = writeln!(
             text,
-            "<p class=\"alarm\">Partial result: run {name} did not come to its planned end ({}).</p>",
+            "<p class=\"alarm\">Partial result: run {name} did not reach its planned end ({}).</p>",
             escape(&run.status)
         );
     }
     if let Some(dams) = &data.dams {
         let _ = writeln!(
             text,
-            "<p class=\"alarm\">These are two dams: {}. Their numbers stand side by side; a difference is no effect of a setting.</p>",
+            "<p class=\"alarm\">The runs have different dams: {}. Differences between their results are not effects of a setting.</p>",
             escape(dams)
         );
     }
@@ -80,14 +80,14 @@ fn head(data: &PairData) -> String {
     ] {
         text += &shared(class, title, sentences);
     }
-    text += "<noscript><p class=\"alarm\">The charts of this page need JavaScript. All tables and numbers are shown without it.</p></noscript>\n";
+    text += "<noscript><p class=\"alarm\">The charts on this page need JavaScript; all tables and numbers are shown without it.</p></noscript>\n";
     text + "</header>\n"
 }
 
 fn of_run(index: usize, run: &Head) -> String {
     let state = if run.complete { "complete" } else { "partial" };
     let status = if run.complete { escape(&run.status) } else { "not complete".into() };
-    let (name, role) = [("A", "the reference"), ("B", "compared with it")][index];
+    let (name, role) = [("A", "reference"), ("B", "compared with A")][index];
     format!(
         "<div class=\"run\"><p class=\"name\">{}<b>{name}</b> {role}</p><p class=\"folder\"><code>{}</code></p><p>{}</p>\
          <p class=\"state\"><span class=\"{state}\">{status}</span> <span>{} s simulated</span> <span>run of {} UTC</span></p></div>\n",
@@ -99,17 +99,17 @@ fn of_run(index: usize, run: &Head) -> String {
     )
 }
 
-/// How far the crests are apart, in a card.
+/// Card with the difference of the crest histories.
 fn crest(data: &PairData) -> String {
     let Some(crest) = &data.crest else {
-        let reason = "no dam, or no instant that both runs have";
+        let reason = "no dam or no common instant";
         return format!(
-            "<div class=\"figure crest\"><p class=\"name\">largest difference of the crest’s histories</p><p class=\"when\">not measured: {reason}</p></div>\n"
+            "<div class=\"figure crest\"><p class=\"name\">largest difference between the crest histories</p><p class=\"when\">not measured: {reason}</p></div>\n"
         );
     };
     let percent = 100.0 * crest.relative();
     format!(
-        "<div class=\"figure crest\"><p class=\"name\">largest difference of the crest’s histories at the same instants, over the largest displacement of either</p>\
+        "<div class=\"figure crest\"><p class=\"name\">largest difference between the crest histories at common instants, over the largest displacement in either run</p>\
          <p class=\"value\"><data value=\"{percent}\">{}</data> <span>%</span></p>\
          <p class=\"when\">{} mm at {} s, of {} common instants</p></div>\n",
         shown(percent),
@@ -119,7 +119,7 @@ fn crest(data: &PairData) -> String {
     )
 }
 
-/// A number that matters first.
+/// A key figure.
 fn card(figure: &Compared) -> String {
     let unit = tables::unit(&figure.unit);
     let mut text = format!("<div class=\"figure\"><p class=\"name\">{}</p>", escape(&figure.name));
@@ -142,7 +142,7 @@ fn signed(value: f64) -> String {
     format!("<data value=\"{value}\">{sign}{}</data>", shown(value))
 }
 
-/// Whether one run lies in the band of the other, in words.
+/// Describes whether one run is within the band of the other.
 fn within(Within { of, band: [low, _, high], kept }: &Within) -> String {
     let [own, other] = if *of == 0 { ["A", "B"] } else { ["B", "A"] };
     let lies = if *kept { "within" } else { "outside" };
@@ -155,7 +155,7 @@ fn shared(class: &str, title: &str, Shared { both, only: [a, b] }: &Shared) -> S
         return String::new();
     }
     let mut text = format!("<div class=\"box {class}\"><h2>{title}</h2>\n");
-    for (whose, sentences) in [("Of both", both), ("Of A only", a), ("Of B only", b)] {
+    for (whose, sentences) in [("Both runs", both), ("Run A only", a), ("Run B only", b)] {
         if !sentences.is_empty() {
             let _ = write!(text, "<h3>{whose}</h3>\n{}", tables::list(sentences));
         }
@@ -171,19 +171,19 @@ fn parts<'a>(data: &'a PairData, charts: &mut Vec<&'a PairChart>) -> Vec<Part> {
             parts.push(Part { id, title, body });
         }
     };
-    add("inputs", "What differs in the inputs", inputs(data));
-    add("ground", "Ground motion", strengths(&data.ground) + &figures(&data.ground_charts, charts));
+    add("inputs", "Differences in the inputs", inputs(data));
     let histories = figures(&data.histories, charts);
     let hint = format!(
-        "<p class=\"hint\">A {}, B {}. Drag across a chart to zoom in; all charts follow. A double click shows both runs again. Each run is \
+        "<p class=\"hint\">A {}, B {}. Drag across a chart to zoom; all charts over time follow. Double-click to show both runs. Each run is \
          drawn at its own instants.</p>\n",
         KEYS[0], KEYS[1]
     );
-    add("histories", "Histories", if histories.is_empty() { histories } else { hint + &histories });
+    add("histories", "Time histories", if histories.is_empty() { histories } else { hint + &histories });
     add("spectra", "Response spectra", figures(&data.spectra, charts));
     add("pressure", "Pressure over height", profiles(&data.profiles));
-    add("checks", "Checks", checks(&data.checks));
     add("table", "All results", quantities(&data.quantities));
+    add("ground", "Ground motion", strengths(&data.ground) + &figures(&data.ground_charts, charts));
+    add("checks", "Checks", checks(&data.checks));
     parts
 }
 
@@ -195,7 +195,7 @@ fn inputs(data: &PairData) -> String {
         }
     }
     if data.scene.is_empty() && data.origin.is_empty() {
-        text += "<p class=\"about\">Nothing differs.</p>\n";
+        text += "<p class=\"about\">No differences.</p>\n";
     }
     let equal: Vec<_> = data.equal.iter().map(escape).collect();
     text + &format!("<p class=\"about equal\"><b>Equal in both:</b> {}.</p>\n", equal.join("; "))
@@ -247,7 +247,7 @@ fn strengths([a, b]: &[Vec<Row>; 2]) -> String {
     quantities(&rows).replace("class=\"quantities", "class=\"strengths")
 }
 
-/// Places for charts, which the script fills.
+/// Placeholders of charts, which the script fills.
 fn figures<'a>(groups: &'a [PairGroup], charts: &mut Vec<&'a PairChart>) -> String {
     let mut text = String::new();
     for group in groups {
@@ -289,7 +289,7 @@ fn profiles(profiles: &[PairProfile]) -> String {
     let [largest, height] =
         bounds(profiles.iter().flat_map(|profile| profile.lines.iter().map(Vec::as_slice)));
     let mut text = format!(
-        "<p class=\"about\">Hydrodynamic pressure from the logs at the instants of A (A {}, B {}).</p>\n<div class=\"profiles\">\n",
+        "<p class=\"about\">Hydrodynamic pressure from the logs at instants of run A (A {}, B {}).</p>\n<div class=\"profiles\">\n",
         KEYS[0], KEYS[1]
     );
     let several = profiles.iter().any(|profile| profile.water != profiles[0].water);
@@ -297,13 +297,13 @@ fn profiles(profiles: &[PairProfile]) -> String {
         let whose = if several { format!("{}: ", profile.water) } else { String::new() };
         let [a, b] = profile.times.map(|time| match time {
             Some(time) => format!("t = <data value=\"{time}\">{time:.4}</data> s"),
-            None => "has no pressure then".to_owned(),
+            None => "no pressure at this time".to_owned(),
         });
         let lines: [(&str, &Line); 2] = [("first", &profile.lines[0]), ("second", &profile.lines[1])];
         let lines: Vec<_> = lines.into_iter().filter(|(_, line)| !line.is_empty()).collect();
         let _ = writeln!(
             text,
-            "<figure><figcaption><b>{whose}{}, of A</b> A: {a}; B: {b}</figcaption>{}</figure>",
+            "<figure><figcaption><b>{whose}{}, run A</b> A: {a}; B: {b}</figcaption>{}</figure>",
             escape(&profile.instant),
             picture(&lines, height, largest)
         );
@@ -316,8 +316,8 @@ fn checks(checks: &[[Option<Check>; 2]]) -> String {
         return String::new();
     }
     let mut text = String::from(
-        "<table class=\"checks\"><thead><tr><th scope=\"col\">check</th><th scope=\"col\" class=\"number\">A</th><th scope=\"col\">verdict on A</th>\
-         <th scope=\"col\" class=\"number\">B</th><th scope=\"col\">verdict on B</th><th scope=\"col\">unit</th><th scope=\"col\">limit</th></tr></thead><tbody>\n",
+        "<table class=\"checks\"><thead><tr><th scope=\"col\">check</th><th scope=\"col\" class=\"number\">A</th><th scope=\"col\">result of A</th>\
+         <th scope=\"col\" class=\"number\">B</th><th scope=\"col\">result of B</th><th scope=\"col\">unit</th><th scope=\"col\">limit</th></tr></thead><tbody>\n",
     );
     for pair in checks {
         let Some(named) = pair[0].as_ref().or(pair[1].as_ref()) else { continue };
@@ -337,14 +337,14 @@ fn checks(checks: &[[Option<Check>; 2]]) -> String {
     text + "</tbody></table>\n"
 }
 
-/// What a run has found, and whether it is kept.
+/// Value and verdict of a check.
 fn verdict(check: &Option<Check>) -> String {
     let Some(check) = check else {
-        return "<td class=\"number\">–</td><td class=\"remark\">no such check</td>".to_owned();
+        return "<td class=\"number\">–</td><td class=\"remark\">not available</td>".to_owned();
     };
     let (class, verdict) = match check.kept {
-        Some(true) => ("kept", "✓ kept"),
-        Some(false) => ("broken", "✗ not kept"),
+        Some(true) => ("kept", "✓ passed"),
+        Some(false) => ("broken", "✗ failed"),
         None => ("unjudged", "not judged"),
     };
     format!(
@@ -366,8 +366,8 @@ fn quantities(rows: &[Compared]) -> String {
     let mut text = format!(
         "<div class=\"scroll\"><table class=\"quantities pair\"><thead><tr><th scope=\"col\">quantity</th><th scope=\"col\" class=\"number\">A</th>\
          <th scope=\"col\" class=\"number\">B</th><th scope=\"col\">unit</th><th scope=\"col\" class=\"number\">B − A</th>\
-         <th scope=\"col\" class=\"number\">of |A|</th>{}{}</tr></thead><tbody>\n",
-        heading(timed, "when"),
+         <th scope=\"col\" class=\"number\">relative to |A|</th>{}{}</tr></thead><tbody>\n",
+        heading(timed, "time"),
         heading(banded, "band of the replicates")
     );
     for row in rows {

@@ -1,13 +1,13 @@
-//! What differs between the inputs of two runs, and what does not.
+//! Differing and equal inputs of two runs.
 
 use super::super::folder::RunFolder;
 use crate::Build;
 use cofferdam_log::{KeyDifference, settings};
 
-/// Keys whose text has no place in a table.
+/// Keys whose text is too long for a table.
 const LONG: &str = "mesh.text";
 
-/// The keys of the scenes that differ; then what else does: units, ground motion, program, machine.
+/// Differing keys of the scenes; then other differences: units, ground motion, program, machine.
 pub fn differing(runs: [&RunFolder; 2]) -> (Vec<KeyDifference>, Vec<KeyDifference>) {
     let of_channel =
         |key: &str| key.starts_with('[') && (key.contains(" request ") || key.contains(" answer "));
@@ -32,13 +32,13 @@ fn origins(build: &Build) -> [(&'static str, String); 6] {
         ("program", format!("cofferdam {}, {}", build.version, build.profile)),
         ("commit", build.commit.to_string()),
         ("processor", build.processor.clone()),
-        ("features of the processor", build.features.clone()),
+        ("processor features", build.features.clone()),
         ("cores", build.cores.to_string()),
         ("system", build.system.clone()),
     ]
 }
 
-/// What is equal, in words; `keys` of the scenes are.
+/// Descriptions of equal inputs; `keys` is the number of equal keys of the scenes.
 pub fn equal(runs: [&RunFolder; 2], keys: usize) -> Vec<String> {
     let mut said = vec![format!("{keys} keys of the scene")];
     let record = |run: &RunFolder| {
@@ -69,13 +69,13 @@ pub fn equal(runs: [&RunFolder; 2], keys: usize) -> Vec<String> {
     said
 }
 
-/// What tells two different dams apart; none if it is the same one.
+/// Difference of two dams; `None` if they are the same.
 pub fn dams(runs: [&RunFolder; 2]) -> Option<String> {
     let scenes = runs.map(|run| &run.loaded.scene);
     match scenes.map(|scene| scene.dam.as_ref()) {
         [None, None] => (scenes[0].height() != scenes[1].height()).then(|| heights(runs)),
-        [Some(_), None] => Some("the dam of A is computed, that of B prescribed".to_owned()),
-        [None, Some(_)] => Some("the dam of A is prescribed, that of B computed".to_owned()),
+        [Some(_), None] => Some("the dam of A is computed, the dam of B is prescribed".to_owned()),
+        [None, Some(_)] => Some("the dam of A is prescribed, the dam of B is computed".to_owned()),
         [Some(a), Some(b)] if a.section == b.section => None,
         [Some(_), Some(_)] => Some(heights(runs)),
     }
@@ -84,8 +84,8 @@ pub fn dams(runs: [&RunFolder; 2]) -> Option<String> {
 fn heights(runs: [&RunFolder; 2]) -> String {
     let [a, b] = runs.map(|run| cofferdam_unit::number::plain(run.loaded.scene.height()).to_string());
     if a == b {
-        format!("their sections differ, both {a} m high")
+        format!("their sections differ, both are {a} m high")
     } else {
-        format!("A is {a} m high, B {b} m")
+        format!("A is {a} m high, B is {b} m high")
     }
 }

@@ -18,7 +18,7 @@ use super::{ReportData, profile};
 use cofferdam_log::{LogReadError, equal_keys};
 
 impl PairData {
-    /// What the files of two runs say; `folders` are the names of their folders.
+    /// Reads the contents from the files of two runs; `folders` are the names of their folders.
     ///
     /// **Errors**: a log cannot be read.
     pub fn of(runs: [&RunFolder; 2], folders: [String; 2]) -> Result<Self, LogReadError> {
@@ -76,7 +76,7 @@ fn head(data: &ReportData, folder: String) -> Head {
     }
 }
 
-/// The pressure of A at its chosen instants, and that of B then.
+/// Pressures of A at its chosen instants, and of B at the same instants.
 fn profiles(a: &ReportData, b: &RunFolder) -> Result<Vec<PairProfile>, LogReadError> {
     let of = |own: &super::Profile| {
         let (time, line) = profile::nearest(b, &own.water, own.time)?.unzip();
