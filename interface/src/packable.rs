@@ -1,4 +1,4 @@
-use crate::{Capabilities, CoSimulation, Variable};
+use crate::{Capabilities, CoSimulation, Fingerprint, Variable};
 use serde::{Serialize, de::DeserializeOwned};
 use std::num::NonZeroUsize;
 
@@ -44,6 +44,14 @@ pub trait Packable: CoSimulation + Sized + 'static {
     ) -> Result<Self, Self::Error> {
         let _ = prepared;
         Self::from_parameters(parameters, threads)
+    }
+
+    /// Whether what was prepared for the parameters `packed` serves these, as if it were prepared for them: by default only for
+    /// equal ones.
+    fn serves(packed: &Self::Parameters, parameters: &Self::Parameters) -> bool {
+        let hash = |parameters: &Self::Parameters| Fingerprint::of(Self::NAME, parameters).ok();
+        let packed = hash(packed);
+        packed.is_some() && packed == hash(parameters)
     }
 
     /// Number of values of `variable`, equal to [`CoSimulation::size`].

@@ -29,11 +29,11 @@ pub fn base_units(unit: &str) -> Option<BaseUnits> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::variables::{dam, reservoir};
+    use crate::variables::{coupled, dam, reservoir};
 
     #[test]
     fn every_unit_of_the_contract_is_in_the_table() {
-        for variable in dam::ALL.iter().chain(reservoir::ALL) {
+        for variable in dam::ALL.iter().chain(reservoir::ALL).chain(coupled::ALL) {
             assert!(base_units(variable.unit).is_some(), "{}: {}", variable.name, variable.unit);
         }
         for (unit, _) in UNITS {

@@ -127,6 +127,11 @@ impl Shape {
         Size::OfScene(StructuralParameter { name, value_reference, least, description })
     }
 
+    /// Whether there is one value for each part of a mesh.
+    pub const fn is_of_mesh(self) -> bool {
+        matches!(self, Self::Nodes | Self::Triangles | Self::Contacts)
+    }
+
     /// The number of values, where it is the same in every scene.
     pub const fn fixed_size(self) -> Option<usize> {
         match self.size() {
@@ -174,6 +179,36 @@ pub struct Variable {
 }
 
 impl Variable {
+    /// Name of value `index` where variables are scalars: `crest_displacement.x`, `interface_pressure[1]`, and
+    /// `crack.neck.sliding` with the names of the `cracks`, `crack[1].sliding` for one without.
+    pub fn value_name(&self, index: usize, cracks: &[String]) -> String {
+        match self.shape {
+            Shape::Scalar => self.name.to_owned(),
+            Shape::Plane => format!("{}.{}", self.name, if index == 0 { "x" } else { "y" }),
+            Shape::Cracks => {
+                let what = self.name.strip_prefix("crack_").unwrap_or(self.name);
+                match cracks.get(index).filter(|name| !name.is_empty()) {
+                    Some(name) => format!("crack.{name}.{what}"),
+                    None => format!("crack[{}].{what}", index + 1),
+                }
+            }
+            _ => format!("{}[{}]", self.name, index + 1),
+        }
+    }
+
+    /// Unit in which people read the variable, and its factor on the SI value; none if that is the SI unit.
+    pub fn display_unit(&self) -> Option<(&'static str, f64)> {
+        match self.unit {
+            "Pa" if self.name.ends_with("modulus") => Some(("GPa", 1e-9)),
+            "Pa" => Some(("MPa", 1e-6)),
+            "N/m" => Some(("MN/m", 1e-6)),
+            "m" if ["displacement", "sliding", "opening"].iter().any(|word| self.name.contains(word)) => {
+                Some(("mm", 1e3))
+            }
+            _ => None,
+        }
+    }
+
     /// Powers of the SI base units in the variable's unit; empty for a pure number.
     pub fn base_units(&self) -> BaseUnits {
         base_units(self.unit).unwrap_or_default()

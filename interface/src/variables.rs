@@ -1,4 +1,4 @@
-//! The variables of both units, one item each.
+//! The variables of the units, one item each.
 //!
 //! `modelDescription/reservoir.xml` and `modelDescription/dam.xml` are generated from these tables: `tests/contract.rs`
 //! compares them, and writes them again with `INSTA_UPDATE=always`.
@@ -163,5 +163,68 @@ pub mod dam {
         98 TAILWATER_INTERFACE_NORMAL_X "tailwater_interface_normal_x" CalculatedParameter Fixed TailwaterPoints "1" "x component of n, the unit normal from the water into the dam, at the points of the tailwater";
         99 TAILWATER_INTERFACE_NORMAL_Y "tailwater_interface_normal_y" CalculatedParameter Fixed TailwaterPoints "1" "y component of n, the unit normal from the water into the dam, at the points of the tailwater";
         100 TAILWATER_INTERFACE_LENGTH "tailwater_interface_length" CalculatedParameter Fixed TailwaterPoints "m" "tributary length of the points of the tailwater along the wet face of the tailwater";
+    }
+}
+
+/// Variables of dam and waters as one coupled unit.
+pub mod coupled {
+    use crate::{Causality, Shape, Variability, Variable};
+
+    variables! {
+        1 GROUND_ACCELERATION "ground_acceleration" Input Continuous Scalar "m/s2" "horizontal acceleration of the ground at the end of the step, positive downstream; not used while use_record is 1";
+        13 CREST_DISPLACEMENT "crest_displacement" Output Continuous Plane "m" "displacement of the upstream crest corner relative to the ground along x (downstream) and y (up), since time 0" <- 1;
+        14 CREST_ACCELERATION "crest_acceleration" Output Continuous Plane "m/s2" "total acceleration of the upstream crest corner along x (downstream) and y (up), mean over the step" <- 1;
+        15 CREST_STATIC_DISPLACEMENT "crest_static_displacement" CalculatedParameter Fixed Plane "m" "displacement of the upstream crest corner along x (downstream) and y (up) under weight and hydrostatic pressure";
+        20 CRACK_SLIDING "crack_sliding" Output Continuous Cracks "m" "mean slip of the block above the crack, positive downstream, since time 0" <- 1;
+        21 CRACK_OPENING "crack_opening" Output Continuous Cracks "m" "largest gap along the crack, 0 where it is closed" <- 1;
+        22 CRACK_ROTATION "crack_rotation" Output Continuous Cracks "rad" "rotation of the block above the crack relative to the block below, positive counter-clockwise, since time 0" <- 1;
+        25 CRACK_OPEN "crack_open" Output Discrete Cracks "1" "number of open contacts of the crack" <- 1;
+        28 CRACK_NORMAL_FORCE "crack_normal_force" Output Continuous Cracks "N/m" "force across the crack, per metre of dam, positive in compression" <- 1;
+        29 CRACK_SHEAR_FORCE "crack_shear_force" Output Continuous Cracks "N/m" "force along the crack on the block below, per metre of dam, positive downstream" <- 1;
+        39 CRACK_SHEAR_UTILISATION "crack_shear_utilisation" Output Continuous Cracks "1" "shear force over shear strength of the crack: the inverse of the factor of safety against sliding" <- 1;
+        49 CRACK_OPEN_SHARE "crack_open_share" Output Continuous Cracks "1" "open length of the crack over its whole length, 0 to 1" <- 1;
+        37 BASE_SHEAR "base_shear" Output Continuous Scalar "N/m" "horizontal force of the dam on the ground, per metre of dam, positive downstream, mean over the step" <- 1;
+        38 BASE_NORMAL_FORCE "base_normal_force" Output Continuous Scalar "N/m" "vertical force of the dam on the ground, per metre of dam, positive in compression, mean over the step" <- 1;
+        30 KINETIC_ENERGY "kinetic_energy" Output Continuous Scalar "J/m" "kinetic energy relative to the ground, per metre of dam" <- 1;
+        31 STRAIN_ENERGY "strain_energy" Output Continuous Scalar "J/m" "change of the strain energy since time 0, per metre of dam" <- 1;
+        32 CONTACT_ENERGY "contact_energy" Output Continuous Scalar "J/m" "change of the energy in the contact springs since time 0, per metre of dam" <- 1;
+        33 FRICTION_WORK "friction_work" Output Continuous Scalar "J/m" "energy dissipated by friction since time 0, per metre of dam" <- 1;
+        34 DAMPING_WORK "damping_work" Output Continuous Scalar "J/m" "energy dissipated by damping since time 0, contact dashpots included, per metre of dam" <- 1;
+        35 INPUT_WORK "input_work" Output Continuous Scalar "J/m" "work of weight, water pressure and ground inertia since time 0, per metre of dam" <- 1;
+        36 ENERGY_BALANCE_ERROR "energy_balance_error" Output Continuous Scalar "J/m" "input work minus all other energies, per metre of dam" <- 1;
+        63 LARGEST_PRINCIPAL_STRESS "largest_principal_stress" Output Continuous Scalar "Pa" "largest principal stress of the whole dam, tension positive, static stress included" <- 1;
+        64 SMALLEST_PRINCIPAL_STRESS "smallest_principal_stress" Output Continuous Scalar "Pa" "smallest principal stress of the whole dam, tension positive, static stress included" <- 1;
+        47 MAJOR_PRINCIPAL_STRESS "major_principal_stress" Output Continuous StressPoints "Pa" "larger principal stress at the stress points, tension positive, static stress included" <- 1;
+        48 MINOR_PRINCIPAL_STRESS "minor_principal_stress" Output Continuous StressPoints "Pa" "smaller principal stress at the stress points, tension positive, static stress included" <- 1;
+        210 INTERFACE_PRESSURE "interface_pressure" Output Continuous InterfacePoints "Pa" "hydrodynamic pressure on the wet face: excess over hydrostatic, positive in compression" <- 1;
+        212 TOTAL_FORCE "total_force" Output Continuous Scalar "N/m" "hydrodynamic force on the wet face along x, per metre of dam, positive downstream" <- 1;
+        213 OVERTURNING_MOMENT "overturning_moment" Output Continuous Scalar "N.m/m" "moment of the hydrodynamic pressure about the heel, per metre of dam, positive when it turns the dam downstream" <- 1;
+        214 BASE_PRESSURE "base_pressure" Output Continuous Scalar "Pa" "hydrodynamic pressure at the heel, positive in compression; of a tailwater at the toe" <- 1;
+        310 ITERATIONS "iterations" Output Discrete Scalar "1" "dam steps of the last communication step" <- 1;
+        311 CONVERGED "converged" Output Discrete Scalar "1" "1 if the units agree to the tolerance at the end of the last step, otherwise 0" <- 1;
+        312 RESIDUAL "residual" Output Discrete Scalar "Pa" "residual of the pressure in the last step (2-norm over the points)" <- 1;
+        313 INTERPOLATION_ERROR "interpolation_error" Output Discrete Scalar "Pa" "estimate of the coupling error of the last step (2-norm over the points), 0 where there is none" <- 1;
+        314 INTERFACE_WORK "interface_work" Output Continuous Scalar "J/m" "work of the water on the dam since the start, per metre of dam" <- 1;
+        315 INTERFACE_ENERGY_PRODUCED "interface_energy_produced" Output Continuous Scalar "J/m" "energy produced by the coupling since the start, per metre of dam; negative if it was lost" <- 1;
+        316 LOWEST_PRESSURE "lowest_pressure" Output Discrete Scalar "Pa" "lowest total pressure, hydrostatic included, on the wet faces" <- 1;
+        220 INTERFACE_X "interface_x" CalculatedParameter Fixed InterfacePoints "m" "x coordinate of the interface points, from the heel, positive downstream";
+        221 INTERFACE_Y "interface_y" CalculatedParameter Fixed InterfacePoints "m" "y coordinate of the interface points, from the heel, positive upwards";
+        230 WATER_DEPTH "water_depth" CalculatedParameter Fixed Scalar "m" "depth of the water at the heel; of a tailwater at the toe";
+        238 COMMUNICATION_STEP "communication_step" CalculatedParameter Fixed Scalar "s" "length of a communication step for which the unit was made";
+        45 STRESS_POINT_X "stress_point_x" CalculatedParameter Fixed StressPoints "m" "x coordinate of the stress points, from the heel, positive downstream";
+        46 STRESS_POINT_Y "stress_point_y" CalculatedParameter Fixed StressPoints "m" "y coordinate of the stress points, from the heel, positive upwards";
+        300 USE_RECORD "use_record" Parameter Fixed Scalar "1" "1: the ground moves as in the scene; 0: as the input ground_acceleration says";
+        301 RECORD_SCALE "record_scale" Parameter Fixed Scalar "1" "factor of the ground motion of the scene, negative for the opposite polarity; without effect while use_record is 0";
+        302 COUPLING_TOLERANCE "coupling_tolerance" Parameter Fixed Scalar "1" "tolerance of the iteration relative to the norm of the pressure; 0 for the balanced tolerance";
+        50 YOUNG_MODULUS "young_modulus" Parameter Fixed Scalar "Pa" "elastic modulus of the concrete";
+        51 POISSON_RATIO "poisson_ratio" Parameter Fixed Scalar "1" "Poisson ratio of the concrete";
+        52 DENSITY "density" Parameter Fixed Scalar "kg/m3" "density of the concrete";
+        53 FRICTION_COEFFICIENT "friction_coefficient" Parameter Fixed Cracks "1" "Coulomb friction coefficient of the cracks";
+        54 NORMAL_STIFFNESS "normal_stiffness" Parameter Fixed Cracks "Pa/m" "normal stiffness of the cracks";
+        55 SHEAR_STIFFNESS "shear_stiffness" Parameter Fixed Cracks "Pa/m" "shear stiffness of the cracks";
+        56 DAMPING_RATIO "damping_ratio" Parameter Fixed Scalar "1" "damping ratio at the two damping frequencies; with local damping, at all frequencies";
+        231 WATER_DENSITY "water_density" Parameter Fixed Scalar "kg/m3" "density of the water";
+        232 SOUND_SPEED "sound_speed" Parameter Fixed Scalar "m/s" "speed of sound in the water";
+        233 WAVE_REFLECTION_COEFFICIENT "wave_reflection_coefficient" Parameter Fixed Scalar "1" "ratio of reflected to incident pressure amplitude at the bed, at normal incidence";
     }
 }

@@ -1,3 +1,3 @@
 //! The dam as an FMI library.
 
-cofferdam_unit::export_fmi3!(cofferdam_dam::Dam);
+cofferdam_unit::export_fmi!(cofferdam_dam::Dam);

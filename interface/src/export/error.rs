@@ -16,7 +16,7 @@ pub enum ExportError {
     /// A serialised state.
     #[error(transparent)]
     State(#[from] StateError),
-    /// A call that FMI 3.0 does not allow in the present mode.
+    /// A call that FMI does not allow in the present mode.
     #[error("{call} is not allowed in {mode}; {remedy}")]
     Mode {
         /// The function.
@@ -64,7 +64,7 @@ pub enum ExportError {
     },
     /// A step beyond the end.
     #[error(
-        "a step to {end} s passes the stop time of {stop_time} s; pass a later stop time, or none, to fmi3EnterInitializationMode"
+        "a step to {end} s passes the stop time of {stop_time} s; pass a later stop time, or none, before initialisation"
     )]
     BeyondStop {
         /// End of the step, s.
@@ -84,8 +84,28 @@ pub enum ExportError {
         /// Number of values in the contents.
         found: usize,
     },
+    /// A derivative of an input that is not used.
+    #[error(
+        "{unit}: derivative {order} of `{variable}` cannot be set; set derivatives of order 1 of inputs, which are linear within a step"
+    )]
+    InputDerivative {
+        /// Unit that was called.
+        unit: &'static str,
+        /// Variable named.
+        variable: &'static str,
+        /// Order of the derivative.
+        order: i32,
+    },
+    /// A location of the resources that is not a local folder.
+    #[error(
+        "the resource location {found:?} is no local folder; pass a URI such as file:///tmp/fmu/resources"
+    )]
+    Location {
+        /// URI passed.
+        found: String,
+    },
     /// `time` cannot be set.
-    #[error("`time` cannot be set; fmi3EnterInitializationMode and fmi3DoStep set it")]
+    #[error("`time` cannot be set; initialisation and steps set it")]
     Time,
     /// A parameter is NaN or infinite.
     #[error("{unit}: `{variable}`[{index}] cannot be {value}; set it to a finite number")]
@@ -121,7 +141,7 @@ pub enum ExportError {
     },
     /// A buffer of the wrong size for a serialised state.
     #[error(
-        "the serialised state has {expected} bytes, the buffer has {found}; take the size from fmi3SerializedFMUStateSize"
+        "the serialised state has {expected} bytes, the buffer has {found}; take its size from the FMU (SerializedFMUStateSize)"
     )]
     StateSize {
         /// Bytes needed.

@@ -4,10 +4,11 @@
 #![allow(unsafe_code)] // C calls it
 
 use super::instance::Instance;
-use super::log::{self, Log};
+use super::log::{self, Callback, Log};
 use super::{Contents, ExportError};
 use crate::Packable;
 use std::ffi::{CStr, c_void};
+use std::path::Path;
 
 pub use super::instances::Instances;
 pub use super::types::{Boolean, Handle, LogMessage, Status, Text};
@@ -16,7 +17,7 @@ pub use super::types::{Boolean, Handle, LogMessage, Status, Text};
 ///
 /// # Safety
 /// A pointer that is neither null nor misaligned points to `length` values that live during the call.
-unsafe fn slice<'a, T>(
+pub(super) unsafe fn slice<'a, T>(
     call: &'static str,
     argument: &'static str,
     pointer: *const T,
@@ -37,7 +38,7 @@ unsafe fn slice<'a, T>(
 ///
 /// # Safety
 /// As [`slice`]; in addition, nothing else uses the values during the call.
-unsafe fn slice_mut<'a, T>(
+pub(super) unsafe fn slice_mut<'a, T>(
     call: &'static str,
     argument: &'static str,
     pointer: *mut T,
@@ -56,7 +57,7 @@ unsafe fn slice_mut<'a, T>(
 ///
 /// # Safety
 /// As [`slice_mut`].
-unsafe fn place<'a, T>(
+pub(super) unsafe fn place<'a, T>(
     call: &'static str,
     argument: &'static str,
     pointer: *mut T,
@@ -70,7 +71,7 @@ unsafe fn place<'a, T>(
 ///
 /// # Safety
 /// A pointer that is not null points to a C string.
-unsafe fn text<'a>(
+pub(super) unsafe fn text<'a>(
     call: &'static str,
     argument: &'static str,
     pointer: Text,
@@ -94,7 +95,7 @@ pub unsafe fn instantiate<U: Packable>(
     environment: *mut c_void,
     log_message: Option<LogMessage>,
 ) -> Handle {
-    let log = Log::new(log_message, environment, logging != 0);
+    let log = Log::new(log_message.map(Callback::LogMessage), environment, logging != 0);
     let made = instances.insert(call, log, || {
         // SAFETY: by the caller.
         unsafe { text(call, "instanceName", name) }?;
@@ -105,16 +106,21 @@ pub unsafe fn instantiate<U: Packable>(
         if event_mode != 0 {
             return Err(ExportError::EventMode);
         }
-        // The importer may change its working directory before the unit is made.
-        let resources = std::path::absolute(resources).unwrap_or_else(|_| resources.into());
-        let contents = Contents::read(&resources)?;
-        let expected = contents.token::<U>()?;
-        if found != expected {
-            return Err(ExportError::Token { found: found.to_owned(), expected });
-        }
-        Instance::new(contents, &resources)
+        made(resources.as_ref(), found)
     });
     made.map_or(std::ptr::null_mut(), std::ptr::without_provenance_mut)
+}
+
+/// The instance with the contents of a folder of resources, whose token is `found`.
+pub(super) fn made<U: Packable>(resources: &Path, found: &str) -> Result<Instance<U>, ExportError> {
+    // The importer may change its working directory before the unit is made.
+    let resources = std::path::absolute(resources).unwrap_or_else(|_| resources.into());
+    let contents = Contents::read(&resources)?;
+    let expected = contents.token::<U>()?;
+    if found != expected {
+        return Err(ExportError::Token { found: found.to_owned(), expected });
+    }
+    Instance::new(contents, &resources)
 }
 
 /// The instantiation of another kind of FMU: logs an error and returns null.
@@ -124,7 +130,7 @@ pub fn refuse_instance<U: Packable>(
     environment: *mut c_void,
     log_message: Option<LogMessage>,
 ) -> Handle {
-    let log = Log::new(log_message, environment, false);
+    let log = Log::new(log_message.map(Callback::LogMessage), environment, false);
     instances.insert(call, log, || Err(ExportError::NotOffered { call }));
     std::ptr::null_mut()
 }

@@ -1,8 +1,18 @@
-//! The exported names of the C functions of FMI 3.0.
+//! The exported names of the C functions of FMI 2.0 and 3.0.
 
-/// Exports the C functions of FMI 3.0 for Co-Simulation for a [`Packable`](crate::Packable) unit.
+/// Exports the C functions of FMI 2.0 and of FMI 3.0 for Co-Simulation for a [`Packable`](crate::Packable) unit.
 ///
-/// Use it once in a library, as the names are fixed by FMI: `cofferdam_unit::export_fmi3!(Unit);`.
+/// Use it once in a library, as the names are fixed by FMI: `cofferdam_unit::export_fmi!(Unit);`.
+#[macro_export]
+macro_rules! export_fmi {
+    ($unit:ty) => {
+        $crate::export_fmi2!($unit);
+        $crate::export_fmi3!($unit);
+    };
+}
+
+/// The part of [`export_fmi!`] for FMI 3.0.
+#[doc(hidden)]
 #[macro_export]
 macro_rules! export_fmi3 {
     ($unit:ty) => {
@@ -80,7 +90,7 @@ macro_rules! export_fmi3 {
             $crate::export::fmi3::free_instance(&INSTANCES, instance)
         }
 
-        $crate::fmi3_functions! { INSTANCES
+        $crate::fmi_functions! { fmi3 INSTANCES
             fmi3SetDebugLogging = set_debug_logging(on: u8, n: usize, categories: *const $crate::export::fmi3::Text)
                 => (on, (n, categories));
             fmi3EnterInitializationMode = enter_initialization_mode(
@@ -124,7 +134,7 @@ macro_rules! export_fmi3 {
         }
 
         // No variable has these types. What follows the number of references is not looked at.
-        $crate::fmi3_functions! { INSTANCES
+        $crate::fmi_functions! { fmi3 INSTANCES
             fmi3GetFloat32 = no_variable(_references: *const u32, n: usize) => (n);
             fmi3GetInt8 = no_variable(_references: *const u32, n: usize) => (n);
             fmi3GetUInt8 = no_variable(_references: *const u32, n: usize) => (n);
@@ -163,7 +173,7 @@ macro_rules! export_fmi3 {
         }
 
         // Not offered. Arguments after the instance are not looked at.
-        $crate::fmi3_functions! { INSTANCES
+        $crate::fmi_functions! { fmi3 INSTANCES
             fmi3EnterEventMode = refuse() => ();
             fmi3EnterStepMode = refuse() => ();
             fmi3EnterConfigurationMode = refuse() => ();
@@ -188,20 +198,120 @@ macro_rules! export_fmi3 {
     };
 }
 
-/// C functions of an instance: `name = body(arguments) => (what the body is given of them)`.
+/// The part of [`export_fmi!`] for FMI 2.0; its instances are those of `export_fmi3!`.
 #[doc(hidden)]
 #[macro_export]
-macro_rules! fmi3_functions {
-    ($instances:ident $(
+macro_rules! export_fmi2 {
+    ($unit:ty) => {
+        #[unsafe(no_mangle)]
+        extern "C" fn fmi2GetTypesPlatform() -> *const ::core::ffi::c_char {
+            c"default".as_ptr()
+        }
+
+        #[unsafe(no_mangle)]
+        extern "C" fn fmi2GetVersion() -> *const ::core::ffi::c_char {
+            c"2.0".as_ptr()
+        }
+
+        #[unsafe(no_mangle)]
+        unsafe extern "C" fn fmi2Instantiate(
+            name: $crate::export::fmi2::Text,
+            kind: i32,
+            token: $crate::export::fmi2::Text,
+            location: $crate::export::fmi2::Text,
+            callbacks: *const $crate::export::fmi2::Callbacks,
+            _visible: i32,
+            logging: i32,
+        ) -> $crate::export::fmi2::Handle {
+            unsafe {
+                $crate::export::fmi2::instantiate(
+                    &INSTANCES,
+                    "fmi2Instantiate",
+                    [name, token, location],
+                    kind,
+                    callbacks,
+                    logging,
+                )
+            }
+        }
+
+        #[unsafe(no_mangle)]
+        unsafe extern "C" fn fmi2FreeInstance(instance: $crate::export::fmi2::Handle) {
+            $crate::export::fmi2::free_instance(&INSTANCES, instance)
+        }
+
+        $crate::fmi_functions! { fmi2 INSTANCES
+            fmi2SetDebugLogging = set_debug_logging(on: i32, n: usize, categories: *const $crate::export::fmi2::Text)
+                => (on, (n, categories));
+            fmi2SetupExperiment = setup_experiment(
+                _tolerance_defined: i32, _tolerance: f64, start_time: f64, stop_time_defined: i32, stop_time: f64
+            ) => (start_time, (stop_time_defined, stop_time));
+            fmi2EnterInitializationMode = enter_initialization_mode() => ();
+            fmi2ExitInitializationMode = exit_initialization_mode() => ();
+            fmi2Terminate = terminate() => ();
+            fmi2Reset = reset() => ();
+            fmi2GetReal = get_real(references: *const u32, n: usize, values: *mut f64) => ((references, n), values);
+            fmi2SetReal = set_real(references: *const u32, n: usize, values: *const f64) => ((references, n), values);
+            fmi2GetFMUstate = get_fmu_state(state: *mut $crate::export::fmi2::Handle) => (state);
+            fmi2SetFMUstate = set_fmu_state(state: $crate::export::fmi2::Handle) => (state);
+            fmi2FreeFMUstate = free_fmu_state(state: *mut $crate::export::fmi2::Handle) => (state);
+            fmi2SerializedFMUstateSize = serialized_fmu_state_size(
+                state: $crate::export::fmi2::Handle, size: *mut usize
+            ) => (state, size);
+            fmi2SerializeFMUstate = serialize_fmu_state(
+                state: $crate::export::fmi2::Handle, bytes: *mut u8, size: usize
+            ) => (state, (bytes, size));
+            fmi2DeSerializeFMUstate = deserialize_fmu_state(
+                bytes: *const u8, size: usize, state: *mut $crate::export::fmi2::Handle
+            ) => ((bytes, size), state);
+            fmi2GetDirectionalDerivative = get_directional_derivative(
+                unknowns: *const u32, n_unknowns: usize, knowns: *const u32, n_knowns: usize,
+                seed: *const f64, sensitivity: *mut f64
+            ) => ([(unknowns, n_unknowns), (knowns, n_knowns)], seed, sensitivity);
+            fmi2SetRealInputDerivatives = set_real_input_derivatives(
+                references: *const u32, n: usize, orders: *const i32, values: *const f64
+            ) => ((references, n), orders, values);
+            fmi2DoStep = do_step(time: f64, communication_step: f64, _no_earlier_state: i32)
+                => (time, communication_step);
+            fmi2GetRealStatus = get_real_status(kind: i32, value: *mut f64) => (kind, value);
+        }
+
+        // No variable has these types. What follows the number of references is not looked at.
+        $crate::fmi_functions! { fmi2 INSTANCES
+            fmi2GetInteger = no_variable(_references: *const u32, n: usize) => (n);
+            fmi2GetBoolean = no_variable(_references: *const u32, n: usize) => (n);
+            fmi2GetString = no_variable(_references: *const u32, n: usize) => (n);
+            fmi2SetInteger = no_variable(_references: *const u32, n: usize) => (n);
+            fmi2SetBoolean = no_variable(_references: *const u32, n: usize) => (n);
+            fmi2SetString = no_variable(_references: *const u32, n: usize) => (n);
+            fmi2GetRealOutputDerivatives = no_variable(_references: *const u32, n: usize) => (n);
+        }
+
+        // Not offered: no step ends later. Arguments after the instance are not looked at.
+        $crate::fmi_functions! { fmi2 INSTANCES
+            fmi2CancelStep = refuse() => ();
+            fmi2GetStatus = refuse() => ();
+            fmi2GetIntegerStatus = refuse() => ();
+            fmi2GetBooleanStatus = refuse() => ();
+            fmi2GetStringStatus = refuse() => ();
+        }
+    };
+}
+
+/// C functions of an instance in a version of FMI: `name = body(arguments) => (what the body is given of them)`.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! fmi_functions {
+    ($version:ident $instances:ident $(
         $name:ident = $body:ident($($argument:ident: $type:ty),* $(,)?) => ($($given:expr),*);
     )*) => {$(
         #[unsafe(no_mangle)]
         unsafe extern "C" fn $name(
-            instance: $crate::export::fmi3::Handle,
+            instance: $crate::export::$version::Handle,
             $($argument: $type),*
-        ) -> $crate::export::fmi3::Status {
+        ) -> $crate::export::$version::Status {
             #[allow(unused_unsafe)] // some bodies are safe
-            unsafe { $crate::export::fmi3::$body(&$instances, stringify!($name), instance, $($given),*) }
+            unsafe { $crate::export::$version::$body(&$instances, stringify!($name), instance, $($given),*) }
         }
     )*};
 }

@@ -2,6 +2,7 @@ use super::{Contents, ContentsError, ExportError, PREPARED};
 use crate::variables::TIME;
 use crate::{CallError, Causality, Fingerprint, Packable, StateError, Variable, open, seal};
 use serde::{Deserialize, Serialize};
+use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, HashMap};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -9,7 +10,15 @@ use std::path::{Path, PathBuf};
 /// Fraction of a communication step by which its end may pass the stop time, because sums of steps are rounded.
 const STOP_TOLERANCE: f64 = 1e-3;
 
-/// State of an instance in the state machine of FMI 3.0.
+/// References from here on name single values: the value reference of their variable times this number, plus their index.
+pub const ELEMENTS: u32 = 1 << 16;
+
+/// The reference of value `index` of the variable `value_reference`, as FMI 2.0 and descriptions by scalars need it.
+pub const fn element(value_reference: u32, index: usize) -> u32 {
+    value_reference * ELEMENTS + index as u32
+}
+
+/// State of an instance in the state machine of FMI.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 enum Mode {
     Instantiated,
@@ -37,25 +46,28 @@ impl Mode {
 /// A refused call changes nothing.
 pub struct Instance<U: Packable> {
     packed: Contents<U::Parameters>,
-    prepared: Prepared,
+    prepared: Prepared<U::Parameters>,
     fingerprint: Fingerprint,
     /// The variables of this FMU, and their numbers of values.
     variables: BTreeMap<u32, (&'static Variable, usize)>,
     parameters: U::Parameters,
     /// Inputs that were set before the unit was made.
     inputs: BTreeMap<u32, Vec<f64>>,
+    /// Time derivatives of single values of inputs during the next step, by their references.
+    slopes: BTreeMap<u32, f64>,
     made: Option<Made<U>>,
     mode: Mode,
     time: f64,
     stop_time: Option<f64>,
+    /// Start and stop time for a version of FMI that sets them before it begins initialisation, s.
+    experiment: (f64, Option<f64>),
     states: HashMap<usize, Saved<U::State>>,
 }
 
 /// What was prepared for the parameters that were packed.
-struct Prepared {
+struct Prepared<P> {
     path: PathBuf,
-    /// The numbers of the parameters.
-    numbers: Vec<f64>,
+    parameters: P,
 }
 
 struct Made<U: Packable> {
@@ -101,7 +113,7 @@ impl<U: Packable> Instance<U> {
     /// **Errors**: a start value for a variable that is not an input, or of the wrong length.
     pub fn new(packed: Contents<U::Parameters>, resources: &Path) -> Result<Self, ExportError> {
         let mut parameters = packed.parameters.clone();
-        let prepared = Prepared { path: resources.join(PREPARED), numbers: numbers_of::<U>(&mut parameters) };
+        let prepared = Prepared { path: resources.join(PREPARED), parameters: parameters.clone() };
         let mut variables = BTreeMap::new();
         for variable in U::VARIABLES {
             let size = U::size_for(&parameters, variable);
@@ -124,10 +136,12 @@ impl<U: Packable> Instance<U> {
             variables,
             parameters,
             inputs: BTreeMap::new(),
+            slopes: BTreeMap::new(),
             made: None,
             mode: Mode::Instantiated,
             time: 0.0,
             stop_time: None,
+            experiment: (0.0, None),
             states: HashMap::new(),
         };
         new.set_start_values()?;
@@ -182,10 +196,19 @@ impl<U: Packable> Instance<U> {
         self.variables.get(&reference).copied().ok_or(unknown)
     }
 
-    /// Number of values of each variable; checks that `found` is their sum.
+    /// The variable of a single value, and its index.
+    fn value(&self, reference: u32) -> Result<(&'static Variable, usize), CallError> {
+        let (of, index) = (reference / ELEMENTS, (reference % ELEMENTS) as usize);
+        let found = self.variable(of).ok().filter(|(_, size)| index < *size);
+        let unknown = CallError::UnknownVariable { unit: U::NAME, value_reference: reference };
+        found.map(|(variable, _)| (variable, index)).ok_or(unknown)
+    }
+
+    /// Number of values of each reference; checks that `found` is their sum.
     fn sizes(&self, call: &'static str, references: &[u32], found: usize) -> Result<Vec<usize>, ExportError> {
         let size = |reference: &u32| match *reference {
             TIME => Ok(1),
+            ELEMENTS.. => self.value(*reference).map(|_| 1),
             reference => self.variable(reference).map(|(_, size)| size),
         };
         let sizes = references.iter().map(size).collect::<Result<Vec<usize>, CallError>>()?;
@@ -200,6 +223,58 @@ impl<U: Packable> Instance<U> {
         if self.mode == Mode::Terminated {
             return Err(self.refused(call, "reset the instance first"));
         }
+        if references.iter().all(|reference| *reference < ELEMENTS) {
+            return self.set_whole(call, references, values);
+        }
+        let (references, values) = self.whole(call, references, values)?;
+        self.set_whole(call, &references, &values)
+    }
+
+    /// Whole variables in place of single values; the other values of these variables stay what they are.
+    fn whole(
+        &mut self,
+        call: &'static str,
+        references: &[u32],
+        values: &[f64],
+    ) -> Result<(Vec<u32>, Vec<f64>), ExportError> {
+        let mut whole = BTreeMap::<u32, Vec<f64>>::new();
+        let mut rest = values;
+        for (reference, size) in references.iter().zip(self.sizes(call, references, values.len())?) {
+            let (own, others) = rest.split_at(size);
+            rest = others;
+            let (of, first) = match *reference {
+                ELEMENTS.. => (reference / ELEMENTS, (reference % ELEMENTS) as usize),
+                reference => (reference, 0),
+            };
+            let all = match whole.entry(of) {
+                Entry::Occupied(known) => known.into_mut(),
+                Entry::Vacant(free) => free.insert(self.now(of)?),
+            };
+            all[first..first + size].copy_from_slice(own);
+        }
+        let (references, values): (Vec<_>, Vec<_>) = whole.into_iter().unzip();
+        Ok((references, values.concat()))
+    }
+
+    /// The values that an input or parameter has; zeros for what cannot be set and need not have a value now.
+    fn now(&mut self, reference: u32) -> Result<Vec<f64>, ExportError> {
+        if reference == TIME {
+            return Ok(vec![self.time]);
+        }
+        let (variable, size) = self.variable(reference)?;
+        let mut now = vec![0.0; size];
+        if is_input(variable) || variable.causality == Causality::Parameter {
+            self.get_one(variable, &mut now)?;
+        }
+        Ok(now)
+    }
+
+    fn set_whole(
+        &mut self,
+        call: &'static str,
+        references: &[u32],
+        values: &[f64],
+    ) -> Result<(), ExportError> {
         let (mut settings, mut rest) = (Vec::with_capacity(references.len()), values);
         for (reference, size) in references.iter().zip(self.sizes(call, references, values.len())?) {
             let (own, others) = rest.split_at(size);
@@ -247,7 +322,7 @@ impl<U: Packable> Instance<U> {
                 Err(ExportError::NonFiniteParameter { unit, variable: variable_name, index, value })
             }
             (Causality::Parameter, None) => {
-                let remedy = "parameters are set before fmi3ExitInitializationMode";
+                let remedy = "parameters are set before initialisation ends";
                 self.expect(call, &[Mode::Instantiated, Mode::Initialization], remedy)
             }
             (Causality::Input, Some((index, value))) => {
@@ -287,15 +362,70 @@ impl<U: Packable> Instance<U> {
         values: &mut [f64],
     ) -> Result<(), ExportError> {
         let mut rest = values;
+        // Single values of one variable mostly follow each other.
+        let mut last = (TIME, Vec::new());
         for (reference, size) in references.iter().zip(self.sizes(call, references, rest.len())?) {
             let (own, others) = rest.split_at_mut(size);
             rest = others;
             match *reference {
                 TIME => own.fill(self.time),
+                ELEMENTS.. => {
+                    let (variable, index) = self.value(*reference)?;
+                    if last.0 != variable.value_reference {
+                        let mut all = vec![0.0; self.variable(variable.value_reference)?.1];
+                        self.get_one(variable, &mut all)?;
+                        last = (variable.value_reference, all);
+                    }
+                    own[0] = last.1[index];
+                }
                 reference => self.get_one(self.variable(reference)?.0, own)?,
             }
         }
         Ok(())
+    }
+
+    /// Sets time derivatives of single values of inputs for the next step alone: what was set is the value at its start, and
+    /// the value at its end follows.
+    ///
+    /// **Errors**: not an input, an order other than 1, a derivative that is not finite.
+    pub fn set_slopes(
+        &mut self,
+        call: &'static str,
+        references: &[u32],
+        orders: &[i32],
+        slopes: &[f64],
+    ) -> Result<(), ExportError> {
+        let remedy = "set derivatives of inputs between steps";
+        self.expect(call, &[Mode::Instantiated, Mode::Initialization, Mode::Step], remedy)?;
+        for (reference, (order, slope)) in references.iter().zip(orders.iter().zip(slopes)) {
+            let (variable, index) = self.value(*reference)?;
+            if *order != 1 || !is_input(variable) {
+                let (variable, order) = (variable.name, *order);
+                return Err(ExportError::InputDerivative { unit: U::NAME, variable, order });
+            }
+            if !slope.is_finite() {
+                let (unit, variable, value, time) = (U::NAME, variable.name, *slope, self.time);
+                return Err(CallError::NonFinite { unit, variable, index, value, time }.into());
+            }
+        }
+        self.slopes.extend(references.iter().copied().zip(slopes.iter().copied()));
+        Ok(())
+    }
+
+    /// Moves the inputs that have derivatives to the end of a step of length `communication_step` (s).
+    fn extrapolate(&mut self, call: &'static str, communication_step: f64) -> Result<(), ExportError> {
+        if self.slopes.is_empty() {
+            return Ok(());
+        }
+        let slopes = std::mem::take(&mut self.slopes);
+        let references: Vec<u32> = slopes.keys().copied().collect();
+        let mut values = vec![0.0; references.len()];
+        self.get(call, &references, &mut values)?;
+        values
+            .iter_mut()
+            .zip(slopes.values())
+            .for_each(|(value, slope)| *value += communication_step * slope);
+        self.set(call, &references, &values)
     }
 
     fn get_one(&mut self, variable: &'static Variable, values: &mut [f64]) -> Result<(), ExportError> {
@@ -325,6 +455,25 @@ impl<U: Packable> Instance<U> {
         }
     }
 
+    /// Sets start and stop time (s) for [`enter_initialization_of_experiment`](Self::enter_initialization_of_experiment).
+    pub fn set_experiment(
+        &mut self,
+        call: &'static str,
+        start_time: f64,
+        stop_time: Option<f64>,
+    ) -> Result<(), ExportError> {
+        self.expect(call, &[Mode::Instantiated], "call it before initialisation, or reset the instance")?;
+        check_interval(start_time, stop_time)?;
+        self.experiment = (start_time, stop_time);
+        Ok(())
+    }
+
+    /// [`enter_initialization`](Self::enter_initialization) with the times that were set, from 0 without a stop if none were.
+    pub fn enter_initialization_of_experiment(&mut self, call: &'static str) -> Result<(), ExportError> {
+        let (start_time, stop_time) = self.experiment;
+        self.enter_initialization(call, start_time, stop_time)
+    }
+
     /// Begins initialisation at `start_time` (s) and makes the unit. Steps beyond `stop_time` (s) will be refused.
     pub fn enter_initialization(
         &mut self,
@@ -333,10 +482,7 @@ impl<U: Packable> Instance<U> {
         stop_time: Option<f64>,
     ) -> Result<(), ExportError> {
         self.expect(call, &[Mode::Instantiated], "call it once, after instantiating or resetting")?;
-        let stops = stop_time.is_none_or(|stop| stop.is_finite() && stop >= start_time);
-        if !(start_time.is_finite() && stops) {
-            return Err(ExportError::Interval { start_time, stop_time: stop_time.unwrap_or(f64::INFINITY) });
-        }
+        check_interval(start_time, stop_time)?;
         self.made()?;
         (self.time, self.stop_time, self.mode) = (start_time, stop_time, Mode::Initialization);
         Ok(())
@@ -344,7 +490,7 @@ impl<U: Packable> Instance<U> {
 
     /// Ends initialisation.
     pub fn exit_initialization(&mut self, call: &'static str) -> Result<(), ExportError> {
-        self.expect(call, &[Mode::Initialization], "call fmi3EnterInitializationMode first")?;
+        self.expect(call, &[Mode::Initialization], "enter Initialization Mode first")?;
         let time = self.time;
         let made = self.made()?;
         if made.before_outputs.is_none() {
@@ -362,13 +508,14 @@ impl<U: Packable> Instance<U> {
         time: f64,
         communication_step: f64,
     ) -> Result<f64, ExportError> {
-        self.expect(call, &[Mode::Step], "initialise the instance first; after fmi3Terminate, reset it")?;
+        self.expect(call, &[Mode::Step], "initialise the instance first; after it was terminated, reset it")?;
         let end = time + communication_step;
         if let Some(stop_time) = self.stop_time
             && end > stop_time + STOP_TOLERANCE * communication_step
         {
             return Err(ExportError::BeyondStop { end, stop_time });
         }
+        self.extrapolate(call, communication_step)?;
         self.made()?.unit.step(time, communication_step).map_err(failed)?;
         self.time = end;
         Ok(end)
@@ -393,6 +540,8 @@ impl<U: Packable> Instance<U> {
             made.unit.restore_state(&made.new).map_err(failed)?;
         }
         (self.mode, self.time, self.stop_time) = (Mode::Instantiated, 0.0, None);
+        self.experiment = (0.0, None);
+        self.slopes.clear();
         self.set_start_values()
     }
 
@@ -405,28 +554,64 @@ impl<U: Packable> Instance<U> {
         sensitivity: &mut [f64],
     ) -> Result<(), ExportError> {
         self.expect(call, &[Mode::Step], "derivatives exist only of communication steps, in Step Mode")?;
-        let known_sizes = self.sizes(call, knowns, seed.len())?;
+        let seeds = self.seeds(call, knowns, seed)?;
         let unknown_sizes = self.sizes(call, unknowns, sensitivity.len())?;
-        let unit = &self.made()?.unit;
-        sensitivity.fill(0.0);
         let mut rest = sensitivity;
+        let mut last = (TIME, Vec::new());
         for (unknown, size) in unknowns.iter().zip(unknown_sizes) {
             let (own, others) = rest.split_at_mut(size);
             rest = others;
-            let mut part = vec![0.0; size];
-            let mut seeds = seed;
-            for (known, size) in knowns.iter().zip(&known_sizes) {
-                let (seed, others) = seeds.split_at(*size);
-                seeds = others;
-                if [*unknown, *known].contains(&TIME) {
-                    let (unknown, known) = (*unknown, *known);
-                    return Err(CallError::Derivative { unit: U::NAME, unknown, known }.into());
+            let (of, first) = match *unknown {
+                ELEMENTS.. => (unknown / ELEMENTS, (unknown % ELEMENTS) as usize),
+                unknown => (unknown, 0),
+            };
+            if last.0 != of || of == TIME {
+                let mut sum = vec![0.0; if of == TIME { 1 } else { self.variable(of)?.1 }];
+                let mut part = sum.clone();
+                let unit = &self.made()?.unit;
+                for (known, seed) in &seeds {
+                    if [of, *known].contains(&TIME) {
+                        let (unknown, known) = (of, *known);
+                        return Err(CallError::Derivative { unit: U::NAME, unknown, known }.into());
+                    }
+                    unit.directional_derivative(of, *known, seed, &mut part).map_err(failed)?;
+                    sum.iter_mut().zip(&part).for_each(|(sum, part)| *sum += part);
                 }
-                unit.directional_derivative(*unknown, *known, seed, &mut part).map_err(failed)?;
-                own.iter_mut().zip(&part).for_each(|(sum, part)| *sum += part);
+                last = (of, sum);
             }
+            own.copy_from_slice(&last.1[first..first + size]);
         }
         Ok(())
+    }
+
+    /// The seed of each variable among `knowns`, zero for the single values that are not among them.
+    fn seeds(
+        &self,
+        call: &'static str,
+        knowns: &[u32],
+        seed: &[f64],
+    ) -> Result<Vec<(u32, Vec<f64>)>, ExportError> {
+        let mut seeds: Vec<(u32, Vec<f64>)> = Vec::new();
+        let mut rest = seed;
+        for (known, size) in knowns.iter().zip(self.sizes(call, knowns, seed.len())?) {
+            let (own, others) = rest.split_at(size);
+            rest = others;
+            if *known < ELEMENTS {
+                seeds.push((*known, own.to_vec()));
+                continue;
+            }
+            let (variable, index) = self.value(*known)?;
+            let of = variable.value_reference;
+            let place = match seeds.iter().position(|(known, _)| *known == of) {
+                Some(place) => place,
+                None => {
+                    seeds.push((of, vec![0.0; self.variable(of)?.1]));
+                    seeds.len() - 1
+                }
+            };
+            seeds[place].1[index] += own[0];
+        }
+        Ok(seeds)
     }
 
     /// Whether `handle` belongs to a saved state.
@@ -468,6 +653,7 @@ impl<U: Packable> Instance<U> {
             made.unit.restore_state(state).map_err(failed)?;
         }
         made.before_outputs = None;
+        self.slopes.clear();
         (self.mode, self.time, self.stop_time) = (saved.mode, saved.time, saved.stop_time);
         self.made = other.or(self.made.take());
         if let Some(parameters) = parameters {
@@ -517,7 +703,7 @@ impl<U: Packable> Instance<U> {
     }
 }
 
-impl Prepared {
+impl<P> Prepared<P> {
     /// The bytes of the file, if there is one.
     fn read(&self) -> Result<Option<Vec<u8>>, ContentsError> {
         match std::fs::read(&self.path) {
@@ -530,12 +716,12 @@ impl Prepared {
 
 impl<U: Packable> Made<U> {
     fn new(
-        mut parameters: U::Parameters,
-        prepared: &Prepared,
+        parameters: U::Parameters,
+        prepared: &Prepared<U::Parameters>,
         inputs: &BTreeMap<u32, Vec<f64>>,
     ) -> Result<Self, ExportError> {
         let threads = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
-        let fits = numbers_of::<U>(&mut parameters) == prepared.numbers;
+        let fits = U::serves(&prepared.parameters, &parameters);
         let mut unit = match if fits { prepared.read()? } else { None } {
             Some(bytes) => U::from_prepared(parameters, &bytes, threads).map_err(|cause| {
                 ContentsError::Prepared { path: prepared.path.clone(), cause: Box::new(cause) }
@@ -556,6 +742,14 @@ impl<U: Packable> Made<U> {
         self.before_outputs = Some(before);
         Ok(())
     }
+}
+
+fn check_interval(start_time: f64, stop_time: Option<f64>) -> Result<(), ExportError> {
+    let stops = stop_time.is_none_or(|stop| stop.is_finite() && stop >= start_time);
+    if start_time.is_finite() && stops {
+        return Ok(());
+    }
+    Err(ExportError::Interval { start_time, stop_time: stop_time.unwrap_or(f64::INFINITY) })
 }
 
 fn is_input(variable: &Variable) -> bool {

@@ -1,7 +1,7 @@
 #![allow(unsafe_code)] // it calls back into C
 
 use super::ExportError;
-use super::types::{LogMessage, Status};
+use super::types::{LogMessage, Logger, Status};
 use crate::Level;
 use std::ffi::{CString, c_void};
 use std::io::Write;
@@ -20,15 +20,23 @@ const EVENT: usize = 2;
 /// Passes the messages of an instance to the importer: errors always, other categories where it has turned them on. If the
 /// importer has no callback for messages, errors are written to standard error.
 pub struct Log {
-    callback: Option<LogMessage>,
+    callback: Option<Callback>,
     /// Address that the importer gets back with each message.
     environment: usize,
     wanted: AtomicU8,
 }
 
+/// The importer's function for messages.
+pub enum Callback {
+    /// Of FMI 3.0.
+    LogMessage(LogMessage),
+    /// Of FMI 2.0, with the name of the instance.
+    Logger(Logger, CString),
+}
+
 impl Log {
     /// A log that calls `callback`; `on` turns all categories on.
-    pub fn new(callback: Option<LogMessage>, environment: *mut c_void, on: bool) -> Self {
+    pub fn new(callback: Option<Callback>, environment: *mut c_void, on: bool) -> Self {
         let new = Self { callback, environment: environment as usize, wanted: AtomicU8::new(0) };
         new.choose(on, ALL);
         new
@@ -55,7 +63,7 @@ impl Log {
     }
 
     fn say(&self, category: usize, status: Status, text: &str) {
-        let Some(callback) = self.callback else {
+        let Some(callback) = &self.callback else {
             if category == ERROR {
                 // There is nobody to tell that standard error is closed.
                 let _ = writeln!(std::io::stderr(), "{text}");
@@ -65,14 +73,27 @@ impl Log {
         if self.wanted.load(Ordering::Relaxed) & 1 << category == 0 {
             return;
         }
+        // In FMI 2.0 a message is a format.
+        let text = match callback {
+            Callback::LogMessage(_) => text.to_owned(),
+            Callback::Logger(..) => text.replace('%', "%%"),
+        };
         // Messages contain no NUL themselves, but may quote text that the importer passed.
         let [category, text] =
-            [LOG_CATEGORIES[category].0, text].map(|text| CString::new(text.replace('\0', "")));
+            [LOG_CATEGORIES[category].0, &text].map(|text| CString::new(text.replace('\0', "")));
         if let (Ok(category), Ok(text)) = (category, text) {
             let environment = self.environment as *mut c_void;
+            let (category, text) = (category.as_ptr(), text.as_ptr());
             // SAFETY: the importer promises that the callback may be called with its environment as long as the
-            // instance lives; both strings live until it returns.
-            unsafe { callback(environment, status, category.as_ptr(), text.as_ptr()) };
+            // instance lives; all strings live until it returns, and no argument is left out that the text names.
+            unsafe {
+                match callback {
+                    Callback::LogMessage(callback) => callback(environment, status, category, text),
+                    Callback::Logger(callback, name) => {
+                        callback(environment, name.as_ptr(), status, category, text);
+                    }
+                }
+            }
         }
     }
 }

@@ -1,11 +1,11 @@
-//! Units as FMUs: the C functions of FMI 3.0 for Co-Simulation, for any [`Packable`](crate::Packable) unit.
+//! Units as FMUs: the C functions of FMI 2.0 and 3.0 for Co-Simulation, for any [`Packable`](crate::Packable) unit.
 //!
 //! ```text
-//! importer ─→ fmi3 (C functions) ─→ Instances ─→ Instance (modes, saved states) ─→ CoSimulation
+//! importer ─→ fmi2, fmi3 (C functions) ─→ Instances ─→ Instance (modes, saved states) ─→ CoSimulation
 //!          ←─ Log (messages) ←──────────────────────────────┘
 //! ```
 //!
-//! A library that exports one unit is one line: `cofferdam_unit::export_fmi3!(Unit);`.
+//! A library that exports one unit is one line: `cofferdam_unit::export_fmi!(Unit);`.
 //!
 //! **Handles.** The handles of instances and saved states are numbers. They are looked up and never dereferenced, so a
 //! null, freed or foreign handle is an error and not a crash. No handle is used twice while the library is loaded.
@@ -13,6 +13,7 @@
 
 mod contents;
 mod error;
+pub mod fmi2;
 pub mod fmi3;
 mod functions;
 mod instance;
@@ -22,6 +23,7 @@ mod types;
 
 pub use contents::{Contents, ContentsError, FILE, PREPARED};
 pub use error::ExportError;
+pub use instance::{ELEMENTS, element};
 pub use log::LOG_CATEGORIES;
 
 /// Text in every library of a unit, followed by the unit's name and a zero byte; it identifies the library.

@@ -1,4 +1,4 @@
-//! Types of the C functions of FMI 3.0.
+//! Types of the C functions of FMI 2.0 and 3.0.
 
 use std::ffi::{c_char, c_void};
 
@@ -10,8 +10,22 @@ pub type Boolean = u8;
 pub type Text = *const c_char;
 /// `fmi3LogMessageCallback`.
 pub type LogMessage = unsafe extern "C" fn(*mut c_void, Status, Text, Text);
+/// `fmi2CallbackLogger`: environment, name of the instance, status, category, format, and what it formats.
+pub type Logger = unsafe extern "C" fn(*mut c_void, Text, Status, Text, Text, ...);
 
-/// `fmi3Status`.
+/// `fmi2CallbackFunctions`, of which only the first and the last member are used.
+#[derive(Clone, Copy)]
+#[repr(C)]
+pub struct Callbacks {
+    /// Takes messages.
+    pub logger: Option<Logger>,
+    /// Of memory and of steps that end later; not called.
+    pub unused: [*const c_void; 3],
+    /// Goes back to the logger.
+    pub environment: *mut c_void,
+}
+
+/// `fmi3Status`, of the same numbers as `fmi2Status`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(C)]
 pub enum Status {

@@ -1,3 +1,3 @@
 //! The reservoir as an FMI library.
 
-cofferdam_unit::export_fmi3!(cofferdam_reservoir::Reservoir);
+cofferdam_unit::export_fmi!(cofferdam_reservoir::Reservoir);

@@ -31,7 +31,7 @@ impl Assembly<'_> {
     }
 
     /// The inertia of the water in the dam's mass matrix that the scheme of the scene requires.
-    pub(super) fn scheme_mass(&self) -> WaterMass {
+    pub(crate) fn scheme_mass(&self) -> WaterMass {
         if self.scene.scheme() == SchemeKind::OneWay { WaterMass::Exact } else { WaterMass::None }
     }
 

@@ -2,9 +2,11 @@
 
 mod mesh;
 
+use crate::coupled::{Coupled, CoupledError, CoupledParameters};
 use crate::{Assembly, AssemblyError, WaterMass};
 use cofferdam_dam::Dam;
-use cofferdam_fmi::export::{FmuError, Library, Package, check_target};
+use cofferdam_fmi::export::{FmuError, Library, Package, Version, check_target, crack_names};
+use cofferdam_motion::GroundMotion;
 use cofferdam_reservoir::Reservoir;
 use cofferdam_scene::{Scene, Side};
 use cofferdam_unit::Packable;
@@ -42,6 +44,9 @@ pub enum PackingError {
     /// The FMU cannot be made.
     #[error(transparent)]
     Fmu(#[from] FmuError),
+    /// The coupled unit cannot be made.
+    #[error(transparent)]
+    Coupled(#[from] CoupledError),
     /// The scene cannot be written.
     #[error("the scene cannot be written as TOML: {0}")]
     Scene(#[from] toml::ser::Error),
@@ -53,6 +58,8 @@ pub struct Target<'a> {
     pub path: &'a Path,
     /// Whether an existing file may be overwritten.
     pub overwrite: bool,
+    /// Version of FMI.
+    pub version: Version,
     /// The unit's library; by default the one built together with this program.
     pub library: Option<&'a Path>,
 }
@@ -67,6 +74,8 @@ pub enum Unit {
     },
     /// The reservoir or the tailwater.
     Water(Side),
+    /// Dam and waters, coupled by the scheme of the scene.
+    Coupled,
 }
 
 /// What was packed.
@@ -83,9 +92,15 @@ pub struct Packed {
 ///
 /// **Errors**: those of [`check_target`] and [`Package::write`], and a unit that cannot be made from the scene; then
 /// nothing is written.
-pub fn pack(unit: Unit, scene: &Scene, target: &Target<'_>) -> Result<Packed, PackingError> {
+pub fn pack(
+    unit: Unit,
+    scene: &Scene,
+    motion: &GroundMotion,
+    target: &Target<'_>,
+) -> Result<Packed, PackingError> {
     check_target(target.path, target.overwrite)?;
     match unit {
+        Unit::Coupled => coupled(scene, motion, target),
         Unit::Dam { added_mass } => dam(scene, added_mass, target),
         Unit::Water(side) => water(scene, side, target),
     }
@@ -125,6 +140,17 @@ fn water(scene: &Scene, side: Side, target: &Target<'_>) -> Result<Packed, Packi
     written::<Reservoir>(scene, Contents { start: BTreeMap::new(), parameters }, prepared, mesh, page, target)
 }
 
+fn coupled(scene: &Scene, motion: &GroundMotion, target: &Target<'_>) -> Result<Packed, PackingError> {
+    let parameters = CoupledParameters::of(scene, motion)?;
+    // Some mistakes are found only when the dam is made; that takes no longer than a few steps.
+    Assembly::of(scene).make_dam(parameters.dam.clone())?;
+    let threads = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
+    let prepared = Coupled::prepare(&parameters, threads)?;
+    let page = [include_str!("coupled.html"), include_str!("coupled_example.html")];
+    let mesh = mesh::dam(&parameters.dam).map_err(AssemblyError::from)?;
+    written::<Coupled>(scene, Contents { start: BTreeMap::new(), parameters }, prepared, mesh, page, target)
+}
+
 /// Writes the FMU of a unit with these contents.
 fn written<U: Packable>(
     scene: &Scene,
@@ -134,6 +160,7 @@ fn written<U: Packable>(
     [about, example]: [&'static str; 2],
     target: &Target<'_>,
 ) -> Result<Packed, PackingError> {
+    let cracks = scene.dam.iter().flat_map(|dam| &dam.cracks);
     let package = Package::<U> {
         contents,
         prepared,
@@ -146,6 +173,9 @@ fn written<U: Packable>(
         mesh,
         library: Library::find(U::NAME, target.library)?,
         bounds: cofferdam_scene::bounds,
+        version: target.version,
+        as_scalars: U::NAME == Coupled::NAME,
+        cracks: crack_names(cracks.map(|crack| crack.name.as_deref())),
     };
     Ok(Packed {
         size: package.write(target.path)?,

@@ -5,6 +5,25 @@ use std::path::{Path, PathBuf};
 /// This platform, as FMI 3.0 names it.
 const PLATFORM: &str = "x86_64-linux";
 
+/// A version of FMI.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Version {
+    /// 2.0: every variable is a scalar.
+    Fmi2,
+    /// 3.0.
+    Fmi3,
+}
+
+impl Version {
+    /// Its number.
+    pub fn number(self) -> &'static str {
+        match self {
+            Self::Fmi2 => "2.0",
+            Self::Fmi3 => "3.0",
+        }
+    }
+}
+
 /// The shared library of a unit, for Linux on x86-64.
 pub struct Library {
     bytes: Vec<u8>,
@@ -41,9 +60,13 @@ impl Library {
         &self.bytes
     }
 
-    /// Its path in an FMU whose model identifier is `name`.
-    pub fn entry(&self, name: &str) -> String {
-        format!("binaries/{PLATFORM}/{name}.so")
+    /// Its path in an FMU whose model identifier is `name`; the same library serves both versions.
+    pub fn entry(&self, name: &str, version: Version) -> String {
+        let platform = match version {
+            Version::Fmi2 => "linux64",
+            Version::Fmi3 => PLATFORM,
+        };
+        format!("binaries/{platform}/{name}.so")
     }
 }
 

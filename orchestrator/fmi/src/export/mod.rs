@@ -1,13 +1,13 @@
-//! FMI 3.0 FMUs of the units: everything but the library is generated from the unit's variables and parameters.
+//! FMUs of the units by FMI 2.0 or 3.0: everything but the library is generated from the unit's variables and parameters.
 //!
 //! An FMU holds one unit of one scene: the sizes of all arrays are fixed. This module knows units only through
 //! [`cofferdam_unit::Packable`] and the variables of the contract; it knows no solver. The same functions write the contract
 //! itself ([`contract`]), in which structural parameters stand for the sizes.
 //!
 //! ```text
-//! modelDescription.xml                      model_description: attributes, units, variables, dependencies
-//! terminalsAndIcons/terminalsAndIcons.xml   terminals: the wet face as one terminal
-//! binaries/x86_64-linux/<unit>.so           library: built together with the program
+//! modelDescription.xml                      model_description, scalars: attributes, units, variables, dependencies
+//! terminalsAndIcons/terminalsAndIcons.xml   terminals: the wet face as one terminal (FMI 3.0)
+//! binaries/<platform>/<unit>.so             library: built together with the program, of both versions
 //! resources/unit.toml                       cofferdam_unit::export::Contents, which the library reads
 //! resources/prepared.bin                    what is prepared from these, if the unit prepares anything
 //! resources/scene.toml, resources/mesh/     for the reader; the library does not use them
@@ -18,12 +18,14 @@ mod documentation;
 mod error;
 mod library;
 mod model_description;
+mod scalars;
 mod terminals;
 mod variables;
 
 pub use error::FmuError;
-pub use library::Library;
+pub use library::{Library, Version};
 pub use model_description::{Description, Times};
+pub use scalars::crack_names;
 pub use variables::{Bounds, SizedVariable};
 
 use cofferdam_unit::export::{Contents, FILE, PREPARED};
@@ -57,6 +59,12 @@ pub struct Package<U: Packable> {
     pub library: Library,
     /// Bounds of parameters.
     pub bounds: Bounds,
+    /// Version of FMI.
+    pub version: Version,
+    /// Whether the variables are scalars in FMI 3.0 too: nobody exchanges fields with this unit.
+    pub as_scalars: bool,
+    /// [`crack_names`] of the scene.
+    pub cracks: Vec<String>,
 }
 
 impl<U: Packable> Package<U> {
@@ -92,15 +100,25 @@ impl<U: Packable> Package<U> {
 
     /// The XML files.
     fn xml(&self, variables: &[SizedVariable]) -> Result<Vec<(&'static str, String)>, FmuError> {
-        described(&Description {
+        let (token, text) = (self.contents.token::<U>()?, format!("{}: {}", U::DESCRIPTION, self.title));
+        let description = Description {
             name: U::NAME,
             release: Some((env!("CARGO_PKG_VERSION"), env!("CARGO_PKG_LICENSE"))),
-            token: &self.contents.token::<U>()?,
-            text: &format!("{}: {}", U::DESCRIPTION, self.title),
+            token: &token,
+            text: &text,
             capabilities: U::capabilities_for(&self.contents.parameters),
             variables,
             scene: Some(Times { communication_step: self.communication_step, end: self.end() }),
-        })
+        };
+        let name = "modelDescription.xml";
+        let scalars = scalars::of(variables, &self.cracks);
+        match self.version {
+            Version::Fmi2 => Ok(vec![(name, scalars::write(&description, &scalars)?)]),
+            Version::Fmi3 if self.as_scalars => {
+                Ok(vec![(name, model_description::write(&description, Some(&scalars))?)])
+            }
+            Version::Fmi3 => described(&description),
+        }
     }
 
     /// Name and content of the files in the FMU.
@@ -109,7 +127,7 @@ impl<U: Packable> Package<U> {
         let text = |name: &str, text: String| (name.to_owned(), text.into_bytes());
         let mut entries: Vec<_> =
             self.xml(&variables)?.into_iter().map(|(name, xml)| text(name, xml)).collect();
-        entries.push((self.library.entry(U::NAME), self.library.bytes().to_vec()));
+        entries.push((self.library.entry(U::NAME, self.version), self.library.bytes().to_vec()));
         entries.push(text(&format!("resources/{FILE}"), self.contents.to_toml()?));
         entries.extend(self.prepared.clone().map(|bytes| (format!("resources/{PREPARED}"), bytes)));
         entries.push(text("resources/scene.toml", self.scene.clone()));
@@ -126,7 +144,7 @@ impl<U: Packable> Package<U> {
 ///
 /// **Errors**: [`FmuError::Xml`].
 pub fn described(unit: &Description<'_>) -> Result<Vec<(&'static str, String)>, FmuError> {
-    let mut files = vec![("modelDescription.xml", model_description::write(unit)?)];
+    let mut files = vec![("modelDescription.xml", model_description::write(unit, None)?)];
     let terminals = terminals::write(unit.variables)?;
     files.extend(terminals.map(|terminals| ("terminalsAndIcons/terminalsAndIcons.xml", terminals)));
     Ok(files)
@@ -137,15 +155,17 @@ pub fn described(unit: &Description<'_>) -> Result<Vec<(&'static str, String)>, 
 ///
 /// **Errors**: [`FmuError::Xml`].
 pub fn contract<U: Packable>(parameters: &U::Parameters, bounds: Bounds) -> Result<String, FmuError> {
-    model_description::write(&Description {
+    let (token, variables) = (format!("cofferdam-{}-1", U::NAME), variables::of_contract::<U>(bounds));
+    let description = Description {
         name: U::NAME,
         release: None,
-        token: &format!("cofferdam-{}-1", U::NAME),
+        token: &token,
         text: U::DESCRIPTION,
         capabilities: U::capabilities_for(parameters),
-        variables: &variables::of_contract::<U>(bounds),
+        variables: &variables,
         scene: None,
-    })
+    };
+    model_description::write(&description, None)
 }
 
 /// Checks a target before any work is done for it.

@@ -1,3 +1,4 @@
+use super::scalars::{Scalar, units as units_of_scalars};
 use super::variables::number;
 use super::{FmuError, SizedVariable};
 use cofferdam_unit::export::LOG_CATEGORIES;
@@ -49,8 +50,8 @@ fn text(xml: Xml) -> io::Result<String> {
     String::from_utf8(xml.into_inner()).map_err(io::Error::other)
 }
 
-/// The text of modelDescription.xml.
-pub fn write(of: &Description<'_>) -> Result<String, FmuError> {
+/// The text of modelDescription.xml; with `scalars`, these are the variables in place of arrays.
+pub fn write(of: &Description<'_>, scalars: Option<&[Scalar<'_>]>) -> Result<String, FmuError> {
     let tool = format!("cofferdam {}", env!("CARGO_PKG_VERSION"));
     let mut attributes = vec![
         ("fmiVersion", "3.0"),
@@ -67,7 +68,10 @@ pub fn write(of: &Description<'_>) -> Result<String, FmuError> {
     attributes.push(("variableNamingConvention", "structured"));
     let content = |xml: &mut Xml| {
         co_simulation(xml, of)?;
-        section(xml, "UnitDefinitions", |xml| units(xml, of.variables))?;
+        section(xml, "UnitDefinitions", |xml| match scalars {
+            Some(scalars) => units_of_scalars(xml, scalars),
+            None => units(xml, of.variables),
+        })?;
         if let Some(times) = &of.scene {
             section(xml, "LogCategories", |xml| {
                 LOG_CATEGORIES.iter().try_for_each(|(name, description)| {
@@ -94,9 +98,15 @@ pub fn write(of: &Description<'_>) -> Result<String, FmuError> {
             if of.scene.is_none() {
                 structural_parameters(xml, of.variables)?;
             }
-            of.variables.iter().try_for_each(|variable| one(xml, variable, of.scene.is_none()))
+            match scalars {
+                Some(scalars) => scalars.iter().try_for_each(|scalar| single(xml, scalar)),
+                None => of.variables.iter().try_for_each(|variable| one(xml, variable, of.scene.is_none())),
+            }
         })?;
-        section(xml, "ModelStructure", |xml| structure(xml, of.variables))
+        section(xml, "ModelStructure", |xml| match scalars {
+            Some(scalars) => structure_of_scalars(xml, scalars),
+            None => structure(xml, of.variables),
+        })
     };
     document(|xml| {
         let root = xml.create_element("fmiModelDescription").with_attributes(attributes);
@@ -104,7 +114,12 @@ pub fn write(of: &Description<'_>) -> Result<String, FmuError> {
     })
 }
 
-fn section(xml: &mut Xml, name: &str, content: impl FnOnce(&mut Xml) -> io::Result<()>) -> io::Result<()> {
+/// An element around others.
+pub fn section(
+    xml: &mut Xml,
+    name: &str,
+    content: impl FnOnce(&mut Xml) -> io::Result<()>,
+) -> io::Result<()> {
     xml.create_element(name).write_inner_content(content).map(drop)
 }
 
@@ -114,7 +129,11 @@ pub fn empty(xml: &mut Xml, name: &str, attributes: &[(&str, &str)]) -> io::Resu
 }
 
 /// An element around an element without content, on one line.
-fn around(xml: &mut Xml, outer: (&str, &[(&str, &str)]), inner: (&str, &[(&str, &str)])) -> io::Result<()> {
+pub fn around(
+    xml: &mut Xml,
+    outer: (&str, &[(&str, &str)]),
+    inner: (&str, &[(&str, &str)]),
+) -> io::Result<()> {
     let mut line = Writer::new(Vec::new());
     empty(&mut line, inner.0, inner.1)?;
     let content = text(line)?;
@@ -187,7 +206,8 @@ fn one(xml: &mut Xml, sized: &SizedVariable, structural: bool) -> io::Result<()>
     }
     attributes.extend(start.as_deref().map(|start| ("start", start)));
     attributes.push(("description", description));
-    if shape == Shape::Scalar {
+    // Importers set a single value without a list.
+    if shape == Shape::Scalar || (sized.size == 1 && !structural) {
         return empty(xml, "Float64", &attributes);
     }
     let (dimension, value) = match shape.structural_parameter().filter(|_| structural) {
@@ -195,6 +215,37 @@ fn one(xml: &mut Xml, sized: &SizedVariable, structural: bool) -> io::Result<()>
         None => ("start", sized.size.to_string()),
     };
     around(xml, ("Float64", &attributes), ("Dimension", &[(dimension, &value)]))
+}
+
+/// A scalar.
+fn single(xml: &mut Xml, scalar: &Scalar<'_>) -> io::Result<()> {
+    let SizedVariable { variable, bounds, .. } = scalar.of;
+    let reference = scalar.reference.to_string();
+    let mut attributes = vec![
+        ("name", &*scalar.name),
+        ("valueReference", &*reference),
+        ("causality", variable.causality.name()),
+        ("variability", variable.variability.name()),
+        ("unit", variable.unit),
+    ];
+    attributes.extend(variable.display_unit().map(|(unit, _)| ("displayUnit", unit)));
+    let [least, most, start] = [bounds[0], bounds[1], scalar.start].map(|value| value.map(number));
+    for (name, value) in [("min", &least), ("max", &most), ("start", &start)] {
+        attributes.extend(value.as_deref().map(|value| (name, value)));
+    }
+    attributes.push(("description", variable.description));
+    empty(xml, "Float64", &attributes)
+}
+
+fn structure_of_scalars(xml: &mut Xml, scalars: &[Scalar<'_>]) -> io::Result<()> {
+    let of = |causality| scalars.iter().filter(move |scalar| scalar.of.variable.causality == causality);
+    for output in of(Causality::Output) {
+        // Outputs follow from a step, not from inputs that are set between steps.
+        empty(xml, "Output", &[("valueReference", &*output.reference.to_string()), ("dependencies", "")])?;
+    }
+    of(Causality::Output).chain(of(Causality::CalculatedParameter)).try_for_each(|scalar| {
+        empty(xml, "InitialUnknown", &[("valueReference", &scalar.reference.to_string())])
+    })
 }
 
 fn structure(xml: &mut Xml, variables: &[SizedVariable]) -> io::Result<()> {
