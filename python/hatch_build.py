@@ -5,7 +5,8 @@ from pathlib import Path
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
-FILES = {"cofferdam": "cofferdam", "deps/libdam_fmu.so": "libdam_fmu.so", "deps/libreservoir_fmu.so": "libreservoir_fmu.so"}
+LIBRARIES = [f"lib{unit}_fmu.so" for unit in ("dam", "reservoir", "coupled")]
+FILES = {"cofferdam": "cofferdam"} | {f"deps/{name}": name for name in LIBRARIES}
 
 
 class Programs(BuildHookInterface):

@@ -743,7 +743,10 @@ fn a_run_shows_the_warnings_and_goes_on() {
     let output = scenario.try_run("run");
     let said = flat(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{said}");
-    assert!(said.contains("⚠ `gravity` is 1.62 m/s²; the Earth has 9.7 to 9.9 m/s²"), "{said}");
+    assert!(
+        said.contains("⚠ `gravity` is 1.62 m/s²; the usual range of the Earth is 9.7 to 9.9 m/s²"),
+        "{said}"
+    );
 }
 
 #[test]

@@ -35,7 +35,7 @@ fn dam_xml_is_the_contract_in_rust() {
 #[test]
 fn names_and_value_references_are_unique() {
     let sizes: Vec<_> = Shape::ALL.into_iter().filter_map(Shape::structural_parameter).collect();
-    for all in [variables::reservoir::ALL, variables::dam::ALL] {
+    for all in [variables::reservoir::ALL, variables::dam::ALL, variables::coupled::ALL] {
         let of_variables = all.iter().map(|v| (v.name, v.value_reference));
         let of_sizes = sizes.iter().map(|p| (p.name, p.value_reference));
         let used: Vec<_> = of_variables.chain(of_sizes).chain([("time", variables::TIME)]).collect();
@@ -92,7 +92,8 @@ fn packed_agrees(unit: &str, contract: &str, variables: &[Variable]) -> Vec<(Str
         // The first is the time.
         let size = if i == 0 { 1 } else { size(variables[i - 1].shape) };
         let (attributes, dimension) = described(wanted);
-        let fixed = dimension.map(|_| ("start".to_owned(), size.to_string()));
+        // A single value is a scalar.
+        let fixed = dimension.filter(|_| size > 1).map(|_| ("start".to_owned(), size.to_string()));
         assert_eq!(described(found), (attributes, fixed));
         assert_eq!(found.attributes.contains_key("start"), wanted.attributes.contains_key("start"));
         if found.attributes.contains_key("start") {

@@ -178,6 +178,7 @@ const ALLOWED: &[Allowed] = &[
         "cofferdam-unit", "cofferdam-reservoir", "cofferdam-dam", "cofferdam-coupling",
         "cofferdam-shared-memory", "cofferdam-log", "cofferdam-fmi", "cofferdam-motion", "cofferdam-scene",
     ], &[]),
+    ("cofferdam-coupled-fmu", &["cofferdam-unit", "cofferdam-assembly"], &[]),
     ("cofferdam-report", &[
         "cofferdam-unit", "cofferdam-coupling", "cofferdam-log", "cofferdam-motion", "cofferdam-scene",
         "cofferdam-assembly",
@@ -189,7 +190,7 @@ const ALLOWED: &[Allowed] = &[
     ], &[]),
     ("cofferdam", &[
         "cofferdam-unit", "cofferdam-reservoir", "cofferdam-reservoir-fmu", "cofferdam-dam-fmu",
-        "cofferdam-coupling", "cofferdam-shared-memory", "cofferdam-log", "cofferdam-fmi", "cofferdam-motion",
+        "cofferdam-coupled-fmu", "cofferdam-coupling", "cofferdam-shared-memory", "cofferdam-log", "cofferdam-fmi", "cofferdam-motion",
         "cofferdam-scene", "cofferdam-assembly", "cofferdam-report", "cofferdam-analysis",
     ], &[]),
     ("cofferdam-lab", &[

@@ -289,7 +289,7 @@ fn what_cannot_be_packed_is_refused_with_a_remedy() {
     }
     let (status, said) = refused(SCENE, "water", &[]);
     assert_eq!(status, Some(2));
-    assert!(said.contains("[possible values: dam, reservoir, tailwater]"), "{said}");
+    assert!(said.contains("[possible values: dam, reservoir, tailwater, coupled]"), "{said}");
     let (status, said) = refused("rigid-dam-ramp", "dam", &[]);
     assert_eq!(status, Some(1));
     assert!(said.contains("--unit reservoir") && said.contains("give the scene a [dam]"), "{said}");

@@ -11,7 +11,7 @@ fn the_command_and_the_libraries_hold_no_path_of_the_machine() {
     let home = std::env::var_os("HOME").map(PathBuf::from).unwrap_or_default();
     let cargo = std::env::var_os("CARGO_HOME").map_or_else(|| home.join(".cargo"), PathBuf::from);
     let folder = binary().parent().expect("target/<profile>");
-    for file in ["cofferdam", "deps/libdam_fmu.so", "deps/libreservoir_fmu.so"] {
+    for file in ["cofferdam", "deps/libdam_fmu.so", "deps/libreservoir_fmu.so", "deps/libcoupled_fmu.so"] {
         let bytes = std::fs::read(folder.join(file)).unwrap_or_else(|e| panic!("{file}: {e}"));
         println!("{file}: {:.1} MB", bytes.len() as f64 / 1e6);
         assert!(bytes.len() < MOST, "{file} has {} bytes", bytes.len());

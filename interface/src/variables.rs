@@ -225,6 +225,7 @@ pub mod coupled {
         56 DAMPING_RATIO "damping_ratio" Parameter Fixed Scalar "1" "damping ratio at the two damping frequencies; with local damping, at all frequencies";
         231 WATER_DENSITY "water_density" Parameter Fixed Scalar "kg/m3" "density of the water";
         232 SOUND_SPEED "sound_speed" Parameter Fixed Scalar "m/s" "speed of sound in the water";
+        239 HORIZON "horizon" Parameter Fixed Scalar "s" "longest time that can be simulated by convolution; a recursion and finite elements have no such limit";
         233 WAVE_REFLECTION_COEFFICIENT "wave_reflection_coefficient" Parameter Fixed Scalar "1" "ratio of reflected to incident pressure amplitude at the bed, at normal incidence";
     }
 }

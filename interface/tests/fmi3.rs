@@ -113,7 +113,7 @@ impl Packable for Integrator {
     }
 }
 
-cofferdam_unit::export_fmi3!(Integrator);
+cofferdam_unit::export_fmi!(Integrator);
 
 const FORCE: u32 = TOTAL_FORCE.value_reference;
 const INPUT: u32 = GROUND_ACCELERATION.value_reference;

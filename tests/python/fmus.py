@@ -1,9 +1,13 @@
 """FMUs packed for the tests, and functions to simulate them."""
 
 import os
+import struct
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
+
+from fmpy import extract, instantiate_fmu, read_model_description
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "examples" / "fmpy"))
@@ -67,3 +71,57 @@ def names_of(unit, **attributes):
 def outputs(unit):
     """All outputs, as bits."""
     return {name: unit.get(name).tobytes() for name in names_of(unit, causality="output")}
+
+
+class Scalars:
+    """An instance of an FMU of scalars, of FMI 2.0 or 3.0, whose values are set and read by name."""
+
+    def __init__(self, path, said=None, **arguments):
+        """Instantiates the FMU at `path` (an archive or an unpacked folder); its messages are added to `said`."""
+        self.description, folder = read_model_description(path), Path(path).absolute()
+        if not folder.is_dir():
+            self.unpacked = tempfile.TemporaryDirectory()
+            folder = Path(extract(path, unzipdir=self.unpacked.name))
+        self.is_fmi2 = self.description.fmiVersion == "2.0"
+        if said is not None:
+            # FMI 2.0 passes the name of the instance too.
+            arguments["logger"] = lambda *passed: said.append((passed[-3], passed[-2].decode(), passed[-1].decode()))
+        self.fmu = instantiate_fmu(str(folder), self.description, **arguments)
+        self.references = {v.name: v.valueReference for v in self.description.modelVariables}
+
+    def set(self, name, value):
+        self.set_all({name: value})
+
+    def set_all(self, values):
+        setter = self.fmu.setReal if self.is_fmi2 else self.fmu.setFloat64
+        setter([self.references[name] for name in values], [float(value) for value in values.values()])
+
+    def get(self, name):
+        return self.get_all([name])[0]
+
+    def get_all(self, names):
+        getter = self.fmu.getReal if self.is_fmi2 else self.fmu.getFloat64
+        return getter([self.references[name] for name in names])
+
+    def enter(self, stop_time=None):
+        """Begins initialisation at time 0."""
+        if self.is_fmi2:
+            self.fmu.setupExperiment(startTime=0.0, stopTime=stop_time)
+            self.fmu.enterInitializationMode()
+        else:
+            self.fmu.enterInitializationMode(startTime=0.0, stopTime=stop_time)
+
+    def initialise(self, values=None, stop_time=None):
+        """Sets `values`, and initialises at time 0."""
+        self.set_all(values or {})
+        self.enter(stop_time)
+        self.fmu.exitInitializationMode()
+        return self
+
+    def names(self, *causalities):
+        return [v.name for v in self.description.modelVariables if v.causality in causalities]
+
+    def outputs(self):
+        """All outputs by name, as bits."""
+        names = self.names("output")
+        return {name: struct.pack("d", value) for name, value in zip(names, self.get_all(names), strict=True)}

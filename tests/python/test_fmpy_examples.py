@@ -115,6 +115,50 @@ def test_the_dam_alone_is_that_of_simulate_fmu(tmp_path):
     np.testing.assert_allclose(crest, results["crest_displacement[1]"], rtol=0, atol=2e-3 * np.abs(crest).max())
 
 
+SIX_SECONDS = ["dam.element_size=10", "time.duration=6"]
+
+
+@pytest.fixture(scope="module")
+def six_seconds(tmp_path_factory):
+    """The histories of a coarse run of six seconds."""
+    return run(tmp_path_factory.mktemp("six-seconds") / "run", "koyna-coarse", SIX_SECONDS)
+
+
+@pytest.fixture(scope="module", params=["2", "3"])
+def coupled(request, tmp_path_factory):
+    """The same scene as a coupled FMU of each version."""
+    return pack(tmp_path_factory.mktemp("coupled"), "coupled", SIX_SECONDS, options=["--fmi", request.param])
+
+
+def test_the_coupled_fmu_is_the_run(six_seconds, coupled):
+    said = example("coupled.py", coupled)
+    crest, sliding = (1e3 * six_seconds[name] for name in ("dam.crest_displacement.x", "dam.crack_sliding.0"))
+    assert f"upstream: {crest.min():+.2f} mm" in said and f"downstream: {crest.max():+.2f} mm" in said
+    assert f"at 6.00 s: {sliding[-1]:+.3f} mm" in said and "100% of the steps converged" in said
+
+
+def test_an_input_one_step_earlier_is_the_record(coupled):
+    inside, late, shifted = example("own_record.py", coupled, RECORD, "6").splitlines()[1:]
+    differences = [float(line.split()[-2]) for line in (inside, late, shifted)]
+    assert differences[0] == 0.0 and differences[1] > 0.1 and differences[2] < 1e-8
+
+
+@pytest.mark.parametrize("coupled", ["2"], indirect=True)
+def test_more_friction_means_less_sliding(six_seconds, coupled):
+    rows = [line.split() for line in example("friction_study.py", coupled).splitlines()[1:]]
+    results = {float(friction): (float(crest), float(sliding)) for friction, crest, sliding in rows}
+    assert len(results) == 7 and results[0.5][1] > results[0.8][1] > results[1.1][1]
+    expected = [1e3 * np.abs(six_seconds["dam.crest_displacement.x"]).max(), 1e3 * six_seconds["dam.crack_sliding.0"][-1]]
+    np.testing.assert_allclose(results[1.0], expected, rtol=0, atol=0.006)
+
+
+def test_the_friction_study_needs_no_dask(monkeypatch):
+    import friction_study  # fmus makes the examples importable
+
+    monkeypatch.setitem(sys.modules, "dask", None)
+    assert friction_study.in_processes(abs, [-1, 2]) == [1, 2]
+
+
 def test_the_cost_of_the_loop_can_be_measured(capsys):
     """The script runs; figures are in docs/measurements/performance.md, because they depend on the machine."""
     loop_cost.main(iterations=5)

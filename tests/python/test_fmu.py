@@ -533,7 +533,7 @@ def test_fmpy_simulate_with_an_input_csv(path, tmp_path):
 
 def test_simulate_fmu_with_start_values(coarse):
     dam = Unit(coarse["dam"])
-    values = {"friction_coefficient": [0.4], "hydrostatic_pressure": 0.5 * dam.get("hydrostatic_pressure")}
+    values = {"friction_coefficient": 0.4, "hydrostatic_pressure": 0.5 * dam.get("hydrostatic_pressure")}
     arguments = {"output": ["crest_displacement"], "stop_time": 0.05, "output_interval": H}
     result = simulate_fmu(coarse["dam"], start_values={**values, "ground_acceleration": [3.0, 0.0]}, **arguments)
     for name, value in values.items():

@@ -82,6 +82,7 @@ struct Saved<S> {
     mode: Mode,
     time: f64,
     stop_time: Option<f64>,
+    slopes: BTreeMap<u32, f64>,
     /// The numbers of all parameters.
     parameters: Vec<f64>,
     state: Kept<S>,
@@ -99,6 +100,7 @@ struct SerialisedState {
     mode: Mode,
     time: f64,
     stop_time: Option<f64>,
+    slopes: BTreeMap<u32, f64>,
     parameters: Vec<f64>,
     unit: Vec<u8>,
 }
@@ -412,20 +414,12 @@ impl<U: Packable> Instance<U> {
         Ok(())
     }
 
-    /// Moves the inputs that have derivatives to the end of a step of length `communication_step` (s).
-    fn extrapolate(&mut self, call: &'static str, communication_step: f64) -> Result<(), ExportError> {
-        if self.slopes.is_empty() {
-            return Ok(());
-        }
-        let slopes = std::mem::take(&mut self.slopes);
-        let references: Vec<u32> = slopes.keys().copied().collect();
+    /// The inputs that have derivatives: their references, and what they are now.
+    fn sloping(&mut self, call: &'static str) -> Result<(Vec<u32>, Vec<f64>), ExportError> {
+        let references: Vec<u32> = self.slopes.keys().copied().collect();
         let mut values = vec![0.0; references.len()];
         self.get(call, &references, &mut values)?;
-        values
-            .iter_mut()
-            .zip(slopes.values())
-            .for_each(|(value, slope)| *value += communication_step * slope);
-        self.set(call, &references, &values)
+        Ok((references, values))
     }
 
     fn get_one(&mut self, variable: &'static Variable, values: &mut [f64]) -> Result<(), ExportError> {
@@ -515,8 +509,20 @@ impl<U: Packable> Instance<U> {
         {
             return Err(ExportError::BeyondStop { end, stop_time });
         }
-        self.extrapolate(call, communication_step)?;
-        self.made()?.unit.step(time, communication_step).map_err(failed)?;
+        if self.slopes.is_empty() {
+            self.made()?.unit.step(time, communication_step).map_err(failed)?;
+        } else {
+            let (references, before) = self.sloping(call)?;
+            let slopes = self.slopes.values();
+            let after: Vec<f64> =
+                before.iter().zip(slopes).map(|(value, slope)| value + communication_step * slope).collect();
+            self.set(call, &references, &after)?;
+            if let Err(error) = self.made()?.unit.step(time, communication_step) {
+                self.set(call, &references, &before)?;
+                return Err(failed(error));
+            }
+            self.slopes.clear();
+        }
         self.time = end;
         Ok(end)
     }
@@ -621,11 +627,12 @@ impl<U: Packable> Instance<U> {
 
     /// Saves the state under `handle`.
     pub fn save_state(&mut self, handle: usize) -> Result<(), ExportError> {
-        let (mode, time, stop_time) = (self.mode, self.time, self.stop_time);
+        let (mode, time, stop_time, slopes) = (self.mode, self.time, self.stop_time, self.slopes.clone());
         let parameters = numbers_of::<U>(&mut self.parameters);
         let made = self.made()?;
         let state = made.before_outputs.clone().unwrap_or_else(|| made.unit.save_state());
-        self.states.insert(handle, Saved { mode, time, stop_time, parameters, state: Kept::State(state) });
+        let state = Kept::State(state);
+        self.states.insert(handle, Saved { mode, time, stop_time, slopes, parameters, state });
         Ok(())
     }
 
@@ -653,7 +660,7 @@ impl<U: Packable> Instance<U> {
             made.unit.restore_state(state).map_err(failed)?;
         }
         made.before_outputs = None;
-        self.slopes.clear();
+        self.slopes.clone_from(&saved.slopes);
         (self.mode, self.time, self.stop_time) = (saved.mode, saved.time, saved.stop_time);
         self.made = other.or(self.made.take());
         if let Some(parameters) = parameters {
@@ -687,8 +694,8 @@ impl<U: Packable> Instance<U> {
             }
         };
         let Saved { mode, time, stop_time, .. } = *saved;
-        let parameters = saved.parameters.clone();
-        Ok(seal(self.fingerprint, &SerialisedState { mode, time, stop_time, parameters, unit })?)
+        let (slopes, parameters) = (saved.slopes.clone(), saved.parameters.clone());
+        Ok(seal(self.fingerprint, &SerialisedState { mode, time, stop_time, slopes, parameters, unit })?)
     }
 
     /// Reads a state written by [`serialise_state`](Self::serialise_state), in this or another process, and saves it under
@@ -696,9 +703,11 @@ impl<U: Packable> Instance<U> {
     ///
     /// **Errors**: damaged bytes, or bytes of another FMU.
     pub fn deserialise_state(&mut self, bytes: &[u8], handle: usize) -> Result<(), ExportError> {
-        let SerialisedState { mode, time, stop_time, parameters, unit } = open(self.fingerprint, bytes)?;
+        let SerialisedState { mode, time, stop_time, slopes, parameters, unit } =
+            open(self.fingerprint, bytes)?;
         set_numbers::<U>(&mut self.packed.parameters.clone(), &parameters)?;
-        self.states.insert(handle, Saved { mode, time, stop_time, parameters, state: Kept::Written(unit) });
+        let state = Kept::Written(unit);
+        self.states.insert(handle, Saved { mode, time, stop_time, slopes, parameters, state });
         Ok(())
     }
 }
@@ -723,9 +732,15 @@ impl<U: Packable> Made<U> {
         let threads = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
         let fits = U::serves(&prepared.parameters, &parameters);
         let mut unit = match if fits { prepared.read()? } else { None } {
-            Some(bytes) => U::from_prepared(parameters, &bytes, threads).map_err(|cause| {
-                ContentsError::Prepared { path: prepared.path.clone(), cause: Box::new(cause) }
-            })?,
+            // Parameters of which no unit can be made are no fault of the file.
+            Some(bytes) => match U::from_prepared(parameters.clone(), &bytes, threads) {
+                Ok(unit) => unit,
+                Err(cause) => {
+                    U::from_parameters(parameters, threads).map_err(failed)?;
+                    let path = prepared.path.clone();
+                    return Err(ContentsError::Prepared { path, cause: Box::new(cause) }.into());
+                }
+            },
             None => U::from_parameters(parameters, threads).map_err(failed)?,
         };
         let new = unit.save_state();

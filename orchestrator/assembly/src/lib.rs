@@ -18,7 +18,6 @@
 mod assembly;
 pub mod build_info;
 pub mod cache;
-pub mod coupled;
 pub mod interface_work;
 pub mod log;
 pub mod observer;

@@ -1,8 +1,8 @@
 //! The command line: all commands with their help.
 
 use crate::{
-    cache, check, ensemble, export_fmu, log, plan, points, replay, report, reservoir, run, shell, study,
-    template, unit,
+    cache, check, ensemble, export_fmu, fmu_input, log, plan, points, replay, report, reservoir, run, shell,
+    study, template, unit,
 };
 use clap::{Parser, Subcommand};
 use std::path::PathBuf;
@@ -56,9 +56,12 @@ pub enum Command {
     /// Replay the requests in the log of a run and compare the responses bit for bit
     #[command(after_long_help = replay::HELP)]
     Replay(replay::Arguments),
-    /// Export a unit of a scene as an FMU (FMI 3.0) for other programs
+    /// Export a unit of a scene as an FMU (FMI 2.0 or 3.0) for other programs
     #[command(after_long_help = export_fmu::HELP)]
     ExportFmu(export_fmu::Arguments),
+    /// Print the ground motion of a scene as an input table for FMUs in FMPy
+    #[command(after_long_help = fmu_input::HELP)]
+    FmuInput(fmu_input::Arguments),
     /// Print the interface points of a unit on the wet face
     #[command(after_long_help = points::HELP)]
     Points(points::Arguments),

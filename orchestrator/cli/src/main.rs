@@ -6,6 +6,7 @@ mod check;
 mod context;
 mod ensemble;
 mod export_fmu;
+mod fmu_input;
 mod log;
 mod modes;
 mod options;
@@ -55,6 +56,7 @@ fn main() -> ExitCode {
         Command::Unit(arguments) => unit::unit(&arguments),
         Command::Check(arguments) => check::check(&arguments),
         Command::ExportFmu(arguments) => export_fmu::run(&arguments),
+        Command::FmuInput(arguments) => fmu_input::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),
         Command::Points(arguments) => points::run(&arguments),
         Command::Template(command) => template::run(&command),

@@ -1,3 +1,3 @@
 //! Dam and waters, coupled, as an FMI library.
 
-cofferdam_unit::export_fmi!(cofferdam_assembly::coupled::Coupled);
+cofferdam_unit::export_fmi!(cofferdam_assembly::packing::Coupled);

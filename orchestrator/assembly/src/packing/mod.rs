@@ -1,8 +1,10 @@
 //! The built-in units of a scene as FMUs.
 
+mod coupled;
 mod mesh;
 
-use crate::coupled::{Coupled, CoupledError, CoupledParameters};
+pub use coupled::{Coupled, CoupledError, CoupledParameters, CoupledState};
+
 use crate::{Assembly, AssemblyError, WaterMass};
 use cofferdam_dam::Dam;
 use cofferdam_fmi::export::{FmuError, Library, Package, Version, check_target, crack_names};
@@ -100,7 +102,7 @@ pub fn pack(
 ) -> Result<Packed, PackingError> {
     check_target(target.path, target.overwrite)?;
     match unit {
-        Unit::Coupled => coupled(scene, motion, target),
+        Unit::Coupled => whole(scene, motion, target),
         Unit::Dam { added_mass } => dam(scene, added_mass, target),
         Unit::Water(side) => water(scene, side, target),
     }
@@ -140,7 +142,7 @@ fn water(scene: &Scene, side: Side, target: &Target<'_>) -> Result<Packed, Packi
     written::<Reservoir>(scene, Contents { start: BTreeMap::new(), parameters }, prepared, mesh, page, target)
 }
 
-fn coupled(scene: &Scene, motion: &GroundMotion, target: &Target<'_>) -> Result<Packed, PackingError> {
+fn whole(scene: &Scene, motion: &GroundMotion, target: &Target<'_>) -> Result<Packed, PackingError> {
     let parameters = CoupledParameters::of(scene, motion)?;
     // Some mistakes are found only when the dam is made; that takes no longer than a few steps.
     Assembly::of(scene).make_dam(parameters.dam.clone())?;

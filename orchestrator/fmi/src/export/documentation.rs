@@ -1,12 +1,24 @@
-use super::{Package, SizedVariable};
-use cofferdam_unit::{Causality, Packable};
+use super::scalars::Scalar;
+use super::variables::number;
+use super::{Package, SizedVariable, Version};
+use cofferdam_unit::{Causality, Packable, Variable};
 use quick_xml::escape::escape;
-use std::fmt::Write;
 
 const PAGE: &str = include_str!("page.html");
 
-/// The text of documentation/index.html: what the unit computes, and how to use it.
-pub fn page<U: Packable>(package: &Package<U>, variables: &[SizedVariable]) -> String {
+const GROUND: &str = "<li><code>ground_acceleration</code> has two values, along x and along y.</li>\n";
+const TERMINAL: &str = "<p>The terminal <code>wet_face</code> groups the variables that dam and reservoir exchange: connect \
+    members of the same name.</p>\n";
+const ARRAYS: &str = " In a CSV file of inputs the values of an array stand in one cell, separated by spaces. FMPy 0.3 \
+    takes several array inputs from one file only if they have the same size, and no discrete inputs: give \
+    <code>hydrostatic_pressure</code> as a start value.";
+
+/// The text of documentation/index.html: what the unit computes, and how to use it; with `scalars`, these are the variables.
+pub fn page<U: Packable>(
+    package: &Package<U>,
+    variables: &[SizedVariable],
+    scalars: Option<&[Scalar<'_>]>,
+) -> String {
     let numbers = [
         ("step", package.communication_step.to_string()),
         ("end", package.end().to_string()),
@@ -18,13 +30,18 @@ pub fn page<U: Packable>(package: &Package<U>, variables: &[SizedVariable]) -> S
         }
         false => {
             "A communication step may also be a whole multiple of this length, of which the unit then takes several steps of \
-             its own: the face's acceleration is constant over the step, the ground's linear. Other lengths are refused, unless the water turns out to be stepped by a recursion."
+             its own: the face's acceleration is constant over the step, the ground's linear. Other lengths are refused, except by a reservoir whose water is stepped by a recursion."
         }
+    };
+    let of_version = |two: &str, three: &str| match package.version {
+        Version::Fmi2 => two.to_owned(),
+        Version::Fmi3 => three.to_owned(),
     };
     let mesh: Vec<String> =
         package.mesh.iter().map(|(name, _)| format!("<code>resources/mesh/{name}</code>")).collect();
     let mut values = vec![
         ("unit", U::NAME.to_owned()),
+        ("fmi", package.version.number().to_owned()),
         ("description", escape(U::DESCRIPTION).into_owned()),
         ("title", escape(&*package.title).into_owned()),
         ("version", env!("CARGO_PKG_VERSION").to_owned()),
@@ -32,8 +49,13 @@ pub fn page<U: Packable>(package: &Package<U>, variables: &[SizedVariable]) -> S
         ("mesh", if mesh.is_empty() { "none, this unit has no mesh".to_owned() } else { mesh.join(", ") }),
         ("about", filled(package.about.trim_end(), &numbers)),
         ("example", filled(package.example.trim_end(), &numbers)),
-        ("variables", table(variables)),
-        ("parameters", parameters(variables)),
+        ("variables", scalars.map_or_else(|| table(variables), table_of_scalars)),
+        ("parameters", scalars.map_or_else(|| parameters(variables), parameters_of_scalars)),
+        ("ground", if scalars.is_some() { "" } else { GROUND }.to_owned()),
+        ("terminal", if scalars.is_some() { "" } else { TERMINAL }.to_owned()),
+        ("arrays", if scalars.is_some() { "" } else { ARRAYS }.to_owned()),
+        ("get_state", of_version("fmi2GetFMUstate", "fmi3GetFMUState")),
+        ("set_state", of_version("fmi2SetFMUstate", "fmi3SetFMUState")),
     ];
     values.extend(numbers);
     filled(PAGE, &values)
@@ -74,35 +96,49 @@ fn filled(template: &str, values: &[(&str, String)]) -> String {
     text + rest
 }
 
+/// A row of the table of variables.
+fn row(name: &str, reference: u32, causality: &str, size: usize, start: &str, of: &Variable) -> String {
+    format!(
+        "<tr><td><code>{name}</code></td><td>{reference}</td><td>{causality}</td><td>{size}</td><td>{}</td><td>{start}</td>\
+         <td>{}</td></tr>\n",
+        escape(of.unit),
+        escape(of.description),
+    )
+}
+
 /// The rows of the table of variables.
 fn table(variables: &[SizedVariable]) -> String {
-    let mut rows = String::new();
-    for sized in variables {
+    let of = |sized: &SizedVariable| {
         let variable = sized.variable;
         let start = match variable.causality {
             Causality::Parameter => sized.start_text().unwrap_or_default(),
             _ => String::new(),
         };
-        // Writing to a string cannot fail.
-        let _ = writeln!(
-            rows,
-            "<tr><td><code>{}</code></td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
-            variable.name,
-            variable.value_reference,
-            variable.causality.name(),
-            sized.size,
-            escape(variable.unit),
-            start,
-            escape(variable.description),
-        );
-    }
-    rows
+        row(variable.name, variable.value_reference, variable.causality.name(), sized.size, &start, variable)
+    };
+    variables.iter().map(of).collect()
+}
+
+/// The rows of the table of scalars.
+fn table_of_scalars(scalars: &[Scalar<'_>]) -> String {
+    let of = |scalar: &Scalar<'_>| {
+        let (causality, _) = scalar.role();
+        let start = scalar.start.filter(|_| causality == "parameter").map_or_else(String::new, number);
+        row(&scalar.name, scalar.reference, causality, 1, &start, scalar.of.variable)
+    };
+    scalars.iter().map(of).collect()
 }
 
 /// Names of the parameters, separated by commas.
 fn parameters(variables: &[SizedVariable]) -> String {
     let parameters = variables.iter().filter(|v| v.variable.causality == Causality::Parameter);
     parameters.map(|v| format!("<code>{}</code>", v.variable.name)).collect::<Vec<_>>().join(", ")
+}
+
+/// The same of scalars.
+fn parameters_of_scalars(scalars: &[Scalar<'_>]) -> String {
+    let parameters = scalars.iter().filter(|scalar| scalar.of.variable.causality == Causality::Parameter);
+    parameters.map(|scalar| format!("<code>{}</code>", scalar.name)).collect::<Vec<_>>().join(", ")
 }
 
 #[cfg(test)]

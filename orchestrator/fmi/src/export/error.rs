@@ -7,7 +7,7 @@ pub enum FmuError {
     /// The unit's library was not found beside the program.
     #[error(
         "the library {file} is not in {folders}; build it together with the program by \
-         `cargo build --release` (of this library alone, in a clone whose program is built: add `-p reservoir-fmu -p dam-fmu`) and run \
+         `cargo build --release` (of this library alone, in a clone whose program is built: add `-p cofferdam-reservoir-fmu -p cofferdam-dam-fmu -p cofferdam-coupled-fmu`) and run \
          target/release/cofferdam, or give its path with --library"
     )]
     NoLibrary {

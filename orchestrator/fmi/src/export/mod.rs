@@ -5,7 +5,7 @@
 //! itself ([`contract`]), in which structural parameters stand for the sizes.
 //!
 //! ```text
-//! modelDescription.xml                      model_description, scalars: attributes, units, variables, dependencies
+//! modelDescription.xml                      model_description, fmi2: attributes, units, variables, dependencies
 //! terminalsAndIcons/terminalsAndIcons.xml   terminals: the wet face as one terminal (FMI 3.0)
 //! binaries/<platform>/<unit>.so             library: built together with the program, of both versions
 //! resources/unit.toml                       cofferdam_unit::export::Contents, which the library reads
@@ -16,16 +16,20 @@
 
 mod documentation;
 mod error;
+mod fmi2;
 mod library;
 mod model_description;
 mod scalars;
 mod terminals;
 mod variables;
+mod xml;
 
 pub use error::FmuError;
 pub use library::{Library, Version};
 pub use model_description::{Description, Times};
 pub use scalars::crack_names;
+
+use scalars::Scalar;
 pub use variables::{Bounds, SizedVariable};
 
 use cofferdam_unit::export::{Contents, FILE, PREPARED};
@@ -99,7 +103,11 @@ impl<U: Packable> Package<U> {
     }
 
     /// The XML files.
-    fn xml(&self, variables: &[SizedVariable]) -> Result<Vec<(&'static str, String)>, FmuError> {
+    fn xml(
+        &self,
+        variables: &[SizedVariable],
+        scalars: Option<&[Scalar<'_>]>,
+    ) -> Result<Vec<(&'static str, String)>, FmuError> {
         let (token, text) = (self.contents.token::<U>()?, format!("{}: {}", U::DESCRIPTION, self.title));
         let description = Description {
             name: U::NAME,
@@ -111,22 +119,21 @@ impl<U: Packable> Package<U> {
             scene: Some(Times { communication_step: self.communication_step, end: self.end() }),
         };
         let name = "modelDescription.xml";
-        let scalars = scalars::of(variables, &self.cracks);
-        match self.version {
-            Version::Fmi2 => Ok(vec![(name, scalars::write(&description, &scalars)?)]),
-            Version::Fmi3 if self.as_scalars => {
-                Ok(vec![(name, model_description::write(&description, Some(&scalars))?)])
-            }
-            Version::Fmi3 => described(&description),
+        match (self.version, scalars) {
+            (Version::Fmi2, Some(scalars)) => Ok(vec![(name, fmi2::write(&description, scalars)?)]),
+            (_, Some(_)) => Ok(vec![(name, model_description::write(&description, scalars)?)]),
+            (_, None) => described(&description),
         }
     }
 
     /// Name and content of the files in the FMU.
     fn entries(&self) -> Result<Vec<(String, Vec<u8>)>, FmuError> {
         let variables = variables::of::<U>(&self.contents, self.bounds)?;
+        let scalars = scalars::of(&variables, &self.cracks);
+        let scalars = (self.version == Version::Fmi2 || self.as_scalars).then_some(&scalars[..]);
         let text = |name: &str, text: String| (name.to_owned(), text.into_bytes());
         let mut entries: Vec<_> =
-            self.xml(&variables)?.into_iter().map(|(name, xml)| text(name, xml)).collect();
+            self.xml(&variables, scalars)?.into_iter().map(|(name, xml)| text(name, xml)).collect();
         entries.push((self.library.entry(U::NAME, self.version), self.library.bytes().to_vec()));
         entries.push(text(&format!("resources/{FILE}"), self.contents.to_toml()?));
         entries.extend(self.prepared.clone().map(|bytes| (format!("resources/{PREPARED}"), bytes)));
@@ -134,7 +141,7 @@ impl<U: Packable> Package<U> {
         for (name, content) in &self.mesh {
             entries.push(text(&format!("resources/mesh/{name}"), content.clone()));
         }
-        entries.push(text("documentation/index.html", documentation::page(self, &variables)));
+        entries.push(text("documentation/index.html", documentation::page(self, &variables, scalars)));
         entries.push(text("documentation/licenses/license.txt", documentation::licences()));
         Ok(entries)
     }

@@ -1,16 +1,12 @@
 use super::scalars::{Scalar, units as units_of_scalars};
 use super::variables::number;
+use super::xml::{Xml, around, document, empty, section};
 use super::{FmuError, SizedVariable};
 use cofferdam_unit::export::LOG_CATEGORIES;
 use cofferdam_unit::variables::TIME;
 use cofferdam_unit::{Capabilities, Causality, Shape, Variable};
-use quick_xml::Writer;
-use quick_xml::events::{BytesDecl, BytesText, Event};
 use std::collections::BTreeSet;
 use std::io;
-
-/// Text that grows by elements.
-pub type Xml = Writer<Vec<u8>>;
 
 /// What a modelDescription.xml says, of a packed FMU or of the contract.
 pub struct Description<'a> {
@@ -36,18 +32,6 @@ pub struct Times {
     pub communication_step: f64,
     /// Simulated time.
     pub end: f64,
-}
-
-/// A document: `content` after the XML declaration.
-pub fn document(content: impl FnOnce(&mut Xml) -> io::Result<()>) -> Result<String, FmuError> {
-    let mut xml = Writer::new_with_indent(Vec::new(), b' ', 2);
-    let written = xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)));
-    written.and_then(|()| content(&mut xml)).map_err(FmuError::Xml)?;
-    Ok(text(xml).map_err(FmuError::Xml)? + "\n")
-}
-
-fn text(xml: Xml) -> io::Result<String> {
-    String::from_utf8(xml.into_inner()).map_err(io::Error::other)
 }
 
 /// The text of modelDescription.xml; with `scalars`, these are the variables in place of arrays.
@@ -112,33 +96,6 @@ pub fn write(of: &Description<'_>, scalars: Option<&[Scalar<'_>]>) -> Result<Str
         let root = xml.create_element("fmiModelDescription").with_attributes(attributes);
         root.write_inner_content(content).map(drop)
     })
-}
-
-/// An element around others.
-pub fn section(
-    xml: &mut Xml,
-    name: &str,
-    content: impl FnOnce(&mut Xml) -> io::Result<()>,
-) -> io::Result<()> {
-    xml.create_element(name).write_inner_content(content).map(drop)
-}
-
-/// An element without content.
-pub fn empty(xml: &mut Xml, name: &str, attributes: &[(&str, &str)]) -> io::Result<()> {
-    xml.create_element(name).with_attributes(attributes.iter().copied()).write_empty().map(drop)
-}
-
-/// An element around an element without content, on one line.
-pub fn around(
-    xml: &mut Xml,
-    outer: (&str, &[(&str, &str)]),
-    inner: (&str, &[(&str, &str)]),
-) -> io::Result<()> {
-    let mut line = Writer::new(Vec::new());
-    empty(&mut line, inner.0, inner.1)?;
-    let content = text(line)?;
-    let element = xml.create_element(outer.0).with_attributes(outer.1.iter().copied());
-    element.write_text_content(BytesText::from_escaped(content)).map(drop)
 }
 
 fn co_simulation(xml: &mut Xml, of: &Description<'_>) -> io::Result<()> {

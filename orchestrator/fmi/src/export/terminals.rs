@@ -1,4 +1,4 @@
-use super::model_description::{document, empty};
+use super::xml::{document, empty};
 use super::{FmuError, SizedVariable};
 
 /// The terminals: name, what the names of their variables begin with, description. Importers connect members of the same

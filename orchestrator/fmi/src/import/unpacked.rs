@@ -199,13 +199,14 @@ fn told_entries(path: &Path, comment: usize) -> Option<usize> {
     (end.starts_with(b"PK\x05\x06") && told < u16::MAX).then_some(usize::from(told))
 }
 
-/// The path of an entry below the FMU's folder; none if it leads out of it.
+/// The path of an entry below the FMU's folder; none if it leads out of it. Some packers separate folders by backslashes.
 fn inside(name: &str) -> Option<PathBuf> {
-    if name.contains(['\0', '\\']) {
+    let name = name.replace('\\', "/");
+    if name.contains('\0') || name.as_bytes().get(1) == Some(&b':') {
         return None;
     }
     let mut inside = PathBuf::new();
-    for component in Path::new(name).components() {
+    for component in Path::new(&name).components() {
         match component {
             Component::Normal(part) => inside.push(part),
             Component::CurDir => (),
@@ -346,10 +347,12 @@ mod tests {
 
     #[test]
     fn names_stay_inside() {
-        for name in ["../x", "a/../../x", "a/../x", "/x", "a\\x", "..", "x\0", "C:\\x"] {
+        for name in ["../x", "a/../../x", "a/../x", "/x", "\\x", "a\\..\\x", "..", "x\0", "C:\\x"] {
             assert_eq!(inside(name), None, "{name:?}");
         }
-        for (name, path) in [("a/b", "a/b"), ("./a", "a"), ("a//b/", "a/b"), ("...", "...")] {
+        for (name, path) in
+            [("a/b", "a/b"), ("a\\b\\c", "a/b/c"), ("./a", "a"), ("a//b/", "a/b"), ("...", "...")]
+        {
             assert_eq!(inside(name), Some(path.into()), "{name:?}");
         }
     }

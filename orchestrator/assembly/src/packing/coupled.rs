@@ -26,10 +26,12 @@ use std::num::NonZeroUsize;
 use std::ops::Range;
 use std::sync::Arc;
 
+/// Tolerances that a scene may have.
+const TOLERANCES: std::ops::RangeInclusive<f64> = 1e-14..=0.1;
 /// More steps than any simulation takes: the importer decides when it ends.
 const ENDLESS: u64 = 1 << 40;
-/// Relative difference of times and lengths that is rounding.
-const ROUNDING: f64 = 1e-9;
+/// Relative difference of lengths that is rounding.
+const ROUNDING: f64 = 1e-6;
 
 /// Everything from which the coupled unit is made.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -61,7 +63,7 @@ pub enum CoupledError {
     #[error(transparent)]
     Dam(#[from] DamError),
     /// A water.
-    #[error(transparent)]
+    #[error("the water: {0}")]
     Reservoir(#[from] ReservoirError),
     /// The units.
     #[error(transparent)]
@@ -143,16 +145,22 @@ impl CoupledParameters {
         })
     }
 
-    /// The ground motion of the scene times `record_scale`.
+    /// The ground motion of the scene, times `record_scale` if it is used.
     fn motion(&self) -> GroundMotion {
-        let samples = self.record.samples.iter().map(|sample| sample * self.record_scale).collect();
+        let scale = if self.use_record == 1.0 { self.record_scale } else { 1.0 };
+        let samples = self.record.samples.iter().map(|sample| sample * scale).collect();
         let motion = GroundMotion::of_samples(&self.record.source, self.record.interval, samples);
         if self.record.held { motion.held() } else { motion }
     }
 
     /// The units, made on these threads, the waters from what was prepared for them where there is something.
-    fn graph(&self, prepared: &[Option<Vec<u8>>], threads: NonZeroUsize) -> Result<Graph, CoupledError> {
-        let assembly = Assembly::with(&self.scene, threads);
+    fn graph(
+        &self,
+        scene: &Scene,
+        prepared: &[Option<Vec<u8>>],
+        threads: NonZeroUsize,
+    ) -> Result<Graph, CoupledError> {
+        let assembly = Assembly::with(scene, threads);
         let messages = Messages::default();
         let (dam, _) = messages.listen(|| assembly.make_dam(self.dam.clone()))?;
         let mut units: Vec<Box<dyn Participant>> =
@@ -179,16 +187,30 @@ impl CoupledParameters {
         if ![0.0, 1.0].contains(&self.use_record) {
             return refused("use_record", self.use_record, "set it to 0 or 1");
         }
-        if !(0.0..1.0).contains(&self.coupling_tolerance) {
-            let remedy = "set it to a number below 1, or to 0 for the balanced tolerance";
+        if self.coupling_tolerance != 0.0 && !TOLERANCES.contains(&self.coupling_tolerance) {
+            let remedy = "set it to a number between 1e-14 and 0.1, or to 0 for the balanced tolerance";
             return refused("coupling_tolerance", self.coupling_tolerance, remedy);
+        }
+        if !self.motion().acceleration().iter().all(|acceleration| acceleration.is_finite()) {
+            return refused(
+                "record_scale",
+                self.record_scale,
+                "set it so that no acceleration becomes infinite",
+            );
         }
         let mut scene = self.scene.clone();
         scene.coupling.tolerance = match self.coupling_tolerance {
             0.0 => Tolerance::Balanced,
             tolerance => Tolerance::Relative(tolerance),
         };
-        let graph = self.graph(prepared, threads)?;
+        // Scales of the coupling depend on it.
+        if let Some(ReservoirParameters { density, .. }) = self.waters.first() {
+            if !(density.is_finite() && *density > 0.0) {
+                return refused("water_density", *density, "set it to a positive number, kg/m³");
+            }
+            scene.reservoir.density = *density;
+        }
+        let graph = self.graph(&scene, prepared, threads)?;
         let mut simulation = simulation_of(&scene, &self.motion(), graph)?;
         simulation.stepping = Stepping { steps: ENDLESS, ..simulation.stepping };
         Ok(simulation)
@@ -346,6 +368,19 @@ impl Coupled {
         })
     }
 
+    /// Takes `count` communication steps, in which the ground's acceleration changes linearly.
+    fn advance(&self, count: u64) -> Result<(), CoupledError> {
+        let live = &mut *self.live.borrow_mut();
+        let [before, after] = self.at.ground;
+        for number in 1..=count {
+            let share = number as f64 / count as f64;
+            let ground = if number == count { after } else { before + share * (after - before) };
+            self.move_ground(live, ground);
+            live.simulation.advance(&mut live.course, &mut [&mut live.latest])?;
+        }
+        Ok(())
+    }
+
     /// The signal of the ground for the next steps, if an input moves it.
     fn move_ground(&self, live: &mut Live, acceleration: f64) {
         if self.parameters.use_record == 0.0 {
@@ -433,25 +468,25 @@ impl CoSimulation for Coupled {
             return Err(CallError::Order { unit: Self::NAME, call: "step", stage: self.stage }.into());
         }
         let own = self.parameters.scene.time.communication_step;
-        if (time - self.at.time).abs() > 1e-3 * own {
+        let apart = (time - self.at.time).abs();
+        if apart > 1e-3 * own || apart.is_nan() {
             return Err(CallError::Time { unit: Self::NAME, asked: time, time: self.at.time }.into());
         }
         let count = (communication_step / own).round();
-        if count < 1.0 || (communication_step - count * own).abs() > ROUNDING.sqrt() * own {
+        if !(count >= 1.0 && (communication_step - count * own).abs() <= ROUNDING * count * own) {
             let (unit, asked) = (Self::NAME, communication_step);
             return Err(CallError::CommunicationStep { unit, asked, own }.into());
         }
-        let live = &mut *self.live.borrow_mut();
-        let [before, after] = self.at.ground;
-        let count = count as u64;
-        for number in 1..=count {
-            let share = number as f64 / count as f64;
-            let ground = if number == count { after } else { before + share * (after - before) };
-            self.move_ground(live, ground);
-            live.simulation.advance(&mut live.course, &mut [&mut live.latest])?;
+        // A single step that fails is taken back by the scheme.
+        let start = (count > 1.0).then(|| self.save_state());
+        if let Err(error) = self.advance(count as u64) {
+            if let Some(start) = start {
+                self.restore_state(&start)?;
+            }
+            return Err(error);
         }
         self.at.time = time + communication_step;
-        self.at.ground[0] = after;
+        self.at.ground[0] = self.at.ground[1];
         Ok(())
     }
 
