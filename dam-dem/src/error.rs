@@ -158,7 +158,7 @@ pub enum DamError {
     },
     /// The state of rest before time 0 was not found.
     #[error(
-        "static start: relative residual {residual:.1e} after {iterations} iterations, {tolerance:e} is asked for; the cracked dam may not stand under weight and water, or its joints are too soft: check friction, water depth and the joints' stiffness (1e11 Pa/m is usual)"
+        "static start: relative residual {residual:.1e} after {iterations} iterations, tolerance {tolerance:e}; the cracked dam may not stand under weight and water, or it is too soft: check friction, water depth, Young's modulus and the joints' stiffness (1e11 Pa/m is usual)"
     )]
     StaticNotConverged {
         /// Iterations made.

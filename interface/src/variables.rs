@@ -199,14 +199,14 @@ pub mod coupled {
         210 INTERFACE_PRESSURE "interface_pressure" Output Continuous InterfacePoints "Pa" "hydrodynamic pressure on the wet face: excess over hydrostatic, positive in compression" <- 1;
         212 TOTAL_FORCE "total_force" Output Continuous Scalar "N/m" "hydrodynamic force on the wet face along x, per metre of dam, positive downstream" <- 1;
         213 OVERTURNING_MOMENT "overturning_moment" Output Continuous Scalar "N.m/m" "moment of the hydrodynamic pressure about the heel, per metre of dam, positive when it turns the dam downstream" <- 1;
-        214 BASE_PRESSURE "base_pressure" Output Continuous Scalar "Pa" "hydrodynamic pressure at the heel, positive in compression; of a tailwater at the toe" <- 1;
+        214 BASE_PRESSURE "base_pressure" Output Continuous Scalar "Pa" "hydrodynamic pressure at the heel, positive in compression" <- 1;
         310 ITERATIONS "iterations" Output Discrete Scalar "1" "dam steps of the last communication step" <- 1;
         311 CONVERGED "converged" Output Discrete Scalar "1" "1 if the units agree to the tolerance at the end of the last step, otherwise 0" <- 1;
         312 RESIDUAL "residual" Output Discrete Scalar "Pa" "residual of the pressure in the last step (2-norm over the points)" <- 1;
         313 INTERPOLATION_ERROR "interpolation_error" Output Discrete Scalar "Pa" "estimate of the coupling error of the last step (2-norm over the points), 0 where there is none" <- 1;
         314 INTERFACE_WORK "interface_work" Output Continuous Scalar "J/m" "work of the water on the dam since the start, per metre of dam" <- 1;
         315 INTERFACE_ENERGY_PRODUCED "interface_energy_produced" Output Continuous Scalar "J/m" "energy produced by the coupling since the start, per metre of dam; negative if it was lost" <- 1;
-        316 LOWEST_PRESSURE "lowest_pressure" Output Discrete Scalar "Pa" "lowest total pressure, hydrostatic included, on the wet faces" <- 1;
+        316 LOWEST_PRESSURE "lowest_pressure" Output Discrete Scalar "Pa" "lowest total pressure on the wet faces in the last step, hydrostatic included, relative to the atmosphere" <- 1;
         220 INTERFACE_X "interface_x" CalculatedParameter Fixed InterfacePoints "m" "x coordinate of the interface points, from the heel, positive downstream";
         221 INTERFACE_Y "interface_y" CalculatedParameter Fixed InterfacePoints "m" "y coordinate of the interface points, from the heel, positive upwards";
         230 WATER_DEPTH "water_depth" CalculatedParameter Fixed Scalar "m" "depth of the water at the heel; of a tailwater at the toe";

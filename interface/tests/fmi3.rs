@@ -363,7 +363,7 @@ fn a_state_brings_its_parameters_its_mode_and_its_time() {
         assert_eq!(fmi3SerializedFMUStateSize(instance, after, &raw mut size), Status::Ok);
         let mut bytes = vec![0; size];
         assert_eq!(fmi3SerializeFMUState(instance, after, bytes.as_mut_ptr(), size - 1), Status::Error);
-        assert!(importer.said.last_text().contains("take the size from fmi3SerializedFMUStateSize"));
+        assert!(importer.said.last_text().contains("take its size from the FMU (SerializedFMUStateSize)"));
         assert_eq!(fmi3SerializeFMUState(instance, after, bytes.as_mut_ptr(), size), Status::Ok);
 
         assert_eq!(fmi3Reset(instance), Status::Ok);

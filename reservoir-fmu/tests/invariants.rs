@@ -128,7 +128,7 @@ fn passivity_of_the_sampled_operator() -> Result<(), ReservoirError> {
             let mut symbol = DMatrix::<Complex<f64>>::zeros(size, size);
             for (n, weights) in pulses.iter().enumerate() {
                 let factor = Complex::from_polar(1e-3f64.powf(n as f64 / steps as f64), -theta * n as f64);
-                symbol -= weights.map(|w| factor * w);
+                symbol.iter_mut().zip(weights).for_each(|(sum, weight)| *sum -= factor * weight);
             }
             let hermitian = (&symbol + symbol.adjoint()) * Complex::from(0.5 / scale);
             least = least.min(SymmetricEigen::new(hermitian).eigenvalues.min());

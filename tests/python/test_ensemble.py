@@ -224,7 +224,7 @@ def test_what_is_wrong_here_is_said_before_any_task(study, tmp_path):
         cofferdam.run_ensemble(tmp_path / "plan.toml", tmp_path / "out", None, program=COFFERDAM)
     with pytest.raises(cofferdam.EnsembleError, match="this machine: there is no program `no-cofferdam`; install it there"):
         cofferdam.run_ensemble(plan, tmp_path / "out", None, program="no-cofferdam")
-    with pytest.raises(cofferdam.EnsembleError, match="(?s)this machine: cofferdam ended with status 1:.* holds\\s"):
+    with pytest.raises(cofferdam.EnsembleError, match="(?s)this machine: cofferdam ended with status 1:.* contains\\s"):
         cofferdam.run_ensemble(plan, tmp_path, None, program=COFFERDAM)
     assert not (tmp_path / "out").exists()
 

@@ -28,6 +28,8 @@ use std::sync::Arc;
 
 /// Tolerances that a scene may have.
 const TOLERANCES: std::ops::RangeInclusive<f64> = 1e-14..=0.1;
+/// Pressure relative to the atmosphere below which water cavitates, Pa.
+const CAVITATION: f64 = -1e5;
 /// More steps than any simulation takes: the importer decides when it ends.
 const ENDLESS: u64 = 1 << 40;
 /// Relative difference of lengths that is rounding.
@@ -140,7 +142,7 @@ impl CoupledParameters {
             coupling_tolerance,
             dam: assembly.dam_parameters(assembly.scheme_mass())?,
             waters: waters.collect::<Result<_, _>>()?,
-            scene: scene.clone(),
+            scene: super::without_paths(scene),
             record: ground_signal(motion),
         })
     }
@@ -229,6 +231,8 @@ struct Latest {
     lowest: f64,
     /// Work on the dam, and by the waters, since the start, J/m.
     work: [f64; 2],
+    /// Cavitation was warned of.
+    cavitates: bool,
 }
 
 impl Observer for Latest {
@@ -255,6 +259,14 @@ impl Observer for Latest {
             let work = report.work(index).unwrap_or_default();
             self.work = [self.work[0] + work.on_first, self.work[1] + work.by_second];
             self.lowest = report.lowest(index).unwrap_or(0.0);
+            if self.lowest < CAVITATION && !self.cavitates {
+                self.cavitates = true;
+                let (time, kilopascal) = (interval.end(), 1e-3 * self.lowest);
+                tracing::warn!(
+                    "at t = {time:.3} s the pressure falls to {kilopascal:.0} kPa relative to the atmosphere; water cavitates near \
+                     -100 kPa, the linear model does not"
+                );
+            }
             self.iterations = report.iterations();
             self.converged = report.converged;
             self.residual = report.residuals().map_or(0.0, |residuals| residuals.norm);
@@ -458,6 +470,9 @@ impl CoSimulation for Coupled {
         if !values[0].is_finite() {
             let (unit, variable, value, time) = (Self::NAME, variable.name, values[0], self.at.time);
             return Err(CallError::NonFinite { unit, variable, index: 0, value, time }.into());
+        }
+        if self.parameters.use_record == 1.0 && values[0] != 0.0 && self.at.ground[1] == 0.0 {
+            tracing::warn!("ground_acceleration is not used: use_record is 1, so that the ground moves as in the scene");
         }
         self.at.ground[1] = values[0];
         Ok(())

@@ -7,7 +7,7 @@ pub use coupled::{Coupled, CoupledError, CoupledParameters, CoupledState};
 
 use crate::{Assembly, AssemblyError, WaterMass};
 use cofferdam_dam::Dam;
-use cofferdam_fmi::export::{FmuError, Library, Package, Version, check_target, crack_names};
+use cofferdam_fmi::export::{FmuError, Library, Package, Page, Version, check_target, crack_names};
 use cofferdam_motion::GroundMotion;
 use cofferdam_reservoir::Reservoir;
 use cofferdam_scene::{Scene, Side};
@@ -122,7 +122,7 @@ fn dam(scene: &Scene, added_mass: bool, target: &Target<'_>) -> Result<Packed, P
     assembly.make_dam(parameters.clone())?;
     // The order of the operations is that of the reservoir, so that the bits are equal.
     let start: BTreeMap<_, _> = assembly.hydrostatic_pressure()?.into_iter().collect();
-    let page = [include_str!("dam.html"), include_str!("dam_example.html")];
+    let page = page(include_str!("dam.html"), include_str!("dam_example.html"));
     let mesh = mesh::dam(&parameters).map_err(AssemblyError::from)?;
     written::<Dam>(scene, Contents { start, parameters }, None, mesh, page, target)
 }
@@ -137,7 +137,7 @@ fn water(scene: &Scene, side: Side, target: &Target<'_>) -> Result<Packed, Packi
     parameters.validate().map_err(AssemblyError::from)?;
     let threads = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
     let prepared = Reservoir::prepare(&parameters, threads).map_err(AssemblyError::from)?;
-    let page = [include_str!("reservoir.html"), include_str!("reservoir_example.html")];
+    let page = page(include_str!("reservoir.html"), include_str!("reservoir_example.html"));
     let mesh = mesh::reservoir(&parameters).map_err(AssemblyError::from)?;
     written::<Reservoir>(scene, Contents { start: BTreeMap::new(), parameters }, prepared, mesh, page, target)
 }
@@ -148,9 +148,19 @@ fn whole(scene: &Scene, motion: &GroundMotion, target: &Target<'_>) -> Result<Pa
     Assembly::of(scene).make_dam(parameters.dam.clone())?;
     let threads = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
     let prepared = Coupled::prepare(&parameters, threads)?;
-    let page = [include_str!("coupled.html"), include_str!("coupled_example.html")];
+    let page = Page {
+        about: include_str!("coupled.html"),
+        usage: include_str!("coupled_usage.html"),
+        example: include_str!("coupled_example.html"),
+        notes: include_str!("coupled_notes.html"),
+    };
     let mesh = mesh::dam(&parameters.dam).map_err(AssemblyError::from)?;
     written::<Coupled>(scene, Contents { start: BTreeMap::new(), parameters }, prepared, mesh, page, target)
+}
+
+/// The page of a unit that exchanges fields with another.
+fn page(about: &'static str, example: &'static str) -> Page {
+    Page { about, usage: include_str!("usage.html"), example, notes: include_str!("notes.html") }
 }
 
 /// Writes the FMU of a unit with these contents.
@@ -159,7 +169,7 @@ fn written<U: Packable>(
     contents: Contents<U::Parameters>,
     prepared: Option<Vec<u8>>,
     mesh: Vec<mesh::File>,
-    [about, example]: [&'static str; 2],
+    page: Page,
     target: &Target<'_>,
 ) -> Result<Packed, PackingError> {
     let cracks = scene.dam.iter().flat_map(|dam| &dam.cracks);
@@ -168,8 +178,7 @@ fn written<U: Packable>(
         prepared,
         title: scene.title.clone(),
         scene: portable(scene)?,
-        about,
-        example,
+        page,
         communication_step: scene.time.communication_step,
         steps: scene.steps(),
         mesh,
@@ -186,8 +195,13 @@ fn written<U: Packable>(
     })
 }
 
-/// The scene as TOML, with the names of the files of record and mesh but not their paths, which are of no use on another machine.
+/// The scene as TOML, without paths of this machine.
 pub fn portable(scene: &Scene) -> Result<String, toml::ser::Error> {
+    toml::to_string(&without_paths(scene))
+}
+
+/// The scene with the names of the files of record and mesh but not their paths, which are of no use on another machine.
+fn without_paths(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     if let Some(record) = &mut scene.ground_motion.record
         && let Some(name) = record.file.file_name()
@@ -199,5 +213,5 @@ pub fn portable(scene: &Scene) -> Result<String, toml::ser::Error> {
     {
         mesh.file = name.into();
     }
-    toml::to_string(&scene)
+    scene
 }

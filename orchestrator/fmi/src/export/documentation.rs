@@ -1,12 +1,15 @@
 use super::scalars::Scalar;
 use super::variables::number;
-use super::{Package, SizedVariable, Version};
+use super::{Package, Page, SizedVariable, Version};
 use cofferdam_unit::{Causality, Packable, Variable};
 use quick_xml::escape::escape;
 
 const PAGE: &str = include_str!("page.html");
 
-const GROUND: &str = "<li><code>ground_acceleration</code> has two values, along x and along y.</li>\n";
+const BOTH: &str = " A parameter that both units have, such as gravity, is changed in one FMU only: change it in the other \
+    as well, or pack both again.";
+const OTHER_LENGTHS: &str =
+    " Other lengths are refused, except by a reservoir whose water is stepped by a recursion.";
 const TERMINAL: &str = "<p>The terminal <code>wet_face</code> groups the variables that dam and reservoir exchange: connect \
     members of the same name.</p>\n";
 const ARRAYS: &str = " In a CSV file of inputs the values of an array stand in one cell, separated by spaces. FMPy 0.3 \
@@ -19,46 +22,50 @@ pub fn page<U: Packable>(
     variables: &[SizedVariable],
     scalars: Option<&[Scalar<'_>]>,
 ) -> String {
-    let numbers = [
-        ("step", package.communication_step.to_string()),
-        ("end", package.end().to_string()),
-        ("points", package.interface_points().to_string()),
-    ];
-    let step = match U::capabilities_for(&package.contents.parameters).variable_communication_step {
-        true => {
-            "The length of a communication step may differ from that of the scene, and from step to step."
-        }
-        false => {
-            "A communication step may also be a whole multiple of this length, of which the unit then takes several steps of \
-             its own: the face's acceleration is constant over the step, the ground's linear. Other lengths are refused, except by a reservoir whose water is stepped by a recursion."
-        }
-    };
     let of_version = |two: &str, three: &str| match package.version {
         Version::Fmi2 => two.to_owned(),
         Version::Fmi3 => three.to_owned(),
     };
+    let of_arrays = |text: &str| if scalars.is_some() { String::new() } else { text.to_owned() };
+    let of_pair = |text: &str| if package.as_scalars { String::new() } else { text.to_owned() };
+    let step = match U::capabilities_for(&package.contents.parameters).variable_communication_step {
+        true => "The length of a communication step may differ from that of the scene, and from step to step.",
+        false => {
+            "A communication step may also be a whole multiple of this length, of which the unit then takes several steps of \
+             its own, while the ground's acceleration changes linearly."
+        }
+    };
+    let values = vec![
+        ("step", package.communication_step.to_string()),
+        ("end", package.end().to_string()),
+        ("points", package.interface_points().to_string()),
+        ("step_length", step.to_owned() + &of_pair(OTHER_LENGTHS)),
+        ("terminal", of_arrays(TERMINAL)),
+        ("arrays", of_arrays(ARRAYS)),
+        ("get_state", of_version("fmi2GetFMUstate", "fmi3GetFMUState")),
+        ("set_state", of_version("fmi2SetFMUstate", "fmi3SetFMUState")),
+    ];
+    let part = |text: &str| filled(text.trim_end(), &values);
+    let Page { about, usage, example, notes } = &package.page;
     let mesh: Vec<String> =
         package.mesh.iter().map(|(name, _)| format!("<code>resources/mesh/{name}</code>")).collect();
-    let mut values = vec![
+    let mut all = vec![
         ("unit", U::NAME.to_owned()),
         ("fmi", package.version.number().to_owned()),
         ("description", escape(U::DESCRIPTION).into_owned()),
         ("title", escape(&*package.title).into_owned()),
         ("version", env!("CARGO_PKG_VERSION").to_owned()),
-        ("step_length", step.to_owned()),
         ("mesh", if mesh.is_empty() { "none, this unit has no mesh".to_owned() } else { mesh.join(", ") }),
-        ("about", filled(package.about.trim_end(), &numbers)),
-        ("example", filled(package.example.trim_end(), &numbers)),
+        ("about", part(about)),
+        ("usage", part(usage)),
+        ("example", part(example)),
+        ("notes", part(notes)),
+        ("both", of_pair(BOTH)),
         ("variables", scalars.map_or_else(|| table(variables), table_of_scalars)),
         ("parameters", scalars.map_or_else(|| parameters(variables), parameters_of_scalars)),
-        ("ground", if scalars.is_some() { "" } else { GROUND }.to_owned()),
-        ("terminal", if scalars.is_some() { "" } else { TERMINAL }.to_owned()),
-        ("arrays", if scalars.is_some() { "" } else { ARRAYS }.to_owned()),
-        ("get_state", of_version("fmi2GetFMUstate", "fmi3GetFMUState")),
-        ("set_state", of_version("fmi2SetFMUstate", "fmi3SetFMUState")),
     ];
-    values.extend(numbers);
-    filled(PAGE, &values)
+    all.extend(values);
+    filled(PAGE, &all)
 }
 
 /// The text of documentation/licenses/license.txt.

@@ -39,6 +39,19 @@ use std::path::Path;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
+/// The unit's part of its documentation, as HTML. `{step}`, `{end}`, `{points}`, `{step_length}`, `{get_state}` and
+/// `{set_state}` are replaced.
+pub struct Page {
+    /// What the unit computes.
+    pub about: &'static str,
+    /// Signs, units and the order of calls.
+    pub usage: &'static str,
+    /// How to simulate it with FMPy.
+    pub example: &'static str,
+    /// What FMPy's users must know.
+    pub notes: &'static str,
+}
+
 /// Everything from which an FMU of a unit is made.
 pub struct Package<U: Packable> {
     /// The contents from which the library makes the unit.
@@ -49,10 +62,8 @@ pub struct Package<U: Packable> {
     pub title: String,
     /// The scene with all defaults, as TOML.
     pub scene: String,
-    /// What the unit computes, as HTML; `{step}`, `{end}` and `{points}` are replaced.
-    pub about: &'static str,
-    /// How to simulate it with FMPy, as HTML; the same names are replaced.
-    pub example: &'static str,
+    /// The unit's part of documentation/index.html.
+    pub page: Page,
     /// Length H of the scene's communication steps, s.
     pub communication_step: f64,
     /// Number of communication steps of the scene.
