@@ -472,7 +472,9 @@ impl CoSimulation for Coupled {
             return Err(CallError::NonFinite { unit, variable, index: 0, value, time }.into());
         }
         if self.parameters.use_record == 1.0 && values[0] != 0.0 && self.at.ground[1] == 0.0 {
-            tracing::warn!("ground_acceleration is not used: use_record is 1, so that the ground moves as in the scene");
+            tracing::warn!(
+                "ground_acceleration is not used: use_record is 1, so that the ground moves as in the scene"
+            );
         }
         self.at.ground[1] = values[0];
         Ok(())

@@ -29,7 +29,9 @@ pub fn page<U: Packable>(
     let of_arrays = |text: &str| if scalars.is_some() { String::new() } else { text.to_owned() };
     let of_pair = |text: &str| if package.as_scalars { String::new() } else { text.to_owned() };
     let step = match U::capabilities_for(&package.contents.parameters).variable_communication_step {
-        true => "The length of a communication step may differ from that of the scene, and from step to step.",
+        true => {
+            "The length of a communication step may differ from that of the scene, and from step to step."
+        }
         false => {
             "A communication step may also be a whole multiple of this length, of which the unit then takes several steps of \
              its own, while the ground's acceleration changes linearly."
