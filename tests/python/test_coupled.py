@@ -377,6 +377,52 @@ def test_restored_states_repeat_with_the_same_bits(folder):
             assert unit.outputs() == reference[k], (n, k)
 
 
+@pytest.mark.parametrize(
+    "overrides",
+    [
+        ["dam.fidelity=reduced"],
+        ["dam.cracks.0.cohesion=1e5", "dam.cracks.0.tensile_strength=1e5"],
+    ],
+)
+def test_a_restored_state_owes_nothing_to_later_attempts(tmp_path, overrides):
+    path = pack(tmp_path, "coupled", [*COARSE_HALF_SECOND, *overrides], options=["--fmi", "2"])
+    unit = Scalars(fmpy.extract(path, unzipdir=tmp_path / "coupled")).initialise({"ground_acceleration": 1.0})
+    advance(unit, 0, 20)
+    state = unit.fmu.getFMUState()
+
+    def attempt(acceleration):
+        unit.fmu.setFMUState(state)
+        found = []
+        for n in range(20, 40):
+            unit.set("ground_acceleration", acceleration)
+            unit.fmu.doStep(n * H, H)
+            found.append(unit.outputs())
+        return found
+
+    weak = attempt(2.0)
+    assert attempt(-25.0) != weak
+    assert attempt(25.0) != weak
+    assert attempt(2.0) == weak
+
+
+def test_a_failed_initialisation_is_undone(folder):
+    said = []
+    unit = Scalars(folder, said)
+    unit.enter()
+    unit.set("ground_acceleration", 1e308)
+    try:
+        unit.fmu.exitInitializationMode()
+    except FMICallException:
+        unit.set("ground_acceleration", 0.0)
+        unit.fmu.exitInitializationMode()
+    other = Scalars(folder).initialise({"ground_acceleration": 0.0})
+    unit.fmu.reset()
+    unit.initialise({"ground_acceleration": 0.0})
+    for instance in (unit, other):
+        advance(instance, 0, 4)
+    assert unit.outputs() == other.outputs()
+
+
 def test_states_of_the_record_repeat_too(folder):
     unit = Scalars(folder).initialise({"use_record": 1.0})
     for n in range(100):

@@ -82,6 +82,7 @@ struct Saved<S> {
     mode: Mode,
     time: f64,
     stop_time: Option<f64>,
+    experiment: (f64, Option<f64>),
     slopes: BTreeMap<u32, f64>,
     /// The numbers of all parameters.
     parameters: Vec<f64>,
@@ -100,6 +101,7 @@ struct SerialisedState {
     mode: Mode,
     time: f64,
     stop_time: Option<f64>,
+    experiment: (f64, Option<f64>),
     slopes: BTreeMap<u32, f64>,
     parameters: Vec<f64>,
     unit: Vec<u8>,
@@ -627,12 +629,13 @@ impl<U: Packable> Instance<U> {
 
     /// Saves the state under `handle`.
     pub fn save_state(&mut self, handle: usize) -> Result<(), ExportError> {
-        let (mode, time, stop_time, slopes) = (self.mode, self.time, self.stop_time, self.slopes.clone());
+        let (mode, time, stop_time) = (self.mode, self.time, self.stop_time);
+        let (experiment, slopes) = (self.experiment, self.slopes.clone());
         let parameters = numbers_of::<U>(&mut self.parameters);
         let made = self.made()?;
         let state = made.before_outputs.clone().unwrap_or_else(|| made.unit.save_state());
         let state = Kept::State(state);
-        self.states.insert(handle, Saved { mode, time, stop_time, slopes, parameters, state });
+        self.states.insert(handle, Saved { mode, time, stop_time, experiment, slopes, parameters, state });
         Ok(())
     }
 
@@ -660,6 +663,7 @@ impl<U: Packable> Instance<U> {
             made.unit.restore_state(state).map_err(failed)?;
         }
         made.before_outputs = None;
+        self.experiment = saved.experiment;
         self.slopes.clone_from(&saved.slopes);
         (self.mode, self.time, self.stop_time) = (saved.mode, saved.time, saved.stop_time);
         self.made = other.or(self.made.take());
@@ -693,9 +697,12 @@ impl<U: Packable> Instance<U> {
                 made.unit.serialise_state(state).map_err(failed)?
             }
         };
-        let Saved { mode, time, stop_time, .. } = *saved;
+        let Saved { mode, time, stop_time, experiment, .. } = *saved;
         let (slopes, parameters) = (saved.slopes.clone(), saved.parameters.clone());
-        Ok(seal(self.fingerprint, &SerialisedState { mode, time, stop_time, slopes, parameters, unit })?)
+        Ok(seal(
+            self.fingerprint,
+            &SerialisedState { mode, time, stop_time, experiment, slopes, parameters, unit },
+        )?)
     }
 
     /// Reads a state written by [`serialise_state`](Self::serialise_state), in this or another process, and saves it under
@@ -703,11 +710,11 @@ impl<U: Packable> Instance<U> {
     ///
     /// **Errors**: damaged bytes, or bytes of another FMU.
     pub fn deserialise_state(&mut self, bytes: &[u8], handle: usize) -> Result<(), ExportError> {
-        let SerialisedState { mode, time, stop_time, slopes, parameters, unit } =
+        let SerialisedState { mode, time, stop_time, experiment, slopes, parameters, unit } =
             open(self.fingerprint, bytes)?;
         set_numbers::<U>(&mut self.packed.parameters.clone(), &parameters)?;
         let state = Kept::Written(unit);
-        self.states.insert(handle, Saved { mode, time, stop_time, slopes, parameters, state });
+        self.states.insert(handle, Saved { mode, time, stop_time, experiment, slopes, parameters, state });
         Ok(())
     }
 }

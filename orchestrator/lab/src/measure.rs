@@ -42,7 +42,8 @@ Examples:
 Exit status: 0 completed, 1 a page or a command failed.";
 
 const FENCE: &str = "```";
-const OPENING: &str = "```measure";
+const OPENING: &str = "```measure\n";
+const STAMP: &str = "Measured on ";
 const END: &str = "<!-- end of measurement -->";
 
 /// A measured block by the bytes of its page.
@@ -66,27 +67,35 @@ pub fn run(arguments: &Arguments) -> ExitCode {
 fn write(page: &Path, arguments: &Arguments) -> Result<(), String> {
     let failed = |why: &dyn std::fmt::Display| format!("{}: {why}", page.display());
     let read = || std::fs::read_to_string(page).map_err(|error| failed(&error));
-    let count = blocks(&read()?).map_err(|why| failed(&why))?.len();
+    let text = read()?;
     let build = Build::here();
-    for index in 0..count {
-        let mut text = read()?;
-        let mut blocks = blocks(&text).map_err(|why| failed(&why))?;
-        // Somebody may edit the page while a command runs.
-        if index >= blocks.len() {
-            return Err(failed(&"it has fewer measured blocks than a moment ago; run the command again"));
-        }
-        let Block { command, body } = blocks.swap_remove(index);
+    for Block { command, body } in blocks(&text).map_err(|why| failed(&why))? {
         let line = command.join(" ");
-        let is_current = text[body.clone()].contains(&format!("commit {}", build.commit));
+        let stamp = text[body].trim_end().lines().last().unwrap_or_default();
+        let is_current =
+            build.commit != "unknown" && stamp.starts_with(STAMP) && stamp.contains(&of_commit(&build));
         if !line.contains(&arguments.only) || (is_current && !arguments.again) {
             continue;
         }
         print(format!("{}: {line}", page.display()));
         let measured = measure(&command, page, &build).map_err(|why| failed(&format!("`{line}`: {why}")))?;
-        text.replace_range(body, &measured);
-        std::fs::write(page, text).map_err(|error| failed(&error))?;
+        // Somebody may have edited the page while the command ran.
+        let mut now = read()?;
+        let all = blocks(&now).map_err(|why| failed(&why))?;
+        let Some(block) = all.into_iter().find(|block| block.command == command) else {
+            return Err(failed(&format!("it no longer has the block of `{line}`; run the command again")));
+        };
+        now.replace_range(block.body, &measured);
+        let draft = page.with_extension("md.part");
+        let written = std::fs::write(&draft, now).and_then(|()| std::fs::rename(&draft, page));
+        written.map_err(|error| failed(&error))?;
     }
     Ok(())
+}
+
+/// How a stamp names the commit.
+fn of_commit(build: &Build) -> String {
+    format!(", commit {}, ", build.commit)
 }
 
 /// The measured blocks of a page.
@@ -166,10 +175,10 @@ fn measure(command: &[String], page: &Path, build: &Build) -> Result<String, Str
         return Err(format!("it wrote {} tables (*.md); expected one", tables.len()));
     };
     Ok(format!(
-        "\n\n{}\n\nMeasured on {:.10}, commit {}, {} ({} cores), in {minutes:.1} min.\n\n",
+        "\n\n{}\n\n{STAMP}{:.10}{}{} ({} cores), in {minutes:.1} min.\n\n",
         table.trim(),
         jiff::Timestamp::now().to_string(),
-        build.commit,
+        of_commit(build),
         build.processor,
         build.cores
     ))

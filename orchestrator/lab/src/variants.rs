@@ -1,6 +1,6 @@
 //! `cofferdam-lab variants`.
 
-use crate::study::{Arguments, CREST, Outcome, SLIDING, StudyError, quoted, run_all};
+use crate::study::{Arguments, CREST, Outcome, SLIDING, StudyError, quoted, run_all, unfit};
 use crate::terminal::print;
 use cofferdam_analysis::table::Table;
 use cofferdam_assembly::read_scene;
@@ -34,6 +34,9 @@ pub struct VariantArguments {
 
 pub fn run(VariantArguments { arguments, cases }: &VariantArguments) -> Result<(), StudyError> {
     let as_it_is = arguments.load()?;
+    if as_it_is.scene.dam.is_none() {
+        return Err(unfit("the study needs a dam that is computed"));
+    }
     // All scenes are checked before anything is computed.
     let mut scenes = vec![as_it_is];
     for case in cases {
@@ -68,16 +71,21 @@ pub fn run(VariantArguments { arguments, cases }: &VariantArguments) -> Result<(
 fn cells(outcome: &Outcome, first: &Outcome) -> [String; 8] {
     let none = || "–".to_owned();
     let steps = format!("{:.2}", outcome.iterations(1));
-    if outcome.ending.status != Status::Completed {
+    let ends = match outcome.ending.status {
+        Status::Completed => None,
+        Status::Failed(_) => Some("fails"),
+        Status::Stopped(_) | Status::Interrupted => Some("stops"),
+    };
+    if let Some(ends) = ends {
         let at = outcome.column("time").last().copied().unwrap_or(0.0);
         let mut cells = [(); 8].map(|()| none());
-        (cells[0], cells[1]) = (steps, format!("fails at {at:.1} s"));
+        (cells[0], cells[1]) = (steps, format!("{ends} at {at:.1} s"));
         return cells;
     }
-    let is_first = std::ptr::eq(outcome, first);
+    let is_alone = std::ptr::eq(outcome, first) || first.ending.status != Status::Completed;
     // Nothing is compared with a value that is zero or was never found.
     let change = |value: f64, base: f64| {
-        if is_first || base.abs() < 1e-9 { none() } else { format!("{:+.1} %", 100.0 * (value / base - 1.0)) }
+        if is_alone || base.abs() < 1e-9 { none() } else { format!("{:+.1} %", 100.0 * (value / base - 1.0)) }
     };
     let crest = outcome.column(CREST);
     let [downstream, upstream] = [

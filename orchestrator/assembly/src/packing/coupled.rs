@@ -30,6 +30,8 @@ use std::sync::Arc;
 const TOLERANCES: std::ops::RangeInclusive<f64> = 1e-14..=0.1;
 /// Pressure relative to the atmosphere below which water cavitates, Pa.
 const CAVITATION: f64 = -1e5;
+/// Communication steps that one call may take.
+const MOST_STEPS: f64 = 1e6;
 /// More steps than any simulation takes: the importer decides when it ends.
 const ENDLESS: u64 = 1 << 40;
 /// Relative difference of lengths that is rounding.
@@ -356,7 +358,11 @@ pub struct Coupled {
     live: RefCell<Live>,
     /// Where each output and calculated parameter is, in the order of the variables.
     sources: Vec<Source>,
+    /// Numbers of values, in the same order: some need the mesh.
+    sizes: Vec<usize>,
     stage: Stage,
+    /// Initialisation was begun, so that the units are no longer new.
+    begun: bool,
     at: Place,
 }
 
@@ -372,12 +378,21 @@ impl Coupled {
             fingerprint: Fingerprint::of(Self::NAME, &parameters)?,
             live: RefCell::new(Live::new(simulation)),
             sources,
+            sizes: variables::ALL.iter().map(|variable| Self::size_for(&parameters, variable)).collect(),
             stage: Stage::Instantiated,
+            begun: false,
             at: Place::default(),
             parameters,
             prepared,
             threads,
         })
+    }
+
+    /// Makes the units again.
+    fn renew(&mut self) -> Result<(), CoupledError> {
+        let simulation = self.parameters.simulation(&self.prepared, self.threads)?;
+        (self.live, self.begun) = (RefCell::new(Live::new(simulation)), false);
+        Ok(())
     }
 
     /// Takes `count` communication steps, in which the ground's acceleration changes linearly.
@@ -438,7 +453,8 @@ impl CoSimulation for Coupled {
     }
 
     fn size(&self, variable: &Variable) -> usize {
-        Self::size_for(&self.parameters, variable)
+        let place = variables::ALL.iter().position(|known| known == variable);
+        place.and_then(|place| self.sizes.get(place)).copied().unwrap_or(0)
     }
 
     fn fingerprint(&self) -> Fingerprint {
@@ -450,10 +466,14 @@ impl CoSimulation for Coupled {
     }
 
     fn initialise(&mut self, start_time: f64) -> Result<(), CoupledError> {
-        let live = &mut *self.live.borrow_mut();
         if self.stage != Stage::Instantiated {
             return Err(CallError::Order { unit: Self::NAME, call: "initialise", stage: self.stage }.into());
         }
+        if self.begun {
+            self.renew()?;
+        }
+        self.begun = true;
+        let live = &mut *self.live.borrow_mut();
         self.move_ground(live, self.at.ground[1]);
         live.simulation.begin(&mut live.course, &mut [&mut live.latest])?;
         (self.at.time, self.at.ground[0]) = (start_time, self.at.ground[1]);
@@ -490,12 +510,17 @@ impl CoSimulation for Coupled {
             return Err(CallError::Time { unit: Self::NAME, asked: time, time: self.at.time }.into());
         }
         let count = (communication_step / own).round();
-        if !(count >= 1.0 && (communication_step - count * own).abs() <= ROUNDING * count * own) {
+        if !((1.0..=MOST_STEPS).contains(&count)
+            && (communication_step - count * own).abs() <= ROUNDING * count * own)
+        {
             let (unit, asked) = (Self::NAME, communication_step);
             return Err(CallError::CommunicationStep { unit, asked, own }.into());
         }
         // A single step that fails is taken back by the scheme.
         let start = (count > 1.0).then(|| self.save_state());
+        if let Some(Saved::Failed(why)) = start.as_ref().map(|start| &*start.0) {
+            return Err(CoupledError::NotSaved(why.clone()));
+        }
         if let Err(error) = self.advance(count as u64) {
             if let Some(start) = start {
                 self.restore_state(&start)?;
@@ -549,9 +574,8 @@ impl CoSimulation for Coupled {
     fn restore_state(&mut self, state: &CoupledState) -> Result<(), CoupledError> {
         match &*state.0 {
             Saved::New(at) => {
-                if self.stage != Stage::Instantiated {
-                    let simulation = self.parameters.simulation(&self.prepared, self.threads)?;
-                    self.live = RefCell::new(Live::new(simulation));
+                if self.begun {
+                    self.renew()?;
                 }
                 (self.stage, self.at) = (Stage::Instantiated, at.clone());
             }
@@ -562,7 +586,7 @@ impl CoSimulation for Coupled {
                 ground.iter().for_each(|signal| live.simulation.scheme.replace_signal(signal.clone()));
                 live.simulation.resume(&mut live.course, run)?;
                 live.latest.clone_from(latest);
-                (self.stage, self.at) = (Stage::Stepping, at.clone());
+                (self.stage, self.begun, self.at) = (Stage::Stepping, true, at.clone());
             }
             Saved::Failed(why) => return Err(CoupledError::NotSaved(why.clone())),
         }

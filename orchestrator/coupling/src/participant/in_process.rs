@@ -7,6 +7,8 @@ use std::time::{Duration, Instant};
 /// A unit in this process.
 pub struct InProcess<U: CoSimulation> {
     unit: U,
+    /// The state in which it was given.
+    new: U::State,
     description: Description,
     saved: Option<U::State>,
     busy: Duration,
@@ -40,9 +42,10 @@ impl<U: CoSimulation> InProcess<U> {
             capabilities: unit.capabilities(),
         };
         let (busy, occasion) = (Duration::ZERO, Occasion::initialisation(0.0));
-        let mut new = Self { unit, description, saved: None, busy, occasion, heard, messages: Vec::new() };
-        new.keep_messages();
-        new
+        let (new, messages) = (unit.save_state(), Vec::new());
+        let mut wrapped = Self { unit, new, description, saved: None, busy, occasion, heard, messages };
+        wrapped.keep_messages();
+        wrapped
     }
 
     /// Calls the unit, collects its messages and measures the time of the call.
@@ -164,6 +167,8 @@ impl<U: CoSimulation> Participant for InProcess<U> {
     fn deserialise(&mut self, state: &[u8]) -> Result<(), ParticipantError> {
         let result = self.call(|this| {
             let state = this.unit.deserialise_state(state)?;
+            // What it keeps of its attempts besides its state belongs to another past.
+            this.unit.restore_state(&this.new)?;
             this.unit.restore_state(&state)
         });
         result.map_err(|e| self.failed(e))

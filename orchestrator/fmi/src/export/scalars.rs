@@ -54,8 +54,10 @@ pub fn crack_names<'a>(names: impl Iterator<Item = Option<&'a str>>) -> Vec<Stri
         let plain: String =
             letters.map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect::<String>();
         let plain = if plain.starts_with(|c: char| c.is_ascii_digit()) { format!("_{plain}") } else { plain };
-        let same = found.iter().filter(|other| **other == plain && !plain.is_empty()).count();
-        found.push(if same == 0 { plain } else { format!("{plain}_{}", found.len() + 1) });
+        let is_free = |name: &String| name.is_empty() || !found.contains(name);
+        let numbered = (2..).map(|number| format!("{plain}_{number}"));
+        let free = std::iter::once(plain.clone()).chain(numbered).find(is_free);
+        found.push(free.unwrap_or_default());
     }
     found
 }
@@ -97,7 +99,9 @@ mod tests {
             [Some("neck"), Some("lift joint (12 m)"), None, Some("neck"), Some("3"), Some("base-joint")];
         assert_eq!(
             crack_names(names.into_iter()),
-            ["neck", "lift_joint__12_m_", "", "neck_4", "_3", "base_joint"]
+            ["neck", "lift_joint__12_m_", "", "neck_2", "_3", "base_joint"]
         );
+        let names = [Some("lift 1 2"), Some("lift 1"), Some("lift-1")];
+        assert_eq!(crack_names(names.into_iter()), ["lift_1_2", "lift_1", "lift_1_3"]);
     }
 }
