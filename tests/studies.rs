@@ -490,7 +490,7 @@ fn measure_writes_table_and_stamp_and_keeps_the_rest_of_the_page() {
         let done = Command::new(lab()).arg("measure").arg(&page).args(more).output().expect("the lab runs");
         (done.status.code(), String::from_utf8_lossy(&done.stderr).into_owned())
     };
-    // Another command is asked for.
+    // No command contains this text.
     assert_eq!(measure(&["--only", "rest"]).0, Some(0));
     assert_eq!(std::fs::read_to_string(&page).expect("a page"), block);
     assert_eq!(measure(&[]).0, Some(0));
