@@ -739,7 +739,7 @@ impl<U: Packable> Made<U> {
         let threads = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
         let fits = U::serves(&prepared.parameters, &parameters);
         let mut unit = match if fits { prepared.read()? } else { None } {
-            // Parameters of which no unit can be made are no fault of the file.
+            // An error of the parameters is not reported as one of the file.
             Some(bytes) => match U::from_prepared(parameters.clone(), &bytes, threads) {
                 Ok(unit) => unit,
                 Err(cause) => {

@@ -13,7 +13,7 @@ pub type LogMessage = unsafe extern "C" fn(*mut c_void, Status, Text, Text);
 /// `fmi2CallbackLogger`: environment, name of the instance, status, category, format, and what it formats.
 pub type Logger = unsafe extern "C" fn(*mut c_void, Text, Status, Text, Text, ...);
 
-/// `fmi2CallbackFunctions`, of which only the first and the last member are used.
+/// `fmi2CallbackFunctions`; only the first and the last member are used.
 #[derive(Clone, Copy)]
 #[repr(C)]
 pub struct Callbacks {
