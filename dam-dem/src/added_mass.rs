@@ -98,15 +98,6 @@ impl AddedMass {
         self.nodes.iter().enumerate().map(move |(i, &node)| (node, [sum(2 * i), sum(2 * i + 1)]))
     }
 
-    /// Adds `−X ι a_g` for the ground `acceleration` (m/s²) to `forces` (N/m).
-    pub(crate) fn add_ground_inertia(&self, acceleration: [f64; 2], forces: &mut [[f64; 2]]) {
-        for (axis, a) in acceleration.into_iter().enumerate() {
-            for (node, inertia) in self.ground_inertia(axis) {
-                (0..2).for_each(|d| forces[node][d] -= inertia[d] * a);
-            }
-        }
-    }
-
     /// Subtracts the inertia `X ü` of the water from the `forces` (N/m) on the wet nodes; the remaining
     /// forces accelerate the concrete.
     ///

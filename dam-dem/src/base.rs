@@ -8,11 +8,11 @@ use crate::model::{Body, Model};
 /// Momentum balance of the whole dam, in the coordinates of its level of fidelity.
 ///
 /// ```text
-/// F_base = F_weight + Σ F_water − ιᵀ (M + X) (ü + ι a_g) − α_M ιᵀ M (u̇ − R j)
+/// F_base = F_weight + F_static + Σ F_water − ιᵀ (M + X) (ü + ι a_g) − α_M ιᵀ M (u̇ − R j)
 /// ```
 ///
 /// R j is the sliding and rocking from which mass damping is released. The balance does not use stresses, which are singular at heel and toe, and is valid at every level of fidelity.
-/// Forces of local damping count as forces of the ground.
+/// Forces of local damping count as forces of the ground, and so does the water in a joint along the base, which presses on it.
 #[derive(Clone, Debug)]
 pub(crate) struct BaseBalance {
     /// `ιᵀ (M + X)` along x and along y.
@@ -21,15 +21,16 @@ pub(crate) struct BaseBalance {
     damping: [Vec<f64>; 2],
     /// `ιᵀ (M + X) ι`.
     mass: [[f64; 2]; 2],
-    weight: [f64; 2],
+    /// Sum of the weight and of the static loads.
+    constant: [f64; 2],
     /// Force of a unit pressure at each interface point, m.
     pressure: Vec<[f64; 2]>,
 }
 
 impl BaseBalance {
-    /// The balance of a `model`.
-    pub fn new(model: &Model) -> Self {
-        let Body { structure, wet, gravity } = model.body();
+    /// The balance of a `model` under `gravity` (m/s²).
+    pub fn new(model: &Model, gravity: f64) -> Self {
+        let Body { structure, wet, applied, .. } = model.body();
         let wet = wet.as_ref();
         let along = |axis: usize, factor: f64| {
             let mass = |i: usize| if i % 2 == axis { factor * structure.mass[i / 2] } else { 0.0 };
@@ -54,7 +55,7 @@ impl BaseBalance {
             momentum: with_water.map(|momentum| model.on_coordinates(momentum)),
             damping: [0, 1].map(|axis| model.on_coordinates(along(axis, alpha))),
             mass,
-            weight: [0.0, -gravity * structure.mass.iter().sum::<f64>()],
+            constant: [applied[0], applied[1] - gravity * structure.mass.iter().sum::<f64>()],
             pressure,
         }
     }
@@ -70,7 +71,7 @@ impl BaseBalance {
         ground: [f64; 2],
         pressure: impl Iterator<Item = f64>,
     ) -> [f64; 2] {
-        let mut force = self.weight;
+        let mut force = self.constant;
         for (of_unit, p) in self.pressure.iter().zip(pressure) {
             (0..2).for_each(|d| force[d] += of_unit[d] * p);
         }

@@ -6,22 +6,22 @@ use cofferdam_unit::{
 use std::collections::VecDeque;
 use std::num::NonZeroUsize;
 use std::ops::Range;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use crate::base::BaseBalance;
 use crate::contact::{Crack, MohrCoulomb, Trials};
 use crate::energy::{EnergyLedger, EnergyWatch};
 use crate::integrator::CentralDifference;
-use crate::loads::Wet;
-use crate::model::{Advanced, Loads, Model, TimeSteps};
+use crate::loads::{Acting, Joints, Wet};
+use crate::model::{Advanced, Model, TimeSteps};
 use crate::reduction::Superposition;
 use crate::state::{DamMotion, DamState, Inputs};
 use crate::stress::{NodalStresses, PrincipalStresses, stress_points};
 use crate::structure::{Motion, Structure};
 use crate::time_step::CALM;
 use crate::{
-    CrackParameters, CriticalTimeStep, DamError, DamParameters, DampingCoefficients, LimitEquilibrium,
-    LimitingPart, StressRecovery, SystemMatrices, modal,
+    CrackParameters, CriticalTimeStep, DamError, DamParameters, DampingCoefficients, LimitingPart,
+    StressRecovery, SystemMatrices, modal,
 };
 
 mod attempts;
@@ -29,16 +29,18 @@ mod compliance;
 mod messages;
 mod output;
 mod packing;
+mod rest;
 mod sampling;
 
 pub use compliance::InterfaceCompliance;
+pub use rest::JointAtRest;
 
 use sampling::Sampling;
 
 /// A cracked concrete gravity dam as a co-simulation unit.
 ///
 /// ```text
-/// M ü = F_weight + B (p_hydrostatic + p) − M a_g − F_int(u, u̇)
+/// M ü = F_weight + B (p_hydrostatic + p) + F_uplift + F_static − M a_g − F_int(u, u̇)
 /// ```
 ///
 /// p stands for the pressures on both wet faces, upstream and, if there is a tailwater, downstream.
@@ -100,6 +102,7 @@ impl Dam {
         let points = model.body().wet.as_ref().map_or(0, Wet::len);
         let inputs = Inputs { pressure: vec![0.0; points], ground_acceleration: [0.0; 2] };
         let motion = model.at_rest();
+        let joints = model.body().joints.as_deref();
         let recovery = StressRecovery::new(mesh);
         let sampling =
             parameters.envelopes.then(|| Sampling::new(&parameters.materials(), &model, &recovery));
@@ -116,13 +119,15 @@ impl Dam {
             motion,
             energy: EnergyLedger::default(),
             hydrostatic_pressure: vec![0.0; points],
+            uplift: joints.map_or_else(Vec::new, |joints| joints.closed()),
+            opened_at_rest: vec![[0.0; 2]; joints.map_or(0, |joints| joints.cracks().len())],
             accepted: inputs.clone(),
             next: inputs,
             energy_watch: EnergyWatch::default(),
             envelope: sampling.as_ref().map(|sampling| sampling.nothing(&model)),
         };
         let dam = Self {
-            base: BaseBalance::new(&model),
+            base: BaseBalance::new(&model, parameters.gravity),
             stress_points: stress_points(&parameters.section, mesh),
             nodal_stresses: NodalStresses::new(&model, &recovery),
             sampling,
@@ -287,11 +292,21 @@ impl Dam {
         has.then(|| CentralDifference::covering(communication_step, CALM * self.time_step_limit()))
     }
 
-    /// The loads of `inputs`, with the hydrostatic pressure added.
-    fn loads(&self, inputs: &Inputs) -> Loads {
+    /// What acts with these `inputs` and this `uplift` (Pa at each contact).
+    fn acting(&self, inputs: &Inputs, uplift: Vec<f64>) -> Acting {
         let both = inputs.pressure.iter().zip(&self.state.hydrostatic_pressure);
         let pressure = both.map(|(p, hydrostatic)| p + hydrostatic).collect();
-        Loads { pressure, ground_acceleration: inputs.ground_acceleration }
+        Acting { pressure, ground_acceleration: inputs.ground_acceleration, uplift }
+    }
+
+    /// Pressure of the water in joints at a `time` (s) by their rules, with the contacts as they are now, Pa.
+    fn uplift_at(&self, time: f64) -> Vec<f64> {
+        let state = &self.state;
+        let pressure = |joints: &Arc<Joints>| {
+            let opened = joints.opened(state.motion.joints());
+            joints.during_shaking(time, &state.opened_at_rest, &opened)
+        };
+        self.model.body().joints.iter().flat_map(pressure).collect()
     }
 
     /// Returns an error if the motion is not finite.
@@ -364,30 +379,23 @@ impl CoSimulation for Dam {
             return Err(self.order("initialise").into());
         }
         crate::error::require(start_time.is_finite(), "start_time", start_time, "finite")?;
-        if self.parameters.fidelity.is_cracked() {
-            let (hydrostatic, gravity) = (&self.state.hydrostatic_pressure, self.parameters.gravity);
-            let cracks =
-                LimitEquilibrium::of(self.structure(), &self.cracks, self.wet(), hydrostatic, gravity);
-            cracks.iter().try_for_each(LimitEquilibrium::check)?;
-        }
-        let mut motion = self.state.motion.clone();
-        let loads = self.loads(&self.state.next);
+        let rest = self.find_rest()?;
+        let mut motion = rest.motion;
+        self.state.opened_at_rest = rest.opened;
+        self.state.motion.clone_from(&motion);
+        self.state.uplift = self.uplift_at(start_time);
+        let start = self.acting(&self.state.next, self.state.uplift.clone());
         let mut moving = self.model.with(&mut motion)?;
-        let (method, rest) = moving.relax(&self.state.hydrostatic_pressure, &loads)?;
-        tracing::info!(
-            "state of rest under weight and water by {method}: {} iterations, residual over loads {:.1e}",
-            rest.iterations,
-            rest.residual
-        );
+        moving.begin(&start);
         let at_rest = moving.stored_energy();
-        let (acceleration, ground) = moving.initial_acceleration(loads.ground_acceleration);
+        let (acceleration, ground) = moving.initial_acceleration(start.ground_acceleration);
         let state = &mut self.state;
         state.mean_base_force = self.base.force(
             &acceleration,
             [motion.velocity(); 2],
             [0.0; 2],
             ground,
-            loads.pressure.into_iter(),
+            start.pressure.into_iter(),
         );
         state.mean_acceleration = acceleration;
         state.mean_ground_acceleration = state.next.ground_acceleration;
@@ -398,6 +406,7 @@ impl CoSimulation for Dam {
         state.energy = EnergyLedger::starting(at_rest);
         state.motion = motion;
         self.derived = Derived::default();
+        self.tell_of_uplift();
         self.sample(0.0);
         Ok(())
     }
@@ -449,17 +458,23 @@ impl CoSimulation for Dam {
         let mut motion = self.state.motion.clone();
         let mut trials = self.take_trials(time, step);
         trials.set_fuses(motion.joints_mut());
+        let uplift = self.uplift_at(time + step);
+        if let Some(joints) = &self.model.body().joints {
+            joints.relieve(motion.joints_mut(), [&self.state.uplift, &uplift]);
+        }
         let mut energy = self.state.energy;
-        let [start, target] = [&self.state.accepted, &self.state.next].map(|inputs| self.loads(inputs));
+        let end = time + step;
+        let start = self.acting(&self.state.accepted, self.state.uplift.clone());
+        let target = self.acting(&self.state.next, uplift);
         let mut moving = self.model.with(&mut motion)?;
         let calm = self.calm_time_steps(step).filter(|_| trials.may_be_calm());
         let steps = TimeSteps { calm, others: self.time_steps(step) };
         let Advanced { calm, spared } = moving.advance(steps, [&start, &target], &mut energy.work);
         energy.now = moving.stored_energy();
-        let end = time + step;
         trials.observe(self.state.motion.joints(), motion.joints_mut(), calm);
         self.keep_trials(trials);
         self.check_motion(&motion, end)?;
+        motion.joints_mut().iter_mut().flatten().for_each(|joint| joint.relief = 0.0);
         let state = &mut self.state;
         let velocities = motion.velocity().iter().zip(state.motion.velocity());
         for (mean, (after, before)) in state.mean_acceleration.iter_mut().zip(velocities) {
@@ -480,6 +495,7 @@ impl CoSimulation for Dam {
         state.energy = energy;
         state.motion = motion;
         state.accepted.clone_from(&state.next);
+        state.uplift = target.uplift;
         state.time = end;
         let mean = self.mean_interface_acceleration();
         self.state.interface_acceleration.step(&mean, step);

@@ -11,6 +11,8 @@ pub struct Losses {
     /// Power of stiffness damping and dashpots, W/m: the mean of their previous and current forces times the velocity
     /// between the two evaluations.
     pub damping_power: f64,
+    /// Work that the water in cracks no longer does since the previous evaluation, because it left what opened, J/m.
+    pub relief: f64,
 }
 
 /// Work since time 0, summed over every time step, J/m.

@@ -1,6 +1,7 @@
 use cofferdam_unit::number::exact;
 use cofferdam_unit::{CallError, StateError, WetFaceError};
 
+use crate::uplift::UpliftError;
 use crate::{GeometryError, GivenMeshError};
 
 /// What can go wrong in the dam.
@@ -119,6 +120,34 @@ pub enum DamError {
         share: f64,
         /// Largest share allowed.
         most: f64,
+    },
+    /// A static load acts on a point that is not of the dam.
+    #[error(
+        "a point of the static load \"{load}\" lies outside the dam; give a point of the section, not in a gallery"
+    )]
+    PointOutside {
+        /// The load's word.
+        load: &'static str,
+    },
+    /// Uplift that cannot be.
+    #[error("`uplift` of the crack at {elevation} m: {error}", elevation = exact(*elevation))]
+    Uplift {
+        /// Mean elevation of the crack, m.
+        elevation: f64,
+        /// What is wrong with it.
+        error: UpliftError,
+    },
+    /// The water in a joint opens it until nothing holds.
+    #[error(
+        "uplift opens the joint at {elevation} m before the earthquake: over {percent:.0} % of its length it no longer finds \
+         equilibrium; lower the water, add drains, or set `uplift = \"none\"` if no water enters it",
+        elevation = exact(*elevation), percent = 100.0 * share
+    )]
+    UpliftOpens {
+        /// Mean elevation of the crack, m.
+        elevation: f64,
+        /// Share of its length that is open.
+        share: f64,
     },
     /// Rigid blocks without a crack between them.
     #[error(

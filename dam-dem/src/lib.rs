@@ -61,6 +61,7 @@
 //! [`Dam`] is the co-simulation unit. The layers below it do not depend on the coupling: [`Mesh`],
 //! [`Structure`] and [`integrator::CentralDifference`] can also model bars and sliding blocks.
 
+mod above;
 mod added_mass;
 pub mod analytical;
 mod base;
@@ -92,15 +93,17 @@ mod recovery;
 pub mod reduction;
 mod release;
 mod section;
+pub mod stability;
 mod state;
 mod stress;
 mod structure;
 mod system_matrices;
 mod time_step;
+pub mod uplift;
 
 pub use added_mass::AddedMass;
 pub use block::{Block, best_fit_rotation};
-pub use dam::{Dam, InterfaceCompliance};
+pub use dam::{Dam, InterfaceCompliance, JointAtRest};
 pub use damping::{
     Damping, DampingCoefficients, DampingFrequencies, DampingModel, RayleighCoefficients, StiffnessDamping,
 };

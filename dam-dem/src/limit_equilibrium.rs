@@ -1,11 +1,12 @@
 //! Whether what stands on a crack can stand there at all.
 
+use crate::above::{Above, Resultants};
 use crate::contact::MohrCoulomb;
-use crate::loads::Wet;
+use crate::model::Body;
 use crate::structure::Structure;
 use crate::{CrackParameters, DamError, DamParameters};
 
-/// Limit equilibrium of the rigid body above a straight crack, under its weight and the pressure on its face.
+/// Limit equilibrium of the rigid body above a straight crack under the loads at rest, with the uplift of a crack that is closed.
 ///
 /// ```text
 /// sliding:     (c L + μ N) / |V|
@@ -32,68 +33,27 @@ pub struct LimitEquilibrium {
     pub overturning: f64,
 }
 
-/// Distance from the straight line between its ends, as a share of its length, from which a crack has a kink.
-const STRAIGHT: f64 = 1e-6;
-
 impl LimitEquilibrium {
-    /// Of each of the `cracks` of `structure` that has one, with the `pressure` (Pa) at the interface points.
+    /// Of each of the `cracks` of `structure` that has one, under these nodal `forces` (N/m).
     pub(crate) fn of(
         structure: &Structure<MohrCoulomb>,
         cracks: &[CrackParameters],
-        wet: Option<&Wet>,
-        pressure: &[f64],
-        gravity: f64,
+        forces: &[[f64; 2]],
     ) -> Vec<Self> {
-        let mesh = &structure.mesh;
-        let mut forces = structure.weight([0.0, -gravity]);
-        if let Some(wet) = wet {
-            wet.load.add(pressure, &mut forces);
-        }
         let of_crack = |(index, parameters): (usize, &CrackParameters)| {
-            let seams = || mesh.seams.iter().filter(move |seam| seam.crack == index);
-            let chain: Vec<usize> = seams().flat_map(|seam| seam.upper.iter().copied()).collect();
-            let above = beyond(structure, index);
-            let (&first, &last) = (chain.first()?, chain.last()?);
-            let tangent = mesh.direction(&[first, last]);
-            let normal = [-tangent[1], tangent[0]];
-            let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
-            let from = |end: usize, node: usize| [0, 1].map(|d| mesh.nodes[node][d] - mesh.nodes[end][d]);
-            // a gallery in between is no part of it
-            let length: f64 =
-                seams().map(|seam| mesh.length(&[seam.upper[0], seam.upper[seam.upper.len() - 1]])).sum();
-            let off = |&node: &usize| dot(from(first, node), normal).abs() > STRAIGHT * length;
-            // all of the upper side must be of the body that would move
-            let carries = seams().all(|seam| above.contains(&seam.above));
-            if !carries || chain.iter().any(off) {
-                return None;
-            }
-            let (mut pressing, mut shear) = (0.0, 0.0);
-            // moments that hold the body and that turn it, about the upstream and about the downstream end
-            let mut moments = [[0.0; 2]; 2];
-            for node in above.iter().flat_map(|&block| mesh.blocks[block].nodes.clone()) {
-                let [across, along] = [normal, tangent].map(|axis| dot(forces[node], axis));
-                pressing -= across;
-                shear += along;
-                for (end, [holds, turns]) in [first, last].into_iter().zip(&mut moments) {
-                    let inwards = if end == first { 1.0 } else { -1.0 };
-                    let place = from(end, node);
-                    for moment in
-                        [inwards * -across * dot(place, tangent), inwards * along * dot(place, normal)]
-                    {
-                        *(if moment > 0.0 { &mut *holds } else { &mut *turns }) += moment.abs();
-                    }
-                }
-            }
-            let bond = parameters.tensile_strength * length * length / 2.0;
+            let above = Above::of(structure, index)?;
+            let Resultants { normal, shear, moments } = above.resultants(&structure.mesh, forces);
+            let bond = parameters.tensile_strength * above.length * above.length / 2.0;
             let over = |resistance: f64, action: f64| {
                 if action > 0.0 { resistance / action } else { f64::INFINITY }
             };
-            let holding = parameters.cohesion * length + parameters.friction_coefficient * pressing.max(0.0);
+            let holding =
+                parameters.cohesion * above.length + parameters.friction_coefficient * normal.max(0.0);
             Some(Self {
                 crack: index,
                 elevation: parameters.line.elevation(),
                 sliding: over(holding, shear.abs()),
-                normal_force: pressing,
+                normal_force: normal,
                 shear_force: shear.abs(),
                 overturning: moments
                     .map(|[holds, turns]| over(holds + bond, turns))
@@ -115,27 +75,8 @@ impl LimitEquilibrium {
     }
 }
 
-/// The blocks that nothing carries without this `crack`.
-fn beyond(structure: &Structure<MohrCoulomb>, crack: usize) -> Vec<usize> {
-    let mesh = &structure.mesh;
-    let mut carried: Vec<bool> = mesh.blocks.iter().map(|block| structure.is_held(block)).collect();
-    carried.push(true);
-    loop {
-        let next = mesh.seams.iter().find_map(|seam| match (seam.below, seam.above) {
-            _ if seam.crack == crack => None,
-            (below, above) if carried[below] && !carried[above] => Some(above),
-            (below, above) if carried[above] && !carried[below] => Some(below),
-            _ => None,
-        });
-        match next {
-            Some(block) => carried[block] = true,
-            None => return (0..mesh.blocks.len()).filter(|&block| !carried[block]).collect(),
-        }
-    }
-}
-
 impl DamParameters {
-    /// The limit equilibrium of each crack that has one, from the base up, under weight and hydrostatic pressure with these
+    /// The limit equilibrium of each crack that has one, from the base up, under the loads at rest, with these
     /// `specific_weights` of the water upstream and downstream (N/m³); none of an intact dam.
     ///
     /// **Errors**: as [`check`](Self::check), and [`DamError::WetFace`].
@@ -146,12 +87,8 @@ impl DamParameters {
         }
         let mut cracks = self.cracks.clone();
         cracks.sort_by(CrackParameters::from_the_base_up);
-        let mesh = self.mesh()?;
-        let wet = Wet::below(&mesh, self.water_levels())?;
-        let laws = cracks.iter().map(|crack| (MohrCoulomb::from(crack), crack.integration));
-        let base = mesh.base.clone();
-        let structure = Structure::new(mesh, self.materials(), self.kinematics, laws, &base);
-        let pressure = wet.as_ref().map_or_else(Vec::new, |wet| wet.hydrostatic(specific_weights));
-        Ok(LimitEquilibrium::of(&structure, &cracks, wet.as_ref(), &pressure, self.gravity))
+        let body = Body::dry(self, &cracks)?;
+        let pressure = body.wet.as_ref().map_or_else(Vec::new, |wet| wet.hydrostatic(specific_weights));
+        Ok(LimitEquilibrium::of(&body.structure, &cracks, &body.forces(&body.at_rest(pressure))))
     }
 }

@@ -3,12 +3,13 @@
 use cofferdam_unit::StateError;
 use nalgebra::DVector;
 use std::num::NonZeroUsize;
+use std::sync::Arc;
 
 use crate::contact::{Coulomb, MohrCoulomb};
 use crate::damping::DAMPED_SHARE;
 use crate::energy::{StoredEnergy, Work};
 use crate::integrator::{CentralDifference, DynamicRelaxation, Relaxed, SparseNewton};
-use crate::loads::{LoadPath, Wet, add_ground_inertia};
+use crate::loads::{Acting, Constant, Inertia, Joints, Load, LoadPath, Loads, Water, Weight, Wet};
 use crate::reduction::{ModalLoadPath, ModalMotion, Superposition};
 use crate::state::DamMotion;
 use crate::structure::{Motion, Structure};
@@ -23,16 +24,11 @@ use crate::{
 pub(crate) struct Body {
     pub structure: Structure<MohrCoulomb>,
     pub wet: Option<Wet>,
-    /// Gravitational acceleration, m/s².
-    pub gravity: f64,
-}
-
-/// Pressure on the wet face and acceleration of the ground at one instant.
-pub(crate) struct Loads {
-    /// Pressure, hydrostatic pressure included, Pa.
-    pub pressure: Vec<f64>,
-    /// Acceleration of the ground, m/s².
-    pub ground_acceleration: [f64; 2],
+    pub loads: Loads,
+    /// Sum of the static loads, N/m.
+    pub applied: [f64; 2],
+    /// Those of the loads that come from the water in joints, if there are any.
+    pub joints: Option<Arc<Joints>>,
 }
 
 /// The coordinates in which the dam moves, and its equations of motion in them.
@@ -106,31 +102,73 @@ impl Body {
     /// The body of checked `parameters` with `cracks` from the base up, and the frequencies at which its
     /// damping ratio holds (rad/s).
     fn new(parameters: &DamParameters, cracks: &[CrackParameters]) -> Result<(Self, [f64; 2]), DamError> {
-        let mesh = parameters.mesh()?;
-        let wet = Wet::below(&mesh, parameters.water_levels())?;
-        let base = mesh.base.clone();
-        let cracks = cracks.iter().map(|crack| (MohrCoulomb::from(crack), crack.integration));
-        let dry = Structure::new(mesh, parameters.materials(), parameters.kinematics, cracks, &base);
+        let (dry, wet) = Self::structure(parameters, cracks)?;
         let damping_frequencies =
             parameters.damping.frequencies(|| Ok(modal::natural_frequencies(&dry, 1)?[0]))?;
         let structure = match &parameters.added_mass {
             Some(rows) => dry.in_water(wet.as_ref(), rows)?,
             None => dry,
         };
-        Ok((Self { structure, wet, gravity: parameters.gravity }, damping_frequencies))
+        Ok((Self::loaded(structure, wet, parameters, cracks)?, damping_frequencies))
     }
 
-    /// Nodal forces of weight, water and ground, N/m.
-    fn forces(&self, pressure: &[f64], ground_acceleration: [f64; 2]) -> Vec<[f64; 2]> {
-        let mut forces = self.structure.weight([0.0, -self.gravity]);
-        if let Some(wet) = &self.wet {
-            wet.load.add(pressure, &mut forces);
+    /// The body of checked `parameters` with `cracks` from the base up, without added mass.
+    ///
+    /// **Errors**: [`DamError::WetFace`], [`DamError::PointOutside`].
+    pub fn dry(parameters: &DamParameters, cracks: &[CrackParameters]) -> Result<Self, DamError> {
+        let (structure, wet) = Self::structure(parameters, cracks)?;
+        Self::loaded(structure, wet, parameters, cracks)
+    }
+
+    fn structure(
+        parameters: &DamParameters,
+        cracks: &[CrackParameters],
+    ) -> Result<(Structure<MohrCoulomb>, Option<Wet>), DamError> {
+        let mesh = parameters.mesh()?;
+        let wet = Wet::below(&mesh, parameters.water_levels())?;
+        let base = mesh.base.clone();
+        let laws = cracks.iter().map(|crack| (MohrCoulomb::from(crack), crack.integration));
+        Ok((Structure::new(mesh, parameters.materials(), parameters.kinematics, laws, &base), wet))
+    }
+
+    /// A `structure` with the loads of `parameters`.
+    fn loaded(
+        structure: Structure<MohrCoulomb>,
+        wet: Option<Wet>,
+        parameters: &DamParameters,
+        cracks: &[CrackParameters],
+    ) -> Result<Self, DamError> {
+        let DamParameters { gravity, static_loads, .. } = parameters;
+        let is_cracked = parameters.fidelity.is_cracked();
+        let joints = Joints::new(&structure, cracks, parameters.water_at_joints())
+            .filter(|_| is_cracked)
+            .map(Arc::new);
+        let mut loads: Vec<Arc<dyn Load>> = vec![Arc::new(Weight::new(&structure.mass, *gravity))];
+        if let Some(wet) = &wet {
+            loads.push(Arc::new(Water(wet.clone())));
         }
-        add_ground_inertia(&self.structure.mass, ground_acceleration, &mut forces);
-        if let Some(water) = &self.structure.added_mass {
-            water.add_ground_inertia(ground_acceleration, &mut forces);
+        loads.push(Arc::new(Inertia::new(&structure.mass, structure.added_mass.as_ref())));
+        let mut applied = [0.0; 2];
+        for load in static_loads {
+            let load = Constant::new(load, &structure.mesh, *gravity)?;
+            for force in load.basis().resultants() {
+                (0..2).for_each(|d| applied[d] += force[d]);
+            }
+            loads.push(Arc::new(load));
         }
-        forces
+        loads.extend(joints.iter().cloned().map(|joints| joints as Arc<dyn Load>));
+        Ok(Self { structure, wet, loads: Loads(loads), applied, joints })
+    }
+
+    /// What acts at rest, with this hydrostatic `pressure` (Pa), while the joints are closed.
+    pub fn at_rest(&self, pressure: Vec<f64>) -> Acting {
+        let uplift = self.joints.as_ref().map_or_else(Vec::new, |joints| joints.closed());
+        Acting { pressure, ground_acceleration: [0.0; 2], uplift }
+    }
+
+    /// Nodal forces of all loads, N/m.
+    pub fn forces(&self, acting: &Acting) -> Vec<[f64; 2]> {
+        self.loads.forces(self.structure.mesh.nodes.len(), acting)
     }
 }
 
@@ -161,10 +199,10 @@ impl Model {
                 Self::Elements(Elements { body, damping, critical_time_step, limiting_part })
             }
             fidelity => {
-                let (kinematics, wet) = (parameters.kinematics, body.wet.as_ref());
+                let kinematics = parameters.kinematics;
                 let damping = DampingCoefficients { rayleigh, drags_blocks, ..DampingCoefficients::NONE };
                 let superposition =
-                    Superposition::new(structure, damping, fidelity, kinematics, wet, body.gravity)?;
+                    Superposition::new(structure, damping, fidelity, kinematics, &body.loads)?;
                 let damping = DampingCoefficients { memory: superposition.dashpots().memory, ..damping };
                 let superposition = Box::new(superposition);
                 Self::Modes(Modes { body, damping, superposition })
@@ -179,12 +217,12 @@ impl Model {
     pub fn on_threads(self, threads: NonZeroUsize) -> Result<Self, DamError> {
         match self {
             Self::Elements(Elements {
-                body: Body { structure, wet, gravity },
+                body: Body { structure, wet, loads, applied, joints },
                 damping,
                 critical_time_step,
                 limiting_part,
             }) => {
-                let body = Body { structure: structure.on_threads(threads)?, wet, gravity };
+                let body = Body { structure: structure.on_threads(threads)?, wet, loads, applied, joints };
                 Ok(Self::Elements(Elements { body, damping, critical_time_step, limiting_part }))
             }
             modes @ Self::Modes(_) => Ok(modes),
@@ -275,15 +313,13 @@ impl Model {
 }
 
 impl Moving<'_> {
-    /// Brings the motion to rest under weight and the `hydrostatic` pressure (Pa), and its accelerations to
-    /// those under `loads`. Returns the name of the method that converged.
+    /// Brings the motion to rest under what acts `at_rest`. Returns the name of the method that converged.
     ///
     /// **Errors**: [`DamError::StaticNotConverged`], [`DamError::Singular`].
-    pub fn relax(&mut self, hydrostatic: &[f64], loads: &Loads) -> Result<(&'static str, Relaxed), DamError> {
+    pub fn relax(&mut self, at_rest: &Acting) -> Result<(&'static str, Relaxed), DamError> {
         match self {
-            Self::Elements(Elements { body, damping, .. }, motion) => {
-                let structure = &body.structure;
-                let forces = body.forces(hydrostatic, [0.0; 2]);
+            Self::Elements(Elements { body, .. }, motion) => {
+                let (structure, forces) = (&body.structure, body.forces(at_rest));
                 let mut by_newton = motion.clone();
                 let found = match SparseNewton::default().relax(structure, &mut by_newton, &forces) {
                     Ok(rest) => {
@@ -296,15 +332,22 @@ impl Moving<'_> {
                     }
                     Err(error) => return Err(error),
                 };
-                let forces = body.forces(&loads.pressure, loads.ground_acceleration);
-                structure.accelerate(*damping, motion, &forces);
                 Ok(found)
             }
-            Self::Modes(Modes { superposition, .. }, motion) => {
-                let rest = superposition.relax(motion, &superposition.forces(hydrostatic, [0.0; 2]))?;
-                superposition.press_contacts(motion);
+            Self::Modes(Modes { superposition, body, .. }, motion) => {
+                let rest = superposition.relax(motion, &superposition.forces(&body.loads, at_rest))?;
                 Ok(("Newton's iteration", rest))
             }
+        }
+    }
+
+    /// Brings the accelerations of a motion at rest to those under what acts at the `start`.
+    pub fn begin(&mut self, start: &Acting) {
+        match self {
+            Self::Elements(Elements { body, damping, .. }, motion) => {
+                body.structure.accelerate(*damping, motion, &body.forces(start));
+            }
+            Self::Modes(Modes { superposition, .. }, motion) => superposition.press_contacts(motion),
         }
     }
 
@@ -312,13 +355,12 @@ impl Moving<'_> {
     pub fn advance(
         &mut self,
         TimeSteps { calm, others }: TimeSteps,
-        [start, end]: [&Loads; 2],
+        [start, end]: [&Acting; 2],
         work: &mut Work,
     ) -> Advanced {
         match self {
             Self::Elements(Elements { body, damping, .. }, motion) => {
-                let [start, mut change] =
-                    [start, end].map(|loads| body.forces(&loads.pressure, loads.ground_acceleration));
+                let [start, mut change] = [start, end].map(|acting| body.forces(acting));
                 let flat = change.as_flattened_mut().iter_mut().zip(start.as_flattened());
                 flat.for_each(|(end, start)| *end -= start);
                 let loads = LoadPath { start, change };
@@ -327,9 +369,8 @@ impl Moving<'_> {
                     spared: others.advance(&body.structure, *damping, motion, &loads, work),
                 }
             }
-            Self::Modes(Modes { superposition, .. }, motion) => {
-                let [start, end] = [start, end]
-                    .map(|loads| superposition.forces(&loads.pressure, loads.ground_acceleration));
+            Self::Modes(Modes { superposition, body, .. }, motion) => {
+                let [start, end] = [start, end].map(|acting| superposition.forces(&body.loads, acting));
                 let loads = ModalLoadPath { start, end };
                 let calm = calm.and_then(|steps| superposition.advance_calmly(steps, motion, &loads, work));
                 match calm {

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::contact::Integration;
 use crate::error::DamError;
-use crate::loads::Wet;
+use crate::loads::{StaticLoad, Wet};
 use crate::section::Section;
 use crate::{Damping, Fidelity, Geometry, GivenMesh, Kinematics, Material, Materials, Mesh, Seam};
 
@@ -54,6 +54,12 @@ pub struct DamParameters {
     /// matrix ([`AddedMass`](crate::AddedMass)), and `interface_pressure` what acts beside it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub added_mass: Option<Vec<Vec<f64>>>,
+    /// Densities of the water in joints from the reservoir and from the tailwater, kg/m³; used by uplift alone.
+    #[serde(default = "fresh_water", skip_serializing_if = "is_fresh_water")]
+    pub water_densities: [f64; 2],
+    /// Loads that do not vary, beside weight and water.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub static_loads: Vec<StaticLoad>,
     /// Whether the dam keeps the envelopes of its stresses and its motion: the variables that begin with `envelope_`.
     #[serde(default, skip_serializing_if = "is_default")]
     pub envelopes: bool,
@@ -79,9 +85,19 @@ impl Default for DamParameters {
             gravity: 9.81,
             time_step_safety: 0.9,
             added_mass: None,
+            water_densities: fresh_water(),
+            static_loads: Vec::new(),
             envelopes: false,
         }
     }
+}
+
+fn fresh_water() -> [f64; 2] {
+    [1000.0; 2]
+}
+
+fn is_fresh_water(densities: &[f64; 2]) -> bool {
+    *densities == fresh_water()
 }
 
 impl DamParameters {
@@ -166,7 +182,7 @@ impl DamParameters {
     }
 
     /// Whether a dam of these parameters has `variable`: envelopes are there if they are kept, and what needs a tensile strength
-    /// if there is one.
+    /// if there is one; the force of uplift if a crack has it.
     pub(crate) fn has(&self, variable: &Variable) -> bool {
         match *variable {
             variables::ENVELOPE_OVERSTRESS_DURATION | variables::ENVELOPE_DEMAND_CAPACITY_RATIO => {
@@ -186,6 +202,7 @@ impl DamParameters {
             | variables::ENVELOPE_CONTACT_OPENING
             | variables::ENVELOPE_CONTACT_SLIP_LEAST
             | variables::ENVELOPE_CONTACT_SLIP_MOST => self.envelopes,
+            variables::CRACK_UPLIFT_FORCE => self.cracks.iter().any(|crack| crack.uplift.is_some()),
             _ => true,
         }
     }
@@ -255,9 +272,23 @@ impl DamParameters {
         Ok(Wet::below(&self.mesh()?, self.water_levels())?.unwrap_or_default().faces)
     }
 
-    /// Levels of the water upstream and downstream, m.
+    /// Levels of the water with a wet face upstream and downstream, m.
     pub(crate) fn water_levels(&self) -> [f64; 2] {
         [self.water_depth, self.tailwater_depth]
+    }
+
+    /// Levels (m) and specific weights (N/m³) of the water that enters joints upstream and downstream.
+    pub(crate) fn water_at_joints(&self) -> ([f64; 2], [f64; 2]) {
+        let still = self.static_loads.iter().find_map(|load| match load {
+            StaticLoad::Tailwater(water) => Some(water),
+            _ => None,
+        });
+        let [upstream, mut downstream] = self.water_densities;
+        let mut levels = self.water_levels();
+        if let Some(still) = still {
+            (levels[1], downstream) = (still.depth, still.density);
+        }
+        (levels, [upstream, downstream].map(|density| density * self.gravity))
     }
 }
 

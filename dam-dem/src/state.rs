@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use crate::contact::JointState;
 use crate::energy::{EnergyLedger, EnergyWatch};
 use crate::envelope::Envelope;
+use crate::loads::Opened;
 use crate::modal_field::INSTANTS;
 use crate::reduction::ModalMotion;
 use crate::structure::Motion;
@@ -28,6 +29,10 @@ pub struct DamState {
     pub(crate) interface_acceleration: EndAcceleration,
     pub(crate) energy: EnergyLedger,
     pub(crate) hydrostatic_pressure: Vec<f64>,
+    /// Pressure of the water in joints at the current time, at each contact, Pa; empty without uplift.
+    pub(crate) uplift: Vec<f64>,
+    /// How far each joint with water was open at rest, m.
+    pub(crate) opened_at_rest: Vec<Opened>,
     /// Inputs at the current time.
     pub(crate) accepted: Inputs,
     /// Inputs for the end of the next step.
@@ -114,7 +119,7 @@ impl DamState {
             let points = [&state.hydrostatic_pressure, &state.accepted.pressure, &state.next.pressure];
             let contacts: Vec<usize> = state.motion.joints().iter().map(Vec::len).collect();
             let face = &state.interface_acceleration;
-            let points = points.map(Vec::len);
+            let points = (points.map(Vec::len), state.uplift.len(), state.opened_at_rest.len());
             let envelope = state.envelope.as_ref().map(Envelope::shape);
             (coordinates, others, means, points, [face.mean.len(), face.at_end.len()], contacts, envelope)
         };

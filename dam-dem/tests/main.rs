@@ -42,6 +42,7 @@ mod tailwater;
 mod threads;
 mod time_step;
 mod toppling;
+mod uplift;
 mod vibration;
 mod wall;
 mod waves;

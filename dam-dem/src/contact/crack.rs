@@ -59,9 +59,28 @@ pub struct JointState {
     pub(crate) lasted: u32,
     #[serde(skip)]
     pub(crate) fuse: Option<u32>,
+    /// Pressure of the water in the crack that it loses where it opens, Pa; only within a communication step.
+    #[serde(skip)]
+    pub(crate) relief: f64,
+}
+
+/// Slope with which the pressure falls as a contact opens, over its normal stiffness k_n: the time step has a margin of at least
+/// 4 in frequency, 16 in stiffness.
+const STEEPNESS: f64 = 8.0;
+
+/// Pressure that an open contact has lost with this `gap` (m), of the `most` (Pa) that it may lose. It falls over a gap of
+/// `p/(8 k_n)`, some micrometres, so that no force jumps.
+#[inline(always)]
+fn relief(gap: f64, most: f64, law: &impl ContactLaw) -> f64 {
+    (STEEPNESS * law.stiffness()[0] * gap.max(0.0)).min(most.max(0.0))
 }
 
 impl JointState {
+    /// Pressure that it has lost with this `gap` (m), of the `most` (Pa) that it may lose ([`relief`]).
+    pub(crate) fn relief_at(&self, gap: f64, most: f64, law: &impl ContactLaw) -> f64 {
+        if self.status == ContactStatus::Open { relief(gap, most, law) } else { 0.0 }
+    }
+
     /// Whether it sticks or is lost.
     pub(crate) fn is_calm(&self) -> bool {
         matches!(self.status, ContactStatus::Sticking | ContactStatus::Lost)
@@ -89,6 +108,17 @@ pub struct Stencil {
     pub weights: [f64; 4],
     /// `k_n n nᵀ + k_s t tᵀ` times the contact's length, N/m per metre of dam.
     pub stiffness: [[f64; 2]; 2],
+}
+
+/// What a unit pressure in the crack does at one contact.
+pub(crate) struct Pressing {
+    /// Distance from the upstream end of its side, m.
+    pub distance: f64,
+    /// Length on which the pressure acts, m: that for which the contact stands.
+    pub length: f64,
+    /// The nodes as in [`Stencil`], and the force on each, m.
+    pub nodes: [usize; 4],
+    pub forces: [[f64; 2]; 4],
 }
 
 /// Resultant forces across a crack, N/m.
@@ -200,6 +230,7 @@ impl<L: ContactLaw> Crack<L> {
                 rates: [0.0; 2],
                 lasted: 0,
                 fuse: None,
+                relief: 0.0,
             }
         };
         self.contacts.iter().map(joint).collect()
@@ -239,6 +270,20 @@ impl<L: ContactLaw> Crack<L> {
             contact.weight * joint.coverage * self.law.energy(joint.penetration, joint.stretch)
         };
         self.contacts.iter().zip(joints).map(energy).sum()
+    }
+
+    /// What a pressure that presses the sides apart does at each contact in the unloaded position.
+    pub(crate) fn pressing(&self) -> impl Iterator<Item = Pressing> + '_ {
+        self.contacts.iter().map(|contact| {
+            let place = self.place(contact, contact.after, |_| [0.0; 2]);
+            let length = contact.weight * place.coverage;
+            Pressing {
+                distance: contact.point.abscissa,
+                length,
+                nodes: place.nodes_of_both(),
+                forces: place.shares().map(|share| place.at.normal.map(|n| length * share * n)),
+            }
+        })
     }
 
     /// Springs of all contacts, closed, in the unloaded position.

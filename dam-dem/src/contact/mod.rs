@@ -33,6 +33,7 @@ mod trials;
 use serde::{Deserialize, Serialize};
 
 pub use coulomb::Coulomb;
+pub(crate) use crack::Pressing;
 pub(crate) use crack::{ContactBatches, NodalFields};
 pub use crack::{ContactStatus, Crack, CrackForces, JointState, Stencil};
 pub use law::{ContactLaw, Response, Touch};

@@ -107,6 +107,13 @@ impl Dam {
             variable::CRACK_STICKING => count(&[ContactStatus::Sticking]),
             variable::CRACK_SLIPPING => count(&[ContactStatus::Slipping]),
             variable::CRACK_OPEN => count(&[ContactStatus::Open, ContactStatus::Lost]),
+            variable::CRACK_UPLIFT_FORCE => {
+                let Some(joints) = &self.model.body().joints else { return Ok(0.0) };
+                let mut pressures = self.state().uplift.clone();
+                let contacts = self.state().motion.joints();
+                joints.without_relief(&self.structure().cracks, contacts, &mut pressures);
+                joints.force(crack, &pressures)
+            }
             variable::CRACK_NORMAL_FORCE => self.crack_forces(crack).normal,
             variable::CRACK_SHEAR_FORCE => self.crack_forces(crack).shear,
             variable::CRACK_SHEAR_UTILISATION => match self.crack_forces(crack) {

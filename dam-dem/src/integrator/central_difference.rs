@@ -95,7 +95,7 @@ impl CentralDifference {
             let damped = Nodes::of(motion, &mut forces, loads, structure).sum(&structure.cells, &|n| {
                 Arch::new().dispatch(Kick { nodes: n, advance, step: dt, mass_damping: alpha })
             });
-            work.input += dt * input;
+            work.input += dt * input - losses.relief;
             work.friction += losses.friction;
             work.damping += dt * (losses.damping_power + alpha * damped);
             if damping.local != 0.0 {

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use super::is_default;
 use crate::contact::Integration;
 use crate::error::{Problem, require};
+use crate::uplift::Uplift;
 
 /// Where a crack runs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -67,6 +68,9 @@ pub struct CrackParameters {
     pub normal_stiffness: f64,
     /// Shear stiffness k_s, Pa/m.
     pub shear_stiffness: f64,
+    /// Pressure of the water in it; `None` for no water.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub uplift: Option<Uplift>,
 }
 
 /// The crack at the neck of Koyna Dam, at 66.5 m: friction coefficient 1, stiffnesses of 1e11 and 0.5e11 Pa/m, not bonded.
@@ -101,6 +105,7 @@ impl CrackParameters {
             integration: Integration::Nodal,
             normal_stiffness,
             shear_stiffness,
+            uplift: None,
         }
     }
 }

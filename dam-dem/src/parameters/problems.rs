@@ -4,6 +4,7 @@ use super::{CrackLine, CrackParameters, DamParameters};
 use crate::error::{DamError, Problem, require};
 use crate::loads::Wet;
 use crate::section::ELEVATION_TOLERANCE;
+use crate::uplift::UpliftError;
 use crate::{Feature, GeometryError, Mesh};
 
 /// Least height of a row of elements over their nominal size.
@@ -53,6 +54,9 @@ impl DamParameters {
         if !self.fidelity.level().has_elements() && self.damping.local() > 0.0 {
             found.push(Problem::of(["damping.model", "fidelity"], DamError::LocalDampingOfModes));
         }
+        for (index, load) in self.static_loads.iter().enumerate() {
+            found.extend(load.problem(index, &self.section));
+        }
         let sound = |found: &[Problem]| {
             !found.iter().flat_map(|problem| &problem.keys).any(|key| key == "element_size")
         };
@@ -66,7 +70,21 @@ impl DamParameters {
                 found.extend(self.depths());
             }
         }
+        if found.is_empty() && self.cracks.iter().any(|crack| crack.uplift.is_some()) {
+            found.extend(self.of_uplift());
+        }
         found
+    }
+
+    /// What is wrong with the uplift in cracks that are right.
+    fn of_uplift(&self) -> Vec<Problem> {
+        let Ok(mesh) = self.mesh() else { return Vec::new() };
+        let problem = |(index, error): (usize, UpliftError)| {
+            let keys = vec![format!("cracks.{index}.uplift.{}", error.key())];
+            let elevation = self.cracks[index].line.elevation();
+            Problem { keys, error: DamError::Uplift { elevation, error } }
+        };
+        self.uplift_problems(&mesh).into_iter().map(problem).collect()
     }
 
     /// What is wrong with the depths of the water.

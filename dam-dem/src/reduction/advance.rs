@@ -172,6 +172,7 @@ impl WithSimd for Advance<'_> {
                 work.damping -= dt * mean;
             }
             work.input += dt * input;
+            work.input -= losses.relief;
             work.friction += losses.friction;
             work.damping += dt * losses.damping_power;
         }

@@ -11,7 +11,7 @@ use super::sides::{CrackSides, Mean, Rows};
 use crate::contact::MohrCoulomb;
 use crate::damping::{DAMPED_SHARE, StiffnessDamping};
 use crate::energy::StoredEnergy;
-use crate::loads::Wet;
+use crate::loads::{Acting, Inertia, Load, Loads};
 use crate::structure::Structure;
 use crate::time_step::{CALM_DAMPED_SHARE, CriticalTimeStep};
 use crate::{DamError, DampingCoefficients, Fidelity, Kinematics, RayleighCoefficients};
@@ -36,7 +36,10 @@ pub struct Superposition {
     moving: Vec<Range<usize>>,
     /// The widest registers.
     arch: Arch,
-    loads: ModalLoads,
+    /// Modal forces of unit amplitudes of each load.
+    loads: Vec<DMatrix<f64>>,
+    /// For a unit acceleration of the ground along x and along y: `−Φᵀ (M + X) ι`.
+    ground: [DVector<f64>; 2],
     /// Mean rotation of each block, with one value for each mode.
     rotations: Vec<DVector<f64>>,
     critical: CriticalTimeStep,
@@ -45,18 +48,8 @@ pub struct Superposition {
     truncation: f64,
 }
 
-/// Modal forces of the loads on the dam.
-#[derive(Clone, Debug)]
-struct ModalLoads {
-    weight: DVector<f64>,
-    /// For a unit pressure at each interface point.
-    pressure: DMatrix<f64>,
-    /// For a unit acceleration of the ground along x and along y: `−Φᵀ (M + X) ι`.
-    ground: [DVector<f64>; 2],
-}
-
 impl Superposition {
-    /// The dam of `structure` with this `damping` at a level of `fidelity`, under the weight of `gravity` (m/s²).
+    /// The dam of `structure` with this `damping` at a level of `fidelity`, under these `loads`.
     ///
     /// **Errors**: [`DamError::Singular`], [`DamError::FrequenciesNotConverged`], [`DamError::TooManyFrequencies`],
     /// [`DamError::RigidWithoutCrack`].
@@ -65,12 +58,10 @@ impl Superposition {
         damping: DampingCoefficients,
         fidelity: Fidelity,
         kinematics: Kinematics,
-        wet: Option<&Wet>,
-        gravity: f64,
+        loads: &Loads,
     ) -> Result<Self, DamError> {
         let rayleigh = damping.rayleigh;
-        let loads = NodalLoads::of(structure, wet, gravity);
-        let basis = Basis::new(structure, fidelity, &loads.at_rest(wet))?;
+        let basis = Basis::new(structure, fidelity, &loads.at_rest(structure.mesh.nodes.len()))?;
         if basis.parts.is_empty() {
             // the ground holds all blocks
             return Err(DamError::RigidWithoutCrack);
@@ -109,10 +100,11 @@ impl Superposition {
             damping: modes.iter().map(|mode| mode.damping(rayleigh)).collect(),
             damping_between: Rows::of_columns(&damping_between),
             dashpots: StiffnessDamping { coefficient: rayleigh.stiffness, memory },
-            loads: ModalLoads {
-                weight: &shapes * loads.weight,
-                pressure: &shapes * loads.pressure,
-                ground: loads.ground.map(|inertia| &shapes * inertia),
+            loads: loads.projected(&shapes),
+            ground: {
+                let inertia = Inertia::new(&structure.mass, structure.added_mass.as_ref());
+                let inertia = inertia.basis().matrix(structure.mesh.nodes.len());
+                [0, 1].map(|axis| &shapes * inertia.column(axis))
             },
             rotations: blocks
                 .map(|block| Mean::of(structure, block.nodes.clone(), &shapes).rotation)
@@ -164,21 +156,20 @@ impl Superposition {
         ModalMotion { coordinates: zero.clone(), rates: zero, contact_forces, joints }
     }
 
-    /// Modal forces of weight, pressure (Pa) and ground acceleration (m/s²).
-    pub(crate) fn forces(&self, pressure: &[f64], ground: [f64; 2]) -> Vec<f64> {
-        let mut forces = self.loads.weight.clone();
-        for (column, &p) in self.loads.pressure.column_iter().zip(pressure) {
-            forces.axpy(p, &column, 1.0);
-        }
-        for (column, a) in self.loads.ground.iter().zip(ground) {
-            forces.axpy(a, column, 1.0);
+    /// Modal forces of the `loads` from which it was made.
+    pub(crate) fn forces(&self, loads: &Loads, acting: &Acting) -> Vec<f64> {
+        let mut forces = DVector::zeros(self.mode_count());
+        for (load, basis) in loads.0.iter().zip(&self.loads) {
+            for (column, &amplitude) in basis.column_iter().zip(load.amplitudes(acting).iter()) {
+                forces.axpy(amplitude, &column, 1.0);
+            }
         }
         forces.data.into()
     }
 
     /// Modal forces for a unit acceleration of the ground along `axis`.
     pub(super) fn inertia(&self, axis: usize) -> &DVector<f64> {
-        &self.loads.ground[axis]
+        &self.ground[axis]
     }
 
     /// Modal forces of nodal forces.
@@ -224,43 +215,6 @@ fn moving(shapes: &DMatrix<f64>) -> Vec<Range<usize>> {
         start..end.min(shapes.nrows())
     };
     (0..shapes.ncols() / 2).map(of_node).collect()
-}
-
-/// Nodal forces of the loads on the dam: x, then y of each node.
-struct NodalLoads {
-    weight: DVector<f64>,
-    pressure: DMatrix<f64>,
-    ground: [DVector<f64>; 2],
-}
-
-impl NodalLoads {
-    fn of(structure: &Structure<MohrCoulomb>, wet: Option<&Wet>, gravity: f64) -> Self {
-        let weight = DVector::from_row_slice(structure.weight([0.0, -gravity]).as_flattened());
-        let mut pressure = DMatrix::zeros(weight.len(), wet.map_or(0, Wet::len));
-        for &(node, point, force) in wet.map_or(&[][..], |wet| wet.load.entries()) {
-            (0..2).for_each(|d| pressure[(2 * node + d, point)] += force[d]);
-        }
-        let ground = [0, 1].map(|axis| {
-            let along = |i: usize| if i % 2 == axis { -structure.mass[i / 2] } else { 0.0 };
-            let mut inertia = DVector::from_fn(weight.len(), |i, _| along(i));
-            for (node, values) in structure.added_mass.iter().flat_map(|water| water.ground_inertia(axis)) {
-                (0..2).for_each(|d| inertia[2 * node + d] -= values[d]);
-            }
-            inertia
-        });
-        Self { weight, pressure, ground }
-    }
-
-    /// Loads to which the modes give the exact static response: weight, hydrostatic pressure, and uniform pressure.
-    fn at_rest(&self, wet: Option<&Wet>) -> DMatrix<f64> {
-        let Some(wet) = wet else { return DMatrix::from_columns(std::slice::from_ref(&self.weight)) };
-        let mut loads = vec![self.weight.clone()];
-        for (side, points) in wet.ranges().into_iter().enumerate().filter(|(_, points)| !points.is_empty()) {
-            let uniform = DVector::from_fn(wet.len(), |i, _| f64::from(u8::from(points.contains(&i))));
-            loads.extend([&self.pressure * DVector::from(wet.depths(side)), &self.pressure * uniform]);
-        }
-        DMatrix::from_columns(&loads)
-    }
 }
 
 /// The parts unchanged, or joined to one if added mass couples them.

@@ -11,6 +11,7 @@
 //! | numerics for an accuracy | [`accuracy::promise`] | [`accuracy::Promise`] |
 //! | what is modelled, time and disk | [`plan::rows`], [`estimate::of`] | rows, numbers |
 //! | when an outcome was certain | [`bisect::bisect`] | a row for each checkpoint |
+//! | joints of a scene or a run | [`stability::of_scene`], [`stability::of_run`] | factors of safety |
 //! | numbers of many runs | [`statistics`] | quantiles, bands, fragility |
 //!
 //! ```no_run
@@ -52,6 +53,7 @@ pub mod plan;
 pub mod provenance;
 pub mod run;
 mod spectra;
+pub mod stability;
 pub mod start;
 pub mod statistics;
 pub mod study;

@@ -192,7 +192,7 @@ pub fn rows(loaded: &LoadedScene, context: &Context<'_>) -> Result<Vec<PlanRow>,
         for warning in &loaded.warnings {
             if let Warning::NoUplift { crack, uplift, below, .. } = &warning.warning {
                 let text = format!(
-                    "{crack} is {below:.2} m below the reservoir level; uplift of {:.2} MN/m is not modelled",
+                    "{crack} is {below:.2} m below the reservoir level; uplift of {:.2} MN/m is left out by `uplift` = \"none\"",
                     1e-6 * uplift
                 );
                 rows.push(row("uplift", "left out, although relevant", text));

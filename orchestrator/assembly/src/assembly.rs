@@ -1,7 +1,7 @@
 //! From a scene to its units, in this process.
 //!
 //! [`Assembly`] is the one type that maps scenes to solvers: parameters of the dam (`dam`) and of the waters (`water`), units of
-//! other programs (`foreign`), what is known before a run (`previews`, `cracks`), fingerprints (`fingerprint`), and the objections of the
+//! other programs (`foreign`), what is known before a run (`previews`, `cracks`, `stability`), fingerprints (`fingerprint`), and the objections of the
 //! units to a scene (`refusals`).
 
 use crate::cache::Cache;
@@ -20,6 +20,7 @@ mod foreign;
 mod paper;
 mod previews;
 mod refusals;
+mod stability;
 mod water;
 mod water_field;
 
@@ -27,6 +28,7 @@ pub use cracks::{Equilibrium, UpliftEffect};
 pub use dam::WaterMass;
 pub use error::AssemblyError;
 pub use refusals::read_scene;
+pub use stability::{JointStability, Verdict};
 
 /// Makes the units of a scene, and tells what is known of them before they are made.
 #[derive(Clone, Copy, Debug)]

@@ -2,7 +2,7 @@
 
 use crate::{
     cache, check, ensemble, export_fmu, fmu_input, log, plan, points, replay, report, reservoir, run, shell,
-    study, template, unit,
+    stability, study, template, unit,
 };
 use clap::{Parser, Subcommand};
 use std::path::PathBuf;
@@ -50,6 +50,9 @@ pub enum Command {
     /// Check scenes without running them: errors with their lines, warnings about doubtful choices
     #[command(after_long_help = check::HELP)]
     Check(check::Arguments),
+    /// Print factors of safety of every joint for each load combination, beside those an authority requires
+    #[command(after_long_help = stability::HELP)]
+    Stability(stability::Arguments),
     /// Show what a run will model and neglect, with expected errors, run time and disk space
     #[command(after_long_help = plan::HELP)]
     Plan(plan::Arguments),

@@ -17,6 +17,7 @@ mod report;
 mod reservoir;
 mod run;
 mod shell;
+mod stability;
 mod study;
 mod template;
 mod terminal;
@@ -57,6 +58,7 @@ fn main() -> ExitCode {
         Command::Check(arguments) => check::check(&arguments),
         Command::ExportFmu(arguments) => export_fmu::run(&arguments),
         Command::FmuInput(arguments) => fmu_input::run(&arguments),
+        Command::Stability(arguments) => stability::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),
         Command::Points(arguments) => points::run(&arguments),
         Command::Template(command) => template::run(&command),

@@ -25,6 +25,7 @@ pub mod page;
 mod quantity;
 pub mod section;
 mod spectra;
+pub mod stability;
 mod summary;
 pub mod text;
 

@@ -3,6 +3,7 @@
 use super::foreign::{CommandScene, FmuScene, LogScene, Source};
 use super::mesh::MeshScene;
 use cofferdam_dam::contact::Integration;
+use cofferdam_dam::uplift::{Drains, Uplift, UpliftRule};
 use cofferdam_dam::{
     CrackLine, CrackParameters, Damping, DampingFrequencies, DampingModel, FidelityLevel, Kinematics,
     Material, Plane, Section, ZoneParameters,
@@ -62,7 +63,12 @@ pub struct DamScene {
     pub zones: Vec<ZoneScene>,
     /// Damping. The table is required, because sliding depends on it more than on anything else.
     pub damping: DampingScene,
-    /// Cracks. Results come in the order of mean elevations. No water enters a crack.
+    /// Water in cracks below a water level during the earthquake; `[dam.cracks.uplift]` says more of one crack. Before the
+    /// earthquake the pressure falls linearly along a crack from the reservoir's to the tailwater's, and a part that opens takes
+    /// the full pressure at its mouth.
+    #[serde(default)]
+    pub uplift: UpliftRuleScene,
+    /// Cracks. Results come in the order of mean elevations.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cracks: Vec<CrackScene>,
     /// An FMU that computes the dam; with `fidelity = "fmu"`.
@@ -154,6 +160,70 @@ impl DamFidelityScene {
     pub fn is_rigid(self) -> bool {
         self.level().is_some_and(|level| !level.is_deformable())
     }
+}
+
+/// Water in a crack during the earthquake.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum UpliftRuleScene {
+    /// No water enters, neither before nor during the earthquake.
+    None,
+    /// The pressure stays as before the earthquake, also where the crack opens (USACE 1995, FERC).
+    #[default]
+    Unchanged,
+    /// No pressure where the crack is open (USBR 1987).
+    ZeroWhereOpen,
+    /// Full pressure of the water at the mouth where the crack is open (ICOLD 1986): the safe side.
+    FullWhereOpen,
+}
+
+impl UpliftRuleScene {
+    /// The rule as the dam has it; `None` without water.
+    pub fn rule(self) -> Option<UpliftRule> {
+        match self {
+            Self::None => None,
+            Self::Unchanged => Some(UpliftRule::Unchanged),
+            Self::ZeroWhereOpen => Some(UpliftRule::ZeroWhereOpen),
+            Self::FullWhereOpen => Some(UpliftRule::FullWhereOpen),
+        }
+    }
+}
+
+/// Water in one crack.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct UpliftScene {
+    /// The rule for this crack.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("otherwise" = "`dam.uplift`"))]
+    pub rule: Option<UpliftRuleScene>,
+    /// A line of drains across the crack.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drains: Option<DrainsScene>,
+    /// Pressure along the closed crack in place of that from the water levels: (distance from the upstream end in m, pressure in Pa)
+    /// from 0 on, linear between the points.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile: Option<Vec<[f64; 2]>>,
+    /// Factor on the pressure over time: (time in s, factor), linear between the points and constant outside.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub factor: Option<Vec<[f64; 2]>>,
+}
+
+/// Drains. The head at their line is H2 + (1 − E) (H1 − H2) (L − x)/L, with the heads H1 upstream and H2 downstream above a crack of
+/// length L; a gallery above the tailwater takes the place of H2. A crack that opens beyond them makes them ineffective.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DrainsScene {
+    /// Distance x from the upstream end along the crack.
+    #[schemars(extend("unit" = "m", "exclusiveMinimum" = 0))]
+    pub position: f64,
+    /// Efficiency E: 0 without effect, 1 for drains that take all of the head above the tailwater.
+    #[schemars(range(min = 0, max = 1))]
+    pub efficiency: f64,
+    /// Elevation of the gallery into which they drain, above the heel.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "m", "otherwise" = "not above the tailwater"))]
+    pub gallery_elevation: Option<f64>,
 }
 
 /// Outline of the section.
@@ -350,6 +420,9 @@ pub struct CrackScene {
     /// Shear stiffness.
     #[schemars(range(min = 1e3, max = 1e15), extend("unit" = "Pa/m"))]
     pub shear_stiffness: f64,
+    /// Water in it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub uplift: Option<UpliftScene>,
     /// Its number in the file, by which keys name it.
     #[serde(skip)]
     pub number: usize,
@@ -371,6 +444,23 @@ impl CrackScene {
         level.or_else(|| self.polyline.clone().map(CrackLine::Polyline))
     }
 
+    /// The rule for the water in it, with that of the dam.
+    pub fn uplift_rule(&self, of_dam: UpliftRuleScene) -> UpliftRuleScene {
+        self.uplift.as_ref().and_then(|uplift| uplift.rule).unwrap_or(of_dam)
+    }
+
+    /// The crack as the dam has it, with the dam's rule for uplift.
+    pub fn parameters(&self, of_dam: UpliftRuleScene) -> CrackParameters {
+        let UpliftScene { rule: _, drains, profile, factor } = self.uplift.clone().unwrap_or_default();
+        let drains = drains.map(|DrainsScene { position, efficiency, gallery_elevation }| Drains {
+            position,
+            efficiency,
+            gallery_elevation,
+        });
+        let uplift = |rule| Uplift { drains, profile, rule, factor };
+        CrackParameters { uplift: self.uplift_rule(of_dam).rule().map(uplift), ..self.into() }
+    }
+
     /// What reports call it.
     pub fn label(&self) -> String {
         match &self.name {
@@ -388,7 +478,7 @@ impl CrackScene {
     }
 }
 
-/// A crack that is nowhere becomes one without points, which the dam refuses.
+/// Without its water. A crack that is nowhere becomes one without points, which the dam refuses.
 impl From<&CrackScene> for CrackParameters {
     fn from(crack: &CrackScene) -> Self {
         let CrackScene {
@@ -406,6 +496,7 @@ impl From<&CrackScene> for CrackParameters {
             integration,
             normal_stiffness,
             shear_stiffness,
+            uplift: _,
             number: _,
         } = *crack;
         Self {
@@ -420,6 +511,7 @@ impl From<&CrackScene> for CrackParameters {
             integration,
             normal_stiffness,
             shear_stiffness,
+            uplift: None,
         }
     }
 }

@@ -34,12 +34,14 @@ mod error;
 mod foreign;
 mod ground;
 mod load;
+mod loads;
 mod mesh;
 pub mod mesh_file;
 mod observation;
 mod parameter;
 mod reference;
 mod shape;
+mod stability;
 mod syntax;
 mod time;
 mod validate;
@@ -52,17 +54,19 @@ pub use cofferdam_dam::{DampingModel, Kinematics, Plane};
 pub use cofferdam_reservoir::{ElementOrder, Method, Profile};
 pub use coupling::{CouplingScene, OnFailure};
 pub use dam::{
-    CrackScene, DamFidelityScene, DamScene, DampingScene, MaterialScene, PrescribedScene, SectionScene,
-    ZoneScene,
+    CrackScene, DamFidelityScene, DamScene, DampingScene, DrainsScene, MaterialScene, PrescribedScene,
+    SectionScene, UpliftRuleScene, UpliftScene, ZoneScene,
 };
 pub use error::{Invalid, SceneError, SceneProblem};
 pub use foreign::{CommandScene, FmuScene, LogScene, Source};
 pub use ground::{GroundMotionScene, RampScene, RecordScene};
 pub use load::LoadedScene;
+pub use loads::{AnchorScene, IceScene, LoadsScene, SiltScene, StillTailwaterScene, SurchargeScene};
 pub use mesh::MeshScene;
 pub use observation::{AccuracyScene, SnapshotsScene, StopAction, StopQuantity, StopScene};
 pub use parameter::bounds;
 pub use reference::reference;
+pub use stability::{CombinationScene, RequiredScene, StabilityScene};
 pub use time::{AdaptiveScene, Time};
 pub use validate::{Refusal, UnitChecks};
 pub use version::VERSION;
@@ -107,9 +111,15 @@ pub struct Scene {
     /// The dam that is computed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dam: Option<DamScene>,
+    /// Static loads beside weight and water.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub loads: LoadsScene,
     /// A rigid dam that moves with the ground, in place of `[dam]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prescribed: Option<PrescribedScene>,
+    /// The combinations of loads and the criteria of `cofferdam stability` and the report.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub stability: StabilityScene,
     /// How the units are coupled.
     #[serde(default)]
     pub coupling: CouplingScene,
@@ -125,6 +135,10 @@ pub struct Scene {
     /// What the log holds besides the exchanges.
     #[serde(default)]
     pub log: cofferdam_log::Content,
+}
+
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
 }
 
 fn version() -> u32 {

@@ -1,7 +1,9 @@
 //! What may be run, but is doubtful.
 
 use super::shape::{Shape, word};
-use super::{CrackScene, DamScene, FidelityScene, MaterialScene, ReservoirScene, Scene, Side, Source};
+use super::{
+    CrackScene, DamScene, FidelityScene, MaterialScene, ReservoirScene, Scene, Side, Source, UpliftRuleScene,
+};
 use cofferdam_coupling::convergence::Tolerance;
 use cofferdam_coupling::scheme::SchemeKind;
 use cofferdam_motion::{GroundMotion, STANDARD_GRAVITY};
@@ -147,11 +149,11 @@ pub enum Warning {
          give a ratio, such as 0.05"
     )]
     UndampedCrack,
-    /// Uplift in a crack, which is not modelled.
+    /// Uplift in a crack, which the scene leaves out.
     #[error(
         "{crack} is {below} m below the reservoir level; its uplift, {uplift:.2} MN/m for a pressure that falls \
-         linearly to {} downstream, is not modelled, and would increase the sliding; a smaller `friction_coefficient` \
-         can account for it",
+         linearly to {} downstream, is left out by `uplift` = \"none\", and would increase the sliding; set `dam.uplift` to \
+         \"unchanged\", or say why no water enters",
         if *downstream > 0.0 { "that of the tailwater" } else { "zero" },
         below = plain(*below), uplift = 1e-6 * uplift
     )]
@@ -331,7 +333,7 @@ fn sloping_crest(dam: &DamScene) -> Option<Doubt> {
         .then(|| (format!("dam.section.{lower}"), Warning::SlopingCrest { upstream, downstream, lower }))
 }
 
-/// Water pressure in a crack, which is not modelled.
+/// Water pressure in a crack, uncracked and without drains.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Uplift {
     /// Depth of the crack's mean elevation below the reservoir's level, m.
@@ -358,10 +360,11 @@ pub fn uplift(scene: &Scene, crack: &CrackScene) -> Option<Uplift> {
     Some(Uplift { below, force: 0.5 * (upstream + downstream) * length, downstream })
 }
 
-/// The lowest crack, if water would enter it.
+/// The lowest crack without uplift, if water would enter it.
 fn dry_cracks(scene: &Scene, dam: &DamScene) -> Option<Doubt> {
     let by_elevation = |a: &&CrackScene, b: &&CrackScene| a.mean_elevation().total_cmp(&b.mean_elevation());
-    let crack = dam.cracks.iter().min_by(by_elevation)?;
+    let is_dry = |crack: &&CrackScene| crack.uplift_rule(dam.uplift) == UpliftRuleScene::None;
+    let crack = dam.cracks.iter().filter(is_dry).min_by(by_elevation)?;
     let Uplift { below, force: uplift, downstream } = uplift(scene, crack)?;
     Some(("dam.cracks".to_owned(), Warning::NoUplift { crack: crack.phrase(), below, uplift, downstream }))
 }

@@ -3,7 +3,7 @@ use super::position::MovedPoint;
 use super::side::Contact;
 use super::simd::NodalFields;
 use super::update::{Moved, Special, State, Update, mean_energy};
-use super::{ContactLaw, ContactStatus, Crack, JointState};
+use super::{ContactLaw, ContactStatus, Crack, JointState, relief};
 use crate::damping::StiffnessDamping;
 use crate::energy::Losses;
 
@@ -100,6 +100,7 @@ impl<L: ContactLaw> Crack<L> {
             };
             let state = State { anchor: if lost { place.at.slip } else { joint.anchor }, ..joint.state() };
             let time_step = parting.as_ref().map(|parting| parting.time_step());
+            let last = joint.gap - risen;
             let (update, jump) = moved.update(&self.law, *damping, &state, Some(&special), time_step);
             joint.set(&place, &update);
             losses.friction += update.friction;
@@ -108,6 +109,17 @@ impl<L: ContactLaw> Crack<L> {
             if let (Some(parting), Some(jump)) = (&mut parting, jump) {
                 let shares = [(place.at.tangent, jump.slips), (place.at.normal, jump.opened)];
                 parting.add(contact.stencil(&place), jump.place, jump.relative, shares);
+            }
+            if joint.relief > 0.0 {
+                // the force that the pressure no longer exerts on the open contact, and the work that it no longer does
+                let gap = place.at.gap - risen;
+                let [before, now] = [last, gap].map(|gap| relief(gap, joint.relief, &self.law));
+                losses.relief += moved.weight * (before + now) / 2.0 * (gap.max(0.0) - last.max(0.0));
+                let force = place.at.normal.map(|n| -moved.weight * now * n);
+                for (&node, share) in nodes.iter().zip(update.shares).filter(|_| now > 0.0) {
+                    forces[node][0] += share * force[0];
+                    forces[node][1] += share * force[1];
+                }
             }
             if !update.closed {
                 continue;
@@ -149,6 +161,7 @@ impl<L: ContactLaw> Crack<L> {
             rates: [0.0; 2],
             lasted: joint.lasted,
             fuse: joint.fuse,
+            relief: joint.relief,
         };
         weight * energy
     }

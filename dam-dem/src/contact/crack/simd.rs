@@ -14,8 +14,8 @@ use crate::lanes::{LANES, Lanes, Register};
 ///
 /// The numbers of the contacts of a batch lie side by side, so that registers hold them without gathering. Every operation is the one that
 /// [`Crack::add_forces`] does, from the same source, with the same bits. Some contacts are computed one by one: those whose part does not
-/// lie wholly opposite the other side, all contacts of cracks with few contacts, with a bond that holds or with dilation, and each contact
-/// when it comes to another segment. These cracks come last, which changes the order of sums where they share nodes with others.
+/// lie wholly opposite the other side, all contacts of cracks with few contacts, with a bond that holds, with dilation or with water that
+/// leaves what opens, and each contact when it comes to another segment. These cracks come last, which changes the order of sums where they share nodes with others.
 pub(crate) struct ContactBatches {
     batches: Vec<Batch>,
     /// Cracks whose contacts are computed one by one.
@@ -111,7 +111,7 @@ impl ContactBatches {
         let is_usual = |crack: usize| {
             joints[crack].len() >= MANY
                 && !cracks[crack].law.dilates()
-                && !joints[crack].iter().any(|joint| joint.bonded)
+                && !joints[crack].iter().any(|joint| joint.bonded || joint.relief > 0.0)
         };
         let (usual, one_by_one): (Vec<usize>, Vec<usize>) =
             (0..cracks.len()).partition(|&crack| is_usual(crack));

@@ -2,14 +2,14 @@
 
 use super::{Assembly, AssemblyError};
 use cofferdam_dam::{DamParameters, Flutter, LimitEquilibrium};
-use cofferdam_scene::{DamScene, DampingModel, DampingScene, Scene, Side, uplift};
+use cofferdam_scene::{DamScene, DampingModel, DampingScene, Scene, Side, UpliftRuleScene, uplift};
 
 /// Factors of safety of what lies above a crack, under weight and water at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Equilibrium {
     /// Against sliding.
     pub sliding: f64,
-    /// What the uplift of a crack under water would change.
+    /// What uplift would change in a crack under water that has none.
     pub with_uplift: Option<UpliftEffect>,
     /// Against overturning.
     pub overturning: f64,
@@ -79,10 +79,14 @@ impl Assembly<'_> {
     }
 }
 
-/// What the uplift U that a run leaves out does to the safety against sliding, `(c ℓ + μ (N − U))/V` with N − U ≥ 0, and the friction
+/// What the uplift U that a scene leaves out does to the safety against sliding, `(c ℓ + μ (N − U))/V` with N − U ≥ 0, and the friction
 /// `μ (1 − U/N)` that stands for it; none where no water would enter, or nothing pushes.
 fn uplift_effect(scene: &Scene, equilibrium: &LimitEquilibrium) -> Option<UpliftEffect> {
-    let crack = scene.dam.as_ref()?.cracks.get(equilibrium.crack)?;
+    let dam = scene.dam.as_ref()?;
+    let crack = dam.cracks.get(equilibrium.crack)?;
+    if crack.uplift_rule(dam.uplift) != UpliftRuleScene::None {
+        return None;
+    }
     let LimitEquilibrium { sliding, normal_force, shear_force, .. } = *equilibrium;
     let (pressing, friction) = (normal_force.max(0.0), crack.friction_coefficient);
     let lost = uplift(scene, crack)?.force.min(pressing);

@@ -5,7 +5,7 @@ use super::{Assembly, AssemblyError};
 use cofferdam_coupling::participant::{InProcess, Messages, Participant};
 use cofferdam_coupling::scheme::SchemeKind;
 use cofferdam_dam::{Dam, DamParameters, GivenMesh};
-use cofferdam_scene::DamScene;
+use cofferdam_scene::{CrackScene, DamScene, Side, UpliftRuleScene, uplift};
 
 /// The water's inertia in the dam's mass matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,6 +50,7 @@ impl Assembly<'_> {
             material,
             zones,
             damping,
+            uplift,
             cracks,
             // Other programs' dams, of which only the wet face is needed here.
             fmu: _,
@@ -60,7 +61,7 @@ impl Assembly<'_> {
             section: section.into(),
             water_depth: scene.depth(),
             tailwater_depth: scene.tailwater.as_ref().and_then(|water| water.depth).unwrap_or(0.0),
-            cracks: cracks.iter().map(Into::into).collect(),
+            cracks: cracks.iter().map(|crack| crack.parameters(self.rule_for(*uplift, crack))).collect(),
             material: material.into(),
             damping: damping.into(),
             fidelity: fidelity.level().unwrap_or_default().with_modes(*modes),
@@ -72,8 +73,19 @@ impl Assembly<'_> {
             zones: zones.iter().map(Into::into).collect(),
             given_mesh: given_mesh(dam)?,
             added_mass: None,
+            water_densities: Side::BOTH.map(|side| {
+                let water = scene.water(side).filter(|water| !water.is_empty());
+                water.map_or(scene.reservoir.density, |water| water.density)
+            }),
+            static_loads: scene.static_loads().into_iter().map(|(_, load)| load).collect(),
             envelopes: *envelopes,
         })
+    }
+
+    /// The rule of uplift for a crack where the rule of the dam is `of_dam`: none above the water.
+    fn rule_for(&self, of_dam: UpliftRuleScene, crack: &CrackScene) -> UpliftRuleScene {
+        let reaches = uplift(self.scene, crack).is_some() || self.scene.loads.tailwater.is_some();
+        if reaches || crack.uplift.is_some() { of_dam } else { UpliftRuleScene::None }
     }
 
     /// Makes the dam; also returns its time steps per communication step.

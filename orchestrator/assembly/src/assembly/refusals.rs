@@ -27,6 +27,7 @@ fn refused_by_dam(scene: &Scene) -> Vec<Refusal> {
         "water_depth" => "reservoir.depth".to_owned(),
         "tailwater_depth" => "tailwater.depth".to_owned(),
         "gravity" => path.clone(),
+        path if path.starts_with("static_loads.") => of_load(scene, path),
         "damping.frequencies" => format!("dam.damping.{frequencies}"),
         _ => format!("dam.{path}"),
     };
@@ -54,6 +55,17 @@ fn refused_by_dam(scene: &Scene) -> Vec<Refusal> {
         refusals.extend(falls);
     }
     refusals
+}
+
+/// The key of the scene for a `path` such as `static_loads.0.depth`.
+fn of_load(scene: &Scene, path: &str) -> String {
+    let mut parts = path.splitn(3, '.').skip(1);
+    let index = parts.next().and_then(|index| index.parse::<usize>().ok());
+    let load = index.and_then(|index| scene.static_loads().into_iter().nth(index));
+    match (load, parts.next()) {
+        (Some((key, _)), Some(name)) => format!("{key}.{name}"),
+        _ => "loads".to_owned(),
+    }
 }
 
 /// What the reservoir and the tailwater say against a scene, before its dam, which has nothing to say.

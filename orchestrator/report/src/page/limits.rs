@@ -1,6 +1,6 @@
 //! Limitations of the model.
 
-use cofferdam_scene::Scene;
+use cofferdam_scene::{CrackScene, Scene, UpliftRuleScene};
 
 /// Limitations of the model that concern `scene`, one sentence each.
 pub fn not_modelled(scene: &Scene) -> Vec<String> {
@@ -32,16 +32,19 @@ pub fn not_modelled(scene: &Scene) -> Vec<String> {
             if intact && !dam.cracks.is_empty() {
                 said.push("The cracks of the scene are omitted: the dam is intact.");
             }
-            if filled {
+            let wet = |crack: &CrackScene| crack.uplift_rule(dam.uplift) != UpliftRuleScene::None;
+            if filled && !cracks.is_empty() && !cracks.iter().all(wet) {
                 said.push(
-                    "Water pressure in cracks and under the base is not modelled: there is no uplift from reservoir or tailwater.",
+                    "Water does not enter the cracks for which the scene says so: there is no uplift from reservoir or tailwater.",
                 );
             }
         }
     }
     if filled {
         said.push("Water is linear: it does not cavitate at any pressure.");
-        said.push("There is no silt at the upstream face.");
+        if scene.loads.silt.is_none() {
+            said.push("There is no silt at the upstream face.");
+        }
         if scene.waters().any(|(_, water)| water.fidelity.is_memoryless()) {
             said.push("Water is incompressible: it has no pressure waves and radiates no energy.");
         }

@@ -1,32 +1,13 @@
-//! External forces: weight, water, ground inertia.
-
 use cofferdam_unit::{WetFace, WetFaceError};
+use std::borrow::Cow;
 use std::ops::Range;
 
+use super::{Acting, Load, LoadBasis};
 use crate::Mesh;
-
-/// External nodal forces that vary linearly over a communication step, N/m.
-#[derive(Clone, Debug, PartialEq)]
-pub struct LoadPath {
-    /// Forces at its start.
-    pub start: Vec<[f64; 2]>,
-    /// Forces at its end minus those at its start.
-    pub change: Vec<[f64; 2]>,
-}
-
-impl LoadPath {
-    /// Forces that do not vary.
-    pub fn constant(forces: Vec<[f64; 2]>) -> Self {
-        Self { change: vec![[0.0; 2]; forces.len()], start: forces }
-    }
-}
 
 /// Nodal forces of a pressure that is linear along each panel: `F = B p`, with precomputed weights.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct PressureLoad {
-    /// Node, interface point, and force per pressure, m.
-    entries: Vec<(usize, usize, [f64; 2])>,
-}
+pub struct PressureLoad(LoadBasis);
 
 impl PressureLoad {
     /// Pressure on `nodes`, one node for each point of `face`.
@@ -43,22 +24,20 @@ impl PressureLoad {
             unit[point] = 1.0;
             let forces = face.nodal_forces(&unit);
             let loaded = (0..face.len()).filter(|&i| forces[i] != [0.0, 0.0]);
-            self.entries.extend(loaded.map(|i| (nodes[i], first + point, forces[i])));
+            self.0.entries.extend(loaded.map(|i| (nodes[i], first + point, forces[i])));
             unit[point] = 0.0;
         }
+        self.0.columns = first + face.len();
     }
 
     /// Node, interface point, and force per pressure, m, of all entries of B.
     pub fn entries(&self) -> &[(usize, usize, [f64; 2])] {
-        &self.entries
+        &self.0.entries
     }
 
     /// Adds `B p` to `forces` (N/m); `pressure` (Pa) holds one value for each interface point.
     pub fn add(&self, pressure: &[f64], forces: &mut [[f64; 2]]) {
-        for &(node, point, weight) in &self.entries {
-            forces[node][0] += weight[0] * pressure[point];
-            forces[node][1] += weight[1] * pressure[point];
-        }
+        self.0.add(pressure, forces);
     }
 }
 
@@ -149,11 +128,28 @@ fn double_at_kinks(mesh: &Mesh, chain: &[usize]) -> Vec<usize> {
 /// Smallest change of direction that counts as a kink, approximately the sine of its angle.
 const KINK: f64 = 1e-6;
 
-/// Adds the inertia forces `−m a_g` for the ground `acceleration` (m/s²) to `forces` (N/m).
-pub(crate) fn add_ground_inertia(mass: &[f64], acceleration: [f64; 2], forces: &mut [[f64; 2]]) {
-    for (force, m) in forces.iter_mut().zip(mass) {
-        force[0] -= m * acceleration[0];
-        force[1] -= m * acceleration[1];
+/// The pressure on the wet faces, hydrostatic pressure included.
+#[derive(Debug)]
+pub(crate) struct Water(pub Wet);
+
+impl Load for Water {
+    fn basis(&self) -> &LoadBasis {
+        &self.0.load.0
+    }
+
+    fn amplitudes<'a>(&'a self, acting: &'a Acting) -> Cow<'a, [f64]> {
+        Cow::Borrowed(&acting.pressure)
+    }
+
+    /// Hydrostatic and uniform pressure on each face.
+    fn at_rest(&self) -> Vec<Vec<f64>> {
+        let wet = &self.0;
+        let faces = wet.ranges().into_iter().enumerate().filter(|(_, points)| !points.is_empty());
+        let of_face = |(side, points): (usize, Range<usize>)| {
+            let uniform = (0..wet.len()).map(|i| f64::from(u8::from(points.contains(&i))));
+            [wet.depths(side), uniform.collect()]
+        };
+        faces.flat_map(of_face).collect()
     }
 }
 

@@ -1,0 +1,251 @@
+//! Tables of the stability of joints.
+
+use crate::text::{COLUMNS, heading, wrapped};
+use cofferdam_assembly::{Authority, JointStability, LoadCombination, Status, UpliftRule, Verdict};
+use cofferdam_scene::Scene;
+
+/// What an earthquake did to a joint.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Shaken {
+    /// Least factor of the sum of shear strengths to the shear force; `None` without a shear force.
+    pub least_factor: Option<f64>,
+    /// Time at which it was least, s.
+    pub time: f64,
+    /// Time during which the whole joint slid, the factor being 1, s.
+    pub sliding_time: f64,
+    /// Largest length that was open at one time, m.
+    pub opened: f64,
+    /// Sliding at the end, m.
+    pub residual: f64,
+}
+
+/// Rows of a table: label, unit, and the value of a joint as text.
+type Row = (&'static str, &'static str, fn(&JointStability) -> String);
+
+/// The table as text of at most 80 columns, joint by joint, with the rules and documents behind its numbers.
+pub fn text(scene: &Scene, joints: &[JointStability], shaken: Option<&[Shaken]>) -> String {
+    let mut text = String::new();
+    for of_joint in joints.chunk_by(|a, b| a.crack == b.crack) {
+        text += &heading(&title(scene, &of_joint[0]));
+        for some in of_joint.chunks(COMBINATIONS) {
+            text += &table(some);
+        }
+        if let Some(shaken) = shaken.and_then(|shaken| shaken.get(of_joint[0].crack)) {
+            text += &of_run(shaken);
+        }
+    }
+    for note in notes(scene, joints) {
+        text += "\n";
+        text += &(wrapped(&note, "  ") + "\n");
+    }
+    text
+}
+
+/// Combinations side by side in 80 columns.
+const COMBINATIONS: usize = 4;
+/// Columns of a label with its unit, and of a value.
+const LABEL: usize = COLUMNS - COMBINATIONS * VALUE;
+const VALUE: usize = 11;
+
+fn title(scene: &Scene, joint: &JointStability) -> String {
+    let crack = scene.dam.as_ref().and_then(|dam| dam.cracks.get(joint.crack));
+    let phrase = crack.map_or_else(String::new, |crack| crack.phrase());
+    let peak = crack.map_or(0.0, |crack| crack.friction_coefficient);
+    let residual = crack.and_then(|crack| crack.residual_friction_coefficient).unwrap_or(peak);
+    let cohesion = crack.map_or(0.0, |crack| crack.cohesion);
+    format!(
+        "{phrase}: {:.2} m long; friction {peak}, cohesion {} kPa, residual friction {residual}",
+        joint.length,
+        cohesion / 1e3
+    )
+}
+
+const ROWS: [Row; 15] = [
+    ("inertia downstream", "g", |joint| number(joint.seismic[0], 3)),
+    ("uplift rule", "", |joint| short_rule(joint).to_owned()),
+    ("normal force without uplift", "MN/m", |joint| number(1e-6 * joint.load.normal, 3)),
+    ("uplift", "MN/m", |joint| number(1e-6 * joint.state.uplift, 3)),
+    ("effective normal force", "MN/m", |joint| number(1e-6 * joint.state.normal, 3)),
+    ("shear force", "MN/m", |joint| number(1e-6 * joint.load.shear, 3)),
+    ("resultant from the toe", "%", |joint| optional(joint.state.share().map(|share| 100.0 * share), 1)),
+    ("open length", "m", |joint| number(joint.state.open[0] + joint.state.open[1], 2)),
+    ("unbonded length", "m", |joint| number(joint.state.cracks[0] + joint.state.cracks[1], 2)),
+    ("stress at heel or tip", "MPa", |joint| optional(joint.state.stresses.map(|[heel, _]| 1e-6 * heel), 3)),
+    ("stress at toe", "MPa", |joint| optional(joint.state.stresses.map(|[_, toe]| 1e-6 * toe), 3)),
+    ("factor, overturning", "", |joint| optional(joint.overturning, 2)),
+    ("factor, sliding, peak", "", |joint| optional(joint.sliding[0], 2)),
+    ("factor, sliding, residual", "", |joint| optional(joint.sliding[1], 2)),
+    ("required, sliding", "", |joint| optional(joint.required, 2)),
+];
+
+fn table(joints: &[JointStability]) -> String {
+    let mut text = String::new();
+    let mut line = |label: &str, values: Vec<String>| {
+        let values: String = values.iter().map(|value| format!("{value:>VALUE$}")).collect();
+        text += &format!("{label:<LABEL$}{values}\n");
+    };
+    line("", joints.iter().map(|joint| short_name(joint).to_owned()).collect());
+    for (label, unit, value) in ROWS {
+        let label = if unit.is_empty() { label.to_owned() } else { format!("{label}, {unit}") };
+        line(&label, joints.iter().map(value).collect());
+    }
+    line("verdict", joints.iter().map(|joint| short_verdict(joint.verdict()).to_owned()).collect());
+    text
+}
+
+fn of_run(shaken: &Shaken) -> String {
+    let Shaken { least_factor, time, sliding_time, opened, residual } = *shaken;
+    let factor = least_factor.map_or_else(
+        || "no shear force".to_owned(),
+        |factor| format!("least factor against sliding {factor:.2} at {time:.3} s"),
+    );
+    let sentence = format!(
+        "In the run: {factor}, sliding as a whole for {sliding_time:.3} s, {:.1} mm at the end; open over at most {opened:.2} m at \
+         one time, which is the crack after the earthquake.",
+        1e3 * residual
+    );
+    wrapped(&sentence, "  ") + "\n"
+}
+
+/// What the numbers rest on.
+pub fn notes(scene: &Scene, joints: &[JointStability]) -> Vec<String> {
+    let authority = scene.stability.authority;
+    let mut notes = vec![
+        "Gravity method: rigid bodies above the joints, linear effective stress without tension beyond the strength of the bond, \
+         pressure on the whole area. Factor against sliding: (friction × effective normal force + cohesion × bonded length in \
+         compression) / shear force."
+            .to_owned(),
+    ];
+    let rules = joints.iter().filter_map(|joint| joint.rule);
+    let mut rules: Vec<_> = rules.collect();
+    rules.dedup();
+    rules.sort_by_key(|rule| rule.word());
+    rules.dedup();
+    for rule in rules {
+        notes.push(format!("Uplift \"{}\": {} ({}).", rule.word(), rule.label(), rule.source()));
+    }
+    if joints.iter().any(|joint| joint.rule.is_none()) {
+        notes.push("Uplift \"none\": no water in the joint, by the scene.".to_owned());
+    }
+    notes.push(match scene.stability.required.is_some() {
+        true => format!(
+            "Required factors: the scene's own ([stability.required]), otherwise {}.",
+            document(authority)
+        ),
+        false => format!("Required factors: {}.", document(authority)),
+    });
+    let statuses = joints.iter().filter_map(|joint| Some((joint.combination, joint.requirement?.status)));
+    let mut open: Vec<LoadCombination> =
+        statuses.filter(|(_, status)| !status.is_checked()).map(|(combination, _)| combination).collect();
+    open.dedup();
+    let mut words: Vec<&str> = open.iter().map(|combination| combination.word()).collect();
+    words.sort_unstable();
+    words.dedup();
+    if !words.is_empty() {
+        notes.push(format!(
+            "To be confirmed in the document before use: the required factors for {}.",
+            words.join(", ")
+        ));
+    }
+    if let Some(Status::Checked(source)) = joints.iter().find_map(|joint| {
+        joint.requirement.map(|requirement| requirement.status).filter(|status| status.is_checked())
+    }) {
+        notes.push(format!("The others were compared with a citation: {source}."));
+    }
+    notes
+}
+
+fn document(authority: Authority) -> &'static str {
+    authority.document()
+}
+
+fn short_name(joint: &JointStability) -> &'static str {
+    match joint.combination {
+        LoadCombination::Usual => "usual",
+        LoadCombination::Unusual => "unusual",
+        LoadCombination::Extreme => "extreme",
+        LoadCombination::Seismic => "seismic",
+        LoadCombination::PostEarthquake => "after",
+    }
+}
+
+fn short_rule(joint: &JointStability) -> &'static str {
+    use UpliftRule::{FullWhereOpen, Unchanged, ZeroWhereOpen};
+    match (joint.rule, joint.combination) {
+        (None, _) => "none",
+        (Some(_), kind) if kind != LoadCombination::Seismic => "full",
+        (Some(Unchanged), _) => "unchanged",
+        (Some(ZeroWhereOpen), _) => "zero-open",
+        (Some(FullWhereOpen), _) => "full-open",
+    }
+}
+
+fn short_verdict(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Meets => "meets",
+        Verdict::Fails => "FAILS",
+        Verdict::NotRequired => "-",
+    }
+}
+
+fn number(value: f64, decimals: usize) -> String {
+    format!("{value:.decimals$}")
+}
+
+fn optional(value: Option<f64>, decimals: usize) -> String {
+    value.map_or_else(|| "-".to_owned(), |value| number(value, decimals))
+}
+
+/// The table as CSV, one row for each joint and combination; SI units in the header.
+pub fn csv(scene: &Scene, joints: &[JointStability]) -> String {
+    let mut text = String::from(
+        "joint,elevation_m,length_m,combination,name,inertia_downstream_g,inertia_downwards_g,uplift_rule,drains,\
+         normal_N_per_m,uplift_N_per_m,effective_normal_N_per_m,shear_N_per_m,moment_about_toe_N,resultant_share,\
+         open_upstream_m,open_downstream_m,unbonded_m,stress_heel_or_tip_Pa,stress_toe_Pa,overturning_factor,\
+         sliding_factor_peak,sliding_factor_residual,required_factor,verdict,authority,document,status\n",
+    );
+    let value = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value}"));
+    for joint in joints {
+        let crack = scene.dam.as_ref().and_then(|dam| dam.cracks.get(joint.crack));
+        let state = &joint.state;
+        let authority = scene.stability.authority;
+        let status = joint.requirement.map_or("", |requirement| requirement.status.label());
+        let cells = [
+            quoted(&crack.map_or_else(String::new, |crack| crack.label())),
+            value(crack.map(|crack| crack.mean_elevation())),
+            joint.length.to_string(),
+            joint.combination.word().to_owned(),
+            quoted(&joint.name),
+            joint.seismic[0].to_string(),
+            joint.seismic[1].to_string(),
+            joint.rule.map_or("none", |rule| rule.word()).to_owned(),
+            joint.drained.to_string(),
+            joint.load.normal.to_string(),
+            state.uplift.to_string(),
+            state.normal.to_string(),
+            joint.load.shear.to_string(),
+            joint.load.moment.to_string(),
+            value(state.share()),
+            state.open[0].to_string(),
+            state.open[1].to_string(),
+            (state.cracks[0] + state.cracks[1]).to_string(),
+            value(state.stresses.map(|[heel, _]| heel)),
+            value(state.stresses.map(|[_, toe]| toe)),
+            value(joint.overturning),
+            value(joint.sliding[0]),
+            value(joint.sliding[1]),
+            value(joint.required),
+            joint.verdict().word().to_owned(),
+            authority.word().to_owned(),
+            quoted(document(authority)),
+            status.to_owned(),
+        ];
+        text += &(cells.join(",") + "\n");
+    }
+    text
+}
+
+/// A cell that may hold commas.
+fn quoted(text: &str) -> String {
+    format!("\"{}\"", text.replace('"', "\"\""))
+}
