@@ -24,6 +24,7 @@ mod linear_reference;
 mod meetings;
 mod natural_modes;
 mod newmark_1965;
+mod newmark_loads;
 mod one_crack;
 mod outputs;
 mod parameters;

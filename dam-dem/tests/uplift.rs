@@ -285,7 +285,7 @@ fn steps_with_uplift_are_repeated_bit_for_bit() -> Result<(), DamError> {
     for rule in UpliftRule::ALL {
         let uplift = Uplift { rule, ..Default::default() };
         let mut dam = at_rest(koyna(uplift, 5.0))?;
-        let mut step = |dam: &mut Dam, i: u32| -> Result<Vec<f64>, DamError> {
+        let step = |dam: &mut Dam, i: u32| -> Result<Vec<f64>, DamError> {
             dam.set(variable::GROUND_ACCELERATION.value_reference, &[-6.0, 2.0])?;
             dam.step(f64::from(i) * 0.0025, 0.0025)?;
             Ok([get(dam, &variable::CREST_DISPLACEMENT)?, get(dam, &variable::CRACK_UPLIFT_FORCE)?].concat())

@@ -11,7 +11,6 @@
 //! | numerics for an accuracy | [`accuracy::promise`] | [`accuracy::Promise`] |
 //! | what is modelled, time and disk | [`plan::rows`], [`estimate::of`] | rows, numbers |
 //! | when an outcome was certain | [`bisect::bisect`] | a row for each checkpoint |
-//! | joints of a scene or a run | [`stability::of_scene`], [`stability::of_run`] | factors of safety |
 //! | numbers of many runs | [`statistics`] | quantiles, bands, fragility |
 //!
 //! ```no_run
@@ -53,7 +52,6 @@ pub mod plan;
 pub mod provenance;
 pub mod run;
 mod spectra;
-pub mod stability;
 pub mod start;
 pub mod statistics;
 pub mod study;

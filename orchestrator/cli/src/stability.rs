@@ -1,10 +1,9 @@
 //! `cofferdam stability`.
 
 use crate::terminal::{print, warn};
-use cofferdam_analysis::stability::{of_run, of_scene};
 use cofferdam_assembly::{AssemblyError, UpliftRule, read_scene};
 use cofferdam_report::page::{ReportError, RunFolder};
-use cofferdam_report::stability::{csv, text};
+use cofferdam_report::stability::{csv, of_run, of_scene, text};
 use cofferdam_scene::SceneError;
 use miette::Diagnostic;
 use std::path::{Path, PathBuf};
@@ -105,7 +104,7 @@ fn table(arguments: &Arguments) -> Result<(String, String), StabilityError> {
     }
     let (scene, joints, shaken) = if is_run {
         let run = RunFolder::read(subject)?;
-        let (joints, shaken) = of_run(&run, &rules)?;
+        let (joints, shaken) = of_run(&run.loaded, &run.histories, &rules)?;
         (run.loaded.scene, joints, Some(shaken))
     } else {
         let loaded = read_scene(subject, set)?;

@@ -1,8 +1,12 @@
-//! Tables of the stability of joints.
+//! The stability of joints: of a scene, and of a run with what it did to them.
 
 use crate::text::{COLUMNS, heading, wrapped};
-use cofferdam_assembly::{Authority, JointStability, LoadCombination, Status, UpliftRule, Verdict};
-use cofferdam_scene::Scene;
+use cofferdam_assembly::observer::Histories;
+use cofferdam_assembly::{
+    Assembly, AssemblyError, Authority, JointStability, LoadCombination, Status, UpliftRule, Verdict,
+};
+use cofferdam_scene::{LoadedScene, Scene};
+use serde::Serialize;
 
 /// What an earthquake did to a joint.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -19,48 +23,72 @@ pub struct Shaken {
     pub residual: f64,
 }
 
-/// Rows of a table: label, unit, and the value of a joint as text.
+/// Share of the shear strength from which a joint slides as a whole.
+const SLIDES: f64 = 1.0 - 1e-6;
+
+/// The joints of a scene, without a run.
+///
+/// **Errors**: those of the dam.
+pub fn of_scene(
+    loaded: &LoadedScene,
+    rules: &[Option<UpliftRule>],
+) -> Result<Vec<JointStability>, AssemblyError> {
+    Assembly::of(&loaded.scene).stability(peak(loaded), None, rules)
+}
+
+/// The joints of a run with these `histories`: their stability with the cracks that it left, and what happened to them.
+///
+/// **Errors**: those of the dam.
+pub fn of_run(
+    loaded: &LoadedScene,
+    histories: &Histories,
+    rules: &[Option<UpliftRule>],
+) -> Result<(Vec<JointStability>, Vec<Shaken>), AssemblyError> {
+    let before = of_scene(loaded, rules)?;
+    let count = loaded.scene.dam.as_ref().map_or(0, |dam| dam.cracks.len());
+    let length =
+        |crack: usize| before.iter().find(|joint| joint.crack == crack).map_or(0.0, |joint| joint.length);
+    let shaken: Vec<Shaken> = (0..count).map(|crack| shaken(histories, crack, length(crack))).collect();
+    let opened: Vec<f64> = shaken.iter().map(|shaken| shaken.opened).collect();
+    Ok((Assembly::of(&loaded.scene).stability(peak(loaded), Some(&opened), rules)?, shaken))
+}
+
+fn peak(loaded: &LoadedScene) -> f64 {
+    loaded.ground_motion.acceleration().iter().fold(0.0, |peak: f64, a| peak.max(a.abs()))
+}
+
+fn shaken(histories: &Histories, crack: usize, length: f64) -> Shaken {
+    let column = |name: &str| histories.column(&format!("dam.crack_{name}.{crack}")).unwrap_or(&[]);
+    let time = histories.column("time").unwrap_or(&[]);
+    let utilisation = column("shear_utilisation");
+    let largest = utilisation.iter().zip(time).max_by(|(a, _), (b, _)| a.total_cmp(b));
+    let steps = time.windows(2).zip(utilisation.iter().skip(1));
+    Shaken {
+        least_factor: largest.filter(|(share, _)| **share > 0.0).map(|(share, _)| 1.0 / share),
+        time: largest.map_or(0.0, |(_, time)| *time),
+        sliding_time: steps.filter(|(_, share)| **share >= SLIDES).map(|(pair, _)| pair[1] - pair[0]).sum(),
+        opened: length * column("open_share").iter().fold(0.0, |most: f64, share| most.max(*share)),
+        residual: column("sliding").last().copied().unwrap_or(0.0),
+    }
+}
+
+/// The stability of one joint: its combinations side by side.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct StabilityTable {
+    /// The joint and its strength.
+    pub title: String,
+    /// The combinations.
+    pub columns: Vec<&'static str>,
+    /// Labels with units, and a value for each combination.
+    pub rows: Vec<(String, Vec<String>)>,
+    /// What happened in the run.
+    pub run: Option<String>,
+}
+
+/// A row of the table: label, unit, and the value of a joint.
 type Row = (&'static str, &'static str, fn(&JointStability) -> String);
 
-/// The table as text of at most 80 columns, joint by joint, with the rules and documents behind its numbers.
-pub fn text(scene: &Scene, joints: &[JointStability], shaken: Option<&[Shaken]>) -> String {
-    let mut text = String::new();
-    for of_joint in joints.chunk_by(|a, b| a.crack == b.crack) {
-        text += &heading(&title(scene, &of_joint[0]));
-        for some in of_joint.chunks(COMBINATIONS) {
-            text += &table(some);
-        }
-        if let Some(shaken) = shaken.and_then(|shaken| shaken.get(of_joint[0].crack)) {
-            text += &of_run(shaken);
-        }
-    }
-    for note in notes(scene, joints) {
-        text += "\n";
-        text += &(wrapped(&note, "  ") + "\n");
-    }
-    text
-}
-
-/// Combinations side by side in 80 columns.
-const COMBINATIONS: usize = 4;
-/// Columns of a label with its unit, and of a value.
-const LABEL: usize = COLUMNS - COMBINATIONS * VALUE;
-const VALUE: usize = 11;
-
-fn title(scene: &Scene, joint: &JointStability) -> String {
-    let crack = scene.dam.as_ref().and_then(|dam| dam.cracks.get(joint.crack));
-    let phrase = crack.map_or_else(String::new, |crack| crack.phrase());
-    let peak = crack.map_or(0.0, |crack| crack.friction_coefficient);
-    let residual = crack.and_then(|crack| crack.residual_friction_coefficient).unwrap_or(peak);
-    let cohesion = crack.map_or(0.0, |crack| crack.cohesion);
-    format!(
-        "{phrase}: {:.2} m long; friction {peak}, cohesion {} kPa, residual friction {residual}",
-        joint.length,
-        cohesion / 1e3
-    )
-}
-
-const ROWS: [Row; 15] = [
+const ROWS: [Row; 16] = [
     ("inertia downstream", "g", |joint| number(joint.seismic[0], 3)),
     ("uplift rule", "", |joint| short_rule(joint).to_owned()),
     ("normal force without uplift", "MN/m", |joint| number(1e-6 * joint.load.normal, 3)),
@@ -76,35 +104,84 @@ const ROWS: [Row; 15] = [
     ("factor, sliding, peak", "", |joint| optional(joint.sliding[0], 2)),
     ("factor, sliding, residual", "", |joint| optional(joint.sliding[1], 2)),
     ("required, sliding", "", |joint| optional(joint.required, 2)),
+    ("verdict", "", |joint| short_verdict(joint.verdict()).to_owned()),
 ];
 
-fn table(joints: &[JointStability]) -> String {
-    let mut text = String::new();
-    let mut line = |label: &str, values: Vec<String>| {
-        let values: String = values.iter().map(|value| format!("{value:>VALUE$}")).collect();
-        text += &format!("{label:<LABEL$}{values}\n");
+/// The tables of all joints; `shaken` says what a run did to each crack.
+pub fn tables(scene: &Scene, joints: &[JointStability], shaken: Option<&[Shaken]>) -> Vec<StabilityTable> {
+    let of_joint = |joints: &[JointStability]| StabilityTable {
+        title: title(scene, &joints[0]),
+        columns: joints.iter().map(short_name).collect(),
+        rows: ROWS
+            .iter()
+            .map(|(label, unit, value)| {
+                let label = if unit.is_empty() { (*label).to_owned() } else { format!("{label}, {unit}") };
+                (label, joints.iter().map(value).collect())
+            })
+            .collect(),
+        run: shaken.and_then(|shaken| shaken.get(joints[0].crack)).map(sentence_of_run),
     };
-    line("", joints.iter().map(|joint| short_name(joint).to_owned()).collect());
-    for (label, unit, value) in ROWS {
-        let label = if unit.is_empty() { label.to_owned() } else { format!("{label}, {unit}") };
-        line(&label, joints.iter().map(value).collect());
+    joints.chunk_by(|a, b| a.crack == b.crack).map(of_joint).collect()
+}
+
+/// The tables as text of at most 80 columns, with the rules and documents behind their numbers.
+pub fn text(scene: &Scene, joints: &[JointStability], shaken: Option<&[Shaken]>) -> String {
+    let mut text = String::new();
+    for StabilityTable { title, columns, rows, run } in tables(scene, joints, shaken) {
+        text += &heading(&wrapped(&title, "  "));
+        for first in (0..columns.len()).step_by(COMBINATIONS) {
+            let some = first..columns.len().min(first + COMBINATIONS);
+            let mut line = |label: &str, values: &[&str]| {
+                let values: String = values.iter().map(|value| format!("{value:>VALUE$}")).collect();
+                text += &format!("{label:<LABEL$}{values}\n");
+            };
+            line("", &columns[some.clone()]);
+            for (label, values) in &rows {
+                let values: Vec<&str> = values[some.clone()].iter().map(String::as_str).collect();
+                line(label, &values);
+            }
+        }
+        if let Some(run) = run {
+            text += &(wrapped(&run, "  ") + "\n");
+        }
     }
-    line("verdict", joints.iter().map(|joint| short_verdict(joint.verdict()).to_owned()).collect());
+    text += "\n";
+    for note in notes(scene, joints) {
+        text += &(wrapped(&note, "  ") + "\n");
+    }
     text
 }
 
-fn of_run(shaken: &Shaken) -> String {
+/// Combinations side by side in 80 columns.
+const COMBINATIONS: usize = 4;
+/// Columns of a label with its unit, and of a value.
+const LABEL: usize = COLUMNS - COMBINATIONS * VALUE;
+const VALUE: usize = 11;
+
+fn title(scene: &Scene, joint: &JointStability) -> String {
+    let crack = scene.dam.as_ref().and_then(|dam| dam.cracks.get(joint.crack));
+    let label = crack.map_or_else(String::new, |crack| crack.label());
+    let peak = crack.map_or(0.0, |crack| crack.friction_coefficient);
+    let residual = crack.and_then(|crack| crack.residual_friction_coefficient).unwrap_or(peak);
+    let cohesion = crack.map_or(0.0, |crack| crack.cohesion);
+    format!(
+        "Joint {label}: {:.2} m long; friction {peak}, cohesion {} kPa, residual friction {residual}",
+        joint.length,
+        cohesion / 1e3
+    )
+}
+
+fn sentence_of_run(shaken: &Shaken) -> String {
     let Shaken { least_factor, time, sliding_time, opened, residual } = *shaken;
     let factor = least_factor.map_or_else(
         || "no shear force".to_owned(),
         |factor| format!("least factor against sliding {factor:.2} at {time:.3} s"),
     );
-    let sentence = format!(
-        "In the run: {factor}, sliding as a whole for {sliding_time:.3} s, {:.1} mm at the end; open over at most {opened:.2} m at \
-         one time, which is the crack after the earthquake.",
+    format!(
+        "In the run: {factor}; at factor 1, sliding as a whole, for {sliding_time:.3} s; {:.1} mm at the end; open over at most \
+         {opened:.2} m at one time, the crack that counts after the earthquake.",
         1e3 * residual
-    );
-    wrapped(&sentence, "  ") + "\n"
+    )
 }
 
 /// What the numbers rest on.

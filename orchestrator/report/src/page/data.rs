@@ -1,6 +1,7 @@
 //! Contents of a report, independent of their layout.
 
 use super::super::Quantity;
+use super::super::stability::StabilityTable;
 use serde::{Serialize, Serializer};
 
 /// Contents of the report of a run. Items that the run lacks are empty.
@@ -52,6 +53,8 @@ pub struct ReportData {
     pub spectra: Vec<Chart>,
     /// Pressure over height at chosen instants.
     pub profiles: Vec<Profile>,
+    /// Stability of the joints, and what its numbers rest on.
+    pub stability: (Vec<StabilityTable>, Vec<String>),
     /// Self-checks of the run.
     pub checks: Vec<Check>,
     /// The whole table of the summary.

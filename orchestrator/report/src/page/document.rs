@@ -1,5 +1,6 @@
 //! The page.
 
+use super::super::stability::StabilityTable;
 use super::super::{Quantity, Subject};
 use super::data::{Animation, Chart, Envelope, Profile, ReportData};
 use super::number::shown;
@@ -202,6 +203,7 @@ fn parts<'a>(data: &'a ReportData, charts: &mut Vec<&'a Chart>) -> Vec<Part> {
     add("motion", "Animation of the dam", data.animation.as_ref().map_or_else(String::new, motion));
     add("histories", "Time histories", histories(data, charts));
     add("envelope", "Largest principal stress", data.envelope.as_ref().map_or_else(String::new, envelope));
+    add("stability", "Stability of the joints", stability(&data.stability));
     add("spectra", "Response spectra", figures(&data.spectra, charts));
     add("pressure", "Pressure over height", profiles(&data.profiles));
     add("table", "All results", tables::quantities(&data.quantities));
@@ -235,6 +237,14 @@ fn motion(animation: &Animation) -> String {
          <p><time></time> <span class=\"readings\"></span></p></figure>\n",
         tables::number((1e4 * between).round() / 10.0)
     )
+}
+
+/// The table of each joint, and what the numbers rest on.
+fn stability((joints, notes): &(Vec<StabilityTable>, Vec<String>)) -> String {
+    if joints.is_empty() {
+        return String::new();
+    }
+    joints.iter().map(tables::stability).collect::<String>() + &tables::list(notes)
 }
 
 /// The section coloured by the largest principal stress, and the overstress.

@@ -35,6 +35,7 @@ pub use limits::not_modelled;
 pub use thinning::kept;
 
 use super::envelopes::{END, overstress};
+use super::stability::{StabilityTable, notes, of_run, tables as tables_of};
 use cofferdam_assembly::vtk::Grid;
 use cofferdam_log::LogReadError;
 
@@ -69,9 +70,22 @@ impl ReportData {
             sliding_times: charts::sliding_times(run),
             spectra: ground::spectra(run),
             profiles: profile::of(run)?,
+            stability: stability(run),
             checks: checks::of(run),
             quantities: summary.quantities.clone(),
         })
+    }
+}
+
+/// The stability of the joints that the run could open, and what its numbers rest on.
+fn stability(run: &RunFolder) -> (Vec<StabilityTable>, Vec<String>) {
+    let scene = &run.loaded.scene;
+    match of_run(&run.loaded, &run.histories, &[]) {
+        Ok((joints, shaken)) if !joints.is_empty() => {
+            (tables_of(scene, &joints, Some(&shaken)), notes(scene, &joints))
+        }
+        // the scene was computed, so that nothing but joints can be missing
+        _ => (Vec::new(), Vec::new()),
     }
 }
 

@@ -1,6 +1,7 @@
 //! Tables and lists in HTML.
 
 use super::super::Quantity;
+use super::super::stability::StabilityTable;
 use super::data::{Check, Group, Row, Value};
 use super::number::{plain, shown};
 use quick_xml::escape::escape;
@@ -67,6 +68,29 @@ pub fn results(rows: &[Row]) -> String {
         );
     }
     text + "</tbody></table>\n"
+}
+
+/// The stability of a joint: one column for each combination of loads.
+pub fn stability(joint: &StabilityTable) -> String {
+    let StabilityTable { title, columns, rows, run } = joint;
+    let cells = |values: &mut dyn Iterator<Item = &str>, tag: &str| -> String {
+        values.map(|value| format!("<{tag} class=\"number\">{}</{tag}>", escape(value))).collect()
+    };
+    let heads = cells(&mut columns.iter().copied(), "th");
+    let mut text = format!(
+        "<h3>{}</h3>\n<table class=\"short\"><thead><tr><th></th>{heads}</tr></thead><tbody>\n",
+        escape(title)
+    );
+    for (label, values) in rows {
+        let values = cells(&mut values.iter().map(String::as_str), "td");
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "<tr><th scope=\"row\">{}</th>{values}</tr>", escape(label));
+    }
+    text += "</tbody></table>\n";
+    if let Some(run) = run {
+        let _ = writeln!(text, "<p class=\"about\">{}</p>", escape(run));
+    }
+    text
 }
 
 /// The table of the summary; with a column of bands if there are any.
