@@ -223,6 +223,14 @@ fn every_number_is_that_of_the_run() {
     ] {
         assert_eq!(page.row("short", name).numbers, [value(name)], "{name}");
     }
+    for name in [
+        "overstressed share of the section",
+        "largest demand-capacity ratio",
+        "longest time above the tensile strength",
+    ] {
+        assert_eq!(page.row("checks", name).numbers, [value(name)], "{name}");
+    }
+    assert!(page.words.contains("Verdict: "), "no verdict on the overstress");
     assert_eq!(page.row("short", "tensile strength").numbers, [0.25]);
     assert!(page.markup.contains("class=\"envelope\"") && page.markup.contains("class=\"strength\""));
     // No residual after so short a run: the peaks take its place.

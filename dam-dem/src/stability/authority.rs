@@ -192,6 +192,8 @@ pub fn required(authority: Authority, combination: LoadCombination) -> Option<Re
 /// Demand-capacity criterion for linear analyses of gravity dams, USACE EM 1110-2-6051 (2003).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DcrCriterion {
+    /// The document that states it.
+    pub document: &'static str,
     /// Largest ratio of tensile stress to tensile strength.
     pub largest: f64,
     /// Largest part of the cross-section in which the strength is exceeded.
@@ -206,6 +208,7 @@ pub struct DcrCriterion {
 
 /// The criterion for gravity dams.
 pub const DCR: DcrCriterion = DcrCriterion {
+    document: "USACE EM 1110-2-6051 (2003)",
     largest: 2.0,
     area: 0.15,
     duration_at_one: 0.3,

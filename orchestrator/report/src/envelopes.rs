@@ -40,6 +40,10 @@ const AT_CONTACTS: [(&str, &str, &str); 3] = [
 pub(crate) const MAJOR: &str = "major_principal_stress_max [Pa]";
 const DURATION: &str = "overstress_duration [s]";
 pub(crate) const RATIO: &str = "demand_capacity_ratio_max [1]";
+/// Names of the quantities of overstress that a criterion limits.
+pub(crate) const SHARE_OVER: &str = "overstressed share of the section";
+pub(crate) const LARGEST_RATIO: &str = "largest demand-capacity ratio";
+pub(crate) const LONGEST_OVER: &str = "longest time above the tensile strength";
 /// The time up to which they reach, in the file of the dam.
 pub(crate) const END: &str = "time [s]";
 
@@ -171,10 +175,10 @@ pub(crate) fn overstress(dam: &Grid) -> Vec<Quantity> {
     };
     let mut all = vec![
         quantity("overstressed area of the section", over, "m²", None),
-        quantity("overstressed share of the section", 100.0 * over / whole, "%", None),
+        quantity(SHARE_OVER, 100.0 * over / whole, "%", None),
     ];
-    all.extend(at(ratio, "largest demand-capacity ratio", "1"));
-    all.extend(at(duration, "longest time above the tensile strength", "s"));
+    all.extend(at(ratio, LARGEST_RATIO, "1"));
+    all.extend(at(duration, LONGEST_OVER, "s"));
     all
 }
 

@@ -132,7 +132,7 @@ fn shears(scene: &Scene) -> bool {
 }
 
 /// Names of the stress points in the summary.
-fn stress_names(run: &RunFolder) -> Vec<String> {
+pub fn stress_names(run: &RunFolder) -> Vec<String> {
     let of = |name: &str| name.strip_prefix("largest tension, ").map(str::to_owned);
     run.summary.quantities.iter().filter_map(|quantity| of(&quantity.name)).collect()
 }

@@ -70,6 +70,21 @@ pub struct Envelope {
     pub picture: String,
     /// Strength and overstress; empty without a tensile strength.
     pub rows: Vec<Row>,
+    /// Verdict on the overstress; none without a tensile strength.
+    pub performance: Option<Performance>,
+}
+
+/// Verdict of a criterion for linear analyses on the overstress.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Performance {
+    /// The verdict, in words.
+    pub verdict: String,
+    /// What limits its validity.
+    pub about: String,
+    /// The parts of the criterion.
+    pub criteria: Vec<Check>,
+    /// Cumulative duration over the demand-capacity ratio; none if no stress point exceeds its strength.
+    pub durations: Option<Chart>,
 }
 
 /// Rows under a heading.
@@ -153,6 +168,13 @@ pub enum Abscissa {
     Times(Vec<Rounded>),
     /// Periods, s, at equal ratios.
     Periods(Vec<Rounded>),
+    /// Numbers without a unit.
+    Numbers {
+        /// What they are.
+        name: &'static str,
+        /// The numbers.
+        values: Vec<Rounded>,
+    },
 }
 
 /// A line of a chart.

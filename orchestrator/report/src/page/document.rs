@@ -2,7 +2,7 @@
 
 use super::super::stability::StabilityTable;
 use super::super::{Quantity, Subject};
-use super::data::{Animation, Chart, Envelope, Profile, ReportData};
+use super::data::{Animation, Chart, Envelope, Performance, Profile, ReportData};
 use super::number::shown;
 use super::profile_picture::{bounds, lines, picture};
 use super::tables;
@@ -202,7 +202,8 @@ fn parts<'a>(data: &'a ReportData, charts: &mut Vec<&'a Chart>) -> Vec<Part> {
     add("picture", "Section of the dam", section.unwrap_or_default());
     add("motion", "Animation of the dam", data.animation.as_ref().map_or_else(String::new, motion));
     add("histories", "Time histories", histories(data, charts));
-    add("envelope", "Largest principal stress", data.envelope.as_ref().map_or_else(String::new, envelope));
+    let stress = data.envelope.as_ref().map_or_else(String::new, |of| envelope(of, charts));
+    add("envelope", "Largest principal stress", stress);
     add("stability", "Stability of the joints", stability(&data.stability));
     add("spectra", "Response spectra", figures(&data.spectra, charts));
     add("pressure", "Pressure over height", profiles(&data.profiles));
@@ -248,7 +249,7 @@ fn stability((joints, notes): &(Vec<StabilityTable>, Vec<String>)) -> String {
 }
 
 /// The section coloured by the largest principal stress, and the overstress.
-fn envelope(envelope: &Envelope) -> String {
+fn envelope<'a>(envelope: &'a Envelope, charts: &mut Vec<&'a Chart>) -> String {
     let compared = if envelope.rows.is_empty() {
         "Set <code>dam.material.tensile_strength</code> to compare it with a strength."
     } else {
@@ -257,11 +258,23 @@ fn envelope(envelope: &Envelope) -> String {
     };
     format!(
         "<p class=\"about\">Maximum over time at each point from 0 to {} s, including static stress, sampled at the end of every communication \
-         step. {compared} At re-entrant corners of an elastic body the stress grows without limit as the mesh is refined.</p>\n{}\
+         step. {compared} At re-entrant corners of an elastic body the stress grows without limit as the mesh is refined.</p>\n{}{}\
          <figure class=\"section\">{}</figure>\n",
         tables::number(envelope.end),
         tables::results(&envelope.rows),
+        envelope.performance.as_ref().map_or_else(String::new, |of| performance(of, charts)),
         envelope.picture
+    )
+}
+
+/// The verdict on the overstress, with its criteria and durations.
+fn performance<'a>(performance: &'a Performance, charts: &mut Vec<&'a Chart>) -> String {
+    format!(
+        "<h3>Performance criterion for linear analyses</h3>\n<p><b>{}</b></p>\n<p class=\"about\">{}</p>\n{}{}",
+        escape(&performance.verdict),
+        escape(&performance.about),
+        tables::checks(&performance.criteria),
+        figures(performance.durations.as_slice(), charts)
     )
 }
 

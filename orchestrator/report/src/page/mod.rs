@@ -17,6 +17,7 @@ mod inputs;
 mod limits;
 mod number;
 pub mod pair;
+mod performance;
 mod profile;
 mod profile_picture;
 mod remarks;
@@ -25,8 +26,8 @@ mod thinning;
 mod westergaard;
 
 pub use data::{
-    Abscissa, Animation, Chart, Check, Counted, Envelope, Group, Mark, MovingWater, Profile, ReportData,
-    Rounded, Row, Series, Value,
+    Abscissa, Animation, Chart, Check, Counted, Envelope, Group, Mark, MovingWater, Performance, Profile,
+    ReportData, Rounded, Row, Series, Value,
 };
 pub use document::html;
 pub use file::PageError;
@@ -92,7 +93,9 @@ fn stability(run: &RunFolder) -> (Vec<StabilityTable>, Vec<String>) {
 /// The envelope of the largest principal stress, and the overstress.
 fn envelope(run: &RunFolder, grid: &Grid) -> Option<Envelope> {
     let (_, end) = grid.field_data.iter().find(|(name, _)| name == END)?;
-    let rows = overstress(grid).into_iter().map(|quantity| Row {
+    let overstress = overstress(grid);
+    let performance = performance::of(run, grid, &overstress);
+    let rows = overstress.into_iter().map(|quantity| Row {
         value: Value::Number(quantity.value, unit(&quantity.unit)),
         remark: quantity.place.map_or_else(String::new, |[x, y]| format!("x = {x} m, y = {y} m")),
         name: quantity.name,
@@ -103,6 +106,7 @@ fn envelope(run: &RunFolder, grid: &Grid) -> Option<Envelope> {
         end: *end.first()?,
         picture: envelope_picture::picture(grid)?,
         rows: given.into_iter().chain(rows).collect(),
+        performance,
     })
 }
 

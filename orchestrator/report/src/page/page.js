@@ -14,6 +14,10 @@
   const PRINTED = { width: 660, height: 150 };
   // Least part of the largest value that a logarithmic scale shows.
   const LEAST = 1e-9;
+  // Abscissae: what they are, unit, decimals at the cursor, and whether the scale is logarithmic.
+  const TIMES = { name: "t", unit: " s", decimals: 4, logarithmic: false };
+  const PERIODS = { name: "T", unit: " s", decimals: 3, logarithmic: true };
+  const NUMBERS = { unit: "", decimals: 2, logarithmic: false };
   const ofTime = [];
   let moving = false;
 
@@ -22,23 +26,24 @@
     ? value.toExponential(2) : String(+value.toPrecision(4)));
 
   function abscissa(chart, time) {
-    const kind = Object.keys(chart.abscissa)[0];
-    const values = chart.abscissa[kind];
-    if (kind !== "Rows") return { kind, values };
+    const { Rows, Times, Periods, Numbers } = chart.abscissa;
+    if (Times) return { along: TIMES, values: Times };
+    if (Periods) return { along: PERIODS, values: Periods };
+    if (Numbers) return { along: { ...NUMBERS, name: Numbers.name }, values: Numbers.values };
     let row = 0;
-    return { kind: "Times", values: values.map(step => time[row += step]) };
+    return { along: TIMES, values: Rows.map(step => time[row += step]) };
   }
 
   // What a chart draws. The line of another run has instants of its own: where a line has no value, `undefined`, it continues.
   function content(chart) {
-    const { kind, values } = abscissa(chart, data.time);
+    const { along, values } = abscissa(chart, data.time);
     const lines = chart.series.map((line, index) => ({ ...line, index }));
-    if (!chart.beside) return { kind, lines, table: [values, ...lines.map(line => line.values)] };
+    if (!chart.beside) return { along, lines, table: [values, ...lines.map(line => line.values)] };
     const other = abscissa(chart.beside, data.beside);
     const beside = chart.beside.series.map(line => ({ ...line, index: 1 }));
     const tables = [[values, ...lines.map(line => line.values)], [other.values, ...beside.map(line => line.values)]];
-    const drawn = lines.length ? kind : other.kind;
-    return { kind: drawn, lines: [...lines, ...beside], table: uPlot.join(tables.filter(table => table.length > 1)) };
+    const drawn = lines.length ? along : other.along;
+    return { along: drawn, lines: [...lines, ...beside], table: uPlot.join(tables.filter(table => table.length > 1)) };
   }
 
   // Of a line without a value at the cursor the nearest one.
@@ -117,9 +122,9 @@
 
   function draw(place) {
     const chart = data.charts[+place.dataset.chart];
-    const { kind, lines, table } = content(chart);
+    const { along, lines, table } = content(chart);
     const values = table[0];
-    const overTime = kind === "Times";
+    const overTime = along === TIMES;
     const series = lines.map(({ index, ...line }) => ({
       label: line.name,
       stroke: COLOURS[index % COLOURS.length],
@@ -139,12 +144,12 @@
         ? { sync: { key: "time", scales: ["x", null], setSeries: false, filters: { pub: type => type === "mousemove" || type === "mouseleave" } }, drag: { x: true, y: false }, points: { size: 6 } }
         : { drag: { x: false, y: false }, points: { size: 6 } },
       scales: {
-        x: overTime ? { time: false, range: whole(values) } : { time: false, distr: 3, range: () => [values[0], values[values.length - 1]] },
+        x: overTime ? { time: false, range: whole(values) } : { time: false, distr: along.logarithmic ? 3 : 1, range: () => [values[0], values[values.length - 1]] },
         y: { distr: chart.logarithmic ? 3 : 1, range: ranges(chart) },
       },
-      series: [{ label: overTime ? "t" : "T", value: (u, value) => value == null ? "" : value.toFixed(overTime ? 4 : 3) + " s" }, ...series],
+      series: [{ label: along.name, value: (u, value) => value == null ? "" : value.toFixed(along.decimals) + along.unit }, ...series],
       axes: [
-        { ...axis, size: 30, filter: overTime ? undefined : (u, ticks) => ticks.map(t => /^[125]/.test(t.toExponential(0)) ? t : null), values: (u, ticks) => ticks.map(t => t == null ? null : +t.toPrecision(10) + " s") },
+        { ...axis, size: 30, filter: along.logarithmic ? (u, ticks) => ticks.map(t => /^[125]/.test(t.toExponential(0)) ? t : null) : undefined, values: (u, ticks) => ticks.map(t => t == null ? null : +t.toPrecision(10) + along.unit) },
         { ...axis, size: 62, ...(chart.logarithmic ? { splits: decades, filter: (u, ticks) => ticks } : {}), values: (u, ticks) => ticks.map(t => t == null ? null : Math.abs(t) >= 1e5 || (t !== 0 && Math.abs(t) < 1e-4)
             ? "10" + String(Math.round(Math.log10(Math.abs(t)))).replace(/./g, c => "⁰¹²³⁴⁵⁶⁷⁸⁹"[c] ?? "⁻") : minus(String(+t.toPrecision(6)))) },
       ],

@@ -107,7 +107,7 @@ fn thinned(abscissa: &Abscissa, values: &[Rounded]) -> (Abscissa, Vec<Rounded>) 
             Abscissa::Rows(differences(&rows))
         }
         Abscissa::Times(times) => Abscissa::Times(at(times)),
-        Abscissa::Periods(periods) => return (Abscissa::Periods(periods.clone()), values.to_vec()),
+        Abscissa::Periods(_) | Abscissa::Numbers { .. } => return (abscissa.clone(), values.to_vec()),
     };
     (abscissa, at(values))
 }
