@@ -291,7 +291,27 @@ const RECORDS: &[Case] = &[
     set(&["ground_motion.record.sha256=\"0123\""]),
     edit(&[("scale = 1.0", "start = 30.0")]),
     edit(&[("scale = 1.0", "start = 3.0\nend = 60.0")]),
+    csv("t,x,y\n0,0.1,0.2\n0.01,0,0\n"),
+    csv("0,05 0,1\n0,06 0,2\n"),
+    Case { set: &["ground_motion.record.column=3"], ..csv("t,x,y\n0,0.1,0.2\n0.01,0,0\n") },
+    Case { set: &["ground_motion.record.column=1"], ..at2("1\n2\n3\nNPTS= 2, DT= .01 SEC\n0.1 0.2\n") },
+    set(&["ground_motion.vertical={scale=0.5}"]),
+    set(&["ground_motion.vertical={column=2}"]),
+    set(&["ground_motion.vertical={column=0, scale=0}"]),
+    set(&["ground_motion.vertical={file='absent.csv', polarity=2}"]),
+    Case { scene: RAMP, ..set(&["ground_motion.vertical={column=2}"]) },
+    Case { scene: RAMP, ..set(&["ground_motion.ramp.vertical_acceleration=1e4"]) },
+    upwards(&["ground_motion.vertical.file=up.csv", "ground_motion.vertical.sha256=\"0123\""]),
+    upwards(&["ground_motion.vertical.file=up.csv", "ground_motion.record.start=0.01"]),
+    upwards(&["ground_motion.vertical.file=up.csv", "ground_motion.record.start=4"]),
+    upwards(&["ground_motion.vertical={file='up.csv', scale=1e5}"]),
+    upwards(&["ground_motion.vertical={file='up.csv', units='m/s2', column=2}"]),
 ];
+
+/// Samples every 8 ms, with a start and an end at rest.
+const fn upwards(set: &'static [&'static str]) -> Case {
+    Case { set, file: Some(("up.csv", "t,a [g]\n0,0\n0.008,0.1\n0.016,-0.1\n0.024,0\n")), ..edit(&[]) }
+}
 
 const OVERRIDES: &[Case] = &[
     set(&["dam.element_size=-5"]),
@@ -331,6 +351,7 @@ const WARNINGS: &[Case] = &[
     set(&[]),
     set(&["dam.fidelity=\"rigid-blocks\""]),
     Case { scene: RAMP, ..set(&["reservoir.element_size=1000"]) },
+    upwards(&["ground_motion.vertical={file='up.csv', scale=30}"]),
     set(&["tailwater={depth=80}"]),
     set(&["tailwater={depth=30, element_size=20, sound_speed=144}"]),
     set(&["tailwater={depth=30, fidelity='westergaard', method='bdf2'}"]),
@@ -510,9 +531,9 @@ variants!(INVALID, invalid, Invalid:
     WaterTooShallow WavesWithoutMemory EmptyTailwater NoDownstreamFace NothingToWatch NothingToShow NoModes NothingToCompute NothingButLogs NoFile NoProgram PanelTooLong TooMany NoStep NoMeasure FixedStep Window AddedMassScheme AdaptiveScheme ExplicitAtOnce NothingToHalve AdaptiveBounds
     LongestQuiet
     Unprintable SameCracks Undersampled
-    ExactlyOne Polarity Count Unit DurationMissing Record Mesh ReplacedByMesh);
+    ExactlyOne Polarity VerticalAlone VerticalUntold Count Unit DurationMissing Record Mesh ReplacedByMesh);
 variants!(RECORD_ERRORS, record_error, RecordError:
-    Read Format Line NoAcceleration OtherUnits NonFinite NonUniform Interval Empty Truncated Another Crop TooStrong);
+    Read Format Line NoAcceleration OtherUnits Columns Column NoColumns Clock NonFinite NonUniform Interval Empty Truncated Another Crop TooStrong);
 variants!(DOUBTS, doubt, Warning:
     CoarseDam CoarseReservoir CoarseFace CoarseStep ClippedSamples Drift Peak NoResidual LooseTolerance UndampedCrack NoUplift SlopingCrest RigidBlocks OpenLoop WithoutEffect
     PanelsOfTheReport Unusual);

@@ -1,9 +1,10 @@
 //! `reservoir.fidelity = "none"`: the dam alone, computed like every other run.
 
+use cofferdam_assembly::ground::ground_signals;
 use cofferdam_assembly::observer::HistoriesWriter;
 use cofferdam_assembly::participant::EmptyReservoir;
 use cofferdam_assembly::read_scene;
-use cofferdam_assembly::simulation::{ground_signal, scales, with_work};
+use cofferdam_assembly::simulation::{scales, with_work};
 use cofferdam_assembly::units::{RESERVOIR, pair};
 use cofferdam_coupling::acceleration::{Acceleration, AccelerationKind};
 use cofferdam_coupling::convergence::{ConvergenceMeasure, Measure};
@@ -38,7 +39,7 @@ fn crest(kind: SchemeKind, reservoir: impl Fn(cofferdam_unit::WetFace) -> Box<dy
         read_scene(&root().join("scenes/koyna-intact"), &["ground_motion.record.start=4".to_owned()])
             .expect("a shipped scene")
             .ground_motion;
-    let signals = vec![ground_signal(&motion)];
+    let signals = ground_signals(&motion);
     let scheme = Scheme::new(&mut graph, settings, acceleration, Predictor::new(2), measure, signals)
         .expect("units that fit");
     let scheme = with_work(scheme, &mut graph).expect("units that tell their points");

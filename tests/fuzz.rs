@@ -531,13 +531,14 @@ fn command_lines() {
 }
 
 /// Values of keys inside their ranges, and at their ends.
-const VALUES: [(&str, &[&str]); 42] = [
+const VALUES: [(&str, &[&str]); 43] = [
     ("gravity", &["0.1", "1.62", "1e4"]),
     ("time.communication_step", &["1e-4", "0.001", "0.02", "0.1", "1.0"]),
     ("time.quiet", &["0.0", "1e6"]),
     ("ground_motion.record.scale", &["1e-6", "0.1", "3.0", "50.0", "1e6"]),
     ("ground_motion.record.polarity", &["-1"]),
     ("ground_motion.record.start", &["0.0", "4.0", "10.0"]),
+    ("ground_motion.vertical", &["{column=1}", "{column=1, scale=20, polarity=-1}"]),
     ("reservoir.depth", &["1e-6", "0.5", "30.0", "60.0", "102.9"]),
     ("reservoir.density", &["100.0", "1200.0", "1e5"]),
     ("reservoir.sound_speed", &["1.0", "10.0", "500.0", "1e5"]),

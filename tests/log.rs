@@ -1,7 +1,8 @@
 //! Logs are read back, replayed, compared, cut off and damaged.
 
+use cofferdam_assembly::ground::ground_signals;
 use cofferdam_assembly::participant::Prescribed;
-use cofferdam_assembly::simulation::{ground_signal, scales, with_work};
+use cofferdam_assembly::simulation::{scales, with_work};
 use cofferdam_assembly::units::{DAM, RESERVOIR, pair};
 use cofferdam_coupling::acceleration::{Acceleration, AccelerationKind};
 use cofferdam_coupling::convergence::{ConvergenceMeasure, Measure};
@@ -694,7 +695,7 @@ pub(crate) fn rigid_run(
             1e-6,
             scales(koyna::DEPTH, 1000.0 * 9.81 * koyna::DEPTH),
         ),
-        vec![ground_signal(&loaded.ground_motion)],
+        ground_signals(&loaded.ground_motion),
     )?;
     let scheme = with_work(scheme, &mut graph)?;
     let mut simulation = Simulation::new(graph, scheme, Stepping::equal(0.0025, steps));
@@ -809,7 +810,7 @@ fn what_was_run_is_on_the_disk_at_once() -> Result<(), Box<dyn std::error::Error
     let dam = Prescribed::new(cofferdam_unit::WetFace::straight([0.0, koyna::DEPTH], 9)?)?;
     let start = Start {
         units: vec![dam.description().clone(), water(1, None)?.description().clone()],
-        signals: &[ground_signal(&loaded.ground_motion)],
+        signals: &ground_signals(&loaded.ground_motion),
         stepping: Stepping::equal(0.0025, 1),
     };
     for run in 0..5 {

@@ -59,5 +59,6 @@ mod template;
 mod terminal;
 mod three_units;
 mod two_masses;
+mod vertical_motion;
 mod water_field;
 mod westergaard_in_the_dam;

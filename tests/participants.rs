@@ -28,11 +28,6 @@ fn inputs(participant: &dyn Participant, step: u32, factor: f64) -> Vec<f64> {
         for (i, value) in values[range].iter_mut().enumerate() {
             *value = factor * size * (0.3 * f64::from(step) + 0.1 * i as f64).sin();
         }
-        if channel.name == "ground_acceleration" {
-            // Vertical motion is not modelled.
-            let y = layout.range(&channel.name).map_or(0, |r| r.end - 1);
-            values[y] = 0.0;
-        }
     }
     values
 }

@@ -495,3 +495,33 @@ fn what_cannot_be_resumed_is_named_and_left_alone() {
     running.kill().expect("killed");
     running.wait().expect("an ending");
 }
+
+/// A run with both components of the ground's motion: killed and resumed, or replayed, it has the same bits.
+#[test]
+fn a_killed_run_with_vertical_motion_goes_on_and_is_replayed() {
+    let _alone = alone();
+    let mut scenario = scene(1.0);
+    let file = root().join("scenes/records/northridge-1994-canyon-country-270.csv");
+    let vertical = [
+        ("file", Value::from(file.to_string_lossy().into_owned())),
+        ("scale", 0.6.into()),
+        ("polarity", (-1).into()),
+    ];
+    let level = run(&scenario, "level", &IN_PROCESS);
+    scenario.set("ground_motion.vertical", table(&vertical)).set("coupling.tolerance", 1e-6);
+    let whole = run(&scenario, "whole", &IN_PROCESS);
+    let histories = |run: &Path| fs::read(run.join("histories.csv")).expect("histories");
+    assert!(histories(&whole) != histories(&level));
+    let size = fs::metadata(whole.join("log.mcap")).expect("a log").len();
+    let folder = scenario.folder().join("killed");
+    let mut running = Running::start(scenario.command("killed"));
+    running.prepared();
+    grown(&folder.join("log.mcap"), size / 2);
+    signal(running.orchestrator.id(), "-KILL");
+    running.end();
+    let step = resume(&folder, &IN_PROCESS);
+    println!("with vertical motion: went on after step {step}");
+    assert_equal(&whole, &folder);
+    let (status, said) = cofferdam(&["replay", text(&folder), "--quiet"]);
+    assert!(status == Some(0) && said.matches("identical").count() == 2, "{said}");
+}

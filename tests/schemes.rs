@@ -1,7 +1,7 @@
 //! Features of the schemes: units at once, repeated steps, accepted failures, frozen units.
 
+use cofferdam_assembly::ground::ground_signals;
 use cofferdam_assembly::observer::{Limits, Rest, Snapshots};
-use cofferdam_assembly::simulation::ground_signal;
 use cofferdam_assembly::units::{DAM, GROUND_ACCELERATION, RESERVOIR, pair};
 use cofferdam_coupling::acceleration::{Acceleration, AccelerationKind};
 use cofferdam_coupling::convergence::{ConvergenceMeasure, IterationFailure, Measure, Scales};
@@ -216,7 +216,7 @@ fn what_is_to_be_watched_must_be_told() {
     let (dam, motion) = (mass(f64::cos), GroundMotion::of_samples("a push", 0.1, vec![0.0, 1.0, 0.0]));
     let start = Start {
         units: vec![dam.description().clone()],
-        signals: &[ground_signal(&motion)],
+        signals: &ground_signals(&motion),
         stepping: Stepping::equal(0.1, 200),
     };
     let limit = |quantity| StopScene { quantity, above: 1.0, action: StopAction::End };

@@ -8,7 +8,7 @@
 //! Bᵢ picks the degrees of freedom of face i. The faces share a third of theirs, and each fluid is as heavy as the
 //! structure: the interfaces act on each other strongly.
 
-use cofferdam_assembly::simulation::ground_signal;
+use cofferdam_assembly::ground::ground_signals;
 use cofferdam_assembly::units::wet_face_interface;
 use cofferdam_coupling::acceleration::{Acceleration, AccelerationKind};
 use cofferdam_coupling::convergence::{ConvergenceMeasure, Measure, Scales};
@@ -131,7 +131,7 @@ fn run(kind: SchemeKind, path: &Path) -> Result<u32, Box<dyn std::error::Error>>
     );
     let acceleration = Acceleration::new(AccelerationKind::IqnIls, 0.1, 1.0);
     let settings = Settings { kind, ..Settings::default() };
-    let signals = vec![ground_signal(&loaded.ground_motion)];
+    let signals = ground_signals(&loaded.ground_motion);
     let scheme = Scheme::new(&mut graph, settings, acceleration, Predictor::new(2), measure, signals)?;
     let scene = toml::to_string(&loaded.scene)?;
     let mut log = LogWriter::create(path, &Preamble { scene, ..Preamble::default() })?;

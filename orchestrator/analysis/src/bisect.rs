@@ -4,8 +4,8 @@ use crate::context::Context;
 use crate::parallel;
 use crate::provenance::other_build;
 use cofferdam_assembly::Assembly;
+use cofferdam_assembly::ground::ground_signals;
 use cofferdam_assembly::log::{ground_motion_of, scene_of};
-use cofferdam_assembly::simulation::ground_signal;
 use cofferdam_assembly::simulation::simulation_of;
 use cofferdam_assembly::units::DAM;
 use cofferdam_coupling::observer::{Ending, Observer, ObserverError, Start, Status, Until};
@@ -30,7 +30,7 @@ pub struct Request {
     pub checkpoints: u16,
     /// Branches from each.
     pub branches: u16,
-    /// Largest change of a sample of the ground's acceleration, as a share of the record's peak.
+    /// Largest change of a sample of the ground's acceleration, as a share of the peak of its component.
     pub amount: f64,
     /// Seed of the random numbers.
     pub seed: u64,
@@ -234,7 +234,6 @@ fn try_share(
 ) -> Result<Vec<Tried>, Box<dyn Error + Send + Sync>> {
     let scene = &scene_of(log)?;
     let motion = ground_motion_of(log);
-    let peak = motion.acceleration().iter().fold(0.0, |peak: f64, a| peak.max(a.abs()));
     let graph = Assembly::with(scene, context.making(NonZeroUsize::MIN)).graph()?;
     let mut simulation = simulation_of(scene, &motion, graph)?;
     let fingerprint = simulation.fingerprint()?;
@@ -257,8 +256,10 @@ fn try_share(
         let (mut alike, mut failed) = (0, 0);
         for branch in 0..u64::from(request.branches) {
             let mut random = fastrand::Rng::with_seed(seed_of(request.seed, checkpoint.step, branch));
-            let change = || request.amount * peak * (2.0 * random.f64() - 1.0);
-            simulation.scheme.replace_signal(ground_signal(&motion.moved_after(checkpoint.time, change)));
+            let change = |peak: f64| request.amount * peak * (2.0 * random.f64() - 1.0);
+            for signal in ground_signals(&motion.moved_after(checkpoint.time, change)) {
+                simulation.scheme.replace_signal(signal);
+            }
             simulation.graph.deserialise(&units)?;
             let mut course = simulation.course();
             simulation.branch(&mut course, &state)?;

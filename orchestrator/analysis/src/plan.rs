@@ -66,12 +66,23 @@ pub fn rows(loaded: &LoadedScene, context: &Context<'_>) -> Result<Vec<PlanRow>,
     let [low, high] = ENERGY.map(|share| motion.frequency_below_which(share));
     let mut rows = Vec::new();
     let has_record = scene.ground_motion.record.is_some();
+    let verdict = match motion.vertical() {
+        Some(_) if has_record => "horizontal and vertical, on rigid ground",
+        None if has_record => "horizontal, on rigid ground",
+        _ => "ramp",
+    };
+    let left_out = match motion.vertical() {
+        Some(vertical) => format!(
+            "vertically at most {:.3} g; the deformation of the ground is not modelled",
+            vertical.largest() / STANDARD_GRAVITY
+        ),
+        None => "vertical motion and the deformation of the ground are not modelled".to_owned(),
+    };
     rows.push(row(
         "ground motion",
-        if has_record { "horizontal, on rigid ground" } else { "ramp" },
+        verdict,
         format!(
-            "98 % of its energy lies from {low:.2} to {high:.1} Hz, at most {:.3} g; vertical motion and the \
-             deformation of the ground are not modelled",
+            "98 % of its energy lies from {low:.2} to {high:.1} Hz, at most {:.3} g; {left_out}",
             motion.peak().0.abs() / STANDARD_GRAVITY
         ),
     ));

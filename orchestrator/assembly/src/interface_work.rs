@@ -45,7 +45,7 @@ impl WetFaceWork {
 /// Acceleration (x, y) of the ground at `time` (s), m/s²; zero without a signal for it.
 fn ground_at(signals: &[Signal], time: f64) -> [f64; 2] {
     let mut acceleration = [0.0; 2];
-    if let Some(ground) = signals.iter().find(|signal| signal.input == GROUND_ACCELERATION) {
+    for ground in signals.iter().filter(|signal| signal.input == GROUND_ACCELERATION) {
         ground.evaluate(time, &mut acceleration);
     }
     acceleration

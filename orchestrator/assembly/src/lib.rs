@@ -18,6 +18,7 @@
 mod assembly;
 pub mod build_info;
 pub mod cache;
+pub mod ground;
 pub mod interface_work;
 pub mod log;
 pub mod observer;

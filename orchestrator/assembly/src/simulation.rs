@@ -1,14 +1,14 @@
 //! The simulation of a scene: scheme, acceleration, predictor, measures of convergence and communication steps are those of the
 //! scene.
 
+use crate::ground::ground_signals;
 use crate::interface_work::WetFaceWork;
 use crate::participant::SelfTest;
-use crate::units::{DAM, GROUND_ACCELERATION, unit_role};
+use crate::units::{DAM, unit_role};
 use cofferdam_coupling::acceleration::Acceleration;
 use cofferdam_coupling::convergence::{ConvergenceMeasure, Scales};
 use cofferdam_coupling::participant::ParticipantError;
 use cofferdam_coupling::scheme::{CouplingError, Graph, Predictor, Scheme, Settings, UnitId};
-use cofferdam_coupling::signal::Signal;
 use cofferdam_coupling::simulation::{Simulation, SimulationError, UnitTest};
 use cofferdam_motion::GroundMotion;
 use cofferdam_scene::{OnFailure, Scene};
@@ -19,17 +19,6 @@ const PROBE: f64 = 1e-4;
 
 /// Variable of a dam with the displacement (x, y) of its crest under weight and hydrostatic pressure, m.
 const CREST_AT_REST: &str = "crest_static_displacement";
-
-/// The acceleration of the ground as the external signal that dams and waters receive.
-pub fn ground_signal(motion: &GroundMotion) -> Signal {
-    Signal {
-        quantity: "acceleration".to_owned(),
-        unit: "m/s2".to_owned(),
-        source: motion.source().to_owned(),
-        held: motion.is_held(),
-        ..Signal::new("ground_motion", GROUND_ACCELERATION, motion.interval(), motion.acceleration().to_vec())
-    }
-}
 
 /// Scales of the exchanged pressures for a dam of `height` (m) in water of hydrostatic base pressure `ρgh` (Pa): u_ref = 1e-9 ×
 /// height; ρgh is the typical pressure, so that ε is relative as long as pressures exceed a hundredth of it; no pressure may
@@ -63,12 +52,12 @@ pub fn simulation_of(
     let predictor = Predictor::new(coupling.predictor_order);
     let scales = Scales {
         // Half the inertia of the water column.
-        expected: 0.5 * base_pressure * ground_motion.peak().0.abs() / scene.gravity,
+        expected: 0.5 * base_pressure * ground_motion.largest() / scene.gravity,
         ..scales(scene.height(), base_pressure)
     };
     let measure = ConvergenceMeasure::new(&coupling.measures, coupling.tolerance, scales);
-    let ground = ground_signal(ground_motion);
-    let scheme = Scheme::new(&mut graph, settings, acceleration, predictor, measure, vec![ground])?;
+    let ground = ground_signals(ground_motion);
+    let scheme = Scheme::new(&mut graph, settings, acceleration, predictor, measure, ground)?;
     let scheme = with_work(scheme, &mut graph).map_err(CouplingError::from)?;
     let sources = scene.sources().into_iter().enumerate();
     let tested = |(number, _)| {

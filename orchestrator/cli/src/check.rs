@@ -13,8 +13,8 @@ use cofferdam_analysis::estimate;
 use cofferdam_analysis::flutter::{self, advise};
 use cofferdam_analysis::start::StartError;
 use cofferdam_analysis::variables::known;
+use cofferdam_assembly::ground::ground_signals;
 use cofferdam_assembly::observer::{Limits, Rest, Snapshots};
-use cofferdam_assembly::simulation::ground_signal;
 use cofferdam_assembly::units::{DAM, TAILWATER};
 use cofferdam_coupling::observer::{self, Observer, ObserverError};
 use cofferdam_coupling::participant::{Level, ParticipantError};
@@ -22,7 +22,7 @@ use cofferdam_coupling::scheme::{CouplingError, check_points};
 use cofferdam_report::section;
 use cofferdam_scene::{Scene, SceneError, Side, Source};
 use cofferdam_unit::Role;
-use describe::{SLOW, limit, list, shapes, slow, strength};
+use describe::{SLOW, limit, list, shapes, slow, strength, vertical_strength};
 use foreign::{test, told, unit};
 use miette::Diagnostic;
 use std::io::{Error, ErrorKind};
@@ -217,7 +217,7 @@ fn examine(path: &Path, arguments: &Arguments) -> Result<(), CheckError> {
     let mut dam = unit(DAM, &loaded.scene)?;
     let start = observer::Start {
         units: vec![dam.description().clone()],
-        signals: &[ground_signal(&loaded.ground_motion)],
+        signals: &ground_signals(&loaded.ground_motion),
         stepping: loaded.scene.stepping(),
     };
     Limits::new(&loaded.scene.stop).begin(&start)?;
@@ -295,6 +295,9 @@ fn examine(path: &Path, arguments: &Arguments) -> Result<(), CheckError> {
     }
     if loaded.ground_motion.file().is_some() {
         lines.push(format!("  {}", strength(&loaded.ground_motion)));
+        lines.extend(
+            loaded.ground_motion.vertical().map(|vertical| format!("  {}", vertical_strength(vertical))),
+        );
     }
     if !frequencies.is_empty() {
         lines.push(format!(

@@ -121,6 +121,8 @@ const RESERVOIR: &str =
 
 const COUPLED: &str =
     "input: ground_acceleration; with the parameter use_record = 1 the ground moves as in the scene";
+const COUPLED_IN_BOTH: &str = "inputs: ground_acceleration, ground_acceleration_vertical; with the parameter use_record = 1 the ground moves as \
+     in the scene";
 
 /// Reason why no FMU was written.
 #[derive(Debug, thiserror::Error, Diagnostic)]
@@ -171,7 +173,8 @@ fn execute(arguments: &Arguments) -> Result<(), Failure> {
         version.number()
     ));
     print(format!("{} interface points; communication step {step} s {steps}", packed.interface_points));
-    print(said);
+    let both = unit == Unit::Coupled && loaded.ground_motion.vertical().is_some();
+    print(if both { COUPLED_IN_BOTH } else { said });
     let number = version.number();
     print(format!(
         "for importers of FMI {number} on this platform, such as FMPy; documentation/index.html in it explains its use"

@@ -16,14 +16,15 @@ pub struct Arguments {
     #[arg(short, long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
-    /// Also print the vertical component, named as in FMI 2.0 FMUs of a dam or a reservoir
+    /// Print both components, named as in FMI 2.0 FMUs of a dam or a reservoir
     #[arg(long)]
     pub plane: bool,
 }
 
 pub const HELP: &str = "\
 Prints the ground motion of the scene as a CSV table for FMPy: time (s) and
-ground acceleration (m/s²), one row per communication step.
+ground acceleration (m/s²), one row per communication step; of a scene with
+vertical ground motion also the vertical acceleration.
 
 FMPy sets the inputs of time t before the step from t to t + H, and the FMU
 takes them for the end of that step. So the row of time t has the acceleration
@@ -48,10 +49,10 @@ pub fn run(arguments: &Arguments) -> ExitCode {
         }
     };
     let step = loaded.scene.time.communication_step;
-    let names: &[&str] = if arguments.plane {
-        &["ground_acceleration.x", "ground_acceleration.y"]
-    } else {
-        &["ground_acceleration"]
+    let names: &[&str] = match loaded.ground_motion.vertical() {
+        _ if arguments.plane => &["ground_acceleration.x", "ground_acceleration.y"],
+        Some(_) => &["ground_acceleration", "ground_acceleration_vertical"],
+        None => &["ground_acceleration"],
     };
     let mut table = Table::new(std::iter::once("time").chain(names.iter().copied()));
     let mut row = |time: f64, value: [f64; 2]| {

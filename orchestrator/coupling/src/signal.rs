@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-/// A sampled signal that every unit with an input of the name [`input`](Self::input) receives.
+/// A sampled signal that every unit with an input of the name [`input`](Self::input) receives as one component of it.
 ///
 /// The value at time t is linear between equally spaced samples. After the last sample it is zero, reached within one
-/// interval, or stays at the last sample if the signal is [`held`](Self::held). A unit's input may have more components
-/// than the signal; the others are zero.
+/// interval, or stays at the last sample if the signal is [`held`](Self::held). Other components of the input are those of other
+/// signals, or zero.
 ///
 /// ```
 /// use cofferdam_coupling::signal::Signal;
@@ -34,6 +34,13 @@ pub struct Signal {
     pub samples: Vec<f64>,
     /// Whether the last sample holds from there on.
     pub held: bool,
+    /// The component of the input, counted from 0. Text formats leave out that it is the first.
+    #[serde(default, skip_serializing_if = "is_first")]
+    pub component: usize,
+}
+
+fn is_first(component: &usize) -> bool {
+    *component == 0
 }
 
 impl Signal {
@@ -50,6 +57,7 @@ impl Signal {
             interval,
             samples,
             held: false,
+            component: 0,
         }
     }
 
@@ -61,11 +69,10 @@ impl Signal {
         (!endless).then_some(last + fall)
     }
 
-    /// Writes the value at `time` (s) to `value`, whose further components become zero.
+    /// Writes the value at `time` (s) to its component of `value`, if there is one.
     pub fn evaluate(&self, time: f64, value: &mut [f64]) {
-        value.fill(0.0);
-        if let Some(first) = value.first_mut() {
-            *first = sampled(&self.samples, self.interval, self.held, time);
+        if let Some(component) = value.get_mut(self.component) {
+            *component = sampled(&self.samples, self.interval, self.held, time);
         }
     }
 }
@@ -93,7 +100,7 @@ mod tests {
     fn value_is_linear_between_samples_and_zero_or_held_afterwards() {
         let mut signal = Signal::new("s", "x", 0.5, vec![1.0, 3.0, -2.0]);
         let at = |signal: &Signal, time| {
-            let mut value = [7.0; 3];
+            let mut value = [0.0; 3];
             signal.evaluate(time, &mut value);
             value
         };
@@ -101,6 +108,11 @@ mod tests {
             assert_eq!(at(&signal, time), [value, 0.0, 0.0], "at {time}");
         }
         assert_eq!(signal.zero_from(), Some(1.5));
+        let (mut value, second) = ([7.0; 2], Signal { component: 1, ..signal.clone() });
+        second.evaluate(0.25, &mut value);
+        assert_eq!(value, [7.0, 2.0]);
+        second.evaluate(0.25, &mut value[..1]);
+        assert_eq!(value, [7.0, 2.0]);
         signal.held = true;
         assert_eq!(signal.zero_from(), None);
         assert_eq!([at(&signal, 1.25)[0], at(&signal, 9.0)[0]], [-2.0, -2.0]);

@@ -260,7 +260,13 @@ impl Simulation {
     pub fn fingerprint(&self) -> Result<Fingerprint, StateError> {
         let signals: Vec<_> =
             self.scheme.signals().iter().map(|s| (&s.input, s.interval, &s.samples)).collect();
-        Fingerprint::of("run", &(self.scheme.fingerprint(), self.stepping, signals))
+        let scheme = self.scheme.fingerprint();
+        // As before where there are only first ones.
+        let components: Vec<_> = self.scheme.signals().iter().map(|signal| signal.component).collect();
+        match components.iter().all(|component| *component == 0) {
+            true => Fingerprint::of("run", &(scheme, self.stepping, signals)),
+            false => Fingerprint::of("run", &(scheme, self.stepping, signals, components)),
+        }
     }
 
     /// The state of the run at the end of the last accepted window. The units give theirs at the same time:

@@ -257,6 +257,9 @@ fn rigid_dam<U: CoSimulation>(
 
 /// The base pressure of compressible water on a rigid dam, if there is a closed form.
 pub(super) fn closed_form(scene: &Scene, motion: &GroundMotion) -> Result<Option<Vec<f64>>, StudyError> {
+    if motion.vertical().is_some() {
+        return Ok(None);
+    }
     let mut compressible = scene.clone();
     compressible.reservoir.fidelity = FidelityScene::Compressible;
     let exact = Exact::of(&Assembly::of(&compressible).water_parameters(Side::Upstream)?, Motion::Horizontal);

@@ -6,7 +6,7 @@ use crate::terminal::print;
 use cofferdam_analysis::context::threads;
 use cofferdam_analysis::table::Table;
 use cofferdam_assembly::Assembly;
-use cofferdam_assembly::simulation::ground_signal;
+use cofferdam_assembly::ground::ground_signals;
 use cofferdam_assembly::simulation::simulation_of;
 use cofferdam_coupling::observer::{Ending, Observer, ObserverError, Start};
 use cofferdam_coupling::participant::Description;
@@ -104,7 +104,7 @@ pub fn run(SeekArguments { arguments, size }: &SeekArguments) -> Result<(), Stud
     let preamble = Preamble { scene, version: env!("CARGO_PKG_VERSION").to_owned(), ..Preamble::default() };
     let start = Start {
         units: kept.units.clone(),
-        signals: &[ground_signal(&loaded.ground_motion)],
+        signals: &ground_signals(&loaded.ground_motion),
         stepping: loaded.scene.stepping(),
     };
     let steps = repeat(&path, &preamble, &start, &kept, *size).map_err(|cause| wrong(cause.into()))?;

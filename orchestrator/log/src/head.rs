@@ -69,9 +69,9 @@ impl Head {
         Some(scene.get("title")?.as_str()?.to_owned())
     }
 
-    /// The external signal that units receive as `input`.
-    pub fn signal(&self, input: &str) -> Option<&Signal> {
-        self.signals.iter().find(|signal| signal.input == input)
+    /// The external signal that units receive as a component of `input`, counted from 0.
+    pub fn signal(&self, input: &str, component: usize) -> Option<&Signal> {
+        self.signals.iter().find(|signal| signal.input == input && signal.component == component)
     }
 
     /// Reads up to the first message that does not belong to it.
@@ -258,6 +258,7 @@ fn signal(
         interval: decoder.double(1),
         samples: decoder.doubles(2).to_vec(),
         held: metadata.get("held").is_some_and(|held| held == "true"),
+        component: metadata.get("component").and_then(|component| component.parse().ok()).unwrap_or(0),
     }))
 }
 

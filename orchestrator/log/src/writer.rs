@@ -246,8 +246,12 @@ impl LogWriter {
             let (input, quantity, unit) = (&signal.input, &signal.quantity, &signal.unit);
             let metadata = [("input", input), ("quantity", quantity), ("unit", unit), ("held", &held)];
             let metadata = metadata.map(|(key, value)| (key.to_owned(), value.clone()));
+            let mut metadata = BTreeMap::from(metadata);
+            if signal.component > 0 {
+                metadata.insert("component".to_owned(), signal.component.to_string());
+            }
             let topic = format!("/{}", signal.name);
-            self.declare_with(&mut writer, &topic, signal_type(signal), &BTreeMap::from(metadata))
+            self.declare_with(&mut writer, &topic, signal_type(signal), &metadata)
         });
         let signals = signals.collect::<Result<Vec<_>, _>>()?;
         for description in &start.units {

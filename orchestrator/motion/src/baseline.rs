@@ -1,6 +1,6 @@
 //! Whether a record comes to rest.
 
-use super::GroundMotion;
+use super::{Component, GroundMotion};
 
 /// Largest and last of a history.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -24,6 +24,13 @@ impl Drift {
 }
 
 impl GroundMotion {
+    /// Horizontal velocity (m/s) and displacement (m) of the ground, by the trapezoidal rule from rest.
+    pub fn drift(&self) -> [Drift; 2] {
+        self.horizontal().drift()
+    }
+}
+
+impl Component {
     /// Velocity (m/s) and displacement (m) of the ground, by the trapezoidal rule from rest.
     pub fn drift(&self) -> [Drift; 2] {
         let velocity = self.integral(self.acceleration());

@@ -4,7 +4,7 @@ use super::{GroundMotion, STANDARD_GRAVITY};
 use std::f64::consts::PI;
 
 impl GroundMotion {
-    /// Arias intensity I = π/(2g) ∫ ü² dt, m/s, and the time between 5 and 95 % of it, s, by the rectangle rule.
+    /// Arias intensity of the horizontal component, I = π/(2g) ∫ ü² dt, m/s, and the time between 5 and 95 % of it, s, by the rectangle rule.
     pub fn arias_intensity(&self) -> (f64, f64) {
         let scale = PI / (2.0 * STANDARD_GRAVITY) * self.interval();
         let total: f64 = self.acceleration().iter().map(|a| scale * a * a).sum();

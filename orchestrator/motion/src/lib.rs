@@ -15,6 +15,7 @@
 //! ```
 
 mod baseline;
+mod component;
 mod header;
 mod intensity;
 mod noise;
@@ -25,6 +26,7 @@ mod target_spectrum;
 pub mod text_file;
 mod units;
 
+pub use component::{Component, Excerpt, RecordFile};
 pub use record::{Record, RecordError, STRONGEST};
 pub use response_spectrum::response_spectrum;
 pub use target_spectrum::{SpectralFit, TargetError, TargetSpectrum, compared_periods};
@@ -32,28 +34,34 @@ pub use units::{STANDARD_GRAVITY, Units};
 
 use std::path::Path;
 
-/// Horizontal acceleration of the ground, linear between equally spaced samples, zero afterwards.
+/// Acceleration of the ground: horizontal and, where there is one, vertical.
+///
+/// What has one value is that of the horizontal component: peak, samples, spectra, intensities.
+///
+/// ```
+/// use cofferdam_motion::{Component, GroundMotion};
+///
+/// let motion = GroundMotion::of_samples("x", 0.5, vec![0.0, 2.0]);
+/// assert_eq!(motion.at(0.25), [1.0, 0.0]);
+/// let motion = motion.with_vertical(Some(Component::of_samples("y", 0.25, vec![0.0, 3.0, 6.0])));
+/// assert_eq!((motion.at(0.25), motion.peak().0), ([1.0, 3.0], 2.0));
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct GroundMotion {
-    source: String,
-    file: Option<RecordFile>,
-    interval: f64,
-    acceleration: Vec<f64>,
-    hold: bool,
+    horizontal: Component,
+    vertical: Option<Component>,
 }
 
-/// What belongs to the file of a record.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RecordFile {
-    /// Unit of its accelerations.
-    pub units: Units,
-    /// Its SHA-256, in hexadecimal digits.
-    pub sha256: String,
+impl From<Component> for GroundMotion {
+    /// Horizontal motion alone.
+    fn from(horizontal: Component) -> Self {
+        Self { horizontal, vertical: None }
+    }
 }
 
 impl GroundMotion {
-    /// A record from its file, whose accelerations are in `units`, else in what its header says, else in g, cropped to
-    /// `start`–`end` (s, both within the record), times `factor`.
+    /// Horizontal motion by a record from its file, whose accelerations are in `units`, else in what its header says, else in g, cropped
+    /// to `start`–`end` (s, both within the record), times `factor`.
     pub fn from_record(
         path: &Path,
         units: Option<Units>,
@@ -61,112 +69,101 @@ impl GroundMotion {
         end: f64,
         factor: f64,
     ) -> Result<Self, RecordError> {
-        let record = Record::read(path)?;
-        if let (Some(header), Some(scene)) = (record.units, units)
-            && header != scene
-        {
-            return Err(RecordError::OtherUnits { path: path.to_owned(), header, scene });
-        }
-        let units = units.or(record.units).unwrap_or_default();
-        let duration = record.interval * (record.acceleration.len() - 1) as f64;
-        let first = (start / record.interval - 1e-6).ceil().max(0.0) as usize;
-        let last = ((end.min(duration) / record.interval + 1e-6).floor().max(0.0) as usize)
-            .min(record.acceleration.len() - 1);
-        let beyond = end.is_finite() && end > duration + 1e-6 * record.interval;
-        if first >= last || beyond {
-            let end = if beyond { end } else { end.min(duration) };
-            return Err(RecordError::Crop { path: path.to_owned(), start, end, duration });
-        }
-        let acceleration: Vec<f64> =
-            record.acceleration[first..=last].iter().map(|a| a * factor * units.in_si()).collect();
-        if let Some(index) = acceleration.iter().position(|a| a.abs() > STRONGEST) {
-            let (path, sample) = (path.to_owned(), record.acceleration[first + index]);
-            return Err(RecordError::TooStrong { path, sample, units, factor: factor.abs() });
-        }
-        let source = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-        let file = Some(RecordFile { units, sha256: record.sha256 });
-        Ok(Self { source, file, interval: record.interval, acceleration, hold: false })
+        let excerpt = Excerpt { units, start, end, factor, ..Excerpt::whole(path) };
+        Component::from_record(&excerpt).map(Self::from)
     }
 
-    /// A ramp from 0 to `acceleration` (m/s²) over `rise` (s), then held.
+    /// A horizontal ramp from 0 to `acceleration` (m/s²) over `rise` (s), then held.
     pub fn ramp(acceleration: f64, rise: f64) -> Self {
-        let source = format!("ramp to {acceleration} m/s2 in {rise} s");
-        Self { source, file: None, interval: rise, acceleration: vec![0.0, acceleration], hold: true }
+        Component::ramp(acceleration, rise).into()
     }
 
-    /// Equally spaced samples (m/s²), `interval` (s) apart, zero afterwards.
+    /// Horizontal motion by equally spaced samples (m/s²), `interval` (s) apart, zero afterwards.
     pub fn of_samples(source: &str, interval: f64, acceleration: Vec<f64>) -> Self {
-        Self { source: source.to_owned(), file: None, interval, acceleration, hold: false }
+        Component::of_samples(source, interval, acceleration).into()
     }
 
-    /// The same with every sample after `time` (s) moved by what `change` (m/s²) gives for it.
-    pub fn moved_after(&self, time: f64, mut change: impl FnMut() -> f64) -> Self {
-        let mut moved = self.clone();
-        let later = (time / self.interval).floor().max(0.0) as usize + 1;
-        moved.acceleration.iter_mut().skip(later).for_each(|sample| *sample += change());
-        moved
+    /// The same with this vertical component.
+    #[must_use]
+    pub fn with_vertical(self, vertical: Option<Component>) -> Self {
+        Self { vertical, ..self }
     }
 
-    /// The same, its last sample held from there on.
+    /// The horizontal component, positive downstream.
+    pub fn horizontal(&self) -> &Component {
+        &self.horizontal
+    }
+
+    /// The vertical component, positive upwards.
+    pub fn vertical(&self) -> Option<&Component> {
+        self.vertical.as_ref()
+    }
+
+    /// The components, the horizontal one first.
+    pub fn components(&self) -> impl Iterator<Item = &Component> {
+        std::iter::once(&self.horizontal).chain(&self.vertical)
+    }
+
+    /// The same with every sample after `time` (s) moved by what `change` (m/s²) gives for the magnitude of its component's peak (m/s²).
+    pub fn moved_after(&self, time: f64, mut change: impl FnMut(f64) -> f64) -> Self {
+        let horizontal = self.horizontal.moved_after(time, &mut change);
+        let vertical = self.vertical.as_ref().map(|vertical| vertical.moved_after(time, &mut change));
+        Self { horizontal, vertical }
+    }
+
+    /// The same, its last horizontal sample held from there on.
     pub fn held(self) -> Self {
-        Self { hold: true, ..self }
+        Self { horizontal: self.horizontal.held(), ..self }
     }
 
-    /// Whether the last sample is held.
+    /// Whether the last horizontal sample is held.
     pub fn is_held(&self) -> bool {
-        self.hold
+        self.horizontal.is_held()
     }
 
-    /// Where it came from.
+    /// Where the horizontal component came from.
     pub fn source(&self) -> &str {
-        &self.source
+        self.horizontal.source()
     }
 
-    /// The file of a record.
+    /// The file of a horizontal record.
     pub fn file(&self) -> Option<&RecordFile> {
-        self.file.as_ref()
+        self.horizontal.file()
     }
 
-    /// Time between two samples, s.
+    /// Time between two horizontal samples, s.
     pub fn interval(&self) -> f64 {
-        self.interval
+        self.horizontal.interval()
     }
 
-    /// The samples, m/s².
+    /// The horizontal samples, m/s².
     pub fn acceleration(&self) -> &[f64] {
-        &self.acceleration
+        self.horizontal.acceleration()
     }
 
-    /// The sample that is farthest from zero, m/s², and its time, s.
+    /// The horizontal sample that is farthest from zero, m/s², and its time, s.
     pub fn peak(&self) -> (f64, f64) {
-        let samples = self.acceleration.iter().enumerate();
-        let peak = samples.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
-        peak.map_or((0.0, 0.0), |(index, peak)| (*peak, index as f64 * self.interval))
+        self.horizontal.peak()
     }
 
-    /// Time of the last sample, s.
+    /// Magnitude of the largest peak of a component, m/s².
+    pub fn largest(&self) -> f64 {
+        self.components().map(Component::largest).fold(0.0, f64::max)
+    }
+
+    /// Time of the last sample of any component, s.
     pub fn duration(&self) -> f64 {
-        self.interval * (self.acceleration.len() - 1) as f64
+        self.components().map(Component::duration).fold(0.0, f64::max)
     }
 
     /// Time from which on the ground does not accelerate, s; `None` if it never ends.
     pub fn rest_from(&self) -> Option<f64> {
-        let held = self.hold && self.acceleration.last().is_some_and(|a| *a != 0.0);
-        (!held).then(|| self.duration() + if self.hold { 0.0 } else { self.interval })
+        self.components().try_fold(0.0, |rest: f64, component| Some(rest.max(component.rest_from()?)))
     }
 
     /// Acceleration (x, y) at `time` (s), m/s²; after a record it falls to zero within one interval.
     pub fn at(&self, time: f64) -> [f64; 2] {
-        let last = self.acceleration.len() - 1;
-        let after = if self.hold { self.acceleration[last] } else { 0.0 };
-        let position = (time / self.interval).max(0.0);
-        if position >= (last + 1) as f64 {
-            return [after, 0.0];
-        }
-        let index = position.floor() as usize;
-        let a = self.acceleration[index];
-        let b = self.acceleration.get(index + 1).copied().unwrap_or(after);
-        [a + (position - index as f64) * (b - a), 0.0]
+        [self.horizontal.at(time), self.vertical.as_ref().map_or(0.0, |vertical| vertical.at(time))]
     }
 }
 
@@ -184,6 +181,61 @@ mod tests {
         let ramp = GroundMotion::ramp(-2.0, 0.1);
         assert_eq!(ramp.rest_from(), None);
         assert_eq!([ramp.at(0.05)[0], ramp.at(0.1)[0], ramp.at(5.0)[0]], [-1.0, -2.0, -2.0]);
+    }
+
+    #[test]
+    fn components_have_their_own_clocks_and_end_apart() {
+        let horizontal = GroundMotion::of_samples("x", 0.5, vec![1.0, 3.0, -2.0]);
+        let vertical = Component::of_samples("y", 0.25, vec![0.0, 4.0, 8.0]);
+        let both = horizontal.clone().with_vertical(Some(vertical.clone()));
+        for (time, value) in [(0.0, [1.0, 0.0]), (0.25, [2.0, 4.0]), (0.625, [1.75, 4.0]), (1.0, [-2.0, 0.0])]
+        {
+            assert_eq!(both.at(time), value, "at {time}");
+        }
+        // The horizontal component ends later, and what has one value is its own.
+        assert_eq!((both.rest_from(), both.duration()), (Some(1.5), 1.0));
+        assert_eq!((both.peak(), both.largest()), ((3.0, 0.5), 8.0));
+        assert_eq!(
+            (both.drift(), both.arias_intensity()),
+            (horizontal.drift(), horizontal.arias_intensity())
+        );
+        let longer = horizontal.clone().with_vertical(Some(Component::of_samples("y", 0.5, vec![1.0; 9])));
+        assert_eq!((longer.rest_from(), longer.duration()), (Some(4.5), 4.0));
+        let held = horizontal.clone().with_vertical(Some(vertical.held()));
+        assert_eq!((held.rest_from(), held.at(99.0)), (None, [0.0, 8.0]));
+        let moved = both.moved_after(0.3, |peak| peak);
+        assert_eq!((moved.at(0.5), moved.at(1.0), moved.at(0.25)), ([6.0, 16.0], [1.0, 0.0], [3.5, 4.0]));
+        // Perturbed alike: the horizontal samples do not depend on the vertical ones, and these are not the same noise.
+        let noisy = [&both, &horizontal].map(|motion| motion.with_noise(0.1, 7));
+        assert_eq!(noisy[0].horizontal(), noisy[1].horizontal());
+        assert_ne!(noisy[0].vertical(), both.vertical());
+    }
+
+    #[test]
+    fn a_record_may_have_several_columns() -> Result<(), Box<dyn std::error::Error>> {
+        let folder = tempfile::tempdir()?;
+        let path = folder.path().join("r.csv");
+        std::fs::write(&path, "time_s,x [g],y [cm/s2]\n0,0.1,10\n0.01,0.2,20\n0.02,0.3,30\n0.03,0.4,40\n")?;
+        let of = |column, start, follows| {
+            let excerpt = Excerpt { column, start, follows, ..Excerpt::whole(&path) };
+            Component::from_record(&excerpt)
+        };
+        let x = of(Some(1), 0.0, false)?;
+        assert!(
+            (x.acceleration()[3] - 0.4 * STANDARD_GRAVITY).abs() < 1e-12 && x.source() == "r.csv, column 1"
+        );
+        // Its header has a unit for each column.
+        let y = of(Some(2), 0.01, true)?;
+        assert!((y.acceleration()[0] - 0.2).abs() < 1e-12 && y.acceleration().len() == 3, "{y:?}");
+        assert!(matches!(of(None, 0.0, false), Err(RecordError::Columns { columns: 2, line: 2, .. })));
+        assert!(matches!(of(Some(3), 0.0, false), Err(RecordError::Column { column: 3, columns: 2, .. })));
+        assert!(matches!(of(Some(2), 0.015, true), Err(RecordError::Clock { .. })));
+        assert!(of(Some(2), 0.015, false).is_ok());
+        let at2 = folder.path().join("r.at2");
+        std::fs::write(&at2, "PEER\nevent\nunits of g\nNPTS=   3, DT=  .0200 SEC\n .1 .2 .3\n")?;
+        let series = Component::from_record(&Excerpt { column: Some(1), ..Excerpt::whole(&at2) });
+        assert!(matches!(series, Err(RecordError::NoColumns { .. })), "{series:?}");
+        Ok(())
     }
 
     #[test]

@@ -1,11 +1,24 @@
 //! Motions that differ a little.
 
-use super::GroundMotion;
+use super::{Component, GroundMotion};
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
 use std::f64::consts::TAU;
 
+/// Sets the noise of the vertical component apart from that of the horizontal one.
+const OF_VERTICAL: u64 = 0x9e37_79b9_7f4a_7c15;
+
 impl GroundMotion {
+    /// The same with noise in each component: of the frequencies of the component, with random phases, its root mean square the
+    /// `share` of the component's. The same `seed` gives the same noise.
+    #[must_use]
+    pub fn with_noise(&self, share: f64, seed: u64) -> Self {
+        let vertical = self.vertical().map(|vertical| vertical.with_noise(share, seed ^ OF_VERTICAL));
+        Self::from(self.horizontal().with_noise(share, seed)).with_vertical(vertical)
+    }
+}
+
+impl Component {
     /// The same with noise: of the frequencies of this motion, with random phases, its root mean square the `share` of this
     /// motion's. The same `seed` gives the same noise.
     ///

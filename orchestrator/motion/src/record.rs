@@ -1,4 +1,4 @@
-//! Records of ground motion in files: two columns, or PEER AT2.
+//! Records of ground motion in files: columns, or PEER AT2.
 
 use super::header::{self, Values};
 use super::units::Units;
@@ -77,6 +77,55 @@ pub enum RecordError {
         header: Units,
         /// Unit in the scene.
         scene: Units,
+    },
+    /// Several columns of accelerations, and none chosen.
+    #[error(
+        "{}:{line}: `{text}` has {columns} columns after the time; choose one by `column`, or write decimal points instead of \
+         commas", path.display()
+    )]
+    Columns {
+        /// The file.
+        path: PathBuf,
+        /// Line number, from 1.
+        line: usize,
+        /// What stands there.
+        text: String,
+        /// Columns after the time.
+        columns: usize,
+    },
+    /// A column that the file does not have.
+    #[error("{}:{line}: `column` is {column}, but this line has {columns} after the time; choose one of them", path.display())]
+    Column {
+        /// The file.
+        path: PathBuf,
+        /// Line number, from 1.
+        line: usize,
+        /// The column, counted from 1.
+        column: usize,
+        /// Columns after the time.
+        columns: usize,
+    },
+    /// A column of a file that has none.
+    #[error(
+        "{}: an .at2 file has one series of accelerations and no columns; leave `column` out, and give each component its own file",
+        path.display()
+    )]
+    NoColumns {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A second record without a sample at the instant at which the first begins.
+    #[error(
+        "{}: the horizontal motion begins at {} s, between two samples of this record, which are {} s apart; make \
+         `ground_motion.record.start` a multiple of both intervals", path.display(), plain(*start), plain(*interval)
+    )]
+    Clock {
+        /// The file.
+        path: PathBuf,
+        /// Where the other record begins, s.
+        start: f64,
+        /// Interval of this one, s.
+        interval: f64,
     },
     /// A value that is NaN or infinite.
     #[error("{}:{line}: the value {value} is not finite; repair the record or crop it before this line", path.display())]
@@ -178,17 +227,19 @@ pub enum RecordError {
 }
 
 impl Record {
-    /// Reads a `.csv` or `.at2` file.
-    pub fn read(path: &Path) -> Result<Self, RecordError> {
+    /// Reads a `.csv` or `.at2` file; of a `.csv` with several columns of accelerations the `column`, counted from 1.
+    pub fn read(path: &Path, column: Option<usize>) -> Result<Self, RecordError> {
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-        let parse = match extension.as_deref() {
-            Some("csv") => Self::parse_csv,
-            Some("at2") => Self::parse_at2,
+        let columns = match extension.as_deref() {
+            Some("csv") => true,
+            Some("at2") if column.is_some() => return Err(RecordError::NoColumns { path: path.to_owned() }),
+            Some("at2") => false,
             _ => return Err(RecordError::Format { path: path.to_owned() }),
         };
         let text =
             text_file::read(path).map_err(|cause| RecordError::Read { path: path.to_owned(), cause })?;
-        let record = parse(path, &text)?;
+        let record =
+            if columns { Self::parse_csv(path, &text, column) } else { Self::parse_at2(path, &text) }?;
         match record.acceleration.len() {
             samples @ 0..2 => Err(RecordError::Empty { path: path.to_owned(), samples }),
             _ if record.interval >= LONGEST_INTERVAL => {
@@ -198,9 +249,9 @@ impl Record {
         }
     }
 
-    /// Two columns, time in s and acceleration, between them a comma, a tab or blanks; `#` begins a comment, one header line may
-    /// come first.
-    fn parse_csv(path: &Path, text: &str) -> Result<Self, RecordError> {
+    /// Columns, time in s and acceleration, between them a comma, a tab or blanks; `#` begins a comment, one header line may
+    /// come first. Of several accelerations the `column` is taken.
+    fn parse_csv(path: &Path, text: &str, column: Option<usize>) -> Result<Self, RecordError> {
         let mut samples: Vec<(usize, f64, f64)> = Vec::new();
         let mut headers = 0;
         let mut units = None;
@@ -211,11 +262,12 @@ impl Record {
             } else {
                 content.split_whitespace().map(|field| field.parse().ok()).collect()
             };
-            let Some(&[time, value]) = numbers.as_deref() else {
+            let Some(&[time, ref values @ ..]) = numbers.as_deref().filter(|numbers| numbers.len() > 1)
+            else {
                 let named = content.starts_with(|c: char| c.is_alphabetic() || c == '"');
                 headers += 1;
                 if headers == 1 && samples.is_empty() && named {
-                    units = of_header(path, line, content)?;
+                    units = of_header(path, line, &of_column(content, column))?;
                     continue;
                 }
                 let expected = "`time,acceleration`, two numbers with decimal points, and between them a comma, a tab or blanks";
@@ -226,6 +278,15 @@ impl Record {
                     expected,
                 });
             };
+            let columns = values.len();
+            let Some(&value) = values.get(column.unwrap_or(1).wrapping_sub(1)) else {
+                let (path, column) = (path.to_owned(), column.unwrap_or(1));
+                return Err(RecordError::Column { path, line, column, columns });
+            };
+            if column.is_none() && columns > 1 {
+                let (path, text) = (path.to_owned(), content.to_owned());
+                return Err(RecordError::Columns { path, line, text, columns });
+            }
             if let Some(value) = [time, value].into_iter().find(|v| !v.is_finite()) {
                 return Err(RecordError::NonFinite { path: path.to_owned(), line, value });
             }
@@ -297,6 +358,16 @@ impl Record {
     }
 }
 
+/// The part of a header that belongs to the time and a `column`, where it has a field for each.
+fn of_column(header: &str, column: Option<usize>) -> String {
+    let separator = if header.contains(',') { ',' } else { '\t' };
+    let fields: Vec<&str> = header.split(separator).collect();
+    match column.and_then(|column| fields.get(column)) {
+        Some(field) => format!("{}{separator}{field}", fields[0]),
+        None => header.to_owned(),
+    }
+}
+
 /// The unit that a header names.
 fn of_header(path: &Path, line: usize, header: &str) -> Result<Option<Units>, RecordError> {
     match header::values(header) {
@@ -322,7 +393,7 @@ mod tests {
         let csv = "# comment\ntime_s,acc_g\n0,0.1\n0.02,-0.2\n0.04,0.05\n";
         let at2 = "PEER\nevent\nunits of g\nNPTS=   3, DT=  .0200 SEC\n  1.0E-01 -2.0E-01\n .5E-01\n";
         let path = Path::new("r");
-        let record = Record::parse_csv(path, csv)?;
+        let record = Record::parse_csv(path, csv, None)?;
         // by sha256sum
         assert_eq!(record.sha256, "34920f97ac833d02b27f32221c13688a1759caa459528af7a0a1d2c552545321");
         assert_eq!((record.units, record.acceleration.len()), (Some(Units::Gravity), 3));
@@ -334,7 +405,7 @@ mod tests {
         let older = at2.replace("NPTS=   3, DT=  .0200 SEC", "    3   0.0200    NPTS, DT");
         assert_eq!(record, at2_record(&older)?);
         for columns in [csv.replace(',', "\t"), csv.replace(',', "   ")] {
-            let found = Record::parse_csv(path, &columns)?;
+            let found = Record::parse_csv(path, &columns, None)?;
             assert_eq!(record.acceleration, found.acceleration, "{columns}");
             assert!((record.interval, record.units) == (found.interval, found.units), "{found:?}");
             assert_ne!(record.sha256, found.sha256);

@@ -38,16 +38,16 @@ pub fn response_spectrum(intervals: &[f64], acceleration: &[f64], periods: &[f64
 }
 
 impl GroundMotion {
-    /// [`response_spectrum`] of this motion, whose mean over an interval is that of its ends, and of two of the longest periods of
+    /// [`response_spectrum`] of the horizontal component, whose mean over an interval is that of its ends, and of two of the longest periods of
     /// rest after it.
     ///
     /// **Shapes and units**: one S_a (m/s²) for each of `periods` (s, positive); `damping` is ξ in [0, 1).
     pub fn response_spectrum(&self, periods: &[f64], damping: f64) -> Vec<f64> {
         let longest = periods.iter().copied().fold(0.0, f64::max);
-        let rest = (2.0 * longest / self.interval).ceil() as usize;
-        let means = self.acceleration.windows(2).map(|pair| (pair[0] + pair[1]) / 2.0);
+        let rest = (2.0 * longest / self.interval()).ceil() as usize;
+        let means = self.acceleration().windows(2).map(|pair| (pair[0] + pair[1]) / 2.0);
         let means: Vec<f64> = means.chain(std::iter::repeat_n(0.0, rest)).collect();
-        response_spectrum(&vec![self.interval; means.len()], &means, periods, damping)
+        response_spectrum(&vec![self.interval(); means.len()], &means, periods, damping)
     }
 }
 

@@ -1,10 +1,17 @@
 //! What frequencies a record holds.
 
-use super::GroundMotion;
+use super::{Component, GroundMotion};
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
 
 impl GroundMotion {
+    /// Frequency below which `share` (0 to 1) of the Fourier energy of the horizontal acceleration lies, Hz.
+    pub fn frequency_below_which(&self, share: f64) -> f64 {
+        self.horizontal().frequency_below_which(share)
+    }
+}
+
+impl Component {
     /// Frequency below which `share` (0 to 1) of the Fourier energy Σ|ü̂|² of the acceleration lies, Hz.
     ///
     /// The samples are followed by as many zeros, which halves the distance 1/(2NΔt) of the frequencies.

@@ -62,6 +62,25 @@ pub struct EnsembleRecord {
     pub measure: f64,
     /// SHA-256 of the file.
     pub sha256: String,
+    /// Its vertical component.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub vertical: Option<EnsembleVertical>,
+}
+
+/// The vertical component of a record of an ensemble.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EnsembleVertical {
+    /// Its file.
+    pub file: String,
+    /// Its column.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub column: Option<usize>,
+    /// Factor in addition to that of the record.
+    pub scale: f64,
+    /// Direction of positive accelerations: 1 is up, -1 is down.
+    pub polarity: i64,
+    /// SHA-256 of the file.
+    pub sha256: String,
 }
 
 /// A key of the scene, and what it is varied by.

@@ -31,7 +31,7 @@ pub mod text;
 
 pub use accuracy::{Accuracy, PlanRow};
 pub use cofferdam_assembly::build_info::Build;
-pub use ensemble::{EnsembleManifest, EnsembleRecord, VariedKey};
+pub use ensemble::{EnsembleManifest, EnsembleRecord, EnsembleVertical, VariedKey};
 pub use envelopes::Envelopes;
 pub use manifest::{Manifest, ManifestError, Unit, WaterFace};
 pub use quantity::{Quantity, Subject, has_both_directions};

@@ -351,13 +351,13 @@ impl Table<'_> {
         }
     }
 
-    /// C_p = p/(ρah) of a dam that is prescribed, a being the largest ground acceleration.
+    /// C_p = p/(ρah) of a dam that is prescribed, a being the largest ground acceleration, horizontal or vertical.
     fn pressure_coefficient(&mut self, loaded: &LoadedScene) {
         if loaded.scene.prescribed.is_none() {
             return;
         }
         let water = &loaded.scene.reservoir;
-        let largest = loaded.ground_motion.acceleration().iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+        let largest = loaded.ground_motion.largest();
         if largest == 0.0 {
             return;
         }

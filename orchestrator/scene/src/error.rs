@@ -375,11 +375,25 @@ pub enum Invalid {
         found: usize,
     },
     /// Polarity other than 1 and −1.
-    #[error("`ground_motion.record.polarity` is {value}; it must be 1 or -1")]
+    #[error("`{key}` is {value}; it must be 1 or -1")]
     Polarity {
+        /// The key.
+        key: &'static str,
         /// The value.
         value: i64,
     },
+    /// A vertical component of a record that is not there.
+    #[error(
+        "`[ground_motion.vertical]` is the vertical component of a record, and there is no `[ground_motion.record]`; give it, or give \
+         a ramp its `vertical_acceleration`"
+    )]
+    VerticalAlone,
+    /// A vertical component from nowhere.
+    #[error(
+        "`[ground_motion.vertical]` names neither a `file` nor a `column`; give the column of the vertical acceleration in the file \
+         of the record, or another file"
+    )]
+    VerticalUntold,
     /// A count that is too small or too large.
     #[error("`{key}` is {value}; it must be a whole number from {least} to {most}")]
     Count {

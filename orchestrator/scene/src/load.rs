@@ -5,7 +5,7 @@ use super::{
     warning,
 };
 use cofferdam_motion::text_file;
-use cofferdam_motion::{GroundMotion, RecordFile};
+use cofferdam_motion::{Component, GroundMotion, RecordFile};
 use miette::NamedSource;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -186,11 +186,21 @@ fn resolve(scene: &mut Scene, ground_motion: &GroundMotion, folder: &Path) {
             (water.element_size, water.far_end_distance) = (Some(size), Some(distance));
         }
     }
+    let shares_file = scene.ground_motion.shares_file();
     if let Some(record) = &mut scene.ground_motion.record {
         let file = folder.join(&record.file);
         record.file = file.canonicalize().unwrap_or(file);
+        record.column = record.column.or(shares_file.then_some(1));
         if let Some(RecordFile { units, sha256 }) = ground_motion.file() {
             (record.units, record.sha256) = (Some(*units), Some(sha256.clone()));
+        }
+        if let Some(vertical) = &mut scene.ground_motion.vertical {
+            let file = vertical.file.as_ref().map(|file| folder.join(file));
+            let file = file.map(|file| file.canonicalize().unwrap_or(file));
+            vertical.file = Some(file.unwrap_or_else(|| record.file.clone()));
+            if let Some(RecordFile { units, sha256 }) = ground_motion.vertical().and_then(Component::file) {
+                (vertical.units, vertical.sha256) = (Some(*units), Some(sha256.clone()));
+            }
         }
     }
 }

@@ -2,10 +2,10 @@
 
 use super::{
     AdaptiveScene, CrackScene, DamScene, DampingScene, Invalid, OnFailure, RecordScene, ReservoirScene,
-    Scene, Side, Source, StopQuantity, shape,
+    Scene, Side, Source, StopQuantity, VerticalScene, shape,
 };
 use cofferdam_coupling::scheme::SchemeKind;
-use cofferdam_motion::{GroundMotion, RecordError};
+use cofferdam_motion::{Component, Excerpt, GroundMotion, RecordError};
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -445,8 +445,17 @@ impl Findings {
                 let end = record.end.unwrap_or(f64::INFINITY);
                 self.within("ground_motion.record.end", end, record.start, f64::INFINITY);
             }
-            if self.sound(&["ground_motion.record.polarity"]) && !matches!(record.polarity, 1 | -1) {
-                self.add("ground_motion.record.polarity", Invalid::Polarity { value: record.polarity });
+            self.polarity("ground_motion.record.polarity", record.polarity);
+        }
+        if let Some(vertical) = &motion.vertical {
+            self.polarity("ground_motion.vertical.polarity", vertical.polarity);
+            let untold = vertical.file.is_none() && vertical.column.is_none();
+            if motion.record.is_none() {
+                if self.sound(&["ground_motion.record"]) {
+                    self.add("ground_motion.vertical", Invalid::VerticalAlone);
+                }
+            } else if untold && self.sound(&["ground_motion.vertical"]) {
+                self.add("ground_motion.vertical", Invalid::VerticalUntold);
             }
         }
         let given = [motion.record.is_some(), motion.ramp.is_some()];
@@ -459,47 +468,122 @@ impl Findings {
                 if scene.time.duration.is_none() && self.sound(&["time.duration"]) {
                     self.add("ground_motion.ramp", Invalid::DurationMissing);
                 }
-                if !self.sound(&["ground_motion.ramp.rise", "ground_motion.ramp.acceleration"]) {
+                let keys = ["rise", "acceleration", "vertical_acceleration"];
+                let keys = keys.map(|name| format!("ground_motion.ramp.{name}"));
+                if keys.iter().any(|key| !self.sound(&[key])) {
                     return None;
                 }
                 self.sampling(scene, ramp.rise);
-                Some(GroundMotion::ramp(ramp.acceleration, ramp.rise))
+                let upwards = Some(ramp.vertical_acceleration).filter(|acceleration| *acceleration != 0.0);
+                let vertical = upwards.map(|acceleration| Component::ramp(acceleration, ramp.rise));
+                Some(GroundMotion::ramp(ramp.acceleration, ramp.rise).with_vertical(vertical))
             }
             _ => None,
         }
     }
 
+    fn polarity(&mut self, key: &'static str, value: i64) {
+        if self.sound(&[key]) && !matches!(value, 1 | -1) {
+            self.add(key, Invalid::Polarity { key, value });
+        }
+    }
+
     fn record(&mut self, scene: &Scene, record: &RecordScene, folder: &Path) -> Option<GroundMotion> {
         let key = |name: &str| format!("ground_motion.record.{name}");
-        if ["file", "units", "start", "end"].iter().any(|name| !self.sound(&[&key(name)])) {
+        if ["file", "column", "units", "start", "end"].iter().any(|name| !self.sound(&[&key(name)])) {
             return None;
         }
         let end = record.end.unwrap_or(f64::INFINITY);
         // The interval can be judged whatever the factor is.
         let sound = self.sound(&[&key("scale"), &key("polarity")]);
         let factor = if sound { record.scale * record.polarity as f64 } else { 1.0 };
-        match GroundMotion::from_record(&folder.join(&record.file), record.units, record.start, end, factor) {
-            Ok(ground_motion) => {
-                let wanted = record.sha256.as_ref().filter(|_| self.sound(&[&key("sha256")]));
-                if let (Some(file), Some(wanted)) = (ground_motion.file(), wanted)
-                    && !file.sha256.eq_ignore_ascii_case(wanted)
-                {
-                    let (path, found) = (folder.join(&record.file), file.sha256.clone());
-                    self.add(&key("sha256"), RecordError::Another { path, found }.into());
-                }
-                self.sampling(scene, ground_motion.interval());
-                Some(ground_motion)
+        let path = folder.join(&record.file);
+        let column = record.column.or(scene.ground_motion.shares_file().then_some(1));
+        let (units, start) = (record.units, record.start);
+        let excerpt = Excerpt { path: &path, column, units, start, end, factor, follows: false };
+        match Component::from_record(&excerpt) {
+            Ok(horizontal) => {
+                self.known(&key("sha256"), &path, record.sha256.as_deref(), &horizontal);
+                self.sampling(scene, horizontal.interval());
+                let vertical = match &scene.ground_motion.vertical {
+                    Some(vertical) => {
+                        let start = excerpt.begins(horizontal.interval());
+                        Some(self.vertical(
+                            scene,
+                            vertical,
+                            Excerpt { start, follows: true, ..excerpt },
+                            folder,
+                        )?)
+                    }
+                    None => None,
+                };
+                Some(GroundMotion::from(horizontal).with_vertical(vertical))
             }
             Err(error) => {
                 let key = match error {
                     RecordError::Crop { .. } if record.end.is_some() => "ground_motion.record.end",
                     RecordError::Crop { .. } => "ground_motion.record.start",
                     RecordError::TooStrong { .. } if record.scale != 1.0 => "ground_motion.record.scale",
+                    RecordError::Column { .. } | RecordError::NoColumns { .. } if record.column.is_some() => {
+                        "ground_motion.record.column"
+                    }
                     _ => "ground_motion.record.file",
                 };
                 self.add(key, error.into());
                 None
             }
+        }
+    }
+
+    /// The vertical component, where `horizontal` is the excerpt of the record.
+    fn vertical(
+        &mut self,
+        scene: &Scene,
+        vertical: &VerticalScene,
+        horizontal: Excerpt<'_>,
+        folder: &Path,
+    ) -> Option<Component> {
+        let key = |name: &str| format!("ground_motion.vertical.{name}");
+        if ["file", "column", "units"].iter().any(|name| !self.sound(&[&key(name)])) {
+            return None;
+        }
+        let of_record = scene.ground_motion.record.as_ref()?;
+        let sound =
+            self.sound(&["ground_motion.record.scale"]) && self.sound(&[&key("scale"), &key("polarity")]);
+        let factor = if sound { of_record.scale * vertical.scale * vertical.polarity as f64 } else { 1.0 };
+        let path = vertical.file.as_ref().map(|file| folder.join(file));
+        let units = vertical.units.or(of_record.units.filter(|_| path.is_none()));
+        let path = path.as_deref().unwrap_or(horizontal.path);
+        match Component::from_record(&Excerpt { path, column: vertical.column, units, factor, ..horizontal })
+        {
+            Ok(component) => {
+                self.known(&key("sha256"), path, vertical.sha256.as_deref(), &component);
+                self.sampling(scene, component.interval());
+                Some(component)
+            }
+            Err(error) => {
+                let key = match error {
+                    RecordError::Clock { .. } => "ground_motion.record.start",
+                    RecordError::TooStrong { .. } if vertical.scale != 1.0 => "ground_motion.vertical.scale",
+                    RecordError::TooStrong { .. } if of_record.scale != 1.0 => "ground_motion.record.scale",
+                    RecordError::Column { .. } | RecordError::NoColumns { .. } => {
+                        "ground_motion.vertical.column"
+                    }
+                    _ => "ground_motion.vertical.file",
+                };
+                self.add(key, error.into());
+                None
+            }
+        }
+    }
+
+    /// Whether the file of a component, at `path`, is the one that is `wanted`.
+    fn known(&mut self, key: &str, path: &Path, wanted: Option<&str>, component: &Component) {
+        if let (Some(file), Some(wanted)) = (component.file(), wanted)
+            && self.sound(&[key])
+            && !file.sha256.eq_ignore_ascii_case(wanted)
+        {
+            self.add(key, RecordError::Another { path: path.to_owned(), found: file.sha256.clone() }.into());
         }
     }
 

@@ -6,7 +6,7 @@ use super::{
 };
 use cofferdam_coupling::convergence::Tolerance;
 use cofferdam_coupling::scheme::SchemeKind;
-use cofferdam_motion::{GroundMotion, STANDARD_GRAVITY};
+use cofferdam_motion::{Component, GroundMotion, STANDARD_GRAVITY};
 use cofferdam_reservoir::Method;
 use cofferdam_unit::number::plain;
 use miette::{Diagnostic, NamedSource, SourceSpan};
@@ -106,10 +106,13 @@ pub enum Warning {
     },
     /// The record does not come to rest.
     #[error(
-        "the record drifts: the ground ends at {velocity:.0} % of its peak velocity and {displacement:.0} % of its peak \
-         displacement; correct the record's baseline, or crop it where the ground is at rest"
+        "the {}record drifts: the ground ends at {velocity:.0} % of its peak velocity and {displacement:.0} % of its peak \
+         displacement; correct the record's baseline, or crop it where the ground is at rest",
+        of_component(table)
     )]
     Drift {
+        /// The component's table, `record` or `vertical`.
+        table: &'static str,
         /// Velocity at the end over the peak, %.
         velocity: f64,
         /// Displacement at the end over the peak, %.
@@ -117,10 +120,13 @@ pub enum Warning {
     },
     /// An acceleration that no ground has.
     #[error(
-        "the record's peak is {peak:.1} g, more than {LARGEST_PEAK} g; check the unit of the file, \
-         `ground_motion.record.units`, and `ground_motion.record.scale`"
+        "the {}record's peak is {peak:.1} g, more than {LARGEST_PEAK} g; check the unit of the file, \
+         `ground_motion.{table}.units`, and `ground_motion.{table}.scale`",
+        of_component(table)
     )]
     Peak {
+        /// The component's table, `record` or `vertical`.
+        table: &'static str,
         /// Peak acceleration, g.
         peak: f64,
     },
@@ -264,7 +270,7 @@ const VELOCITY_AT_END: f64 = 0.1;
 /// Displacement at the end over the peak. The shipped records end below 0.2 %; that of a drift is its peak, but ground
 /// beside a fault may stay displaced in earnest.
 const DISPLACEMENT_AT_END: f64 = 0.5;
-/// Peak acceleration, g: hardly any horizontal record is stronger; in m/s² most are.
+/// Peak acceleration, g: hardly any record is stronger; in m/s² most are.
 const LARGEST_PEAK: f64 = 2.0;
 /// Rest that the residual sliding asks for, s.
 pub const REST: f64 = 5.0;
@@ -317,7 +323,8 @@ pub fn doubts(scene: &Scene, motion: &GroundMotion) -> Vec<Doubt> {
     doubts.extend(scene.dam.as_ref().and_then(sloping_crest));
     doubts.extend(scene.waters().filter_map(|(side, water)| coarse_face(scene, side, water)));
     if scene.ground_motion.record.is_some() {
-        doubts.extend(of_record(motion));
+        doubts.extend(of_record(motion.horizontal(), "record"));
+        doubts.extend(motion.vertical().iter().flat_map(|vertical| of_record(vertical, "vertical")));
         doubts.extend(resolution(scene, motion));
     }
     doubts
@@ -376,26 +383,34 @@ fn x_at(side: &[[f64; 2]], y: f64) -> Option<f64> {
     Some(x0 + (x1 - x0) * (y - y0) / (y1 - y0))
 }
 
-/// Doubts about the record itself.
-fn of_record(motion: &GroundMotion) -> Vec<Doubt> {
+/// What comes before the word record in a message on the component of a table.
+fn of_component(table: &str) -> &'static str {
+    if table == "vertical" { "vertical " } else { "" }
+}
+
+/// Doubts about the record of a component itself.
+fn of_record(motion: &Component, table: &'static str) -> Vec<Doubt> {
     let mut doubts = Vec::new();
+    let key = format!("ground_motion.{table}.file");
     let [velocity, displacement] = motion.drift().map(|drift| drift.share());
     if velocity > VELOCITY_AT_END || displacement > DISPLACEMENT_AT_END {
         let (velocity, displacement) = (100.0 * velocity, 100.0 * displacement);
-        doubts.push(("ground_motion.record.file".to_owned(), Warning::Drift { velocity, displacement }));
+        doubts.push((key.clone(), Warning::Drift { table, velocity, displacement }));
     }
-    let peak = motion.acceleration().iter().fold(0.0, |peak: f64, a| peak.max(a.abs())) / STANDARD_GRAVITY;
+    let peak = motion.largest() / STANDARD_GRAVITY;
     if peak > LARGEST_PEAK {
-        doubts.push(("ground_motion.record.file".to_owned(), Warning::Peak { peak }));
+        doubts.push((key, Warning::Peak { table, peak }));
     }
     doubts
 }
 
-/// Whether time and space are fine enough for the record.
+/// Whether time and space are fine enough for the record, for both of its components.
 fn resolution(scene: &Scene, motion: &GroundMotion) -> Vec<Doubt> {
     let mut doubts: Vec<Doubt> = Vec::new();
-    let frequency = motion.frequency_below_which(ENERGY);
-    let (step, interval) = (scene.time.communication_step, motion.interval());
+    let frequency = motion.components().map(|component| component.frequency_below_which(ENERGY));
+    let frequency = frequency.fold(0.0, f64::max);
+    let step = scene.time.communication_step;
+    let interval = motion.components().map(Component::interval).fold(f64::INFINITY, f64::min);
     let (key, longest) = match scene.time.adaptive {
         Some(adaptive) => ("time.adaptive.longest", adaptive.longest),
         None => ("time.communication_step", step),
@@ -404,9 +419,12 @@ fn resolution(scene: &Scene, motion: &GroundMotion) -> Vec<Doubt> {
         let better = whole_fraction(interval, interval * frequency * STEPS_A_PERIOD);
         doubts.push((key.to_owned(), Warning::CoarseStep { key, step: longest, frequency, better }));
     }
-    let fraction = interval / step;
-    if (fraction - fraction.round()).abs() > UNEVEN * fraction {
-        let better = whole_fraction(interval, fraction);
+    let uneven = |interval: &f64| {
+        let fraction = interval / step;
+        (fraction - fraction.round()).abs() > UNEVEN * fraction
+    };
+    if let Some(interval) = motion.components().map(Component::interval).find(uneven) {
+        let better = whole_fraction(interval, interval / step);
         let warning = Warning::ClippedSamples { step, interval, better };
         doubts.push(("time.communication_step".to_owned(), warning));
     }

@@ -146,7 +146,8 @@ pub fn promise(
         wanted.remove(HISTORY);
     }
     let strictest = wanted.values().copied().fold(1.0, f64::min);
-    let highest = TAU * loaded.ground_motion.frequency_below_which(ENERGY);
+    let highest = loaded.ground_motion.components().map(|component| component.frequency_below_which(ENERGY));
+    let highest = TAU * highest.fold(0.0, f64::max);
     let of_step = |halvings: i32| (highest * step * 0.5_f64.powi(halvings)).powi(2) / 12.0;
     let enough = |halvings: &i32| of_step(*halvings) <= OF_STEP * strictest;
     let halvings = (0..MOST_HALVINGS).find(enough).unwrap_or(MOST_HALVINGS);

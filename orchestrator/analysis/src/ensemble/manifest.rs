@@ -4,9 +4,10 @@ use super::runs::Runs;
 use super::{Ensemble, EnsembleError};
 use cofferdam_assembly::build_info::SOURCES;
 use cofferdam_report::page::not_modelled;
-use cofferdam_report::{Build, EnsembleManifest, EnsembleRecord, VariedKey};
+use cofferdam_report::{Build, EnsembleManifest, EnsembleRecord, EnsembleVertical, VariedKey};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
+use std::path::Path;
 
 /// The manifest of an ensemble whose plan has this text.
 ///
@@ -15,23 +16,28 @@ pub fn of(runs: &Runs<'_>, text: &str) -> Result<EnsembleManifest, EnsembleError
     let Ensemble { plan, samples, measure, .. } = runs.ensemble;
     let loaded = runs.ensemble.scene(0)?;
     let mut scene = loaded.scene.clone();
-    scene.ground_motion.record = None;
+    let not_modelled = not_modelled(&scene);
+    (scene.ground_motion.record, scene.ground_motion.vertical) = (None, None);
     let scene_text = toml::to_string(&scene).map_err(|cause| EnsembleError::Format(cause.into()))?;
     let mut records = Vec::new();
     for (number, record) in plan.records.iter().enumerate() {
         // Every record has a sample.
         let Some(index) = samples.iter().position(|sample| sample.record == number) else { continue };
-        let of_scene = runs.ensemble.scene(index)?.scene.ground_motion.record;
+        let of_scene = runs.ensemble.scene(index)?.scene.ground_motion;
         records.push(EnsembleRecord {
             name: record.name.clone(),
-            file: record
-                .file
-                .file_name()
-                .map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
+            file: name_of(&record.file),
             pair: record.pair.clone(),
             factor: record.factor,
             measure: samples[index].intensity / samples[index].scale,
-            sha256: of_scene.and_then(|record| record.sha256).unwrap_or_default(),
+            sha256: of_scene.record.and_then(|record| record.sha256).unwrap_or_default(),
+            vertical: of_scene.vertical.map(|vertical| EnsembleVertical {
+                file: vertical.file.map_or_else(String::new, |file| name_of(&file)),
+                column: vertical.column,
+                scale: vertical.scale,
+                polarity: vertical.polarity,
+                sha256: vertical.sha256.unwrap_or_default(),
+            }),
         });
     }
     let varied = |keys: &BTreeMap<String, super::plan::Variation>| {
@@ -48,7 +54,7 @@ pub fn of(runs: &Runs<'_>, text: &str) -> Result<EnsembleManifest, EnsembleError
         perturbation: plan.perturbation.map(|perturbation| (perturbation.count, perturbation.noise)),
         set: plan.set.clone(),
         shown: runs.shown().map(|(name, _)| name).collect(),
-        not_modelled: not_modelled(&scene),
+        not_modelled,
         warnings: runs.ensemble.warnings()?,
         plan_sha256: sha256(text),
         scene_sha256: sha256(&scene_text),
@@ -58,6 +64,10 @@ pub fn of(runs: &Runs<'_>, text: &str) -> Result<EnsembleManifest, EnsembleError
         parameters: varied(&plan.parameters),
         numerics: varied(&plan.numerics),
     })
+}
+
+fn name_of(file: &Path) -> String {
+    file.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
 }
 
 fn sha256(text: &str) -> String {

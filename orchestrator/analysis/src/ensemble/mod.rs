@@ -21,7 +21,7 @@ pub use plan::{Intensity, Limit, Measure, Perturbation, Plan, RecordEntry, Sampl
 use crate::context::Context;
 use crate::parallel;
 use cofferdam_coupling::simulation::SimulationError;
-use cofferdam_motion::{GroundMotion, RecordError, TargetError};
+use cofferdam_motion::{Component, Excerpt, GroundMotion, RecordError, TargetError};
 use cofferdam_report::page::{self, PageError};
 use cofferdam_scene::{LoadedScene, Scene, SceneError};
 use folder::take_folder;
@@ -236,10 +236,13 @@ impl Ensemble {
             samples: Vec::new(),
             hashes: Vec::new(),
         };
+        ensemble.check_vertical()?;
         let Plan { records, intensity, .. } = &ensemble.plan;
         let motions = records.iter().map(|record| {
             let (start, end) = (record.start.unwrap_or(0.0), record.end.unwrap_or(f64::INFINITY));
-            GroundMotion::from_record(&ensemble.folder.join(&record.file), record.units, start, end, 1.0)
+            let (path, units, column) = (ensemble.folder.join(&record.file), record.units, record.column());
+            Component::from_record(&Excerpt { column, units, start, end, ..Excerpt::whole(&path) })
+                .map(GroundMotion::from)
         });
         let motions = motions.collect::<Result<Vec<_>, _>>()?;
         let period = match intensity {
@@ -313,6 +316,23 @@ impl Ensemble {
             value: "not given, and the scene's dam has no natural frequency".into(),
             remedy: "give the period in the plan".into(),
         })
+    }
+
+    /// Whether each record has a vertical component if the scene has one, which is that of another record.
+    fn check_vertical(&self) -> Result<(), EnsembleError> {
+        let Some(record) = self.plan.records.iter().find(|record| record.vertical.is_none()) else {
+            return Ok(());
+        };
+        match read_scene(&self.folder.join(&self.plan.scene), &self.plan.set) {
+            Ok(own) if own.scene.ground_motion.vertical.is_some() => Err(EnsembleError::Value {
+                path: self.folder.join(&self.plan.scene),
+                key: "[ground_motion.vertical]".into(),
+                value: format!("the vertical component of another record than {:?}", record.name),
+                remedy: "give `vertical` in each of the plan's `records`, or leave it out of the scene"
+                    .into(),
+            }),
+            _ => Ok(()),
+        }
     }
 
     /// Whether every limit's quantity is one of a run: the first sample's first step says which there are.

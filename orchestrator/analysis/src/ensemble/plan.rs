@@ -84,10 +84,44 @@ pub struct RecordEntry {
     pub factor: f64,
     /// Unit of its accelerations, as in a scene.
     pub units: Option<Units>,
+    /// Column of the horizontal accelerations, as in a scene.
+    pub column: Option<usize>,
+    /// Vertical component. A plan whose scene has one gives it for every record.
+    pub vertical: Option<VerticalEntry>,
     /// Where it begins, s, as in a scene.
     pub start: Option<f64>,
     /// Where it ends, s, as in a scene.
     pub end: Option<f64>,
+}
+
+/// The vertical component of a record, as in a scene.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct VerticalEntry {
+    /// File, from the plan's folder; by default that of the record.
+    pub file: Option<PathBuf>,
+    /// Column of its accelerations.
+    pub column: Option<usize>,
+    /// Unit of its accelerations.
+    pub units: Option<Units>,
+    /// Factor on it in addition to that of the record.
+    #[serde(default = "unchanged")]
+    pub scale: f64,
+    /// Direction of its positive accelerations: 1 is up, -1 is down.
+    #[serde(default = "upwards")]
+    pub polarity: i64,
+}
+
+fn upwards() -> i64 {
+    1
+}
+
+impl RecordEntry {
+    /// The column of the horizontal accelerations in a file with several.
+    pub fn column(&self) -> Option<usize> {
+        let shared = self.vertical.as_ref().is_some_and(|vertical| vertical.file.is_none());
+        self.column.or(shared.then_some(1))
+    }
 }
 
 /// Motions that differ a little.
@@ -200,6 +234,21 @@ mod tests {
         // All of the record is the plan's.
         let record = "ground_motion.record={file=\"/study/a.csv\", scale=2, polarity=1}".to_owned();
         assert!(sets.contains(&record), "{sets:?}");
+        assert!(!sets.iter().any(|set| set.contains("vertical")), "{sets:?}");
+    }
+
+    #[test]
+    fn a_vertical_component_comes_with_its_record() {
+        let text = "scene = \"s\"\nrecords = [{ file = \"a.csv\", vertical = { column = 2, scale = 0.5, polarity = -1 } }, \
+                    { file = \"b.csv\", vertical = { file = \"up.csv\", units = \"m/s2\" } }]\n";
+        let plan = plan(text).expect("a plan");
+        let samples = plan.samples(&[0.2, 0.1]);
+        let sets = |sample: usize| plan.sets(&samples[sample], Path::new("/study"));
+        assert_eq!(sets(0)[0], "ground_motion.record={file=\"/study/a.csv\", scale=1, polarity=1, column=1}");
+        assert_eq!(sets(0)[1], "ground_motion.vertical={scale=0.5, polarity=-1, column=2}");
+        assert_eq!(sets(1)[0], "ground_motion.record={file=\"/study/b.csv\", scale=1, polarity=1}");
+        let other = "ground_motion.vertical={scale=1, polarity=1, file=\"/study/up.csv\", units=\"m/s2\"}";
+        assert_eq!(sets(1)[1], other);
     }
 
     #[test]

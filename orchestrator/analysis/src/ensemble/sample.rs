@@ -13,6 +13,7 @@ use cofferdam_coupling::observer::{Observer, Status, Until};
 use cofferdam_coupling::simulation::SimulationError;
 use cofferdam_fmi::import::sha256_of;
 use cofferdam_log::Log;
+use cofferdam_motion::Component;
 use cofferdam_report::{Quantity, Summary};
 use cofferdam_scene::{LoadedScene, Scene, Source};
 use serde::{Deserialize, Serialize};
@@ -82,7 +83,7 @@ pub fn hash(loaded: &LoadedScene, contents: &Contents) -> Result<String, Ensembl
     for source in loaded.scene.sources() {
         hash.update(contents.of(source)?);
     }
-    for sample in loaded.ground_motion.acceleration() {
+    for sample in loaded.ground_motion.components().flat_map(Component::acceleration) {
         hash.update(sample.to_le_bytes());
     }
     Ok(hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
@@ -93,6 +94,8 @@ fn anywhere(scene: &Scene) -> Scene {
     let name = |path: &mut PathBuf| *path = path.file_name().map_or_else(PathBuf::new, PathBuf::from);
     let mut scene = scene.clone();
     scene.ground_motion.record.iter_mut().for_each(|record| name(&mut record.file));
+    let vertical = scene.ground_motion.vertical.iter_mut().filter_map(|vertical| vertical.file.as_mut());
+    vertical.for_each(name);
     if let Some(dam) = &mut scene.dam {
         dam.mesh.iter_mut().for_each(|mesh| name(&mut mesh.file));
         dam.fmu.iter_mut().for_each(|fmu| name(&mut fmu.file));

@@ -48,7 +48,11 @@ pub fn recursion(scene: &Scene, graph: &mut Graph) -> Result<Vec<(Side, [f64; 2]
 /// Source and peak of the ground motion.
 pub fn ground_line(motion: &GroundMotion) -> String {
     let (source, (peak, time)) = (motion.source(), motion.peak());
-    format!("{:<10} {source}: peak {:.3} g at {time:.2} s", "ground", peak / STANDARD_GRAVITY)
+    let vertical = motion.vertical().map_or_else(String::new, |vertical| {
+        let (source, (peak, time)) = (vertical.source(), vertical.peak());
+        format!("; vertical {source}: peak {:.3} g at {time:.2} s, positive upwards", peak / STANDARD_GRAVITY)
+    });
+    format!("{:<10} {source}: peak {:.3} g at {time:.2} s{vertical}", "ground", peak / STANDARD_GRAVITY)
 }
 
 /// The damping model, which belongs to every value of sliding, and the fidelity if it is not the full one.

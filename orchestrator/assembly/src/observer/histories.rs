@@ -1,6 +1,8 @@
+use crate::units::GROUND_ACCELERATION;
 use cofferdam_coupling::observer::{Ending, Observer, ObserverError, Start};
 use cofferdam_coupling::participant::{Channel, ChannelShape, Layout};
 use cofferdam_coupling::scheme::{Exchange, InterfaceWork, Interval, UnitId, WindowReport};
+use cofferdam_coupling::signal::Signal;
 use cofferdam_log::background::{Background, FLUSH_INTERVAL, Queue, Stopped};
 use cofferdam_log::results_file::{ResultsFile, write_error};
 use std::io::{BufWriter, Write};
@@ -10,7 +12,8 @@ use std::time::Instant;
 
 /// Time histories of a run: one row per communication point, one column per quantity.
 ///
-/// Columns: `time [s]`, `ground_acceleration.x [m/s2]`; of the coupling: `iterations [1]`, `converged [1]` (1 or 0),
+/// Columns: `time [s]`, `ground_acceleration.x [m/s2]`, with vertical ground motion `ground_acceleration.y [m/s2]`; of the coupling:
+/// `iterations [1]`, `converged [1]` (1 or 0),
 /// `residual.pressure [Pa]`, `residual.displacement [1]` (0 in a step of one iteration), `interpolation_error [Pa]` (0 where there is no estimate),
 /// `interface_work [J/m]` on the dam since the start and `interface_energy_produced [J/m]` by the coupling; the
 /// lowest pressure on the wet face (hydrostatic and hydrodynamic, against the atmosphere's); and every accepted
@@ -118,6 +121,8 @@ pub struct HistoriesWriter {
     pub histories: Histories,
     /// Where the request to each unit has the acceleration of the ground.
     grounds: Vec<Option<Range<usize>>>,
+    /// Components of this acceleration that have a column.
+    components: usize,
     scalars: Vec<(UnitId, Range<usize>)>,
     faces: Vec<(UnitId, Range<usize>)>,
     /// Takes the rows of all tables at the end of a step, one after the other.
@@ -192,6 +197,7 @@ impl HistoriesWriter {
             folder: None,
             histories: Histories::default(),
             grounds: Vec::new(),
+            components: 1,
             scalars: Vec::new(),
             faces: Vec::new(),
             writing: None,
@@ -201,10 +207,10 @@ impl HistoriesWriter {
 }
 
 impl HistoriesWriter {
-    /// Begins the tables of `units`, given by name and layouts of their requests and answers.
+    /// Begins the tables of `units`, given by name and layouts of their requests and answers, which receive `signals`.
     ///
     /// **Errors**: a file cannot be made, or no thread.
-    pub fn open(&mut self, units: &[(&str, [&Layout; 2])]) -> Result<(), ObserverError> {
+    pub fn open(&mut self, units: &[(&str, [&Layout; 2])], signals: &[Signal]) -> Result<(), ObserverError> {
         let mut names: Vec<String> = [
             "time [s]",
             "ground_acceleration.x [m/s2]",
@@ -219,7 +225,11 @@ impl HistoriesWriter {
         ]
         .map(str::to_owned)
         .to_vec();
-        let ground = |(_, [inputs, _]): &(&str, [&Layout; 2])| inputs.range("ground_acceleration");
+        if signals.iter().any(|signal| signal.input == GROUND_ACCELERATION && signal.component == 1) {
+            self.components = 2;
+            names.insert(2, "ground_acceleration.y [m/s2]".to_owned());
+        }
+        let ground = |(_, [inputs, _]): &(&str, [&Layout; 2])| inputs.range(GROUND_ACCELERATION);
         self.grounds = units.iter().map(ground).collect();
         let mut tables = Vec::new();
         for (number, (name, [_, outputs])) in units.iter().enumerate() {
@@ -277,12 +287,10 @@ impl HistoriesWriter {
         let residuals = report.residuals().map_or([0.0, 0.0], |r| [r.norm, compared(r.change)]);
         // As the units received it; one that a branch has moved is not that of the motion.
         let place = |exchange: &&Exchange| self.grounds[exchange.unit.0].clone();
-        let ground =
-            exchanges.iter().rev().find_map(|exchange| exchange.inputs.get(place(exchange)?.start).copied());
-        let ground = ground.unwrap_or(0.0);
-        let first = [
-            time,
-            ground,
+        let ground = exchanges.iter().rev().find_map(|exchange| exchange.inputs.get(place(exchange)?));
+        let mut acceleration = [0.0; 2];
+        acceleration.iter_mut().zip(ground.unwrap_or(&[])).for_each(|(own, value)| *own = *value);
+        let coupling = [
             f64::from(report.iterations()),
             f64::from(u8::from(report.converged)),
             residuals[0],
@@ -294,7 +302,8 @@ impl HistoriesWriter {
         ];
         let rest =
             self.scalars.iter().flat_map(|(unit, range)| outputs(*unit)[range.clone()].iter().copied());
-        let mut row: Vec<f64> = first.into_iter().chain(rest).collect();
+        let ground = acceleration.into_iter().take(self.components);
+        let mut row: Vec<f64> = std::iter::once(time).chain(ground).chain(coupling).chain(rest).collect();
         for (column, value) in self.histories.columns.iter_mut().zip(&row) {
             column.push(*value);
         }
@@ -342,7 +351,7 @@ impl Observer for HistoriesWriter {
     fn begin(&mut self, start: &Start<'_>) -> Result<(), ObserverError> {
         let units: Vec<_> =
             start.units.iter().map(|unit| (unit.name.as_str(), [&unit.inputs, &unit.outputs])).collect();
-        self.open(&units)
+        self.open(&units, start.signals)
     }
 
     fn window(&mut self, report: &WindowReport) -> Result<(), ObserverError> {

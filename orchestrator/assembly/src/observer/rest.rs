@@ -95,8 +95,8 @@ impl Rest {
 
 /// Time from which on the ground does not accelerate, s; `None` if it never ends.
 fn ground_at_rest_from(start: &Start<'_>) -> Option<f64> {
-    let ground = start.signals.iter().find(|signal| signal.input == "ground_acceleration");
-    ground.map_or(Some(0.0), Signal::zero_from)
+    let mut ground = start.signals.iter().filter(|signal| signal.input == "ground_acceleration");
+    ground.try_fold(0.0, |rest: f64, signal: &Signal| Some(rest.max(signal.zero_from()?)))
 }
 
 impl Observer for Rest {
@@ -138,6 +138,26 @@ impl Observer for Rest {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use cofferdam_coupling::stepping::Stepping;
+
+    #[test]
+    fn the_ground_is_quiet_when_all_components_are() {
+        let signal = |component, held, samples| Signal {
+            held,
+            component,
+            ..Signal::new("s", "ground_acceleration", 0.5, samples)
+        };
+        let rest = |signals: &[Signal]| {
+            let stepping =
+                Stepping { communication_step: 0.5, steps: 9, window: 1, halve: false, adaptive: None };
+            ground_at_rest_from(&Start { units: Vec::new(), signals, stepping })
+        };
+        let (short, long) = (signal(0, false, vec![1.0; 2]), signal(1, false, vec![1.0; 5]));
+        assert_eq!(rest(&[short.clone(), long.clone()]), Some(2.5));
+        assert_eq!(rest(&[short.clone()]), Some(1.0));
+        assert_eq!(rest(&[short, signal(1, true, vec![1.0])]), None);
+        assert_eq!(rest(&[]), Some(0.0));
+    }
 
     /// Two cracks after 1 s of motion, asked every 0.01 s; the second slides on with `creep` (m/s), the energy is `kinetic`.
     fn rest_at(quiet: Option<f64>, creep: f64, kinetic: fn(f64) -> f64) -> Option<f64> {

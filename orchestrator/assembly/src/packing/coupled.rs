@@ -1,7 +1,7 @@
 //! Dam and waters of a scene as one unit, which takes the acceleration of the ground: the coupling scheme runs inside.
 
-use crate::simulation::{ground_signal, simulation_of};
-use crate::units::GROUND_ACCELERATION;
+use crate::ground::{component_of, ground_signal, ground_signals};
+use crate::simulation::simulation_of;
 use crate::{Assembly, AssemblyError};
 use cofferdam_coupling::convergence::Tolerance;
 use cofferdam_coupling::observer::{Ending, Observer, ObserverError, Start};
@@ -12,7 +12,7 @@ use cofferdam_coupling::signal::Signal;
 use cofferdam_coupling::simulation::{Course, Simulation, SimulationError};
 use cofferdam_coupling::stepping::Stepping;
 use cofferdam_dam::{Dam, DamError, DamParameters};
-use cofferdam_motion::GroundMotion;
+use cofferdam_motion::{Component, GroundMotion};
 use cofferdam_reservoir::{Reservoir, ReservoirError, ReservoirParameters};
 use cofferdam_scene::{OnFailure, Scene};
 use cofferdam_unit::variables::coupled as variables;
@@ -55,6 +55,9 @@ pub struct CoupledParameters {
     pub scene: Scene,
     /// Ground motion of the scene.
     pub record: Signal,
+    /// Its vertical component.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub vertical: Option<Signal>,
 }
 
 /// A coupled unit that cannot be made, or a step that failed.
@@ -134,6 +137,10 @@ impl CoupledParameters {
         }
         let assembly = Assembly::of(scene);
         let waters = scene.waters().map(|(side, _)| assembly.water_parameters(side));
+        let mut signals = ground_signals(motion).into_iter();
+        let (Some(record), vertical) = (signals.next(), signals.next()) else {
+            return Err(CoupledError::Unfit("its ground has no motion"));
+        };
         let coupling_tolerance = match scene.coupling.tolerance {
             Tolerance::Relative(tolerance) => tolerance,
             Tolerance::Balanced => 0.0,
@@ -145,16 +152,19 @@ impl CoupledParameters {
             dam: assembly.dam_parameters(assembly.scheme_mass())?,
             waters: waters.collect::<Result<_, _>>()?,
             scene: super::without_paths(scene),
-            record: ground_signal(motion),
+            record,
+            vertical,
         })
     }
 
     /// The ground motion of the scene, times `record_scale` if it is used.
     fn motion(&self) -> GroundMotion {
         let scale = if self.use_record == 1.0 { self.record_scale } else { 1.0 };
-        let samples = self.record.samples.iter().map(|sample| sample * scale).collect();
-        let motion = GroundMotion::of_samples(&self.record.source, self.record.interval, samples);
-        if self.record.held { motion.held() } else { motion }
+        let scaled = |signal: &Signal| {
+            let samples = signal.samples.iter().map(|sample| sample * scale).collect();
+            component_of(&Signal { samples, ..signal.clone() })
+        };
+        GroundMotion::from(scaled(&self.record)).with_vertical(self.vertical.as_ref().map(scaled))
     }
 
     /// The units, made on these threads, the waters from what was prepared for them where there is something.
@@ -195,7 +205,8 @@ impl CoupledParameters {
             let remedy = "set it to a number between 1e-14 and 0.1, or to 0 for the balanced tolerance";
             return refused("coupling_tolerance", self.coupling_tolerance, remedy);
         }
-        if !self.motion().acceleration().iter().all(|acceleration| acceleration.is_finite()) {
+        let finite = |component: &Component| component.acceleration().iter().all(|a| a.is_finite());
+        if !self.motion().components().all(finite) {
             return refused(
                 "record_scale",
                 self.record_scale,
@@ -287,20 +298,22 @@ struct Live {
     simulation: Simulation,
     course: Course,
     latest: Latest,
+    /// Where an input has last moved the ground, along x and y, m/s².
+    moved: [f64; 2],
 }
 
 impl Live {
     fn new(simulation: Simulation) -> Self {
         let outputs = simulation.graph.units().map(|_| Vec::new()).collect();
         let course = simulation.course();
-        Self { simulation, course, latest: Latest { outputs, ..Latest::default() } }
+        Self { simulation, course, latest: Latest { outputs, ..Latest::default() }, moved: [0.0; 2] }
     }
 
     fn snapshot(&mut self, at: &Place) -> Result<Snapshot, CoupledError> {
         Ok(Snapshot {
             run: self.simulation.state(&self.course)?,
             units: self.simulation.graph.serialise().map_err(CouplingError::from)?,
-            ground: self.simulation.scheme.signals().to_vec(),
+            moved: self.moved,
             latest: self.latest.clone(),
             at: at.clone(),
         })
@@ -312,15 +325,15 @@ impl Live {
 struct Place {
     /// Time reached, s.
     time: f64,
-    /// The input: accepted at the start of the step, and for its end, m/s².
-    ground: [f64; 2],
+    /// The inputs along x and y: accepted at the start of the step, and for its end, m/s².
+    ground: [[f64; 2]; 2],
 }
 
 #[derive(Clone, Serialize, Deserialize)]
 struct Snapshot {
     run: RunState,
     units: Vec<Vec<u8>>,
-    ground: Vec<Signal>,
+    moved: [f64; 2],
     latest: Latest,
     at: Place,
 }
@@ -401,25 +414,30 @@ impl Coupled {
         let [before, after] = self.at.ground;
         for number in 1..=count {
             let share = number as f64 / count as f64;
-            let ground = if number == count { after } else { before + share * (after - before) };
-            self.move_ground(live, ground);
+            let between = |axis: usize| before[axis] + share * (after[axis] - before[axis]);
+            let ground = if number == count { after } else { [between(0), between(1)] };
+            move_ground(&self.parameters, live, ground);
             live.simulation.advance(&mut live.course, &mut [&mut live.latest])?;
         }
         Ok(())
     }
+}
 
-    /// The signal of the ground for the next steps, if an input moves it.
-    fn move_ground(&self, live: &mut Live, acceleration: f64) {
-        if self.parameters.use_record == 0.0 {
-            let signal = Signal {
-                quantity: "acceleration".to_owned(),
-                unit: "m/s2".to_owned(),
-                held: true,
-                ..Signal::new("ground_motion", GROUND_ACCELERATION, 1.0, vec![acceleration])
-            };
+/// Sets the signals of the ground for the next steps, if inputs move it.
+fn move_ground(parameters: &CoupledParameters, live: &mut Live, acceleration: [f64; 2]) {
+    if parameters.use_record == 0.0 {
+        let axes = if parameters.vertical.is_some() { 2 } else { 1 };
+        for (axis, value) in acceleration.into_iter().enumerate().take(axes) {
+            let signal = Signal { held: true, ..ground_signal(axis, 1.0, vec![value]) };
             live.simulation.scheme.replace_signal(signal);
         }
+        live.moved = acceleration;
     }
+}
+
+/// The axis along which an input moves the ground.
+fn axis(variable: &Variable) -> usize {
+    usize::from(*variable == variables::GROUND_ACCELERATION_VERTICAL)
 }
 
 /// Where the values of a variable are.
@@ -474,7 +492,7 @@ impl CoSimulation for Coupled {
         }
         self.begun = true;
         let live = &mut *self.live.borrow_mut();
-        self.move_ground(live, self.at.ground[1]);
+        move_ground(&self.parameters, live, self.at.ground[1]);
         live.simulation.begin(&mut live.course, &mut [&mut live.latest])?;
         (self.at.time, self.at.ground[0]) = (start_time, self.at.ground[1]);
         self.stage = Stage::Stepping;
@@ -487,16 +505,19 @@ impl CoSimulation for Coupled {
             return Err(CallError::NotSettable { unit: Self::NAME, variable: variable.name }.into());
         }
         self.check_length(variable, values.len())?;
-        if !values[0].is_finite() {
-            let (unit, variable, value, time) = (Self::NAME, variable.name, values[0], self.at.time);
+        let Some(&acceleration) = values.first() else { return Ok(()) };
+        if !acceleration.is_finite() {
+            let (unit, variable, value, time) = (Self::NAME, variable.name, acceleration, self.at.time);
             return Err(CallError::NonFinite { unit, variable, index: 0, value, time }.into());
         }
-        if self.parameters.use_record == 1.0 && values[0] != 0.0 && self.at.ground[1] == 0.0 {
+        let set = &mut self.at.ground[1][axis(variable)];
+        if self.parameters.use_record == 1.0 && acceleration != 0.0 && *set == 0.0 {
             tracing::warn!(
-                "ground_acceleration is not used: use_record is 1, so that the ground moves as in the scene"
+                "{} is not used: use_record is 1, so that the ground moves as in the scene",
+                variable.name
             );
         }
-        self.at.ground[1] = values[0];
+        *set = acceleration;
         Ok(())
     }
 
@@ -539,7 +560,7 @@ impl CoSimulation for Coupled {
         let source = place.and_then(|place| self.sources.get(place)).cloned().unwrap_or(Source::Scheme);
         let live = &mut *self.live.borrow_mut();
         match (variable.causality, source) {
-            (Causality::Input, _) => values.fill(self.at.ground[1]),
+            (Causality::Input, _) => values.fill(self.at.ground[1][axis(variable)]),
             (Causality::Parameter, _) => {
                 let mut parameters = self.parameters.clone();
                 let numbers = Self::numbers(&mut parameters, variable);
@@ -580,10 +601,10 @@ impl CoSimulation for Coupled {
                 (self.stage, self.at) = (Stage::Instantiated, at.clone());
             }
             Saved::Running(snapshot) => {
-                let Snapshot { run, units, ground, latest, at } = &**snapshot;
+                let Snapshot { run, units, moved, latest, at } = &**snapshot;
                 let live = self.live.get_mut();
                 live.simulation.graph.deserialise(units)?;
-                ground.iter().for_each(|signal| live.simulation.scheme.replace_signal(signal.clone()));
+                move_ground(&self.parameters, live, *moved);
                 live.simulation.resume(&mut live.course, run)?;
                 live.latest.clone_from(latest);
                 (self.stage, self.begun, self.at) = (Stage::Stepping, true, at.clone());
@@ -672,6 +693,9 @@ impl Packable for Coupled {
 
     fn size_for(parameters: &CoupledParameters, variable: &Variable) -> usize {
         match variable.shape {
+            _ if *variable == variables::GROUND_ACCELERATION_VERTICAL => {
+                usize::from(parameters.vertical.is_some())
+            }
             Shape::InterfacePoints => parameters.waters.first().map_or(0, |water| water.wet_face.len()),
             _ => match of_dam(variable) {
                 Some(own) => Dam::size_for(&parameters.dam, own),

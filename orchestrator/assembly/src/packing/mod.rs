@@ -208,6 +208,11 @@ fn without_paths(scene: &Scene) -> Scene {
     {
         record.file = name.into();
     }
+    if let Some(file) = scene.ground_motion.vertical.as_mut().and_then(|vertical| vertical.file.as_mut())
+        && let Some(name) = file.file_name()
+    {
+        *file = name.into();
+    }
     if let Some(mesh) = scene.dam.as_mut().and_then(|dam| dam.mesh.as_mut())
         && let Some(name) = mesh.file.file_name()
     {

@@ -1,7 +1,7 @@
 //! Messages of `cofferdam check` on mesh, time step and record.
 
 use cofferdam_assembly::{LimitingPart, Mesh, PartKind};
-use cofferdam_motion::{GroundMotion, STANDARD_GRAVITY};
+use cofferdam_motion::{Component, GroundMotion, STANDARD_GRAVITY};
 use cofferdam_scene::CrackScene;
 use cofferdam_unit::number::plain;
 
@@ -65,16 +65,27 @@ pub fn list(frequencies: &[f64]) -> String {
     frequencies.join(", ")
 }
 
+/// Strength of the vertical component of a record.
+pub fn vertical_strength(vertical: &Component) -> String {
+    let [velocity, displacement] = vertical.drift().map(|drift| drift.peak);
+    format!(
+        "vertical: {}, {:.2} s: at most {:.3} g, {velocity:.3} m/s, {displacement:.3} m",
+        vertical.source(),
+        vertical.duration(),
+        vertical.largest() / STANDARD_GRAVITY,
+    )
+}
+
 /// Intensity of a record.
 pub fn strength(motion: &GroundMotion) -> String {
-    let peak = motion.acceleration().iter().fold(0.0, |peak: f64, a| peak.max(a.abs()));
+    let peak = motion.horizontal().largest();
     let [velocity, displacement] = motion.drift().map(|drift| drift.peak);
     let (intensity, duration) = motion.arias_intensity();
     format!(
         "ground: {}, {:.2} s: at most {:.3} g, {velocity:.3} m/s, {displacement:.3} m; Arias intensity {intensity:.3} m/s, 5 to 95 % \
          of it within {duration:.2} s",
         motion.source(),
-        motion.duration(),
+        motion.horizontal().duration(),
         peak / STANDARD_GRAVITY,
     )
 }

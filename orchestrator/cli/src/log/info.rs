@@ -47,7 +47,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         print(format!("{:<12} fingerprint {}", "", unit.fingerprint));
     }
     for signal in &head.signals {
-        let name = if signal.name == "ground_motion" { "ground" } else { &signal.name };
+        let name = match &*signal.name {
+            "ground_motion" => "ground",
+            "ground_motion_vertical" => "vertical",
+            name => name,
+        };
         let (source, samples, interval) = (&signal.source, signal.samples.len(), signal.interval);
         print(format!("{name:<12} {source}: {samples} samples, {interval} s apart"));
     }

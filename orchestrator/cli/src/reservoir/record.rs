@@ -27,11 +27,12 @@ ground acceleration is linear between communication points. Compressible water
 is computed by a damped Fourier transform with the communication step,
 independent of `reservoir.method`; water without memory by its added mass.
 
-The columns of record.csv are time [s], the ground acceleration [m/s2], the
-pressure at the base and at every point [Pa], the horizontal force on the wet
-face [N/m] and the overturning moment about the heel [N·m/m]. record.svg plots
-them. The peaks are printed, also relative to the hydrostatic values. Motion is
-positive downstream, pressure in compression.
+The columns of record.csv are time [s], the ground acceleration [m/s2], with
+vertical ground motion also the vertical acceleration [m/s2], the pressure at
+the base and at every point [Pa], the horizontal force on the wet face [N/m] and
+the overturning moment about the heel [N·m/m]. record.svg plots them. The peaks
+are printed, also relative to the hydrostatic values. Motion is positive
+downstream and upwards, pressure in compression.
 
 Examples:
   cofferdam reservoir record scenes/koyna-intact --output record
@@ -46,8 +47,8 @@ option is invalid, 4 the water cannot be computed.";
 /// Values at an instant.
 struct Row {
     time: f64,
-    /// Of the ground, m/s².
-    acceleration: f64,
+    /// Of the ground, horizontally and, where it moves so, vertically, m/s².
+    acceleration: Vec<f64>,
     /// At the base, Pa.
     base: f64,
     /// At the shown points, Pa.
@@ -64,7 +65,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let ReservoirParameters { wet_face: face, communication_step: step, density, gravity, .. } =
         &water.parameters;
     let shown = arguments.points.on(face)?;
-    print(format!("{}: {}, rigid dam on rigid rock", water.title, water.ground_motion.source()));
+    let vertical = water.ground_motion.vertical();
+    let upwards = vertical.map_or_else(String::new, |vertical| format!(", vertical {}", vertical.source()));
+    let source = water.ground_motion.source();
+    print(format!("{}: {source}{upwards}, rigid dam on rigid rock", water.title));
+    let axes = if vertical.is_some() { 2 } else { 1 };
     let normals = face.normals();
     let ground: Vec<[f64; 2]> = (0..=water.steps).map(|n| water.ground_motion.at(n as f64 * step)).collect();
     let motion = DMatrix::from_fn(face.len() + 2, ground.len(), |row, n| match normals.get(row) {
@@ -72,7 +77,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         None => ground[n][row - face.len()],
     });
     let pressure = pressure_of_record(&water.parameters, &motion, common.threads())?;
-    let at = |time: f64, acceleration: f64, pressure: &[f64]| {
+    let at = |time: f64, acceleration: [f64; 2], pressure: &[f64]| {
+        let acceleration = acceleration[..axes].to_vec();
         let [force, moment] = force_and_moment(face, pressure);
         let shown = shown.iter().map(|point| point.of(pressure)).collect();
         Row { time, acceleration, base: pressure[0], pressure: shown, force, moment }
@@ -81,13 +87,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         .iter()
         .zip(pressure.column_iter())
         .enumerate()
-        .map(|(n, (ground, pressure))| at(n as f64 * step, ground[0], pressure.as_slice()))
+        .map(|(n, (ground, pressure))| at(n as f64 * step, *ground, pressure.as_slice()))
         .collect();
     let hydrostatic: Vec<f64> =
         face.points().iter().map(|point| density * gravity * (face.depth() - point[1])).collect();
-    report(&rows, &at(0.0, 0.0, &hydrostatic));
+    report(&rows, &at(0.0, [0.0; 2], &hydrostatic));
     let labels: Vec<String> = shown.iter().map(Shown::label).collect();
-    let csv = table(&rows, &labels).csv().map_err(undrawn("record.csv"))?;
+    let csv = table(&rows, axes, &labels).csv().map_err(undrawn("record.csv"))?;
     let svg = picture(&water.title, &rows, &labels).map_err(undrawn("record.svg"))?;
     common.write(&[("record.csv", csv), ("record.svg", svg)])
 }
@@ -108,16 +114,19 @@ fn report(rows: &[Row], at_rest: &Row) {
     say_peaks("overturning moment", "N·m/m", |row| row.moment);
 }
 
-fn table(rows: &[Row], labels: &[String]) -> Table {
-    let mut headings =
-        vec!["time [s]".to_owned(), "acceleration [m/s2]".to_owned(), "base pressure [Pa]".to_owned()];
+fn table(rows: &[Row], axes: usize, labels: &[String]) -> Table {
+    let mut headings = vec!["time [s]".to_owned(), "acceleration [m/s2]".to_owned()];
+    headings.extend((axes > 1).then(|| "vertical acceleration [m/s2]".to_owned()));
+    headings.push("base pressure [Pa]".to_owned());
     headings.extend(labels.iter().map(|label| format!("pressure at {label} [Pa]")));
     headings.extend(["force [N/m]".to_owned(), "overturning moment [N·m/m]".to_owned()]);
     let mut table = Table::new(headings);
     for row in rows {
         // To the picosecond, so that 4.01 is not written as 4.010000000000001.
         let time = (row.time * 1e12).round() / 1e12;
-        let cells = [time, row.acceleration, row.base].into_iter().chain(row.pressure.iter().copied());
+        let acceleration = row.acceleration.iter().copied();
+        let cells = std::iter::once(time).chain(acceleration).chain([row.base]);
+        let cells = cells.chain(row.pressure.iter().copied());
         table.row(cells.chain([row.force, row.moment]).map(|cell| cell.to_string()));
     }
     table

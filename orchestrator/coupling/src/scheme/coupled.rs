@@ -183,11 +183,11 @@ impl Scheme {
         &self.signals
     }
 
-    /// Replaces an external signal by one with the same input, from the next window on.
+    /// Replaces an external signal by one with the same input and component, from the next window on.
     pub fn replace_signal(&mut self, signal: Signal) {
         self.signals
             .iter_mut()
-            .filter(|old| old.input == signal.input)
+            .filter(|old| old.input == signal.input && old.component == signal.component)
             .for_each(|old| old.clone_from(&signal));
     }
 

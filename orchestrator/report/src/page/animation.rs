@@ -43,6 +43,7 @@ pub fn of(run: &RunFolder) -> Option<Animation> {
     let first = (0..at.len()).rev().max_by(|a, b| out(a).total_cmp(&out(b)))?;
     let mut readings: Vec<Option<Series>> = vec![
         reading("ground, g".to_owned(), "ground_acceleration.x", 1.0 / STANDARD_GRAVITY),
+        reading("ground upwards, g".to_owned(), "ground_acceleration.y", 1.0 / STANDARD_GRAVITY),
         reading("crest, mm".to_owned(), "dam.crest_displacement.x", 1e3),
     ];
     for (crack, name) in crack_names(&run.loaded.scene).into_iter().enumerate() {

@@ -43,11 +43,9 @@ pub fn of(run: &RunFolder) -> Vec<Chart> {
     let mut add = |title: &str, about: &str, lines: &[Line]| {
         charts.extend(chart(histories, title, about, false, lines));
     };
-    add(
-        "Ground acceleration, g",
-        "",
-        &one("ground, positive downstream", "ground_acceleration.x", 1.0 / STANDARD_GRAVITY),
-    );
+    let mut ground = one("ground, positive downstream", "ground_acceleration.x", 1.0 / STANDARD_GRAVITY);
+    ground.extend(one("ground, positive upwards", "ground_acceleration.y", 1.0 / STANDARD_GRAVITY));
+    add("Ground acceleration, g", "", &ground);
     add(
         "Sliding of each crack, mm",
         "Mean slip along the crack; positive if the upper side moves downstream.",

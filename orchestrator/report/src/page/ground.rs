@@ -4,7 +4,7 @@ use super::super::{RunSpectra, SPECTRAL_DAMPING, periods};
 use super::data::{Abscissa, Chart, Mark, Row, Series};
 use super::folder::RunFolder;
 use super::thinning::{PARTS, kept, rounded};
-use cofferdam_motion::STANDARD_GRAVITY;
+use cofferdam_motion::{Component, STANDARD_GRAVITY};
 use cofferdam_scene::LoadedScene;
 use std::f64::consts::TAU;
 
@@ -14,6 +14,11 @@ pub fn strength(run: &RunFolder) -> Vec<Row> {
     let (peak, time) = motion.peak();
     let at = format!("at {time:.3} s");
     let mut rows = vec![Row::number("peak ground acceleration", peak / STANDARD_GRAVITY, "g").with(at)];
+    if let Some(vertical) = motion.vertical() {
+        let (peak, time) = vertical.peak();
+        let at = format!("at {time:.3} s, positive upwards");
+        rows.push(Row::number("peak vertical ground acceleration", peak / STANDARD_GRAVITY, "g").with(at));
+    }
     if !is_record(&run.loaded) {
         return rows;
     }
@@ -53,25 +58,33 @@ pub fn charts(loaded: &LoadedScene) -> Vec<Chart> {
     if !is_record(loaded) {
         return Vec::new();
     }
-    let values: Vec<f64> = motion.acceleration().iter().map(|a| a / STANDARD_GRAVITY).collect();
+    let mut charts = vec![history(motion.horizontal(), "Ground acceleration as recorded, g", "ground")];
+    charts.extend(motion.vertical().map(|vertical| {
+        let title = "Vertical ground acceleration as recorded, g";
+        history(vertical, title, "ground, positive upwards")
+    }));
+    let periods = periods();
+    let values = motion.response_spectrum(&periods, SPECTRAL_DAMPING);
+    let title = "Response spectrum of the record, pseudo-acceleration, g";
+    charts.push(spectrum(title, &periods, &[("ground", &values)]));
+    charts
+}
+
+/// The samples of a component.
+fn history(component: &Component, title: &str, name: &str) -> Chart {
+    let values: Vec<f64> = component.acceleration().iter().map(|a| a / STANDARD_GRAVITY).collect();
     let rows = kept(values.len(), &[&values], PARTS);
-    let times: Vec<f64> = rows.iter().map(|row| *row as f64 * motion.interval()).collect();
+    let times: Vec<f64> = rows.iter().map(|row| *row as f64 * component.interval()).collect();
     let values: Vec<f64> = rows.iter().map(|row| values[*row]).collect();
-    let history = Chart {
-        title: "Ground acceleration as recorded, g".to_owned(),
+    Chart {
+        title: title.to_owned(),
         about: String::new(),
         abscissa: Abscissa::Times(rounded(&times)),
         logarithmic: false,
         range: None,
-        series: vec![Series { name: "ground".to_owned(), values: rounded(&values) }],
+        series: vec![Series { name: name.to_owned(), values: rounded(&values) }],
         marks: Vec::new(),
-    };
-    let periods = periods();
-    let values = motion.response_spectrum(&periods, SPECTRAL_DAMPING);
-    vec![
-        history,
-        spectrum("Response spectrum of the record, pseudo-acceleration, g", &periods, &[("ground", &values)]),
-    ]
+    }
 }
 
 /// Spectra of crest and ground as they moved in the run, with the periods of the dam.

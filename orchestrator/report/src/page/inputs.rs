@@ -66,8 +66,26 @@ fn ground(scene: &Scene, motion: &GroundMotion) -> Group {
         rows.push(Row::number("start within the record", record.start, "s"));
         rows.extend(record.end.map(|end| Row::number("end within the record", end, "s")));
     }
+    if let (Some(scene), Some(vertical)) = (&scene.ground_motion.vertical, motion.vertical()) {
+        let name =
+            scene.file.as_ref().and_then(|file| Some(file.file_name()?.to_string_lossy().into_owned()));
+        let row = Row::code("vertical record", name.unwrap_or_default());
+        let column = scene.column.map(|column| format!("column {column} after the time"));
+        rows.push(column.into_iter().fold(row, Row::with));
+        let samples = vertical.acceleration().len() as f64;
+        let every = format!("every {} s", plain(vertical.interval()));
+        rows.push(Row::number("samples of the vertical record", samples, "1").with(every));
+        let both = "in addition to the scale factor of the record";
+        rows.push(Row::number("scale factor of the vertical acceleration", scene.scale, "1").with(both));
+        let direction = if scene.polarity < 0 { "down" } else { "up" };
+        rows.push(Row::text("positive vertical accelerations point", direction));
+    }
     if let Some(ramp) = &scene.ground_motion.ramp {
         rows.push(Row::number("ramp up to", ramp.acceleration, "m/s²").with("then held"));
+        if ramp.vertical_acceleration != 0.0 {
+            let upwards = Row::number("vertical ramp up to", ramp.vertical_acceleration, "m/s²");
+            rows.push(upwards.with("positive upwards, then held"));
+        }
         rows.push(Row::number("rise time", ramp.rise, "s"));
     }
     Group { name: "Ground motion".to_owned(), rows }
@@ -224,6 +242,11 @@ pub fn provenance(run: &RunFolder) -> Group {
         run.loaded.scene.ground_motion.record.as_ref().and_then(|record| record.sha256.as_ref())
     {
         rows.push(Row::code("record", hash).with("SHA-256 of the file"));
+    }
+    if let Some(hash) =
+        run.loaded.scene.ground_motion.vertical.as_ref().and_then(|vertical| vertical.sha256.as_ref())
+    {
+        rows.push(Row::code("vertical record", hash).with("SHA-256 of the file"));
     }
     if let Some(hash) = run.loaded.scene.dam.as_ref().and_then(|dam| dam.mesh.as_ref()?.sha256.as_ref()) {
         rows.push(Row::code("mesh", hash).with("SHA-256 of the file"));

@@ -5,7 +5,11 @@ use cofferdam_scene::{CrackScene, Scene, UpliftRuleScene};
 /// Limitations of the model that concern `scene`, one sentence each.
 pub fn not_modelled(scene: &Scene) -> Vec<String> {
     let mut said: Vec<&str> = vec![
-        "The ground is rigid and moves horizontally: vertical motion and radiation damping in the rock are neglected.",
+        if scene.ground_motion.has_vertical() {
+            "The ground is rigid and moves as a whole: radiation damping in the rock is neglected."
+        } else {
+            "The ground is rigid and moves horizontally: vertical motion and radiation damping in the rock are neglected."
+        },
         "The model is a plane section: interaction with neighbouring monoliths and abutments is neglected.",
     ];
     let filled = scene.has_water();
@@ -85,5 +89,9 @@ mod tests {
         let intact = of("koyna-coarse", &["dam.fidelity=intact", "reservoir.fidelity=westergaard"]);
         assert!(intact.contains("omitted") && intact.contains("incompressible"), "{intact}");
         assert!(!intact.contains("Cracks divide"), "{intact}");
+        let neglected = "vertical motion and";
+        assert!(main.contains(neglected) && rigid.contains(neglected), "{main}");
+        let upwards = of("rigid-dam-ramp", &["ground_motion.ramp.vertical_acceleration=1"]);
+        assert!(!upwards.contains("vertical motion") && upwards.contains("radiation damping"), "{upwards}");
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{Intensity, Perturbation, Plan, Variation};
 use crate::statistics::latin_hypercube;
-use cofferdam_motion::GroundMotion;
+use cofferdam_motion::{GroundMotion, Units};
 use std::path::Path;
 use toml::Value;
 
@@ -132,23 +132,36 @@ impl Plan {
     /// Changes of the scene by `sample`. `folder` is that of the file.
     pub fn sets(&self, sample: &Sample, folder: &Path) -> Vec<String> {
         let record = &self.records[sample.record];
-        let file = folder.join(&record.file);
-        let file = file.canonicalize().unwrap_or(file);
-        let text = Value::from(&*file.to_string_lossy());
+        let found = |file: &Path| {
+            let file = folder.join(file);
+            let file = file.canonicalize().unwrap_or(file);
+            format!("file={}", Value::from(&*file.to_string_lossy()))
+        };
+        let in_units = |units: Option<Units>| match units.map(Value::try_from) {
+            Some(Ok(units)) => Some(format!("units={units}")),
+            _ => None,
+        };
         let mut keys = vec![
-            format!("file={text}"),
+            found(&record.file),
             format!("scale={}", sample.scale),
             format!("polarity={}", sample.polarity),
         ];
-        if let Some(Ok(units)) = record.units.map(Value::try_from) {
-            keys.push(format!("units={units}"));
-        }
+        keys.extend(in_units(record.units));
+        keys.extend(record.column().map(|column| format!("column={column}")));
         for (key, value) in [("start", record.start), ("end", record.end)] {
             keys.extend(value.map(|value| format!("{key}={value}")));
         }
         let mut sets = self.set.clone();
         // The whole table: the settings of the scene's own record apply to no other.
         sets.push(format!("ground_motion.record={{{}}}", keys.join(", ")));
+        if let Some(vertical) = &record.vertical {
+            let mut keys =
+                vec![format!("scale={}", vertical.scale), format!("polarity={}", vertical.polarity)];
+            keys.extend(vertical.file.as_deref().map(found));
+            keys.extend(in_units(vertical.units));
+            keys.extend(vertical.column.map(|column| format!("column={column}")));
+            sets.push(format!("ground_motion.vertical={{{}}}", keys.join(", ")));
+        }
         sets.extend(self.variations().zip(&sample.values).map(|((key, _), value)| format!("{key}={value}")));
         sets
     }

@@ -15,7 +15,7 @@ pub fn write(log: &Log, folder: &Path) -> Result<Option<LogReadError>, Failure> 
     let units = units.iter().zip(&outputs);
     let units: Vec<_> = units.map(|(unit, outputs)| (&*unit.name, [&unit.inputs, outputs])).collect();
     let mut writer = HistoriesWriter::new(folder);
-    writer.open(&units).map_err(failed)?;
+    writer.open(&units, &log.head().signals).map_err(failed)?;
     let (mut damage, mut old) = (None, false);
     for past in log.reports()? {
         match past {

@@ -267,6 +267,20 @@ fn records(folder: &EnsembleFolder) -> Grid {
         headings: headings.map(str::to_owned).to_vec(),
         rows: manifest.records.iter().map(row).collect(),
     };
+    if manifest.records.iter().any(|record| record.vertical.is_some()) {
+        let headings = ["vertical component", "its factor, positive upwards", "its SHA-256"];
+        grid.headings.extend(headings.map(str::to_owned));
+        for (row, record) in grid.rows.iter_mut().zip(&manifest.records) {
+            row.extend(match &record.vertical {
+                Some(crate::EnsembleVertical { file, column, scale, polarity, sha256 }) => {
+                    let column = column.map_or_else(String::new, |column| format!(", column {column}"));
+                    let factor = record.factor * scale * *polarity as f64;
+                    [Cell::Code(format!("{file}{column}")), Cell::Number(factor), Cell::Code(sha256.clone())]
+                }
+                None => [(); 3].map(|()| Cell::Text(String::new())),
+            });
+        }
+    }
     if manifest.records.iter().all(|record| record.pair.is_empty()) {
         grid.headings.remove(PAIR);
         grid.rows.iter_mut().for_each(|row| drop(row.remove(PAIR)));

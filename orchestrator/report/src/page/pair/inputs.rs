@@ -51,6 +51,15 @@ pub fn equal(runs: [&RunFolder; 2], keys: usize) -> Vec<String> {
     {
         said.push(format!("the record {name} (SHA-256 {hash})"));
     }
+    let vertical = |run: &RunFolder| {
+        let vertical = run.loaded.scene.ground_motion.vertical.as_ref()?;
+        Some((vertical.file.as_ref()?.file_name()?.to_string_lossy().into_owned(), vertical.sha256.clone()?))
+    };
+    if let [Some((name, hash)), Some((_, other))] = runs.map(vertical)
+        && hash == other
+    {
+        said.push(format!("the vertical record {name} (SHA-256 {hash})"));
+    }
     if runs[0].loaded.ground_motion == runs[1].loaded.ground_motion {
         said.push("the ground motion".to_owned());
     }
