@@ -7,9 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use toml::{Table, Value};
 
 /// How keys begin that ask for physics that is not there, a word of each, and what that is.
-const NOT_MODELLED: [(&[&str], &str); 4] = [
-    (&["uplift", "drain"], "pressure of water in cracks (uplift) is"),
-    (&["silt", "sediment"], "silt before the dam is"),
+const NOT_MODELLED: [(&[&str], &str); 2] = [
     (&["foundation", "rock", "abutment"], "ground that deforms is"),
     (&["temperature", "thermal"], "strains of temperature are"),
 ];

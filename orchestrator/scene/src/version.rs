@@ -3,7 +3,7 @@
 use super::shape::Shape;
 
 /// The version of today.
-pub const VERSION: u32 = 4;
+pub const VERSION: u32 = 5;
 
 /// A default that is another one since some version.
 struct Moved {
@@ -21,6 +21,7 @@ const MOVED: &[Moved] = &[
     Moved { since: 4, key: "coupling.tolerance", before: "1e-6" },
     Moved { since: 4, key: "reservoir.method", before: "\"radau2\"" },
     Moved { since: 4, key: "tailwater.method", before: "\"radau2\"" },
+    Moved { since: 5, key: "dam.uplift", before: "\"none\"" },
 ];
 
 /// A sentence for each default that has moved since `version` and that a scene takes: its key is not `given`.
@@ -58,8 +59,8 @@ mod tests {
     fn a_scene_that_names_an_old_version_is_told_what_it_does_not_set() {
         assert!(moved(VERSION, |_| false).is_empty());
         let said = moved(1, |key| key == "coupling.measures");
-        assert!(said.len() == 4 && said[0].contains("\"aitken\" before version 2"), "{said:?}");
+        assert!(said.len() == 5 && said[0].contains("\"aitken\" before version 2"), "{said:?}");
         // What is said of a tailwater needs one.
-        assert_eq!(moved(3, |key| key == "tailwater").len(), 3);
+        assert_eq!(moved(3, |key| key == "tailwater").len(), 4);
     }
 }
