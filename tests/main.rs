@@ -51,6 +51,7 @@ mod schemes;
 mod section_and_modes;
 mod sections;
 mod sliding_as_published;
+mod stability;
 mod states;
 mod studies;
 mod swapped_units;

@@ -192,6 +192,15 @@ fn every_way_of_stepping_and_every_fidelity_goes_on() {
         ("reduced blocks", vec![("dam.fidelity", "reduced".into())]),
         ("rigid blocks", vec![("dam.fidelity", "rigid-blocks".into())]),
         ("intact", vec![("dam.fidelity", "intact".into())]),
+        ("uplift that leaves what opens", vec![("dam.uplift", "zero-where-open".into())]),
+        (
+            "uplift in what opens, silt",
+            vec![
+                ("dam.uplift", "full-where-open".into()),
+                ("dam.fidelity", "reduced".into()),
+                ("loads.silt", table(&[("depth", 20.0.into()), ("submerged_density", 900.0.into())])),
+            ],
+        ),
     ];
     for (name, sets) in cases {
         let mut scenario = scene(0.6);

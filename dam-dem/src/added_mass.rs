@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use crate::DamError;
 use crate::error::require;
-use crate::loads::Wet;
+use crate::wet::Wet;
 
 /// Water without memory, as mass of the nodes on the wet face.
 ///

@@ -2,8 +2,8 @@
 
 use nalgebra::DVector;
 
-use crate::loads::Wet;
 use crate::model::{Body, Model};
+use crate::wet::Wet;
 
 /// Momentum balance of the whole dam, in the coordinates of its level of fidelity.
 ///

@@ -12,13 +12,14 @@ use crate::base::BaseBalance;
 use crate::contact::{Crack, MohrCoulomb, Trials};
 use crate::energy::{EnergyLedger, EnergyWatch};
 use crate::integrator::CentralDifference;
-use crate::loads::{Acting, Joints, Wet};
+use crate::loads::{Acting, Joints};
 use crate::model::{Advanced, Model, TimeSteps};
 use crate::reduction::Superposition;
 use crate::state::{DamMotion, DamState, Inputs};
 use crate::stress::{NodalStresses, PrincipalStresses, stress_points};
 use crate::structure::{Motion, Structure};
 use crate::time_step::CALM;
+use crate::wet::Wet;
 use crate::{
     CrackParameters, CriticalTimeStep, DamError, DamParameters, DampingCoefficients, LimitingPart,
     StressRecovery, SystemMatrices, modal,

@@ -29,7 +29,7 @@
 //! **Equations**, per metre of dam, relative to the ground (exact if all points of the base move alike):
 //!
 //! ```text
-//! M ü + α M u̇ + F_int(u, u̇) = F_weight + B (p_hydrostatic + p) − M a_g
+//! M ü + α M u̇ + F_int(u, u̇) = F_weight + F_static + F_uplift + B (p_hydrostatic + p) − M a_g
 //! ```
 //!
 //! - *Elements*: constant-strain triangles, four to a quadrilateral cell, lumped masses, plane
@@ -49,13 +49,16 @@
 //!   ([`integrator::SparseNewton`], [`integrator::DynamicRelaxation`]). Displacement, sliding, rotation and
 //!   energy are relative to this state.
 //! - *Energy*: every kind of work and energy is computed separately ([`energy`]).
+//! - *Uplift*: the water in cracks presses their sides apart; where they are open, by a rule ([`uplift`]). Contacts carry the
+//!   effective stress.
+//! - *Stability* by the gravity method, without motion ([`stability`]).
 //!
 //! **Conventions.** SI units; pressure and contact stress are positive in compression, rotations positive
 //! counter-clockwise; sliding is positive when the upper side moves downstream. Cracks are numbered from the base up, by their
 //! mean elevations.
 //!
-//! **Assumptions.** The concrete between the given cracks is linear elastic and does not crack. There is no
-//! water in the cracks. Pressure acts on the unloaded geometry of the wet face. The ground is rigid and does
+//! **Assumptions.** The concrete between the given cracks is linear elastic and does not crack. Pressure acts on the unloaded
+//! geometry of wet faces and cracks. The ground is rigid and does
 //! not interact. Residual sliding depends mostly on the damping model: state the model with every result.
 //!
 //! [`Dam`] is the co-simulation unit. The layers below it do not depend on the coupling: [`Mesh`],
@@ -80,6 +83,7 @@ mod kinematics;
 mod lanes;
 mod limit_equilibrium;
 mod limiting_part;
+mod load_basis;
 pub mod loads;
 mod material;
 mod mesh;
@@ -100,6 +104,7 @@ mod structure;
 mod system_matrices;
 mod time_step;
 pub mod uplift;
+mod wet;
 
 pub use added_mass::AddedMass;
 pub use block::{Block, best_fit_rotation};

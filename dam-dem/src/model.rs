@@ -9,11 +9,12 @@ use crate::contact::{Coulomb, MohrCoulomb};
 use crate::damping::DAMPED_SHARE;
 use crate::energy::{StoredEnergy, Work};
 use crate::integrator::{CentralDifference, DynamicRelaxation, Relaxed, SparseNewton};
-use crate::loads::{Acting, Constant, Inertia, Joints, Load, LoadPath, Loads, Water, Weight, Wet};
+use crate::loads::{Acting, Constant, Inertia, Joints, Load, LoadPath, Loads, Water, Weight};
 use crate::reduction::{ModalLoadPath, ModalMotion, Superposition};
 use crate::state::DamMotion;
 use crate::structure::{Motion, Structure};
 use crate::time_step::{SHARE_WITH_DASHPOTS, SHARE_WITHOUT_DASHPOTS, highest_mode};
+use crate::wet::Wet;
 use crate::{
     CrackParameters, CriticalTimeStep, DamError, DamParameters, DampingCoefficients, Fidelity, LimitingPart,
     modal,
@@ -140,7 +141,8 @@ impl Body {
     ) -> Result<Self, DamError> {
         let DamParameters { gravity, static_loads, .. } = parameters;
         let is_cracked = parameters.fidelity.is_cracked();
-        let joints = Joints::new(&structure, cracks, parameters.water_at_joints())
+        let uplifts: Vec<_> = cracks.iter().map(|crack| crack.uplift.clone()).collect();
+        let joints = Joints::new(&structure, &uplifts, parameters.water_at_joints())
             .filter(|_| is_cracked)
             .map(Arc::new);
         let mut loads: Vec<Arc<dyn Load>> = vec![Arc::new(Weight::new(&structure.mass, *gravity))];

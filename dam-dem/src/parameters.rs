@@ -11,8 +11,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::contact::Integration;
 use crate::error::DamError;
-use crate::loads::{StaticLoad, Wet};
+use crate::loads::StaticLoad;
 use crate::section::Section;
+use crate::wet::Wet;
 use crate::{Damping, Fidelity, Geometry, GivenMesh, Kinematics, Material, Materials, Mesh, Seam};
 
 /// Everything a dam is made from. SI units.

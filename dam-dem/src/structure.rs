@@ -9,8 +9,8 @@ use crate::contact::{
 use crate::damping::{DampingCoefficients, StiffnessDamping};
 use crate::element::{CrossedCells, ViscousStress};
 use crate::energy::{Losses, StoredEnergy};
-use crate::loads::Wet;
 use crate::release::{Carried, Release, plus};
+use crate::wet::Wet;
 use crate::{AddedMass, Block, DamError, Kinematics, Materials, Mesh, Seam};
 
 /// Blocks, their masses, and the cracks between them.

@@ -176,6 +176,9 @@ const CANYON_COUNTRY: usize = 0;
 const BEVERLY_HILLS: usize = 1;
 const NAMES: [&str; 2] = ["northridge-1994-canyon-country-270", "northridge-1994-beverly-hills-279"];
 
+/// A row of [`SLIPS`].
+type Slip = (f64, (f64, usize), [[f64; 2]; 3]);
+
 /// Horizontal acceleration of the ground over the record of Canyon Country, positive downstream; factor and record of the
 /// vertical acceleration, positive upwards; residual slip (mm, positive downstream), each without and with uplift: as
 /// recorded, both components times 1.03734 (0.5 g), and as recorded with added mass.
@@ -186,7 +189,7 @@ const NAMES: [&str; 2] = ["northridge-1994-canyon-country-270", "northridge-1994
 /// which follows the vertical acceleration. Two independent programs agree within 4e-4 mm; the values with added mass are from one
 /// of them. The vertical acceleration is a multiple of the record, whatever the direction of the horizontal one.
 #[rustfmt::skip]
-const SLIPS: [(f64, (f64, usize), [[f64; 2]; 3]); 10] = [
+const SLIPS: [Slip; 10] = [
     (1.0, (0.0, CANYON_COUNTRY), [[5.1930, 29.8170], [6.6667, 35.0776], [12.2007, 51.9548]]),
     (1.0, (2.0 / 3.0, CANYON_COUNTRY), [[24.2071, 93.9065], [29.2042, 108.7874], [38.5831, 130.7768]]),
     (1.0, (-2.0 / 3.0, CANYON_COUNTRY), [[-0.1101, 0.3913], [-0.6229, 0.1076], [-1.3451, 6.1097]]),

@@ -5,7 +5,7 @@ use crate::loads::Opened;
 use crate::state::DamMotion;
 use crate::{Dam, DamError, LimitEquilibrium};
 
-/// Change of the open length of a joint, as a share of its length, at which uplift and opening agree.
+/// Growth of the open length of a joint, as a share of its length, at which uplift and opening agree.
 const AGREEMENT: f64 = 1e-7;
 /// Largest number of states of rest that are computed until they agree.
 const MOST_ROUNDS: usize = 200;
@@ -46,8 +46,8 @@ impl Dam {
     }
 
     /// The state of rest under the loads without the earthquake. The pressure in a joint and the length on which it is open follow
-    /// from each other: both are found in turn, from closed joints on. What is open takes the reservoir's pressure, which opens it
-    /// further, so that the lengths only grow, up to the smallest on which both agree.
+    /// from each other: both are found in turn, from closed joints on. What has opened once keeps the reservoir's pressure, also if
+    /// the sides touch again under it, so that the lengths only grow, up to the smallest that no longer does.
     ///
     /// **Errors**: [`DamError::CannotStand`], [`DamError::UpliftOpens`], [`DamError::StaticNotConverged`],
     /// [`DamError::Singular`].
@@ -74,12 +74,14 @@ impl Dam {
                 return Ok(Rest { motion, opened });
             };
             let next = joints.opened(motion.joints());
-            let change = |((_, length), [before, after]): ((usize, f64), [&Opened; 2])| {
-                (after[0] - before[0]).abs() / length
+            let growth = |((_, length), [before, after]): ((usize, f64), [&Opened; 2])| {
+                (after[0] - before[0]) / length
             };
             let pairs = opened.iter().zip(&next).map(|(before, after)| [before, after]);
-            let agree = joints.cracks().zip(pairs).map(change).all(|change| change <= AGREEMENT);
-            opened = next;
+            let agree = joints.cracks().zip(pairs).map(growth).all(|growth| growth <= AGREEMENT);
+            for (opened, next) in opened.iter_mut().zip(next) {
+                *opened = [opened[0].max(next[0]), next[1]];
+            }
             if agree {
                 tell(method, rest);
                 return Ok(Rest { motion, opened });

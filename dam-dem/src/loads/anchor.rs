@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-use super::constant::Static;
+use super::fixed::Fixed;
 use super::{LoadBasis, face};
 use crate::error::{DamError, require};
 use crate::{Mesh, Section};
@@ -19,7 +19,7 @@ pub struct Anchor {
     pub factor: f64,
 }
 
-impl Static for Anchor {
+impl Fixed for Anchor {
     fn forces(&self, mesh: &Mesh, _: f64) -> Option<LoadBasis> {
         let [dx, dy] = [0, 1].map(|d| self.end[d] - self.head[d]);
         let pull = [dx, dy].map(|d| self.factor * self.force * d / dx.hypot(dy));

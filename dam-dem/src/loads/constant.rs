@@ -1,9 +1,9 @@
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-use super::face::{self, Side};
+use super::fixed::Fixed;
 use super::{Acting, Load, LoadBasis};
-use crate::error::{DamError, Problem, require};
+use crate::error::{DamError, Problem};
 use crate::{Mesh, Section};
 
 /// A load that does not vary.
@@ -22,17 +22,8 @@ pub enum StaticLoad {
     Surcharge(super::Surcharge),
 }
 
-/// What makes the nodal forces of a static load.
-pub(super) trait Static {
-    /// Its nodal forces under `gravity` (m/s²); `None` where a point of it lies outside the dam.
-    fn forces(&self, mesh: &Mesh, gravity: f64) -> Option<LoadBasis>;
-
-    /// What is wrong with it in a dam of this `section`: the key within its table, and the mistake.
-    fn check(&self, section: &Section) -> Result<(), DamError>;
-}
-
 impl StaticLoad {
-    fn get(&self) -> &dyn Static {
+    fn get(&self) -> &dyn Fixed {
         match self {
             Self::Tailwater(load) => load,
             Self::Silt(load) => load,
@@ -53,10 +44,20 @@ impl StaticLoad {
         }
     }
 
+    /// The parameter that says where it acts.
+    pub(crate) fn point_key(&self) -> &'static str {
+        match self {
+            Self::Tailwater(_) | Self::Silt(_) => "depth",
+            Self::Ice(_) => "elevation",
+            Self::Anchor(_) => "head",
+            Self::Surcharge(_) => "point",
+        }
+    }
+
     /// What is wrong with the load of that `index`.
     pub(crate) fn problem(&self, index: usize, section: &Section) -> Option<Problem> {
         let error = self.get().check(section).err()?;
-        let key = error.parameter().unwrap_or("point");
+        let key = error.parameter().unwrap_or_else(|| self.point_key());
         Some(Problem { keys: vec![format!("static_loads.{index}.{key}")], error })
     }
 }
@@ -92,20 +93,4 @@ impl Load for Constant {
     fn at_rest(&self) -> Vec<Vec<f64>> {
         vec![vec![1.0]]
     }
-}
-
-/// Refuses a level that is not on a side of the dam.
-pub(super) fn check_level(name: &'static str, level: f64, side: &[[f64; 2]]) -> Result<(), DamError> {
-    let crest = side.last().map_or(0.0, |point| point[1]);
-    require(level > 0.0 && level <= crest, name, level, "above the base and not above the crest")
-}
-
-/// Nodal forces of silt or water up to a `level` on the upstream side (see [`face::of_depth`]).
-pub(super) fn upstream(mesh: &Mesh, level: f64, weights: [f64; 2]) -> LoadBasis {
-    face::of_depth(mesh, Side::Upstream, level, weights)
-}
-
-/// The same downstream.
-pub(super) fn downstream(mesh: &Mesh, level: f64, weights: [f64; 2]) -> LoadBasis {
-    face::of_depth(mesh, Side::Downstream, level, weights)
 }

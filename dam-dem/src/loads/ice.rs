@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-use super::constant::{Static, check_level};
+use super::fixed::{Fixed, check_level};
 use super::{LoadBasis, face};
 use crate::error::{DamError, require};
 use crate::{Mesh, Section};
@@ -16,7 +16,7 @@ pub struct Ice {
     pub factor: f64,
 }
 
-impl Static for Ice {
+impl Fixed for Ice {
     fn forces(&self, mesh: &Mesh, _: f64) -> Option<LoadBasis> {
         let chain = mesh.upstream.windows(2);
         let mut panels = chain.map(|pair| [pair[0], pair[1]].map(|node| mesh.nodes[node]));

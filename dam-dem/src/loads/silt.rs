@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::LoadBasis;
-use super::constant::{Static, check_level, upstream};
+use super::fixed::{Fixed, check_level, upstream};
 use crate::error::{DamError, require};
 use crate::{Mesh, Section};
 
@@ -33,7 +33,7 @@ impl Silt {
     }
 }
 
-impl Static for Silt {
+impl Fixed for Silt {
     fn forces(&self, mesh: &Mesh, gravity: f64) -> Option<LoadBasis> {
         let vertical = self.factor * self.submerged_density * gravity;
         Some(upstream(mesh, self.depth, [self.pressure_coefficient() * vertical, vertical]))

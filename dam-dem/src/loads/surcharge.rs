@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-use super::constant::Static;
+use super::fixed::Fixed;
 use super::{LoadBasis, face};
 use crate::error::{DamError, require};
 use crate::{Mesh, Section};
@@ -16,7 +16,7 @@ pub struct Surcharge {
     pub factor: f64,
 }
 
-impl Static for Surcharge {
+impl Fixed for Surcharge {
     fn forces(&self, mesh: &Mesh, _: f64) -> Option<LoadBasis> {
         face::at_point(mesh, self.point, self.force.map(|force| self.factor * force))
     }

@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::LoadBasis;
-use super::constant::{Static, check_level, downstream};
+use super::fixed::{Fixed, check_level, downstream};
 use crate::error::{DamError, require};
 use crate::{Mesh, Section};
 
@@ -14,7 +14,7 @@ pub struct StillTailwater {
     pub density: f64,
 }
 
-impl Static for StillTailwater {
+impl Fixed for StillTailwater {
     fn forces(&self, mesh: &Mesh, gravity: f64) -> Option<LoadBasis> {
         Some(downstream(mesh, self.depth, [self.density * gravity; 2]))
     }

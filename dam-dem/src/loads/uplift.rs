@@ -1,10 +1,10 @@
 use std::borrow::Cow;
 
 use super::{Acting, Load, LoadBasis};
+use crate::Mesh;
 use crate::contact::{ContactLaw, ContactStatus, Crack, JointState, Pressing};
 use crate::structure::Structure;
-use crate::uplift::{JointWater, Uplift, UpliftError, UpliftRule, interpolate};
-use crate::{CrackParameters, DamParameters, Mesh};
+use crate::uplift::{JointWater, Uplift, UpliftRule, interpolate};
 
 /// Pressure of the water in the joints; its amplitudes are the pressures at all contacts, 0 in cracks without uplift.
 ///
@@ -44,11 +44,11 @@ struct Contact {
 pub(crate) type Opened = [f64; 2];
 
 impl Joints {
-    /// The water in the `cracks` (from the base up) of a `structure`, with the levels (m) and specific weights (N/m³) of the
+    /// The water in the cracks of a `structure`, of which `uplifts` lists that of each from the base up, with the levels (m) and specific weights (N/m³) of the
     /// `water` upstream and downstream; `None` without uplift.
     pub fn new(
         structure: &Structure<impl ContactLaw>,
-        cracks: &[CrackParameters],
+        uplifts: &[Option<Uplift>],
         water: ([f64; 2], [f64; 2]),
     ) -> Option<Self> {
         let mesh = &structure.mesh;
@@ -60,8 +60,8 @@ impl Joints {
         }
         let mut basis = LoadBasis { columns: count, entries: Vec::new() };
         let mut joints = Vec::new();
-        for (index, parameters) in cracks.iter().enumerate() {
-            let (Some(uplift), Some(line)) = (&parameters.uplift, Line::of(mesh, index)) else { continue };
+        for (index, uplift) in uplifts.iter().enumerate() {
+            let (Some(uplift), Some(line)) = (uplift, Line::of(mesh, index)) else { continue };
             let mut contacts = Vec::new();
             for &(part, offset) in &line.parts {
                 let crack = &structure.cracks[part];
@@ -205,17 +205,10 @@ impl Load for Joints {
     }
 }
 
-impl DamParameters {
-    /// What is wrong with the uplift in each crack on this `mesh`, with the place of the crack among the parameters.
-    pub(crate) fn uplift_problems(&self, mesh: &Mesh) -> Vec<(usize, UpliftError)> {
-        let order = self.cracks_from_the_base_up();
-        let problem = |(seam_crack, &crack): (usize, &usize)| {
-            let uplift = self.cracks[crack].uplift.as_ref()?;
-            let water = Line::of(mesh, seam_crack)?.water(mesh, self.water_at_joints());
-            uplift.check(&water, self.section.height()).err().map(|error| (crack, error))
-        };
-        order.iter().enumerate().filter_map(problem).collect()
-    }
+/// The water at the ends of a `crack` of this `mesh`, with the levels (m) and specific weights (N/m³) of the `water` upstream and
+/// downstream; `None` of a crack that does not cut the mesh.
+pub(crate) fn water_at(mesh: &Mesh, crack: usize, water: ([f64; 2], [f64; 2])) -> Option<JointWater> {
+    Some(Line::of(mesh, crack)?.water(mesh, water))
 }
 
 /// The parts of a crack, downstream, or upwards where it is vertical.

@@ -2,9 +2,9 @@
 
 use super::{CrackLine, CrackParameters, DamParameters};
 use crate::error::{DamError, Problem, require};
-use crate::loads::Wet;
+use crate::loads::{Constant, StaticLoad, water_at};
 use crate::section::ELEVATION_TOLERANCE;
-use crate::uplift::UpliftError;
+use crate::wet::Wet;
 use crate::{Feature, GeometryError, Mesh};
 
 /// Least height of a row of elements over their nominal size.
@@ -70,21 +70,31 @@ impl DamParameters {
                 found.extend(self.depths());
             }
         }
-        if found.is_empty() && self.cracks.iter().any(|crack| crack.uplift.is_some()) {
-            found.extend(self.of_uplift());
+        let is_loaded =
+            !self.static_loads.is_empty() || self.cracks.iter().any(|crack| crack.uplift.is_some());
+        if found.is_empty() && is_loaded {
+            found.extend(self.of_loads());
         }
         found
     }
 
-    /// What is wrong with the uplift in cracks that are right.
-    fn of_uplift(&self) -> Vec<Problem> {
+    /// What is wrong with the places of loads in a section and cracks that are right.
+    fn of_loads(&self) -> Vec<Problem> {
         let Ok(mesh) = self.mesh() else { return Vec::new() };
-        let problem = |(index, error): (usize, UpliftError)| {
+        let of_uplift = |(place, &index): (usize, &usize)| {
+            let CrackParameters { uplift, line, .. } = &self.cracks[index];
+            let water = water_at(&mesh, place, self.water_at_joints())?;
+            let error = uplift.as_ref()?.check(&water, self.section.height()).err()?;
             let keys = vec![format!("cracks.{index}.uplift.{}", error.key())];
-            let elevation = self.cracks[index].line.elevation();
-            Problem { keys, error: DamError::Uplift { elevation, error } }
+            Some(Problem { keys, error: DamError::Uplift { elevation: line.elevation(), error } })
         };
-        self.uplift_problems(&mesh).into_iter().map(problem).collect()
+        let of_load = |(index, load): (usize, &StaticLoad)| {
+            let error = Constant::new(load, &mesh, self.gravity).err()?;
+            Some(Problem { keys: vec![format!("static_loads.{index}.{}", load.point_key())], error })
+        };
+        let order = self.cracks_from_the_base_up();
+        let uplift = order.iter().enumerate().filter_map(of_uplift);
+        uplift.chain(self.static_loads.iter().enumerate().filter_map(of_load)).collect()
     }
 
     /// What is wrong with the depths of the water.

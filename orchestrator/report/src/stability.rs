@@ -160,12 +160,12 @@ const VALUE: usize = 11;
 
 fn title(scene: &Scene, joint: &JointStability) -> String {
     let crack = scene.dam.as_ref().and_then(|dam| dam.cracks.get(joint.crack));
-    let label = crack.map_or_else(String::new, |crack| crack.label());
+    let joint_at = crack.map_or_else(String::new, |crack| crack.phrase().replacen("the crack", "Joint", 1));
     let peak = crack.map_or(0.0, |crack| crack.friction_coefficient);
     let residual = crack.and_then(|crack| crack.residual_friction_coefficient).unwrap_or(peak);
     let cohesion = crack.map_or(0.0, |crack| crack.cohesion);
     format!(
-        "Joint {label}: {:.2} m long; friction {peak}, cohesion {} kPa, residual friction {residual}",
+        "{joint_at}: {:.2} m long; friction {peak}, cohesion {} kPa, residual friction {residual}",
         joint.length,
         cohesion / 1e3
     )

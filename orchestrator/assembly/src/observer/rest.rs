@@ -154,7 +154,7 @@ mod tests {
         };
         let (short, long) = (signal(0, false, vec![1.0; 2]), signal(1, false, vec![1.0; 5]));
         assert_eq!(rest(&[short.clone(), long.clone()]), Some(2.5));
-        assert_eq!(rest(&[short.clone()]), Some(1.0));
+        assert_eq!(rest(std::slice::from_ref(&short)), Some(1.0));
         assert_eq!(rest(&[short, signal(1, true, vec![1.0])]), None);
         assert_eq!(rest(&[]), Some(0.0));
     }
