@@ -350,7 +350,7 @@ fn mistakes_are_named() {
 /// few per cent.
 #[test]
 fn an_elastic_heel_opens_on_every_mesh() -> Result<(), DamError> {
-    let uplift = [10.0, 5.0, 2.5].map(|size| -> Result<f64, DamError> {
+    let uplift = [5.0, 2.5].map(|size| -> Result<f64, DamError> {
         let fidelity = Fidelity::Reduced { modes: None };
         let dam = at_rest(DamParameters { fidelity, ..koyna(Uplift::default(), size) })?;
         let [open, uplift, normal, _] = statics(&dam)?;
@@ -358,10 +358,7 @@ fn an_elastic_heel_opens_on_every_mesh() -> Result<(), DamError> {
         assert!((normal + uplift - 92_948_710.0).abs() < 1e-4 * 92_948_710.0, "the weight");
         Ok(uplift)
     });
-    let [coarse, middle, fine] = uplift.map(|uplift| uplift.unwrap_or(f64::NAN));
-    assert!(
-        (middle / fine - 1.0).abs() < 0.05 && (coarse / fine - 1.0).abs() < 0.1,
-        "{coarse}, {middle}, {fine}"
-    );
+    let [coarse, fine] = uplift.map(|uplift| uplift.unwrap_or(f64::NAN));
+    assert!((coarse / fine - 1.0).abs() < 0.05, "{coarse}, {fine}");
     Ok(())
 }
