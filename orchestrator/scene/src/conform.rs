@@ -206,7 +206,7 @@ impl Conformed {
             .iter()
             .filter(|home| !Shape::is_like_another(home) && !is_of_another_program(home))
             .collect();
-        let at_home = matches!(homes.len(), 1..=3);
+        let at_home = matches!(homes.len(), 1..=4);
         let other_word = OTHER_WORDS.iter().find(|(word, _)| *word == name.to_lowercase());
         let other_word = other_word.and_then(|(_, key)| free.iter().copied().find(|free| free == key));
         let meant = other_word
