@@ -120,7 +120,7 @@ impl Dam {
             motion,
             energy: EnergyLedger::default(),
             hydrostatic_pressure: vec![0.0; points],
-            uplift: joints.map_or_else(Vec::new, |joints| joints.closed()),
+            uplift: joints.map_or_else(Vec::new, |joints| joints.closed(0.0)),
             opened_at_rest: vec![[0.0; 2]; joints.map_or(0, |joints| joints.cracks().len())],
             accepted: inputs.clone(),
             next: inputs,
@@ -380,7 +380,7 @@ impl CoSimulation for Dam {
             return Err(self.order("initialise").into());
         }
         crate::error::require(start_time.is_finite(), "start_time", start_time, "finite")?;
-        let rest = self.find_rest()?;
+        let rest = self.find_rest(start_time)?;
         let mut motion = rest.motion;
         self.state.opened_at_rest = rest.opened;
         self.state.motion.clone_from(&motion);

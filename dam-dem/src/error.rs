@@ -129,7 +129,7 @@ pub enum DamError {
         /// The load's word.
         load: &'static str,
     },
-    /// Uplift that cannot be.
+    /// An invalid description of uplift.
     #[error("`uplift` of the crack at {elevation} m: {error}", elevation = exact(*elevation))]
     Uplift {
         /// Mean elevation of the crack, m.
@@ -139,8 +139,8 @@ pub enum DamError {
     },
     /// The water in a joint opens it until nothing holds.
     #[error(
-        "uplift opens the joint at {elevation} m before the earthquake: over {percent:.0} % of its length it no longer finds \
-         equilibrium; lower the water, add drains, or set `uplift = \"none\"` if no water enters it",
+        "uplift opens the joint at {elevation} m before the earthquake: once it is open over {percent:.0} % of its length, nothing \
+         balances the loads; lower the water, add drains, or set `uplift = \"none\"` if no water enters it",
         elevation = exact(*elevation), percent = 100.0 * share
     )]
     UpliftOpens {

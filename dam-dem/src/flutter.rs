@@ -59,7 +59,7 @@ impl DamParameters {
         };
         let pressure =
             model.body().wet.as_ref().map_or_else(Vec::new, |wet| wet.hydrostatic(specific_weights));
-        let loads = modes.forces(&model.body().loads, &model.body().at_rest(pressure));
+        let loads = modes.forces(&model.body().loads, &model.body().at_rest(0.0, pressure));
         let mut found = Vec::new();
         let structure = &model.body().structure;
         let mesh = &structure.mesh;

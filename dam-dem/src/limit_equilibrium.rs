@@ -89,6 +89,6 @@ impl DamParameters {
         cracks.sort_by(CrackParameters::from_the_base_up);
         let body = Body::dry(self, &cracks)?;
         let pressure = body.wet.as_ref().map_or_else(Vec::new, |wet| wet.hydrostatic(specific_weights));
-        Ok(LimitEquilibrium::of(&body.structure, &cracks, &body.forces(&body.at_rest(pressure))))
+        Ok(LimitEquilibrium::of(&body.structure, &cracks, &body.forces(&body.at_rest(0.0, pressure))))
     }
 }

@@ -162,9 +162,9 @@ impl Body {
         Ok(Self { structure, wet, loads: Loads(loads), applied, joints })
     }
 
-    /// What acts at rest, with this hydrostatic `pressure` (Pa), while the joints are closed.
-    pub fn at_rest(&self, pressure: Vec<f64>) -> Acting {
-        let uplift = self.joints.as_ref().map_or_else(Vec::new, |joints| joints.closed());
+    /// What acts at rest at a `time` (s), with this hydrostatic `pressure` (Pa), while the joints are closed.
+    pub fn at_rest(&self, time: f64, pressure: Vec<f64>) -> Acting {
+        let uplift = self.joints.as_ref().map_or_else(Vec::new, |joints| joints.closed(time));
         Acting { pressure, ground_acceleration: [0.0; 2], uplift }
     }
 

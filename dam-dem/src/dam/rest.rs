@@ -35,7 +35,7 @@ impl Dam {
     pub fn joints_at_rest(&self) -> Vec<JointAtRest> {
         let Some(joints) = &self.model.body().joints else { return Vec::new() };
         let opened = &self.state.opened_at_rest;
-        let pressures = joints.at_rest(opened);
+        let pressures = joints.at_rest(self.state.time, opened);
         let of_joint = |((crack, length), &opened): ((usize, f64), &Opened)| JointAtRest {
             crack,
             length,
@@ -45,15 +45,15 @@ impl Dam {
         joints.cracks().zip(opened).map(of_joint).collect()
     }
 
-    /// The state of rest under the loads without the earthquake. The pressure in a joint and the length on which it is open follow
+    /// The state of rest under the loads at a `time` (s), without the earthquake. The pressure in a joint and the length on which it is open follow
     /// from each other: both are found in turn, from closed joints on. What has opened once keeps the reservoir's pressure, also if
     /// the sides touch again under it, so that the lengths only grow, up to the smallest that no longer does.
     ///
     /// **Errors**: [`DamError::CannotStand`], [`DamError::UpliftOpens`], [`DamError::StaticNotConverged`],
     /// [`DamError::Singular`].
-    pub(super) fn find_rest(&self) -> Result<Rest, DamError> {
+    pub(super) fn find_rest(&self, time: f64) -> Result<Rest, DamError> {
         let body = self.model.body();
-        let mut acting = body.at_rest(self.state.hydrostatic_pressure.clone());
+        let mut acting = body.at_rest(time, self.state.hydrostatic_pressure.clone());
         if self.parameters.fidelity.is_cracked() {
             let cracks = LimitEquilibrium::of(self.structure(), &self.cracks, &body.forces(&acting));
             cracks.iter().try_for_each(LimitEquilibrium::check)?;
@@ -63,7 +63,7 @@ impl Dam {
             let mut motion = self.state.motion.clone();
             let (method, rest) = match self.model.with(&mut motion)?.relax(&acting) {
                 Err(DamError::StaticNotConverged { .. })
-                    if opened.iter().any(|[upstream, _]| *upstream > 0.0) =>
+                    if opened.iter().flatten().any(|length| *length > 0.0) =>
                 {
                     return Err(self.uplift_opens(&opened));
                 }
@@ -75,18 +75,18 @@ impl Dam {
             };
             let next = joints.opened(motion.joints());
             let growth = |((_, length), [before, after]): ((usize, f64), [&Opened; 2])| {
-                (after[0] - before[0]) / length
+                (after[0] - before[0]).max(after[1] - before[1]) / length
             };
             let pairs = opened.iter().zip(&next).map(|(before, after)| [before, after]);
             let agree = joints.cracks().zip(pairs).map(growth).all(|growth| growth <= AGREEMENT);
             for (opened, next) in opened.iter_mut().zip(next) {
-                *opened = [opened[0].max(next[0]), next[1]];
+                *opened = [0, 1].map(|end| opened[end].max(next[end]));
             }
             if agree {
                 tell(method, rest);
                 return Ok(Rest { motion, opened });
             }
-            acting.uplift = joints.at_rest(&opened);
+            acting.uplift = joints.at_rest(time, &opened);
         }
         Err(self.uplift_opens(&opened))
     }
@@ -94,7 +94,9 @@ impl Dam {
     /// The error for the joint that is open over the largest share of its length.
     fn uplift_opens(&self, opened: &[Opened]) -> DamError {
         let joints = self.model.body().joints.iter().flat_map(|joints| joints.cracks());
-        let shares = joints.zip(opened).map(|((crack, length), [upstream, _])| (crack, upstream / length));
+        let shares = joints
+            .zip(opened)
+            .map(|((crack, length), [upstream, downstream])| (crack, (upstream + downstream) / length));
         let (crack, share) = shares.max_by(|(_, a), (_, b)| a.total_cmp(b)).unwrap_or_default();
         DamError::UpliftOpens { elevation: self.cracks[crack].line.elevation(), share }
     }

@@ -6,7 +6,7 @@ use crate::error::{DamError, require};
 use crate::{Mesh, Section};
 
 /// A post-tensioned anchor, whose force does not change with the motion. It pulls its head towards its other end, and that end
-/// towards the head if it lies in the dam; in the ground it pulls at the ground.
+/// towards the head if it lies in the dam; below the base it pulls at the ground.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Anchor {
     /// Its head, a point of the dam, m.
@@ -25,6 +25,9 @@ impl Fixed for Anchor {
         let pull = [dx, dy].map(|d| self.factor * self.force * d / dx.hypot(dy));
         let mut basis = face::at_point(mesh, self.head, pull)?;
         let reaction = face::at_point(mesh, self.end, pull.map(|force| -force));
+        if reaction.is_none() && self.end[1] > 0.0 {
+            return None;
+        }
         basis.entries.extend(reaction.into_iter().flat_map(|basis| basis.entries));
         Some(basis)
     }
@@ -32,8 +35,16 @@ impl Fixed for Anchor {
     fn check(&self, _: &Section) -> Result<(), DamError> {
         let [dx, dy] = [0, 1].map(|d| self.end[d] - self.head[d]);
         let length = dx.hypot(dy);
+        for coordinate in self.head {
+            require(coordinate.is_finite(), "head", coordinate, "finite")?;
+        }
         require(length > 0.0 && length.is_finite(), "end", length, "a point other than the head")?;
-        require(self.force >= 0.0, "force", self.force, "zero or positive")?;
+        require(
+            (0.0..f64::INFINITY).contains(&self.force),
+            "force",
+            self.force,
+            "zero or positive, and finite",
+        )?;
         require(self.factor >= 0.0, "factor", self.factor, "zero or positive")
     }
 }

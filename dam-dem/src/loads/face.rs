@@ -80,7 +80,7 @@ pub(super) fn at_point(mesh: &Mesh, point: [f64; 2], force: [f64; 2]) -> Option<
         .triangles()
         .map(|nodes| (nodes, weights(nodes)))
         .max_by(|(_, a), (_, b)| least(*a).total_cmp(&least(*b)))?;
-    (least(found) > -BESIDE).then(|| {
+    found.iter().all(|weight| *weight > -BESIDE).then(|| {
         let entry = |(node, weight): (usize, f64)| (node, 0, force.map(|force| weight * force));
         LoadBasis { columns: 1, entries: nodes.into_iter().zip(found).map(entry).collect() }
     })

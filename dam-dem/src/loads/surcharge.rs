@@ -22,6 +22,9 @@ impl Fixed for Surcharge {
     }
 
     fn check(&self, _: &Section) -> Result<(), DamError> {
+        for coordinate in self.point {
+            require(coordinate.is_finite(), "point", coordinate, "finite")?;
+        }
         for force in self.force {
             require(force.is_finite(), "force", force, "finite")?;
         }

@@ -85,9 +85,9 @@ impl Joints {
         self.joints.iter().map(|joint| joint.opened(joints)).collect()
     }
 
-    /// Pressure at all contacts while the joints are closed, Pa.
-    pub fn closed(&self) -> Vec<f64> {
-        self.at_rest(&vec![[0.0; 2]; self.joints.len()])
+    /// Pressure at all contacts while the joints are closed, at the `time` (s) of the table of factors, Pa.
+    pub fn closed(&self, time: f64) -> Vec<f64> {
+        self.at_rest(time, &vec![[0.0; 2]; self.joints.len()])
     }
 
     /// The crack (from the base up) and the length (m) of each joint with water.
@@ -102,11 +102,12 @@ impl Joints {
         contacts.map(|contact| contact.length * pressures[contact.index]).sum()
     }
 
-    /// Pressure at all contacts in a state of rest in which the joints are `opened`, Pa.
-    pub fn at_rest(&self, opened: &[Opened]) -> Vec<f64> {
+    /// The same in a state of rest in which the joints are `opened`.
+    pub fn at_rest(&self, time: f64, opened: &[Opened]) -> Vec<f64> {
         self.pressures(|joint, index| {
             let line = joint.water.nodes(&joint.uplift, opened[index]);
-            move |contact| interpolate(&line, contact.distance)
+            let factor = joint.uplift.factor_at(time);
+            move |contact| factor * interpolate(&line, contact.distance)
         })
     }
 

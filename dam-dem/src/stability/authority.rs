@@ -1,6 +1,6 @@
 //! Factors and zones that named authorities require of a gravity dam.
 //!
-//! Each number has a [`Status`]; numbers compared with no citation are printed as `to be confirmed`.
+//! Each number has a [`Status`]; numbers that were not compared with any citation are printed as `to be confirmed`.
 
 use serde::{Deserialize, Serialize};
 

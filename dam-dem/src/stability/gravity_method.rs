@@ -3,10 +3,13 @@
 use super::{JointLoad, Strength};
 use crate::above::Above;
 use crate::loads::face::{self, Side};
-use crate::loads::{Constant, LoadBasis, StaticLoad};
+use crate::loads::{Constant, LoadBasis, StaticLoad, water_at};
 use crate::model::Body;
 use crate::uplift::{JointWater, Uplift};
 use crate::{CrackParameters, DamError, DamParameters};
+
+/// Share of the distance between its ends on which a joint without galleries has contact.
+const WHOLE: f64 = 1.0 - 1e-6;
 
 /// Loads of one combination, uplift aside.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,7 +58,7 @@ pub struct GravityMethod {
 }
 
 impl GravityMethod {
-    /// The joints of a dam: its cracks that are straight and carry a body by themselves.
+    /// The joints of a dam: its cracks that are straight, carry a body by themselves and have no gallery in between.
     ///
     /// **Errors**: as [`DamParameters::check`], and [`DamError::WetFace`].
     pub fn new(parameters: &DamParameters) -> Result<Self, DamError> {
@@ -66,7 +69,10 @@ impl GravityMethod {
         let joint = |(crack, parameters): (usize, &CrackParameters)| {
             let peak = parameters.friction_coefficient;
             let residual = parameters.residual_friction_coefficient.unwrap_or(peak);
-            Some(DamJoint {
+            let above = Above::of(&body.structure, crack)?;
+            let [[x0, y0], [x1, y1]] = above.ends;
+            let length = (x1 - x0).hypot(y1 - y0);
+            (above.length > WHOLE * length).then(|| DamJoint {
                 crack,
                 elevation: parameters.line.elevation(),
                 uplift: parameters.uplift.clone(),
@@ -78,7 +84,7 @@ impl GravityMethod {
                     },
                     Strength { friction: residual, ..Strength::default() },
                 ],
-                above: Above::of(&body.structure, crack)?,
+                above,
             })
         };
         let joints = cracks.iter().enumerate().filter_map(joint).collect();
@@ -120,9 +126,9 @@ impl GravityMethod {
                 shear: resultants.shear,
                 moment: moments[0] - moments[1],
             };
-            let water = JointWater::new(joint.above.ends, case.levels, case.specific_weights);
-            LoadedJoint { water, load, moments }
+            let water = water_at(mesh, joint.crack, (case.levels, case.specific_weights))?;
+            Some(LoadedJoint { water, load, moments })
         };
-        Ok(self.joints.iter().map(loaded).collect())
+        Ok(self.joints.iter().filter_map(loaded).collect())
     }
 }

@@ -32,7 +32,7 @@ pub use assembly::{
     Assembly, AssemblyError, Equilibrium, Home, JointStability, Making, UpliftEffect, Verdict, WaterMass,
     read_scene,
 };
-pub use cofferdam_dam::stability::{Authority, DCR, DcrCriterion, LoadCombination, Status};
+pub use cofferdam_dam::stability::{Authority, DCR, DcrCriterion, LoadCombination, Status, Zone};
 pub use cofferdam_dam::uplift::UpliftRule;
 pub use cofferdam_dam::{Flutter, LimitEquilibrium, LimitingPart, Mesh, NaturalModes, PartKind, Quality};
 pub use cofferdam_reservoir::paper::{FarEndCondition, ShortWindows};

@@ -20,7 +20,7 @@ use cofferdam_coupling::observer::{self, Observer, ObserverError};
 use cofferdam_coupling::participant::{Level, ParticipantError};
 use cofferdam_coupling::scheme::{CouplingError, check_points};
 use cofferdam_report::section;
-use cofferdam_scene::{Scene, SceneError, Side, Source, UpliftRuleScene};
+use cofferdam_scene::{Scene, SceneError, Side, Source, takes_water};
 use cofferdam_unit::Role;
 use describe::{SLOW, limit, list, shapes, slow, strength, vertical_strength};
 use foreign::{test, told, unit};
@@ -314,14 +314,12 @@ fn examine(path: &Path, arguments: &Arguments) -> Result<(), CheckError> {
     }
     lines.push(format!("  {}", estimate::of(&loaded, &mut *dam, &inputs, threads(None), &context())?));
     for (crack, Equilibrium { sliding, with_uplift, overturning }) in Assembly::of(scene).equilibria()? {
-        let rule =
-            scene.dam.as_ref().map_or(UpliftRuleScene::None, |dam| cracks[crack].uplift_rule(dam.uplift));
         let uplift = match with_uplift {
             Some(UpliftEffect { sliding, friction_coefficient }) => format!(
                 " without uplift ({sliding:.2} with uplift, equivalent to `friction_coefficient` = {friction_coefficient:.2})"
             ),
-            None if rule == UpliftRuleScene::None => String::new(),
-            None => " with uplift".to_owned(),
+            None if takes_water(scene, &cracks[crack]) => " with uplift".to_owned(),
+            None => String::new(),
         };
         lines.push(format!(
             "  factor of safety of {} before the ground moves, by limit equilibrium: sliding {sliding:.2}{uplift}, overturning \

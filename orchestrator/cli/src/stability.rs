@@ -37,12 +37,14 @@ that an authority requires. Joints are the straight cracks of the scene that
 carry a body by themselves. The combinations are usual; unusual, with drains
 out of service, if there are drains; seismic, with the inertia of dam and water
 (Westergaard) under two thirds of the record's peak; and after the earthquake.
+Joints that a gallery interrupts are not covered.
 [stability] in the scene changes them, the authority and the required factors.
 
 Of a run: also the least factor over time, how long the joint slid as a whole,
 and the stability after the earthquake with the residual strength and full
-water pressure in what has opened. Without a run, the joint counts as cracked
-through then.
+water pressure in what has opened: the largest length that was open at one time
+counts as a crack from the upstream end. Without a run, the joint counts as
+cracked through then.
 
 Factors that could not be compared with the authority's document are named as
 to be confirmed.

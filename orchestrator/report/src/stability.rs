@@ -3,10 +3,11 @@
 use crate::text::{COLUMNS, heading, wrapped};
 use cofferdam_assembly::observer::Histories;
 use cofferdam_assembly::{
-    Assembly, AssemblyError, Authority, JointStability, LoadCombination, Status, UpliftRule, Verdict,
+    Assembly, AssemblyError, JointStability, LoadCombination, Status, UpliftRule, Verdict, Zone,
 };
 use cofferdam_scene::{LoadedScene, Scene};
 use serde::Serialize;
+use std::collections::BTreeSet;
 
 /// What an earthquake did to a joint.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -45,6 +46,11 @@ pub fn of_run(
     rules: &[Option<UpliftRule>],
 ) -> Result<(Vec<JointStability>, Vec<Shaken>), AssemblyError> {
     let before = of_scene(loaded, rules)?;
+    let has_contacts = histories.column("dam.crack_open_share.0").is_some();
+    if !has_contacts || loaded.scene.dam.as_ref().is_some_and(|dam| dam.fidelity.is_intact()) {
+        // nothing could open in the run
+        return Ok((before, Vec::new()));
+    }
     let count = loaded.scene.dam.as_ref().map_or(0, |dam| dam.cracks.len());
     let length =
         |crack: usize| before.iter().find(|joint| joint.crack == crack).map_or(0.0, |joint| joint.length);
@@ -78,7 +84,7 @@ pub struct StabilityTable {
     /// The joint and its strength.
     pub title: String,
     /// The combinations.
-    pub columns: Vec<&'static str>,
+    pub columns: Vec<String>,
     /// Labels with units, and a value for each combination.
     pub rows: Vec<(String, Vec<String>)>,
     /// What happened in the run.
@@ -88,8 +94,9 @@ pub struct StabilityTable {
 /// A row of the table: label, unit, and the value of a joint.
 type Row = (&'static str, &'static str, fn(&JointStability) -> String);
 
-const ROWS: [Row; 16] = [
+const ROWS: [Row; 18] = [
     ("inertia downstream", "g", |joint| number(joint.seismic[0], 3)),
+    ("inertia downwards", "g", |joint| number(joint.seismic[1], 3)),
     ("uplift rule", "", |joint| short_rule(joint).to_owned()),
     ("normal force without uplift", "MN/m", |joint| number(1e-6 * joint.load.normal, 3)),
     ("uplift", "MN/m", |joint| number(1e-6 * joint.state.uplift, 3)),
@@ -104,6 +111,9 @@ const ROWS: [Row; 16] = [
     ("factor, sliding, peak", "", |joint| optional(joint.sliding[0], 2)),
     ("factor, sliding, residual", "", |joint| optional(joint.sliding[1], 2)),
     ("required, sliding", "", |joint| optional(joint.required, 2)),
+    ("required, resultant", "", |joint| {
+        joint.requirement.map_or("-", |found| short_zone(found.resultant)).to_owned()
+    }),
     ("verdict", "", |joint| short_verdict(joint.verdict()).to_owned()),
 ];
 
@@ -135,7 +145,8 @@ pub fn text(scene: &Scene, joints: &[JointStability], shaken: Option<&[Shaken]>)
                 let values: String = values.iter().map(|value| format!("{value:>VALUE$}")).collect();
                 text += &format!("{label:<LABEL$}{values}\n");
             };
-            line("", &columns[some.clone()]);
+            let heads: Vec<&str> = columns[some.clone()].iter().map(String::as_str).collect();
+            line("", &heads);
             for (label, values) in &rows {
                 let values: Vec<&str> = values[some.clone()].iter().map(String::as_str).collect();
                 line(label, &values);
@@ -178,82 +189,108 @@ fn sentence_of_run(shaken: &Shaken) -> String {
         |factor| format!("least factor against sliding {factor:.2} at {time:.3} s"),
     );
     format!(
-        "In the run: {factor}; at factor 1, sliding as a whole, for {sliding_time:.3} s; {:.1} mm at the end; open over at most \
-         {opened:.2} m at one time, the crack that counts after the earthquake.",
+        "In the run: {factor}; at factor 1, sliding as a whole, for {sliding_time:.3} s; residual sliding {:.1} mm; open over at most \
+         {opened:.2} m at one time, which counts as a crack from the upstream end after the earthquake.",
         1e3 * residual
     )
 }
 
 /// What the numbers rest on.
 pub fn notes(scene: &Scene, joints: &[JointStability]) -> Vec<String> {
-    let authority = scene.stability.authority;
     let mut notes = vec![
         "Gravity method: rigid bodies above the joints, linear effective stress without tension beyond the strength of the bond, \
          pressure on the whole area. Factor against sliding: (friction × effective normal force + cohesion × bonded length in \
-         compression) / shear force."
+         compression) / shear force. A joint without equilibrium fails."
             .to_owned(),
     ];
-    let rules = joints.iter().filter_map(|joint| joint.rule);
-    let mut rules: Vec<_> = rules.collect();
-    rules.dedup();
-    rules.sort_by_key(|rule| rule.word());
-    rules.dedup();
-    for rule in rules {
+    if joints.iter().any(|joint| joint.combination == LoadCombination::Seismic) {
+        notes.push(
+            "Earthquake: constant inertia, by default two thirds of the record's peak, a sustained acceleration chosen by this \
+             program; water as Westergaard's added mass (1933)."
+                .to_owned(),
+        );
+    }
+    notes.push(
+        "Uplift \"static\": USACE EM 1110-2-2200, 1995, section 3-3: linear between the water levels and the drains, full pressure in \
+         what is open."
+            .to_owned(),
+    );
+    let seismic = joints.iter().filter(|joint| joint.combination == LoadCombination::Seismic);
+    let rules: BTreeSet<_> = seismic.filter_map(|joint| joint.rule).map(|rule| rule.word()).collect();
+    for rule in UpliftRule::ALL.into_iter().filter(|rule| rules.contains(rule.word())) {
         notes.push(format!("Uplift \"{}\": {} ({}).", rule.word(), rule.label(), rule.source()));
     }
     if joints.iter().any(|joint| joint.rule.is_none()) {
-        notes.push("Uplift \"none\": no water in the joint, by the scene.".to_owned());
+        notes.push("Uplift \"none\": no water in the joint.".to_owned());
     }
-    notes.push(match scene.stability.required.is_some() {
-        true => format!(
-            "Required factors: the scene's own ([stability.required]), otherwise {}.",
-            document(authority)
-        ),
-        false => format!("Required factors: {}.", document(authority)),
+    let kinds = |which: &dyn Fn(&JointStability) -> bool| {
+        let found: BTreeSet<_> =
+            joints.iter().filter(|joint| which(joint)).map(|joint| joint.combination.word()).collect();
+        found.into_iter().collect::<Vec<_>>().join(", ")
+    };
+    let own = kinds(&|joint| joint.is_own);
+    if !own.is_empty() {
+        notes.push(format!("Required factors of the scene ([stability.required]): {own}."));
+    }
+    let status =
+        |joint: &JointStability| joint.requirement.filter(|_| !joint.is_own).map(|found| found.status);
+    if joints.iter().any(|joint| status(joint).is_some()) {
+        notes.push(format!("Required factors otherwise: {}.", scene.stability.authority.document()));
+    }
+    let open = kinds(&|joint| status(joint).is_some_and(|status| !status.is_checked()));
+    if !open.is_empty() {
+        notes.push(format!("To be confirmed in the document before use: the required factors for {open}."));
+    }
+    let mut sources: Vec<&str> = Vec::new();
+    for joint in joints {
+        if let Some(Status::Checked(source)) = status(joint)
+            && !sources.contains(&source)
+        {
+            sources.push(source);
+            let compared = kinds(&|joint| status(joint) == Some(Status::Checked(source)));
+            notes.push(format!("Compared with a citation of the document ({source}): {compared}."));
+        }
+    }
+    let zones = kinds(&|joint| {
+        let zone = joint.requirement.filter(|found| found.resultant != Zone::NotPrescribed);
+        zone.is_some_and(|found| !found.resultant_status.is_checked())
     });
-    let statuses = joints.iter().filter_map(|joint| Some((joint.combination, joint.requirement?.status)));
-    let mut open: Vec<LoadCombination> =
-        statuses.filter(|(_, status)| !status.is_checked()).map(|(combination, _)| combination).collect();
-    open.dedup();
-    let mut words: Vec<&str> = open.iter().map(|combination| combination.word()).collect();
-    words.sort_unstable();
-    words.dedup();
-    if !words.is_empty() {
-        notes.push(format!(
-            "To be confirmed in the document before use: the required factors for {}.",
-            words.join(", ")
-        ));
-    }
-    if let Some(Status::Checked(source)) = joints.iter().find_map(|joint| {
-        joint.requirement.map(|requirement| requirement.status).filter(|status| status.is_checked())
-    }) {
-        notes.push(format!("The others were compared with a citation: {source}."));
+    if !zones.is_empty() {
+        notes.push(format!("To be confirmed too: the required place of the resultant for {zones}."));
     }
     notes
 }
 
-fn document(authority: Authority) -> &'static str {
-    authority.document()
-}
-
-fn short_name(joint: &JointStability) -> &'static str {
-    match joint.combination {
+/// The name of a combination as the head of a column.
+fn short_name(joint: &JointStability) -> String {
+    let kind = match joint.combination {
         LoadCombination::Usual => "usual",
         LoadCombination::Unusual => "unusual",
         LoadCombination::Extreme => "extreme",
         LoadCombination::Seismic => "seismic",
         LoadCombination::PostEarthquake => "after",
-    }
+    };
+    let given = (joint.name != joint.combination.label()).then_some(&joint.name);
+    given.filter(|name| name.chars().count() < VALUE).map_or(kind, String::as_str).to_owned()
 }
 
 fn short_rule(joint: &JointStability) -> &'static str {
     use UpliftRule::{FullWhereOpen, Unchanged, ZeroWhereOpen};
     match (joint.rule, joint.combination) {
         (None, _) => "none",
-        (Some(_), kind) if kind != LoadCombination::Seismic => "full",
+        (Some(_), kind) if kind != LoadCombination::Seismic => "static",
         (Some(Unchanged), _) => "unchanged",
         (Some(ZeroWhereOpen), _) => "zero-open",
         (Some(FullWhereOpen), _) => "full-open",
+    }
+}
+
+fn short_zone(zone: Zone) -> &'static str {
+    match zone {
+        Zone::MiddleThird => "mid. third",
+        Zone::MiddleHalf => "mid. half",
+        Zone::InsideBase => "inside",
+        Zone::NotPrescribed => "-",
     }
 }
 
@@ -286,7 +323,7 @@ pub fn csv(scene: &Scene, joints: &[JointStability]) -> String {
         let crack = scene.dam.as_ref().and_then(|dam| dam.cracks.get(joint.crack));
         let state = &joint.state;
         let authority = scene.stability.authority;
-        let status = joint.requirement.map_or("", |requirement| requirement.status.label());
+        let status = joint.requirement.filter(|_| !joint.is_own).map_or("", |found| found.status.label());
         let cells = [
             quoted(&crack.map_or_else(String::new, |crack| crack.label())),
             value(crack.map(|crack| crack.mean_elevation())),
@@ -314,7 +351,7 @@ pub fn csv(scene: &Scene, joints: &[JointStability]) -> String {
             value(joint.required),
             joint.verdict().word().to_owned(),
             authority.word().to_owned(),
-            quoted(document(authority)),
+            quoted(if joint.is_own { "the scene" } else { authority.document() }),
             status.to_owned(),
         ];
         text += &(cells.join(",") + "\n");

@@ -3,9 +3,7 @@ use cofferdam_assembly::observer::{AVERAGED, Histories, LastSecond, STILL_MOVES,
 use cofferdam_assembly::{Equilibrium, UpliftEffect};
 use cofferdam_coupling::observer::{Ending, Status};
 use cofferdam_motion::STANDARD_GRAVITY;
-use cofferdam_scene::{
-    CrackScene, DamFidelityScene, LoadedScene, REST, Scene, Side, UpliftRuleScene, Warning,
-};
+use cofferdam_scene::{CrackScene, DamFidelityScene, LoadedScene, REST, Scene, Side, Warning, takes_water};
 use serde::{Deserialize, Serialize};
 
 pub(super) const ENERGY_BALANCE: &str = "energy balance error over peak kinetic energy";
@@ -188,10 +186,7 @@ impl Summary {
                     });
                 }
             };
-            let dam = scene.dam.as_ref();
-            let is_dry =
-                dam.is_some_and(|dam| cracks[*crack].uplift_rule(dam.uplift) == UpliftRuleScene::None);
-            let uplift = if is_dry { "without uplift" } else { "with uplift" };
+            let uplift = if takes_water(scene, &cracks[*crack]) { "with uplift" } else { "without uplift" };
             add(&format!("factor of safety against sliding, {uplift}"), *sliding);
             if let Some(UpliftEffect { sliding, .. }) = with_uplift {
                 add("factor of safety against sliding, with uplift", *sliding);

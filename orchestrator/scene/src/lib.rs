@@ -71,7 +71,8 @@ pub use time::{AdaptiveScene, Time};
 pub use validate::{Refusal, UnitChecks};
 pub use version::VERSION;
 pub use warning::{
-    ELEMENTS_OF_THE_RESERVOIR, REST, SceneWarning, Uplift, Warning, down, shear_wave_velocity, uplift,
+    ELEMENTS_OF_THE_RESERVOIR, REST, SceneWarning, Uplift, Warning, down, shear_wave_velocity, takes_water,
+    uplift,
 };
 pub use water::{FidelityScene, ReservoirScene, Side};
 

@@ -1,8 +1,8 @@
 //! What the values of a scene mean together; what each may be by itself stands on its type.
 
 use super::{
-    AdaptiveScene, CrackScene, DamScene, DampingScene, Invalid, OnFailure, RecordScene, ReservoirScene,
-    Scene, Side, Source, StopQuantity, VerticalScene, shape,
+    AdaptiveScene, CrackScene, DamScene, DampingScene, Invalid, LoadsScene, OnFailure, RecordScene,
+    ReservoirScene, Scene, Side, Source, StopQuantity, VerticalScene, shape,
 };
 use cofferdam_coupling::scheme::SchemeKind;
 use cofferdam_motion::{Component, Excerpt, GroundMotion, RecordError};
@@ -198,6 +198,53 @@ impl Findings {
             self.add("coupling.measures", Invalid::NoMeasure);
         }
         self.stepping(scene);
+        self.loads(scene);
+    }
+
+    /// Whether the static loads and the combinations of loads can act on the dam.
+    fn loads(&mut self, scene: &Scene) {
+        let mut refuse = |key: &str, message: String| self.add(key, Invalid::Unit { message });
+        if scene.computed_dam().is_none() && scene.loads != LoadsScene::default() {
+            refuse(
+                "loads",
+                "`loads` act on a dam that this program computes; give one, or leave them out".to_owned(),
+            );
+        }
+        if let Some([horizontal, vertical]) = scene.stability.seismic_coefficients
+            && !((0.0..=2.0).contains(&horizontal) && (-1.0..=1.0).contains(&vertical))
+        {
+            refuse(
+                "stability.seismic_coefficients",
+                format!(
+                    "`stability.seismic_coefficients` are [{horizontal}, {vertical}]; give shares of g, from 0 to 2 downstream and \
+                     from -1 to 1 downwards"
+                ),
+            );
+        }
+        let crest = scene.height();
+        for (index, combination) in scene.stability.combinations.iter().enumerate() {
+            for (name, level) in
+                [("water_level", combination.water_level), ("tailwater_level", combination.tailwater_level)]
+            {
+                if let Some(level) = level.filter(|level| *level > crest) {
+                    let key = format!("stability.combinations.{index}.{name}");
+                    refuse(
+                        &key,
+                        format!(
+                            "`{key}` is {level} m, above the crest at {crest} m; overtopping is not covered; give a lower level"
+                        ),
+                    );
+                }
+            }
+        }
+        if scene.tailwater.is_some() && scene.loads.tailwater.is_some() {
+            let (first, second) = ("[tailwater]", "[loads.tailwater]");
+            self.add("loads.tailwater", Invalid::ExactlyOne { first, second, found: 2 });
+        }
+        for (index, combination) in scene.stability.combinations.iter().enumerate() {
+            let name = combination.name.as_deref().unwrap_or_default();
+            self.printable(format!("stability.combinations.{index}.name"), name);
+        }
     }
 
     /// Whether there is a rest to wait for.

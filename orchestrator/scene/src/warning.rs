@@ -159,7 +159,7 @@ pub enum Warning {
     #[error(
         "{crack} is {below} m below the reservoir level; its uplift, {uplift:.2} MN/m for a pressure that falls \
          linearly to {} downstream, is left out by `uplift` = \"none\", and would increase the sliding; set `dam.uplift` to \
-         \"unchanged\", or say why no water enters",
+         \"unchanged\", or keep \"none\" if no water can enter",
         if *downstream > 0.0 { "that of the tailwater" } else { "zero" },
         below = plain(*below), uplift = 1e-6 * uplift
     )]
@@ -365,6 +365,13 @@ pub fn uplift(scene: &Scene, crack: &CrackScene) -> Option<Uplift> {
     let length = x_at(&section.downstream, elevation)? - x_at(&section.upstream, elevation)?;
     let below = scene.depth() - elevation;
     Some(Uplift { below, force: 0.5 * (upstream + downstream) * length, downstream })
+}
+
+/// Whether the dam has uplift in a crack: it lies below water that the scene lets enter.
+pub fn takes_water(scene: &Scene, crack: &CrackScene) -> bool {
+    let rule = scene.dam.as_ref().map_or(UpliftRuleScene::None, |dam| crack.uplift_rule(dam.uplift));
+    let reaches = uplift(scene, crack).is_some() || scene.loads.tailwater.is_some() || crack.uplift.is_some();
+    reaches && rule != UpliftRuleScene::None
 }
 
 /// The lowest crack without uplift, if water would enter it.

@@ -110,10 +110,11 @@ impl<L: ContactLaw> Crack<L> {
                 let shares = [(place.at.tangent, jump.slips), (place.at.normal, jump.opened)];
                 parting.add(contact.stencil(&place), jump.place, jump.relative, shares);
             }
-            if joint.relief > 0.0 {
+            if joint.relief > 0.0 && !update.closed {
                 // the force that the pressure no longer exerts on the open contact, and the work that it no longer does
                 let gap = place.at.gap - risen;
                 let [before, now] = [last, gap].map(|gap| relief(gap, joint.relief, &self.law));
+                let before = if special.closed { 0.0 } else { before };
                 losses.relief += moved.weight * (before + now) / 2.0 * (gap.max(0.0) - last.max(0.0));
                 let force = place.at.normal.map(|n| -moved.weight * now * n);
                 for (&node, share) in nodes.iter().zip(update.shares).filter(|_| now > 0.0) {

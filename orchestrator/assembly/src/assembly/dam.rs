@@ -5,7 +5,7 @@ use super::{Assembly, AssemblyError};
 use cofferdam_coupling::participant::{InProcess, Messages, Participant};
 use cofferdam_coupling::scheme::SchemeKind;
 use cofferdam_dam::{Dam, DamParameters, GivenMesh};
-use cofferdam_scene::{CrackScene, DamScene, Side, UpliftRuleScene, uplift};
+use cofferdam_scene::{CrackScene, DamScene, Side, UpliftRuleScene, takes_water};
 
 /// The water's inertia in the dam's mass matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,8 +84,7 @@ impl Assembly<'_> {
 
     /// The rule of uplift for a crack where the rule of the dam is `of_dam`: none above the water.
     fn rule_for(&self, of_dam: UpliftRuleScene, crack: &CrackScene) -> UpliftRuleScene {
-        let reaches = uplift(self.scene, crack).is_some() || self.scene.loads.tailwater.is_some();
-        if reaches || crack.uplift.is_some() { of_dam } else { UpliftRuleScene::None }
+        if takes_water(self.scene, crack) { of_dam } else { UpliftRuleScene::None }
     }
 
     /// Makes the dam; also returns its time steps per communication step.

@@ -1,10 +1,11 @@
 //! Factors of safety of a scene's joints by the gravity method, for each combination of loads.
 
 use super::{Assembly, AssemblyError};
+use cofferdam_dam::DamParameters;
 use cofferdam_dam::loads::StaticLoad;
 use cofferdam_dam::stability::{
-    DamJoint, GravityMethod, Joint, JointLoad, JointState, LoadCase, LoadCombination, LoadedJoint, Mode,
-    Requirement, required,
+    Authority, DamJoint, GravityMethod, Joint, JointLoad, JointState, LoadCase, LoadCombination, LoadedJoint,
+    Mode, Requirement, required,
 };
 use cofferdam_dam::uplift::{Uplift, UpliftRule, moment};
 use cofferdam_scene::{CombinationScene, Scene, Side};
@@ -41,6 +42,10 @@ pub struct JointStability {
     pub requirement: Option<Requirement>,
     /// The required factor against sliding: the scene's own, or the authority's.
     pub required: Option<f64>,
+    /// Whether it is the scene's own.
+    pub is_own: bool,
+    /// Whether the factor with the residual strength is compared with it.
+    pub by_residual: bool,
 }
 
 /// Whether a joint meets what is required of it.
@@ -66,9 +71,9 @@ impl Verdict {
 }
 
 impl JointStability {
-    /// The factor against sliding that is compared: that of the peak strength, after the earthquake that of the residual strength.
+    /// The factor against sliding that is compared.
     pub fn decisive(&self) -> Option<f64> {
-        self.sliding[usize::from(self.combination == LoadCombination::PostEarthquake)]
+        self.sliding[usize::from(self.by_residual)]
     }
 
     /// Whether the required factor and the zone of the resultant are met. A joint without equilibrium fails whatever is required.
@@ -101,7 +106,9 @@ impl Assembly<'_> {
         rules: &[Option<UpliftRule>],
     ) -> Result<Vec<JointStability>, AssemblyError> {
         let Some(dam) = self.scene.computed_dam() else { return Ok(Vec::new()) };
-        let method = GravityMethod::new(&self.dry_dam(dam)?)?;
+        // a flood may reach cracks that lie above the water of the run
+        let cracks = dam.cracks.iter().map(|crack| crack.parameters(dam.uplift)).collect();
+        let method = GravityMethod::new(&DamParameters { cracks, ..self.dry_dam(dam)? })?;
         let drained = |joint: &DamJoint| joint.uplift.as_ref().is_some_and(|uplift| uplift.drains.is_some());
         let has_drains = method.joints().iter().any(drained);
         let mut found = Vec::new();
@@ -137,7 +144,10 @@ impl Assembly<'_> {
             uplift.drains = None;
         }
         let (wet, factor) = match &uplift {
-            Some(uplift) => (uplift.clone(), uplift.factor_at(0.0)),
+            Some(uplift) => {
+                let time = if kind == LoadCombination::PostEarthquake { f64::INFINITY } else { 0.0 };
+                (uplift.clone(), uplift.factor_at(time))
+            }
             None => (Uplift::default(), 0.0),
         };
         let [peak, residual] = joint.strength;
@@ -162,8 +172,9 @@ impl Assembly<'_> {
         let authority = self.scene.stability.authority;
         let requirement = required(authority, kind);
         let own = self.scene.stability.required.as_ref().and_then(|required| required.factor(kind));
+        let is_after = kind == LoadCombination::PostEarthquake;
         let of_authority = requirement.map(|requirement| match requirement.sliding_without_cohesion {
-            Some(without) if peak.cohesion == 0.0 || kind == LoadCombination::PostEarthquake => without,
+            Some(without) if peak.cohesion == 0.0 || is_after => without,
             _ => requirement.sliding,
         });
         JointStability {
@@ -180,6 +191,8 @@ impl Assembly<'_> {
             overturning: (turns > 0.0).then(|| loaded.moments[0] / turns),
             requirement,
             required: own.or(of_authority),
+            is_own: own.is_some(),
+            by_residual: is_after || own.is_none() && authority == Authority::Cda && peak.cohesion == 0.0,
         }
     }
 

@@ -38,9 +38,7 @@ pub fn not_modelled(scene: &Scene) -> Vec<String> {
             }
             let wet = |crack: &CrackScene| crack.uplift_rule(dam.uplift) != UpliftRuleScene::None;
             if filled && !cracks.is_empty() && !cracks.iter().all(wet) {
-                said.push(
-                    "Water does not enter the cracks for which the scene says so: there is no uplift from reservoir or tailwater.",
-                );
+                said.push("No water enters the cracks with uplift \"none\": there is no uplift in them.");
             }
         }
     }
@@ -76,7 +74,8 @@ mod tests {
 
     #[test]
     fn only_what_concerns_a_scene_is_said() {
-        let [uplift, fixed, cavitates] = ["there is no uplift", "The base is fixed", "does not cavitate"];
+        let [uplift, fixed, cavitates] =
+            ["there is no uplift in them", "The base is fixed", "does not cavitate"];
         let main = of("koyna-coarse", &[]);
         assert!([uplift, fixed, cavitates].iter().all(|words| main.contains(words)), "{main}");
         assert!(!main.contains("incompressible") && !main.contains("prescribed"), "{main}");

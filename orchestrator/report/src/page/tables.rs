@@ -76,7 +76,7 @@ pub fn stability(joint: &StabilityTable) -> String {
     let cells = |values: &mut dyn Iterator<Item = &str>, tag: &str| -> String {
         values.map(|value| format!("<{tag} class=\"number\">{}</{tag}>", escape(value))).collect()
     };
-    let heads = cells(&mut columns.iter().copied(), "th");
+    let heads = cells(&mut columns.iter().map(String::as_str), "th");
     let mut text = format!(
         "<h3>{}</h3>\n<table class=\"short\"><thead><tr><th></th>{heads}</tr></thead><tbody>\n",
         escape(title)
