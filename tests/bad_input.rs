@@ -151,6 +151,12 @@ const GEOMETRY: &[Case] = &[
     set(&["loads.anchors=[{head=[5, 110], end=[30, -20], force=2e6}]"]),
     set(&["loads.ice={force=146e3, elevation=120}"]),
     set(&["loads.tailwater={depth=200}"]),
+    set(&["loads.anchors=[{head=[5, 103], end=[-30, 200], force=2e6}]"]),
+    set(&["loads.surcharges=[{point=[nan, 90], force=[0, -1e5]}]"]),
+    Case { scene: "koyna-tailwater", ..set(&["loads.tailwater={depth=20}"]) },
+    Case { scene: RAMP, ..set(&["loads.tailwater={depth=5}"]) },
+    set(&["stability.seismic_coefficients=[nan, -5]"]),
+    set(&["stability.combinations=[{kind=\"extreme\", water_level=9999}]"]),
     edit(&[(
         "[coupling]",
         "[[dam.zones]]\nname = \"core\"\npolygon = [[90, 0], [99, 0], [99, 9]]\n\n[coupling]",

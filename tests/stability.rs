@@ -252,3 +252,26 @@ fn the_command_prints_and_writes_the_table_of_scenes_and_runs() {
     assert_eq!(both.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&both.stderr).contains("--set"));
 }
+
+/// A flood reaches a crack above the water of the run, and its uplift counts.
+#[test]
+fn a_flood_enters_cracks_that_are_dry_in_the_run() {
+    let flood = "stability.combinations=[{kind=\"extreme\", water_level=100.0}]";
+    let of = |depth: &str| joints("koyna-coarse", &["dam.uplift=unchanged", depth, flood], None).remove(0);
+    let [dry, wet] = ["reservoir.depth=60", "reservoir.depth=91.75"].map(of);
+    assert!(wet.state.uplift > 3e6, "{} N/m", wet.state.uplift);
+    assert!((dry.state.uplift / wet.state.uplift - 1.0).abs() < 1e-9, "{} N/m", dry.state.uplift);
+}
+
+/// The factors of the Canadian guidelines without cohesion are for the residual strength.
+#[test]
+fn residual_strength_is_compared_where_the_authority_says_so() {
+    let residual = "dam.cracks.0.residual_friction_coefficient=0.5";
+    let of = |authority: &str| {
+        joints("koyna-base-joint", &["dam.uplift=unchanged", residual, authority], None).remove(0)
+    };
+    let (cda, usace) = (of("stability.authority=cda"), of("stability.authority=usace"));
+    assert_eq!(cda.decisive(), cda.sliding[1]);
+    assert_eq!(usace.decisive(), usace.sliding[0]);
+    assert!(cda.sliding[1] < cda.sliding[0]);
+}
