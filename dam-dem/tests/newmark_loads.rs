@@ -322,3 +322,44 @@ fn slip_hardly_changes_where_the_base_opens() -> Result<(), DamError> {
     assert!(opened >= 5, "{opened} bases opened");
     Ok(())
 }
+
+/// The ground falls away under the block at more than g, then stops: the block flies, lands after the time of the parabola, and comes
+/// to rest where it stood.
+#[test]
+fn a_block_thrown_up_lands() -> Result<(), DamError> {
+    let mut dam = Dam::new(DamParameters {
+        section: Section::rectangle(40.0, 30.0),
+        water_depth: 0.0,
+        cracks: vec![CrackParameters::sliding(0.0, 0.5, 1e12, 0.5e12)],
+        fidelity: Fidelity::RigidBlocks,
+        element_size: 10.0,
+        ..Default::default()
+    })?;
+    dam.initialise(0.0)?;
+    let (step, thrown, fall) = (5e-4, 0.2, 15.0);
+    let (mut highest, mut at_three_tenths) = (0.0f64, 0.0);
+    for i in 0..3000 {
+        let time = f64::from(i + 1) * step;
+        let ground = if time <= thrown { -fall } else { 0.0 };
+        dam.set(variable::GROUND_ACCELERATION.value_reference, &[0.0, ground])?;
+        dam.step(f64::from(i) * step, step)?;
+        let mut crest = [0.0; 2];
+        dam.get(variable::CREST_DISPLACEMENT.value_reference, &mut crest)?;
+        highest = highest.max(crest[1]);
+        if i + 1 == 600 {
+            at_three_tenths = crest[1];
+        }
+        if i + 1 == 3000 {
+            let mut open = [0.0];
+            dam.get(variable::CRACK_OPEN_SHARE.value_reference, &mut open)?;
+            assert!(crest[1].abs() < 1e-3 && open == [0.0], "{crest:?} m, {open:?}");
+        }
+    }
+    let (speed, height) = ((fall - 9.81) * thrown, (fall - 9.81) * thrown * thrown / 2.0);
+    let later = 0.3 - thrown;
+    let flying = height + speed * later - 9.81 * later * later / 2.0;
+    let apex = height + speed * speed / (2.0 * 9.81);
+    println!("at 0.3 s {at_three_tenths:.4} ({flying:.4}) m, highest {highest:.4} ({apex:.4}) m");
+    assert!((at_three_tenths / flying - 1.0).abs() < 0.01 && (highest / apex - 1.0).abs() < 0.01);
+    Ok(())
+}
