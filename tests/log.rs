@@ -606,7 +606,7 @@ fn what_units_say_is_in_the_log() -> Result<(), LogReadError> {
     let information = Level::Information;
     let expected = [
         ("dam", "cofferdam_dam::dam", information),
-        ("dam", "cofferdam_dam::dam", information),
+        ("dam", "cofferdam_dam::dam::rest", information),
         ("reservoir", "cofferdam_reservoir::reservoir", information),
     ];
     assert_eq!(said, expected);

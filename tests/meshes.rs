@@ -218,8 +218,8 @@ fn scenes_and_meshes_that_do_not_fit_are_refused() {
     let second = "[[dam.cracks]]\nname = \"neck\"";
     let cases: &[(&str, &str, &str, &str, &str)] = &[
         (
-            "[dam.mesh]",
-            "[dam]\nelement_size = 4.0\n\n[dam.mesh]",
+            "uplift = \"none\"",
+            "element_size = 4.0\nuplift = \"none\"",
             "",
             "",
             "`dam.element_size` follows from the file",
