@@ -198,7 +198,10 @@ fn every_way_of_stepping_and_every_fidelity_goes_on() {
             vec![
                 ("dam.uplift", "full-where-open".into()),
                 ("dam.fidelity", "reduced".into()),
-                ("loads.silt", table(&[("depth", 20.0.into()), ("submerged_density", 900.0.into())])),
+                (
+                    "loads",
+                    table(&[("silt", table(&[("depth", 20.0.into()), ("submerged_density", 900.0.into())]))]),
+                ),
             ],
         ),
     ];
