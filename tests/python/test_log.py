@@ -125,7 +125,11 @@ def test_units_speak(log):
         assert (message.level, message.step, message.iteration) == (2, 0, 0)
         assert message.timestamp.seconds == 0 and record.publish_time == 0
     said = [(message.name, message.file) for _, message in log["/log"]]
-    assert said == [("dam", "cofferdam_dam::dam")] * 2 + [("reservoir", "cofferdam_reservoir::reservoir")]
+    assert said == [
+        ("dam", "cofferdam_dam::dam"),
+        ("dam", "cofferdam_dam::dam::rest"),
+        ("reservoir", "cofferdam_reservoir::reservoir"),
+    ]
     assert "elements" in log["/log"][0][1].message
     levels = log["/log"][0][1].DESCRIPTOR.enum_types_by_name["Level"].values_by_name
     assert {name: value.number for name, value in levels.items()}["WARNING"] == 3
