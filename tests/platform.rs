@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 use whole_chain::scenario::{binary, root};
 
-/// Largest size of the command, bytes; 7 MB of it write Parquet.
-const MOST: usize = 30_000_000;
+/// Largest size of the command, bytes; 7 MB of it write Parquet. (29.3 MB before loads and `stability`, 30.8 MB with them; compiling
+/// crates for size makes it larger.)
+const MOST: usize = 32_000_000;
 
 #[test]
 fn the_command_and_the_libraries_hold_no_path_of_the_machine() {

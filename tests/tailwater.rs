@@ -208,7 +208,8 @@ fn the_check_knows_both_waters() {
         String::from_utf8_lossy(&output.stdout).into_owned()
     };
     let factor = |text: &str| -> f64 {
-        let rest = text.split("before the ground moves: sliding ").nth(1).expect("a factor");
+        let rest =
+            text.split("before the ground moves, by limit equilibrium: sliding ").nth(1).expect("a factor");
         rest.split([',', ' ']).next().expect("a number").parse().expect("a number")
     };
     let empty = read_scene(&coarse(1.0).set("reservoir.fidelity", "none").write(), &[]).expect("a scene");
