@@ -329,7 +329,7 @@ fn polarity_and_scale_apply_to_both_components() {
     assert!(error > 0.1, "{error}");
 }
 
-/// What is said of a run with both components, and what is not of one without.
+/// Outputs name the vertical component of a run that has one, and only of such a run.
 #[test]
 fn reports_tables_and_commands_show_the_vertical_component() -> Result<(), Box<dyn std::error::Error>> {
     let scenario = lifted(0.5, 0.005);

@@ -386,6 +386,10 @@ impl CoSimulation for Dam {
         self.state.motion.clone_from(&motion);
         self.state.uplift = self.uplift_at(start_time);
         let start = self.acting(&self.state.next, self.state.uplift.clone());
+        // what leaves open joints leaves them from the first instant on
+        if let Some(joints) = &self.model.body().joints {
+            joints.relieve(motion.joints_mut(), [&self.state.uplift; 2]);
+        }
         let mut moving = self.model.with(&mut motion)?;
         moving.begin(&start);
         let at_rest = moving.stored_energy();
@@ -405,6 +409,7 @@ impl CoSimulation for Dam {
         state.accepted = state.next.clone();
         state.rest = motion.displacement().to_vec();
         state.energy = EnergyLedger::starting(at_rest);
+        motion.joints_mut().iter_mut().flatten().for_each(|joint| joint.relief = 0.0);
         state.motion = motion;
         self.derived = Derived::default();
         self.tell_of_uplift();

@@ -44,8 +44,8 @@ struct Contact {
 pub(crate) type Opened = [f64; 2];
 
 impl Joints {
-    /// The water in the cracks of a `structure`, of which `uplifts` lists that of each from the base up, with the levels (m) and specific weights (N/m³) of the
-    /// `water` upstream and downstream; `None` without uplift.
+    /// The water in the cracks of a `structure`: `uplifts` has one entry per crack, from the base up; `water` has the levels (m) and
+    /// specific weights (N/m³) upstream and downstream. `None` without uplift.
     pub fn new(
         structure: &Structure<impl ContactLaw>,
         uplifts: &[Option<Uplift>],

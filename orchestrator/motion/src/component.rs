@@ -22,7 +22,7 @@ pub struct RecordFile {
     pub sha256: String,
 }
 
-/// Which part of which record moves the ground.
+/// The part of a record that moves the ground.
 #[derive(Clone, Copy, Debug)]
 pub struct Excerpt<'a> {
     /// The file.
