@@ -3,7 +3,7 @@
 use crate::text::{COLUMNS, heading, wrapped};
 use cofferdam_assembly::observer::Histories;
 use cofferdam_assembly::{
-    Assembly, AssemblyError, JointStability, LoadCombination, Status, UpliftRule, Verdict, Zone,
+    Assembly, AssemblyError, Authority, JointStability, LoadCombination, Status, UpliftRule, Verdict, Zone,
 };
 use cofferdam_scene::{LoadedScene, Scene};
 use serde::Serialize;
@@ -234,8 +234,23 @@ pub fn notes(scene: &Scene, joints: &[JointStability]) -> Vec<String> {
     }
     let status =
         |joint: &JointStability| joint.requirement.filter(|_| !joint.is_own).map(|found| found.status);
+    let authority = scene.stability.authority;
     if joints.iter().any(|joint| status(joint).is_some()) {
-        notes.push(format!("Required factors otherwise: {}.", scene.stability.authority.document()));
+        let which = if own.is_empty() { "Required factors" } else { "Other required factors" };
+        notes.push(format!("{which}: {}.", authority.document()));
+    }
+    let (rule, source) = authority.uplift_rule();
+    if !rules.is_empty() && (rules.len() > 1 || !rules.contains(rule.word())) {
+        let high = match authority {
+            Authority::Cda => " in areas of low seismicity, \"zero-where-open\" in areas of high seismicity",
+            _ => "",
+        };
+        notes.push(format!(
+            "Uplift during an earthquake by the {}: \"{}\"{high} ({}).",
+            authority.label(),
+            rule.word(),
+            source.sentence(),
+        ));
     }
     let open = kinds(&|joint| status(joint).is_some_and(|status| !status.is_checked()));
     if !open.is_empty() {

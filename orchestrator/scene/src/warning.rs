@@ -3,6 +3,7 @@
 use super::shape::{Shape, word};
 use super::{
     CrackScene, DamScene, FidelityScene, MaterialScene, ReservoirScene, Scene, Side, Source, UpliftRuleScene,
+    UpliftScene,
 };
 use cofferdam_coupling::convergence::Tolerance;
 use cofferdam_coupling::scheme::SchemeKind;
@@ -173,6 +174,16 @@ pub enum Warning {
         /// Pressure at its downstream end, Pa.
         downstream: f64,
     },
+    /// A description of water in a crack that has no effect.
+    #[error("`uplift` of {crack} has no effect {because}; leave it out, or set {remedy}")]
+    UpliftWithoutEffect {
+        /// What the crack is called.
+        crack: String,
+        /// Why.
+        because: &'static str,
+        /// What lets it act.
+        remedy: &'static str,
+    },
     /// A crest that is not level.
     #[error(
         "the crest slopes from {} m upstream to {} m downstream; if it is level, the {lower} side lacks its last point",
@@ -311,6 +322,7 @@ pub fn doubts(scene: &Scene, motion: &GroundMotion) -> Vec<Doubt> {
             doubts.push(at("dam.damping.ratio", Warning::UndampedCrack));
         }
         doubts.extend(dry_cracks(scene, dam));
+        doubts.extend(uplift_without_effect(dam));
         if let (Some(begin), Some(end)) = (motion.rest_from(), scene.time.duration)
             && end - begin < REST - 1e-9
         {
@@ -381,6 +393,25 @@ fn dry_cracks(scene: &Scene, dam: &DamScene) -> Option<Doubt> {
     let crack = dam.cracks.iter().filter(is_dry).min_by(by_elevation)?;
     let Uplift { below, force: uplift, downstream } = uplift(scene, crack)?;
     Some(("dam.cracks".to_owned(), Warning::NoUplift { crack: crack.phrase(), below, uplift, downstream }))
+}
+
+/// The cracks whose water is described, but does not act.
+fn uplift_without_effect(dam: &DamScene) -> Vec<Doubt> {
+    let of_crack = |crack: &CrackScene| {
+        let UpliftScene { rule, drains, profile, factor } = crack.uplift.as_ref()?;
+        let describes = drains.is_some() || profile.is_some() || factor.is_some();
+        let (because, remedy) = if dam.fidelity.is_intact() {
+            let acts = rule.is_some_and(|rule| rule != UpliftRuleScene::None);
+            (describes || acts).then_some(("on an intact dam", "`dam.fidelity` to one with cracks"))?
+        } else if describes && crack.uplift_rule(dam.uplift) == UpliftRuleScene::None {
+            ("with the rule \"none\"", "its `rule` to \"unchanged\"")
+        } else {
+            return None;
+        };
+        let warning = Warning::UpliftWithoutEffect { crack: crack.phrase(), because, remedy };
+        Some((format!("dam.cracks.{}.uplift", crack.number), warning))
+    };
+    dam.cracks.iter().filter_map(of_crack).collect()
 }
 
 /// Where a side of the section, from the base up, has the elevation `y`.

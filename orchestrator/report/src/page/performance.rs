@@ -80,7 +80,7 @@ fn criteria(demand: &Demand, criterion: &DcrCriterion) -> Vec<Check> {
             unit,
             limit,
             kept: Some(kept),
-            remark: basis(status),
+            remark: status.sentence(),
         };
     let share = 100.0 * criterion.area;
     let at_one = criterion.allowed_duration(1.0);
@@ -130,7 +130,7 @@ fn at_points(points: Option<&[Excess]>, criterion: &DcrCriterion) -> Check {
         (_, Some((name, level, duration, allowed))) => (
             duration,
             Some(allowed),
-            format!("{name}, above DCR {level:.2}; {}", basis(criterion.curve_status)),
+            format!("{name}, above DCR {level:.2}; {}", criterion.curve_status.sentence()),
         ),
     };
     Check {
@@ -141,14 +141,6 @@ fn at_points(points: Option<&[Excess]>, criterion: &DcrCriterion) -> Check {
         limit: "at most the performance curve".to_owned(),
         kept: points.map(|_| expected.is_none_or(|allowed| found <= allowed)),
         remark: what,
-    }
-}
-
-/// The status of a number, with its source.
-fn basis(status: Status) -> String {
-    match status {
-        Status::Checked(source) => format!("{}: {source}", status.label()),
-        Status::ToBeConfirmed => status.label().to_owned(),
     }
 }
 
