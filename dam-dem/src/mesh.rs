@@ -1,6 +1,7 @@
 //! Mesh of a section: quadrilateral cells with four triangles each, in rows where blocks are stacked, from a triangulation otherwise.
 
 mod arrangement;
+mod crack_path;
 mod geometry_error;
 mod given;
 mod plane_geometry;
@@ -17,6 +18,7 @@ use crate::block::Block;
 use crate::section::{ELEVATION_TOLERANCE, Section};
 
 pub use arrangement::Geometry;
+pub(crate) use crack_path::CrackPath;
 pub use geometry_error::{Feature, GeometryError};
 pub use given::{GivenMesh, GivenMeshError};
 pub use quality::Quality;

@@ -204,6 +204,7 @@ impl DamParameters {
             | variables::ENVELOPE_CONTACT_SLIP_LEAST
             | variables::ENVELOPE_CONTACT_SLIP_MOST => self.envelopes,
             variables::CRACK_UPLIFT_FORCE => self.cracks.iter().any(|crack| crack.uplift.is_some()),
+            variables::CRACK_BONDED_SHARE => self.cracks.iter().any(CrackParameters::is_bonded),
             _ => true,
         }
     }

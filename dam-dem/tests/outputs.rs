@@ -185,6 +185,7 @@ fn open_share_is_that_of_a_joint_without_tension() -> Result<(), DamError> {
     };
     let mut dam = at_rest(parameters)?;
     assert_eq!(get(&dam, &variable::CRACK_OPEN_SHARE), [0.0], "closed at rest");
+    assert!(get(&dam, &variable::CRACK_MOMENT)[0].abs() < 1e-6 * get(&dam, &variable::CRACK_NORMAL_FORCE)[0]);
     // Upstream, and half of it downwards, as `shake` has it.
     let mut at = 0.0;
     for acceleration in [2.0, 3.0] {
@@ -195,6 +196,13 @@ fn open_share_is_that_of_a_joint_without_tension() -> Result<(), DamError> {
         let open = get(&dam, &variable::CRACK_OPEN_SHARE)[0];
         println!("{acceleration} m/s²: {open:.3} of the joint is open, exactly {exact:.3}");
         assert!((open - exact).abs() < 1.0 / 32.0, "{open}, exactly {exact}");
+        let [moment, normal] =
+            [variable::CRACK_MOMENT, variable::CRACK_NORMAL_FORCE].map(|output| get(&dam, &output)[0]);
+        println!(
+            "    its resultant is {:.4} m from the middle, exactly {eccentricity:.4} m",
+            moment / normal
+        );
+        assert!((moment / normal - eccentricity).abs() < 5e-3, "{}", moment / normal);
     }
     Ok(())
 }
@@ -278,5 +286,67 @@ fn pressure_pushes_downstream() -> Result<(), DamError> {
     println!("10 kPa for 25 ms: crest {crest:.1e} m");
     assert!(face.iter().all(|&u| u >= 0.0) && crest > 0.0);
     assert!(support::get(&dam, &variable::INPUT_WORK)[0] > 0.0);
+    Ok(())
+}
+
+/// The resultant in a joint that a gallery interrupts acts where that of weight and water does: the moments of both parts count about
+/// the middle of the whole joint.
+#[test]
+fn resultant_of_a_joint_with_a_gallery_is_that_of_statics() -> Result<(), DamError> {
+    for galleries in [vec![], vec![vec![[2.0, 6.0], [2.0, 8.0], [4.0, 8.0], [4.0, 6.0]]]] {
+        let parameters = DamParameters {
+            section: Section { galleries: galleries.clone(), ..Section::rectangle(12.0, 20.0) },
+            water_depth: 15.0,
+            cracks: vec![CrackParameters::sliding(7.0, 1.0, 1e10, 1e10)],
+            element_size: 0.5,
+            ..koyna(5.0)
+        };
+        let dam = at_rest(parameters)?;
+        let above = dam.structure().mesh.blocks[1].nodes.clone();
+        let weight = GRAVITY * mass_of(&dam, above.clone());
+        let arms = above
+            .map(|node| GRAVITY * dam.structure().mass[node] * (dam.structure().mesh.nodes[node][0] - 6.0));
+        let thrust = 0.5 * 9810.0 * 8.0 * 8.0;
+        let exact = arms.sum::<f64>() + thrust * 8.0 / 3.0;
+        let [moment, normal] =
+            [variable::CRACK_MOMENT, variable::CRACK_NORMAL_FORCE].map(|output| get(&dam, &output)[0]);
+        println!(
+            "{} galleries: moment {moment:.1} ({exact:.1}), {normal:.1} ({weight:.1}) N",
+            galleries.len()
+        );
+        assert!((moment / exact - 1.0).abs() < 2e-3, "{moment}, exactly {exact}");
+        assert!((normal / weight - 1.0).abs() < 1e-3);
+    }
+    Ok(())
+}
+
+/// A bonded joint under a block that is pulled upstream loses its bond where the tension passes its strength, and for good.
+#[test]
+fn bonded_share_falls_where_bonds_break() -> Result<(), DamError> {
+    let joint = CrackParameters {
+        cohesion: 1e6,
+        tensile_strength: 5e4,
+        ..CrackParameters::sliding(2.0, 1.0, 1e10, 1e10)
+    };
+    let parameters = DamParameters {
+        section: Section::rectangle(4.0, 8.0),
+        water_depth: 0.0,
+        cracks: vec![joint],
+        element_size: 0.25,
+        fidelity: Fidelity::RigidBlocks,
+        ..koyna(5.0)
+    };
+    let mut dam = at_rest(parameters.clone())?;
+    assert_eq!(get(&dam, &variable::CRACK_BONDED_SHARE), [1.0]);
+    shake(&mut dam, 1e-3, 2.0, |t| -3.5 * t.min(1.0))?;
+    let broken = get(&dam, &variable::CRACK_BONDED_SHARE)[0];
+    shake(&mut dam, 1e-3, 4.0, |t| -3.5 * (3.0 - t).max(0.0))?;
+    let [after, open] =
+        [variable::CRACK_BONDED_SHARE, variable::CRACK_OPEN_SHARE].map(|output| get(&dam, &output)[0]);
+    println!("bonded {broken:.3} under the push, {after:.3} after it, open {open:.3}");
+    assert!((0.2..0.95).contains(&broken) && after == broken && open < 1e-6);
+    let unbonded =
+        DamParameters { cracks: vec![CrackParameters::sliding(2.0, 1.0, 1e10, 1e10)], ..parameters };
+    assert_eq!(at_rest(unbonded)?.size(&variable::CRACK_BONDED_SHARE), 0, "no output without bonds");
     Ok(())
 }

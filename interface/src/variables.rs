@@ -95,6 +95,8 @@ pub mod dam {
         39 CRACK_SHEAR_UTILISATION "crack_shear_utilisation" Output Continuous Cracks "1" "shear force over shear strength of the crack: the inverse of the factor of safety against sliding" <- 1 3 90;
         49 CRACK_OPEN_SHARE "crack_open_share" Output Continuous Cracks "1" "open length of the crack over its whole length, 0 to 1" <- 1 3 90;
         67 CRACK_UPLIFT_FORCE "crack_uplift_force" Output Continuous Cracks "N/m" "force of the water in the crack on the block above, normal to the crack, per metre of dam; crack_normal_force is what the contacts carry beside it" <- 1 3 90;
+        68 CRACK_MOMENT "crack_moment" Output Continuous Cracks "N.m/m" "moment of the normal forces that the contacts of the crack carry about its middle, per metre of dam, positive if they press more downstream: the resultant acts at crack_moment / crack_normal_force downstream of the middle" <- 1 3 90;
+        69 CRACK_BONDED_SHARE "crack_bonded_share" Output Continuous Cracks "1" "length on which the crack is bonded over its whole length, 0 to 1; a broken bond does not recover" <- 1 3 90;
         40 INTERFACE_X "interface_x" CalculatedParameter Fixed InterfacePoints "m" "x coordinate of the interface points, from the heel, positive downstream";
         41 INTERFACE_Y "interface_y" CalculatedParameter Fixed InterfacePoints "m" "y coordinate of the interface points, from the heel, positive upwards";
         42 INTERFACE_NORMAL_X "interface_normal_x" CalculatedParameter Fixed InterfacePoints "1" "x component of n, the unit normal from the water into the dam, at the interface points";

@@ -150,6 +150,16 @@ impl Crack<MohrCoulomb> {
 }
 
 impl<L: ContactLaw> Crack<L> {
+    /// Moment of the normal forces of the contacts about a point of the crack, from which the unloaded side begins at the distance
+    /// `begin` (m).
+    pub fn moment(&self, joints: &[JointState], begin: f64) -> f64 {
+        let contacts = self.contacts.iter().zip(joints).zip(self.stresses(joints));
+        let of_contact = |((contact, joint), [normal, _]): ((&Contact, &JointState), [f64; 2])| {
+            contact.weight * joint.coverage * normal * (begin + contact.point.abscissa)
+        };
+        contacts.map(of_contact).sum()
+    }
+
     /// Lengths on which the sides touch, and of the whole crack, m. A contact that slid partly over the end of the other side
     /// touches on what is left opposite it.
     pub fn touching(&self, joints: &[JointState]) -> [f64; 2] {
@@ -157,6 +167,16 @@ impl<L: ContactLaw> Crack<L> {
         for (contact, joint) in self.contacts.iter().zip(joints) {
             let touches = matches!(joint.status, ContactStatus::Sticking | ContactStatus::Slipping);
             lengths[0] += if touches { contact.weight * joint.coverage } else { 0.0 };
+            lengths[1] += contact.weight;
+        }
+        lengths
+    }
+
+    /// Lengths on which the contacts are bonded, and of the whole crack, m.
+    pub fn bonded(&self, joints: &[JointState]) -> [f64; 2] {
+        let mut lengths = [0.0; 2];
+        for (contact, joint) in self.contacts.iter().zip(joints) {
+            lengths[0] += if joint.bonded { contact.weight } else { 0.0 };
             lengths[1] += contact.weight;
         }
         lengths

@@ -3,7 +3,8 @@
 use cofferdam_unit::{CallError, Causality, Packable, Shape, Variable, variables::dam as variable};
 
 use crate::block::best_fit_rotation;
-use crate::contact::{ContactStatus, CrackForces};
+use crate::contact::{ContactStatus, Crack, CrackForces, JointState, MohrCoulomb};
+use crate::mesh::CrackPath;
 use crate::stress::PrincipalStresses;
 use crate::{Dam, DamError, Kinematics};
 
@@ -120,15 +121,9 @@ impl Dam {
                 CrackForces { strength: 0.0, .. } => 0.0,
                 CrackForces { shear, strength, .. } => shear.abs() / strength,
             },
-            variable::CRACK_OPEN_SHARE => {
-                let states = self
-                    .parts(crack)
-                    .filter_map(|part| Some((part, self.state().motion.joints().get(part)?)));
-                let lengths = states.map(|(part, joints)| self.structure().cracks[part].touching(joints));
-                let [touching, whole] = lengths.fold([0.0; 2], |sum, part| [0, 1].map(|i| sum[i] + part[i]));
-                // An intact dam has no contacts.
-                if whole > 0.0 { 1.0 - touching / whole } else { 0.0 }
-            }
+            variable::CRACK_MOMENT => self.crack_moment(crack),
+            variable::CRACK_OPEN_SHARE => 1.0 - self.share(crack, Crack::touching).unwrap_or(1.0),
+            variable::CRACK_BONDED_SHARE => self.share(crack, Crack::bonded).unwrap_or(0.0),
             variable::CRACK_ACCELERATION_BELOW => {
                 self.mean_of_parts(crack, |part| self.side_acceleration(part, 0))
             }
@@ -177,6 +172,29 @@ impl Dam {
             };
         }
         sum
+    }
+
+    /// Moment of the normal forces in a crack about its middle; zero in an intact dam, which has no contacts.
+    fn crack_moment(&self, crack: usize) -> f64 {
+        let Some(path) = CrackPath::of(&self.structure().mesh, crack) else { return 0.0 };
+        let of_part = |&(part, begin): &(usize, f64)| {
+            let Some(joints) = self.state().motion.joints().get(part) else { return 0.0 };
+            self.structure().cracks[part].moment(joints, begin - 0.5 * path.length)
+        };
+        path.parts.iter().map(of_part).sum()
+    }
+
+    /// A share of a crack's length, from the lengths of its parts; `None` in an intact dam, which has no contacts.
+    fn share(
+        &self,
+        crack: usize,
+        lengths: impl Fn(&Crack<MohrCoulomb>, &[JointState]) -> [f64; 2],
+    ) -> Option<f64> {
+        let parts =
+            self.parts(crack).filter_map(|part| Some((part, self.state().motion.joints().get(part)?)));
+        let lengths = parts.map(|(part, joints)| lengths(&self.structure().cracks[part], joints));
+        let [some, whole] = lengths.fold([0.0; 2], |sum, part| [0, 1].map(|i| sum[i] + part[i]));
+        (whole > 0.0).then_some(some / whole)
     }
 
     /// Stress (xx, yy, xy) in a triangle, Pa. Modes describe rotations to first order only, so that their stress is

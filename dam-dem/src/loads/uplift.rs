@@ -3,6 +3,7 @@ use std::borrow::Cow;
 use super::{Acting, Load, LoadBasis};
 use crate::Mesh;
 use crate::contact::{ContactLaw, ContactStatus, Crack, JointState, Pressing};
+use crate::mesh::CrackPath;
 use crate::structure::Structure;
 use crate::uplift::{JointWater, Uplift, UpliftRule, interpolate};
 
@@ -61,9 +62,9 @@ impl Joints {
         let mut basis = LoadBasis { columns: count, entries: Vec::new() };
         let mut joints = Vec::new();
         for (index, uplift) in uplifts.iter().enumerate() {
-            let (Some(uplift), Some(line)) = (uplift, Line::of(mesh, index)) else { continue };
+            let (Some(uplift), Some(path)) = (uplift, CrackPath::of(mesh, index)) else { continue };
             let mut contacts = Vec::new();
-            for &(part, offset) in &line.parts {
+            for &(part, offset) in &path.parts {
                 let crack = &structure.cracks[part];
                 for (local, pressing) in crack.pressing().enumerate() {
                     let Pressing { distance, length, nodes, forces } = pressing;
@@ -74,7 +75,7 @@ impl Joints {
                 }
             }
             contacts.sort_by(|a, b| a.distance.total_cmp(&b.distance));
-            let water = line.water(mesh, water);
+            let water = water_in(&path, mesh, water);
             joints.push(Joint { crack: index, uplift: uplift.clone(), water, contacts });
         }
         (!joints.is_empty()).then_some(Self { joints, basis })
@@ -209,47 +210,14 @@ impl Load for Joints {
 /// The water at the ends of a `crack` of this `mesh`, with the levels (m) and specific weights (N/m³) of the `water` upstream and
 /// downstream; `None` of a crack that does not cut the mesh.
 pub(crate) fn water_at(mesh: &Mesh, crack: usize, water: ([f64; 2], [f64; 2])) -> Option<JointWater> {
-    Some(Line::of(mesh, crack)?.water(mesh, water))
+    Some(water_in(&CrackPath::of(mesh, crack)?, mesh, water))
 }
 
-/// The parts of a crack, downstream, or upwards where it is vertical.
-struct Line {
-    /// Each part with the distance at which it begins, m. Galleries in between count as part of the crack.
-    parts: Vec<(usize, f64)>,
-    ends: [usize; 2],
-    length: f64,
-}
-
-impl Line {
-    /// `None` of a crack that does not cut the mesh.
-    fn of(mesh: &Mesh, crack: usize) -> Option<Self> {
-        let mut parts: Vec<usize> =
-            (0..mesh.seams.len()).filter(|&seam| mesh.seams[seam].crack == crack).collect();
-        let first = |part: usize| mesh.seams[part].upper[0];
-        let last = |part: usize| mesh.seams[part].upper[mesh.seams[part].upper.len() - 1];
-        parts.sort_by(|&a, &b| {
-            let [a, b] = [a, b].map(|part| mesh.nodes[first(part)]);
-            a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1]))
-        });
-        let start = *parts.first()?;
-        let mut line = Self { parts: Vec::new(), ends: [first(start), last(start)], length: 0.0 };
-        for (i, &part) in parts.iter().enumerate() {
-            if i > 0 {
-                line.length += mesh.length(&[line.ends[1], first(part)]);
-            }
-            line.parts.push((part, line.length));
-            line.length += mesh.length(&mesh.seams[part].upper);
-            line.ends[1] = last(part);
-        }
-        Some(line)
-    }
-
-    /// The water at its ends. No water enters an end that is not on a side of the dam.
-    fn water(&self, mesh: &Mesh, (levels, specific_weights): ([f64; 2], [f64; 2])) -> JointWater {
-        let ends = self.ends.map(|node| mesh.nodes[node]);
-        let sides = [&mesh.upstream, &mesh.downstream];
-        let wet = |end: usize| sides[end].iter().any(|&node| mesh.nodes[node] == ends[end]);
-        let levels = [0, 1].map(|end| if wet(end) { levels[end] } else { ends[end][1] });
-        JointWater { ends, length: self.length, levels, specific_weights }
-    }
+/// The water at the ends of the crack with this `path`. No water enters an end that is not on a side of the dam.
+fn water_in(path: &CrackPath, mesh: &Mesh, (levels, specific_weights): ([f64; 2], [f64; 2])) -> JointWater {
+    let ends = path.ends.map(|node| mesh.nodes[node]);
+    let sides = [&mesh.upstream, &mesh.downstream];
+    let wet = |end: usize| sides[end].iter().any(|&node| mesh.nodes[node] == ends[end]);
+    let levels = [0, 1].map(|end| if wet(end) { levels[end] } else { ends[end][1] });
+    JointWater { ends, length: path.length, levels, specific_weights }
 }

@@ -81,6 +81,12 @@ impl Default for CrackParameters {
 }
 
 impl CrackParameters {
+    /// Whether its contacts are bonded before they slide or open.
+    pub fn is_bonded(&self) -> bool {
+        let weakens = self.residual_friction_coefficient.is_some_and(|mu| mu < self.friction_coefficient);
+        self.cohesion > 0.0 || self.tensile_strength > 0.0 || weakens
+    }
+
     /// Compares mean elevations.
     pub fn from_the_base_up(a: &Self, b: &Self) -> std::cmp::Ordering {
         a.line.elevation().total_cmp(&b.line.elevation())
