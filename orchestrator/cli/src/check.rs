@@ -315,15 +315,20 @@ fn examine(path: &Path, arguments: &Arguments) -> Result<(), CheckError> {
     lines.push(format!("  {}", estimate::of(&loaded, &mut *dam, &inputs, threads(None), &context())?));
     for (crack, Equilibrium { sliding, with_uplift, overturning }) in Assembly::of(scene).equilibria()? {
         let uplift = match with_uplift {
-            Some(UpliftEffect { sliding, friction_coefficient }) => format!(
-                " without uplift ({sliding:.2} with uplift, equivalent to `friction_coefficient` = {friction_coefficient:.2})"
-            ),
+            Some(UpliftEffect { sliding }) => {
+                format!(" without uplift ({sliding:.2} with uplift, `dam.uplift` = \"unchanged\")")
+            }
             None if takes_water(scene, &cracks[crack]) => " with uplift".to_owned(),
             None => String::new(),
         };
+        let overturning_uplift = match with_uplift {
+            Some(_) => " without uplift",
+            None if takes_water(scene, &cracks[crack]) => " with uplift",
+            None => "",
+        };
         lines.push(format!(
             "  factor of safety of {} before the ground moves, by limit equilibrium: sliding {sliding:.2}{uplift}, overturning \
-             {overturning:.2}",
+             {overturning:.2}{overturning_uplift}",
             cracks[crack].phrase()
         ));
     }

@@ -167,7 +167,8 @@ pub(crate) fn overstress(dam: &Grid) -> Vec<Quantity> {
         subject: Subject::Stresses,
         value,
         unit: unit.into(),
-        place: node.map(|node| dam.points[node]),
+        // a centimetre, of a field on elements of metres; what occurs nowhere has no place
+        place: node.filter(|_| value > 0.0).map(|node| dam.points[node].map(|x| (x * 1e2).round() / 1e2)),
         ..Quantity::default()
     };
     let at = |values: &[f64], name: &str, unit: &'static str| {

@@ -123,7 +123,7 @@ impl Summary {
         }
         let downstream = loaded.scene.hydrostatic_base_pressure(Side::Downstream);
         if downstream > 0.0 {
-            let name = "peak base pressure of the tailwater over hydrostatic";
+            let name = "peak hydrodynamic base pressure of the tailwater over hydrostatic";
             table.peak(name, "tailwater.base_pressure", 1.0 / downstream, "1");
             table.peak("peak hydrodynamic force of the tailwater", "tailwater.total_force", 1e-6, "MN/m");
         }
@@ -188,10 +188,10 @@ impl Summary {
             };
             let uplift = if takes_water(scene, &cracks[*crack]) { "with uplift" } else { "without uplift" };
             add(&format!("factor of safety against sliding, {uplift}"), *sliding);
-            if let Some(UpliftEffect { sliding, .. }) = with_uplift {
+            if let Some(UpliftEffect { sliding }) = with_uplift {
                 add("factor of safety against sliding, with uplift", *sliding);
             }
-            add("factor of safety against overturning", *overturning);
+            add(&format!("factor of safety against overturning, {uplift}"), *overturning);
         }
         self.quantities.splice(0..0, first);
     }

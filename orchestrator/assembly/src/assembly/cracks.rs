@@ -20,8 +20,6 @@ pub struct Equilibrium {
 pub struct UpliftEffect {
     /// Factor of safety against sliding.
     pub sliding: f64,
-    /// The friction coefficient that stands for it without uplift.
-    pub friction_coefficient: f64,
 }
 
 impl Assembly<'_> {
@@ -79,8 +77,8 @@ impl Assembly<'_> {
     }
 }
 
-/// What the uplift U that a scene leaves out does to the safety against sliding, `(c ℓ + μ (N − U))/V` with N − U ≥ 0, and the friction
-/// `μ (1 − U/N)` that stands for it; none where no water would enter, or nothing pushes.
+/// What the uplift U that a scene leaves out does to the safety against sliding, `(c ℓ + μ (N − U))/V` with N − U ≥ 0; none where no
+/// water would enter, or nothing pushes.
 fn uplift_effect(scene: &Scene, equilibrium: &LimitEquilibrium) -> Option<UpliftEffect> {
     let dam = scene.dam.as_ref()?;
     let crack = dam.cracks.get(equilibrium.crack)?;
@@ -90,11 +88,7 @@ fn uplift_effect(scene: &Scene, equilibrium: &LimitEquilibrium) -> Option<Uplift
     let LimitEquilibrium { sliding, normal_force, shear_force, .. } = *equilibrium;
     let (pressing, friction) = (normal_force.max(0.0), crack.friction_coefficient);
     let lost = uplift(scene, crack)?.force.min(pressing);
-    let share = if pressing > 0.0 { lost / pressing } else { 1.0 };
-    (shear_force > 0.0).then(|| UpliftEffect {
-        sliding: sliding - friction * lost / shear_force,
-        friction_coefficient: friction * (1.0 - share),
-    })
+    (shear_force > 0.0).then(|| UpliftEffect { sliding: sliding - friction * lost / shear_force })
 }
 
 /// Keys of the scene, and changes to them that damp a sliding block's vibration; they return the new value.

@@ -7,8 +7,8 @@ use cofferdam_assembly::observer::Histories;
 use cofferdam_motion::STANDARD_GRAVITY;
 use cofferdam_scene::Scene;
 
-/// Largest factor of safety that is drawn.
-const SAFE: f64 = 10.0;
+/// Rate of the mean slip of a joint above which it counts as slipping, m/s.
+const SLIP_RATE: f64 = 5e-3;
 /// Utilisation from which a joint counts as sliding: 1 except for rounding.
 const SLIDES: f64 = 1.0 - 1e-9;
 
@@ -171,46 +171,50 @@ fn drawn(rows: usize, title: &str, about: &str, logarithmic: bool, lines: &[(Str
     }
 }
 
-/// The utilisation of the shear strength, and its inverse.
-fn utilisation(histories: &Histories, lines: &[Line]) -> Vec<Chart> {
-    let about = "Shear force divided by shear strength of the closed contacts: 1 while the joint slides, 0 while it is open.";
-    let Some(mut shares) = chart(histories, "Utilisation of the shear strength", about, false, lines) else {
-        return Vec::new();
-    };
+/// Demand over capacity of each joint in shear.
+fn utilisation(histories: &Histories, lines: &[Line]) -> Option<Chart> {
+    let about = "Shear force over the shear strength of the closed contacts. At 1 all of them slip and the joint slides as a whole; parts \
+                 of it slip before. 0 while the joint is open.";
+    let mut shares = chart(histories, "Shear demand over capacity", about, false, lines)?;
     shares.range = Some([0.0, 1.05]);
-    let inverse = |(name, column, _): &Line| {
-        let safety = |share: &f64| if *share > 0.0 { (1.0 / share).min(SAFE) } else { f64::NAN };
-        Some((name.clone(), histories.column(column)?.iter().map(safety).collect()))
-    };
-    let inverses: Vec<(String, Vec<f64>)> = lines.iter().filter_map(inverse).collect();
-    let about = "Inverse of the utilisation, drawn up to 10. At 1 the joint slides; no value is lower. Gaps: the joint is open or carries no shear.";
-    let mut safety = drawn(histories.rows(), "Factor of safety against sliding", about, false, &inverses);
-    safety.range = Some([0.0, SAFE]);
-    safety.marks.push(Mark { horizontal: true, at: 1.0, name: "slides".to_owned() });
-    vec![shares, safety]
+    shares.marks.push(Mark { horizontal: true, at: 1.0, name: "slides".to_owned() });
+    Some(shares)
 }
 
-/// Time, s, during which the factor of safety of each joint is at or below 1.
+/// For how long (s) each joint was at its shear strength, and for how long its mean slip grew faster than [`SLIP_RATE`].
 pub fn sliding_times(run: &RunFolder) -> Vec<Row> {
-    let time = run.histories.column("time").unwrap_or(&[]);
     if !shears(&run.loaded.scene) {
         return Vec::new();
     }
-    let of = |(crack, name): (usize, String)| {
-        let shares = run.histories.column(&format!("dam.crack_shear_utilisation.{crack}"))?;
-        // The value at the end of a step applies to the whole step.
-        let steps = time.windows(2).zip(shares.get(1..)?);
-        let slid = steps
-            .filter(|(_, share)| **share >= SLIDES)
-            .fold(0.0, |sum, (pair, _)| sum + (pair[1] - pair[0]));
-        let end = time.last().copied().unwrap_or(0.0);
-        Some(Row::number(name, slid, "s").with(format!("of {end:.3} s")))
+    let names = crack_names(&run.loaded.scene).into_iter().enumerate();
+    names.flat_map(|(crack, name)| times_of(&run.histories, crack, &name)).collect()
+}
+
+fn times_of(histories: &Histories, crack: usize, name: &str) -> Vec<Row> {
+    let time = histories.column("time").unwrap_or(&[]);
+    let steps = || time.windows(2).map(|pair| pair[1] - pair[0]);
+    let column = |name: &str| histories.column(&format!("dam.crack_{name}.{crack}"));
+    let (Some(shares), Some(sliding)) = (column("shear_utilisation"), column("sliding")) else {
+        return Vec::new();
     };
-    crack_names(&run.loaded.scene).into_iter().enumerate().filter_map(of).collect()
+    let end = time.last().copied().unwrap_or(0.0);
+    // the value at the end of a step applies to the whole step
+    let whole = steps().zip(shares.iter().skip(1)).filter(|(_, share)| **share >= SLIDES);
+    let slips = steps().zip(sliding.windows(2).map(|pair| (pair[1] - pair[0]).abs()));
+    let fast = slips.filter(|(step, slip)| *slip > SLIP_RATE * step);
+    vec![
+        Row::number(format!("{name}: slides as a whole"), whole.map(|(step, _)| step).sum(), "s")
+            .with(format!("of {end:.3} s; all closed contacts at their shear strength")),
+        Row::number(format!("{name}: mean slip"), fast.map(|(step, _)| step).sum(), "s").with(format!(
+            "of {end:.3} s; faster than {} mm/s, also where only a part of the contacts slips",
+            1e3 * SLIP_RATE
+        )),
+    ]
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::data::Value;
     use super::*;
 
     fn histories(text: &str) -> std::io::Result<Histories> {
@@ -221,15 +225,17 @@ mod tests {
     }
 
     #[test]
-    fn safety_is_the_inverse_and_ends_at_ten() -> std::io::Result<()> {
-        let histories = histories("time [s],u [1]\n0,0\n1,0.5\n2,1\n3,0.01\n")?;
-        let charts = utilisation(&histories, &[("a".to_owned(), "u".to_owned(), 1.0)]);
+    fn joint_slides_as_a_whole_for_less_time_than_parts_of_it_slip() -> std::io::Result<()> {
+        let histories = histories(
+            "time [s],dam.crack_shear_utilisation.0 [1],dam.crack_sliding.0 [m]\n0,0.5,0\n1,0.9,0.01\n3,1,0.05\n3.5,0.2,0.05\n",
+        )?;
+        let values: Vec<_> = times_of(&histories, 0, "neck").into_iter().map(|row| row.value).collect();
+        assert_eq!(values, [Value::Number(2.0, "s"), Value::Number(3.0, "s")]);
+        let chart =
+            utilisation(&histories, &[("a".to_owned(), "dam.crack_shear_utilisation.0".to_owned(), 1.0)]);
         let values =
-            |chart: usize| charts[chart].series[0].values.iter().map(|value| value.0).collect::<Vec<_>>();
-        assert_eq!(values(0), [0.0, 0.5, 1.0, 0.01]);
-        let safety = values(1);
-        assert!(safety[0].is_nan());
-        assert_eq!(safety[1..], [2.0, 1.0, 10.0]);
+            chart.map(|chart| chart.series[0].values.iter().map(|value| value.0).collect::<Vec<_>>());
+        assert_eq!(values, Some(vec![0.5, 0.9, 1.0, 0.2]));
         Ok(())
     }
 

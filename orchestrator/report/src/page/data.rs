@@ -47,7 +47,7 @@ pub struct ReportData {
     pub ground_charts: Vec<Chart>,
     /// Histories of the results.
     pub histories: Vec<Chart>,
-    /// Sliding time of each joint.
+    /// For how long each joint slid.
     pub sliding_times: Vec<Row>,
     /// Response spectra of ground and crest.
     pub spectra: Vec<Chart>,
@@ -226,7 +226,9 @@ pub struct Profile {
     pub ground_acceleration: f64,
     /// Heights above the base of the face, m, and pressures, Pa.
     pub computed: Vec<[f64; 2]>,
-    /// The same of Westergaard's parabola.
+    /// Acceleration of Westergaard's parabola, m/s².
+    pub parabola_acceleration: f64,
+    /// The same of Westergaard's parabola; nothing where none compares.
     pub westergaard: Vec<[f64; 2]>,
 }
 

@@ -297,7 +297,7 @@ fn histories<'a>(data: &'a ReportData, charts: &mut Vec<&'a Chart>) -> String {
     }
     let mut text = String::new();
     if !data.sliding_times.is_empty() {
-        text += "<h3>Sliding time: factor of safety at or below 1</h3>\n";
+        text += "<h3>For how long the joints slid</h3>\n";
         text += &tables::results(&data.sliding_times);
     }
     text += "<p class=\"hint\">Drag across a chart to zoom; all charts over time follow. Double-click to show the whole run.</p>\n";
@@ -332,7 +332,7 @@ fn profiles(profiles: &[Profile]) -> String {
         bounds(profiles.iter().flat_map(|profile| [&*profile.computed, &profile.westergaard]));
     let mut text = String::from(
         "<p class=\"about\">Hydrodynamic pressure from the log (<svg class=\"key\" viewBox=\"0 0 28 8\"><path class=\"computed\" d=\"M0 4H28\"/></svg> \
-         computed) compared with Westergaard's parabola ⅞ ρ a √(h (h − y)) for the ground acceleration a at that instant \
+         computed) compared with Westergaard's parabola ⅞ ρ a √(h (h − y)) for the peak ground acceleration a \
          (<svg class=\"key\" viewBox=\"0 0 28 8\"><path class=\"westergaard\" d=\"M0 4H28\"/></svg>). The parabola assumes a rigid dam and \
          incompressible water: for a dam that amplifies the ground motion, the pressure is larger and peaks at another time.</p>\n<div class=\"profiles\">\n",
     );
@@ -341,11 +341,15 @@ fn profiles(profiles: &[Profile]) -> String {
         let whose = if several { format!("{}: ", profile.water) } else { String::new() };
         let _ = writeln!(
             text,
-            "<figure><figcaption><b>{whose}{}</b> t = <data value=\"{}\">{:.4}</data> s, ground {} m/s²</figcaption>{}</figure>",
+            "<figure><figcaption><b>{whose}{}</b> t = <data value=\"{}\">{:.4}</data> s, ground {} m/s²{}</figcaption>{}</figure>",
             escape(&profile.instant),
             profile.time,
             profile.time,
             tables::number(profile.ground_acceleration),
+            match profile.westergaard.is_empty() {
+                true => String::new(),
+                false => format!(", parabola for {} m/s²", tables::number(profile.parabola_acceleration)),
+            },
             picture(&lines(profile), height, largest)
         );
     }

@@ -21,6 +21,8 @@ pub fn of(run: &RunFolder) -> Result<Vec<Profile>, LogReadError> {
         return Ok(Vec::new());
     }
     let mut profiles = Vec::new();
+    let peak_acceleration =
+        run.loaded.ground_motion.acceleration().iter().fold(0.0, |peak: f64, a| peak.max(a.abs()));
     let filled = |(_, (_, water)): &(usize, (Side, &ReservoirScene))| !water.is_empty();
     for (index, (side, water)) in scene.waters().enumerate().filter(filled) {
         let (unit, points) = (UnitId(index + 1), points(run, side));
@@ -29,25 +31,30 @@ pub fn of(run: &RunFolder) -> Result<Vec<Profile>, LogReadError> {
         let outwards = if side == Side::Upstream { 1.0 } else { -1.0 };
         let first = points.first().map_or(0.0, |point| point[1]);
         let heights: Vec<f64> = points.iter().map(|point| point[1] - first).collect();
-        for (instant, row) in instants(run, side.table()) {
+        for Chosen { instant, row, at_peak } in instants(run, side.table()) {
             let Some((time, pressure)) = pressure(&run.log, unit, row as u64)? else { continue };
             if pressure.len() != heights.len() {
                 continue;
             }
             let column = run.histories.column("ground_acceleration.x");
             let ground_acceleration = column.and_then(|column| column.get(row)).copied().unwrap_or(0.0);
+            // the peak acceleration, in the direction that gives the pressure at the base its sign
+            let towards = -outwards * pressure.first().copied().unwrap_or(0.0).signum();
+            let parabola_acceleration = towards * peak_acceleration;
             let parabola = |i: u32| {
                 // Closer together where the parabola is steep.
                 let y = depth * (1.0 - (1.0 - f64::from(i) / f64::from(POINTS)).powi(2));
-                [y, westergaard::pressure(outwards * ground_acceleration, density, depth, y)]
+                [y, westergaard::pressure(outwards * parabola_acceleration, density, depth, y)]
             };
+            let westergaard = if at_peak { (0..=POINTS).map(parabola).collect() } else { Vec::new() };
             profiles.push(Profile {
                 instant: instant.to_owned(),
                 water: side.table().to_owned(),
                 time,
                 ground_acceleration,
                 computed: heights.iter().zip(&pressure).map(|(y, p)| [*y, *p]).collect(),
-                westergaard: (0..=POINTS).map(parabola).collect(),
+                parabola_acceleration,
+                westergaard,
             });
         }
     }
@@ -95,19 +102,30 @@ pub fn points(run: &RunFolder, side: Side) -> &[[f64; 2]] {
     }
 }
 
-/// The chosen instants, and their rows.
-fn instants(run: &RunFolder, water: &str) -> Vec<(&'static str, usize)> {
+/// An instant that is shown.
+struct Chosen {
+    instant: &'static str,
+    /// Its row in the histories.
+    row: usize,
+    /// Whether something peaks then, so that the pressure compares with that of the peak ground acceleration.
+    at_peak: bool,
+}
+
+/// The chosen instants.
+fn instants(run: &RunFolder, water: &str) -> Vec<Chosen> {
     let peak = |column: &str| {
         let values = run.histories.column(column)?.iter().enumerate();
         let peak = values.rev().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
         (*peak.1 != 0.0).then_some(peak.0)
     };
     let chosen = [
-        ("peak base pressure", peak(&format!("{water}.base_pressure"))),
-        ("peak crest displacement", peak("dam.crest_displacement.x")),
-        ("end of the run", run.histories.rows().checked_sub(1)),
+        ("peak base pressure", peak(&format!("{water}.base_pressure")), true),
+        ("peak crest displacement", peak("dam.crest_displacement.x"), true),
+        ("end of the run", run.histories.rows().checked_sub(1), false),
     ];
-    chosen.into_iter().filter_map(|(name, row)| Some((name, row?))).collect()
+    let found =
+        chosen.into_iter().filter_map(|(instant, row, at_peak)| Some(Chosen { instant, row: row?, at_peak }));
+    found.collect()
 }
 
 /// The end of `step`, s, and the accepted pressure, Pa.

@@ -95,6 +95,7 @@ mod tests {
             time: 1.0,
             ground_acceleration: 1.0,
             computed: vec![[0.0, -6.1e5], [50.0, 2.0e5], [91.75, 0.0]],
+            parabola_acceleration: 1.0,
             westergaard: vec![[0.0, -1.0e5], [91.75, 0.0]],
         };
         let [largest, height] = bounds(lines(&profile).iter().map(|(_, line)| *line));
