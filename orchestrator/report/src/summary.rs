@@ -6,6 +6,8 @@ use cofferdam_motion::STANDARD_GRAVITY;
 use cofferdam_scene::{CrackScene, DamFidelityScene, LoadedScene, REST, Scene, Side, Warning, takes_water};
 use serde::{Deserialize, Serialize};
 
+mod after;
+
 pub(super) const ENERGY_BALANCE: &str = "energy balance error over peak kinetic energy";
 /// Energy balance error, %, above which a summary warns.
 pub(super) const ENERGY_ALARM: f64 = 1.0;
@@ -62,8 +64,11 @@ impl Summary {
         table.subject = Subject::Crest;
         table.extremes("dam.crest_displacement.x");
         table.peak("peak crest acceleration", "dam.crest_acceleration.x", 1.0 / STANDARD_GRAVITY, "g");
-        table.subject = Subject::Cracks;
         let cracks = loaded.scene.dam.as_ref().map_or(&[][..], |d| &d.cracks);
+        if !cracks.is_empty() {
+            table.crest_after(loaded);
+        }
+        table.subject = Subject::Cracks;
         for (crack, parameters) in cracks.iter().enumerate() {
             let of = |what: &str| of_crack(what, parameters, cracks);
             let column = |name: &str| format!("dam.crack_{name}.{crack}");
@@ -84,6 +89,7 @@ impl Summary {
                 table.peak(&name, &format!("dam.crack_shear_utilisation.{crack}"), 1.0, "1");
                 let name = of("largest open share of the length");
                 table.peak(&name, &format!("dam.crack_open_share.{crack}"), 1e2, "%");
+                table.crack_after(crack, parameters, cracks, loaded);
             }
         }
         table.subject = Subject::Base;
@@ -111,6 +117,9 @@ impl Summary {
             table.largest(&format!("largest compression, {place}"), &compression, -1e-6, "MPa", |stress| {
                 -stress
             });
+        }
+        if stressed && !stress_points.is_empty() {
+            table.heel_in_tension();
         }
         if stressed {
             table.largest_stresses();
@@ -315,11 +324,9 @@ impl Table<'_> {
 
     /// Mean over the last second, if the ground was at rest for long enough before.
     fn residual(&mut self, name: &str, column: &str, loaded: &LoadedScene) {
-        let Some(end) = self.time.last() else { return };
-        if loaded.ground_motion.rest_from().is_none_or(|rest| *end + 1e-9 < rest + REST) {
+        let Some(last) = LastSecond::of(self.histories, column).filter(|_| self.is_quiet(loaded)) else {
             return;
-        }
-        let Some(last) = LastSecond::of(self.histories, column) else { return };
+        };
         if last.is_rest() {
             self.add(name, 1e3 * last.sliding, "mm", None);
         } else {

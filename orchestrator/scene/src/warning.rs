@@ -174,6 +174,17 @@ pub enum Warning {
         /// Pressure at its downstream end, Pa.
         downstream: f64,
     },
+    /// A bond that the first opening breaks.
+    #[error(
+        "{crack} has a cohesion of {cohesion} kPa without `tensile_strength`: each contact loses it when the crack first opens there, \
+         and keeps only its residual friction; set a tensile strength, or check the bonded share after the run"
+    )]
+    BrittleBond {
+        /// What the crack is called.
+        crack: String,
+        /// Cohesion, kPa.
+        cohesion: f64,
+    },
     /// A description of water in a crack that has no effect.
     #[error("`uplift` of {crack} has no effect {because}; leave it out, or set {remedy}")]
     UpliftWithoutEffect {
@@ -323,6 +334,7 @@ pub fn doubts(scene: &Scene, motion: &GroundMotion) -> Vec<Doubt> {
         }
         doubts.extend(dry_cracks(scene, dam));
         doubts.extend(uplift_without_effect(dam));
+        doubts.extend(dam.cracks.iter().filter_map(brittle_bond));
         if let (Some(begin), Some(end)) = (motion.rest_from(), scene.time.duration)
             && end - begin < REST - 1e-9
         {
@@ -393,6 +405,13 @@ fn dry_cracks(scene: &Scene, dam: &DamScene) -> Option<Doubt> {
     let crack = dam.cracks.iter().filter(is_dry).min_by(by_elevation)?;
     let Uplift { below, force: uplift, downstream } = uplift(scene, crack)?;
     Some(("dam.cracks".to_owned(), Warning::NoUplift { crack: crack.phrase(), below, uplift, downstream }))
+}
+
+/// A cohesion that is lost at the first opening.
+fn brittle_bond(crack: &CrackScene) -> Option<Doubt> {
+    let is_brittle = crack.cohesion > 0.0 && crack.tensile_strength == 0.0;
+    let warning = Warning::BrittleBond { crack: crack.phrase(), cohesion: 1e-3 * crack.cohesion };
+    is_brittle.then(|| (format!("dam.cracks.{}.cohesion", crack.number), warning))
 }
 
 /// The cracks whose water is described, but does not act.
