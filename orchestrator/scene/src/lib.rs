@@ -40,6 +40,7 @@ pub mod mesh_file;
 mod observation;
 mod parameter;
 mod reference;
+mod report;
 mod shape;
 mod stability;
 mod syntax;
@@ -66,6 +67,7 @@ pub use mesh::MeshScene;
 pub use observation::{AccuracyScene, SnapshotsScene, StopAction, StopQuantity, StopScene};
 pub use parameter::bounds;
 pub use reference::reference;
+pub use report::{LimitsScene, ReportScene};
 pub use stability::{CombinationScene, RequiredScene, StabilityScene};
 pub use time::{AdaptiveScene, Time};
 pub use validate::{Refusal, UnitChecks};
@@ -121,6 +123,9 @@ pub struct Scene {
     /// The combinations of loads and the criteria of `cofferdam stability` and the report.
     #[serde(default, skip_serializing_if = "is_default")]
     pub stability: StabilityScene,
+    /// What the report says about the project, and the limits that it judges the results by.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub report: ReportScene,
     /// How the units are coupled.
     #[serde(default)]
     pub coupling: CouplingScene,

@@ -166,6 +166,9 @@ impl Findings {
 
     fn scene(&mut self, scene: &Scene) {
         self.printable("title".to_owned(), &scene.title);
+        for (key, _, text) in scene.report.texts() {
+            self.printable(format!("report.{key}"), text);
+        }
         for (side, water) in scene.waters() {
             self.water(side, water);
         }

@@ -19,6 +19,10 @@ pub struct ReportData {
     pub started: String,
     /// Simulated time that was reached, s.
     pub simulated_time: f64,
+    /// The project and who signs for the report.
+    pub project: Vec<Row>,
+    /// The results against the limits of the scene.
+    pub acceptance: Vec<Check>,
     /// The key figures.
     pub key_figures: Vec<Quantity>,
     /// Warnings.

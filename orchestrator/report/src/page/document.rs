@@ -127,6 +127,9 @@ fn head(data: &ReportData) -> String {
         escape(&data.name),
         escape(data.started.split('.').next().unwrap_or(&data.started).replace('T', " ").as_str()),
     );
+    if !data.project.is_empty() {
+        text += &tables::results(&data.project);
+    }
     if !data.complete {
         text += "<p class=\"alarm\">Partial result: the run did not reach its planned end.</p>\n";
     }
@@ -199,6 +202,7 @@ fn parts<'a>(data: &'a ReportData, charts: &mut Vec<&'a Chart>) -> Vec<Part> {
         let svg = svg.replacen(" xmlns=\"http://www.w3.org/2000/svg\"", "", 1);
         format!("<figure class=\"section\">{svg}</figure>\n")
     });
+    add("acceptance", "Acceptance", acceptance(data));
     add("picture", "Section of the dam", section.unwrap_or_default());
     add("motion", "Animation of the dam", data.animation.as_ref().map_or_else(String::new, motion));
     add("histories", "Time histories", histories(data, charts));
@@ -216,6 +220,15 @@ fn parts<'a>(data: &'a ReportData, charts: &mut Vec<&'a Chart>) -> Vec<Part> {
         if data.checks.is_empty() { String::new() } else { tables::checks(&data.checks) },
     );
     parts
+}
+
+/// The conclusion from the limits of the scene, and each of them.
+fn acceptance(data: &ReportData) -> String {
+    if data.acceptance.is_empty() {
+        return String::new();
+    }
+    let conclusion = super::acceptance::conclusion(&data.acceptance, data.complete);
+    format!("<p><b>{}</b></p>\n{}", escape(&conclusion), tables::checks(&data.acceptance))
 }
 
 /// Placeholder of the animation, which the script fills.

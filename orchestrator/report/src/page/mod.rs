@@ -3,6 +3,7 @@
 //! Data flow one way: [`RunFolder`] (files of a run) → [`ReportData`] (contents) → [`html`] (text). [`pair`] does the
 //! same for two runs, [`ensemble`] for an ensemble.
 
+mod acceptance;
 mod animation;
 mod charts;
 mod checks;
@@ -54,6 +55,8 @@ impl ReportData {
             complete: summary.status == cofferdam_coupling::observer::Status::Completed.to_string(),
             started: run.manifest.started.clone(),
             simulated_time: summary.simulated_time,
+            project: scene.report.texts().into_iter().map(|(_, name, text)| Row::text(name, text)).collect(),
+            acceptance: acceptance::criteria(&scene.report.limits, summary),
             key_figures: summary.key_figures().into_iter().cloned().collect(),
             warnings,
             notes,
