@@ -40,7 +40,7 @@ fn a_plan_has_each_criterion_with_its_number_on_narrow_lines() {
         "1 % in 5.6 s",
         "sliding 5.15",
         "2.38 MN/m",
-        "error of sliding",
+        "numerical error of sliding",
     ];
     let unfolded = said.split_whitespace().collect::<Vec<_>>().join(" ");
     for number in numbers {

@@ -1,6 +1,6 @@
 //! What a run models and what it neglects, with the criteria.
 
-use crate::accuracy::table;
+use crate::accuracy::table::{self, Expected};
 use crate::context::{Context, threads};
 use crate::estimate;
 use crate::variables::known;
@@ -257,9 +257,7 @@ pub fn rows(loaded: &LoadedScene, context: &Context<'_>) -> Result<Vec<PlanRow>,
         ));
     }
     if computed {
-        for (quantity, error, origin) in table::expected(scene) {
-            rows.push(row(format!("error of {quantity}"), format!("{:.1} %", 100.0 * error), origin));
-        }
+        rows.extend(numerical_errors(loaded));
         let mut dam = Assembly::with(scene, threads(None)).unit(DAM)?;
         let inputs = Assembly::of(scene).inputs_at_rest(&mut *dam)?;
         let mut outputs = vec![0.0; dam.description().outputs.size()];
@@ -268,6 +266,27 @@ pub fn rows(loaded: &LoadedScene, context: &Context<'_>) -> Result<Vec<PlanRow>,
         rows.push(row("time and disk", "within a factor of two", estimate.to_string()));
     }
     Ok(rows)
+}
+
+/// The numerical errors that the table of measured errors lets expect.
+fn numerical_errors(loaded: &LoadedScene) -> Vec<PlanRow> {
+    let peak = loaded.ground_motion.peak().0.abs() / STANDARD_GRAVITY;
+    let of = |Expected { quantity, error, cases, size }: Expected| {
+        let verdict = match error {
+            Some([bias, spread]) => format!("bias {:+.0} %, spread {:.0} %", 100.0 * bias, 100.0 * spread),
+            None => "not known".to_owned(),
+        };
+        let counted = if cases == 1 { "1 case".to_owned() } else { format!("{cases} cases") };
+        let criterion = format!(
+            "{counted} in table {} near this scene (elements of {size:.2} m, peak of about {peak:.2} g){}, against the reference \
+             numerics. Sensitivity to the exact motion and the range of models are not included. `cofferdam run --accuracy` measures \
+             it for this record",
+            table::TABLE.version,
+            if error.is_none() { ", too few" } else { "" },
+        );
+        row(format!("numerical error of {quantity}"), verdict, criterion)
+    };
+    table::expected(&loaded.scene, peak).into_iter().map(of).collect()
 }
 
 /// The share of critical damping at the record's highest frequency.

@@ -65,7 +65,7 @@ impl Promise {
             )
         });
         format!(
-            "accuracy: {verdict}; expected error against the reference: {}",
+            "numerical accuracy: {verdict}; expected numerical error against the reference: {}; the range of models is not included",
             each.collect::<Vec<_>>().join("; ")
         )
     }

@@ -58,20 +58,47 @@ pub fn largest(
     rung: usize,
     quantity: &str,
 ) -> Option<&'static LevelError> {
-    let rows = TABLE.levels.iter().filter(|row| {
-        row.cracked == cracked && row.fidelity == fidelity && row.rung == rung && row.quantity == quantity
-    });
-    rows.max_by(|a, b| a.largest().total_cmp(&b.largest()))
+    of_level(cracked, fidelity, rung, quantity).max_by(|a, b| a.largest().total_cmp(&b.largest()))
 }
 
-/// The error of each quantity that the table lets expect of a scene as it is, and where that comes from.
-pub fn expected(scene: &Scene) -> Vec<(&'static str, f64, String)> {
+/// The rows of a level, one for each intensity.
+fn of_level(
+    cracked: bool,
+    fidelity: DamFidelityScene,
+    rung: usize,
+    quantity: &str,
+) -> impl Iterator<Item = &'static LevelError> {
+    TABLE.levels.iter().filter(move |row| {
+        row.cracked == cracked && row.fidelity == fidelity && row.rung == rung && row.quantity == quantity
+    })
+}
+
+/// Cases that are enough to state an error.
+const ENOUGH: usize = 4;
+/// Ratio of peak accelerations, and of element sizes, up to which a case is near a scene.
+const NEAR: f64 = 1.5;
+
+/// What the table says about the numerical error of one quantity.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Expected {
+    /// Crest, history or sliding.
+    pub quantity: &'static str,
+    /// Mean and standard deviation of the relative error; `None` with too few cases near the scene.
+    pub error: Option<[f64; 2]>,
+    /// Number of cases near the scene.
+    pub cases: usize,
+    /// Element size of the nearest level, m.
+    pub size: f64,
+}
+
+/// The numerical error of each quantity that the table lets expect of a scene as it is, whose ground has this `peak` acceleration (g),
+/// from the cases near it.
+pub fn expected(scene: &Scene, peak: f64) -> Vec<Expected> {
     let Some(dam) = &scene.dam else { return Vec::new() };
     let cracked = !dam.cracks.is_empty() && !dam.fidelity.is_intact();
     let sizes = Ladder::of(scene).sizes;
-    let nearest = |a: &f64| (a / dam.element_size).ln().abs();
-    let Some(rung) = (0..sizes.len()).min_by(|a, b| nearest(&sizes[*a]).total_cmp(&nearest(&sizes[*b])))
-    else {
+    let away = |size: &f64| (size / dam.element_size).ln().abs();
+    let Some(rung) = (0..sizes.len()).min_by(|a, b| away(&sizes[*a]).total_cmp(&away(&sizes[*b]))) else {
         return Vec::new();
     };
     // Without cracks the modes and the elements themselves have the same errors but for those of the modes.
@@ -80,21 +107,31 @@ pub fn expected(scene: &Scene) -> Vec<(&'static str, f64, String)> {
         (true, level) if level.has_elements() => DamFidelityScene::Reduced,
         (true, other) => other,
     };
+    let size = sizes[rung];
+    let is_near = |row: &&LevelError| {
+        away(&size) <= NEAR.ln() && peak > 0.0 && (row.intensity / peak).ln().abs() <= NEAR.ln()
+    };
     let quantities: &[&str] = if cracked { &[CREST, HISTORY, SLIDING] } else { &[CREST, HISTORY] };
-    let found = quantities.iter().filter_map(|quantity| {
-        let row = largest(cracked, fidelity, rung, quantity)?;
-        let origin = format!(
-            "table {}, elements of {:.2} m: bias {:+.1} %, spread {:.1} % in {} cases, against the reference; `cofferdam run \
-             --accuracy` measures it for this record",
-            TABLE.version,
-            sizes[rung],
-            100.0 * row.bias,
-            100.0 * row.spread,
-            row.cases
-        );
-        Some((*quantity, row.largest(), origin))
+    let of = |quantity: &&'static str| {
+        let rows = of_level(cracked, fidelity, rung, quantity).filter(is_near);
+        let (cases, error) = pooled(rows);
+        Expected { quantity, error: error.filter(|_| cases >= ENOUGH), cases, size }
+    };
+    quantities.iter().map(of).collect()
+}
+
+/// Number, mean and standard deviation of the cases of several rows: `(N − 1) s² = Σ (n − 1) sᵢ² + Σ n (bᵢ − b)²`.
+fn pooled<'a>(rows: impl Iterator<Item = &'a LevelError>) -> (usize, Option<[f64; 2]>) {
+    let rows: Vec<&LevelError> = rows.collect();
+    let cases: usize = rows.iter().map(|row| row.cases).sum();
+    if cases < 2 {
+        return (cases, None);
+    }
+    let mean = rows.iter().map(|row| row.cases as f64 * row.bias).sum::<f64>() / cases as f64;
+    let squares = rows.iter().map(|row| {
+        (row.cases as f64 - 1.0) * row.spread.powi(2) + row.cases as f64 * (row.bias - mean).powi(2)
     });
-    found.collect()
+    (cases, Some([mean, (squares.sum::<f64>() / (cases - 1) as f64).sqrt()]))
 }
 
 #[cfg(test)]
@@ -113,5 +150,25 @@ mod tests {
             let row = largest(cracked, fidelity, Ladder::RUNGS - 1, quantity).expect("a row");
             assert!(row.largest() > 0.0 && row.largest() < 0.1, "{row:?}");
         }
+    }
+
+    #[test]
+    fn pooled_rows_are_those_of_all_their_cases() {
+        // Errors 0.1, 0.3 and 0.2, 0.4, 0.6.
+        let row = |bias: f64, spread: f64, cases: usize| LevelError {
+            cracked: true,
+            fidelity: DamFidelityScene::Reduced,
+            rung: 0,
+            quantity: CREST.to_owned(),
+            intensity: 0.5,
+            bias,
+            spread,
+            cases,
+        };
+        let rows = [row(0.2, 0.02f64.sqrt(), 2), row(0.4, 0.2, 3)];
+        let (cases, error) = pooled(rows.iter());
+        let [mean, deviation] = error.expect("five cases");
+        assert!(cases == 5 && (mean - 0.32).abs() < 1e-15 && (deviation - 0.037f64.sqrt()).abs() < 1e-15);
+        assert_eq!(pooled(rows[..0].iter()), (0, None));
     }
 }
