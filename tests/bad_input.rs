@@ -94,6 +94,7 @@ const KEYS: &[Case] = &[
 ];
 
 const VALUES: &[Case] = &[
+    set(&["report={client=\"a\\u0007\", limits={residual_sliding=-0.1, freeboard=nan}}"]),
     edit(&[("wave_reflection_coefficient = 0.9", "wave_reflection_coefficient = 1.5")]),
     edit(&[("depth = 91.75", "depth = -3")]),
     edit(&[("depth = 91.75", "depth = -1e300")]),
@@ -328,6 +329,33 @@ const RECORDS: &[Case] = &[
     upwards(&["ground_motion.vertical={file='up.csv', units='m/s2', column=2}"]),
 ];
 
+const SEQUENCES: &[Case] = &[
+    set(&["ground_motion.sequence=[{file='absent.csv', vertical={file='absent.csv', polarity=0}}]"]),
+    set(&["ground_motion.sequence=[{rest=5}]"]),
+    edit(&[("[ground_motion.record]", "[[ground_motion.sequence]]")]),
+    Case { scene: RAMP, ..set(&["ground_motion.sequence=[{file='absent.csv'}]"]) },
+    upwards(&["ground_motion.sequence=[{file='up.csv', rest=-1}, {file='up.csv', rest=nan}]"]),
+    upwards(&["ground_motion.sequence=[{file='up.csv', rest=1001}, {file='up.csv', rest='10 s'}]"]),
+    upwards(&["ground_motion.sequence=[{file='up.csv', pause=5}]"]),
+    upwards(&["ground_motion.sequence=[{file='up.csv', name=' '}, {file='up.csv', name=\"a\\u0007\"}]"]),
+    upwards(&["ground_motion.sequence=[{file='up.csv'}, {file='up.csv', name='shock 2'}]"]),
+    upwards(&["ground_motion.sequence=[{file='up.csv', name='shock 3'}, {file='up.csv'}]"]),
+    upwards(&["ground_motion.sequence=[{file='up.csv', polarity=2, vertical={scale=2}}]"]),
+    upwards(&["ground_motion.sequence=[{file='up.csv', start=4}, {file='up.csv', scale=1e5}]"]),
+    upwards(&["ground_motion.sequence=[{file='up.csv', sha256='0123'}]"]),
+    upwards(&[
+        "ground_motion.sequence=[{file='up.csv', rest=1000}, {file='up.csv', rest=1000}, {file='up.csv', rest=1000}]",
+    ]),
+    Case {
+        file: Some(("up.csv", "0,0\n0.995,0.1\n1.99,0\n")),
+        ..upwards(&["ground_motion.sequence=[{file='up.csv'}]"])
+    },
+    Case {
+        file: Some(("up.csv", "0,0\n0.0001,0.1\n0.0002,0\n")),
+        ..upwards(&["ground_motion.sequence=[{file='up.csv', rest=1000}]"])
+    },
+];
+
 /// Samples every 8 ms, with a start and an end at rest.
 const fn upwards(set: &'static [&'static str]) -> Case {
     Case { set, file: Some(("up.csv", "t,a [g]\n0,0\n0.008,0.1\n0.016,-0.1\n0.024,0\n")), ..edit(&[]) }
@@ -345,6 +373,9 @@ const OVERRIDES: &[Case] = &[
 ];
 
 const WARNINGS: &[Case] = &[
+    set(&["dam.cracks.0.cohesion=1e6"]),
+    set(&["dam.cracks.0.uplift={drains={position=2.5, efficiency=0.5}}"]),
+    set(&["dam.fidelity=intact", "dam.cracks.0.uplift={rule=\"unchanged\"}"]),
     set(&["dam.element_size=25", "reservoir.element_size=5"]),
     edit(&[("depth = 91.75", "depth = 91.75\nelement_size = 30.0")]),
     edit(&[("communication_step = 0.0025", "communication_step = 0.01")]),
@@ -372,6 +403,10 @@ const WARNINGS: &[Case] = &[
     set(&["dam.fidelity=\"rigid-blocks\""]),
     Case { scene: RAMP, ..set(&["reservoir.element_size=1000"]) },
     upwards(&["ground_motion.vertical={file='up.csv', scale=30}"]),
+    upwards(&[
+        "ground_motion.vertical={file='up.csv'}",
+        "ground_motion.sequence=[{file='up.csv', rest=2}, {file='up.csv', scale=30, vertical={file='up.csv'}}]",
+    ]),
     set(&["tailwater={depth=80}"]),
     set(&["tailwater={depth=30, element_size=20, sound_speed=144}"]),
     set(&["tailwater={depth=30, fidelity='westergaard', method='bdf2'}"]),
@@ -415,8 +450,10 @@ const MESHES: &[Case] = &[
     msh(MSH, &[("file = \"koyna.msh\"", "file = \"koyna.msh\"\nsha256 = \"00\"")]),
 ];
 
-const ALL: &[&[Case]] =
-    &[WRITING, KEYS, VALUES, GEOMETRY, AMOUNT, CHOICES, COUPLING, RECORDS, MESHES, OVERRIDES, WARNINGS, FIVE];
+const ALL: &[&[Case]] = &[
+    WRITING, KEYS, VALUES, GEOMETRY, AMOUNT, CHOICES, COUPLING, RECORDS, SEQUENCES, MESHES, OVERRIDES,
+    WARNINGS, FIVE,
+];
 
 impl Case {
     fn text(&self) -> String {
@@ -506,6 +543,11 @@ fn records_that_cannot_be_used() {
 }
 
 #[test]
+fn sequences_that_cannot_be_joined() {
+    compare("sequences", SEQUENCES);
+}
+
+#[test]
 fn meshes_that_cannot_be_used() {
     compare("meshes", MESHES);
 }
@@ -551,11 +593,11 @@ variants!(INVALID, invalid, Invalid:
     WaterTooShallow WavesWithoutMemory EmptyTailwater NoDownstreamFace NothingToWatch NothingToShow NoModes NothingToCompute NothingButLogs NoFile NoProgram PanelTooLong TooMany NoStep NoMeasure FixedStep Window AddedMassScheme AdaptiveScheme ExplicitAtOnce NothingToHalve AdaptiveBounds
     LongestQuiet
     Unprintable SameCracks Undersampled
-    ExactlyOne Polarity VerticalAlone VerticalUntold Count Unit DurationMissing Record Mesh ReplacedByMesh);
+    ExactlyOne Polarity VerticalAlone VerticalUntold SequenceAlone EmptyName SameShocks Sequence Count Unit DurationMissing Record Mesh ReplacedByMesh);
 variants!(RECORD_ERRORS, record_error, RecordError:
     Read Format Line NoAcceleration OtherUnits Columns Column NoColumns Clock NonFinite NonUniform Interval Empty Truncated Another Crop TooStrong);
 variants!(DOUBTS, doubt, Warning:
-    CoarseDam CoarseReservoir CoarseFace CoarseStep ClippedSamples Drift Peak NoResidual LooseTolerance UndampedCrack NoUplift SlopingCrest RigidBlocks OpenLoop WithoutEffect
+    CoarseDam CoarseReservoir CoarseFace CoarseStep ClippedSamples Drift Peak LevelShock ShortRest NoResidual LooseTolerance UndampedCrack NoUplift BrittleBond UpliftWithoutEffect SlopingCrest RigidBlocks OpenLoop WithoutEffect
     PanelsOfTheReport Unusual);
 
 #[test]

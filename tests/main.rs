@@ -50,6 +50,7 @@ mod scene_reference;
 mod schemes;
 mod section_and_modes;
 mod sections;
+mod sequence;
 mod sliding_as_published;
 mod stability;
 mod states;

@@ -537,3 +537,33 @@ fn a_killed_run_with_vertical_motion_goes_on_and_is_replayed() {
     let (status, said) = cofferdam(&["replay", text(&folder), "--quiet"]);
     assert!(status == Some(0) && said.matches("identical").count() == 2, "{said}");
 }
+
+/// A run whose second shock was interrupted: resumed, or replayed, it has the same bits.
+#[test]
+fn a_run_killed_in_its_second_shock_goes_on_and_is_replayed() {
+    let _alone = alone();
+    let mut scenario = scene(2.0);
+    let file = root().join("scenes/records/northridge-1994-canyon-country-270.csv");
+    let shock = |start: f64, end: f64, rest: f64| {
+        let file = Value::from(file.to_string_lossy().into_owned());
+        table(&[("file", file), ("start", start.into()), ("end", end.into()), ("rest", rest.into())])
+    };
+    scenario.set("ground_motion.record.end", 4.4).set("coupling.tolerance", 1e-6);
+    scenario.set("ground_motion.sequence", Value::Array(vec![shock(4.5, 6.0, 0.2)]));
+    let whole = run(&scenario, "whole", &IN_PROCESS);
+    let begins = Log::open(&whole).expect("a log").head().signals[0].parts.clone();
+    assert!(begins.len() == 1 && (begins[0] - 0.61).abs() < 1e-9, "{begins:?}");
+    let size = fs::metadata(whole.join("log.mcap")).expect("a log").len();
+    let folder = scenario.folder().join("killed");
+    let mut running = Running::start(scenario.command("killed"));
+    running.prepared();
+    grown(&folder.join("log.mcap"), size * 3 / 4);
+    signal(running.orchestrator.id(), "-KILL");
+    running.end();
+    let step = resume(&folder, &IN_PROCESS);
+    println!("in a sequence: went on after step {step}");
+    assert!(step as f64 * 0.0025 > begins[0], "the second shock was interrupted, not step {step}");
+    assert_equal(&whole, &folder);
+    let (status, said) = cofferdam(&["replay", text(&folder), "--quiet"]);
+    assert!(status == Some(0) && said.matches("identical").count() == 2, "{said}");
+}

@@ -12,7 +12,8 @@ fn joints(shipped: &str, overrides: &[&str], opened: Option<&[f64]>) -> Vec<Join
     let text = std::fs::read_to_string(&file).expect("a shipped scene");
     let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
     let scene = Scene::resolved(&text, &overrides, &file).expect("a scene");
-    Assembly::of(&scene).stability(0.0, opened, &[]).expect("joints")
+    let opened: Vec<Vec<f64>> = opened.map(<[f64]>::to_vec).into_iter().collect();
+    Assembly::of(&scene).stability(0.0, &opened, &[]).expect("joints")
 }
 
 /// A case: scene, changed values, combination, length that an earthquake opened; expected: shear force, uplift and effective normal

@@ -78,11 +78,15 @@ pub fn rows(loaded: &LoadedScene, context: &Context<'_>) -> Result<Vec<PlanRow>,
         ),
         None => "vertical motion and the deformation of the ground are not modelled".to_owned(),
     };
+    let shocks = match motion.begins().len() {
+        1 => String::new(),
+        count => format!("{count} shocks in sequence; "),
+    };
     rows.push(row(
         "ground motion",
         verdict,
         format!(
-            "98 % of its energy lies from {low:.2} to {high:.1} Hz, at most {:.3} g; {left_out}",
+            "{shocks}98 % of its energy lies from {low:.2} to {high:.1} Hz, at most {:.3} g; {left_out}",
             motion.peak().0.abs() / STANDARD_GRAVITY
         ),
     ));

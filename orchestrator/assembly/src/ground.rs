@@ -12,6 +12,7 @@ pub fn ground_signals(motion: &GroundMotion) -> Vec<Signal> {
     let component = |(number, component): (usize, &Component)| Signal {
         source: component.source().to_owned(),
         held: component.is_held(),
+        parts: if number == 0 { motion.aftershocks().to_vec() } else { Vec::new() },
         ..ground_signal(number, component.interval(), component.acceleration().to_vec())
     };
     motion.components().enumerate().map(component).collect()

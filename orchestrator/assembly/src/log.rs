@@ -29,5 +29,6 @@ pub fn ground_motion_of(log: &Log) -> GroundMotion {
     let scene: toml::Table = log.head().scene_text.parse().unwrap_or_default();
     let record = scene.get("ground_motion").and_then(|motion| motion.get("record"));
     let motion = if signal.held || record.is_none() { motion.held() } else { motion };
-    motion.with_vertical(log.head().signal(GROUND_ACCELERATION, 1).map(component_of))
+    let vertical = log.head().signal(GROUND_ACCELERATION, 1).map(component_of);
+    motion.with_vertical(vertical).with_aftershocks(signal.parts.clone())
 }

@@ -22,7 +22,7 @@ use cofferdam_coupling::scheme::{CouplingError, check_points};
 use cofferdam_report::section;
 use cofferdam_scene::{Scene, SceneError, Side, Source, takes_water};
 use cofferdam_unit::Role;
-use describe::{SLOW, limit, list, shapes, slow, strength, vertical_strength};
+use describe::{SLOW, limit, list, shapes, slow, strengths};
 use foreign::{test, told, unit};
 use miette::Diagnostic;
 use std::io::{Error, ErrorKind};
@@ -294,10 +294,7 @@ fn examine(path: &Path, arguments: &Arguments) -> Result<(), CheckError> {
         ));
     }
     if loaded.ground_motion.file().is_some() {
-        lines.push(format!("  {}", strength(&loaded.ground_motion)));
-        lines.extend(
-            loaded.ground_motion.vertical().map(|vertical| format!("  {}", vertical_strength(vertical))),
-        );
+        lines.extend(strengths(&loaded));
     }
     if !frequencies.is_empty() {
         lines.push(format!(

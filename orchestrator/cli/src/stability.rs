@@ -43,8 +43,9 @@ Joints that a gallery interrupts are not covered.
 Of a run: also the least factor over time, how long the joint slid as a whole,
 and the stability after the earthquake with the residual strength and full
 water pressure in what has opened: the largest length that was open at one time
-counts as a crack from the upstream end. Without a run, the joint counts as
-cracked through then.
+counts as a crack from the upstream end. Of a run with a sequence of shocks,
+both after each of them, with what has opened until then. Without a run, the
+joint counts as cracked through then.
 
 Factors that could not be compared with the authority's document are named as
 to be confirmed.
@@ -107,16 +108,16 @@ fn table(arguments: &Arguments) -> Result<(String, String), StabilityError> {
     let (scene, joints, shaken) = if is_run {
         let run = RunFolder::read(subject)?;
         let (joints, shaken) = of_run(&run.loaded, &run.histories, &rules)?;
-        (run.loaded.scene, joints, Some(shaken))
+        (run.loaded.scene, joints, shaken)
     } else {
         let loaded = read_scene(subject, set)?;
         let joints = of_scene(&loaded, &rules)?;
-        (loaded.scene, joints, None)
+        (loaded.scene, joints, Vec::new())
     };
     if joints.is_empty() {
         return Err(StabilityError::NoJoint { path: subject.clone() });
     }
-    Ok((text(&scene, &joints, shaken.as_deref()), csv(&scene, &joints)))
+    Ok((text(&scene, &joints, &shaken), csv(&scene, &joints)))
 }
 
 fn write(path: &Path, rows: &str) -> ExitCode {

@@ -37,6 +37,9 @@ pub struct Signal {
     /// The component of the input, counted from 0. Text formats leave out that it is the first.
     #[serde(default, skip_serializing_if = "is_first")]
     pub component: usize,
+    /// Times, s, at which further parts of the signal begin, such as further records. They do not change its value.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub parts: Vec<f64>,
 }
 
 fn is_first(component: &usize) -> bool {
@@ -58,6 +61,7 @@ impl Signal {
             samples,
             held: false,
             component: 0,
+            parts: Vec::new(),
         }
     }
 

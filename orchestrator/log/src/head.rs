@@ -259,6 +259,12 @@ fn signal(
         samples: decoder.doubles(2).to_vec(),
         held: metadata.get("held").is_some_and(|held| held == "true"),
         component: metadata.get("component").and_then(|component| component.parse().ok()).unwrap_or(0),
+        parts: metadata
+            .get("parts")
+            .into_iter()
+            .flat_map(|parts| parts.split(','))
+            .flat_map(str::parse)
+            .collect(),
     }))
 }
 

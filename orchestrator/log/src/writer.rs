@@ -250,6 +250,10 @@ impl LogWriter {
             if signal.component > 0 {
                 metadata.insert("component".to_owned(), signal.component.to_string());
             }
+            if !signal.parts.is_empty() {
+                let parts: Vec<String> = signal.parts.iter().map(f64::to_string).collect();
+                metadata.insert("parts".to_owned(), parts.join(","));
+            }
             let topic = format!("/{}", signal.name);
             self.declare_with(&mut writer, &topic, signal_type(signal), &metadata)
         });

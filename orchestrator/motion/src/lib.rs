@@ -21,6 +21,7 @@ mod intensity;
 mod noise;
 mod record;
 mod response_spectrum;
+mod sequence;
 mod spectrum;
 mod target_spectrum;
 pub mod text_file;
@@ -29,6 +30,7 @@ mod units;
 pub use component::{Component, Excerpt, RecordFile};
 pub use record::{Record, RecordError, STRONGEST};
 pub use response_spectrum::response_spectrum;
+pub use sequence::SequenceError;
 pub use target_spectrum::{SpectralFit, TargetError, TargetSpectrum, compared_periods};
 pub use units::{STANDARD_GRAVITY, Units};
 
@@ -50,12 +52,14 @@ use std::path::Path;
 pub struct GroundMotion {
     horizontal: Component,
     vertical: Option<Component>,
+    /// Times at which the shocks after the first begin, s.
+    aftershocks: Vec<f64>,
 }
 
 impl From<Component> for GroundMotion {
     /// Horizontal motion alone.
     fn from(horizontal: Component) -> Self {
-        Self { horizontal, vertical: None }
+        Self { horizontal, vertical: None, aftershocks: Vec::new() }
     }
 }
 
@@ -108,7 +112,7 @@ impl GroundMotion {
     pub fn moved_after(&self, time: f64, mut change: impl FnMut(f64) -> f64) -> Self {
         let horizontal = self.horizontal.moved_after(time, &mut change);
         let vertical = self.vertical.as_ref().map(|vertical| vertical.moved_after(time, &mut change));
-        Self { horizontal, vertical }
+        Self { horizontal, vertical, aftershocks: self.aftershocks.clone() }
     }
 
     /// The same, its last horizontal sample held from there on.
@@ -126,7 +130,7 @@ impl GroundMotion {
         self.horizontal.source()
     }
 
-    /// The file of a horizontal record.
+    /// The file of a horizontal record, the first of a sequence.
     pub fn file(&self) -> Option<&RecordFile> {
         self.horizontal.file()
     }

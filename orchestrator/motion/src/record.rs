@@ -116,8 +116,8 @@ pub enum RecordError {
     },
     /// A second record without a sample at the instant at which the first begins.
     #[error(
-        "{}: the horizontal motion begins at {} s, between two samples of this record, which are {} s apart; make \
-         `ground_motion.record.start` a multiple of both intervals", path.display(), plain(*start), plain(*interval)
+        "{}: the horizontal motion begins at {} s, between two samples of this record, which are {} s apart; make the \
+         `start` of the record a multiple of both intervals", path.display(), plain(*start), plain(*interval)
     )]
     Clock {
         /// The file.

@@ -8,19 +8,24 @@ use cofferdam_assembly::{
 use cofferdam_scene::{LoadedScene, Scene};
 use serde::Serialize;
 use std::collections::BTreeSet;
+use std::ops::Range;
 
-/// What an earthquake did to a joint.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// What a shock did to a joint.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Shaken {
+    /// In a run with a sequence, what the shock is called, and when it began and the next one began or the run ended, s.
+    pub shock: Option<(String, [f64; 2])>,
     /// Least factor of the sum of shear strengths to the shear force; `None` without a shear force.
     pub least_factor: Option<f64>,
     /// Time at which it was least, s.
     pub time: f64,
     /// Time during which the whole joint slid, the factor being 1, s.
     pub sliding_time: f64,
-    /// Largest length that was open at one time, m.
+    /// Largest length that was open at one time, during this shock or one before, m.
     pub opened: f64,
-    /// Sliding at the end, m.
+    /// Sliding from its begin to its end, m.
+    pub slid: f64,
+    /// Sliding at its end, m.
     pub residual: f64,
 }
 
@@ -34,17 +39,18 @@ pub fn of_scene(
     loaded: &LoadedScene,
     rules: &[Option<UpliftRule>],
 ) -> Result<Vec<JointStability>, AssemblyError> {
-    Assembly::of(&loaded.scene).stability(peak(loaded), None, rules)
+    Assembly::of(&loaded.scene).stability(peak(loaded), &[], rules)
 }
 
-/// The joints of a run with these `histories`: their stability with the cracks that it left, and what happened to them.
+/// The joints of a run with these `histories`: their stability with the cracks that each shock left, and what happened to each crack in
+/// each shock that began.
 ///
 /// **Errors**: those of the dam.
 pub fn of_run(
     loaded: &LoadedScene,
     histories: &Histories,
     rules: &[Option<UpliftRule>],
-) -> Result<(Vec<JointStability>, Vec<Shaken>), AssemblyError> {
+) -> Result<(Vec<JointStability>, Vec<Vec<Shaken>>), AssemblyError> {
     let before = of_scene(loaded, rules)?;
     let has_contacts = histories.column("dam.crack_open_share.0").is_some();
     if !has_contacts || loaded.scene.dam.as_ref().is_some_and(|dam| dam.fidelity.is_intact()) {
@@ -54,27 +60,64 @@ pub fn of_run(
     let count = loaded.scene.dam.as_ref().map_or(0, |dam| dam.cracks.len());
     let length =
         |crack: usize| before.iter().find(|joint| joint.crack == crack).map_or(0.0, |joint| joint.length);
-    let shaken: Vec<Shaken> = (0..count).map(|crack| shaken(histories, crack, length(crack))).collect();
-    let opened: Vec<f64> = shaken.iter().map(|shaken| shaken.opened).collect();
-    Ok((Assembly::of(&loaded.scene).stability(peak(loaded), Some(&opened), rules)?, shaken))
+    let time = histories.column("time").unwrap_or(&[]);
+    let end = time.last().copied().unwrap_or(0.0);
+    let begins = loaded.ground_motion.begins();
+    let labels = loaded.scene.ground_motion.shocks().into_iter().map(|shock| shock.label);
+    let names: Vec<Option<String>> = match begins.len() {
+        1 => vec![None],
+        _ => labels.map(Some).collect(),
+    };
+    let mut shocks = Vec::new();
+    for (number, name) in names.into_iter().enumerate() {
+        let (Some(&begin), next) = (begins.get(number), begins.get(number + 1)) else { break };
+        if number > 0 && begin >= end - ROUNDING {
+            break;
+        }
+        // what was reached when a shock begins belongs to the one before
+        let until = |limit: f64| time.partition_point(|time| *time <= limit + ROUNDING);
+        let rows = if number > 0 { until(begin) } else { 0 }..next.map_or(time.len(), |next| until(*next));
+        let shock = name.map(|name| (name, [begin, next.map_or(end, |next| next.min(end))]));
+        let of = |crack| shaken(histories, crack, length(crack), rows.clone(), shock.clone());
+        shocks.push((0..count).map(of).collect::<Vec<_>>());
+    }
+    let opened: Vec<Vec<f64>> =
+        shocks.iter().map(|shock| shock.iter().map(|shaken| shaken.opened).collect()).collect();
+    Ok((Assembly::of(&loaded.scene).stability(peak(loaded), &opened, rules)?, shocks))
 }
+
+/// Difference of times that is rounding, s.
+const ROUNDING: f64 = 1e-9;
 
 fn peak(loaded: &LoadedScene) -> f64 {
     loaded.ground_motion.acceleration().iter().fold(0.0, |peak: f64, a| peak.max(a.abs()))
 }
 
-fn shaken(histories: &Histories, crack: usize, length: f64) -> Shaken {
+/// What happened to a crack in these `rows` of the histories.
+fn shaken(
+    histories: &Histories,
+    crack: usize,
+    length: f64,
+    rows: Range<usize>,
+    shock: Option<(String, [f64; 2])>,
+) -> Shaken {
     let column = |name: &str| histories.column(&format!("dam.crack_{name}.{crack}")).unwrap_or(&[]);
     let time = histories.column("time").unwrap_or(&[]);
-    let utilisation = column("shear_utilisation");
-    let largest = utilisation.iter().zip(time).max_by(|(a, _), (b, _)| a.total_cmp(b));
+    let (utilisation, sliding) = (column("shear_utilisation"), column("sliding"));
+    let in_rows = utilisation.iter().zip(time).take(rows.end).skip(rows.start);
+    let largest = in_rows.max_by(|(a, _), (b, _)| a.total_cmp(b));
     let steps = time.windows(2).zip(utilisation.iter().skip(1));
+    let steps = steps.take(rows.end.saturating_sub(1)).skip(rows.start.saturating_sub(1));
+    let open = column("open_share").iter().take(rows.end);
+    let at_end = |rows: usize| rows.checked_sub(1).and_then(|row| sliding.get(row)).copied().unwrap_or(0.0);
     Shaken {
+        shock,
         least_factor: largest.filter(|(share, _)| **share > 0.0).map(|(share, _)| 1.0 / share),
         time: largest.map_or(0.0, |(_, time)| *time),
         sliding_time: steps.filter(|(_, share)| **share >= SLIDES).map(|(pair, _)| pair[1] - pair[0]).sum(),
-        opened: length * column("open_share").iter().fold(0.0, |most: f64, share| most.max(*share)),
-        residual: column("sliding").last().copied().unwrap_or(0.0),
+        opened: length * open.fold(0.0, |most: f64, share| most.max(*share)),
+        slid: at_end(rows.end) - at_end(rows.start),
+        residual: at_end(rows.end),
     }
 }
 
@@ -87,8 +130,8 @@ pub struct StabilityTable {
     pub columns: Vec<String>,
     /// Labels with units, and a value for each combination.
     pub rows: Vec<(String, Vec<String>)>,
-    /// What happened in the run.
-    pub run: Option<String>,
+    /// What happened in the run, in each of its shocks.
+    pub run: Vec<String>,
 }
 
 /// A row of the table: label, unit, and the value of a joint.
@@ -117,8 +160,8 @@ const ROWS: [Row; 18] = [
     ("verdict", "", |joint| short_verdict(joint.verdict()).to_owned()),
 ];
 
-/// The tables of all joints; `shaken` says what a run did to each crack.
-pub fn tables(scene: &Scene, joints: &[JointStability], shaken: Option<&[Shaken]>) -> Vec<StabilityTable> {
+/// The tables of all joints; `shaken` says what each shock of a run did to each crack.
+pub fn tables(scene: &Scene, joints: &[JointStability], shaken: &[Vec<Shaken>]) -> Vec<StabilityTable> {
     let of_joint = |joints: &[JointStability]| StabilityTable {
         title: title(scene, &joints[0]),
         columns: joints.iter().map(short_name).collect(),
@@ -129,13 +172,13 @@ pub fn tables(scene: &Scene, joints: &[JointStability], shaken: Option<&[Shaken]
                 (label, joints.iter().map(value).collect())
             })
             .collect(),
-        run: shaken.and_then(|shaken| shaken.get(joints[0].crack)).map(sentence_of_run),
+        run: shaken.iter().filter_map(|shock| shock.get(joints[0].crack)).map(sentence_of_run).collect(),
     };
     joints.chunk_by(|a, b| a.crack == b.crack).map(of_joint).collect()
 }
 
 /// The tables as text of at most 80 columns, with the rules and documents behind their numbers.
-pub fn text(scene: &Scene, joints: &[JointStability], shaken: Option<&[Shaken]>) -> String {
+pub fn text(scene: &Scene, joints: &[JointStability], shaken: &[Vec<Shaken>]) -> String {
     let mut text = String::new();
     for StabilityTable { title, columns, rows, run } in tables(scene, joints, shaken) {
         text += &heading(&wrapped(&title, "  "));
@@ -152,7 +195,7 @@ pub fn text(scene: &Scene, joints: &[JointStability], shaken: Option<&[Shaken]>)
                 line(label, &values);
             }
         }
-        if let Some(run) = run {
+        for run in run {
             text += &(wrapped(&run, "  ") + "\n");
         }
     }
@@ -183,16 +226,25 @@ fn title(scene: &Scene, joint: &JointStability) -> String {
 }
 
 fn sentence_of_run(shaken: &Shaken) -> String {
-    let Shaken { least_factor, time, sliding_time, opened, residual } = *shaken;
+    let Shaken { shock, least_factor, time, sliding_time, opened, slid, residual } = shaken;
     let factor = least_factor.map_or_else(
         || "no shear force".to_owned(),
         |factor| format!("least factor against sliding {factor:.2} at {time:.3} s"),
     );
-    format!(
-        "In the run: {factor}; at factor 1, sliding as a whole, for {sliding_time:.3} s; residual sliding {:.1} mm; open over at most \
-         {opened:.2} m at one time, which counts as a crack from the upstream end after the earthquake.",
-        1e3 * residual
-    )
+    let whole = format!("{factor}; at factor 1, sliding as a whole, for {sliding_time:.3} s");
+    match shock {
+        None => format!(
+            "In the run: {whole}; residual sliding {:.1} mm; open over at most {opened:.2} m at one time, which counts as a crack from \
+             the upstream end after the earthquake.",
+            1e3 * residual
+        ),
+        Some((name, [begin, end])) => format!(
+            "In {name}, from {begin:.2} to {end:.2} s: {whole}; sliding {:.1} mm more, {:.1} mm in total; so far open over at most \
+             {opened:.2} m at one time, which counts as a crack from the upstream end after it.",
+            1e3 * slid,
+            1e3 * residual
+        ),
+    }
 }
 
 /// What the numbers rest on.
@@ -285,6 +337,9 @@ fn short_name(joint: &JointStability) -> String {
         LoadCombination::Seismic => "seismic",
         LoadCombination::PostEarthquake => "after",
     };
+    if let Some(shock) = joint.shock {
+        return format!("{kind} {}", shock + 1);
+    }
     let given = (joint.name != joint.combination.label()).then_some(&joint.name);
     given.filter(|name| name.chars().count() < VALUE).map_or(kind, String::as_str).to_owned()
 }

@@ -49,7 +49,14 @@ impl Summary {
     ) -> Self {
         let time = histories.column("time").unwrap_or(&[]);
         let subject = Subject::AtRest;
-        let mut table = Table { histories, time, subject, quantities: Vec::new(), moving: Vec::new() };
+        let mut table = Table {
+            histories,
+            time,
+            subject,
+            quantities: Vec::new(),
+            moving: Vec::new(),
+            moving_between: Vec::new(),
+        };
         let empty = !loaded.scene.has_water();
         if let Some([x, _]) = static_crest {
             let loads = if empty { "weight" } else { "weight, water" };
@@ -69,10 +76,15 @@ impl Summary {
             table.crest_after(loaded);
         }
         table.subject = Subject::Cracks;
+        let between = between(loaded);
         for (crack, parameters) in cracks.iter().enumerate() {
             let of = |what: &str| of_crack(what, parameters, cracks);
             let column = |name: &str| format!("dam.crack_{name}.{crack}");
             table.peak(&of("peak sliding"), &column("sliding"), 1e3, "mm");
+            for Between { shock, rest, next } in &between {
+                let name = of(&format!("residual sliding after {shock}"));
+                table.residual_between(&name, &column("sliding"), [*rest, *next]);
+            }
             table.residual(&of("residual sliding"), &column("sliding"), loaded);
             table.peak(&of("peak opening"), &column("opening"), 1e3, "mm");
             table.peak(&of("peak rotation of the block above"), &column("rotation"), 1e3, "mrad");
@@ -155,6 +167,7 @@ impl Summary {
             quantities: table.quantities,
         };
         summary.notes = summary.remarks(!cracks.is_empty() && table.moving.is_empty());
+        summary.notes.extend(table.moving_between);
         summary.notes.extend(table.moving);
         let uplift = loaded.warnings.iter().filter(|w| matches!(w.warning, Warning::NoUplift { .. }));
         summary.notes.extend(uplift.map(|warning| format!("WARNING: {warning}")));
@@ -219,7 +232,7 @@ impl Summary {
                  the linear model does not"
             ));
         }
-        if cracked && !self.quantities.iter().any(|q| q.name.starts_with("residual sliding")) {
+        if cracked && self.named("residual sliding").next().is_none() {
             notes.push(format!("no residual sliding: the ground was not at rest for the last {REST} s"));
         }
         notes
@@ -268,6 +281,30 @@ struct Table<'a> {
     quantities: Vec<Quantity>,
     /// Reason for a missing residual sliding, for each crack with a block that still moves.
     moving: Vec<String>,
+    /// The same between the shocks of a sequence.
+    moving_between: Vec<String>,
+}
+
+/// The time between a shock of a sequence and the next one.
+struct Between {
+    /// What the shock is called.
+    shock: String,
+    /// Time from which on the ground is still, s.
+    rest: f64,
+    /// Time at which the next shock begins, s.
+    next: f64,
+}
+
+fn between(loaded: &LoadedScene) -> Vec<Between> {
+    let motion = &loaded.ground_motion;
+    if motion.aftershocks().is_empty() {
+        return Vec::new();
+    }
+    let names = loaded.scene.ground_motion.shocks().into_iter().map(|shock| shock.label);
+    let rests = motion.shocks().into_iter().zip(motion.begins());
+    let rests = rests.map(|(shock, begin)| begin + shock.rest_from().unwrap_or(f64::INFINITY));
+    let each = names.zip(rests).zip(motion.aftershocks());
+    each.map(|((shock, rest), next)| Between { shock, rest, next: *next }).collect()
 }
 
 impl Table<'_> {
@@ -334,14 +371,22 @@ impl Table<'_> {
                 None => "set `time.longest_quiet`, the longest time that a run waits for rest",
                 Some(_) => "increase `time.longest_quiet`",
             };
-            self.moving.push(format!(
-                "WARNING: no {name}: {NOT_AT_REST}. In the last {AVERAGED} s the block slides at {:.2} mm/s \
-                 (limit for rest {} mm/s), and the kinetic energy is {:.1e} of its peak (limit for rest {STILL_MOVES:e}); \
-                 {remedy}, and check that the motion decays; `cofferdam check` reports self-excited vibration",
-                1e3 * last.speed,
-                1e3 * STILL_SLIDES,
-                last.kinetic_share
-            ));
+            self.moving.push(still_moves(name, &last, NOT_AT_REST, remedy));
+        }
+    }
+
+    /// The same between two shocks, from the time (s) at which the ground is still to that at which the next one begins.
+    fn residual_between(&mut self, name: &str, column: &str, [rest, next]: [f64; 2]) {
+        let is_reached = self.time.last().is_some_and(|end| *end + 1e-9 >= next);
+        if !is_reached || next + 1e-9 < rest + REST {
+            return;
+        }
+        let Some(last) = LastSecond::until(self.histories, column, next) else { return };
+        if last.is_rest() {
+            self.add(name, 1e3 * last.sliding, "mm", None);
+        } else {
+            let when = format!("the dam is not at rest when the next shock begins at {next:.2} s");
+            self.moving_between.push(still_moves(name, &last, &when, "increase `rest` of that shock"));
         }
     }
 
@@ -439,6 +484,18 @@ impl Table<'_> {
             );
         }
     }
+}
+
+/// The warning of a block without residual sliding, with the remedy.
+fn still_moves(name: &str, last: &LastSecond, when: &str, remedy: &str) -> String {
+    format!(
+        "WARNING: no {name}: {when}. In the last {AVERAGED} s the block slides at {:.2} mm/s (limit for rest {} mm/s), and the kinetic \
+         energy is {:.1e} of its peak (limit for rest {STILL_MOVES:e}); {remedy}, and check that the motion decays; `cofferdam check` \
+         reports self-excited vibration",
+        1e3 * last.speed,
+        1e3 * STILL_SLIDES,
+        last.kinetic_share
+    )
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 use super::shape::{Range, Shape};
 use crate::mesh_file::MeshFileError;
-use cofferdam_motion::RecordError;
+use cofferdam_motion::{RecordError, SequenceError};
 use cofferdam_unit::number::{exact, plain};
 use miette::{Diagnostic, NamedSource, SourceSpan};
 use std::path::{Path, PathBuf};
@@ -378,7 +378,7 @@ pub enum Invalid {
     #[error("`{key}` is {value}; it must be 1 or -1")]
     Polarity {
         /// The key.
-        key: &'static str,
+        key: String,
         /// The value.
         value: i64,
     },
@@ -390,10 +390,41 @@ pub enum Invalid {
     VerticalAlone,
     /// A vertical component from nowhere.
     #[error(
-        "`[ground_motion.vertical]` names neither a `file` nor a `column`; give the column of the vertical acceleration in the file \
-         of the record, or another file"
+        "{} names neither a `file` nor a `column`; give the column of the vertical acceleration in the file \
+         of the record, or another file",
+        Shape::header(table)
     )]
-    VerticalUntold,
+    VerticalUntold {
+        /// Its table.
+        table: String,
+    },
+    /// Shocks after no record.
+    #[error("`[[ground_motion.sequence]]` follows a record, but {why}")]
+    SequenceAlone {
+        /// What is there instead, and the remedy.
+        why: &'static str,
+    },
+    /// A name that says nothing.
+    #[error("`{key}` is empty; give a name, or leave it out")]
+    EmptyName {
+        /// The key.
+        key: String,
+    },
+    /// Two shocks that results could not tell apart.
+    #[error(
+        "`{first}` and `{second}` are both called {label:?} in results; give them different names by `name`"
+    )]
+    SameShocks {
+        /// The table of the one.
+        first: String,
+        /// That of the other.
+        second: String,
+        /// What both are called.
+        label: String,
+    },
+    /// Shocks that cannot be joined.
+    #[error("`ground_motion.sequence`: {0}")]
+    Sequence(#[from] SequenceError),
     /// A count that is too small or too large.
     #[error("`{key}` is {value}; it must be a whole number from {least} to {most}")]
     Count {

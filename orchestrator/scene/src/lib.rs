@@ -60,7 +60,7 @@ pub use dam::{
 };
 pub use error::{Invalid, SceneError, SceneProblem};
 pub use foreign::{CommandScene, FmuScene, LogScene, Source};
-pub use ground::{GroundMotionScene, RampScene, RecordScene, VerticalScene};
+pub use ground::{GroundMotionScene, RampScene, RecordScene, Shock, ShockScene, VerticalScene};
 pub use load::LoadedScene;
 pub use loads::{AnchorScene, IceScene, LoadsScene, SiltScene, StillTailwaterScene, SurchargeScene};
 pub use mesh::MeshScene;

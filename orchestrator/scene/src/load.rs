@@ -1,5 +1,6 @@
 use super::conform::Conformed;
 use super::document::{Node, Place};
+use super::validate::Shaking;
 use super::{
     Invalid, Scene, SceneError, SceneProblem, SceneWarning, Side, UnitChecks, foreign, validate, version,
     warning,
@@ -49,13 +50,13 @@ impl LoadedScene {
         let Some(mut scene) = draft.scene.take() else { return Err(draft.error()) };
         let folder = file.parent().unwrap_or(Path::new(""));
         let unsound = std::mem::take(&mut draft.conformed.unsound);
-        let (findings, ground_motion) = validate::judge(&scene, folder, unsound, units);
+        let (findings, shaking) = validate::judge(&scene, folder, unsound, units);
         draft.add(findings);
-        let ground_motion = match ground_motion {
-            Some(ground_motion) if draft.problems.is_empty() => ground_motion,
+        let Shaking { motion: ground_motion, shocks } = match shaking {
+            Some(shaking) if draft.problems.is_empty() => shaking,
             _ => return Err(draft.error()),
         };
-        resolve(&mut scene, &ground_motion, folder);
+        resolve(&mut scene, &ground_motion, &shocks, folder);
         let warnings = draft.warnings(&scene, &ground_motion);
         let given = |key: &str| draft.conformed.places.contains_key(key);
         let moved_defaults = version::moved(scene.scene_version, given);
@@ -161,7 +162,7 @@ impl<'a> Draft<'a> {
 }
 
 /// Fills in what follows from the rest, so that the scene stands for itself and can be run from anywhere.
-fn resolve(scene: &mut Scene, ground_motion: &GroundMotion, folder: &Path) {
+fn resolve(scene: &mut Scene, ground_motion: &GroundMotion, shocks: &[GroundMotion], folder: &Path) {
     scene.time.duration = Some(validate::duration(scene, ground_motion));
     scene.coupling.scheme = Some(scene.scheme());
     for water in std::iter::once(&mut scene.reservoir).chain(&mut scene.tailwater) {
@@ -186,19 +187,19 @@ fn resolve(scene: &mut Scene, ground_motion: &GroundMotion, folder: &Path) {
             (water.element_size, water.far_end_distance) = (Some(size), Some(distance));
         }
     }
-    let shares_file = scene.ground_motion.shares_file();
-    if let Some(record) = &mut scene.ground_motion.record {
+    for ((record, vertical), shock) in scene.ground_motion.shocks_mut().zip(shocks) {
+        let shares_file = vertical.as_ref().is_some_and(|vertical| vertical.file.is_none());
         let file = folder.join(&record.file);
         record.file = file.canonicalize().unwrap_or(file);
         record.column = record.column.or(shares_file.then_some(1));
-        if let Some(RecordFile { units, sha256 }) = ground_motion.file() {
+        if let Some(RecordFile { units, sha256 }) = shock.file() {
             (record.units, record.sha256) = (Some(*units), Some(sha256.clone()));
         }
-        if let Some(vertical) = &mut scene.ground_motion.vertical {
+        if let Some(vertical) = vertical {
             let file = vertical.file.as_ref().map(|file| folder.join(file));
             let file = file.map(|file| file.canonicalize().unwrap_or(file));
             vertical.file = Some(file.unwrap_or_else(|| record.file.clone()));
-            if let Some(RecordFile { units, sha256 }) = ground_motion.vertical().and_then(Component::file) {
+            if let Some(RecordFile { units, sha256 }) = shock.vertical().and_then(Component::file) {
                 (vertical.units, vertical.sha256) = (Some(*units), Some(sha256.clone()));
             }
         }

@@ -1,11 +1,14 @@
 //! What the values of a scene mean together; what each may be by itself stands on its type.
 
+mod ground;
+
 use super::{
-    AdaptiveScene, CrackScene, DamScene, DampingScene, Invalid, LoadsScene, OnFailure, RecordScene,
-    ReservoirScene, Scene, Side, Source, StopQuantity, VerticalScene, shape,
+    AdaptiveScene, CrackScene, DamScene, DampingScene, Invalid, LoadsScene, OnFailure, ReservoirScene, Scene,
+    Side, Source, StopQuantity, shape,
 };
 use cofferdam_coupling::scheme::SchemeKind;
-use cofferdam_motion::{Component, Excerpt, GroundMotion, RecordError};
+use cofferdam_motion::GroundMotion;
+pub use ground::Shaking;
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -27,7 +30,7 @@ pub struct UnitChecks {
     pub reservoir: fn(&Scene) -> Vec<Refusal>,
 }
 
-/// What is wrong with the values of a scene, each with its key, and the ground motion if it can be made.
+/// What is wrong with the values of a scene, each with its key, and what moves the ground if it can be made.
 ///
 /// Nothing is said about keys that are `unsound`, nor about what rests on them. The record is sought from `folder`.
 pub fn judge(
@@ -35,7 +38,7 @@ pub fn judge(
     folder: &Path,
     unsound: BTreeSet<String>,
     units: &UnitChecks,
-) -> (Vec<(String, Invalid)>, Option<GroundMotion>) {
+) -> (Vec<(String, Invalid)>, Option<Shaking>) {
     let mut findings = Findings { found: Vec::new(), unsound };
     // First, because what follows rests on its section.
     if scene.dam.is_some() {
@@ -43,8 +46,9 @@ pub fn judge(
     }
     findings.scene(scene);
     findings.files(scene, folder);
-    let ground_motion = findings.ground_motion(scene, folder);
-    if let Some(motion) = &ground_motion
+    let shaking = findings.ground_motion(scene, folder);
+    let ground_motion = shaking.as_ref().map(|shaking| &shaking.motion);
+    if let Some(motion) = ground_motion
         && findings.sound(&["time.communication_step", "time.duration", "time.quiet", "time.longest_quiet"])
     {
         let (duration, communication_step) = (duration(scene, motion), scene.time.communication_step);
@@ -58,9 +62,9 @@ pub fn judge(
             findings.add("time.duration", Invalid::NoStep { duration, communication_step });
         }
     }
-    findings.longest_quiet(scene, ground_motion.as_ref());
-    findings.reservoir(scene, ground_motion.as_ref(), units);
-    (findings.found, ground_motion)
+    findings.longest_quiet(scene, ground_motion);
+    findings.reservoir(scene, ground_motion, units);
+    (findings.found, shaking)
 }
 
 /// What is wrong with the values of a scene, the record and the units aside.
@@ -485,167 +489,6 @@ impl Findings {
         let needed = damping.ratio != 0.0 && damping.model.has_frequencies();
         if both || needed && self.sound(&["dam.damping"]) {
             self.exactly_one("dam.damping", "multiples_of_first", "radians_per_second", given);
-        }
-    }
-
-    fn ground_motion(&mut self, scene: &Scene, folder: &Path) -> Option<GroundMotion> {
-        let motion = &scene.ground_motion;
-        if let Some(record) = &motion.record {
-            if self.sound(&["ground_motion.record.start"]) {
-                let end = record.end.unwrap_or(f64::INFINITY);
-                self.within("ground_motion.record.end", end, record.start, f64::INFINITY);
-            }
-            self.polarity("ground_motion.record.polarity", record.polarity);
-        }
-        if let Some(vertical) = &motion.vertical {
-            self.polarity("ground_motion.vertical.polarity", vertical.polarity);
-            let untold = vertical.file.is_none() && vertical.column.is_none();
-            if motion.record.is_none() {
-                if self.sound(&["ground_motion.record"]) {
-                    self.add("ground_motion.vertical", Invalid::VerticalAlone);
-                }
-            } else if untold && self.sound(&["ground_motion.vertical"]) {
-                self.add("ground_motion.vertical", Invalid::VerticalUntold);
-            }
-        }
-        let given = [motion.record.is_some(), motion.ramp.is_some()];
-        if given == [true, true] || self.sound(&["ground_motion"]) {
-            self.exactly_one("ground_motion.ramp", "[ground_motion.record]", "[ground_motion.ramp]", given);
-        }
-        match (&motion.record, &motion.ramp) {
-            (Some(record), None) => self.record(scene, record, folder),
-            (None, Some(ramp)) => {
-                if scene.time.duration.is_none() && self.sound(&["time.duration"]) {
-                    self.add("ground_motion.ramp", Invalid::DurationMissing);
-                }
-                let keys = ["rise", "acceleration", "vertical_acceleration"];
-                let keys = keys.map(|name| format!("ground_motion.ramp.{name}"));
-                if keys.iter().any(|key| !self.sound(&[key])) {
-                    return None;
-                }
-                self.sampling(scene, ramp.rise);
-                let upwards = Some(ramp.vertical_acceleration).filter(|acceleration| *acceleration != 0.0);
-                let vertical = upwards.map(|acceleration| Component::ramp(acceleration, ramp.rise));
-                Some(GroundMotion::ramp(ramp.acceleration, ramp.rise).with_vertical(vertical))
-            }
-            _ => None,
-        }
-    }
-
-    fn polarity(&mut self, key: &'static str, value: i64) {
-        if self.sound(&[key]) && !matches!(value, 1 | -1) {
-            self.add(key, Invalid::Polarity { key, value });
-        }
-    }
-
-    fn record(&mut self, scene: &Scene, record: &RecordScene, folder: &Path) -> Option<GroundMotion> {
-        let key = |name: &str| format!("ground_motion.record.{name}");
-        if ["file", "column", "units", "start", "end"].iter().any(|name| !self.sound(&[&key(name)])) {
-            return None;
-        }
-        let end = record.end.unwrap_or(f64::INFINITY);
-        // The interval can be judged whatever the factor is.
-        let sound = self.sound(&[&key("scale"), &key("polarity")]);
-        let factor = if sound { record.scale * record.polarity as f64 } else { 1.0 };
-        let path = folder.join(&record.file);
-        let column = record.column.or(scene.ground_motion.shares_file().then_some(1));
-        let (units, start) = (record.units, record.start);
-        let excerpt = Excerpt { path: &path, column, units, start, end, factor, follows: false };
-        match Component::from_record(&excerpt) {
-            Ok(horizontal) => {
-                self.known(&key("sha256"), &path, record.sha256.as_deref(), &horizontal);
-                self.sampling(scene, horizontal.interval());
-                let vertical = match &scene.ground_motion.vertical {
-                    Some(vertical) => {
-                        let start = excerpt.begins(horizontal.interval());
-                        Some(self.vertical(
-                            scene,
-                            vertical,
-                            Excerpt { start, follows: true, ..excerpt },
-                            folder,
-                        )?)
-                    }
-                    None => None,
-                };
-                Some(GroundMotion::from(horizontal).with_vertical(vertical))
-            }
-            Err(error) => {
-                let key = match error {
-                    RecordError::Crop { .. } if record.end.is_some() => "ground_motion.record.end",
-                    RecordError::Crop { .. } => "ground_motion.record.start",
-                    RecordError::TooStrong { .. } if record.scale != 1.0 => "ground_motion.record.scale",
-                    RecordError::Column { .. } | RecordError::NoColumns { .. } if record.column.is_some() => {
-                        "ground_motion.record.column"
-                    }
-                    _ => "ground_motion.record.file",
-                };
-                self.add(key, error.into());
-                None
-            }
-        }
-    }
-
-    /// The vertical component, where `horizontal` is the excerpt of the record.
-    fn vertical(
-        &mut self,
-        scene: &Scene,
-        vertical: &VerticalScene,
-        horizontal: Excerpt<'_>,
-        folder: &Path,
-    ) -> Option<Component> {
-        let key = |name: &str| format!("ground_motion.vertical.{name}");
-        if ["file", "column", "units"].iter().any(|name| !self.sound(&[&key(name)])) {
-            return None;
-        }
-        let of_record = scene.ground_motion.record.as_ref()?;
-        let sound =
-            self.sound(&["ground_motion.record.scale"]) && self.sound(&[&key("scale"), &key("polarity")]);
-        let factor = if sound { of_record.scale * vertical.scale * vertical.polarity as f64 } else { 1.0 };
-        let path = vertical.file.as_ref().map(|file| folder.join(file));
-        let units = vertical.units.or(of_record.units.filter(|_| path.is_none()));
-        let path = path.as_deref().unwrap_or(horizontal.path);
-        match Component::from_record(&Excerpt { path, column: vertical.column, units, factor, ..horizontal })
-        {
-            Ok(component) => {
-                self.known(&key("sha256"), path, vertical.sha256.as_deref(), &component);
-                self.sampling(scene, component.interval());
-                Some(component)
-            }
-            Err(error) => {
-                let key = match error {
-                    RecordError::Clock { .. } => "ground_motion.record.start",
-                    RecordError::TooStrong { .. } if vertical.scale != 1.0 => "ground_motion.vertical.scale",
-                    RecordError::TooStrong { .. } if of_record.scale != 1.0 => "ground_motion.record.scale",
-                    RecordError::Column { .. } | RecordError::NoColumns { .. } => {
-                        "ground_motion.vertical.column"
-                    }
-                    _ => "ground_motion.vertical.file",
-                };
-                self.add(key, error.into());
-                None
-            }
-        }
-    }
-
-    /// Whether the file of a component, at `path`, is the one that is `wanted`.
-    fn known(&mut self, key: &str, path: &Path, wanted: Option<&str>, component: &Component) {
-        if let (Some(file), Some(wanted)) = (component.file(), wanted)
-            && self.sound(&[key])
-            && !file.sha256.eq_ignore_ascii_case(wanted)
-        {
-            self.add(key, RecordError::Another { path: path.to_owned(), found: file.sha256.clone() }.into());
-        }
-    }
-
-    /// The units see the ground at communication points only: these must not be further apart than the samples.
-    fn sampling(&mut self, scene: &Scene, interval: f64) {
-        let longest = scene.time.adaptive.map(|adaptive| ("time.adaptive.longest", adaptive.longest));
-        for (key, communication_step) in
-            std::iter::once(("time.communication_step", scene.time.communication_step)).chain(longest)
-        {
-            if self.sound(&[key]) && communication_step > (1.0 + 1e-9) * interval {
-                self.add(key, Invalid::Undersampled { key, communication_step, interval });
-            }
         }
     }
 }

@@ -2,8 +2,8 @@
 
 use super::shape::{Shape, word};
 use super::{
-    CrackScene, DamScene, FidelityScene, MaterialScene, ReservoirScene, Scene, Side, Source, UpliftRuleScene,
-    UpliftScene,
+    CrackScene, DamScene, FidelityScene, MaterialScene, ReservoirScene, Scene, Shock, Side, Source,
+    UpliftRuleScene, UpliftScene,
 };
 use cofferdam_coupling::convergence::Tolerance;
 use cofferdam_coupling::scheme::SchemeKind;
@@ -107,13 +107,13 @@ pub enum Warning {
     },
     /// The record does not come to rest.
     #[error(
-        "the {}record drifts: the ground ends at {velocity:.0} % of its peak velocity and {displacement:.0} % of its peak \
+        "{} drifts: the ground ends at {velocity:.0} % of its peak velocity and {displacement:.0} % of its peak \
          displacement; correct the record's baseline, or crop it where the ground is at rest",
         of_component(table)
     )]
     Drift {
-        /// The component's table, `record` or `vertical`.
-        table: &'static str,
+        /// Key of the component's table, such as `ground_motion.record`.
+        table: String,
         /// Velocity at the end over the peak, %.
         velocity: f64,
         /// Displacement at the end over the peak, %.
@@ -121,15 +121,37 @@ pub enum Warning {
     },
     /// An acceleration that no ground has.
     #[error(
-        "the {}record's peak is {peak:.1} g, more than {LARGEST_PEAK} g; check the unit of the file, \
-         `ground_motion.{table}.units`, and `ground_motion.{table}.scale`",
+        "{}'s peak is {peak:.1} g, more than {LARGEST_PEAK} g; check the unit of the file, `{table}.units`, and `{table}.scale`",
         of_component(table)
     )]
     Peak {
-        /// The component's table, `record` or `vertical`.
-        table: &'static str,
+        /// Key of the component's table, such as `ground_motion.record`.
+        table: String,
         /// Peak acceleration, g.
         peak: f64,
+    },
+    /// A shock that moves the ground horizontally only, while others do not.
+    #[error(
+        "`{table}` has no vertical component, but other shocks have one: the ground moves only horizontally in it; give \
+         {} unless that is meant",
+        Shape::header(vertical_table)
+    )]
+    LevelShock {
+        /// Key of the record's table.
+        table: String,
+        /// Key of the table of its vertical component.
+        vertical_table: String,
+    },
+    /// Too short a rest for the residual sliding.
+    #[error(
+        "`{key}` is {rest} s: no residual sliding is given after the shock before, which needs {REST} s of rest; the dam may still move \
+         when the next shock begins"
+    )]
+    ShortRest {
+        /// The key.
+        key: String,
+        /// Its value, s.
+        rest: f64,
     },
     /// Too short a rest for the residual sliding.
     #[error(
@@ -347,8 +369,14 @@ pub fn doubts(scene: &Scene, motion: &GroundMotion) -> Vec<Doubt> {
     doubts.extend(scene.dam.as_ref().and_then(sloping_crest));
     doubts.extend(scene.waters().filter_map(|(side, water)| coarse_face(scene, side, water)));
     if scene.ground_motion.record.is_some() {
-        doubts.extend(of_record(motion.horizontal(), "record"));
-        doubts.extend(motion.vertical().iter().flat_map(|vertical| of_record(vertical, "vertical")));
+        let shocks = scene.ground_motion.shocks();
+        for (shock, motion) in shocks.iter().zip(motion.shocks()) {
+            doubts.extend(of_record(motion.horizontal(), &shock.table));
+            if let Some(vertical) = motion.vertical().filter(|_| shock.vertical.is_some()) {
+                doubts.extend(of_record(vertical, &shock.vertical_table));
+            }
+        }
+        doubts.extend(sequence(&shocks, cracked.is_some()));
         doubts.extend(resolution(scene, motion));
     }
     doubts
@@ -440,25 +468,44 @@ fn x_at(side: &[[f64; 2]], y: f64) -> Option<f64> {
     Some(x0 + (x1 - x0) * (y - y0) / (y1 - y0))
 }
 
-/// What comes before the word record in a message on the component of a table.
-fn of_component(table: &str) -> &'static str {
-    if table == "vertical" { "vertical " } else { "" }
+/// The record of the component at the key `table`; those of a sequence are counted with the first.
+fn of_component(table: &str) -> String {
+    let index = table.strip_prefix("ground_motion.sequence.").and_then(|rest| rest.split('.').next());
+    let number = index.and_then(|index| index.parse::<usize>().ok()).map(|index| index + 2);
+    let record = if table.ends_with(".vertical") { "vertical record" } else { "record" };
+    number.map_or_else(|| format!("the {record}"), |number| format!("the {record} of shock {number}"))
 }
 
 /// Doubts about the record of a component itself.
-fn of_record(motion: &Component, table: &'static str) -> Vec<Doubt> {
+fn of_record(motion: &Component, table: &str) -> Vec<Doubt> {
     let mut doubts = Vec::new();
-    let key = format!("ground_motion.{table}.file");
+    let key = format!("{table}.file");
     let [velocity, displacement] = motion.drift().map(|drift| drift.share());
     if velocity > VELOCITY_AT_END || displacement > DISPLACEMENT_AT_END {
         let (velocity, displacement) = (100.0 * velocity, 100.0 * displacement);
-        doubts.push((key.clone(), Warning::Drift { table, velocity, displacement }));
+        doubts.push((key.clone(), Warning::Drift { table: table.to_owned(), velocity, displacement }));
     }
     let peak = motion.largest() / STANDARD_GRAVITY;
     if peak > LARGEST_PEAK {
-        doubts.push((key, Warning::Peak { table, peak }));
+        doubts.push((key, Warning::Peak { table: table.to_owned(), peak }));
     }
     doubts
+}
+
+/// Doubts about shocks next to each other; `is_cracked` is whether cracks can slide.
+fn sequence(shocks: &[Shock<'_>], is_cracked: bool) -> Vec<Doubt> {
+    let is_level = |shock: &&Shock<'_>| shock.vertical.is_none();
+    let level = shocks.iter().filter(is_level).filter(|_| !shocks.iter().all(|shock| is_level(&shock)));
+    let level = level.map(|Shock { table, vertical_table, .. }| {
+        let [table, vertical_table] = [table, vertical_table].map(Clone::clone);
+        (table.clone(), Warning::LevelShock { table, vertical_table })
+    });
+    let short = shocks.iter().skip(1).filter(|shock| is_cracked && shock.rest < REST);
+    let short = short.map(|shock| {
+        let key = format!("{}.rest", shock.table);
+        (key.clone(), Warning::ShortRest { key, rest: shock.rest })
+    });
+    level.chain(short).collect()
 }
 
 /// Whether time and space are fine enough for the record, for both of its components.

@@ -38,10 +38,9 @@ impl Pilot<'_> {
 
     /// The settings of a rung with a factor on the shaking.
     pub fn shaken(&self, rung: usize, factor: f64) -> Vec<String> {
-        let scale = self.loaded.scene.ground_motion.record.as_ref().map_or(1.0, |record| record.scale);
         let mut settings = self.base.clone();
         settings.extend(self.settings(rung));
-        settings.push(format!("ground_motion.record.scale={}", factor * scale));
+        settings.extend(self.loaded.scene.ground_motion.scaled(factor));
         settings
     }
 

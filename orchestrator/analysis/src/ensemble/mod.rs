@@ -260,6 +260,7 @@ impl Ensemble {
             ensemble.scaled = Some(scaled);
         }
         ensemble.samples = ensemble.plan.samples(&measures);
+        ensemble.check_sequence()?;
         let numbers: Vec<usize> = (0..ensemble.samples.len()).collect();
         let contents = Contents::default();
         let hash = |index: &usize| sample::hash(&ensemble.scene(*index)?, &contents);
@@ -332,6 +333,19 @@ impl Ensemble {
                     .into(),
             }),
             _ => Ok(()),
+        }
+    }
+
+    /// Whether the scene has no shocks after its own record, which the records of the plan replace.
+    fn check_sequence(&self) -> Result<(), EnsembleError> {
+        match self.scene(0)?.scene.ground_motion.sequence.len() {
+            0 => Ok(()),
+            count => Err(EnsembleError::Value {
+                path: self.folder.join(&self.plan.scene),
+                key: "[[ground_motion.sequence]]".into(),
+                value: format!("{count} further shocks, which belong to the scene's own record"),
+                remedy: "leave the sequence out of the scene: the plan's `records` are single shocks".into(),
+            }),
         }
     }
 

@@ -93,9 +93,7 @@ pub fn hash(loaded: &LoadedScene, contents: &Contents) -> Result<String, Ensembl
 fn anywhere(scene: &Scene) -> Scene {
     let name = |path: &mut PathBuf| *path = path.file_name().map_or_else(PathBuf::new, PathBuf::from);
     let mut scene = scene.clone();
-    scene.ground_motion.record.iter_mut().for_each(|record| name(&mut record.file));
-    let vertical = scene.ground_motion.vertical.iter_mut().filter_map(|vertical| vertical.file.as_mut());
-    vertical.for_each(name);
+    scene.ground_motion.files_mut().for_each(name);
     if let Some(dam) = &mut scene.dam {
         dam.mesh.iter_mut().for_each(|mesh| name(&mut mesh.file));
         dam.fmu.iter_mut().for_each(|fmu| name(&mut fmu.file));

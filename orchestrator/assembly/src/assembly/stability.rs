@@ -24,6 +24,8 @@ pub struct JointStability {
     pub combination: LoadCombination,
     /// What tables call it.
     pub name: String,
+    /// The shock after which it is, from 0, in a run with several.
+    pub shock: Option<usize>,
     /// Inertia downstream and downwards, shares of g.
     pub seismic: [f64; 2],
     /// Uplift in what is open; `None` for no water in the joint.
@@ -95,14 +97,15 @@ impl Assembly<'_> {
     /// The stability of every joint of the scene, combination by combination.
     ///
     /// `peak` is that of the record, m/s², from which the seismic coefficient follows if the scene gives none; `opened` are
-    /// lengths (m) over which an earthquake has opened each crack, from the base up, after a run; `rules` lists the uplift rules of
+    /// lengths (m) over which an earthquake has opened each crack, from the base up, after each shock of a run, none without a run; the
+    /// combination after the earthquake is given for each of them; `rules` lists the uplift rules of
     /// the seismic combination to put side by side, `None` for no uplift; without any, that of each joint is taken.
     ///
     /// **Errors**: those of the dam.
     pub fn stability(
         &self,
         peak: f64,
-        opened: Option<&[f64]>,
+        opened: &[Vec<f64>],
         rules: &[Option<UpliftRule>],
     ) -> Result<Vec<JointStability>, AssemblyError> {
         let Some(dam) = self.scene.computed_dam() else { return Ok(Vec::new()) };
@@ -123,8 +126,17 @@ impl Assembly<'_> {
                     }
                     _ => vec![None],
                 };
-                for rule in rules {
-                    let with = With { combination: &combination, seismic: case.seismic, still, opened, rule };
+                let is_after = combination.kind == LoadCombination::PostEarthquake;
+                let shocks = if is_after { opened.len().max(1) } else { 1 };
+                for (rule, shock) in
+                    rules.iter().flat_map(|rule| (0..shocks).map(move |shock| (*rule, shock)))
+                {
+                    let opened = opened.get(shock).map(Vec::as_slice);
+                    let several =
+                        is_after && opened.is_some() && !self.scene.ground_motion.sequence.is_empty();
+                    let shock = several.then_some(shock);
+                    let (combination, seismic) = (&combination, case.seismic);
+                    let with = With { combination, seismic, still, opened, shock, rule };
                     found.push(self.of_joint(joint, loaded, &with));
                 }
             }
@@ -134,7 +146,7 @@ impl Assembly<'_> {
     }
 
     fn of_joint(&self, joint: &DamJoint, loaded: &LoadedJoint, with: &With<'_>) -> JointStability {
-        let With { combination, seismic, still, opened, rule } = *with;
+        let With { combination, seismic, still, opened, shock, rule } = *with;
         let kind = combination.kind;
         let mut uplift = joint.uplift.clone();
         if let Some(rule) = rule {
@@ -181,7 +193,8 @@ impl Assembly<'_> {
             crack: joint.crack,
             length,
             combination: kind,
-            name: combination.name.clone().unwrap_or_else(|| kind.label().to_owned()),
+            name: self.name_of(combination, shock),
+            shock,
             seismic,
             rule: uplift.as_ref().map(|uplift| uplift.rule),
             drained: uplift.as_ref().is_some_and(|uplift| uplift.drains.is_some()),
@@ -193,6 +206,16 @@ impl Assembly<'_> {
             required: own.or(of_authority),
             is_own: own.is_some(),
             by_residual: is_after || own.is_none() && authority == Authority::Cda && peak.cohesion == 0.0,
+        }
+    }
+
+    /// What tables call a combination, after a shock in a run with several.
+    fn name_of(&self, combination: &CombinationScene, shock: Option<usize>) -> String {
+        let name = combination.name.clone().unwrap_or_else(|| combination.kind.label().to_owned());
+        let shocks = self.scene.ground_motion.shocks();
+        match shock.and_then(|shock| shocks.get(shock)) {
+            Some(shock) => format!("{name}, after {}", shock.label),
+            None => name,
         }
     }
 
@@ -243,6 +266,8 @@ struct With<'a> {
     /// The joint without the earthquake.
     still: &'a LoadedJoint,
     opened: Option<&'a [f64]>,
+    /// The shock after which it is, if there are several.
+    shock: Option<usize>,
     /// The rule in place of that of the joint.
     rule: Option<Option<UpliftRule>>,
 }

@@ -14,7 +14,7 @@ pub const STILL_SLIDES: f64 = 1e-4;
 /// See [`STILL_SLIDES`].
 pub const STILL_MOVES: f64 = 1e-2;
 
-/// How the block above a crack moves in the last second of a run.
+/// How the block above a crack moves in the last second of a run, or of a part of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LastSecond {
     /// Mean sliding, m.
@@ -28,9 +28,17 @@ pub struct LastSecond {
 impl LastSecond {
     /// Of the histories with this `column` of sliding; none without it.
     pub fn of(histories: &Histories, column: &str) -> Option<Self> {
+        Self::until(histories, column, f64::INFINITY)
+    }
+
+    /// The same of the last second before the time `end` (s), at the latest that of the histories.
+    pub fn until(histories: &Histories, column: &str, end: f64) -> Option<Self> {
         let (time, sliding) = (histories.column("time")?, histories.column(column)?);
         let kinetic = histories.column("dam.kinetic_energy").unwrap_or(&[]);
-        Some(Self::of_rows(time, sliding, kinetic, kinetic.iter().copied().fold(0.0, f64::max)))
+        let peak = kinetic.iter().copied().fold(0.0, f64::max);
+        let rows = time.partition_point(|time| *time <= end + 1e-9);
+        let kinetic = &kinetic[..rows.min(kinetic.len())];
+        Some(Self::of_rows(&time[..rows], &sliding[..rows.min(sliding.len())], kinetic, peak))
     }
 
     /// Of times (s), sliding (m) and kinetic energies (J/m), of which `peak` is the largest of the whole run.

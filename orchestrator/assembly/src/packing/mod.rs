@@ -200,18 +200,13 @@ pub fn portable(scene: &Scene) -> Result<String, toml::ser::Error> {
     toml::to_string(&without_paths(scene))
 }
 
-/// The scene with the names of the files of record and mesh but not their paths, which are of no use on another machine.
+/// The scene with the names of the files of records and mesh but not their paths, which are of no use on another machine.
 fn without_paths(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
-    if let Some(record) = &mut scene.ground_motion.record
-        && let Some(name) = record.file.file_name()
-    {
-        record.file = name.into();
-    }
-    if let Some(file) = scene.ground_motion.vertical.as_mut().and_then(|vertical| vertical.file.as_mut())
-        && let Some(name) = file.file_name()
-    {
-        *file = name.into();
+    for file in scene.ground_motion.files_mut() {
+        if let Some(name) = file.file_name() {
+            *file = name.into();
+        }
     }
     if let Some(mesh) = scene.dam.as_mut().and_then(|dam| dam.mesh.as_mut())
         && let Some(name) = mesh.file.file_name()

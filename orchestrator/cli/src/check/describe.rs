@@ -2,7 +2,7 @@
 
 use cofferdam_assembly::{LimitingPart, Mesh, PartKind};
 use cofferdam_motion::{Component, GroundMotion, STANDARD_GRAVITY};
-use cofferdam_scene::CrackScene;
+use cofferdam_scene::{CrackScene, LoadedScene};
 use cofferdam_unit::number::plain;
 
 /// Ratio of the time step that the median element would allow to the one taken, from which a warning is given.
@@ -65,26 +65,45 @@ pub fn list(frequencies: &[f64]) -> String {
     frequencies.join(", ")
 }
 
-/// Strength of the vertical component of a record.
-pub fn vertical_strength(vertical: &Component) -> String {
+/// Intensity of the records, one line for each component.
+pub fn strengths(loaded: &LoadedScene) -> Vec<String> {
+    let (shocks, motions) = (loaded.scene.ground_motion.shocks(), loaded.ground_motion.shocks());
+    let mut lines = Vec::new();
+    for ((shock, motion), begin) in shocks.iter().zip(&motions).zip(loaded.ground_motion.begins()) {
+        let (mut name, mut source) = (String::new(), motion.source().to_owned());
+        let mut vertical_source =
+            motion.vertical().map_or_else(String::new, |vertical| vertical.source().to_owned());
+        if motions.len() > 1 {
+            name = format!("{} from {begin:.2} s, ", shock.label);
+            source = shock.file_name();
+            vertical_source = shock.vertical_file_name().unwrap_or_default();
+        }
+        lines.push(format!("  ground: {name}{}", strength(&source, motion)));
+        lines.extend(
+            motion.vertical().map(|vertical| {
+                format!("  vertical: {name}{}", vertical_strength(&vertical_source, vertical))
+            }),
+        );
+    }
+    lines
+}
+
+fn vertical_strength(source: &str, vertical: &Component) -> String {
     let [velocity, displacement] = vertical.drift().map(|drift| drift.peak);
     format!(
-        "vertical: {}, {:.2} s: at most {:.3} g, {velocity:.3} m/s, {displacement:.3} m",
-        vertical.source(),
+        "{source}, {:.2} s: at most {:.3} g, {velocity:.3} m/s, {displacement:.3} m",
         vertical.duration(),
         vertical.largest() / STANDARD_GRAVITY,
     )
 }
 
-/// Intensity of a record.
-pub fn strength(motion: &GroundMotion) -> String {
+fn strength(source: &str, motion: &GroundMotion) -> String {
     let peak = motion.horizontal().largest();
     let [velocity, displacement] = motion.drift().map(|drift| drift.peak);
     let (intensity, duration) = motion.arias_intensity();
     format!(
-        "ground: {}, {:.2} s: at most {:.3} g, {velocity:.3} m/s, {displacement:.3} m; Arias intensity {intensity:.3} m/s, 5 to 95 % \
+        "{source}, {:.2} s: at most {:.3} g, {velocity:.3} m/s, {displacement:.3} m; Arias intensity {intensity:.3} m/s, 5 to 95 % \
          of it within {duration:.2} s",
-        motion.source(),
         motion.horizontal().duration(),
         peak / STANDARD_GRAVITY,
     )

@@ -44,9 +44,9 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
     let Some(dam) = scene.dam.as_ref().filter(|dam| !dam.cracks.is_empty()) else {
         return Err(unfit("the study needs a dam with a crack"));
     };
-    let Some(record) = &scene.ground_motion.record else {
+    if scene.ground_motion.record.is_none() {
         return Err(unfit("the study needs a record as ground motion"));
-    };
+    }
     let elements = dam.fidelity.has_elements();
     if !elements && dam.fidelity != DamFidelityScene::Reduced {
         return Err(unfit("the study needs `dam.fidelity` = \"dem\" or \"reduced\""));
@@ -72,7 +72,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
         });
         coefficients.collect()
     };
-    let scale = |factor: f64| vec![format!("ground_motion.record.scale={}", factor * record.scale)];
+    let scale = |factor: f64| scene.ground_motion.scaled(factor);
     let mut changes = vec![
         change(
             "elements 0.7 times as long",
@@ -86,11 +86,7 @@ pub fn run(arguments: &Arguments) -> Result<(), StudyError> {
         ),
         change("contacts at Gauss points", true, gauss(dam.cracks.len())),
         change("shaking + 0.1 %", true, scale(1.001)),
-        change(
-            "polarity reversed",
-            false,
-            vec![format!("ground_motion.record.polarity={}", -record.polarity)],
-        ),
+        change("polarity reversed", false, scene.ground_motion.reversed()),
     ];
     match (elements, dam.modes) {
         (true, _) => {

@@ -22,12 +22,24 @@ pub fn strength(run: &RunFolder) -> Vec<Row> {
     if !is_record(&run.loaded) {
         return rows;
     }
-    let [velocity, displacement] = motion.drift().map(|drift| drift.peak);
-    let (intensity, duration) = motion.arias_intensity();
-    rows.push(Row::number("peak ground velocity", 1e2 * velocity, "cm/s"));
-    rows.push(Row::number("peak ground displacement", 1e2 * displacement, "cm"));
-    rows.push(Row::number("Arias intensity", intensity, "m/s").with("π/(2g) ∫ a² dt"));
-    rows.push(Row::number("significant duration", duration, "s").with("5 to 95 % of the Arias intensity"));
+    let (shocks, names) = (motion.shocks(), run.loaded.scene.ground_motion.shocks());
+    for ((shock, begin), name) in shocks.iter().zip(motion.begins()).zip(&names) {
+        let mut of = String::new();
+        if shocks.len() > 1 {
+            of = format!(", {}", name.label);
+            let (peak, time) = shock.peak();
+            let at = format!("at {:.3} s", begin + time);
+            let name = format!("peak ground acceleration{of}");
+            rows.push(Row::number(name, peak / STANDARD_GRAVITY, "g").with(at));
+        }
+        let [velocity, displacement] = shock.drift().map(|drift| drift.peak);
+        let (intensity, duration) = shock.arias_intensity();
+        rows.push(Row::number(format!("peak ground velocity{of}"), 1e2 * velocity, "cm/s"));
+        rows.push(Row::number(format!("peak ground displacement{of}"), 1e2 * displacement, "cm"));
+        rows.push(Row::number(format!("Arias intensity{of}"), intensity, "m/s").with("π/(2g) ∫ a² dt"));
+        let row = Row::number(format!("significant duration{of}"), duration, "s");
+        rows.push(row.with("5 to 95 % of the Arias intensity"));
+    }
     for (water, frequency) in first_frequencies(run) {
         let period = TAU / frequency;
         let response = motion.response_spectrum(&[period], SPECTRAL_DAMPING)[0];
@@ -58,7 +70,10 @@ pub fn charts(loaded: &LoadedScene) -> Vec<Chart> {
     if !is_record(loaded) {
         return Vec::new();
     }
-    let mut charts = vec![history(motion.horizontal(), "Ground acceleration as recorded, g", "ground")];
+    let mut horizontal = history(motion.horizontal(), "Ground acceleration as recorded, g", "ground");
+    let begins = loaded.scene.ground_motion.shocks().into_iter().zip(motion.begins()).skip(1);
+    horizontal.marks = begins.map(|(shock, at)| Mark { horizontal: false, at, name: shock.label }).collect();
+    let mut charts = vec![horizontal];
     charts.extend(motion.vertical().map(|vertical| {
         let title = "Vertical ground acceleration as recorded, g";
         history(vertical, title, "ground, positive upwards")

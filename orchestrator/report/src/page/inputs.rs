@@ -5,7 +5,9 @@ use super::data::{Group, Row};
 use super::folder::RunFolder;
 use cofferdam_coupling::convergence::Tolerance;
 use cofferdam_motion::GroundMotion;
-use cofferdam_scene::{CrackScene, DamScene, DampingModel, MaterialScene, ReservoirScene, Scene, Side};
+use cofferdam_scene::{
+    CrackScene, DamScene, DampingModel, MaterialScene, ReservoirScene, Scene, Shock, Side,
+};
 use cofferdam_unit::number::plain;
 use cofferdam_unit::sha256;
 
@@ -80,6 +82,7 @@ fn ground(scene: &Scene, motion: &GroundMotion) -> Group {
         let direction = if scene.polarity < 0 { "down" } else { "up" };
         rows.push(Row::text("positive vertical accelerations point", direction));
     }
+    rows.extend(scene.ground_motion.shocks().iter().zip(motion.begins()).skip(1).flat_map(further));
     if let Some(ramp) = &scene.ground_motion.ramp {
         rows.push(Row::number("ramp up to", ramp.acceleration, "m/s²").with("then held"));
         if ramp.vertical_acceleration != 0.0 {
@@ -89,6 +92,31 @@ fn ground(scene: &Scene, motion: &GroundMotion) -> Group {
         rows.push(Row::number("rise time", ramp.rise, "s"));
     }
     Group { name: "Ground motion".to_owned(), rows }
+}
+
+/// A shock of the sequence, with its begin.
+fn further((shock, begin): (&Shock<'_>, f64)) -> Vec<Row> {
+    let Shock { label, record, vertical, rest, .. } = shock;
+    let direction = if record.polarity < 0 { "upstream" } else { "downstream" };
+    let mut rows = vec![
+        Row::code(label.clone(), shock.file_name()).with(format!("positive accelerations point {direction}")),
+        Row::number(format!("rest before {label}"), *rest, "s")
+            .with(format!("{label} begins at {} s", plain(begin))),
+        Row::number(format!("scale factor of {label}"), record.scale, "1"),
+    ];
+    if record.start > 0.0 || record.end.is_some() {
+        rows.push(Row::number(format!("start within the record of {label}"), record.start, "s"));
+        rows.extend(record.end.map(|end| Row::number(format!("end within the record of {label}"), end, "s")));
+    }
+    if let (Some(vertical), Some(name)) = (vertical, shock.vertical_file_name()) {
+        let direction = if vertical.polarity < 0 { "down" } else { "up" };
+        let row = Row::code(format!("vertical record of {label}"), name);
+        rows.push(row.with(format!("positive accelerations point {direction}")));
+        let row =
+            Row::number(format!("scale factor of the vertical acceleration of {label}"), vertical.scale, "1");
+        rows.push(row.with("in addition to the scale factor of its record"));
+    }
+    rows
 }
 
 fn time(scene: &Scene) -> Group {
@@ -238,15 +266,16 @@ pub fn provenance(run: &RunFolder) -> Group {
         Row::text("system", build.system.clone()).with(build.features.clone()),
         Row::code("scene", sha256(&run.log.head().scene_text)).with("SHA-256 of the scene with all defaults"),
     ];
-    if let Some(hash) =
-        run.loaded.scene.ground_motion.record.as_ref().and_then(|record| record.sha256.as_ref())
-    {
-        rows.push(Row::code("record", hash).with("SHA-256 of the file"));
-    }
-    if let Some(hash) =
-        run.loaded.scene.ground_motion.vertical.as_ref().and_then(|vertical| vertical.sha256.as_ref())
-    {
-        rows.push(Row::code("vertical record", hash).with("SHA-256 of the file"));
+    for (number, shock) in run.loaded.scene.ground_motion.shocks().iter().enumerate() {
+        let of = if number > 0 { format!(" of {}", shock.label) } else { String::new() };
+        let hashes = [
+            ("record", &shock.record.sha256),
+            ("vertical record", &shock.vertical.and_then(|v| v.sha256.clone())),
+        ];
+        for (component, hash) in hashes {
+            let row = |hash| Row::code(format!("{component}{of}"), hash).with("SHA-256 of the file");
+            rows.extend(hash.clone().map(row));
+        }
     }
     if let Some(hash) = run.loaded.scene.dam.as_ref().and_then(|dam| dam.mesh.as_ref()?.sha256.as_ref()) {
         rows.push(Row::code("mesh", hash).with("SHA-256 of the file"));

@@ -86,7 +86,7 @@ fn stability(run: &RunFolder) -> (Vec<StabilityTable>, Vec<String>) {
     let scene = &run.loaded.scene;
     match of_run(&run.loaded, &run.histories, &[]) {
         Ok((joints, shaken)) if !joints.is_empty() => {
-            (tables_of(scene, &joints, Some(&shaken)), notes(scene, &joints))
+            (tables_of(scene, &joints, &shaken), notes(scene, &joints))
         }
         // the scene was computed, so that nothing but joints can be missing
         _ => (Vec::new(), Vec::new()),

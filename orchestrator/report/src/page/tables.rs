@@ -87,7 +87,7 @@ pub fn stability(joint: &StabilityTable) -> String {
         let _ = writeln!(text, "<tr><th scope=\"row\">{}</th>{values}</tr>", escape(label));
     }
     text += "</tbody></table>\n";
-    if let Some(run) = run {
+    for run in run {
         let _ = writeln!(text, "<p class=\"about\">{}</p>", escape(run));
     }
     text

@@ -3,6 +3,7 @@
 use super::super::folder::RunFolder;
 use crate::Build;
 use cofferdam_log::{KeyDifference, settings};
+use cofferdam_scene::Shock;
 
 /// Keys whose text is too long for a table.
 const LONG: &str = "mesh.text";
@@ -41,24 +42,19 @@ fn origins(build: &Build) -> [(&'static str, String); 6] {
 /// Descriptions of equal inputs; `keys` is the number of equal keys of the scenes.
 pub fn equal(runs: [&RunFolder; 2], keys: usize) -> Vec<String> {
     let mut said = vec![format!("{keys} keys of the scene")];
-    let record = |run: &RunFolder| {
-        let record = run.loaded.scene.ground_motion.record.as_ref()?;
-        Some((record.file.file_name()?.to_string_lossy().into_owned(), record.sha256.clone()?))
-    };
-    let [a, b] = runs.map(record);
-    if let (Some((name, hash)), Some((_, other))) = (a, b)
-        && hash == other
-    {
-        said.push(format!("the record {name} (SHA-256 {hash})"));
-    }
-    let vertical = |run: &RunFolder| {
-        let vertical = run.loaded.scene.ground_motion.vertical.as_ref()?;
-        Some((vertical.file.as_ref()?.file_name()?.to_string_lossy().into_owned(), vertical.sha256.clone()?))
-    };
-    if let [Some((name, hash)), Some((_, other))] = runs.map(vertical)
-        && hash == other
-    {
-        said.push(format!("the vertical record {name} (SHA-256 {hash})"));
+    let [a, b] = runs.map(|run| run.loaded.scene.ground_motion.shocks());
+    for (a, b) in a.iter().zip(&b) {
+        if let (Some(hash), Some(other)) = (&a.record.sha256, &b.record.sha256)
+            && hash == other
+        {
+            said.push(format!("the record {} (SHA-256 {hash})", a.file_name()));
+        }
+        let hash = |shock: &Shock<'_>| shock.vertical.and_then(|vertical| vertical.sha256.clone());
+        if let (Some(hash), Some(other), Some(name)) = (hash(a), hash(b), a.vertical_file_name())
+            && hash == other
+        {
+            said.push(format!("the vertical record {name} (SHA-256 {hash})"));
+        }
     }
     if runs[0].loaded.ground_motion == runs[1].loaded.ground_motion {
         said.push("the ground motion".to_owned());
