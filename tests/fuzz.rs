@@ -462,7 +462,7 @@ fn command_lines() {
         "export-fmu",
         "log",
         "reservoir",
-        "study",
+        "range",
         "points",
         "template",
         "c",
@@ -477,7 +477,6 @@ fn command_lines() {
         "impulse",
         "response",
         "field",
-        "sensitivity",
         "dam",
         "reservoir",
         "--help",
@@ -519,8 +518,8 @@ fn command_lines() {
     cases(60, |dice| {
         let count = 1 + dice.below(6);
         let mut arguments: Vec<String> = (0..count).map(|_| (*dice.of(&words)).to_owned()).collect();
-        // A study of a scene takes minutes.
-        if arguments[0] == "study" {
+        // The range of a scene takes minutes.
+        if arguments[0] == "range" {
             arguments.retain(|word| *word != scene);
         }
         let (status, _) = limited(&arguments, scenario.folder());

@@ -36,6 +36,7 @@ mod platform;
 mod processes;
 mod protocol;
 mod python;
+mod range;
 mod replay_of_parts;
 mod replay_of_schemes;
 mod report;

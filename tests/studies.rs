@@ -1,14 +1,13 @@
-//! The coarse twins of the studies, of `cofferdam-lab` and `cofferdam study sensitivity`: what docs/measurements/stability.md and docs/measurements/tradeoff.md show, small.
+//! The coarse twins of the studies of `cofferdam-lab`: what docs/measurements/stability.md and docs/measurements/tradeoff.md show, small.
 
 use std::path::Path;
 use std::process::Command;
 use whole_chain::peak;
-use whole_chain::scenario::{Scenario, binary, lab, root};
+use whole_chain::scenario::{Scenario, lab, root};
 
 /// Rows of the table that the study leaves, by heading.
 fn study(name: &str, scene: &str, settings: &[&str], output: &Path) -> Vec<Vec<String>> {
-    let mut command = if name == "sensitivity" { Command::new(binary()) } else { Command::new(lab()) };
-    command.args((name == "sensitivity").then_some("study"));
+    let mut command = Command::new(lab());
     command.args([name, "--coarse", "--output"]).arg(output).arg(root().join("scenes").join(scene));
     for setting in settings {
         command.args(["--set", setting]);
@@ -209,30 +208,6 @@ fn short_windows_forget_the_reservoir() {
             _ => assert!(errors[1] > 0.2 && errors[4] > 0.2, "{row:?}"),
         }
     }
-}
-
-/// What changes nothing of the dam changes its answer little; another polarity changes it.
-#[test]
-fn sensitivity_tells_numbers_from_choices() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let settings = [
-        "dam.element_size=10",
-        "reservoir.element_size=10",
-        "reservoir.method=\"recursive\"",
-        "ground_motion.record.start=4",
-        "ground_motion.record.end=6",
-        "time.quiet=0",
-    ];
-    let rows = study("sensitivity", "koyna-coarse", &settings, &folder.path().join("s"));
-    assert_eq!(rows.len(), 7);
-    let percent = |row: &str, column: usize| -> f64 {
-        let row = rows.iter().find(|cells| cells[0].starts_with(row)).expect("the row");
-        row[column].trim_end_matches(" %").parse().expect("per cent")
-    };
-    for (row, crest) in [("time step", 1.0), ("contacts at Gauss", 6.0), ("reduced", 2.0), ("shaking", 1.0)] {
-        assert!(percent(row, 1).abs() <= crest, "{row}: {rows:?}");
-    }
-    assert!(percent("polarity", 3).abs() > 5.0, "{rows:?}");
 }
 
 /// A block that vibrates by itself walks on after the ground has stopped, and with stiffness damping comes to rest; none walks that

@@ -1,4 +1,4 @@
-//! Runs of scenes and series of them: what `cofferdam run`, `resume`, `branch`, `ensemble`, `log bisect` and `plan` compute, for other
+//! Runs of scenes and series of them: what `cofferdam run`, `resume`, `branch`, `ensemble`, `range`, `log bisect` and `plan` compute, for other
 //! programs to call.
 //!
 //! Nothing here prints, reads arguments or ends the process. Lines for people go to a [`Reporter`](context::Reporter), results are
@@ -8,6 +8,7 @@
 //! |---|---|---|
 //! | a run, an interrupted one, a branch | [`run::prepare`], [`run::resume::prepare`], [`run::branch::prepare`] | [`run::RunOutcome`] and a folder |
 //! | many runs | [`ensemble::run`] | a folder with tables and pictures |
+//! | range of the results over models, numerics and motion | [`range::run`] | a folder with tables and pictures |
 //! | numerics for an accuracy | [`accuracy::promise`] | [`accuracy::Promise`] |
 //! | what is modelled, time and disk | [`plan::rows`], [`estimate::of`] | rows, numbers |
 //! | when an outcome was certain | [`bisect::bisect`] | a row for each checkpoint |
@@ -49,7 +50,9 @@ pub mod parallel;
 pub mod parquet;
 pub mod picture;
 pub mod plan;
+mod progress;
 pub mod provenance;
+pub mod range;
 pub mod run;
 mod spectra;
 pub mod start;

@@ -50,6 +50,16 @@ pub enum StudyError {
         /// The cause.
         cause: Box<RecordError>,
     },
+    /// A value of an option that does not fit the scene.
+    #[error("{option} {value}: {remedy}")]
+    Option {
+        /// The option.
+        option: &'static str,
+        /// Its value.
+        value: String,
+        /// What is wrong, and the remedy.
+        remedy: String,
+    },
     /// A scene that does not fit the study.
     #[error("{what}; choose another scene")]
     Unfit {

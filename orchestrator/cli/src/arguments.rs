@@ -1,8 +1,8 @@
 //! The command line: all commands with their help.
 
 use crate::{
-    cache, check, ensemble, export_fmu, fmu_input, log, plan, points, replay, report, reservoir, run, shell,
-    stability, study, template, unit,
+    cache, check, ensemble, export_fmu, fmu_input, log, plan, points, range, replay, report, reservoir, run,
+    shell, stability, template, unit,
 };
 use clap::{Parser, Subcommand};
 use std::path::PathBuf;
@@ -77,9 +77,9 @@ pub enum Command {
     /// Compute the response of the reservoir alone, with a rigid dam
     #[command(subcommand)]
     Reservoir(reservoir::Command),
-    /// Run a series of simulations to study the sensitivity of the results
-    #[command(subcommand)]
-    Study(study::Command),
+    /// Compute the range of the results over models, numerics and motion, and what dominates it
+    #[command(after_long_help = range::HELP)]
+    Range(range::Arguments),
     /// Run an ensemble of records, intensities and parameters; compute fragility and variance shares
     #[command(after_long_help = ensemble::HELP)]
     Ensemble(ensemble::Arguments),

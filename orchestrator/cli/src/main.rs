@@ -12,13 +12,13 @@ mod modes;
 mod options;
 mod plan;
 mod points;
+mod range;
 mod replay;
 mod report;
 mod reservoir;
 mod run;
 mod shell;
 mod stability;
-mod study;
 mod template;
 mod terminal;
 mod unit;
@@ -70,6 +70,6 @@ fn main() -> ExitCode {
         Command::Ensemble(arguments) => ensemble::run(&arguments),
         Command::Completions(arguments) => shell::completions(&arguments, Arguments::command()),
         Command::Man(arguments) => shell::man(&arguments, Arguments::command()),
-        Command::Study(command) => study::run(&command),
+        Command::Range(arguments) => range::run(&arguments),
     })
 }

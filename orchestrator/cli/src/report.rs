@@ -17,6 +17,10 @@ pub struct Arguments {
     /// File to write (default: report.html in the folder RUN; for two runs, report-OTHER.html there)
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+
+    /// Folder of `cofferdam range` with the same scene: its intervals stand at the key figures
+    #[arg(long, value_name = "DIR", conflicts_with = "other")]
+    range: Option<PathBuf>,
 }
 
 pub const HELP: &str = "\
@@ -49,15 +53,18 @@ Examples:
       runs/koyna/report-finer.html.
   cofferdam report ensembles/koyna
       Writes ensembles/koyna/report.html.
+  cofferdam report runs/koyna --range ranges/koyna
+      With the range of each key figure, and what dominates it.
 
 Exit status: 0 written, 1 the page cannot be written, 2 RUN is not the folder
-of a run or an ensemble, lacks a file, or is given twice.";
+of a run or an ensemble, lacks a file, or is given twice, or the range is that
+of another scene.";
 
 /// Writes the page of a run; reports what is wrong by the exit status.
 pub fn run(arguments: &Arguments) -> ExitCode {
-    let Arguments { run, other, output } = arguments;
+    let Arguments { run, other, output, range } = arguments;
     let written = match other {
-        None => file::write_folder(run, output.as_deref()),
+        None => file::write_folder(run, output.as_deref(), range.as_deref()),
         Some(other) => file::write_pair(run, other, output.as_deref()),
     };
     match written {

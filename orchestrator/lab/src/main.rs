@@ -131,7 +131,10 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             let status = match &error {
-                StudyError::Scene(_) | StudyError::Unfit { .. } | StudyError::Record { .. } => 2,
+                StudyError::Scene(_)
+                | StudyError::Unfit { .. }
+                | StudyError::Option { .. }
+                | StudyError::Record { .. } => 2,
                 StudyError::Run { .. } => 3,
                 StudyError::Accuracy(AccuracyError::Scene(_) | AccuracyError::Unfit { .. }) => 2,
                 StudyError::Accuracy(AccuracyError::Run { .. }) => 3,

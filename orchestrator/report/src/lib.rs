@@ -23,6 +23,7 @@ mod envelopes;
 mod manifest;
 pub mod page;
 mod quantity;
+mod range;
 pub mod section;
 mod spectra;
 pub mod stability;
@@ -35,5 +36,9 @@ pub use ensemble::{EnsembleManifest, EnsembleRecord, EnsembleVertical, VariedKey
 pub use envelopes::Envelopes;
 pub use manifest::{Manifest, ManifestError, Unit, WaterFace};
 pub use quantity::{Quantity, Subject, has_both_directions};
+pub use range::{
+    Combined, FactorKind, FailedRun, LeftOut, RangeError, RangeFactor, RangeQuantity, RangeRecord, Setting,
+    Swing, VarianceShare,
+};
 pub use spectra::{RunSpectra, SPECTRAL_DAMPING, periods};
 pub use summary::Summary;

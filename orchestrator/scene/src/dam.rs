@@ -43,7 +43,7 @@ pub struct DamScene {
     pub kinematics: Kinematics,
     /// Factor on the critical time step. With cracks the time step is limited to 0.25 × 2/ω, or 0.18 × 2/ω without stiffness damping, where ω is the highest frequency
     /// of the mesh (for reduced blocks 2.9 times as much while all contacts stick).
-    /// `cofferdam study sensitivity` halves the time step.
+    /// `cofferdam range` halves the time step.
     #[serde(default = "time_step_safety")]
     #[schemars(range(min = 1e-3, max = 1))]
     pub time_step_safety: f64,

@@ -8,7 +8,6 @@ mod manifest;
 mod methods;
 mod plan;
 mod polarities;
-mod progress;
 mod runs;
 pub mod sample;
 mod tables;
@@ -20,13 +19,13 @@ pub use plan::{Intensity, Limit, Measure, Perturbation, Plan, RecordEntry, Sampl
 
 use crate::context::Context;
 use crate::parallel;
+use crate::progress::Watch;
 use cofferdam_coupling::simulation::SimulationError;
 use cofferdam_motion::{Component, Excerpt, GroundMotion, RecordError, TargetError};
 use cofferdam_report::page::{self, PageError};
 use cofferdam_scene::{LoadedScene, Scene, SceneError};
 use folder::take_folder;
 use miette::Diagnostic;
-use progress::Watch;
 use sample::Contents;
 use std::error::Error;
 use std::num::NonZeroUsize;
@@ -200,7 +199,7 @@ pub fn run(request: &Request<'_>, context: &Context<'_>) -> Result<Done, Ensembl
         let loaded = ensemble.scene(*index)?;
         let kept = sample::run(&loaded, context, NonZeroUsize::MIN, None, &AtomicBool::new(false))?;
         sample::keep(output, hash, &kept)?;
-        watch.tell(&kept);
+        watch.tell(kept.is_complete());
         Ok::<_, EnsembleError>(())
     })?;
     watch.end();

@@ -10,7 +10,7 @@ use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Root mean square of the noise, as a share of the motion's.
-const NOISE: f64 = 0.01;
+pub const NOISE: f64 = 0.01;
 /// Minimum number of replicates for a band.
 const LEAST: usize = 3;
 
@@ -57,7 +57,7 @@ pub fn add(
     }
     summary.notes.push(format!(
         "replicates: 16 %, median and 84 % of {} perturbed replicates ({} % noise on the motion), with {model}: what the shaking alone leaves \
-         open. Damping model, mesh and direction of the record are those of the run; `cofferdam study sensitivity` varies them",
+         open. Damping model, mesh and direction of the record are those of the run; `cofferdam range` varies them, too",
         complete.len(),
         100.0 * NOISE
     ));

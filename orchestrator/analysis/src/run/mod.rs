@@ -13,6 +13,8 @@ mod model;
 mod place;
 pub mod resume;
 
+pub(crate) use band::NOISE;
+
 use crate::accuracy::{self, AccuracyError, Asked, Promise};
 use crate::context::{Context, threads};
 use crate::plan::{self, PlanError};

@@ -3,6 +3,7 @@
 use super::super::Quantity;
 use super::super::stability::StabilityTable;
 use serde::{Serialize, Serializer};
+use std::collections::BTreeMap;
 
 /// Contents of the report of a run. Items that the run lacks are empty.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -25,6 +26,8 @@ pub struct ReportData {
     pub acceptance: Vec<Check>,
     /// The key figures.
     pub key_figures: Vec<Quantity>,
+    /// Ranges of key figures over models, numerics and motion, in words, by the names of the key figures.
+    pub ranges: BTreeMap<String, String>,
     /// Warnings.
     pub warnings: Vec<String>,
     /// Notes.

@@ -134,7 +134,9 @@ fn head(data: &ReportData) -> String {
         text += "<p class=\"alarm\">Partial result: the run did not reach its planned end.</p>\n";
     }
     text += "<div class=\"figures\">\n";
-    data.key_figures.iter().for_each(|quantity| text += &figure(quantity));
+    for quantity in &data.key_figures {
+        text += &figure(quantity, data.ranges.get(&quantity.name));
+    }
     text += "</div>\n";
     for (class, title, sentences) in [
         ("warnings", "Warnings", &data.warnings),
@@ -153,8 +155,12 @@ fn head(data: &ReportData) -> String {
     text + "</header>\n"
 }
 
-/// A key figure.
-fn figure(quantity: &Quantity) -> String {
+/// A key figure, with its range over models, numerics and motion if that is known.
+fn figure(quantity: &Quantity, of_models: Option<&String>) -> String {
+    let reliability = match of_models {
+        Some(words) => escape(words.as_str()).into_owned(),
+        None => range(quantity),
+    };
     format!(
         "<div class=\"figure\"><p class=\"name\">{}</p><p class=\"value\"><data value=\"{}\">{}</data> <span>{}</span></p>\
          {}</div>\n",
@@ -162,7 +168,7 @@ fn figure(quantity: &Quantity) -> String {
         quantity.value,
         shown(quantity.value),
         tables::unit(&quantity.unit),
-        [tables::occasion(quantity), range(quantity)]
+        [tables::occasion(quantity), reliability]
             .iter()
             .filter(|said| !said.is_empty())
             .map(|said| format!("<p class=\"when\">{said}</p>"))
@@ -180,7 +186,7 @@ fn range(quantity: &Quantity) -> String {
             shown(high)
         ),
         None if quantity.subject == Subject::Cracks => {
-            "single realisation: quote a range, with the damping".to_owned()
+            "single realisation: quote a range (<code>cofferdam range</code>)".to_owned()
         }
         None if quantity.name.starts_with("largest tension") => {
             "at corners it grows with mesh refinement".to_owned()

@@ -2,7 +2,7 @@
 
 use super::ensemble::{self, EnsembleData, EnsembleFolder};
 use super::{ReportData, ReportError, RunFolder, html, pair};
-use crate::{Manifest, section};
+use crate::{Manifest, RangeError, RangeRecord, section};
 use cofferdam_assembly::observer::Histories;
 use cofferdam_log::LogReadError;
 use std::io::{Error, ErrorKind};
@@ -20,6 +20,17 @@ pub enum PageError {
     /// The log of a run.
     #[error(transparent)]
     Log(#[from] LogReadError),
+    /// The range of the run's scene.
+    #[error(transparent)]
+    Range(#[from] RangeError),
+    /// A range for a page that has no place for it.
+    #[error("--range {}: {} is the folder of an ensemble; give that of a run", range.display(), folder.display())]
+    RangeOfEnsemble {
+        /// The folder of the range.
+        range: PathBuf,
+        /// The folder of the ensemble.
+        folder: PathBuf,
+    },
     /// A run that is compared with itself.
     #[error("{} is given twice; give the folders of two runs", path.display())]
     Twice {
@@ -44,15 +55,22 @@ fn remedy(cause: &Error) -> &'static str {
     }
 }
 
-/// Writes the page of the run or the ensemble in `folder` to `output`, by default `report.html` there, and returns its path.
+/// Writes the page of the run or the ensemble in `folder` to `output`, by default `report.html` there, and returns its path. The page of a
+/// run has the range of its scene in the folder `range`, if one is given.
 ///
 /// **Errors**: [`PageError`].
-pub fn write_folder(folder: &Path, output: Option<&Path>) -> Result<PathBuf, PageError> {
+pub fn write_folder(
+    folder: &Path,
+    output: Option<&Path>,
+    range: Option<&Path>,
+) -> Result<PathBuf, PageError> {
     let path = output.map_or_else(|| folder.join(NAME), Path::to_owned);
-    if EnsembleFolder::is(folder) {
-        save(&ensemble::html(&EnsembleData::of(&EnsembleFolder::read(folder)?)), &path)?;
+    if !EnsembleFolder::is(folder) {
+        write(RunFolder::read(folder)?, range, &path)?;
+    } else if let Some(range) = range {
+        return Err(PageError::RangeOfEnsemble { range: range.to_owned(), folder: folder.to_owned() });
     } else {
-        write(RunFolder::read(folder)?, &path)?;
+        save(&ensemble::html(&EnsembleData::of(&EnsembleFolder::read(folder)?)), &path)?;
     }
     Ok(path)
 }
@@ -87,14 +105,20 @@ pub fn write_ensemble(folder: &Path) -> Result<(), PageError> {
 pub fn write_run(folder: &Path, manifest: &Manifest, histories: &Histories) -> Result<(), PageError> {
     match RunFolder::of(manifest.clone(), histories.clone(), &folder.join("log.mcap")) {
         Err(ReportError::NoStep { .. }) => Ok(()),
-        run => write(run?, &folder.join(NAME)),
+        run => write(run?, None, &folder.join(NAME)),
     }
 }
 
-fn write(run: RunFolder, path: &Path) -> Result<(), PageError> {
+fn write(run: RunFolder, range: Option<&Path>, path: &Path) -> Result<(), PageError> {
+    let range = range.map(|range| RangeRecord::of_scene(range, &run.loaded.scene)).transpose()?;
     // A mesh that can no longer be made leaves the picture out, not the page.
     let picture = section::figure(&run.loaded.scene).ok();
-    save(&html(&ReportData::of(&run, picture)?), path)
+    let data = ReportData::of(&run, picture)?;
+    let data = match &range {
+        Some(range) => data.with_range(range),
+        None => data,
+    };
+    save(&html(&data), path)
 }
 
 /// Writes a page whole or not at all.

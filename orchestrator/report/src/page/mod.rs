@@ -38,8 +38,10 @@ pub use thinning::kept;
 
 use super::envelopes::{END, overstress};
 use super::stability::{StabilityTable, notes, of_run, tables as tables_of};
+use super::{RangeQuantity, RangeRecord};
 use cofferdam_assembly::vtk::Grid;
 use cofferdam_log::LogReadError;
+use std::collections::BTreeMap;
 
 impl ReportData {
     /// Reads the contents from the files of a run; `section` is a picture of its section as SVG.
@@ -58,6 +60,7 @@ impl ReportData {
             project: scene.report.texts().into_iter().map(|(_, name, text)| Row::text(name, text)).collect(),
             acceptance: acceptance::criteria(&scene.report.limits, summary),
             key_figures: summary.key_figures().into_iter().cloned().collect(),
+            ranges: BTreeMap::new(),
             warnings,
             notes,
             not_modelled: limits::not_modelled(scene),
@@ -78,6 +81,52 @@ impl ReportData {
             checks: checks::of(run),
             quantities: summary.quantities.clone(),
         })
+    }
+
+    /// The same with the `range` of the scene at its key figures, and what it rests on in the notes.
+    #[must_use]
+    pub fn with_range(mut self, range: &RangeRecord) -> Self {
+        for figure in &self.key_figures {
+            if let Some(quantity) = range.of_quantity(&figure.name) {
+                let magnitude =
+                    if figure.value < 0.0 && quantity.as_it_is > 0.0 { "magnitude: " } else { "" };
+                self.ranges.insert(figure.name.clone(), format!("{magnitude}{}", in_words(quantity)));
+            }
+        }
+        let all = match range.samples {
+            0 => "one factor changed at a time".to_owned(),
+            samples => format!("{samples} runs in which all factors vary"),
+        };
+        let factors: Vec<&str> = range.factors.iter().map(|factor| &*factor.name).collect();
+        let failed = match range.failed.len() {
+            0 => String::new(),
+            count => format!("; {count} of {} runs failed", range.runs),
+        };
+        self.notes.push(format!(
+            "ranges of key figures: {all} ({}); {}{failed}",
+            factors.join(", "),
+            range.model
+        ));
+        self
+    }
+}
+
+/// The range of a quantity and what dominates it.
+fn in_words(quantity: &RangeQuantity) -> String {
+    let interval = match &quantity.combined {
+        Some(all) => {
+            format!("range {}, 5 to 95 % of {} runs", quantity.shown_interval(all.interval), all.runs)
+        }
+        None => {
+            let swings = quantity.swings.iter().map(|swing| swing.interval(quantity.as_it_is));
+            let [low, high] =
+                swings.fold([quantity.as_it_is; 2], |[a, b], [low, high]| [a.min(low), b.max(high)]);
+            format!("range {}, one factor at a time", quantity.shown_interval([low, high]))
+        }
+    };
+    match quantity.dominant().as_slice() {
+        [] => interval,
+        factors => format!("{interval}; dominated by {}", factors.join(", ")),
     }
 }
 

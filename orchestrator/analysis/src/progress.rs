@@ -1,11 +1,10 @@
-//! Progress of an ensemble.
+//! Progress of many runs.
 
-use super::sample::Kept;
 use crate::context::Context;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-/// Reports how far the ensemble is, every few seconds.
+/// Reports how far the runs are, every few seconds.
 pub struct Watch<'a> {
     context: &'a Context<'a>,
     began: Instant,
@@ -29,11 +28,11 @@ impl<'a> Watch<'a> {
         Self { context, began: Instant::now(), wanted, done: Mutex::default() }
     }
 
-    /// Counts a run.
-    pub fn tell(&self, kept: &Kept) {
+    /// Counts a run, `complete` or failed.
+    pub fn tell(&self, complete: bool) {
         let Ok(mut done) = self.done.lock() else { return };
         done.runs += 1;
-        done.failed += usize::from(!kept.is_complete());
+        done.failed += usize::from(!complete);
         let elapsed = self.began.elapsed();
         if elapsed >= done.told + BETWEEN {
             done.told = elapsed;
