@@ -283,8 +283,8 @@ fn numerical_errors(loaded: &LoadedScene) -> Vec<PlanRow> {
         let counted = if cases == 1 { "1 case".to_owned() } else { format!("{cases} cases") };
         let criterion = format!(
             "{counted} in table {} near this scene (elements of {size:.2} m, peak of about {peak:.2} g){}, against the reference \
-             numerics. Sensitivity to the exact motion and the range of models are not included. `cofferdam run --accuracy` measures \
-             it for this record",
+             numerics. Sensitivity to the exact motion and the range of models are not included: `cofferdam range`. `cofferdam run \
+             --accuracy` measures the error for this record",
             table::TABLE.version,
             if error.is_none() { ", too few" } else { "" },
         );

@@ -53,7 +53,7 @@ pub enum Command {
     /// Print factors of safety of every joint for each load combination, beside those an authority requires
     #[command(after_long_help = stability::HELP)]
     Stability(stability::Arguments),
-    /// Show what a run will model and neglect, with expected errors, run time and disk space
+    /// Show what a run will model and neglect, with numerical errors, run time and disk space
     #[command(after_long_help = plan::HELP)]
     Plan(plan::Arguments),
     /// Replay the requests in the log of a run and compare the responses bit for bit

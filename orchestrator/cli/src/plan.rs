@@ -13,7 +13,7 @@ will neglect. Every row gives a criterion and its value: the frequencies of the
 record relative to the cut-off frequency of the reservoir and to gravity waves,
 absorption at the bed, the strength of each crack relative to the demand,
 elements and steps relative to the record, modes, and damping. Then come the
-expected error of each quantity, from the table of measured errors
+numerical error of each quantity, from the table of measured errors
 (docs/measurements/accuracy.md), the time and the disk space.
 `cofferdam run --accuracy` writes the same rows to its manifest as [[plan]].
 

@@ -234,10 +234,4 @@ impl GroundMotionScene {
         let set = |shock: Shock<'_>| format!("{}.scale={}", shock.table, factor * shock.record.scale);
         self.shocks().into_iter().map(set).collect()
     }
-
-    /// Settings, as of `--set`, that reverse the horizontal motion of all shocks.
-    pub fn reversed(&self) -> Vec<String> {
-        let set = |shock: Shock<'_>| format!("{}.polarity={}", shock.table, -shock.record.polarity);
-        self.shocks().into_iter().map(set).collect()
-    }
 }
