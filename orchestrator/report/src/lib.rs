@@ -24,6 +24,7 @@ mod manifest;
 pub mod page;
 mod quantity;
 mod range;
+mod resultant;
 pub mod section;
 mod spectra;
 pub mod stability;

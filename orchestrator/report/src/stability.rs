@@ -1,5 +1,6 @@
 //! The stability of joints: of a scene, and of a run with what it did to them.
 
+use crate::resultant::{self, Resultant};
 use crate::text::{COLUMNS, heading, wrapped};
 use cofferdam_assembly::observer::Histories;
 use cofferdam_assembly::{
@@ -27,6 +28,8 @@ pub struct Shaken {
     pub slid: f64,
     /// Sliding at its end, m.
     pub residual: f64,
+    /// The resultant in the joint; `None` if the run recorded none.
+    pub resultant: Option<Resultant>,
 }
 
 /// Share of the shear strength from which a joint slides as a whole.
@@ -111,6 +114,7 @@ fn shaken(
     let open = column("open_share").iter().take(rows.end);
     let at_end = |rows: usize| rows.checked_sub(1).and_then(|row| sliding.get(row)).copied().unwrap_or(0.0);
     Shaken {
+        resultant: resultant::of(histories, crack, length, rows.clone()),
         shock,
         least_factor: largest.filter(|(share, _)| **share > 0.0).map(|(share, _)| 1.0 / share),
         time: largest.map_or(0.0, |(_, time)| *time),
@@ -226,7 +230,8 @@ fn title(scene: &Scene, joint: &JointStability) -> String {
 }
 
 fn sentence_of_run(shaken: &Shaken) -> String {
-    let Shaken { shock, least_factor, time, sliding_time, opened, slid, residual } = shaken;
+    let Shaken { shock, least_factor, time, sliding_time, opened, slid, residual, resultant } = shaken;
+    let resultant = resultant.map_or_else(String::new, |resultant| format!(" {}", resultant.sentence()));
     let factor = least_factor.map_or_else(
         || "no shear force".to_owned(),
         |factor| format!("least factor against sliding {factor:.2} at {time:.3} s"),
@@ -235,12 +240,12 @@ fn sentence_of_run(shaken: &Shaken) -> String {
     match shock {
         None => format!(
             "In the run: {whole}; residual sliding {:.1} mm; open over at most {opened:.2} m at one time, which counts as a crack from \
-             the upstream end after the earthquake.",
+             the upstream end after the earthquake.{resultant}",
             1e3 * residual
         ),
         Some((name, [begin, end])) => format!(
             "In {name}, from {begin:.2} to {end:.2} s: {whole}; sliding {:.1} mm more, {:.1} mm in total; so far open over at most \
-             {opened:.2} m at one time, which counts as a crack from the upstream end after it.",
+             {opened:.2} m at one time, which counts as a crack from the upstream end after it.{resultant}",
             1e3 * slid,
             1e3 * residual
         ),

@@ -1,11 +1,13 @@
 //! Histories of the results, in the units of the field.
 
+use super::super::resultant;
 use super::data::{Abscissa, Chart, Mark, Row, Series};
 use super::folder::RunFolder;
 use super::thinning::{PARTS, differences, kept, rounded, rounded_each};
 use cofferdam_assembly::observer::Histories;
 use cofferdam_motion::STANDARD_GRAVITY;
 use cofferdam_scene::Scene;
+use std::collections::BTreeMap;
 
 /// Rate of the mean slip of a joint above which it counts as slipping, m/s.
 const SLIP_RATE: f64 = 5e-3;
@@ -179,6 +181,23 @@ fn utilisation(histories: &Histories, lines: &[Line]) -> Option<Chart> {
     shares.range = Some([0.0, 1.05]);
     shares.marks.push(Mark { horizontal: true, at: 1.0, name: "slides".to_owned() });
     Some(shares)
+}
+
+/// The resultant of joints over time, by the lengths (m) of their cracks.
+pub fn resultants(run: &RunFolder, lengths: &BTreeMap<usize, f64>) -> Option<Chart> {
+    let names = crack_names(&run.loaded.scene);
+    let line = |(crack, length): (&usize, &f64)| {
+        let shares = resultant::shares(&run.histories, *crack, *length)?;
+        Some((names.get(*crack)?.clone(), shares.into_iter().map(|share| 100.0 * share).collect()))
+    };
+    let lines: Vec<(String, Vec<f64>)> = lengths.iter().filter_map(line).collect();
+    let about = "Where the effective normal forces act. Gaps: the joint carries less than a tenth of its normal force at rest.";
+    let title = "Resultant in the joint, % of its length from the toe";
+    let mut chart = drawn(run.histories.rows(), title, about, false, &lines);
+    chart.range = Some([0.0, 100.0]);
+    let third = |at: f64, name: &str| Mark { horizontal: true, at, name: name.to_owned() };
+    chart.marks = vec![third(100.0 / 3.0, "middle third"), third(200.0 / 3.0, "")];
+    (!lines.is_empty()).then_some(chart)
 }
 
 /// For how long (s) each joint was at its shear strength, and for how long its mean slip grew faster than [`SLIP_RATE`].

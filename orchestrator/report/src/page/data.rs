@@ -62,6 +62,8 @@ pub struct ReportData {
     pub profiles: Vec<Profile>,
     /// Stability of the joints, and what its numbers rest on.
     pub stability: (Vec<StabilityTable>, Vec<String>),
+    /// The resultant in the joints over time.
+    pub resultants: Vec<Chart>,
     /// Self-checks of the run.
     pub checks: Vec<Check>,
     /// The whole table of the summary.

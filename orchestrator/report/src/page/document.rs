@@ -214,7 +214,8 @@ fn parts<'a>(data: &'a ReportData, charts: &mut Vec<&'a Chart>) -> Vec<Part> {
     add("histories", "Time histories", histories(data, charts));
     let stress = data.envelope.as_ref().map_or_else(String::new, |of| envelope(of, charts));
     add("envelope", "Largest principal stress", stress);
-    add("stability", "Stability of the joints", stability(&data.stability));
+    let joints = stability(&data.stability) + &figures(&data.resultants, charts);
+    add("stability", "Stability of the joints", joints);
     add("spectra", "Response spectra", figures(&data.spectra, charts));
     add("pressure", "Pressure over height", profiles(&data.profiles));
     add("table", "All results", tables::quantities(&data.quantities));

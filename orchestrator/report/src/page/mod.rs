@@ -50,6 +50,7 @@ impl ReportData {
     pub fn of(run: &RunFolder, section: Option<String>) -> Result<Self, LogReadError> {
         let (scene, summary) = (&run.loaded.scene, &run.summary);
         let (warnings, notes) = remarks::of(run)?;
+        let (stability, notes_of_stability, resultants) = stability(run);
         Ok(Self {
             title: scene.title.clone(),
             name: run.manifest.name.clone(),
@@ -77,7 +78,8 @@ impl ReportData {
             sliding_times: charts::sliding_times(run),
             spectra: ground::spectra(run),
             profiles: profile::of(run)?,
-            stability: stability(run),
+            stability: (stability, notes_of_stability),
+            resultants: resultants.into_iter().collect(),
             checks: checks::of(run),
             quantities: summary.quantities.clone(),
         })
@@ -131,14 +133,17 @@ fn in_words(quantity: &RangeQuantity) -> String {
 }
 
 /// The stability of the joints that the run could open, and what its numbers rest on.
-fn stability(run: &RunFolder) -> (Vec<StabilityTable>, Vec<String>) {
+fn stability(run: &RunFolder) -> (Vec<StabilityTable>, Vec<String>, Option<Chart>) {
     let scene = &run.loaded.scene;
     match of_run(&run.loaded, &run.histories, &[]) {
         Ok((joints, shaken)) if !joints.is_empty() => {
-            (tables_of(scene, &joints, &shaken), notes(scene, &joints))
+            let lengths: BTreeMap<usize, f64> =
+                joints.iter().map(|joint| (joint.crack, joint.length)).collect();
+            let chart = charts::resultants(run, &lengths);
+            (tables_of(scene, &joints, &shaken), notes(scene, &joints), chart)
         }
         // the scene was computed, so that nothing but joints can be missing
-        _ => (Vec::new(), Vec::new()),
+        _ => (Vec::new(), Vec::new(), None),
     }
 }
 
