@@ -438,3 +438,6 @@ pub fn csv(scene: &Scene, joints: &[JointStability]) -> String {
 fn quoted(text: &str) -> String {
     format!("\"{}\"", text.replace('"', "\"\""))
 }
+
+#[cfg(test)]
+mod tests;

@@ -237,3 +237,123 @@ impl Findings {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::{LoadedScene, Scene, UnitChecks, reference};
+    use std::path::Path;
+
+    const RECORD: &str = "file='../records/northridge-1994-canyon-country-270.csv'";
+
+    /// A shipped scene with changed values, or what is wrong with it.
+    fn read(scene: &str, overrides: &[&str]) -> Result<LoadedScene, Vec<String>> {
+        let checks = UnitChecks { dam: |_| Vec::new(), reservoir: |_| Vec::new() };
+        let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes")).join(scene);
+        let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
+        LoadedScene::read(&folder, &overrides, &checks)
+            .map_err(|error| error.problems.iter().map(|problem| problem.invalid.to_string()).collect())
+    }
+
+    #[test]
+    fn a_sequence_is_read_joined_and_written_whole() {
+        let sequence = format!(
+            "ground_motion.sequence=[{{{RECORD}, start=4, end=5, rest=2, scale=0.5}}, {{{RECORD}, name='last', polarity=-1, \
+             vertical={{{RECORD}, scale=0.7}}}}]"
+        );
+        let loaded = read("koyna-coarse", &[&sequence]).expect("a scene");
+        let (scene, motion) = (&loaded.scene, &loaded.ground_motion);
+        let alone = read("koyna-coarse", &[]).expect("a scene").ground_motion;
+        let (count, interval) = (alone.acceleration().len(), alone.interval());
+        // the first record, then 4 s to 5 s of it halved, then all of it reversed
+        let samples = motion.acceleration();
+        assert_eq!((&samples[..count], motion.interval()), (alone.acceleration(), interval));
+        let [_, second, third] = motion.begins()[..] else { panic!("{:?}", motion.begins()) };
+        assert!((second - (count as f64 * interval + 2.0)).abs() < 1e-9, "{second}");
+        let first_of = |begin: f64| (begin / interval).round() as usize + 1;
+        assert_eq!(samples[first_of(second)], 0.5 * alone.acceleration()[400]);
+        assert_eq!(samples[first_of(third) + 500], -alone.acceleration()[500]);
+        let vertical = motion.vertical().expect("a component").acceleration();
+        assert!(vertical[..first_of(third)].iter().all(|a| *a == 0.0));
+        assert!((vertical[first_of(third) + 500] - 0.7 * alone.acceleration()[500]).abs() < 1e-12);
+        // the second lasts for 101 samples and has 2 s of rest, by default 10 s come before the third
+        assert!((third - second - (102.0 * interval + 10.0)).abs() < 1e-9, "{third}");
+        let end = motion.rest_from().expect("an end");
+        assert_eq!(scene.time.duration, Some(end + scene.time.quiet));
+        let labels: Vec<String> = scene.ground_motion.shocks().into_iter().map(|shock| shock.label).collect();
+        assert_eq!(labels, ["shock 1", "shock 2", "last"]);
+        let record = scene.ground_motion.record.as_ref().expect("a record");
+        for shock in &scene.ground_motion.sequence {
+            assert!(shock.record.sha256.is_some() && shock.record.sha256 == record.sha256);
+            assert!(shock.record.file.is_absolute() && shock.record.units == record.units);
+        }
+        let warnings: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();
+        let has = |text: &str| warnings.iter().any(|warning| warning.contains(text));
+        assert!(has("`ground_motion.sequence.0.rest` is 2 s: no residual sliding"), "{warnings:?}");
+        assert!(has("`ground_motion.sequence.0` has no vertical component"), "{warnings:?}");
+        // as logs and manifests hold it
+        let text = toml::to_string(scene).expect("TOML");
+        assert_eq!(toml::from_str::<Scene>(&text).as_ref(), Ok(scene));
+        assert_eq!(&Scene::resolved(&text, &[], Path::new("log")).expect("a scene"), scene);
+        let unknown = text.replace("name = \"last\"", "nome = \"last\"");
+        assert!(toml::from_str::<Scene>(&unknown).is_err_and(|error| error.message().contains("nome")));
+        // settings for all shocks
+        let louder: Vec<String> = [scene.ground_motion.scaled(2.0), scene.ground_motion.reversed()].concat();
+        let sets: Vec<&str> = std::iter::once(&sequence).chain(&louder).map(String::as_str).collect();
+        let louder = read("koyna-coarse", &sets).expect("a scene").ground_motion;
+        assert!(louder.acceleration().iter().zip(samples).all(|(louder, own)| *louder == -2.0 * own));
+    }
+
+    #[test]
+    fn mistakes_in_a_sequence_name_the_key_the_value_and_the_remedy() {
+        let of = |shocks: &[&str]| {
+            let shocks: Vec<String> = shocks.iter().map(|keys| format!("{{{RECORD}{keys}}}")).collect();
+            format!("ground_motion.sequence=[{}]", shocks.join(", "))
+        };
+        let cases = [
+            (of(&[", rest=-1"]), "`ground_motion.sequence.0.rest` is -1"),
+            (of(&["", ", rest=nan"]), "`ground_motion.sequence.1.rest` is NaN"),
+            (of(&[", rest=1001"]), "`ground_motion.sequence.0.rest` is 1001"),
+            (of(&[", pause=3"]), "`pause`"),
+            (of(&[", name=' '"]), "`ground_motion.sequence.0.name` is empty; give a name"),
+            (
+                of(&["", ", name='shock 2'"]),
+                "are both called \"shock 2\" in results; give them different names",
+            ),
+            (of(&[", name='a'", ", name='a'"]), "`ground_motion.sequence.0` and `ground_motion.sequence.1`"),
+            (of(&[", polarity=0"]), "`ground_motion.sequence.0.polarity` is 0"),
+            (of(&[", vertical={scale=2}"]), "`[ground_motion.sequence.vertical]` names neither"),
+            (of(&[", sha256='0123'"]), "0123"),
+            (of(&[", start=900"]), "900"),
+            (of(&[", end=900"]), "900"),
+            (of(&[", scale=1e5"]), "factor"),
+            (of(&[", rest=1000", ", rest=1000", ", rest=1000"]), "communication steps"),
+            ("ground_motion.sequence=[{file='absent.csv'}]".to_owned(), "absent.csv"),
+            ("ground_motion.sequence=[{rest=5}]".to_owned(), "`file`"),
+        ];
+        for (set, expected) in cases {
+            let found = read("koyna-coarse", &[&set]).expect_err(&set);
+            assert!(
+                found.len() == 1 && found[0].contains(expected),
+                "{set}: {found:?} instead of {expected}"
+            );
+        }
+        let found = read("rigid-dam-ramp", &[&of(&[""])]).expect_err("a ramp");
+        assert!(found[0].contains("a ramp is held and never ends; give a record instead"), "{found:?}");
+    }
+
+    #[test]
+    fn the_reference_has_the_keys_of_a_sequence() {
+        let text = reference();
+        assert!(text.contains("### `[[ground_motion.sequence]]`"));
+        for row in [
+            "rest` | s | 0 to 1000 | `10` |",
+            "file` |  |  | required |",
+            "name` |",
+            "scale` |",
+            "start` | s |",
+        ] {
+            assert!(text.contains(&format!("| `ground_motion.sequence.{row}")), "{row}");
+        }
+        assert!(text.contains("those of `[ground_motion.vertical]`"));
+    }
+}
