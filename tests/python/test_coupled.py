@@ -329,6 +329,42 @@ def test_a_step_that_fails_changes_nothing(folder, count, acceleration):
     assert unit.outputs() == other.outputs()
 
 
+@pytest.mark.parametrize(
+    "acceleration, overrides",
+    [
+        # The third iteration leaves all bounds, when the acceleration has learnt from two.
+        (3e7, ["acceleration=iqn-ils", "tolerance=1e-8"]),
+        # It needs more iterations than are allowed.
+        (300.0, ["acceleration=aitken", "tolerance=1e-6", "iteration_limit=4"]),
+    ],
+)
+@pytest.mark.parametrize("bonds", [[], ["dam.cracks.0.cohesion=1e5", "dam.cracks.0.tensile_strength=1e5"]])
+def test_after_a_failed_step_nothing_tells_of_it(tmp_path, acceleration, overrides, bonds):
+    overrides = [*COARSE_HALF_SECOND, *(f"coupling.{override}" for override in overrides), *bonds]
+    path = pack(tmp_path, "coupled", overrides, options=["--fmi", "2"])
+    folder, said = fmpy.extract(path, unzipdir=tmp_path / "coupled"), []
+    unit, other, restored = Scalars(folder, said).initialise(), Scalars(folder).initialise(), Scalars(folder)
+
+    def mild(instance, first, last):
+        for n in range(first, last):
+            instance.set("ground_acceleration", 2.0 * np.sin(0.07 * n))
+            instance.fmu.doStep(n * H, H)
+
+    for instance in (unit, other):
+        mild(instance, 0, 20)
+    for _ in range(2):
+        unit.set("ground_acceleration", acceleration)
+        refused(said, "step 21", unit.fmu.doStep, 20 * H, H)
+    assert "iteration" in said[-1][2]
+    state = unit.fmu.getFMUState()
+    unit.fmu.setFMUState(state)
+    restored.fmu.setFMUState(restored.fmu.deserializeFMUState(unit.fmu.serializeFMUState(state)))
+    for n in range(20, 40):
+        for instance in (unit, other, restored):
+            mild(instance, n, n + 1)
+        assert unit.outputs() == other.outputs() == restored.outputs(), n
+
+
 def test_a_step_past_the_scene_is_refused_with_a_remedy_that_the_fmu_has(folder):
     said = []
     unit = Scalars(folder, said).initialise()

@@ -79,7 +79,7 @@ pub(super) struct Live {
     pub(super) course: Course,
     pub(super) latest: Latest,
     /// Where an input has last moved the ground, along x and y, m/s².
-    moved: [f64; 2],
+    pub(super) moved: [f64; 2],
 }
 
 impl Live {

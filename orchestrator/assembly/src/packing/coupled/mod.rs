@@ -10,6 +10,7 @@ pub use parameters::CoupledParameters;
 
 use cofferdam_coupling::run_state::RunState;
 use cofferdam_coupling::scheme::{CouplingError, Graph, UnitId};
+use cofferdam_coupling::simulation::Waypoint;
 use cofferdam_unit::variables::coupled as variables;
 use cofferdam_unit::{
     CallError, Capabilities, Causality, CoSimulation, Fingerprint, Packable, Shape, Stage, Variable, open,
@@ -58,6 +59,42 @@ enum Saved {
 /// A saved state of a [`Coupled`] unit.
 #[derive(Clone)]
 pub struct CoupledState(Arc<Saved>);
+
+/// Where a unit stands before a call that may fail.
+enum Before {
+    /// Before a single communication step: its units keep their states themselves.
+    Step(Waypoint, [f64; 2]),
+    /// Before several, of which the first may succeed.
+    Steps(CoupledState),
+}
+
+impl Before {
+    fn of(unit: &mut Coupled, count: u64) -> Result<Self, CoupledError> {
+        if count > 1 {
+            let state = unit.save_state();
+            return match &*state.0 {
+                Saved::Failed(why) => Err(CoupledError::NotSaved(why.clone())),
+                _ => Ok(Self::Steps(state)),
+            };
+        }
+        let live = unit.live.get_mut();
+        let lost = || CoupledError::NotSaved("a step failed and was not undone".to_owned());
+        Ok(Self::Step(live.simulation.waypoint(&live.course).ok_or_else(lost)?, live.moved))
+    }
+
+    /// Undoes everything since: what follows is as if the call had never been made.
+    fn return_to(self, unit: &mut Coupled) -> Result<(), CoupledError> {
+        match self {
+            Self::Step(waypoint, moved) => {
+                let live = unit.live.get_mut();
+                move_ground(&unit.parameters, live, moved);
+                live.simulation.abandon(&mut live.course, waypoint)?;
+            }
+            Self::Steps(state) => unit.restore_state(&state)?,
+        }
+        Ok(())
+    }
+}
 
 /// Where a variable's values are.
 #[derive(Clone)]
@@ -232,15 +269,10 @@ impl CoSimulation for Coupled {
             let (unit, asked) = (Self::NAME, communication_step);
             return Err(CallError::CommunicationStep { unit, asked, own }.into());
         }
-        // A single step that fails is taken back by the scheme.
-        let start = (count > 1.0).then(|| self.save_state());
-        if let Some(Saved::Failed(why)) = start.as_ref().map(|start| &*start.0) {
-            return Err(CoupledError::NotSaved(why.clone()));
-        }
-        if let Err(error) = self.advance(count as u64) {
-            if let Some(start) = start {
-                self.restore_state(&start)?;
-            }
+        let count = count as u64;
+        let before = Before::of(self, count)?;
+        if let Err(error) = self.advance(count) {
+            before.return_to(self)?;
             return Err(error);
         }
         self.at.time = time + communication_step;
