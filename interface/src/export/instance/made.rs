@@ -42,7 +42,7 @@ impl<U: Packable> Made<U> {
         inputs: &BTreeMap<u32, Vec<f64>>,
     ) -> Result<Self, ExportError> {
         let threads = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
-        let fits = U::serves(&prepared.parameters, &parameters);
+        let fits = U::can_reuse_prepared(&prepared.parameters, &parameters);
         let mut unit = match if fits { prepared.read()? } else { None } {
             // An error of the parameters is not reported as one of the file.
             Some(bytes) => match U::from_prepared(parameters.clone(), &bytes, threads) {

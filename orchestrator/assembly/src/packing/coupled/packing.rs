@@ -43,7 +43,7 @@ impl Packable for Coupled {
     }
 
     /// What is prepared depends on the waters alone.
-    fn serves(packed: &CoupledParameters, parameters: &CoupledParameters) -> bool {
+    fn can_reuse_prepared(packed: &CoupledParameters, parameters: &CoupledParameters) -> bool {
         let hash = |parameters: &CoupledParameters| Fingerprint::of(Self::NAME, &parameters.waters).ok();
         hash(packed) == hash(parameters)
     }
