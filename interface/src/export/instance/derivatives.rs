@@ -1,7 +1,7 @@
 use super::made::failed;
 use super::{Instance, Mode, is_input};
 use crate::export::{ELEMENTS, ExportError};
-use crate::variables::TIME;
+use crate::variables::{TIME, dam::INPUTS_HELD};
 use crate::{CallError, Packable};
 
 impl<U: Packable> Instance<U> {
@@ -18,9 +18,12 @@ impl<U: Packable> Instance<U> {
     ) -> Result<(), ExportError> {
         let remedy = "set derivatives of inputs between steps";
         self.expect(call, &[Mode::Instantiated, Mode::Initialization, Mode::Step], remedy)?;
+        if self.holds_inputs() {
+            return Err(ExportError::HeldInputs { call });
+        }
         for (reference, (order, slope)) in references.iter().zip(orders.iter().zip(slopes)) {
             let (variable, index) = self.value(*reference)?;
-            if *order != 1 || !is_input(variable) {
+            if *order != 1 || !is_input(variable) || variable.is_fixed_input() {
                 let (variable, order) = (variable.name, *order);
                 return Err(ExportError::InputDerivative { unit: U::NAME, variable, order });
             }
@@ -33,11 +36,17 @@ impl<U: Packable> Instance<U> {
         Ok(())
     }
 
+    /// Whether a parameter says that inputs are constant within a step.
+    fn holds_inputs(&mut self) -> bool {
+        let held = U::VARIABLES.iter().find(|variable| variable.name == INPUTS_HELD.name);
+        held.is_some_and(|held| U::numbers(&mut self.parameters, held).iter().any(|flag| **flag != 0.0))
+    }
+
     /// The inputs that have derivatives: their references, and what they are now.
     pub(super) fn sloping(&mut self, call: &'static str) -> Result<(Vec<u32>, Vec<f64>), ExportError> {
         let references: Vec<u32> = self.slopes.keys().copied().collect();
         let mut values = vec![0.0; references.len()];
-        self.get(call, &references, &mut values)?;
+        self.get_values(call, &references, &mut values)?;
         Ok((references, values))
     }
     /// `sensitivity = Σ ∂(unknown)/∂(known) · seed` of one communication step, for all unknowns and knowns.

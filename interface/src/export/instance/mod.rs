@@ -219,9 +219,9 @@ impl<U: Packable> Instance<U> {
             let slopes = self.slopes.values();
             let after: Vec<f64> =
                 before.iter().zip(slopes).map(|(value, slope)| value + communication_step * slope).collect();
-            self.set(call, &references, &after)?;
+            self.set_values(call, &references, &after)?;
             if let Err(error) = self.made()?.unit.step(time, communication_step) {
-                self.set(call, &references, &before)?;
+                self.set_values(call, &references, &before)?;
                 return Err(failed(error));
             }
             self.slopes.clear();

@@ -2,7 +2,7 @@ use super::made::failed;
 use super::{Instance, Mode, is_input};
 use crate::export::{ELEMENTS, ExportError};
 use crate::variables::TIME;
-use crate::{CallError, Causality, Packable, Variable};
+use crate::{CallError, Causality, DataType, Packable, Variable};
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
@@ -37,10 +37,65 @@ impl<U: Packable> Instance<U> {
         if expected == found { Ok(sizes) } else { Err(ExportError::Values { call, expected, found }) }
     }
 
-    /// Sets variables from `values`, all of them or none.
+    /// Checks that all variables are of the type of the `call`, such as `fmi2GetReal` or `fmi3SetBoolean`.
+    fn expect_type(
+        &self,
+        call: &'static str,
+        data_type: DataType,
+        references: &[u32],
+    ) -> Result<(), ExportError> {
+        for reference in references {
+            let (variable, found) = match *reference {
+                TIME => ("time", DataType::Real),
+                ELEMENTS.. => self.value(*reference).map(|(v, _)| (v.name, v.data_type))?,
+                reference => self.variable(reference).map(|(v, _)| (v.name, v.data_type))?,
+            };
+            if found != data_type {
+                let is_fmi2 = call.starts_with("fmi2");
+                let named = if is_fmi2 { found.fmi2_name() } else { found.fmi3_name() };
+                let asked = if is_fmi2 { data_type.fmi2_name() } else { data_type.fmi3_name() };
+                let remedy = call.strip_suffix(asked).unwrap_or_default().to_owned() + named;
+                return Err(ExportError::Type { call, variable, data_type: named, remedy });
+            }
+        }
+        Ok(())
+    }
+
+    /// Sets variables of this type from `values`, all of them or none.
     ///
-    /// **Errors**: unknown or unsettable variable, wrong number of values, a value that is not finite.
-    pub fn set(&mut self, call: &'static str, references: &[u32], values: &[f64]) -> Result<(), ExportError> {
+    /// **Errors**: unknown or unsettable variable, one of another type, wrong number of values, a value that is not finite.
+    pub fn set(
+        &mut self,
+        call: &'static str,
+        data_type: DataType,
+        references: &[u32],
+        values: &[f64],
+    ) -> Result<(), ExportError> {
+        self.expect_type(call, data_type, references)?;
+        self.set_values(call, references, values)
+    }
+
+    /// Copies the values of variables of this type, one after the other, into `values`.
+    ///
+    /// **Errors**: unknown variable, one of another type, wrong number of values, an output before the unit has outputs.
+    pub fn get(
+        &mut self,
+        call: &'static str,
+        data_type: DataType,
+        references: &[u32],
+        values: &mut [f64],
+    ) -> Result<(), ExportError> {
+        self.expect_type(call, data_type, references)?;
+        self.get_values(call, references, values)
+    }
+
+    /// Sets variables from `values`, all of them or none.
+    pub(super) fn set_values(
+        &mut self,
+        call: &'static str,
+        references: &[u32],
+        values: &[f64],
+    ) -> Result<(), ExportError> {
         if self.mode == Mode::Terminated {
             return Err(self.refused(call, "reset the instance first"));
         }
@@ -149,6 +204,10 @@ impl<U: Packable> Instance<U> {
             (Causality::Input, Some((index, value))) => {
                 Err(CallError::NonFinite { unit, variable: variable_name, index, value, time }.into())
             }
+            (Causality::Input, None) if variable.is_fixed_input() => {
+                let remedy = "the variable is fixed when initialisation ends";
+                self.expect(call, &[Mode::Instantiated, Mode::Initialization], remedy)
+            }
             (Causality::Input, None) => Ok(()),
         }
     }
@@ -178,9 +237,7 @@ impl<U: Packable> Instance<U> {
     }
 
     /// Copies the values of the variables, one after the other, into `values`.
-    ///
-    /// **Errors**: unknown variable, wrong number of values, an output before the unit has outputs.
-    pub fn get(
+    pub(super) fn get_values(
         &mut self,
         call: &'static str,
         references: &[u32],

@@ -40,6 +40,14 @@ pub enum CoupledError {
         /// What is allowed.
         remedy: &'static str,
     },
+    /// The coupling, in a run that does not begin at time 0.
+    #[error("{cause}{}", super::live::counted_from(*start_time))]
+    Later {
+        /// What failed.
+        cause: SimulationError,
+        /// The importer's time at the start of the run, s.
+        start_time: f64,
+    },
     /// The state could not be saved.
     #[error("the state could not be saved: {0}")]
     NotSaved(String),

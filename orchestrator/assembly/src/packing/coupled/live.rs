@@ -26,6 +26,8 @@ pub(super) struct Latest {
     work: [f64; 2],
     /// Cavitation was warned of.
     cavitates: bool,
+    /// The importer's time at the start of the run, s, from which the run itself counts.
+    pub(super) start_time: f64,
 }
 
 impl Observer for Latest {
@@ -35,7 +37,7 @@ impl Observer for Latest {
 
     fn window(&mut self, report: &WindowReport) -> Result<(), ObserverError> {
         for message in &report.messages {
-            let text = format!("{}: {}", message.unit, message.text);
+            let text = format!("{}: {}{}", message.unit, message.text, counted_from(self.start_time));
             match message.level {
                 cofferdam_unit::Level::Error => tracing::error!("{text}"),
                 cofferdam_unit::Level::Warning => tracing::warn!("{text}"),
@@ -54,7 +56,7 @@ impl Observer for Latest {
             self.lowest = report.lowest(index).unwrap_or(0.0);
             if self.lowest < CAVITATION && !self.cavitates {
                 self.cavitates = true;
-                let (time, kilopascal) = (interval.end(), 1e-3 * self.lowest);
+                let (time, kilopascal) = (self.start_time + interval.end(), 1e-3 * self.lowest);
                 tracing::warn!(
                     "at t = {time:.3} s the pressure falls to {kilopascal:.0} kPa relative to the atmosphere; water cavitates near \
                      -100 kPa, the linear model does not"
@@ -125,4 +127,9 @@ pub(super) fn of_scheme(latest: &Latest, variable: &Variable) -> f64 {
         // A variable that no unit has: a mistake of the program, which no result hides.
         _ => f64::NAN,
     }
+}
+
+/// What times in a message of the run mean where the importer does not begin at 0.
+pub(super) fn counted_from(start_time: f64) -> String {
+    if start_time == 0.0 { String::new() } else { format!(" (times count from the start at {start_time} s)") }
 }

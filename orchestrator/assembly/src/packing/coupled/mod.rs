@@ -63,7 +63,7 @@ pub struct CoupledState(Arc<Saved>);
 /// Where a unit stands before a call that may fail.
 enum Before {
     /// Before a single communication step: its units keep their states themselves.
-    Step(Waypoint, [f64; 2]),
+    Step(Box<Waypoint>, [f64; 2]),
     /// Before several, of which the first may succeed.
     Steps(CoupledState),
 }
@@ -79,7 +79,8 @@ impl Before {
         }
         let live = unit.live.get_mut();
         let lost = || CoupledError::NotSaved("a step failed and was not undone".to_owned());
-        Ok(Self::Step(live.simulation.waypoint(&live.course).ok_or_else(lost)?, live.moved))
+        let waypoint = live.simulation.waypoint(&live.course).ok_or_else(lost)?;
+        Ok(Self::Step(Box::new(waypoint), live.moved))
     }
 
     /// Undoes everything since: what follows is as if the call had never been made.
@@ -88,7 +89,7 @@ impl Before {
             Self::Step(waypoint, moved) => {
                 let live = unit.live.get_mut();
                 move_ground(&unit.parameters, live, moved);
-                live.simulation.abandon(&mut live.course, waypoint)?;
+                live.simulation.abandon(&mut live.course, *waypoint)?;
             }
             Self::Steps(state) => unit.restore_state(&state)?,
         }
@@ -152,16 +153,22 @@ impl Coupled {
         Ok(())
     }
 
-    /// Takes `count` communication steps, in which the ground's acceleration changes linearly.
+    /// Takes `count` communication steps, in which the ground's acceleration changes linearly, unless it is held.
     fn advance(&self, count: u64) -> Result<(), CoupledError> {
         let live = &mut *self.live.borrow_mut();
         let [before, after] = self.at.ground;
         for number in 1..=count {
             let share = number as f64 / count as f64;
             let between = |axis: usize| before[axis] + share * (after[axis] - before[axis]);
-            let ground = if number == count { after } else { [between(0), between(1)] };
+            let at_end = number == count || self.parameters.holds_inputs();
+            let ground = if at_end { after } else { [between(0), between(1)] };
             move_ground(&self.parameters, live, ground);
-            live.simulation.advance(&mut live.course, &mut [&mut live.latest])?;
+            let start_time = live.latest.start_time;
+            let advanced = live.simulation.advance(&mut live.course, &mut [&mut live.latest]);
+            advanced.map_err(|cause| match start_time {
+                0.0 => cause.into(),
+                start_time => CoupledError::Later { cause, start_time },
+            })?;
         }
         Ok(())
     }
@@ -225,6 +232,7 @@ impl CoSimulation for Coupled {
         self.begun = true;
         let live = &mut *self.live.borrow_mut();
         move_ground(&self.parameters, live, self.at.ground[1]);
+        live.latest.start_time = start_time;
         live.simulation.begin(&mut live.course, &mut [&mut live.latest])?;
         (self.at.time, self.at.ground[0]) = (start_time, self.at.ground[1]);
         self.stage = Stage::Stepping;
@@ -245,7 +253,7 @@ impl CoSimulation for Coupled {
         let set = &mut self.at.ground[1][axis(variable)];
         if self.parameters.use_record == 1.0 && acceleration != 0.0 && *set == 0.0 {
             tracing::warn!(
-                "{} is not used: use_record is 1, so that the ground moves as in the scene",
+                "{} is not used: use_record is true, so that the ground moves as in the scene",
                 variable.name
             );
         }

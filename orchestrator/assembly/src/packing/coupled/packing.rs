@@ -69,6 +69,7 @@ impl Packable for Coupled {
         match *variable {
             variables::USE_RECORD => return vec![&mut parameters.use_record],
             variables::RECORD_SCALE => return vec![&mut parameters.record_scale],
+            variables::INPUTS_HELD => return vec![&mut parameters.inputs_held],
             variables::COUPLING_TOLERANCE => return vec![&mut parameters.coupling_tolerance],
             _ => {}
         }

@@ -32,6 +32,9 @@ pub struct CoupledParameters {
     pub record_scale: f64,
     /// Tolerance of the iteration; 0 for the balanced one.
     pub coupling_tolerance: f64,
+    /// 1 if the inputs have the values that are set over the whole next step, 0 if they change linearly within it.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub inputs_held: f64,
     /// Parameters of the dam.
     pub dam: DamParameters,
     /// Parameters of the reservoir and, if there is one, the tailwater.
@@ -83,12 +86,18 @@ impl CoupledParameters {
             use_record: 0.0,
             record_scale: 1.0,
             coupling_tolerance,
+            inputs_held: 0.0,
             dam: assembly.dam_parameters(assembly.scheme_mass())?,
             waters: waters.collect::<Result<_, _>>()?,
             scene: without_paths(scene),
             record,
             vertical,
         })
+    }
+
+    /// Whether inputs move the ground, and are constant within a step.
+    pub(super) fn holds_inputs(&self) -> bool {
+        self.inputs_held == 1.0 && self.use_record == 0.0
     }
 
     /// The ground motion of the scene, times `record_scale` if it is used.
@@ -111,11 +120,13 @@ impl CoupledParameters {
         let assembly = Assembly::with(scene, threads);
         let messages = Messages::default();
         let (dam, _) = messages.listen(|| assembly.make_dam(self.dam.clone()))?;
-        let mut units: Vec<Box<dyn Participant>> =
-            vec![Box::new(InProcess::new(dam.on_threads(threads)?, "dam", messages))];
+        let dam = dam.on_threads(threads)?;
+        let dam = if self.holds_inputs() { dam.holding_the_ground() } else { dam };
+        let mut units: Vec<Box<dyn Participant>> = vec![Box::new(InProcess::new(dam, "dam", messages))];
         for (number, parameters) in self.waters.iter().enumerate() {
             let messages = Messages::default();
-            let parameters = parameters.clone();
+            let inputs_held = f64::from(u8::from(self.holds_inputs()));
+            let parameters = ReservoirParameters { inputs_held, ..parameters.clone() };
             let water = messages.listen(|| match prepared.get(number).and_then(Option::as_deref) {
                 Some(bytes) => Reservoir::from_prepared(parameters, bytes, threads),
                 None => Reservoir::new(parameters, threads),
@@ -132,8 +143,10 @@ impl CoupledParameters {
         threads: NonZeroUsize,
     ) -> Result<Simulation, CoupledError> {
         let refused = |name, value, remedy| Err(CoupledError::Parameter { name, value, remedy });
-        if ![0.0, 1.0].contains(&self.use_record) {
-            return refused("use_record", self.use_record, "set it to 0 or 1");
+        for (name, flag) in [("use_record", self.use_record), ("inputs_held", self.inputs_held)] {
+            if ![0.0, 1.0].contains(&flag) {
+                return refused(name, flag, "set it to 0 or 1");
+            }
         }
         if self.coupling_tolerance != 0.0 && !TOLERANCES.contains(&self.coupling_tolerance) {
             let remedy = "set it to a number between 1e-14 and 0.1, or to 0 for the balanced tolerance";
@@ -164,4 +177,8 @@ impl CoupledParameters {
         simulation.stepping = Stepping { steps: ENDLESS, ..simulation.stepping };
         Ok(simulation)
     }
+}
+
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
