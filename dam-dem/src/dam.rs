@@ -46,7 +46,7 @@ use sampling::Sampling;
 ///
 /// p stands for the pressures on both wet faces, upstream and, if there is a tailwater, downstream.
 /// If the parameters give an added mass, `M + X` replaces M ([`AddedMass`](crate::AddedMass)).
-/// u is relative to the ground. Over a communication step p and a_g vary linearly; the dam takes the number of equal
+/// u is relative to the ground. Over a communication step p and a_g vary linearly, unless the parameters hold them; the dam takes the number of equal
 /// time steps that stability requires. Before time 0 it is brought to rest under weight and hydrostatic pressure;
 /// displacements, sliding, rotations and energies are relative to this state of rest.
 #[derive(Clone, Debug)]
@@ -72,6 +72,8 @@ pub struct Dam {
     told_of_departure: bool,
     /// Attempts at the current steps in which bonds broke or contacts did not stick. They are not part of the state.
     trials: VecDeque<Trials>,
+    /// The ground acceleration is constant within a step, whatever holds for the pressure.
+    ground_held: bool,
 }
 
 /// What follows from the current state, once it was asked for.
@@ -143,6 +145,7 @@ impl Dam {
             energy_watch: EnergyWatch::default(),
             told_of_departure: false,
             trials: VecDeque::new(),
+            ground_held: false,
         };
         tracing::info!(
             "{} elements, {} nodes, {} cracks; highest frequency {:.4e} rad/s, largest time step {:.4e} s{}",
@@ -178,6 +181,12 @@ impl Dam {
     /// **Errors**: [`DamError::Threads`].
     pub fn on_threads(self, threads: NonZeroUsize) -> Result<Self, DamError> {
         Ok(Self { model: self.model.on_threads(threads)?, ..self })
+    }
+
+    /// The same dam, for which the ground acceleration has the value that is set over the whole step, while the pressure changes
+    /// linearly.
+    pub fn holding_the_ground(self) -> Self {
+        Self { ground_held: true, ..self }
     }
 
     /// Parameters from which the dam was made.
@@ -322,6 +331,16 @@ impl Dam {
             DamMotion::Modes(_) => format!("mode {index}"),
         };
         Err(DamError::NonFinite { part, time })
+    }
+
+    /// The inputs at the start of the next step: those accepted last, or where they are held those for its end.
+    fn inputs_at_start(&self) -> Inputs {
+        let DamState { accepted, next, .. } = &self.state;
+        let all = self.parameters.inputs_held != 0.0;
+        Inputs {
+            pressure: if all { next } else { accepted }.pressure.clone(),
+            ground_acceleration: if all || self.ground_held { next } else { accepted }.ground_acceleration,
+        }
     }
 
     fn check_state(&self, state: &DamState) -> Result<(), StateError> {
@@ -470,7 +489,8 @@ impl CoSimulation for Dam {
         }
         let mut energy = self.state.energy;
         let end = time + step;
-        let start = self.acting(&self.state.accepted, self.state.uplift.clone());
+        let inputs = self.inputs_at_start();
+        let start = self.acting(&inputs, self.state.uplift.clone());
         let target = self.acting(&self.state.next, uplift);
         let mut moving = self.model.with(&mut motion)?;
         let calm = self.calm_time_steps(step).filter(|_| trials.may_be_calm());
@@ -486,9 +506,9 @@ impl CoSimulation for Dam {
         for (mean, (after, before)) in state.mean_acceleration.iter_mut().zip(velocities) {
             *mean = (after - before) / step;
         }
-        let (ground, ground_end) = (state.accepted.ground_acceleration, state.next.ground_acceleration);
+        let (ground, ground_end) = (inputs.ground_acceleration, state.next.ground_acceleration);
         state.mean_ground_acceleration = [0, 1].map(|d| (ground[d] + ground_end[d]) / 2.0);
-        let pressures = state.accepted.pressure.iter().zip(&state.next.pressure);
+        let pressures = inputs.pressure.iter().zip(&state.next.pressure);
         let pressures =
             pressures.zip(&state.hydrostatic_pressure).map(|((p, end), rest)| (p + end) / 2.0 + rest);
         state.mean_base_force = self.base.force(

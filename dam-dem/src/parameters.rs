@@ -64,6 +64,10 @@ pub struct DamParameters {
     /// Whether the dam keeps the envelopes of its stresses and its motion: the variables that begin with `envelope_`.
     #[serde(default, skip_serializing_if = "is_default")]
     pub envelopes: bool,
+    /// 1 if pressure and ground acceleration have the values that are set over the whole next step; 0 if they change linearly within
+    /// it. A number, as importers of FMUs change it.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub inputs_held: f64,
 }
 
 /// Koyna Dam with its reservoir full, a sliding crack at the neck, 5 % Rayleigh damping at once and five times its first
@@ -89,6 +93,7 @@ impl Default for DamParameters {
             water_densities: fresh_water(),
             static_loads: Vec::new(),
             envelopes: false,
+            inputs_held: 0.0,
         }
     }
 }
@@ -128,6 +133,7 @@ impl DamParameters {
             variables::NORMAL_STIFFNESS => cracks.map(|crack| &mut crack.normal_stiffness).collect(),
             variables::SHEAR_STIFFNESS => cracks.map(|crack| &mut crack.shear_stiffness).collect(),
             variables::DAMPING_RATIO => self.damping.ratio_mut().into_iter().collect(),
+            variables::INPUTS_HELD => vec![&mut self.inputs_held],
             _ => Vec::new(),
         }
     }

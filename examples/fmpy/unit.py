@@ -22,12 +22,15 @@ class Unit:
         self.scene = tomllib.loads((Path(folder) / "resources" / "scene.toml").read_text())
         variables = self.description.modelVariables
         self.references = {v.name: ([v.valueReference], int(np.prod(v.shape))) for v in variables}
+        self.types = {v.name: v.type for v in variables}
 
     def set(self, name, values):
-        self.fmu.setFloat64(self.references[name][0], np.ravel(values).tolist())
+        setter = getattr(self.fmu, f"set{self.types[name]}")
+        setter(self.references[name][0], np.ravel(values).tolist())
 
     def get(self, name):
-        return np.array(self.fmu.getFloat64(*self.references[name]))
+        getter = getattr(self.fmu, f"get{self.types[name]}")
+        return np.array(getter(*self.references[name]))
 
 
 def refuse_strangers(dam, reservoir):

@@ -126,5 +126,5 @@ pub use polyline::mean_elevation;
 pub use role::Role;
 pub use serialised_state::{Fingerprint, StateError, open, relabel, seal};
 pub use units::BaseUnits;
-pub use variable::{Causality, Shape, StructuralParameter, Variability, Variable};
+pub use variable::{Causality, DataType, Shape, StructuralParameter, Variability, Variable};
 pub use wet_face::{Panel, WetFace, WetFaceError};

@@ -46,9 +46,9 @@ pub trait Packable: CoSimulation + Sized + 'static {
         Self::from_parameters(parameters, threads)
     }
 
-    /// Whether what was prepared for the parameters `packed` serves these, as if it were prepared for them: by default only for
+    /// Whether what was prepared for the parameters `packed` can be used for these, as if it were prepared for them: by default only for
     /// equal ones.
-    fn serves(packed: &Self::Parameters, parameters: &Self::Parameters) -> bool {
+    fn can_reuse_prepared(packed: &Self::Parameters, parameters: &Self::Parameters) -> bool {
         let hash = |parameters: &Self::Parameters| Fingerprint::of(Self::NAME, parameters).ok();
         let packed = hash(packed);
         packed.is_some() && packed == hash(parameters)

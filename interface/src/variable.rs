@@ -50,6 +50,38 @@ impl Variability {
     }
 }
 
+/// What the values of a variable are to an importer of FMUs. Within this program all are `f64`: an integer is a whole number, a
+/// Boolean is 0 or 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DataType {
+    /// A real number.
+    Real,
+    /// A whole number.
+    Integer,
+    /// True or false.
+    Boolean,
+}
+
+impl DataType {
+    /// Name in FMI 2.0.
+    pub const fn fmi2_name(self) -> &'static str {
+        match self {
+            Self::Real => "Real",
+            Self::Integer => "Integer",
+            Self::Boolean => "Boolean",
+        }
+    }
+
+    /// Name in FMI 3.0.
+    pub const fn fmi3_name(self) -> &'static str {
+        match self {
+            Self::Real => "Float64",
+            Self::Integer => "Int32",
+            Self::Boolean => "Boolean",
+        }
+    }
+}
+
 /// Number of values of a variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
@@ -170,6 +202,8 @@ pub struct Variable {
     pub variability: Variability,
     /// Number of values.
     pub shape: Shape,
+    /// What the values are.
+    pub data_type: DataType,
     /// SI unit, per metre of dam where that applies; `1` for pure numbers.
     pub unit: &'static str,
     /// What it is and what its sign means, in one line.
@@ -179,6 +213,11 @@ pub struct Variable {
 }
 
 impl Variable {
+    /// Whether it is an input that is fixed when initialisation ends: a parameter to importers of FMUs.
+    pub fn is_fixed_input(&self) -> bool {
+        (self.causality, self.variability) == (Causality::Input, Variability::Discrete)
+    }
+
     /// Name of value `index` where variables are scalars: `crest_displacement.x`, `interface_pressure[1]`, and
     /// `crack.neck.sliding` with the names of the `cracks`, `crack[1].sliding` for one without.
     pub fn value_name(&self, index: usize, cracks: &[String]) -> String {

@@ -7,7 +7,9 @@
 pub const TIME: u32 = 0;
 
 macro_rules! variables {
-    ($($reference:literal $item:ident $name:literal $causality:ident $variability:ident $shape:ident $unit:literal $description:literal $(<- $($input:literal)+)?;)*) => {
+    (@type) => { DataType::Real };
+    (@type $type:ident) => { DataType::$type };
+    ($($reference:literal $item:ident $name:literal $causality:ident $variability:ident $shape:ident $unit:literal $description:literal $(<- $($input:literal)+)? $(as $type:ident)?;)*) => {
         $(
             #[doc = concat!($description, "; unit `", $unit, "`")]
             pub const $item: Variable = Variable {
@@ -16,6 +18,7 @@ macro_rules! variables {
                 causality: Causality::$causality,
                 variability: Variability::$variability,
                 shape: Shape::$shape,
+                data_type: variables!(@type $($type)?),
                 unit: $unit,
                 description: $description,
                 dependencies: &[$($($input),+)?],
@@ -28,7 +31,7 @@ macro_rules! variables {
 
 /// Variables of the reservoir unit.
 pub mod reservoir {
-    use crate::{Causality, Shape, Variability, Variable};
+    use crate::{Causality, DataType, Shape, Variability, Variable};
 
     variables! {
         1 INTERFACE_ACCELERATION "interface_acceleration" Input Continuous InterfacePoints "m/s2" "total acceleration (relative plus ground) of the wet face along n, the unit normal from the water into the dam; mean over the step";
@@ -48,11 +51,12 @@ pub mod reservoir {
         32 SOUND_SPEED "sound_speed" Parameter Fixed Scalar "m/s" "speed of sound in the water";
         33 WAVE_REFLECTION_COEFFICIENT "wave_reflection_coefficient" Parameter Fixed Scalar "1" "ratio of reflected to incident pressure amplitude at the bed, at normal incidence";
         34 GRAVITY "gravity" Parameter Fixed Scalar "m/s2" "gravitational acceleration";
-        35 FIDELITY "fidelity" CalculatedParameter Fixed Scalar "1" "model of the water: 1 Westergaard parabola, 2 incompressible, 3 compressible, 4 Westergaard series";
+        35 FIDELITY "fidelity" CalculatedParameter Fixed Scalar "1" "model of the water: 1 Westergaard parabola, 2 incompressible, 3 compressible, 4 Westergaard series" as Integer;
         36 ELEMENT_SIZE "element_size" Parameter Fixed Scalar "m" "largest length of a boundary element";
         37 FAR_END_DISTANCE "far_end_distance" Parameter Fixed Scalar "m" "distance of the far end from the most upstream point of wet face and bed";
         38 COMMUNICATION_STEP "communication_step" CalculatedParameter Fixed Scalar "s" "length of a communication step for which the unit was made";
         39 HORIZON "horizon" Parameter Fixed Scalar "s" "longest time that can be simulated by convolution; a recursion and finite elements have no such limit";
+        42 INPUTS_HELD "inputs_held" Parameter Fixed Scalar "1" "whether ground_acceleration has the value that is set over the whole next step, as FMI has it for inputs without derivatives; otherwise it changes linearly within the step, from its value before to the one that is set. interface_acceleration is a mean and constant within the step in any case" as Boolean;
         40 RECURSION_ERROR "recursion_error" CalculatedParameter Fixed Scalar "1" "largest relative error of the recursion against the frequency response, its loss included; 0 for another method";
         41 RECURSION_LOSS "recursion_loss" CalculatedParameter Fixed Scalar "1" "resistance that was added to the recursion so that it produces no energy, over density times speed of sound; 0 for another method";
     }
@@ -60,7 +64,7 @@ pub mod reservoir {
 
 /// Variables of the dam unit.
 pub mod dam {
-    use crate::{Causality, Shape, Variability, Variable};
+    use crate::{Causality, DataType, Shape, Variability, Variable};
 
     variables! {
         1 INTERFACE_PRESSURE "interface_pressure" Input Continuous InterfacePoints "Pa" "hydrodynamic pressure on the wet face at the end of the step, positive in compression";
@@ -76,9 +80,9 @@ pub mod dam {
         20 CRACK_SLIDING "crack_sliding" Output Continuous Cracks "m" "mean slip of the block above the crack, positive downstream, since time 0" <- 1 3 90;
         21 CRACK_OPENING "crack_opening" Output Continuous Cracks "m" "largest gap along the crack, 0 where it is closed" <- 1 3 90;
         22 CRACK_ROTATION "crack_rotation" Output Continuous Cracks "rad" "rotation of the block above the crack relative to the block below, positive counter-clockwise, since time 0" <- 1 3 90;
-        23 CRACK_STICKING "crack_sticking" Output Discrete Cracks "1" "number of sticking contacts of the crack" <- 1 3 90;
-        24 CRACK_SLIPPING "crack_slipping" Output Discrete Cracks "1" "number of slipping contacts of the crack" <- 1 3 90;
-        25 CRACK_OPEN "crack_open" Output Discrete Cracks "1" "number of open contacts of the crack" <- 1 3 90;
+        23 CRACK_STICKING "crack_sticking" Output Discrete Cracks "1" "number of sticking contacts of the crack" <- 1 3 90 as Integer;
+        24 CRACK_SLIPPING "crack_slipping" Output Discrete Cracks "1" "number of slipping contacts of the crack" <- 1 3 90 as Integer;
+        25 CRACK_OPEN "crack_open" Output Discrete Cracks "1" "number of open contacts of the crack" <- 1 3 90 as Integer;
         26 CRACK_ACCELERATION_BELOW "crack_acceleration_below" Output Continuous Cracks "m/s2" "total horizontal acceleration of the lower side of the crack, positive downstream, mean along the crack and over the step" <- 1 3 90;
         27 CRACK_ACCELERATION_ABOVE "crack_acceleration_above" Output Continuous Cracks "m/s2" "total horizontal acceleration of the upper side of the crack, positive downstream, mean along the crack and over the step" <- 1 3 90;
         28 CRACK_NORMAL_FORCE "crack_normal_force" Output Continuous Cracks "N/m" "force across the crack that its contacts carry, the effective normal force, per metre of dam, positive in compression" <- 1 3 90;
@@ -117,17 +121,18 @@ pub mod dam {
         54 NORMAL_STIFFNESS "normal_stiffness" Parameter Fixed Cracks "Pa/m" "normal stiffness of the cracks";
         55 SHEAR_STIFFNESS "shear_stiffness" Parameter Fixed Cracks "Pa/m" "shear stiffness of the cracks";
         56 DAMPING_RATIO "damping_ratio" Parameter Fixed Scalar "1" "damping ratio at the two damping frequencies; with local damping, at all frequencies";
+        130 INPUTS_HELD "inputs_held" Parameter Fixed Scalar "1" "whether an input has the value that is set over the whole next step, as FMI has it for inputs without derivatives; otherwise it changes linearly within the step, from its value before to the one that is set" as Boolean;
         57 DAMPING_FREQUENCY_LOW "damping_frequency_low" CalculatedParameter Fixed Scalar "rad/s" "lower frequency at which the damping ratio holds";
         58 DAMPING_FREQUENCY_HIGH "damping_frequency_high" CalculatedParameter Fixed Scalar "rad/s" "upper frequency at which the damping ratio holds";
         59 ELEMENT_SIZE "element_size" CalculatedParameter Fixed Scalar "m" "nominal side length of an element";
         60 TIME_STEP_LIMIT "time_step_limit" CalculatedParameter Fixed Scalar "s" "longest stable time step, safety factor included";
-        61 ADDED_MASS_INCLUDED "added_mass_included" CalculatedParameter Fixed Scalar "1" "1 if the mass matrix contains the added mass of the water, so that interface_pressure is only the rest of the pressure; otherwise 0";
+        61 ADDED_MASS_INCLUDED "added_mass_included" CalculatedParameter Fixed Scalar "1" "whether the mass matrix contains the added mass of the water, so that interface_pressure is only the rest of the pressure" as Boolean;
         62 NATURAL_FREQUENCY "natural_frequency" CalculatedParameter Fixed Modes "rad/s" "natural frequencies of the intact dam on an empty reservoir, from the lowest up";
         70 NODE_X "node_x" CalculatedParameter Fixed Nodes "m" "x coordinate of the nodes without load, from the heel, positive downstream";
         71 NODE_Y "node_y" CalculatedParameter Fixed Nodes "m" "y coordinate of the nodes without load, from the heel, positive upwards";
-        72 TRIANGLE_NODE_1 "triangle_node_1" CalculatedParameter Fixed Triangles "1" "first node of the triangles, counted from 0";
-        73 TRIANGLE_NODE_2 "triangle_node_2" CalculatedParameter Fixed Triangles "1" "second node of the triangles, counted from 0, counter-clockwise";
-        74 TRIANGLE_NODE_3 "triangle_node_3" CalculatedParameter Fixed Triangles "1" "third node of the triangles, counted from 0, counter-clockwise";
+        72 TRIANGLE_NODE_1 "triangle_node_1" CalculatedParameter Fixed Triangles "1" "first node of the triangles, counted from 0" as Integer;
+        73 TRIANGLE_NODE_2 "triangle_node_2" CalculatedParameter Fixed Triangles "1" "second node of the triangles, counted from 0, counter-clockwise" as Integer;
+        74 TRIANGLE_NODE_3 "triangle_node_3" CalculatedParameter Fixed Triangles "1" "third node of the triangles, counted from 0, counter-clockwise" as Integer;
         75 CONTACT_X "contact_x" CalculatedParameter Fixed Contacts "m" "x coordinate of the contacts without load, from the heel, positive downstream";
         76 CONTACT_Y "contact_y" CalculatedParameter Fixed Contacts "m" "y coordinate of the contacts without load, from the heel, positive upwards";
         77 NODE_DISPLACEMENT_X "node_displacement_x" Local Continuous Nodes "m" "displacement of the nodes along x relative to the ground, positive downstream, since time 0";
@@ -139,7 +144,7 @@ pub mod dam {
         83 CONTACT_SLIP "contact_slip" Local Continuous Contacts "m" "slip of the block above at the contacts, positive downstream, measured from the unloaded state";
         84 CONTACT_NORMAL_STRESS "contact_normal_stress" Local Continuous Contacts "Pa" "normal stress of the contacts, positive in compression";
         85 CONTACT_SHEAR_STRESS "contact_shear_stress" Local Continuous Contacts "Pa" "shear stress of the contacts on the block below, positive downstream";
-        86 TRIANGLE_ZONE "triangle_zone" CalculatedParameter Fixed Triangles "1" "zone of the triangles, counted from 1 in the order of the zones of the dam; 0 in its general material";
+        86 TRIANGLE_ZONE "triangle_zone" CalculatedParameter Fixed Triangles "1" "zone of the triangles, counted from 1 in the order of the zones of the dam; 0 in its general material" as Integer;
         110 ENVELOPE_END "envelope_end" Local Discrete Scalar "s" "time up to which the envelopes reach, from the end of initialisation on; they are sampled there and at the end of every step";
         111 ENVELOPE_MAJOR_PRINCIPAL_STRESS "envelope_major_principal_stress" Local Discrete Nodes "Pa" "largest of the larger principal stress over time, tension positive, static stress included";
         112 ENVELOPE_MAJOR_PRINCIPAL_STRESS_TIME "envelope_major_principal_stress_time" Local Discrete Nodes "s" "when the larger principal stress was largest";
@@ -171,18 +176,18 @@ pub mod dam {
 
 /// Variables of dam and waters as one coupled unit.
 pub mod coupled {
-    use crate::{Causality, Shape, Variability, Variable};
+    use crate::{Causality, DataType, Shape, Variability, Variable};
 
     variables! {
-        1 GROUND_ACCELERATION "ground_acceleration" Input Continuous Scalar "m/s2" "horizontal acceleration of the ground at the end of the step, positive downstream; not used while use_record is 1";
-        2 GROUND_ACCELERATION_VERTICAL "ground_acceleration_vertical" Input Continuous Scalar "m/s2" "vertical acceleration of the ground at the end of the step, positive upwards; not used while use_record is 1; only of a scene with vertical ground motion";
+        1 GROUND_ACCELERATION "ground_acceleration" Input Continuous Scalar "m/s2" "horizontal acceleration of the ground at the end of the step, positive downstream; not used while use_record is true";
+        2 GROUND_ACCELERATION_VERTICAL "ground_acceleration_vertical" Input Continuous Scalar "m/s2" "vertical acceleration of the ground at the end of the step, positive upwards; not used while use_record is true; only of a scene with vertical ground motion";
         13 CREST_DISPLACEMENT "crest_displacement" Output Continuous Plane "m" "displacement of the upstream crest corner relative to the ground along x (downstream) and y (up), since time 0" <- 1 2;
         14 CREST_ACCELERATION "crest_acceleration" Output Continuous Plane "m/s2" "total acceleration of the upstream crest corner along x (downstream) and y (up), mean over the step" <- 1 2;
         15 CREST_STATIC_DISPLACEMENT "crest_static_displacement" CalculatedParameter Fixed Plane "m" "displacement of the upstream crest corner along x (downstream) and y (up) under weight and hydrostatic pressure";
         20 CRACK_SLIDING "crack_sliding" Output Continuous Cracks "m" "mean slip of the block above the crack, positive downstream, since time 0" <- 1 2;
         21 CRACK_OPENING "crack_opening" Output Continuous Cracks "m" "largest gap along the crack, 0 where it is closed" <- 1 2;
         22 CRACK_ROTATION "crack_rotation" Output Continuous Cracks "rad" "rotation of the block above the crack relative to the block below, positive counter-clockwise, since time 0" <- 1 2;
-        25 CRACK_OPEN "crack_open" Output Discrete Cracks "1" "number of open contacts of the crack" <- 1 2;
+        25 CRACK_OPEN "crack_open" Output Discrete Cracks "1" "number of open contacts of the crack" <- 1 2 as Integer;
         28 CRACK_NORMAL_FORCE "crack_normal_force" Output Continuous Cracks "N/m" "force across the crack, per metre of dam, positive in compression" <- 1 2;
         29 CRACK_SHEAR_FORCE "crack_shear_force" Output Continuous Cracks "N/m" "force along the crack on the block below, per metre of dam, positive downstream" <- 1 2;
         39 CRACK_SHEAR_UTILISATION "crack_shear_utilisation" Output Continuous Cracks "1" "shear force over shear strength of the crack: the inverse of the factor of safety against sliding" <- 1 2;
@@ -204,8 +209,8 @@ pub mod coupled {
         212 TOTAL_FORCE "total_force" Output Continuous Scalar "N/m" "hydrodynamic force on the wet face along x, per metre of dam, positive downstream" <- 1 2;
         213 OVERTURNING_MOMENT "overturning_moment" Output Continuous Scalar "N.m/m" "moment of the hydrodynamic pressure about the heel, per metre of dam, positive when it turns the dam downstream" <- 1 2;
         214 BASE_PRESSURE "base_pressure" Output Continuous Scalar "Pa" "hydrodynamic pressure at the heel, positive in compression" <- 1 2;
-        310 ITERATIONS "iterations" Output Discrete Scalar "1" "dam steps of the last communication step" <- 1 2;
-        311 CONVERGED "converged" Output Discrete Scalar "1" "1 if the units agree to the tolerance at the end of the last step, otherwise 0" <- 1 2;
+        310 ITERATIONS "iterations" Output Discrete Scalar "1" "dam steps of the last communication step" <- 1 2 as Integer;
+        311 CONVERGED "converged" Output Discrete Scalar "1" "whether the units agree to the tolerance at the end of the last step" <- 1 2 as Boolean;
         312 RESIDUAL "residual" Output Discrete Scalar "Pa" "residual of the pressure in the last step (2-norm over the points)" <- 1 2;
         313 INTERPOLATION_ERROR "interpolation_error" Output Discrete Scalar "Pa" "estimate of the coupling error of the last step (2-norm over the points), 0 where there is none" <- 1 2;
         314 INTERFACE_WORK "interface_work" Output Continuous Scalar "J/m" "work of the water on the dam since the start, per metre of dam" <- 1 2;
@@ -217,9 +222,10 @@ pub mod coupled {
         238 COMMUNICATION_STEP "communication_step" CalculatedParameter Fixed Scalar "s" "length of a communication step for which the unit was made";
         45 STRESS_POINT_X "stress_point_x" CalculatedParameter Fixed StressPoints "m" "x coordinate of the stress points, from the heel, positive downstream";
         46 STRESS_POINT_Y "stress_point_y" CalculatedParameter Fixed StressPoints "m" "y coordinate of the stress points, from the heel, positive upwards";
-        300 USE_RECORD "use_record" Parameter Fixed Scalar "1" "1: the ground moves as in the scene; 0: as the input ground_acceleration says";
-        301 RECORD_SCALE "record_scale" Parameter Fixed Scalar "1" "factor of the ground motion of the scene, negative for the opposite polarity; without effect while use_record is 0";
+        300 USE_RECORD "use_record" Parameter Fixed Scalar "1" "true: the ground moves as in the scene; false: as the input ground_acceleration says" as Boolean;
+        301 RECORD_SCALE "record_scale" Parameter Fixed Scalar "1" "factor of the ground motion of the scene, negative for the opposite polarity; without effect while use_record is false";
         302 COUPLING_TOLERANCE "coupling_tolerance" Parameter Fixed Scalar "1" "tolerance of the iteration relative to the norm of the pressure; 0 for the balanced tolerance";
+        303 INPUTS_HELD "inputs_held" Parameter Fixed Scalar "1" "whether an input has the value that is set over the whole next step, as FMI has it for inputs without derivatives; otherwise it changes linearly within the step, from its value before to the one that is set" as Boolean;
         50 YOUNG_MODULUS "young_modulus" Parameter Fixed Scalar "Pa" "elastic modulus of the concrete";
         51 POISSON_RATIO "poisson_ratio" Parameter Fixed Scalar "1" "Poisson ratio of the concrete";
         52 DENSITY "density" Parameter Fixed Scalar "kg/m3" "density of the concrete";

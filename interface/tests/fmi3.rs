@@ -2,9 +2,10 @@
 #![allow(unsafe_code)] // it calls C functions
 
 use cofferdam_unit::export::fmi3::{Handle, Status, Text};
-use cofferdam_unit::export::{Contents, FILE};
+use cofferdam_unit::export::{Contents, FILE, element};
+use cofferdam_unit::variables::TIME;
 use cofferdam_unit::variables::reservoir::{
-    ALL, GROUND_ACCELERATION, SOUND_SPEED, TOTAL_FORCE, WATER_DENSITY,
+    ALL, FIDELITY, GROUND_ACCELERATION, SOUND_SPEED, TOTAL_FORCE, WATER_DENSITY,
 };
 use cofferdam_unit::{CallError, Capabilities, CoSimulation, Fingerprint, Packable, Variable, open, seal};
 use std::collections::BTreeMap;
@@ -63,6 +64,7 @@ impl CoSimulation for Integrator {
                 return Err(CallError::Order { unit: Self::NAME, call: "get", stage });
             }
             FORCE => values[0] = self.state[2] + self.state[0],
+            KIND => values[0] = 3.0,
             _ => values.copy_from_slice(&self.state[..2]),
         }
         Ok(())
@@ -96,7 +98,8 @@ impl Packable for Integrator {
     type Parameters = f64;
     const NAME: &'static str = "integrator";
     const DESCRIPTION: &'static str = "An integrator";
-    const VARIABLES: &'static [Variable] = &[GROUND_ACCELERATION, TOTAL_FORCE, WATER_DENSITY, SOUND_SPEED];
+    const VARIABLES: &'static [Variable] =
+        &[GROUND_ACCELERATION, TOTAL_FORCE, WATER_DENSITY, SOUND_SPEED, FIDELITY];
 
     fn from_parameters(gain: f64, _threads: NonZeroUsize) -> Result<Self, CallError> {
         assert!(gain > 0.0, "no gain");
@@ -118,6 +121,10 @@ cofferdam_unit::export_fmi!(Integrator);
 const FORCE: u32 = TOTAL_FORCE.value_reference;
 const INPUT: u32 = GROUND_ACCELERATION.value_reference;
 const GAIN: u32 = WATER_DENSITY.value_reference;
+/// Of no variable.
+const NONE: u32 = 4711;
+/// An integer.
+const KIND: u32 = FIDELITY.value_reference;
 
 /// Messages of the FMU: status, category, text.
 #[derive(Default)]
@@ -232,6 +239,57 @@ fn step(instance: Handle, time: f64) -> Status {
         assert_eq!((flags, end), ([0; 3], time + 0.5));
     }
     status
+}
+
+#[test]
+fn only_the_functions_of_its_type_read_and_set_a_variable() {
+    let importer = Importer::new(3.0);
+    let instance = importer.in_step_mode();
+    let (mut whole, mut real, mut flag, single) = (0, 0.0, 0, element(KIND, 0));
+    let (mut flag_of_fmi2, real_of_fmi2) = (0, element(FORCE, 0));
+    // SAFETY: all places live during the calls.
+    unsafe {
+        assert_eq!(fmi3GetInt32(instance, &KIND, 1, &raw mut whole, 1), Status::Ok);
+        assert_eq!(whole, 3);
+        whole = 0;
+        assert_eq!(fmi2GetInteger(instance, &raw const single, 1, &raw mut whole), Status::Ok);
+        assert_eq!(whole, 3);
+        for (status, text) in [
+            (
+                fmi3GetFloat64(instance, &KIND, 1, &raw mut real, 1),
+                "fmi3GetFloat64: `fidelity` is of type Int32; use fmi3GetInt32",
+            ),
+            (
+                fmi3GetBoolean(instance, &FORCE, 1, &raw mut flag, 1),
+                "fmi3GetBoolean: `total_force` is of type Float64; use fmi3GetFloat64",
+            ),
+            (
+                fmi3SetInt32(instance, &GAIN, 1, &raw const whole, 1),
+                "fmi3SetInt32: `water_density` is of type Float64; use fmi3SetFloat64",
+            ),
+            (
+                fmi2GetReal(instance, &raw const single, 1, &raw mut real),
+                "fmi2GetReal: `fidelity` is of type Integer; use fmi2GetInteger",
+            ),
+            (
+                fmi2GetBoolean(instance, &raw const real_of_fmi2, 1, &raw mut flag_of_fmi2),
+                "fmi2GetBoolean: `total_force` is of type Real; use fmi2GetReal",
+            ),
+            (fmi3GetInt32(instance, &TIME, 1, &raw mut whole, 1), "`time` is of type Float64"),
+            (fmi3SetInt32(instance, &KIND, 1, &raw const whole, 1), "`fidelity` cannot be set"),
+            (fmi3GetInt32(instance, &NONE, 1, &raw mut whole, 1), "no variable has value reference 4711"),
+        ]
+        .into_iter()
+        .rev()
+        {
+            // The last message was said last.
+            assert_eq!(status, Status::Error, "{text}");
+            let found = importer.said.last_text();
+            assert!(found.contains(text), "{found}");
+        }
+        fmi3FreeInstance(instance);
+    }
+    assert_eq!((real, flag, flag_of_fmi2), (0.0, 0, 0), "nothing was written");
 }
 
 #[test]

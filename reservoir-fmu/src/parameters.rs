@@ -48,6 +48,14 @@ pub struct ReservoirParameters {
     pub horizon: f64,
     /// How compressible water is stepped in time.
     pub method: Method,
+    /// 1 if the ground acceleration has the value that is set over the whole next step; 0 if it changes linearly within it. A number, as
+    /// importers of FMUs change it.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub inputs_held: f64,
+}
+
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 /// The water of [`before`](ReservoirParameters::before) in front of a vertical face of 100 m with 40 panels.
@@ -86,6 +94,7 @@ impl ReservoirParameters {
             communication_step: 0.0025,
             horizon: 20.0,
             method: Method::Radau2,
+            inputs_held: 0.0,
         }
     }
 
@@ -241,6 +250,7 @@ impl ReservoirParameters {
             variables::ELEMENT_SIZE => vec![&mut self.element_size],
             variables::FAR_END_DISTANCE => vec![&mut self.far_end_distance],
             variables::HORIZON => vec![&mut self.horizon],
+            variables::INPUTS_HELD => vec![&mut self.inputs_held],
             _ => Vec::new(),
         }
     }

@@ -260,6 +260,7 @@ impl Reservoir {
             variables::FAR_END_DISTANCE => vec![self.parameters.far_end_distance],
             variables::COMMUNICATION_STEP => vec![self.parameters.communication_step],
             variables::HORIZON => vec![self.parameters.horizon],
+            variables::INPUTS_HELD => vec![self.parameters.inputs_held],
             variables::RECURSION_ERROR => vec![self.quality.map_or(0.0, |quality| quality.error)],
             variables::RECURSION_LOSS => vec![self.quality.map_or(0.0, |quality| quality.loss)],
             Variable { value_reference, .. } => {
@@ -344,7 +345,9 @@ impl CoSimulation for Reservoir {
         };
         motion.last_step.step(&motion.acceleration, own_steps as f64 * length);
         let ground = motion.ground_acceleration;
-        let seen = [motion.last_ground_acceleration, ground].map(|ground| self.parameters.seen(ground));
+        let held = self.parameters.inputs_held != 0.0;
+        let before = if held { ground } else { motion.last_ground_acceleration };
+        let seen = [before, ground].map(|ground| self.parameters.seen(ground));
         motion.pressure = match &self.model {
             Model::AddedMass(mass) => {
                 let at_end = DVector::from_column_slice(&motion.last_step.at_end);
@@ -414,7 +417,7 @@ impl CoSimulation for Reservoir {
     /// Derivatives of the pressure at the end of the last step, and of the outputs that follow from it. Before the first
     /// step, they are those of a step with the communication step of the parameters. With respect to the step's mean
     /// acceleration: `H W₀`, without memory `−(1 + H_n/(H_n + H_{n−1})) A`. With respect to the ground acceleration at its
-    /// end: `½ H W₀`, without memory −A. For a step of several steps of its own: the answer of water at rest.
+    /// end: `½ H W₀`, `H W₀` where it is held, without memory −A. For a step of several steps of its own: the answer of water at rest.
     fn directional_derivative(
         &self,
         unknown: u32,
@@ -432,11 +435,12 @@ impl CoSimulation for Reservoir {
         let length = if length > 0.0 { length } else { own };
         let own_steps = if self.takes_any_step() { 1 } else { (length / own).round() as usize };
         let mut seed = seed.to_vec();
+        let held = self.parameters.inputs_held != 0.0;
         let (first, of_memory, of_mass) = match *by {
             variables::INTERFACE_ACCELERATION => (0, length, 1.0 + share),
             variables::GROUND_ACCELERATION => {
                 seed = self.parameters.seen([seed[0], seed[1]]).to_vec();
-                (points, 0.5 * length, 1.0)
+                (points, if held { length } else { 0.5 * length }, 1.0)
             }
             _ => return Err(none().into()),
         };
@@ -452,7 +456,8 @@ impl CoSimulation for Reservoir {
             Model::Memory(water) => {
                 let mut all = vec![0.0; points + 2];
                 all[first..first + seed.len()].copy_from_slice(&seed);
-                let ground = [[0.0; 2], [all[points], all[points + 1]]];
+                let end = [all[points], all[points + 1]];
+                let ground = [if held { end } else { [0.0; 2] }, end];
                 let input = Input { face: &all[..points], ground, own_steps, length: own };
                 let answer = input.drive(&**water, &mut vec![0.0; points + 2], &mut water.at_rest());
                 answer.ok_or(ReservoirError::ForeignMemory)?

@@ -62,6 +62,11 @@ def advance(unit, first, last):
         unit.fmu.doStep(n * H, H)
 
 
+def start_value(variable):
+    """The start value of a scalar as a number."""
+    return {"false": 0.0, "true": 1.0}.get(variable.start) if variable.type == "Boolean" else float(variable.start)
+
+
 def names_of(unit, **attributes):
     """Names of the variables with these attributes."""
     variables = unit.description.modelVariables
@@ -88,20 +93,37 @@ class Scalars:
             arguments["logger"] = lambda *passed: said.append((passed[-3], passed[-2].decode(), passed[-1].decode()))
         self.fmu = instantiate_fmu(str(folder), self.description, **arguments)
         self.references = {v.name: v.valueReference for v in self.description.modelVariables}
+        self.types = {v.name: v.type for v in self.description.modelVariables}
 
     def set(self, name, value):
         self.set_all({name: value})
 
     def set_all(self, values):
-        setter = self.fmu.setReal if self.is_fmi2 else self.fmu.setFloat64
-        setter([self.references[name] for name in values], [float(value) for value in values.values()])
+        for data_type, names in self.by_type(values).items():
+            number = {"Integer": int, "Int32": int, "Boolean": bool}.get(data_type, float)
+            setter = getattr(self.fmu, f"set{data_type}")
+            setter([self.references[name] for name in names], [number(values[name]) for name in names])
 
     def get(self, name):
         return self.get_all([name])[0]
 
     def get_all(self, names):
-        getter = self.fmu.getReal if self.is_fmi2 else self.fmu.getFloat64
-        return getter([self.references[name] for name in names])
+        found = {}
+        for data_type, own in self.by_type(names).items():
+            values = getattr(self.fmu, f"get{data_type}")([self.references[name] for name in own])
+            found.update(zip(own, map(float, values), strict=True))
+        return [found[name] for name in names]
+
+    def by_type(self, names):
+        """The names by the types of their variables, which FMI sets and reads by functions of their own."""
+        found = {}
+        for name in names:
+            found.setdefault(self.types[name], []).append(name)
+        return found
+
+    def time(self):
+        """Simulated time, s; FMI 2.0 has no variable for it."""
+        return self.fmu.getRealStatus(2) if self.is_fmi2 else self.get("time")
 
     def enter(self, stop_time=None):
         """Begins initialisation at time 0."""

@@ -16,7 +16,7 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy.fmi1 import FMICallException
-from fmus import COARSE_HALF_SECOND, SCENES, H, Scalars, pack, settings
+from fmus import COARSE_HALF_SECOND, SCENES, H, Scalars, pack, settings, start_value
 
 STEPS = 204  # half a second of the record, and the steps in which it falls to zero
 REQUIRED = {
@@ -306,7 +306,7 @@ def test_a_wrong_step_changes_nothing(folder, time, length):
         advance(instance, 0, 30)
     before = unit.outputs()
     refused(said, "", unit.fmu.doStep, time, length)
-    assert unit.get("time") == other.get("time") and unit.outputs() == before
+    assert unit.time() == other.time() and unit.outputs() == before
     for instance in (unit, other):
         advance(instance, 30, 35)
     assert unit.outputs() == other.outputs()
@@ -323,10 +323,46 @@ def test_a_step_that_fails_changes_nothing(folder, count, acceleration):
     unit.set("ground_acceleration", acceleration)
     refused(said, "", unit.fmu.doStep, 20 * H, count * H)
     assert (count == 1) == ("t = 0.05 s" in said[-1][2] or "t = 0.0525" in said[-1][2]), said[-1][2]
-    assert unit.get("time") == other.get("time") and unit.outputs() == before
+    assert unit.time() == other.time() and unit.outputs() == before
     for instance in (unit, other):
         advance(instance, 20, 25)
     assert unit.outputs() == other.outputs()
+
+
+@pytest.mark.parametrize(
+    "acceleration, overrides",
+    [
+        # The third iteration leaves all bounds, when the acceleration has learnt from two.
+        (3e7, ["acceleration=iqn-ils", "tolerance=1e-8"]),
+        # It needs more iterations than are allowed.
+        (300.0, ["acceleration=aitken", "tolerance=1e-6", "iteration_limit=4"]),
+    ],
+)
+@pytest.mark.parametrize("bonds", [[], ["dam.cracks.0.cohesion=1e5", "dam.cracks.0.tensile_strength=1e5"]])
+def test_after_a_failed_step_nothing_tells_of_it(tmp_path, acceleration, overrides, bonds):
+    overrides = [*COARSE_HALF_SECOND, *(f"coupling.{override}" for override in overrides), *bonds]
+    path = pack(tmp_path, "coupled", overrides, options=["--fmi", "2"])
+    folder, said = fmpy.extract(path, unzipdir=tmp_path / "coupled"), []
+    unit, other, restored = Scalars(folder, said).initialise(), Scalars(folder).initialise(), Scalars(folder)
+
+    def mild(instance, first, last):
+        for n in range(first, last):
+            instance.set("ground_acceleration", 2.0 * np.sin(0.07 * n))
+            instance.fmu.doStep(n * H, H)
+
+    for instance in (unit, other):
+        mild(instance, 0, 20)
+    for _ in range(2):
+        unit.set("ground_acceleration", acceleration)
+        refused(said, "step 21", unit.fmu.doStep, 20 * H, H)
+    assert "iteration" in said[-1][2]
+    state = unit.fmu.getFMUState()
+    unit.fmu.setFMUState(state)
+    restored.fmu.setFMUState(restored.fmu.deserializeFMUState(unit.fmu.serializeFMUState(state)))
+    for n in range(20, 40):
+        for instance in (unit, other, restored):
+            mild(instance, n, n + 1)
+        assert unit.outputs() == other.outputs() == restored.outputs(), n
 
 
 def test_a_step_past_the_scene_is_refused_with_a_remedy_that_the_fmu_has(folder):
@@ -347,6 +383,50 @@ def test_a_step_past_the_stop_time_is_refused(folder):
     refused(said, "passes the stop time of 0.025 s", unit.fmu.doStep, 10 * H, H)
 
 
+def test_a_held_input_is_constant_within_a_step(folder):
+    """Before the ground's waves arrive, the crest is left behind by the ground: by a H²/2, or by a H²/6 if a grows linearly."""
+    found = {}
+    for held in (True, False):
+        unit = Scalars(folder).initialise({"inputs_held": held})
+        unit.set("ground_acceleration", 3.0)
+        unit.fmu.doStep(0.0, H)
+        found[held] = unit.get("crest_displacement.x")
+    assert found[True] == pytest.approx(-3.0 * H**2 / 2, rel=0.02)
+    assert found[False] == pytest.approx(-3.0 * H**2 / 6, rel=0.02)
+
+
+def test_a_held_input_is_that_of_all_steps_of_a_call(folder):
+    whole, single = (Scalars(folder).initialise({"inputs_held": True}) for _ in range(2))
+    for n in range(0, 40, 2):
+        for unit in (whole, single):
+            unit.set("ground_acceleration", 9.0 * np.sin(0.05 * n))
+        whole.fmu.doStep(n * H, 2 * H)
+        for k in (n, n + 1):
+            single.fmu.doStep(k * H, H)
+        assert whole.outputs() == single.outputs(), n
+
+
+def test_held_inputs_do_not_concern_the_record(folder):
+    plain, held = Scalars(folder), Scalars(folder)
+    held.set("inputs_held", True)
+    found = [with_record(unit, 30) for unit in (plain, held)]
+    assert found[0] == found[1]
+
+
+def test_messages_of_a_run_that_begins_later_say_so(folder):
+    said = []
+    unit = Scalars(folder, said)
+    if unit.is_fmi2:
+        unit.fmu.setupExperiment(startTime=10.0)
+        unit.fmu.enterInitializationMode()
+    else:
+        unit.fmu.enterInitializationMode(startTime=10.0)
+    unit.fmu.exitInitializationMode()
+    unit.fmu.doStep(10.0, H)
+    unit.set("ground_acceleration", 1e200)
+    refused(said, "(times count from the start at 10 s)", unit.fmu.doStep, 10.0 + H, H)
+
+
 # States
 
 
@@ -363,7 +443,7 @@ def test_restored_states_repeat_with_the_same_bits(folder):
     chance.shuffle(instants)
     for n in instants:
         unit.fmu.setFMUState(states[n])
-        assert unit.get("time") == pytest.approx(n * H, abs=1e-12)
+        assert unit.time() == pytest.approx(n * H, abs=1e-12)
         steps = chance.randint(1, 6)
         for k in range(n, n + steps):
             unit.set("ground_acceleration", chance.uniform(-20, 20))
@@ -581,7 +661,6 @@ def test_no_shared_memory_is_needed(folders, tmp_path):
 @pytest.mark.parametrize(
     "name, value",
     [
-        *(("use_record", value) for value in (2.0, 0.5, -1.0)),
         # A scene allows 1e-14 to 0.1.
         *(("coupling_tolerance", value) for value in (1.0, -1e-6, 1e-300, 0.5)),
         *(("record_scale", value) for value in (1e308,)),
@@ -596,7 +675,7 @@ def test_no_shared_memory_is_needed(folders, tmp_path):
 def test_invalid_parameters_are_refused_by_name(folders, name, value):
     said = []
     unit = Scalars(folders[2], said)
-    unit.set_all({name: value, "use_record": value if name == "use_record" else 1.0})
+    unit.set_all({name: value, "use_record": True})
     with pytest.raises(FMICallException):
         unit.initialise()
     names = {name.removeprefix("crack[1]."), name.replace("_", " ")}
@@ -605,7 +684,7 @@ def test_invalid_parameters_are_refused_by_name(folders, name, value):
 
 def test_an_instance_works_after_its_parameters_were_refused(folder):
     unit = Scalars(folder, [])
-    for name, value in (("use_record", 2.0), ("wave_reflection_coefficient", 1.5), ("young_modulus", 0.0)):
+    for name, value in (("coupling_tolerance", 2.0), ("wave_reflection_coefficient", 1.5), ("young_modulus", 0.0)):
         unit.set(name, value)
         with pytest.raises(FMICallException):
             unit.enter()
@@ -617,7 +696,7 @@ def test_an_instance_works_after_its_parameters_were_refused(folder):
     assert unit.outputs() == expected.outputs()
 
 
-@pytest.mark.parametrize("name", ["use_record", "record_scale", "coupling_tolerance", "ground_acceleration"])
+@pytest.mark.parametrize("name", ["record_scale", "coupling_tolerance", "ground_acceleration"])
 def test_values_that_are_not_finite_are_refused_by_name(folder, name):
     said = []
     unit = Scalars(folder, said)
@@ -655,7 +734,8 @@ def test_the_description_says_what_the_unit_is(folder):
     unit = Scalars(folder)
     assert unit.names("input") == ["ground_acceleration"]
     variables = {v.name: v for v in unit.description.modelVariables}
-    assert [float(variables[name].start) for name in ("use_record", "record_scale", "coupling_tolerance")] == [0.0, 1.0, 0.0]
-    starts = {name: float(v.start) for name, v in variables.items() if v.start is not None}
+    assert [variables[name].start for name in ("use_record", "inputs_held")] == ["false", "false"]
+    assert [float(variables[name].start) for name in ("record_scale", "coupling_tolerance")] == [1.0, 0.0]
+    starts = {name: start_value(v) for name, v in variables.items() if v.start is not None}
     assert dict(zip(starts, unit.get_all(starts), strict=True)) == starts
     assert float(unit.description.defaultExperiment.stepSize) == H

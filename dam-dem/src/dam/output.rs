@@ -65,6 +65,7 @@ impl Dam {
             variable::DAMPING_WORK => energy.work.damping,
             variable::INPUT_WORK => energy.work.input,
             variable::ENERGY_BALANCE_ERROR => energy.balance_error(),
+            variable::INPUTS_HELD => parameters.inputs_held,
             variable::YOUNG_MODULUS => parameters.material.young_modulus,
             variable::POISSON_RATIO => parameters.material.poisson_ratio,
             variable::DENSITY => parameters.material.density,

@@ -16,6 +16,18 @@ pub enum ExportError {
     /// A serialised state.
     #[error(transparent)]
     State(#[from] StateError),
+    /// A variable of another type than that of the function.
+    #[error("{call}: `{variable}` is of type {data_type}; use {remedy}")]
+    Type {
+        /// The function.
+        call: &'static str,
+        /// Variable named.
+        variable: &'static str,
+        /// Type of the variable in this version of FMI.
+        data_type: &'static str,
+        /// Name of the function for it.
+        remedy: String,
+    },
     /// A call that FMI does not allow in the present mode.
     #[error("{call} is not allowed in {mode}; {remedy}")]
     Mode {
@@ -95,6 +107,15 @@ pub enum ExportError {
         variable: &'static str,
         /// Order of the derivative.
         order: i32,
+    },
+    /// A derivative of an input that is constant within a step.
+    #[error(
+        "{call}: `inputs_held` is true, so that inputs are constant within a step; set it to false before initialisation \
+         to set derivatives"
+    )]
+    HeldInputs {
+        /// The function.
+        call: &'static str,
     },
     /// A location of the resources that is not a local folder.
     #[error(

@@ -12,6 +12,10 @@ use crate::Packable;
 use std::ffi::CString;
 use std::path::PathBuf;
 
+pub use super::access::{
+    get_flag as get_boolean, get_float64 as get_real, get_int32 as get_integer, set_flag as set_boolean,
+    set_float64 as set_real, set_int32 as set_integer,
+};
 pub use super::fmi3::{
     deserialize_fmu_state, exit_initialization_mode, free_fmu_state, free_instance, get_fmu_state, refuse,
     reset, serialize_fmu_state, serialized_fmu_state_size, set_fmu_state, terminate,
@@ -128,36 +132,6 @@ pub fn enter_initialization_mode<U: Packable>(
     instance: Handle,
 ) -> Status {
     instances.call(call, instance.addr(), |i, _| i.enter_initialization_of_experiment(call))
-}
-
-/// `fmi2GetReal`.
-///
-/// # Safety
-/// As FMI 2.0 demands of importers.
-pub unsafe fn get_real<U: Packable>(
-    instances: &Instances<U>,
-    call: &'static str,
-    instance: Handle,
-    (references, count): (*const u32, usize),
-    values: *mut f64,
-) -> Status {
-    // SAFETY: by the caller; all references are of single values.
-    unsafe { super::fmi3::get_float64(instances, call, instance, (references, count), (values, count)) }
-}
-
-/// `fmi2SetReal`.
-///
-/// # Safety
-/// As FMI 2.0 demands of importers.
-pub unsafe fn set_real<U: Packable>(
-    instances: &Instances<U>,
-    call: &'static str,
-    instance: Handle,
-    (references, count): (*const u32, usize),
-    values: *const f64,
-) -> Status {
-    // SAFETY: by the caller; all references are of single values.
-    unsafe { super::fmi3::set_float64(instances, call, instance, (references, count), (values, count)) }
 }
 
 /// Getters and setters of types that no variable has: they accept only an empty list of variables.

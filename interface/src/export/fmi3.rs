@@ -10,6 +10,7 @@ use crate::Packable;
 use std::ffi::{CStr, c_void};
 use std::path::Path;
 
+pub use super::access::{get_boolean, get_float64, get_int32, set_boolean, set_float64, set_int32};
 pub use super::instances::Instances;
 pub use super::types::{Boolean, Handle, LogMessage, Status, Text};
 
@@ -211,46 +212,6 @@ pub fn terminate<U: Packable>(instances: &Instances<U>, call: &'static str, inst
 /// `fmi3Reset`.
 pub fn reset<U: Packable>(instances: &Instances<U>, call: &'static str, instance: Handle) -> Status {
     instances.call(call, instance.addr(), |i, _| i.reset())
-}
-
-/// `fmi3GetFloat64`.
-///
-/// # Safety
-/// As FMI 3.0 demands of importers.
-pub unsafe fn get_float64<U: Packable>(
-    instances: &Instances<U>,
-    call: &'static str,
-    instance: Handle,
-    (references, count): (*const u32, usize),
-    (values, length): (*mut f64, usize),
-) -> Status {
-    instances.call(call, instance.addr(), |i, _| {
-        // SAFETY: by the caller.
-        let references = unsafe { slice(call, "valueReferences", references, count) }?;
-        // SAFETY: by the caller.
-        let values = unsafe { slice_mut(call, "values", values, length) }?;
-        i.get(call, references, values)
-    })
-}
-
-/// `fmi3SetFloat64`.
-///
-/// # Safety
-/// As FMI 3.0 demands of importers.
-pub unsafe fn set_float64<U: Packable>(
-    instances: &Instances<U>,
-    call: &'static str,
-    instance: Handle,
-    (references, count): (*const u32, usize),
-    (values, length): (*const f64, usize),
-) -> Status {
-    instances.call(call, instance.addr(), |i, _| {
-        // SAFETY: by the caller.
-        let references = unsafe { slice(call, "valueReferences", references, count) }?;
-        // SAFETY: by the caller.
-        let values = unsafe { slice(call, "values", values, length) }?;
-        i.set(call, references, values)
-    })
 }
 
 /// `fmi3DoStep`; there are no events, early returns or terminations by the FMU.

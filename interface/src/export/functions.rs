@@ -103,6 +103,14 @@ macro_rules! export_fmi3 {
                 => ((references, n), (values, length));
             fmi3SetFloat64 = set_float64(references: *const u32, n: usize, values: *const f64, length: usize)
                 => ((references, n), (values, length));
+            fmi3GetInt32 = get_int32(references: *const u32, n: usize, values: *mut i32, length: usize)
+                => ((references, n), (values, length));
+            fmi3SetInt32 = set_int32(references: *const u32, n: usize, values: *const i32, length: usize)
+                => ((references, n), (values, length));
+            fmi3GetBoolean = get_boolean(references: *const u32, n: usize, values: *mut u8, length: usize)
+                => ((references, n), (values, length));
+            fmi3SetBoolean = set_boolean(references: *const u32, n: usize, values: *const u8, length: usize)
+                => ((references, n), (values, length));
             fmi3GetFMUState = get_fmu_state(state: *mut $crate::export::fmi3::Handle) => (state);
             fmi3SetFMUState = set_fmu_state(state: $crate::export::fmi3::Handle) => (state);
             fmi3FreeFMUState = free_fmu_state(state: *mut $crate::export::fmi3::Handle) => (state);
@@ -140,11 +148,9 @@ macro_rules! export_fmi3 {
             fmi3GetUInt8 = no_variable(_references: *const u32, n: usize) => (n);
             fmi3GetInt16 = no_variable(_references: *const u32, n: usize) => (n);
             fmi3GetUInt16 = no_variable(_references: *const u32, n: usize) => (n);
-            fmi3GetInt32 = no_variable(_references: *const u32, n: usize) => (n);
             fmi3GetUInt32 = no_variable(_references: *const u32, n: usize) => (n);
             fmi3GetInt64 = no_variable(_references: *const u32, n: usize) => (n);
             fmi3GetUInt64 = no_variable(_references: *const u32, n: usize) => (n);
-            fmi3GetBoolean = no_variable(_references: *const u32, n: usize) => (n);
             fmi3GetString = no_variable(_references: *const u32, n: usize) => (n);
             fmi3GetBinary = no_variable(_references: *const u32, n: usize) => (n);
             fmi3GetClock = no_variable(_references: *const u32, n: usize) => (n);
@@ -153,11 +159,9 @@ macro_rules! export_fmi3 {
             fmi3SetUInt8 = no_variable(_references: *const u32, n: usize) => (n);
             fmi3SetInt16 = no_variable(_references: *const u32, n: usize) => (n);
             fmi3SetUInt16 = no_variable(_references: *const u32, n: usize) => (n);
-            fmi3SetInt32 = no_variable(_references: *const u32, n: usize) => (n);
             fmi3SetUInt32 = no_variable(_references: *const u32, n: usize) => (n);
             fmi3SetInt64 = no_variable(_references: *const u32, n: usize) => (n);
             fmi3SetUInt64 = no_variable(_references: *const u32, n: usize) => (n);
-            fmi3SetBoolean = no_variable(_references: *const u32, n: usize) => (n);
             fmi3SetString = no_variable(_references: *const u32, n: usize) => (n);
             fmi3SetBinary = no_variable(_references: *const u32, n: usize) => (n);
             fmi3SetClock = no_variable(_references: *const u32, n: usize) => (n);
@@ -250,8 +254,12 @@ macro_rules! export_fmi2 {
             fmi2ExitInitializationMode = exit_initialization_mode() => ();
             fmi2Terminate = terminate() => ();
             fmi2Reset = reset() => ();
-            fmi2GetReal = get_real(references: *const u32, n: usize, values: *mut f64) => ((references, n), values);
-            fmi2SetReal = set_real(references: *const u32, n: usize, values: *const f64) => ((references, n), values);
+            fmi2GetReal = get_real(references: *const u32, n: usize, values: *mut f64) => ((references, n), (values, n));
+            fmi2SetReal = set_real(references: *const u32, n: usize, values: *const f64) => ((references, n), (values, n));
+            fmi2GetInteger = get_integer(references: *const u32, n: usize, values: *mut i32) => ((references, n), (values, n));
+            fmi2SetInteger = set_integer(references: *const u32, n: usize, values: *const i32) => ((references, n), (values, n));
+            fmi2GetBoolean = get_boolean(references: *const u32, n: usize, values: *mut i32) => ((references, n), (values, n));
+            fmi2SetBoolean = set_boolean(references: *const u32, n: usize, values: *const i32) => ((references, n), (values, n));
             fmi2GetFMUstate = get_fmu_state(state: *mut $crate::export::fmi2::Handle) => (state);
             fmi2SetFMUstate = set_fmu_state(state: $crate::export::fmi2::Handle) => (state);
             fmi2FreeFMUstate = free_fmu_state(state: *mut $crate::export::fmi2::Handle) => (state);
@@ -278,11 +286,7 @@ macro_rules! export_fmi2 {
 
         // No variable has these types. What follows the number of references is not looked at.
         $crate::fmi_functions! { fmi2 INSTANCES
-            fmi2GetInteger = no_variable(_references: *const u32, n: usize) => (n);
-            fmi2GetBoolean = no_variable(_references: *const u32, n: usize) => (n);
             fmi2GetString = no_variable(_references: *const u32, n: usize) => (n);
-            fmi2SetInteger = no_variable(_references: *const u32, n: usize) => (n);
-            fmi2SetBoolean = no_variable(_references: *const u32, n: usize) => (n);
             fmi2SetString = no_variable(_references: *const u32, n: usize) => (n);
             fmi2GetRealOutputDerivatives = no_variable(_references: *const u32, n: usize) => (n);
         }

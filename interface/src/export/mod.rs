@@ -11,6 +11,7 @@
 //! null, freed or foreign handle is an error and not a crash. No handle is used twice while the library is loaded.
 //! **Panics** do not reach the importer; after one, the instance refuses every call except to be freed.
 
+mod access;
 mod contents;
 mod error;
 pub mod fmi2;

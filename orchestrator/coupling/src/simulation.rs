@@ -5,7 +5,7 @@ use crate::observer::{
 };
 use crate::participant::{Description, Occasion, Participant, ParticipantError};
 use crate::run_state::{RunState, RunStateError};
-use crate::scheme::{CouplingError, Exchange, Graph, Scheme, StepFailure, UnitId, WindowReport};
+use crate::scheme::{CouplingError, Exchange, Graph, Scheme, SchemeState, StepFailure, UnitId, WindowReport};
 use crate::stepping::{Clock, Stepping};
 use cofferdam_unit::{Fingerprint, StateError};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -67,11 +67,18 @@ pub enum SimulationError {
     State(#[from] RunStateError),
 }
 
+/// Where a run stands between two windows: [`Simulation::waypoint`] gives it, [`Simulation::abandon`] returns to it.
+pub struct Waypoint {
+    scheme: SchemeState,
+    course: Course,
+}
+
 /// Where a run stands, and what it has counted.
 ///
 /// [`Simulation::run`] makes a run at once. One that is to be stopped and continued is made in parts: a course, then
 /// [`begin`](Simulation::begin) or [`resume`](Simulation::resume), then [`advance`](Simulation::advance) until it tells how
 /// the run ends, with [`state`](Simulation::state) in between.
+#[derive(Clone)]
 pub struct Course {
     clock: Clock,
     wall: WallTime,
@@ -283,6 +290,21 @@ impl Simulation {
             wall: course.wall_time(),
             initial_values: self.initial_values.clone(),
         })
+    }
+
+    /// Where the run stands, to [return](Self::abandon) to it if the next window fails; `None` inside a window that failed. It takes
+    /// no states of the units, which keep their own during a window.
+    pub fn waypoint(&self, course: &Course) -> Option<Waypoint> {
+        Some(Waypoint { scheme: self.scheme.state()?, course: course.clone() })
+    }
+
+    /// Returns to the `before` of a window that failed. Whatever follows is as if the window had never been attempted, bit for bit.
+    ///
+    /// **Errors**: a unit does not return to its state, or does not write it.
+    pub fn abandon(&mut self, course: &mut Course, before: Waypoint) -> Result<(), SimulationError> {
+        self.scheme.abandon(&mut self.graph, &before.scheme)?;
+        *course = before.course;
+        Ok(())
     }
 
     /// Tells observers what came before, in place of [`begin`](Self::begin); then [`resume`](Self::resume) continues.

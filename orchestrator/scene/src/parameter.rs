@@ -19,6 +19,7 @@ fn key(unit: &str, parameter: &str) -> Option<&'static Field> {
         ("reservoir", "element_size") => "reservoir.element_size",
         ("reservoir", "far_end_distance") => "reservoir.far_end_distance",
         ("reservoir", "horizon") => "time.duration",
+        ("coupled", _) => return key("dam", parameter).or_else(|| key("reservoir", parameter)),
         _ => return None,
     };
     Shape::field(path)
@@ -26,6 +27,10 @@ fn key(unit: &str, parameter: &str) -> Option<&'static Field> {
 
 /// Least and largest value that a parameter of a unit may have, where its key bounds it; the least may be excluded.
 pub fn bounds(unit: &str, parameter: &str) -> [Option<f64>; 2] {
+    if (unit, parameter) == ("coupled", "coupling_tolerance") {
+        // 0 stands for the balanced tolerance.
+        return [Some(0.0), Some(0.1)];
+    }
     match key(unit, parameter).map(|field| &field.shape) {
         Some(Shape::Number(range)) => {
             [range.least, range.most].map(|bound| Some(bound).filter(|b| b.abs() < f64::MAX))
@@ -41,8 +46,14 @@ mod tests {
 
     #[test]
     fn every_parameter_has_a_key_of_its_unit() {
-        for (unit, all) in [("dam", variables::dam::ALL), ("reservoir", variables::reservoir::ALL)] {
-            for variable in all.iter().filter(|variable| variable.causality == Causality::Parameter) {
+        let of_fmu = ["use_record", "record_scale", "coupling_tolerance", "inputs_held"];
+        for (unit, all) in [
+            ("dam", variables::dam::ALL),
+            ("reservoir", variables::reservoir::ALL),
+            ("coupled", variables::coupled::ALL),
+        ] {
+            let parameters = all.iter().filter(|variable| variable.causality == Causality::Parameter);
+            for variable in parameters.filter(|variable| !of_fmu.contains(&variable.name)) {
                 let field = key(unit, variable.name).unwrap_or_else(|| panic!("{unit}: {}", variable.name));
                 let si = field.unit.replace('²', "2").replace('³', "3");
                 assert_eq!(if si.is_empty() { "1" } else { &si }, variable.unit, "{unit}: {}", variable.name);

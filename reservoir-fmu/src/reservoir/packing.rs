@@ -29,7 +29,7 @@ impl Packable for Reservoir {
         parameters.validate()?;
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build()?;
         let prepared = pool.install(|| prepared(parameters))?;
-        Ok(prepared.map(|prepared| seal(Fingerprint::of(UNIT, parameters)?, &prepared)).transpose()?)
+        Ok(prepared.map(|prepared| seal(of_prepared(parameters)?, &prepared)).transpose()?)
     }
 
     fn from_prepared(
@@ -38,7 +38,7 @@ impl Packable for Reservoir {
         threads: NonZeroUsize,
     ) -> Result<Self, ReservoirError> {
         let length = prepared.len();
-        let prepared: Prepared = open(Fingerprint::of(UNIT, &parameters)?, prepared)?;
+        let prepared: Prepared = open(of_prepared(&parameters)?, prepared)?;
         let points = parameters.wet_face.len();
         let fits = match &prepared.operator {
             Operator::Convolution(weights) => weights.are_of(points, points + 2, parameters.steps()),
@@ -48,6 +48,12 @@ impl Packable for Reservoir {
             return Err(StateError::NotAState { length }.into());
         }
         Self::with_prepared(parameters, Some(prepared), threads)
+    }
+
+    /// What is prepared does not depend on how inputs change within a step.
+    fn can_reuse_prepared(packed: &ReservoirParameters, parameters: &ReservoirParameters) -> bool {
+        let packed = of_prepared(packed).ok();
+        packed.is_some() && packed == of_prepared(parameters).ok()
     }
 
     fn size_for(parameters: &ReservoirParameters, variable: &Variable) -> usize {
@@ -66,4 +72,9 @@ impl Packable for Reservoir {
     fn numbers<'a>(parameters: &'a mut ReservoirParameters, variable: &Variable) -> Vec<&'a mut f64> {
         parameters.numbers(variable)
     }
+}
+
+/// Hash of what the prepared parts depend on.
+fn of_prepared(parameters: &ReservoirParameters) -> Result<Fingerprint, StateError> {
+    Fingerprint::of(UNIT, &ReservoirParameters { inputs_held: 0.0, ..parameters.clone() })
 }

@@ -79,6 +79,7 @@ impl Assembly<'_> {
             }),
             static_loads: scene.static_loads().into_iter().map(|(_, load)| load).collect(),
             envelopes: *envelopes,
+            inputs_held: 0.0,
         })
     }
 

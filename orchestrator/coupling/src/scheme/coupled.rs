@@ -218,6 +218,21 @@ impl Scheme {
         self.began = now.checked_sub(state.elapsed).unwrap_or(now);
     }
 
+    /// Gives up a window that failed: the units are where they were before it, and so is what was learnt, from the `state` that was
+    /// taken there. What follows owes nothing to the failed attempts. All units must write their states.
+    ///
+    /// **Errors**: a unit does not return to its state.
+    pub fn abandon(&mut self, graph: &mut Graph, state: &SchemeState) -> Result<(), CouplingError> {
+        if self.astray {
+            self.restore(graph)?;
+            // A unit that reads a state forgets its attempts too, which are no part of it.
+            let states = graph.serialise()?;
+            graph.deserialise(&states)?;
+        }
+        self.resume(graph, state);
+        Ok(())
+    }
+
     /// Goes on from `state` of a scheme that may have other settings, with units that exchange the same variables. What was
     /// learnt is kept as far as it holds for this scheme: an acceleration that was made otherwise begins without history.
     ///

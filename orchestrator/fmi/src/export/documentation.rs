@@ -1,5 +1,5 @@
 use super::scalars::Scalar;
-use super::variables::number;
+use super::variables::{role, value_text};
 use super::{Package, Page, SizedVariable, Version};
 use cofferdam_unit::{Causality, Packable, Variable};
 use quick_xml::escape::escape;
@@ -13,8 +13,12 @@ const OTHER_LENGTHS: &str =
 const TERMINAL: &str = "<p>The terminal <code>wet_face</code> groups the variables that dam and reservoir exchange: connect \
     members of the same name.</p>\n";
 const ARRAYS: &str = " In a CSV file of inputs the values of an array stand in one cell, separated by spaces. FMPy 0.3 \
-    takes several array inputs from one file only if they have the same size, and no discrete inputs: give \
-    <code>hydrostatic_pressure</code> as a start value.";
+    takes several array inputs from one file only if they have the same size. The dam's <code>hydrostatic_pressure</code> is a \
+    parameter: give it as a start value.";
+
+/// FMI 2.0 has no variable for it.
+const TIME_ROW: &str = "<tr><td><code>time</code></td><td>0</td><td>independent</td><td>1</td><td>s</td><td></td>\
+    <td>simulated time</td></tr>\n";
 
 /// The text of documentation/index.html: what the unit computes, and how to use it; with `scalars`, these are the variables.
 pub fn page<U: Packable>(
@@ -63,6 +67,7 @@ pub fn page<U: Packable>(
         ("example", part(example)),
         ("notes", part(notes)),
         ("both", of_pair(BOTH)),
+        ("time", of_version("", TIME_ROW)),
         ("variables", scalars.map_or_else(|| table(variables), table_of_scalars)),
         ("parameters", scalars.map_or_else(|| parameters(variables), parameters_of_scalars)),
     ];
@@ -119,11 +124,11 @@ fn row(name: &str, reference: u32, causality: &str, size: usize, start: &str, of
 fn table(variables: &[SizedVariable]) -> String {
     let of = |sized: &SizedVariable| {
         let variable = sized.variable;
-        let start = match variable.causality {
-            Causality::Parameter => sized.start_text().unwrap_or_default(),
-            _ => String::new(),
-        };
-        row(variable.name, variable.value_reference, variable.causality.name(), sized.size, &start, variable)
+        let (causality, _) = role(variable);
+        // Those of an array would fill the page.
+        let shown = variable.causality == Causality::Parameter;
+        let start = sized.start_text().filter(|_| shown).unwrap_or_default();
+        row(variable.name, variable.value_reference, causality, sized.size, &start, variable)
     };
     variables.iter().map(of).collect()
 }
@@ -131,8 +136,9 @@ fn table(variables: &[SizedVariable]) -> String {
 /// The rows of the table of scalars.
 fn table_of_scalars(scalars: &[Scalar<'_>]) -> String {
     let of = |scalar: &Scalar<'_>| {
-        let (causality, _) = scalar.role();
-        let start = scalar.start.filter(|_| causality == "parameter").map_or_else(String::new, number);
+        let (causality, _) = role(scalar.of.variable);
+        let text = |value| value_text(scalar.of.variable.data_type, value);
+        let start = scalar.start.filter(|_| causality == "parameter").map_or_else(String::new, text);
         row(&scalar.name, scalar.reference, causality, 1, &start, scalar.of.variable)
     };
     scalars.iter().map(of).collect()

@@ -2,15 +2,14 @@
 //!
 //! **Source**: Functional Mock-up Interface specification 2.0.4, section 2.2.
 
+use super::FmuError;
+use super::definitions::{DeclaredType, types, units};
 use super::model_description::Description;
-use super::scalars::{Scalar, units};
-use super::variables::number;
+use super::scalars::Scalar;
+use super::variables::{dependencies, number, role, value_text};
 use super::xml::{Xml, around, document, empty, section};
-use super::{FmuError, SizedVariable};
-use cofferdam_unit::Causality;
 use cofferdam_unit::export::LOG_CATEGORIES;
-use cofferdam_unit::variables::TIME;
-use std::collections::BTreeSet;
+use cofferdam_unit::{Causality, DataType};
 use std::io;
 
 /// The text of modelDescription.xml of FMI 2.0.
@@ -30,7 +29,16 @@ pub fn write(of: &Description<'_>, scalars: &[Scalar<'_>]) -> Result<String, Fmu
     }
     let content = |xml: &mut Xml| {
         co_simulation(xml, of)?;
-        section(xml, "UnitDefinitions", |xml| units(xml, scalars))?;
+        let variables = || scalars.iter().map(|scalar| scalar.of.variable);
+        section(xml, "UnitDefinitions", |xml| units(xml, variables()))?;
+        section(xml, "TypeDefinitions", |xml| {
+            types(variables()).iter().try_for_each(|declared| {
+                let attributes = declared.attributes();
+                let attributes: Vec<_> =
+                    attributes.iter().map(|(name, value)| (*name, value.as_str())).collect();
+                around(xml, ("SimpleType", &[("name", declared.name)]), ("Real", &attributes))
+            })
+        })?;
         section(xml, "LogCategories", |xml| {
             LOG_CATEGORIES.iter().try_for_each(|(name, description)| {
                 empty(xml, "Category", &[("name", name), ("description", description)])
@@ -44,18 +52,9 @@ pub fn write(of: &Description<'_>, scalars: &[Scalar<'_>]) -> Result<String, Fmu
             ];
             empty(xml, "DefaultExperiment", &experiment)?;
         }
-        section(xml, "ModelVariables", |xml| {
-            let time = [
-                ("name", "time"),
-                ("valueReference", &*TIME.to_string()),
-                ("description", "simulated time"),
-                ("causality", "independent"),
-                ("variability", "continuous"),
-            ];
-            around(xml, ("ScalarVariable", &time), ("Real", &[("unit", "s")]))?;
-            scalars.iter().try_for_each(|scalar| one(xml, scalar))
-        })?;
-        section(xml, "ModelStructure", |xml| structure(xml, scalars))
+        // The independent variable, which FMI leaves out by default, would need a start value by some importers and may have none.
+        section(xml, "ModelVariables", |xml| scalars.iter().try_for_each(|scalar| one(xml, scalar)))?;
+        section(xml, "ModelStructure", |xml| structure(xml, of, scalars))
     };
     document(|xml| {
         let root = xml.create_element("fmiModelDescription").with_attributes(attributes);
@@ -82,8 +81,8 @@ fn co_simulation(xml: &mut Xml, of: &Description<'_>) -> io::Result<()> {
 }
 
 fn one(xml: &mut Xml, scalar: &Scalar<'_>) -> io::Result<()> {
-    let SizedVariable { variable, bounds, .. } = scalar.of;
-    let (causality, variability) = scalar.role();
+    let variable = scalar.of.variable;
+    let (causality, variability) = role(variable);
     let reference = scalar.reference.to_string();
     let mut attributes = vec![
         ("name", &*scalar.name),
@@ -97,38 +96,46 @@ fn one(xml: &mut Xml, scalar: &Scalar<'_>) -> io::Result<()> {
         "calculatedParameter" | "output" => attributes.push(("initial", "calculated")),
         _ => {}
     }
-    let mut real = vec![("unit", variable.unit)];
-    real.extend(variable.display_unit().map(|(unit, _)| ("displayUnit", unit)));
-    let [start, least, most] = [scalar.start, bounds[0], bounds[1]].map(|value| value.map(number));
-    for (name, value) in [("min", &least), ("max", &most), ("start", &start)] {
-        real.extend(value.as_deref().map(|value| (name, value)));
+    let declared = DeclaredType::of(variable);
+    let mut values: Vec<_> = declared.iter().map(|declared| ("declaredType", declared.name)).collect();
+    if variable.data_type == DataType::Real {
+        values.push(("unit", variable.unit));
+        values.extend(variable.display_unit().map(|(unit, _)| ("displayUnit", unit)));
     }
-    around(xml, ("ScalarVariable", &attributes), ("Real", &real))
+    let start = scalar.start.map(|value| value_text(variable.data_type, value));
+    values.extend(start.as_deref().map(|start| ("start", start)));
+    let bounds = scalar.of.bound_texts();
+    values.extend(bounds.iter().map(|(name, bound)| (*name, bound.as_str())));
+    around(xml, ("ScalarVariable", &attributes), (variable.data_type.fmi2_name(), &values))
 }
 
-fn structure(xml: &mut Xml, scalars: &[Scalar<'_>]) -> io::Result<()> {
-    // Counted from 1; the first is time.
-    let numbered =
-        || scalars.iter().enumerate().map(|(number, scalar)| (number + 2, scalar.of.variable.causality));
-    let outputs: BTreeSet<usize> = numbered()
-        .filter(|(_, causality)| *causality == Causality::Output)
-        .map(|(number, _)| number)
-        .collect();
-    if !outputs.is_empty() {
-        // Outputs follow from a step, not from inputs that are set between steps.
+fn structure(xml: &mut Xml, of: &Description<'_>, scalars: &[Scalar<'_>]) -> io::Result<()> {
+    // Counted from 1.
+    let numbered = || (1..).zip(scalars);
+    let with = |causalities: &'static [Causality]| {
+        numbered().filter(|(_, scalar)| causalities.contains(&scalar.of.variable.causality))
+    };
+    let unknown = |xml: &mut Xml, number: usize, inputs: Option<&str>| {
+        let number = number.to_string();
+        let mut attributes = vec![("index", &*number)];
+        attributes.extend(inputs.map(|inputs| ("dependencies", inputs)));
+        empty(xml, "Unknown", &attributes)
+    };
+    if with(&[Causality::Output]).next().is_some() {
         section(xml, "Outputs", |xml| {
-            outputs.iter().try_for_each(|number| {
-                empty(xml, "Unknown", &[("index", &*number.to_string()), ("dependencies", "")])
+            with(&[Causality::Output]).try_for_each(|(number, scalar)| {
+                let on = dependencies(scalar.of.variable, of.capabilities);
+                let inputs = numbered().filter(|(_, s)| on.contains(&s.of.variable.value_reference));
+                let inputs: Vec<String> = inputs.map(|(number, _)| number.to_string()).collect();
+                unknown(xml, number, Some(&inputs.join(" ")))
             })
         })?;
     }
-    let unknown = |causality| matches!(causality, Causality::Output | Causality::CalculatedParameter);
-    let unknowns: Vec<usize> =
-        numbered().filter(|(_, causality)| unknown(*causality)).map(|(number, _)| number).collect();
-    if unknowns.is_empty() {
+    let initial: &[Causality] = &[Causality::Output, Causality::CalculatedParameter];
+    if with(initial).next().is_none() {
         return Ok(());
     }
     section(xml, "InitialUnknowns", |xml| {
-        unknowns.iter().try_for_each(|number| empty(xml, "Unknown", &[("index", &*number.to_string())]))
+        with(initial).try_for_each(|(number, _)| unknown(xml, number, None))
     })
 }

@@ -5,7 +5,7 @@
 //! itself ([`contract`]), in which structural parameters stand for the sizes.
 //!
 //! ```text
-//! modelDescription.xml                      model_description, fmi2: attributes, units, variables, dependencies
+//! modelDescription.xml                      model_description, fmi2: attributes, variables, dependencies; definitions: units, types
 //! terminalsAndIcons/terminalsAndIcons.xml   terminals: the wet face as one terminal (FMI 3.0)
 //! binaries/<platform>/<unit>.so             library: built together with the program, of both versions
 //! resources/unit.toml                       cofferdam_unit::export::Contents, which the library reads
@@ -14,6 +14,7 @@
 //! documentation/index.html, licenses/       documentation
 //! ```
 
+mod definitions;
 mod documentation;
 mod error;
 mod fmi2;

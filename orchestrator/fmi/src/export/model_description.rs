@@ -1,11 +1,11 @@
-use super::scalars::{Scalar, units as units_of_scalars};
-use super::variables::number;
+use super::definitions::{DeclaredType, types, units};
+use super::scalars::Scalar;
+use super::variables::{dependencies, number, role, value_text};
 use super::xml::{Xml, around, document, empty, section};
 use super::{FmuError, SizedVariable};
 use cofferdam_unit::export::LOG_CATEGORIES;
 use cofferdam_unit::variables::TIME;
-use cofferdam_unit::{Capabilities, Causality, Shape, Variable};
-use std::collections::BTreeSet;
+use cofferdam_unit::{Capabilities, Causality, DataType, Shape, Variable};
 use std::io;
 
 /// What a modelDescription.xml says, of a packed FMU or of the contract.
@@ -52,9 +52,18 @@ pub fn write(of: &Description<'_>, scalars: Option<&[Scalar<'_>]>) -> Result<Str
     attributes.push(("variableNamingConvention", "structured"));
     let content = |xml: &mut Xml| {
         co_simulation(xml, of)?;
-        section(xml, "UnitDefinitions", |xml| match scalars {
-            Some(scalars) => units_of_scalars(xml, scalars),
-            None => units(xml, of.variables),
+        let variables = || match scalars {
+            Some(scalars) => scalars.iter().map(|scalar| scalar.of.variable).collect(),
+            None => of.variables.iter().map(|sized| sized.variable).collect::<Vec<_>>(),
+        };
+        section(xml, "UnitDefinitions", |xml| units(xml, variables().into_iter()))?;
+        section(xml, "TypeDefinitions", |xml| {
+            types(variables().into_iter()).iter().try_for_each(|declared| {
+                let attributes = declared.attributes();
+                let mut all = vec![("name", declared.name)];
+                all.extend(attributes.iter().map(|(name, value)| (*name, value.as_str())));
+                empty(xml, "Float64Type", &all)
+            })
         })?;
         if let Some(times) = &of.scene {
             section(xml, "LogCategories", |xml| {
@@ -89,7 +98,7 @@ pub fn write(of: &Description<'_>, scalars: Option<&[Scalar<'_>]>) -> Result<Str
         })?;
         section(xml, "ModelStructure", |xml| match scalars {
             Some(scalars) => structure_of_scalars(xml, scalars),
-            None => structure(xml, of.variables),
+            None => structure(xml, of),
         })
     };
     document(|xml| {
@@ -116,19 +125,6 @@ fn co_simulation(xml: &mut Xml, of: &Description<'_>) -> io::Result<()> {
     empty(xml, "CoSimulation", &attributes)
 }
 
-/// The units of the variables and of time, in the order of their names.
-fn units(xml: &mut Xml, variables: &[SizedVariable]) -> io::Result<()> {
-    let time = ("s", [("s", 1)].as_slice());
-    let of_variables = variables.iter().map(|v| (v.variable.unit, v.variable.base_units()));
-    let used: BTreeSet<_> = of_variables.chain([time]).collect();
-    for (unit, powers) in used {
-        let powers: Vec<_> = powers.iter().map(|(name, power)| (*name, power.to_string())).collect();
-        let powers: Vec<_> = powers.iter().map(|(name, power)| (*name, power.as_str())).collect();
-        around(xml, ("Unit", &[("name", unit)]), ("BaseUnit", &powers))?;
-    }
-    Ok(())
-}
-
 /// The numbers of values on which the shapes of the variables depend.
 fn structural_parameters(xml: &mut Xml, variables: &[SizedVariable]) -> io::Result<()> {
     let used = Shape::ALL.into_iter().filter(|shape| variables.iter().any(|v| v.variable.shape == *shape));
@@ -148,50 +144,54 @@ fn structural_parameters(xml: &mut Xml, variables: &[SizedVariable]) -> io::Resu
 
 /// A variable; with `structural`, its dimension names a structural parameter where it depends on the scene.
 fn one(xml: &mut Xml, sized: &SizedVariable, structural: bool) -> io::Result<()> {
-    let Variable { name, unit, description, shape, .. } = *sized.variable;
-    let (reference, start) = (sized.variable.value_reference.to_string(), sized.start_text());
-    let mut attributes = vec![
-        ("name", name),
-        ("valueReference", &reference),
-        ("causality", sized.variable.causality.name()),
-        ("variability", sized.variable.variability.name()),
-        ("unit", unit),
-    ];
-    let bounds = sized.bounds.map(|bound| bound.map(number));
-    for (name, bound) in ["min", "max"].into_iter().zip(&bounds) {
-        attributes.extend(bound.as_deref().map(|bound| (name, bound)));
-    }
-    attributes.extend(start.as_deref().map(|start| ("start", start)));
-    attributes.push(("description", description));
+    let Variable { name, shape, data_type, .. } = *sized.variable;
+    let reference = sized.variable.value_reference;
+    let attributes = attributes(name, reference, sized, sized.start_text());
+    let attributes: Vec<_> = attributes.iter().map(|(name, value)| (*name, value.as_str())).collect();
     // Importers set a single value without a list.
     if shape == Shape::Scalar || (sized.size == 1 && !structural) {
-        return empty(xml, "Float64", &attributes);
+        return empty(xml, data_type.fmi3_name(), &attributes);
     }
     let (dimension, value) = match shape.structural_parameter().filter(|_| structural) {
         Some(parameter) => ("valueReference", parameter.value_reference.to_string()),
         None => ("start", sized.size.to_string()),
     };
-    around(xml, ("Float64", &attributes), ("Dimension", &[(dimension, &value)]))
+    around(xml, (data_type.fmi3_name(), &attributes), ("Dimension", &[(dimension, &value)]))
 }
 
 /// A scalar.
 fn single(xml: &mut Xml, scalar: &Scalar<'_>) -> io::Result<()> {
-    let SizedVariable { variable, bounds, .. } = scalar.of;
-    let reference = scalar.reference.to_string();
+    let data_type = scalar.of.variable.data_type;
+    let start = scalar.start.map(|value| value_text(data_type, value));
+    let attributes = attributes(&scalar.name, scalar.reference, scalar.of, start);
+    let attributes: Vec<_> = attributes.iter().map(|(name, value)| (*name, value.as_str())).collect();
+    empty(xml, data_type.fmi3_name(), &attributes)
+}
+
+/// The attributes of a variable, or of one of its values.
+fn attributes(
+    name: &str,
+    reference: u32,
+    sized: &SizedVariable,
+    start: Option<String>,
+) -> Vec<(&'static str, String)> {
+    let variable = sized.variable;
+    let (causality, variability) = role(variable);
     let mut attributes = vec![
-        ("name", &*scalar.name),
-        ("valueReference", &*reference),
-        ("causality", variable.causality.name()),
-        ("variability", variable.variability.name()),
-        ("unit", variable.unit),
+        ("name", name.to_owned()),
+        ("valueReference", reference.to_string()),
+        ("causality", causality.to_owned()),
+        ("variability", variability.to_owned()),
     ];
-    attributes.extend(variable.display_unit().map(|(unit, _)| ("displayUnit", unit)));
-    let [least, most, start] = [bounds[0], bounds[1], scalar.start].map(|value| value.map(number));
-    for (name, value) in [("min", &least), ("max", &most), ("start", &start)] {
-        attributes.extend(value.as_deref().map(|value| (name, value)));
+    attributes.extend(DeclaredType::of(variable).map(|declared| ("declaredType", declared.name.to_owned())));
+    if variable.data_type == DataType::Real {
+        attributes.push(("unit", variable.unit.to_owned()));
+        attributes.extend(variable.display_unit().map(|(unit, _)| ("displayUnit", unit.to_owned())));
     }
-    attributes.push(("description", variable.description));
-    empty(xml, "Float64", &attributes)
+    attributes.extend(sized.bound_texts());
+    attributes.extend(start.map(|start| ("start", start)));
+    attributes.push(("description", variable.description.to_owned()));
+    attributes
 }
 
 fn structure_of_scalars(xml: &mut Xml, scalars: &[Scalar<'_>]) -> io::Result<()> {
@@ -205,12 +205,14 @@ fn structure_of_scalars(xml: &mut Xml, scalars: &[Scalar<'_>]) -> io::Result<()>
     })
 }
 
-fn structure(xml: &mut Xml, variables: &[SizedVariable]) -> io::Result<()> {
+fn structure(xml: &mut Xml, of: &Description<'_>) -> io::Result<()> {
+    let variables = of.variables;
     let exists = |reference: &&u32| variables.iter().any(|v| v.variable.value_reference == **reference);
     let outputs = || variables.iter().map(|v| v.variable).filter(|v| v.causality == Causality::Output);
     for output in outputs() {
-        let inputs: Vec<String> = output.dependencies.iter().filter(exists).map(u32::to_string).collect();
-        let (reference, inputs) = (output.value_reference.to_string(), inputs.join(" "));
+        let inputs = dependencies(output, of.capabilities).iter().filter(exists);
+        let (reference, inputs) = (output.value_reference.to_string(), inputs.map(u32::to_string));
+        let inputs = inputs.collect::<Vec<_>>().join(" ");
         empty(xml, "Output", &[("valueReference", &reference), ("dependencies", &inputs)])?;
     }
     let unknown = |v: &&Variable| matches!(v.causality, Causality::Output | Causality::CalculatedParameter);

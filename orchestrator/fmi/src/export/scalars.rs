@@ -1,12 +1,8 @@
 //! The variables of an FMU as scalars.
 
 use super::SizedVariable;
-use super::variables::number;
-use super::xml::{Xml, around, empty};
+use cofferdam_unit::Causality;
 use cofferdam_unit::export::element;
-use cofferdam_unit::{Causality, Variability, Variable};
-use std::collections::BTreeMap;
-use std::io;
 
 /// One value of a variable.
 pub struct Scalar<'a> {
@@ -18,17 +14,6 @@ pub struct Scalar<'a> {
     pub of: &'a SizedVariable,
     /// Its start value, of inputs and parameters.
     pub start: Option<f64>,
-}
-
-impl Scalar<'_> {
-    /// Role in FMI 2.0, where an input that is fixed when initialisation ends is a parameter.
-    pub fn role(&self) -> (&'static str, &'static str) {
-        let Variable { causality, variability, .. } = self.of.variable;
-        match (causality, variability) {
-            (Causality::Input, Variability::Discrete) => ("parameter", "fixed"),
-            _ => (causality.name(), variability.name()),
-        }
-    }
 }
 
 /// All values but those of fields for pictures, which would be too many; cracks have these names.
@@ -60,33 +45,6 @@ pub fn crack_names<'a>(names: impl Iterator<Item = Option<&'a str>>) -> Vec<Stri
         found.push(free.unwrap_or_default());
     }
     found
-}
-
-/// The units of the scalars and of time with those that people read, in the order of their names.
-pub fn units(xml: &mut Xml, scalars: &[Scalar<'_>]) -> io::Result<()> {
-    let mut used = BTreeMap::from([("s", ([("s", 1)].as_slice(), BTreeMap::new()))]);
-    for Scalar { of, .. } in scalars {
-        let variable = of.variable;
-        let (_, displayed) =
-            used.entry(variable.unit).or_insert_with(|| (variable.base_units(), BTreeMap::new()));
-        displayed.extend(variable.display_unit().map(|(unit, factor)| (unit, number(factor))));
-    }
-    for (unit, (powers, displayed)) in used {
-        let powers: Vec<_> = powers.iter().map(|(name, power)| (*name, power.to_string())).collect();
-        let powers: Vec<_> = powers.iter().map(|(name, power)| (*name, power.as_str())).collect();
-        if displayed.is_empty() {
-            around(xml, ("Unit", &[("name", unit)]), ("BaseUnit", &powers))?;
-            continue;
-        }
-        let element = xml.create_element("Unit").with_attribute(("name", unit));
-        element.write_inner_content(|xml| {
-            empty(xml, "BaseUnit", &powers)?;
-            displayed.iter().try_for_each(|(unit, factor)| {
-                empty(xml, "DisplayUnit", &[("name", unit), ("factor", factor)])
-            })
-        })?;
-    }
-    Ok(())
 }
 
 #[cfg(test)]

@@ -15,12 +15,18 @@ const KIND: &str = "org.cofferdam.wet_face";
 
 /// Variables that become members of a terminal if the unit has them. Member names leave out the terminal's prefix and
 /// [`PREFIX`].
-const MEMBERS: [&str; 5] = [
+const MEMBERS: [&str; 11] = [
     "interface_pressure",
     "hydrostatic_pressure",
     "interface_acceleration",
+    "interface_acceleration_end",
     "interface_displacement",
     "interface_velocity",
+    "interface_x",
+    "interface_y",
+    "interface_normal_x",
+    "interface_normal_y",
+    "interface_length",
 ];
 const PREFIX: &str = "interface_";
 

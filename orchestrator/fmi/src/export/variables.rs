@@ -1,6 +1,6 @@
 use super::FmuError;
 use cofferdam_unit::export::Contents;
-use cofferdam_unit::{Causality, Packable, Variable};
+use cofferdam_unit::{Capabilities, Causality, DataType, Packable, Variability, Variable};
 
 /// Smallest and largest value of a parameter, by the names of the unit and of the parameter; `None` where there is no bound.
 pub type Bounds = fn(&str, &str) -> [Option<f64>; 2];
@@ -20,8 +20,30 @@ pub struct SizedVariable {
 impl SizedVariable {
     /// The start values as XML writes them; none for a variable without start values.
     pub fn start_text(&self) -> Option<String> {
-        self.start.as_deref().map(list)
+        let text = |value: &f64| value_text(self.variable.data_type, *value);
+        Some(self.start.as_ref()?.iter().map(text).collect::<Vec<_>>().join(" "))
     }
+
+    /// Smallest and largest value as XML writes them; none of flags.
+    pub fn bound_texts(&self) -> Vec<(&'static str, String)> {
+        let data_type = self.variable.data_type;
+        let bounds = ["min", "max"].into_iter().zip(self.bounds).filter(|_| data_type != DataType::Boolean);
+        bounds.filter_map(|(name, bound)| Some((name, value_text(data_type, bound?)))).collect()
+    }
+}
+
+/// Causality and variability to importers, to whom an input that is fixed when initialisation ends is a parameter.
+pub fn role(variable: &Variable) -> (&'static str, &'static str) {
+    if variable.is_fixed_input() {
+        return (Causality::Parameter.name(), Variability::Fixed.name());
+    }
+    (variable.causality.name(), variable.variability.name())
+}
+
+/// The references of the inputs on which an output depends: those with respect to which its derivative is offered. Other outputs follow
+/// from a step alone, so that they stay what they are while inputs are set.
+pub fn dependencies(variable: &Variable, capabilities: Capabilities) -> &[u32] {
+    if capabilities.directional_derivative { variable.dependencies } else { &[] }
 }
 
 /// The variables of a unit made from `contents`, without those that have no values there and without parameters that
@@ -77,7 +99,11 @@ pub fn number(value: f64) -> String {
     format!("{value:?}")
 }
 
-/// Numbers that read back bit for bit, separated by spaces.
-fn list(values: &[f64]) -> String {
-    values.iter().copied().map(number).collect::<Vec<_>>().join(" ")
+/// A value of this type as XML writes it.
+pub fn value_text(data_type: DataType, value: f64) -> String {
+    match data_type {
+        DataType::Real => number(value),
+        DataType::Integer => format!("{value:.0}"),
+        DataType::Boolean => (value != 0.0).to_string(),
+    }
 }

@@ -95,8 +95,17 @@ impl Instance for Fmi2 {
         self.done("fmi2SetReal", self.fmu.setReal(references, values))
     }
 
-    fn get(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), FmuUnitError> {
-        self.done("fmi2GetReal", self.fmu.getReal(references, values))
+    fn get(&mut self, kind: Kind, references: &[u32], values: &mut [f64]) -> Result<(), FmuUnitError> {
+        if kind == Kind::Float64 {
+            return self.done("fmi2GetReal", self.fmu.getReal(references, values));
+        }
+        let mut found = vec![0; values.len()];
+        let (call, status) = match kind {
+            Kind::Boolean => ("fmi2GetBoolean", self.fmu.getBoolean(references, &mut found)),
+            _ => ("fmi2GetInteger", self.fmu.getInteger(references, &mut found)),
+        };
+        values.iter_mut().zip(found).for_each(|(value, found)| *value = f64::from(found));
+        self.done(call, status)
     }
 
     fn step(&mut self, time: f64, length: f64) -> Result<(), FmuUnitError> {

@@ -110,8 +110,30 @@ impl Instance for Fmi3 {
         self.done("fmi3SetFloat64", self.fmu.setFloat64(references, values))
     }
 
-    fn get(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), FmuUnitError> {
-        self.done("fmi3GetFloat64", self.fmu.getFloat64(references, values))
+    fn get(&mut self, kind: Kind, references: &[u32], values: &mut [f64]) -> Result<(), FmuUnitError> {
+        let size = values.len();
+        let (call, status) = match kind {
+            Kind::Boolean => {
+                let mut found = vec![false; size];
+                let status = self.fmu.getBoolean(references, &mut found);
+                values.iter_mut().zip(found).for_each(|(value, found)| *value = f64::from(u8::from(found)));
+                ("fmi3GetBoolean", status)
+            }
+            Kind::Int32 => {
+                let mut found = vec![0; size];
+                let status = self.fmu.getInt32(references, &mut found);
+                values.iter_mut().zip(found).for_each(|(value, found)| *value = f64::from(found));
+                ("fmi3GetInt32", status)
+            }
+            Kind::Int64 => {
+                let mut found = vec![0; size];
+                let status = self.fmu.getInt64(references, &mut found);
+                values.iter_mut().zip(found).for_each(|(value, found)| *value = found as f64);
+                ("fmi3GetInt64", status)
+            }
+            _ => ("fmi3GetFloat64", self.fmu.getFloat64(references, values)),
+        };
+        self.done(call, status)
     }
 
     fn step(&mut self, time: f64, length: f64) -> Result<(), FmuUnitError> {

@@ -19,11 +19,11 @@ pub trait Instance {
     /// Ends initialisation.
     fn exit_initialisation(&mut self) -> Result<(), FmuUnitError>;
 
-    /// Sets real variables; an array has one reference and several values.
+    /// Sets real inputs, or fixed parameters during initialisation; an array has one reference and several values.
     fn set(&mut self, references: &[u32], values: &[f64]) -> Result<(), FmuUnitError>;
 
-    /// Reads real variables.
-    fn get(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), FmuUnitError>;
+    /// Reads variables of one kind that [is a number](Kind::is_number), a flag as 0 or 1.
+    fn get(&mut self, kind: Kind, references: &[u32], values: &mut [f64]) -> Result<(), FmuUnitError>;
 
     /// Takes a step from `time` of `length`, both s.
     fn step(&mut self, time: f64, length: f64) -> Result<(), FmuUnitError>;

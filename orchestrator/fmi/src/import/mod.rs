@@ -25,7 +25,7 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use unpacked::Unpacked;
-use wiring::{Wires, Wiring, parameters};
+use wiring::{Run, Wires, Wiring, parameters};
 
 /// An FMU in this process. Its library can do here whatever it likes: `cofferdam run` gives it a process of its own.
 pub struct Fmu {
@@ -33,8 +33,10 @@ pub struct Fmu {
     parts: Parts,
     description: Description,
     wiring: Wiring,
-    /// References of all inputs and of all outputs.
-    references: [Vec<u32>; 2],
+    /// All inputs, those of them that may change in every step, and all outputs.
+    inputs: Vec<Run>,
+    changing: Vec<Run>,
+    outputs: Vec<Run>,
     occasion: Occasion,
     /// Start time (s) and inputs of its initialisation.
     started: Option<(f64, Vec<f64>)>,
@@ -138,7 +140,9 @@ impl Fmu {
         let instance = maker.instance()?;
         let mut fmu = Self {
             parts: Parts { instance, preview: None },
-            references: [wiring.inputs.references(), wiring.outputs.references()],
+            inputs: wiring.inputs.runs(),
+            changing: wiring.inputs.changing_runs(),
+            outputs: wiring.outputs.runs(),
             description,
             wiring,
             occasion: Occasion::default(),
@@ -171,7 +175,7 @@ impl Fmu {
         let Parts { instance, preview } = &mut self.parts;
         *preview = None;
         instance.enter_initialisation(time)?;
-        instance.set(&self.references[0], inputs)?;
+        set(&mut **instance, &self.inputs, inputs)?;
         instance.exit_initialisation()?;
         self.started = Some((time, inputs.to_vec()));
         Ok(())
@@ -190,6 +194,16 @@ impl Fmu {
             text,
         }));
     }
+}
+
+/// Sets the real variables of these runs to their part of `values`.
+fn set(instance: &mut dyn Instance, runs: &[Run], values: &[f64]) -> Result<(), FmuUnitError> {
+    runs.iter().try_for_each(|run| instance.set(&run.references, &values[run.values.clone()]))
+}
+
+/// Reads the variables of these runs into their part of `values`.
+fn get(instance: &mut dyn Instance, runs: &[Run], values: &mut [f64]) -> Result<(), FmuUnitError> {
+    runs.iter().try_for_each(|run| instance.get(run.kind, &run.references, &mut values[run.values.clone()]))
 }
 
 impl Maker {
@@ -245,10 +259,11 @@ impl Participant for Fmu {
     fn read(&mut self, variable: &str) -> Result<Vec<f64>, ParticipantError> {
         let wire = self.wiring.readable.find(variable);
         let wire = wire.ok_or_else(|| self.description.missing(variable))?;
-        let (references, mut values) = (wire.references.clone(), vec![0.0; wire.channel.size]);
+        let (kind, references) = (wire.kind, wire.references.clone());
+        let mut values = vec![0.0; wire.channel.size];
         self.call(|this| {
             if this.started.is_some() {
-                return this.parts.instance.get(&references, &mut values);
+                return this.parts.instance.get(kind, &references, &mut values);
             }
             if this.parts.preview.is_none() {
                 let mut preview = this.maker.instance()?;
@@ -256,7 +271,7 @@ impl Participant for Fmu {
                 preview.exit_initialisation()?;
                 this.parts.preview = Some(preview);
             }
-            this.parts.preview.as_mut().map_or(Ok(()), |preview| preview.get(&references, &mut values))
+            this.parts.preview.as_mut().map_or(Ok(()), |preview| preview.get(kind, &references, &mut values))
         })?;
         Ok(values)
     }
@@ -270,7 +285,7 @@ impl Participant for Fmu {
         self.occasion = Occasion::initialisation(start_time);
         self.call(|this| {
             this.start(start_time, inputs)?;
-            this.parts.instance.get(&this.references[1], outputs)
+            get(&mut *this.parts.instance, &this.outputs, outputs)
         })?;
         check_finite(&self.description, outputs, start_time)
     }
@@ -283,9 +298,9 @@ impl Participant for Fmu {
     ) -> Result<(), ParticipantError> {
         self.occasion = *occasion;
         self.call(|this| {
-            this.parts.instance.set(&this.references[0], inputs)?;
+            set(&mut *this.parts.instance, &this.changing, inputs)?;
             this.parts.instance.step(occasion.time, occasion.communication_step)?;
-            this.parts.instance.get(&this.references[1], outputs)
+            get(&mut *this.parts.instance, &this.outputs, outputs)
         })?;
         check_finite(&self.description, outputs, occasion.end())
     }

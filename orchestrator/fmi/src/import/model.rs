@@ -67,6 +67,13 @@ pub enum Kind {
     Other,
 }
 
+impl Kind {
+    /// Whether variables of the contract may have this type.
+    pub fn is_number(self) -> bool {
+        matches!(self, Self::Float64 | Self::Int32 | Self::Int64 | Self::Boolean)
+    }
+}
+
 /// What a variable is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Causality {

@@ -4,9 +4,9 @@ use super::error::FmuUnitError;
 use super::instance::Value;
 use super::model::{Causality, Kind, Model, ModelVariable};
 use cofferdam_coupling::participant::{Channel, ChannelShape, Layout, ParameterValue};
-use cofferdam_unit::Role;
-use cofferdam_unit::Variable;
+use cofferdam_unit::{DataType, Role, Variable};
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// The wires of a unit.
 #[derive(Debug)]
@@ -27,6 +27,16 @@ pub struct Wires(Vec<Wire>);
 pub struct Wire {
     pub channel: Channel,
     pub references: Vec<u32>,
+    pub kind: Kind,
+    /// An input that the FMU takes as a parameter: it is set during initialisation alone.
+    fixed: bool,
+}
+
+/// References of one kind that follow each other, and where their values are among all.
+pub struct Run {
+    pub kind: Kind,
+    pub references: Vec<u32>,
+    pub values: Range<usize>,
 }
 
 impl Wiring {
@@ -48,7 +58,11 @@ impl Wiring {
             let given = variables.get(variable.name);
             let member = variable.name.strip_prefix("interface_").unwrap_or(variable.name);
             let name = given.or_else(|| model.terminal.get(member)).map_or(variable.name, String::as_str);
-            let wanted = |v: &&ModelVariable| v.name == name && v.kind == Kind::Float64;
+            let fits = |kind: Kind| match variable.causality {
+                cofferdam_unit::Causality::Input => kind == Kind::Float64,
+                _ => variable.data_type != DataType::Real && kind.is_number() || kind == Kind::Float64,
+            };
+            let wanted = |v: &&ModelVariable| v.name == name && fits(v.kind);
             match (model.variables.iter().find(wanted), given) {
                 (Some(theirs), _) => found.push((variable, theirs)),
                 (None, Some(name)) => {
@@ -87,10 +101,16 @@ impl Wiring {
             Causality::Local,
         ];
         // In their order, which is that of this program's own units too.
-        for theirs in model.real(&all).filter(|theirs| theirs.size > 0) {
+        for theirs in model.variables.iter().filter(|v| v.size > 0 && all.contains(&v.causality)) {
             let ours = found.iter().find(|(_, v)| v.name == theirs.name).map(|(ours, _)| *ours);
+            if ours.is_none() && theirs.kind != Kind::Float64 {
+                continue;
+            }
             match (theirs.causality, ours) {
                 (Causality::Input, Some(ours)) => wiring.inputs.add(theirs, Some(ours), contract),
+                (Causality::Parameter, Some(ours)) if ours.is_fixed_input() => {
+                    wiring.inputs.add(theirs, Some(ours), contract);
+                }
                 (Causality::Output, ours) => wiring.outputs.add(theirs, ours, contract),
                 (_, Some(ours)) => wiring.readable.add(theirs, Some(ours), contract),
                 (_, None) => (),
@@ -118,7 +138,9 @@ impl Wires {
             size: theirs.size,
             shape: ours.map_or(array, |ours| ours.shape.into()),
         };
-        self.0.push(Wire { channel, references: theirs.references.clone() });
+        let (references, kind) = (theirs.references.clone(), theirs.kind);
+        let fixed = theirs.causality == Causality::Parameter;
+        self.0.push(Wire { channel, references, kind, fixed });
     }
 
     /// The layout.
@@ -126,9 +148,36 @@ impl Wires {
         Layout::new(self.0.iter().map(|wire| wire.channel.clone()).collect())
     }
 
-    /// The references of all.
-    pub fn references(&self) -> Vec<u32> {
-        self.0.iter().flat_map(|wire| wire.references.iter().copied()).collect()
+    /// All variables as runs of one kind.
+    pub fn runs(&self) -> Vec<Run> {
+        self.runs_of(|_| true)
+    }
+
+    /// The same of those that may change in every step.
+    pub fn changing_runs(&self) -> Vec<Run> {
+        self.runs_of(|wire| !wire.fixed)
+    }
+
+    fn runs_of(&self, wanted: impl Fn(&Wire) -> bool) -> Vec<Run> {
+        let (mut runs, mut end) = (Vec::<Run>::new(), 0);
+        for wire in &self.0 {
+            let begin = end;
+            end += wire.channel.size;
+            if !wanted(wire) {
+                continue;
+            }
+            match runs.last_mut().filter(|run| run.kind == wire.kind && run.values.end == begin) {
+                Some(run) => {
+                    run.references.extend(&wire.references);
+                    run.values.end = end;
+                }
+                None => {
+                    let (kind, references) = (wire.kind, wire.references.clone());
+                    runs.push(Run { kind, references, values: begin..end });
+                }
+            }
+        }
+        runs
     }
 
     /// The variable of the contract's `name`.
@@ -155,6 +204,9 @@ pub fn parameters(
         let Some(variable) = model.variables.iter().find(|v| v.name == *name) else {
             return Err(refused("is not there".to_owned()));
         };
+        if wiring.inputs.0.iter().any(|wire| wire.references == variable.references) {
+            return Err(refused("is set by the other unit".to_owned()));
+        }
         if variable.causality != Causality::Parameter && !wiring.idle.contains(name) {
             return Err(refused("is neither a parameter nor an input that nobody drives".to_owned()));
         }
@@ -240,23 +292,17 @@ mod tests {
     use super::*;
     use fmi_rs::model_description::FMIMajorVersion;
 
-    #[test]
-    fn inputs_of_any_type_that_nobody_drives_can_be_set() {
-        let variable = |name: &str, kind, causality, size| ModelVariable {
-            name: name.into(),
-            references: vec![7],
-            kind,
-            causality,
-            unit: String::new(),
-            size,
-            array: size > 1,
-        };
-        let (real, input) = (Kind::Float64, Causality::Input);
-        let model = Model {
+    fn of(kind: Kind, causality: Causality, name: &str, reference: u32, size: usize) -> ModelVariable {
+        let (references, unit, array) = (vec![reference], String::new(), size > 1);
+        ModelVariable { name: name.into(), references, kind, causality, unit, size, array }
+    }
+
+    fn model(variables: Vec<ModelVariable>) -> Model {
+        Model {
             version: FMIMajorVersion::V3,
-            name: "water".into(),
+            name: "unit".into(),
             tool: String::new(),
-            identifier: "water".into(),
+            identifier: "unit".into(),
             token: String::new(),
             saved_state: true,
             state_as_bytes: false,
@@ -265,14 +311,64 @@ mod tests {
             wants_memory: false,
             only_once: false,
             needs_tool: false,
-            variables: vec![
-                variable("interface_acceleration", real, input, 2),
-                variable("interface_pressure", real, Causality::Output, 2),
-                variable("enable", Kind::Boolean, input, 1),
-                variable("order", Kind::Int32, input, 1),
-            ],
+            variables,
             terminal: BTreeMap::new(),
-        };
+        }
+    }
+
+    /// Kind, references and places of values.
+    fn told(runs: Vec<Run>) -> Vec<(Kind, Vec<u32>, Range<usize>)> {
+        runs.into_iter().map(|run| (run.kind, run.references, run.values)).collect()
+    }
+
+    #[test]
+    fn a_dam_of_this_and_of_an_earlier_version_has_the_same_wires() {
+        use Causality::{Input, Output, Parameter};
+        let real = Kind::Float64;
+        let layouts = [(Input, real), (Parameter, Kind::Int32)].map(|(hydrostatic, counts)| {
+            let model = model(vec![
+                of(real, Input, "interface_pressure", 1, 3),
+                of(real, hydrostatic, "hydrostatic_pressure", 2, 3),
+                of(real, Input, "ground_acceleration", 3, 2),
+                of(real, Output, "interface_displacement", 10, 3),
+                of(real, Output, "interface_acceleration", 12, 3),
+                of(counts, Output, "crack_sticking", 23, 1),
+                of(counts, Output, "crack_open", 25, 1),
+                // Of no contract.
+                of(Kind::Int32, Output, "steps", 99, 1),
+                of(real, Output, "kinetic_energy", 30, 1),
+            ]);
+            let wiring = Wiring::find(&model, Role::Structure, &BTreeMap::new()).expect("a dam");
+            assert_eq!(told(wiring.inputs.runs()), [(real, vec![1, 2, 3], 0..8)]);
+            let changing = match hydrostatic {
+                Parameter => vec![(real, vec![1], 0..3), (real, vec![3], 6..8)],
+                _ => vec![(real, vec![1, 2, 3], 0..8)],
+            };
+            assert_eq!(told(wiring.inputs.changing_runs()), changing);
+            let outputs = match counts {
+                Kind::Int32 => {
+                    vec![(real, vec![10, 12], 0..6), (counts, vec![23, 25], 6..8), (real, vec![30], 8..9)]
+                }
+                _ => vec![(real, vec![10, 12, 23, 25, 30], 0..9)],
+            };
+            assert_eq!(told(wiring.outputs.runs()), outputs);
+            let driven = BTreeMap::from([("hydrostatic_pressure".into(), ParameterValue::Number(1.0))]);
+            let refused = parameters(&model, &wiring, &driven).err().map(|error| error.to_string());
+            assert!(refused.is_some_and(|text| text.contains("is set by the other unit")));
+            [wiring.inputs.layout(), wiring.outputs.layout()]
+        });
+        assert_eq!(layouts[0], layouts[1]);
+    }
+
+    #[test]
+    fn inputs_of_any_type_that_nobody_drives_can_be_set() {
+        let (real, input) = (Kind::Float64, Causality::Input);
+        let model = model(vec![
+            of(real, input, "interface_acceleration", 1, 2),
+            of(real, Causality::Output, "interface_pressure", 2, 2),
+            of(Kind::Boolean, input, "enable", 7, 1),
+            of(Kind::Int32, input, "order", 8, 1),
+        ]);
         let wiring = Wiring::find(&model, Role::Fluid, &BTreeMap::new()).expect("a water");
         assert_eq!(wiring.idle, ["enable", "order"]);
         let given = |name: &str, value| BTreeMap::from([(name.to_owned(), value)]);
@@ -282,7 +378,7 @@ mod tests {
         let driven = given("interface_acceleration", ParameterValue::Number(1.0));
         assert!(
             parameters(&model, &wiring, &driven)
-                .is_err_and(|error| error.to_string().contains("nobody drives"))
+                .is_err_and(|error| error.to_string().contains("is set by the other unit"))
         );
     }
 

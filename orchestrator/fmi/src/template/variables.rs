@@ -1,7 +1,7 @@
 //! The variables of the FMUs: those of the contract that a unit of one's own needs, and parameters of the dam.
 
 use crate::export::SizedVariable;
-use cofferdam_unit::{Causality, Shape, Variability, Variable, variables};
+use cofferdam_unit::{Causality, DataType, Shape, Variability, Variable, variables};
 
 /// A parameter of the dam.
 const fn parameter(
@@ -16,6 +16,7 @@ const fn parameter(
         causality: Causality::Parameter,
         variability: Variability::Fixed,
         shape: Shape::Scalar,
+        data_type: DataType::Real,
         unit,
         description,
         dependencies: &[],
@@ -62,7 +63,8 @@ static DAM: [Variable; 18] = {
         INTERFACE_NORMAL_X,
         INTERFACE_NORMAL_Y,
         INTERFACE_LENGTH,
-        ADDED_MASS_INCLUDED,
+        // Their sources know real variables only.
+        Variable { data_type: DataType::Real, ..ADDED_MASS_INCLUDED },
         parameter("mass", 100, "kg/m", "mass that sways, per metre of dam"),
         parameter("stiffness", 101, "Pa", "force per metre of dam over sway"),
         parameter("damping_ratio", 56, "1", "damping ratio of the sway"),

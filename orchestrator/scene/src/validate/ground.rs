@@ -297,10 +297,10 @@ mod tests {
         let unknown = text.replace("name = \"last\"", "nome = \"last\"");
         assert!(toml::from_str::<Scene>(&unknown).is_err_and(|error| error.message().contains("nome")));
         // settings for all shocks
-        let louder: Vec<String> = [scene.ground_motion.scaled(2.0), scene.ground_motion.reversed()].concat();
+        let louder = scene.ground_motion.scaled(2.0);
         let sets: Vec<&str> = std::iter::once(&sequence).chain(&louder).map(String::as_str).collect();
         let louder = read("koyna-coarse", &sets).expect("a scene").ground_motion;
-        assert!(louder.acceleration().iter().zip(samples).all(|(louder, own)| *louder == -2.0 * own));
+        assert!(louder.acceleration().iter().zip(samples).all(|(louder, own)| *louder == 2.0 * own));
     }
 
     #[test]
