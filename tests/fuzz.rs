@@ -389,7 +389,7 @@ fn archives_and_descriptions_of_fmus() {
     };
     let path = scenario.folder().join("changed.fmu");
     let (variables, parameters) = (BTreeMap::new(), BTreeMap::new());
-    let import = Import { file: &path, variables: &variables, parameters: &parameters };
+    let import = Import { file: &path, variables: &variables, parameters: &parameters, stop_time: None };
     let (mut archives, mut read, mut refused) = (0, 0, 0);
     cases(600, |dice| {
         let description = dice.of(&descriptions);

@@ -2,10 +2,12 @@
 //! and with nothing left behind. `-- hostile_units:: --nocapture` prints what was said of each.
 
 use cofferdam_log::{Entry, Log, LogReadError};
+use std::collections::BTreeSet;
 use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
+use whole_chain::process::wait_until;
 use whole_chain::scenario::{Scenario, binary};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
@@ -606,6 +608,55 @@ fn what_a_library_prints_or_starts_does_no_harm() {
         .in_making("puts(\"{\\\"ready\\\":{\\\"protocol\\\":6,\\\"description\\\":{}}}\"); fflush(stdout);");
     let ready = site.library("printed to be ready", &ready);
     site.refused_fmu("printed to be ready", &ready, &["reservoir: its description cannot be read"]);
+}
+
+/// A run that was killed and those that follow it, all with one temporary folder.
+#[test]
+fn folders_of_killed_runs_are_removed_by_the_next_run() {
+    let site = Site::new();
+    let endless = of(&site.library("endless", &site.in_step("if (calls > 20) for (;;);")));
+    let honest = of(&site.library("honest", &site.source));
+    let temporary = tempfile::tempdir().expect("a folder");
+    let folders = || -> BTreeSet<String> {
+        let entries = std::fs::read_dir(temporary.path()).expect("a folder").flatten();
+        entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect()
+    };
+    let start = |name: &str, fmu: &str, transport: &str| {
+        let mut command = Command::new(binary());
+        command.arg("run").arg(&site.scene).args(["--set", fmu, "--quiet", "--transport", transport]);
+        command.arg("--output").arg(site.case("runs").join(name)).env("TMPDIR", temporary.path());
+        command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("cofferdam runs")
+    };
+    for (transport, prefix) in [("in-process", "cofferdam-fmu-"), ("shared-memory", "cofferdam-unit-")] {
+        let before = folders();
+        assert_eq!(before, BTreeSet::new(), "{transport}");
+        let mut live = start(&format!("{transport}-live"), &endless, transport);
+        assert!(wait_until(|| !folders().is_empty()));
+        // A unit's process each.
+        let of_each = if transport == "in-process" { 1 } else { 2 };
+        assert!(wait_until(|| folders().len() == of_each), "{transport}: {:?}", folders());
+        let of_live = folders();
+        let mut killed = start(&format!("{transport}-killed"), &endless, transport);
+        assert!(wait_until(|| folders().len() == 2 * of_each), "{transport}: {:?}", folders());
+        killed.kill().expect("killed");
+        killed.wait().expect("ended");
+        assert!(folders().len() == 2 * of_each, "nothing but a run removes it");
+        for run in 0..2 {
+            let status = start(&format!("{transport}-next-{run}"), &honest, transport).wait().expect("ended");
+            assert!(status.success(), "{transport}: {status}");
+            assert_eq!(folders(), of_live, "{transport}: the folder of the run that lives, and no other");
+        }
+        assert!(of_live.iter().all(|name| name.starts_with(prefix)), "{of_live:?}");
+        live.kill().expect("killed");
+        live.wait().expect("ended");
+        assert_eq!(folders(), of_live);
+        // Two that begin at the same time.
+        let names = ["one", "other"].map(|name| format!("{transport}-{name}"));
+        for mut run in names.map(|name| start(&name, &honest, transport)) {
+            assert!(run.wait().expect("ended").success(), "{transport}");
+        }
+        assert_eq!(folders(), BTreeSet::new(), "{transport}");
+    }
 }
 
 #[test]

@@ -232,9 +232,11 @@ fn examine(path: &Path, arguments: &Arguments) -> Result<(), CheckError> {
     let sources: Vec<Source<'_>> = scene.sources();
     let pressure = PROBE * loaded.scene.hydrostatic_base_pressure(Side::Upstream);
     let mut changes = vec![0.0; sources.len()];
+    let mut messages = Vec::new();
     if sources[0].is_foreign() {
         let mut other = unit(DAM, &loaded.scene)?;
         changes[0] = test(&mut *other, Role::Structure, &inputs, pressure, &loaded.scene)?;
+        messages.extend(other.messages());
     }
     let mut others = Vec::new();
     for (id, _) in Assembly::of(&loaded.scene)
@@ -277,12 +279,11 @@ fn examine(path: &Path, arguments: &Arguments) -> Result<(), CheckError> {
             doubt(slow(&part, &described));
         }
     }
+    messages.extend(others.iter_mut().flat_map(|(_, other)| other.messages()));
+    for message in messages.into_iter().filter(|message| message.level >= Level::Warning) {
+        doubt(format!("{}: {}", message.unit, message.text));
+    }
     for (id, other) in &mut others {
-        for message in other.messages() {
-            if message.level >= Level::Warning {
-                doubt(format!("{}: {}", unit_name(*id), message.text));
-            }
-        }
         let side = if *id == TAILWATER { Side::Downstream } else { Side::Upstream };
         let (depth, density) = (scene.depth_of(side), scene.water(side).map_or(0.0, |water| water.density));
         // ∫ ⅞ ρ √(h (h − y)) dy

@@ -28,3 +28,4 @@ pub mod scheme;
 pub mod signal;
 pub mod simulation;
 pub mod stepping;
+pub mod temporary;

@@ -405,15 +405,18 @@ impl Simulation {
             if let Some(exchange) =
                 exchange.filter(|_| self.graph[*id].description().capabilities.saved_state)
             {
+                let length = match exchange.occasion.communication_step {
+                    0.0 => self.stepping.communication_step,
+                    length => length,
+                };
+                // A unit may refuse a step beyond the end of the run, which it was told.
+                let rest = self.stepping.end() - report.end();
                 let occasion = Occasion {
                     step: last + 1,
                     iteration: 1,
                     attempt: 1,
                     time: report.end(),
-                    communication_step: match exchange.occasion.communication_step {
-                        0.0 => self.stepping.communication_step,
-                        length => length,
-                    },
+                    communication_step: if rest < length * (1.0 - 1e-9) { rest } else { length },
                 };
                 test.test(&mut self.graph[*id], exchange, &occasion, last == 0)?;
             }

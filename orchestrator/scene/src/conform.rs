@@ -129,7 +129,15 @@ impl Conformed {
                 let invalid = Invalid::Count { key, value: *value, least: *least, most: *most };
                 self.problems.push((node.place.clone(), invalid));
             }
-            (Shape::Text, Content::Scalar(Value::String(text))) => return text.clone().into(),
+            (Shape::Text | Shape::TextOrTexts, Content::Scalar(Value::String(text))) => {
+                return text.clone().into();
+            }
+            (Shape::TextOrTexts, Content::Array(nodes)) => {
+                let values = nodes.iter().enumerate();
+                let value =
+                    |(i, node): (usize, &Node)| self.value(node, &Shape::Text, &join(path, &i.to_string()));
+                return Value::Array(values.map(value).collect());
+            }
             (Shape::Flag, Content::Scalar(Value::Boolean(flag))) => return (*flag).into(),
             (Shape::Word(words) | Shape::NumberOr(_, words), Content::Scalar(Value::String(word))) => {
                 let words: Vec<&str> = words.iter().map(|word| word.word.as_str()).collect();
@@ -270,7 +278,7 @@ fn stand_in(shape: &Shape) -> Value {
         Shape::Whole([least, most]) => 0.clamp(*least, *most).into(),
         Shape::Word(words) => words.first().map(|word| word.word.clone()).unwrap_or_default().into(),
         Shape::Flag => false.into(),
-        Shape::Text | Shape::Any => String::new().into(),
+        Shape::Text | Shape::TextOrTexts | Shape::Any => String::new().into(),
     }
 }
 

@@ -1,6 +1,6 @@
 //! `[reservoir.fmu]`, `[reservoir.command]`, `[reservoir.log]`, and the same of `[dam]`: units of other programs.
 
-use cofferdam_coupling::participant::{AccelerationMeaning, ParameterValue};
+use cofferdam_coupling::participant::{AccelerationMeaning, ParameterValue, VariableNames};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -69,10 +69,11 @@ pub struct FmuScene {
     /// What the accelerations of its interface mean.
     #[serde(default)]
     pub acceleration: AccelerationMeaning,
-    /// Its names for the variables of the contract: `{ interface_pressure = "p" }`.
+    /// Its names for the variables of the contract: `{ interface_pressure = "p" }`. Scalars are named by a pattern with the
+    /// placeholder `{i}`, `"p_{i}"`, or one by one, `["p_heel", "p_1"]`.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     #[schemars(extend("otherwise" = "the members of its terminal `wet_face`, then equal names"))]
-    pub variables: BTreeMap<String, String>,
+    pub variables: BTreeMap<String, VariableNames>,
     /// Values of its parameters by their names, set before initialisation.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     #[schemars(extend("otherwise" = "its own start values"))]
@@ -126,5 +127,50 @@ pub(super) fn resolve(
         if log.file.is_dir() {
             log.file.push("log.mcap");
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::Scene;
+    use cofferdam_coupling::participant::VariableNames;
+    use std::path::Path;
+
+    /// The coarse scene with an FMU that has these names for the pressure.
+    fn scene(names: &str) -> Result<Scene, String> {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/koyna-coarse/scene.toml");
+        let source = std::fs::read_to_string(&file).expect("a shipped scene");
+        let set = [
+            "reservoir.fidelity=fmu".to_owned(),
+            "reservoir.fmu.file=water.fmu".to_owned(),
+            format!("reservoir.fmu.variables.interface_pressure={names}"),
+        ];
+        Scene::resolved(&source, &set, &file).map_err(|error| format!("{error:?}"))
+    }
+
+    #[test]
+    fn a_variable_has_one_name_or_a_list_and_keeps_it_in_a_manifest() {
+        let several =
+            |names: &[&str]| VariableNames::Several(names.iter().map(|n| (*n).to_owned()).collect());
+        for (text, expected) in [
+            ("\"p_{i}\"", VariableNames::One("p_{i}".to_owned())),
+            ("[\"p_heel\", \"p_1\"]", several(&["p_heel", "p_1"])),
+        ] {
+            let given = scene(text).expect("a scene");
+            let again = toml::to_string(&given).expect("TOML");
+            for scene in [given, toml::from_str(&again).expect("the scene")] {
+                let fmu = scene.reservoir.fmu.expect("an FMU");
+                assert_eq!(fmu.variables["interface_pressure"], expected);
+            }
+        }
+    }
+
+    #[test]
+    fn names_that_are_no_texts_are_refused_with_their_place() {
+        let one = scene("3").expect_err("a number");
+        assert!(one.contains("reservoir.fmu.variables.interface_pressure"), "{one}");
+        assert!(one.contains("one text or several"), "{one}");
+        let second = scene("[\"p_1\", 2]").expect_err("a number");
+        assert!(second.contains("reservoir.fmu.variables.interface_pressure.1"), "{second}");
     }
 }

@@ -20,6 +20,8 @@ pub enum Shape {
     /// A whole number from the first to the last.
     Whole([i64; 2]),
     Text,
+    /// A text, or several.
+    TextOrTexts,
     /// `true` or `false`.
     Flag,
     Word(Vec<Word>),
@@ -108,6 +110,7 @@ impl Shape {
         let given: Vec<Self> = list("anyOf").iter().filter(|s| !is_null(s)).map(Self::of).collect();
         match <[Self; 2]>::try_from(given) {
             Ok([Self::Number(range), Self::Word(words)]) => return Self::NumberOr(range, words),
+            Ok([Self::Text, Self::Array(of, None)]) if matches!(*of, Self::Text) => return Self::TextOrTexts,
             Ok([first, _]) => return first,
             Err(given) => {
                 if let Some(first) = given.into_iter().next() {
@@ -221,6 +224,7 @@ impl Shape {
             Self::NumberOr(_, words) => format!("a number or {}", one_of(words)),
             Self::Whole(_) => "a whole number".to_owned(),
             Self::Text => "text in quotes".to_owned(),
+            Self::TextOrTexts => "one text or several".to_owned(),
             Self::Flag => "true or false".to_owned(),
             Self::Word(words) => one_of(words),
             Self::Any => "a number, text, true or false, or an array of numbers".to_owned(),

@@ -1,6 +1,7 @@
 use super::words::{END, Task, Word};
 use crate::transport::{Folder, ServiceKind};
 use cofferdam_coupling::participant::{Level, Message, Occasion, ParticipantError};
+use cofferdam_coupling::temporary::TemporaryFolder;
 use rustix::process::{Pid, Signal, kill_process_group};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::os::unix::process::{CommandExt, ExitStatusExt};
@@ -9,7 +10,6 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
-use tempfile::TempDir;
 
 /// A unit's process: start, end, and what it writes to its standard output.
 pub struct UnitProcess {
@@ -23,7 +23,7 @@ pub struct UnitProcess {
     /// Bytes of lines in no form that were kept since the messages were taken.
     printed: Arc<AtomicU64>,
     /// For its temporary files.
-    _temporary: TempDir,
+    _temporary: TemporaryFolder,
 }
 
 /// What a unit has written so far.
@@ -75,7 +75,7 @@ impl UnitProcess {
         };
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).process_group(0);
         // What a unit that crashes leaves behind, such as an unpacked FMU, goes with the run.
-        let temporary = TempDir::with_prefix("cofferdam-unit-").map_err(failed)?;
+        let temporary = TemporaryFolder::create("cofferdam-unit-").map_err(failed)?;
         if task.brief.is_none() {
             command.env("TMPDIR", temporary.path());
         }

@@ -50,8 +50,9 @@ impl<'a> Assembly<'a> {
     pub(super) fn imported(&self, id: UnitId, fmu: &FmuScene) -> Result<Box<dyn Participant>, AssemblyError> {
         let FmuScene { file, variables, parameters, .. } = fmu;
         let name = unit_name(id);
-        let step = self.fixed_step();
-        let made = Fmu::new(name, unit_role(id), Import { file, variables, parameters }, step);
+        let stop_time = Some(self.scene.stepping().end());
+        let import = Import { file, variables, parameters, stop_time };
+        let made = Fmu::new(name, unit_role(id), import, self.fixed_step());
         let made = made.map_err(|cause| {
             // What cannot be unpacked is named already.
             let participant = match cause {

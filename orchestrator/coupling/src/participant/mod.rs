@@ -13,7 +13,7 @@ pub use error::ParticipantError;
 pub use function_unit::FunctionUnit;
 pub use in_process::InProcess;
 pub use messages::Message;
-pub use settings::{AccelerationMeaning, ParameterValue};
+pub use settings::{AccelerationMeaning, ParameterValue, VariableNames};
 
 use cofferdam_unit::at_places;
 use std::time::Duration;

@@ -14,6 +14,39 @@ pub enum AccelerationMeaning {
     End,
 }
 
+/// The names that a variable of the contract has in another program.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum VariableNames {
+    /// Its name, or a pattern for those of its values, `p_{i}` or `p[1,{i=0}]`.
+    One(String),
+    /// A name for each of its values.
+    Several(Vec<String>),
+}
+
+impl From<&str> for VariableNames {
+    fn from(name: &str) -> Self {
+        Self::One(name.to_owned())
+    }
+}
+
+#[cfg(feature = "schema")]
+impl schemars::JsonSchema for VariableNames {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "VariableNames".into()
+    }
+
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({
+            "anyOf": [{ "type": "string" }, { "type": "array", "items": { "type": "string" }, "minItems": 1 }]
+        })
+    }
+}
+
 /// The value of a parameter of another program.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]

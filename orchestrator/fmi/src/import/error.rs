@@ -1,4 +1,5 @@
 use super::unpacked::UnpackError;
+use std::error::Error;
 use std::path::PathBuf;
 
 /// Why an FMU cannot take the place of a unit, or why it failed.
@@ -58,7 +59,7 @@ pub enum FmuUnitError {
     /// It lacks a variable that the interface needs.
     #[error(
         "it has no {causality} `{variable}` of real numbers, nor a member of a terminal `wet_face` for it; name its own in \
-         `variables`, {{ {variable} = \"…\" }}; it has {found}"
+         `variables`, {{ {variable} = \"…\" }}, scalars by a pattern, \"p_{{i}}\"; it has {found}"
     )]
     NoVariable {
         /// The variable of the contract.
@@ -82,15 +83,28 @@ pub enum FmuUnitError {
     },
     /// `variables` names what is not there.
     #[error(
-        "`variables` gives {name:?} for `{variable}`, but it has no such variable of real numbers; it has {found}"
+        "`variables` gives {name:?} for `{variable}`, but it has no such variable of real numbers{}; it has {found}",
+        meant(nearest)
     )]
     NoSuchVariable {
         /// The variable of the contract.
         variable: String,
-        /// The name that is given for it.
+        /// The name or pattern that is given for it.
         name: String,
+        /// The names that are most like it.
+        nearest: Vec<String>,
         /// Those that it has.
         found: String,
+    },
+    /// `variables` gives names or a pattern that do not make an array.
+    #[error("`variables` gives {given} for `{variable}`, but {why}")]
+    Names {
+        /// The variable of the contract.
+        variable: String,
+        /// What is given.
+        given: String,
+        /// What is wrong with it, and what would help.
+        why: String,
     },
     /// `variables` speaks of a variable that the contract does not have.
     #[error(
@@ -133,6 +147,24 @@ pub enum FmuUnitError {
         /// What it said last.
         message: String,
     },
+    /// It does not accept the times of the run.
+    #[error(
+        "{call} returned {status}{}; it was told that the run begins at t = {start} s and ends at t = {stop} s: if it cannot go so far, \
+         shorten `time.duration`",
+        said(message)
+    )]
+    Setup {
+        /// The function.
+        call: &'static str,
+        /// What it returned.
+        status: &'static str,
+        /// What it said last.
+        message: String,
+        /// Start of the run, s.
+        start: f64,
+        /// End of the run, s.
+        stop: f64,
+    },
     /// It ended the simulation.
     #[error("it asked to end the simulation at t = {time} s{}", said(message))]
     Terminated {
@@ -159,6 +191,36 @@ pub enum FmuUnitError {
     /// Its configuration cannot be hashed.
     #[error(transparent)]
     State(#[from] cofferdam_unit::StateError),
+}
+
+impl FmuUnitError {
+    /// The library cannot be loaded.
+    pub(super) fn of_loading(error: &libloading::Error) -> Self {
+        // What the system said stands below "dlopen failed".
+        let cause = error.source().map_or_else(|| error.to_string(), ToString::to_string);
+        let remedy = if cause.contains("undefined symbol: Py") || cause.contains("undefined symbol: _Py") {
+            "it runs in a Python process alone: set LD_PRELOAD to the library of that Python (libpython3.….so), or let its code \
+             serve as a process, fidelity \"command\""
+        } else if cause.contains("cannot open shared object file") {
+            "install what it names, or export it again with that inside"
+        } else if cause.contains("failed to map segment") {
+            "set TMPDIR to a folder from which programs may run"
+        } else {
+            "export it again for this machine"
+        };
+        Self::Library { cause, remedy }
+    }
+
+    /// The library lacks a function that is needed.
+    pub(super) fn without_function(name: &str) -> Self {
+        let (cause, remedy) = (format!("it lacks the function {name}"), "FMI asks for all functions");
+        Self::Library { cause, remedy }
+    }
+}
+
+fn meant(nearest: &[String]) -> String {
+    let names: Vec<String> = nearest.iter().map(|name| format!("`{name}`")).collect();
+    if names.is_empty() { String::new() } else { format!("; the nearest: {}", names.join(", ")) }
 }
 
 fn said(message: &str) -> String {

@@ -1,7 +1,7 @@
 //! An instance of an FMU of FMI 3.0.
 
 use super::error::FmuUnitError;
-use super::instance::{Instance, Said, Value};
+use super::instance::{Experiment, Instance, Said, Value};
 use super::model::{Kind, Model};
 use super::unpacked::Unpacked;
 use cofferdam_coupling::participant::Level;
@@ -98,8 +98,9 @@ impl Instance for Fmi3 {
         self.done(call, status)
     }
 
-    fn enter_initialisation(&mut self, start_time: f64) -> Result<(), FmuUnitError> {
-        self.done("fmi3EnterInitializationMode", self.fmu.enterInitializationMode(None, start_time, None))
+    fn enter_initialisation(&mut self, experiment: Experiment) -> Result<(), FmuUnitError> {
+        let entered = self.fmu.enterInitializationMode(None, experiment.start, experiment.stop);
+        self.done("fmi3EnterInitializationMode", entered).map_err(|error| experiment.refused(error))
     }
 
     fn exit_initialisation(&mut self) -> Result<(), FmuUnitError> {

@@ -2,9 +2,13 @@
 
 mod error;
 mod fmi2;
+mod fmi2_library;
 mod fmi3;
 mod instance;
 mod model;
+mod naming;
+mod surroundings;
+mod text;
 mod unpacked;
 mod wiring;
 
@@ -12,18 +16,19 @@ pub use error::FmuUnitError;
 pub use unpacked::{UnpackError, sha256_of};
 
 use cofferdam_coupling::participant::{
-    Description, Message, Occasion, ParameterValue, Participant, ParticipantError, check_finite,
+    Description, Level, Message, Occasion, ParameterValue, Participant, ParticipantError, VariableNames,
+    check_finite,
 };
 use cofferdam_unit::Role;
 use cofferdam_unit::{Capabilities, Fingerprint, StateError, open, seal};
 use fmi_rs::model_description::FMIMajorVersion;
 use fmi_rs::sim::SimulationError;
-use instance::{Instance, Said, Value};
+use instance::{Experiment, Instance, Said, Value};
 use model::{Kind, Model};
 use std::collections::BTreeMap;
-use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
+use surroundings::{Arithmetic, Changes, Surroundings};
 use unpacked::Unpacked;
 use wiring::{Run, Wires, Wiring, parameters};
 
@@ -42,6 +47,8 @@ pub struct Fmu {
     started: Option<(f64, Vec<f64>)>,
     busy: Duration,
     messages: Vec<Message>,
+    /// What its library changed, of which a warning was given.
+    warned: Changes,
     /// How to make another instance.
     maker: Maker,
 }
@@ -62,9 +69,11 @@ pub struct Import<'a> {
     /// The FMU, or the folder of an unpacked one.
     pub file: &'a Path,
     /// Its names for variables of the contract, where they are others.
-    pub variables: &'a BTreeMap<String, String>,
+    pub variables: &'a BTreeMap<String, VariableNames>,
     /// Values of its parameters by their names.
     pub parameters: &'a BTreeMap<String, ParameterValue>,
+    /// Planned end of the run, s, which it is told; none if that is not known.
+    pub stop_time: Option<f64>,
 }
 
 /// How an instance is made.
@@ -75,7 +84,11 @@ struct Maker {
     parameters: Vec<(u32, Kind, Value)>,
     said: Said,
     unpacked: Unpacked,
+    stop: Option<f64>,
 }
+
+/// Share of a step by which its end may lie beyond that of the run by rounding.
+const ROUNDING: f64 = 1e-9;
 
 impl Fmu {
     /// An FMU as a unit called `name`, for communication steps of `communication_step` (s), or of any length.
@@ -88,8 +101,8 @@ impl Fmu {
         communication_step: Option<f64>,
     ) -> Result<Self, FmuUnitError> {
         let unpacked = Unpacked::open(import.file)?;
-        let model = Model::read(&unpacked)?;
-        let mut wiring = Wiring::find(&model, role, import.variables)?;
+        let mut model = Model::read(&unpacked)?;
+        let mut wiring = Wiring::find(&mut model, role, import.variables)?;
         let parameters = parameters(&model, &wiring, import.parameters)?;
         if let (Some(fixed), Some(asked), false) = (model.fixed_step, communication_step, model.variable_step)
         {
@@ -135,11 +148,15 @@ impl Fmu {
                 saved_state: model.saved_state,
             },
         };
-        let maker =
-            Maker { name: name.to_owned(), model, library, parameters, said: Said::default(), unpacked };
-        let instance = maker.instance()?;
+        let early = model.stop_time.zip(import.stop_time).filter(|(own, asked)| *own < asked * (1.0 - 1e-9));
+        let stop = import.stop_time;
+        let said = Said::default();
+        let maker = Maker { name: name.to_owned(), model, library, parameters, said, unpacked, stop };
+        let before = Surroundings::now();
+        let instance = maker.instance();
+        let changes = before.restore();
         let mut fmu = Self {
-            parts: Parts { instance, preview: None },
+            parts: Parts { instance: instance?, preview: None },
             inputs: wiring.inputs.runs(),
             changing: wiring.inputs.changing_runs(),
             outputs: wiring.outputs.runs(),
@@ -149,20 +166,51 @@ impl Fmu {
             started: None,
             busy: Duration::ZERO,
             messages: Vec::new(),
+            warned: Changes::new(),
             maker,
         };
+        if let Some((own, asked)) = early {
+            fmu.warn(
+                "default experiment",
+                format!(
+                    "its modelDescription.xml tells of an experiment that stops at t = {own} s, and the run ends at t = {asked} s; make \
+                     sure that it goes so far, or set `time.duration` to {own}"
+                ),
+            );
+        }
+        fmu.warn_of(changes);
         fmu.keep_messages();
         Ok(fmu)
     }
 
-    /// Calls it, collects what it says and measures the time.
+    /// Calls it, restores what it changes of the process, collects what it says and measures the time.
     fn call<T>(
         &mut self,
         call: impl FnOnce(&mut Self) -> Result<T, FmuUnitError>,
     ) -> Result<T, ParticipantError> {
+        let before = Surroundings::now();
+        self.call_within(call, || before.restore())
+    }
+
+    /// The same for a call that is made at every iteration and does little: restores the arithmetic alone.
+    fn call_briefly<T>(
+        &mut self,
+        call: impl FnOnce(&mut Self) -> Result<T, FmuUnitError>,
+    ) -> Result<T, ParticipantError> {
+        let before = Arithmetic::now();
+        self.call_within(call, || before.restore())
+    }
+
+    fn call_within<T>(
+        &mut self,
+        call: impl FnOnce(&mut Self) -> Result<T, FmuUnitError>,
+        restore: impl FnOnce() -> Changes,
+    ) -> Result<T, ParticipantError> {
         let began = Instant::now();
         let result = call(self);
+        let changes = restore();
         self.busy += began.elapsed();
+        self.warn_of(changes);
         self.keep_messages();
         result.map_err(|cause| ParticipantError::Unit {
             participant: self.description.name.clone(),
@@ -174,11 +222,31 @@ impl Fmu {
     fn start(&mut self, time: f64, inputs: &[f64]) -> Result<(), FmuUnitError> {
         let Parts { instance, preview } = &mut self.parts;
         *preview = None;
-        instance.enter_initialisation(time)?;
+        instance.enter_initialisation(Experiment { start: time, stop: self.maker.stop })?;
         set(&mut **instance, &self.inputs, inputs)?;
         instance.exit_initialisation()?;
         self.started = Some((time, inputs.to_vec()));
         Ok(())
+    }
+
+    /// Warns of each thing once that its library changes of the process.
+    fn warn_of(&mut self, changes: Changes) {
+        for change in changes {
+            // Whatever it changes to.
+            let kind = change.split(',').next().unwrap_or_default().to_owned();
+            if self.warned.insert(kind) {
+                let name = &self.maker.model.name;
+                let text =
+                    format!("the library of FMU {name} changed {change}; that is restored after each call");
+                self.warn("process state", text);
+            }
+        }
+    }
+
+    fn warn(&mut self, source: &str, text: String) {
+        let Occasion { step, iteration, time, .. } = self.occasion;
+        let (unit, source) = (self.description.name.clone(), source.to_owned());
+        self.messages.push(Message { unit, level: Level::Warning, step, iteration, time, source, text });
     }
 
     fn keep_messages(&mut self) {
@@ -211,7 +279,9 @@ impl Maker {
     fn instance(&self) -> Result<Box<dyn Instance>, FmuUnitError> {
         let (model, said) = (&self.model, self.said.clone());
         let mut instance: Box<dyn Instance> = match model.version {
-            FMIMajorVersion::V2 => Box::new(fmi2::Fmi2::new(&self.unpacked, model, &self.name, said)?),
+            FMIMajorVersion::V2 => {
+                Box::new(fmi2::Fmi2::new(&self.library, &self.unpacked, model, &self.name, said)?)
+            }
             FMIMajorVersion::V3 => {
                 Box::new(fmi3::Fmi3::new(&self.library, &self.unpacked, model, &self.name, said)?)
             }
@@ -223,31 +293,23 @@ impl Maker {
     }
 }
 
+/// Length of the step of `occasion`, s. A unit may refuse one that passes the end `stop` by rounding alone, so that one ends there.
+fn until(stop: Option<f64>, occasion: &Occasion) -> f64 {
+    let length = occasion.communication_step;
+    match stop.map(|stop| (stop - occasion.time, occasion.end() - stop)) {
+        Some((rest, beyond)) if beyond > 0.0 && beyond < ROUNDING * length => rest,
+        _ => length,
+    }
+}
+
 impl FmuUnitError {
-    /// What hinders a library from being loaded, and what may help.
+    /// What hinders a library of FMI 3.0 from being loaded.
     fn of_library(error: SimulationError) -> Self {
-        let cause = match error {
-            // What the system said stands below "dlopen failed".
-            SimulationError::Library { source, .. } => {
-                source.source().map_or_else(|| source.to_string(), ToString::to_string)
-            }
-            SimulationError::Symbol { name, .. } => {
-                let (cause, remedy) = (format!("it lacks the function {name}"), "FMI asks for all functions");
-                return Self::Library { cause, remedy };
-            }
-            other => other.to_string(),
-        };
-        let remedy = if cause.contains("undefined symbol: Py") || cause.contains("undefined symbol: _Py") {
-            "it runs in a Python process alone: set LD_PRELOAD to the library of that Python (libpython3.….so), or let its code \
-             serve as a process, fidelity \"command\""
-        } else if cause.contains("cannot open shared object file") {
-            "install what it names, or export it again with that inside"
-        } else if cause.contains("failed to map segment") {
-            "set TMPDIR to a folder from which programs may run"
-        } else {
-            "export it again for this machine"
-        };
-        Self::Library { cause, remedy }
+        match error {
+            SimulationError::Library { source, .. } => Self::of_loading(&source),
+            SimulationError::Symbol { name, .. } => Self::without_function(&name),
+            other => Self::Library { cause: other.to_string(), remedy: "export it again for this machine" },
+        }
     }
 }
 
@@ -267,7 +329,7 @@ impl Participant for Fmu {
             }
             if this.parts.preview.is_none() {
                 let mut preview = this.maker.instance()?;
-                preview.enter_initialisation(0.0)?;
+                preview.enter_initialisation(Experiment { start: 0.0, stop: this.maker.stop })?;
                 preview.exit_initialisation()?;
                 this.parts.preview = Some(preview);
             }
@@ -299,7 +361,7 @@ impl Participant for Fmu {
         self.occasion = *occasion;
         self.call(|this| {
             set(&mut *this.parts.instance, &this.changing, inputs)?;
-            this.parts.instance.step(occasion.time, occasion.communication_step)?;
+            this.parts.instance.step(occasion.time, until(this.maker.stop, occasion))?;
             get(&mut *this.parts.instance, &this.outputs, outputs)
         })?;
         check_finite(&self.description, outputs, occasion.end())
@@ -310,11 +372,11 @@ impl Participant for Fmu {
         if !self.description.capabilities.saved_state {
             return Ok(());
         }
-        self.call(|this| this.parts.instance.save())
+        self.call_briefly(|this| this.parts.instance.save())
     }
 
     fn restore_state(&mut self) -> Result<(), ParticipantError> {
-        self.call(|this| this.parts.instance.restore())
+        self.call_briefly(|this| this.parts.instance.restore())
     }
 
     fn serialise(&mut self) -> Result<Option<Vec<u8>>, ParticipantError> {
@@ -352,5 +414,30 @@ impl Participant for Fmu {
 
     fn messages(&mut self) -> Vec<Message> {
         std::mem::take(&mut self.messages)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// For any number of steps of any length, the last step ends at the end as it is told, to the bit.
+    #[test]
+    fn last_step_ends_at_the_end() {
+        let mut passed = 0;
+        for length in [0.0025, 0.01, 1.0 / 3.0, 0.1, 7e-4] {
+            for steps in 1..3000_u32 {
+                let stop = f64::from(steps) * length;
+                let time = f64::from(steps - 1) * length;
+                let occasion = Occasion { time, communication_step: length, ..Occasion::default() };
+                passed += u32::from(occasion.end() > stop);
+                let taken = until(Some(stop), &occasion);
+                assert!(time + taken <= stop && (taken - length).abs() < 1e-9 * length, "{steps} {length}");
+            }
+        }
+        assert!(passed > 100, "{passed} would have passed it");
+        // What is beyond it by more is the caller's wish.
+        let beyond = Occasion { time: 1.0, communication_step: 0.1, ..Occasion::default() };
+        assert_eq!([until(Some(1.0), &beyond), until(Some(1.05), &beyond), until(None, &beyond)], [0.1; 3]);
     }
 }

@@ -1,8 +1,9 @@
 //! What the modelDescription.xml of an FMU says, the same for FMI 2.0 and 3.0.
 
 use super::error::FmuUnitError;
+use super::text::decode;
 use super::unpacked::Unpacked;
-use fmi_rs::model_description::{FMIMajorVersion, ModelDescriptionError, fmi2, fmi3, peek_fmi_version};
+use fmi_rs::model_description::{DefaultExperiment, FMIMajorVersion, ModelDescriptionError, fmi2, fmi3};
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Reader, XmlVersion};
 use std::collections::BTreeMap;
@@ -28,7 +29,9 @@ pub struct Model {
     pub only_once: bool,
     /// Whether it runs only where its tool is installed.
     pub needs_tool: bool,
-    /// Scalars `p[1]`, `p[2]`, … count as one array `p`.
+    /// Stop time of its default experiment, s.
+    pub stop_time: Option<f64>,
+    /// After [`join_arrays`](Self::join_arrays), scalars `p[1]`, `p[2]`, … count as one array `p`.
     pub variables: Vec<ModelVariable>,
     /// The members of its terminal `wet_face`: variables by member names.
     pub terminal: BTreeMap<String, String>,
@@ -98,16 +101,13 @@ impl Model {
         let path = fmu.description();
         let unreadable =
             |cause: String| FmuUnitError::Description { path: "modelDescription.xml".into(), cause };
-        let length = std::fs::metadata(&path).map_err(|e| unreadable(e.to_string()))?.len();
-        if length > LONGEST {
-            return Err(unreadable(format!("it has {} MB, more than {}", length >> 20, LONGEST >> 20)));
-        }
+        let text = read(&path).map_err(unreadable)?;
         let foreign = |e: ModelDescriptionError| unreadable(e.to_string());
-        let version = peek_fmi_version(&path).map_err(foreign)?;
+        let version = fmi_version(&text).map_err(unreadable)?;
         let mut model = if version == "2.0" {
-            of_fmi2(fmi2::ModelDescription::from_path(&path).map_err(foreign)?)?
+            of_fmi2(fmi2::ModelDescription::from_string(&text).map_err(foreign)?)?
         } else if version.starts_with("3.") {
-            of_fmi3(&fmi3::ModelDescription::from_path(&path).map_err(foreign)?, &unreadable)?
+            of_fmi3(&fmi3::ModelDescription::from_string(&text).map_err(foreign)?, &unreadable)?
         } else {
             return Err(FmuUnitError::Version { version });
         };
@@ -117,20 +117,76 @@ impl Model {
                 model.identifier
             )));
         }
-        model.variables = arrays(std::mem::take(&mut model.variables));
         let name = "terminalsAndIcons/terminalsAndIcons.xml";
         let terminals = fmu.folder().join(name);
         if terminals.is_file() {
-            model.terminal = terminal(&terminals)
+            model.terminal = read(&terminals)
+                .and_then(|text| terminal(&text))
                 .map_err(|cause| FmuUnitError::Description { path: name.into(), cause })?;
         }
         Ok(model)
+    }
+
+    /// A description with these variables.
+    #[cfg(test)]
+    pub fn of_variables(variables: Vec<ModelVariable>) -> Self {
+        Self {
+            version: FMIMajorVersion::V2,
+            name: "water".into(),
+            tool: String::new(),
+            identifier: "water".into(),
+            token: String::new(),
+            saved_state: true,
+            state_as_bytes: false,
+            variable_step: true,
+            fixed_step: None,
+            wants_memory: false,
+            only_once: false,
+            needs_tool: false,
+            stop_time: None,
+            variables,
+            terminal: BTreeMap::new(),
+        }
+    }
+
+    /// Joins the scalars `p[1]`, `p[2]`, … that are left.
+    pub fn join_arrays(&mut self) {
+        self.variables = arrays(std::mem::take(&mut self.variables));
     }
 
     /// The real variables of these causalities.
     pub fn real(&self, causalities: &[Causality]) -> impl Iterator<Item = &ModelVariable> {
         self.variables.iter().filter(move |v| v.kind == Kind::Float64 && causalities.contains(&v.causality))
     }
+}
+
+/// The text of an XML file.
+fn read(path: &Path) -> Result<String, String> {
+    let length = std::fs::metadata(path).map_err(|e| e.to_string())?.len();
+    if length > LONGEST {
+        return Err(format!("it has {} MB, more than {}", length >> 20, LONGEST >> 20));
+    }
+    decode(&std::fs::read(path).map_err(|e| e.to_string())?)
+}
+
+/// The version of FMI that a description names.
+fn fmi_version(text: &str) -> Result<String, String> {
+    let mut reader = Reader::from_str(text);
+    loop {
+        match reader.read_event().map_err(|e| e.to_string())? {
+            Event::Start(tag) | Event::Empty(tag) => {
+                let missing = || "its first element has no attribute `fmiVersion`".to_owned();
+                return attribute(&tag, "fmiVersion")?.ok_or_else(missing);
+            }
+            Event::Eof => return Err("there is no element in it".to_owned()),
+            _ => (),
+        }
+    }
+}
+
+/// The stop time of a default experiment.
+fn stop_time(experiment: Option<&DefaultExperiment>) -> Option<f64> {
+    experiment?.stopTime.as_ref()?.trim().parse().ok()
 }
 
 /// Whether it stays in its folder.
@@ -211,6 +267,7 @@ fn of_fmi3(
         wants_memory: false,
         only_once: unit.canBeInstantiatedOnlyOncePerProcess,
         needs_tool: unit.needsExecutionTool,
+        stop_time: stop_time(description.defaultExperiment.as_ref()),
         variables,
         terminal: BTreeMap::new(),
     })
@@ -255,6 +312,7 @@ fn of_fmi2(description: fmi2::ModelDescription) -> Result<Model, FmuUnitError> {
         wants_memory: !unit.canNotUseMemoryManagementFunctions,
         only_once: unit.canBeInstantiatedOnlyOncePerProcess,
         needs_tool: unit.needsExecutionTool,
+        stop_time: stop_time(description.defaultExperiment.as_ref()),
         variables: description.modelVariables.iter().map(variable).collect(),
         terminal: BTreeMap::new(),
     })
@@ -303,14 +361,13 @@ fn element(name: &str) -> Option<(&str, usize)> {
 }
 
 /// Variables by the member names of the terminal `wet_face`.
-fn terminal(path: &Path) -> Result<BTreeMap<String, String>, String> {
+fn terminal(text: &str) -> Result<BTreeMap<String, String>, String> {
     let mut members = BTreeMap::new();
-    let mut reader = Reader::from_file(path).map_err(|e| e.to_string())?;
+    let mut reader = Reader::from_str(text);
     // Names of the terminals around.
-    let (mut inside, mut buffer) = (Vec::new(), Vec::new());
+    let mut inside = Vec::new();
     loop {
-        buffer.clear();
-        match reader.read_event_into(&mut buffer).map_err(|e| e.to_string())? {
+        match reader.read_event().map_err(|e| e.to_string())? {
             Event::Start(tag) if tag.local_name().as_ref() == "Terminal" => {
                 inside.push(attribute(&tag, "name")?.unwrap_or_default());
             }

@@ -1,11 +1,11 @@
 //! An FMU on disk, unpacked: whatever its archive claims, nothing is written outside its folder, and no more than [`MOST`].
 
+use cofferdam_coupling::temporary::TemporaryFolder;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Component, Path, PathBuf};
-use tempfile::TempDir;
 use zip::ZipArchive;
 
 /// Most bytes of an unpacked FMU; those of this program have up to 100 MB.
@@ -25,7 +25,7 @@ pub struct Unpacked {
     /// SHA-256 of the archive, or of the files of a folder, in hexadecimal digits.
     pub sha256: String,
     /// Removed when it is no longer used; none for an FMU that its user has unpacked.
-    _own: Option<TempDir>,
+    _own: Option<TemporaryFolder>,
 }
 
 /// Why a file cannot be used as an FMU.
@@ -100,7 +100,7 @@ impl Unpacked {
             let folder = path.canonicalize().map_err(unreadable)?;
             Self { sha256: of_folder(&folder).map_err(unreadable)?, folder, _own: None }
         } else if kind.is_file() {
-            let own = TempDir::with_prefix("cofferdam-fmu-").map_err(unreadable)?;
+            let own = TemporaryFolder::create("cofferdam-fmu-").map_err(unreadable)?;
             let sha256 = of_file(path).map_err(unreadable)?;
             unpack(path, own.path(), MOST)?;
             Self { folder: own.path().to_owned(), sha256, _own: Some(own) }
@@ -283,6 +283,7 @@ fn of_folder(folder: &Path) -> std::io::Result<String> {
 mod tests {
     use super::*;
     use std::io::Cursor;
+    use tempfile::TempDir;
     use zip::write::SimpleFileOptions;
     use zip::{CompressionMethod, ZipWriter};
 

@@ -3,7 +3,8 @@
 use super::error::FmuUnitError;
 use super::instance::Value;
 use super::model::{Causality, Kind, Model, ModelVariable};
-use cofferdam_coupling::participant::{Channel, ChannelShape, Layout, ParameterValue};
+use super::naming;
+use cofferdam_coupling::participant::{Channel, ChannelShape, Layout, ParameterValue, VariableNames};
 use cofferdam_unit::{DataType, Role, Variable};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -43,16 +44,20 @@ impl Wiring {
     /// Finds the variables of `role` in `model`: by `variables`, else in the terminal `wet_face`, else by equal
     /// names. All other real outputs are taken under their own names.
     ///
-    /// **Errors**: one that the interface needs is not there.
+    /// Scalars that are values of one variable become an array of `model`.
+    ///
+    /// **Errors**: one that the interface needs is not there; names that do not fit.
     pub fn find(
-        model: &Model,
+        model: &mut Model,
         role: Role,
-        variables: &BTreeMap<String, String>,
+        variables: &BTreeMap<String, VariableNames>,
     ) -> Result<Self, FmuUnitError> {
         let contract = role.variables();
         if let Some(variable) = variables.keys().find(|name| !contract.iter().any(|v| v.name == **name)) {
             return Err(FmuUnitError::Unknown { variable: variable.clone(), unit: role.name() });
         }
+        let variables = naming::join(model, variables)?;
+        let model = &*model;
         let mut found: Vec<(&Variable, &ModelVariable)> = Vec::new();
         for variable in contract {
             let given = variables.get(variable.name);
@@ -64,12 +69,16 @@ impl Wiring {
             };
             let wanted = |v: &&ModelVariable| v.name == name && fits(v.kind);
             match (model.variables.iter().find(wanted), given) {
-                (Some(theirs), _) => found.push((variable, theirs)),
-                (None, Some(name)) => {
-                    let found = names(model, &[Causality::Input, Causality::Output]);
-                    let (variable, name) = (variable.name.to_owned(), name.clone());
-                    return Err(FmuUnitError::NoSuchVariable { variable, name, found });
+                (Some(theirs), Some(name)) if is_one_of_several(model, variable, theirs) => {
+                    let (pattern, size) = naming::pattern_of(model, name).unwrap_or_default();
+                    let (variable, given) = (variable.name.to_owned(), format!("{name:?}"));
+                    let why = format!(
+                        "that is a single value; for all {size} of them give the pattern {pattern:?}"
+                    );
+                    return Err(FmuUnitError::Names { variable, given, why });
                 }
+                (Some(theirs), _) => found.push((variable, theirs)),
+                (None, Some(name)) => return Err(naming::missing(model, variable.name, name)),
                 (None, None) => (),
             }
         }
@@ -80,11 +89,15 @@ impl Wiring {
         {
             let theirs = found.iter().find(|(ours, _)| ours.name == variable).map(|(_, theirs)| *theirs);
             if let Some(theirs) = theirs.filter(|theirs| theirs.causality != is) {
-                let (name, found) = (theirs.name.clone(), names(model, &[is]));
+                let (name, found) = (theirs.name.clone(), naming::names(model, &[is]));
                 return Err(FmuUnitError::NotThat { variable, name, causality, found });
             }
             if theirs.is_none() {
-                return Err(FmuUnitError::NoVariable { variable, causality, found: names(model, &[is]) });
+                return Err(FmuUnitError::NoVariable {
+                    variable,
+                    causality,
+                    found: naming::names(model, &[is]),
+                });
             }
         }
         let mut wiring = Self {
@@ -198,7 +211,7 @@ pub fn parameters(
     for (name, value) in given {
         let refused = |why: String| {
             let may = |v: &&ModelVariable| v.causality == Causality::Parameter;
-            let found = listed(model.variables.iter().filter(may));
+            let found = naming::plain_names(model.variables.iter().filter(may));
             FmuUnitError::Parameter { name: name.clone(), why, found }
         };
         let Some(variable) = model.variables.iter().find(|v| v.name == *name) else {
@@ -269,51 +282,19 @@ fn value_of(kind: Kind, value: &ParameterValue) -> Result<Value, String> {
     }
 }
 
-/// Names of the real variables of these causalities, with their sizes.
-fn names(model: &Model, causalities: &[Causality]) -> String {
-    listed(model.real(causalities))
-}
-
-fn listed<'a>(variables: impl Iterator<Item = &'a ModelVariable>) -> String {
-    const SHOWN: usize = 12;
-    let shown = |v: &ModelVariable| {
-        if v.array { format!("`{}`[{}]", v.name, v.size) } else { format!("`{}`", v.name) }
-    };
-    let all: Vec<String> = variables.map(shown).collect();
-    match all.len() {
-        0 => "none".to_owned(),
-        number if number <= SHOWN => all.join(", "),
-        number => format!("{}, and {} more", all[..SHOWN].join(", "), number - SHOWN),
-    }
+/// Whether a scalar is given for values along the face, and others have names as if they were the rest.
+fn is_one_of_several(model: &Model, variable: &Variable, theirs: &ModelVariable) -> bool {
+    let along_face = ChannelShape::from(variable.shape) == ChannelShape::WetFace;
+    along_face && !theirs.array && naming::pattern_of(model, &theirs.name).is_some()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fmi_rs::model_description::FMIMajorVersion;
 
     fn of(kind: Kind, causality: Causality, name: &str, reference: u32, size: usize) -> ModelVariable {
         let (references, unit, array) = (vec![reference], String::new(), size > 1);
         ModelVariable { name: name.into(), references, kind, causality, unit, size, array }
-    }
-
-    fn model(variables: Vec<ModelVariable>) -> Model {
-        Model {
-            version: FMIMajorVersion::V3,
-            name: "unit".into(),
-            tool: String::new(),
-            identifier: "unit".into(),
-            token: String::new(),
-            saved_state: true,
-            state_as_bytes: false,
-            variable_step: true,
-            fixed_step: None,
-            wants_memory: false,
-            only_once: false,
-            needs_tool: false,
-            variables,
-            terminal: BTreeMap::new(),
-        }
     }
 
     /// Kind, references and places of values.
@@ -326,7 +307,7 @@ mod tests {
         use Causality::{Input, Output, Parameter};
         let real = Kind::Float64;
         let layouts = [(Input, real), (Parameter, Kind::Int32)].map(|(hydrostatic, counts)| {
-            let model = model(vec![
+            let mut model = Model::of_variables(vec![
                 of(real, Input, "interface_pressure", 1, 3),
                 of(real, hydrostatic, "hydrostatic_pressure", 2, 3),
                 of(real, Input, "ground_acceleration", 3, 2),
@@ -338,7 +319,7 @@ mod tests {
                 of(Kind::Int32, Output, "steps", 99, 1),
                 of(real, Output, "kinetic_energy", 30, 1),
             ]);
-            let wiring = Wiring::find(&model, Role::Structure, &BTreeMap::new()).expect("a dam");
+            let wiring = Wiring::find(&mut model, Role::Structure, &BTreeMap::new()).expect("a dam");
             assert_eq!(told(wiring.inputs.runs()), [(real, vec![1, 2, 3], 0..8)]);
             let changing = match hydrostatic {
                 Parameter => vec![(real, vec![1], 0..3), (real, vec![3], 6..8)],
@@ -363,13 +344,13 @@ mod tests {
     #[test]
     fn inputs_of_any_type_that_nobody_drives_can_be_set() {
         let (real, input) = (Kind::Float64, Causality::Input);
-        let model = model(vec![
+        let mut model = Model::of_variables(vec![
             of(real, input, "interface_acceleration", 1, 2),
             of(real, Causality::Output, "interface_pressure", 2, 2),
             of(Kind::Boolean, input, "enable", 7, 1),
             of(Kind::Int32, input, "order", 8, 1),
         ]);
-        let wiring = Wiring::find(&model, Role::Fluid, &BTreeMap::new()).expect("a water");
+        let wiring = Wiring::find(&mut model, Role::Fluid, &BTreeMap::new()).expect("a water");
         assert_eq!(wiring.idle, ["enable", "order"]);
         let given = |name: &str, value| BTreeMap::from([(name.to_owned(), value)]);
         let set =
@@ -380,6 +361,46 @@ mod tests {
             parameters(&model, &wiring, &driven)
                 .is_err_and(|error| error.to_string().contains("is set by the other unit"))
         );
+    }
+
+    /// One scalar where there are several of its kind was meant to be all of them.
+    #[test]
+    fn a_single_scalar_for_the_face_is_refused_with_its_pattern() {
+        let scalar = |name: &str, reference, causality| ModelVariable {
+            name: name.into(),
+            references: vec![reference],
+            kind: Kind::Float64,
+            causality,
+            unit: String::new(),
+            size: 1,
+            array: false,
+        };
+        let variables = || {
+            let (input, output) = (Causality::Input, Causality::Output);
+            vec![
+                scalar("a_1", 1, input),
+                scalar("a_2", 2, input),
+                scalar("p(1)", 3, output),
+                scalar("p(2)", 4, output),
+            ]
+        };
+        let find = |pressure: &str| {
+            let names = [("interface_acceleration", "a_{i}"), ("interface_pressure", pressure)];
+            let names = names.map(|(variable, name)| (variable.to_owned(), name.into()));
+            Wiring::find(&mut Model::of_variables(variables()), Role::Fluid, &BTreeMap::from(names))
+        };
+        let refused = find("p(1)").expect_err("one of two").to_string();
+        assert!(refused.contains("\"p(1)\" for `interface_pressure`"), "{refused}");
+        assert!(refused.contains("for all 2 of them give the pattern \"p({i})\""), "{refused}");
+        let wiring = find("p({i})").expect("both");
+        assert_eq!(told(wiring.inputs.runs()), [(Kind::Float64, vec![1, 2], 0..2)]);
+        assert_eq!(told(wiring.outputs.runs()), [(Kind::Float64, vec![3, 4], 0..2)]);
+        let pressure = wiring.outputs.find("interface_pressure").expect("the pressure");
+        assert_eq!((pressure.channel.size, pressure.channel.unit.as_str()), (2, "Pa"));
+        // Without names, the error shows the patterns to copy.
+        let refused = Wiring::find(&mut Model::of_variables(variables()), Role::Fluid, &BTreeMap::new());
+        let refused = refused.expect_err("nothing is named").to_string();
+        assert!(refused.contains("it has `a_{i}`[2]") && refused.contains("\"p_{i}\""), "{refused}");
     }
 
     #[test]

@@ -45,7 +45,7 @@ fn each_shock_has_what_happened_in_it_and_the_length_opened_until_then() {
     assert_eq!(shaken.len(), wanted.len());
     let names = ["shock 1", "shock 2", "last"];
     for ((shock, (values, times)), name) in shaken.iter().zip(wanted).zip(names) {
-        let Shaken { shock, least_factor, time, sliding_time, opened, slid, residual } = &shock[0];
+        let Shaken { shock, least_factor, time, sliding_time, opened, slid, residual, .. } = &shock[0];
         let (label, found) = shock.as_ref().expect("one of several");
         assert_eq!(label, name);
         let found = [found[0] - times[0], found[1] - times[1]].into_iter().chain(
