@@ -193,14 +193,12 @@ mod tests {
         assert_eq!(before.restore(), Changes::new());
     }
 
-    extern "C" fn ignore(_: libc::c_int) {}
-
     #[test]
     fn signals_folder_and_locale_are_restored() {
         let before = Surroundings::now();
         let here = std::env::current_dir().expect("a folder");
         unsafe {
-            libc::signal(libc::SIGTERM, ignore as *const () as libc::sighandler_t);
+            libc::signal(libc::SIGTERM, libc::SIG_IGN);
             libc::signal(libc::SIGPIPE, libc::SIG_DFL);
             libc::setlocale(libc::LC_ALL, c"C.UTF-8".as_ptr());
         }
