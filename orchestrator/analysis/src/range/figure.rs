@@ -46,7 +46,8 @@ pub fn draw(area: &DrawingArea<SVGBackend<'_>, Shift>, quantity: &RangeQuantity)
         .margin_left(220)
         .x_label_area_size(44)
         .build_cartesian_2d(left..right, count..0.0)?;
-    chart.configure_mesh().disable_y_mesh().disable_y_axis().x_desc(label).draw()?;
+    let mut mesh = chart.configure_mesh();
+    mesh.disable_y_mesh().disable_y_axis().x_desc(label).light_line_style(TRANSPARENT).draw()?;
     if let Some(all) = combined {
         let [low, high] = all.interval;
         let style = BLACK.mix(0.1).filled();

@@ -1,7 +1,7 @@
 //! The runs of a range: the scene as it is, one factor at a time, and all together.
 
 use super::setting::{Choice, Factor, Values};
-use crate::statistics::uncorrelated_latin_hypercube;
+use crate::statistics::{choice, uncorrelated_latin_hypercube};
 
 /// Part of a range that a run belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,7 +51,7 @@ impl Planned {
 }
 
 /// Number by which seeds of the joint sample differ from those of the replicates.
-const OF_JOINT: u64 = 1 << 20;
+const OF_JOINT: u64 = 500_000;
 
 impl Factor {
     /// Its setting in the scene as it is.
@@ -83,10 +83,16 @@ impl Factor {
     fn at(&self, share: f64, seed: u64, number: usize) -> Coordinate {
         match &self.values {
             Values::Between(between) => Coordinate::Number(between.at(share)),
-            Values::Choices { choices, .. } => {
-                Coordinate::Choice(((share * choices.len() as f64) as usize).min(choices.len() - 1))
-            }
+            Values::Choices { choices, .. } => Coordinate::Choice(choice(share, choices.len())),
             Values::Noise(_) => Coordinate::Noise(Some(noise(seed, OF_JOINT + number as u64))),
+        }
+    }
+
+    /// The number of its choices; none for numbers and noise.
+    fn choices(&self) -> Option<usize> {
+        match &self.values {
+            Values::Choices { choices, .. } => Some(choices.len()),
+            Values::Between(_) | Values::Noise(_) => None,
         }
     }
 
@@ -110,7 +116,7 @@ impl Factor {
             (Values::Choices { choices, .. }, Coordinate::Choice(index)) => {
                 choices.get(*index).map_or_else(String::new, |choice| choice.name.clone())
             }
-            (_, Coordinate::Noise(Some(seed))) => format!("seed {seed}"),
+            (_, Coordinate::Noise(Some(seed))) => format!("noise {seed}"),
             _ => "as in the scene".to_owned(),
         }
     }
@@ -118,7 +124,7 @@ impl Factor {
 
 /// A seed of noise.
 fn noise(seed: u64, number: u64) -> u64 {
-    (seed << 32) ^ number
+    1_000_000 * seed + number
 }
 
 /// The scene as it is, and one factor at a time.
@@ -142,8 +148,8 @@ pub fn one_at_a_time(factors: &[Factor], seed: u64) -> Vec<Planned> {
 
 /// A Latin hypercube over the factors that vary jointly.
 pub fn joint(factors: &[Factor], samples: usize, seed: u64) -> Vec<Planned> {
-    let is_joint = |factor: &&Factor| factor.about.joint;
-    let points = uncorrelated_latin_hypercube(samples, factors.iter().filter(is_joint).count(), seed);
+    let dimensions = factors.iter().filter(|factor| factor.about.joint).map(Factor::choices);
+    let points = uncorrelated_latin_hypercube(samples, &dimensions.collect::<Vec<_>>(), seed);
     let run = |(number, point): (usize, &Vec<f64>)| {
         let mut shares = point.iter();
         let coordinates: Vec<Coordinate> = factors

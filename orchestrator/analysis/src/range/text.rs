@@ -4,7 +4,7 @@ use super::plan::Part;
 use super::results::Finished;
 use super::setting::Factor;
 use crate::table::Table;
-use cofferdam_report::{FactorKind, RangeQuantity, RangeRecord, Swing};
+use cofferdam_report::{FactorKind, RangeQuantity, RangeRecord, Setting, Swing};
 
 /// Name of the figure of a quantity.
 pub fn figure_name(quantity: &str) -> String {
@@ -111,7 +111,8 @@ fn meaning(range: &RangeRecord) -> String {
             ),
         };
         text += "Dominated by: factors that stand out from chance, with their shares of the variance of the ranks (adjusted R² of the \
-                 rank regression on each factor). What is left of 100 % are perturbed motion, interactions and chance. ";
+                 rank regression on each factor); in the tables below, shares in parentheses do not stand out. What is left of 100 % \
+                 are perturbed motion, interactions and chance. ";
     } else {
         text += "Dominated by: the factors with the largest swings. ";
     }
@@ -126,9 +127,9 @@ fn of_quantity(quantity: &RangeQuantity) -> Table {
     for swing in &quantity.swings {
         let Swing { factor, kind, low, high } = swing;
         let mut cells = vec![factor.clone(), kind.label().to_owned()];
-        for setting in [low, high] {
-            cells.extend([quantity.shown(setting.value), setting.setting.clone()]);
-        }
+        let shown = |of: &Setting| [quantity.shown(of.value), of.setting.clone()];
+        cells.extend(shown(low));
+        cells.extend(if low == high { [String::new(), String::new()] } else { shown(high) });
         cells.push(change(quantity, swing));
         if let Some(shares) = shares {
             let share = shares.iter().find(|share| share.factor == *factor);
@@ -148,8 +149,9 @@ fn change(quantity: &RangeQuantity, swing: &Swing) -> String {
     let base = quantity.as_it_is;
     match base.abs() > 1e-3 * low.abs().max(high.abs()) {
         true => {
-            let percent = |value: f64| 100.0 * (value - base) / base.abs();
-            format!("{:+.0} % to {:+.0} %", percent(low) + 0.0, percent(high) + 0.0)
+            // No negative zero.
+            let percent = |value: f64| (100.0 * (value - base) / base.abs()).round() + 0.0;
+            format!("{:+.0} % to {:+.0} %", percent(low), percent(high))
         }
         // Per cent of next to nothing say nothing.
         false => String::new(),

@@ -17,25 +17,60 @@ pub fn latin_hypercube(count: usize, dimensions: usize, seed: u64) -> Vec<Vec<f6
 }
 
 /// Hypercubes among which the least correlated one is chosen.
-const TRIALS: u64 = 200;
+const TRIALS: u64 = 1000;
 
-/// The Latin hypercube with the smallest largest correlation between two coordinates, of 200 random ones. In small samples chance
-/// correlates the coordinates of a single one, so that one factor is taken for another. The same `seed` gives the same points.
-pub fn uncorrelated_latin_hypercube(count: usize, dimensions: usize, seed: u64) -> Vec<Vec<f64>> {
+/// The Latin hypercube with the smallest largest correlation between two factors, of 1000 random ones. `choices` has an entry for each
+/// dimension: the number of equally likely choices into which the coordinate is divided by [`choice`], or none for a number. In a small
+/// sample chance correlates the factors of a single hypercube, so that one is taken for another. The same `seed` gives the same points.
+pub fn uncorrelated_latin_hypercube(count: usize, choices: &[Option<usize>], seed: u64) -> Vec<Vec<f64>> {
     let mut seeds = fastrand::Rng::with_seed(seed);
     let trial = |_| {
-        let points = latin_hypercube(count, dimensions, seeds.u64(..));
-        (largest_correlation(&points, dimensions), points)
+        let points = latin_hypercube(count, choices.len(), seeds.u64(..));
+        (largest_correlation(&points, choices), points)
     };
     let best = (0..TRIALS).map(trial).min_by(|a, b| a.0.total_cmp(&b.0));
     best.map_or_else(Vec::new, |(_, points)| points)
 }
 
-/// Largest absolute correlation between two coordinates of the points.
-fn largest_correlation(points: &[Vec<f64>], dimensions: usize) -> f64 {
-    let product = |a: usize, b: usize| points.iter().map(|p| (p[a] - 0.5) * (p[b] - 0.5)).sum::<f64>();
-    let pairs = (0..dimensions).flat_map(|a| (0..a).map(move |b| (a, b)));
-    pairs.map(|(a, b)| product(a, b).abs() / (product(a, a) * product(b, b)).sqrt()).fold(0.0, f64::max)
+/// The choice, of so many, at a coordinate from 0 to 1.
+pub fn choice(coordinate: f64, of: usize) -> usize {
+    ((coordinate * of as f64) as usize).min(of.saturating_sub(1))
+}
+
+/// Largest absolute correlation between the numbers, or the indicators of the choices, of two factors.
+fn largest_correlation(points: &[Vec<f64>], choices: &[Option<usize>]) -> f64 {
+    let columns = |(factor, choices): (usize, &Option<usize>)| -> Vec<Vec<f64>> {
+        let coordinates = points.iter().map(|point| point[factor]);
+        match *choices {
+            None => vec![normalised(coordinates.collect())],
+            Some(of) => {
+                let indicator = |which: usize| -> Vec<f64> {
+                    coordinates.clone().map(|share| f64::from(u8::from(choice(share, of) == which))).collect()
+                };
+                (0..of).map(|which| normalised(indicator(which))).collect()
+            }
+        }
+    };
+    let columns: Vec<Vec<Vec<f64>>> = choices.iter().enumerate().map(columns).collect();
+    let mut largest = 0.0f64;
+    for (factor, own) in columns.iter().enumerate() {
+        for other in columns[..factor].iter().flatten() {
+            for column in own {
+                let product: f64 = column.iter().zip(other).map(|(a, b)| a * b).sum();
+                largest = largest.max(product.abs());
+            }
+        }
+    }
+    largest
+}
+
+/// Values less their mean, over the root of the sum of their squares; zeros of values that do not vary.
+fn normalised(mut values: Vec<f64>) -> Vec<f64> {
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    values.iter_mut().for_each(|value| *value -= mean);
+    let norm = values.iter().map(|value| value * value).sum::<f64>().sqrt();
+    values.iter_mut().for_each(|value| *value = if norm > 0.0 { *value / norm } else { 0.0 });
+    values
 }
 
 #[cfg(test)]
@@ -43,20 +78,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn coordinates_of_a_chosen_hypercube_are_less_correlated_than_by_chance() {
-        let (count, dimensions) = (24, 9);
-        let chosen = uncorrelated_latin_hypercube(count, dimensions, 1);
-        assert_eq!(chosen, uncorrelated_latin_hypercube(count, dimensions, 1));
-        assert_ne!(chosen, uncorrelated_latin_hypercube(count, dimensions, 2));
-        let by_chance: f64 = (0..50)
-            .map(|seed| largest_correlation(&latin_hypercube(count, dimensions, seed), dimensions))
-            .sum();
-        let found = largest_correlation(&chosen, dimensions);
-        assert!(found < 0.7 * by_chance / 50.0, "{found} of {}", by_chance / 50.0);
-        // Correlated by a formula: (u, u) and (u, 1 − u).
+    fn factors_of_a_chosen_hypercube_are_less_correlated_than_by_chance() {
+        let (count, choices) = (24, [None, None, None, None, Some(2), Some(3), Some(4), Some(2)]);
+        let chosen = uncorrelated_latin_hypercube(count, &choices, 1);
+        assert_eq!(chosen, uncorrelated_latin_hypercube(count, &choices, 1));
+        assert_ne!(chosen, uncorrelated_latin_hypercube(count, &choices, 2));
+        let by_chance = |seed| largest_correlation(&latin_hypercube(count, choices.len(), seed), &choices);
+        let mean = (0..50).map(by_chance).sum::<f64>() / 50.0;
+        let found = largest_correlation(&chosen, &choices);
+        assert!(found < 0.75 * mean, "{found} of {mean}");
+        // By a formula: u and 1 − u, and the halves of u.
         let line: Vec<Vec<f64>> =
-            (0..9).map(|i| vec![f64::from(i) / 8.0, 1.0 - f64::from(i) / 8.0]).collect();
-        assert!((largest_correlation(&line, 2) - 1.0).abs() < 1e-12);
+            (0..8).map(|i| vec![f64::from(i) / 7.0, 1.0 - f64::from(i) / 7.0]).collect();
+        assert!((largest_correlation(&line, &[None, None]) - 1.0).abs() < 1e-12);
+        assert!((largest_correlation(&line, &[Some(2), Some(2)]) - 1.0).abs() < 1e-12);
+        // Ranks 1 to 8 and an indicator of the upper four: 2 · 4 / √(42 · 2).
+        assert!((largest_correlation(&line, &[None, Some(2)]) - 8.0 / 84f64.sqrt()).abs() < 1e-12);
     }
 
     #[test]

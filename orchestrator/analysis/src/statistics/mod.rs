@@ -12,7 +12,7 @@ mod variance;
 pub use bootstrap::{Band, band};
 pub use equivalence::{Ratio, holm, ratio_of_medians};
 pub use fragility::{Fragility, Lognormal, NoFit, Outcome, fit};
-pub use latin_hypercube::{latin_hypercube, uncorrelated_latin_hypercube};
+pub use latin_hypercube::{choice, latin_hypercube, uncorrelated_latin_hypercube};
 pub use quantiles::{median_interval, quantile};
 pub use rank_share::{RankShare, Settings, rank_share, ranks};
 pub use variance::main_effect;
