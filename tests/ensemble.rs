@@ -172,7 +172,22 @@ fn an_ensemble_has_the_numbers_of_single_runs_and_its_tables_say_what_they_show(
     let exceeding = results.iter().filter(|row| number(row, "peak sliding [mm]").abs() > 0.3).count();
     assert!(exceeding > 0 && exceeding < SAMPLES, "{exceeding}");
     assert!(text.contains(&format!("| peak sliding > 0.3 mm | {exceeding} of {SAMPLES} |")), "{text}");
-    assert!(text.contains("no fit: no run exceeds the limit; add stronger shaking"), "{text}");
+    // Two records support no curve; stronger shaking is proposed for the limit that no run exceeds.
+    assert!(text.contains("no curve: 2 independent records or pairs, at least 12 are needed"), "{text}");
+    let proposal = "no run exceeds the limit; add 2.2 g, 3.4 g (16 runs each): --add-levels runs them; add 10 records or pairs";
+    assert!(text.contains(proposal), "{text}");
+    let (_, curves) = rows(&output.join("fragility.csv"));
+    assert!(curves.iter().all(|row| row[1..].iter().all(String::is_empty)), "no curve, and no step either");
+    // The share of a level has the exact interval of two records.
+    let (_, levels) = rows(&output.join("exceedance.csv"));
+    let share = |row: &[String], column: usize| -> f64 { row[column].parse().expect("a share") };
+    let of_none: Vec<_> = levels.iter().filter(|row| row[0].ends_with("1000000 mm")).collect();
+    assert_eq!(of_none.len(), 3);
+    for row in of_none {
+        assert_eq!(row[2..6], ["16", "0", "2", "0"]);
+        let high = 1.0 - 0.025f64.sqrt();
+        assert!(share(row, 6) == 0.0 && (share(row, 7) - high).abs() < 1e-12, "{row:?}");
+    }
     // Without rest there is no residual sliding.
     assert!(
         text.contains(&format!(
@@ -211,7 +226,7 @@ fn the_page_has_the_numbers_of_the_tables(output: &Path) {
             let cells = columns.iter().map(|column| &row[*column]);
             let numbers = cells.clone().filter_map(|cell| cell.parse().ok());
             assert_eq!(shown.numbers, numbers.collect::<Vec<f64>>(), "{class}: {shown:?}");
-            let words = cells.filter(|cell| cell.parse::<f64>().is_err());
+            let words = cells.filter(|cell| !cell.is_empty() && cell.parse::<f64>().is_err());
             assert!(words.clone().all(|cell| shown.cells.contains(cell)), "{class}: {shown:?} {row:?}");
         }
         assert!(!table.is_empty(), "{class}");
@@ -225,18 +240,13 @@ fn the_page_has_the_numbers_of_the_tables(output: &Path) {
             .iter()
             .any(|shown| row[0].starts_with(shown))
     });
-    let of_limit =
-        ["limit", "exceeding", "runs", "left out", "median [g]", "low", "high", "dispersion", "remark"];
-    same(
-        "fits",
-        "limits.csv",
-        &[&of_limit[..8], &["dispersion low", "dispersion high", "remark"]].concat(),
-        &all,
-    );
+    let counts = ["limit", "exceeding", "runs", "left out", "records", "curve"];
+    let of_curve = ["median [g]", "low", "high", "dispersion", "dispersion low", "dispersion high"];
+    same("fits", "limits.csv", &[&counts[..], &of_curve, &["add levels", "remark"]].concat(), &all);
     same(
         "exceedance",
         "exceedance.csv",
-        &["limit", "level", "runs", "exceeding", "share", "curve", "low", "high"],
+        &["limit", "level", "runs", "exceeding", "records", "share", "low", "high", "curve"],
         &all,
     );
     let (headings, results) = rows(&output.join("results.csv"));
@@ -302,6 +312,52 @@ fn the_page_has_the_numbers_of_the_tables(output: &Path) {
         done.status.code() == Some(2)
             && said(&done).contains("samples already in the folder are not run again")
     );
+}
+
+/// Levels that curves lack are run with one option; what was there stays, and later commands know them.
+#[test]
+fn missing_levels_are_added_and_stay() {
+    let study = Study::new(
+        "set = [\"time.quiet=0\", \"dam.element_size=20\"]\n[intensity]\nlevels = [0.4, 1.5]\n[[limits]]\nquantity = \"peak sliding\"\n\
+         above = 1e6\n",
+    );
+    let output = study.folder.path().join("out");
+    study.run(&output, &[]);
+    let before = content(&output);
+    let done = study.run(&output, &["--add-levels"]);
+    let said = said(&done);
+    assert!(
+        said.contains("levels that are added: 2.2 g, 3.4 g") && said.contains("8 samples, 4 of them"),
+        "{said}"
+    );
+    assert_eq!(std::fs::read_to_string(output.join("added.toml")).expect("levels"), "levels = [2.2, 3.4]\n");
+    let after = content(&output);
+    let samples = before.iter().filter(|(name, _)| name.starts_with("samples"));
+    assert!(samples.clone().count() == 4 && samples.clone().all(|sample| after.contains(sample)));
+    let (headings, results) = rows(&output.join("results.csv"));
+    let at = headings.iter().position(|heading| heading == "PGA [g]").expect("the measure");
+    let levels: Vec<&str> = results.iter().map(|row| &*row[at]).collect();
+    assert_eq!(levels, ["0.4", "1.5", "2.2", "3.4"].repeat(2));
+    let page = Page::read(&output.join("report.html"));
+    assert!(page.words.contains("2.2 g, 3.4 g added by --add-levels"), "{}", page.words);
+    // Without the option the levels stay, and nothing is run or changed.
+    study.run(&output, &[]);
+    assert_eq!(content(&output), after);
+    // Bad input is refused before any work.
+    for (more, text, wanted) in [
+        (&["--add-levels", "--part", "1/2"][..], "levels = [2.2]\n", "cannot be used with"),
+        (&[], "levels = [26.0]\n", "`levels` has 26; levels lie between 0 and 10"),
+    ] {
+        std::fs::write(output.join("added.toml"), text).expect("a file");
+        let done = study.command(&output).args(more).output().expect("cofferdam runs");
+        assert_eq!(done.status.code(), Some(2));
+        let told = String::from_utf8_lossy(&done.stderr).split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(told.contains(wanted), "{told}");
+    }
+    let study = Study::new("[intensity]\nlevels = [0.4]\n");
+    let done = study.command(&output).arg("--add-levels").output().expect("cofferdam runs");
+    let told = String::from_utf8_lossy(&done.stderr).into_owned();
+    assert!(done.status.code() == Some(2) && told.contains("`limits` is an empty list"), "{told}");
 }
 
 /// Motions that differ a little: every method has the same ones, and the table of methods holds the ratio of their medians.

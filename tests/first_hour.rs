@@ -67,7 +67,7 @@ fn the_first_hour_is_as_it_is_written() {
             &["What is not modelled", "Largest principal stress", "Checks", "✗ failed"][..],
         ),
         ("runs/mine/report-reduced.html", &["Differences in the inputs"]),
-        ("series/report.html", &["too few runs"]),
+        ("series/report.html", &["no curve"]),
     ] {
         let page_text = read(page);
         for words in words {

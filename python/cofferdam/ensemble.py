@@ -14,6 +14,9 @@ _LOG = logging.getLogger(__name__)
 _NO_SAMPLE = f"{10**9}/{10**9}"
 """A part that holds no sample: the plan is checked and the folder made, nothing is run."""
 
+_ADDED = "added.toml"
+"""Levels that `--add-levels` added to the plan, in the folder of an ensemble."""
+
 _TIED = "import ctypes, os, sys; ctypes.CDLL(None).prctl(1, 9); os.execvp(sys.argv[1], sys.argv[1:])"
 """Becomes the program of its arguments, which the system kills when the caller dies (PR_SET_PDEATHSIG, SIGKILL)."""
 
@@ -45,7 +48,7 @@ def run_ensemble(plan, output, client, program="cofferdam", parts=None):
     version = _version(program, "this machine")
     _call([program, "ensemble", plan, "--output", output, "--part", _NO_SAMPLE], "this machine")
     samples = output / "samples"
-    kept = {path.name: path.read_bytes() for path in samples.glob("*.toml")}
+    kept = {path.name: path.read_bytes() for path in [*samples.glob("*.toml"), *output.glob(_ADDED)]}
     if parts is None:
         parts = 8 * max(4, sum(client.nthreads().values()))
     # A task, not scattered data: that would be lost with the worker that holds it.
@@ -113,7 +116,7 @@ def run_part(number, parts, plan, text, program, version, held):
         # By its plan the program knows the folder as that of the same ensemble.
         (samples.parent / "plan.toml").write_bytes(text)
         for name, content in held.items():
-            (samples / name).write_bytes(content)
+            (samples.parent if name == _ADDED else samples).joinpath(name).write_bytes(content)
         part = ["--part", f"{number}/{parts}", "--threads", "1"]
         _call([program, "ensemble", plan, "--output", scratch, *part], where)
         now = {path.name: path.read_bytes() for path in samples.glob("*.toml")}

@@ -170,6 +170,19 @@ def test_samples_that_are_there_are_not_run_again(client, study, tmp_path, monke
     assert results["simulated time [s]"].eq(123.0).sum() == 1
 
 
+def test_added_levels_are_run_by_the_workers_too(client, study, tmp_path):
+    plan, alone = study
+    more, output = tmp_path / "more", tmp_path / "out"
+    shutil.copytree(alone, more)
+    subprocess.run([COFFERDAM, "ensemble", plan, "--output", more, "--add-levels"], check=True, capture_output=True)
+    assert len(list((more / "samples").iterdir())) > SAMPLES
+    shutil.copytree(alone / "samples", output / "samples")
+    for name in ("plan.toml", "added.toml"):
+        shutil.copy(more / name, output)
+    cofferdam.run_ensemble(plan, output, client, program=COFFERDAM, parts=PARTS)
+    assert content(output) == content(more)
+
+
 @pytest.mark.parametrize(
     "trouble, wanted",
     [

@@ -27,6 +27,13 @@ pub struct Arguments {
     #[arg(long, value_name = "PART/PARTS", value_parser = clap::value_parser!(Part))]
     part: Option<Part>,
 
+    /// Add the levels of shaking that the fragility curves lack, and run them
+    ///
+    /// Where the runs do not support a curve, the page says which levels are missing. This option adds them
+    /// to the plan's levels, for all limits, in the output folder (added.toml); later commands keep them.
+    #[arg(long, conflicts_with = "part")]
+    add_levels: bool,
+
     /// Number of simultaneous runs (default: one per core)
     #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: Option<u16>,
@@ -55,9 +62,12 @@ Files in the output folder:
                    with intensity.target: scale factor, misfit and scaled
                    spectrum of each record
   polarities.csv   with both polarities: the governing polarity
+  joints.csv       with several joints: the one that governs the sliding
+  added.toml       levels that --add-levels added
   ida.svg          incremental dynamic analysis: the quantity of the first
                    limit over intensity, for each record
-  fragility.svg    probability of exceeding each limit, with its 95 % band
+  fragility.svg    share of runs that exceed each limit, with exact 95 %
+                   intervals; curve and band where the runs support them
   ensemble.toml    records, levels, variations, hashes, program and machine
   report.html      all of this on one page; `cofferdam report` writes it again
 
@@ -66,6 +76,8 @@ Examples:
     --output ensembles/koyna
   cofferdam ensemble plan.toml --output /shared/study --part 3/16
       The third of sixteen shares, as one job of a job array.
+  cofferdam ensemble plan.toml --output study --add-levels
+      The levels that fragility curves lack, and everything with them.
 
 Exit status: 0 completed, 1 results could not be written, 2 the plan or its
 scene is invalid, 4 a unit cannot be created. Failed runs are listed and
@@ -79,6 +91,7 @@ pub fn run(arguments: &Arguments) -> ExitCode {
         part: arguments.part,
         threads: threads(arguments.threads),
         report: !arguments.no_report,
+        add_levels: arguments.add_levels,
     };
     match ensemble::run(&request, &context()) {
         Ok(_) => ExitCode::SUCCESS,
@@ -89,6 +102,7 @@ pub fn run(arguments: &Arguments) -> ExitCode {
                 | EnsembleError::Record(_)
                 | EnsembleError::Target(_)
                 | EnsembleError::Unreadable { .. }
+                | EnsembleError::Added { .. }
                 | EnsembleError::Scene(_) => 2,
                 EnsembleError::Unit(_) => 4,
                 EnsembleError::Run { .. }

@@ -14,6 +14,12 @@ pub struct EnsembleManifest {
     pub measure: String,
     /// The levels of shaking, as tables call them.
     pub levels: Vec<String>,
+    /// Those of them that `--add-levels` added.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub added: Vec<String>,
+    /// Number of independent records, pairs, or motions of a single record.
+    #[serde(default)]
+    pub independent: usize,
     /// Directions of the records.
     pub polarities: Vec<i64>,
     /// Draws of the distributed parameters for each record and direction.

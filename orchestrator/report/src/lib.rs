@@ -25,6 +25,7 @@ pub mod page;
 mod quantity;
 mod range;
 mod resultant;
+mod rounding;
 pub mod section;
 mod spectra;
 pub mod stability;
@@ -41,5 +42,6 @@ pub use range::{
     Combined, FactorKind, FailedRun, LeftOut, RangeError, RangeFactor, RangeQuantity, RangeRecord, Setting,
     Swing, VarianceShare,
 };
+pub use rounding::{known_digits, percent};
 pub use spectra::{RunSpectra, SPECTRAL_DAMPING, periods};
 pub use summary::Summary;

@@ -1,14 +1,16 @@
 //! Pictures of an ensemble.
 
 use super::EnsembleError;
-use super::runs::{LimitCurve, Runs, SHOWN};
+use super::runs::{LimitResult, Runs, SHOWN};
 use super::target::Scaled;
 use crate::picture::{BLUE, FONT, GREEN, ORANGE, svg};
-use crate::statistics::quantile;
+use crate::statistics::{Curve, quantile};
 use cofferdam_motion::STANDARD_GRAVITY;
 use plotters::prelude::*;
 
 const SIZE: (u32, u32) = (900, 520);
+/// Grid lines of an axis, at most.
+const GRID: usize = 6;
 
 /// Intensity over a quantity: a thin line for each motion, thick ones for 16, 50 and 84 % of the runs of a level.
 pub fn analysis(
@@ -26,7 +28,9 @@ pub fn analysis(
             .x_label_area_size(40)
             .y_label_area_size(60)
             .build_cartesian_2d(0.0..right, 0.0..top)?;
-        chart.configure_mesh().x_desc(label).y_desc(format!("{measure}, g")).draw()?;
+        let mut mesh = chart.configure_mesh();
+        mesh.x_labels(GRID).y_labels(GRID.min(levels_of(summary))).max_light_lines(0);
+        mesh.x_desc(label).y_desc(format!("{measure}, g")).draw()?;
         let grey = RGBColor(0x80, 0x80, 0x80).mix(0.5);
         for line in lines {
             let from_rest = std::iter::once((0.0, 0.0)).chain(line.iter().copied());
@@ -72,7 +76,9 @@ pub fn spectra(scaled: &Scaled) -> Result<String, EnsembleError> {
             .x_label_area_size(40)
             .y_label_area_size(60)
             .build_cartesian_2d((from..to).log_scale(), (0.9 * low..1.1 * high).log_scale())?;
-        chart.configure_mesh().x_desc("period, s").y_desc("spectral acceleration, g").draw()?;
+        let mut mesh = chart.configure_mesh();
+        mesh.x_labels(GRID).y_labels(GRID).max_light_lines(0);
+        mesh.x_desc("period, s").y_desc("spectral acceleration, g").draw()?;
         let grey = RGBColor(0x80, 0x80, 0x80).mix(0.5);
         for line in &lines {
             chart.draw_series(LineSeries::new(line.iter().copied(), grey.stroke_width(1)))?;
@@ -91,32 +97,61 @@ pub fn spectra(scaled: &Scaled) -> Result<String, EnsembleError> {
     .map_err(EnsembleError::Format)
 }
 
-/// Probability of exceeding each limit, with its band.
-pub fn fragility(measure: &str, intensities: &[f64], limits: &[LimitCurve]) -> Result<String, EnsembleError> {
-    let right = intensities.last().copied().unwrap_or(1.0);
+/// Number of grid lines over so many levels: no more than there are levels, but enough to read values.
+fn levels_of<T>(levels: &[T]) -> usize {
+    levels.len().max(3)
+}
+
+/// Share of the runs of each level that exceed each limit, with its exact interval; a curve with its band where the runs support one between the
+/// weakest and the strongest shaking, a dashed one where they are separated.
+pub fn fragility(
+    measure: &str,
+    intensities: &[f64],
+    limits: &[LimitResult],
+) -> Result<String, EnsembleError> {
+    let right = 1.05 * intensities.last().copied().unwrap_or(1.0);
+    let tested = limits.iter().map(|limit| limit.evidence.levels.len()).max().unwrap_or(0);
     svg(SIZE, |area| {
         let mut chart = ChartBuilder::on(area)
-            .caption("Probability of exceeding a limit, with its 95 % band", (FONT, 16))
+            .caption("Probability of exceeding a limit: runs with exact 95 % intervals", (FONT, 16))
             .margin(12)
             .x_label_area_size(40)
             .y_label_area_size(60)
             .build_cartesian_2d(0.0..right, 0.0..1.0)?;
-        chart.configure_mesh().x_desc(format!("{measure}, g")).y_desc("probability").draw()?;
-        for (limit, colour) in limits.iter().zip([BLUE, ORANGE, GREEN, BLACK].into_iter().cycle()) {
-            let name = format!("{} > {} {}", limit.quantity, limit.above, limit.unit);
-            if let Some(band) = &limit.band {
-                let bound = |index: usize| {
-                    intensities.iter().zip(&band.probability).map(move |(x, interval)| (*x, interval[index]))
-                };
-                let outline: Vec<(f64, f64)> =
-                    bound(0).chain(bound(1).rev()).filter(|(_, p)| !p.is_nan()).collect();
+        let mut mesh = chart.configure_mesh();
+        mesh.x_labels(GRID.min(tested.max(3))).y_labels(GRID).max_light_lines(0);
+        mesh.x_desc(format!("{measure}, g")).y_desc("probability").draw()?;
+        for (number, (limit, colour)) in
+            limits.iter().zip([BLUE, ORANGE, GREEN, BLACK].into_iter().cycle()).enumerate()
+        {
+            let name = match &limit.evidence.curve {
+                Curve::Supported(_) => limit.name(),
+                Curve::Separated { .. } => format!("{}: penalised, no interval", limit.name()),
+                Curve::None(_) => format!("{}: no curve", limit.name()),
+            };
+            if let Curve::Supported(fitted) = &limit.evidence.curve {
+                let band: Vec<(f64, [f64; 2])> =
+                    intensities.iter().map(|x| (*x, fitted.probability(*x).1)).collect();
+                let bound = |end: usize| band.iter().map(move |(x, interval)| (*x, interval[end]));
+                let outline: Vec<(f64, f64)> = bound(0).chain(bound(1).rev()).collect();
                 chart.draw_series([Polygon::new(outline, colour.mix(0.15))])?;
+                let curve = intensities.iter().map(|x| (*x, fitted.probability(*x).0));
+                chart.draw_series(LineSeries::new(curve, colour.stroke_width(2)))?;
+            } else if let Some(estimate) = limit.evidence.estimate() {
+                let curve = intensities.iter().map(|x| (*x, estimate.probability(*x)));
+                chart.draw_series(DashedLineSeries::new(curve, 6, 5, colour.stroke_width(1)))?;
             }
-            let points = intensities.iter().map(|x| (*x, limit.curve.probability(*x)));
+            // Points of several limits next to each other.
+            let aside = 0.006 * right * (number as f64 - (limits.len() as f64 - 1.0) / 2.0);
+            let levels = || limit.evidence.levels.iter().map(|level| (level.intensity + aside, level));
+            chart.draw_series(levels().map(|(x, level)| {
+                PathElement::new(level.interval.map(|p| (x, p)), colour.stroke_width(1))
+            }))?;
+            let points = levels().map(|(x, level)| Circle::new((x, level.share), 4, colour.filled()));
             chart
-                .draw_series(LineSeries::new(points.filter(|(_, p)| !p.is_nan()), colour.stroke_width(2)))?
+                .draw_series(points)?
                 .label(name)
-                .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], colour.stroke_width(2)));
+                .legend(move |(x, y)| Circle::new((x + 10, y), 4, colour.filled()));
         }
         let mut labels = chart.configure_series_labels();
         labels.position(SeriesLabelPosition::UpperLeft).background_style(WHITE.mix(0.8));

@@ -48,6 +48,8 @@ pub fn of(runs: &Runs<'_>, text: &str) -> Result<EnsembleManifest, EnsembleError
         scene: scene.title.clone(),
         measure: measure.clone(),
         levels: plan.intensity.level_names(),
+        added: super::limits::names(&runs.ensemble.added, &plan.intensity),
+        independent: runs.independent(),
         polarities: plan.polarities.clone(),
         samples: plan.samples,
         seed: plan.seed,

@@ -3,6 +3,7 @@
 use cofferdam_assembly::{Assembly, AssemblyError, read_scene};
 mod figure;
 mod folder;
+mod joints;
 mod limits;
 mod manifest;
 mod methods;
@@ -20,13 +21,15 @@ pub use plan::{Intensity, Limit, Measure, Perturbation, Plan, RecordEntry, Sampl
 use crate::context::Context;
 use crate::parallel;
 use crate::progress::Watch;
+use crate::statistics::is_apart;
 use cofferdam_coupling::simulation::SimulationError;
 use cofferdam_motion::{Component, Excerpt, GroundMotion, RecordError, TargetError};
 use cofferdam_report::page::{self, PageError};
 use cofferdam_scene::{LoadedScene, Scene, SceneError};
-use folder::take_folder;
+use folder::{added, keep_added, take_folder};
 use miette::Diagnostic;
-use sample::Contents;
+use runs::Runs;
+use sample::{Contents, Kept};
 use std::error::Error;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -47,6 +50,8 @@ pub struct Request<'a> {
     pub threads: NonZeroUsize,
     /// Whether `report.html` is written.
     pub report: bool,
+    /// Whether levels that curves lack are added to those of the plan; not with a part.
+    pub add_levels: bool,
 }
 
 /// Result of an ensemble.
@@ -127,6 +132,14 @@ pub enum EnsembleError {
         /// The cause.
         cause: Box<SimulationError>,
     },
+    /// The levels that were added to the plan.
+    #[error("{}: {cause}; correct the levels, or remove the file for those of the plan alone", path.display())]
+    Added {
+        /// The file.
+        path: PathBuf,
+        /// The cause.
+        cause: String,
+    },
     /// A folder with something else in it.
     #[error(
         "{} contains no ensemble or one of another plan; choose another --output, nothing is overwritten", path.display()
@@ -162,6 +175,8 @@ pub enum EnsembleError {
 /// An ensemble that is ready to be run.
 struct Ensemble {
     plan: Plan,
+    /// Levels that the plan has in addition to those of its file.
+    added: Vec<f64>,
     /// The file's folder.
     folder: PathBuf,
     /// Name of the intensity measure.
@@ -173,51 +188,50 @@ struct Ensemble {
     hashes: Vec<String>,
 }
 
-/// Runs the samples of a plan that its folder does not hold yet, and writes tables, pictures and page.
+/// Runs the samples of a plan that its folder does not hold yet, and writes tables, pictures and page. Levels that were added to the plan before
+/// belong to it.
 ///
 /// Results do not depend on the number of threads, nor on interruptions, bit for bit. The text of `ensemble.md` is reported as a line.
 ///
 /// **Errors**: [`EnsembleError`]. A run that fails is listed, and left out of the statistics.
 pub fn run(request: &Request<'_>, context: &Context<'_>) -> Result<Done, EnsembleError> {
-    let Request { plan: path, output, part, threads, report } = *request;
+    let Request { plan: path, output, part, threads, report, add_levels } = *request;
     let (plan, text) = Plan::read(path)?;
-    let folder = path.parent().unwrap_or(Path::new("")).to_owned();
-    let ensemble = Ensemble::of(plan, folder, threads)?;
+    if add_levels && plan.limits.is_empty() {
+        return Err(EnsembleError::Value {
+            path: path.to_owned(),
+            key: "limits".into(),
+            value: "an empty list".into(),
+            remedy: "give the limits whose curves lack levels, or leave out --add-levels".into(),
+        });
+    }
+    let mut ensemble = Ensemble::of(plan, added(output)?, path, threads)?;
     ensemble.check_limits(path, threads, context)?;
     take_folder(output, &text)?;
     ensemble.warnings()?.iter().for_each(|warning| context.warning(format!("WARNING: {warning}")));
-    let mine = |index: usize| part.is_none_or(|part| index % part.of == part.number);
-    let hashes = ensemble.hashes.iter().enumerate();
-    let mut wanted: Vec<(usize, &String)> = hashes.filter(|(index, _)| mine(*index)).collect();
-    let all = wanted.len();
-    // Equal samples are run once.
-    let mut seen = std::collections::BTreeSet::new();
-    wanted.retain(|(_, hash)| seen.insert(*hash) && sample::kept(output, hash).is_none());
-    context.line(format!("{} samples, {} of them to be run", all, wanted.len()));
-    let watch = Watch::new(wanted.len(), context);
-    parallel::try_map(&wanted, threads, |(index, hash)| {
-        let loaded = ensemble.scene(*index)?;
-        let kept = sample::run(&loaded, context, NonZeroUsize::MIN, None, &AtomicBool::new(false))?;
-        sample::keep(output, hash, &kept)?;
-        watch.tell(kept.is_complete());
-        Ok::<_, EnsembleError>(())
-    })?;
-    watch.end();
-    let done = Done { samples: all, run: wanted.len(), text: None };
+    let mut run = ensemble.run_missing(request, context)?;
+    let mut done = Done { samples: ensemble.part(part).count(), run, text: None };
     if part.is_some() {
         context.line("the command without --part writes the tables when all parts are done");
         return Ok(done);
     }
-    let lost = |hash: &str| EnsembleError::File {
-        path: sample::path(output, hash),
-        cause: "it was removed while the ensemble ran".into(),
-    };
-    let kept = ensemble
-        .hashes
-        .iter()
-        .map(|hash| sample::kept(output, hash).ok_or_else(|| lost(hash)))
-        .collect::<Result<Vec<_>, _>>()?;
-    let words = write::all(&ensemble, &kept, &text, output, context)?;
+    if add_levels {
+        let new = ensemble.missing_levels(&ensemble.kept(output)?);
+        if new.is_empty() {
+            context.line("no levels are missing");
+        } else {
+            let names = limits::names(&new, &ensemble.plan.intensity).join(", ");
+            context.line(format!("levels that are added: {names}"));
+            let mut all = [&ensemble.added[..], &new].concat();
+            all.sort_by(f64::total_cmp);
+            let (plan, _) = Plan::read(path)?;
+            ensemble = Ensemble::of(plan, all.clone(), path, threads)?;
+            keep_added(output, &all)?;
+            run += ensemble.run_missing(request, context)?;
+            done = Done { samples: ensemble.samples.len(), run, text: None };
+        }
+    }
+    let words = write::all(&ensemble, &ensemble.kept(output)?, &text, output, context)?;
     let page = if report { Some(page::file::write_ensemble(output)?) } else { None };
     let report = page.map_or("", |()| ", report.html");
     context.line(format!("tables, pictures{report} are in {}", output.display()));
@@ -225,11 +239,21 @@ pub fn run(request: &Request<'_>, context: &Context<'_>) -> Result<Done, Ensembl
 }
 
 impl Ensemble {
-    /// Checks every sample's scene.
-    fn of(plan: Plan, folder: PathBuf, workers: NonZeroUsize) -> Result<Self, EnsembleError> {
+    /// Checks every sample's scene, of the plan of this file with levels that are added to it.
+    fn of(
+        mut plan: Plan,
+        added: Vec<f64>,
+        path: &Path,
+        workers: NonZeroUsize,
+    ) -> Result<Self, EnsembleError> {
+        if !added.is_empty() {
+            plan.intensity.add(&added);
+            plan.check(path)?;
+        }
         let mut ensemble = Self {
             plan,
-            folder,
+            added,
+            folder: path.parent().unwrap_or(Path::new("")).to_owned(),
             measure: String::new(),
             scaled: None,
             samples: Vec::new(),
@@ -265,6 +289,56 @@ impl Ensemble {
         let hash = |index: &usize| sample::hash(&ensemble.scene(*index)?, &contents);
         ensemble.hashes = parallel::try_map(&numbers, workers, hash)?;
         Ok(ensemble)
+    }
+
+    /// Numbers and hashes of the samples of a part, or of all.
+    fn part(&self, part: Option<Part>) -> impl Iterator<Item = (usize, &String)> {
+        let mine = move |index: usize| part.is_none_or(|part| index % part.of == part.number);
+        self.hashes.iter().enumerate().filter(move |(index, _)| mine(*index))
+    }
+
+    /// Runs the samples that the output lacks; returns their number.
+    fn run_missing(&self, request: &Request<'_>, context: &Context<'_>) -> Result<usize, EnsembleError> {
+        let Request { output, part, threads, .. } = *request;
+        let mut wanted: Vec<(usize, &String)> = self.part(part).collect();
+        let all = wanted.len();
+        // Equal samples are run once.
+        let mut seen = std::collections::BTreeSet::new();
+        wanted.retain(|(_, hash)| seen.insert(*hash) && sample::kept(output, hash).is_none());
+        context.line(format!("{} samples, {} of them to be run", all, wanted.len()));
+        let watch = Watch::new(wanted.len(), context);
+        parallel::try_map(&wanted, threads, |(index, hash)| {
+            let loaded = self.scene(*index)?;
+            let kept = sample::run(&loaded, context, NonZeroUsize::MIN, None, &AtomicBool::new(false))?;
+            sample::keep(output, hash, &kept)?;
+            watch.tell(kept.is_complete());
+            Ok::<_, EnsembleError>(())
+        })?;
+        watch.end();
+        Ok(wanted.len())
+    }
+
+    /// The results of all samples.
+    fn kept(&self, output: &Path) -> Result<Vec<Kept>, EnsembleError> {
+        let lost = |hash: &str| EnsembleError::File {
+            path: sample::path(output, hash),
+            cause: "it was removed while the ensemble ran".into(),
+        };
+        self.hashes.iter().map(|hash| sample::kept(output, hash).ok_or_else(|| lost(hash))).collect()
+    }
+
+    /// The levels that the curves of all limits lack; those next to each other are one.
+    fn missing_levels(&self, kept: &[Kept]) -> Vec<f64> {
+        let mut known = self.plan.intensity.values();
+        let mut new = Vec::new();
+        for level in Runs::of(self, kept).limits().iter().flat_map(|limit| &limit.proposal.levels) {
+            if is_apart(*level, &known) {
+                known.push(*level);
+                new.push(*level);
+            }
+        }
+        new.sort_by(f64::total_cmp);
+        new
     }
 
     /// The scene of sample number `index`, with its motion.

@@ -3,7 +3,7 @@
 use super::Ensemble;
 use super::plan::Sample;
 use super::sample::Kept;
-use crate::statistics::{Band, Fragility};
+use crate::statistics::{Evidence, Exceedance, Proposal};
 use cofferdam_report::has_both_directions;
 use std::collections::BTreeSet;
 
@@ -12,8 +12,8 @@ pub const SHOWN: [&str; 4] = ["peak crest displacement", "residual sliding", "pe
 
 /// Confidence of all intervals.
 pub const CONFIDENCE: f64 = 0.95;
-/// Draws of the bootstrap.
-pub const DRAWS: usize = 1000;
+/// Largest level of shaking, g: no record was stronger.
+pub const HIGHEST_LEVEL: f64 = 10.0;
 
 /// The runs of an ensemble, by sample.
 pub struct Runs<'a> {
@@ -79,6 +79,16 @@ impl<'a> Runs<'a> {
         SHOWN.iter().any(|shown| name.starts_with(shown)) || limits.iter().any(|limit| limit.quantity == name)
     }
 
+    /// Whether all runs are of one record or pair: what they say of other records is unknown.
+    pub fn is_of_one_record(&self) -> bool {
+        self.ensemble.plan.clusters().iter().all(|cluster| *cluster == 0)
+    }
+
+    /// Number of independent records, pairs, or motions of a single record.
+    pub fn independent(&self) -> usize {
+        self.clusters.iter().collect::<BTreeSet<_>>().len()
+    }
+
     /// The runs of each level; a single group without levels, or if levels are factors.
     pub fn levels(&self) -> Vec<(String, Vec<usize>)> {
         let names = self.ensemble.plan.intensity.level_names();
@@ -88,16 +98,24 @@ impl<'a> Runs<'a> {
 }
 
 /// A limit and the results of the runs for it.
-pub struct LimitCurve {
+pub struct LimitResult {
     pub quantity: String,
     pub above: f64,
     pub unit: String,
-    pub curve: Fragility,
-    pub band: Option<Band>,
+    pub evidence: Evidence,
+    /// The runs of each level of the plan; its intensity is the level or the factor on the records.
+    pub levels: Vec<Exceedance>,
+    pub proposal: Proposal,
     pub exceeding: usize,
     pub runs: usize,
     /// Runs without this quantity.
     pub left_out: usize,
+}
+
+impl LimitResult {
+    pub fn name(&self) -> String {
+        format!("{} > {} {}", self.quantity, self.above, self.unit)
+    }
 }
 
 /// Three significant digits.

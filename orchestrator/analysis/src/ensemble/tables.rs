@@ -1,13 +1,18 @@
 //! Tables of an ensemble that has been run.
 
 use super::Ensemble;
-use super::runs::{CONFIDENCE, DRAWS, LimitCurve, Runs, digits};
-use crate::statistics::{Outcome, band, fit, median_interval, quantile};
+use super::runs::{CONFIDENCE, HIGHEST_LEVEL, LimitResult, Runs, digits};
+use crate::statistics::{
+    Curve, Evidence, Exceedance, Outcome, exceedance, median_interval, propose, quantile,
+};
 use crate::table::Table;
+use cofferdam_report::known_digits;
 
-/// Intensities at which curves are drawn, and their range beyond the runs'.
+/// Smallest number of independent values whose median has an interval.
+const LEAST_OF_MEDIANS: usize = 6;
+/// Intensities at which curves are drawn.
 const POINTS: usize = 101;
-const BEYOND: f64 = 1.25;
+
 impl Runs<'_> {
     pub fn opening(&self) -> String {
         let plan = &self.ensemble.plan;
@@ -104,12 +109,12 @@ impl Runs<'_> {
                 let start = [label.clone(), level.clone(), values.len().to_string()];
                 table.row(start.iter().cloned().chain(numbers.map(number)));
                 if self.is_shown(name) {
-                    let interval = interval.map_or_else(
-                        || "too few runs".to_owned(),
-                        |[low, high]| format!("{} to {}", digits(low), digits(high)),
-                    );
+                    let median = match interval {
+                        Some(interval) => with_interval(median, interval),
+                        None => digits(median),
+                    };
                     short.row(start.into_iter().chain([
-                        format!("{} ({interval})", digits(median)),
+                        median,
                         format!("{} to {}", digits(p16), digits(p84)),
                         match deviation.is_nan() {
                             true => digits(mean),
@@ -122,30 +127,50 @@ impl Runs<'_> {
         (table, short)
     }
 
-    /// Intensities at which curves are drawn: up to beyond the strongest shaking.
-    pub fn intensities(&self) -> Vec<f64> {
-        let most = self.ensemble.samples.iter().fold(0.0f64, |most, sample| most.max(sample.intensity));
-        (1..=POINTS).map(|i| BEYOND * most * i as f64 / POINTS as f64).collect()
+    /// Why medians have no interval, if there are too few records.
+    pub fn without_intervals(&self) -> Option<String> {
+        let have = self.independent();
+        (have < LEAST_OF_MEDIANS).then(|| {
+            format!(
+                "Medians have no 95 % interval: it needs at least {LEAST_OF_MEDIANS} independent records or pairs, these are {have}."
+            )
+        })
     }
 
-    pub fn limits(&self, intensities: &[f64]) -> Vec<LimitCurve> {
+    /// Intensities at which curves are drawn: from the weakest shaking to the strongest.
+    pub fn intensities(&self) -> Vec<f64> {
+        let all = || self.ensemble.samples.iter().map(|sample| sample.intensity);
+        let (least, most) = (all().fold(f64::INFINITY, f64::min), all().fold(0.0, f64::max));
+        (0..POINTS).map(|i| least + (most - least) * i as f64 / (POINTS - 1) as f64).collect()
+    }
+
+    pub fn limits(&self) -> Vec<LimitResult> {
+        let levels = self.ensemble.plan.intensity.values();
         let of_limit = |limit: &super::plan::Limit| {
             let with_value = self.complete().filter(|i| !self.kept[*i].value(&limit.quantity).is_nan());
             let outcomes: Vec<Outcome> = with_value
                 .map(|index| Outcome {
                     intensity: self.ensemble.samples[index].intensity,
+                    level: self.ensemble.samples[index].level,
                     exceeded: self.kept[index].value(&limit.quantity).abs() > limit.above,
                     cluster: self.clusters[index],
                 })
                 .collect();
             let unit = self.quantities.iter().find(|(name, _)| *name == limit.quantity);
-            LimitCurve {
+            let evidence = Evidence::of(&outcomes, CONFIDENCE);
+            let of_level = |(level, value): (usize, &f64)| {
+                let runs: Vec<&Outcome> = outcomes.iter().filter(|run| run.level == level).collect();
+                Exceedance { intensity: *value, ..exceedance(&runs, CONFIDENCE) }
+            };
+            let levels: Vec<_> = levels.iter().enumerate().map(of_level).collect();
+            LimitResult {
                 left_out: self.kept.len() - outcomes.len(),
                 quantity: limit.quantity.clone(),
                 above: limit.above,
                 unit: unit.map_or_else(String::new, |(_, unit)| unit.clone()),
-                curve: fit(&outcomes),
-                band: band(&outcomes, intensities, CONFIDENCE, DRAWS, self.ensemble.plan.seed),
+                proposal: propose(&evidence, &levels, CONFIDENCE, HIGHEST_LEVEL),
+                evidence,
+                levels,
                 exceeding: outcomes.iter().filter(|outcome| outcome.exceeded).count(),
                 runs: outcomes.len(),
             }
@@ -154,20 +179,33 @@ impl Runs<'_> {
     }
 }
 
-/// The curves and their bands.
-pub fn curves(limits: &[LimitCurve], intensities: &[f64], measure: &str) -> Table {
-    let of_limit = |limit: &LimitCurve| {
-        let name = format!("{} > {} {}", limit.quantity, limit.above, limit.unit);
+/// A value and its interval, with the digits that the interval leaves.
+pub fn with_interval(value: f64, interval: [f64; 2]) -> String {
+    let [value, low, high] = known_digits(value, interval);
+    format!("{value} ({low} to {high})")
+}
+
+/// The curves and their bands between the weakest and the strongest shaking; nothing where the runs do not support one.
+pub fn curves(limits: &[LimitResult], intensities: &[f64], measure: &str) -> Table {
+    let of_limit = |limit: &LimitResult| {
+        let name = limit.name();
         [name.clone(), format!("low: {name}"), format!("high: {name}")]
     };
     let headings = std::iter::once(format!("{measure} [g]")).chain(limits.iter().flat_map(of_limit));
     let mut table = Table::new(headings);
-    for (index, intensity) in intensities.iter().enumerate() {
+    for intensity in intensities {
         let mut row = vec![intensity.to_string()];
-        for LimitCurve { curve, band, .. } in limits {
-            let number = |value: f64| if value.is_nan() { String::new() } else { value.to_string() };
-            let [low, high] = band.as_ref().map_or([f64::NAN; 2], |band| band.probability[index]);
-            row.extend([curve.probability(*intensity), low, high].map(number));
+        for limit in limits {
+            row.extend(match &limit.evidence.curve {
+                Curve::Supported(fitted) => {
+                    let (probability, [low, high]) = fitted.probability(*intensity);
+                    [probability, low, high].map(|value| value.to_string())
+                }
+                Curve::Separated { estimate, .. } => {
+                    [estimate.probability(*intensity).to_string(), String::new(), String::new()]
+                }
+                Curve::None(_) => Default::default(),
+            });
         }
         table.row(row);
     }

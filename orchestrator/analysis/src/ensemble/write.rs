@@ -2,7 +2,7 @@
 
 use super::runs::Runs;
 use super::sample::Kept;
-use super::{Ensemble, EnsembleError, figure, limits, manifest, methods, polarities, tables};
+use super::{Ensemble, EnsembleError, figure, joints, limits, manifest, methods, polarities, tables};
 use crate::context::Context;
 use crate::parquet;
 use crate::table::Table;
@@ -33,11 +33,10 @@ pub fn all(
     let (statistics, short) = runs.statistics();
     save_table("statistics.csv", &statistics)?;
     let intensities = runs.intensities();
-    let levels = &ensemble.plan.intensity.levels;
-    let limits = runs.limits(&[&intensities[..], levels].concat());
+    let limits = runs.limits();
     save_table("fragility.csv", &tables::curves(&limits, &intensities, &ensemble.measure))?;
-    save_table("limits.csv", &limits::fits(&limits))?;
-    save_table("exceedance.csv", &limits::exceedance(&runs, &limits, levels, intensities.len()))?;
+    save_table("limits.csv", &limits::fits(&limits, &runs))?;
+    save_table("exceedance.csv", &limits::exceedance(&runs, &limits))?;
     let manifest = toml::to_string(&manifest::of(&runs, plan)?);
     save("ensemble.toml", &manifest.map_err(|cause| EnsembleError::Format(cause.into()))?)?;
     let (variance, shares) = runs.variance();
@@ -52,18 +51,33 @@ pub fn all(
         save("spectra.svg", &figure::spectra(scaled)?)?;
     }
     text.push_str(&short.markdown());
+    if let Some(sentence) = runs.without_intervals() {
+        text.push_str(&format!("\n{sentence}\n"));
+    }
+    if let Some((table, short)) = joints::governing(&runs) {
+        text.push_str("\nGoverning joint.\n\n");
+        text.push_str(&short.markdown());
+        save_table("joints.csv", &table)?;
+    }
     if let Some((table, short)) = polarities::governing(&runs) {
         text.push_str("\nGoverning polarity: larger magnitude (median of several runs).\n\n");
         text.push_str(&short.markdown());
         save_table("polarities.csv", &table)?;
     }
     if !limits.is_empty() {
+        let [curves, levels] = limits::short(&limits, &runs);
         text.push_str(&format!(
-            "\nProbability of exceeding a limit over {}: lognormal fit by maximum likelihood; 95 % intervals from a bootstrap over whole \
-             records or pairs.\n\n{}",
+            "\nProbability of exceeding a limit over {}: penalised probit fit; 95 % intervals by leaving out one record or pair at a time.\n\n{}",
             ensemble.measure,
-            limits::table(&limits).markdown()
+            curves.markdown()
         ));
+        text.push_str(&format!(
+            "\nRuns that exceed a limit, with exact 95 % intervals of independent records or pairs.\n\n{}",
+            levels.markdown()
+        ));
+        if let Some(advice) = limits::advice(&limits) {
+            text.push_str(&format!("\n{advice}\n"));
+        }
     }
     if let Some(shares) = shares {
         text.push_str(&format!(

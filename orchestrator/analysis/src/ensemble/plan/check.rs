@@ -1,10 +1,9 @@
 //! Whether a plan can be carried out.
 
+use super::super::runs::HIGHEST_LEVEL;
 use super::{EnsembleError, Intensity, Measure, Perturbation, Plan, Target};
 use std::path::Path;
 
-/// Largest level of shaking, g: no record was stronger.
-const HIGHEST_LEVEL: f64 = 10.0;
 /// Maximum number of samples of an ensemble.
 const MOST: usize = 1_000_000;
 
@@ -12,7 +11,7 @@ impl Plan {
     /// Checks every value.
     ///
     /// **Errors**: [`EnsembleError::Value`].
-    pub(super) fn check(&self, path: &Path) -> Result<(), EnsembleError> {
+    pub(in super::super) fn check(&self, path: &Path) -> Result<(), EnsembleError> {
         let wrong = |key: &str, value: String, remedy: &str| {
             let (path, key, remedy) = (path.to_owned(), key.to_owned(), remedy.to_owned());
             Err(EnsembleError::Value { path, key, value, remedy })

@@ -53,11 +53,37 @@ impl Intensity {
         match (&self.levels[..], &self.scales[..]) {
             ([], []) if self.target.is_some() => vec!["target".to_owned()],
             ([], []) => vec!["as recorded".to_owned()],
-            ([], scales) => {
-                let of = if self.target.is_some() { "target × " } else { "× " };
-                scales.iter().map(|scale| format!("{of}{scale}")).collect()
+            _ => {
+                let [before, after] = self.affixes();
+                self.values().iter().map(|value| format!("{before}{value}{after}")).collect()
             }
-            (levels, _) => levels.iter().map(|level| format!("{level} g")).collect(),
+        }
+    }
+
+    /// The levels, g, or factors on the records.
+    pub fn values(&self) -> Vec<f64> {
+        match (&self.levels[..], &self.scales[..]) {
+            ([], []) => vec![1.0],
+            ([], scales) => scales.to_vec(),
+            (levels, _) => levels.to_vec(),
+        }
+    }
+
+    /// Adds levels or, if the plan has no levels, factors; those that it has already are left out.
+    pub fn add(&mut self, added: &[f64]) {
+        let mut values = self.values();
+        values.extend(added);
+        values.sort_by(f64::total_cmp);
+        values.dedup();
+        *(if self.levels.is_empty() { &mut self.scales } else { &mut self.levels }) = values;
+    }
+
+    /// What stands before and after a level or factor.
+    pub fn affixes(&self) -> [&'static str; 2] {
+        match (self.levels.is_empty(), &self.target) {
+            (false, _) => ["", " g"],
+            (true, None) => ["× ", ""],
+            (true, Some(_)) => ["target × ", ""],
         }
     }
 

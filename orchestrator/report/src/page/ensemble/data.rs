@@ -6,8 +6,14 @@ use crate::page::data::{Group, Row};
 use crate::summary::NOT_AT_REST;
 use cofferdam_coupling::observer::Status;
 
+/// Start of the name of the column with the number of records for a width of all intervals, in percentage points.
+const RECORDS_FOR: &str = "records for ";
+/// Columns of a curve.
+const OF_CURVES: [&str; 6] = ["median [g]", "low", "high", "dispersion", "dispersion low", "dispersion high"];
 /// Maximum number of failed runs listed by name.
 const LISTED: usize = 8;
+/// Smallest number of independent values whose median has an interval.
+const LEAST_OF_MEDIANS: usize = 6;
 /// The column of the pairs in the table of records.
 const PAIR: usize = 2;
 /// Sentence of runs whose blocks still move.
@@ -26,8 +32,10 @@ pub struct EnsembleData {
     pub completed: usize,
     /// Number of completed runs with blocks still moving at the end.
     pub moving: usize,
-    /// For each limit that has a curve: its name, then median and dispersion, each with its interval where there is one.
-    pub curves: Vec<(String, [[Option<f64>; 3]; 2])>,
+    /// For each limit whose curve the runs support: its name, then median and dispersion, each with its interval.
+    pub curves: Vec<(String, [[f64; 3]; 2])>,
+    /// For each kind of sliding, the joint that governs most runs: quantity, joint, remark.
+    pub governing_joints: Vec<[String; 3]>,
     /// Name of the intensity measure, in g.
     pub measure: String,
     /// Warnings.
@@ -44,8 +52,12 @@ pub struct EnsembleData {
     pub target: Grid,
     /// The scaled spectra and their target, SVG.
     pub spectra: Option<String>,
+    /// Governing joint.
+    pub joints: Grid,
     /// Governing polarity.
     pub polarities: Grid,
+    /// Number of records that the exact intervals need for a stated width, if curves are not supported.
+    pub advice: Option<String>,
     /// Median and dispersion of each limit.
     pub limits: Grid,
     /// Share of the runs that exceed each limit at each level, and the curve there.
@@ -91,6 +103,8 @@ impl EnsembleData {
         let moves = |row: &&Vec<String>| said.is_some_and(|at| row[at].contains(NOT_AT_REST));
         let is_shown =
             |label: &str| manifest.shown.iter().any(|shown| label.starts_with(&format!("{shown} [")));
+        let advised: Vec<&str> =
+            limits.headings.iter().map(String::as_str).filter(|name| name.starts_with(RECORDS_FOR)).collect();
         let all = |table: &Table| (0..table.headings.len()).collect::<Vec<_>>();
         let share = |grid: Grid, from: usize| Grid {
             rows: grid
@@ -107,6 +121,7 @@ impl EnsembleData {
             completed: results.rows.iter().filter(is_completed).count(),
             moving: results.rows.iter().filter(is_completed).filter(moves).count(),
             curves: curves(limits),
+            governing_joints: governing_joints(&folder.joints),
             measure: manifest.measure.clone(),
             warnings: warnings(folder),
             not_modelled: manifest.not_modelled.clone(),
@@ -115,13 +130,23 @@ impl EnsembleData {
             varied: varied(folder),
             target: Grid::of(target, &all(target), |_| true),
             spectra: folder.spectra.clone(),
+            joints: Grid::of(&folder.joints, &all(&folder.joints), |_| true)
+                .without_empty(&["lowest limit [mm]"]),
             polarities: governing(polarities),
-            limits: Grid::of(limits, &without(limits, &["quantity", "above", "unit"]), |_| true),
+            advice: advice(limits),
+            limits: Grid::of(
+                limits,
+                &without(limits, &[&["quantity", "above", "unit"], &advised[..]].concat()),
+                |_| true,
+            )
+            .without_empty(&OF_CURVES)
+            .without_empty(&["add levels", "remark"]),
             exceedance: exceedance(&folder.exceedance),
             fragility: folder.fragility.clone(),
             analysis: folder.analysis.clone(),
-            statistics: Grid::of(statistics, &all(statistics), |row| is_shown(&row[0])),
-            all_statistics: Grid::of(statistics, &all(statistics), |_| true),
+            statistics: Grid::of(statistics, &all(statistics), |row| is_shown(&row[0]))
+                .without_empty(&["low", "high"]),
+            all_statistics: Grid::of(statistics, &all(statistics), |_| true).without_empty(&["low", "high"]),
             variance: share(Grid::of(variance, &all(variance), |row| is_shown(&row[0])), 1),
             methods: Grid::of(methods, &all(methods), |_| true),
             results: runs(folder, &is_shown),
@@ -154,16 +179,66 @@ fn without(table: &Table, left_out: &[&str]) -> Vec<usize> {
     (0..table.headings.len()).filter(|column| !left_out.contains(&&*table.headings[*column])).collect()
 }
 
-/// Median and dispersion of the limits that have a curve.
-fn curves(limits: &Table) -> Vec<(String, [[Option<f64>; 3]; 2])> {
-    let number = |row: &[String], name: &str| row[limits.column(name)?].parse::<f64>().ok();
+/// Median and dispersion of the limits whose curve is supported.
+fn curves(limits: &Table) -> Vec<(String, [[f64; 3]; 2])> {
+    let text = |row: &[String], name: &str| limits.column(name).map(|column| row[column].clone());
+    let number = |row: &[String], name: &str| text(row, name)?.parse::<f64>().ok();
     let of = |row: &Vec<String>| {
-        let of = |names: [&str; 3]| names.map(|name| number(row, name));
-        let median = of(["median [g]", "low", "high"]);
-        median[0]?;
-        Some((row.first()?.clone(), [median, of(["dispersion", "dispersion low", "dispersion high"])]))
+        if text(row, "curve")? != "supported" {
+            return None;
+        }
+        let mut values = [0.0; 6];
+        for (value, name) in values.iter_mut().zip(OF_CURVES) {
+            *value = number(row, name)?;
+        }
+        let [a, b, c, d, e, f] = values;
+        Some((row.first()?.clone(), [[a, b, c], [d, e, f]]))
     };
     limits.rows.iter().filter_map(of).collect()
+}
+
+/// How many records make the exact intervals as narrow as stated, if a limit has no supported curve and fewer records.
+fn advice(limits: &Table) -> Option<String> {
+    let [curve, have] = [limits.column("curve")?, limits.column("records")?];
+    let wanted = limits.headings.iter().position(|name| name.starts_with(RECORDS_FOR))?;
+    let width = limits.headings[wanted].strip_prefix(RECORDS_FOR)?.split(' ').next()?;
+    let number = |text: &str| text.parse::<usize>().ok();
+    let row = limits
+        .rows
+        .iter()
+        .find(|row| row[curve] != "supported" && number(&row[have]) < number(&row[wanted]))?;
+    Some(format!(
+        "The intervals of levels are those of {} independent records or pairs; with {} each is at most {width} percentage points wide.",
+        row[have], row[wanted]
+    ))
+}
+
+/// For each kind of sliding the joint that governs in most runs, over all levels.
+fn governing_joints(table: &Table) -> Vec<[String; 3]> {
+    let [Some(quantity), Some(joint), Some(runs), Some(governs), Some(by)] =
+        ["quantity", "joint", "runs", "governs", "by"].map(|name| table.column(name))
+    else {
+        return Vec::new();
+    };
+    let count = |row: &[String], column: usize| row[column].parse::<usize>().unwrap_or(0);
+    let mut found: Vec<[String; 3]> = Vec::new();
+    for rows in table.rows.chunk_by(|a, b| a[quantity] == b[quantity]) {
+        let mut joints: Vec<(&str, usize, usize)> = Vec::new();
+        for row in rows {
+            match joints.iter_mut().find(|(name, ..)| *name == row[joint]) {
+                Some((_, governed, all)) => {
+                    *governed += count(row, governs);
+                    *all += count(row, runs);
+                }
+                None => joints.push((&row[joint], count(row, governs), count(row, runs))),
+            }
+        }
+        let most = joints.iter().max_by_key(|(_, governed, _)| *governed);
+        let Some((name, governed, all)) = most.filter(|(_, governed, _)| *governed > 0) else { continue };
+        let remark = format!("the largest {} in {governed} of {all} runs", rows[0][by]);
+        found.push([rows[0][quantity].clone(), (*name).to_owned(), remark]);
+    }
+    found
 }
 
 /// Failures, warnings of the runs, and statistics with too few runs.
@@ -194,10 +269,14 @@ fn warnings(folder: &EnsembleFolder) -> Vec<String> {
     }
     if let (Some(count), Some(low)) = (statistics.column("runs"), statistics.column("low")) {
         let lacks = statistics.rows.iter().filter(|row| row[count] != "0" && row[low].is_empty()).count();
-        if lacks > 0 {
+        let (records, all) = (manifest.independent, statistics.rows.len());
+        if lacks > 0 && records < LEAST_OF_MEDIANS {
             warnings.push(format!(
-                "{lacks} of {} medians have no interval: at least six independent records or pairs of records are required",
-                statistics.rows.len()
+                "medians have no interval: it needs at least {LEAST_OF_MEDIANS} independent records or pairs of records, these are {records}"
+            ));
+        } else if lacks > 0 {
+            warnings.push(format!(
+                "{lacks} of {all} medians have no interval: fewer than {LEAST_OF_MEDIANS} independent records or pairs of records have a value"
             ));
         }
     }
@@ -236,7 +315,19 @@ fn plan(folder: &EnsembleFolder) -> Group {
     let mut rows = vec![
         Row::text("scene", manifest.scene.clone()),
         Row::text("intensity measure", manifest.measure.clone()),
-        Row::text("levels of shaking", manifest.levels.join(", ")),
+        match manifest.added.is_empty() {
+            true => Row::text("levels of shaking", manifest.levels.join(", ")),
+            false => Row::text("levels of shaking", manifest.levels.join(", "))
+                .with(format!("{} added by --add-levels", manifest.added.join(", "))),
+        },
+        Row::text(
+            if manifest.records.len() == 1 {
+                "independent motions of the record"
+            } else {
+                "independent records or pairs"
+            },
+            manifest.independent.to_string(),
+        ),
         Row::text("positive accelerations point", polarities.join(" and ")),
         Row::text("realisations per record and polarity", manifest.samples.to_string()),
         Row::text("seed", manifest.seed.to_string()),
@@ -308,13 +399,14 @@ fn exceedance(table: &Table) -> Grid {
     let shares: Vec<bool> = table
         .headings
         .iter()
-        .map(|name| ["share", "curve", "low", "high"].contains(&name.as_str()))
+        .map(|name| ["share", "low", "high", "curve", "curve low", "curve high"].contains(&name.as_str()))
         .collect();
     let cell = |(text, share): (&String, &bool)| if *share { Cell::share(text) } else { Cell::of(text) };
     Grid {
         headings: table.headings.clone(),
         rows: table.rows.iter().map(|row| row.iter().zip(&shares).map(cell).collect()).collect(),
     }
+    .without_empty(&["curve", "curve low", "curve high"])
 }
 
 /// A row a run: what it was, how it ended, what matters first.

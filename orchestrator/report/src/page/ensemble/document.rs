@@ -1,9 +1,9 @@
 //! The page of an ensemble.
 
 use super::super::document::{Page, Part, page};
-use super::super::number::shown;
 use super::super::tables;
 use super::data::EnsembleData;
+use crate::known_digits;
 use quick_xml::escape::escape;
 use std::fmt::Write;
 
@@ -38,12 +38,14 @@ fn head(data: &EnsembleData) -> String {
     text += &card("runs failed", &share(failed, data.runs), "excluded from the statistics");
     let still = "of the completed runs; they have no residual sliding";
     text += &card("runs with blocks still moving at the end", &share(data.moving, data.completed), still);
+    for [quantity, joint, remark] in &data.governing_joints {
+        text += &card(&format!("governing joint, {quantity}"), &escape(joint), &escape(remark));
+    }
     for (limit, [median, dispersion]) in &data.curves {
         let name = format!("median {} at which {limit}", data.measure);
-        let value =
-            median[0].map_or_else(String::new, |median| format!("{} <span>g</span>", tables::number(median)));
-        let said = [interval("", median), interval("dispersion ", dispersion)];
-        text += &card(&name, &value, &said.concat());
+        let ([value, interval], [dispersion, of_dispersion]) = (known(median), known(dispersion));
+        let remark = format!("95 %: {interval} g; dispersion {dispersion} ({of_dispersion})");
+        text += &card(&name, &format!("{value} <span>g</span>"), &remark);
     }
     text += "</div>\n";
     for (class, title, sentences) in
@@ -68,17 +70,12 @@ fn card(name: &str, value: &str, remark: &str) -> String {
     )
 }
 
-/// A value's interval; of what has a `name` the value too.
-fn interval(name: &str, [value, low, high]: &[Option<f64>; 3]) -> String {
-    let value = value.filter(|_| !name.is_empty());
-    let own = value.map_or_else(String::new, |value| format!(", {name}{}", tables::number(value)));
-    match (low, high) {
-        (Some(low), Some(high)) if name.is_empty() => {
-            format!("95 %: {} to {}", tables::number(*low), tables::number(*high))
-        }
-        (Some(low), Some(high)) => format!("{own} ({} to {})", shown(*low), shown(*high)),
-        _ => own.trim_start_matches(", ").to_owned(),
-    }
+/// A value and its interval with the digits that are known, and all of theirs in the markup.
+fn known([value, low, high]: &[f64; 3]) -> [String; 2] {
+    let texts = known_digits(*value, [*low, *high]);
+    let [value, low, high] = [value, low, high].map(f64::to_string);
+    let data = |exact: &str, shown: &str| format!("<data value=\"{exact}\">{shown}</data>");
+    [data(&value, &texts[0]), format!("{} to {}", data(&low, &texts[1]), data(&high, &texts[2]))]
 }
 
 /// The sections that have content.
@@ -102,10 +99,16 @@ fn parts(data: &EnsembleData) -> Vec<Part> {
         "Records and the target spectrum",
         picture(data.spectra.as_deref()) + &data.target.html("target"),
     );
-    let about = "<p class=\"about\">Lognormal fit by maximum likelihood; 95 % confidence bands from a bootstrap over whole records or \
-                 pairs.</p>\n";
+    let about = "<p class=\"about\">Points: share of the runs that exceed the limit, with the exact (Clopper–Pearson) 95 % interval of \
+                 independent records or pairs. Curve: penalised probit fit (Jeffreys’ prior) and its 95 % band by leaving out one record \
+                 or pair at a time, only where the runs support it. Without a curve, low and high bracket the median by the exact \
+                 intervals.</p>\n";
     let limits = data.limits.html("fits");
-    let fragility = if limits.is_empty() { String::new() } else { about.to_owned() + &limits };
+    let advice = data
+        .advice
+        .as_ref()
+        .map_or_else(String::new, |advice| format!("<p class=\"about\">{}</p>\n", escape(advice)));
+    let fragility = if limits.is_empty() { String::new() } else { about.to_owned() + &advice + &limits };
     let exceeding =
         below("Runs exceeding each limit, by level of shaking", data.exceedance.html("exceedance"));
     add(
@@ -121,6 +124,9 @@ fn parts(data: &EnsembleData) -> Vec<Part> {
         if analysis.is_empty() { analysis } else { about.to_owned() + &analysis },
     );
     add("statistics", "Medians and spread", statistics(data));
+    let about = "<p class=\"about\">Number of runs that each joint governs.</p>\n";
+    let joints = data.joints.html("joints");
+    add("joints", "Governing joint", if joints.is_empty() { joints } else { about.to_owned() + &joints });
     let about = "<p class=\"about\">Magnitude for each polarity (median of several runs); +1: positive accelerations point \
                  downstream.<span class=\"hint\"> Click a heading to sort.</span></p>\n";
     let polarities = data.polarities.html("polarities sortable");
@@ -162,8 +168,8 @@ fn statistics(data: &EnsembleData) -> String {
         return short;
     }
     format!(
-        "<p class=\"about\">Completed runs that have the quantity. Low and high are 95 % confidence limits of the median (order \
-         statistics), with the number of records or pairs as the number of independent values.</p>\n{short}\
+        "<p class=\"about\">Completed runs that have the quantity. Low and high, if there are six records or pairs, are 95 % confidence \
+         limits of the median (order statistics), with the number of records or pairs as the number of independent values.</p>\n{short}\
          <details><summary>All quantities</summary>\n{}</details>\n",
         data.all_statistics.html("statistics all")
     )

@@ -25,6 +25,8 @@ pub struct EnsembleFolder {
     pub methods: Table,
     /// Factors of the records to a target spectrum; empty without one.
     pub target: Table,
+    /// Governing joint; empty with a single joint.
+    pub joints: Table,
     /// Governing polarity; empty with a single polarity.
     pub polarities: Table,
     /// The incremental dynamic analysis, SVG.
@@ -100,6 +102,7 @@ impl EnsembleFolder {
             variance: table("variance.csv")?,
             methods: further("methods.csv")?,
             target: further("target.csv")?,
+            joints: further("joints.csv")?,
             polarities: further("polarities.csv")?,
             analysis: picture("ida.svg")?,
             fragility: picture("fragility.svg")?,

@@ -2,6 +2,7 @@
 
 use super::super::tables;
 use super::folder::Table;
+use crate::percent;
 use quick_xml::escape::escape;
 use std::fmt::Write;
 
@@ -54,7 +55,7 @@ impl Cell {
             Self::Empty => "<td></td>".to_owned(),
             Self::Number(value) => format!("<td class=\"number\">{}</td>", tables::number(*value)),
             Self::Share(share) => {
-                format!("<td class=\"number\"><data value=\"{share}\">{:.0} %</data></td>", 100.0 * share)
+                format!("<td class=\"number\"><data value=\"{share}\">{} %</data></td>", percent(*share))
             }
             Self::Text(words) => format!("<td>{}</td>", escape(words)),
             Self::Code(code) => format!("<td><code>{}</code></td>", escape(code)),
@@ -92,6 +93,18 @@ impl Grid {
         }
     }
 
+    /// Without the columns `names` if all their cells are empty.
+    pub fn without_empty(mut self, names: &[&str]) -> Self {
+        for name in names {
+            let Some(at) = self.headings.iter().position(|heading| heading == name) else { continue };
+            if self.rows.iter().all(|row| row.get(at) == Some(&Cell::Empty)) {
+                self.headings.remove(at);
+                self.rows.iter_mut().for_each(|row| drop(row.remove(at)));
+            }
+        }
+        self
+    }
+
     /// As HTML; nothing without rows. A number stands below its heading.
     pub fn html(&self, class: &str) -> String {
         if self.rows.is_empty() {
@@ -116,6 +129,20 @@ impl Grid {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn columns_are_left_out_only_if_they_are_empty() {
+        let grid = Grid {
+            headings: ["median", "low", "high"].map(str::to_owned).to_vec(),
+            rows: vec![
+                vec![Cell::Number(1.0), Cell::Empty, Cell::Empty],
+                vec![Cell::Empty, Cell::Empty, Cell::Number(2.0)],
+            ],
+        };
+        let found = grid.without_empty(&["low", "high"]);
+        assert_eq!(found.headings, ["median", "high"]);
+        assert_eq!(found.rows[1], [Cell::Empty, Cell::Number(2.0)]);
+    }
 
     #[test]
     fn names_stay_as_they_are() {
