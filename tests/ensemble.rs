@@ -186,7 +186,7 @@ fn an_ensemble_has_the_numbers_of_single_runs_and_its_tables_say_what_they_show(
     for row in of_none {
         assert_eq!(row[2..6], ["16", "0", "2", "0"]);
         let high = 1.0 - 0.025f64.sqrt();
-        assert!(share(row, 6) == 0.0 && (share(row, 7) - high).abs() < 1e-12, "{row:?}");
+        assert!(share(row, 6) == 0.0 && (share(row, 7) - high).abs() < 1e-9, "{row:?}");
     }
     // Without rest there is no residual sliding.
     assert!(
@@ -325,10 +325,10 @@ fn missing_levels_are_added_and_stay() {
     study.run(&output, &[]);
     let before = content(&output);
     let done = study.run(&output, &["--add-levels"]);
-    let said = said(&done);
+    let told = said(&done);
     assert!(
-        said.contains("levels that are added: 2.2 g, 3.4 g") && said.contains("8 samples, 4 of them"),
-        "{said}"
+        told.contains("levels that are added: 2.2 g, 3.4 g") && told.contains("8 samples, 4 of them"),
+        "{told}"
     );
     assert_eq!(std::fs::read_to_string(output.join("added.toml")).expect("levels"), "levels = [2.2, 3.4]\n");
     let after = content(&output);
@@ -351,12 +351,12 @@ fn missing_levels_are_added_and_stay() {
         std::fs::write(output.join("added.toml"), text).expect("a file");
         let done = study.command(&output).args(more).output().expect("cofferdam runs");
         assert_eq!(done.status.code(), Some(2));
-        let told = String::from_utf8_lossy(&done.stderr).split_whitespace().collect::<Vec<_>>().join(" ");
+        let told = said(&done);
         assert!(told.contains(wanted), "{told}");
     }
     let study = Study::new("[intensity]\nlevels = [0.4]\n");
     let done = study.command(&output).arg("--add-levels").output().expect("cofferdam runs");
-    let told = String::from_utf8_lossy(&done.stderr).into_owned();
+    let told = said(&done);
     assert!(done.status.code() == Some(2) && told.contains("`limits` is an empty list"), "{told}");
 }
 
