@@ -53,7 +53,7 @@ fn static_pressure_and_force() -> Result<(), ReservoirError> {
 #[test]
 fn ramp_and_hold() -> Result<(), ReservoirError> {
     use rectangular::ramp_and_hold::{base_pressure as exact, velocity};
-    let pressures = base_pressures(parameters(1.0, 16, 0.0025, 25.0), velocity)?;
+    let pressures = base_pressures(parameters(1.0, 8, 0.0025, 25.0), velocity)?;
     let peak = pressures.iter().fold(0.0, |m: f64, &(t, _)| m.max(exact(t).abs()));
     let largest =
         |range: &[(f64, f64)]| range.iter().fold(0.0, |m: f64, &(t, p)| m.max((p - exact(t)).abs())) / peak;

@@ -14,7 +14,7 @@ fn pressure_on_faces_of_any_slope() -> Result<(), ReservoirError> {
         let angle = degrees.to_radians();
         let top = [if degrees == 90.0 { 0.0 } else { DEPTH / angle.tan() }, DEPTH];
         let mut errors = Vec::new();
-        for elements in [8, 16, 32] {
+        for elements in [8, 16] {
             let parameters = ReservoirParameters {
                 wet_face: WetFace::straight(top, elements).unwrap(),
                 fidelity: Fidelity::Incompressible,
@@ -32,8 +32,8 @@ fn pressure_on_faces_of_any_slope() -> Result<(), ReservoirError> {
             errors.push(difference(face, &p, &exact));
         }
         let base = chwang_1978::pressures(1.0, angle, &[0.0])[0];
-        println!("{degrees}°: base {base:.4} ρah, error {errors:.6?} with 8, 16, 32 elements a depth");
-        assert!(errors[1] < 1e-3 && errors[2] < 0.5 * errors[1]);
+        println!("{degrees}°: base {base:.4} ρah, error {errors:.6?} with 8, 16 elements a depth");
+        assert!(errors[1] < 1e-3 && errors[1] < 0.5 * errors[0]);
     }
     Ok(())
 }
