@@ -2,14 +2,15 @@
 //!
 //! With s = σ + iω and the dam's modes Φ (mass-normalised, all of them),
 //! `u = Φ h(s) Φᵀ (B p − M r a_g)`, `h_k = 1/(ω_k² + s(α + βω_k²) + s²)`,
-//! `p = Z(s) (s Nᵀu + n_x a_g/s)`, solved for p on the wet face. σ > 0 is the exponential
-//! window that makes the inverse transform free of wrap-around and of resonance.
+//! `p = Z(s) (s Nᵀu + n·e a_g/s) + z(s) a_g/s`, solved for p on the wet face, for ground that accelerates by a_g along e;
+//! z is the pressure per velocity of the bed alone. σ > 0 is the exponential window that makes the inverse transform free of
+//! wrap-around and of resonance.
 
 use cofferdam_dam::Dam;
-use cofferdam_motion::GroundMotion;
+use cofferdam_motion::{Component, GroundMotion};
 use cofferdam_unit::WetFace;
 use faer::Mat;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use num_complex::Complex64;
 use rustfft::FftPlanner;
 
@@ -25,12 +26,12 @@ pub struct LinearDam {
     pub pressure_force: Mat<f64>,
     /// Motion along n of the interface points: degrees of freedom × points.
     pub normal: Mat<f64>,
-    /// n_x at the interface points.
-    pub normal_x: Vec<f64>,
-    /// Inertia load of a unit ground acceleration: M r, kg.
-    pub ground_inertia: Vec<f64>,
-    /// The crest's horizontal degree of freedom.
-    pub crest: usize,
+    /// n at the interface points.
+    pub normals: Vec<[f64; 2]>,
+    /// Inertia loads of unit ground accelerations along x and along y: M r, kg.
+    pub ground_inertia: [Vec<f64>; 2],
+    /// The crest's degrees of freedom along x and along y.
+    pub crest: [usize; 2],
 }
 
 /// A dam by its modes.
@@ -41,10 +42,21 @@ pub struct ModalDam {
     force: DMatrix<f64>,
     /// Φᵀ N, modes × points.
     normal: DMatrix<f64>,
-    normal_x: Vec<f64>,
-    /// Φᵀ M r.
-    ground: DVector<f64>,
-    crest: Vec<f64>,
+    normals: Vec<[f64; 2]>,
+    /// Φᵀ M r, modes × directions of the ground.
+    ground: DMatrix<f64>,
+    /// Of the crest along x and along y.
+    crest: [Vec<f64>; 2],
+}
+
+/// Crest displacement per ground acceleration of a dam with its water, at the frequencies of an inverse transform.
+pub struct TransferFunction {
+    dt: f64,
+    steps: usize,
+    /// σ + iω, from ω = 0 up to half the sampling frequency.
+    frequencies: Vec<Complex64>,
+    /// As by [`ModalDam::response`].
+    responses: Vec<[[Complex64; 2]; 2]>,
 }
 
 impl LinearDam {
@@ -59,16 +71,19 @@ impl LinearDam {
         matrices.stiffness.iter().for_each(|&(i, j, v)| stiffness[(i, j)] += v);
         matrices.pressure_forces.iter().for_each(|&(i, j, v)| pressure_force[(i, j)] += v);
         matrices.interface_motion.iter().for_each(|&(point, dof, v)| normal[(dof, point)] += v);
-        let inertia = matrices.mass.iter().zip(&matrices.ground_influence[0]).map(|(m, r)| m * r).collect();
+        let inertia = matrices
+            .ground_influence
+            .each_ref()
+            .map(|influence| matrices.mass.iter().zip(influence).map(|(m, r)| m * r).collect());
         Self {
             stiffness,
             mass: Mat::from_fn(count, count, |i, j| if i == j { matrices.mass[i] } else { 0.0 }),
             rayleigh: [matrices.damping.mass, matrices.damping.stiffness],
             pressure_force,
             normal,
-            normal_x: normals.iter().map(|n| n[0]).collect(),
+            normals,
             ground_inertia: inertia,
-            crest: matrices.crest[0],
+            crest: matrices.crest,
         }
     }
 
@@ -94,15 +109,15 @@ impl LinearDam {
             let product = modes.transpose() * columns;
             DMatrix::from_fn(n, columns.ncols(), |i, j| product[(i, j)])
         };
-        let ground = Mat::from_fn(n, 1, |i, _| self.ground_inertia[i]);
+        let ground = Mat::from_fn(n, 2, |i, direction| self.ground_inertia[direction][i]);
         ModalDam {
             squared_frequencies: (0..n).map(|k| eigen.S()[k]).collect(),
             rayleigh: self.rayleigh,
             force: project(&self.pressure_force),
             normal: project(&self.normal),
-            normal_x: self.normal_x.clone(),
-            ground: project(&ground).column(0).into_owned(),
-            crest: (0..n).map(|k| modes[(self.crest, k)]).collect(),
+            normals: self.normals.clone(),
+            ground: project(&ground),
+            crest: self.crest.map(|dof| (0..n).map(|k| modes[(dof, k)]).collect()),
         }
     }
 }
@@ -113,70 +128,97 @@ impl ModalDam {
         self.squared_frequencies[..count].iter().map(|w| w.sqrt()).collect()
     }
 
-    /// Crest displacement per ground acceleration at `s`, given the water's pressure per velocity.
-    pub fn response(&self, s: Complex64, water: &DMatrix<Complex64>) -> Complex64 {
+    /// Crest displacement along x and y (first index) per ground acceleration along x and y (second index) at `s`.
+    ///
+    /// `water` is the pressure at the points per velocity: points × (points + 2), as by
+    /// [`cofferdam_reservoir::frequency_response`].
+    pub fn response(&self, s: Complex64, water: &DMatrix<Complex64>) -> [[Complex64; 2]; 2] {
         let [alpha, beta] = self.rayleigh;
         let modal: Vec<Complex64> =
             self.squared_frequencies.iter().map(|w2| 1.0 / (w2 + s * (alpha + beta * w2) + s * s)).collect();
-        let points = self.normal_x.len();
+        let points = self.normals.len();
         // Normal displacement of the points by pressure at the points, and by the ground.
         let mut flexibility = DMatrix::<Complex64>::zeros(points, points);
-        let mut by_ground = DVector::<Complex64>::zeros(points);
+        let mut by_ground = DMatrix::<Complex64>::zeros(points, 2);
         for (k, h) in modal.iter().enumerate() {
             for i in 0..points {
                 let n = self.normal[(k, i)] * h;
-                by_ground[i] -= n * self.ground[k];
+                for direction in 0..2 {
+                    by_ground[(i, direction)] -= n * self.ground[(k, direction)];
+                }
                 for j in 0..points {
                     flexibility[(i, j)] += n * self.force[(k, j)];
                 }
             }
         }
-        let normal_x = DVector::from_iterator(points, self.normal_x.iter().map(|n| Complex64::from(*n)));
-        let system = DMatrix::<Complex64>::identity(points, points) - water * &flexibility * s;
-        let right = water * (by_ground * s + normal_x / s);
+        let (of_face, of_bed) = (water.columns(0, points), water.columns(points, 2));
+        let normals = DMatrix::from_fn(points, 2, |i, direction| Complex64::from(self.normals[i][direction]));
+        let system = DMatrix::<Complex64>::identity(points, points) - of_face * &flexibility * s;
+        let right = of_face * (by_ground * s + normals / s) + of_bed / s;
         let pressure = system.lu().solve(&right).expect("the coupled system is regular");
-        let coordinate = |(k, h): (usize, &Complex64)| {
-            let force: Complex64 = (0..points).map(|j| self.force[(k, j)] * pressure[j]).sum();
-            self.crest[k] * h * (force - self.ground[k])
-        };
-        modal.iter().enumerate().map(coordinate).sum()
+        let mut response = [[Complex64::default(); 2]; 2];
+        for (k, h) in modal.iter().enumerate() {
+            for direction in 0..2 {
+                let force: Complex64 =
+                    (0..points).map(|j| self.force[(k, j)] * pressure[(j, direction)]).sum();
+                let coordinate = h * (force - self.ground[(k, direction)]);
+                for (row, crest) in response.iter_mut().zip(&self.crest) {
+                    row[direction] += crest[k] * coordinate;
+                }
+            }
+        }
+        response
     }
 
-    /// Crest displacement (m) at 0, dt, 2dt, …, `steps` dt under `motion`.
+    /// The response at what the histories at 0, dt, 2dt, …, `steps` dt need.
     ///
     /// `water` gives the reservoir's pressure per velocity at a list of s.
-    pub fn crest_history(
+    pub fn transfer_function(
         &self,
-        motion: &GroundMotion,
         dt: f64,
         steps: usize,
         water: impl FnOnce(&[Complex64]) -> Vec<DMatrix<Complex64>>,
-    ) -> Vec<f64> {
+    ) -> TransferFunction {
         // Half as long again as needed; the window reduces what wraps around by 1e-8.
         let samples = (3 * steps / 2).next_power_of_two();
         let window = samples as f64 * dt;
         let sigma = 1e8_f64.ln() / window;
         let step = 2.0 * std::f64::consts::PI / window;
-        let s: Vec<Complex64> = (0..=samples / 2).map(|k| Complex64::new(sigma, k as f64 * step)).collect();
-        let water = water(&s);
-        let transform: Vec<Complex64> =
-            s.iter().zip(&water).map(|(s, z)| self.response(*s, z) * ground_transform(motion, *s)).collect();
-        let mut spectrum = vec![Complex64::default(); samples];
-        for (k, u) in transform.iter().enumerate().take(samples / 2) {
-            spectrum[k] = *u;
-            if k > 0 {
-                spectrum[samples - k] = u.conj();
+        let frequencies: Vec<Complex64> =
+            (0..=samples / 2).map(|k| Complex64::new(sigma, k as f64 * step)).collect();
+        let water = water(&frequencies);
+        let responses = frequencies.iter().zip(&water).map(|(s, z)| self.response(*s, z)).collect();
+        TransferFunction { dt, steps, frequencies, responses }
+    }
+}
+
+impl TransferFunction {
+    /// Crest displacement (m) along x and y at 0, dt, 2dt, …, `steps` dt under `motion`.
+    pub fn crest_history(&self, motion: &GroundMotion) -> [Vec<f64>; 2] {
+        let samples = 2 * (self.frequencies.len() - 1);
+        let window = samples as f64 * self.dt;
+        let mut spectra = [0, 1].map(|_| vec![Complex64::default(); samples]);
+        for (k, (s, response)) in self.frequencies.iter().zip(&self.responses).enumerate().take(samples / 2) {
+            let ground: Vec<Complex64> =
+                motion.components().map(|component| ground_transform(component, *s)).collect();
+            for (spectrum, row) in spectra.iter_mut().zip(response) {
+                let u: Complex64 = row.iter().zip(&ground).map(|(u, a)| u * a).sum();
+                spectrum[k] = u;
+                if k > 0 {
+                    spectrum[samples - k] = u.conj();
+                }
             }
         }
-        FftPlanner::new().plan_fft_inverse(samples).process(&mut spectrum);
-        (0..=steps)
-            .map(|i| (sigma * i as f64 * dt).exp() * step / (2.0 * std::f64::consts::PI) * spectrum[i].re)
-            .collect()
+        let sigma = self.frequencies[0].re;
+        spectra.map(|mut spectrum| {
+            FftPlanner::new().plan_fft_inverse(samples).process(&mut spectrum);
+            (0..=self.steps).map(|i| (sigma * i as f64 * self.dt).exp() / window * spectrum[i].re).collect()
+        })
     }
 }
 
 /// Laplace transform of a motion that is linear between its samples and falls to zero after the last.
-fn ground_transform(motion: &GroundMotion, s: Complex64) -> Complex64 {
+fn ground_transform(motion: &Component, s: Complex64) -> Complex64 {
     let dt = motion.interval();
     let z = s * dt;
     let hat = 2.0 * (z.cosh() - 1.0) / (z * z) * dt;

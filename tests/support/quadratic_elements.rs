@@ -58,7 +58,7 @@ pub fn koyna(columns: usize, size: f64, rayleigh: [f64; 2]) -> (LinearDam, WetFa
     let dof = |node: usize, axis: usize| (node >= fixed).then(|| 2 * (node - fixed) + axis);
     let mut stiffness = Mat::<f64>::zeros(free, free);
     let mut mass = Mat::<f64>::zeros(free, free);
-    let mut ground_inertia = vec![0.0; free];
+    let mut ground_inertia = [0, 1].map(|_| vec![0.0; free]);
     let (e, nu, rho) = (koyna::YOUNG_MODULUS, koyna::POISSON_RATIO, koyna::DENSITY);
     let c = e / (1.0 - nu * nu);
     let elasticity = [[c, c * nu, 0.0], [c * nu, c, 0.0], [0.0, 0.0, 0.5 * c * (1.0 - nu)]];
@@ -91,15 +91,13 @@ pub fn koyna(columns: usize, size: f64, rayleigh: [f64; 2]) -> (LinearDam, WetFa
                         if axis == 0 { [dx, 0.0, dy] } else { [0.0, dy, dx] }
                     };
                     for n in 0..8 {
-                        for axis in 0..2 {
+                        for (axis, ground) in ground_inertia.iter_mut().enumerate() {
                             let Some(i) = dof(local[n], axis) else { continue };
                             let b = strain(n, axis);
                             let stress = elasticity.map(|d| d[0] * b[0] + d[1] * b[1] + d[2] * b[2]);
                             for m in 0..8 {
                                 let inertia = rho * shapes[n][0] * shapes[m][0] * weight;
-                                if axis == 0 {
-                                    ground_inertia[i] += inertia;
-                                }
+                                ground[i] += inertia;
                                 if let Some(j) = dof(local[m], axis) {
                                     mass[(i, j)] += inertia;
                                 }
@@ -147,9 +145,8 @@ pub fn koyna(columns: usize, size: f64, rayleigh: [f64; 2]) -> (LinearDam, WetFa
         }
     }
     let wet_face = WetFace::new(face.iter().map(|n| coordinates[*n]).collect()).expect("nodes ascend");
-    let crest = dof(nodes[&(0, 2 * rows)], 0).expect("the crest is free");
-    let normal_x = vec![1.0; face.len()];
-    let dam =
-        LinearDam { stiffness, mass, rayleigh, pressure_force, normal, normal_x, ground_inertia, crest };
+    let crest = [0, 1].map(|axis| dof(nodes[&(0, 2 * rows)], axis).expect("the crest is free"));
+    let normals = vec![[1.0, 0.0]; face.len()];
+    let dam = LinearDam { stiffness, mass, rayleigh, pressure_force, normal, normals, ground_inertia, crest };
     (dam, wet_face)
 }
