@@ -247,6 +247,7 @@ const CHOICES: &[Case] = &[
 
 const COUPLING: &[Case] = &[
     set(&["coupling.scheme=added-mass"]),
+    set(&["coupling.scheme=added-mass", "reservoir.fidelity=incompressible", "reservoir.bed=[[-80, 15]]"]),
     set(&["coupling.scheme=serial-explicit", "reservoir.fidelity=incompressible"]),
     Case { scene: RAMP, ..set(&["coupling.scheme=added-mass", "reservoir.fidelity=westergaard"]) },
     set(&["coupling.scheme=added-mass", "reservoir.fidelity=westergaard", "tailwater={depth=30}"]),

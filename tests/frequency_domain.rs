@@ -116,8 +116,6 @@ fn same_matrices_under_vertical_motion() {
         scenario.set("reservoir.wave_reflection_coefficient", water.wave_reflection_coefficient);
         if water.fidelity == Fidelity::Incompressible {
             scenario.set("reservoir.fidelity", "incompressible");
-            // The scheme `added-mass` has no load by the motion of the bed.
-            scenario.set("coupling.scheme", "serial-implicit");
             // Water without memory receives means over the steps, whose error is larger than that of the convolution.
             scenario.set("time.communication_step", H / 2.0);
         }

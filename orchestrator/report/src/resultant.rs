@@ -5,6 +5,9 @@ use std::ops::Range;
 
 /// Share of the normal force at time 0 below which a joint has no resultant: where little presses, little decides where it acts.
 const LEAST: f64 = 0.1;
+/// Distance from the downstream end over the length below which the linear distribution says nothing about the stress there: it is that
+/// of a block that rocks on its edge.
+const ON_EDGE: f64 = 0.05;
 
 /// Where the resultant acted in a run, as distances from the downstream end over the length of the joint, and the stress there.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,7 +20,8 @@ pub struct Resultant {
     pub outside_third: f64,
     /// How long the joint carried too little to have a resultant, s.
     pub without: f64,
-    /// Largest stress at the downstream end by a linear distribution without tension, Pa.
+    /// Largest stress at the downstream end by a linear distribution without tension, while the resultant is farther than
+    /// [`ON_EDGE`] from it, Pa.
     pub toe_stress: f64,
 }
 
@@ -53,7 +57,10 @@ pub(crate) fn of(histories: &Histories, crack: usize, length: f64, rows: Range<u
         last: in_rows().last().map(|(_, share)| share).filter(|share| share.is_finite()),
         outside_third: outside.map(|(row, _)| step(row)).sum(),
         without: in_rows().filter(|(_, share)| !share.is_finite()).map(|(row, _)| step(row)).sum(),
-        toe_stress: known().map(|(row, share)| toe_stress(normal[row] / length, share)).fold(0.0, f64::max),
+        toe_stress: known()
+            .filter(|(_, share)| *share >= ON_EDGE)
+            .map(|(row, share)| toe_stress(normal[row] / length, share))
+            .fold(0.0, f64::max),
     })
 }
 
@@ -61,7 +68,7 @@ pub(crate) fn of(histories: &Histories, crack: usize, length: f64, rows: Range<u
 /// `(N/L)(4 − 6 s)` in the middle third, `2N/(3 s L)` closer to the end, where the joint opens from upstream; 0 farther from it.
 fn toe_stress(mean: f64, share: f64) -> f64 {
     let third = 1.0 / 3.0;
-    if share >= third { mean * (4.0 - 6.0 * share).max(0.0) } else { 2.0 * mean / (3.0 * share.max(1e-3)) }
+    if share >= third { mean * (4.0 - 6.0 * share).max(0.0) } else { 2.0 * mean / (3.0 * share) }
 }
 
 impl Resultant {
@@ -77,10 +84,12 @@ impl Resultant {
         };
         format!(
             "The effective resultant acts {:.0} to {:.0} % of the joint from the toe{last}, outside the middle third for \
-             {outside_third:.2} s{without}. Largest stress at the toe {:.2} MPa, by a linear distribution without tension.",
+             {outside_third:.2} s{without}. Largest stress at the toe {:.2} MPa, by a linear distribution without tension \
+             (not counted: a resultant within {} % of the toe, where the block rocks on its edge).",
             100.0 * low,
             100.0 * high,
-            1e-6 * toe_stress
+            1e-6 * toe_stress,
+            100.0 * ON_EDGE
         )
     }
 }

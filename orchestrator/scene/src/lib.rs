@@ -190,9 +190,21 @@ impl Scene {
         }
         let memory = self.waters().any(|(_, water)| water.fidelity.has_memory());
         self.coupling.scheme.unwrap_or(match &self.dam {
-            Some(dam) if !memory && !dam.fidelity.is_foreign() => SchemeKind::OneWay,
+            Some(dam) if !memory && !dam.fidelity.is_foreign() && !self.bed_presses() => SchemeKind::OneWay,
             _ => SchemeKind::SerialImplicit,
         })
+    }
+
+    /// Whether the bed moves into water without memory, as it does under vertical motion or where it slopes: the pressure −A_g a_g on
+    /// the dam is not that of a mass of the dam, so that the scheme `added-mass` lacks it.
+    pub fn bed_presses(&self) -> bool {
+        let vertical = self.ground_motion.has_vertical();
+        let moved = |water: &ReservoirScene| {
+            water.fidelity.is_memoryless()
+                && water.fidelity.is_solved()
+                && (vertical || !water.bed.is_empty())
+        };
+        self.waters().any(|(_, water)| !water.is_empty() && moved(water))
     }
 
     /// Who computes the units, in their order.

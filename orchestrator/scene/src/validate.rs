@@ -373,6 +373,9 @@ impl Findings {
             let why = match scene.dam {
                 _ if memory => Some("compressible water has a memory that no mass has"),
                 None => Some("a dam that is prescribed has no mass matrix"),
+                Some(_) if scene.bed_presses() => Some(
+                    "the bed moves into the water, and its pressure on the dam is that of no mass of the dam",
+                ),
                 Some(_) => None,
             };
             if let Some(why) = why {
