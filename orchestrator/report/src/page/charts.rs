@@ -225,7 +225,7 @@ fn times_of(histories: &Histories, crack: usize, name: &str) -> Vec<Row> {
         Row::number(format!("{name}: slides as a whole"), whole.map(|(step, _)| step).sum(), "s")
             .with(format!("of {end:.3} s; all closed contacts at their shear strength")),
         Row::number(format!("{name}: mean slip"), fast.map(|(step, _)| step).sum(), "s").with(format!(
-            "of {end:.3} s; faster than {} mm/s, also where only a part of the contacts slips",
+            "of {end:.3} s; faster than {} mm/s, also where only a part of the contacts slips; elastic shear of the joint included",
             1e3 * SLIP_RATE
         )),
     ]
