@@ -3,6 +3,7 @@
 use super::error::FmuUnitError;
 use super::text::decode;
 use super::unpacked::Unpacked;
+use cofferdam_unit::Shape;
 use fmi_rs::model_description::{DefaultExperiment, FMIMajorVersion, ModelDescriptionError, fmi2, fmi3};
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Reader, XmlVersion};
@@ -318,7 +319,8 @@ fn of_fmi2(description: fmi2::ModelDescription) -> Result<Model, FmuUnitError> {
     })
 }
 
-/// Joins scalars `p[1]`, `p[2]`, … or `p[0]`, `p[1]`, …, wherever they stand, into one array `p` at the place of the first.
+/// Joins scalars `p[1]`, `p[2]`, … or `p[0]`, `p[1]`, …, wherever they stand, into one array `p` at the place of the first, and so
+/// `ground_acceleration.x` and `.y` and other pairs along both axes that the contract has as one variable.
 fn arrays(variables: Vec<ModelVariable>) -> Vec<ModelVariable> {
     let mut parts: BTreeMap<String, Vec<(usize, usize)>> = BTreeMap::new();
     for (place, variable) in variables.iter().enumerate() {
@@ -334,7 +336,12 @@ fn arrays(variables: Vec<ModelVariable>) -> Vec<ModelVariable> {
             (variables[place].kind, variables[place].causality) == (first.kind, first.causality)
         };
         let complete = elements.iter().enumerate().all(|(i, (index, _))| *index == i + elements[0].0);
-        complete && elements[0].0 <= 1 && elements.iter().all(alike) && !names.contains(&base.as_str())
+        let both = first.name.ends_with(']') || elements.len() == AXES.len();
+        complete
+            && both
+            && elements[0].0 <= 1
+            && elements.iter().all(alike)
+            && !names.contains(&base.as_str())
     });
     let mut joined = Vec::new();
     for (place, variable) in variables.iter().enumerate() {
@@ -354,8 +361,18 @@ fn arrays(variables: Vec<ModelVariable>) -> Vec<ModelVariable> {
     joined
 }
 
-/// Base and number of a name such as `p[3]`.
+/// Ends of names of the components along x and y.
+const AXES: [&str; 2] = ["x", "y"];
+
+/// Base and number of a name such as `p[3]`, or `crest_displacement.y` of a variable of the contract.
 fn element(name: &str) -> Option<(&str, usize)> {
+    if let Some((base, axis)) = name.rsplit_once('.').filter(|_| !name.ends_with(']')) {
+        let mut contract = cofferdam_unit::variables::dam::ALL.iter();
+        let number = AXES.iter().position(|known| *known == axis)?;
+        return contract
+            .any(|own| own.shape == Shape::Plane && own.name == base)
+            .then_some((base, number + 1));
+    }
     let (base, index) = name.strip_suffix(']')?.rsplit_once('[')?;
     Some((base, index.trim().parse().ok()?))
 }
@@ -421,6 +438,13 @@ mod tests {
             scalar("r[1]", 31, Output),
             scalar("s[0]", 40, Input),
             scalar("s[1]", 41, Input),
+            scalar("ground_acceleration.y", 52, Input),
+            scalar("ground_acceleration.x", 51, Input),
+            // The other axis is missing.
+            scalar("crest_displacement.x", 61, Output),
+            // Of no contract.
+            scalar("tip.x", 71, Output),
+            scalar("tip.y", 72, Output),
         ];
         let joined = arrays(variables);
         let found: Vec<_> = joined.iter().map(|v| (v.name.as_str(), v.references.clone(), v.array)).collect();
@@ -432,6 +456,10 @@ mod tests {
             ("r[0]", vec![30], false),
             ("r[1]", vec![31], false),
             ("s", vec![40, 41], true),
+            ("ground_acceleration", vec![51, 52], true),
+            ("crest_displacement.x", vec![61], false),
+            ("tip.x", vec![71], false),
+            ("tip.y", vec![72], false),
         ];
         assert_eq!(found, expected);
     }
