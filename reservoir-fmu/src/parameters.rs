@@ -48,6 +48,11 @@ pub struct ReservoirParameters {
     pub horizon: f64,
     /// How compressible water is stepped in time.
     pub method: Method,
+    /// For a master that repeats no step and a dam whose mass contains
+    /// [`Reservoir::instantaneous_added_mass`](crate::Reservoir::instantaneous_added_mass): the pressure is only the rest, and
+    /// that of the step to come.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub explicit_coupling: bool,
 }
 
 /// The water of [`before`](ReservoirParameters::before) in front of a vertical face of 100 m with 40 panels.
@@ -86,6 +91,7 @@ impl ReservoirParameters {
             communication_step: 0.0025,
             horizon: 20.0,
             method: Method::Radau2,
+            explicit_coupling: false,
         }
     }
 
