@@ -24,8 +24,8 @@ impl SizedVariable {
     }
 }
 
-/// The variables of a unit made from `contents`, without those that have no values there and without parameters that
-/// stand for no number of `contents`.
+/// The variables of a unit made from `contents`, without those that have no values there, without parameters that
+/// stand for no number of `contents` and without inputs that records drive.
 ///
 /// **Errors**: [`FmuError::Start`].
 pub fn of<U: Packable>(
@@ -34,7 +34,9 @@ pub fn of<U: Packable>(
 ) -> Result<Vec<SizedVariable>, FmuError> {
     let mut parameters = contents.parameters.clone();
     let mut found = Vec::new();
-    for variable in U::VARIABLES {
+    let seen =
+        |variable: &&Variable| variable.causality != Causality::Input || !contents.drives(variable.name);
+    for variable in U::VARIABLES.iter().filter(seen) {
         let size = U::size_for(&parameters, variable);
         let start = match variable.causality {
             Causality::Input => {
