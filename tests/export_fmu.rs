@@ -100,7 +100,7 @@ fn the_dam_starts_under_the_water_of_the_reservoir_bit_for_bit() {
     let more = ["--force", "--set", "gravity=9.80665", "--set", "reservoir.density=1001.3"];
     let fidelity = ["--set", "reservoir.fidelity=\"westergaard\""];
     let mut packed = pack(folder.path(), "reservoir", &[&more[..], &fidelity].concat());
-    let Contents { start, parameters } = contents::<Reservoir>(&mut packed, folder.path());
+    let Contents { start, parameters, .. } = contents::<Reservoir>(&mut packed, folder.path());
     assert!(start.is_empty());
     let reservoir = Reservoir::from_parameters(parameters, NonZeroUsize::MIN).expect("a reservoir");
     let variable = &variables::reservoir::HYDROSTATIC_PRESSURE;

@@ -2,7 +2,7 @@
 #![allow(unsafe_code)] // it calls C functions
 
 use cofferdam_unit::export::fmi3::{Handle, Status, Text};
-use cofferdam_unit::export::{Contents, FILE, element};
+use cofferdam_unit::export::{Contents, FILE, Record, element};
 use cofferdam_unit::variables::TIME;
 use cofferdam_unit::variables::reservoir::{
     ALL, FIDELITY, GROUND_ACCELERATION, SOUND_SPEED, TOTAL_FORCE, WATER_DENSITY,
@@ -160,7 +160,10 @@ struct Importer {
 impl Importer {
     fn new(gain: f64) -> Self {
         let start = BTreeMap::from([(GROUND_ACCELERATION.name.to_owned(), vec![2.0, 0.0])]);
-        let contents = Contents { start, parameters: gain };
+        Self::of(&Contents { start, parameters: gain, records: Vec::new() })
+    }
+
+    fn of(contents: &Contents<f64>) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         std::fs::write(folder.path().join(FILE), contents.to_toml().expect("TOML")).expect("a file");
         let token = CString::new(contents.token::<Integrator>().expect("a token")).expect("no NUL");
@@ -318,6 +321,39 @@ fn start_values_and_parameters_hold_and_reset_brings_them_back() {
             (get(instance, INPUT), get(instance, GAIN), get(instance, 0)),
             (Ok(2.0), Ok(3.0), Ok(0.0))
         );
+        fmi3FreeInstance(instance);
+    }
+}
+
+#[test]
+fn a_record_drives_an_input_that_no_importer_sees() {
+    let record = |component, samples: &[f64]| Record {
+        input: GROUND_ACCELERATION.name.to_owned(),
+        component,
+        interval: 0.5,
+        samples: samples.to_vec(),
+        held: false,
+    };
+    let records = vec![record(0, &[1.0, 3.0, -2.0]), record(1, &[0.0, 5.0])];
+    let importer = Importer::of(&Contents { start: BTreeMap::new(), parameters: 2.0, records });
+    let instance = importer.instantiate();
+    assert_eq!(
+        (get(instance, INPUT), set(instance, INPUT, &[9.0, 9.0])),
+        (Err(Status::Error), Status::Error)
+    );
+    assert_eq!(enter_initialization(instance), Status::Ok);
+    assert_eq!(get(instance, FORCE), Ok(1.0), "the record at the start");
+    assert_eq!(set(instance, GAIN, &[4.0]), Status::Ok, "the unit is made again, its record stays");
+    assert_eq!(get(instance, FORCE), Ok(1.0));
+    // SAFETY: no pointers but the handle.
+    unsafe {
+        assert_eq!(fmi3ExitInitializationMode(instance), Status::Ok);
+        // Each step has the record's value at its end: 3, then −2.
+        assert_eq!((step(instance, 0.0), get(instance, FORCE)), (Status::Ok, Ok(4.0 * 3.0 * 0.5 + 3.0)));
+        assert_eq!((step(instance, 0.5), get(instance, FORCE)), (Status::Ok, Ok(4.0 * 0.5 - 2.0)));
+        assert_eq!(fmi3Reset(instance), Status::Ok);
+        assert_eq!(enter_initialization(instance), Status::Ok);
+        assert_eq!(get(instance, FORCE), Ok(1.0), "from the start again");
         fmi3FreeInstance(instance);
     }
 }

@@ -78,6 +78,17 @@ pub enum ReservoirError {
         /// Horizon, s.
         horizon: f64,
     },
+    /// A step of another length in explicit coupling.
+    #[error(
+        "a communication step of {asked} s was requested, but for explicit coupling the water of one step of {own} s is in \
+         the dam's mass; set the step of the importer to {own} s, or export again with another `time.communication_step`"
+    )]
+    ExplicitStep {
+        /// Requested length, s.
+        asked: f64,
+        /// Length for which dam and water were made, s.
+        own: f64,
+    },
     /// A complex frequency outside the half plane where the symbol is defined.
     #[error(
         "the complex frequency {frequency} 1/s is 0, not finite or has a negative real part; real frequencies ω > 0 \

@@ -52,6 +52,11 @@ pub struct ReservoirParameters {
     /// importers of FMUs change it.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub inputs_held: f64,
+    /// For a master that repeats no step and a dam whose mass contains
+    /// [`Reservoir::instantaneous_added_mass`](crate::Reservoir::instantaneous_added_mass): the pressure is only the rest, and
+    /// that of the step to come.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub explicit_coupling: bool,
 }
 
 fn is_zero(value: &f64) -> bool {
@@ -95,6 +100,7 @@ impl ReservoirParameters {
             horizon: 20.0,
             method: Method::Radau2,
             inputs_held: 0.0,
+            explicit_coupling: false,
         }
     }
 

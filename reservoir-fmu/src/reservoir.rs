@@ -11,10 +11,12 @@ use serde::{Deserialize, Serialize};
 use std::num::NonZeroUsize;
 
 mod input;
+mod look_ahead;
 mod packing;
 mod preparation;
 
 use input::Input;
+use look_ahead::LookAhead;
 use preparation::{Prepared, made};
 
 /// Name of the unit in messages and logs.
@@ -37,6 +39,9 @@ const LARGEST_ROUNDING: f64 = 0.25;
 /// over the open block of the history and, once per block, a Fourier transform of all other blocks. A recursion and finite
 /// elements cost the same at any time of a run. Water without memory and a recursion take steps of any length, the other
 /// methods whole multiples of the one they were made for: they take several steps of their own.
+///
+/// With [`explicit_coupling`](ReservoirParameters::explicit_coupling), `interface_pressure` is what a dam needs in the next step
+/// whose mass contains the [`instantaneous_added_mass`](Self::instantaneous_added_mass); other outputs are those of a step before.
 pub struct Reservoir {
     parameters: ReservoirParameters,
     fingerprint: Fingerprint,
@@ -48,6 +53,8 @@ pub struct Reservoir {
     state: ReservoirState,
     /// Of a recursion.
     quality: Option<Quality>,
+    /// A₀ of water with a memory, for explicit coupling.
+    mass_of_step: Option<DMatrix<f64>>,
 }
 
 /// The model of the water: pressure from acceleration.
@@ -64,6 +71,8 @@ pub struct ReservoirState {
     fingerprint: Fingerprint,
     motion: Motion,
     memory: Memory,
+    /// For explicit coupling; the water then is a step behind the time of the motion.
+    ahead: Option<LookAhead>,
 }
 
 /// The part of a state with constant size.
@@ -143,10 +152,18 @@ impl Reservoir {
             Model::AddedMass(_) => Memory::default(),
             Model::Memory(water) => water.at_rest(),
         };
-        let state = ReservoirState { fingerprint, motion, memory };
+        let explicit = parameters.explicit_coupling;
+        let ahead = explicit.then(|| LookAhead::at_rest(points));
+        let state = ReservoirState { fingerprint, motion, memory, ahead };
         let face_of_dam = parameters.face_of_dam();
         let resultants = resultants(&face_of_dam);
-        Ok(Self { resultants, face_of_dam, parameters, fingerprint, model, state, quality })
+        let mass_of_step = None;
+        let mut new =
+            Self { resultants, face_of_dam, parameters, fingerprint, model, state, quality, mass_of_step };
+        if explicit && matches!(new.model, Model::Memory(_)) {
+            new.mass_of_step = Some(new.instantaneous_added_mass());
+        }
+        Ok(new)
     }
 
     /// Whether making a unit of these parameters takes long, and [`Packable::prepare`] gives something.
@@ -178,7 +195,8 @@ impl Reservoir {
 
     /// Whether a step may have any length.
     fn takes_any_step(&self) -> bool {
-        self.parameters.fidelity.supports_variable_steps() || self.is_recursion()
+        let any = self.parameters.fidelity.supports_variable_steps() || self.is_recursion();
+        any && !self.parameters.explicit_coupling
     }
 
     /// How many steps of its own the unit takes for a communication step.
@@ -210,13 +228,48 @@ impl Reservoir {
             let asked = communication_step;
             return Err(CallError::CommunicationStep { unit: self.name(), asked, own }.into());
         }
+        let explicit = self.parameters.explicit_coupling;
+        if explicit && steps > 1.0 {
+            return Err(ReservoirError::ExplicitStep { asked: communication_step, own });
+        }
         let start = self.state.motion.start_time;
         let elapsed = now + communication_step - start;
-        let reached = self.state.motion.steps as f64 + steps;
+        // The look ahead is a step further.
+        let reached = (self.state.motion.steps + usize::from(explicit)) as f64 + steps;
         if self.parameters.method.has_horizon() && reached > self.parameters.steps() as f64 {
             return Err(ReservoirError::BeyondHorizon { end: start + elapsed, elapsed, horizon });
         }
         Ok(steps as usize)
+    }
+
+    /// Takes `own_steps` of `length` (s) with the acceleration in `motion` and that of the `ground` at begin and end (m/s²);
+    /// sets the pressure.
+    fn advance(
+        &self,
+        motion: &mut Motion,
+        memory: &mut Memory,
+        ground: [[f64; 2]; 2],
+        own_steps: usize,
+        length: f64,
+    ) -> Result<(), ReservoirError> {
+        motion.last_step.step(&motion.acceleration, own_steps as f64 * length);
+        let seen = ground.map(|ground| self.parameters.seen(ground));
+        motion.pressure = match &self.model {
+            Model::AddedMass(mass) => {
+                let at_end = DVector::from_column_slice(&motion.last_step.at_end);
+                let points = at_end.len();
+                minus(
+                    mass * at_end.resize_vertically(points + 2, 0.0)
+                        + mass.columns(points, 2) * DVector::from(seen[1].to_vec()),
+                )
+            }
+            Model::Memory(water) => {
+                let input = Input { face: &motion.acceleration, ground: seen, own_steps, length };
+                let answer = input.drive(&**water, &mut motion.velocity, memory);
+                answer.ok_or(ReservoirError::ForeignMemory)?
+            }
+        };
+        Ok(())
     }
 
     fn check_state(&self, found: Fingerprint) -> Result<(), ReservoirError> {
@@ -238,7 +291,10 @@ impl Reservoir {
         Ok(match *variable {
             variables::INTERFACE_ACCELERATION => motion.acceleration.clone(),
             variables::GROUND_ACCELERATION => motion.ground_acceleration.to_vec(),
-            variables::INTERFACE_PRESSURE => motion.pressure.clone(),
+            variables::INTERFACE_PRESSURE => match &self.state.ahead {
+                Some(ahead) => ahead.pressure.clone(),
+                None => motion.pressure.clone(),
+            },
             variables::HYDROSTATIC_PRESSURE => {
                 points.iter().map(|p| density * gravity * (wet_face.depth() - p[1])).collect()
             }
@@ -313,6 +369,10 @@ impl CoSimulation for Reservoir {
         let motion = &mut self.state.motion;
         (motion.initialised, motion.start_time, motion.time) = (true, start_time, start_time);
         motion.last_ground_acceleration = motion.ground_acceleration;
+        if let Some(mut ahead) = self.state.ahead.clone() {
+            self.look_from_rest(&self.state.motion, &self.state.memory, &mut ahead)?;
+            self.state.ahead = Some(ahead);
+        }
         Ok(())
     }
 
@@ -333,7 +393,7 @@ impl CoSimulation for Reservoir {
 
     fn step(&mut self, time: f64, communication_step: f64) -> Result<(), ReservoirError> {
         let own_steps = self.own_steps(time, communication_step)?;
-        let ReservoirState { mut motion, mut memory, .. } = self.state.clone();
+        let ReservoirState { mut motion, mut memory, mut ahead, .. } = self.state.clone();
         motion.steps += own_steps;
         // The time of equal steps follows from their number, because a sum would accumulate rounding errors.
         let length = if self.takes_any_step() {
@@ -343,32 +403,22 @@ impl CoSimulation for Reservoir {
             motion.time = motion.start_time + motion.steps as f64 * self.parameters.communication_step;
             self.parameters.communication_step
         };
-        motion.last_step.step(&motion.acceleration, own_steps as f64 * length);
         let ground = motion.ground_acceleration;
         let held = self.parameters.inputs_held != 0.0;
         let before = if held { ground } else { motion.last_ground_acceleration };
-        let seen = [before, ground].map(|ground| self.parameters.seen(ground));
-        motion.pressure = match &self.model {
-            Model::AddedMass(mass) => {
-                let at_end = DVector::from_column_slice(&motion.last_step.at_end);
-                let points = at_end.len();
-                minus(
-                    mass * at_end.resize_vertically(points + 2, 0.0)
-                        + mass.columns(points, 2) * DVector::from(seen[1].to_vec()),
-                )
+        match &mut ahead {
+            Some(ahead) => self.step_and_look_ahead(&mut motion, &mut memory, ahead)?,
+            None => {
+                self.advance(&mut motion, &mut memory, [before, ground], own_steps, length)?;
             }
-            Model::Memory(water) => {
-                let input = Input { face: &motion.acceleration, ground: seen, own_steps, length };
-                let answer = input.drive(&**water, &mut motion.velocity, &mut memory);
-                answer.ok_or(ReservoirError::ForeignMemory)?
-            }
-        };
-        motion.last_ground_acceleration = ground;
-        if let Some(index) = motion.pressure.iter().position(|p| !p.is_finite()) {
-            let (value, time) = (motion.pressure[index], motion.time);
-            return Err(ReservoirError::NonFinitePressure { index, value, time });
         }
-        (self.state.motion, self.state.memory) = (motion, memory);
+        motion.last_ground_acceleration = ground;
+        let pressures = motion.pressure.iter().chain(ahead.iter().flat_map(|ahead| &ahead.pressure));
+        if let Some((index, value)) = pressures.enumerate().find(|(_, p)| !p.is_finite()) {
+            let (index, value) = (index % motion.pressure.len(), *value);
+            return Err(ReservoirError::NonFinitePressure { index, value, time: motion.time });
+        }
+        (self.state.motion, self.state.memory, self.state.ahead) = (motion, memory, ahead);
         Ok(())
     }
 
@@ -395,21 +445,33 @@ impl CoSimulation for Reservoir {
             Model::AddedMass(_) => Vec::new(),
             Model::Memory(water) => water.values(&state.memory).ok_or(ReservoirError::ForeignMemory)?,
         };
-        Ok(seal(self.fingerprint, &SerialisedState { motion: state.motion.clone(), memory })?)
+        let serialised = SerialisedState { motion: state.motion.clone(), memory };
+        Ok(match &state.ahead {
+            Some(ahead) => seal(self.fingerprint, &(serialised, ahead))?,
+            None => seal(self.fingerprint, &serialised)?,
+        })
     }
 
     fn deserialise_state(&self, bytes: &[u8]) -> Result<ReservoirState, ReservoirError> {
-        let SerialisedState { motion, memory } = open(self.fingerprint, bytes)?;
+        let explicit = self.parameters.explicit_coupling;
+        let (SerialisedState { motion, memory }, ahead): (_, Option<LookAhead>) = match explicit {
+            true => open(self.fingerprint, bytes).map(|(state, ahead)| (state, Some(ahead)))?,
+            false => (open(self.fingerprint, bytes)?, None),
+        };
         let points = self.parameters.wet_face.len();
         let Motion { acceleration, velocity, last_step, pressure, .. } = &motion;
         let per_point = [acceleration, pressure].iter().all(|v| v.len() == points);
-        let whole = per_point && last_step.is_of(points) && velocity.len() == points + 2;
+        let whole = per_point
+            && last_step.is_of(points)
+            && velocity.len() == points + 2
+            && ahead.as_ref().is_none_or(|ahead| ahead.is_of(points));
+        let taken = motion.steps.saturating_sub(usize::from(explicit));
         let memory = match &self.model {
             Model::AddedMass(_) => memory.is_empty().then(Memory::default),
-            Model::Memory(water) => water.resume(&memory, motion.steps),
+            Model::Memory(water) => water.resume(&memory, taken),
         };
         match memory.filter(|_| whole) {
-            Some(memory) => Ok(ReservoirState { fingerprint: self.fingerprint, motion, memory }),
+            Some(memory) => Ok(ReservoirState { fingerprint: self.fingerprint, motion, memory, ahead }),
             None => Err(StateError::NotAState { length: bytes.len() }.into()),
         }
     }
@@ -426,6 +488,9 @@ impl CoSimulation for Reservoir {
         sensitivity: &mut [f64],
     ) -> Result<(), ReservoirError> {
         let none = || CallError::Derivative { unit: self.name(), unknown, known };
+        if self.parameters.explicit_coupling {
+            return Err(none().into());
+        }
         let [of, by] = [self.variable(unknown)?, self.variable(known)?];
         self.check_length(by, seed.len())?;
         self.check_length(of, sensitivity.len())?;

@@ -5,6 +5,7 @@ mod chopra_1967;
 mod chwang_1978;
 mod co_simulation;
 mod convergence;
+mod explicit_coupling;
 mod extremes;
 mod face_response;
 mod far_end_conditions;

@@ -1,3 +1,4 @@
+use super::Record;
 use crate::{Fingerprint, Packable, StateError};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -18,6 +19,16 @@ pub struct Contents<P> {
     pub start: BTreeMap<String, Vec<f64>>,
     /// Parameters of the unit.
     pub parameters: P,
+    /// What drives inputs in place of the importer; usually nothing.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub records: Vec<Record>,
+}
+
+impl<P> Contents<P> {
+    /// Whether the FMU drives the input `name` by itself, so that it is no variable of the FMU.
+    pub fn drives(&self, name: &str) -> bool {
+        self.records.iter().any(|record| record.input == name)
+    }
 }
 
 /// Contents that cannot be read or written.

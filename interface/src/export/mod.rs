@@ -20,12 +20,14 @@ mod functions;
 mod instance;
 mod instances;
 mod log;
+mod record;
 mod types;
 
 pub use contents::{Contents, ContentsError, FILE, PREPARED};
 pub use error::ExportError;
 pub use instance::{ELEMENTS, element};
 pub use log::LOG_CATEGORIES;
+pub use record::Record;
 
 /// Text in every library of a unit, followed by the unit's name and a zero byte; it identifies the library.
 pub const MARKER: &str = "cofferdam unit: ";

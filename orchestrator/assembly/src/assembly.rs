@@ -29,6 +29,7 @@ pub use dam::WaterMass;
 pub use error::AssemblyError;
 pub use refusals::read_scene;
 pub use stability::{JointStability, Verdict};
+pub(crate) use water::block_diagonal;
 
 /// Makes the units of a scene, and tells what is known of them before they are made.
 #[derive(Clone, Copy, Debug)]

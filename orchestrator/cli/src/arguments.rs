@@ -1,8 +1,8 @@
 //! The command line: all commands with their help.
 
 use crate::{
-    cache, check, ensemble, export_fmu, fmu_input, log, plan, points, range, replay, report, reservoir, run,
-    shell, stability, template, unit,
+    cache, check, ensemble, export_fmu, export_ssp, fmu_input, log, plan, points, range, replay, report,
+    reservoir, run, shell, stability, template, unit,
 };
 use clap::{Parser, Subcommand};
 use std::path::PathBuf;
@@ -62,6 +62,9 @@ pub enum Command {
     /// Export a unit of a scene as an FMU (FMI 2.0 or 3.0) for other programs
     #[command(after_long_help = export_fmu::HELP)]
     ExportFmu(export_fmu::Arguments),
+    /// Export dam and water as an SSP archive for importers that do not iterate
+    #[command(after_long_help = export_ssp::HELP)]
+    ExportSsp(export_ssp::Arguments),
     /// Print the ground motion of a scene as an input table for FMUs in FMPy
     #[command(after_long_help = fmu_input::HELP)]
     FmuInput(fmu_input::Arguments),

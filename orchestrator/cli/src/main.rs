@@ -6,6 +6,7 @@ mod check;
 mod context;
 mod ensemble;
 mod export_fmu;
+mod export_ssp;
 mod fmu_input;
 mod log;
 mod modes;
@@ -57,6 +58,7 @@ fn main() -> ExitCode {
         Command::Unit(arguments) => unit::unit(&arguments),
         Command::Check(arguments) => check::check(&arguments),
         Command::ExportFmu(arguments) => export_fmu::run(&arguments),
+        Command::ExportSsp(arguments) => export_ssp::run(&arguments),
         Command::FmuInput(arguments) => fmu_input::run(&arguments),
         Command::Stability(arguments) => stability::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),

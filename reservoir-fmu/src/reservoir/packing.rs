@@ -64,13 +64,19 @@ impl Packable for Reservoir {
     }
 
     fn capabilities_for(parameters: &ReservoirParameters) -> Capabilities {
-        let variable_communication_step =
+        let iterated = !parameters.explicit_coupling;
+        let variable =
             parameters.fidelity.supports_variable_steps() || parameters.method.supports_variable_steps();
-        Capabilities { variable_communication_step, directional_derivative: true, saved_state: true }
+        Capabilities {
+            variable_communication_step: iterated && variable,
+            directional_derivative: iterated,
+            saved_state: true,
+        }
     }
 
     fn numbers<'a>(parameters: &'a mut ReservoirParameters, variable: &Variable) -> Vec<&'a mut f64> {
-        parameters.numbers(variable)
+        // The dam has the mass of this water.
+        if parameters.explicit_coupling { Vec::new() } else { parameters.numbers(variable) }
     }
 }
 

@@ -3,7 +3,7 @@ mod made;
 mod states;
 mod values;
 
-use super::{Contents, ExportError, PREPARED};
+use super::{Contents, ExportError, PREPARED, Record};
 use crate::{Causality, Fingerprint, Packable, Variable};
 use made::{Made, Prepared, failed};
 use serde::{Deserialize, Serialize};
@@ -54,6 +54,8 @@ pub struct Instance<U: Packable> {
     fingerprint: Fingerprint,
     /// The variables of this FMU, and their numbers of values.
     variables: BTreeMap<u32, (&'static Variable, usize)>,
+    /// Inputs that records drive, and their numbers of values.
+    driven: Vec<(&'static Variable, usize)>,
     parameters: U::Parameters,
     /// Inputs that were set before the unit was made.
     inputs: BTreeMap<u32, Vec<f64>>,
@@ -75,11 +77,13 @@ impl<U: Packable> Instance<U> {
     pub fn new(packed: Contents<U::Parameters>, resources: &Path) -> Result<Self, ExportError> {
         let mut parameters = packed.parameters.clone();
         let prepared = Prepared { path: resources.join(PREPARED), parameters: parameters.clone() };
-        let mut variables = BTreeMap::new();
+        let (mut variables, mut driven) = (BTreeMap::new(), Vec::new());
         for variable in U::VARIABLES {
             let size = U::size_for(&parameters, variable);
             let numbers = U::numbers(&mut parameters, variable).len();
-            if size > 0 && (variable.causality != Causality::Parameter || numbers == size) {
+            if packed.drives(variable.name) && is_input(variable) {
+                driven.push((variable, size));
+            } else if size > 0 && (variable.causality != Causality::Parameter || numbers == size) {
                 variables.insert(variable.value_reference, (variable, size));
             }
         }
@@ -95,6 +99,7 @@ impl<U: Packable> Instance<U> {
             packed,
             prepared,
             variables,
+            driven,
             parameters,
             inputs: BTreeMap::new(),
             slopes: BTreeMap::new(),
@@ -141,6 +146,20 @@ impl<U: Packable> Instance<U> {
         self.made.as_mut().ok_or(ExportError::Broken)
     }
 
+    /// Sets the inputs that records drive to their values at `time` (s).
+    fn drive(&mut self, time: f64) -> Result<(), ExportError> {
+        for &(variable, size) in &self.driven {
+            let Some(values) = Record::values(&self.packed.records, variable.name, size, time) else {
+                continue;
+            };
+            if let Some(made) = &mut self.made {
+                made.unit.set(variable.value_reference, &values).map_err(failed)?;
+            }
+            self.inputs.insert(variable.value_reference, values);
+        }
+        Ok(())
+    }
+
     /// Drops the unit because a parameter changes, and keeps its inputs.
     fn unmake(&mut self) -> Result<(), ExportError> {
         let Some(made) = self.made.take() else { return Ok(()) };
@@ -180,6 +199,7 @@ impl<U: Packable> Instance<U> {
     ) -> Result<(), ExportError> {
         self.expect(call, &[Mode::Instantiated], "call it once, after instantiating or resetting")?;
         check_interval(start_time, stop_time)?;
+        self.drive(start_time)?;
         self.made()?;
         (self.time, self.stop_time, self.mode) = (start_time, stop_time, Mode::Initialization);
         Ok(())
@@ -212,6 +232,7 @@ impl<U: Packable> Instance<U> {
         {
             return Err(ExportError::BeyondStop { end, stop_time });
         }
+        self.drive(end)?;
         if self.slopes.is_empty() {
             self.made()?.unit.step(time, communication_step).map_err(failed)?;
         } else {

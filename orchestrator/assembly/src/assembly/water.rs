@@ -15,6 +15,13 @@ impl Assembly<'_> {
         self.parameters_at(self.water_face(side)?)
     }
 
+    /// The parameters of the water on a side at the dam's points, also if it has its own.
+    ///
+    /// **Errors**: those of [`water_parameters`](Self::water_parameters).
+    pub(crate) fn water_parameters_at_dam(&self, side: Side) -> Result<ReservoirParameters, AssemblyError> {
+        self.parameters_at(self.dam_face(side)?)
+    }
+
     /// The parameters of the water before `wet_face`: of the tailwater, if that is downstream.
     ///
     /// **Errors**: [`AssemblyError::Empty`].
@@ -169,18 +176,23 @@ impl Assembly<'_> {
             }
             blocks.push(added_mass(&water)?);
         }
-        let points: usize = blocks.iter().map(DMatrix::nrows).sum();
-        let (mut rows, mut first) = (Vec::with_capacity(points), 0);
-        for block in blocks {
-            for values in block.row_iter() {
-                let mut row = vec![0.0; points];
-                row[first..first + values.len()].iter_mut().zip(&values).for_each(|(to, value)| *to = *value);
-                rows.push(row);
-            }
-            first += block.nrows();
-        }
-        Ok(rows)
+        Ok(block_diagonal(&blocks))
     }
+}
+
+/// The rows of the matrix with these square `blocks` on its diagonal, zero elsewhere.
+pub(crate) fn block_diagonal(blocks: &[DMatrix<f64>]) -> Vec<Vec<f64>> {
+    let points: usize = blocks.iter().map(DMatrix::nrows).sum();
+    let (mut rows, mut first) = (Vec::with_capacity(points), 0);
+    for block in blocks {
+        for values in block.row_iter() {
+            let mut row = vec![0.0; points];
+            row[first..first + values.len()].iter_mut().zip(&values).for_each(|(to, value)| *to = *value);
+            rows.push(row);
+        }
+        first += block.nrows();
+    }
+    rows
 }
 
 /// The name of an operator in the cache.

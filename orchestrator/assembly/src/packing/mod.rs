@@ -2,8 +2,10 @@
 
 mod coupled;
 mod mesh;
+mod system;
 
 pub use coupled::{Coupled, CoupledError, CoupledParameters, CoupledState};
+pub use system::{PackedSystem, pack_system};
 
 use crate::{Assembly, AssemblyError, WaterMass};
 use cofferdam_dam::Dam;
@@ -40,6 +42,22 @@ pub enum PackingError {
          `reservoir.fidelity` other than \"none\""
     )]
     NoWater,
+    /// A water is another program's.
+    #[error(
+        "the scene's {table} is not computed by this program (fidelity \"{fidelity}\"), so that its mass in a step is unknown; \
+         choose a `{table}.fidelity` of this program"
+    )]
+    ForeignWater {
+        /// Table of the water in the scene.
+        table: &'static str,
+        /// Its fidelity.
+        fidelity: String,
+    },
+    /// The steps vary.
+    #[error(
+        "the scene's steps vary, but the mass of the water in the dam belongs to steps of one length; leave out [time.adaptive]"
+    )]
+    VaryingSteps,
     /// The unit cannot be made.
     #[error(transparent)]
     Unit(#[from] AssemblyError),
@@ -108,13 +126,17 @@ pub fn pack(
     }
 }
 
+/// Checks that the scene has a dam of this program.
+fn check_dam(scene: &Scene) -> Result<(), PackingError> {
+    match (&scene.dam, scene.computed_dam()) {
+        (None, _) => Err(PackingError::NoDam),
+        (_, None) => Err(PackingError::ForeignDam),
+        _ => Ok(()),
+    }
+}
+
 fn dam(scene: &Scene, added_mass: bool, target: &Target<'_>) -> Result<Packed, PackingError> {
-    if scene.dam.is_none() {
-        return Err(PackingError::NoDam);
-    }
-    if scene.computed_dam().is_none() {
-        return Err(PackingError::ForeignDam);
-    }
+    check_dam(scene)?;
     let assembly = Assembly::of(scene);
     let mass = if added_mass { WaterMass::Still } else { WaterMass::None };
     let parameters = assembly.dam_parameters(mass)?;
@@ -124,7 +146,7 @@ fn dam(scene: &Scene, added_mass: bool, target: &Target<'_>) -> Result<Packed, P
     let start: BTreeMap<_, _> = assembly.hydrostatic_pressure()?.into_iter().collect();
     let page = page(include_str!("dam.html"), include_str!("dam_example.html"));
     let mesh = mesh::dam(&parameters).map_err(AssemblyError::from)?;
-    written::<Dam>(scene, Contents { start, parameters }, None, mesh, page, target)
+    written(package::<Dam>(scene, contents(start, parameters), None, mesh, page, target)?, target)
 }
 
 fn water(scene: &Scene, side: Side, target: &Target<'_>) -> Result<Packed, PackingError> {
@@ -139,7 +161,8 @@ fn water(scene: &Scene, side: Side, target: &Target<'_>) -> Result<Packed, Packi
     let prepared = Reservoir::prepare(&parameters, threads).map_err(AssemblyError::from)?;
     let page = page(include_str!("reservoir.html"), include_str!("reservoir_example.html"));
     let mesh = mesh::reservoir(&parameters).map_err(AssemblyError::from)?;
-    written::<Reservoir>(scene, Contents { start: BTreeMap::new(), parameters }, prepared, mesh, page, target)
+    let contents = contents(BTreeMap::new(), parameters);
+    written(package::<Reservoir>(scene, contents, prepared, mesh, page, target)?, target)
 }
 
 fn whole(scene: &Scene, motion: &GroundMotion, target: &Target<'_>) -> Result<Packed, PackingError> {
@@ -155,7 +178,8 @@ fn whole(scene: &Scene, motion: &GroundMotion, target: &Target<'_>) -> Result<Pa
         notes: include_str!("coupled_notes.html"),
     };
     let mesh = mesh::dam(&parameters.dam).map_err(AssemblyError::from)?;
-    written::<Coupled>(scene, Contents { start: BTreeMap::new(), parameters }, prepared, mesh, page, target)
+    let contents = contents(BTreeMap::new(), parameters);
+    written(package::<Coupled>(scene, contents, prepared, mesh, page, target)?, target)
 }
 
 /// The page of a unit that exchanges fields with another.
@@ -163,17 +187,31 @@ fn page(about: &'static str, example: &'static str) -> Page {
     Page { about, usage: include_str!("usage.html"), example, notes: include_str!("notes.html") }
 }
 
-/// Writes the FMU of a unit with these contents.
-fn written<U: Packable>(
+/// Contents that leave all inputs to the importer.
+fn contents<P>(start: BTreeMap<String, Vec<f64>>, parameters: P) -> Contents<P> {
+    Contents { start, parameters, records: Vec::new() }
+}
+
+/// Writes an FMU.
+fn written<U: Packable>(package: Package<U>, target: &Target<'_>) -> Result<Packed, PackingError> {
+    Ok(Packed {
+        size: package.write(target.path)?,
+        interface_points: package.interface_points(),
+        variable_step: U::capabilities_for(&package.contents.parameters).variable_communication_step,
+    })
+}
+
+/// The FMU of a unit with these contents.
+fn package<U: Packable>(
     scene: &Scene,
     contents: Contents<U::Parameters>,
     prepared: Option<Vec<u8>>,
     mesh: Vec<mesh::File>,
     page: Page,
     target: &Target<'_>,
-) -> Result<Packed, PackingError> {
+) -> Result<Package<U>, PackingError> {
     let cracks = scene.dam.iter().flat_map(|dam| &dam.cracks);
-    let package = Package::<U> {
+    Ok(Package::<U> {
         contents,
         prepared,
         title: scene.title.clone(),
@@ -187,11 +225,6 @@ fn written<U: Packable>(
         version: target.version,
         as_scalars: U::NAME == Coupled::NAME,
         cracks: crack_names(cracks.map(|crack| crack.name.as_deref())),
-    };
-    Ok(Packed {
-        size: package.write(target.path)?,
-        interface_points: package.interface_points(),
-        variable_step: U::capabilities_for(&package.contents.parameters).variable_communication_step,
     })
 }
 

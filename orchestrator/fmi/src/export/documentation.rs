@@ -153,7 +153,8 @@ fn parameters(variables: &[SizedVariable]) -> String {
 /// The same of scalars.
 fn parameters_of_scalars(scalars: &[Scalar<'_>]) -> String {
     let parameters = scalars.iter().filter(|scalar| scalar.of.variable.causality == Causality::Parameter);
-    parameters.map(|scalar| format!("<code>{}</code>", scalar.name)).collect::<Vec<_>>().join(", ")
+    let names: Vec<_> = parameters.map(|scalar| format!("<code>{}</code>", scalar.name)).collect();
+    if names.is_empty() { "nothing".to_owned() } else { names.join(", ") }
 }
 
 #[cfg(test)]

@@ -84,6 +84,9 @@ pub enum FmuError {
         /// Error of the operating system.
         cause: std::io::Error,
     },
+    /// The archive cannot be made.
+    #[error("the archive cannot be made: {0}")]
+    Archive(std::io::Error),
     /// Start values that fit no input of the unit.
     #[error(
         "`{name}` cannot start with {found} values: the unit's input of that name has {expected} (0: there is none)"

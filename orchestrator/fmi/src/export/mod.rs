@@ -21,6 +21,7 @@ mod fmi2;
 mod library;
 mod model_description;
 mod scalars;
+pub mod ssp;
 mod terminals;
 mod variables;
 mod xml;
@@ -89,22 +90,18 @@ impl<U: Packable> Package<U> {
     ///
     /// **Errors**: contents or a file that cannot be written. No incomplete file is left behind.
     pub fn write(&self, path: &Path) -> Result<u64, FmuError> {
-        let failed = |cause| FmuError::Write { path: path.to_owned(), cause };
-        let archive = archive(&self.entries()?).map_err(failed)?;
-        let mut name = path.file_name().unwrap_or_default().to_owned();
-        name.push(format!(".{}.part", std::process::id()));
-        let draft = path.with_file_name(name);
-        let written = std::fs::write(&draft, &archive).and_then(|()| std::fs::rename(&draft, path));
-        if let Err(cause) = written {
-            // The error of writing is reported, not that of removing the draft.
-            let _ = std::fs::remove_file(&draft);
-            return Err(failed(cause));
-        }
-        Ok(archive.len() as u64)
+        write_file(path, &self.bytes()?)
+    }
+
+    /// The FMU. The same package gives the same bytes.
+    ///
+    /// **Errors**: contents that cannot be written.
+    pub fn bytes(&self) -> Result<Vec<u8>, FmuError> {
+        archive(&self.entries()?).map_err(FmuError::Archive)
     }
 
     /// Simulated time of the scene, s, rounded to 1e-9 s to remove the rounding of binary numbers.
-    fn end(&self) -> f64 {
+    pub fn end(&self) -> f64 {
         (self.steps as f64 * self.communication_step * 1e9).round() / 1e9
     }
 
@@ -208,6 +205,20 @@ pub fn check_target(path: &Path, overwrite: bool) -> Result<(), FmuError> {
         }
         _ => Ok(()),
     }
+}
+
+/// Writes a file, replacing one of that name, and returns its size in bytes. No incomplete file is left behind.
+fn write_file(path: &Path, bytes: &[u8]) -> Result<u64, FmuError> {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(format!(".{}.part", std::process::id()));
+    let draft = path.with_file_name(name);
+    let written = std::fs::write(&draft, bytes).and_then(|()| std::fs::rename(&draft, path));
+    if let Err(cause) = written {
+        // The error of writing is reported, not that of removing the draft.
+        let _ = std::fs::remove_file(&draft);
+        return Err(FmuError::Write { path: path.to_owned(), cause });
+    }
+    Ok(bytes.len() as u64)
 }
 
 fn archive(entries: &[(String, Vec<u8>)]) -> std::io::Result<Vec<u8>> {

@@ -46,8 +46,8 @@ pub fn dependencies(variable: &Variable, capabilities: Capabilities) -> &[u32] {
     if capabilities.directional_derivative { variable.dependencies } else { &[] }
 }
 
-/// The variables of a unit made from `contents`, without those that have no values there and without parameters that
-/// stand for no number of `contents`.
+/// The variables of a unit made from `contents`, without those that have no values there, without parameters that
+/// stand for no number of `contents` and without inputs that records drive.
 ///
 /// **Errors**: [`FmuError::Start`].
 pub fn of<U: Packable>(
@@ -56,7 +56,9 @@ pub fn of<U: Packable>(
 ) -> Result<Vec<SizedVariable>, FmuError> {
     let mut parameters = contents.parameters.clone();
     let mut found = Vec::new();
-    for variable in U::VARIABLES {
+    let seen =
+        |variable: &&Variable| variable.causality != Causality::Input || !contents.drives(variable.name);
+    for variable in U::VARIABLES.iter().filter(seen) {
         let size = U::size_for(&parameters, variable);
         let start = match variable.causality {
             Causality::Input => {
