@@ -53,12 +53,12 @@ fn described(element: &Element) -> (BTreeMap<String, String>, Option<(String, St
     (attributes, dimension)
 }
 
-/// The FMU of a unit of a shipped scene on a mesh of 10 m, with uplift and all envelopes: its description and its terminals.
+/// The FMU of a unit of a shipped scene on a mesh of 10 m, with uplift, a bonded crack and all envelopes: its description and its terminals.
 fn packed(case: &str, unit: &str) -> (Element, Element) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let strength = "dam.material.tensile_strength=2e6";
-    let more =
-        ["--set", "dam.element_size=10", "--set", strength, "--set", "dam.uplift=unchanged", "-o", "x.fmu"];
+    let sets = ["dam.element_size=10", strength, "dam.uplift=unchanged", "dam.cracks.0.tensile_strength=1e5"];
+    let more: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).chain(["-o", "x.fmu"]).collect();
     let output = export(folder.path(), &root().join("scenes").join(case), unit, &more);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let mut fmu = Fmu::open(&folder.path().join("x.fmu"));

@@ -2,8 +2,8 @@
 //! there are as many values.
 #![allow(unsafe_code)] // C calls it
 
-use super::fmi3::{slice, slice_mut};
 use super::instances::Instances;
+use super::pointers::{slice, slice_mut};
 use super::types::{Boolean, Handle, Status};
 use crate::{DataType, Packable};
 use std::convert::identity;

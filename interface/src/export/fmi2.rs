@@ -6,8 +6,9 @@
 #![allow(unsafe_code)] // C calls it
 
 use super::ExportError;
-use super::fmi3::{made, place, slice, slice_mut, text};
+use super::fmi3::{made, text};
 use super::log::{Callback, Log};
+use super::pointers::{place, slice, slice_mut};
 use crate::Packable;
 use std::ffi::CString;
 use std::path::PathBuf;

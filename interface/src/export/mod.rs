@@ -20,6 +20,7 @@ mod functions;
 mod instance;
 mod instances;
 mod log;
+mod pointers;
 mod record;
 mod types;
 

@@ -1,6 +1,6 @@
 //! The folder of an ensemble.
 
-use super::runs::HIGHEST_LEVEL;
+use super::plan::HIGHEST_LEVEL;
 use super::{EnsembleError, sample};
 use serde::{Deserialize, Serialize};
 use std::fs::DirEntry;

@@ -12,8 +12,6 @@ pub const SHOWN: [&str; 4] = ["peak crest displacement", "residual sliding", "pe
 
 /// Confidence of all intervals.
 pub const CONFIDENCE: f64 = 0.95;
-/// Largest level of shaking, g: no record was stronger.
-pub const HIGHEST_LEVEL: f64 = 10.0;
 
 /// The runs of an ensemble, by sample.
 pub struct Runs<'a> {

@@ -1,7 +1,8 @@
 //! Tables of an ensemble that has been run.
 
 use super::Ensemble;
-use super::runs::{CONFIDENCE, HIGHEST_LEVEL, LimitResult, Runs, digits};
+use super::plan::HIGHEST_LEVEL;
+use super::runs::{CONFIDENCE, LimitResult, Runs, digits};
 use crate::statistics::{
     Curve, Evidence, Exceedance, Outcome, exceedance, median_interval, propose, quantile,
 };

@@ -134,9 +134,6 @@ fn what_does_not_apply_is_left_out_with_its_reason() {
             .contains("compressible")
     );
     assert!(reason(&path, "dam.damping.ratio=0", "damping model").contains("no damping"));
-    assert!(
-        reason(&path, "dam.cracks.0.friction_coefficient=0", "friction coefficient").contains("no friction")
-    );
     // Local damping keeps the elements.
     let local = ["dam.damping={model=\"local\", ratio=0.05}".to_owned()];
     let base = Base::read(&request(&path, &local, &[])).expect("a scene");
@@ -323,8 +320,8 @@ fn failed_runs_are_named_and_in_no_number() {
     let output = folder.path().join("range");
     let request = Request { output: &output, samples: 12, ..request(&path, &set, &[]) };
     let record = run(&request, &Context::default()).expect("a range");
-    let alone = record.failed.iter().find(|failed| failed.run == "friction coefficient: × 0.9");
-    assert!(alone.is_some_and(|failed| !failed.cause.is_empty()), "{:?}", record.failed);
+    let alone = record.left_out.iter().find(|left_out| left_out.what == "friction coefficient: × 0.9");
+    assert!(alone.is_some_and(|left_out| left_out.reason.contains("would slide")), "{:?}", record.left_out);
     let joint = record.failed.iter().filter(|failed| failed.run.starts_with("joint sample")).count();
     let sliding = &record.quantities[0];
     assert!(joint >= 2, "{:?}", record.failed);
@@ -339,7 +336,7 @@ fn failed_runs_are_named_and_in_no_number() {
     let cannot_stand = short(&["dam.cracks.0.friction_coefficient=0.15"]);
     let output = folder.path().join("none");
     let failed = run(&Request { output: &output, set: &cannot_stand, ..request }, &Context::default());
-    assert!(matches!(failed, Err(StudyError::Unit(_) | StudyError::Run { .. })), "{failed:?}");
+    assert!(matches!(failed, Err(StudyError::Scene(_))), "{failed:?}");
     // A folder with something in it is left alone.
     let taken = run(&Request { output: folder.path(), ..request }, &Context::default());
     assert!(matches!(taken, Err(StudyError::OutputTaken { .. })), "{taken:?}");

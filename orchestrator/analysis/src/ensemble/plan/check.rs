@@ -1,7 +1,6 @@
 //! Whether a plan can be carried out.
 
-use super::super::runs::HIGHEST_LEVEL;
-use super::{EnsembleError, Intensity, Measure, Perturbation, Plan, Target};
+use super::{EnsembleError, HIGHEST_LEVEL, Intensity, Measure, Perturbation, Plan, Target};
 use std::path::Path;
 
 /// Maximum number of samples of an ensemble.

@@ -41,7 +41,7 @@ pub enum CoupledError {
         remedy: &'static str,
     },
     /// The coupling, in a run that does not begin at time 0.
-    #[error("{cause}{}", super::live::counted_from(*start_time))]
+    #[error("{cause}{}", counted_from(*start_time))]
     Later {
         /// What failed.
         cause: SimulationError,
@@ -63,4 +63,9 @@ impl From<CouplingError> for CoupledError {
     fn from(error: CouplingError) -> Self {
         SimulationError::from(error).into()
     }
+}
+
+/// What times in a message of the run mean where the importer does not begin at 0.
+pub(super) fn counted_from(start_time: f64) -> String {
+    if start_time == 0.0 { String::new() } else { format!(" (times count from the start at {start_time} s)") }
 }

@@ -1,5 +1,6 @@
 //! The run inside the unit, and what it last reported.
 
+use super::error::counted_from;
 use super::{CoupledError, CoupledParameters, Place, Snapshot, variables};
 use crate::ground::ground_signal;
 use cofferdam_coupling::observer::{Ending, Observer, ObserverError, Start};
@@ -127,9 +128,4 @@ pub(super) fn of_scheme(latest: &Latest, variable: &Variable) -> f64 {
         // A variable that no unit has: a mistake of the program, which no result hides.
         _ => f64::NAN,
     }
-}
-
-/// What times in a message of the run mean where the importer does not begin at 0.
-pub(super) fn counted_from(start_time: f64) -> String {
-    if start_time == 0.0 { String::new() } else { format!(" (times count from the start at {start_time} s)") }
 }
