@@ -374,7 +374,7 @@ impl Findings {
                 _ if memory => Some("compressible water has a memory that no mass has"),
                 None => Some("a dam that is prescribed has no mass matrix"),
                 Some(_) if scene.bed_presses() => Some(
-                    "the bed moves into the water, and its pressure on the dam is that of no mass of the dam",
+                    "the bed moves the water, and an added mass of the dam does not represent that pressure",
                 ),
                 Some(_) => None,
             };
