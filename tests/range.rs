@@ -8,6 +8,7 @@ use whole_chain::scenario::{Scenario, binary, root};
 fn short_scene() -> Scenario {
     let mut scenario = Scenario::quick(0.1);
     scenario.set("ground_motion.record.start", 4.4).set("dam.cracks.0.friction_coefficient", 0.4);
+    scenario.write();
     scenario
 }
 

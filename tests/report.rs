@@ -345,19 +345,22 @@ fn pressure_over_height_is_that_of_the_log_beside_the_parabola() {
         data.profiles.iter().map(|profile| &*profile.instant).collect::<Vec<_>>(),
         ["peak base pressure", "peak crest displacement", "end of the run"]
     );
+    let ground = histories.column("ground_acceleration.x");
+    let scene = &RunFolder::read(folder).expect("a run").loaded;
+    let peak = scene.ground_motion.acceleration().iter().fold(0.0, |peak: f64, a| peak.max(a.abs()));
     for (profile, row) in [(&data.profiles[0], row), (&data.profiles[2], base.len() - 1)] {
         assert!((profile.time - histories.column("time")[row]).abs() < 1e-9);
         for (point, [_, pressure]) in profile.computed.iter().enumerate() {
             assert_eq!(*pressure, face.column(&format!("point {point}"))[row]);
         }
-        let acceleration = histories.column("ground_acceleration.x")[row];
-        assert_eq!(profile.ground_acceleration, acceleration);
-        assert_eq!(profile.westergaard[0], [0.0, -0.875 * 1000.0 * acceleration * 91.75]);
-        assert_eq!(
-            profile.westergaard.last(),
-            Some(&[91.75, profile.westergaard.last().expect("points")[1]])
-        );
+        assert_eq!(profile.ground_acceleration, ground[row]);
     }
+    // The parabola of the peak acceleration, with the sign of the pressure at the base; none at the end.
+    let parabola = &data.profiles[0].westergaard;
+    let expected = 0.875 * 1000.0 * peak * 91.75 * base[row].signum();
+    assert!((parabola[0][1] / expected - 1.0).abs() < 1e-12 && parabola[0][0] == 0.0, "{:?}", parabola[0]);
+    assert!(parabola.last().is_some_and(|[y, pressure]| *y == 91.75 && *pressure == 0.0));
+    assert!(data.profiles[2].westergaard.is_empty());
     assert_eq!(data.profiles[0].computed.last().map(|point| point[0]), Some(91.75));
 }
 

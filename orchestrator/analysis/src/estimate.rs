@@ -55,8 +55,10 @@ pub fn of(
     let scene = &loaded.scene;
     let (steps, communication_step) = (loaded.steps() as f64, scene.time.communication_step);
     let mut outputs = vec![0.0; dam.description().outputs.size()];
-    let (began, mut taken) = (Instant::now(), 0);
-    while taken == 0 || (began.elapsed() < SAMPLE && taken < MOST_STEPS) {
+    let (began, mut taken) = (Instant::now(), 0_u32);
+    // A unit may refuse steps beyond the end of the run.
+    let most = u64::from(MOST_STEPS).min(loaded.steps());
+    while taken == 0 || (began.elapsed() < SAMPLE && u64::from(taken) < most) {
         let time = f64::from(taken) * communication_step;
         taken += 1;
         let occasion = Occasion { step: taken.into(), iteration: 1, attempt: 1, time, communication_step };

@@ -40,6 +40,12 @@ impl Stepping {
         self.steps as f64 * self.communication_step
     }
 
+    /// The same, or the end of the last step where sums are rounded upwards, s: no step of equal length ends later.
+    pub fn latest_end(&self) -> f64 {
+        let last = self.steps.saturating_sub(1) as f64 * self.communication_step;
+        self.end().max(last + self.communication_step)
+    }
+
     /// Whether the length can change.
     pub fn varies(&self) -> bool {
         self.halve || self.adaptive.is_some()

@@ -50,7 +50,7 @@ impl<'a> Assembly<'a> {
     pub(super) fn imported(&self, id: UnitId, fmu: &FmuScene) -> Result<Box<dyn Participant>, AssemblyError> {
         let FmuScene { file, variables, parameters, .. } = fmu;
         let name = unit_name(id);
-        let stop_time = Some(self.scene.stepping().end());
+        let stop_time = Some(self.scene.stepping().latest_end());
         let import = Import { file, variables, parameters, stop_time };
         let made = Fmu::new(name, unit_role(id), import, self.fixed_step());
         let made = made.map_err(|cause| {
