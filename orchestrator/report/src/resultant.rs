@@ -54,7 +54,7 @@ pub(crate) fn of(histories: &Histories, crack: usize, length: f64, rows: Range<u
     Some(Resultant {
         range: known()
             .fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], (_, share)| [a.min(share), b.max(share)]),
-        last: in_rows().last().map(|(_, share)| share).filter(|share| share.is_finite()),
+        last: in_rows().next_back().map(|(_, share)| share).filter(|share| share.is_finite()),
         outside_third: outside.map(|(row, _)| step(row)).sum(),
         without: in_rows().filter(|(_, share)| !share.is_finite()).map(|(row, _)| step(row)).sum(),
         toe_stress: known()

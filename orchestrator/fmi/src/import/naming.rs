@@ -294,7 +294,7 @@ fn first_few(all: Vec<(String, Option<usize>)>) -> String {
     let shown = shown.collect::<Vec<_>>().join(", ");
     match number {
         0 => "none".to_owned(),
-        ..=SHOWN => shown,
+        1..=SHOWN => shown,
         _ => format!("{shown}, and {} more", number - SHOWN),
     }
 }
