@@ -171,14 +171,14 @@ fn missing(levels: &[Exceedance], clusters: usize, bracket: [f64; 2]) -> Vec<Mis
     missing
 }
 
-/// The levels next to each other of which all runs up to the first stay below the limit and all from the second on exceed it.
+/// The neighbouring levels such that all runs up to the first stay below the limit and all runs from the second on exceed it.
 fn separation(levels: &[Exceedance]) -> Option<[f64; 2]> {
     let first = levels.iter().position(|level| level.exceeding > 0)?;
     let separated = first > 0 && levels[first..].iter().all(|level| level.exceeding == level.runs);
     separated.then(|| [levels[first - 1].intensity, levels[first].intensity])
 }
 
-/// The largest dispersion β of a lognormal curve of which the capacities of so many independent records lie between two levels `gap` with
+/// The largest dispersion β of a lognormal curve such that the capacities of so many independent records lie between two levels `gap` with
 /// a probability of `1 − confidence` or more,
 ///
 /// ```text

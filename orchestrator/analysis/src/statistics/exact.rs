@@ -3,7 +3,7 @@ use statrs::function::beta::beta_reg;
 /// Steps of the bisection: below the last digit of a probability.
 const STEPS: usize = 60;
 
-/// Exact interval of a probability of which `successes` of `trials` independent trials were seen (Clopper–Pearson): the ends p at which
+/// Exact interval of a probability from `successes` in `trials` independent trials (Clopper–Pearson): the ends p at which
 /// so many or more, or so few or fewer, have the probability `(1 − confidence)/2`,
 ///
 /// ```text
@@ -36,7 +36,7 @@ pub fn clustered(sum: f64, clusters: usize, confidence: f64) -> [f64; 2] {
     [low, high]
 }
 
-/// The smallest number of independent trials of which the interval of [`clopper_pearson`] is no wider than `width`, whatever their outcome.
+/// The smallest number of independent trials whose [`clopper_pearson`] interval is no wider than `width`, whatever their outcome.
 pub fn trials_for_width(width: f64, confidence: f64) -> usize {
     let widest = |trials: usize| {
         let [low, high] = clopper_pearson(trials / 2, trials, confidence);

@@ -116,7 +116,7 @@ mod tests {
 
     #[test]
     fn records_count_once_however_many_runs_they_have() {
-        // A record with three runs of which one exceeds, and one with a run that exceeds.
+        // A record with three runs, one of which exceeds, and a record with a single run that exceeds.
         let found = exceedances(
             &runs(&[(0.2, 0, true), (0.2, 0, false), (0.2, 0, false), (0.2, 1, true), (0.1, 0, false)]),
             0.95,

@@ -82,7 +82,7 @@ pub(super) fn sum(clusters: &[Vec<Point>]) -> Vec<Point> {
 /// I = Σ n w(z) [1, ln x; ln x, ln² x],   w = φ²/(Φ(z) Φ(−z))
 /// ```
 ///
-/// with n clusters at the intensity x, of which the share e/n exceeds the limit, and the expected information I. The penalty is the
+/// with n clusters at the intensity x, a share e/n of which exceeds the limit, and the expected information I. The penalty is the
 /// logarithm of Jeffreys' prior of (a, b). It removes the bias of the first order, and keeps the line finite where the likelihood alone has no
 /// maximum: all runs up to a level below the limit, and all runs above it beyond. Fisher's scoring with halved steps. None with
 /// fewer than two intensities.

@@ -12,7 +12,7 @@ pub struct Fitted {
 }
 
 impl Fitted {
-    /// The penalised line of `clusters`, of which each has the same intensities, and its covariance by leaving out one cluster at a time,
+    /// The penalised line of `clusters`, which all have the same intensities, and its covariance by leaving out one cluster at a time,
     ///
     /// ```text
     /// V = (G − 1)/G Σ_g (c₋g − c)(c₋g − c)ᵀ,   c = (a, b)
