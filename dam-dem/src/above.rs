@@ -12,7 +12,7 @@ pub(crate) struct Above {
     /// Upstream and downstream end of the crack, m.
     pub ends: [[f64; 2]; 2],
     /// Directions along the crack (downstream) and normal to it (upwards).
-    tangent: [f64; 2],
+    pub tangent: [f64; 2],
     normal: [f64; 2],
     /// Length of the crack without galleries in between, m.
     pub length: f64,

@@ -6,6 +6,7 @@
 
 use crate::support;
 
+use cofferdam_dam::stability::{JointLoad, SlidingBlock, Strength};
 use cofferdam_dam::uplift::Uplift;
 use cofferdam_dam::{
     CrackParameters, Dam, DamError, DamParameters, Damping, DampingFrequencies, Fidelity, Material, Section,
@@ -362,4 +363,34 @@ fn a_block_thrown_up_lands() -> Result<(), DamError> {
     println!("at 0.3 s {at_three_tenths:.4} ({flying:.4}) m, highest {highest:.4} ({apex:.4}) m");
     assert!((at_three_tenths / flying - 1.0).abs() < 0.01 && (highest / apex - 1.0).abs() < 0.01);
     Ok(())
+}
+
+/// Newmark's block of the stability analysis takes part in neither springs nor steps of the dam: it gives the exact slips, and
+/// its error falls with the square of its step.
+#[test]
+fn sliding_block_gives_the_exact_slips() {
+    let records = NAMES.map(Record::read);
+    let mut largest = 0.0f64;
+    for (sign, (factor, record), rows) in SLIPS {
+        for (row, exact) in rows.iter().enumerate() {
+            for (uplift, exact) in [false, true].into_iter().zip(exact) {
+                let (scale, added_mass) = (if row == 1 { 1.03734 } else { 1.0 }, row == 2);
+                let block = newmark_block(uplift, added_mass);
+                let weight = block.mass() * GRAVITY;
+                let water = block.added_mass * GRAVITY;
+                let load = |normal, inertia| JointLoad { normal, shear: block.thrust() + inertia, moment: 0.0 };
+                let loads = [load(weight, 0.0), load(weight, weight + water), load(2.0 * weight, 0.0)];
+                let strength = [Strength { friction: block.friction, ..Strength::default() }; 2];
+                let mut sliding = SlidingBlock::new(loads, GRAVITY, [1.0, 0.0], block.uplift, strength, 0.0);
+                sliding.advance(10.0, |time| {
+                    let ground = [&records[CANYON_COUNTRY], &records[record]]
+                        .map(|record| record.at(time) * GRAVITY / 9.80665);
+                    [sign * scale * ground[0], factor * scale * ground[1]]
+                });
+                largest = largest.max((1e3 * sliding.slip() - exact).abs());
+            }
+        }
+    }
+    println!("largest error of 60 slips {largest:.4} mm");
+    assert!(largest < 0.01, "{largest} mm");
 }

@@ -38,6 +38,13 @@ pub struct DamJoint {
     above: Above,
 }
 
+impl DamJoint {
+    /// Direction of the joint, downstream.
+    pub fn tangent(&self) -> [f64; 2] {
+        self.above.tangent
+    }
+}
+
 /// A joint under the loads of one combination.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoadedJoint {

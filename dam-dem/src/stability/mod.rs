@@ -5,10 +5,12 @@ use serde::{Deserialize, Serialize};
 mod authority;
 mod gravity_method;
 pub mod joint;
+mod sliding_block;
 
 pub use authority::{Authority, DCR, DcrCriterion, Requirement, Status, Zone, required};
 pub use gravity_method::{DamJoint, GravityMethod, LoadCase, LoadedJoint};
 pub use joint::{End, Joint, JointLoad, JointState, Mode, ResultantZone, Strength, resultant_zone};
+pub use sliding_block::SlidingBlock;
 
 /// Combination of loads, by which authorities set the required factors.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
