@@ -378,7 +378,8 @@ fn sliding_block_gives_the_exact_slips() {
                 let block = newmark_block(uplift, added_mass);
                 let weight = block.mass() * GRAVITY;
                 let water = block.added_mass * GRAVITY;
-                let load = |normal, inertia| JointLoad { normal, shear: block.thrust() + inertia, moment: 0.0 };
+                let load =
+                    |normal, inertia| JointLoad { normal, shear: block.thrust() + inertia, moment: 0.0 };
                 let loads = [load(weight, 0.0), load(weight, weight + water), load(2.0 * weight, 0.0)];
                 let strength = [Strength { friction: block.friction, ..Strength::default() }; 2];
                 let mut sliding = SlidingBlock::new(loads, GRAVITY, [1.0, 0.0], block.uplift, strength, 0.0);

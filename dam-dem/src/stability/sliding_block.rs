@@ -137,11 +137,8 @@ impl SlidingBlock {
         let next = velocity + step * acceleration;
         // a block that comes to rest within the step stays at rest until the next one
         let stops = velocity != 0.0 && next * velocity <= 0.0;
-        self.motion.slip += if stops {
-            -0.5 * velocity * velocity / acceleration
-        } else {
-            step * (velocity + next) / 2.0
-        };
+        self.motion.slip +=
+            if stops { -0.5 * velocity * velocity / acceleration } else { step * (velocity + next) / 2.0 };
         self.motion.velocity = if stops { 0.0 } else { next };
         self.motion.has_slid = true;
     }
@@ -208,8 +205,7 @@ mod tests {
     /// Cohesion holds until the first slip; from then on the residual strength does.
     #[test]
     fn bond_breaks_at_the_first_slip() {
-        let strength =
-            [Strength { friction: 0.6, cohesion: 1.0, tensile_strength: 0.0 }, rough(0.4)[0]];
+        let strength = [Strength { friction: 0.6, cohesion: 1.0, tensile_strength: 0.0 }, rough(0.4)[0]];
         let block = inclined(0.0, strength, 3.0);
         let yields = block.yield_accelerations().map(|found| found.expect("stable at rest"));
         near(yields[0], 0.6 * GRAVITY + 3.0);

@@ -148,6 +148,9 @@ pub struct RangeQuantity {
 impl RangeQuantity {
     /// A value with the digits that are known.
     pub fn shown(&self, value: f64) -> String {
+        if value.is_infinite() {
+            return "slides away".to_owned();
+        }
         let digits = (-self.last_digit.log10().round()).clamp(0.0, 12.0) as usize;
         let rounded = (value / self.last_digit).round() * self.last_digit;
         // No negative zero.
@@ -159,6 +162,13 @@ impl RangeQuantity {
         format!("{} to {}", self.shown(low), self.shown(high))
     }
 
+    /// Whether any run differs from the scene as it is in the digits that are shown.
+    pub fn varies(&self) -> bool {
+        let extremes = self.combined.iter().map(|all| all.extremes);
+        let of_all = self.swings.iter().map(|swing| swing.interval(self.as_it_is)).chain(extremes);
+        of_all.flatten().any(|value| self.shown(value) != self.shown(self.as_it_is))
+    }
+
     /// From the lowest value to the highest with one factor of this kind at a time; none without such a factor.
     pub fn interval_of(&self, kind: FactorKind) -> Option<[f64; 2]> {
         let of_kind = self.swings.iter().filter(|swing| swing.kind == kind);
@@ -167,8 +177,11 @@ impl RangeQuantity {
     }
 
     /// What dominates: the factors that stand out from chance in the joint sample with their shares, or without shares the largest
-    /// swings; three at most.
+    /// swings; three at most. Nothing dominates a quantity that does not vary.
     pub fn dominant(&self) -> Vec<String> {
+        if !self.varies() {
+            return Vec::new();
+        }
         match self.combined.as_ref().filter(|combined| !combined.shares.is_empty()) {
             Some(combined) => {
                 let standing_out = combined.shares.iter().filter(|share| share.significant).take(3);
@@ -369,6 +382,9 @@ mod tests {
         assert_eq!(sliding.interval_of(FactorKind::Numerics), Some([42.0, 44.0]));
         assert_eq!(sliding.interval_of(FactorKind::Records), None);
         assert_eq!(sliding.dominant(), ["damping ratio", "plane", "element size"]);
+        let coarse = quantity(42.0, 100.0);
+        assert!(sliding.varies() && !coarse.varies());
+        assert_eq!(coarse.dominant(), [""; 0]);
     }
 
     #[test]

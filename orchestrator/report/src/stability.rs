@@ -6,6 +6,7 @@ use cofferdam_assembly::observer::Histories;
 use cofferdam_assembly::{
     Assembly, AssemblyError, Authority, JointStability, LoadCombination, Status, UpliftRule, Verdict, Zone,
 };
+use cofferdam_motion::STANDARD_GRAVITY;
 use cofferdam_scene::{LoadedScene, Scene};
 use serde::Serialize;
 use std::collections::BTreeSet;
@@ -30,6 +31,17 @@ pub struct Shaken {
     pub residual: f64,
     /// The resultant in the joint; `None` if the run recorded none.
     pub resultant: Option<Resultant>,
+    /// Newmark's block on the joint; `None` without equilibrium at rest, or if it slides without an earthquake.
+    pub block: Option<BlockSlip>,
+}
+
+/// How Newmark's block slides on a joint under the motion of a shock.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BlockSlip {
+    /// Inertia downstream at which it slides, with the peak strength, as a share of g.
+    pub yields: f64,
+    /// Its slip during the shock, m, positive downstream.
+    pub slip: f64,
 }
 
 /// Share of the shear strength from which a joint slides as a whole.
@@ -71,6 +83,7 @@ pub fn of_run(
         1 => vec![None],
         _ => labels.map(Some).collect(),
     };
+    let mut blocks = Assembly::of(&loaded.scene).sliding_blocks()?;
     let mut shocks = Vec::new();
     for (number, name) in names.into_iter().enumerate() {
         let (Some(&begin), next) = (begins.get(number), begins.get(number + 1)) else { break };
@@ -82,7 +95,19 @@ pub fn of_run(
         let rows = if number > 0 { until(begin) } else { 0 }..next.map_or(time.len(), |next| until(*next));
         let shock = name.map(|name| (name, [begin, next.map_or(end, |next| next.min(end))]));
         let of = |crack| shaken(histories, crack, length(crack), rows.clone(), shock.clone());
-        shocks.push((0..count).map(of).collect::<Vec<_>>());
+        let mut of_shock: Vec<Shaken> = (0..count).map(of).collect();
+        let until = shock.map_or(end, |(_, [_, until])| until);
+        for (crack, block) in &mut blocks {
+            let before = block.slip();
+            block.advance(until, |time| loaded.ground_motion.at(time));
+            if let (Some(of_crack), [Some(yields), _]) =
+                (of_shock.get_mut(*crack), block.yield_accelerations())
+            {
+                of_crack.block =
+                    Some(BlockSlip { yields: yields / STANDARD_GRAVITY, slip: block.slip() - before });
+            }
+        }
+        shocks.push(of_shock);
     }
     let opened: Vec<Vec<f64>> =
         shocks.iter().map(|shock| shock.iter().map(|shaken| shaken.opened).collect()).collect();
@@ -122,6 +147,7 @@ fn shaken(
         opened: length * open.fold(0.0, |most: f64, share| most.max(*share)),
         slid: at_end(rows.end) - at_end(rows.start),
         residual: at_end(rows.end),
+        block: None,
     }
 }
 
@@ -229,9 +255,42 @@ fn title(scene: &Scene, joint: &JointStability) -> String {
     )
 }
 
+/// Slip that is compared with that of Newmark's block, m.
+const SLIP: f64 = 1e-3;
+
+impl BlockSlip {
+    /// The block compared with the dam, which `slid` this far (m) in the same time.
+    fn sentence(&self, slid: f64) -> String {
+        let Self { yields, slip } = *self;
+        let block = format!(
+            "Newmark's rigid block on this joint (yield acceleration {yields:.2} g, Westergaard's added mass, uplift at rest) slides {:.0} mm \
+             under the same motion",
+            1e3 * slip
+        );
+        let [dam, rigid] = [slid.abs(), slip.abs()];
+        if dam > rigid + SLIP {
+            let times =
+                if rigid > SLIP { format!(", {:.1} times as far", dam / rigid) } else { String::new() };
+            format!(
+                "{block}, the deformable dam {:.0} mm{times}: the block is unconservative here, because it moves with the ground and \
+                 leaves out that the dam amplifies the acceleration above the joint and rocks.",
+                1e3 * slid
+            )
+        } else if rigid > dam + SLIP {
+            format!(
+                "{block}, the deformable dam {:.0} mm: the block is conservative here; with another record or another height it need not be.",
+                1e3 * slid
+            )
+        } else {
+            format!("{block}, as the deformable dam does within {:.0} mm.", 1e3 * SLIP)
+        }
+    }
+}
+
 fn sentence_of_run(shaken: &Shaken) -> String {
-    let Shaken { shock, least_factor, time, sliding_time, opened, slid, residual, resultant } = shaken;
+    let Shaken { shock, least_factor, time, sliding_time, opened, slid, residual, resultant, block } = shaken;
     let resultant = resultant.map_or_else(String::new, |resultant| format!(" {}", resultant.sentence()));
+    let block = block.map_or_else(String::new, |block| format!(" {}", block.sentence(*slid)));
     let factor = least_factor.map_or_else(
         || "no shear force".to_owned(),
         |factor| format!("least factor against sliding {factor:.2} at {time:.3} s"),
@@ -240,12 +299,12 @@ fn sentence_of_run(shaken: &Shaken) -> String {
     match shock {
         None => format!(
             "In the run: {whole}; residual sliding {:.1} mm; open over at most {opened:.2} m at one time, which counts as a crack from \
-             the upstream end after the earthquake.{resultant}",
+             the upstream end after the earthquake.{resultant}{block}",
             1e3 * residual
         ),
         Some((name, [begin, end])) => format!(
             "In {name}, from {begin:.2} to {end:.2} s: {whole}; sliding {:.1} mm more, {:.1} mm in total; so far open over at most \
-             {opened:.2} m at one time, which counts as a crack from the upstream end after it.{resultant}",
+             {opened:.2} m at one time, which counts as a crack from the upstream end after it.{resultant}{block}",
             1e3 * slid,
             1e3 * residual
         ),

@@ -1,5 +1,6 @@
 //! The tornado chart of a quantity.
 
+use super::results::finite;
 use crate::picture::{BLUE, Drawing, FONT, GREEN, ORANGE};
 use cofferdam_report::{FactorKind, RangeQuantity};
 use plotters::coord::Shift;
@@ -26,13 +27,15 @@ pub fn size(quantity: &RangeQuantity) -> (u32, u32) {
 pub fn draw(area: &DrawingArea<SVGBackend<'_>, Shift>, quantity: &RangeQuantity) -> Drawing {
     let RangeQuantity { name, unit, as_it_is, swings, combined, .. } = quantity;
     let bars = swings.iter().map(|swing| swing.interval(*as_it_is));
-    let all = bars.chain(combined.iter().map(|combined| combined.interval));
-    let [low, high] = all.fold([*as_it_is; 2], |[a, b], [low, high]| [a.min(low), b.max(high)]);
+    let all = bars.chain(combined.iter().map(|combined| combined.interval)).flatten().chain([*as_it_is]);
+    let [low, high] = finite(all).unwrap_or([0.0; 2]);
     let room = match high - low {
         spread if spread > 0.0 => 0.06 * spread,
-        _ => 0.05 * as_it_is.abs().max(1.0),
+        _ => 0.05 * low.abs().max(1.0),
     };
     let (left, right, count) = (low - room, high + room, swings.len().max(1) as f64);
+    // Where a joint slides away, bars reach the edge.
+    let within = |value: f64| value.clamp(left, right);
     let title = match combined {
         Some(all) => {
             format!("{name}: {} in 90 % of the runs with all factors", quantity.shown_interval(all.interval))
@@ -49,7 +52,7 @@ pub fn draw(area: &DrawingArea<SVGBackend<'_>, Shift>, quantity: &RangeQuantity)
     let mut mesh = chart.configure_mesh();
     mesh.disable_y_mesh().disable_y_axis().x_desc(label).light_line_style(TRANSPARENT).draw()?;
     if let Some(all) = combined {
-        let [low, high] = all.interval;
+        let [low, high] = all.interval.map(within);
         let style = BLACK.mix(0.1).filled();
         let behind = [Rectangle::new([(low, 0.0), (high, count)], style)];
         let legend = move |(x, y)| Rectangle::new([(x, y - 5), (x + 20, y + 5)], style);
@@ -59,7 +62,7 @@ pub fn draw(area: &DrawingArea<SVGBackend<'_>, Shift>, quantity: &RangeQuantity)
         let of_kind = swings.iter().enumerate().filter(|(_, swing)| swing.kind == kind);
         let bars: Vec<_> = of_kind
             .map(|(row, swing)| {
-                let ([low, high], top) = (swing.interval(*as_it_is), row as f64 + 0.2);
+                let ([low, high], top) = (swing.interval(*as_it_is).map(within), row as f64 + 0.2);
                 Rectangle::new([(low, top), (high, top + 0.6)], colour(kind).filled())
             })
             .collect();
@@ -68,7 +71,8 @@ pub fn draw(area: &DrawingArea<SVGBackend<'_>, Shift>, quantity: &RangeQuantity)
             chart.draw_series(bars)?.label(kind.label()).legend(legend);
         }
     }
-    let line = PathElement::new([(*as_it_is, 0.0), (*as_it_is, count)], BLACK.stroke_width(1));
+    let place = within(*as_it_is);
+    let line = PathElement::new([(place, 0.0), (place, count)], BLACK.stroke_width(1));
     let as_it_is = format!("as it is: {}", quantity.shown(*as_it_is));
     let legend = |(x, y)| PathElement::new([(x, y), (x + 20, y)], BLACK.stroke_width(1));
     chart.draw_series([line])?.label(as_it_is).legend(legend);

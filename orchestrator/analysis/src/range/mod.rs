@@ -15,6 +15,7 @@ use crate::parallel;
 use crate::progress::Watch;
 use crate::run::NOISE;
 use crate::study::{self, Outcome, StudyError, StudyFolder, unfit};
+use cofferdam_assembly::observer::{SLID_AWAY, SLIDES_AWAY};
 use cofferdam_assembly::{Assembly, read_scene};
 use cofferdam_report::{FactorKind, FailedRun, LeftOut, RangeRecord};
 use cofferdam_scene::{DamFidelityScene, LoadedScene, Scene, SceneError};
@@ -229,8 +230,12 @@ impl Base {
         context: &Context<'_>,
     ) -> Result<Result<Results, String>, StudyError> {
         match self.outcome(request, run, NonZeroUsize::MIN, context) {
-            Ok((_, Outcome { failure: Some(cause), .. })) => Ok(Err(cause.to_string())),
-            Ok((scene, outcome)) => Ok(Ok(quantities::of(&scene, &outcome))),
+            Ok((scene, outcome)) => {
+                let results = quantities::of(&scene, &outcome);
+                // The coupling of a dam that slides away fails sooner or later.
+                let failure = outcome.failure.filter(|_| results.away.is_empty());
+                Ok(failure.map_or(Ok(results), |cause| Err(cause.to_string())))
+            }
             Err(StudyError::Scene(error)) => Ok(Err(cause(&error))),
             Err(StudyError::Unit(cause)) => Ok(Err(cause.to_string())),
             Err(error) => Err(error),
@@ -284,6 +289,20 @@ fn notes(loaded: &LoadedScene, finished: &[results::Finished]) -> Vec<String> {
         notes.push(format!(
             "in {moving} of {} runs a block was not at rest at the end; their residual sliding is the mean over the last second: {remedy}",
             complete().count()
+        ));
+    }
+    let away: Vec<String> = complete()
+        .filter(|(_, results)| !results.away.is_empty())
+        .map(|(run, results)| format!("{} ({})", run.name, results.away.join(", ")))
+        .collect();
+    if !away.is_empty() {
+        notes.push(format!(
+            "in {} of {} runs a joint slides away: more than {SLID_AWAY} m, or faster than {} mm/s at the end. Their sliding counts as \
+             infinite, and their other quantities are left out: {}",
+            away.len(),
+            complete().count(),
+            1e3 * SLIDES_AWAY,
+            away.join("; ")
         ));
     }
     for (run, results) in complete() {

@@ -116,7 +116,7 @@ impl Factor {
             (Values::Choices { choices, .. }, Coordinate::Choice(index)) => {
                 choices.get(*index).map_or_else(String::new, |choice| choice.name.clone())
             }
-            (_, Coordinate::Noise(Some(seed))) => format!("noise {seed}"),
+            (_, Coordinate::Noise(Some(seed))) => format!("noise of seed {seed}"),
             _ => "as in the scene".to_owned(),
         }
     }

@@ -2,7 +2,7 @@
 
 use crate::study::{CREST, Outcome};
 use cofferdam_assembly::observer::LastSecond;
-use cofferdam_scene::{CrackScene, Scene};
+use cofferdam_scene::{CrackScene, REST, Scene};
 
 /// Energy balance error over the peak kinetic energy above which a run is doubtful.
 const ENERGY_ALARM: f64 = 0.01;
@@ -25,6 +25,8 @@ pub struct Results {
     pub values: Vec<Measured>,
     /// Whether all blocks were at rest at the end.
     pub at_rest: bool,
+    /// Labels of the joints that slide away.
+    pub away: Vec<String>,
     /// What is doubtful.
     pub doubts: Vec<String>,
 }
@@ -41,25 +43,39 @@ pub const SLIDING: &str = "residual sliding";
 
 /// The quantities of a run of `scene` that has ended.
 ///
-/// Sliding is the mean over the last second, whether the block is at rest or not.
+/// Sliding is the mean over the last second, whether the block is at rest or not, and infinite where it slides away; all else is
+/// without meaning then, as motion and blocks never end, and left out.
 pub fn of(scene: &Scene, outcome: &Outcome) -> Results {
     let mut results = Results { at_rest: true, ..Results::default() };
     let dam = scene.dam.as_ref();
     let intact = dam.is_none_or(|dam| dam.fidelity.is_intact());
     let cracks = dam.map_or(&[][..], |dam| if intact { &[] } else { &dam.cracks });
-    let mut add = |name: String, unit, value: f64| {
-        if value.is_finite() {
-            results.values.push(Measured { name, unit, value });
-        }
-    };
+    let quiet = scene.time.quiet >= REST && outcome.failure.is_none();
     let peak = |column: &str| if outcome.column(column).is_empty() { f64::NAN } else { outcome.peak(column) };
     for (number, crack) in cracks.iter().enumerate() {
         let of = |what: &str| of_joint(what, crack, cracks);
         let column = |name: &str| format!("dam.crack_{name}.{number}");
         if let Some(last) = LastSecond::of(&outcome.histories, &column("sliding")) {
-            results.at_rest &= last.is_rest();
-            add(of(SLIDING), "mm", 1e3 * last.sliding);
+            let away = last.slides_away(quiet);
+            if away {
+                results.away.push(crack.label());
+            }
+            results.at_rest &= last.is_rest() || away;
+            let sliding = if away { f64::INFINITY.copysign(last.sliding) } else { last.sliding };
+            results.values.push(Measured { name: of(SLIDING), unit: "mm", value: 1e3 * sliding });
         }
+    }
+    if !results.away.is_empty() {
+        return results;
+    }
+    let mut add = |name: String, unit, value: f64| {
+        if value.is_finite() {
+            results.values.push(Measured { name, unit, value });
+        }
+    };
+    for (number, crack) in cracks.iter().enumerate() {
+        let of = |what: &str| of_joint(what, crack, cracks);
+        let column = |name: &str| format!("dam.crack_{name}.{number}");
         add(of("least factor against sliding"), "1", 1.0 / peak(&column("shear_utilisation")));
         add(of("peak opening"), "mm", 1e3 * peak(&column("opening")));
     }

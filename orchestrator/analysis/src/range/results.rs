@@ -10,6 +10,8 @@ use cofferdam_report::{Combined, RangeQuantity, Setting, Swing, VarianceShare};
 pub const QUANTILES: [f64; 2] = [0.05, 0.95];
 /// Minimum number of runs for shares of the variance.
 const LEAST: usize = 8;
+/// Relative spread that is rounding.
+const ROUNDING: f64 = 1e-6;
 
 /// A run and its results; none if it failed.
 pub type Finished = (Planned, Option<Results>);
@@ -34,7 +36,16 @@ fn range(factors: &[Factor], runs: &[Finished], Measured { name, unit, value }: 
     let combined = combined(factors, &valued);
     let widest =
         swings.iter().map(|swing| swing.interval(*value)).chain(combined.as_ref().map(|all| all.interval));
-    let [low, high] = widest.fold([*value; 2], |[a, b], [low, high]| [a.min(low), b.max(high)]);
+    let spread = finite(widest.flatten().chain([*value]));
+    let [low, high] = spread.unwrap_or([0.0; 2]);
+    let combined = combined.map(|all| {
+        let varies = high - low > ROUNDING * low.abs().max(high.abs());
+        if varies || all.extremes.iter().any(|value| value.is_infinite()) {
+            return all;
+        }
+        // Shares of the variance of rounding say nothing.
+        Combined { shares: Vec::new(), ..all }
+    });
     RangeQuantity {
         name: name.clone(),
         unit: (*unit).to_owned(),
@@ -94,6 +105,12 @@ fn combined(factors: &[Factor], valued: &[(&Planned, f64)]) -> Option<Combined> 
     Some(Combined { runs, interval, extremes: [*least, *most], shares })
 }
 
+/// The smallest and largest of the values of runs in which nothing slides away.
+pub fn finite(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
+    let finite = values.filter(|value| value.is_finite()).map(|value| [value; 2]);
+    finite.reduce(|[a, b], [low, high]| [a.min(low), b.max(high)])
+}
+
 /// Unit of the last digit of numbers that spread over this interval: a tenth of its length, rounded down to a power of ten; at most
 /// four digits, and three of a number that does not spread.
 fn last_digit([low, high]: [f64; 2]) -> f64 {
@@ -103,7 +120,7 @@ fn last_digit([low, high]: [f64; 2]) -> f64 {
         return 0.01;
     }
     let exponent = match high - low {
-        spread if spread > 1e-6 * largest => power(spread / 10.0).max(power(largest) - 3.0),
+        spread if spread > ROUNDING * largest => power(spread / 10.0).max(power(largest) - 3.0),
         _ => power(largest) - 2.0,
     };
     10f64.powf(exponent)
@@ -115,6 +132,31 @@ mod tests {
     use super::super::setting::{Between, Choice};
     use super::*;
     use cofferdam_report::{FactorKind, RangeFactor};
+
+    /// Nine runs of one factor; where it is large the joint slides away.
+    #[test]
+    fn settings_that_slide_away_count_as_infinite_and_do_not_coarsen_the_digits() {
+        let factors = [number("a", 0.0, 1.0)];
+        let value = |a: f64| if a > 0.7 { f64::INFINITY } else { 30.0 + 10.0 * a };
+        let planned = one_at_a_time(&factors, 1).into_iter().chain(joint(&factors, 20, 1));
+        let runs: Vec<Finished> = planned
+            .map(|run| {
+                let Coordinate::Number(a) = run.coordinates[0] else { panic!("no number") };
+                let measured = Measured { name: "sliding".to_owned(), unit: "mm", value: value(a) };
+                (run, Some(Results { values: vec![measured], ..Results::default() }))
+            })
+            .collect();
+        let [sliding] = &ranges(&factors, &runs)[..] else { panic!("one quantity") };
+        let combined = sliding.combined.as_ref().expect("a sample");
+        assert_eq!(combined.interval[1], f64::INFINITY);
+        assert_eq!(
+            sliding.shown_interval(combined.interval),
+            format!("{:.1} to slides away", combined.interval[0])
+        );
+        assert!(sliding.varies() && combined.shares[0].significant);
+        assert_eq!(sliding.shown(sliding.swings[0].high.value), "slides away");
+        assert_eq!(sliding.shown(35.0), "35.0");
+    }
 
     #[test]
     fn digits_follow_the_spread() {

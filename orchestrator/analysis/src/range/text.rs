@@ -27,8 +27,12 @@ pub fn markdown(range: &RangeRecord, scene: &str) -> String {
     text += &meaning(range);
     for quantity in &range.quantities {
         let title = title(quantity);
-        text += &format!("\n**{title}**, as it is {}\n\n", with_unit(quantity, quantity.as_it_is));
-        text += &of_quantity(quantity).markdown();
+        let value = with_unit(quantity, quantity.as_it_is);
+        if quantity.varies() {
+            text += &format!("\n**{title}**, as it is {value}\n\n{}", of_quantity(quantity).markdown());
+        } else {
+            text += &format!("\n**{title}**: {value} in all runs\n");
+        }
     }
     text += "\n**Factors**\n\n";
     text += &factors(range).markdown();
@@ -87,7 +91,11 @@ fn summary(range: &RangeRecord) -> Table {
             });
         }
         let dominant = quantity.dominant();
-        cells.push(if dominant.is_empty() { "no factor stands out".to_owned() } else { dominant.join(", ") });
+        cells.push(match dominant.is_empty() {
+            true if !quantity.varies() => "does not vary".to_owned(),
+            true => "no factor stands out".to_owned(),
+            false => dominant.join(", "),
+        });
         table.row(cells);
     }
     table
@@ -147,13 +155,13 @@ fn of_quantity(quantity: &RangeQuantity) -> Table {
 fn change(quantity: &RangeQuantity, swing: &Swing) -> String {
     let [low, high] = swing.interval(quantity.as_it_is);
     let base = quantity.as_it_is;
-    match base.abs() > 1e-3 * low.abs().max(high.abs()) {
+    match base.abs() > 1e-3 * low.abs().max(high.abs()) && low.is_finite() && high.is_finite() {
         true => {
             // No negative zero.
             let percent = |value: f64| (100.0 * (value - base) / base.abs()).round() + 0.0;
             format!("{:+.0} % to {:+.0} %", percent(low), percent(high))
         }
-        // Per cent of next to nothing say nothing.
+        // Per cent of next to nothing, or to where it slides away, say nothing.
         false => String::new(),
     }
 }

@@ -5,10 +5,10 @@ use cofferdam_dam::DamParameters;
 use cofferdam_dam::loads::StaticLoad;
 use cofferdam_dam::stability::{
     Authority, DamJoint, GravityMethod, Joint, JointLoad, JointState, LoadCase, LoadCombination, LoadedJoint,
-    Mode, Requirement, required,
+    Mode, Requirement, SlidingBlock, required,
 };
 use cofferdam_dam::uplift::{Uplift, UpliftRule, moment};
-use cofferdam_scene::{CombinationScene, Scene, Side};
+use cofferdam_scene::{CombinationScene, DamScene, Scene, Side};
 
 /// Share of the record's peak that acts as a constant inertia: sustained, not instantaneous.
 const SUSTAINED: f64 = 2.0 / 3.0;
@@ -78,9 +78,11 @@ impl JointStability {
         self.sliding[usize::from(self.by_residual)]
     }
 
-    /// Whether the required factor and the zone of the resultant are met. A joint without equilibrium fails whatever is required.
+    /// Whether the required factor and the zone of the resultant are met. A joint that loads without inertia overturn, or push more
+    /// than it resists, fails whatever is required, and one that overturns during the earthquake, too.
     pub fn verdict(&self) -> Verdict {
-        if self.state.overturns() {
+        let is_static = self.combination != LoadCombination::Seismic;
+        if self.state.overturns() || is_static && self.decisive().is_some_and(|factor| factor < 1.0) {
             return Verdict::Fails;
         }
         let zone =
@@ -109,9 +111,7 @@ impl Assembly<'_> {
         rules: &[Option<UpliftRule>],
     ) -> Result<Vec<JointStability>, AssemblyError> {
         let Some(dam) = self.scene.computed_dam() else { return Ok(Vec::new()) };
-        // a flood may reach cracks that lie above the water of the run
-        let cracks = dam.cracks.iter().map(|crack| crack.parameters(dam.uplift)).collect();
-        let method = GravityMethod::new(&DamParameters { cracks, ..self.dry_dam(dam)? })?;
+        let method = self.gravity_method(dam)?;
         let drained = |joint: &DamJoint| joint.uplift.as_ref().is_some_and(|uplift| uplift.drains.is_some());
         let has_drains = method.joints().iter().any(drained);
         let mut found = Vec::new();
@@ -143,6 +143,50 @@ impl Assembly<'_> {
         }
         found.sort_by_key(|joint| joint.crack);
         Ok(found)
+    }
+
+    /// Newmark's block on each joint that has equilibrium under usual loads, with its crack, from the base up: the body above with the
+    /// water as Westergaard's added mass, and the uplift at rest.
+    ///
+    /// **Errors**: those of the dam.
+    pub fn sliding_blocks(&self) -> Result<Vec<(usize, SlidingBlock)>, AssemblyError> {
+        let Some(dam) = self.scene.computed_dam() else { return Ok(Vec::new()) };
+        let method = self.gravity_method(dam)?;
+        let case = self.load_case(&of_kind(LoadCombination::Usual), 0.0);
+        let under = |seismic| method.under(&LoadCase { seismic, ..case.clone() });
+        let [still, downstream, downwards] = [under([0.0, 0.0])?, under([1.0, 0.0])?, under([0.0, 1.0])?];
+        let block = |(number, joint): (usize, &DamJoint)| {
+            let loaded = &still[number];
+            let dry = Uplift::default();
+            let uplift = joint.uplift.as_ref();
+            let state = Joint {
+                water: &loaded.water,
+                uplift: uplift.unwrap_or(&dry),
+                uplift_factor: uplift.map_or(0.0, |uplift| uplift.factor_at(0.0)),
+                load: loaded.load,
+                strength: joint.strength[0],
+            }
+            .state(Mode::Static);
+            let loads = [&still, &downstream, &downwards].map(|loaded| loaded[number].load);
+            let block = || {
+                SlidingBlock::new(
+                    loads,
+                    self.scene.gravity,
+                    joint.tangent(),
+                    state.uplift,
+                    joint.strength,
+                    state.bonded,
+                )
+            };
+            (!state.overturns()).then(|| (joint.crack, block()))
+        };
+        Ok(method.joints().iter().enumerate().filter_map(block).collect())
+    }
+
+    fn gravity_method(&self, dam: &DamScene) -> Result<GravityMethod, AssemblyError> {
+        // a flood may reach cracks that lie above the water of the run
+        let cracks = dam.cracks.iter().map(|crack| crack.parameters(dam.uplift)).collect();
+        Ok(GravityMethod::new(&DamParameters { cracks, ..self.dry_dam(dam)? })?)
     }
 
     fn of_joint(&self, joint: &DamJoint, loaded: &LoadedJoint, with: &With<'_>) -> JointStability {
@@ -277,19 +321,16 @@ fn combinations(scene: &Scene, has_drains: bool) -> Vec<CombinationScene> {
     if !scene.stability.combinations.is_empty() {
         return scene.stability.combinations.clone();
     }
-    let of = |kind| CombinationScene {
-        name: None,
-        kind,
-        water_level: None,
-        tailwater_level: None,
-        drains: true,
-        ice: true,
-    };
-    let mut found = vec![of(LoadCombination::Usual)];
+    let mut found = vec![of_kind(LoadCombination::Usual)];
     if has_drains {
         let name = Some("drains out of service".to_owned());
-        found.push(CombinationScene { name, drains: false, ..of(LoadCombination::Unusual) });
+        found.push(CombinationScene { name, drains: false, ..of_kind(LoadCombination::Unusual) });
     }
-    found.extend([of(LoadCombination::Seismic), of(LoadCombination::PostEarthquake)]);
+    found.extend([LoadCombination::Seismic, LoadCombination::PostEarthquake].map(of_kind));
     found
+}
+
+/// The loads of the scene as they are.
+fn of_kind(kind: LoadCombination) -> CombinationScene {
+    CombinationScene { name: None, kind, water_level: None, tailwater_level: None, drains: true, ice: true }
 }

@@ -12,7 +12,7 @@ pub use histories::{Histories, HistoriesError, HistoriesWriter};
 pub use limits::Limits;
 pub use outline::OutlineWriter;
 pub use progress::Progress;
-pub use rest::{AVERAGED, LastSecond, Rest, STILL_MOVES, STILL_SLIDES};
+pub use rest::{AVERAGED, LastSecond, Rest, SLID_AWAY, SLIDES_AWAY, STILL_MOVES, STILL_SLIDES};
 pub use snapshots::Snapshots;
 pub use water_field::WaterField;
 

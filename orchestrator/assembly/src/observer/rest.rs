@@ -14,6 +14,12 @@ pub const STILL_SLIDES: f64 = 1e-4;
 /// See [`STILL_SLIDES`].
 pub const STILL_MOVES: f64 = 1e-2;
 
+/// Sliding, m, beyond which a joint counts as having slid away: no drain, grout curtain or waterstop outlasts it, and it is as long as
+/// an element, so that the contacts of small displacements end.
+pub const SLID_AWAY: f64 = 1.0;
+/// Speed of sliding, m/s, beyond which a joint slides away: 1 m in less than two minutes.
+pub const SLIDES_AWAY: f64 = 1e-2;
+
 /// How the block above a crack moves in the last second of a run, or of a part of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LastSecond {
@@ -52,6 +58,12 @@ impl LastSecond {
             speed: (mean(second_half) - mean(first_half)) / (AVERAGED / 2.0),
             kinetic_share: if peak > 0.0 { mean(kinetic.get(from..).unwrap_or(&[])) / peak } else { 0.0 },
         }
+    }
+
+    /// Whether the block slides away: it has slid farther than [`SLID_AWAY`], or `after` the ground came to rest it slides faster than
+    /// [`SLIDES_AWAY`].
+    pub fn slides_away(&self, after: bool) -> bool {
+        self.sliding.abs() > SLID_AWAY || after && self.speed.abs() > SLIDES_AWAY
     }
 
     /// Whether the block is at rest.
