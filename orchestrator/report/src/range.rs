@@ -149,7 +149,7 @@ impl RangeQuantity {
     /// A value with the digits that are known.
     pub fn shown(&self, value: f64) -> String {
         if value.is_infinite() {
-            return "slides away".to_owned();
+            return "∞ (slides away)".to_owned();
         }
         let digits = (-self.last_digit.log10().round()).clamp(0.0, 12.0) as usize;
         let rounded = (value / self.last_digit).round() * self.last_digit;

@@ -151,10 +151,10 @@ mod tests {
         assert_eq!(combined.interval[1], f64::INFINITY);
         assert_eq!(
             sliding.shown_interval(combined.interval),
-            format!("{:.1} to slides away", combined.interval[0])
+            format!("{:.1} to ∞ (slides away)", combined.interval[0])
         );
         assert!(sliding.varies() && combined.shares[0].significant);
-        assert_eq!(sliding.shown(sliding.swings[0].high.value), "slides away");
+        assert_eq!(sliding.shown(sliding.swings[0].high.value), "∞ (slides away)");
         assert_eq!(sliding.shown(35.0), "35.0");
     }
 
