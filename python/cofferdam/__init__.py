@@ -18,19 +18,28 @@ from the water into the dam; pressure is the excess over hydrostatic, positive i
 """
 
 from .ensemble import EnsembleError, run_ensemble
+from .face import Face, Mapping
+from .newmark import Newmark
 from .process import serve
 from .results import open_ensemble, open_run
+from .section import Mesh, Section, rayleigh
 from .task import Points, Task
 from .unit import Dam, Reservoir
 
 __all__ = [
     "Dam",
     "EnsembleError",
+    "Face",
+    "Mapping",
+    "Mesh",
+    "Newmark",
     "Points",
     "Reservoir",
+    "Section",
     "Task",
     "open_ensemble",
     "open_run",
+    "rayleigh",
     "run_ensemble",
     "serve",
 ]

@@ -47,7 +47,7 @@ class Exchange:
         return {
             "name": self.task.name,
             "solver": f"{cls.__name__} in Python, cofferdam {VERSION}",
-            "fingerprint": list(_fingerprint(cls, self.task.name, brief)),
+            "fingerprint": list(_fingerprint(cls, self.task, brief)),
             "inputs": described(self._inputs),
             "outputs": described(self._outputs),
             "readable": described(self._readable),
@@ -162,11 +162,12 @@ def _kind(value):
     return "nothing" if value is None else f"a value of type {type(value).__name__}"
 
 
-def _fingerprint(cls, name, brief):
-    """Hash of everything that the unit is made from, as far as it is known: task, class and its source."""
+def _fingerprint(cls, task, brief):
+    """Hash of everything that the unit is made from, as far as it is known: task, its table of the scene, class and its source."""
     try:
         source = Path(inspect.getsourcefile(cls)).read_bytes()
     except (OSError, TypeError):
         source = b""
-    made_from = json.dumps([name, cls.__qualname__, VERSION, brief], sort_keys=True).encode()
+    table = task.scene.get(task.name, {})
+    made_from = json.dumps([task.name, cls.__qualname__, VERSION, brief, table], sort_keys=True, default=str).encode()
     return hashlib.sha256(made_from + b"\0" + source).digest()

@@ -1,6 +1,7 @@
 """What a unit is made from."""
 
-from dataclasses import dataclass
+import tomllib
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -49,6 +50,8 @@ class Task:
     """The user's own parameters."""
     threads: int = 1
     """Threads that the unit may use."""
+    scene: dict = field(default_factory=dict)
+    """The scene with all defaults, as its TOML file has it; files by absolute paths."""
 
     @classmethod
     def from_json(cls, task):
@@ -57,4 +60,5 @@ class Task:
         points = {name: np.array(values, dtype=float) for name, values in brief.pop("points").items()}
         for values in points.values():
             values.flags.writeable = False
-        return cls(name=task["unit"], threads=task["threads"], points=Points(**points), **brief)
+        scene = tomllib.loads(task["scene"])
+        return cls(name=task["unit"], threads=task["threads"], points=Points(**points), scene=scene, **brief)
