@@ -10,29 +10,9 @@ import numpy as np
 import cofferdam
 
 
-def added_mass(points, depth, density):
-    """A of p = −A a, kg/m², by Gauss quadrature in u = √(h − y), in which all integrands are polynomials."""
-    below, n = depth - points.y, len(points.y)
-    mass, moved = np.zeros((n, n)), np.zeros((n, n))
-    position, weight = np.polynomial.legendre.leggauss(8)
-    for i in range(n - 1):
-        length = np.hypot(points.x[i + 1] - points.x[i], points.y[i + 1] - points.y[i])
-        if length == 0:  # The two sides of a crack.
-            continue
-        lower, upper = np.sqrt(below[i]), np.sqrt(max(below[i + 1], 0))
-        u = (lower + upper) / 2 + (lower - upper) / 2 * position
-        along = (below[i] - u**2) / (below[i] - below[i + 1])
-        ds = 2 * u * (lower - upper) / 2 * weight * length / (below[i] - below[i + 1])
-        hats = np.array([1 - along, along])
-        panel = slice(i, i + 2)
-        mass[panel, panel] += (hats * ds) @ hats.T
-        moved[panel, panel] += density * (hats * ds * 7 / 8 * np.sqrt(depth) * u) @ hats.T
-    return np.linalg.solve(mass, moved)
-
-
 class Westergaard(cofferdam.Reservoir):
     def __init__(self, task):
-        self.added_mass = added_mass(task.points, task.depth, task.density)
+        self.added_mass = cofferdam.westergaard(task.points, task.depth, task.density)
         self.means = task.acceleration == "mean"
         # Mean acceleration of the step before, m/s², and its length, s; 0 before the first step.
         self.before = np.zeros(len(task.points.y)), 0.0

@@ -18,11 +18,12 @@ from the water into the dam; pressure is the excess over hydrostatic, positive i
 """
 
 from .ensemble import EnsembleError, run_ensemble
-from .face import Face, Mapping
+from .face import Face, Mapping, westergaard
 from .newmark import Newmark
 from .process import serve
 from .results import open_ensemble, open_run
 from .section import Mesh, Section, rayleigh
+from .stateless import StatelessDam
 from .task import Points, Task
 from .unit import Dam, Reservoir
 
@@ -36,10 +37,12 @@ __all__ = [
     "Points",
     "Reservoir",
     "Section",
+    "StatelessDam",
     "Task",
     "open_ensemble",
     "open_run",
     "rayleigh",
     "run_ensemble",
     "serve",
+    "westergaard",
 ]

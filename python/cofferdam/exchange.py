@@ -124,6 +124,8 @@ class Exchange:
             raise ValueError(f"no variable has the value reference {value_reference}")
         if name == "hydrostatic_pressure":
             return self._array("hydrostatic_pressure", name, self._points, self._unit.hydrostatic_pressure())
+        if name == "added_mass_included":
+            return np.array([float(self._unit.added_mass_included)])
         return {
             "interface_x": points.x,
             "interface_y": points.y,

@@ -119,3 +119,30 @@ class Mapping:
     def to_points(self, values):
         """M⁻¹ Cᵀ values: a field of the solver's own boundary, motion along n or pressure, at the points."""
         return self._to_points @ values
+
+    def added_mass(self, added_mass):
+        """C A M⁻¹ Cᵀ, kg/m: the mass matrix of water with p = −A a for the solver's own unknowns along n; symmetric if M A is."""
+        return self.coupling @ added_mass @ self._to_points
+
+
+def westergaard(points, depth, density):
+    """Westergaard's added mass A of p = −A a, kg/m²: M A = ρ ∫ w φ φᵀ ds with w = ⅞ √(h (h − y)).
+
+    Gauss quadrature in u = √(h − y), in which all integrands are polynomials.
+    """
+    below, n = depth - points.y, len(points.y)
+    mass, moved = np.zeros((n, n)), np.zeros((n, n))
+    position, weight = np.polynomial.legendre.leggauss(8)
+    for i in range(n - 1):
+        length = np.hypot(points.x[i + 1] - points.x[i], points.y[i + 1] - points.y[i])
+        if length == 0:  # The two sides of a crack.
+            continue
+        lower, upper = np.sqrt(below[i]), np.sqrt(max(below[i + 1], 0))
+        u = (lower + upper) / 2 + (lower - upper) / 2 * position
+        along = (below[i] - u**2) / (below[i] - below[i + 1])
+        ds = 2 * u * (lower - upper) / 2 * weight * length / (below[i] - below[i + 1])
+        hats = np.array([1 - along, along])
+        panel = slice(i, i + 2)
+        mass[panel, panel] += (hats * ds) @ hats.T
+        moved[panel, panel] += density * (hats * ds * 7 / 8 * np.sqrt(depth) * u) @ hats.T
+    return np.linalg.solve(mass, moved)

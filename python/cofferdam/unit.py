@@ -79,6 +79,9 @@ class Dam(_Unit):
     outputs = ("interface_displacement", "interface_velocity", "interface_acceleration")
     """What `start` and `step` return, as a tuple. The names are those of modelDescription/dam.xml; the velocity may be left
     out, and `cofferdam.variables` lists what may be added."""
+    added_mass_included = False
+    """Whether the mass of the dam contains that of the water, for `coupling.scheme = "added-mass"` and water without memory. The
+    pressure is then only the rest of the water's pressure, which is 0 without memory."""
 
     def start(self, time, pressure, hydrostatic_pressure, ground_acceleration):
         """The motion at the start `time` (s); `None` is rest."""

@@ -76,6 +76,7 @@ READABLE = {
         Variable("interface_normal_x", 42, "1", "wet-face"),
         Variable("interface_normal_y", 43, "1", "wet-face"),
         Variable("interface_length", 44, "m", "wet-face"),
+        Variable("added_mass_included", 61, "1", "scalar"),
     ],
 }
 

@@ -17,7 +17,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "examples/python"))
 import numpy as np  # noqa: E402
-from westergaard import added_mass  # noqa: E402
+from cofferdam import westergaard  # noqa: E402
 
 PYTHONFMU = """
 import json, os
@@ -129,7 +129,7 @@ def main(cofferdam, scene, folder):
     told = subprocess.run([cofferdam, "points", scene, "--format", "json"], capture_output=True, check=True)
     points = json.loads(told.stdout)
     place = type("Points", (), {axis: np.array(points["points"][axis]) for axis in "xy"})
-    mass = added_mass(place, points["depth"], points["density"])
+    mass = westergaard(place, points["depth"], points["density"])
     names = ["reservoir.fidelity=fmu"] + [
         f"reservoir.fmu.variables.interface_{ours}={theirs}" for ours, theirs in [("pressure", "p"), ("acceleration", "a")]
     ]
