@@ -40,7 +40,7 @@ class Discretisation:
         self.basis = Basis(self.mesh, ElementVector(ElementQuad2()))
         x, y = self.basis.global_coordinates()
         young, poisson, density = (section.material(name, x, y) for name in ("young_modulus", "poisson_ratio", "density"))
-        lame, shear = moduli(young, poisson, dam["material"]["plane"])
+        lame, shear = moduli(young, poisson, dam["material"].get("plane", "stress"))
         self.stiffness = asm(stiffness_form, self.basis, lame=lame, shear=shear)
         self.mass = asm(mass_form, self.basis, density=density)
         on_base = np.isin(self.mesh.facets, self.parts.base).all(axis=0)
@@ -58,7 +58,10 @@ class Discretisation:
 
     def translations(self):
         """Rigid unit motions along x and y."""
-        return np.stack([self.basis.project(lambda x, axis=axis: np.stack([x[0] * 0 + (axis == k) for k in (0, 1)])) for axis in (0, 1)], axis=1)
+        motions = np.zeros((self.basis.N, 2))
+        for kind in (self.basis.nodal_dofs, self.basis.facet_dofs, self.basis.interior_dofs):
+            motions[kind[0], 0] = motions[kind[1], 1] = 1.0
+        return motions
 
     def mapping(self, face):
         """Between the pressure or motion along n at the points and forces or motion of the unknowns: C = ∫ (N · n) φᵀ ds."""

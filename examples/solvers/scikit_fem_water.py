@@ -32,7 +32,8 @@ def mesh_of(points, depth, size, length):
     parts = [np.linspace(a, b, max(round((b - a) / size), 1), endpoint=False) for a, b in zip(marks, marks[1:])]
     y = np.append(np.concatenate(parts), depth)
     face = np.interp(y, points.y, points.x)
-    steps = np.cumsum(np.minimum(size * 1.1 ** np.arange(10_000), 3 * size))
+    growth = np.minimum(1.1 ** np.arange(12), 3.0)
+    steps = np.cumsum(size * np.append(growth, np.full(int(length / size) + 1, 3.0)))
     share = np.append(0.0, steps[: np.searchsorted(steps, length) + 1])
     share /= share[-1]
     x = face[:, None] + share * (-length - face[:, None])

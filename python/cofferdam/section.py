@@ -62,7 +62,8 @@ class Section:
         parts = [np.linspace(a, b, max(round((b - a) / size), 1), endpoint=False) for a, b in zip(marks, marks[1:])]
         y = np.append(np.concatenate(parts), top)
         left, right = (np.interp(y, side[:, 1], side[:, 0]) for side in (self.upstream, self.downstream))
-        area = np.trapezoid(right - left, y)
+        widths = right - left
+        area = (np.diff(y) * (widths[1:] + widths[:-1])).sum() / 2
         columns = max(round(area / (top - bottom) / size), 2)
         twice = np.flatnonzero(np.isin(np.round(y, 9), np.round(cracks, 9))) if with_cracks else []
         rows = np.sort(np.append(np.arange(len(y)), twice).astype(int))

@@ -13,9 +13,11 @@ _LIMITS = "it saves no state: explicit schemes or the added-mass scheme only; a 
 class StatelessDam(Dam):
     """A dam on a solver that can neither save nor restore its state: forces go in, motion comes out, each step once.
 
-    A class derived from it has three methods:
+    A class derived from it has these methods:
 
         boundary(self)          coordinates x and y of the solver's own nodes on the upstream face, from the heel up, m
+        begin(self, forces, ground_acceleration)
+                                takes what `advance` takes, at time 0, where the dam is at rest; nothing by default
         mass_of_water(self, m)  only for the added-mass scheme: adds the matrix m (kg/m, along n at these nodes) to its mass
         advance(self, time, communication_step, forces, ground_acceleration)
                                 takes a step to the forces on these nodes along n (N/m) and the ground acceleration at its end;
@@ -48,6 +50,9 @@ class StatelessDam(Dam):
     def mass_of_water(self, matrix):
         raise NotImplementedError(f"{type(self).__name__} needs a method `mass_of_water`, or leave out the parameter `added_mass`")
 
+    def begin(self, forces, ground_acceleration):
+        pass
+
     def advance(self, time, communication_step, forces, ground_acceleration):
         raise NotImplementedError(f"{type(self).__name__} needs a method `advance`")
 
@@ -59,6 +64,7 @@ class StatelessDam(Dam):
 
     def start(self, time, pressure, hydrostatic_pressure, ground_acceleration):
         self._ground = ground_acceleration
+        self.begin(self.forces(pressure, ground_acceleration), ground_acceleration)
 
     def step(self, time, communication_step, pressure, hydrostatic_pressure, ground_acceleration):
         forces = self.forces(pressure, ground_acceleration)

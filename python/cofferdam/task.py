@@ -1,7 +1,10 @@
 """What a unit is made from."""
 
+import json
+import subprocess
 import tomllib
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
@@ -62,3 +65,23 @@ class Task:
             values.flags.writeable = False
         scene = tomllib.loads(task["scene"])
         return cls(name=task["unit"], threads=task["threads"], points=Points(**points), scene=scene, **brief)
+
+    @classmethod
+    def of_scene(cls, scene, unit="dam", program="cofferdam", **parameters):
+        """The task of `unit` in the scene at the path `scene`, to use a class without a run; `program` prints its points.
+
+        `Task.scene` is then the file as it is: keys that it leaves out are missing.
+
+        **Errors**: `subprocess.CalledProcessError`: the scene has an error, which `program` prints on standard error.
+        """
+        path = Path(scene)
+        file = path / "scene.toml" if path.is_dir() else path
+        command = [program, "points", path, "--unit", unit, "--format", "json"]
+        told = json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout)
+        read = tomllib.loads(file.read_text())
+        numbers = {name: told[name] for name in ("depth", "density", "gravity", "communication_step")}
+        brief = {"role": "structure" if unit == "dam" else "fluid", "points": told["points"], "duration": 0.0, "acceleration": "mean"}
+        task = {"unit": unit, "threads": 1, "brief": brief | numbers | {"parameters": parameters}, "scene": ""}
+        made = cls.from_json(task)
+        made.scene.update(read)
+        return made

@@ -15,9 +15,8 @@ import sysconfig
 import zipfile
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "examples/python"))
-import numpy as np  # noqa: E402
-from cofferdam import westergaard  # noqa: E402
+import numpy as np
+from cofferdam import westergaard
 
 PYTHONFMU = """
 import json, os
