@@ -77,21 +77,22 @@ class Discretisation:
 
 class ScikitFemDam(cofferdam.Dam):
     outputs = ("interface_displacement", "interface_velocity", "interface_acceleration", "crest_displacement")
+    with_cracks = False
 
     def __init__(self, task):
-        model = Discretisation(task)
-        mass, stiffness = model.of_free(model.mass), model.of_free(model.stiffness)
-        alpha, beta = cofferdam.rayleigh(task.scene["dam"]["damping"], model.frequencies()[0])
-        self.newmark = cofferdam.Newmark(mass, alpha * mass + beta * stiffness, stiffness)
-        self.ground_load = -(model.mass @ model.translations())[model.free]
+        model = self.model = Discretisation(task, self.with_cracks)
+        self.mass, self.stiffness = model.of_free(model.mass), model.of_free(model.stiffness)
+        intact = Discretisation(task) if self.with_cracks else model
+        alpha, beta = cofferdam.rayleigh(task.scene["dam"]["damping"], intact.frequencies()[0])
+        self.damping = alpha * self.mass + beta * self.stiffness
+        self.newmark = cofferdam.Newmark(self.mass, self.damping, self.stiffness)
+        self.inertia = (model.mass @ model.translations())[model.free]
         self.mapping = model.mapping(cofferdam.Face(task.points))
-        crest = model.basis.nodal_dofs[:, model.parts.upstream[-1]]
-        self.crest = np.searchsorted(model.free, crest)
+        self.crest = np.searchsorted(model.free, model.basis.nodal_dofs[:, model.parts.upstream[-1]])
         self.normal = np.stack([task.points.normal_x, task.points.normal_y], axis=1)
-        self.ground = np.zeros(2)
 
     def load(self, pressure, ground_acceleration):
-        return self.mapping.to_own(pressure) + self.ground_load @ ground_acceleration
+        return self.mapping.to_own(pressure) - self.inertia @ ground_acceleration
 
     def start(self, time, pressure, hydrostatic_pressure, ground_acceleration):
         self.newmark.start(self.load(pressure, ground_acceleration))
@@ -100,10 +101,14 @@ class ScikitFemDam(cofferdam.Dam):
     def step(self, time, communication_step, pressure, hydrostatic_pressure, ground_acceleration):
         before = self.newmark.velocity
         displacement, velocity, _ = self.newmark.step(communication_step, self.load(pressure, ground_acceleration))
+        return self.motion(displacement, velocity, (velocity - before) / communication_step, ground_acceleration)
+
+    def motion(self, displacement, velocity, mean_acceleration, ground_acceleration):
+        """The outputs of a step; the acceleration along n is the total one, its mean over the step."""
         mean_ground, self.ground = 0.5 * (self.ground + ground_acceleration), ground_acceleration
-        # Total acceleration along n, its mean over the step.
-        mean = self.mapping.to_points((velocity - before) / communication_step) + self.normal @ mean_ground
-        return self.mapping.to_points(displacement), self.mapping.to_points(velocity), mean, displacement[self.crest]
+        relative = (self.mapping.to_points(field) for field in (displacement, velocity, mean_acceleration))
+        displacement_n, velocity_n, acceleration_n = relative
+        return displacement_n, velocity_n, acceleration_n + self.normal @ mean_ground, displacement[self.crest]
 
     def save(self):
         return self.newmark.save(), self.ground

@@ -7,7 +7,9 @@ import numpy as np
 from .face import Face, westergaard
 from .unit import Dam
 
-_LIMITS = "it saves no state: explicit schemes or the added-mass scheme only; a resumed run repeats all steps; nothing is tested for repeatability"
+_LIMITS = (
+    "it saves no state: explicit schemes or the added-mass scheme only; a resumed run repeats all steps; repeatability is not tested"
+)
 
 
 class StatelessDam(Dam):
