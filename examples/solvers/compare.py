@@ -23,7 +23,6 @@ ROWS = {
     "scikit-fem dam": ("koyna-intact", {"dam": "scikit_fem_dam.py"}, []),
     "scikit-fem water": ("koyna-intact", {"reservoir": "scikit_fem_water.py"}, []),
     "scikit-fem dam and water": ("koyna-intact", {"dam": "scikit_fem_dam.py", "reservoir": "scikit_fem_water.py"}, []),
-    "OpenSees dam": ("koyna-intact", {"dam": "opensees_dam.py"}, []),
     "built-in, cracked": ("koyna-coarse", {}, ["dam.damping.drags_blocks=true"]),
     "built-in, cracked, 2.5 m": ("koyna-coarse", {}, ["dam.damping.drags_blocks=true", "dam.element_size=2.5"]),
     "scikit-fem cracked dam": ("koyna-coarse", {"dam": "scikit_fem_cracked_dam.py"}, []),
