@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 import tomllib
+from importlib.util import find_spec
 from pathlib import Path
 from time import perf_counter
 
@@ -23,10 +24,14 @@ ROWS = {
     "scikit-fem dam": ("koyna-intact", {"dam": "scikit_fem_dam.py"}, []),
     "scikit-fem water": ("koyna-intact", {"reservoir": "scikit_fem_water.py"}, []),
     "scikit-fem dam and water": ("koyna-intact", {"dam": "scikit_fem_dam.py", "reservoir": "scikit_fem_water.py"}, []),
+    "OpenSees dam": ("koyna-intact", {"dam": "opensees_dam.py"}, []),
+    "Kratos dam": ("koyna-intact", {"dam": "kratos_dam.py"}, []),
     "built-in, cracked": ("koyna-coarse", {}, ["dam.damping.drags_blocks=true"]),
     "built-in, cracked, 2.5 m": ("koyna-coarse", {}, ["dam.damping.drags_blocks=true", "dam.element_size=2.5"]),
     "scikit-fem cracked dam": ("koyna-coarse", {"dam": "scikit_fem_cracked_dam.py"}, []),
 }
+# Rows without these packages are left out.
+NEEDED = {"opensees_dam.py": "openseespy", "kratos_dam.py": "KratosMultiphysics"}
 TITLES = ["units", "scene", "crest downstream", "crest upstream", "dam steps per step", "interface work", "wall time"]
 
 
@@ -84,7 +89,11 @@ def main(cofferdam, *names):
     unknown = [name for name in chosen if name not in ROWS]
     if unknown:
         raise SystemExit(f"{', '.join(unknown)}: not one of {', '.join(ROWS)}")
-    text = table(cofferdam, chosen or list(ROWS))
+    packages = {name: [NEEDED[program] for program in row[1].values() if program in NEEDED] for name, row in ROWS.items()}
+    there = [name for name in chosen or ROWS if all(map(find_spec, packages[name]))]
+    if left_out := [name for name in chosen or ROWS if name not in there]:
+        print(f"left out, as packages are missing: {', '.join(left_out)}", file=sys.stderr)
+    text = table(cofferdam, there)
     (write if "--write" in names else print)(text)
 
 
