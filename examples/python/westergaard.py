@@ -1,7 +1,6 @@
-"""Westergaard's added mass in the place of the reservoir: p = −A a, M A = ρ ∫ w N Nᵀ ds with w = ⅞ √(h (h − y)).
+"""Westergaard's added mass in the place of the reservoir: p = −A a, with A of `cofferdam.westergaard`.
 
-N are the hat functions of the points and M = ∫ N Nᵀ ds: sampled at the points, the root would lose mass beside the surface. The
-orchestrator starts this program as the run's reservoir. It may take its input to mean the acceleration at the end of a
+The orchestrator starts this program as the run's reservoir. It may take its input to mean the acceleration at the end of a
 communication step, or the mean over the step.
 """
 

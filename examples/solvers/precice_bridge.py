@@ -34,7 +34,8 @@ class Water(cofferdam.Reservoir):
         self.participant.initialize()
         window = self.participant.get_max_time_step_size()
         if abs(window - task.communication_step) > 1e-9 * window:
-            raise ValueError(f"`time-window-size` is {window:g} s and `time.communication_step` {task.communication_step:g} s; make them equal")
+            given = f"`time-window-size` is {window:g} s and `time.communication_step` {task.communication_step:g} s"
+            raise ValueError(f"{given}; make them equal")
         self.window, self.toggle, self.tried = window, 0.0, None
         self.begin()
         atexit.register(self.close)

@@ -2,15 +2,6 @@
 
 import numpy as np
 
-try:
-    from scipy.sparse import csc_matrix, issparse
-    from scipy.sparse.linalg import splu
-except ImportError:  # Dense matrices need numpy alone.
-    csc_matrix = splu = None
-
-    def issparse(_):
-        return False
-
 
 class Newmark:
     """M ü + C u̇ + K u = f by the average acceleration method: of second order, stable for any step, without numerical damping.
@@ -75,7 +66,10 @@ class Newmark:
 
 
 def _solver(matrix):
-    if issparse(matrix):
-        return splu(csc_matrix(matrix)).solve
+    if hasattr(matrix, "tocsc"):
+        # Imported here, as dense matrices and other units need numpy alone.
+        from scipy.sparse.linalg import splu
+
+        return splu(matrix.tocsc()).solve
     inverse = np.linalg.inv(matrix)
     return lambda right: inverse @ right
