@@ -170,6 +170,7 @@ def _fingerprint(cls, task, brief):
         source = Path(inspect.getsourcefile(cls)).read_bytes()
     except (OSError, TypeError):
         source = b""
-    table = task.scene.get(task.name, {})
+    # `command` says where the program is; its parameters are in the brief.
+    table = {key: value for key, value in task.scene.get(task.name, {}).items() if key != "command"}
     made_from = json.dumps([task.name, cls.__qualname__, VERSION, brief, table], sort_keys=True, default=str).encode()
     return hashlib.sha256(made_from + b"\0" + source).digest()

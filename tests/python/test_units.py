@@ -212,3 +212,26 @@ def test_a_class_is_tested_without_a_run():
         free = np.cos(damped * time) + decay / damped * np.sin(damped * time)
         # F/(m ω²), F = 8 N/m on 1 m
         np.testing.assert_allclose(once[0], 8.0 / 36.0 * (1.0 - np.exp(-decay * time) * free), rtol=1e-12)
+
+
+def test_fingerprint_covers_the_units_table_of_the_scene_but_not_its_place():
+    from cofferdam.exchange import Exchange
+
+    def fingerprint(scene):
+        of_task = cofferdam.Task.from_json(task("structure") | {"unit": "dam", "scene": scene})
+        unit = of(cofferdam.Dam, step=step)
+        return Exchange(unit, of_task, "/dev/shm/no-such-run").description(task("structure")["brief"])["fingerprint"]
+
+    same = fingerprint("[dam]\nsize = 5.0\n[dam.command]\nfolder = '/a'\n[reservoir]\ndepth = 1.0")
+    assert same == fingerprint("[dam]\nsize = 5.0\n[dam.command]\nfolder = '/b'\n[reservoir]\ndepth = 2.0")
+    assert same != fingerprint("[dam]\nsize = 2.5\n[dam.command]\nfolder = '/a'\n[reservoir]\ndepth = 1.0")
+
+
+def test_a_dam_states_whether_its_mass_contains_the_water():
+    from cofferdam.exchange import Exchange
+
+    of_task = cofferdam.Task("dam", "structure", POINTS, 1.0, 1.0, 9.81, 0.1, 1.0, "mean", {})
+    request = header.Header(protocol_version=6, command=header.READ, variable=61)
+    for included in (False, True):
+        unit = of(cofferdam.Dam, step=step, added_mass_included=included)
+        assert Exchange(unit, of_task, "/dev/shm/no-such-run").answer(request, np.zeros(0)) == [float(included)]
