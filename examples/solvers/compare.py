@@ -1,13 +1,15 @@
 """Runs scenes with the units of this folder and with the built-in ones, and prints a Markdown table: compare.py COFFERDAM [UNITS…].
 
-With `--write`, the table replaces the one between the markers of README.md. UNITS selects rows of `ROWS` by their names.
+The exit status is 1 if a peak differs by more than 5 %. With `--write`, the table replaces the one between the markers of README.md. UNITS selects rows of `ROWS` by their names.
 """
 
 import csv
+import os
 import subprocess
 import sys
 import tempfile
 import tomllib
+from datetime import date
 from importlib.util import find_spec
 from pathlib import Path
 from time import perf_counter
@@ -16,6 +18,7 @@ import numpy as np
 
 HERE = Path(__file__).resolve().parent
 UNTIL = 8.0  # s; the strong motion is over
+LIMIT = 0.05  # of the difference of a peak from the first row of the scene
 MARKERS = "<!-- table -->", "<!-- end of the table -->"
 # By name: scene, programs in place of units, further settings.
 ROWS = {
@@ -58,14 +61,17 @@ class Run:
         self.peaks = 1e3 * crest.max(), 1e3 * crest.min()  # mm
         self.work = float(rows[-1][at["interface_work"]]) / 1e3  # kJ/m
 
+    def differences(self, reference):
+        return [own / other - 1 for own, other in zip(self.peaks, reference.peaks)]
+
     def cells(self, reference):
-        """Peaks are beside their differences from the run `reference`."""
-        peaks = [f"{own:.2f} mm ({100 * (own / other - 1):+.2f} %)" for own, other in zip(self.peaks, reference.peaks)]
+        """Peaks with their differences from the run `reference`, and the other columns."""
+        peaks = [f"{own:.2f} mm ({100 * apart:+.2f} %)" for own, apart in zip(self.peaks, self.differences(reference))]
         return [*peaks, f"{self.steps:.2f}", f"{self.work:.1f} kJ/m", f"{self.wall:.1f} s"]
 
 
 def table(cofferdam, names):
-    lines, reference = [TITLES, ["---"] * len(TITLES)], {}
+    lines, reference, far = [TITLES, ["---"] * len(TITLES)], {}, []
     with tempfile.TemporaryDirectory() as folder:
         for number, name in enumerate(names):
             scene, programs, settings = ROWS[name]
@@ -74,14 +80,17 @@ def table(cofferdam, names):
                 reference[scene] = Run(cofferdam, Path(folder, scene), *first)
             run = Run(cofferdam, Path(folder, str(number)), scene, programs, settings) if programs or settings else reference[scene]
             lines.append([name, f"`{scene}`", *run.cells(reference[scene])])
+            far += [name] if max(map(abs, run.differences(reference[scene]))) > LIMIT else []
             print(f"{number + 1} of {len(names)}: {name}", file=sys.stderr)
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines), far
 
 
 def write(text):
     page = HERE / "README.md"
     before, rest = page.read_text().split(MARKERS[0])
-    page.write_text(f"{before}{MARKERS[0]}\n\n{text}\n\n{MARKERS[1]}{rest.split(MARKERS[1])[1]}")
+    commit = subprocess.run(["git", "describe", "--always", "--abbrev=12"], cwd=HERE, capture_output=True, text=True).stdout.strip()
+    stamp = f"Measured on {date.today()}, commit {commit}, {os.cpu_count()} cores, Python {sys.version.split()[0]}."
+    page.write_text(f"{before}{MARKERS[0]}\n\n{text}\n\n{stamp}\n\n{MARKERS[1]}{rest.split(MARKERS[1])[1]}")
 
 
 def main(cofferdam, *names):
@@ -93,8 +102,10 @@ def main(cofferdam, *names):
     there = [name for name in chosen or ROWS if all(map(find_spec, packages[name]))]
     if left_out := [name for name in chosen or ROWS if name not in there]:
         print(f"left out, as packages are missing: {', '.join(left_out)}", file=sys.stderr)
-    text = table(cofferdam, there)
+    text, far = table(cofferdam, there)
     (write if "--write" in names else print)(text)
+    if far:
+        raise SystemExit(f"a peak differs by more than {100 * LIMIT:g} %: {', '.join(far)}")
 
 
 if __name__ == "__main__":
