@@ -1,6 +1,7 @@
 """Runs scenes with the units of this folder and with the built-in ones, and prints a Markdown table: compare.py COFFERDAM [UNITS…].
 
-The exit status is 1 if a peak differs by more than 5 %. With `--write`, the table replaces the one between the markers of README.md. UNITS selects rows of `ROWS` by their names.
+The exit status is 1 if a peak differs by more than 5 %. With `--write`, the table replaces the one between the markers of
+README.md. UNITS selects rows of `ROWS` by their names.
 """
 
 import csv
