@@ -1,18 +1,13 @@
 """Westergaard's added mass with a fault that docs/guide/debugging.md finds. Do not copy it; ../python/westergaard.py is right."""
 
-import sys
 from collections import deque
-from pathlib import Path
 
 import cofferdam
-
-sys.path.append(str(Path(__file__).resolve().parents[1] / "python"))
-from westergaard import added_mass
 
 
 class Water(cofferdam.Reservoir):
     def __init__(self, task):
-        self.added_mass = added_mass(task.points, task.depth, task.density)
+        self.added_mass = cofferdam.westergaard(task.points, task.depth, task.density)
         # Mean accelerations of the last steps, m/s².
         self.past = deque([0 * task.points.y], maxlen=400)
 
