@@ -365,8 +365,7 @@ fn a_block_thrown_up_lands() -> Result<(), DamError> {
     Ok(())
 }
 
-/// Newmark's block of the stability analysis takes part in neither springs nor steps of the dam: it gives the exact slips, and
-/// its error falls with the square of its step.
+/// Newmark's block of the stability analysis has neither the springs nor the time steps of the dam and gives the exact slips.
 #[test]
 fn sliding_block_gives_the_exact_slips() {
     let records = NAMES.map(Record::read);

@@ -1,4 +1,4 @@
-"""Westergaard's added mass in the place of the reservoir: p = −A a, with A of `cofferdam.westergaard`.
+"""Westergaard's added mass as the reservoir: p = −A a, with A of `cofferdam.westergaard`.
 
 The orchestrator starts this program as the run's reservoir. It may take its input to mean the acceleration at the end of a
 communication step, or the mean over the step.

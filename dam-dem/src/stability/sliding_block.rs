@@ -2,8 +2,8 @@
 
 use super::{JointLoad, Strength};
 
-/// Longest step of the integration, s. The acceleration of a step is that at its middle, so that the error of the slip falls
-/// with the square of the step; 1e-4 s gives the exact slips of `tests/newmark_loads.rs` within 0.01 mm.
+/// Longest step of the integration, s. The acceleration of a step is that at its middle; 1e-4 s gives the exact slips of
+/// `tests/newmark_loads.rs` within 0.01 mm.
 const STEP: f64 = 1e-4;
 
 /// Forces on the body above a joint: N normal to it, in compression, and T along it, downstream, N/m.

@@ -78,8 +78,8 @@ impl JointStability {
         self.sliding[usize::from(self.by_residual)]
     }
 
-    /// Whether the required factor and the zone of the resultant are met. A joint that loads without inertia overturn, or push more
-    /// than it resists, fails whatever is required, and one that overturns during the earthquake, too.
+    /// Whether the required factor and the zone of the resultant are met. A joint fails whatever is required
+    /// if it overturns, or if a shear force without inertia exceeds its strength.
     pub fn verdict(&self) -> Verdict {
         let is_static = self.combination != LoadCombination::Seismic;
         if self.state.overturns() || is_static && self.decisive().is_some_and(|factor| factor < 1.0) {

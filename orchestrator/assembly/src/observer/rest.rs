@@ -14,8 +14,8 @@ pub const STILL_SLIDES: f64 = 1e-4;
 /// See [`STILL_SLIDES`].
 pub const STILL_MOVES: f64 = 1e-2;
 
-/// Sliding, m, beyond which a joint counts as having slid away: no drain, grout curtain or waterstop outlasts it, and it is as long as
-/// an element, so that the contacts of small displacements end.
+/// Sliding, m, beyond which a joint counts as having slid away: drains, grout curtain and waterstops have failed long before, and the
+/// loads remain those of the undeformed section.
 pub const SLID_AWAY: f64 = 1.0;
 /// Speed of sliding, m/s, beyond which a joint slides away: 1 m in less than two minutes.
 pub const SLIDES_AWAY: f64 = 1e-2;
